@@ -1,6 +1,6 @@
 //! Free parameters of a fit, on scales on which summary statistics change about linearly.
 
-use evpose_sensor::{ParamSpec, STAGES, Scale, SensorConfig};
+use evpose_sensor::{Catalogue, ParamSpec, Scale, SensorConfig, StageSpec};
 
 use crate::candidate::{Trial, limits};
 use crate::parameters::ModelParameter;
@@ -10,8 +10,8 @@ use crate::parameters::ModelParameter;
 pub enum FreeParameter {
     /// A parameter that the model has anyway.
     Model(ModelParameter),
-    /// A parameter of an added effect: name of the effect and its parameter.
-    Effect(&'static str, &'static ParamSpec),
+    /// A parameter of an added effect: the effect and its parameter.
+    Effect(&'static StageSpec, &'static ParamSpec),
 }
 
 /// Factor of one step of a parameter on a logarithmic scale. A tenth or so is the coarsest step at
@@ -34,9 +34,7 @@ impl FreeParameter {
 
     /// The fitted parameters of a trial, the strength first.
     pub fn of_effect(trial: &Trial) -> Vec<Self> {
-        let spec = STAGES.iter().find(|spec| spec.name == trial.effect.name);
-        let name = spec.map_or("", |spec| spec.name);
-        trial.params.iter().map(|param| Self::Effect(name, param)).collect()
+        trial.params.iter().map(|param| Self::Effect(trial.spec, param)).collect()
     }
 
     /// Whether it is this parameter of the model.
@@ -49,19 +47,19 @@ impl FreeParameter {
         if let Some(parameter) = ModelParameter::ALL.iter().find(|known| known.name() == finding) {
             return Some(Self::Model(*parameter));
         }
-        let spec = STAGES.iter().find(|spec| spec.name == finding)?;
+        let spec = Catalogue::default().find(finding)?;
         let param = spec.params.iter().find(|param| param.name == parameter)?;
-        Some(Self::Effect(spec.name, param))
+        Some(Self::Effect(spec, param))
     }
 
     /// Steps from one value to another; not finite where a logarithmic scale has no such value.
     pub fn steps(self, from: f64, to: f64) -> f64 {
         match self {
             Self::Model(parameter) => parameter.steps(from, to),
-            Self::Effect(_, param) => match param.scale {
+            Self::Effect(spec, param) => match param.scale {
                 Scale::Log => (to / from).ln() / LOG_STEP_RATIO.ln(),
                 Scale::Linear => {
-                    let (low, high) = limits(param);
+                    let (low, high) = limits(spec, param);
                     (to - from) * LINEAR_STEPS / (high - low)
                 }
             },
@@ -72,8 +70,8 @@ impl FreeParameter {
     pub fn value(self, model: &SensorConfig) -> f64 {
         match self {
             Self::Model(parameter) => parameter.value(model),
-            Self::Effect(effect, param) => model
-                .effect(effect)
+            Self::Effect(spec, param) => model
+                .effect(spec.name)
                 .and_then(|effect| effect.number(param.name))
                 .or(param.neutral)
                 .unwrap_or(0.0),
@@ -88,14 +86,14 @@ impl FreeParameter {
             Self::Model(parameter) => {
                 parameter.set(&mut stepped, parameter.stepped(value, steps));
             }
-            Self::Effect(name, param) => {
-                let (low, high) = limits(param);
+            Self::Effect(spec, param) => {
+                let (low, high) = limits(spec, param);
                 let value = match param.scale {
                     Scale::Log => value.max(low) * LOG_STEP_RATIO.powf(steps),
                     Scale::Linear => value + (high - low) / LINEAR_STEPS * steps,
                 };
                 let value = value.clamp(low, high);
-                for effect in stepped.effects.iter_mut().filter(|effect| effect.name == name) {
+                for effect in stepped.effects.iter_mut().filter(|effect| effect.name == spec.name) {
                     *effect = effect.clone().with(param.name, value);
                 }
             }
@@ -107,7 +105,7 @@ impl FreeParameter {
     pub fn is_at_top(self, model: &SensorConfig) -> bool {
         match self {
             Self::Model(_) => false,
-            Self::Effect(_, param) => self.value(model) >= limits(param).1 * 0.999,
+            Self::Effect(spec, param) => self.value(model) >= limits(spec, param).1 * 0.999,
         }
     }
 

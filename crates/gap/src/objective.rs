@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 
 use evpose_core::{EventStream, TimeWindow};
-use evpose_sensor::{EffectConfig, SensorConfig};
+use evpose_sensor::{Catalogue, EffectConfig, SensorConfig};
 use rayon::prelude::*;
 
 use crate::compare::{discrepancy, gap};
@@ -23,14 +23,13 @@ const DITHER_SHARE: f64 = 0.5;
 
 /// The reference with a little of every kind of noise. It shows how robust each statistic is: one
 /// that jumps under so little noise is no evidence for an effect.
-fn dithered(reference: &SensorConfig) -> SensorConfig {
+fn dithered(reference: &SensorConfig, catalogue: Catalogue) -> SensorConfig {
     let mut config = reference.clone();
-    config.effects.extend([
-        EffectConfig::new("threshold_mismatch").with("sigma", 0.004),
-        EffectConfig::new("threshold_temporal_noise").with("sigma", 0.004),
-        EffectConfig::new("timestamp_jitter").with("sigma_us", 100.0),
-        EffectConfig::new("uniform_noise").with("on_hz", 0.05).with("off_hz", 0.05),
-    ]);
+    for spec in catalogue.stages().iter().filter(|spec| !spec.search.dither.is_empty()) {
+        let effect = EffectConfig::new(spec.name);
+        let with = |effect: EffectConfig, (key, value): &(&str, f64)| effect.with(key, *value);
+        config.effects.push(spec.search.dither.iter().fold(effect, with));
+    }
     config
 }
 
@@ -90,9 +89,15 @@ impl<'a> Objective<'a> {
             min_variances: Vec::new(),
             cache: Mutex::default(),
         };
-        let dithered = objective.expect(&dithered(reference), DITHERED_RUNS)?;
+        let dithered =
+            objective.expect(&dithered(reference, objective.catalogue()), DITHERED_RUNS)?;
         objective.min_variances = dithered.variance.iter().map(|v| DITHER_SHARE * v).collect();
         Ok(objective)
+    }
+
+    /// The effects that models may have, see [`Scene::with_catalogue`](crate::Scene).
+    pub fn catalogue(&self) -> Catalogue {
+        self.reference_scene.scene.catalogue()
     }
 
     /// The summary of run `run` of a model. Runs of one index have the same random numbers in all

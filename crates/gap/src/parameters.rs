@@ -1,7 +1,7 @@
 //! Parameters that every sensor model has. A gap that refitting them closes is a wrong parameter,
 //! not a missing effect.
 
-use evpose_sensor::{EffectConfig, SensorConfig};
+use evpose_sensor::{Catalogue, CommonParameter, EffectConfig, SensorConfig, StageSpec};
 use serde::Serialize;
 
 /// A parameter of the model that is refitted before and together with effects.
@@ -56,26 +56,27 @@ impl ModelParameter {
         }
     }
 
-    /// Effect and key of the parameter in a sensor config.
-    fn place(self) -> (&'static str, &'static str) {
+    /// The same parameter in the catalogue.
+    pub fn common(self) -> CommonParameter {
         match self {
-            Self::ThresholdOn => ("level_crossing", "threshold_on"),
-            Self::ThresholdOff => ("level_crossing", "threshold_off"),
-            Self::NoiseOn => ("uniform_noise", "on_hz"),
-            Self::NoiseOff => ("uniform_noise", "off_hz"),
-            Self::ClockOffset => ("clock_offset_drift", "offset_us"),
+            Self::ThresholdOn => CommonParameter::ThresholdOn,
+            Self::ThresholdOff => CommonParameter::ThresholdOff,
+            Self::NoiseOn => CommonParameter::NoiseOn,
+            Self::NoiseOff => CommonParameter::NoiseOff,
+            Self::ClockOffset => CommonParameter::ClockOffset,
         }
     }
 
     /// The value in a model.
     pub fn value(self, model: &SensorConfig) -> f64 {
-        let (effect, key) = self.place();
-        model.effect(effect).and_then(|effect| effect.number(key)).unwrap_or(0.0)
+        let (owner, key) = self.common().place();
+        model.effect(owner.name).and_then(|effect| effect.number(key)).unwrap_or(0.0)
     }
 
     /// Sets the value in a model, to which the effect is added where it is missing.
     pub fn set(self, model: &mut SensorConfig, value: f64) {
-        let (name, key) = self.place();
+        let (owner, key) = self.common().place();
+        let name = owner.name;
         if matches!(self, Self::ThresholdOn | Self::ThresholdOff) && value <= 0.0 {
             // The model has another change detector, without thresholds.
             return;
@@ -97,7 +98,7 @@ impl ModelParameter {
         }
         // Stages without background or clock offset would be entries without an effect.
         let is_idle = |effect: &EffectConfig| {
-            matches!(name, "uniform_noise" | "clock_offset_drift")
+            matches!(self, Self::NoiseOn | Self::NoiseOff | Self::ClockOffset)
                 && effect.name == name
                 && effect.params.keys().all(|key| effect.number(key) == Some(0.0))
         };
@@ -136,6 +137,22 @@ impl ModelParameter {
             Self::ClockOffset => 30.0,
         }
     }
+}
+
+/// Name of the finding that no recording distinguishes from the one called `name`: an effect of the
+/// catalogue for a parameter of the model, and the reverse. A delay of all pixels is an offset of
+/// the clock.
+pub(crate) fn same_as(catalogue: Catalogue, name: &str) -> Option<&'static str> {
+    let same = |spec: &&'static StageSpec| {
+        let common = spec.search.same_as?;
+        let parameter = ModelParameter::ALL.into_iter().find(|one| one.common() == common)?;
+        Some((spec.name, parameter.name()))
+    };
+    catalogue.stages().iter().filter_map(same).find_map(|(effect, parameter)| match name {
+        _ if name == effect => Some(parameter),
+        _ if name == parameter => Some(effect),
+        _ => None,
+    })
 }
 
 /// `model` with the parameters of `given`.

@@ -1,6 +1,7 @@
 //! Luminance over time in front of the camera.
 
 use evpose_core::{Event, Micros, Plane, SensorSize};
+use evpose_sensor::Catalogue;
 
 use crate::GapError;
 
@@ -12,6 +13,7 @@ pub struct Scene {
     planes: Vec<Plane<f32>>,
     /// Pixels (true, row by row) that are excluded from the comparison; empty if there are none.
     masked: Vec<bool>,
+    catalogue: Catalogue,
 }
 
 impl Scene {
@@ -34,7 +36,7 @@ impl Scene {
             return Err(GapError::Scene(format!("{fps} frames per second")));
         }
         let size = SensorSize { width: width as u16, height: height as u16 };
-        Ok(Self { size, fps, planes, masked: Vec::new() })
+        Ok(Self { size, fps, planes, masked: Vec::new(), catalogue: Catalogue::default() })
     }
 
     /// The same scene with some pixels (true, row by row) excluded from the comparison, because
@@ -42,6 +44,18 @@ impl Scene {
     #[must_use]
     pub fn with_mask(self, masked: Vec<bool>) -> Self {
         Self { masked, ..self }
+    }
+
+    /// The same scene, shown to models whose effects are those of `catalogue`, and compared with
+    /// them; by default the built-in effects.
+    #[must_use]
+    pub fn with_catalogue(self, catalogue: Catalogue) -> Self {
+        Self { catalogue, ..self }
+    }
+
+    /// The effects of models that the scene is shown to.
+    pub fn catalogue(&self) -> Catalogue {
+        self.catalogue
     }
 
     /// Pixels that are excluded from the comparison (true, row by row); empty if there are none.

@@ -1,7 +1,7 @@
 //! Simulation of a sensor model on a scene.
 
 use evpose_core::EventStream;
-use evpose_sensor::{SensorConfig, SensorModel};
+use evpose_sensor::SensorConfig;
 
 use crate::{Classes, Expected, GapError, ReferenceScene, Scene};
 
@@ -22,7 +22,7 @@ impl Scene {
         seed: u64,
         max_events: usize,
     ) -> Result<Option<EventStream>, GapError> {
-        let mut run = SensorModel::from_config(config)?.start(self.size(), seed);
+        let mut run = self.catalogue().model(config)?.start(self.size(), seed);
         let mut all = EventStream::empty(self.size());
         for (k, plane) in self.planes().iter().enumerate() {
             for event in run.expose(plane, self.time(k))?.iter().filter(|e| self.is_compared(e)) {

@@ -2,25 +2,14 @@
 //! would not find them by gradient descent.
 
 use evpose_core::EventStream;
-use evpose_sensor::{ParamSpec, STAGES, SensorConfig};
+use evpose_sensor::{Catalogue, ParamSpec, RecordingMark, SensorConfig};
 
 use super::recording_marks::{Estimate, all_estimates};
-use crate::candidate::{Candidate, Trial};
+use crate::candidate::{Candidate, Trial, words};
 use crate::parameters::ModelParameter;
 
 /// Fraction of time stamps consistent with a readout above which the readout is proven.
 const PROVEN: f64 = 0.9;
-
-/// Usual behaviour of pixels that wait for a readout, and usual order of service.
-const USUAL_CHOICES: &[(&str, &[(&str, &str)])] = &[
-    ("arbiter", &[("order", "rows"), ("waiting", "free")]),
-    ("scanned_readout", &[("waiting", "latched")]),
-];
-
-/// Parameters whose estimates are rough, and which are therefore fitted as well: events lag behind
-/// the wave of a lamp, and stamps of a bus are whole microseconds.
-const ROUGH: &[(&str, &str)] =
-    &[("lamp_flicker", "phase_turns"), ("arbiter", "rate_hz"), ("arbiter", "row_ns")];
 
 /// Lags of events behind a lamp, turns: near the threshold, pixels fire up to the turning point of
 /// the light.
@@ -32,17 +21,18 @@ const AMPLITUDES: [f64; 9] = [0.85, 1.0, 1.04, 1.09, 1.14, 1.2, 1.27, 1.36, 1.5]
 /// Direct estimates of a recording, at most one per effect.
 #[derive(Debug, Clone)]
 pub(super) struct DirectEstimates {
+    catalogue: Catalogue,
     estimates: Vec<Estimate>,
 }
 
 impl DirectEstimates {
-    /// Estimates from the events of a recording.
-    pub(super) fn from_events(events: &EventStream) -> Self {
-        Self { estimates: all_estimates(events) }
+    /// Estimates from the events of a recording, for the effects of a catalogue.
+    pub(super) fn from_events(catalogue: Catalogue, events: &EventStream) -> Self {
+        Self { catalogue, estimates: all_estimates(catalogue, events) }
     }
 
     fn find(&self, name: &str) -> Option<&Estimate> {
-        self.estimates.iter().find(|estimate| estimate.name == name)
+        self.estimates.iter().find(|estimate| estimate.spec.name == name)
     }
 
     /// The effects that the time stamps prove and that `model` lacks, as trials: a readout, and the
@@ -52,20 +42,14 @@ impl DirectEstimates {
         model: &SensorConfig,
         left_out: &[String],
     ) -> Vec<(&'static str, Trial)> {
-        let candidates = Candidate::missing_from(model, left_out);
-        let is_proven = |estimate: &&Estimate| estimate.consistent > PROVEN;
+        let candidates = Candidate::missing_from(self.catalogue, model, left_out);
+        let is_proven = |estimate: &&Estimate| estimate.reading.consistent > PROVEN;
         let trial = |estimate: &Estimate| {
-            let name = estimate.name;
+            let name = estimate.spec.name;
             let candidate = candidates.iter().find(|one| one.name() == name)?;
-            let usual = USUAL_CHOICES.iter().find(|(effect, _)| *effect == name);
-            let has_choices = |trial: &Trial| {
-                usual.iter().flat_map(|(_, choices)| choices.iter()).all(|(key, word)| {
-                    trial.effect.params.get(*key) == Some(&evpose_sensor::Value::from(*word))
-                })
-            };
             let mut plainest =
                 candidate.trials().into_iter().filter_map(|form| form.into_iter().next());
-            Some((name, self.applied(name, &plainest.rfind(has_choices)?)))
+            Some((name, self.applied(name, &plainest.rfind(Trial::is_usual)?)))
         };
         self.estimates.iter().rev().filter(is_proven).filter_map(trial).collect()
     }
@@ -73,14 +57,16 @@ impl DirectEstimates {
     /// The trial with its estimated parameters set. They are no longer fitted, except rough ones.
     pub(super) fn applied(&self, name: &str, trial: &Trial) -> Trial {
         let mut applied = trial.clone();
-        let Some(Estimate { effect, .. }) = self.find(name) else { return applied };
-        applied.effect.params.extend(effect.params.clone());
+        let Some(Estimate { spec, reading, .. }) = self.find(name) else { return applied };
+        let known = reading.params.iter().map(|(key, value)| ((*key).to_owned(), value.clone()));
+        applied.effect.params.extend(known);
         // The strength stays free, so that there is something to fit.
         let strength = trial.params[0];
-        applied.params.retain(|p| p.name == strength.name || !effect.params.contains_key(p.name));
-        let spec = STAGES.iter().find(|spec| spec.name == name);
-        let is_rough = |p: &&ParamSpec| p.name != strength.name && ROUGH.contains(&(name, p.name));
-        applied.params.extend(spec.iter().flat_map(|spec| spec.params.iter().filter(is_rough)));
+        let is_read = |p: &ParamSpec| reading.params.iter().any(|(key, _)| *key == p.name);
+        applied.params.retain(|p| p.name == strength.name || !is_read(p));
+        let is_rough =
+            |p: &&ParamSpec| p.name != strength.name && spec.search.rough.contains(&p.name);
+        applied.params.extend(spec.params.iter().filter(is_rough));
         applied
     }
 
@@ -91,22 +77,25 @@ impl DirectEstimates {
         trial: &Trial,
         model: &SensorConfig,
     ) -> Vec<Trial> {
-        let estimate = self.find(name).filter(|_| name == "lamp_flicker");
-        let Some(turns) = estimate.and_then(|estimate| estimate.effect.number("phase_turns"))
+        let estimate = self.find(name).filter(|estimate| estimate.mark == RecordingMark::Lamp);
+        let Some(turns) = estimate.and_then(|estimate| estimate.reading.number("phase_turns"))
         else {
             return Vec::new();
         };
         let threshold =
             ModelParameter::ThresholdOn.value(model).min(ModelParameter::ThresholdOff.value(model));
+        let words = words(trial.spec);
         let mut all = Vec::new();
         for lag in LAG_TURNS {
             for amplitude in AMPLITUDES {
-                for word in ["now", "trough"] {
+                for words in &words {
                     // Log light goes from ln(1 - depth) to ln(1 + depth).
                     let depth = (0.5 * amplitude * threshold).tanh();
                     let at = trial.with(trial.params[0], depth);
                     let effect = at.effect.with("phase_turns", (turns + lag).rem_euclid(1.0));
-                    all.push(Trial { effect: effect.with("memory", word), params: at.params });
+                    let chosen =
+                        words.iter().fold(effect, |effect, (k, word)| effect.with(k, *word));
+                    all.push(Trial { effect: chosen, ..at });
                 }
             }
         }
@@ -132,13 +121,15 @@ mod tests {
             polarity: Polarity::On,
         });
         let size = SensorSize { width: 20, height: 30 };
-        let estimates =
-            DirectEstimates::from_events(&EventStream::from_events(size, events).unwrap());
+        let estimates = DirectEstimates::from_events(
+            Catalogue::default(),
+            &EventStream::from_events(size, events).unwrap(),
+        );
         let mut model = SensorConfig::from_toml("").unwrap();
         ModelParameter::ThresholdOn.set(&mut model, 0.25);
         ModelParameter::ThresholdOff.set(&mut model, 0.3);
         let interpretations = |name: &str| {
-            let candidates = Candidate::missing_from(&model, &[]);
+            let candidates = Candidate::missing_from(Catalogue::default(), &model, &[]);
             let candidate = candidates.into_iter().find(|one| one.name() == name).unwrap();
             estimates.interpretations(name, &candidate.trials()[0][0], &model)
         };

@@ -47,7 +47,7 @@ pub(super) fn explain(
         let own = selection.model.effect(effect.candidate.name);
         let trial = Trial {
             effect: own.unwrap_or(&effect.candidate.trial.effect).clone(),
-            params: effect.candidate.trial.params.clone(),
+            ..effect.candidate.trial.clone()
         };
         let free = FreeParameter::of_effect(&trial);
         let alone = trial.added_to(&before.model);

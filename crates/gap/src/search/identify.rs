@@ -40,7 +40,7 @@ impl DataSplits<'_> {
         if is_within_tolerance(&before) && gap_of_train <= super::decision::TOLERATED_GAP {
             return Identification::without_gap(self, before);
         }
-        let estimates = DirectEstimates::from_events(&self.train.events);
+        let estimates = DirectEstimates::from_events(self.train.catalogue(), &self.train.events);
         let mut selection = Selection::without_effects(self, model)?;
         self.add_proven(&mut selection, &estimates, left_out)?;
         progress("refitting the parameters of the model");

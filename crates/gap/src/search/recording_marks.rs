@@ -4,29 +4,64 @@
 use std::f64::consts::TAU;
 
 use evpose_core::EventStream;
-use evpose_sensor::EffectConfig;
+use evpose_sensor::{Catalogue, RecordingMark, StageSpec, Value};
 
 /// Parameters of one effect estimated from a recording.
 #[derive(Debug, Clone)]
 pub(super) struct Estimate {
-    /// Name of the effect in the catalogue.
-    pub(super) name: &'static str,
-    /// The effect with the estimated parameters.
-    pub(super) effect: EffectConfig,
-    /// Fraction of the time stamps that are consistent with it; zero where that is not known.
+    /// The effect.
+    pub(super) spec: &'static StageSpec,
+    /// The mark from which its parameters are estimated.
+    pub(super) mark: RecordingMark,
+    /// The estimates.
+    pub(super) reading: Reading,
+}
+
+/// Parameters read from a mark.
+#[derive(Debug, Clone)]
+pub(super) struct Reading {
+    /// Estimates of parameters and choices, by their keys.
+    pub(super) params: Vec<(&'static str, Value)>,
+    /// Fraction of the time stamps that are consistent with them; zero where that is not known.
     pub(super) consistent: f64,
 }
 
-impl Estimate {
-    fn new(effect: EffectConfig, name: &'static str, consistent: f64) -> Self {
-        Self { name, effect, consistent }
+impl Reading {
+    fn new(params: impl IntoIterator<Item = (&'static str, Value)>, consistent: f64) -> Self {
+        Self { params: params.into_iter().collect(), consistent }
+    }
+
+    /// The estimate of a parameter that is a number.
+    pub(super) fn number(&self, key: &str) -> Option<f64> {
+        self.params.iter().find(|(known, _)| *known == key).and_then(|(_, value)| match value {
+            Value::Number(number) => Some(*number),
+            Value::Word(_) => None,
+        })
     }
 }
 
-/// All estimates of a recording.
-pub(super) fn all_estimates(events: &EventStream) -> Vec<Estimate> {
-    let estimates = [flicker(events), tick(events), hot_pixels(events), scan(events), bus(events)];
-    estimates.into_iter().flatten().collect()
+/// Reads a mark in the events of a recording; none if it is not there.
+type Read = fn(&EventStream) -> Option<Reading>;
+
+/// Marks that are read without knowing the scene. A clock or readout that is listed later is taken
+/// first if the time stamps prove several.
+const READINGS: [(RecordingMark, Read); 5] = [
+    (RecordingMark::Lamp, flicker),
+    (RecordingMark::TimeGrid, tick),
+    (RecordingMark::HotPixels, hot_pixels),
+    (RecordingMark::Scan, scan),
+    (RecordingMark::Bus, bus),
+];
+
+/// All estimates of a recording, for the effects of a catalogue.
+pub(super) fn all_estimates(catalogue: Catalogue, events: &EventStream) -> Vec<Estimate> {
+    let mut estimates = Vec::new();
+    for (mark, read) in READINGS {
+        let mut specs = catalogue.with_mark(mark).peekable();
+        let Some(reading) = specs.peek().and_then(|_| read(events)) else { continue };
+        estimates.extend(specs.map(|spec| Estimate { spec, mark, reading: reading.clone() }));
+    }
+    estimates
 }
 
 /// Bin length of the rate that lamps are searched in.
@@ -36,7 +71,7 @@ const FLICKER_HZ: (f64, f64) = (30.0, 900.0);
 
 /// Frequency and phase of the strongest spectral line of the ON rate minus the OFF rate: light that
 /// rises and falls makes them alternate.
-fn flicker(events: &EventStream) -> Option<Estimate> {
+fn flicker(events: &EventStream) -> Option<Reading> {
     let end = events.t().last()?.0;
     let mut rate = vec![0.0_f64; (end / FLICKER_BIN_US) as usize + 1];
     for event in events.iter().filter(|event| event.t.0 >= 0) {
@@ -66,9 +101,8 @@ fn flicker(events: &EventStream) -> Option<Estimate> {
     let (c, s) = transform(hz);
     // Light 1 + m sin(2 pi f t + phi) changes as cos(2 pi f t + phi), whose transform this is.
     let phase_turns = (-s).atan2(c) / TAU;
-    let effect = EffectConfig::new("lamp_flicker").with("frequency_hz", hz);
-    let effect = effect.with("phase_turns", phase_turns.rem_euclid(1.0));
-    Some(Estimate::new(effect, "lamp_flicker", 0.0))
+    let phase_turns = phase_turns.rem_euclid(1.0);
+    Some(Reading::new([("frequency_hz", hz.into()), ("phase_turns", phase_turns.into())], 0.0))
 }
 
 /// Time stamps whose common divisor is no accident.
@@ -76,7 +110,7 @@ const MIN_STAMPS: usize = 200;
 
 /// Period of the time stamps: the greatest common divisor of their differences; none if that is a
 /// microsecond.
-fn tick(events: &EventStream) -> Option<Estimate> {
+fn tick(events: &EventStream) -> Option<Reading> {
     let gcd = |mut a: i64, mut b: i64| {
         while b != 0 {
             (a, b) = (b, a % b);
@@ -85,11 +119,9 @@ fn tick(events: &EventStream) -> Option<Estimate> {
     };
     let first = events.t().first()?.0;
     let tick = events.t().iter().fold(0, |tick, t| gcd(tick, t.0 - first));
-    let name = "timestamp_quantisation";
-    let effect = EffectConfig::new(name).with("period_us", tick as f64);
     // Few stamps have a common divisor by chance; of many, it is a fact.
     let consistent = if events.len() >= MIN_STAMPS { 1.0 } else { 0.0 };
-    (tick > 1).then(|| Estimate::new(effect, name, consistent))
+    (tick > 1).then(|| Reading::new([("period_us", (tick as f64).into())], consistent))
 }
 
 /// Events by which, and factor by which, a hot pixel exceeds the median of its neighbours.
@@ -97,7 +129,7 @@ const HOT_EXCESS: f64 = 8.0;
 const HOT_FACTOR: f64 = 4.0;
 
 /// Fraction of pixels far above their eight neighbours, and the median of their rates.
-fn hot_pixels(events: &EventStream) -> Option<Estimate> {
+fn hot_pixels(events: &EventStream) -> Option<Reading> {
     let size = events.sensor();
     let (width, height) = (usize::from(size.width), usize::from(size.height));
     let seconds = 1e-6 * events.t().last()?.0 as f64;
@@ -127,23 +159,21 @@ fn hot_pixels(events: &EventStream) -> Option<Estimate> {
     excesses.sort_by(f64::total_cmp);
     let median = excesses.get(excesses.len() / 2)?;
     let fraction = (excesses.len() as f64 / size.pixels() as f64).clamp(1e-6, 0.5);
-    let effect = EffectConfig::new("hot_pixels").with("fraction", fraction);
-    let effect = effect.with("median_hz", (median / seconds).max(0.1));
-    Some(Estimate::new(effect, "hot_pixels", 0.0))
+    let median_hz = (median / seconds).max(0.1);
+    Some(Reading::new([("fraction", fraction.into()), ("median_hz", median_hz.into())], 0.0))
 }
 
 /// Fraction of time stamps that must be locked to a scan for its period to be used.
 const MIN_LOCKED: f64 = 0.2;
 
 /// Axis and direction of a readout that scans lines in turn, and its period if it is significant.
-fn scan(events: &EventStream) -> Option<Estimate> {
+fn scan(events: &EventStream) -> Option<Reading> {
     let scan = crate::probe::scan_of(events)?;
-    let effect = EffectConfig::new("scanned_readout")
-        .with("axis", if scan.is_by_row { "rows" } else { "columns" })
-        .with("direction", if scan.is_backward { "backward" } else { "forward" });
-    let is_locked = scan.locked > MIN_LOCKED;
-    let effect = if is_locked { effect.with("period_us", scan.period_us) } else { effect };
-    Some(Estimate::new(effect, "scanned_readout", scan.locked))
+    let axis = if scan.is_by_row { "rows" } else { "columns" };
+    let direction = if scan.is_backward { "backward" } else { "forward" };
+    let period = (scan.locked > MIN_LOCKED).then(|| ("period_us", scan.period_us.into()));
+    let words = [("axis", axis.into()), ("direction", direction.into())];
+    Some(Reading::new(words.into_iter().chain(period), scan.locked))
 }
 
 /// Longest interval between two events of a busy bus, microseconds.
@@ -153,7 +183,7 @@ const MIN_PACED: f64 = 0.25;
 
 /// Service times of a bus per event and per change of row: the most common intervals between
 /// successive events in one row and in two.
-fn bus(events: &EventStream) -> Option<Estimate> {
+fn bus(events: &EventStream) -> Option<Reading> {
     let mut histograms = [vec![0_usize; MAX_SERVICE_US], vec![0_usize; MAX_SERVICE_US]];
     let all: Vec<(i64, u16)> = events.iter().map(|event| (event.t.0, event.y)).collect();
     for pair in all.windows(2) {
@@ -175,8 +205,8 @@ fn bus(events: &EventStream) -> Option<Estimate> {
     });
     let [Some((event_us, of_events)), Some((row_us, of_rows))] = service else { return None };
     let row_ns = (1e3 * (row_us - event_us)).max(1.0);
-    let effect = EffectConfig::new("arbiter").with("rate_hz", 1e6 / event_us);
-    Some(Estimate::new(effect.with("row_ns", row_ns), "arbiter", of_events.min(of_rows)))
+    let params = [("rate_hz", (1e6 / event_us).into()), ("row_ns", row_ns.into())];
+    Some(Reading::new(params, of_events.min(of_rows)))
 }
 
 #[cfg(test)]
@@ -211,11 +241,11 @@ mod tests {
                 }
                 t_us += 3_000.0;
             }
-            let Estimate { effect, consistent, .. } = bus(&stream(busy)).unwrap();
-            assert!(consistent > 0.9, "{consistent}");
-            let value = |key| effect.number(key).unwrap();
-            assert!((1e6 / value("rate_hz") - event_us).abs() < 0.1, "{effect:?}");
-            assert!((1e-3 * value("row_ns") - row_us).abs() < 0.6, "{effect:?}");
+            let reading = bus(&stream(busy)).unwrap();
+            assert!(reading.consistent > 0.9, "{reading:?}");
+            let value = |key| reading.number(key).unwrap();
+            assert!((1e6 / value("rate_hz") - event_us).abs() < 0.1, "{reading:?}");
+            assert!((1e-3 * value("row_ns") - row_us).abs() < 0.6, "{reading:?}");
         }
     }
 

@@ -1,7 +1,7 @@
 //! Refinement of fitted candidates: parameters that help are added, parameters that do not are
 //! dropped, and the effects of an answer are fitted together.
 
-use evpose_sensor::{ParamSpec, STAGES, SensorConfig, Strength, Value};
+use evpose_sensor::{ParamSpec, SensorConfig, Strength, Value};
 
 use super::identification::FittedCandidate;
 use crate::fit::{Fit, descend};
@@ -31,7 +31,7 @@ impl FittedCandidate {
         objective: &Objective<'_>,
         given: &SensorConfig,
     ) -> Result<(), GapError> {
-        let Some(spec) = STAGES.iter().find(|spec| spec.name == self.name) else { return Ok(()) };
+        let spec = self.trial.spec;
         if matches!(spec.signature.strength, Strength::RisingAlone(_)) {
             return Ok(());
         }

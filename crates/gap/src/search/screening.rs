@@ -9,7 +9,7 @@
 
 use std::sync::Arc;
 
-use evpose_sensor::{Domain, SensorConfig};
+use evpose_sensor::{Domain, Onset, SensorConfig};
 use rayon::prelude::*;
 
 use super::direct_estimates::DirectEstimates;
@@ -33,10 +33,6 @@ const VARIANTS: usize = 3;
 /// Steps up to which the effect of the model's parameters is taken to be linear.
 pub(super) const MAX_LINEAR_STEPS: f64 = 2.0;
 
-/// Effects without any events below a strength and with many above: the best trial on a short part
-/// need not lead to the best fit.
-const SUDDEN: &[&str] = &["lamp_flicker"];
-
 /// A strength of a trial that was simulated.
 #[derive(Debug, Clone)]
 pub(super) struct TriedStrength {
@@ -51,8 +47,6 @@ pub(super) struct TriedStrength {
 pub(super) struct ScreenedTrial {
     /// Name of the effect in the catalogue.
     pub(super) name: &'static str,
-    /// Domain of the signal chain that the effect acts in.
-    pub(super) domain: Domain,
     /// The effect with its strength.
     pub(super) trial: Trial,
     /// Discrepancy on the screen.
@@ -65,6 +59,11 @@ impl ScreenedTrial {
     /// Strength of the effect; none if the trial leaves it at the default.
     fn strength(&self) -> Option<f64> {
         self.trial.value(self.trial.params[0])
+    }
+
+    /// Whether the best trial on a short part need not lead to the best fit.
+    fn is_sudden(&self) -> bool {
+        self.trial.spec.search.onset == Onset::Sudden
     }
 }
 
@@ -151,6 +150,11 @@ impl<'a> ScreeningBase<'a> {
         Ok(best)
     }
 
+    /// Candidates, also those that the model has at another strength.
+    fn candidates(&self, left_out: &[String]) -> Vec<Candidate> {
+        Candidate::all(self.objective.catalogue(), left_out)
+    }
+
     /// The variant with the fewest parameters of each form of each candidate, not screened yet.
     fn trials(&self, left_out: &[String]) -> Vec<ScreenedTrial> {
         let of_candidate = |candidate: Candidate| {
@@ -159,22 +163,22 @@ impl<'a> ScreeningBase<'a> {
                 .map(|trial| self.estimates.applied(candidate.name(), &trial))
                 .map(move |trial| ScreenedTrial {
                     name: candidate.name(),
-                    domain: candidate.spec.domain,
                     trial,
                     discrepancy: f64::INFINITY,
                     tried: Vec::new(),
                 })
                 .collect::<Vec<_>>()
         };
-        Candidate::missing_from(self.model, left_out).into_iter().flat_map(of_candidate).collect()
+        self.candidates(left_out).into_iter().flat_map(of_candidate).collect()
     }
 
     /// Screens a trial at the coarse grid of strengths, and at its direct estimate if there is one.
     fn coarse(&self, screened: &ScreenedTrial) -> Result<ScreenedTrial, GapError> {
         // Readouts, delays and jitter of time stamps show only where they are nearly right: they
-        // need the whole grid. The queue of a bus grows evenly with its time per event.
-        let is_sharp = matches!(screened.domain, Domain::Clock | Domain::Readout);
-        let stride = if is_sharp && screened.name != "arbiter" { 1 } else { 2 };
+        // need the whole grid, unless they are known to set in evenly.
+        let spec = screened.trial.spec;
+        let is_sharp = matches!(spec.domain, Domain::Clock | Domain::Readout);
+        let stride = if is_sharp && spec.search.onset != Onset::Even { 1 } else { 2 };
         let (strengths, is_rising) = screened.trial.rising();
         let strengths: Vec<f64> = strengths.into_iter().step_by(stride).collect();
         let at_estimate = self.best_of(screened, screened.strength().as_slice(), false)?;
@@ -195,8 +199,8 @@ impl<'a> ScreeningBase<'a> {
     fn richer(&self, screened: &ScreenedTrial, left_out: &[String]) -> Vec<ScreenedTrial> {
         let strength = screened.trial.params[0];
         let value = screened.strength();
-        let candidates = Candidate::missing_from(self.model, left_out);
-        let candidate = candidates.into_iter().find(|other| other.name() == screened.name);
+        let candidate =
+            self.candidates(left_out).into_iter().find(|other| other.name() == screened.name);
         let forms = candidate.into_iter().flat_map(Candidate::trials);
         forms
             .filter(|form| {
@@ -268,7 +272,7 @@ pub(super) fn screen(
     sort(&mut screened);
     // A periodic signal with a slightly wrong phase looks worse than noise.
     let mut best = screened.iter().take(RICHER);
-    if let Some(trial) = best.find(|trial| SUDDEN.contains(&trial.name)).cloned() {
+    if let Some(trial) = best.find(|trial| trial.is_sudden()).cloned() {
         screened.extend(base.interpretations(&trial)?);
     }
     sort(&mut screened);
@@ -287,7 +291,7 @@ fn keep_best_variants(screened: &mut Vec<ScreenedTrial>) {
     screened.retain(|trial| {
         let before = seen.iter().filter(|name| **name == trial.name).count();
         seen.push(trial.name);
-        let max = if SUDDEN.contains(&trial.name) { 2 * VARIANTS } else { VARIANTS };
+        let max = if trial.is_sudden() { 2 * VARIANTS } else { VARIANTS };
         before < max && !trial.tried.is_empty()
     });
 }

@@ -22,6 +22,8 @@ pub(super) struct SelectedEffect {
 /// A model in the making.
 #[derive(Debug, Clone)]
 pub(super) struct Selection {
+    /// The model as given.
+    pub(super) given: SensorConfig,
     /// The model, fitted to the training data.
     pub(super) model: SensorConfig,
     /// Its discrepancy there.
@@ -42,11 +44,17 @@ impl Selection {
         model: &SensorConfig,
     ) -> Result<Self, GapError> {
         Ok(Self {
+            given: model.clone(),
             model: model.clone(),
             train_discrepancy: splits.train.discrepancy(model, 1)?,
             held_out: splits.score(model)?,
             effects: Vec::new(),
         })
+    }
+
+    /// Discrepancy on training and held-out data together, by which rivals are compared.
+    pub(super) fn discrepancy(&self) -> f64 {
+        self.train_discrepancy + self.held_out.discrepancy
     }
 
     /// Whether an effect is among those selected.
@@ -118,7 +126,7 @@ impl Selection {
     ) -> Result<Self, GapError> {
         let mut rest = self.clone();
         let dropped = rest.effects.remove(i);
-        rest.model = without_effect(&self.model, dropped.candidate.name);
+        rest.model = without_effect(&self.model, &self.given, dropped.candidate.name);
         rest.fit_together(splits, rounds)?;
         Ok(rest)
     }

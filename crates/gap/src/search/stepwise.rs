@@ -111,7 +111,11 @@ impl Forward<'_> {
                 scored.push((candidate, held_out));
             }
         }
-        scored.sort_by(|a, b| a.1.discrepancy.total_cmp(&b.1.discrepancy));
+        // All have the same chance to fit the training data: both parts together decide.
+        let both = |(candidate, held_out): &(FittedCandidate, ModelScore)| {
+            candidate.fit.discrepancy + held_out.discrepancy
+        };
+        scored.sort_by(|a, b| both(a).total_cmp(&both(b)));
         let mut names = Vec::new();
         scored.retain(|(candidate, _)| {
             let is_new = !names.contains(&candidate.name);

@@ -41,9 +41,9 @@ pub(super) fn swap(
         for rival in effect.rivals.iter().filter(|rival| !selection.has(rival.name)).take(RIVALS) {
             fitted.extend(in_place(splits, selection, i, rival)?);
         }
-        fitted.sort_by(|a, b| a.held_out.discrepancy.total_cmp(&b.held_out.discrepancy));
+        fitted.sort_by(|a, b| a.discrepancy().total_cmp(&b.discrepancy()));
         if let Some(best) = fitted.first().cloned()
-            && best.held_out.discrepancy < selection.held_out.discrepancy
+            && best.discrepancy() < selection.discrepancy()
         {
             let own = selection.clone();
             selection.model = best.held_out.model.clone();
@@ -84,9 +84,10 @@ fn in_place(
     i: usize,
     rival: &FittedCandidate,
 ) -> Result<Option<Selection>, GapError> {
-    let base = without_effect(&selection.model, selection.effects[i].candidate.name);
+    let base =
+        without_effect(&selection.model, &selection.given, selection.effects[i].candidate.name);
     let effect = rival.fit.model.effect(rival.name).unwrap_or(&rival.trial.effect).clone();
-    let trial = Trial { effect, params: rival.trial.params.clone() };
+    let trial = Trial { effect, ..rival.trial.clone() };
     let added = trial.added_to(&base);
     let others = selection.effects.iter().enumerate().filter(|(k, _)| *k != i);
     if others.into_iter().any(|(_, other)| added.effect(other.candidate.name).is_none()) {

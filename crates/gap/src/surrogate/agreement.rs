@@ -1,5 +1,7 @@
 //! Agreement of both halves of a recording on a parameter, and the interval from it.
 
+use evpose_sensor::RecordingMark;
+
 use super::findings::{SceneFreeEffect, SceneFreeParameter};
 use super::train::Train;
 
@@ -43,19 +45,15 @@ pub(super) fn exact(name: &'static str, unit: &'static str, value: f64) -> Scene
     SceneFreeParameter { name, unit, value, lo90: value, hi90: value, halves: None }
 }
 
-/// An effect with its parameters.
-pub(super) fn effect(
-    name: &'static str,
-    parameters: Vec<SceneFreeParameter>,
-    confusable_with: &[&'static str],
-) -> SceneFreeEffect {
-    let confusable_with = confusable_with.to_vec();
+/// The effect that leaves a mark, with its parameters.
+pub(super) fn effect(mark: RecordingMark, parameters: Vec<SceneFreeParameter>) -> SceneFreeEffect {
+    let spec = mark.effect();
     SceneFreeEffect {
-        name,
+        name: spec.name,
         variant: None,
         parameters,
         p: None,
-        confusable_with,
+        confusable_with: spec.search.resembles.to_vec(),
         pixels: Vec::new(),
     }
 }

@@ -1,5 +1,6 @@
 //! Effects whose parameters the whole recording and both of its halves agree on.
 
+use evpose_sensor::RecordingMark;
 use evpose_stats::quantile::median_high;
 
 use super::agreement::{Agreement, effect, exact};
@@ -54,8 +55,8 @@ impl Parts {
         Self { whole, halves, hot, dead, background, half_backgrounds }
     }
 
-    /// All effects that the parts agree on, and effects that these mask, with the reason.
-    pub(super) fn effects(&self) -> (Vec<SceneFreeEffect>, Vec<(&'static str, &'static str)>) {
+    /// All effects that the parts agree on, and marks that these hide, with the reason.
+    pub(super) fn effects(&self) -> (Vec<SceneFreeEffect>, Vec<(RecordingMark, &'static str)>) {
         let (mut agreed, mut masked) = (Vec::new(), Vec::new());
         let scan = self.scan();
         let count = if scan.is_none() { self.count() } else { None };
@@ -70,30 +71,31 @@ impl Parts {
         let lamp = self.lamp().filter(|lamp| !is_clock(lamp.parameters[0].value));
         match clock_us {
             None => agreed.extend(self.bus()),
-            Some(_) => masked.push(("arbiter", "the clock sets the gaps between events")),
+            Some(_) => masked.push((RecordingMark::Bus, "the clock sets the gaps between events")),
         }
         match clock_us {
             Some(us) if us >= 100.0 => {
-                masked.push(("event_rate_control", "the clock gathers events"));
+                masked.push((RecordingMark::RateCeiling, "the clock gathers events"));
             }
             _ => agreed.extend(self.ceiling()),
         }
         if lamp.is_some() {
-            masked.push(("refractory", "the lamp sets the intervals of pixels"));
-            masked.push(("photoreceptor_noise", "events alternate with the lamp"));
+            masked.push((RecordingMark::DeadTime, "the lamp sets the intervals of pixels"));
+            masked.push((RecordingMark::Alternation, "events alternate with the lamp"));
         } else {
             // Passes of a scan and ticks of a clock bound intervals from below as well.
             let is_own = |us: f64| clock_us.is_none_or(|clock_us| us > 1.5 * clock_us);
             let refractory = self.refractory().filter(|effect| is_own(effect.parameters[0].value));
             if refractory.is_none() && clock_us.is_some_and(|us| us >= 50.0) {
-                masked.push(("refractory", "the clock sets the intervals of pixels"));
+                masked.push((RecordingMark::DeadTime, "the clock sets the intervals of pixels"));
             }
             agreed.extend(refractory);
         }
         agreed.extend(self.hot_pixels());
         agreed.extend(self.dead_pixels());
-        let is_lit =
-            |effect: &SceneFreeEffect| lamp.is_none() || effect.name != "photoreceptor_noise";
+        let is_lit = |effect: &SceneFreeEffect| {
+            lamp.is_none() || effect.name != RecordingMark::Alternation.effect().name
+        };
         agreed.extend(self.background_effect().filter(is_lit));
         agreed.extend([scan, count, lamp].into_iter().flatten());
         (agreed, masked)
@@ -121,14 +123,14 @@ impl Parts {
             (_, false) => "columns, forward",
             (_, true) => "columns, backward",
         };
-        Some(effect("scanned_readout", vec![period], &[]).with_variant(variant))
+        Some(effect(RecordingMark::Scan, vec![period]).with_variant(variant))
     }
 
     fn count(&self) -> Option<SceneFreeEffect> {
         let (whole, halves) = self.each(clock::count_us)?;
         let agreement = Agreement { tolerance: 0.01, resolution: 0.01 };
         let period = agreement.parameter("period_us", "us", whole, halves)?;
-        Some(effect("timestamp_quantisation", vec![period], &["frame_grid"]))
+        Some(effect(RecordingMark::TimeGrid, vec![period]))
     }
 
     fn lamp(&self) -> Option<SceneFreeEffect> {
@@ -140,28 +142,28 @@ impl Parts {
         let resolution = 1.0 / self.whole.seconds();
         let agreement = Agreement { tolerance: 0.01, resolution };
         let frequency = agreement.parameter("frequency_hz", "Hz", whole, halves)?;
-        Some(effect("lamp_flicker", vec![frequency], &[]))
+        Some(effect(RecordingMark::Lamp, vec![frequency]))
     }
 
     fn bus(&self) -> Option<SceneFreeEffect> {
         let (whole, halves) = self.each(load::bus_rate_hz)?;
         let agreement = Agreement { tolerance: 0.1, resolution: 0.0 };
         let rate = agreement.parameter("rate_hz", "Hz", whole, halves)?;
-        Some(effect("arbiter", vec![rate], &[]))
+        Some(effect(RecordingMark::Bus, vec![rate]))
     }
 
     fn ceiling(&self) -> Option<SceneFreeEffect> {
         let (whole, halves) = self.each(load::ceiling_hz)?;
         let agreement = Agreement { tolerance: 0.05, resolution: 0.0 };
         let rate = agreement.parameter("rate_hz", "Hz", whole, halves)?;
-        Some(effect("event_rate_control", vec![rate], &["arbiter"]))
+        Some(effect(RecordingMark::RateCeiling, vec![rate]))
     }
 
     fn refractory(&self) -> Option<SceneFreeEffect> {
         let (whole, halves) = self.each(interval::refractory_us)?;
         let agreement = Agreement { tolerance: 0.1, resolution: 1.0 };
         let period = agreement.parameter("period_us", "us", whole, halves)?;
-        Some(effect("refractory", vec![period], &[]))
+        Some(effect(RecordingMark::DeadTime, vec![period]))
     }
 
     fn hot_pixels(&self) -> Option<SceneFreeEffect> {
@@ -180,7 +182,7 @@ impl Parts {
             agreement.parameter("median_hz", "Hz", whole.0, [early.0, late.0])?,
             on_share,
         ];
-        Some(effect("hot_pixels", parameters, &[]).with_pixels(&self.whole, &self.hot))
+        Some(effect(RecordingMark::HotPixels, parameters).with_pixels(&self.whole, &self.hot))
     }
 
     fn dead_pixels(&self) -> Option<SceneFreeEffect> {
@@ -189,7 +191,10 @@ impl Parts {
         }
         let fraction = self.dead.len() as f64 / self.whole.size.pixels() as f64;
         let fraction = exact("fraction", "", fraction);
-        Some(effect("dead_pixels", vec![fraction], &[]).with_pixels(&self.whole, &self.dead))
+        Some(
+            effect(RecordingMark::SilentPixels, vec![fraction])
+                .with_pixels(&self.whole, &self.dead),
+        )
     }
 
     /// The effect that explains the background, if one does.
@@ -208,8 +213,7 @@ impl Parts {
             let agreement = Agreement { tolerance: 0.5, resolution: 1.0 };
             let halves = [halves[0].return_us()?, halves[1].return_us()?];
             let back = agreement.parameter("return_us", "us", whole.return_us()?, halves)?;
-            let names = &["lamp_flicker", "brownian_passage"];
-            return Some(effect("photoreceptor_noise", vec![back], names));
+            return Some(effect(RecordingMark::Alternation, vec![back]));
         }
         let is_regular = |part: &Background| {
             part.regularity(true).is_some_and(|regularity| regularity >= MIN_REGULARITY)
@@ -226,7 +230,7 @@ impl Parts {
                 let agreement = Agreement { tolerance: 0.5, resolution: 0.02 };
                 parameters.extend(agreement.parameter("jitter", "", jitter, [early, late]));
             }
-            return Some(effect("leak_on", parameters, &["parasitic_photo_leak"]));
+            return Some(effect(RecordingMark::RegularOn, parameters));
         }
         let is_poisson = |is_on: bool| {
             whole.regularity(is_on).is_none_or(|regularity| POISSON.contains(&regularity))
@@ -239,7 +243,7 @@ impl Parts {
             rates.parameter("on_hz", "Hz", on_hz, half_rates.map(|rates| rates.0))?,
             rates.parameter("off_hz", "Hz", off_hz, half_rates.map(|rates| rates.1))?,
         ];
-        Some(effect("uniform_noise", parameters, &["shot_noise_poisson"]))
+        Some(effect(RecordingMark::RandomRest, parameters))
     }
 }
 

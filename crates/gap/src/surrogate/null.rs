@@ -1,6 +1,7 @@
 //! Null hypotheses: the structure that surrogates randomise, and the statistics that test it.
 
 use evpose_core::CounterRng;
+use evpose_sensor::RecordingMark;
 use rayon::prelude::*;
 
 use super::background::Background;
@@ -30,14 +31,15 @@ struct Listed {
     name: &'static str,
     /// Whether large values are significant, or small ones.
     is_upper: bool,
-    effect: Option<&'static str>,
+    /// The mark that it shows.
+    mark: Option<RecordingMark>,
     /// Whether it counts for the correction; else it repeats a test with another window, to show
     /// the time scale.
     is_first: bool,
 }
 
-fn upper(name: &'static str, effect: Option<&'static str>, is_first: bool) -> Listed {
-    Listed { name, is_upper: true, effect, is_first }
+fn upper(name: &'static str, mark: Option<RecordingMark>, is_first: bool) -> Listed {
+    Listed { name, is_upper: true, mark, is_first }
 }
 
 impl Null {
@@ -55,38 +57,38 @@ impl Null {
     fn statistics(self) -> Vec<Listed> {
         let mut listed = match self {
             Self::Window(us) => vec![
-                upper("log lower edge of intervals", Some("refractory"), true),
+                upper("log lower edge of intervals", Some(RecordingMark::DeadTime), true),
                 upper("alternation of polarity", None, us == 20_000),
-                upper("events at one stamp", Some("timestamp_quantisation"), us == 5_000),
+                upper("events at one stamp", Some(RecordingMark::TimeGrid), us == 5_000),
                 upper("neighbours in one row", None, us == 5_000),
                 upper("neighbours in one column", None, us == 5_000),
-                upper("log lower edge of gaps", Some("arbiter"), us == 5_000),
+                upper("log lower edge of gaps", Some(RecordingMark::Bus), us == 5_000),
                 Listed {
                     name: "unevenness of the rate",
                     is_upper: false,
-                    effect: Some("event_rate_control"),
+                    mark: Some(RecordingMark::RateCeiling),
                     // Bins of 2 ms: budgets are per millisecond.
                     is_first: us == 20_000,
                 },
             ],
             Self::Stretch => vec![
-                upper("regularity of ON at rest", Some("leak_on"), true),
+                upper("regularity of ON at rest", Some(RecordingMark::RegularOn), true),
                 upper("regularity of OFF at rest", None, true),
-                upper("alternation at rest", Some("photoreceptor_noise"), true),
+                upper("alternation at rest", Some(RecordingMark::Alternation), true),
                 upper("synchrony of neighbours at rest", None, true),
             ],
             Self::Block => vec![
-                upper("excess of the hottest pixel", Some("hot_pixels"), true),
-                upper("silence of the deadest pixel", Some("dead_pixels"), true),
+                upper("excess of the hottest pixel", Some(RecordingMark::HotPixels), true),
+                upper("silence of the deadest pixel", Some(RecordingMark::SilentPixels), true),
             ],
         };
         if let Self::Window(us @ (20_000 | 100_000)) = self {
-            listed.push(upper("line of ON against OFF", Some("lamp_flicker"), us == 100_000));
+            listed.push(upper("line of ON against OFF", Some(RecordingMark::Lamp), us == 100_000));
         }
         if let Self::Window(20_000) = self {
-            listed.push(upper("clock of all pixels", Some("timestamp_quantisation"), true));
-            listed.push(upper("clock of rows", Some("scanned_readout"), true));
-            listed.push(upper("clock of columns", Some("scanned_readout"), true));
+            listed.push(upper("clock of all pixels", Some(RecordingMark::TimeGrid), true));
+            listed.push(upper("clock of rows", Some(RecordingMark::Scan), true));
+            listed.push(upper("clock of columns", Some(RecordingMark::Scan), true));
         }
         listed
     }
@@ -193,7 +195,7 @@ pub(super) fn statistics(parts: &Parts, replicates: usize, seed: u64) -> Vec<Sce
             sd: tested.sd,
             p: tested.p,
             adjusted_p: tested.adjusted_p,
-            effect: listed.effect,
+            effect: listed.mark.map(|mark| mark.effect().name),
         }
     })
     .collect()

@@ -11,7 +11,7 @@
 //! tests, and if the whole recording and both of its halves agree on its parameters.
 
 use evpose_core::EventStream;
-use evpose_sensor::STAGES;
+use evpose_sensor::{RecordingMark, STAGES, Stage, StageSpec, Strength};
 
 use super::evidence::Parts;
 use super::findings::{SceneFreeFindings, SceneFreeStatistic, Untestable};
@@ -27,34 +27,6 @@ const MAX_EVENTS: usize = 300_000;
 /// Minimum events of a test.
 const MIN_EVENTS: usize = 100;
 
-/// Effects of the catalogue that a recording without a scene can show.
-const TESTABLE: [&str; 11] = [
-    "lamp_flicker",
-    "photoreceptor_noise",
-    "leak_on",
-    "refractory",
-    "dead_pixels",
-    "hot_pixels",
-    "uniform_noise",
-    "arbiter",
-    "scanned_readout",
-    "event_rate_control",
-    "timestamp_quantisation",
-];
-
-/// Stages of every sensor, or of its numerics, which are no effects.
-const NO_EFFECTS: [&str; 9] = [
-    "adaptive_steps",
-    "logarithmic",
-    "lin_log",
-    "level_crossing",
-    "frame_difference",
-    "frame_count",
-    "brownian_passage",
-    "fixed_pattern",
-    "ideal_readout",
-];
-
 /// Tests a recording with `replicates` surrogates of each kind: 199 for p-values down to 0.005, and
 /// at least 39, because with fewer a single outlier among the surrogates hides an effect.
 pub fn test_recording(events: &EventStream, replicates: usize, seed: u64) -> SceneFreeFindings {
@@ -69,7 +41,8 @@ pub fn test_recording(events: &EventStream, replicates: usize, seed: u64) -> Sce
     let mut untestable = untestable(&parts, &statistics);
     if parts.whole.marks.len() >= MIN_EVENTS {
         let (agreed, masked) = parts.effects();
-        for (name, why) in masked {
+        for (mark, why) in masked {
+            let name = mark.effect().name;
             if untestable.iter().all(|untestable| untestable.name != name) {
                 untestable.push(Untestable { name, why: why.to_owned() });
             }
@@ -86,7 +59,8 @@ pub fn test_recording(events: &EventStream, replicates: usize, seed: u64) -> Sce
         effects.iter().any(|effect| effect.name == *name)
             || untestable.iter().any(|untestable| untestable.name == *name)
     };
-    let absent = TESTABLE.into_iter().filter(|name| !is_settled(name)).collect();
+    let testable = RecordingMark::ALL.into_iter().map(|mark| mark.effect().name);
+    let absent = testable.filter(|name| !is_settled(name)).collect();
     let (events, seconds) = (parts.whole.marks.len(), parts.whole.seconds());
     SceneFreeFindings {
         events,
@@ -100,32 +74,60 @@ pub fn test_recording(events: &EventStream, replicates: usize, seed: u64) -> Sce
     }
 }
 
+/// Whether a stage is an effect, rather than a stage of every sensor, or of its numerics, or what
+/// files of the user say.
+fn is_effect(spec: &'static StageSpec) -> bool {
+    let is_law = matches!(
+        spec.typical_stage(),
+        Ok(Stage::Photoreceptor(_) | Stage::Detector(_) | Stage::Steps(_))
+    );
+    !is_law && !matches!(spec.signature.strength, Strength::Unchanging | Strength::FromFiles)
+}
+
 /// Effects that need a scene, and those that this recording does not exercise, with the reasons.
 fn untestable(parts: &Parts, statistics: &[SceneFreeStatistic]) -> Vec<Untestable> {
+    let needs_scene = |spec: &&'static StageSpec| spec.search.mark.is_none() && is_effect(spec);
     let mut untestable: Vec<Untestable> = STAGES
         .iter()
-        .map(|stage| stage.name)
-        .filter(|name| !TESTABLE.contains(name) && !NO_EFFECTS.contains(name))
-        .map(|name| Untestable { name, why: "needs a known scene".to_owned() })
+        .copied()
+        .filter(needs_scene)
+        .map(|spec| Untestable { name: spec.name, why: "needs a known scene".to_owned() })
         .collect();
-    let has = |name: &str| statistics.iter().any(|row| row.effect == Some(name));
-    let mut add = |name, why: String| untestable.push(Untestable { name, why });
     let few = parts.whole.marks.len() < MIN_EVENTS;
-    for name in TESTABLE {
-        let at_rest = ["leak_on", "photoreceptor_noise", "uniform_noise"].contains(&name);
-        if few {
-            add(name, format!("{} events are too few", parts.whole.marks.len()));
-        } else if at_rest && parts.background.is_none() {
-            add(name, "no part of image and time is at rest".to_owned());
-        } else if name == "event_rate_control" && load::busiest(&parts.whole) < load::MIN_CEILING {
-            add(name, format!("at most {} events in a millisecond", load::busiest(&parts.whole)));
-        } else if name == "arbiter" && !load::is_dense(&parts.whole) {
-            add(name, "events are too far apart".to_owned());
-        } else if name == "dead_pixels" && Counts::from_train(&parts.whole).is_sparse() {
-            add(name, "pixels have too few events".to_owned());
-        } else if name != "uniform_noise" && !has(name) {
-            add(name, "too few events of this kind".to_owned());
-        }
+    for mark in RecordingMark::ALL {
+        let name = mark.effect().name;
+        let has = statistics.iter().any(|row| row.effect == Some(name));
+        let why = if few {
+            Some(format!("{} events are too few", parts.whole.marks.len()))
+        } else {
+            why_not_shown(mark, parts).or_else(|| {
+                // What is left of a background has no statistic of its own.
+                let is_missing = mark != RecordingMark::RandomRest && !has;
+                is_missing.then(|| "too few events of this kind".to_owned())
+            })
+        };
+        untestable.extend(why.map(|why| Untestable { name, why }));
     }
     untestable
+}
+
+/// Why a recording with enough events does not show a mark; none if it may.
+fn why_not_shown(mark: RecordingMark, parts: &Parts) -> Option<String> {
+    match mark {
+        RecordingMark::RegularOn | RecordingMark::Alternation | RecordingMark::RandomRest => {
+            parts.background.is_none().then(|| "no part of image and time is at rest".to_owned())
+        }
+        RecordingMark::RateCeiling => {
+            let busiest = load::busiest(&parts.whole);
+            (busiest < load::MIN_CEILING)
+                .then(|| format!("at most {busiest} events in a millisecond"))
+        }
+        RecordingMark::Bus => {
+            (!load::is_dense(&parts.whole)).then(|| "events are too far apart".to_owned())
+        }
+        RecordingMark::SilentPixels => Counts::from_train(&parts.whole)
+            .is_sparse()
+            .then(|| "pixels have too few events".to_owned()),
+        _ => None,
+    }
 }

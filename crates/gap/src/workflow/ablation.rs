@@ -27,7 +27,7 @@ pub fn ablation(
         rows.push(row(ModelChange::Added, &names.join(" + "), gap(&result.after.model)?));
     }
     for added in &result.added_effects {
-        let without = without_effect(&result.after.model, added.name());
+        let without = without_effect(&result.after.model, &result.before.model, added.name());
         rows.push(row(ModelChange::Dropped, added.name(), gap(&without)?));
         if let Some(rival) = added.contenders.get(1) {
             let gap = gap(&rival.held_out.model)?;

@@ -61,7 +61,7 @@ impl Directions {
         left_out: &[String],
     ) -> Result<Self, GapError> {
         let without = objective.expect(model, 1)?;
-        let candidates = Candidate::missing_from(model, left_out);
+        let candidates = Candidate::missing_from(objective.catalogue(), model, left_out);
         let direction = |candidate: &Candidate| {
             let trial = candidate.trials().into_iter().flatten().next();
             trial.map(|trial| direction(objective, model, &without, *candidate, &trial)).transpose()

@@ -9,14 +9,14 @@
 
 use std::collections::BTreeMap;
 
-use evpose_sensor::SensorConfig;
+use evpose_sensor::{Catalogue, SensorConfig};
 use evpose_stats::distribution::normal_upper_tail;
 
 use super::calibration::{CALIBRATION, FindingEvidence, ParameterOwner};
 use super::errors::{RawError, errors};
 use crate::GapError;
 use crate::free_parameter::FreeParameter;
-use crate::parameters::ModelParameter;
+use crate::parameters::{ModelParameter, same_as};
 use crate::search::{AddedEffect, ChangedParameter, DataSplits, ExplainedFraction, Identification};
 use crate::verdict::{Explained, Finding, FindingKind, Quantity};
 
@@ -71,7 +71,8 @@ pub fn evidenced_findings(
     }
     for changed in &result.changed_parameters {
         let i = ModelParameter::ALL.iter().position(|other| *other == changed.parameter);
-        findings.extend(i.map(|i| parameter_finding(result, changed, of_model[i])));
+        let catalogue = splits.train.catalogue();
+        findings.extend(i.map(|i| parameter_finding(catalogue, result, changed, of_model[i])));
     }
     let fraction = |one: &EvidencedFinding| {
         one.finding.explained.map_or(0.0, |explained| explained.beside_others)
@@ -97,10 +98,15 @@ fn effect_finding<'a>(
         }
     }
     let evidence = evidence(splits, result, added);
-    let confusable = added.confusable.iter().copied().chain(same_as(added.name()));
+    let same = same_as(splits.train.catalogue(), added.name());
+    let confusable = added.confusable.iter().copied().chain(same);
     let finding = Finding {
         name: added.name().to_owned(),
-        kind: FindingKind::Effect,
+        // An effect that the model has at another strength is a wrong parameter of it.
+        kind: match result.before.model.effect(added.name()) {
+            Some(_) => FindingKind::Parameter,
+            None => FindingKind::Effect,
+        },
         parameters: quantities,
         probability: CALIBRATION.probability(&evidence),
         confusable_with: confusable.map(str::to_owned).collect(),
@@ -111,6 +117,7 @@ fn effect_finding<'a>(
 
 /// Finding of a parameter of the model that differs from its given value.
 fn parameter_finding(
+    catalogue: Catalogue,
     result: &Identification,
     changed: &ChangedParameter,
     raw: RawError,
@@ -123,7 +130,7 @@ fn parameter_finding(
     let name = parameter.name().to_owned();
     let quantity = quantity(free, &result.after.model, &raw);
     // An early clock is no latency.
-    let same = same_as(&name).filter(|_| fitted > given);
+    let same = same_as(catalogue, &name).filter(|_| fitted > given);
     let finding = Finding {
         name: name.clone(),
         kind: FindingKind::Parameter,
@@ -164,16 +171,6 @@ fn kind(free: FreeParameter) -> ParameterOwner {
     match free {
         FreeParameter::Model(_) => ParameterOwner::OfModel,
         FreeParameter::Effect(..) => ParameterOwner::OfEffect,
-    }
-}
-
-/// Finding that no recording distinguishes from another: a delay of all pixels is an offset of the
-/// clock.
-fn same_as(name: &str) -> Option<&'static str> {
-    match name {
-        "pixel_latency" => Some("clock_offset"),
-        "clock_offset" => Some("pixel_latency"),
-        _ => None,
     }
 }
 

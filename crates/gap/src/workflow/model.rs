@@ -1,7 +1,12 @@
 //! The sensor model of a comparison, and its reference: the sensor without noise and delays.
 
 use evpose_core::Micros;
-use evpose_sensor::{EffectConfig, SensorConfig};
+use evpose_sensor::CommonParameter::{
+    DarkOffset, NoiseOff, NoiseOn, ThresholdMismatch, ThresholdOff, ThresholdOn,
+};
+use evpose_sensor::{
+    Catalogue, CommonParameter, Domain, EffectConfig, RecordingMark, SensorConfig, Stage, StageSpec,
+};
 
 use crate::input::Nominal;
 
@@ -24,93 +29,114 @@ pub struct Model {
     pub notes: Vec<String>,
 }
 
-/// Stages that replace the logarithm, and those that replace level crossing.
-const RECEPTORS: [&str; 2] = ["lin_log", "brownian_passage"];
-const DETECTORS: [&str; 3] = ["frame_difference", "frame_count", "brownian_passage"];
-
-/// Prepares a model for a comparison, with the nominal values of a recording in the place of its
-/// own.
+/// Prepares a model of the built-in effects for a comparison, with the nominal values of a recording
+/// in the place of its own.
 pub fn prepared(model: &SensorConfig, nominal: Option<&Nominal>) -> Model {
+    prepared_in(Catalogue::default(), model, nominal)
+}
+
+/// As [`prepared`], for a model of the effects of a catalogue.
+pub fn prepared_in(catalogue: Catalogue, model: &SensorConfig, nominal: Option<&Nominal>) -> Model {
     let mut config = model.clone();
     let mut notes = Vec::new();
-    let has = |config: &SensorConfig, names: &[&str]| {
-        names.iter().any(|name| config.effect(name).is_some())
-    };
-    if !has(&config, &RECEPTORS) {
-        let floor = value(&config, "logarithmic", "dark_offset").unwrap_or(DARK_FLOOR);
+    if !replaces(catalogue, &config, DarkOffset) {
+        let floor = value(&config, DarkOffset).unwrap_or(DARK_FLOOR);
         if floor > USUAL_FLOOR {
             notes.push(format!(
                 "the dark offset of the model, {floor} of white, is taken for a numerical floor: \
                  {DARK_FLOOR} is used"
             ));
         }
-        set_value(&mut config, "logarithmic", "dark_offset", floor.min(DARK_FLOOR));
+        set_value(&mut config, DarkOffset, floor.min(DARK_FLOOR));
     }
-    let has_levels = !has(&config, &DETECTORS);
+    let has_levels = !replaces(catalogue, &config, ThresholdOn);
     if has_levels {
-        for key in ["threshold_on", "threshold_off"] {
-            if value(&config, "level_crossing", key).is_none() {
-                set_value(&mut config, "level_crossing", key, THRESHOLD);
+        for threshold in [ThresholdOn, ThresholdOff] {
+            if value(&config, threshold).is_none() {
+                set_value(&mut config, threshold, THRESHOLD);
             }
         }
     }
-    let mut set = |name: &str, key: &str, nominal: Option<f64>| {
+    let mut set = |parameter: CommonParameter, nominal: Option<f64>| {
         let Some(nominal) = nominal else { return };
-        let given = value(&config, name, key).unwrap_or(0.0);
+        let given = value(&config, parameter).unwrap_or(0.0);
         if given != nominal {
+            let (owner, key) = parameter.place();
+            let name = owner.name;
             notes
                 .push(format!("{name}.{key} is {nominal} as nominal, not {given} as in the model"));
-            set_value(&mut config, name, key, nominal);
+            set_value(&mut config, parameter, nominal);
         }
     };
     let nominal = nominal.copied().unwrap_or_default();
     if has_levels {
-        set("level_crossing", "threshold_on", nominal.threshold_on);
-        set("level_crossing", "threshold_off", nominal.threshold_off);
-        set("threshold_mismatch", "sigma", nominal.threshold_sigma);
+        set(ThresholdOn, nominal.threshold_on);
+        set(ThresholdOff, nominal.threshold_off);
+        set(ThresholdMismatch, nominal.threshold_sigma);
     }
-    set("uniform_noise", "on_hz", nominal.noise_on_hz);
-    set("uniform_noise", "off_hz", nominal.noise_off_hz);
+    set(NoiseOn, nominal.noise_on_hz);
+    set(NoiseOff, nominal.noise_off_hz);
     // Noise and mismatch of zero are dropped, so that they are candidates of the search.
-    let is_idle = |effect: &EffectConfig, keys: &[&str]| {
-        keys.iter().all(|key| effect.number(key).unwrap_or(0.0) == 0.0)
-    };
-    config.effects.retain(|effect| match effect.name.as_str() {
-        "uniform_noise" => !is_idle(effect, &["on_hz", "off_hz"]),
-        "threshold_mismatch" => !is_idle(effect, &["sigma"]),
-        _ => true,
-    });
-    let threshold = |key| value(&config, "level_crossing", key).unwrap_or(THRESHOLD);
-    let reference = SensorConfig {
-        effects: vec![
-            EffectConfig::new("logarithmic").with("dark_offset", DARK_FLOOR),
-            EffectConfig::new("level_crossing")
-                .with("threshold_on", threshold("threshold_on"))
-                .with("threshold_off", threshold("threshold_off")),
-        ],
-    };
+    for (owner, _) in [NoiseOn.place(), ThresholdMismatch.place()] {
+        let is_zero = |effect: &EffectConfig, key| effect.number(key).unwrap_or(0.0) == 0.0;
+        let is_idle =
+            |effect: &EffectConfig| owner.search.common.iter().all(|(_, key)| is_zero(effect, key));
+        config.effects.retain(|effect| effect.name != owner.name || !is_idle(effect));
+    }
+    let mut reference = SensorConfig { effects: Vec::new() };
+    set_value(&mut reference, DarkOffset, DARK_FLOOR);
+    for threshold in [ThresholdOn, ThresholdOff] {
+        set_value(&mut reference, threshold, value(&config, threshold).unwrap_or(THRESHOLD));
+    }
     Model { config, reference, notes }
+}
+
+/// Whether a model has another stage in the place of the one that owns a parameter: another law of
+/// the photoreceptor, for which a detector that sees light itself counts as well, or another
+/// detector.
+fn replaces(catalogue: Catalogue, model: &SensorConfig, parameter: CommonParameter) -> bool {
+    let (owner, _) = parameter.place();
+    let is_other = |spec: &&'static StageSpec| {
+        let Ok(stage) = spec.typical_stage() else { return false };
+        spec.name != owner.name
+            && match owner.domain {
+                Domain::Photoreceptor => match stage {
+                    Stage::Photoreceptor(_) => true,
+                    Stage::Detector(detector) => detector.sees_light(),
+                    _ => false,
+                },
+                _ => matches!(stage, Stage::Detector(_)),
+            }
+    };
+    model
+        .effects
+        .iter()
+        .filter_map(|effect| catalogue.find(&effect.name))
+        .any(|spec| is_other(&spec))
 }
 
 /// `model` with the period of a file format's time stamps: a format that counts milliseconds is no
 /// effect of the camera.
 pub fn with_stamp_period(model: &SensorConfig, tick: Micros) -> SensorConfig {
     let mut model = model.clone();
-    if tick > Micros(1) && model.effect("timestamp_quantisation").is_none() {
-        set_value(&mut model, "timestamp_quantisation", "period_us", tick.0 as f64);
+    let grid = RecordingMark::TimeGrid.effect().name;
+    if tick > Micros(1) && model.effect(grid).is_none() {
+        model.effects.push(EffectConfig::new(grid).with("period_us", tick.0 as f64));
     }
     model
 }
 
-fn value(config: &SensorConfig, effect: &str, key: &str) -> Option<f64> {
-    config.effect(effect).and_then(|effect| effect.number(key))
+fn value(config: &SensorConfig, parameter: CommonParameter) -> Option<f64> {
+    let (owner, key) = parameter.place();
+    config.effect(owner.name).and_then(|effect| effect.number(key))
 }
 
-fn set_value(config: &mut SensorConfig, effect: &str, key: &str, value: f64) {
-    if config.effect(effect).is_none() {
-        config.effects.push(EffectConfig::new(effect));
+fn set_value(config: &mut SensorConfig, parameter: CommonParameter, value: f64) {
+    let (owner, key) = parameter.place();
+    if config.effect(owner.name).is_none() {
+        config.effects.push(EffectConfig::new(owner.name));
     }
-    for listed in config.effects.iter_mut().filter(|listed| listed.name == effect) {
+    for listed in config.effects.iter_mut().filter(|listed| listed.name == owner.name) {
         *listed = listed.clone().with(key, value);
     }
 }

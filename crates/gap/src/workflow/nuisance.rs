@@ -10,7 +10,7 @@
 //! parameters.
 
 use evpose_core::{CounterRng, seed_for};
-use evpose_sensor::SensorConfig;
+use evpose_sensor::{Catalogue, SceneSource, SensorConfig, StageSpec};
 
 use super::inputs::{Inputs, Prepared};
 use super::nuisance_spread::NuisanceSpread;
@@ -29,8 +29,9 @@ const THRESHOLD_SPREAD: f64 = 0.2;
 pub struct Nuisance {
     /// Note on such a comparison.
     pub note: &'static str,
-    /// Effects that are degenerate with the nuisance parameters, with the reason.
-    pub degenerate: &'static [(&'static str, &'static str)],
+    /// Source of the scene. The catalogue says which effects are degenerate with the nuisance
+    /// parameters of such scenes.
+    pub source: SceneSource,
     /// Reason for which thresholds are no finding.
     pub thresholds: &'static str,
     /// Note in the place of a finding of thresholds.
@@ -57,7 +58,8 @@ impl Prepared {
         train: NuisanceSample<'_>,
         held_out: Option<NuisanceSample<'_>>,
     ) -> Result<Self, GapError> {
-        inputs.left_out.extend(nuisance.degenerate.iter().map(|(name, _)| (*name).to_owned()));
+        let degenerate = nuisance.degenerate(inputs.train.scene.catalogue());
+        inputs.left_out.extend(degenerate.map(|(name, _)| name.to_owned()));
         let mut prepared = Self::new(inputs)?;
         let mut layout = Layout::of_blocks(|block| {
             !matches!(block, StatisticBlock::Crossing | StatisticBlock::LogIntensityStep)
@@ -104,8 +106,18 @@ fn with_other_thresholds(model: &SensorConfig, rng: &mut CounterRng) -> SensorCo
 }
 
 impl Nuisance {
+    /// Effects of a catalogue that are degenerate with the nuisance parameters, with the reason.
+    pub fn degenerate(
+        &self,
+        catalogue: Catalogue,
+    ) -> impl Iterator<Item = (&'static str, &'static str)> {
+        let source = self.source;
+        let reason = move |spec: &&StageSpec| Some((spec.name, spec.search.hidden_by(source)?));
+        catalogue.stages().iter().filter_map(reason)
+    }
+
     /// Restricts a verdict to what the nuisance parameters leave open: thresholds are no findings,
-    /// and degenerate effects are listed as untestable.
+    /// and degenerate effects (of the built-in ones) are listed as untestable.
     pub fn restrict(&self, verdict: &mut Verdict) {
         let is_threshold = |name: &str| name == "threshold_on" || name == "threshold_off";
         let before = verdict.effects.len();
@@ -126,9 +138,8 @@ impl Nuisance {
         if !verdict.place.sentence.is_empty() {
             verdict.place.sentence = format!("{}: {}", self.place, verdict.place.sentence);
         }
-        let degenerate =
-            self.degenerate.iter().map(|(name, why)| ((*name).to_owned(), (*why).to_owned()));
-        verdict.untestable.extend(degenerate);
+        let degenerate = self.degenerate(Catalogue::default());
+        verdict.untestable.extend(degenerate.map(|(name, why)| (name.to_owned(), why.to_owned())));
         let why = self.thresholds.to_owned();
         verdict.untestable.insert("threshold_on, threshold_off".to_owned(), why);
     }
