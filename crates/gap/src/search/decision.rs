@@ -16,11 +16,13 @@ const LEVEL: f64 = 0.01;
 /// Minimum fraction of the gap as given that an effect explains beside the others. Less is
 /// significant in a recording of enough events, since no two simulators agree, but not a property
 /// of a camera that a user could act on.
-const MIN_FRACTION: f64 = 0.02;
-/// Minimum fraction of what is left without the effect that it explains: a model of a camera is
-/// never complete, and what it lacks is absorbed in part by effects that have nothing to do with
-/// it.
-const MIN_FRACTION_OF_REST: f64 = 0.12;
+const MIN_FRACTION: f64 = 0.04;
+/// Minimum fraction of what is left without the effect that it explains, to be named beside all
+/// others: a model of a camera is never complete, and what it lacks is absorbed in part by effects
+/// that have nothing to do with it.
+const MIN_FRACTION_OF_REST: f64 = 0.15;
+/// The same to be tried: before the others are found, an effect explains less of what is left.
+const MIN_FRACTION_TO_TRY: f64 = 0.06;
 /// Minimum decrease of the discrepancy: tolerances of statistics are not known to less.
 const MIN_GAIN: f64 = 25.0;
 /// Fraction of the gap left above which an explanation is partial.
@@ -48,11 +50,20 @@ impl Worth {
     }
 }
 
-/// Whether an effect explains enough to be named.
+/// Whether an effect explains enough beside all others to be named.
 pub(super) fn is_worth_a_name(worth: &Worth) -> bool {
+    explains(worth, MIN_FRACTION_OF_REST)
+}
+
+/// Whether an effect explains enough to be tried beside others that are yet to be found.
+pub(super) fn is_worth_trying(worth: &Worth) -> bool {
+    explains(worth, MIN_FRACTION_TO_TRY)
+}
+
+fn explains(worth: &Worth, min_fraction_of_rest: f64) -> bool {
     let gain = worth.difference.gain;
     gain >= MIN_GAIN
-        && gain >= MIN_FRACTION_OF_REST * worth.without
+        && gain >= min_fraction_of_rest * worth.without
         && worth.fraction() >= MIN_FRACTION
         && worth.difference.is_significant(LEVEL, worth.candidates)
 }

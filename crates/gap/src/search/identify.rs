@@ -18,6 +18,7 @@ use super::swap_move::swap;
 use crate::GapError;
 use crate::fit::Fit;
 use crate::free_parameter::FreeParameter;
+use crate::parameters::ModelParameter;
 
 /// Effects that are added at most.
 const MAX_EFFECTS: usize = 10;
@@ -44,7 +45,8 @@ impl DataSplits<'_> {
         let mut selection = Selection::without_effects(self, model)?;
         self.add_proven(&mut selection, &estimates, left_out)?;
         progress("refitting the parameters of the model");
-        let fit = refit(&self.train, &selection.model, 1)?;
+        let unfitted = selection.model.clone();
+        let fit = refit(&self.train, &unfitted, 1)?;
         let refitted = self.score(&fit.model)?;
         if refitted.discrepancy < selection.held_out.discrepancy {
             selection.model = fit.model;
@@ -57,16 +59,16 @@ impl DataSplits<'_> {
         let base = ScreeningBase::new(&self.screen, &estimates, &refitted.model, nuisance)?;
         let proposals = Proposals::screen(&base, left_out)?;
         let excess = before.discrepancy - unexplained(&self.held_out, model)?.chance;
-        let forward = Forward {
-            splits: self,
-            proposals: &proposals,
-            estimates: &estimates,
-            given: model,
-            excess,
-        };
+        let forward =
+            Forward { splits: self, proposals: &proposals, estimates: &estimates, excess };
+        // A delay of the pixels is no offset of the clock: also start without one.
+        let mut without_offset = selection.model.clone();
+        let offset = ModelParameter::ClockOffset;
+        offset.set(&mut without_offset, offset.value(model));
+        let starts = [unfitted, without_offset];
         while selection.effects.len() < MAX_EFFECTS && !is_within_tolerance(&selection.held_out) {
             progress(&format!("adding an effect to: {}", names(&selection)));
-            if !forward.step(&mut selection)? {
+            if !forward.step(&mut selection, &starts)? {
                 break;
             }
         }

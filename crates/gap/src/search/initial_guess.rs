@@ -86,7 +86,7 @@ fn with_rates_at_rest(
 
 /// `model` with thresholds that give as many events of each polarity as were measured, by the
 /// secant method on logarithms of threshold and count.
-fn with_thresholds(
+pub(super) fn with_thresholds(
     objective: &Objective<'_>,
     model: &SensorConfig,
 ) -> Result<SensorConfig, GapError> {

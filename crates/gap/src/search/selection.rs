@@ -3,6 +3,7 @@
 use evpose_sensor::SensorConfig;
 
 use super::identification::{DataSplits, FittedCandidate, ModelScore};
+use super::initial_guess::with_thresholds;
 use crate::GapError;
 use crate::candidate::without_effect;
 use crate::fit::{Fit, descend};
@@ -80,7 +81,12 @@ impl Selection {
         rounds: usize,
     ) -> Result<(), GapError> {
         let free = self.free_parameters();
-        let fit = descend(&splits.train, &self.model, &free, None, 1, rounds)?;
+        // Gradient descent does not cross a threshold error of a third.
+        let counted = with_thresholds(&splits.train, &self.model)?;
+        let is_closer =
+            splits.train.discrepancy(&counted, 1)? < splits.train.discrepancy(&self.model, 1)?;
+        let start = if is_closer { &counted } else { &self.model };
+        let fit = descend(&splits.train, start, &free, None, 1, rounds)?;
         self.train_discrepancy = fit.discrepancy;
         if fit.model != self.model || self.held_out.model != self.model {
             self.model = fit.model;

@@ -3,7 +3,7 @@
 use evpose_sensor::SensorConfig;
 
 use super::candidate_fit::fit_candidates;
-use super::decision::{Worth, is_worth_a_name};
+use super::decision::{Worth, is_worth_trying};
 use super::direct_estimates::DirectEstimates;
 use super::identification::{DataSplits, FittedCandidate, ModelScore};
 use super::proposals::Proposals;
@@ -12,11 +12,12 @@ use super::selection::{SelectedEffect, Selection};
 use super::significance::difference;
 use crate::GapError;
 use crate::free_parameter::FreeParameter;
-use crate::parameters::with_given_parameters;
 
 /// Candidates that are scored on held-out data.
 const SCORED: usize = 4;
-/// Rounds of the joint fit after an effect was added.
+/// Candidates of which each base is fitted together with everything else.
+const FITTED_TOGETHER: usize = 2;
+/// Rounds of that fit.
 const ROUNDS: usize = 2;
 
 /// What a forward step works with.
@@ -24,46 +25,54 @@ pub(super) struct Forward<'a> {
     pub(super) splits: &'a DataSplits<'a>,
     pub(super) proposals: &'a Proposals,
     pub(super) estimates: &'a DirectEstimates,
-    /// The model as given.
-    pub(super) given: &'a SensorConfig,
     /// Discrepancy of the model as given, beyond that of its own runs.
     pub(super) excess: f64,
 }
 
 impl Forward<'_> {
-    /// Adds the best candidate to a selection. Returns false if none is worth its name.
+    /// Adds the best candidate to a selection. Returns false if none is worth
+    /// trying.
+    ///
+    /// The first candidates are fitted beside each of `starts` as well: a refit of the model's
+    /// parameters may have absorbed what an effect does.
     ///
     /// # Errors
     /// A model that cannot be built or shown the scene.
-    pub(super) fn step(&self, selection: &mut Selection) -> Result<bool, GapError> {
-        let mut candidates = self.candidates(selection, &selection.model)?;
-        if selection.effects.is_empty() {
-            // The refit may have absorbed what an effect does: start from the given values too.
-            let given = with_given_parameters(&selection.model, self.given);
-            if given != selection.model {
-                candidates.extend(self.candidates(selection, &given)?);
+    pub(super) fn step(
+        &self,
+        selection: &mut Selection,
+        starts: &[SensorConfig],
+    ) -> Result<bool, GapError> {
+        let mut bases = vec![selection.model.clone()];
+        if selection.effects.iter().all(|effect| effect.is_proven) {
+            bases.extend(starts.iter().filter(|start| **start != selection.model).cloned());
+        }
+        let mut finalists = Vec::new();
+        for base in &bases {
+            let scored = self.scored(self.candidates(selection, base)?)?;
+            for k in 0..scored.len().min(FITTED_TOGETHER) {
+                let mut others: Vec<FittedCandidate> =
+                    scored.iter().map(|(candidate, _)| candidate.clone()).collect();
+                let candidate = others.remove(k);
+                let mut with = selection.clone();
+                with.model.clone_from(&candidate.fit.model);
+                with.effects.push(SelectedEffect { candidate, rivals: others, is_proven: false });
+                with.fit_together(self.splits, ROUNDS)?;
+                finalists.push(with);
             }
         }
-        let mut scored = self.scored(candidates)?;
-        if scored.is_empty() {
-            return Ok(false);
-        }
-        let (best, held_out) = scored.remove(0);
-        let found = difference(&self.splits.held_out, &selection.model, &held_out.model)?;
+        let best = finalists.into_iter().min_by(|a, b| a.discrepancy().total_cmp(&b.discrepancy()));
+        let Some(best) = best else { return Ok(false) };
         let worth = Worth {
-            difference: found,
+            difference: difference(&self.splits.held_out, &selection.model, &best.model)?,
             without: selection.held_out.discrepancy,
             excess: self.excess,
             candidates: self.proposals.len(),
         };
-        if !is_worth_a_name(&worth) {
+        if !is_worth_trying(&worth) {
             return Ok(false);
         }
-        selection.model = best.fit.model.clone();
-        selection.held_out = held_out;
-        let rivals = scored.into_iter().map(|(rival, _)| rival).collect();
-        selection.effects.push(SelectedEffect { candidate: best, rivals, is_proven: false });
-        selection.fit_together(self.splits, ROUNDS)?;
+        *selection = best;
         Ok(true)
     }
 

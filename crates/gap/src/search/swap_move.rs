@@ -44,6 +44,8 @@ pub(super) fn swap(
         fitted.sort_by(|a, b| a.discrepancy().total_cmp(&b.discrepancy()));
         if let Some(best) = fitted.first().cloned()
             && best.discrepancy() < selection.discrepancy()
+            && difference(&splits.held_out, &selection.model, &best.model)?
+                .is_significant(LEVEL, RIVALS)
         {
             let own = selection.clone();
             selection.model = best.held_out.model.clone();
