@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, bail, ensure};
 use gapbench_pixel::Case;
 
+use super::jsonl;
 use super::naming::RESULTS;
 use super::own::{self, OwnRow};
 use super::part::Part;
-use super::row::{self, Row};
+use super::row::Row;
 
 /// Rows of all directories.
 #[derive(Debug)]
@@ -54,7 +55,7 @@ pub(super) fn rows(files: &[PathBuf], cases: &[Case]) -> Result<Vec<Row>> {
     let mut from: HashMap<String, &Path> = HashMap::new();
     let mut all = Vec::new();
     for file in files {
-        for row in row::read(file)? {
+        for row in jsonl::read::<Row>(file)? {
             ensure!(
                 known.contains(row.id.as_str()),
                 "{}: case {} is not of this plan; is --plan right?",
@@ -81,7 +82,7 @@ fn all_done(dir: &Path, results: &Path) -> Result<()> {
     let Some(part) = Part::read(dir)? else {
         bail!("{}: no bench.json says which cases it is to hold; use --partial", dir.display());
     };
-    let rows = row::read(results)?;
+    let rows: Vec<Row> = jsonl::read(results)?;
     let done: HashSet<&str> = rows.iter().map(|row| row.id.as_str()).collect();
     let open = part.cases.iter().filter(|id| !done.contains(id.as_str())).count();
     ensure!(

@@ -6,6 +6,7 @@
 //!   -> opened   the label of each case that has a row
 //!   -> score    rates, power, reliability, estimates -> targets, tables, page
 //! own      recordings of our own model: how probable each is
+//! outside    recordings that other programs made: every case by `evpose gap run`, then scored
 //! calibrate  constants of probabilities and intervals, from rows of a development plan
 //! ```
 
@@ -15,9 +16,11 @@ mod case_files;
 mod confusion;
 #[cfg(test)]
 mod example;
+mod jsonl;
 mod merge;
 mod naming;
 mod opened;
+mod outside;
 mod own;
 mod page;
 mod part;
@@ -40,6 +43,7 @@ use evpose_app::progress::say;
 use evpose_app::threads::use_threads;
 use evpose_report::gap::files;
 use merge::Merged;
+pub use outside::{OutsideArgs, run as outside};
 
 /// File of the scores.
 const SCORES: &str = "scores.json";

@@ -8,6 +8,7 @@ use anyhow::{Context, Result};
 use gapbench_pixel::Case;
 
 use super::case_files;
+use super::jsonl;
 use super::part::Part;
 use super::row::{self, Row};
 use crate::gap::args::BenchArgs;
@@ -24,7 +25,7 @@ const SECONDS: f64 = 20.0;
 pub(super) fn run(args: &BenchArgs, seed: u64, cases: &[Case]) -> Result<()> {
     Part::new(seed, cases).claim(&args.out, args.resume).context(BadInput)?;
     let path = args.out.join(RESULTS);
-    let known = if args.resume { row::resume(&path)? } else { Vec::new() };
+    let known: Vec<Row> = if args.resume { jsonl::resume(&path)? } else { Vec::new() };
     if known.is_empty() {
         files::write(&args.out, RESULTS, b"")?;
     }

@@ -19,8 +19,8 @@ use gapbench_pixel::{Case, CaseKind, FPS, FRAMES, Plan, Which};
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::jsonl::whole_lines;
 use super::part;
-use super::row::whole_lines;
 use super::stats::{Rate, Uniformity, uniformity};
 use crate::gap::args::BenchArgs;
 use evpose_app::bad_input::BadInput;

@@ -151,34 +151,3 @@ pub(super) fn name(folder: &Path, case: &Case, make_s: f64) -> Result<Row> {
         commit: COMMIT.to_owned(),
     })
 }
-
-/// Reads results to go on behind them: a last line that was cut off is removed.
-pub(super) fn resume(path: &Path) -> Result<Vec<Row>> {
-    if !path.is_file() {
-        return Ok(Vec::new());
-    }
-    let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
-    let whole = whole_lines(&text);
-    if whole.len() < text.len() {
-        evpose_core::atomic_write(path, whole.as_bytes())?;
-    }
-    parse(whole, path)
-}
-
-/// Reads results; a last line that was cut off is left out.
-pub(super) fn read(path: &Path) -> Result<Vec<Row>> {
-    let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
-    parse(whole_lines(&text), path)
-}
-
-/// A text up to the end of its last whole line.
-pub(super) fn whole_lines(text: &str) -> &str {
-    &text[..text.rfind('\n').map_or(0, |end| end + 1)]
-}
-
-fn parse(text: &str, path: &Path) -> Result<Vec<Row>> {
-    let row = |(i, line)| {
-        serde_json::from_str(line).with_context(|| format!("{}: line {}", path.display(), i + 1))
-    };
-    text.lines().enumerate().map(row).collect()
-}

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Subcommand;
-use evpose_bench::gap::{BenchArgs, CalibrateArgs, ScoreArgs};
+use evpose_bench::gap::{BenchArgs, CalibrateArgs, OutsideArgs, ScoreArgs};
 use evpose_gap::davis::Response;
 
 /// Exit codes of the identification.
@@ -46,6 +46,8 @@ pub(crate) enum GapCommand {
     Bench(BenchArgs),
     /// Merge the results of all shards of a benchmark: scores, tables and a page
     Score(ScoreArgs),
+    /// Identify and score hidden effects in recordings of other programs
+    Outside(OutsideArgs),
     /// Fit the constants of probabilities and intervals to results of a development plan
     Calibrate(CalibrateArgs),
 }

@@ -38,6 +38,7 @@ pub(crate) fn run(command: &GapCommand) -> Result<ExitCode> {
         GapCommand::Verify(args) => done(verify::run(args)),
         GapCommand::Bench(args) => done(bench::run(args)),
         GapCommand::Score(args) => done(bench::score(args)),
+        GapCommand::Outside(args) => done(bench::outside(args)),
         GapCommand::Calibrate(args) => done(bench::calibrate(args)),
     }
 }

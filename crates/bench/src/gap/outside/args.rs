@@ -1,0 +1,47 @@
+//! Arguments of `evpose gap outside`.
+
+use std::path::PathBuf;
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  \
+    evpose gap outside cases/ --out runs/outside\n  \
+    evpose gap outside cases/ --out runs/outside-1 --shard 1/2 --resume -- --quick\n  \
+    evpose gap outside cases/ --score runs/outside-1 runs/outside-2 --out benches/gap/outside\n\n\
+    Every folder of cases/ holds events.npz, scene.json and frames.npy, which `evpose gap run` reads,\n\
+    and truth.json, which is opened only when a case has its line in results.jsonl. What stands behind\n\
+    -- is passed on to `evpose gap run`. benches/gap/outside.md describes how to make such cases.")]
+/// Arguments of `evpose gap outside`.
+pub struct OutsideArgs {
+    /// Directory with a folder for every case
+    pub(super) cases: PathBuf,
+    /// Directory for results and scores
+    #[arg(long)]
+    pub(super) out: PathBuf,
+    /// Directory with the truth.json of every case, if they are not in the folders of the cases
+    #[arg(long, value_name = "DIR")]
+    pub(super) truth: Option<PathBuf>,
+    /// Only score: directories of all shards
+    #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with_all = ["shard", "resume", "limit"])]
+    pub(super) score: Vec<PathBuf>,
+    /// Score what is there, although cases are not done
+    #[arg(long)]
+    pub(super) partial: bool,
+    /// Part of the cases, for example 1/4
+    #[arg(long, default_value = "1/1", value_name = "I/N")]
+    pub(super) shard: String,
+    /// Go on behind the cases that results.jsonl has
+    #[arg(long)]
+    pub(super) resume: bool,
+    /// No more than so many cases
+    #[arg(long)]
+    pub(super) limit: Option<usize>,
+    /// Keep the report of every case
+    #[arg(long)]
+    pub(super) keep: bool,
+    /// CPU threads of each run; all cores by default
+    #[arg(long)]
+    pub(super) threads: Option<usize>,
+    /// Further options of `evpose gap run`
+    #[arg(last = true, value_name = "OPTIONS")]
+    pub(super) options: Vec<String>,
+}

@@ -1,0 +1,137 @@
+//! Cases with their truth: the only place where `truth.json` is read, and only of cases that have
+//! a line of results.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, ensure};
+use evpose_gap::input::Description;
+use evpose_gap::verdict::FindingKind;
+
+use super::names::{self, CONVENTIONS};
+use super::row::{FAILED, NamedFinding, Row};
+use super::truth::{HiddenEffect, Truth};
+
+/// A case with its verdict and its truth.
+#[derive(Debug, Clone)]
+pub(super) struct Opened {
+    pub(super) row: Row,
+    pub(super) truth: Truth,
+    /// Spread of thresholds that `scene.json` states; zero if it states none.
+    pub(super) nominal_spread: f64,
+}
+
+impl Opened {
+    /// Opens the truth of a case in the folder `truths`, and the nominal values in `cases`.
+    pub(super) fn read(row: Row, cases: &Path, truths: &Path) -> Result<Self> {
+        let scene = Description::read(&cases.join(&row.id).join("scene.json"))?;
+        let path: PathBuf = truths.join(&row.id).join("truth.json");
+        let truth = Truth::read(&path)?;
+        for effect in &truth.effects {
+            ensure!(
+                names::entry(&effect.name).is_some(),
+                "{}: no names are known for `{}`",
+                path.display(),
+                effect.name
+            );
+        }
+        let nominal_spread = scene.nominal.and_then(|nominal| nominal.threshold_sigma);
+        Ok(Self { row, truth, nominal_spread: nominal_spread.unwrap_or(0.0) })
+    }
+
+    /// Effects of the verdict, without parameters.
+    pub(super) fn named(&self) -> impl Iterator<Item = &NamedFinding> {
+        self.row.effects.iter().filter(|finding| finding.kind == FindingKind::Effect)
+    }
+
+    /// Parameters of the verdict.
+    pub(super) fn parameters(&self) -> impl Iterator<Item = &NamedFinding> {
+        self.row.effects.iter().filter(|finding| finding.kind == FindingKind::Parameter)
+    }
+
+    /// Whether a finding is the name of something hidden, visible or not.
+    pub(super) fn is_hidden(&self, finding: &NamedFinding) -> bool {
+        self.truth.effects.iter().any(|effect| right_names(effect).contains(&finding.name.as_str()))
+    }
+
+    /// Whether a finding is a convention of the generator.
+    pub(super) fn is_convention(&self, finding: &NamedFinding) -> bool {
+        let holds = |c: &names::Convention| c.holds(&self.truth, finding, self.nominal_spread);
+        CONVENTIONS.iter().any(holds)
+    }
+
+    /// Whether a name is right.
+    pub(super) fn is_right(&self, finding: &NamedFinding) -> bool {
+        self.is_hidden(finding) || self.is_convention(finding)
+    }
+
+    /// Whether any name is wrong.
+    pub(super) fn has_wrong_name(&self) -> bool {
+        self.named().any(|finding| !self.is_right(finding))
+    }
+
+    /// Whether a hidden effect is among the findings.
+    pub(super) fn has(&self, effect: &HiddenEffect) -> bool {
+        let right = right_names(effect);
+        self.row.effects.iter().any(|finding| right.contains(&finding.name.as_str()))
+    }
+
+    /// Hidden effects of the catalogue that are visible.
+    pub(super) fn visible(&self) -> impl Iterator<Item = &HiddenEffect> {
+        let effects = self.truth.effects.iter();
+        effects.filter(|effect| effect.is_visible && !right_names(effect).is_empty())
+    }
+
+    /// Whether something hidden is not in the catalogue.
+    pub(super) fn is_outside_catalogue(&self) -> bool {
+        self.truth.effects.iter().any(|effect| right_names(effect).is_empty())
+    }
+
+    pub(super) fn is_null(&self) -> bool {
+        self.truth.effects.is_empty()
+    }
+
+    /// Whether exactly the visible effects are named: all of them, and nothing that is not there.
+    /// Conventions are neither missing nor in excess.
+    pub(super) fn is_exact(&self) -> bool {
+        self.row.verdict != FAILED
+            && !self.has_wrong_name()
+            && self.visible().all(|effect| self.has(effect))
+    }
+
+    /// Whether an effect is named that is no convention.
+    pub(super) fn is_named(&self) -> bool {
+        self.named().any(|finding| !self.is_convention(finding))
+    }
+
+    /// Whether the verdict says that something is left that it has no name for.
+    pub(super) fn is_open(&self) -> bool {
+        ["none_of_catalogue", "partial", "undecided"].contains(&self.row.verdict.as_str())
+    }
+
+    /// Hidden effects with their strengths, or `nothing`.
+    pub(super) fn title(&self) -> String {
+        let effect = |effect: &HiddenEffect| {
+            let unseen = if effect.is_visible { "" } else { ", not visible" };
+            format!("{} ({}{unseen})", effect.name, effect.strength)
+        };
+        match self.truth.effects.as_slice() {
+            [] => "nothing".to_owned(),
+            effects => effects.iter().map(effect).collect::<Vec<_>>().join(" + "),
+        }
+    }
+}
+
+/// Right names of a hidden effect; none of one outside the catalogue.
+fn right_names(effect: &HiddenEffect) -> &'static [&'static str] {
+    names::entry(&effect.name).map_or(&[], |entry| entry.right)
+}
+
+/// Opens the truth of every row.
+pub(super) fn open(rows: Vec<Row>, cases: &Path, truths: &Path) -> Result<Vec<Opened>> {
+    rows.into_iter()
+        .map(|row| {
+            let id = row.id.clone();
+            Opened::read(row, cases, truths).with_context(|| format!("case {id}"))
+        })
+        .collect()
+}

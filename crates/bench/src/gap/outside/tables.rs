@@ -1,0 +1,147 @@
+//! Scores as a table of the terminal and of a page, and a line a case for other programs.
+
+use std::path::Path;
+
+use anyhow::Result;
+
+use super::opened::Opened;
+use super::score::{Group, OutsideScores};
+use crate::gap::stats::Rate;
+use evpose_report::format::short;
+use evpose_report::gap::files;
+
+/// Files of the scores.
+const SCORES: &str = "scores.json";
+const TABLE: &str = "table.md";
+const CASES: &str = "cases.csv";
+
+/// Figures of a group: heading and cell.
+type Column = (&'static str, fn(&Group) -> String);
+
+const COLUMNS: &[Column] = &[
+    ("cases", |group| group.cases.to_string()),
+    ("visible effects named", |group| rate(&group.recall)),
+    ("names right", |group| rate(&group.precision)),
+    ("names right, conventions aside", |group| rate(&group.strict_precision)),
+    ("exact sets", |group| rate(&group.exact_sets)),
+    ("cases with a wrong name", |group| rate(&group.wrong_names)),
+    ("nulls named", |group| rate(&group.nulls_named)),
+    ("left open outside the catalogue", |group| rate(&group.outside_open)),
+    ("parameters right", |group| rate(&group.parameters)),
+    ("seconds: median, 90 %, max", |group| {
+        group.seconds.map_or_else(String::new, |s| {
+            format!("{}, {}, {}", short(s.median), short(s.p90), short(s.max))
+        })
+    }),
+];
+
+/// Count, share and interval; nothing of no cases.
+fn rate(rate: &Rate) -> String {
+    let percent = |share: f64| (1e3 * share).round() / 10.0;
+    rate.share.map_or_else(String::new, |share| {
+        format!(
+            "{}/{} ({} %, {} to {})",
+            rate.of,
+            rate.n,
+            percent(share),
+            percent(rate.lo95),
+            percent(rate.hi95)
+        )
+    })
+}
+
+/// The scores for the terminal: a block a group.
+pub(super) fn lines(scores: &OutsideScores) -> Vec<String> {
+    let mut lines = Vec::new();
+    for group in &scores.groups {
+        lines.push(group.title.clone());
+        for (heading, cell) in COLUMNS {
+            let cell = cell(group);
+            if !cell.is_empty() {
+                lines.push(format!("  {heading:<34}{cell}"));
+            }
+        }
+    }
+    for (strength, recall) in scores.strengths.iter().filter(|(_, recall)| recall.n > 0) {
+        lines.push(format!("{:<36}{}", format!("{strength} effects named"), rate(recall)));
+    }
+    lines.push(format!("{} cases; programs {}", scores.cases, scores.commits.join(", ")));
+    lines
+}
+
+/// The scores as a table in Markdown. Intervals are Wilson's of 95 %.
+fn markdown(scores: &OutsideScores) -> String {
+    let row = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
+    let mut first = vec![String::new()];
+    first.extend(COLUMNS.iter().map(|(heading, _)| (*heading).to_owned()));
+    let mut text = row(first) + &row(vec!["---".to_owned(); COLUMNS.len() + 1]);
+    for group in &scores.groups {
+        let cells = COLUMNS.iter().map(|(_, cell)| cell(group));
+        text += &row(std::iter::once(group.title.clone()).chain(cells).collect());
+    }
+    text += "\n| strength | visible effects named |\n| --- | --- |\n";
+    for (strength, recall) in &scores.strengths {
+        text += &row(vec![strength.clone(), rate(recall)]);
+    }
+    text
+}
+
+/// A line a case.
+fn csv(opened: &[Opened]) -> String {
+    let mut text =
+        "case,generator,scene,hidden,verdict,named,exact,wrong,gap_before,gap_after,seconds\n"
+            .to_owned();
+    for case in opened {
+        let names = |is_in: &dyn Fn(&str) -> bool| {
+            let names = case.row.effects.iter().map(|finding| finding.name.as_str());
+            names.filter(|name| is_in(name)).collect::<Vec<_>>().join(" + ")
+        };
+        let wrong: Vec<&str> = case
+            .named()
+            .filter(|finding| !case.is_right(finding))
+            .map(|finding| finding.name.as_str())
+            .collect();
+        let gap = |gap: Option<f64>| gap.map_or_else(String::new, |gap| format!("{gap:.3}"));
+        let cells = [
+            case.row.id.clone(),
+            case.truth.generator.name().to_owned(),
+            case.truth.scene.clone(),
+            format!("\"{}\"", case.title()),
+            case.row.verdict.clone(),
+            names(&|_| true),
+            case.is_exact().to_string(),
+            wrong.join(" + "),
+            gap(case.row.gap_before),
+            gap(case.row.gap_after),
+            format!("{:.1}", case.row.seconds),
+        ];
+        text += &cells.join(",");
+        text.push('\n');
+    }
+    text
+}
+
+/// Writes scores, table and cases.
+pub(super) fn write(dir: &Path, opened: &[Opened], scores: &OutsideScores) -> Result<()> {
+    files::write_json(dir, SCORES, scores)?;
+    files::write(dir, TABLE, markdown(scores).as_bytes())?;
+    files::write(dir, CASES, csv(opened).as_bytes())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gap::outside::{example, score::score_cases};
+
+    #[test]
+    fn tables_have_a_row_for_each_group_and_each_case() {
+        let opened = example::opened();
+        let scores = score_cases(&opened);
+        let markdown = markdown(&scores);
+        let rows: Vec<&str> = markdown.lines().take_while(|line| !line.is_empty()).collect();
+        assert_eq!(rows.len(), scores.groups.len() + 2);
+        assert!(rows.iter().all(|row| row.matches('|').count() == COLUMNS.len() + 2));
+        assert_eq!(csv(&opened).lines().count(), opened.len() + 1);
+        assert!(lines(&scores).iter().any(|line| line.starts_with("DVS-Voltmeter")));
+    }
+}
