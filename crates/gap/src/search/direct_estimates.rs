@@ -35,13 +35,13 @@ impl DirectEstimates {
         self.estimates.iter().find(|estimate| estimate.spec.name == name)
     }
 
-    /// The effects that the time stamps prove and that `model` lacks, as trials: a readout, and the
-    /// period of the clock.
+    /// The effect that the time stamps prove and that `model` lacks, as a trial: a readout, whose
+    /// lines are a grid of their own, or else the period of the clock.
     pub(super) fn proven(
         &self,
         model: &SensorConfig,
         left_out: &[String],
-    ) -> Vec<(&'static str, Trial)> {
+    ) -> Option<(&'static str, Trial)> {
         let candidates = Candidate::missing_from(self.catalogue, model, left_out);
         let is_proven = |estimate: &&Estimate| estimate.reading.consistent > PROVEN;
         let trial = |estimate: &Estimate| {
@@ -51,7 +51,7 @@ impl DirectEstimates {
                 candidate.trials().into_iter().filter_map(|form| form.into_iter().next());
             Some((name, self.applied(name, &plainest.rfind(Trial::is_usual)?)))
         };
-        self.estimates.iter().rev().filter(is_proven).filter_map(trial).collect()
+        self.estimates.iter().rev().filter(is_proven).find_map(trial)
     }
 
     /// The trial with its estimated parameters set. They are no longer fitted, except rough ones.

@@ -41,10 +41,8 @@ pub(super) fn eliminate(
             let worth = worth(splits, &rest.model, &selection.model, excess, candidates)?;
             dropped.push(Dropped { rest, worth });
         }
-        let weakest = dropped
-            .iter()
-            .enumerate()
-            .filter(|(i, one)| !selection.effects[*i].is_proven && !is_worth_a_name(&one.worth));
+        // A clock that the time stamps prove may be the lines of a readout that was found later.
+        let weakest = dropped.iter().enumerate().filter(|(_, one)| !is_worth_a_name(&one.worth));
         let weakest = weakest.min_by(|a, b| a.1.worth.fraction().total_cmp(&b.1.worth.fraction()));
         match weakest {
             Some((i, _)) => *selection = dropped.swap_remove(i).rest,

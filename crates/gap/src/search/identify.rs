@@ -97,25 +97,22 @@ impl DataSplits<'_> {
         estimates: &DirectEstimates,
         left_out: &[String],
     ) -> Result<(), GapError> {
-        for (name, trial) in estimates.proven(&selection.model, left_out) {
-            let model = trial.added_to(&selection.model);
-            let held_out = self.score(&model)?;
-            // A wrong readout is worse than none, whatever the time stamps say.
-            if held_out.discrepancy >= selection.held_out.discrepancy {
-                continue;
-            }
-            let discrepancy = self.train.discrepancy(&model, 1)?;
-            let fit = Fit { model: model.clone(), discrepancy };
-            let candidate = FittedCandidate { name, fit, trial };
-            selection.effects.push(SelectedEffect {
-                candidate,
-                rivals: Vec::new(),
-                is_proven: true,
-            });
-            selection.model = model;
-            selection.train_discrepancy = discrepancy;
-            selection.held_out = held_out;
+        let Some((name, trial)) = estimates.proven(&selection.model, left_out) else {
+            return Ok(());
+        };
+        let model = trial.added_to(&selection.model);
+        let held_out = self.score(&model)?;
+        // A wrong readout is worse than none, whatever the time stamps say.
+        if held_out.discrepancy >= selection.held_out.discrepancy {
+            return Ok(());
         }
+        let discrepancy = self.train.discrepancy(&model, 1)?;
+        let fit = Fit { model: model.clone(), discrepancy };
+        let candidate = FittedCandidate { name, fit, trial };
+        selection.effects.push(SelectedEffect { candidate, rivals: Vec::new(), is_proven: true });
+        selection.model = model;
+        selection.train_discrepancy = discrepancy;
+        selection.held_out = held_out;
         Ok(())
     }
 }

@@ -16,7 +16,7 @@ pub(super) struct SelectedEffect {
     pub(super) candidate: FittedCandidate,
     /// Other candidates for its place, the best first.
     pub(super) rivals: Vec<FittedCandidate>,
-    /// Whether the time stamps prove it, with its parameters: it is neither fitted nor dropped.
+    /// Whether the time stamps prove it, with its parameters, which are then not fitted.
     pub(super) is_proven: bool,
 }
 
