@@ -2,6 +2,7 @@
 //!
 //! * [`TASKS`]: the registry; [`open`] finds the task of a checkpoint.
 //! * [`PoseTask`], [`PoseModel`]: what a task has to implement so that every command takes it.
+//! * [`PoseExperiment`]: the steps of a config's experiment, for studies that repeat them.
 //! * [`args`]: arguments of the commands whose work is the task's.
 //!
 //! ```
@@ -26,9 +27,11 @@
 pub mod args;
 mod benchmark_recording;
 mod body;
+mod experiment;
 mod hand;
 pub mod hand_joints;
 pub mod online;
+mod scores;
 mod task;
 
 use std::path::Path;
@@ -36,6 +39,8 @@ use std::path::Path;
 use anyhow::{Context, Result, bail};
 use evpose_app::args::{ConfigArgs, DeviceArgs};
 
+pub use experiment::PoseExperiment;
+pub use scores::{EvaluationScores, Metric, RecordingScores};
 pub use task::{DataSetInfo, PoseModel, PoseTask, PrecisionScores};
 
 /// The pose tasks. A checkpoint is offered to each in turn; the last reports files that none can
@@ -65,6 +70,22 @@ pub fn open(checkpoint: &Path, device: &DeviceArgs) -> Result<Box<dyn PoseModel>
         }
     }
     bail!("{}: a checkpoint of no known task", checkpoint.display())
+}
+
+/// The experiment of a config, of whichever task it is; see [`PoseTask::experiment`].
+///
+/// # Errors
+/// If no task has such a config.
+pub fn experiment(
+    config: &ConfigArgs,
+    start_from: Option<&Path>,
+) -> Result<(&'static dyn PoseTask, Box<dyn PoseExperiment>)> {
+    for task in TASKS.iter().copied() {
+        if let Some(experiment) = task.experiment(config, start_from)? {
+            return Ok((task, experiment));
+        }
+    }
+    bail!("{}: a config of no known task", config.config)
 }
 
 /// The simulated data set in `directory`, by its config, of whichever task it is.

@@ -11,7 +11,9 @@ use evpose_nn::graph::Graph;
 use evpose_sim::SequenceSet;
 
 use crate::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
+use crate::experiment::PoseExperiment;
 use crate::online::{OnlineOptions, OnlineStream};
+use crate::scores::EvaluationScores;
 
 /// A pose task. Adding one is an implementation and a line of [`TASKS`](crate::TASKS); every
 /// command then takes its configs and its checkpoints.
@@ -56,6 +58,20 @@ pub trait PoseTask: Sync {
     /// # Errors
     /// If the config cannot be read.
     fn data_set(&self, directory: &Path, config: &Path) -> Result<Option<DataSetInfo>>;
+
+    /// Name of the embedded config that trains on recordings in minutes.
+    fn quick_config(&self) -> &'static str;
+
+    /// The experiment of a config, from initial weights or from those of the run `start_from`. None
+    /// if the config is of another task.
+    ///
+    /// # Errors
+    /// If it is of this task and not valid, or the task's networks do not start from others.
+    fn experiment(
+        &self,
+        config: &ConfigArgs,
+        start_from: Option<&Path>,
+    ) -> Result<Option<Box<dyn PoseExperiment>>>;
 
     /// Simulates a recording at `rate` events a second into `directory`: for benchmarks. Returns
     /// its path.
@@ -114,6 +130,13 @@ pub trait PoseModel {
     /// # Errors
     /// If the data cannot be read, or an argument is for another task.
     fn evaluate(&self, args: &EvalArgs) -> Result<()>;
+
+    /// Scores on each recording of a directory, with a pose every `stride_ms` milliseconds, by
+    /// default the task's.
+    ///
+    /// # Errors
+    /// If the data cannot be read.
+    fn scores(&self, data: &Path, stride_ms: Option<u32>) -> Result<EvaluationScores>;
 
     /// Runs `evpose infer`.
     ///

@@ -1,6 +1,7 @@
 //! The body task: MoveEnet.
 
 mod eval;
+mod experiment;
 mod infer;
 mod precision;
 mod simulate;
@@ -29,7 +30,9 @@ use evpose_train::body::{BodyFrames, BodyRecordings};
 
 use crate::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
 use crate::benchmark_recording;
+use crate::experiment::PoseExperiment;
 use crate::online::{OnlineOptions, OnlineStream, TaskStream};
+use crate::scores::EvaluationScores;
 use crate::task::{DataSetInfo, PoseModel, PoseTask, PrecisionScores};
 
 /// Propagated poses per second.
@@ -104,6 +107,20 @@ impl PoseTask for Body {
             seed,
             set: SequenceSet::new(directory, simulation.sequences).with_endings(PEOPLE),
         }))
+    }
+
+    fn quick_config(&self) -> &'static str {
+        "finetune"
+    }
+
+    fn experiment(
+        &self,
+        config: &ConfigArgs,
+        start_from: Option<&Path>,
+    ) -> Result<Option<Box<dyn PoseExperiment>>> {
+        let Some(config) = body_config::config(config)? else { return Ok(None) };
+        let start_from = start_from.map(Path::to_owned);
+        Ok(Some(Box::new(BodyConfig { start_from, ..config })))
     }
 
     fn benchmark_recording(&self, directory: &Path, rate: f64) -> Result<PathBuf> {
@@ -200,6 +217,10 @@ impl PoseModel for BodyModel {
 
     fn evaluate(&self, args: &EvalArgs) -> Result<()> {
         eval::run(self, args)
+    }
+
+    fn scores(&self, data: &Path, stride_ms: Option<u32>) -> Result<EvaluationScores> {
+        experiment::scores(self, data, stride_ms)
     }
 
     fn infer(&self, args: &InferArgs) -> Result<()> {

@@ -2,6 +2,7 @@
 
 mod conditions;
 mod eval;
+mod experiment;
 mod infer;
 mod precision;
 mod predictor;
@@ -28,7 +29,9 @@ use evpose_train::{HandDataset, untrained};
 
 use crate::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
 use crate::benchmark_recording;
+use crate::experiment::PoseExperiment;
 use crate::online::{OnlineOptions, OnlineStream, TaskStream};
+use crate::scores::EvaluationScores;
 use crate::task::{DataSetInfo, PoseModel, PoseTask, PrecisionScores};
 
 /// Inputs per inference on devices other than the CPU, as published.
@@ -85,6 +88,21 @@ impl PoseTask for Hand {
             seed,
             set: SequenceSet::new(directory, simulation.sequences),
         }))
+    }
+
+    fn quick_config(&self) -> &'static str {
+        "quick"
+    }
+
+    fn experiment(
+        &self,
+        config: &ConfigArgs,
+        start_from: Option<&Path>,
+    ) -> Result<Option<Box<dyn PoseExperiment>>> {
+        if start_from.is_some() {
+            bail!("--start-from is for bodies: networks of hands are trained from the beginning");
+        }
+        Ok(Some(Box::new(hand_config::load(&config.config, &config.overrides)?)))
     }
 
     fn benchmark_recording(&self, directory: &Path, rate: f64) -> Result<PathBuf> {
@@ -177,6 +195,10 @@ impl PoseModel for HandModel {
             Some(data) => eval::run(self, args, data),
             None => conditions::run(self, args),
         }
+    }
+
+    fn scores(&self, data: &Path, stride_ms: Option<u32>) -> Result<EvaluationScores> {
+        experiment::scores(self, data, stride_ms)
     }
 
     fn infer(&self, args: &InferArgs) -> Result<()> {
