@@ -18,6 +18,7 @@ mod gap;
 mod harness;
 mod live;
 mod models;
+mod payoff;
 mod prepare;
 mod quantize;
 mod resume;

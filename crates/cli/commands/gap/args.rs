@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Subcommand;
 use evpose_bench::gap::{BenchArgs, CalibrateArgs, OutsideArgs, ScoreArgs};
 use evpose_gap::davis::Response;
+use evpose_payoff::PayoffArgs;
 
 /// Exit codes of the identification.
 const EXIT_CODES: &str = "Exit codes: 0 no gap, 10 a parameter differs, 11 effects are missing, 12 no known \
@@ -42,6 +43,8 @@ pub(crate) enum GapCommand {
     Report(ReportArgs),
     /// Evaluate a run by five statistics, with code independent of the search
     Verify(VerifyArgs),
+    /// Train on the model as given and on the corrected one, and report what the correction is worth
+    Payoff(PayoffArgs),
     /// Blind benchmark: identify hidden effects in recordings of an independent pixel model
     Bench(BenchArgs),
     /// Merge the results of all shards of a benchmark: scores, tables and a page
