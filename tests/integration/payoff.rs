@@ -134,7 +134,7 @@ fn inputs_of_a_payoff_that_cannot_be_used_are_named() {
     };
     refused(&payoff(&[], &[]), "--camera");
     refused(&payoff(&[], &["--camera", "nowhere.toml"]), "nowhere.toml");
-    refused(&payoff(&[], &["--data", "gap", "--upper-bound"]), "--camera");
+    refused(&payoff(&[], &["--data", "gap", "--upper-bound"]), "cannot be used with");
     refused(&payoff(&[], &["--data", "gap", "--task", "foot"]), "hand");
     let other = ["--data", "gap", "--task", "body", "--config", "quick"];
     refused(&payoff(&[], &other), "not a config of the task");

@@ -32,7 +32,7 @@ pub struct PayoffArgs {
     #[arg(long, value_name = "FILE")]
     pub camera: Option<PathBuf>,
     /// Also train on simulations of --camera: the most that a correction can be worth
-    #[arg(long, requires = "camera")]
+    #[arg(long, conflicts_with = "data")]
     pub upper_bound: bool,
     /// The task, whose quick config is the default of --config [default: that of --config, or hand]
     #[arg(long, value_parser = task_names())]
