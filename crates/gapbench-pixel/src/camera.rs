@@ -26,6 +26,6 @@ pub fn record(circuit: &Circuit, scene: &Scene, seeds: Seeds) -> Recording {
         .collect();
     sort_spikes(&mut spikes);
     let read = read_out(&circuit.readout, seeds, spikes);
-    let events = stamp(&circuit.clock, seeds, &read, DURATION_S);
+    let events = stamp(&circuit.clock, circuit.noise_address, seeds, &read, DURATION_S);
     Recording { events, width: WIDTH, height: HEIGHT, duration_s: DURATION_S }
 }

@@ -5,12 +5,15 @@ use serde_json::json;
 
 use crate::camera::record;
 use crate::catalogue::{Nominal, Term, terms};
-use crate::circuit::Circuit;
+use crate::circuit::{Circuit, NoiseAddress};
+use crate::convention::Convention;
 use crate::effect::CameraStage;
 use crate::event::{DURATION_S, HEIGHT, Recording, WIDTH};
 use crate::evidence::{Evidence, compare};
 use crate::pixel::Seeds;
+use crate::plan::Tier;
 use crate::scene::{Scene, SceneKind};
+use crate::slot::Slot;
 
 /// Frames per second of the luminance given beside the events.
 pub const FPS: f64 = 1000.0;
@@ -43,6 +46,8 @@ pub enum CaseKind {
     LeftOut,
     /// An effect that no catalogue has.
     NeverCatalogued,
+    /// Three to five effects.
+    Several,
 }
 
 /// Scene and seeds of one recording.
@@ -61,6 +66,8 @@ pub struct RecordingSetup {
 pub struct Case {
     /// Name that says nothing.
     pub id: String,
+    /// Composition of its plan.
+    pub tier: Tier,
     /// Group of the plan.
     pub kind: CaseKind,
     /// Strength from 0 to 3, for singles.
@@ -77,6 +84,12 @@ pub struct Case {
     pub circuit: Circuit,
     /// The nominal camera with each of the hidden things alone.
     pub alone: Vec<Circuit>,
+    /// The camera as it is, with each of the hidden things removed.
+    pub without: Vec<Circuit>,
+    /// Slots of all that is hidden or there by convention.
+    pub slots: Vec<Slot>,
+    /// Deviations from the ideal pixel that nothing mentions.
+    pub conventions: Vec<Convention>,
     /// Effect to take out of the catalogue at run time.
     pub leave_out: Option<&'static str>,
 }
@@ -87,7 +100,8 @@ pub struct Truth {
     /// Name, kind, stage and values in catalogue units.
     #[serde(flatten)]
     pub term: Term,
-    /// Recording with only this against the nominal one.
+    /// In a plan with conventions, the recording of the camera against the one without this; else
+    /// the recording with only this against the nominal one.
     pub evidence: Evidence,
 }
 
@@ -96,6 +110,8 @@ pub struct Truth {
 pub struct Label {
     /// Name of the case.
     pub id: String,
+    /// Composition of its plan.
+    pub tier: Tier,
     /// Group of the plan.
     pub kind: CaseKind,
     /// Strength from 0 to 3, for singles.
@@ -104,8 +120,12 @@ pub struct Label {
     pub train: RecordingSetup,
     /// Scenes and seeds of the second recording.
     pub validation: RecordingSetup,
+    /// Nominal parameters, given beside the recordings.
+    pub nominal: Nominal,
     /// The hidden things.
     pub truth: Vec<Truth>,
+    /// Deviations from the ideal pixel that are right when named, and no miss when not.
+    pub conventions: Vec<Convention>,
     /// Whether all of them are visible (false for a null).
     pub visible: bool,
     /// Stages of the hidden things.
@@ -152,31 +172,81 @@ impl Case {
     }
 
     /// The truth with its visibility: records the train scene once for each hidden thing and once
-    /// without any.
+    /// more to compare with.
     pub fn label(&self) -> Label {
-        let nominal = self.nominal_circuit();
-        let without = (!self.alone.is_empty()).then(|| self.record_with(&nominal, Which::Train));
-        let mut truth = Vec::new();
-        for circuit in &self.alone {
-            let with = self.record_with(circuit, Which::Train);
-            for term in terms(circuit, &self.nominal) {
-                let Some(without) = &without else { continue };
-                let evidence = compare(without, &with, term.stage);
-                truth.push(Truth { term, evidence });
-            }
-        }
+        let truth = match self.tier {
+            Tier::Plain => self.truth_alone(),
+            Tier::Home => self.truth_among_others(),
+        };
+        self.label_of(truth)
+    }
+
+    /// The label of a case whose hidden things are known.
+    pub fn label_of(&self, truth: Vec<Truth>) -> Label {
         Label {
             id: self.id.clone(),
+            tier: self.tier,
             kind: self.kind,
             strength: self.strength,
             train: self.train,
             validation: self.validation,
+            nominal: self.nominal,
             visible: !truth.is_empty() && truth.iter().all(|truth| truth.evidence.visible),
             stages: truth.iter().map(|truth| truth.term.stage).collect(),
             truth,
+            conventions: self.conventions.clone(),
             outside_catalogue: matches!(self.kind, CaseKind::LeftOut | CaseKind::NeverCatalogued),
             leave_out: self.leave_out,
         }
+    }
+
+    /// Each hidden thing against the nominal camera.
+    fn truth_alone(&self) -> Vec<Truth> {
+        if self.alone.is_empty() {
+            return Vec::new();
+        }
+        let nominal = nominal_circuit(&self.nominal, self.circuit.noise_address);
+        let without = self.record_with(&nominal, Which::Train);
+        let of = |circuit: &Circuit| {
+            let with = self.record_with(circuit, Which::Train);
+            let terms = terms(circuit, &self.nominal).into_iter();
+            let truth = |term: Term| {
+                let evidence = compare(&without, &with, term.stage);
+                Truth { term, evidence }
+            };
+            terms.map(truth).collect::<Vec<_>>()
+        };
+        self.alone.iter().flat_map(of).collect()
+    }
+
+    /// The camera as it is against the same one without each hidden thing.
+    ///
+    /// Stamps are compared to the microsecond, except where the grid of the clock is the hidden
+    /// thing: on a grid, a shift of a microsecond over a tick would count as one of a period.
+    fn truth_among_others(&self) -> Vec<Truth> {
+        let fine = |circuit: &Circuit| {
+            let mut circuit = circuit.clone();
+            circuit.clock.period_us = 1.0;
+            self.record_with(&circuit, Which::Train)
+        };
+        let with = (!self.alone.is_empty()).then(|| fine(&self.circuit));
+        let of = |(alone, without): (&Circuit, &Circuit)| {
+            let has_grid = alone.clock.period_us > 1.0;
+            let pair = match &with {
+                Some(with) if !has_grid => (fine(without), with.clone()),
+                _ => {
+                    let record = |circuit| self.record_with(circuit, Which::Train);
+                    (record(without), record(&self.circuit))
+                }
+            };
+            let terms = terms(alone, &self.nominal).into_iter();
+            let truth = |term: Term| {
+                let evidence = compare(&pair.0, &pair.1, term.stage);
+                Truth { term, evidence }
+            };
+            terms.map(truth).collect::<Vec<_>>()
+        };
+        self.alone.iter().zip(&self.without).flat_map(of).collect()
     }
 
     fn take(&self, which: Which) -> RecordingSetup {
@@ -190,16 +260,12 @@ impl Case {
         let seeds = Seeds { camera: self.camera_seed, run: self.take(which).run_seed };
         record(circuit, &self.scene(which), seeds)
     }
-
-    /// The camera as it is described: ideal, with the nominal background.
-    fn nominal_circuit(&self) -> Circuit {
-        nominal_circuit(&self.nominal)
-    }
 }
 
 /// The ideal pixel with a nominal background.
-pub fn nominal_circuit(nominal: &Nominal) -> Circuit {
+pub fn nominal_circuit(nominal: &Nominal, noise_address: NoiseAddress) -> Circuit {
     let mut circuit = Circuit::ideal();
+    circuit.noise_address = noise_address;
     circuit.background.on_hz = nominal.noise_on_hz;
     circuit.background.off_hz = nominal.noise_off_hz;
     circuit

@@ -38,6 +38,10 @@ pub enum Purpose {
     Oddity,
     /// Choices of the plan.
     Plan,
+    /// Spread of the latency over the pixels.
+    Latency,
+    /// Choices of the conventions of a camera.
+    Convention,
 }
 
 /// SplitMix64's finaliser: a bijection of 64-bit words in which every bit matters.

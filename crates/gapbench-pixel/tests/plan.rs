@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use gapbench_pixel::oddity::ODDITIES;
-use gapbench_pixel::{Case, CaseKind, EFFECTS, Plan, TermKind, Which};
+use gapbench_pixel::{Case, CaseKind, EFFECTS, Plan, TermKind, Tier, Which};
 
 fn of_kind(cases: &[Case], kind: CaseKind) -> Vec<&Case> {
     cases.iter().filter(|case| case.kind == kind).collect()
@@ -11,7 +11,7 @@ fn of_kind(cases: &[Case], kind: CaseKind) -> Vec<&Case> {
 
 #[test]
 fn the_plan_has_its_counts_of_cases() {
-    let cases = Plan::from_seed(7);
+    let cases = Plan::from_seed(7, Tier::Plain);
     let counts = [
         (CaseKind::Single, 216),
         (CaseKind::Null, 200),
@@ -29,7 +29,7 @@ fn the_plan_has_its_counts_of_cases() {
 
 #[test]
 fn every_effect_comes_at_four_strengths_on_three_scenes() {
-    let cases = Plan::from_seed(7);
+    let cases = Plan::from_seed(7, Tier::Plain);
     let mut seen: HashMap<&str, HashSet<(usize, u64)>> = HashMap::new();
     for case in of_kind(&cases, CaseKind::Single) {
         let terms = case.terms();
@@ -43,7 +43,7 @@ fn every_effect_comes_at_four_strengths_on_three_scenes() {
 
 #[test]
 fn the_groups_hide_what_they_say() {
-    let cases = Plan::from_seed(11);
+    let cases = Plan::from_seed(11, Tier::Plain);
     for case in &cases {
         let terms = case.terms();
         assert_ne!(case.train.scene, case.validation.scene);
@@ -59,6 +59,7 @@ fn the_groups_hide_what_they_say() {
             }
             CaseKind::LeftOut => assert_eq!(case.leave_out, Some(terms[0].name)),
             CaseKind::Single | CaseKind::NeverCatalogued => assert_eq!(terms.len(), 1),
+            CaseKind::Several => panic!("a plan of single effects and pairs has none"),
         }
     }
     let odd: HashSet<&str> = of_kind(&cases, CaseKind::NeverCatalogued)
@@ -71,7 +72,7 @@ fn the_groups_hide_what_they_say() {
 
 #[test]
 fn nothing_a_measurement_gives_says_what_is_hidden() {
-    let cases = Plan::from_seed(3);
+    let cases = Plan::from_seed(3, Tier::Plain);
     for case in &cases {
         for which in [Which::Train, Which::Validation] {
             let json: serde_json::Value =
@@ -88,7 +89,11 @@ fn nothing_a_measurement_gives_says_what_is_hidden() {
 
 #[test]
 fn the_plan_and_its_recordings_depend_on_the_seed_alone() {
-    let (first, again, other) = (Plan::from_seed(5), Plan::from_seed(5), Plan::from_seed(6));
+    let (first, again, other) = (
+        Plan::from_seed(5, Tier::Plain),
+        Plan::from_seed(5, Tier::Plain),
+        Plan::from_seed(6, Tier::Plain),
+    );
     assert_eq!(first[0].id, again[0].id);
     assert_ne!(first[0].id, other[0].id);
     let with_threads = |threads, case: &Case| {
@@ -104,7 +109,7 @@ fn the_plan_and_its_recordings_depend_on_the_seed_alone() {
 
 #[test]
 fn a_strong_single_is_visible_a_null_is_not_and_both_have_frames() {
-    let cases = Plan::from_seed(9);
+    let cases = Plan::from_seed(9, Tier::Plain);
     let strong = of_kind(&cases, CaseKind::Single)
         .into_iter()
         .find(|case| case.strength == Some(3))

@@ -15,6 +15,9 @@ pub struct Detector {
     pub offset_sigma_ln: f64,
     /// Noise of each comparison at the amplifier's output, mV r.m.s.
     pub comparator_noise_mv: f64,
+    /// Part of a reset that is missing when the switch opens: the memory has then gone so much less
+    /// than the whole way.
+    pub unsettled_share: f64,
     /// Leaking junction of the reset switch.
     pub leak: Option<Junction>,
     /// Timer that holds the pixel in reset.

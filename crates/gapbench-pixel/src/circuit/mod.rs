@@ -5,12 +5,15 @@
 //! are `Option`s or zeros. What each value means in the units of a catalogue of effects is
 //! derived in [`crate::catalogue`].
 
+mod address;
 mod detector;
 mod optics;
 mod readout;
 
+pub(crate) use address::CellCounter;
+pub use address::NoiseAddress;
 pub use detector::{Detector, DetectorOddity, Junction, PhotonNoise, Timer};
-pub use optics::{Follower, HighPass, Lamp, NodeNoise, Optics, Photoreceptor};
+pub use optics::{Bend, Follower, HighPass, Lamp, NodeNoise, Optics, Photoreceptor};
 pub use readout::{Access, Background, Clock, HotPixels, Readout, ReadoutOddity};
 
 use crate::physics::{REFERENCE_TEMPERATURE_K, volts_per_efold_v};
@@ -35,6 +38,8 @@ pub struct Circuit {
     pub readout: Readout,
     /// The time-stamper.
     pub clock: Clock,
+    /// Address of the draws that belong to single events.
+    pub noise_address: NoiseAddress,
 }
 
 impl Circuit {
@@ -49,6 +54,8 @@ impl Circuit {
             photoreceptor: Photoreceptor {
                 white_current_a: 10e-12,
                 dark_current_fa: 0.0,
+                added_share: 0.0,
+                bend: None,
                 node_ff: None,
                 follower: None,
                 highpass: None,
@@ -61,6 +68,7 @@ impl Circuit {
                 threshold_off_mv: threshold_mv,
                 offset_sigma_ln: 0.0,
                 comparator_noise_mv: 0.0,
+                unsettled_share: 0.0,
                 leak: None,
                 refractory: None,
                 photon_noise: None,
@@ -68,7 +76,14 @@ impl Circuit {
             },
             background: Background::default(),
             readout: Readout::default(),
-            clock: Clock { period_us: 1.0, jitter_us: 0.0, latency_us: 0.0, offset_us: 0.0 },
+            clock: Clock {
+                period_us: 1.0,
+                jitter_us: 0.0,
+                latency_us: 0.0,
+                latency_spread_ln: 0.0,
+                offset_us: 0.0,
+            },
+            noise_address: NoiseAddress::default(),
         }
     }
 

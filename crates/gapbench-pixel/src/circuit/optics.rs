@@ -31,6 +31,11 @@ pub struct Photoreceptor {
     pub white_current_a: f64,
     /// Dark current of the junction, fA.
     pub dark_current_fa: f64,
+    /// Current that is added before the logarithm, relative to the photocurrent at white: a bias of
+    /// the photoreceptor.
+    pub added_share: f64,
+    /// Slope of the logarithm that changes with light.
+    pub bend: Option<Bend>,
     /// Capacitance of the photodiode node as the photocurrent sees it, fF: the parasitic one
     /// divided by the gain of the feedback amplifier. `None` is a node without delay.
     pub node_ff: Option<f64>,
@@ -40,6 +45,15 @@ pub struct Photoreceptor {
     pub highpass: Option<HighPass>,
     /// Thermal and shot noise of the node.
     pub noise: Option<NodeNoise>,
+}
+
+/// A slope factor of the feedback transistor that changes with its level: volts per e-fold are
+/// `1 - share` of the nominal ones at the darkest light of a scene, `1 + share` at white, and
+/// nominal in the middle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bend {
+    /// Relative change of the slope over half of the range; negative where the slope falls.
+    pub share: f64,
 }
 
 /// A source follower: one pole that light does not move.

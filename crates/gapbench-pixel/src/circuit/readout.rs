@@ -86,8 +86,10 @@ pub struct Clock {
     pub period_us: f64,
     /// Jitter of the sampled request, us r.m.s.
     pub jitter_us: f64,
-    /// Constant delay of comparator and logic, us.
+    /// Delay of comparator and logic, us: the median over the pixels.
     pub latency_us: f64,
+    /// Log-normal spread of the delay over the pixels (sigma of the logarithm).
+    pub latency_spread_ln: f64,
     /// Zero of the counter against the frames' clock, us.
     pub offset_us: f64,
 }

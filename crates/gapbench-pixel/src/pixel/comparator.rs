@@ -5,7 +5,7 @@
 //! event comes when the input is one ON threshold above it, an OFF event when one OFF threshold
 //! below.
 
-use crate::circuit::{Circuit, DetectorOddity, Junction, Timer};
+use crate::circuit::{CellCounter, Circuit, DetectorOddity, Junction, NoiseAddress, Timer};
 use crate::draw::{Purpose, Stream};
 use crate::event::WIDTH;
 use crate::physics::{FEMTO, REFERENCE_TEMPERATURE_K};
@@ -24,6 +24,7 @@ pub(crate) struct Comparators {
     dark_offsets: Option<[f64; 2]>,
     extra: f64,
     injected: f64,
+    unsettled: f64,
     leak_per_s: f64,
     hold_on_s: f64,
     hold_off_s: f64,
@@ -32,6 +33,7 @@ pub(crate) struct Comparators {
     on: f64,
     off: f64,
     fired: u64,
+    cells: Option<CellCounter>,
     last: Option<bool>,
     /// End of the reset, if the pixel is in reset.
     release_s: Option<f64>,
@@ -82,6 +84,7 @@ impl Comparators {
             dark_offsets,
             extra,
             injected,
+            unsettled: detector.unsettled_share,
             leak_per_s,
             hold_on_s,
             hold_off_s,
@@ -90,6 +93,7 @@ impl Comparators {
             on: 0.0,
             off: 0.0,
             fired: 0,
+            cells: (circuit.noise_address == NoiseAddress::Time).then(CellCounter::default),
             last: None,
             release_s: None,
         }
@@ -112,8 +116,9 @@ impl Comparators {
             None => {}
         }
         if self.noise > 0.0 {
+            let index = self.cells.as_mut().map_or(self.fired, |cells| cells.index(t_s));
             let noisy = |mean: f64, stream: Stream| {
-                (mean + self.noise * stream.normal(self.fired)).max(SMALLEST_SHARE * mean)
+                (mean + self.noise * stream.normal(index)).max(SMALLEST_SHARE * mean)
             };
             thresholds =
                 [noisy(thresholds[0], self.noise_on), noisy(thresholds[1], self.noise_off)];
@@ -161,6 +166,9 @@ impl Comparators {
         self.fired += 1;
         self.last = Some(on);
         let hold_s = if on { self.hold_on_s } else { self.hold_off_s };
+        let before = self.memory - self.leak_per_s * (t_s - self.since_s);
+        let level =
+            if self.unsettled == 0.0 { level } else { level - self.unsettled * (level - before) };
         self.balance(level, t_s);
         if hold_s > 0.0 {
             self.release_s = Some(t_s + hold_s);

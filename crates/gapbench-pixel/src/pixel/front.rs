@@ -8,13 +8,15 @@
 //! and the equation is solved exactly. The source follower and the slow feedback are linear poles
 //! and are solved exactly for a linear input.
 
-use crate::circuit::Circuit;
+use crate::circuit::{Bend, Circuit};
 use crate::physics::{FEMTO, KAPPA, node_rate_per_s, thermal_voltage_v};
+use crate::scene::DARKEST_LN;
 
 /// Constants of the photoreceptor: rates in 1/s.
 #[derive(Debug, Clone)]
 pub(crate) struct Front {
-    dark_share: f64,
+    added_share: f64,
+    bend: Option<Bend>,
     node_white_per_s: Option<f64>,
     follower_per_s: Option<f64>,
     highpass_per_s: Option<f64>,
@@ -44,7 +46,8 @@ impl Front {
         let kelvin = circuit.temperature_k;
         let white_a = receptor.white_current_a;
         Self {
-            dark_share: receptor.dark_current_fa * FEMTO / white_a,
+            added_share: receptor.dark_current_fa * FEMTO / white_a + receptor.added_share,
+            bend: receptor.bend,
             node_white_per_s: receptor.node_ff.map(|ff| node_rate_per_s(white_a, ff, kelvin)),
             follower_per_s: receptor
                 .follower
@@ -55,19 +58,33 @@ impl Front {
         }
     }
 
-    /// Logarithm of photocurrent and dark current for the logarithm of light.
+    /// Logarithm of the photocurrent and all that is added to it, for the logarithm of light.
     #[inline]
     pub(crate) fn log_current(&self, log_light: f64) -> f64 {
-        if self.dark_share > 0.0 { (log_light.exp() + self.dark_share).ln() } else { log_light }
+        if self.added_share > 0.0 { (log_light.exp() + self.added_share).ln() } else { log_light }
+    }
+
+    /// Voltage of the feedback transistor at a level of the node: its slope runs in a line from
+    /// `1 - share` at the darkest light to `1 + share` at white.
+    #[inline]
+    fn bent(&self, node: f64) -> f64 {
+        match self.bend {
+            None => node,
+            Some(Bend { share }) => {
+                let middle = 0.5 * DARKEST_LN;
+                node - 0.5 * share * (node - middle).powi(2) / middle
+            }
+        }
     }
 
     /// The photoreceptor after a long time at one light.
     pub(crate) fn settled(&self, log_current: f64) -> FrontState {
+        let output = self.bent(log_current);
         FrontState {
             inverse: (-log_current).exp(),
             node: log_current,
-            follower: log_current,
-            slow: if self.highpass_per_s.is_some() { log_current } else { 0.0 },
+            follower: output,
+            slow: if self.highpass_per_s.is_some() { output } else { 0.0 },
         }
     }
 
@@ -83,8 +100,10 @@ impl Front {
             next.node = -next.inverse.ln();
         }
         next.follower = match self.follower_per_s {
-            Some(rate) => relax(state.follower, state.node, next.node, rate * dt_s),
-            None => next.node,
+            Some(rate) => {
+                relax(state.follower, self.bent(state.node), self.bent(next.node), rate * dt_s)
+            }
+            None => self.bent(next.node),
         };
         if let Some(rate) = self.highpass_per_s {
             next.slow = relax(state.slow, state.follower, next.follower, rate * dt_s);

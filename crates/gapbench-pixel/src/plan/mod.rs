@@ -1,0 +1,44 @@
+//! The plan of the benchmark: every case from one seed, in an order and under names that say
+//! nothing.
+//!
+//! A plan has one of two compositions. In [`Tier::Home`], cameras differ from the ideal pixel in
+//! several conventions that nothing mentions, and zero to five effects are hidden beside them. In
+//! [`Tier::Plain`], one or two effects are hidden in a pixel that is ideal otherwise.
+
+mod builder;
+mod change;
+mod home;
+mod plain;
+
+use serde::{Deserialize, Serialize};
+
+use crate::case::Case;
+
+pub use home::UNCATALOGUED;
+
+/// Composition of a plan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Tier {
+    /// Zero to five effects in cameras with conventions.
+    #[default]
+    Home,
+    /// One or two effects in a pixel that is ideal otherwise.
+    Plain,
+}
+
+/// Makes the plan.
+#[derive(Debug, Clone, Copy)]
+pub struct Plan;
+
+impl Plan {
+    /// All cases of a seed.
+    pub fn from_seed(seed: u64, tier: Tier) -> Vec<Case> {
+        let mut cases = match tier {
+            Tier::Home => home::cases(seed),
+            Tier::Plain => plain::cases(seed),
+        };
+        cases.sort_by(|a, b| a.id.cmp(&b.id));
+        cases
+    }
+}

@@ -1,0 +1,79 @@
+//! One or two effects in a pixel that is ideal otherwise.
+//!
+//! 216 singles (18 effects, 4 strengths, 3 scenes), 200 nulls, 60 cases with other parameters only,
+//! 60 pairs of strong effects from different stages, 22 effects that are removed from the catalogue
+//! and 18 that no catalogue has.
+
+use super::Tier;
+use super::builder::Builder;
+use super::change::{
+    CircuitChange, any_effect, high_strength, install, install_uncatalogued, parameter,
+};
+use crate::case::{Case, CaseKind};
+use crate::draw::Sequence;
+use crate::effect::{EFFECTS, STRENGTHS};
+use crate::oddity::ODDITIES;
+
+/// Scenes of each single effect.
+const SCENES_OF_SINGLES: usize = 3;
+const NULLS: usize = 200;
+const PARAMETERS: usize = 60;
+const PAIRS: usize = 60;
+const LEFT_OUT: usize = 22;
+const NEVER_CATALOGUED: usize = 18;
+
+/// All cases of a seed.
+pub(super) fn cases(seed: u64) -> Vec<Case> {
+    let mut builder = Builder::new(seed, Tier::Plain);
+    for (e, effect) in EFFECTS.into_iter().enumerate() {
+        for scene in 0..SCENES_OF_SINGLES {
+            // One camera and scene for the four strengths.
+            let number = e * SCENES_OF_SINGLES + scene;
+            for strength in 0..STRENGTHS {
+                builder.push(CaseKind::Single, number, Some(strength), None, |draws| {
+                    vec![install(effect, strength, draws)]
+                });
+            }
+        }
+    }
+    for i in 0..NULLS {
+        builder.push(CaseKind::Null, i, None, None, |_| Vec::new());
+    }
+    for i in 0..PARAMETERS {
+        builder.push(CaseKind::Parameter, i, None, None, |draws| vec![parameter(draws, i)]);
+    }
+    for i in 0..PAIRS {
+        builder.push(CaseKind::Pair, i, None, None, pair);
+    }
+    for i in 0..LEFT_OUT {
+        let effect = EFFECTS[i % EFFECTS.len()];
+        // Once through all effects at the third strength, then on at the fourth.
+        let strength = 2 + i / EFFECTS.len();
+        builder.push(CaseKind::LeftOut, i, None, Some(effect.name()), |draws| {
+            vec![install(effect, strength, draws)]
+        });
+    }
+    for i in 0..NEVER_CATALOGUED {
+        builder.push(CaseKind::NeverCatalogued, i, None, None, |_| {
+            vec![install_uncatalogued(ODDITIES[i % ODDITIES.len()], i / ODDITIES.len())]
+        });
+    }
+    builder.cases
+}
+
+/// Two effects of different stages, each at one of its two highest strengths.
+fn pair(draws: &mut Sequence) -> Vec<CircuitChange> {
+    let first = any_effect(draws);
+    let second = loop {
+        let effect = any_effect(draws);
+        if effect.stage() != first.stage() {
+            break effect;
+        }
+    };
+    [first, second]
+        .map(|effect| {
+            let strength = high_strength(draws);
+            install(effect, strength, draws)
+        })
+        .into()
+}
