@@ -137,6 +137,7 @@ fn inputs_that_cannot_be_used_end_with_two_and_say_why() {
     refused(&["gap", "report", "scene"], "report.json");
     refused(&["gap", "bench", "--plan", "7", "--shard", "3/2", "--out", "b"], "--shard");
     refused(&["gap", "bench", "--plan", "nothing.toml", "--out", "b"], "nothing.toml");
+    refused(&["gap", "bench", "--plan", "7", "--tier", "hme", "--out", "b"], "home");
     let json = sandbox.path("scene/scene.json");
     let text = std::fs::read_to_string(&json).unwrap();
     std::fs::write(&json, text.replace("\"width\": 48", "\"width\": 36")).unwrap();
@@ -291,7 +292,8 @@ fn twelve_blind_cases_get_their_names_and_nulls_get_none() {
 fn blind_cases(count: u64) {
     let sandbox = Sandbox::new();
     let limit = count.to_string();
-    let args = ["gap", "bench", "--plan", "7", "--limit", &limit, "--out", "bench"];
+    let plan = ["gap", "bench", "--plan", "7", "--tier", "plain"];
+    let args = [&plan[..], &["--limit", &limit, "--out", "bench"]].concat();
     let said = sandbox.ok(&args);
     let scores = json(&sandbox.path("bench/scores.json"));
     assert_eq!(scores["cases"], count, "{said}");

@@ -2,11 +2,21 @@
 
 use std::path::PathBuf;
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use gapbench_pixel::Tier;
+
+/// Parses the composition of a plan.
+fn tier() -> impl TypedValueParser<Value = Tier> {
+    let names = PossibleValuesParser::new(["home", "plain"]);
+    names.map(|name| if name == "plain" { Tier::Plain } else { Tier::Home })
+}
+
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  \
     evpose gap bench --plan 7 --limit 12 --out runs/bench\n  \
     evpose gap bench --plan 7 --shard 1/2 --out runs/bench-1 --resume\n  \
-    evpose gap bench --plan 7 --self 200 --out runs/bench-self --resume\n\n\
+    evpose gap bench --plan 7 --self 200 --out runs/bench-self --resume\n  \
+    evpose gap bench --plan 11 --only several --limit 3 --cases --out runs/cases\n\n\
     Every case is written as files without its label and named from those files. A line a case goes\n\
     to results.jsonl. A whole plan is scored at once; parts of it by `evpose gap score`.")]
 /// Arguments of `evpose gap bench`.
@@ -14,6 +24,10 @@ pub struct BenchArgs {
     /// Seed of the plan, or a TOML file with `seed = N`
     #[arg(long)]
     pub(crate) plan: String,
+    /// Composition of the plan: zero to five effects in cameras with unmentioned conventions, or one
+    /// or two effects in a pixel that is ideal otherwise
+    #[arg(long, default_value = "home", value_parser = tier())]
+    pub(crate) tier: Tier,
     /// Part of the plan, for example 1/4
     #[arg(long, default_value = "1/1", value_name = "I/N")]
     pub(crate) shard: String,
@@ -28,7 +42,8 @@ pub struct BenchArgs {
     pub(crate) own: Option<usize>,
     /// Only cases of these kinds
     #[arg(long, value_delimiter = ',',
-          value_parser = ["single", "null", "parameter", "pair", "left_out", "never_catalogued"])]
+          value_parser = ["single", "null", "parameter", "pair", "several", "left_out",
+                          "never_catalogued"])]
     pub(crate) only: Vec<String>,
     /// Directory for results and scores
     #[arg(long)]
@@ -36,6 +51,10 @@ pub struct BenchArgs {
     /// Keep the files of the cases
     #[arg(long)]
     pub(crate) keep: bool,
+    /// Write the files of the cases with their ground truth (truth.json) and identify nothing; for
+    /// plans of development
+    #[arg(long, conflicts_with_all = ["own", "resume", "keep"])]
+    pub(crate) cases: bool,
     /// CPU threads; all cores by default
     #[arg(long)]
     pub(crate) threads: Option<usize>,
@@ -44,8 +63,8 @@ pub struct BenchArgs {
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  \
     evpose gap score runs/bench-1 runs/bench-2 runs/bench-self --plan 7 --out runs/scores\n\n\
-    Opens the labels, which takes a second or two a case, and writes scores.json, confusion.csv,\n\
-    power.csv, reliability.csv, intervals.csv, times.csv and index.html.")]
+    Opens the labels, which takes some seconds a case, and writes scores.json, groups.csv,\n\
+    confusion.csv, power.csv, reliability.csv, intervals.csv, times.csv and index.html.")]
 /// Arguments of `evpose gap score`.
 pub struct ScoreArgs {
     /// Directories of `evpose gap bench`
@@ -54,6 +73,10 @@ pub struct ScoreArgs {
     /// Seed of the plan, or a TOML file with `seed = N`
     #[arg(long)]
     pub(crate) plan: String,
+    /// Composition of the plan: zero to five effects in cameras with unmentioned conventions, or one
+    /// or two effects in a pixel that is ideal otherwise
+    #[arg(long, default_value = "home", value_parser = tier())]
+    pub(crate) tier: Tier,
     /// Directory for scores, tables and page
     #[arg(long)]
     pub(crate) out: PathBuf,
@@ -78,6 +101,10 @@ pub struct CalibrateArgs {
     /// Seed of their plan, or a TOML file with `seed = N`
     #[arg(long)]
     pub(crate) plan: String,
+    /// Composition of the plan: zero to five effects in cameras with unmentioned conventions, or one
+    /// or two effects in a pixel that is ideal otherwise
+    #[arg(long, default_value = "home", value_parser = tier())]
+    pub(crate) tier: Tier,
     /// CPU threads; all cores by default
     #[arg(long)]
     pub(crate) threads: Option<usize>,

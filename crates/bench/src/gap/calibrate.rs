@@ -138,7 +138,7 @@ mod tests {
             let wrong = evidence.into_values().map(|e| FindingEvidence { log_odds: 1.0, ..e });
             case.row.evidence = wrong.map(|e| ("no such effect".to_owned(), e)).collect();
         }
-        let lines = lines(&opened, example::SEED).join("\n");
+        let lines = lines(&opened, example::PLAN.seed).join("\n");
         assert!(lines.contains("pub const CALIBRATION: Calibration = Calibration {"), "{lines}");
         assert!(lines.contains("slopes: [") && !lines.contains("kept"), "{lines}");
         let error = lines.split(" -> ").nth(1).and_then(|rest| rest.get(..5));
@@ -147,7 +147,7 @@ mod tests {
 
     #[test]
     fn without_a_wrong_name_odds_are_kept() {
-        let lines = lines(&example::opened(), example::SEED).join("\n");
+        let lines = lines(&example::opened(), example::PLAN.seed).join("\n");
         assert!(lines.contains("odds are kept"), "{lines}");
     }
 }

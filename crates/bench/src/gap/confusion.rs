@@ -56,6 +56,7 @@ fn row_rank(case: &Opened) -> (usize, usize) {
         (CaseKind::Single, true) => (0, effect.unwrap_or(EFFECTS.len())),
         (CaseKind::Single, false) => (7, effect.unwrap_or(EFFECTS.len())),
         (CaseKind::Pair, _) => (1, 0),
+        (CaseKind::Several, _) => (1, 1),
         (CaseKind::Parameter, _) => (2, 0),
         (CaseKind::Null, _) => (3, 0),
         (CaseKind::LeftOut, _) => (4, 0),
@@ -66,7 +67,8 @@ fn row_rank(case: &Opened) -> (usize, usize) {
 /// Single names in the order of the plan, then others, then words that name nothing.
 fn column_rank(answer: &str) -> (usize, usize) {
     let effect = EFFECTS.iter().position(|effect| effect.name() == answer);
-    let words = ["parameter", "no_gap", "undecided", "none_of_catalogue"];
+    let words =
+        ["conventions alone", "parameter", "no_gap", "partial", "undecided", "none_of_catalogue"];
     let word = words.iter().position(|word| *word == answer);
     match (effect, word) {
         (Some(i), _) => (0, i),

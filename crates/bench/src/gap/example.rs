@@ -6,14 +6,17 @@ use std::collections::BTreeMap;
 use evpose_gap::verdict::{Answer, Finding, FindingKind, Quantity};
 use evpose_gap::workflow::{FindingEvidence, RawError};
 use gapbench_pixel::evidence::Evidence as Seen;
-use gapbench_pixel::{Case, CaseKind, Label, Plan, Truth as Hidden};
+use gapbench_pixel::{Case, CaseKind, Label, Tier, Truth as Hidden};
 
 use super::opened::Opened;
+use super::part::PlanId;
 use super::row::Row;
 use super::truth::Truth;
 
-/// Seed of the plan.
-pub(super) const SEED: u64 = 7;
+/// A plan of single effects and pairs.
+pub(super) const PLAN: PlanId = PlanId { seed: 7, tier: Tier::Plain };
+/// A plan of up to five effects, with conventions.
+pub(super) const HOME: PlanId = PlanId { seed: 7, tier: Tier::Home };
 
 /// The label of a case without a look at recordings.
 pub(super) fn label(case: &Case) -> Label {
@@ -30,23 +33,47 @@ pub(super) fn label(case: &Case) -> Label {
     };
     let truth: Vec<Hidden> =
         case.terms().into_iter().map(|term| Hidden { term, evidence }).collect();
-    Label {
-        id: case.id.clone(),
-        kind: case.kind,
-        strength: case.strength,
-        train: case.train,
-        validation: case.validation,
-        visible,
-        stages: truth.iter().map(|truth| truth.term.stage).collect(),
-        truth,
-        outside_catalogue: matches!(case.kind, CaseKind::LeftOut | CaseKind::NeverCatalogued),
-        leave_out: case.leave_out,
+    case.label_of(truth)
+}
+
+/// All cases of the plain plan, in its order.
+pub(super) fn opened() -> Vec<Opened> {
+    of_plan(PLAN)
+}
+
+/// All cases of the plan with conventions, of which none is named.
+pub(super) fn opened_home() -> Vec<Opened> {
+    of_plan(HOME)
+}
+
+/// Names a convention of every case beside its effects, each in the first of its right names that
+/// is an effect of the catalogue and not hidden; returns their count.
+pub(super) fn name_conventions(opened: &mut [Opened]) -> usize {
+    let mut count = 0;
+    for case in opened {
+        let mut names: Vec<&str> = case.label.conventions.iter().map(|c| c.names[0]).collect();
+        names.retain(|name| !case.truth.hides(name));
+        for name in names {
+            case.row.effects.push(Finding { name: name.to_owned(), ..finding() });
+            count += 1;
+        }
+    }
+    count
+}
+
+/// A finding of an effect without estimates, to be given a name.
+pub(super) fn finding() -> Finding {
+    Finding {
+        name: String::new(),
+        kind: FindingKind::Effect,
+        parameters: BTreeMap::new(),
+        probability: 0.99,
+        confusable_with: Vec::new(),
     }
 }
 
-/// All cases, in the order of the plan.
-pub(super) fn opened() -> Vec<Opened> {
-    let cases = Plan::from_seed(SEED);
+fn of_plan(plan: PlanId) -> Vec<Opened> {
+    let cases = plan.cases();
     cases
         .iter()
         .map(|case| {
@@ -59,7 +86,7 @@ pub(super) fn opened() -> Vec<Opened> {
 
 fn row(label: &Label, truth: &Truth) -> Row {
     let (verdict, kind) = match label.kind {
-        CaseKind::Single | CaseKind::Pair if label.visible => {
+        CaseKind::Single | CaseKind::Pair | CaseKind::Several if label.visible => {
             (Answer::Effects, FindingKind::Effect)
         }
         CaseKind::Parameter => (Answer::Parameter, FindingKind::Parameter),
@@ -71,7 +98,7 @@ fn row(label: &Label, truth: &Truth) -> Row {
     let is_said = matches!(verdict, Answer::Effects | Answer::Parameter);
     let names: Vec<&str> = match kind {
         FindingKind::Effect => truth.effects.clone(),
-        FindingKind::Parameter => truth.values.iter().map(|(finding, ..)| *finding).collect(),
+        FindingKind::Parameter => truth.parameters.clone(),
     };
     let effects: Vec<Finding> = names
         .iter()
@@ -89,8 +116,7 @@ fn row(label: &Label, truth: &Truth) -> Row {
                 name: (*name).to_owned(),
                 kind,
                 parameters: of.map(|(_, key, v)| ((*key).to_owned(), quantity(*v))).collect(),
-                probability: 0.99,
-                confusable_with: Vec::new(),
+                ..finding()
             }
         })
         .collect();

@@ -99,18 +99,19 @@ fn all_done(dir: &Path, results: &Path) -> Result<()> {
 mod tests {
     use super::*;
     use crate::gap::example;
+    use crate::gap::part::PlanId;
 
     /// Directories with the rows of these cases each, to hold `all` of them.
     fn dirs(parts: &[&[usize]], all: bool) -> Result<(tempfile::TempDir, Vec<PathBuf>, Vec<Case>)> {
         let root = tempfile::tempdir()?;
         let opened = example::opened();
-        let cases = gapbench_pixel::Plan::from_seed(example::SEED);
+        let cases = example::PLAN.cases();
         let mut dirs = Vec::new();
         for (i, part) in parts.iter().enumerate() {
             let dir = root.path().join(i.to_string());
             std::fs::create_dir_all(&dir)?;
             let of_part: Vec<Case> = part.iter().map(|k| cases[*k].clone()).collect();
-            Part::new(example::SEED, if all { &of_part } else { &cases[..9] })
+            Part::new(example::PLAN, if all { &of_part } else { &cases[..9] })
                 .claim(&dir, false)?;
             let mut text = String::new();
             for case in &of_part {
@@ -143,7 +144,7 @@ mod tests {
     #[test]
     fn a_case_of_another_plan_is_refused() -> Result<()> {
         let (_root, dirs, _) = dirs(&[&[0]], true)?;
-        let others = gapbench_pixel::Plan::from_seed(example::SEED + 1);
+        let others = PlanId { seed: example::PLAN.seed + 1, ..example::PLAN }.cases();
         assert!(merge(&dirs, &others, false).unwrap_err().to_string().contains("not of this plan"));
         Ok(())
     }

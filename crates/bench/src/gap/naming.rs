@@ -9,7 +9,7 @@ use gapbench_pixel::Case;
 
 use super::case_files;
 use super::jsonl;
-use super::part::Part;
+use super::part::{Part, PlanId};
 use super::row::{self, Row};
 use crate::gap::args::BenchArgs;
 use evpose_app::bad_input::BadInput;
@@ -21,9 +21,26 @@ pub(super) const RESULTS: &str = "results.jsonl";
 /// Seconds a case takes before any was timed.
 const SECONDS: f64 = 20.0;
 
+/// Folder of the files of cases.
+const FOLDER: &str = "cases";
+
+/// Writes the files of cases with their ground truth, and identifies nothing.
+pub(super) fn write_cases(args: &BenchArgs, cases: &[Case]) -> Result<()> {
+    let progress = bar("writing", cases.len() as u64, "cases");
+    for case in cases {
+        let folder = args.out.join(FOLDER).join(&case.id);
+        case_files::write(&folder, case)?;
+        files::write_json(&folder, "truth.json", &case.label())?;
+        progress.inc(1);
+    }
+    progress.finish_and_clear();
+    say(format!("written to {}", args.out.join(FOLDER).display()));
+    Ok(())
+}
+
 /// Names in every case that has no row yet.
-pub(super) fn run(args: &BenchArgs, seed: u64, cases: &[Case]) -> Result<()> {
-    Part::new(seed, cases).claim(&args.out, args.resume).context(BadInput)?;
+pub(super) fn run(args: &BenchArgs, plan: PlanId, cases: &[Case]) -> Result<()> {
+    Part::new(plan, cases).claim(&args.out, args.resume).context(BadInput)?;
     let path = args.out.join(RESULTS);
     let known: Vec<Row> = if args.resume { jsonl::resume(&path)? } else { Vec::new() };
     if known.is_empty() {
@@ -48,7 +65,7 @@ pub(super) fn run(args: &BenchArgs, seed: u64, cases: &[Case]) -> Result<()> {
     let progress = bar("naming in", open.len() as u64, "cases");
     for (i, case) in open.iter().enumerate() {
         let begin = Instant::now();
-        let folder = args.out.join("cases").join(&case.id);
+        let folder = args.out.join(FOLDER).join(&case.id);
         case_files::write(&folder, case)?;
         let row = row::name(&folder, case, begin.elapsed().as_secs_f64())?;
         // In one piece, so that a run that is cut off leaves whole lines.
@@ -70,7 +87,7 @@ pub(super) fn run(args: &BenchArgs, seed: u64, cases: &[Case]) -> Result<()> {
     progress.finish_and_clear();
     if !args.keep {
         // Fails where other shards still have cases in it.
-        let _ = std::fs::remove_dir(args.out.join("cases"));
+        let _ = std::fs::remove_dir(args.out.join(FOLDER));
     }
     Ok(())
 }

@@ -2,8 +2,9 @@
 //! have a row.
 
 use anyhow::{Context, Result};
+use evpose_gap::verdict::FindingKind;
 use evpose_gap::verdict::{Answer, Quantity};
-use gapbench_pixel::{Case, CaseKind, Label};
+use gapbench_pixel::{Case, CaseKind, Label, Tier};
 use rayon::prelude::*;
 
 use super::row::Row;
@@ -69,6 +70,32 @@ impl Opened {
         self.truth.effects.iter().all(|truth| self.truth.is_named_leniently(truth, &names))
     }
 
+    /// All visible effects are named.
+    pub(super) fn has_all_visible(&self) -> bool {
+        let names = self.names();
+        self.truth.visible.iter().all(|truth| self.truth.is_named(truth, &names))
+    }
+
+    /// All visible effects are named, and none that is not there.
+    pub(super) fn is_exact(&self) -> bool {
+        self.has_all_visible() && !self.is_wrong()
+    }
+
+    /// All hidden parameters of the model are called so, and no effect is named that is not there.
+    fn has_parameters(&self) -> bool {
+        let is_named = |name: &&str| {
+            let is_it = |f: &evpose_gap::verdict::Finding| {
+                f.kind == FindingKind::Parameter && f.name == **name
+            };
+            self.row.effects.iter().any(is_it)
+        };
+        self.truth.parameters.iter().all(|name| is_named(name)) && !self.is_wrong()
+    }
+
+    fn is_home(&self) -> bool {
+        self.label.tier == Tier::Home
+    }
+
     /// All effects named and none beside them.
     pub(super) fn is_right(&self) -> bool {
         self.has_all() && !self.is_wrong()
@@ -83,38 +110,50 @@ impl Opened {
     }
 
     /// Outside the catalogue: nothing is blamed, and if there is something to see it is said that
-    /// it has no name.
+    /// it has no name, beside the names of conventions or without any.
     pub(super) fn is_unnamed(&self) -> bool {
-        match self.row.verdict {
-            Answer::NoneOfCatalogue | Answer::Undecided => true,
-            Answer::NoGap => !self.label.visible,
-            Answer::Parameter | Answer::Effects => false,
+        let is_explained = matches!(self.row.verdict, Answer::Parameter | Answer::Effects);
+        if self.is_home() {
+            let is_closed = is_explained || self.row.verdict == Answer::NoGap;
+            return !self.is_wrong() && !(is_closed && self.label.visible);
         }
+        let has_nothing = self.row.verdict == Answer::NoGap && !self.label.visible;
+        has_nothing || !(is_explained || self.row.verdict == Answer::NoGap || self.is_wrong())
     }
 
     /// The answer is the expected one.
     pub(super) fn is_met(&self) -> bool {
         match self.label.kind {
-            CaseKind::Single | CaseKind::Pair => self.is_right(),
+            CaseKind::Single | CaseKind::Pair | CaseKind::Several if self.is_home() => {
+                self.is_exact()
+            }
+            CaseKind::Null if self.is_home() => !self.is_wrong(),
+            CaseKind::Parameter if self.is_home() => self.has_parameters(),
+            CaseKind::Single | CaseKind::Pair | CaseKind::Several => self.is_right(),
             CaseKind::Null => self.row.verdict == Answer::NoGap,
             CaseKind::Parameter => self.row.verdict == Answer::Parameter,
             CaseKind::LeftOut | CaseKind::NeverCatalogued => self.is_unnamed(),
         }
     }
 
-    /// Its values count for the error of estimates: the truth was identified.
+    /// Its values count for the error of estimates: the truth was identified. Among several effects
+    /// that is so for those that are named, as long as no other is.
     pub(super) fn counts_for_error(&self) -> bool {
         match self.label.kind {
-            CaseKind::Single | CaseKind::Pair => self.is_right(),
-            CaseKind::Parameter => self.row.verdict == Answer::Parameter,
+            CaseKind::Single | CaseKind::Pair | CaseKind::Several if self.is_home() => {
+                self.is_named() && !self.is_wrong()
+            }
+            CaseKind::Single | CaseKind::Pair | CaseKind::Several => self.is_right(),
+            CaseKind::Parameter => self.is_met(),
             CaseKind::Null | CaseKind::LeftOut | CaseKind::NeverCatalogued => false,
         }
     }
 
     /// Wrong identifications, and effects that are visible and were not identified.
     pub(super) fn is_miss(&self) -> bool {
-        let is_hidden =
-            matches!(self.label.kind, CaseKind::Single | CaseKind::Pair) && !self.label.visible;
+        let is_hidden = !self.is_home()
+            && matches!(self.label.kind, CaseKind::Single | CaseKind::Pair)
+            && !self.label.visible;
         self.is_wrong() || !(self.is_met() || is_hidden)
     }
 
@@ -138,19 +177,22 @@ impl Opened {
             CaseKind::Null => "nothing".to_owned(),
             CaseKind::Parameter => format!("parameter{unseen}"),
             CaseKind::Pair => format!("pair{unseen}"),
+            CaseKind::Several => "three to five".to_owned(),
             CaseKind::LeftOut => "left out of the catalogue".to_owned(),
             CaseKind::NeverCatalogued => "never catalogued".to_owned(),
         }
     }
 
-    /// Its column of the confusion matrix.
+    /// Its column of the confusion matrix. Names of conventions are left out of it.
     pub(super) fn answer_label(&self) -> String {
-        let names = self.names();
+        let mut names = self.names();
+        names.retain(|name| self.truth.hides(name) || !self.truth.holds(name));
         match self.label.kind {
-            CaseKind::Pair if !names.is_empty() => {
+            CaseKind::Pair | CaseKind::Several if !names.is_empty() => {
                 let there = names.iter().filter(|name| self.truth.holds(name)).count();
                 format!("{there} right, {} wrong", names.len() - there)
             }
+            _ if names.is_empty() && self.is_named() => "conventions alone".to_owned(),
             _ if !names.is_empty() => names.join(" + "),
             _ => answer_key(self.row.verdict).to_owned(),
         }
@@ -166,7 +208,7 @@ mod tests {
 
     #[test]
     fn labels_are_opened_of_cases_that_have_a_row_and_of_no_others() -> Result<()> {
-        let cases = gapbench_pixel::Plan::from_seed(example::SEED);
+        let cases = example::PLAN.cases();
         let rows: Vec<Row> = example::opened().into_iter().take(5).map(|o| o.row).collect();
         let ids: Vec<String> = rows.iter().map(|row| row.id.clone()).collect();
         let asked = Mutex::new(Vec::new());

@@ -15,12 +15,12 @@ use evpose_gap::Scene;
 use evpose_gap::input::Nominal;
 use evpose_gap::workflow::own_run;
 use evpose_sensor::SensorConfig;
-use gapbench_pixel::{Case, CaseKind, FPS, FRAMES, Plan, Which};
+use gapbench_pixel::{Case, CaseKind, FPS, FRAMES, Which};
 use rayon::prelude::*;
 use serde::Serialize;
 
 use super::jsonl::whole_lines;
-use super::part;
+use super::part::{self, PlanId};
 use super::stats::{Rate, Uniformity, uniformity};
 use crate::gap::args::BenchArgs;
 use evpose_app::bad_input::BadInput;
@@ -59,10 +59,11 @@ pub(super) struct OwnSummary {
 
 /// Records and tests `sets` recordings, or the part of them that `--shard` says.
 pub(super) fn run(args: &BenchArgs, sets: usize) -> Result<()> {
-    let seed = part::seed(&args.plan).context(BadInput)?;
+    let plan = PlanId::new(&args.plan, args.tier).context(BadInput)?;
     let (of, parts) = part::shard(&args.shard).context(BadInput)?;
     let is_noisy = |case: &Case| case.nominal.noise_on_hz > 0.0 || case.nominal.noise_off_hz > 0.0;
-    let nulls: Vec<Case> = Plan::from_seed(seed)
+    let nulls: Vec<Case> = plan
+        .cases()
         .into_iter()
         .filter(|case| case.kind == CaseKind::Null && is_noisy(case))
         .collect();
@@ -83,7 +84,7 @@ pub(super) fn run(args: &BenchArgs, sets: usize) -> Result<()> {
     for set in open {
         let begin = Instant::now();
         let case = &nulls[set % nulls.len()];
-        let seed = seed_for(seed, "recording of our own", set as u64);
+        let seed = seed_for(plan.seed, "recording of our own", set as u64);
         let found = own_run(scene(case)?, &model, Some(&nominal(case)), REPLICATES as u64, seed)?;
         let row = OwnRow {
             set,

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
-use gapbench_pixel::{Case, Plan};
+use gapbench_pixel::{Case, Plan, Tier};
 use serde::{Deserialize, Serialize};
 
 use crate::gap::args::BenchArgs;
@@ -12,18 +12,53 @@ use evpose_report::gap::files;
 /// File of the cases of a directory, written before its first case is identified.
 const NAME: &str = "bench.json";
 
+/// A plan, by what it is made from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct PlanId {
+    /// Its seed.
+    pub(super) seed: u64,
+    /// Its composition; files from before there were two are of plain plans.
+    #[serde(default = "plain")]
+    pub(super) tier: Tier,
+}
+
+fn plain() -> Tier {
+    Tier::Plain
+}
+
+impl PlanId {
+    /// The plan of a seed that was typed, or that of a file.
+    pub(super) fn new(plan: &str, tier: Tier) -> Result<Self> {
+        Ok(Self { seed: seed(plan)?, tier })
+    }
+
+    /// Its cases.
+    pub(super) fn cases(self) -> Vec<Case> {
+        Plan::from_seed(self.seed, self.tier)
+    }
+
+    /// Its composition in one word.
+    pub(super) fn tier_name(self) -> &'static str {
+        match self.tier {
+            Tier::Home => "home",
+            Tier::Plain => "plain",
+        }
+    }
+}
+
 /// Part of a plan.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Part {
-    /// Seed of the plan.
-    pub(super) seed: u64,
+    /// The plan.
+    #[serde(flatten)]
+    pub(super) plan: PlanId,
     /// Cases, by their names that say nothing.
     pub(super) cases: Vec<String>,
 }
 
 impl Part {
-    pub(super) fn new(seed: u64, cases: &[Case]) -> Self {
-        Self { seed, cases: cases.iter().map(|case| case.id.clone()).collect() }
+    pub(super) fn new(plan: PlanId, cases: &[Case]) -> Self {
+        Self { plan, cases: cases.iter().map(|case| case.id.clone()).collect() }
     }
 
     /// The part of a directory; none where no naming was begun.
@@ -41,10 +76,11 @@ impl Part {
         if is_resumed && let Some(known) = Self::read(dir)? {
             ensure!(
                 known == *self,
-                "{} is of other cases (plan {}); take another directory, or the same --plan, \
-                 --shard, --only and --limit",
+                "{} is of other cases (plan {}, tier {}); take another directory, or the same --plan, \
+                 --tier, --shard, --only and --limit",
                 dir.display(),
-                known.seed
+                known.plan.seed,
+                known.plan.tier_name()
             );
             return Ok(());
         }
@@ -53,13 +89,13 @@ impl Part {
 }
 
 /// The cases that were asked for.
-pub(super) fn cases(args: &BenchArgs, seed: u64) -> Result<Vec<Case>> {
+pub(super) fn cases(args: &BenchArgs, plan: PlanId) -> Result<Vec<Case>> {
     let (part, parts) = shard(&args.shard)?;
     let kind = |case: &Case| serde_json::to_value(case.kind).unwrap_or_default();
     let is_wanted = |case: &Case| {
         args.only.is_empty() || args.only.iter().any(|only| kind(case).as_str() == Some(only))
     };
-    let cases = Plan::from_seed(seed).into_iter().filter(is_wanted);
+    let cases = plan.cases().into_iter().filter(is_wanted);
     let of_shard = cases.skip(part - 1).step_by(parts);
     let cases: Vec<Case> = of_shard.take(args.limit.unwrap_or(usize::MAX)).collect();
     ensure!(!cases.is_empty(), "no case of the plan is left");
@@ -80,7 +116,7 @@ pub(super) fn is_whole(text: &str) -> bool {
 }
 
 /// The seed that was typed, or that of a file.
-pub(super) fn seed(plan: &str) -> Result<u64> {
+fn seed(plan: &str) -> Result<u64> {
     if let Ok(seed) = plan.parse() {
         return Ok(seed);
     }
@@ -99,12 +135,22 @@ mod tests {
     #[test]
     fn a_directory_of_one_part_is_not_gone_on_with_as_another() -> Result<()> {
         let dir = tempfile::tempdir()?;
-        let part = |seed| Part { seed, cases: vec!["a".to_owned()] };
+        let plan = |seed| PlanId { seed, tier: Tier::Home };
+        let part = |seed| Part { plan: plan(seed), cases: vec!["a".to_owned()] };
         part(1).claim(dir.path(), true)?;
         part(1).claim(dir.path(), true)?;
         assert!(part(2).claim(dir.path(), true).is_err());
         part(2).claim(dir.path(), false)?;
         assert_eq!(Part::read(dir.path())?, Some(part(2)));
+        let other = Part { plan: PlanId { seed: 2, tier: Tier::Plain }, ..part(2) };
+        assert!(other.claim(dir.path(), true).is_err());
+        Ok(())
+    }
+
+    #[test]
+    fn a_file_without_a_tier_is_of_a_plain_plan() -> Result<()> {
+        let part: Part = serde_json::from_str(r#"{"seed": 3, "cases": ["a"]}"#)?;
+        assert_eq!(part.plan, PlanId { seed: 3, tier: Tier::Plain });
         Ok(())
     }
 

@@ -3,11 +3,13 @@
 use std::collections::BTreeMap;
 
 use evpose_gap::verdict::{Answer, Quantity};
-use gapbench_pixel::{CaseKind, EFFECTS, STRENGTHS};
+use gapbench_pixel::{CaseKind, EFFECTS, STRENGTHS, Tier};
 use serde::Serialize;
 
+use super::group::{Group, groups};
 use super::opened::Opened;
 use super::own::OwnSummary;
+use super::part::PlanId;
 use super::stats::{Bin, Median, Rate, bins, calibration_error, median};
 use super::targets::{Headline, headlines};
 
@@ -16,11 +18,15 @@ use super::targets::{Headline, headlines};
 pub(super) struct Scores {
     /// Seed of the plan.
     pub(super) plan: u64,
+    /// Its composition.
+    pub(super) tier: Tier,
     pub(super) cases: usize,
     /// Programs that results are of.
     pub(super) commits: Vec<String>,
     /// Targets, and whether they are reached.
     pub(super) headlines: Vec<Headline>,
+    /// Recall and precision by the count of hidden effects.
+    pub(super) groups: Vec<Group>,
     /// Visible singles with their effect named, and nothing that is not there.
     pub(super) singles_right: Rate,
     /// Cases with a name that is not there.
@@ -109,7 +115,7 @@ impl Estimate {
 }
 
 /// Scores cases.
-pub(super) fn score_cases(opened: &[Opened], own: Option<OwnSummary>, plan: u64) -> Scores {
+pub(super) fn score_cases(opened: &[Opened], own: Option<OwnSummary>, plan: PlanId) -> Scores {
     let of_kind = |kind| opened.iter().filter(move |case| case.label.kind == kind);
     let singles = || of_kind(CaseKind::Single).filter(|case| case.label.visible);
     let pairs = || of_kind(CaseKind::Pair).filter(|case| case.label.visible);
@@ -144,13 +150,16 @@ pub(super) fn score_cases(opened: &[Opened], own: Option<OwnSummary>, plan: u64)
     };
     let note = |case: &Opened| case.truth.note.as_ref().map(|n| format!("{} {n}", case.row.id));
     let mut scores = Scores {
-        plan,
+        plan: plan.seed,
+        tier: plan.tier,
         cases: opened.len(),
         commits,
         headlines: Vec::new(),
+        groups: groups(opened),
         singles_right: Rate::from_outcomes(singles().map(Opened::is_right)),
         wrong_names: Rate::from_outcomes(opened.iter().map(Opened::is_wrong)),
-        nulls_named: Rate::from_outcomes(nulls().map(Opened::is_named)),
+        // A name of a convention is right in a null, any other one is not.
+        nulls_named: Rate::from_outcomes(nulls().map(Opened::is_wrong)),
         nulls_not_closed: Rate::from_outcomes(
             nulls().map(|case| case.row.verdict != Answer::NoGap),
         ),
@@ -226,10 +235,11 @@ fn power(opened: &[Opened]) -> Vec<Power> {
 mod tests {
     use super::*;
     use crate::gap::example;
+    use crate::gap::targets::Reached;
 
     #[test]
     fn a_namer_that_knows_everything_meets_every_target() {
-        let scores = score_cases(&example::opened(), None, example::SEED);
+        let scores = score_cases(&example::opened(), None, example::PLAN);
         for rate in [scores.singles_right, scores.parameters_right, scores.pairs_both] {
             assert_eq!((rate.of, rate.share), (rate.n, Some(1.0)));
         }
@@ -237,6 +247,33 @@ mod tests {
         assert_eq!((scores.cases, scores.misses.len()), (576, 0));
         assert!(scores.parameter_error.is_some_and(|median| median.value < 0.05));
         assert_eq!(scores.power.len(), 18 * 4);
+    }
+
+    #[test]
+    fn a_namer_that_knows_everything_meets_every_target_of_the_plan_with_conventions() {
+        let scores = score_cases(&example::opened_home(), None, example::HOME);
+        assert_eq!((scores.cases, scores.misses.len()), (456, 0));
+        let missed = |headline: &&Headline| headline.reached() == Reached::Missed;
+        assert_eq!(scores.headlines.iter().filter(missed).count(), 0);
+        let reached = |name: &str| {
+            let headline = scores.headlines.iter().find(|headline| headline.name == name);
+            headline.map(Headline::reached)
+        };
+        assert_eq!(reached("three to five: visible effects named"), Some(Reached::Goal));
+        assert_eq!(reached("nulls with an effect named"), Some(Reached::Goal));
+    }
+
+    #[test]
+    fn nulls_in_which_only_conventions_are_named_are_right() {
+        let mut opened = example::opened_home();
+        example::name_conventions(&mut opened);
+        let scores = score_cases(&opened, None, example::HOME);
+        assert_eq!((scores.nulls_named.of, scores.nulls_named.n), (0, 100));
+        assert_eq!((scores.wrong_names.of, scores.misses.len()), (0, 0));
+        let null = opened.iter_mut().find(|case| case.label.kind == CaseKind::Null).unwrap();
+        null.row.effects[0].name = "no such effect".to_owned();
+        let scores = score_cases(&opened, None, example::HOME);
+        assert_eq!((scores.nulls_named.of, scores.misses.len()), (1, 1));
     }
 
     #[test]
@@ -248,7 +285,7 @@ mod tests {
                 effect.name = "source_follower".to_owned();
             }
         }
-        let scores = score_cases(&opened, None, example::SEED);
+        let scores = score_cases(&opened, None, example::PLAN);
         assert!(scores.wrong_names.of > 0 && scores.lenient.wrong_names.of == 0);
         assert!(scores.singles_right.of < scores.singles_right.n);
         assert_eq!(scores.lenient.singles_right.of, scores.lenient.singles_right.n);

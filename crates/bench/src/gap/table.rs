@@ -1,6 +1,9 @@
 //! Scores as a table of the terminal.
 
+use super::group::Group;
+use super::part::PlanId;
 use super::score::Scores;
+use super::stats::Rate;
 use super::targets::{Headline, Reached, Target, Unit};
 use evpose_report::format::short;
 
@@ -11,14 +14,39 @@ pub(super) fn lines(scores: &Scores) -> Vec<String> {
         "", "cases", "", "95 % interval", "required", "goal"
     )];
     lines.extend(scores.headlines.iter().map(line));
+    lines.extend(groups(scores));
     lines.push(format!(
-        "{} cases of plan {}, {} went wrong; programs {}",
+        "{} cases of plan {} ({}), {} went wrong; programs {}",
         scores.cases,
         scores.plan,
+        PlanId { seed: scores.plan, tier: scores.tier }.tier_name(),
         scores.misses.len(),
         scores.commits.join(", ")
     ));
     lines
+}
+
+/// Recall, precision, exact sets, wrong names and times of every group.
+fn groups(scores: &Scores) -> Vec<String> {
+    let header = format!(
+        "{:<24}{:>6}{:>12}{:>12}{:>12}{:>12}{:>10}",
+        "", "cases", "recall", "precision", "as expected", "wrong name", "median s"
+    );
+    let count = |rate: &Rate| format!("{}/{}", rate.of, rate.n);
+    let line = |group: &Group| {
+        let Group { recall, precision, exact, wrong, .. } = group;
+        format!(
+            "{:<24}{:>6}{:>12}{:>12}{:>12}{:>12}{:>10}",
+            group.name,
+            group.cases,
+            count(recall),
+            count(precision),
+            count(exact),
+            count(wrong),
+            group.seconds.map_or_else(|| "-".to_owned(), |seconds| short(seconds.value))
+        )
+    };
+    std::iter::once(header).chain(scores.groups.iter().map(line)).collect()
 }
 
 fn line(headline: &Headline) -> String {

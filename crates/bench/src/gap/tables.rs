@@ -13,6 +13,7 @@ use evpose_report::gap::files;
 /// Writes all tables into a directory.
 pub(super) fn write(dir: &Path, opened: &[Opened], scores: &Scores) -> Result<()> {
     for (name, table) in [
+        ("groups.csv", groups(scores)),
         ("confusion.csv", confusion(opened)),
         ("power.csv", power(scores)),
         ("reliability.csv", reliability(scores)),
@@ -58,6 +59,24 @@ fn confusion(opened: &[Opened]) -> Table {
         std::iter::once(name).chain(counts).collect()
     });
     std::iter::once(first).chain(rows).collect()
+}
+
+fn groups(scores: &Scores) -> Table {
+    let mut table = header("group,cases,measure,of,n,share,lo95,hi95");
+    for group in &scores.groups {
+        for (measure, value) in [
+            ("recall", &group.recall),
+            ("precision", &group.precision),
+            ("precision_of_hidden", &group.precision_of_hidden),
+            ("as_expected", &group.exact),
+            ("wrong_name", &group.wrong),
+        ] {
+            let first = [group.name.to_owned(), group.cases.to_string(), measure.to_owned()];
+            let counts = [value.of.to_string(), value.n.to_string()];
+            table.push(first.into_iter().chain(counts).chain(rate(value)).collect());
+        }
+    }
+    table
 }
 
 fn power(scores: &Scores) -> Table {
@@ -143,9 +162,10 @@ mod tests {
     fn every_table_is_written_with_a_row_for_each_of_its_things() -> Result<()> {
         let dir = tempfile::tempdir()?;
         let opened = example::opened();
-        let scores = score::score_cases(&opened, None, example::SEED);
+        let scores = score::score_cases(&opened, None, example::PLAN);
         write(dir.path(), &opened, &scores)?;
         for (name, rows, first) in [
+            ("groups.csv", 5 * scores.groups.len(), "singles,216,recall,162,162,1.0000,"),
             ("power.csv", 18 * 4, "leak_on,0,0,"),
             ("reliability.csv", scores.reliability.len(), "0.98,1,"),
             ("intervals.csv", scores.estimates.len(), ""),

@@ -46,6 +46,12 @@ const FOLLOWER_CORNER: &str = "second_pole";
 pub(super) struct Truth {
     /// Effects, in the names of the catalogue where it has them.
     pub(super) effects: Vec<&'static str>,
+    /// Those of them that are visible.
+    pub(super) visible: Vec<&'static str>,
+    /// Parameters of the model whose values are not the nominal ones.
+    pub(super) parameters: Vec<&'static str>,
+    /// Names that are right for the conventions of the camera.
+    pub(super) conventions: Vec<&'static str>,
     /// True values: finding, its parameter, value.
     pub(super) values: Vec<(&'static str, &'static str, f64)>,
     /// A remark on the case: none where names are plain.
@@ -57,7 +63,8 @@ pub(super) struct Truth {
 impl Truth {
     pub(super) fn from_label(label: &Label) -> Self {
         let terms = || label.truth.iter().map(|truth| &truth.term);
-        let effects = terms().filter(|term| term.kind == TermKind::Effect);
+        let effects = || label.truth.iter().filter(|truth| truth.term.kind == TermKind::Effect);
+        let visible = effects().filter(|truth| truth.evidence.visible);
         let values = terms().flat_map(|term| {
             term.parameters.iter().filter_map(|parameter| {
                 let is_same = |(effect, name, ..): &&(&str, &str, &str, &str, f64)| {
@@ -67,6 +74,10 @@ impl Truth {
                 Some((*finding, *key, factor * parameter.value))
             })
         });
+        let values: Vec<_> = values.collect();
+        let differs = |(finding, _, value): &&(&'static str, &'static str, f64)| {
+            nominal(label, finding).is_some_and(|nominal| (value - nominal).abs() > 1e-9)
+        };
         let corners = terms().filter(|term| term.name == LOWPASS).find_map(|term| {
             let value = |name| term.parameters.iter().find(|p| p.name == name).map(|p| p.value);
             Some((value(FOLLOWER_CORNER)?, value(NODE_CORNER).unwrap_or(f64::INFINITY)))
@@ -79,15 +90,23 @@ impl Truth {
             )
         });
         Self {
-            effects: effects.map(|term| term.name).collect(),
-            values: values.collect(),
+            effects: effects().map(|truth| truth.term.name).collect(),
+            visible: visible.map(|truth| truth.term.name).collect(),
+            parameters: values.iter().filter(differs).map(|(finding, ..)| *finding).collect(),
+            conventions: label.conventions.iter().flat_map(|c| c.names.iter().copied()).collect(),
+            values,
             note,
             has_follower,
         }
     }
 
-    /// Whether an effect that was named is one that is there.
+    /// Whether an effect that was named is one that is there, hidden or by convention.
     pub(super) fn holds(&self, name: &str) -> bool {
+        self.hides(name) || self.conventions.contains(&name)
+    }
+
+    /// Whether an effect that was named is one of the hidden ones.
+    pub(super) fn hides(&self, name: &str) -> bool {
         self.effects.contains(&name) || (self.has_follower && name == FOLLOWER)
     }
 
@@ -105,6 +124,18 @@ impl Truth {
     /// The same where a source follower passes for any low-pass.
     pub(super) fn is_named_leniently(&self, truth: &str, names: &[&str]) -> bool {
         self.is_named(truth, names) || (truth == LOWPASS && names.contains(&FOLLOWER))
+    }
+}
+
+/// Nominal value of a parameter of the model, in the unit of the catalogue; none of an effect's.
+fn nominal(label: &Label, finding: &str) -> Option<f64> {
+    match finding {
+        "threshold_on" => Some(label.nominal.c_on),
+        "threshold_off" => Some(label.nominal.c_off),
+        "noise_on_hz" => Some(label.nominal.noise_on_hz),
+        "noise_off_hz" => Some(label.nominal.noise_off_hz),
+        "clock_offset" => Some(0.0),
+        _ => None,
     }
 }
 
@@ -136,6 +167,29 @@ mod tests {
         let truth = lowpass(0);
         assert!(truth.holds(FOLLOWER) && truth.is_named(LOWPASS, &[FOLLOWER]));
         assert!(truth.note.is_some_and(|note| note.contains("two effects")));
+    }
+
+    #[test]
+    fn names_of_conventions_are_right_and_hide_nothing() {
+        let all = example::opened_home();
+        for opened in &all {
+            let Truth { conventions, effects, .. } = &opened.truth;
+            assert!(conventions.iter().all(|name| opened.truth.holds(name)));
+            assert!(effects.iter().all(|name| opened.truth.hides(name)));
+        }
+        assert!(all.iter().all(|opened| opened.label.conventions.len() >= 3));
+    }
+
+    #[test]
+    fn a_parameter_is_hidden_where_its_value_is_not_nominal() {
+        let all = example::opened_home();
+        let of = |name: &str| {
+            let has = |o: &&crate::gap::opened::Opened| o.truth.parameters.contains(&name);
+            all.iter().filter(has).count()
+        };
+        // Of 60 cases, a fifth each: ON, OFF, both, background, clock.
+        assert_eq!((of("threshold_on"), of("threshold_off")), (24, 24));
+        assert_eq!((of("noise_on_hz"), of("noise_off_hz"), of("clock_offset")), (12, 12, 12));
     }
 
     #[test]

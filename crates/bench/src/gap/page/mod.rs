@@ -6,11 +6,14 @@ mod matrix;
 use anyhow::Result;
 
 use super::confusion::Confusion;
+use super::group::Group;
 use super::opened::Opened;
 use super::own::OwnRow;
+use super::part::PlanId;
 use super::score::Scores;
+use super::stats::Rate;
 use super::table::{figure, interval, target, word};
-use super::targets::{Headline, Reached};
+use super::targets::{Headline, Reached, Unit};
 use evpose_report::html::{HtmlPage, escape};
 
 /// The file.
@@ -31,12 +34,16 @@ pub(super) fn page(opened: &[Opened], scores: &Scores, own: &[OwnRow]) -> Result
     let mut page = HtmlPage::new(
         "Hidden effects: what is found and what is not",
         &format!(
-            "{} cases of plan {}: recordings of an independent pixel, named without their labels.",
-            scores.cases, scores.plan
+            "{} cases of plan {} ({}): recordings of an independent pixel, named without their \
+             labels.",
+            scores.cases,
+            scores.plan,
+            PlanId { seed: scores.plan, tier: scores.tier }.tier_name()
         ),
     );
     page.markup(STYLE);
     headlines(&mut page, scores);
+    groups(&mut page, scores);
     if scores.own.is_some() {
         page.section(
             "Recordings of our own model",
@@ -123,6 +130,47 @@ fn headlines(page: &mut HtmlPage, scores: &Scores) {
     page.table(&header, &rows);
 }
 
+fn groups(page: &mut HtmlPage, scores: &Scores) {
+    page.section(
+        "By the count of hidden effects",
+        "Recall: visible effects that are named. Precision: names that are right; those of \
+         conventions are, and count no miss where they are missing. As expected: cases whose set of \
+         names is exact, or whose answer is the right one. Wrong name: cases with a name that is not \
+         there. Intervals are of 95 %.",
+    );
+    let cell = |rate: &Rate| match rate.share {
+        None => "-".to_owned(),
+        Some(share) => format!(
+            "{}/{} ({}) <small>{} to {}</small>",
+            rate.of,
+            rate.n,
+            figure(Unit::Share, share),
+            figure(Unit::Share, rate.lo95),
+            figure(Unit::Share, rate.hi95)
+        ),
+    };
+    let row = |group: &Group| {
+        let seconds = group.seconds.map_or_else(String::new, |seconds| {
+            format!(
+                "{:.1} <small>{:.1} to {:.1}</small>",
+                seconds.value, seconds.lo95, seconds.hi95
+            )
+        });
+        vec![
+            group.name.to_owned(),
+            group.cases.to_string(),
+            cell(&group.recall),
+            cell(&group.precision),
+            cell(&group.exact),
+            cell(&group.wrong),
+            seconds,
+        ]
+    };
+    let rows: Vec<Vec<String>> = scores.groups.iter().map(row).collect();
+    let header = ["", "cases", "recall", "precision", "as expected", "wrong name", "median s"];
+    page.table(&header, &rows);
+}
+
 fn misses(page: &mut HtmlPage, opened: &[Opened], scores: &Scores) {
     page.section(
         "What went wrong",
@@ -204,7 +252,7 @@ mod tests {
                 seconds: 1.0,
             })
             .collect();
-        let scores = score::score_cases(&opened, own::summary(&own), example::SEED);
+        let scores = score::score_cases(&opened, own::summary(&own), example::PLAN);
         let text = page(&opened, &scores, &own)?;
         for words in [
             "visible singles named right",
@@ -228,7 +276,7 @@ mod tests {
 
     #[test]
     fn a_page_of_no_cases_is_a_page() -> Result<()> {
-        let scores = score::score_cases(&[], None, example::SEED);
+        let scores = score::score_cases(&[], None, example::PLAN);
         assert!(page(&[], &scores, &[])?.contains("0 cases of plan"));
         Ok(())
     }
