@@ -11,9 +11,9 @@ use crate::effect::CameraStage;
 use crate::event::{DURATION_S, HEIGHT, Recording, WIDTH};
 use crate::evidence::{Evidence, compare};
 use crate::pixel::Seeds;
-use crate::plan::Tier;
 use crate::scene::{Scene, SceneKind};
 use crate::slot::Slot;
+use crate::tier::Tier;
 
 /// Frames per second of the luminance given beside the events.
 pub const FPS: f64 = 1000.0;

@@ -19,7 +19,8 @@
 //!
 //! # The benchmark
 //!
-//! [`plan::Plan`] makes all cases of a seed; a [`case::Case`] gives the data of a measurement (two
+//! [`plan::Plan`] makes all cases of a seed, each with conventions ([`convention`]) beside what is
+//! hidden, and no two things in one [`slot`]; a [`case::Case`] gives the data of a measurement (two
 //! recordings, frames, a description) and, apart from them, its [`case::Label`]. [`evidence`]
 //! decides from recordings with and without an effect whether it is visible at all.
 //!
@@ -73,6 +74,7 @@ pub mod plan;
 pub mod readout;
 pub mod scene;
 pub mod slot;
+pub mod tier;
 
 pub use case::{Case, CaseKind, FPS, FRAMES, Label, RecordingSetup, Truth, Which};
 pub use catalogue::{Nominal, Parameter, Term, TermKind};
@@ -81,6 +83,7 @@ pub use convention::{Convention, ConventionKind};
 pub use effect::{CameraStage, EFFECTS, Effect, STRENGTHS};
 pub use event::{Event, Recording};
 pub use pixel::Seeds;
-pub use plan::{Plan, Tier};
+pub use plan::Plan;
 pub use scene::{SCENE_KINDS, Scene, SceneKind};
 pub use slot::Slot;
+pub use tier::Tier;

@@ -18,6 +18,7 @@ mod confusion;
 #[cfg(test)]
 mod example;
 mod group;
+mod identification;
 mod jsonl;
 mod merge;
 mod naming;

@@ -1,6 +1,5 @@
 //! Cases from draws: scenes, seeds, nominal values, and circuits with and without each change.
 
-use super::Tier;
 use super::change::CircuitChange;
 use crate::case::{Case, CaseKind, RecordingSetup, nominal_circuit};
 use crate::catalogue::Nominal;
@@ -9,6 +8,7 @@ use crate::convention::{Convention, draw_conventions};
 use crate::draw::{Purpose, Sequence, mix};
 use crate::scene::SCENE_KINDS;
 use crate::slot::Slot;
+use crate::tier::Tier;
 
 /// Nominal background rates (ON, OFF) in Hz for each pixel; a case has one of them.
 const NOMINAL_NOISE_HZ: [(f64, f64); 3] = [(0.0, 0.0), (0.02, 0.005), (0.06, 0.02)];

@@ -14,7 +14,6 @@
 //! camera, hidden or by convention, occupy one [`Slot`], and at least three kinds of conventions
 //! keep theirs.
 
-use super::Tier;
 use super::builder::Builder;
 use super::change::{
     CircuitChange, any_effect, high_strength, install, install_uncatalogued, parameter,
@@ -25,6 +24,7 @@ use crate::draw::Sequence;
 use crate::effect::{EFFECTS, Effect, STRENGTHS};
 use crate::oddity::Oddity;
 use crate::slot::Slot;
+use crate::tier::Tier;
 
 /// Scenes of each single effect.
 const SCENES_OF_SINGLES: usize = 2;

@@ -10,22 +10,10 @@ mod change;
 mod home;
 mod plain;
 
-use serde::{Deserialize, Serialize};
-
 use crate::case::Case;
+use crate::tier::Tier;
 
 pub use home::UNCATALOGUED;
-
-/// Composition of a plan.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Tier {
-    /// Zero to five effects in cameras with conventions.
-    #[default]
-    Home,
-    /// One or two effects in a pixel that is ideal otherwise.
-    Plain,
-}
 
 /// Makes the plan.
 #[derive(Debug, Clone, Copy)]

@@ -4,7 +4,6 @@
 //! 60 pairs of strong effects from different stages, 22 effects that are removed from the catalogue
 //! and 18 that no catalogue has.
 
-use super::Tier;
 use super::builder::Builder;
 use super::change::{
     CircuitChange, any_effect, high_strength, install, install_uncatalogued, parameter,
@@ -13,6 +12,7 @@ use crate::case::{Case, CaseKind};
 use crate::draw::Sequence;
 use crate::effect::{EFFECTS, STRENGTHS};
 use crate::oddity::ODDITIES;
+use crate::tier::Tier;
 
 /// Scenes of each single effect.
 const SCENES_OF_SINGLES: usize = 3;

@@ -1,19 +1,18 @@
 //! The page of a benchmark: what is reached, and what it rests on.
 
 mod charts;
+mod groups;
 mod matrix;
 
 use anyhow::Result;
 
 use super::confusion::Confusion;
-use super::group::Group;
 use super::opened::Opened;
 use super::own::OwnRow;
 use super::part::PlanId;
 use super::score::Scores;
-use super::stats::Rate;
 use super::table::{figure, interval, target, word};
-use super::targets::{Headline, Reached, Unit};
+use super::targets::{Headline, Reached};
 use evpose_report::html::{HtmlPage, escape};
 
 /// The file.
@@ -43,7 +42,7 @@ pub(super) fn page(opened: &[Opened], scores: &Scores, own: &[OwnRow]) -> Result
     );
     page.markup(STYLE);
     headlines(&mut page, scores);
-    groups(&mut page, scores);
+    groups::section(&mut page, scores);
     if scores.own.is_some() {
         page.section(
             "Recordings of our own model",
@@ -127,47 +126,6 @@ fn headlines(page: &mut HtmlPage, scores: &Scores) {
     };
     let rows: Vec<Vec<String>> = scores.headlines.iter().map(row).collect();
     let header = ["", "cases", "figure", "95 % interval", "required", "goal", "", ""];
-    page.table(&header, &rows);
-}
-
-fn groups(page: &mut HtmlPage, scores: &Scores) {
-    page.section(
-        "By the count of hidden effects",
-        "Recall: visible effects that are named. Precision: names that are right; those of \
-         conventions are, and count no miss where they are missing. As expected: cases whose set of \
-         names is exact, or whose answer is the right one. Wrong name: cases with a name that is not \
-         there. Intervals are of 95 %.",
-    );
-    let cell = |rate: &Rate| match rate.share {
-        None => "-".to_owned(),
-        Some(share) => format!(
-            "{}/{} ({}) <small>{} to {}</small>",
-            rate.of,
-            rate.n,
-            figure(Unit::Share, share),
-            figure(Unit::Share, rate.lo95),
-            figure(Unit::Share, rate.hi95)
-        ),
-    };
-    let row = |group: &Group| {
-        let seconds = group.seconds.map_or_else(String::new, |seconds| {
-            format!(
-                "{:.1} <small>{:.1} to {:.1}</small>",
-                seconds.value, seconds.lo95, seconds.hi95
-            )
-        });
-        vec![
-            group.name.to_owned(),
-            group.cases.to_string(),
-            cell(&group.recall),
-            cell(&group.precision),
-            cell(&group.exact),
-            cell(&group.wrong),
-            seconds,
-        ]
-    };
-    let rows: Vec<Vec<String>> = scores.groups.iter().map(row).collect();
-    let header = ["", "cases", "recall", "precision", "as expected", "wrong name", "median s"];
     page.table(&header, &rows);
 }
 
