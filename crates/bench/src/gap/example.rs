@@ -69,6 +69,7 @@ pub(super) fn finding() -> Finding {
         parameters: BTreeMap::new(),
         probability: 0.99,
         confusable_with: Vec::new(),
+        explained: None,
     }
 }
 

@@ -155,6 +155,7 @@ mod tests {
         for (answer, is_met) in [
             (Answer::NoneOfCatalogue, true),
             (Answer::Undecided, true),
+            (Answer::Partial, true),
             (Answer::Effects, false),
             (Answer::NoGap, false),
         ] {
