@@ -2,8 +2,7 @@
 //! have a row.
 
 use anyhow::{Context, Result};
-use evpose_gap::verdict::FindingKind;
-use evpose_gap::verdict::{Answer, Quantity};
+use evpose_gap::verdict::{Answer, Finding, FindingKind, Quantity};
 use gapbench_pixel::{Case, CaseKind, Label, Tier};
 use rayon::prelude::*;
 
@@ -84,9 +83,7 @@ impl Opened {
     /// All hidden parameters of the model are called so, and no effect is named that is not there.
     fn has_parameters(&self) -> bool {
         let is_named = |name: &&str| {
-            let is_it = |f: &evpose_gap::verdict::Finding| {
-                f.kind == FindingKind::Parameter && f.name == **name
-            };
+            let is_it = |f: &Finding| f.kind == FindingKind::Parameter && f.name == **name;
             self.row.effects.iter().any(is_it)
         };
         self.truth.parameters.iter().all(|name| is_named(name)) && !self.is_wrong()
