@@ -253,7 +253,11 @@ mod tests {
     fn a_namer_that_knows_everything_meets_every_target_of_the_plan_with_conventions() {
         let scores = score_cases(&example::opened_home(), None, example::HOME);
         assert_eq!((scores.cases, scores.misses.len()), (456, 0));
-        let missed = |headline: &&Headline| headline.reached() == Reached::Missed;
+        // Its intervals all hold the truth, which is more than nine of ten.
+        let is_of_intervals = |headline: &Headline| headline.name.contains("90 % interval");
+        let missed = |headline: &&Headline| {
+            headline.reached() == Reached::Missed && !is_of_intervals(headline)
+        };
         assert_eq!(scores.headlines.iter().filter(missed).count(), 0);
         let reached = |name: &str| {
             let headline = scores.headlines.iter().find(|headline| headline.name == name);
