@@ -76,7 +76,7 @@ pub struct Finding {
     pub probability: f64,
     /// Effects that this recording does not distinguish from it.
     pub confusable_with: Vec<String>,
-    /// What it explains; none where there is no gap to explain, without a scene.
+    /// Fractions of the gap that it explains; none where there is no gap to explain, without a scene.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub explained: Option<Explained>,
 }
@@ -106,7 +106,7 @@ pub struct GapValue {
     pub hi: f64,
 }
 
-/// What the corrected model leaves unexplained.
+/// The part of the gap that the corrected model leaves unexplained.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Unexplained {
     /// Fraction of the gap as given that is left on held-out data.
@@ -167,7 +167,7 @@ pub struct Verdict {
     pub verdict: Answer,
     /// Missing effects and wrong parameters, those that explain most first.
     pub effects: Vec<Finding>,
-    /// What the corrected model leaves.
+    /// The part of the gap that is left.
     pub unexplained: Unexplained,
     /// Gap of the model as given, on held-out data.
     pub gap_before: GapValue,

@@ -27,10 +27,10 @@ const MIN_FRACTION_TO_TRY: f64 = 0.06;
 const MIN_GAIN: f64 = 25.0;
 /// Fraction of the gap left above which an explanation is partial.
 const PARTIAL: f64 = 0.2;
-/// Rivals that cannot be told from an effect, above which its name means nothing.
+/// Rivals that cannot be distinguished from an effect, above which its name means nothing.
 const MAX_CONFUSABLE: usize = 2;
 
-/// What an effect or a parameter explains on held-out data.
+/// Evidence for an effect or a parameter on held-out data.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Worth {
     /// Against the model without it.
@@ -90,7 +90,7 @@ pub(super) fn fraction_left(before: &ModelScore, after: &ModelScore, left: &Unex
     ((after.discrepancy - left.chance) / excess).clamp(0.0, 1.0)
 }
 
-/// The answer, from the numbers of rivals of each named effect and of changed parameters.
+/// The answer, from the count of rivals of each named effect and of changed parameters.
 pub(super) fn decide(
     confusable: &[usize],
     parameters: usize,

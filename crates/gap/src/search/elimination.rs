@@ -15,12 +15,12 @@ const ROUNDS: usize = 2;
 /// Steps below which a parameter of the model has not changed.
 const MIN_STEPS: f64 = 0.3;
 
-/// What dropping one part of a selection costs on held-out data.
+/// A selection without one of its parts, scored on held-out data.
 #[derive(Debug, Clone)]
 pub(super) struct Dropped {
     /// The selection without it.
     pub(super) rest: Selection,
-    /// What it explains beside the others.
+    /// Evidence for the part beside the others.
     pub(super) worth: Worth,
 }
 

@@ -21,8 +21,8 @@ use crate::candidate::Trial;
 /// Rounds of the fit of an effect alone.
 const ROUNDS: usize = 2;
 
-/// Everything that the search found.
-pub(super) struct Explained {
+/// Results of the search.
+pub(super) struct SearchResults {
     pub(super) before: ModelScore,
     pub(super) refitted: ModelScore,
     pub(super) selection: Selection,
@@ -38,9 +38,10 @@ pub(super) struct Explained {
 /// A model that cannot be built or shown the scene.
 pub(super) fn explain(
     splits: &DataSplits<'_>,
-    found: Explained,
+    results: SearchResults,
 ) -> Result<Identification, GapError> {
-    let Explained { before, refitted, selection, dropped, compared, parameters, excess } = found;
+    let SearchResults { before, refitted, selection, dropped, compared, parameters, excess } =
+        results;
     let after = selection.held_out.clone();
     let mut added_effects = Vec::new();
     for ((effect, dropped), compared) in selection.effects.iter().zip(dropped).zip(compared) {

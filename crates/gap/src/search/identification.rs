@@ -61,7 +61,7 @@ pub struct Contender {
     pub held_out: ModelScore,
 }
 
-/// What an effect or a parameter explains, as fractions of the gap on held-out data.
+/// Fractions of the gap that an effect or a parameter explains on held-out data.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ExplainedFraction {
     /// Alone, added to the model as given (add-one).
@@ -77,11 +77,11 @@ pub struct ExplainedFraction {
 pub struct ChangedParameter {
     /// The parameter.
     pub parameter: ModelParameter,
-    /// What the change explains.
+    /// Fractions of the gap that the change explains.
     pub explained: ExplainedFraction,
 }
 
-/// What the corrected model leaves unexplained on held-out data.
+/// Unexplained part of the gap on held-out data.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Left {
     /// Fraction of the gap as given.
@@ -99,7 +99,7 @@ pub struct AddedEffect {
     pub confusable: Vec<&'static str>,
     /// Discrepancy of the model without the effect, the others fitted again.
     pub discrepancy_without: f64,
-    /// What it explains.
+    /// Fractions of the gap that it explains.
     pub explained: ExplainedFraction,
 }
 
@@ -125,6 +125,6 @@ pub struct Identification {
     pub after: ModelScore,
     /// Parameters of the model that differ significantly from the given ones.
     pub changed_parameters: Vec<ChangedParameter>,
-    /// What the corrected model leaves.
+    /// Part of the gap that the corrected model leaves.
     pub left: Left,
 }

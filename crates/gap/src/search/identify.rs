@@ -6,7 +6,7 @@ use super::StageCallback;
 use super::decision::is_within_tolerance;
 use super::direct_estimates::DirectEstimates;
 use super::elimination::{changed_parameters, eliminate};
-use super::explanation::{Explained, explain};
+use super::explanation::{SearchResults, explain};
 use super::identification::{DataSplits, FittedCandidate, Identification, SCORE_RUNS};
 use super::proposals::Proposals;
 use super::refit::refit;
@@ -86,7 +86,7 @@ impl DataSplits<'_> {
         progress("what each effect explains");
         explain(
             self,
-            Explained { before, refitted, selection, dropped, compared, parameters, excess },
+            SearchResults { before, refitted, selection, dropped, compared, parameters, excess },
         )
     }
 

@@ -107,6 +107,9 @@ fn flicker(events: &EventStream) -> Option<Reading> {
 
 /// Time stamps whose common divisor is no accident.
 const MIN_STAMPS: usize = 200;
+/// Period from which a clock hides other differences, and is taken as proven by the stamps. A
+/// shorter one may be the lines of a readout, and is fitted as any other effect.
+const COARSE_US: i64 = 200;
 
 /// Period of the time stamps: the greatest common divisor of their differences; none if that is a
 /// microsecond.
@@ -120,7 +123,8 @@ fn tick(events: &EventStream) -> Option<Reading> {
     let first = events.t().first()?.0;
     let tick = events.t().iter().fold(0, |tick, t| gcd(tick, t.0 - first));
     // Few stamps have a common divisor by chance; of many, it is a fact.
-    let consistent = if events.len() >= MIN_STAMPS { 1.0 } else { 0.0 };
+    let is_proof = events.len() >= MIN_STAMPS && tick >= COARSE_US;
+    let consistent = if is_proof { 1.0 } else { 0.0 };
     (tick > 1).then(|| Reading::new([("period_us", (tick as f64).into())], consistent))
 }
 

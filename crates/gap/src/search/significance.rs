@@ -74,7 +74,7 @@ pub(super) fn difference(
     Ok(Difference { gain, p: normal_upper_tail(z * student_factor(z)) })
 }
 
-/// What a model leaves unexplained of the data of an objective.
+/// Discrepancy that a model leaves beyond that of its own runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Unexplained {
     /// Mean discrepancy of runs of the model.

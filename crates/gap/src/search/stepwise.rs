@@ -20,7 +20,7 @@ const FITTED_TOGETHER: usize = 2;
 /// Rounds of that fit.
 const ROUNDS: usize = 2;
 
-/// What a forward step works with.
+/// Inputs of a forward step.
 pub(super) struct Forward<'a> {
     pub(super) splits: &'a DataSplits<'a>,
     pub(super) proposals: &'a Proposals,

@@ -12,7 +12,7 @@ use crate::free_parameter::FreeParameter;
 const RIVALS: usize = 2;
 /// Gauss-Newton rounds of each fit.
 const ROUNDS: usize = 3;
-/// Level at which the recording tells an effect from a rival.
+/// Level at which the recording distinguishes an effect from a rival.
 const LEVEL: f64 = 0.05;
 
 /// An effect against its rivals.
@@ -20,7 +20,7 @@ const LEVEL: f64 = 0.05;
 pub(super) struct Compared {
     /// The rivals with their scores, the best first.
     pub(super) rivals: Vec<Contender>,
-    /// Names of the rivals that the recording does not tell from the effect.
+    /// Names of the rivals that the recording does not distinguish from the effect.
     pub(super) confusable: Vec<&'static str>,
 }
 
@@ -64,8 +64,8 @@ pub(super) fn swap(
         }
         let mut confusable = Vec::new();
         for rival in &fitted {
-            let told = difference(&splits.held_out, &rival.model, &selection.model)?;
-            if !told.is_significant(LEVEL, 1) {
+            let distinguished = difference(&splits.held_out, &rival.model, &selection.model)?;
+            if !distinguished.is_significant(LEVEL, 1) {
                 confusable.push(rival.effects[i].candidate.name);
             }
         }

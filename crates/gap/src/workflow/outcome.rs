@@ -193,7 +193,7 @@ fn views<'a>(objective: &Objective<'a>, streams: &[EventStream]) -> Vec<View<'a>
     streams.par_iter().map(|events| view(objective, events)).collect()
 }
 
-/// What the corrected model leaves, located in `left`.
+/// The part of the gap that the corrected model leaves, located in `left`.
 fn unexplained(
     result: &Identification,
     left: &Located,

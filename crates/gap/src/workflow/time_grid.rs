@@ -6,6 +6,8 @@
 //! their frame, and a clock of that period is among the effects that time stamps prove, so that
 //! simulated ones are moved as well. Otherwise the grid would hide every other difference.
 
+use std::collections::HashMap;
+
 use evpose_core::{Event, EventStream, Micros};
 
 use crate::{GapError, ReferenceScene};
@@ -16,6 +18,9 @@ const PHASES: f64 = 0.015;
 const ON_GRID: f64 = 0.8;
 /// Fewest events that show a grid.
 const MIN_EVENTS: usize = 500;
+/// Factor by which the phases of single lines are more concentrated than those of all if a readout
+/// makes them.
+const BY_LINE: f64 = 2.0;
 /// Phases below this fraction of a frame may be just behind the frame before.
 const AMBIGUOUS: f64 = 0.05;
 
@@ -29,8 +34,27 @@ pub(super) fn is_on_frame_grid(events: &EventStream, step: Micros) -> bool {
     counts.sort_unstable_by(|a, b| b.cmp(a));
     let phases = ((PHASES * step.0 as f64).ceil() as usize).max(1);
     let on_grid: usize = counts.iter().take(phases).sum();
-    // Stamps of a clock whose period is a large part of the step are on a grid of few phases too.
-    (phases as f64) < ON_GRID * step.0 as f64 && on_grid as f64 >= ON_GRID * events.len() as f64
+    (phases as f64) < ON_GRID * step.0 as f64
+        && on_grid as f64 >= ON_GRID * events.len() as f64
+        && !is_by_line(events, step, counts[0])
+}
+
+/// Whether each row, or each column, has phases of its own, as a readout that scans lines gives
+/// them; `largest` is the number of events of the most common phase of all.
+fn is_by_line(events: &EventStream, step: Micros, largest: usize) -> bool {
+    let is_by = |line: &dyn Fn(&Event) -> u16| {
+        let mut counts: HashMap<(u16, i64), usize> = HashMap::new();
+        for event in events.iter() {
+            *counts.entry((line(&event), event.t.0.rem_euclid(step.0))).or_default() += 1;
+        }
+        let mut largest_of: HashMap<u16, usize> = HashMap::new();
+        for ((line, _), count) in counts {
+            let known = largest_of.entry(line).or_default();
+            *known = (*known).max(count);
+        }
+        largest_of.values().sum::<usize>() as f64 > BY_LINE * largest as f64
+    };
+    is_by(&|event| event.y) || is_by(&|event| event.x)
 }
 
 /// The events with their stamps at the end of their frame, or at the frame that they are just
@@ -106,10 +130,17 @@ mod tests {
 
     #[test]
     fn fractions_of_frames_are_a_grid_and_even_stamps_are_none() {
-        let thirds = (0..2_000).map(|k| 1_000 * (k / 3) + [333, 667, 1_000][k as usize % 3]);
+        let thirds = (0..2_000).map(|k| 1_000 * (k / 15) + [333, 667, 1_000][k as usize / 5 % 3]);
         assert!(is_on_frame_grid(&stream(thirds), STEP));
         assert!(!is_on_frame_grid(&stream((0..2_000).map(|k| 7 * 61 * k)), STEP));
         assert!(!is_on_frame_grid(&stream((0..100).map(|k| 1_000 * k)), STEP));
+    }
+
+    #[test]
+    fn lines_that_are_scanned_in_turn_are_no_grid() {
+        // Each row is read at a time of its own; `stream` gives event k to row k modulo 3.
+        let rows = (0..2_000).map(|k| 1_000 * (k / 3 + 1) + [0, 333, 667][k as usize % 3]);
+        assert!(!is_on_frame_grid(&stream(rows), STEP));
     }
 
     #[test]
