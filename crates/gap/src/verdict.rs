@@ -109,11 +109,11 @@ pub struct GapValue {
 /// The part of the gap that the corrected model leaves unexplained.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Unexplained {
-    /// Fraction of the gap as given that is left on held-out data.
-    #[serde(deserialize_with = "or_unknown")]
+    /// Fraction of the gap as given that is left on held-out data; NaN in verdicts of schema 1.
+    #[serde(default = "unknown", deserialize_with = "or_unknown")]
     pub fraction: f64,
     /// Probability that a run of the corrected model deviates as much, from replicates.
-    #[serde(deserialize_with = "or_unknown")]
+    #[serde(default = "unknown", deserialize_with = "or_unknown")]
     pub p: f64,
     /// Whether it is significant, and beyond what two simulators of one sensor differ by.
     pub is_significant: bool,
@@ -123,6 +123,7 @@ pub struct Unexplained {
     pub sentence: String,
     /// Fraction of what is left that each axis explains: brightness, speed, age, polarity, place,
     /// time.
+    #[serde(default)]
     pub shares: std::collections::BTreeMap<String, f64>,
 }
 
@@ -167,7 +168,8 @@ pub struct Verdict {
     pub verdict: Answer,
     /// Missing effects and wrong parameters, those that explain most first.
     pub effects: Vec<Finding>,
-    /// The part of the gap that is left.
+    /// What the corrected model leaves; `remaining` in schema 1.
+    #[serde(alias = "remaining")]
     pub unexplained: Unexplained,
     /// Gap of the model as given, on held-out data.
     pub gap_before: GapValue,
@@ -200,6 +202,11 @@ impl Verdict {
     pub fn is_scene_free(&self) -> bool {
         self.gap_before.value.is_nan()
     }
+}
+
+/// A value that the file does not have.
+fn unknown() -> f64 {
+    f64::NAN
 }
 
 /// Reads `null`, which is how JSON holds an unknown value, as NaN.

@@ -6,16 +6,18 @@ use crate::colour::{Colour, GRID, INK, SOFT_INK};
 use crate::drawing::{Area, DrawingError, Words, document, fill, line};
 use crate::format::short;
 
-/// Height of a bar and of the room between groups, pixels.
-const BAR: f64 = 13.0;
-const ROOM: f64 = 7.0;
-const FOOT: f64 = 34.0;
+/// Height of a bar, pixels.
+pub(crate) const BAR: f64 = 13.0;
+/// Room above a group.
+pub(crate) const ROOM: f64 = 7.0;
+/// Height of the axis and its name.
+pub(crate) const FOOT: f64 = 34.0;
 /// Width of a letter of a label, about, pixels.
-const LETTER: f64 = 6.6;
+pub(crate) const LETTER: f64 = 6.6;
 /// Font size, pixels.
 const TEXT_PX: f64 = 12.0;
 /// Space above the first bar, for the name of the marked value, pixels.
-const TOP: f64 = 12.0;
+pub(crate) const TOP: f64 = 12.0;
 /// Length of a dash and of the space behind it, pixels.
 const DASH: (f64, f64) = (4.0, 3.0);
 
@@ -79,7 +81,8 @@ impl Along<'_> {
         }
     }
 
-    fn place(&self, value: f64) -> f64 {
+    /// Pixels from the left.
+    pub(crate) fn place(&self, value: f64) -> f64 {
         let (low, high) = self.range;
         let share = match self.is_log {
             true => (value.max(1e-9) / low).ln() / (high / low).ln(),
@@ -141,7 +144,12 @@ pub fn svg(bars: &[Bar], along: &Along<'_>) -> Result<String, DrawingError> {
     })
 }
 
-fn draw_axis(area: &Area<'_>, along: &Along<'_>, bottom: f64) -> Result<(), DrawingError> {
+/// Draws the grid lines of the axis down to `bottom`, their values, and the name of the axis.
+pub(crate) fn draw_axis(
+    area: &Area<'_>,
+    along: &Along<'_>,
+    bottom: f64,
+) -> Result<(), DrawingError> {
     for tick in along.ticks() {
         let x = along.place(tick);
         line(area, (x, TOP), (x, bottom), GRID)?;
@@ -178,7 +186,8 @@ fn draw_bar(area: &Area<'_>, along: &Along<'_>, bar: &Bar, y: f64) -> Result<(),
     text(&bar.note, HPos::Left, SOFT_INK).draw(area, (end + 6.0, middle))
 }
 
-fn text(text: &str, anchor: HPos, colour: Colour) -> Words<'_> {
+/// Text of a chart of bars.
+pub(crate) fn text(text: &str, anchor: HPos, colour: Colour) -> Words<'_> {
     Words { text, size: TEXT_PX, colour, anchor, is_bold: false, is_upright: false }
 }
 

@@ -1,8 +1,8 @@
 //! Reports of evpose: charts, heatmaps and tables in HTML pages, and images of events with
 //! skeletons.
 //!
-//! * [`chart`], [`bars`], [`heatmap`]: the one plotting layer, SVG by `plotters`, in the colours of
-//!   [`colour`].
+//! * [`chart`], [`bars`], [`waterfall`], [`heatmap`]: the one plotting layer, SVG by `plotters`, in
+//!   the colours of [`colour`].
 //! * [`html`]: a page that needs no other file.
 //! * [`canvas`]: event images with skeletons over them; [`png`](mod@png) encodes them.
 //! * [`hand`], [`people`]: reports of hand experiments, images of people; [`held_out`]: the table
@@ -46,3 +46,4 @@ pub mod held_out;
 pub mod html;
 pub mod people;
 pub mod png;
+pub mod waterfall;

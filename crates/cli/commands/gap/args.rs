@@ -9,8 +9,8 @@ use evpose_payoff::PayoffArgs;
 
 /// Exit codes of the identification.
 const EXIT_CODES: &str = "Exit codes: 0 no gap, 10 a parameter differs, 11 effects are missing, 12 no known \
-                          effect explains the gap,\n13 undecided, 2 invalid input, 1 any other \
-                          error.";
+                          effect explains the gap,\n13 undecided, 14 a part of the gap is explained, \
+                          2 invalid input, 1 any other error.";
 
 /// Subcommands of `evpose gap`.
 #[derive(Debug, Subcommand)]
@@ -115,7 +115,8 @@ pub(crate) struct InputArgs {
     evpose gap run --measured davis.aedat4 --scene frames --response linear --out gap/\n  \
     evpose gap run --measured rec.npz --scene none --out gap/\n\n\
     Exit codes: 0 no gap, 10 a parameter differs, 11 effects are missing, 12 no known effect explains\n\
-    the gap, 13 undecided, 2 invalid input, 1 any other error.")]
+    anything of the gap, 13 undecided, 14 a part of the gap is explained, 2 invalid input, 1 any other\n\
+    error.")]
 pub(crate) struct RunArgs {
     #[command(flatten)]
     pub(crate) inputs: InputArgs,

@@ -9,6 +9,7 @@ use evpose_gap::workflow::{ComparisonCase, prepared};
 use evpose_sensor::SensorConfig;
 
 use super::inputs::Loaded;
+use super::note::InputNote;
 use super::scenes::{MAX_PIXELS, SceneSource, USUAL_S};
 use evpose_app::progress::say;
 
@@ -46,17 +47,14 @@ pub(super) fn load(
         let all = Problems::find(&read.recording, scene.duration().as_seconds(), &reference).list;
         problems.list.extend(all.into_iter().filter(|p| matches!(p, Problem::Orientation(_))));
     }
-    let mut notes: Vec<String> =
-        read.recording.notes.iter().map(|note| format!("note      {note}")).collect();
-    for problem in &problems.list {
-        let is_repaired = matches!(problem, Problem::Orientation(_));
-        let what = if is_repaired { "corrected" } else { "problem  " };
-        notes.push(format!("{what} {problem}"));
-    }
+    let properties = read.recording.notes.iter().cloned();
+    let mut notes: Vec<InputNote> = properties.map(InputNote::Property).collect();
+    let is_repaired = |problem: &Problem| matches!(problem, Problem::Orientation(_));
+    notes.extend(problems.list.iter().map(|one| InputNote::of(one, is_repaired(one))));
     let lines = read.recording.provenance.iter().map(|line| format!("read      {line}"));
-    lines.chain(notes.iter().cloned()).for_each(say);
+    lines.chain(notes.iter().map(InputNote::on_terminal)).for_each(say);
     let case = ComparisonCase::new(&problems.repair(&read.recording.events), scene)?;
-    let notes = notes.iter().map(|note| note.replace("  ", " ")).collect();
+    let notes = notes.into_iter().map(InputNote::in_verdict).collect();
     let tick = read.recording.tick;
     Ok(Loaded { case, nominal: None, tick, notes, shots: Some(read.shots) })
 }

@@ -15,6 +15,7 @@ use evpose_sensor::{STAGES, SensorConfig, SensorModel};
 
 use super::args::InputArgs;
 use super::davis;
+use super::note::InputNote;
 use super::scenes::{FRAMES, SceneSource, as_gap_error};
 use evpose_app::bad_input::BadInput;
 use evpose_app::progress::say;
@@ -65,12 +66,8 @@ fn load_all(
         duration_s = scene.scene.duration().as_seconds();
         cut(&mut recording, &scene)?;
     }
-    let mut notes: Vec<String> = scene
-        .notes
-        .iter()
-        .chain(&recording.notes)
-        .map(|note| format!("note      {note}"))
-        .collect();
+    let properties = scene.notes.iter().chain(&recording.notes).cloned();
+    let mut notes: Vec<InputNote> = properties.map(InputNote::Property).collect();
     let reference = prepared(model, scene.nominal.as_ref()).reference;
     let reference = scene.scene.events(&reference, 0)?;
     let problems = Problems::find(&recording, duration_s, &reference);
@@ -80,11 +77,11 @@ fn load_all(
             problem,
             Problem::Unit { .. } | Problem::Start { .. } | Problem::Orientation(_)
         );
-        let what = if is_repaired && repaired { "corrected" } else { "problem  " };
-        notes.push(format!("{what} {problem}"));
+        notes.push(InputNote::of(problem, is_repaired && repaired));
     }
     let lines = scene.provenance.iter().chain(&recording.provenance);
-    lines.map(|line| format!("read      {line}")).chain(notes.iter().cloned()).for_each(say);
+    let lines = lines.map(|line| format!("read      {line}"));
+    lines.chain(notes.iter().map(InputNote::on_terminal)).for_each(say);
     if problems.is_hopeless() {
         return Err(GapError::Recording(format!(
             "{} and {} do not belong together",
@@ -95,11 +92,12 @@ fn load_all(
     }
     let events = if repaired { problems.repair(&recording.events) } else { recording.events };
     if let Some(note) = outside(&events, scene.scene.duration()) {
-        say(format!("note      {note}"));
-        notes.push(format!("note      {note}"));
+        let note = InputNote::Property(note);
+        say(note.on_terminal());
+        notes.push(note);
     }
     let case = ComparisonCase::new(&events, scene.scene)?;
-    let notes = notes.iter().map(|note| note.replace("  ", " ")).collect();
+    let notes = notes.into_iter().map(InputNote::in_verdict).collect();
     Ok(Loaded { case, nominal: scene.nominal, tick: recording.tick, notes, shots: None })
 }
 

@@ -3,6 +3,7 @@
 mod args;
 mod davis;
 mod inputs;
+mod note;
 mod run;
 mod scenes;
 mod steps;

@@ -83,12 +83,22 @@ pub(super) fn name(args: &InputArgs) -> Result<Answer> {
     with_name(args, |_, splits, result| {
         for finding in findings_of_answer(splits, result)? {
             say(format!("  {}: {}", finding.name, words::parameters(&finding)));
+            if let Some(explained) = finding.explained {
+                say(format!(
+                    "    explains {} of the gap alone, {} beside the others",
+                    percent(explained.alone),
+                    percent(explained.beside_others)
+                ));
+            }
             if !finding.confusable_with.is_empty() {
                 say(format!(
                     "    not to be distinguished from {}",
                     finding.confusable_with.join(", ")
                 ));
             }
+        }
+        if result.answer != Answer::NoGap {
+            say(format!("  unexplained: {} of the gap", percent(result.left.fraction)));
         }
         Ok(())
     })
@@ -102,8 +112,12 @@ pub(super) fn correct(args: &CorrectArgs) -> Result<Answer> {
             .with_context(|| format!("writing {}", args.out.display()))?;
         let what = match result.answer {
             Answer::Effects => "the model with the identified effects",
+            Answer::Partial => "the model with what explains a part of the gap",
             Answer::NoGap => "nothing to correct: the model as given",
-            _ => "no effect is named: the model with its parameters refitted",
+            Answer::Undecided => "undecided: the model with one of the candidates that would do",
+            Answer::Parameter | Answer::NoneOfCatalogue => {
+                "no effect is named: the model with its parameters refitted"
+            }
         };
         say(format!("{what}, written to {}", args.out.display()));
         Ok(())
@@ -141,7 +155,8 @@ fn with_name(
         gaps += &format!(", {:.2} with its parameters refitted", result.refitted.gap);
     }
     if !names.is_empty() {
-        let tried = if result.answer == Answer::Effects { "" } else { " (not named)" };
+        let is_named = matches!(result.answer, Answer::Effects | Answer::Partial);
+        let tried = if is_named { "" } else { " (not named)" };
         gaps += &format!(", {:.2} with {}{tried}", result.after.gap, names.join(" + "));
     }
     say(format!("{:<18}{gaps}", words::answer_key(result.answer)));

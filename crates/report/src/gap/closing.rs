@@ -1,20 +1,21 @@
 //! Identified effects, and how the gap closes and opens again with them.
 
 use evpose_gap::report::{Ablation, ModelChange, ReportData};
-use evpose_gap::verdict::{FindingKind, GapValue};
+use evpose_gap::verdict::{Finding, FindingKind, GapValue};
 
 use super::sections::wrapped_table;
-use super::{CORRECTED, MODEL, key};
+use super::{CORRECTED, MODEL, explained, key};
 use crate::bars::{self, Along, Bar};
 use crate::drawing::DrawingError;
 use crate::format::short;
 use crate::gap::words;
 use crate::html::{HtmlPage, escape};
 
-/// Identified effects with their parameters.
+/// Identified effects with their parameters, where nothing says what fraction they explain: without
+/// a scene, and in verdicts of schema 1.
 pub(crate) fn findings(page: &mut HtmlPage, data: &ReportData) {
     let verdict = &data.verdict;
-    if verdict.effects.is_empty() {
+    if verdict.effects.is_empty() || explained::has_fractions(verdict) {
         return;
     }
     match verdict.is_scene_free() {
@@ -29,38 +30,45 @@ pub(crate) fn findings(page: &mut HtmlPage, data: &ReportData) {
              drawn for this.",
         ),
     };
-    let rows: Vec<Vec<String>> = verdict
-        .effects
-        .iter()
-        .map(|finding| {
-            let kind = match finding.kind {
-                FindingKind::Effect => "effect",
-                FindingKind::Parameter => "parameter of the model",
-            };
-            let values: Vec<String> = finding
-                .parameters
-                .iter()
-                .map(|(name, value)| escape(&format!("{name} = {}", words::quantity(value))))
-                .collect();
-            let alike = match finding.confusable_with.is_empty() {
-                true => "nothing".to_owned(),
-                false => escape(&finding.confusable_with.join(", ")),
-            };
-            vec![
-                format!("<b>{}</b><br><small>{kind}</small>", escape(&finding.name)),
-                escape(words::summary(&finding.name).unwrap_or_default()),
-                values.join("<br>"),
-                match verdict.is_scene_free() {
-                    true => escape(&words::probability(1.0 - finding.probability)),
-                    false => short(finding.probability),
-                },
-                alike,
-            ]
-        })
-        .collect();
+    let row = |finding: &Finding| {
+        vec![
+            named(finding),
+            escape(words::summary(&finding.name).unwrap_or_default()),
+            values(finding),
+            match verdict.is_scene_free() {
+                true => escape(&words::probability(1.0 - finding.probability)),
+                false => short(finding.probability),
+            },
+            alike(finding),
+        ]
+    };
+    let rows: Vec<Vec<String>> = verdict.effects.iter().map(row).collect();
     let sure = if verdict.is_scene_free() { "by chance" } else { "probability" };
     let header = ["name", "what it does", "values", sure, "here not to be distinguished from"];
     wrapped_table(page, &header, &rows);
+}
+
+/// The name of a finding and its kind, as a cell.
+pub(crate) fn named(finding: &Finding) -> String {
+    let kind = match finding.kind {
+        FindingKind::Effect => "effect",
+        FindingKind::Parameter => "parameter of the model",
+    };
+    format!("<b>{}</b><br><small>{kind}</small>", escape(&finding.name))
+}
+
+/// Its parameters with their intervals, as a cell.
+pub(crate) fn values(finding: &Finding) -> String {
+    let value = |(name, value)| escape(&format!("{name} = {}", words::quantity(value)));
+    finding.parameters.iter().map(value).collect::<Vec<_>>().join("<br>")
+}
+
+/// Effects that the recording does not distinguish from it, as a cell.
+pub(crate) fn alike(finding: &Finding) -> String {
+    match finding.confusable_with.is_empty() {
+        true => "nothing".to_owned(),
+        false => escape(&finding.confusable_with.join(", ")),
+    }
 }
 
 /// Gaps before and after, and what taking the answer back does.

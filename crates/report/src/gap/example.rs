@@ -9,8 +9,8 @@ use evpose_gap::report::{
     ReportData, SideBySide, SideBySideFrame,
 };
 use evpose_gap::verdict::{
-    Answer, Finding, FindingKind, GapValue, Limit, Location, Quantity, Remaining, SCHEMA,
-    TwoSample, Verdict,
+    Answer, Explained, Finding, FindingKind, GapValue, Limit, Location, Quantity, SCHEMA,
+    TwoSample, Unexplained, Verdict,
 };
 
 fn gap(value: f64) -> GapValue {
@@ -30,11 +30,15 @@ pub(crate) fn verdict() -> Verdict {
             parameters: BTreeMap::from([("rate_hz".to_owned(), rate)]),
             probability: 0.99,
             confusable_with: vec!["parasitic_photo_leak".to_owned()],
+            explained: Some(Explained { alone: 0.95, beside_others: 0.93, p: 1e-7 }),
         }],
-        remaining: Remaining {
+        unexplained: Unexplained {
+            fraction: 0.04,
+            p: 0.21,
             is_significant: false,
             nearest_stage: "detector".to_owned(),
             sentence: "No part of the image differs.".to_owned(),
+            shares: BTreeMap::from([("brightness".to_owned(), 0.6), ("time".to_owned(), 0.4)]),
         },
         gap_before: gap(11.8),
         gap_after: gap(1.1),

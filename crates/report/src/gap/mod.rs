@@ -5,6 +5,8 @@ mod curves;
 mod diff;
 #[cfg(test)]
 pub(crate) mod example;
+mod explained;
+mod explanation;
 pub mod files;
 mod maps;
 mod matrix;
@@ -14,7 +16,9 @@ mod side_by_side;
 pub mod terminal;
 #[cfg(test)]
 mod tests;
+mod unexplained;
 pub mod words;
+mod wrapped;
 
 use std::path::{Path, PathBuf};
 
@@ -24,6 +28,7 @@ use evpose_gap::report::ReportData;
 use evpose_gap::verdict::Answer;
 
 use crate::colour::{Colour, css};
+use crate::format::percent;
 use crate::html::{HtmlPage, escape};
 
 /// Colours of what was measured, of the model as given, and of the corrected model.
@@ -86,7 +91,9 @@ fn page(data: &ReportData) -> Result<String> {
     let mut page = HtmlPage::new(title, about);
     page.markup(STYLE);
     banner(&mut page, data);
+    explanation::explanation(&mut page, data)?;
     closing::findings(&mut page, data);
+    unexplained::unexplained(&mut page, data)?;
     place::place(&mut page, data)?;
     closing::closing(&mut page, data)?;
     curves::curves(&mut page, data)?;
@@ -107,6 +114,7 @@ fn banner(page: &mut HtmlPage, data: &ReportData) {
         Answer::NoGap => "#0a7d56",
         Answer::Parameter => "#8a6100",
         Answer::Effects => "#1d5fae",
+        Answer::Partial => "#6b4fa3",
         Answer::NoneOfCatalogue => "#a3262e",
         Answer::Undecided => "#59616f",
     };
@@ -127,7 +135,14 @@ fn banner(page: &mut HtmlPage, data: &ReportData) {
     }
     if !verdict.effects.is_empty() && !verdict.is_scene_free() {
         cards.push((words::gap(&verdict.gap_after), "gap of the corrected model"));
-        cards.push((words::closed(verdict), "of the gap closed"));
+        cards.push((words::closed(verdict), "of the gap beyond tolerances closed"));
+    }
+    if explained::has_fractions(verdict) {
+        let text = match verdict.unexplained.is_significant {
+            true => "of the discrepancy unexplained, significant",
+            false => "of the discrepancy unexplained, not significant",
+        };
+        cards.push((percent(verdict.unexplained.fraction), text));
     }
     cards.push((words::probability(verdict.p), "largest deviation by chance"));
     if let Some(after) = verdict.c2st_after.or(verdict.c2st_before) {

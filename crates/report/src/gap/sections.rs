@@ -116,19 +116,6 @@ pub(crate) fn limits(page: &mut HtmlPage, data: &ReportData) {
 /// Observations that would overturn the answer.
 pub(crate) fn doubts(page: &mut HtmlPage, data: &ReportData) {
     let verdict = &data.verdict;
-    if !verdict.remaining.sentence.is_empty() {
-        page.section("What is left", "");
-        let state = match verdict.remaining.is_significant {
-            true => {
-                format!("Something is left, nearest to the {}: ", verdict.remaining.nearest_stage)
-            }
-            false => "Nothing significant is left. ".to_owned(),
-        };
-        page.markup(&format!(
-            "<p class=\"say\">{}</p>",
-            escape(&(state + &verdict.remaining.sentence))
-        ));
-    }
     if data.doubts.is_empty() && verdict.notes.is_empty() {
         return;
     }

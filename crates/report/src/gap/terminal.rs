@@ -1,17 +1,21 @@
 //! A report in at most twenty-five lines.
 
 use evpose_gap::report::ReportData;
-use evpose_gap::verdict::{Answer, FindingKind, Verdict};
+use evpose_gap::verdict::{Answer, Verdict};
 
 use crate::format::{percent, short};
+use crate::gap::explained;
 use crate::gap::words::{self, gap, probability};
+use crate::gap::wrapped::wrapped;
 
-/// Columns of a line at most.
-const COLUMNS: usize = 100;
 /// Lines at most.
 const LINES: usize = 25;
 /// Column of the text behind a label.
 const INDENT: usize = 8;
+/// Column of the text behind the label of what explains the gap.
+const EXPLAINED_INDENT: usize = 14;
+/// Lines that findings with their values may take.
+const FINDING_LINES: usize = 9;
 
 /// The report, line by line.
 pub fn lines(data: &ReportData) -> Vec<String> {
@@ -24,10 +28,20 @@ pub fn lines(data: &ReportData) -> Vec<String> {
     lines
 }
 
-/// The headline, and the first findings with their values.
+/// The headline, what explains the gap, and the first findings with their values.
 fn answer(verdict: &Verdict) -> Vec<String> {
-    let mut lines = wrapped("", &words::headline(verdict).to_uppercase(), 2, 0);
-    for finding in verdict.effects.iter().take(3) {
+    let mut lines = wrapped("", &words::headline(verdict).to_uppercase(), 3, 0);
+    if explained::has_fractions(verdict) {
+        let text = explained::line(verdict);
+        lines.extend(wrapped("EXPLAINED BY", &text, 3, EXPLAINED_INDENT));
+    }
+    if verdict.verdict == Answer::Undecided
+        && let Some(alternatives) = words::alternatives(verdict)
+    {
+        let text = format!("the recording does not tell apart: {alternatives}");
+        lines.extend(wrapped("", &text, 2, 2));
+    }
+    for (i, finding) in verdict.effects.iter().enumerate() {
         let values = words::parameters(finding);
         let sure = match verdict.is_scene_free() {
             true => format!("by chance {}", probability(1.0 - finding.probability)),
@@ -35,16 +49,23 @@ fn answer(verdict: &Verdict) -> Vec<String> {
         };
         let text = [values, sure].into_iter().filter(|part| !part.is_empty());
         let text = format!("{}: {}", finding.name, text.collect::<Vec<_>>().join("; "));
-        lines.extend(wrapped("", &text, 2, 2));
+        let mut of_finding = wrapped("", &text, 2, 2);
         // Summaries only while there is room for the rest of the report.
         if let Some(summary) = words::summary(&finding.name).filter(|_| lines.len() < 6) {
-            lines.extend(wrapped("", summary, 1, 4));
+            of_finding.extend(wrapped("", summary, 1, 4));
         }
-        if !finding.confusable_with.is_empty() {
+        if !finding.confusable_with.is_empty() && verdict.verdict != Answer::Undecided {
             let text =
                 format!("here not to be distinguished from {}", finding.confusable_with.join(", "));
-            lines.extend(wrapped("", &text, 1, 4));
+            of_finding.extend(wrapped("", &text, 1, 4));
         }
+        if lines.len() + of_finding.len() > FINDING_LINES {
+            let names = verdict.effects[i..].iter().map(|finding| finding.name.as_str());
+            let text = format!("and {}", names.collect::<Vec<_>>().join(", "));
+            lines.extend(wrapped("", &text, 2, 2));
+            break;
+        }
+        lines.extend(of_finding);
     }
     lines
 }
@@ -77,7 +98,7 @@ fn gap_and_location(verdict: &Verdict) -> Vec<String> {
     lines
 }
 
-/// The ablation, the next best candidates, the classifier, and the remaining disagreement.
+/// The ablation, the next best candidates, the classifier, and what is left.
 fn alternatives(data: &ReportData) -> Vec<String> {
     let verdict = &data.verdict;
     let mut lines = Vec::new();
@@ -104,12 +125,18 @@ fn alternatives(data: &ReportData) -> Vec<String> {
         );
         lines.extend(wrapped("CHECK", &text, 2, INDENT));
     }
-    if verdict.remaining.is_significant {
-        let text = format!(
-            "nearest to the {}: {}",
-            verdict.remaining.nearest_stage, verdict.remaining.sentence
-        );
+    let left = &verdict.unexplained;
+    if left.is_significant {
+        let text = match left.nearest_stage.as_str() {
+            "" => left.sentence.clone(),
+            stage => format!("nearest to the {stage}: {}", left.sentence),
+        };
         lines.extend(wrapped("LEFT", &text, 2, INDENT));
+        let axes = left.shares.iter().map(|(name, share)| (words::axis(name), *share));
+        let by_axis = shares(&axes.collect());
+        if !by_axis.is_empty() {
+            lines.extend(wrapped("", &format!("distinguished by {by_axis}"), 1, INDENT));
+        }
     }
     lines
 }
@@ -141,15 +168,10 @@ fn limits_and_notes(verdict: &Verdict) -> Vec<String> {
 fn gaps(verdict: &Verdict) -> String {
     let before = gap(&verdict.gap_before);
     if verdict.effects.is_empty() {
-        return format!("{before}; 1 is a perfect match ({})", probability(verdict.p));
+        let chance = probability(verdict.p);
+        return format!("{before}; {}. Largest deviation by chance: {chance}", words::APART);
     }
-    let is_parameter = verdict.effects.iter().all(|f| f.kind == FindingKind::Parameter);
-    let how = if is_parameter { "set right" } else { "added" };
-    format!(
-        "{before} as given, {} with that {how}; 1 is a perfect match: {} closed",
-        gap(&verdict.gap_after),
-        words::closed(verdict)
-    )
+    format!("{before} as given, {} as corrected; {}", gap(&verdict.gap_after), words::APART)
 }
 
 /// Effects that cannot be tested, with the reason where it is not that of most.
@@ -201,44 +223,13 @@ fn others(data: &ReportData) -> String {
     )
 }
 
-/// `text` behind a label, in lines of no more than a hundred columns, shortened to `max_lines`
-/// lines.
-fn wrapped(label: &str, text: &str, max_lines: usize, indent: usize) -> Vec<String> {
-    let mut lines = vec![format!("{label:<indent$}")];
-    let mut is_new = true;
-    for word in text.split_whitespace() {
-        let line = &lines[lines.len() - 1];
-        let columns = line.chars().count() + usize::from(!is_new) + word.chars().count();
-        if columns > COLUMNS && !is_new {
-            lines.push(" ".repeat(indent));
-            is_new = true;
-        }
-        let last = lines.len() - 1;
-        if !is_new {
-            lines[last].push(' ');
-        }
-        lines[last].push_str(word);
-        is_new = false;
-    }
-    if lines.len() > max_lines {
-        lines.truncate(max_lines);
-        let last = &mut lines[max_lines - 1];
-        while last.chars().count() > COLUMNS - 4 {
-            last.pop();
-        }
-        last.push_str(" ...");
-    }
-    for line in &mut lines {
-        // A word that is longer than a line.
-        *line = line.chars().take(COLUMNS).collect();
-    }
-    lines
-}
-
 #[cfg(test)]
 mod tests {
+    use evpose_gap::verdict::Finding;
+
     use super::*;
     use crate::gap::example;
+    use crate::gap::wrapped::COLUMNS;
 
     #[test]
     fn a_report_fits_on_a_screen_and_says_what_matters() {
@@ -246,17 +237,45 @@ mod tests {
         assert!(lines.len() <= LINES, "{lines:#?}");
         assert!(lines.iter().all(|line| line.chars().count() <= COLUMNS), "{lines:#?}");
         let text = lines.join("\n");
-        for word in ["LEAK_ON", "GAP", "WHERE", "TRIED", "CHECK", "LIMITS", "UNSEEN"] {
+        for word in
+            ["LEAK_ON", "GAP", "WHERE", "EXPLAINED BY", "TRIED", "CHECK", "LIMITS", "UNSEEN"]
+        {
             assert!(text.contains(word), "{word} is missing in\n{text}");
         }
     }
 
     #[test]
-    fn long_text_is_wrapped_behind_its_label_and_shortened() {
-        let text = "word ".repeat(60);
-        let lines = wrapped("LABEL", &text, 2, 8);
-        assert_eq!(lines.len(), 2);
-        assert!(lines[0].starts_with("LABEL   word") && lines[1].starts_with("        word"));
-        assert!(lines[1].ends_with("...") && lines[1].len() <= COLUMNS);
+    fn a_partial_explanation_is_named_as_partial() {
+        let mut verdict = example::verdict();
+        verdict.verdict = Answer::Partial;
+        verdict.unexplained.fraction = 0.34;
+        verdict.unexplained.is_significant = true;
+        let finding = verdict.effects[0].clone();
+        let more = (0..9).map(|i| Finding { name: format!("effect_{i}"), ..finding.clone() });
+        verdict.effects.extend(more);
+        let lines = lines(&ReportData::from_verdict(verdict));
+        assert!(lines.len() <= LINES, "{lines:#?}");
+        let text = lines.join(" ");
+        for part in ["EXPLAINED IN PART", "EXPLAINED BY  leak_on 93%", "unexplained 34%", "LEFT"] {
+            assert!(text.contains(part), "{part} is missing in\n{text}");
+        }
+        // All ten are named, those without room for their values as well.
+        assert!(text.contains("  and effect_"), "{text}");
+        assert!((0..9).all(|i| text.contains(&format!("effect_{i}"))), "{text}");
+    }
+
+    #[test]
+    fn an_undecided_verdict_lists_what_would_do_or_says_that_nothing_does() {
+        let mut verdict = example::verdict();
+        verdict.verdict = Answer::Undecided;
+        let said = |verdict: &Verdict| {
+            let lines = lines(&ReportData::from_verdict(verdict.clone())).join("\n");
+            lines + &words::meaning(verdict)
+        };
+        assert!(said(&verdict).contains("tell apart: leak_on or parasitic_photo_leak"));
+        verdict.effects.clear();
+        let text = said(&verdict);
+        assert!(text.contains("No cause is clear enough"), "{text}");
+        assert!(!text.contains(": .") && !text.contains("perfect match"), "{text}");
     }
 }

@@ -14,6 +14,9 @@ fn a_page_holds_everything_and_needs_no_other_file() {
         "displacement, the longest 1.25 px",
         "leak_on added",
         "by the logarithm",
+        "What explains the gap",
+        "cannot be told from",
+        "4% of the discrepancy is left",
         "with no effect",
         "leak_on and parasitic_photo_leak",
         "never busy &lt;enough&gt;",
@@ -36,6 +39,7 @@ fn a_bare_verdict_is_a_page_too() {
         (Answer::NoGap, "No gap"),
         (Answer::Parameter, "set wrong"),
         (Answer::Effects, "Missing effect"),
+        (Answer::Partial, "Explained in part, by leak_on; 4% of the gap is unexplained"),
         (Answer::NoneOfCatalogue, "Something is missing"),
         (Answer::Undecided, "does not determine why"),
     ];
@@ -68,6 +72,28 @@ fn a_report_of_an_earlier_release_is_read() {
     // Plots have values that are NaN, so that the data itself is not equal.
     let back = ReportData::from_json(&json, path).unwrap();
     assert_eq!(page(&back).unwrap(), page(&data).unwrap());
+}
+
+/// Schema 1 said whether something is left, and not what fraction.
+#[test]
+fn a_verdict_of_schema_1_is_read() {
+    let path = std::path::Path::new("report.json");
+    let mut json: serde_json::Value =
+        serde_json::from_str(&example::data().to_json(path).unwrap()).unwrap();
+    let verdict = json["verdict"].as_object_mut().unwrap();
+    verdict["schema"] = 1.into();
+    verdict["effects"][0].as_object_mut().unwrap().remove("explained");
+    let mut left = verdict.remove("unexplained").unwrap();
+    for field in ["fraction", "p", "shares"] {
+        left.as_object_mut().unwrap().remove(field);
+    }
+    verdict.insert("remaining".to_owned(), left);
+    let data = ReportData::from_json(&json.to_string(), path).unwrap();
+    let page = page(&data).unwrap();
+    assert!(
+        page.contains("Missing effect: leak_on") && page.contains("What is missing or set wrong")
+    );
+    assert!(!page.contains("fraction of the gap as given") && !page.contains("unknown"), "{page}");
 }
 
 #[test]

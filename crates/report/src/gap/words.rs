@@ -5,6 +5,7 @@ use evpose_gap::verdict::{Answer, Finding, FindingKind, GapValue, Quantity, Verd
 use evpose_gap::{StatisticBlock, parameters::ModelParameter};
 use evpose_sensor::STAGES;
 
+use super::explained;
 use crate::format::{percent, short};
 
 /// The answer as a heading.
@@ -25,13 +26,14 @@ pub fn headline(verdict: &Verdict) -> String {
         Answer::NoGap => "No gap: the model explains the recording".to_owned(),
         Answer::Parameter if wrong.is_empty() => "A parameter of the model is set wrong".to_owned(),
         Answer::Parameter => format!("Nothing is missing, but set wrong: {wrong}"),
-        Answer::Effects if verdict.remaining.is_significant => {
-            format!(
-                "Missing effect{plural}: {effects}, and something that is not in the \
-                 catalogue{also}"
-            )
-        }
         Answer::Effects => format!("Missing effect{plural}: {effects}{also}"),
+        Answer::Partial => {
+            let left = percent(verdict.unexplained.fraction);
+            match names(verdict, |_| true) {
+                none if none.is_empty() => format!("A gap of which {left} is unexplained"),
+                names => format!("Explained in part, by {names}; {left} of the gap is unexplained"),
+            }
+        }
         Answer::NoneOfCatalogue => {
             "Something is missing that the catalogue does not hold".to_owned()
         }
@@ -61,37 +63,65 @@ pub fn meaning(verdict: &Verdict) -> String {
     }
     let (before, after) = (short(verdict.gap_before.value), short(verdict.gap_after.value));
     let closes = format!(
-        "The gap falls from {before} to {after}, where 1 is the gap between two runs of one model: \
-         {} of it is closed.",
-        closed(verdict)
+        "The gap falls from {before} to {after}; {APART}. {}",
+        explained::left_in_words(&verdict.unexplained)
     );
+    let differ = format!("Measured and simulated events differ: the gap is {before}; {APART}.");
     let what = verdict.effects.iter().filter(|f| f.kind == FindingKind::Effect);
     let what: Vec<&str> = what.filter_map(|finding| summary(&finding.name)).collect();
+    let does = match what.is_empty() {
+        true => "The camera does something that the model does not".to_owned(),
+        false => {
+            format!("The camera does something that the model does not: {}", what.join("; "))
+        }
+    };
     match verdict.verdict {
         Answer::NoGap => format!(
-            "Measured events differ from those of the model no more than two runs of the model \
-             differ from each other: the gap is {before}, and 1 is a perfect match."
+            "Measured events differ from those of the model no more than two runs of the model, or \
+             two simulators of one sensor, differ from each other: the gap is {before}; {APART}."
         ),
         Answer::Parameter => {
             format!("The model has all that it needs, with other values. {closes}")
         }
-        Answer::Effects if what.is_empty() => {
-            format!("The camera does something that the model does not. {closes}")
+        Answer::Effects => format!("{does}. {closes}"),
+        Answer::Partial if what.is_empty() => {
+            format!("Other values of the model explain a part of the gap, not all. {closes}")
         }
-        Answer::Effects => format!(
-            "The camera does something that the model does not: {}. {closes}",
-            what.join("; ")
-        ),
+        Answer::Partial => format!("{does}. That is a part of the gap, not all. {closes}"),
         Answer::NoneOfCatalogue => format!(
-            "Measured and simulated events differ (gap {before}; 1 is a perfect match), and no \
-             effect that is known explains it. The nearest part of the camera is the {}.",
-            verdict.remaining.nearest_stage
+            "{differ} No effect that is known explains anything significant of it.{}",
+            nearest_stage(verdict)
         ),
-        Answer::Undecided => format!(
-            "Measured and simulated events differ (gap {before}; 1 is a perfect match). Several \
-             causes would do, or none is clear enough to be named."
-        ),
+        Answer::Undecided => match alternatives(verdict) {
+            Some(alternatives) => {
+                format!("{differ} The recording does not tell apart: {alternatives}.")
+            }
+            None => format!("{differ} No cause is clear enough to be named."),
+        },
     }
+}
+
+/// The unit of a gap.
+pub const APART: &str = "two runs of one model are 1 apart";
+
+/// The part of the camera whose effects come closest, as a sentence behind others.
+fn nearest_stage(verdict: &Verdict) -> String {
+    match verdict.unexplained.nearest_stage.as_str() {
+        "" => String::new(),
+        stage => format!(" The nearest part of the camera is the {stage}."),
+    }
+}
+
+/// Effects that the recording does not distinguish; none if there are no such.
+pub fn alternatives(verdict: &Verdict) -> Option<String> {
+    let of = |finding: &Finding| {
+        let mut names = vec![finding.name.as_str()];
+        names.extend(finding.confusable_with.iter().map(String::as_str));
+        names.join(" or ")
+    };
+    let alike = verdict.effects.iter().filter(|finding| !finding.confusable_with.is_empty());
+    let alike: Vec<String> = alike.map(of).collect();
+    (!alike.is_empty()).then(|| alike.join("; "))
 }
 
 /// Why a recording alone has no gap, and what it was compared with.
@@ -201,6 +231,7 @@ pub fn answer_key(answer: Answer) -> &'static str {
         Answer::NoGap => "no_gap",
         Answer::Parameter => "parameter",
         Answer::Effects => "effects",
+        Answer::Partial => "partial",
         Answer::NoneOfCatalogue => "none_of_catalogue",
         Answer::Undecided => "undecided",
     }

@@ -1,0 +1,185 @@
+//! The explanation: from the gap as given over all that explains it to what is left.
+
+use evpose_gap::report::ReportData;
+use evpose_gap::verdict::{Answer, Finding, FindingKind, Verdict};
+
+use super::closing::{alike, named, values};
+use super::sections::wrapped_table;
+use super::{CORRECTED, MODEL, explained};
+use crate::bars::Along;
+use crate::colour::Colour;
+use crate::drawing::DrawingError;
+use crate::format::{percent, short};
+use crate::gap::words;
+use crate::html::{HtmlPage, escape};
+use crate::waterfall::{self, WaterfallStep};
+
+/// Colours of parameters of the model, of what several explain jointly, and of what is left.
+const PARAMETER: Colour = (201, 152, 32);
+const JOINTLY: Colour = (168, 205, 190);
+const LEFT: Colour = (163, 38, 46);
+
+/// The waterfall, and the numbers under it.
+pub(crate) fn explanation(page: &mut HtmlPage, data: &ReportData) -> Result<(), DrawingError> {
+    let verdict = &data.verdict;
+    if !explained::has_fractions(verdict) {
+        return Ok(());
+    }
+    let title = match verdict.verdict {
+        Answer::Partial => "What explains a part of the gap",
+        Answer::NoneOfCatalogue => "Nothing explains the gap",
+        Answer::Undecided => "What may explain the gap",
+        _ => "What explains the gap",
+    };
+    page.section(
+        title,
+        "From the gap of the model as given to what is left, on held-out data. Each bar is the \
+         fraction of the discrepancy, beyond that of the model's own runs, that comes back when that \
+         one is dropped from the corrected model and the others are fitted again.",
+    );
+    let steps = steps(verdict);
+    let levels = || steps.iter().flat_map(|step| [step.from, step.to]);
+    let (low, high) = (levels().fold(0.0, f64::min), levels().fold(1.0, f64::max));
+    let along = Along {
+        name: "fraction of the gap as given",
+        range: (low, 1.02 * high),
+        labels: 225.0,
+        notes: 160.0,
+        length: 560.0,
+        ..Along::shares()
+    };
+    page.markup(&format!("<figure>{}</figure>", waterfall::svg(&steps, &along)?));
+    if let Some(text) = joint_in_words(explained::jointly(verdict), verdict.effects.len()) {
+        page.markup(&format!("<p class=\"soft\">{text}</p>"));
+    }
+    if verdict.effects.is_empty() {
+        return Ok(());
+    }
+    table(page, verdict);
+    Ok(())
+}
+
+/// Bars from the gap as given to what is left.
+fn steps(verdict: &Verdict) -> Vec<WaterfallStep> {
+    let mut level = 1.0;
+    let mut steps = vec![WaterfallStep {
+        label: "gap as given".to_owned(),
+        from: 0.0,
+        to: level,
+        colour: MODEL,
+        note: words::gap(&verdict.gap_before),
+    }];
+    let mut explain = |label: String, fraction: f64, colour| {
+        let from = level;
+        level -= fraction;
+        steps.push(WaterfallStep { label, from, to: level, colour, note: percent(fraction) });
+    };
+    for finding in &verdict.effects {
+        let colour = match finding.kind {
+            FindingKind::Effect => CORRECTED,
+            FindingKind::Parameter => PARAMETER,
+        };
+        explain(label(finding), explained::beside_others(finding), colour);
+    }
+    let joint = explained::jointly(verdict);
+    if joint != 0.0 && !verdict.effects.is_empty() {
+        let name = if joint > 0.0 { "jointly" } else { "counted twice" };
+        explain(name.to_owned(), joint, JOINTLY);
+    }
+    let left = &verdict.unexplained;
+    let significant = if left.is_significant { ", significant" } else { "" };
+    steps.push(WaterfallStep {
+        label: "unexplained".to_owned(),
+        from: 0.0,
+        to: left.fraction,
+        colour: LEFT,
+        note: format!("{}{significant}", percent(left.fraction)),
+    });
+    steps
+}
+
+/// The name of a finding, with the number of others that would do in its place.
+fn label(finding: &Finding) -> String {
+    match finding.confusable_with.as_slice() {
+        [] => finding.name.clone(),
+        [other] => format!("{} or {other}", finding.name),
+        others => format!("{} or {} others", finding.name, others.len()),
+    }
+}
+
+/// What the bar between the findings and what is left means.
+fn joint_in_words(joint: f64, findings: usize) -> Option<&'static str> {
+    match findings {
+        0 => None,
+        _ if joint < 0.0 => Some(
+            "Counted twice: what takes more than one of these to be explained comes back with each \
+             that is dropped.",
+        ),
+        _ if joint == 0.0 => None,
+        1 => Some(
+            "Jointly: what comes with values of the model that were fitted beside it, and stays \
+             explained by these when it is dropped.",
+        ),
+        _ => Some(
+            "Jointly: what more than one of these can explain, or values of the model fitted beside \
+             them, does not come back when one is dropped.",
+        ),
+    }
+}
+
+/// The numbers of all findings.
+fn table(page: &mut HtmlPage, verdict: &Verdict) {
+    let row = |finding: &Finding| {
+        let explained = finding.explained;
+        let fraction = |of: fn(&evpose_gap::verdict::Explained) -> f64| {
+            explained.as_ref().map_or_else(|| "-".to_owned(), |explained| percent(of(explained)))
+        };
+        let p = explained.map_or_else(|| "-".to_owned(), |e| words::probability(e.p));
+        let summary = words::summary(&finding.name).unwrap_or_default();
+        vec![
+            format!("{}<br>{}", named(finding), escape(summary)),
+            values(finding),
+            fraction(|explained| explained.alone),
+            fraction(|explained| explained.beside_others),
+            escape(&p),
+            short(finding.probability),
+            alike(finding),
+        ]
+    };
+    let rows: Vec<Vec<String>> = verdict.effects.iter().map(row).collect();
+    let header = [
+        "name",
+        "values with 90 % intervals",
+        "explains alone",
+        "beside the others",
+        "by chance",
+        "probability",
+        "cannot be told from",
+    ];
+    wrapped_table(page, &header, &rows);
+    page.markup(
+        "<p class=\"soft\">Alone: added to the model as given (add-one). Beside the others: dropped \
+         from the corrected model (drop-one). By chance: as much, if the model without it were true, \
+         from replicates of that model on this scene. Intervals are meant to hold the true value in \
+         nine of ten cases, and probabilities to be the fraction of names that are right: both as a \
+         part of the benchmark asks for that was drawn for this.</p>",
+    );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gap::example;
+
+    #[test]
+    fn bars_lead_from_the_whole_gap_to_what_is_left() {
+        let steps = steps(&example::verdict());
+        let labels: Vec<&str> = steps.iter().map(|step| step.label.as_str()).collect();
+        let expected =
+            ["gap as given", "leak_on or parasitic_photo_leak", "jointly", "unexplained"];
+        assert_eq!(labels, expected);
+        assert!(steps.windows(2).take(2).all(|pair| pair[0].to == pair[1].from), "{steps:?}");
+        let (joint, left) = (&steps[2], &steps[3]);
+        assert!(left.from == 0.0 && (joint.to - left.to).abs() < 1e-9, "{steps:?}");
+    }
+}

@@ -1,0 +1,50 @@
+//! What the corrected model leaves unexplained, and where it lies.
+
+use evpose_gap::report::ReportData;
+use evpose_gap::verdict::Answer;
+
+use super::explained;
+use crate::bars::{self, Along, Bar};
+use crate::colour::Colour;
+use crate::drawing::DrawingError;
+use crate::format::percent;
+use crate::gap::words;
+use crate::html::{HtmlPage, escape};
+
+/// Colour of what is left.
+const LEFT: Colour = (163, 38, 46);
+
+/// Section on what is left.
+pub(crate) fn unexplained(page: &mut HtmlPage, data: &ReportData) -> Result<(), DrawingError> {
+    let left = &data.verdict.unexplained;
+    if data.verdict.verdict == Answer::NoGap || left.sentence.is_empty() {
+        return Ok(());
+    }
+    page.section("Unexplained", &explained::left_in_words(left));
+    if left.is_significant && !left.nearest_stage.is_empty() {
+        page.markup(&format!(
+            "<p>Of the parts of a camera, effects of the <b>{}</b> come closest to it.</p>",
+            escape(&left.nearest_stage)
+        ));
+    }
+    page.markup(&format!("<p class=\"say\">{}</p>", escape(&left.sentence)));
+    let mut shares: Vec<(&String, f64)> =
+        left.shares.iter().map(|(axis, share)| (axis, *share)).collect();
+    if shares.is_empty() {
+        return Ok(());
+    }
+    shares.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let bar = |(axis, share): (&String, f64)| Bar {
+        label: words::axis(axis),
+        value: share,
+        interval: None,
+        colour: LEFT,
+        note: percent(share),
+    };
+    let bars: Vec<Bar> = shares.into_iter().map(bar).collect();
+    page.markup(&format!(
+        "<h3>What is left, distinguished by</h3>{}",
+        bars::svg(&bars, &Along::shares())?
+    ));
+    Ok(())
+}
