@@ -86,7 +86,7 @@ impl Opened {
             let is_it = |f: &Finding| f.kind == FindingKind::Parameter && f.name == **name;
             self.row.effects.iter().any(is_it)
         };
-        self.truth.parameters.iter().all(|name| is_named(name)) && !self.is_wrong()
+        self.truth.parameters.iter().all(is_named) && !self.is_wrong()
     }
 
     fn is_home(&self) -> bool {
@@ -112,7 +112,7 @@ impl Opened {
         let is_explained = matches!(self.row.verdict, Answer::Parameter | Answer::Effects);
         if self.is_home() {
             let is_closed = is_explained || self.row.verdict == Answer::NoGap;
-            return !self.is_wrong() && !(is_closed && self.label.visible);
+            return !(self.is_wrong() || is_closed && self.label.visible);
         }
         let has_nothing = self.row.verdict == Answer::NoGap && !self.label.visible;
         has_nothing || !(is_explained || self.row.verdict == Answer::NoGap || self.is_wrong())

@@ -96,7 +96,7 @@ pub(super) fn unexplained(
     let of = |summary: &[f64]| discrepancy(&expected.deviations(objective.layout, summary));
     let replicates = (SCORE_RUNS..SCORE_RUNS + REPLICATES)
         .into_par_iter()
-        .map(|run| Ok(of(&*objective.run(model, run)?)))
+        .map(|run| Ok(of(&objective.run(model, run)?)))
         .collect::<Result<Vec<f64>, GapError>>()?;
     let (chance, deviation) = mean_and_deviation(&replicates);
     let z = (of(&objective.measured) - chance) / deviation.max(MIN_DEVIATION);

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use anyhow::Result;
 
+use super::names::{CONVENTIONS, Convention};
 use super::opened::Opened;
 use super::score::{Group, OutsideScores};
 use crate::gap::stats::Rate;
@@ -82,6 +83,11 @@ fn markdown(scores: &OutsideScores) -> String {
     text += "\n| strength | visible effects named |\n| --- | --- |\n";
     for (strength, recall) in &scores.strengths {
         text += &row(vec![strength.clone(), rate(recall)]);
+    }
+    text += "\nConventions of the generators, which are right where they are named:\n\n";
+    text += "| generator | name | reason |\n| --- | --- | --- |\n";
+    for Convention { generator, name, reason, .. } in CONVENTIONS {
+        text += &row([generator.name(), name, reason].map(str::to_owned).to_vec());
     }
     text
 }
