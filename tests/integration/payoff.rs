@@ -1,4 +1,4 @@
-//! What closing a gap is worth, in small.
+//! `evpose gap payoff`, with tiny settings.
 
 use crate::harness::{Sandbox, TINY, bytes, stderr};
 
@@ -33,7 +33,7 @@ fn sensor(effects: &str) -> String {
     )
 }
 
-/// What `evpose gap run` leaves, and the camera that was measured.
+/// Output of `evpose gap run`, and the camera that was measured.
 fn gap_run(sandbox: &Sandbox) {
     let leak = |rate: f64| sensor(&format!("[[effect]]\nname = \"leak_on\"\nrate_hz = {rate}\n"));
     std::fs::create_dir(sandbox.path("gap")).unwrap();

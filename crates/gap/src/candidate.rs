@@ -2,8 +2,8 @@
 //! the parameter values that they are tried at.
 
 use evpose_sensor::{
-    Catalogue, EffectConfig, ParamSpec, Prior, Scale, SensorConfig, Stage, StageSpec, Strength,
-    Subject, Value,
+    Catalogue, EffectConfig, ParamSpec, Prior, Scale, SensorConfig, Stage, StageRole, StageSpec,
+    Strength, Value,
 };
 
 /// Factor by which the search goes beyond the typical range of a parameter on either side.
@@ -62,7 +62,7 @@ impl Candidate {
     fn is_identifiable(self) -> bool {
         let is_other_law =
             matches!(self.spec.typical_stage(), Ok(Stage::Photoreceptor(_) | Stage::Detector(_)));
-        self.strength().is_some() && self.spec.search.subject == Subject::Camera && !is_other_law
+        self.strength().is_some() && self.spec.search.role == StageRole::Camera && !is_other_law
     }
 
     /// Name in the catalogue.

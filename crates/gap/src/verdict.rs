@@ -168,7 +168,7 @@ pub struct Verdict {
     pub verdict: Answer,
     /// Missing effects and wrong parameters, those that explain most first.
     pub effects: Vec<Finding>,
-    /// What the corrected model leaves; `remaining` in schema 1.
+    /// The part of the gap that is left; `remaining` in schema 1.
     #[serde(alias = "remaining")]
     pub unexplained: Unexplained,
     /// Gap of the model as given, on held-out data.

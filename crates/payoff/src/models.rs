@@ -32,7 +32,7 @@ pub(crate) struct Models {
     pub(crate) trained: Vec<NamedModel>,
     /// The measured camera, where its effects are known.
     pub(crate) camera: Option<SensorConfig>,
-    /// What the run found.
+    /// Findings of the run.
     pub(crate) findings: Findings,
 }
 

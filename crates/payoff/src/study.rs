@@ -50,7 +50,7 @@ pub(crate) struct Payoff {
     pub(crate) table: PairedTable,
     commit: &'static str,
     machine: Machine,
-    /// Wall time of this process, in seconds.
+    /// Elapsed time of this process, in seconds.
     elapsed_s: f64,
 }
 

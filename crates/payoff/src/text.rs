@@ -29,7 +29,7 @@ pub(crate) fn difference(interval: Option<Interval>, metric: &Metric) -> String 
     }
 }
 
-/// What the main metric says, in a sentence.
+/// Meaning of the main metric's difference, in a sentence.
 pub(crate) fn sentence(payoff: &Payoff) -> String {
     let Some(row) = payoff.table.rows.first() else { return "Nothing was measured.".to_owned() };
     let worth = difference(row.difference, &row.metric);

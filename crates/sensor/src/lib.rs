@@ -101,7 +101,7 @@ pub use recording_mark::RecordingMark;
 pub use registry::STAGES;
 pub use request::{Origin, Request};
 pub use run::SensorRun;
-pub use search_spec::{Onset, SceneSource, SearchSpec, SecondStrength, Subject, Substeps};
+pub use search_spec::{Onset, SceneSource, SearchSpec, SecondStrength, StageRole, Substeps};
 pub use settings::Settings;
 pub use signature::{Probe, Signature, Strength};
 pub use spec::{Citation, Domain, StageSpec};

@@ -1,6 +1,6 @@
 //! Marks that effects leave in the times and places of events.
 
-/// What an effect leaves in a recording, so that its parameters can be read off without a
+/// A mark of an effect in a recording, so that its parameters can be read off without a
 /// simulation. The stage has the [parameters](Self::parameters) that are read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum RecordingMark {

@@ -1,14 +1,14 @@
-//! What a search for missing effects must know of a stage, beside its parameters, its strength and
+//! Properties of a stage for the search for missing effects, beside its parameters, its strength and
 //! its domain.
 
 use crate::{CommonParameter, RecordingMark};
 
-/// What a search for missing effects must know of a stage. [`SearchSpec::PLAIN`] is right for most:
+/// Properties of a stage for the search for missing effects. [`SearchSpec::PLAIN`] is right for most:
 /// an effect of the camera whose parameters are found by simulating it.
 #[derive(Debug, Clone, Copy)]
 pub struct SearchSpec {
-    /// What the stage describes.
-    pub subject: Subject,
+    /// Role of the stage in a model.
+    pub role: StageRole,
     /// Those of its parameters that every model has a value of, with their keys.
     pub common: &'static [(CommonParameter, &'static str)],
     /// Choices of the physics: key, and the words that cameras differ in. All combinations are
@@ -25,13 +25,13 @@ pub struct SearchSpec {
     pub substeps: Option<Substeps>,
     /// How it sets in as its strength grows.
     pub onset: Onset,
-    /// What it leaves in a recording, from which parameters are read without a simulation.
+    /// Mark in a recording, from which parameters are read without a simulation.
     pub mark: Option<RecordingMark>,
     /// Parameters whose readings are rough, and which are therefore fitted as well.
     pub rough: &'static [&'static str],
-    /// Other effects that a recording without a scene does not tell from it.
+    /// Other effects that a recording without a scene does not distinguish from it.
     pub resembles: &'static [&'static str],
-    /// The common parameter that no recording tells it from.
+    /// The common parameter that no recording distinguishes from it.
     pub same_as: Option<CommonParameter>,
     /// Why a scene that was estimated from such a source cannot test the effect.
     pub hidden_by: &'static [(SceneSource, &'static str)],
@@ -42,7 +42,7 @@ pub struct SearchSpec {
 impl SearchSpec {
     /// An effect of the camera with nothing special about it.
     pub const PLAIN: Self = Self {
-        subject: Subject::Camera,
+        role: StageRole::Camera,
         common: &[],
         choices: &[],
         usual: &[],
@@ -64,12 +64,12 @@ impl SearchSpec {
     }
 }
 
-/// What a stage describes.
+/// Role of a stage in a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Subject {
+pub enum StageRole {
     /// The event camera.
     Camera,
-    /// What every model has: its parameters are refitted before effects are tried.
+    /// Part of every model: its parameters are refitted before effects are tried.
     EveryModel,
     /// How the frames of a scene were taken.
     Scene,
@@ -106,7 +106,7 @@ pub enum Onset {
     Sudden,
 }
 
-/// Where an estimated scene comes from.
+/// Source of an estimated scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SceneSource {
     /// The camera's own frames: coarse in time, through the same lens, with a response curve that

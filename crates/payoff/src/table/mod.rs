@@ -54,7 +54,7 @@ pub struct Row {
     pub fraction_of_upper_bound: Option<Interval>,
 }
 
-/// What a difference says.
+/// Meaning of a difference.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Worth {

@@ -1,4 +1,4 @@
-//! Fractions of a gap that effects and parameters explain, in numbers and words.
+//! Fractions of a gap that effects and parameters explain, as values and sentences.
 
 use evpose_gap::verdict::{Answer, Finding, Unexplained, Verdict};
 
@@ -19,7 +19,7 @@ pub(crate) fn beside_others(finding: &Finding) -> f64 {
     finding.explained.map_or(0.0, |explained| explained.beside_others)
 }
 
-/// What neither a single finding nor what is left accounts for: positive, what several findings
+/// The part that neither a single finding nor the rest accounts for: positive, what several findings
 /// explain only jointly, since each can stand in for another; negative, what is counted with more
 /// than one of them, since it takes them all. Zero if too little to be mentioned.
 pub(crate) fn jointly(verdict: &Verdict) -> f64 {
@@ -43,7 +43,7 @@ pub(crate) fn line(verdict: &Verdict) -> String {
     text + &format!("; unexplained {}{significant}", percent(left.fraction))
 }
 
-/// What is left, as a sentence.
+/// The part that is left, as a sentence.
 pub(crate) fn left_in_words(left: &Unexplained) -> String {
     let fraction = match left.fraction.is_finite() {
         true => format!("{} of the discrepancy", percent(left.fraction)),

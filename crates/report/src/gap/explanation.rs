@@ -19,7 +19,7 @@ const PARAMETER: Colour = (201, 152, 32);
 const JOINTLY: Colour = (168, 205, 190);
 const LEFT: Colour = (163, 38, 46);
 
-/// The waterfall, and the numbers under it.
+/// The waterfall, and the table under it.
 pub(crate) fn explanation(page: &mut HtmlPage, data: &ReportData) -> Result<(), DrawingError> {
     let verdict = &data.verdict;
     if !explained::has_fractions(verdict) {
@@ -107,7 +107,7 @@ fn label(finding: &Finding) -> String {
     }
 }
 
-/// What the bar between the findings and what is left means.
+/// Meaning of the bar between the findings and what is left.
 fn joint_in_words(joint: f64, findings: usize) -> Option<&'static str> {
     match findings {
         0 => None,
@@ -127,7 +127,7 @@ fn joint_in_words(joint: f64, findings: usize) -> Option<&'static str> {
     }
 }
 
-/// The numbers of all findings.
+/// The table of all findings.
 fn table(page: &mut HtmlPage, verdict: &Verdict) {
     let row = |finding: &Finding| {
         let explained = finding.explained;
@@ -154,7 +154,7 @@ fn table(page: &mut HtmlPage, verdict: &Verdict) {
         "beside the others",
         "by chance",
         "probability",
-        "cannot be told from",
+        "cannot be distinguished from",
     ];
     wrapped_table(page, &header, &rows);
     page.markup(

@@ -38,7 +38,7 @@ fn answer(verdict: &Verdict) -> Vec<String> {
     if verdict.verdict == Answer::Undecided
         && let Some(alternatives) = words::alternatives(verdict)
     {
-        let text = format!("the recording does not tell apart: {alternatives}");
+        let text = format!("the recording does not distinguish: {alternatives}");
         lines.extend(wrapped("", &text, 2, 2));
     }
     for (i, finding) in verdict.effects.iter().enumerate() {
@@ -272,7 +272,7 @@ mod tests {
             let lines = lines(&ReportData::from_verdict(verdict.clone())).join("\n");
             lines + &words::meaning(verdict)
         };
-        assert!(said(&verdict).contains("tell apart: leak_on or parasitic_photo_leak"));
+        assert!(said(&verdict).contains("not distinguish: leak_on or parasitic_photo_leak"));
         verdict.effects.clear();
         let text = said(&verdict);
         assert!(text.contains("No cause is clear enough"), "{text}");

@@ -15,7 +15,7 @@ fn a_page_holds_everything_and_needs_no_other_file() {
         "leak_on added",
         "by the logarithm",
         "What explains the gap",
-        "cannot be told from",
+        "cannot be distinguished from",
         "4% of the discrepancy is left",
         "with no effect",
         "leak_on and parasitic_photo_leak",

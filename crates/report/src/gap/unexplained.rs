@@ -1,4 +1,4 @@
-//! What the corrected model leaves unexplained, and where it lies.
+//! The part of the gap that the corrected model leaves unexplained, and its location.
 
 use evpose_gap::report::ReportData;
 use evpose_gap::verdict::Answer;

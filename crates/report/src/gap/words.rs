@@ -94,7 +94,7 @@ pub fn meaning(verdict: &Verdict) -> String {
         ),
         Answer::Undecided => match alternatives(verdict) {
             Some(alternatives) => {
-                format!("{differ} The recording does not tell apart: {alternatives}.")
+                format!("{differ} The recording does not distinguish: {alternatives}.")
             }
             None => format!("{differ} No cause is clear enough to be named."),
         },
@@ -197,7 +197,7 @@ pub fn axis(name: &str) -> String {
     name.split(" x ").map(words).collect::<Vec<_>>().join(" x ")
 }
 
-/// Subject of a block of statistics.
+/// Property that a block of statistics measures.
 pub fn block(block: StatisticBlock) -> &'static str {
     match block {
         StatisticBlock::Quiet => "pixels at rest",

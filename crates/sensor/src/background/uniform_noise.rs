@@ -18,7 +18,7 @@
 use evpose_core::{Polarity, SensorSize, StageNoise};
 
 use super::{BackgroundStage, exponential, uniform};
-use crate::search_spec::{SearchSpec, Subject};
+use crate::search_spec::{SearchSpec, StageRole};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
@@ -67,7 +67,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         beside: &[],
     },
     search: SearchSpec {
-        subject: Subject::EveryModel,
+        role: StageRole::EveryModel,
         common: &[(CommonParameter::NoiseOn, "on_hz"), (CommonParameter::NoiseOff, "off_hz")],
         mark: Some(RecordingMark::RandomRest),
         resembles: &["shot_noise_poisson"],

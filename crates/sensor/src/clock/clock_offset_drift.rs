@@ -9,7 +9,7 @@
 use evpose_core::StageNoise;
 
 use super::ClockStage;
-use crate::search_spec::{SearchSpec, Subject};
+use crate::search_spec::{SearchSpec, StageRole};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
@@ -57,7 +57,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         beside: &[],
     },
     search: SearchSpec {
-        subject: Subject::EveryModel,
+        role: StageRole::EveryModel,
         common: &[(CommonParameter::ClockOffset, "offset_us")],
         ..SearchSpec::PLAIN
     },

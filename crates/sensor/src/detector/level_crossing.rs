@@ -11,7 +11,7 @@
 use evpose_core::{Polarity, StageNoise};
 
 use super::{Change, ChangeDetector, PixelStep, THRESHOLD_OFF, THRESHOLD_ON};
-use crate::search_spec::{SearchSpec, Subject};
+use crate::search_spec::{SearchSpec, StageRole};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::{Citation, CommonParameter, Domain, StageSpec};
@@ -37,7 +37,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         beside: &[],
     },
     search: SearchSpec {
-        subject: Subject::EveryModel,
+        role: StageRole::EveryModel,
         common: &[
             (CommonParameter::ThresholdOn, "threshold_on"),
             (CommonParameter::ThresholdOff, "threshold_off"),

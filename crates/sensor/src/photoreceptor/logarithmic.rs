@@ -11,7 +11,7 @@
 
 use super::Photoreceptor;
 use crate::natural_log::ln;
-use crate::search_spec::{SearchSpec, Subject};
+use crate::search_spec::{SearchSpec, StageRole};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::{Citation, CommonParameter, Domain, ParamSpec, Prior, Scale, StageSpec};
@@ -48,7 +48,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         beside: &[],
     },
     search: SearchSpec {
-        subject: Subject::EveryModel,
+        role: StageRole::EveryModel,
         common: &[(CommonParameter::DarkOffset, "dark_offset")],
         ..SearchSpec::PLAIN
     },
