@@ -99,7 +99,10 @@ fn median_lag_us(
             let pixel = usize::from(event.y) * width + usize::from(event.x);
             let times = reference_scene.expected.times(pixel, event.polarity.is_on());
             let now = up(event.t).0;
-            let lags = times.iter().map(|t_us| now - up(Micros(*t_us)).0);
+            // Moving keeps the order of times, so that the nearest is one of two neighbours.
+            let next = times.partition_point(|t_us| up(Micros(*t_us)).0 < now);
+            let neighbours = [next.checked_sub(1).and_then(|i| times.get(i)), times.get(next)];
+            let lags = neighbours.into_iter().flatten().map(|t_us| now - up(Micros(*t_us)).0);
             lags.min_by_key(|lag| lag.abs())
         })
         .collect();
