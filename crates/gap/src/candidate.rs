@@ -62,7 +62,12 @@ impl Candidate {
     fn is_identifiable(self) -> bool {
         let is_other_law =
             matches!(self.spec.typical_stage(), Ok(Stage::Photoreceptor(_) | Stage::Detector(_)));
-        self.strength().is_some() && self.spec.search.role == StageRole::Camera && !is_other_law
+        let is_part = match self.spec.search.role {
+            StageRole::Camera => true,
+            StageRole::EveryModel => self.spec.search.own.is_some(),
+            StageRole::Scene => false,
+        };
+        self.strength().is_some() && is_part && !is_other_law
     }
 
     /// Name in the catalogue.
@@ -72,15 +77,19 @@ impl Candidate {
 
     /// The first parameter that makes the effect stronger.
     fn strength(self) -> Option<&'static ParamSpec> {
+        let spec = self.spec;
+        if let Some(own) = spec.search.own {
+            return spec.params.iter().find(|param| param.name == own);
+        }
         let names = match self.spec.signature.strength {
             Strength::Rising(names) | Strength::RisingAlone(names) | Strength::Falling(names) => {
                 names
             }
             Strength::Unchanging | Strength::FromFiles => return None,
         };
-        let spec = self.spec;
         let first = names.first().and_then(|name| spec.params.iter().find(|p| p.name == *name))?;
-        matches!(first.prior, Prior::Typical(..)).then_some(first)
+        let is_searched = spec.search.reach.iter().any(|(name, _)| *name == first.name);
+        (is_searched || matches!(first.prior, Prior::Typical(..))).then_some(first)
     }
 
     /// All variants, grouped by form: every combination of choices that change the physics, and
@@ -88,13 +97,14 @@ impl Candidate {
     /// parameters; the first has the fewest.
     pub fn trials(self) -> Vec<Vec<Trial>> {
         let Some(strength) = self.strength() else { return Vec::new() };
-        let is_alone = matches!(self.spec.signature.strength, Strength::RisingAlone(_));
+        let is_own = self.spec.search.own.is_some();
+        let is_alone = is_own || matches!(self.spec.signature.strength, Strength::RisingAlone(_));
         let typical = if is_alone { EffectConfig::new(self.name()) } else { self.spec.typical() };
         let mut heads = vec![strength];
         let second = self.spec.search.second_strength;
         let is_second = |p: &ParamSpec| second.is_some_and(|second| p.name == second.param);
         heads.extend(self.spec.params.iter().filter(|p| is_second(p)));
-        if is_alone {
+        if is_alone && !is_own {
             let others = self.spec.params.iter().filter(|p| p.name != strength.name);
             heads.extend(others.filter(|p| matches!(p.prior, Prior::Typical(..))));
         }
@@ -182,7 +192,15 @@ impl Trial {
         let head = self.params[0];
         let limits = limits(self.spec, head);
         (0..STRENGTHS)
-            .map(|i| head.between(limits, i as f64 / (STRENGTHS - 1) as f64))
+            .map(|i| i as f64 / (STRENGTHS - 1) as f64)
+            .map(|fraction| match (head.scale, limits) {
+                // Denser around zero: a quantity of two signs may be small.
+                (Scale::Linear, (low, high)) if low < 0.0 && high > 0.0 => {
+                    let signed = 2.0 * fraction - 1.0;
+                    signed * signed.abs() * if signed < 0.0 { -low } else { high }
+                }
+                _ => head.between(limits, fraction),
+            })
             .filter(|value| Some(*value) != head.neutral)
             .collect()
     }
@@ -235,8 +253,18 @@ impl Trial {
             let is_other = |name: &str| self.catalogue.find(name).is_some_and(is_readout);
             config.effects.retain(|effect| !is_other(&effect.name));
         }
-        config.effects.retain(|effect| effect.name != self.effect.name);
-        config.effects.push(self.effect.clone());
+        let mut effect = self.effect.clone();
+        if self.spec.search.own.is_some()
+            && let Some(known) = config.effect(&effect.name)
+        {
+            // The parameters that every model has stay as they are.
+            effect.params.extend(known.params.iter().filter_map(|(key, value)| {
+                let is_new = self.params.iter().all(|param| param.name != *key);
+                is_new.then(|| (key.clone(), value.clone()))
+            }));
+        }
+        config.effects.retain(|known| known.name != effect.name);
+        self.catalogue.insert(&mut config, effect);
         if let Some(substeps) = self.spec.search.substeps {
             config.divide_steps(substeps.screened);
         }
@@ -256,9 +284,12 @@ pub(crate) fn without_effect(
     model
 }
 
-/// Search range of a parameter of an effect: its typical range extended on both sides, within the
-/// range that the stage accepts.
+/// Search range of a parameter of an effect: the one that its entry asks for, or its typical range
+/// extended on both sides, within the range that the stage accepts.
 pub fn limits(spec: &StageSpec, param: &ParamSpec) -> (f64, f64) {
+    if let Some((_, range)) = spec.search.reach.iter().find(|(name, _)| *name == param.name) {
+        return *range;
+    }
     let (low, high) = match param.prior {
         Prior::Typical(low, high) => (low, high),
         Prior::Fixed => param.range,

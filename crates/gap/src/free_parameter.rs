@@ -1,6 +1,6 @@
 //! Free parameters of a fit, on scales on which summary statistics change about linearly.
 
-use evpose_sensor::{Catalogue, ParamSpec, Scale, SensorConfig, StageSpec};
+use evpose_sensor::{Catalogue, ParamSpec, Prior, Scale, SensorConfig, StageSpec};
 
 use crate::candidate::{Trial, limits};
 use crate::parameters::ModelParameter;
@@ -58,10 +58,7 @@ impl FreeParameter {
             Self::Model(parameter) => parameter.steps(from, to),
             Self::Effect(spec, param) => match param.scale {
                 Scale::Log => (to / from).ln() / LOG_STEP_RATIO.ln(),
-                Scale::Linear => {
-                    let (low, high) = limits(spec, param);
-                    (to - from) * LINEAR_STEPS / (high - low)
-                }
+                Scale::Linear => (to - from) / linear_step(spec, param),
             },
         }
     }
@@ -90,7 +87,7 @@ impl FreeParameter {
                 let (low, high) = limits(spec, param);
                 let value = match param.scale {
                     Scale::Log => value.max(low) * LOG_STEP_RATIO.powf(steps),
-                    Scale::Linear => value + (high - low) / LINEAR_STEPS * steps,
+                    Scale::Linear => value + linear_step(spec, param) * steps,
                 };
                 let value = value.clamp(low, high);
                 for effect in stepped.effects.iter_mut().filter(|effect| effect.name == spec.name) {
@@ -117,6 +114,17 @@ impl FreeParameter {
             Self::Effect(..) => 20.0,
         }
     }
+}
+
+/// Step of a parameter on a linear scale: of one that is searched far beyond what is typical, the
+/// geometric mean of the steps of both ranges.
+fn linear_step(spec: &StageSpec, param: &ParamSpec) -> f64 {
+    let (low, high) = limits(spec, param);
+    let typical = match param.prior {
+        Prior::Typical(low, high) => high - low,
+        Prior::Fixed => high - low,
+    };
+    ((high - low) * typical.min(high - low)).sqrt() / LINEAR_STEPS
 }
 
 #[cfg(test)]

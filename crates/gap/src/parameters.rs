@@ -91,7 +91,7 @@ impl ModelParameter {
             if value == 0.0 {
                 return;
             }
-            model.effects.push(EffectConfig::new(name));
+            Catalogue::default().insert(model, EffectConfig::new(name));
         }
         for effect in model.effects.iter_mut().filter(|effect| effect.name == name) {
             *effect = effect.clone().with(key, value);

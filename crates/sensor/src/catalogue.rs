@@ -3,7 +3,8 @@
 use std::fmt;
 
 use crate::{
-    CommonParameter, RecordingMark, STAGES, SensorConfig, SensorError, SensorModel, StageSpec,
+    CommonParameter, EffectConfig, RecordingMark, STAGES, SensorConfig, SensorError, SensorModel,
+    StageSpec,
 };
 
 /// The effects that names in configurations stand for: by default [`STAGES`], the built-in ones. A
@@ -34,6 +35,21 @@ impl Catalogue {
     /// The effects that leave `mark` in a recording, in the order of the catalogue.
     pub fn with_mark(self, mark: RecordingMark) -> impl Iterator<Item = &'static StageSpec> {
         self.stages.iter().filter(move |spec| spec.search.mark == Some(mark)).copied()
+    }
+
+    /// Adds an effect to a configuration, before those of its domain that come later in the
+    /// catalogue: stamps are rounded when nothing delays them any more.
+    pub fn insert(self, config: &mut SensorConfig, effect: EffectConfig) {
+        let place = |name: &str| self.stages.iter().position(|spec| spec.name == name);
+        let own = place(&effect.name);
+        let is_later = |other: &EffectConfig| match (own, place(&other.name)) {
+            (Some(own), Some(other)) => {
+                own < other && self.stages[own].domain == self.stages[other].domain
+            }
+            _ => false,
+        };
+        let before = config.effects.iter().position(is_later).unwrap_or(config.effects.len());
+        config.effects.insert(before, effect);
     }
 
     /// Builds the chain of a configuration whose names are those of this catalogue.

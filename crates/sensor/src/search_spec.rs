@@ -11,6 +11,9 @@ pub struct SearchSpec {
     pub role: StageRole,
     /// Those of its parameters that every model has a value of, with their keys.
     pub common: &'static [(CommonParameter, &'static str)],
+    /// The parameter of a stage of every model that is tried like an effect: it is refitted only
+    /// where the search has found it.
+    pub own: Option<&'static str>,
     /// Choices of the physics: key, and the words that cameras differ in. All combinations are
     /// tried. Choices that are not listed follow conventions of simulators and stay as they are.
     pub choices: &'static [(&'static str, &'static [&'static str])],
@@ -21,6 +24,10 @@ pub struct SearchSpec {
     /// Parameters whose typical values are those of sensors of a million pixels: in a small one
     /// they serve fewer pixels and are searched far beyond.
     pub per_sensor: &'static [&'static str],
+    /// Parameters that are searched over more than what is typical of cameras, with the range:
+    /// programs that make recordings, and light that is known badly, have values that no camera
+    /// has.
+    pub reach: &'static [(&'static str, (f64, f64))],
     /// Substeps that it needs, if it is faster than the frames of a scene.
     pub substeps: Option<Substeps>,
     /// How it sets in as its strength grows.
@@ -44,10 +51,12 @@ impl SearchSpec {
     pub const PLAIN: Self = Self {
         role: StageRole::Camera,
         common: &[],
+        own: None,
         choices: &[],
         usual: &[],
         second_strength: None,
         per_sensor: &[],
+        reach: &[],
         substeps: None,
         onset: Onset::OfDomain,
         mark: None,

@@ -100,6 +100,10 @@ pub(crate) struct InputArgs {
     /// Fewer replicates for probabilities and maps; the identification is the same
     #[arg(long)]
     pub(crate) quick: bool,
+    /// Seconds that the search may take: it then names what it has found. By default it ends by
+    /// itself; with a budget the result depends on the speed of the machine
+    #[arg(long, value_name = "SECONDS")]
+    pub(crate) budget: Option<f64>,
     /// CPU threads; all cores by default. The result does not depend on it
     #[arg(long)]
     pub(crate) threads: Option<usize>,

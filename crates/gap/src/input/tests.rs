@@ -73,6 +73,29 @@ fn a_scene_directory_becomes_planes_of_light() {
     assert!(loaded.notes[0].contains("`lens` is not used"));
 }
 
+#[test]
+fn float_frames_of_bytes_without_a_stated_white_are_fractions_of_white() {
+    let dir = tempfile::tempdir().unwrap();
+    let write = |values: [f32; 3]| {
+        fs::write(dir.path().join("scene.json"), JSON).unwrap();
+        let header = "{'descr': '<f4', 'fortran_order': False, 'shape': (21, 3, 4), }";
+        let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+        bytes.extend((header.len() as u16).to_le_bytes());
+        bytes.extend(header.as_bytes());
+        for k in 0..21 * 12 {
+            bytes.extend(values[k % 3].to_le_bytes());
+        }
+        fs::write(dir.path().join("frames.npy"), bytes).unwrap();
+        load_scene(dir.path()).unwrap()
+    };
+    let light = |loaded: &LoadedScene| loaded.scene.planes()[3].data()[1];
+    let loaded = write([20.0, 51.0, 230.0]);
+    assert!((light(&loaded) - 0.2).abs() < 1e-6);
+    assert!(loaded.notes[0].contains("`white` is not stated: it is taken to be 255"));
+    assert!((light(&write([20.0, 51.0, 510.0])) - 0.1).abs() < 1e-6);
+    assert_eq!(light(&write([0.1, 0.9, 1.5])), 0.9);
+}
+
 /// A grey image of 4 x 3 pixels, a fifth of white.
 const PNG: &[u8] =
     b"\x89PNG\x0d\x0a\x1a\x0a\x00\x00\x00\x0dIHDR\x00\x00\x00\x04\x00\x00\x00\x03\x08\x00\x00\

@@ -21,6 +21,10 @@ const MIN_FRACTION: f64 = 0.04;
 /// others: a model of a camera is never complete, and what it lacks is absorbed in part by effects
 /// that have nothing to do with it.
 const MIN_FRACTION_OF_REST: f64 = 0.15;
+/// Further fraction for each unit of what it makes worse relative to what it makes better: an
+/// effect that absorbs what is not its own makes other statistics worse, which a missing one does
+/// not.
+const MIN_FRACTION_IF_WORSENED: f64 = 0.3;
 /// The same to be tried: before the others are found, an effect explains less of what is left.
 const MIN_FRACTION_TO_TRY: f64 = 0.06;
 /// Minimum decrease of the discrepancy: tolerances of statistics are not known to less.
@@ -52,7 +56,8 @@ impl Worth {
 
 /// Whether an effect explains enough beside all others to be named.
 pub(super) fn is_worth_a_name(worth: &Worth) -> bool {
-    explains(worth, MIN_FRACTION_OF_REST)
+    let min_fraction = MIN_FRACTION + MIN_FRACTION_IF_WORSENED * worth.difference.worsened;
+    explains(worth, MIN_FRACTION_OF_REST) && worth.fraction() >= min_fraction
 }
 
 /// Whether an effect explains enough to be tried beside others that are yet to be found.

@@ -30,6 +30,8 @@ pub(super) struct SearchResults {
     pub(super) compared: Vec<Compared>,
     pub(super) parameters: Vec<(ModelParameter, Worth)>,
     pub(super) excess: f64,
+    /// Whether the search ended because its time was over.
+    pub(super) is_cut: bool,
 }
 
 /// Turns the result of the search into an identification.
@@ -40,8 +42,16 @@ pub(super) fn explain(
     splits: &DataSplits<'_>,
     results: SearchResults,
 ) -> Result<Identification, GapError> {
-    let SearchResults { before, refitted, selection, dropped, compared, parameters, excess } =
-        results;
+    let SearchResults {
+        before,
+        refitted,
+        selection,
+        dropped,
+        compared,
+        parameters,
+        excess,
+        is_cut,
+    } = results;
     let after = selection.held_out.clone();
     let mut added_effects = Vec::new();
     for ((effect, dropped), compared) in selection.effects.iter().zip(dropped).zip(compared) {
@@ -58,6 +68,7 @@ pub(super) fn explain(
             alone: (before.discrepancy - alone.discrepancy) / excess.max(1e-9),
             beside_others: dropped.worth.fraction(),
             p: dropped.worth.difference.p,
+            worsened: dropped.worth.difference.worsened,
         };
         let fit = Fit { model: selection.model.clone(), discrepancy: selection.train_discrepancy };
         let candidate = FittedCandidate { name: effect.candidate.name, fit, trial };
@@ -82,6 +93,7 @@ pub(super) fn explain(
                 alone: (before.discrepancy - alone.discrepancy) / excess.max(1e-9),
                 beside_others: worth.fraction(),
                 p: worth.difference.p,
+                worsened: worth.difference.worsened,
             },
         });
     }
@@ -96,6 +108,7 @@ pub(super) fn explain(
         after,
         changed_parameters,
         left: Left { fraction, p: left.p },
+        is_cut,
     })
 }
 
@@ -116,6 +129,7 @@ impl Identification {
             added_effects: Vec::new(),
             changed_parameters: Vec::new(),
             left: Left { fraction: 1.0, p: left.p },
+            is_cut: false,
             before,
         })
     }

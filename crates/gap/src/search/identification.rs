@@ -2,6 +2,7 @@
 
 use evpose_sensor::SensorConfig;
 
+use super::budget::Budget;
 use crate::candidate::Trial;
 use crate::fit::Fit;
 use crate::parameters::ModelParameter;
@@ -20,6 +21,8 @@ pub struct DataSplits<'a> {
     pub train: Objective<'a>,
     /// The held-out data that models are scored on.
     pub held_out: Objective<'a>,
+    /// Time that the search may take; none if it ends by itself.
+    pub budget: Option<Budget>,
 }
 
 impl DataSplits<'_> {
@@ -70,6 +73,10 @@ pub struct ExplainedFraction {
     pub beside_others: f64,
     /// Probability of as much if the model without it were true, from replicates.
     pub p: f64,
+    /// What it makes worse beside all others, as a fraction of what it makes better: the sums of
+    /// the losses of statistics that rise and of those that fall. A missing effect makes hardly
+    /// anything worse.
+    pub worsened: f64,
 }
 
 /// A parameter of the model that differs from its given value.
@@ -127,4 +134,6 @@ pub struct Identification {
     pub changed_parameters: Vec<ChangedParameter>,
     /// Part of the gap that the corrected model leaves.
     pub left: Left,
+    /// Whether the search ended because its time was over.
+    pub is_cut: bool,
 }

@@ -65,15 +65,25 @@ impl DataSplits<'_> {
         let mut without_offset = selection.model.clone();
         let offset = ModelParameter::ClockOffset;
         offset.set(&mut without_offset, offset.value(model));
-        let starts = [unfitted, without_offset];
+        // Nor are wrong thresholds what makes fewer events: start with the offset alone as well.
+        let mut offset_alone = unfitted.clone();
+        offset.set(&mut offset_alone, offset.value(&selection.model));
+        let starts = [unfitted, without_offset, offset_alone];
+        let mut is_cut = false;
         while selection.effects.len() < MAX_EFFECTS && !is_within_tolerance(&selection.held_out) {
+            if self.budget.is_some_and(|budget| !budget.allows_finding()) {
+                is_cut = true;
+                break;
+            }
             progress(&format!("adding an effect to: {}", names(&selection)));
             if !forward.step(&mut selection, &starts)? {
                 break;
             }
         }
         progress(&format!("testing: {}", names(&selection)));
-        swap(self, &mut selection)?;
+        if self.budget.is_none_or(|budget| budget.allows_rivals()) {
+            swap(self, &mut selection)?;
+        }
         selection.refine(self, model)?;
         selection.fit_together(self, FINAL_ROUNDS)?;
         let tried = proposals.len();
@@ -86,7 +96,16 @@ impl DataSplits<'_> {
         progress("what each effect explains");
         explain(
             self,
-            SearchResults { before, refitted, selection, dropped, compared, parameters, excess },
+            SearchResults {
+                before,
+                refitted,
+                selection,
+                dropped,
+                compared,
+                parameters,
+                excess,
+                is_cut,
+            },
         )
     }
 

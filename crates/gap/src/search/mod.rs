@@ -18,6 +18,7 @@
 //! Whether a difference is significant is decided by replicates on the scene at hand
 //! (`significance`).
 
+mod budget;
 mod candidate_fit;
 mod decision;
 mod direct_estimates;
@@ -36,6 +37,7 @@ mod significance;
 mod stepwise;
 mod swap_move;
 
+pub use budget::Budget;
 pub use decision::{gap_closed, is_within_tolerance};
 pub use identification::{
     AddedEffect, ChangedParameter, Contender, DataSplits, ExplainedFraction, FittedCandidate,

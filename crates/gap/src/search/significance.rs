@@ -19,7 +19,7 @@ use evpose_stats::moments::mean_and_deviation;
 use rayon::prelude::*;
 
 use super::identification::SCORE_RUNS;
-use crate::compare::{Expectation, discrepancy, rho_of_chance};
+use crate::compare::{Expectation, discrepancy, rho, rho_of_chance};
 use crate::{GapError, Objective};
 
 /// Replicates of the model that would be rejected.
@@ -35,6 +35,9 @@ pub(super) struct Difference {
     pub(super) gain: f64,
     /// Probability of such a gain if the first model were true.
     pub(super) p: f64,
+    /// Losses of the statistics that the second model explains worse, as a fraction of the
+    /// decreases of those that it explains better.
+    pub(super) worsened: f64,
 }
 
 impl Difference {
@@ -67,11 +70,22 @@ pub(super) fn difference(
     let (mean, deviation) = mean_and_deviation(&replicates);
     let deviation = deviation.max(MIN_DEVIATION);
     let gain = gain_of(&objective.measured);
+    let losses = |expected: &Expectation| -> Vec<f64> {
+        let deviations = expected.deviations(layout, &objective.measured);
+        deviations.iter().map(|z| rho(z * z)).collect()
+    };
+    let changes: Vec<f64> = losses(&expected[0])
+        .iter()
+        .zip(losses(&expected[1]))
+        .map(|(first, second)| first - second)
+        .collect();
+    let better: f64 = changes.iter().map(|change| change.max(0.0)).sum();
+    let worsened = (better - gain) / better.max(1e-9);
     let compared = expected[1].mean.iter().filter(|mean| mean.is_finite()).count().max(1) as f64;
     let left = of(&expected[1], &objective.measured) / (compared * rho_of_chance());
     let z = (gain - mean) / (deviation * left.max(1.0));
     // Tails of few replicates are wider than normal ones: Student's t would be exact for them.
-    Ok(Difference { gain, p: normal_upper_tail(z * student_factor(z)) })
+    Ok(Difference { gain, p: normal_upper_tail(z * student_factor(z)), worsened })
 }
 
 /// Discrepancy that a model leaves beyond that of its own runs.
@@ -129,8 +143,8 @@ mod tests {
 
     #[test]
     fn the_level_is_divided_by_the_candidates() {
-        let found = Difference { gain: 50.0, p: 0.004 };
+        let found = Difference { gain: 50.0, p: 0.004, worsened: 0.0 };
         assert!(found.is_significant(0.05, 10) && !found.is_significant(0.05, 20));
-        assert!(!Difference { gain: -1.0, p: 0.0 }.is_significant(0.05, 1));
+        assert!(!Difference { gain: -1.0, p: 0.0, worsened: 1.0 }.is_significant(0.05, 1));
     }
 }

@@ -45,7 +45,11 @@ impl Forward<'_> {
     ) -> Result<bool, GapError> {
         let mut bases = vec![selection.model.clone()];
         if selection.effects.iter().all(|effect| effect.is_proven) {
-            bases.extend(starts.iter().filter(|start| **start != selection.model).cloned());
+            for start in starts {
+                if !bases.contains(start) {
+                    bases.push(start.clone());
+                }
+            }
         }
         let mut finalists = Vec::new();
         for base in &bases {

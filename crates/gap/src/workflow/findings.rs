@@ -144,7 +144,7 @@ fn parameter_finding(
 }
 
 fn explained(fraction: &ExplainedFraction) -> Explained {
-    let ExplainedFraction { alone, beside_others, p } = *fraction;
+    let ExplainedFraction { alone, beside_others, p, .. } = *fraction;
     Explained { alone, beside_others, p }
 }
 

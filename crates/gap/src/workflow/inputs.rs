@@ -7,7 +7,7 @@ use super::time_grid::{is_on_frame_grid, moved_to_frames};
 use super::{Model, prepared_in};
 use crate::input::Nominal;
 use crate::report::SECOND_RECORDING;
-use crate::search::DataSplits;
+use crate::search::{Budget, DataSplits};
 use crate::{GapError, Layout, Objective, ReferenceScene, Scene};
 
 /// Fraction of a single recording that is training data; the rest is held out.
@@ -124,6 +124,8 @@ pub struct Prepared {
     pub is_quick: bool,
     /// Assumptions, a line each.
     pub notes: Vec<String>,
+    /// Time that the search may take; none if it ends by itself.
+    pub budget: Option<Budget>,
     pub(super) begins_at_rest: bool,
     pub(super) screen: (ComparisonCase, ReferenceScene),
     pub(super) train: (ComparisonCase, ReferenceScene),
@@ -177,6 +179,7 @@ impl Prepared {
             seed: inputs.seed,
             is_quick: inputs.is_quick,
             notes,
+            budget: None,
             begins_at_rest: false,
         })
     }
@@ -190,6 +193,7 @@ impl Prepared {
             screen: self.objective(&self.screen, 2)?,
             train: self.objective(&self.train, 0)?,
             held_out: self.objective(&self.held_out, 1)?,
+            budget: self.budget,
         })
     }
 

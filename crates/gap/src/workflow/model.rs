@@ -134,7 +134,7 @@ fn value(config: &SensorConfig, parameter: CommonParameter) -> Option<f64> {
 fn set_value(config: &mut SensorConfig, parameter: CommonParameter, value: f64) {
     let (owner, key) = parameter.place();
     if config.effect(owner.name).is_none() {
-        config.effects.push(EffectConfig::new(owner.name));
+        Catalogue::default().insert(config, EffectConfig::new(owner.name));
     }
     for listed in config.effects.iter_mut().filter(|listed| listed.name == owner.name) {
         *listed = listed.clone().with(key, value);

@@ -117,6 +117,10 @@ pub fn outcome(
     progress("ablation");
     let ablation = ablation(splits, result, seed)?;
     let on_screen = |model: &SensorConfig| deviations(&splits.screen, model);
+    let cut = result.is_cut.then(|| {
+        "the search ended because its time (--budget) was over: there may be further effects"
+            .to_owned()
+    });
     let verdict = Verdict {
         schema: SCHEMA,
         verdict: result.answer,
@@ -132,7 +136,7 @@ pub fn outcome(
         untestable: limits.untestable,
         c2st_before: Some(c2st_before),
         c2st_after: Some(c2st_after),
-        notes: prepared.notes.clone(),
+        notes: prepared.notes.iter().cloned().chain(cut).collect(),
     };
     let sets = [("measured", &held_out.events), ("model", &runs[0]), ("corrected", &corrected[0])];
     let report = ReportData {

@@ -16,6 +16,8 @@ use crate::{GapError, ReferenceScene};
 /// that lie on it. Of evenly spread stamps as many lie on it as the first says.
 const PHASES: f64 = 0.015;
 const ON_GRID: f64 = 0.8;
+/// Fraction of time stamps at one phase that is a grid as well: something delays the others.
+const AT_ONE_PHASE: f64 = 0.2;
 /// Fewest events that show a grid.
 const MIN_EVENTS: usize = 500;
 /// Factor by which the phases of single lines are more concentrated than those of all if a readout
@@ -24,7 +26,7 @@ const BY_LINE: f64 = 2.0;
 /// Phases below this fraction of a frame may be just behind the frame before.
 const AMBIGUOUS: f64 = 0.05;
 
-/// Whether most time stamps lie at a few phases of the step of the scene.
+/// Whether most time stamps lie at a few phases of the step of the scene, or many at one.
 pub(super) fn is_on_frame_grid(events: &EventStream, step: Micros) -> bool {
     if events.len() < MIN_EVENTS || step.0 < 2 {
         return false;
@@ -35,7 +37,8 @@ pub(super) fn is_on_frame_grid(events: &EventStream, step: Micros) -> bool {
     let phases = ((PHASES * step.0 as f64).ceil() as usize).max(1);
     let on_grid: usize = counts.iter().take(phases).sum();
     (phases as f64) < ON_GRID * step.0 as f64
-        && on_grid as f64 >= ON_GRID * events.len() as f64
+        && (on_grid as f64 >= ON_GRID * events.len() as f64
+            || counts[0] as f64 >= AT_ONE_PHASE * events.len() as f64)
         && !is_by_line(events, step, counts[0])
 }
 
@@ -72,9 +75,12 @@ pub(super) fn moved_to_frames(
     phases.sort_by(f64::total_cmp);
     let median = phases.get(phases.len() / 2).copied().unwrap_or(0.0);
     let up = |t: Micros| Micros(-(-t.0).div_euclid(step.0) * step.0);
-    let is_behind = median > 0.0
-        && median < AMBIGUOUS
-        && 2 * median_lag_us(events, reference_scene, &up) >= step.0;
+    let is_behind = median > 0.0 && median < AMBIGUOUS && {
+        let lags = lags_us(events, reference_scene, &up);
+        let count = |lag_us: i64| lags.iter().filter(|lag| **lag == lag_us).count();
+        // What delays some events, such as a refractory period, does not move the most common lag.
+        count(step.0) > count(0)
+    };
     let moved = |event: Event| {
         let end = up(event.t);
         let is_late = is_behind && phase(&event) > 0.0 && end.0 > 0;
@@ -86,28 +92,25 @@ pub(super) fn moved_to_frames(
         .map_err(|error| GapError::Recording(error.to_string()))
 }
 
-/// Median lag of moved events behind the reference, whose stamps are moved in the same way.
-fn median_lag_us(
+/// Lags of moved events behind the nearest of the reference, whose stamps are moved in the same way,
+/// microseconds.
+fn lags_us(
     events: &EventStream,
     reference_scene: &ReferenceScene,
     up: &dyn Fn(Micros) -> Micros,
-) -> i64 {
+) -> Vec<i64> {
     let width = usize::from(events.sensor().width);
-    let mut lags: Vec<i64> = events
-        .iter()
-        .filter_map(|event| {
-            let pixel = usize::from(event.y) * width + usize::from(event.x);
-            let times = reference_scene.expected.times(pixel, event.polarity.is_on());
-            let now = up(event.t).0;
-            // Moving keeps the order of times, so that the nearest is one of two neighbours.
-            let next = times.partition_point(|t_us| up(Micros(*t_us)).0 < now);
-            let neighbours = [next.checked_sub(1).and_then(|i| times.get(i)), times.get(next)];
-            let lags = neighbours.into_iter().flatten().map(|t_us| now - up(Micros(*t_us)).0);
-            lags.min_by_key(|lag| lag.abs())
-        })
-        .collect();
-    lags.sort_unstable();
-    lags.get(lags.len() / 2).copied().unwrap_or(0)
+    let lag_us = |event: Event| {
+        let pixel = usize::from(event.y) * width + usize::from(event.x);
+        let times = reference_scene.expected.times(pixel, event.polarity.is_on());
+        let now = up(event.t).0;
+        // Moving keeps the order of times, so that the nearest is one of two neighbours.
+        let next = times.partition_point(|t_us| up(Micros(*t_us)).0 < now);
+        let neighbours = [next.checked_sub(1).and_then(|i| times.get(i)), times.get(next)];
+        let lags = neighbours.into_iter().flatten().map(|t_us| now - up(Micros(*t_us)).0);
+        lags.min_by_key(|lag| lag.abs())
+    };
+    events.iter().filter_map(lag_us).collect()
 }
 
 #[cfg(test)]

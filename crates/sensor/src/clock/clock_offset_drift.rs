@@ -28,7 +28,7 @@ const OFFSET: ParamSpec = ParamSpec {
 const DRIFT: ParamSpec = ParamSpec {
     name: "drift_ppm",
     unit: "ppm",
-    range: (-1e4, 1e4),
+    range: (-1e5, 1e5),
     scale: Scale::Linear,
     prior: Prior::Typical(-100.0, 100.0),
     neutral: Some(0.0),
@@ -59,6 +59,9 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     search: SearchSpec {
         role: StageRole::EveryModel,
         common: &[(CommonParameter::ClockOffset, "offset_us")],
+        own: Some("drift_ppm"),
+        // Frames that are played at another rate than the stated one run away by percents.
+        reach: &[("drift_ppm", (-5e4, 5e4))],
         ..SearchSpec::PLAIN
     },
     build: |settings| {

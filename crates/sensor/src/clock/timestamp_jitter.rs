@@ -1,11 +1,12 @@
 //! Stamps scatter, whatever made the event.
 //!
 //! # Model
-//! `t ← t + sigma_us N`. No stamp comes before what was delivered already: events at the very
-//! start of a step move to later times only.
+//! `either`: `t ← t + sigma_us N`. No stamp comes before what was delivered already: events at the
+//! very start of a step move to later times only.
+//! `late`: `t ← t + max(0, mean_us + sigma_us N)`, a latency that scatters, and is none at the least.
 //!
 //! # Source
-//! Joubert et al. 2021 (IEBCS): jitter of the latency, 10 us in their example.
+//! Joubert et al. 2021 (IEBCS): jitter of the latency, 10 us in their example, clipped at zero.
 
 use evpose_core::StageNoise;
 
@@ -14,7 +15,7 @@ use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
-use crate::{Citation, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
+use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
 
 const SIGMA: ParamSpec = ParamSpec {
     name: "sigma_us",
@@ -26,14 +27,30 @@ const SIGMA: ParamSpec = ParamSpec {
     doc: "standard deviation of stamps",
 };
 
+const MEAN: ParamSpec = ParamSpec {
+    name: "mean_us",
+    unit: "us",
+    range: (0.1, 1e5),
+    scale: Scale::Log,
+    prior: Prior::Typical(10.0, 1e3),
+    neutral: Some(0.0),
+    doc: "mean of the latency where stamps are late, before it is clipped at zero",
+};
+
+const SIDE: ChoiceSpec = ChoiceSpec {
+    name: "side",
+    allowed: &["either", "late"],
+    doc: "whether stamps scatter to both sides, or are late only",
+};
+
 /// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "timestamp_jitter",
     domain: Domain::Clock,
     summary: "stamps scatter about the times of their events",
-    formula: "t = t + sigma_us N",
-    params: &[SIGMA],
-    choices: &[],
+    formula: "t = t + sigma_us N; late: t = t + max(0, mean_us + sigma_us N)",
+    params: &[SIGMA, MEAN],
+    choices: &[SIDE],
     files: &[],
     source: Citation {
         key: "Joubert et al. 2021",
@@ -46,10 +63,19 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Rising(&["sigma_us"]),
         beside: &[],
     },
-    search: SearchSpec { dither: &[("sigma_us", 100.0)], ..SearchSpec::PLAIN },
+    search: SearchSpec {
+        choices: &[("side", &["either", "late"])],
+        usual: &[("side", "either")],
+        reach: &[("sigma_us", (0.1, 1e4))],
+        dither: &[("sigma_us", 100.0)],
+        ..SearchSpec::PLAIN
+    },
     build: |settings| {
-        let sigma_s = settings.number(&SIGMA) * 1e-6;
-        Ok(Stage::Clock(Box::new(TimestampJitter { sigma_s })))
+        Ok(Stage::Clock(Box::new(TimestampJitter {
+            sigma_s: settings.number(&SIGMA) * 1e-6,
+            mean_s: settings.number(&MEAN) * 1e-6,
+            is_late: settings.word(&SIDE) == "late",
+        })))
     },
 };
 
@@ -61,6 +87,8 @@ const REACH: f64 = 4.0;
 #[derive(Debug)]
 struct TimestampJitter {
     sigma_s: f64,
+    mean_s: f64,
+    is_late: bool,
 }
 
 impl ClockStage for TimestampJitter {
@@ -69,7 +97,7 @@ impl ClockStage for TimestampJitter {
     }
 
     fn shows(&self, t_s: f64) -> f64 {
-        (t_s - REACH * self.sigma_s).max(0.0)
+        if self.is_late { t_s } else { (t_s - REACH * self.sigma_s).max(0.0) }
     }
 
     fn step(&self, _tick: &Tick, events: &mut Vec<Request>, _state: &mut [f64], noise: StageNoise) {
@@ -83,6 +111,7 @@ impl ClockStage for TimestampJitter {
             let draw = (key.1 ^ (key.1 >> 32)) as u32 & 0x0fff_ffff;
             let normal = noise.normal(event.pixel as usize, draw.wrapping_add(repeat << 16));
             let moved_s = self.sigma_s * f64::from(normal).clamp(-REACH, REACH);
+            let moved_s = if self.is_late { (self.mean_s + moved_s).max(0.0) } else { moved_s };
             event.t_s = (event.t_s + moved_s).max(0.0);
         }
     }
@@ -95,6 +124,22 @@ mod tests {
 
     use super::*;
     use crate::{EffectConfig, Origin, SensorConfig, SensorModel};
+
+    const EITHER: TimestampJitter = TimestampJitter { sigma_s: 1e-5, mean_s: 0.0, is_late: false };
+
+    #[test]
+    fn late_stamps_are_never_early_and_as_many_are_on_time_as_the_clipping_leaves() {
+        let event =
+            |pixel| Request { t_s: 0.5, pixel, polarity: Polarity::On, origin: Origin::Signal };
+        let mut events: Vec<Request> = (0..20_000).map(event).collect();
+        let tick = Tick { start_s: 0.0, end_s: 1.0, index: 1 };
+        let late = TimestampJitter { sigma_s: 2e-3, mean_s: 1e-3, is_late: true };
+        late.step(&tick, &mut events, &mut [], StageNoise::new(2, SPEC.name, 1));
+        assert!(events.iter().all(|event| event.t_s >= 0.5));
+        let on_time = events.iter().filter(|event| event.t_s == 0.5).count() as f64 / 20_000.0;
+        // The normal distribution function at minus one half.
+        assert!((on_time - 0.3085).abs() < 0.012, "{on_time}");
+    }
 
     #[test]
     fn stamps_have_the_scatter_asked_for() {
@@ -109,7 +154,7 @@ mod tests {
         let mut events = before.clone();
         let tick = Tick { start_s: 0.0, end_s: 1.0, index: 1 };
         let noise = StageNoise::new(2, SPEC.name, 1);
-        TimestampJitter { sigma_s: 1e-5 }.step(&tick, &mut events, &mut [], noise);
+        EITHER.step(&tick, &mut events, &mut [], noise);
         let moved = || events.iter().zip(&before).map(|(a, b)| (a.t_s - b.t_s) * 1e5);
         let mean = moved().sum::<f64>() / f64::from(n);
         let variance = moved().map(|d| d * d).sum::<f64>() / f64::from(n);
@@ -123,7 +168,7 @@ mod tests {
         let mut events = vec![event; 5];
         let tick = Tick { start_s: 0.0, end_s: 1.0, index: 1 };
         let noise = StageNoise::new(2, SPEC.name, 1);
-        TimestampJitter { sigma_s: 1e-5 }.step(&tick, &mut events, &mut [], noise);
+        EITHER.step(&tick, &mut events, &mut [], noise);
         let mut times: Vec<f64> = events.iter().map(|e| e.t_s).collect();
         times.sort_by(f64::total_cmp);
         times.dedup();

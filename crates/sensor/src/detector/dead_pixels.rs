@@ -43,7 +43,11 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Rising(&["fraction"]),
         beside: &[],
     },
-    search: SearchSpec { mark: Some(RecordingMark::SilentPixels), ..SearchSpec::PLAIN },
+    search: SearchSpec {
+        mark: Some(RecordingMark::SilentPixels),
+        reach: &[("fraction", (1e-6, 0.3))],
+        ..SearchSpec::PLAIN
+    },
     build: |settings| {
         let fraction = settings.number(&FRACTION) as f32;
         Ok(Stage::Term(Box::new(DeadPixels { fraction })))

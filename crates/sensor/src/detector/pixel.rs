@@ -78,10 +78,15 @@ impl RefractoryState {
     pub(crate) const NONE: Self =
         Self { free_s: f64::NEG_INFINITY, follows_until_s: f64::NEG_INFINITY };
 
-    /// Refractory state after an event at `t_s`.
+    /// Refractory state after an event at `t_s`, the next exposure being at `exposure_s`.
     #[inline(always)]
-    pub(crate) fn after(t_s: f64, recovery: &Recovery) -> Self {
-        let until = |s: f64| if s > 0.0 { t_s + s } else { f64::NEG_INFINITY };
+    pub(crate) fn after(t_s: f64, exposure_s: f64, recovery: &Recovery) -> Self {
+        let least = if recovery.to_exposure > 0.0 {
+            t_s + recovery.to_exposure * (exposure_s - t_s).max(0.0)
+        } else {
+            f64::NEG_INFINITY
+        };
+        let until = |s: f64| if s > 0.0 { least.max(t_s + s) } else { least };
         Self { free_s: until(recovery.refractory_s), follows_until_s: until(recovery.follows_s) }
     }
 }

@@ -55,7 +55,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         beside: &[],
     },
     search: SearchSpec {
-        choices: &[("mode", &["hold", "defer"])],
+        choices: &[("mode", &["hold", "defer", "drop"])],
         mark: Some(RecordingMark::DeadTime),
         ..SearchSpec::PLAIN
     },

@@ -3,10 +3,13 @@
 //! # Model
 //! `M = V(t + delay_us)`: what changes while the switch is closed is lost. Without delay,
 //! `M = M ± C (1 - fraction)`: the switch injects charge that takes back a part of the step, or
-//! adds to it where the fraction is negative.
+//! adds to it where the fraction is negative. `to_exposure` is a delay of that fraction of the time
+//! to the exposure behind the event: at 1 a pixel has one event per frame at most, and its memory
+//! is the voltage of that frame, as in simulators that reset to the present voltage.
 //!
 //! # Source
-//! Lichtsteiner et al. 2008 on charge injection at reset.
+//! Lichtsteiner et al. 2008 on charge injection at reset; Joubert et al. 2021 (IEBCS) for a reset
+//! to the voltage of the frame.
 
 use super::{PixelTerm, Recovery};
 use crate::search_spec::{SceneSource, SearchSpec};
@@ -34,13 +37,23 @@ const FRACTION: ParamSpec = ParamSpec {
     doc: "part of the step that the reset takes back",
 };
 
+const TO_EXPOSURE: ParamSpec = ParamSpec {
+    name: "to_exposure",
+    unit: "",
+    range: (0.0, 1.0),
+    scale: Scale::Linear,
+    prior: Prior::Typical(0.0, 1.0),
+    neutral: Some(0.0),
+    doc: "fraction of the time to the next exposure for which the switch stays closed",
+};
+
 /// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "reset_overshoot",
     domain: Domain::Detector,
     summary: "after an event the memory is not exactly at the level crossed",
-    formula: "M = V(t + delay_us), or M +- C (1 - fraction)",
-    params: &[DELAY, FRACTION],
+    formula: "M = V(t + delay_us), M +- C (1 - fraction), or M = V(exposure)",
+    params: &[DELAY, FRACTION, TO_EXPOSURE],
     choices: &[],
     files: &[],
     source: Citation {
@@ -66,6 +79,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         Ok(Stage::Term(Box::new(ResetOvershoot {
             delay_s: settings.number(&DELAY) * 1e-6,
             fraction: settings.number(&FRACTION),
+            to_exposure: settings.number(&TO_EXPOSURE),
         })))
     },
 };
@@ -75,15 +89,21 @@ pub(crate) static SPEC: StageSpec = StageSpec {
 struct ResetOvershoot {
     delay_s: f64,
     fraction: f64,
+    to_exposure: f64,
 }
 
 impl PixelTerm for ResetOvershoot {
     fn is_neutral(&self) -> bool {
-        self.delay_s <= 0.0 && self.fraction == 0.0
+        self.delay_s <= 0.0 && self.fraction == 0.0 && self.to_exposure <= 0.0
     }
 
     fn recovery(&self) -> Recovery {
-        let Self { delay_s, fraction } = *self;
-        Recovery { refractory_s: delay_s, follows_s: delay_s, short_fraction: fraction }
+        let Self { delay_s, fraction, to_exposure } = *self;
+        Recovery {
+            refractory_s: delay_s,
+            follows_s: delay_s,
+            to_exposure,
+            short_fraction: fraction,
+        }
     }
 }

@@ -162,7 +162,7 @@ impl PixelArray {
             Polarity::Off => -pixel_state.pixel_step.threshold_off,
         };
         pixel_state.pixel_step.memory = memory - recovery.short_fraction * threshold;
-        pixel_state.refractory = RefractoryState::after(t_s, recovery);
+        pixel_state.refractory = RefractoryState::after(t_s, step.tick.end_s, recovery);
         if step.chain.has_renewals {
             self.renew(step, pixel_state, t_s, polarity);
         }
@@ -208,10 +208,10 @@ impl PixelArray {
     ) {
         let Step { chain, tick, .. } = step;
         let (pixel, end_s) = (pixel_state.pixel_step.pixel, tick.end_s);
-        let Recovery { refractory_s, follows_s, .. } = chain.recovery;
+        let Recovery { refractory_s, follows_s, to_exposure, .. } = chain.recovery;
         let rounds = chain.detector.stage.rounds_as_published();
         let times = Spread::new(tick, spread, refractory_s, rounds);
-        let is_published = spread > 0 && follows_s <= 0.0;
+        let is_published = spread > 0 && follows_s <= 0.0 && to_exposure <= 0.0;
         let is_passed = is_published && times.passes_over();
         let is_blind = !is_published && pixel_state.listens_from(step, tick.start_s).is_none();
         let change = chain.detector.stage.next(&pixel_state.pixel_step, tick.start_s, step.noise);

@@ -65,7 +65,7 @@ impl PixelArray {
             out.push(Request { t_s, pixel, polarity, origin });
             count += 1;
             memory = level - recovery.short_fraction * threshold;
-            refractory = RefractoryState::after(t_s, recovery);
+            refractory = RefractoryState::after(t_s, end_s, recovery);
             now_s = t_s.max(refractory.follows_until_s);
             if refractory.follows_until_s > f64::NEG_INFINITY && now_s <= end_s {
                 memory = at(refractory.follows_until_s);

@@ -129,13 +129,16 @@ pub struct Recovery {
     pub refractory_s: f64,
     /// How long its memory follows the voltage, in seconds.
     pub follows_s: f64,
+    /// Fraction of the time to the next exposure for which it does both at least.
+    pub to_exposure: f64,
     /// The part of the threshold by which the memory falls short of the level crossed.
     pub short_fraction: f64,
 }
 
 impl Recovery {
     /// The memory is the level, at once.
-    pub const NONE: Self = Self { refractory_s: 0.0, follows_s: 0.0, short_fraction: 0.0 };
+    pub const NONE: Self =
+        Self { refractory_s: 0.0, follows_s: 0.0, to_exposure: 0.0, short_fraction: 0.0 };
 
     /// Both: the longer times, and the parts together.
     #[must_use]
@@ -143,12 +146,13 @@ impl Recovery {
         Self {
             refractory_s: self.refractory_s.max(other.refractory_s),
             follows_s: self.follows_s.max(other.follows_s),
+            to_exposure: self.to_exposure.max(other.to_exposure),
             short_fraction: self.short_fraction + other.short_fraction,
         }
     }
 
     /// Whether an event leaves a refractory period or a following reference level.
     pub(crate) fn is_refractory(&self) -> bool {
-        self.refractory_s > 0.0 || self.follows_s > 0.0
+        self.refractory_s > 0.0 || self.follows_s > 0.0 || self.to_exposure > 0.0
     }
 }

@@ -48,6 +48,8 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         beside: &[],
     },
     search: SearchSpec {
+        // Stray light that is even, and offsets of other programs, are one thing with it.
+        reach: &[("current", (1e-5, 0.4))],
         hidden_by: &[
             (SceneSource::Frames, "the black of the frames is not known"),
             (SceneSource::Poses, "dark current and faint texture in the dark are one thing"),

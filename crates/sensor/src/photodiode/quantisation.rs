@@ -50,6 +50,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         beside: &[],
     },
     search: SearchSpec {
+        reach: &[("levels", (8.0, 1023.0))],
         hidden_by: &[
             (SceneSource::Frames, "frames have steps themselves"),
             (SceneSource::Poses, "steps of the tone curve and texture are one thing"),

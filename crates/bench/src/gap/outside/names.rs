@@ -133,6 +133,8 @@ pub(super) const CONVENTIONS: &[Convention] = &[
     convention(V2e, "timestamp_quantisation", Always, "or on simple fractions of it"),
     convention(V2e, "frame_difference", Always, "whole thresholds between frame and reference"),
     convention(V2e, "frame_count", Always, "spread evenly over the step"),
+    convention(Iebcs, "frame_grid", Always, "events are a latency behind the frames"),
+    convention(Iebcs, "timestamp_quantisation", Always, "which is their period"),
     convention(Iebcs, "reset_overshoot", Always, "an event resets to the voltage of its time"),
     convention(Iebcs, "threshold_temporal_noise", Always, "thresholds are redrawn at each event"),
     convention(Iebcs, "threshold_mismatch", BelowNominal, "and hence do not differ for good"),
