@@ -125,6 +125,10 @@ pub struct Unexplained {
     /// time.
     #[serde(default)]
     pub shares: std::collections::BTreeMap<String, f64>,
+    /// Excess or deficit as a fitted function of light, its change, time and place, in words; the
+    /// law that describes most first.
+    #[serde(default)]
+    pub responses: Vec<String>,
 }
 
 /// Location of the disagreement of measured and simulated events.

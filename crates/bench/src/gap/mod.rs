@@ -8,6 +8,7 @@
 //!   -> score    rates, power, reliability, estimates -> targets, tables, page
 //! own      recordings of our own model: how probable each is
 //! outside    recordings that other programs made: every case by `evpose gap run`, then scored
+//! real       recordings of real cameras: names do not depend on how they are looked at
 //! calibrate  constants of probabilities and intervals, from rows of a development plan
 //! ```
 
@@ -27,6 +28,7 @@ mod outside;
 mod own;
 mod page;
 mod part;
+mod real;
 mod row;
 mod score;
 mod stats;
@@ -48,6 +50,7 @@ use evpose_report::gap::files;
 use merge::Merged;
 pub use outside::{OutsideArgs, run as outside};
 use part::PlanId;
+pub use real::{RealArgs, run as real};
 
 /// File of the scores.
 const SCORES: &str = "scores.json";

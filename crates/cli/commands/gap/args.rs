@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Subcommand;
-use evpose_bench::gap::{BenchArgs, CalibrateArgs, OutsideArgs, ScoreArgs};
+use evpose_bench::gap::{BenchArgs, CalibrateArgs, OutsideArgs, RealArgs, ScoreArgs};
 use evpose_gap::davis::Response;
 use evpose_payoff::PayoffArgs;
 
@@ -51,6 +51,8 @@ pub(crate) enum GapCommand {
     Score(ScoreArgs),
     /// Identify and score hidden effects in recordings of other programs
     Outside(OutsideArgs),
+    /// Test whether the names of recordings of real cameras depend on how they are looked at
+    Real(RealArgs),
     /// Fit the constants of probabilities and intervals to results of a development plan
     Calibrate(CalibrateArgs),
 }

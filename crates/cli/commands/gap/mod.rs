@@ -41,6 +41,7 @@ pub(crate) fn run(command: &GapCommand) -> Result<ExitCode> {
         GapCommand::Bench(args) => done(bench::run(args)),
         GapCommand::Score(args) => done(bench::score(args)),
         GapCommand::Outside(args) => done(bench::outside(args)),
+        GapCommand::Real(args) => done(bench::real(args)),
         GapCommand::Calibrate(args) => done(bench::calibrate(args)),
     }
 }

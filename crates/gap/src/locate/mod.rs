@@ -7,6 +7,7 @@
 //!   -> Attribution  fraction of the disagreement that each axis explains
 //!   -> Scan         the classes in which it is largest, described by a sentence
 //!   -> Maps         residuals over the image, its rows and columns, and time
+//!   -> Response     the law of the difference along each property
 //! ```
 //!
 //! Counts are compared with those of several runs of the model. Differences among the runs give the
@@ -16,7 +17,9 @@ mod arrows;
 mod attribution;
 mod axis;
 mod maps;
+mod property;
 mod region;
+mod response;
 mod scan;
 mod significance;
 mod table;
@@ -34,7 +37,9 @@ pub use arrows::Arrow;
 pub use attribution::{Attribution, Explained};
 pub use axis::Axis;
 pub use maps::{Maps, OddPixel, Profile, ResidualImage};
+pub use property::Property;
 pub use region::Region;
+pub use response::{Form, Law, Response, ResponsePoint, Shape};
 pub use scan::Scan;
 
 use table::Table;
@@ -51,6 +56,9 @@ pub struct Located {
     pub scan: Scan,
     /// Residuals over image and time.
     pub maps: Maps,
+    /// Laws of the difference along each property, that which describes most first.
+    #[serde(default)]
+    pub responses: Vec<Response>,
 }
 
 impl Located {
@@ -82,5 +90,6 @@ pub fn locate(measured: &View<'_>, runs: &[View<'_>]) -> Located {
         || scan::scan(&table, &samples, measured),
         || (attribution::attribute(&table, &samples), maps::maps(measured, runs)),
     );
-    Located { attribution, scan, maps }
+    let responses = response::responses(measured, runs);
+    Located { attribution, scan, maps, responses }
 }

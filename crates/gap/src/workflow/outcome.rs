@@ -9,7 +9,7 @@ use super::findings::{EvidencedFinding, evidenced_findings};
 use super::gap_value::{RUNS, deviations, resampled};
 use super::{Directions, Prepared, ablation, gap_value, limits};
 use crate::c2st::two_sample;
-use crate::locate::{Located, locate};
+use crate::locate::{Located, Response, locate};
 use crate::report::{
     Confusability, Doubt, Ranked, ReportData, SideBySide, block_gaps, plots, probe_rows,
 };
@@ -214,6 +214,7 @@ fn unexplained(
         nearest_stage: nearest.map_or_else(String::new, |(name, _)| name.clone()),
         sentence: location.sentence,
         shares: location.shares,
+        responses: left.responses.iter().map(Response::sentence).collect(),
     }
 }
 

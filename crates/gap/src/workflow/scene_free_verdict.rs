@@ -50,6 +50,7 @@ pub fn scene_free_verdict(
             nearest_stage: String::new(),
             sentence: String::new(),
             shares: BTreeMap::new(),
+            responses: Vec::new(),
         },
         gap_before: none,
         gap_after: none,

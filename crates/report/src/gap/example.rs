@@ -39,6 +39,7 @@ pub(crate) fn verdict() -> Verdict {
             nearest_stage: "detector".to_owned(),
             sentence: "No part of the image differs.".to_owned(),
             shares: BTreeMap::from([("brightness".to_owned(), 0.6), ("time".to_owned(), 0.4)]),
+            responses: Vec::new(),
         },
         gap_before: gap(11.8),
         gap_after: gap(1.1),

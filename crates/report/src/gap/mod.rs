@@ -11,6 +11,7 @@ pub mod files;
 mod maps;
 mod matrix;
 mod place;
+mod responses;
 mod sections;
 mod side_by_side;
 pub mod terminal;

@@ -137,6 +137,9 @@ fn alternatives(data: &ReportData) -> Vec<String> {
         if !by_axis.is_empty() {
             lines.extend(wrapped("", &format!("distinguished by {by_axis}"), 1, INDENT));
         }
+        if let Some(response) = left.responses.first() {
+            lines.extend(wrapped("", &format!("response: {response}"), 2, INDENT));
+        }
     }
     lines
 }

@@ -3,7 +3,7 @@
 use evpose_gap::report::ReportData;
 use evpose_gap::verdict::Answer;
 
-use super::explained;
+use super::{explained, responses};
 use crate::bars::{self, Along, Bar};
 use crate::colour::Colour;
 use crate::drawing::DrawingError;
@@ -28,6 +28,8 @@ pub(crate) fn unexplained(page: &mut HtmlPage, data: &ReportData) -> Result<(), 
         ));
     }
     page.markup(&format!("<p class=\"say\">{}</p>", escape(&left.sentence)));
+    let responses = data.after.as_ref().map_or(&[][..], |after| &after.responses);
+    responses::responses(page, responses)?;
     let mut shares: Vec<(&String, f64)> =
         left.shares.iter().map(|(axis, share)| (axis, *share)).collect();
     if shares.is_empty() {
