@@ -1,5 +1,7 @@
 //! Luminance over time in front of the camera.
 
+use std::sync::Arc;
+
 use evpose_core::{Event, Micros, Plane, SensorSize};
 use evpose_sensor::Catalogue;
 
@@ -10,7 +12,10 @@ use crate::GapError;
 pub struct Scene {
     size: SensorSize,
     fps: f64,
-    planes: Vec<Plane<f32>>,
+    /// Shared with the parts of the scene.
+    all: Arc<Vec<Plane<f32>>>,
+    /// Number of planes of this part, from the first.
+    count: usize,
     /// Pixels (true, row by row) that are excluded from the comparison; empty if there are none.
     masked: Vec<bool>,
     catalogue: Catalogue,
@@ -36,7 +41,8 @@ impl Scene {
             return Err(GapError::Scene(format!("{fps} frames per second")));
         }
         let size = SensorSize { width: width as u16, height: height as u16 };
-        Ok(Self { size, fps, planes, masked: Vec::new(), catalogue: Catalogue::default() })
+        let (count, all) = (planes.len(), Arc::new(planes));
+        Ok(Self { size, fps, all, count, masked: Vec::new(), catalogue: Catalogue::default() })
     }
 
     /// The same scene with some pixels (true, row by row) excluded from the comparison, because
@@ -81,7 +87,7 @@ impl Scene {
 
     /// The luminance planes.
     pub fn planes(&self) -> &[Plane<f32>] {
-        &self.planes
+        &self.all[..self.count]
     }
 
     /// Time of plane `k`.
@@ -91,15 +97,15 @@ impl Scene {
 
     /// Time of the last plane.
     pub fn duration(&self) -> Micros {
-        self.time(self.planes.len() - 1)
+        self.time(self.count - 1)
     }
 
     /// The first `duration` of the scene, at least two planes.
     #[must_use]
     pub fn first(&self, duration: Micros) -> Self {
         let last = (duration.as_seconds() * self.fps).round() as usize;
-        let planes = self.planes[..(last + 1).clamp(2, self.planes.len())].to_vec();
-        Self { planes, masked: self.masked.clone(), ..*self }
+        let count = (last + 1).clamp(2, self.count);
+        Self { count, all: Arc::clone(&self.all), masked: self.masked.clone(), ..*self }
     }
 
     /// Time between two planes, seconds.

@@ -62,7 +62,8 @@ fn load_all(
     let scene = source.load()?;
     let mut recording = load_recording(measured, Some(scene.scene.size()))?;
     let mut duration_s = scene.duration_s;
-    if source.is_rendered() {
+    let is_part = scene.scene.duration().as_seconds() < PART * scene.duration_s;
+    if source.is_rendered() || is_part {
         duration_s = scene.scene.duration().as_seconds();
         cut(&mut recording, &scene)?;
     }
@@ -114,6 +115,8 @@ fn outside(events: &EventStream, end: Micros) -> Option<String> {
     })
 }
 
+/// A scene that is shorter than this fraction of the stated duration was read in part.
+const PART: f64 = 0.9;
 /// A recording of a config's sequence is no longer than this times the sequence.
 const SPARE: f64 = 1.1;
 

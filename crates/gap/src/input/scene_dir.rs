@@ -111,6 +111,8 @@ fn frames_of(dir: &Path, notes: &mut Vec<String>) -> Result<PathBuf, GapError> {
     }
 }
 
+/// Maximum pixels times frames that are compared: what is computed of them takes about 4 GB.
+const MAX_PIXEL_FRAMES: usize = 200_000_000;
 /// Brightest light of frames without a stated white above which their values are no fractions of
 /// white.
 const BRIGHTEST_FRACTION: f32 = 2.0;
@@ -122,10 +124,18 @@ fn read_all(
     is_white_stated: bool,
     notes: &mut Vec<String>,
 ) -> Result<Vec<Plane<f32>>, GapError> {
+    let (frames, pixels) = (source.frames() as usize, source.size().pixels());
+    let most = (MAX_PIXEL_FRAMES / pixels.max(1)).max(2);
+    if frames > most {
+        notes.push(format!(
+            "{}: of {frames} frames the first {most} are compared: more do not fit into 4 GB",
+            source.path().display()
+        ));
+    }
     let mut planes = Vec::new();
     let mut frame = Plane::for_sensor(source.size(), 0.0);
     let (mut repaired, mut brightest) = (0usize, 0f32);
-    while source.next_into(&mut frame)? {
+    while planes.len() < most && source.next_into(&mut frame)? {
         for light in frame.data_mut() {
             if !(light.is_finite() && *light >= 0.0) {
                 *light = 0.0;

@@ -73,7 +73,7 @@ pub struct ExplainedFraction {
     pub beside_others: f64,
     /// Probability of as much if the model without it were true, from replicates.
     pub p: f64,
-    /// What it makes worse beside all others, as a fraction of what it makes better: the sums of
+    /// Losses that it adds beside all others, as a fraction of those that it removes: the sums of
     /// the losses of statistics that rise and of those that fall. A missing effect makes hardly
     /// anything worse.
     pub worsened: f64,

@@ -16,7 +16,7 @@ const FITTED_EVENTS: usize = 200_000;
 /// Maximum pixels times frames of the training part in quick runs.
 const QUICK_PIXELS: usize = 24_000_000;
 /// Minimum length of the training part.
-const MIN_FITTED: Micros = Micros(500_000);
+const MIN_FITTED: Micros = Micros(300_000);
 
 impl ComparisonCase {
     /// The screening part.
@@ -87,6 +87,6 @@ mod tests {
         assert!((seconds(large, 10_000, false) - 2.0).abs() < 1e-9);
         assert!((seconds(large, 10_000, true) - 24.0 / 43.2).abs() < 2e-3);
         assert!((seconds(small, 500_000, false) - 0.8).abs() < 2e-3);
-        assert!((seconds(small, 4_000_000, false) - 0.5).abs() < 2e-3);
+        assert!((seconds(small, 4_000_000, false) - 0.3).abs() < 2e-3);
     }
 }
