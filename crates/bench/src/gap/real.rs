@@ -244,7 +244,7 @@ mod tests {
             t: Micros(1_000 + 1_000 * i64::from(k)),
             x: k % 7,
             y: k % 5,
-            polarity: Polarity::from_on(k % 2 == 0),
+            polarity: Polarity::from_on(k.is_multiple_of(2)),
         };
         EventStream::from_events(SensorSize { width: 7, height: 5 }, (0..101).map(event)).unwrap()
     }

@@ -144,10 +144,10 @@ impl Prepared {
         let (train, held_out) = match inputs.held_out {
             HeldOut::Recording(held_out) => {
                 notes.push(SECOND_RECORDING.to_owned());
-                (inputs.train, held_out)
+                (inputs.train, held_out.held_out())
             }
             HeldOut::Later => {
-                let all = inputs.train;
+                let all = inputs.train.compared();
                 let train = all.first(Micros((FITTED * all.scene.duration().0 as f64) as i64));
                 let window = TimeWindow { start: train.window.end, end: all.window.end };
                 notes.push(format!(

@@ -7,12 +7,14 @@ use super::ComparisonCase;
 /// Length of the screening part.
 const SCREEN: Micros = Micros(400_000);
 /// The screening part is shortened to this many events, though not below the minimum length.
-const SCREEN_EVENTS: usize = 40_000;
+const SCREEN_EVENTS: usize = 30_000;
 const MIN_SCREEN: Micros = Micros(120_000);
 /// The screening part is extended to this many events.
 const MIN_EVENTS: usize = 4_000;
 /// Maximum events of the training part, which determine parameters to a fraction of a percent.
-const FITTED_EVENTS: usize = 200_000;
+const FITTED_EVENTS: usize = 120_000;
+/// The same of held-out data.
+const HELD_OUT_EVENTS: usize = 80_000;
 /// Maximum pixels times frames of the training part in quick runs.
 const QUICK_PIXELS: usize = 24_000_000;
 /// Minimum length of the training part.
@@ -32,6 +34,21 @@ impl ComparisonCase {
         let quick = Micros::from_seconds(frames as f64 / self.scene.fps());
         let enough = self.time_of(FITTED_EVENTS);
         let length = if is_quick { enough.min(quick) } else { enough }.max(MIN_FITTED);
+        if length < self.scene.duration() { self.first(length) } else { self }
+    }
+
+    /// The beginning of a single recording that is divided into training and held-out data.
+    pub(super) fn compared(self) -> Self {
+        self.limited(FITTED_EVENTS + HELD_OUT_EVENTS)
+    }
+
+    /// The beginning of a recording that is held out.
+    pub(super) fn held_out(self) -> Self {
+        self.limited(HELD_OUT_EVENTS)
+    }
+
+    fn limited(self, events: usize) -> Self {
+        let length = self.time_of(events).max(MIN_FITTED);
         if length < self.scene.duration() { self.first(length) } else { self }
     }
 
@@ -70,7 +87,7 @@ mod tests {
         let small = SensorSize { width: 8, height: 6 };
         let seconds = |events| case(small, 2.0, events).screen().scene.duration().as_seconds();
         assert!((seconds(100_000) - 0.4).abs() < 2e-3);
-        assert!((seconds(400_000) - 0.2).abs() < 2e-3);
+        assert!((seconds(400_000) - 0.15).abs() < 2e-3);
         assert!((seconds(2_000_000) - 0.12).abs() < 2e-3);
         assert!((seconds(8_000) - 1.0).abs() < 2e-3);
         assert!((seconds(50) - 2.0).abs() < 2e-3);
@@ -86,7 +103,18 @@ mod tests {
         assert!((seconds(small, 10_000, true) - 2.0).abs() < 1e-9);
         assert!((seconds(large, 10_000, false) - 2.0).abs() < 1e-9);
         assert!((seconds(large, 10_000, true) - 24.0 / 43.2).abs() < 2e-3);
-        assert!((seconds(small, 500_000, false) - 0.8).abs() < 2e-3);
+        assert!((seconds(small, 500_000, false) - 0.48).abs() < 2e-3);
         assert!((seconds(small, 4_000_000, false) - 0.3).abs() < 2e-3);
+    }
+
+    #[test]
+    fn of_a_busy_recording_the_beginning_is_compared() {
+        let small = SensorSize { width: 8, height: 6 };
+        let seconds = |events| case(small, 2.0, events).compared().scene.duration().as_seconds();
+        assert!((seconds(150_000) - 2.0).abs() < 1e-9);
+        assert!((seconds(400_000) - 1.0).abs() < 2e-3);
+        assert!((seconds(4_000_000) - 0.3).abs() < 2e-3);
+        let held_out = case(small, 2.0, 400_000).held_out().scene.duration().as_seconds();
+        assert!((held_out - 0.4).abs() < 2e-3);
     }
 }
