@@ -78,8 +78,8 @@ impl Aspect {
             Self::Whole => "whole",
             Self::FirstHalf => "first half",
             Self::SecondHalf => "second half",
-            Self::LeftRight => "left and right exchanged",
-            Self::TopBottom => "top and bottom exchanged",
+            Self::LeftRight => "mirrored left to right",
+            Self::TopBottom => "mirrored top to bottom",
             Self::Stretched => "time x 1.1",
         }
     }
@@ -133,7 +133,7 @@ struct Seen {
 #[derive(Debug, Serialize)]
 struct Recording {
     file: String,
-    seen: Vec<Seen>,
+    aspects: Vec<Seen>,
 }
 
 impl Seen {
@@ -205,16 +205,16 @@ fn recording(path: &Path, args: &RealArgs) -> Result<Recording> {
     let events = load_recording(path, None).context(BadInput)?.events;
     let seen = Aspect::ALL.into_iter().map(|aspect| Seen::new(aspect, &events, args));
     let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-    Ok(Recording { file, seen: seen.collect::<Result<_>>()? })
+    Ok(Recording { file, aspects: seen.collect::<Result<_>>()? })
 }
 
 fn markdown(all: &[Recording]) -> String {
     let mut text = "| recording | seen | events | s | names | as the whole | values |\n\
                     | --- | --- | --- | --- | --- | --- | --- |\n"
         .to_owned();
-    for Recording { file, seen } in all {
-        let Some(whole) = seen.first() else { continue };
-        for one in seen {
+    for Recording { file, aspects } in all {
+        let Some(whole) = aspects.first() else { continue };
+        for one in aspects {
             let names: Vec<&str> = one.effects.keys().map(String::as_str).collect();
             let moved = one.moved(whole);
             let cells = [

@@ -39,7 +39,7 @@ pub use axis::Axis;
 pub use maps::{Maps, OddPixel, Profile, ResidualImage};
 pub use property::Property;
 pub use region::Region;
-pub use response::{Form, Law, Response, ResponsePoint, Shape};
+pub use response::{Form, Response, ResponseFit, ResponsePoint, Shape};
 pub use scan::Scan;
 
 use table::Table;

@@ -24,7 +24,7 @@ const TOLERANCE: f64 = 0.01;
 /// Responses that are reported at most.
 const REPORTED: usize = 6;
 
-/// Difference of events along one property, and the law that describes it.
+/// Difference of events along one property, and the function that describes it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Response {
     /// The property.
@@ -33,9 +33,9 @@ pub struct Response {
     pub is_on: bool,
     /// The differences.
     pub points: Vec<ResponsePoint>,
-    /// The law.
-    pub law: Law,
-    /// Fraction of the squared differences along this property that the law explains.
+    /// The fitted function.
+    pub fit: ResponseFit,
+    /// Fraction of the squared differences along this property that it explains.
     pub explained: f64,
     /// Decrease of chi-square.
     pub gain: f64,
@@ -46,17 +46,17 @@ pub struct Response {
 pub struct ResponsePoint {
     /// Value of the property.
     pub x: f64,
-    /// Difference in the unit of the law: events per pixel and second, or the fraction of those
+    /// Difference in the unit of the fit: events per pixel and second, or the fraction of those
     /// expected; none where nothing is expected.
     pub difference: Option<f64>,
-    /// The law there.
+    /// The fitted function there.
     pub fitted: f64,
 }
 
-/// Law of a response.
+/// Fitted function of a response.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Law {
-    /// What the amplitude counts.
+pub struct ResponseFit {
+    /// Quantity of the amplitude.
     pub form: Form,
     /// Dependence on the property.
     pub shape: Shape,
@@ -66,7 +66,7 @@ pub struct Law {
     pub error: f64,
 }
 
-/// What the amplitude of a law counts.
+/// Quantity of the amplitude of a fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Form {
@@ -149,7 +149,7 @@ impl<'a> Differences<'a> {
         all
     }
 
-    /// Events of a law of amplitude one in each bin.
+    /// Events of a fit of amplitude one in each bin.
     fn unit(&self, form: Form, shape: Shape) -> Vec<f64> {
         let base = |k: usize| match form {
             Form::Rate => self.bins.exposure_s.get(k).copied().unwrap_or(0.0),
@@ -163,15 +163,15 @@ impl<'a> Differences<'a> {
         (0..self.difference.len()).map(z2).sum()
     }
 
-    /// The best law, and its chi-square.
-    fn best(&self) -> Option<(Law, f64)> {
+    /// The best fit, and its chi-square.
+    fn best(&self) -> Option<(ResponseFit, f64)> {
         let n = self.difference.len() as f64;
         let forms: &[Form] = if self.bins.exposure_s.is_empty() {
             &[Form::Fraction]
         } else {
             &[Form::Rate, Form::Fraction]
         };
-        let laws = forms.iter().flat_map(|form| {
+        let fits = forms.iter().flat_map(|form| {
             Shape::all(self.bins).into_iter().filter_map(|shape| {
                 let unit = self.unit(*form, shape);
                 let weighted = |values: &[f64]| -> f64 {
@@ -183,31 +183,31 @@ impl<'a> Differences<'a> {
                     let chi2 = self.chi2(|k| amplitude * unit[k]);
                     let error = (chi2 / (n - 1.0)).max(1.0).sqrt() / power.sqrt();
                     let criterion = chi2 + shape.parameters() * n.ln();
-                    (Law { form: *form, shape, amplitude, error }, chi2, criterion)
+                    (ResponseFit { form: *form, shape, amplitude, error }, chi2, criterion)
                 })
             })
         });
-        laws.min_by(|a, b| a.2.total_cmp(&b.2)).map(|(law, chi2, _)| (law, chi2))
+        fits.min_by(|a, b| a.2.total_cmp(&b.2)).map(|(fit, chi2, _)| (fit, chi2))
     }
 
     /// The response, if it is beyond chance.
     fn response(&self, is_on: bool) -> Option<Response> {
-        let (law, chi2) = self.best()?;
+        let (fit, chi2) = self.best()?;
         let without = self.chi2(|_| 0.0);
         let gain = without - chi2;
         let point = |k: usize| {
-            let base = self.unit(law.form, Shape::Even)[k];
+            let base = self.unit(fit.form, Shape::Even)[k];
             ResponsePoint {
                 x: self.bins.x[k],
                 difference: (base > 0.0).then(|| self.difference[k] / base),
-                fitted: law.amplitude * law.shape.at(self.bins.x[k]),
+                fitted: fit.amplitude * fit.shape.at(self.bins.x[k]),
             }
         };
         (gain >= MIN_GAIN).then(|| Response {
             property: self.bins.property,
             is_on,
             points: (0..self.difference.len()).map(point).collect(),
-            law,
+            fit,
             explained: gain / without,
             gain,
         })
@@ -233,10 +233,10 @@ pub(super) fn responses(measured: &View<'_>, runs: &[View<'_>]) -> Vec<Response>
 }
 
 impl Response {
-    /// The law in words: what a physicist would write next.
+    /// The fit in words: what a physicist would write next.
     pub fn sentence(&self) -> String {
         let polarity = if self.is_on { "ON" } else { "OFF" };
-        let Law { form, shape, amplitude, error } = self.law;
+        let ResponseFit { form, shape, amplitude, error } = self.fit;
         let sign = if amplitude > 0.0 { "more" } else { "fewer" };
         let size = match form {
             Form::Rate => {
@@ -288,10 +288,10 @@ mod tests {
     #[test]
     fn a_leak_is_even_and_a_photo_leak_goes_with_light() {
         let leak = response(|_| 500.0).unwrap();
-        assert_eq!(leak.law.shape, Shape::Even);
+        assert_eq!(leak.fit.shape, Shape::Even);
         let photo = response(|x| 3_000.0 * x).unwrap();
-        assert_eq!((photo.law.form, photo.law.shape), (Form::Rate, Shape::Power(1.0)));
-        assert!((photo.law.amplitude - 3.0).abs() < 1e-6 && photo.explained > 0.99);
+        assert_eq!((photo.fit.form, photo.fit.shape), (Form::Rate, Shape::Power(1.0)));
+        assert!((photo.fit.amplitude - 3.0).abs() < 1e-6 && photo.explained > 0.99);
         assert!(photo.sentence().starts_with("3.000 ± "), "{}", photo.sentence());
         assert!(photo.sentence().contains("in proportion to it"));
     }
@@ -299,7 +299,7 @@ mod tests {
     #[test]
     fn what_is_lost_in_the_dark_is_a_step() {
         let lost = response(|x| if x < 0.3 { -800.0 } else { 0.0 }).unwrap();
-        assert!(matches!(lost.law.shape, Shape::Below(limit) if (limit - 0.3).abs() < 1e-9));
+        assert!(matches!(lost.fit.shape, Shape::Below(limit) if (limit - 0.3).abs() < 1e-9));
         assert!(lost.sentence().contains("fewer"), "{}", lost.sentence());
     }
 

@@ -27,7 +27,7 @@ const MIN_FRACTION_OF_REST: f64 = 0.15;
 const MIN_FRACTION_IF_WORSENED: f64 = 0.3;
 /// Fraction of what is left without the effect from which that does not matter: no other effect is
 /// there to be absorbed.
-const MOST_OF_REST: f64 = 0.4;
+const DECISIVE_FRACTION_OF_REST: f64 = 0.4;
 /// The same to be tried: before the others are found, an effect explains less of what is left.
 const MIN_FRACTION_TO_TRY: f64 = 0.06;
 /// Minimum decrease of the discrepancy: tolerances of statistics are not known to less.
@@ -60,7 +60,7 @@ impl Worth {
 /// Whether an effect explains enough beside all others to be named.
 pub(super) fn is_worth_a_name(worth: &Worth) -> bool {
     let min_fraction = MIN_FRACTION + MIN_FRACTION_IF_WORSENED * worth.difference.worsened;
-    let is_most = worth.difference.gain >= MOST_OF_REST * worth.without;
+    let is_most = worth.difference.gain >= DECISIVE_FRACTION_OF_REST * worth.without;
     explains(worth, MIN_FRACTION_OF_REST) && (is_most || worth.fraction() >= min_fraction)
 }
 

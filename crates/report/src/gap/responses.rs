@@ -50,7 +50,7 @@ fn drawn(response: &Response) -> Chart {
     Chart {
         title: format!("{} events", if response.is_on { "ON" } else { "OFF" }),
         x: if is_log { ChartAxis::log(&name) } else { ChartAxis::new(&name) },
-        y: ChartAxis::new(match response.law.form {
+        y: ChartAxis::new(match response.fit.form {
             Form::Rate => "excess, events per pixel and second",
             Form::Fraction => "excess, fraction of the expected",
         })
