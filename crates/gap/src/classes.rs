@@ -6,7 +6,7 @@
 
 use evpose_stats::quantile::upper_index;
 
-use crate::Scene;
+use crate::LightSequence;
 
 /// Added to luminance before the logarithm, so that perfect darkness has a finite class.
 const FLOOR: f32 = 1e-5;
@@ -100,7 +100,7 @@ pub struct Classes {
 
 impl Classes {
     /// Computes the classes of a scene.
-    pub fn from_scene(scene: &Scene) -> Self {
+    pub fn from_scene(scene: &LightSequence) -> Self {
         let pixels = scene.size().pixels();
         let steps = scene.planes().len() - 1;
         let mut log = Vec::with_capacity(pixels * (steps + 1));

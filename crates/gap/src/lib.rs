@@ -13,7 +13,7 @@
 //!
 //! ```
 //! use evpose_core::Plane;
-//! use evpose_gap::Scene;
+//! use evpose_gap::LightSequence;
 //! use evpose_gap::verdict::Answer;
 //! use evpose_gap::workflow::{ComparisonCase, HeldOut, Inputs, Prepared, prepared};
 //! use evpose_sensor::{EffectConfig, SensorConfig};
@@ -26,7 +26,7 @@
 //!     });
 //!     Plane::from_vec(24, 16, light.collect())
 //! };
-//! let scene = Scene::new(500.0, (0..=250).map(plane).collect::<Result<_, _>>()?)?;
+//! let scene = LightSequence::new(500.0, (0..=250).map(plane).collect::<Result<_, _>>()?)?;
 //! let mut camera = prepared(&SensorConfig::default(), None).config;
 //! camera.effects.push(EffectConfig::new("leak_on").with("rate_hz", 3.0));
 //!
@@ -58,12 +58,12 @@ pub mod fit;
 pub mod free_parameter;
 pub mod input;
 mod layout;
+mod light_sequence;
 pub mod locate;
 mod objective;
 pub mod parameters;
 pub mod probe;
 pub mod report;
-mod scene;
 pub mod search;
 mod simulate;
 pub mod surrogate;
@@ -76,6 +76,6 @@ pub use compare::{Expectation, by_block, discrepancy, gap, rho, rho_of_chance};
 pub use entry::{Entry, StatisticBlock, StatisticKind};
 pub use error::GapError;
 pub use layout::Layout;
+pub use light_sequence::LightSequence;
 pub use objective::Objective;
-pub use scene::Scene;
 pub use view::{EventFeatures, Expected, ReferenceScene, View};

@@ -95,7 +95,7 @@ impl<'a> Objective<'a> {
         Ok(objective)
     }
 
-    /// The effects that models may have, see [`Scene::with_catalogue`](crate::Scene).
+    /// The effects that models may have, see [`LightSequence::with_catalogue`](crate::LightSequence).
     pub fn catalogue(&self) -> Catalogue {
         self.reference_scene.scene.catalogue()
     }

@@ -3,9 +3,9 @@
 use evpose_core::EventStream;
 use evpose_sensor::SensorConfig;
 
-use crate::{Classes, Expected, GapError, ReferenceScene, Scene};
+use crate::{Classes, Expected, GapError, LightSequence, ReferenceScene};
 
-impl Scene {
+impl LightSequence {
     /// Simulates the events of a sensor on the scene.
     ///
     /// # Errors
@@ -44,7 +44,7 @@ impl ReferenceScene {
     ///
     /// # Errors
     /// A reference that cannot be built or shown the scene.
-    pub fn new(scene: Scene, reference: &SensorConfig) -> Result<Self, GapError> {
+    pub fn new(scene: LightSequence, reference: &SensorConfig) -> Result<Self, GapError> {
         let classes = Classes::from_scene(&scene);
         let mut reference_scene = Self { scene, classes, expected: Expected::default() };
         reference_scene.expected = Expected::from_events(&reference_scene.simulate(reference, 0)?);

@@ -4,13 +4,13 @@ use std::ops::Range;
 
 use evpose_core::{EventStream, Micros, SensorSize, TimeWindow};
 
-use crate::{Cell, Classes, Scene};
+use crate::{Cell, Classes, LightSequence};
 
 /// A scene with its classes and reference events.
 #[derive(Debug)]
 pub struct ReferenceScene {
     /// Luminance over time.
-    pub scene: Scene,
+    pub scene: LightSequence,
     /// Classes of every pixel and time.
     pub classes: Classes,
     /// Events of the reference: the sensor model without noise and delays.

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use evpose_core::{Plane, StageNoise};
-use evpose_gap::Scene;
+use evpose_gap::LightSequence;
 use evpose_gap::verdict::Answer;
 use evpose_gap::workflow::{
     ComparisonCase, HeldOut, Inputs, Prepared, findings_of_answer, prepared,
@@ -63,7 +63,7 @@ impl PixelStage for Droop {
 }
 
 /// Bars that move over 24 x 16 pixels for half a second.
-fn bars() -> Scene {
+fn bars() -> LightSequence {
     let plane = |k: u16| {
         let light = (0..24 * 16).map(|i| {
             let (x, y, t) = ((i % 24) as f32, (i / 24) as f32, f32::from(k) / 500.0);
@@ -71,7 +71,7 @@ fn bars() -> Scene {
         });
         Plane::from_vec(24, 16, light.collect()).unwrap()
     };
-    Scene::new(500.0, (0..=250).map(plane).collect()).unwrap()
+    LightSequence::new(500.0, (0..=250).map(plane).collect()).unwrap()
 }
 
 #[test]

@@ -8,7 +8,7 @@ use evpose_gap::parameters::ModelParameter;
 use evpose_gap::search::Identification;
 use evpose_gap::verdict::Answer;
 use evpose_gap::workflow::{ComparisonCase, FRAME_NUISANCE, HeldOut, Inputs, Prepared, prepared};
-use evpose_gap::{GapError, Scene};
+use evpose_gap::{GapError, LightSequence};
 use evpose_io::aedat4::{
     Aedat4Packet, Compression, Content, Frame, PixelFormat, Stream, StreamKind, Writer,
 };
@@ -46,7 +46,7 @@ impl Shooting {
         if y < 11.0 { ground } else { ground + (0.15 + 0.02 * y) * bar }
     }
 
-    fn scene(self) -> Scene {
+    fn scene(self) -> LightSequence {
         let plane = |k: usize| {
             let light = (0..SIZE.pixels()).map(|i| {
                 let (x, y) = ((i % 32) as f64, (i / 32) as f64);
@@ -54,7 +54,7 @@ impl Shooting {
             });
             Plane::from_vec(32, 24, light.collect()).unwrap()
         };
-        Scene::new(1_000.0, (0..=self.millis).map(plane).collect()).unwrap()
+        LightSequence::new(1_000.0, (0..=self.millis).map(plane).collect()).unwrap()
     }
 
     fn frame(self, start_us: i64) -> Frame {

@@ -8,7 +8,7 @@ use evpose_report::html::{HtmlPage, escape};
 
 use crate::models::{CORRECTED_MODEL, GIVEN, NamedModel};
 use crate::study::Payoff;
-use crate::table::Row;
+use crate::table::MetricRow;
 use crate::text;
 
 /// Size of the chart of differences, pixels.
@@ -25,7 +25,8 @@ pub(crate) fn html(payoff: &Payoff, models: &[NamedModel], config: &str) -> Resu
     );
     let header = text::header(payoff);
     let header: Vec<&str> = header.iter().map(String::as_str).collect();
-    let cells = |row: &Row| text::cells(payoff, row).iter().map(|cell| escape(cell)).collect();
+    let cells =
+        |row: &MetricRow| text::cells(payoff, row).iter().map(|cell| escape(cell)).collect();
     let rows: Vec<Vec<String>> = payoff.table.rows.iter().map(cells).collect();
     page.table(&header, &rows);
     for line in payoff.table.rows.iter().filter_map(|row| text::seeds(payoff, row)) {
@@ -59,7 +60,7 @@ pub(crate) fn html(payoff: &Payoff, models: &[NamedModel], config: &str) -> Resu
 }
 
 /// A bar for each model.
-fn score_bars(payoff: &Payoff, row: &Row) -> Result<String> {
+fn score_bars(payoff: &Payoff, row: &MetricRow) -> Result<String> {
     let bar = |(index, model): (usize, &&'static str)| {
         let score = row.scores.get(model).copied().flatten()?;
         Some(Bar {
@@ -79,7 +80,7 @@ fn score_bars(payoff: &Payoff, row: &Row) -> Result<String> {
 }
 
 /// The differences of all recordings in ascending order, each a stroke from zero.
-fn differences(row: &Row) -> Result<String> {
+fn differences(row: &MetricRow) -> Result<String> {
     let mut values: Vec<f64> = row.difference_by_recording.iter().copied().flatten().collect();
     values.sort_by(f64::total_cmp);
     let last = values.len() as f64;

@@ -6,7 +6,7 @@ use evpose_stats::interval::Interval;
 
 use crate::models::{CORRECTED_MODEL, GIVEN};
 use crate::study::Payoff;
-use crate::table::{Row, Worth};
+use crate::table::{MetricRow, Worth};
 
 /// Width of the first column and of the others.
 const COLUMNS: (usize, usize) = (16, 26);
@@ -62,7 +62,7 @@ pub(crate) fn header(payoff: &Payoff) -> Vec<String> {
 }
 
 /// Cells of a metric's row.
-pub(crate) fn cells(payoff: &Payoff, row: &Row) -> Vec<String> {
+pub(crate) fn cells(payoff: &Payoff, row: &MetricRow) -> Vec<String> {
     let mut cells = vec![row.metric.heading.to_owned()];
     let scores = payoff.models.iter().map(|model| row.scores.get(model).copied().flatten());
     cells.extend(scores.map(|score| value(score, &row.metric)));
@@ -75,7 +75,7 @@ pub(crate) fn cells(payoff: &Payoff, row: &Row) -> Vec<String> {
 }
 
 /// The differences under each seed, in a line; none for a single seed.
-pub(crate) fn seeds(payoff: &Payoff, row: &Row) -> Option<String> {
+pub(crate) fn seeds(payoff: &Payoff, row: &MetricRow) -> Option<String> {
     let digits = row.metric.digits;
     let of = |(seed, difference): (&u64, &Option<f64>)| {
         let value = difference.map_or_else(|| "-".to_owned(), |d| format!("{d:+.digits$}"));

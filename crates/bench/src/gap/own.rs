@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, ensure};
 use evpose_core::{Plane, seed_for};
-use evpose_gap::Scene;
+use evpose_gap::LightSequence;
 use evpose_gap::input::Nominal;
 use evpose_gap::workflow::own_run;
 use evpose_sensor::SensorConfig;
@@ -105,14 +105,14 @@ pub(super) fn run(args: &BenchArgs, sets: usize) -> Result<()> {
 }
 
 /// The light of the first recording of a case.
-fn scene(case: &Case) -> Result<Scene> {
+fn scene(case: &Case) -> Result<LightSequence> {
     let scene = case.scene(Which::Train);
     let (width, height) = (gapbench_pixel::event::WIDTH, gapbench_pixel::event::HEIGHT);
     let planes = (0..FRAMES)
         .into_par_iter()
         .map(|k| Plane::from_vec(width, height, scene.frame(k, FPS)))
         .collect::<Result<Vec<_>, _>>()?;
-    Ok(Scene::new(FPS, planes)?)
+    Ok(LightSequence::new(FPS, planes)?)
 }
 
 fn nominal(case: &Case) -> Nominal {

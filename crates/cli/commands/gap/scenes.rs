@@ -14,7 +14,7 @@ use anyhow::{Context, Result, anyhow, bail};
 use evpose_core::{Plane, SensorSize};
 use evpose_gap::davis::Response;
 use evpose_gap::input::{LoadedScene, load_scene};
-use evpose_gap::{GapError, Scene};
+use evpose_gap::{GapError, LightSequence};
 use evpose_io::MetaReader;
 use evpose_pose::{HandParams, HandSide};
 use evpose_sim::{SequenceInfo, Simulation};
@@ -89,7 +89,7 @@ impl SceneSource {
                 (planes, sequence.frames, format!("sequence {}", sequence.index))
             }
         };
-        let scene = Scene::new(fps, planes)?;
+        let scene = LightSequence::new(fps, planes)?;
         let mut notes = Vec::new();
         let last = scene.planes().len() as u64;
         let duration_s = whole as f64 / fps;
@@ -108,14 +108,14 @@ impl SceneSource {
     }
 
     /// The scene with another draw of light and texture; see [`Simulation::light_of`].
-    pub(super) fn nuisance_sample(&self, sample: u64) -> Result<Scene> {
+    pub(super) fn nuisance_sample(&self, sample: u64) -> Result<LightSequence> {
         let (Some(path), Some(sequence)) = (&self.poses, self.sequence()?) else {
             bail!("{}: light and texture of a known scene do not vary", self.path.display());
         };
         let hands = Hands::read(path, sequence.rendered)?;
         // Sample 0 is the one that is compared.
         let planes = hands.light(&sequence.simulation, sample + 1)?;
-        Ok(Scene::new(f64::from(sequence.simulation.config().step_hz), planes)?)
+        Ok(LightSequence::new(f64::from(sequence.simulation.config().step_hz), planes)?)
     }
 
     /// Whether what is rendered is shorter than the recording may be.

@@ -1,9 +1,9 @@
 //! Frames of a camera that records both frames and events, as the scene of its events.
 //!
 //! ```text
-//! AEDAT4 file -> Shots   frames with their exposures, those that bracket events
-//!             -> Scene   the smoothest luminance consistent with them, a plane per millisecond
-//!             -> twins   samples of other luminance consistent with such frames
+//! AEDAT4 file -> Shots           frames with their exposures, those that bracket events
+//!             -> LightSequence   the smoothest luminance consistent with them, a plane per millisecond
+//!             -> twins           samples of other luminance consistent with such frames
 //! ```
 //!
 //! Frames sample luminance coarsely: a few dozen per second, averaged over an exposure, quantised,
@@ -25,7 +25,7 @@ use rayon::prelude::*;
 pub use read::{LoadedShots, load_shots};
 pub use response::{Response, UnknownResponse};
 
-use crate::{GapError, Scene};
+use crate::{GapError, LightSequence};
 use interpolation::Interpolation;
 use path::{Gate, shortest};
 
@@ -120,7 +120,7 @@ impl Shots {
     ///
     /// # Errors
     /// Frames that are too dark or too bright to determine the luminance.
-    pub fn scene(&self) -> Result<Scene, GapError> {
+    pub fn scene(&self) -> Result<LightSequence, GapError> {
         let fraction = self.masked_fraction();
         if fraction > MAX_MASKED {
             return Err(GapError::Scene(format!(
@@ -203,7 +203,7 @@ impl Shots {
     }
 
     /// Luminance on the shortest path through the limits of all frames.
-    fn light(&self, interpolation: Interpolation) -> Result<Scene, GapError> {
+    fn light(&self, interpolation: Interpolation) -> Result<LightSequence, GapError> {
         let pixels = self.size.pixels();
         let exposures = self.exposures();
         let times: Vec<f64> = self.shots.iter().map(Shot::middle_us).collect();
@@ -233,7 +233,7 @@ impl Shots {
             plane.data_mut().iter_mut().zip(light).for_each(|(to, light)| *to = light);
             plane
         });
-        Scene::new(FPS, planes.collect())
+        LightSequence::new(FPS, planes.collect())
     }
 }
 

@@ -20,7 +20,7 @@ fn shots(all: Vec<Shot>) -> Shots {
 }
 
 /// Light of the first pixel at a time.
-fn light_at(scene: &Scene, t_ms: usize) -> f64 {
+fn light_at(scene: &LightSequence, t_ms: usize) -> f64 {
     f64::from(scene.planes()[t_ms].data()[0])
 }
 

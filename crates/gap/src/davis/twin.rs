@@ -3,7 +3,7 @@
 use evpose_core::{CounterRng, Plane, StageNoise, seed_for};
 
 use super::{DARK, Interpolation, Shot, Shots};
-use crate::{GapError, Scene};
+use crate::{GapError, LightSequence};
 
 /// Samples of the luminance during an exposure.
 const EXPOSURE_SAMPLES: usize = 8;
@@ -22,7 +22,7 @@ impl Shots {
     ///
     /// # Errors
     /// Those of [`Shots::scene`].
-    pub fn twin(&self, i: u64, seed: u64) -> Result<Scene, GapError> {
+    pub fn twin(&self, i: u64, seed: u64) -> Result<LightSequence, GapError> {
         let scene = self.scene()?;
         let mut rng = CounterRng::new(seed, "twin", i);
         let black = rng.uniform(-BLACK, BLACK) * f32::from(self.white);
@@ -60,7 +60,7 @@ impl Shots {
 }
 
 /// Mean luminance during an exposure.
-fn exposed(scene: &Scene, shot: &Shot) -> Plane<f32> {
+fn exposed(scene: &LightSequence, shot: &Shot) -> Plane<f32> {
     let planes = scene.planes();
     let (width, height) = (planes[0].width(), planes[0].height());
     let mut mean = Plane::filled(width, height, 0.0);

@@ -6,13 +6,13 @@ use evpose_core::{Plane, SensorSize};
 use evpose_io::{Encoding, FrameSource};
 
 use super::{Description, Nominal};
-use crate::{GapError, Scene};
+use crate::{GapError, LightSequence};
 
 /// A scene with its provenance and notes.
 #[derive(Debug, Clone)]
 pub struct LoadedScene {
     /// Luminance over time.
-    pub scene: Scene,
+    pub scene: LightSequence,
     /// Nominal values of the sensor.
     pub nominal: Option<Nominal>,
     /// Stated length of the recording, seconds.
@@ -89,7 +89,7 @@ pub fn load_scene(dir: impl AsRef<Path>) -> Result<LoadedScene, GapError> {
             source.white()
         ),
     ];
-    let scene = Scene::new(description.fps, planes)?;
+    let scene = LightSequence::new(description.fps, planes)?;
     let (nominal, duration_s) = (description.nominal, description.duration_s);
     Ok(LoadedScene { scene, nominal, duration_s, frames_path, provenance, notes })
 }

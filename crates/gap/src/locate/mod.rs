@@ -39,7 +39,7 @@ pub use axis::Axis;
 pub use maps::{Maps, OddPixel, Profile, ResidualImage};
 pub use property::Property;
 pub use region::Region;
-pub use response::{Form, Response, ResponseFit, ResponsePoint, Shape};
+pub use response::{Response, ResponseFit, ResponseForm, ResponsePoint, ResponseShape};
 pub use scan::Scan;
 
 use table::Table;

@@ -57,9 +57,9 @@ pub struct ResponsePoint {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ResponseFit {
     /// Quantity of the amplitude.
-    pub form: Form,
+    pub form: ResponseForm,
     /// Dependence on the property.
-    pub shape: Shape,
+    pub shape: ResponseShape,
     /// Amplitude, and its standard error.
     pub amplitude: f64,
     /// Standard error of the amplitude.
@@ -69,7 +69,7 @@ pub struct ResponseFit {
 /// Quantity of the amplitude of a fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Form {
+pub enum ResponseForm {
     /// Events per pixel and second.
     Rate,
     /// A fraction of the events that are expected.
@@ -79,7 +79,7 @@ pub enum Form {
 /// Dependence on a property.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Shape {
+pub enum ResponseShape {
     /// None.
     Even,
     /// A power of it, one at one unit.
@@ -90,7 +90,7 @@ pub enum Shape {
     Above(f64),
 }
 
-impl Shape {
+impl ResponseShape {
     /// Value at `x`.
     pub fn at(self, x: f64) -> f64 {
         match self {
@@ -150,10 +150,10 @@ impl<'a> Differences<'a> {
     }
 
     /// Events of a fit of amplitude one in each bin.
-    fn unit(&self, form: Form, shape: Shape) -> Vec<f64> {
+    fn unit(&self, form: ResponseForm, shape: ResponseShape) -> Vec<f64> {
         let base = |k: usize| match form {
-            Form::Rate => self.bins.exposure_s.get(k).copied().unwrap_or(0.0),
-            Form::Fraction => self.expected[k],
+            ResponseForm::Rate => self.bins.exposure_s.get(k).copied().unwrap_or(0.0),
+            ResponseForm::Fraction => self.expected[k],
         };
         (0..self.difference.len()).map(|k| base(k) * shape.at(self.bins.x[k])).collect()
     }
@@ -166,13 +166,13 @@ impl<'a> Differences<'a> {
     /// The best fit, and its chi-square.
     fn best(&self) -> Option<(ResponseFit, f64)> {
         let n = self.difference.len() as f64;
-        let forms: &[Form] = if self.bins.exposure_s.is_empty() {
-            &[Form::Fraction]
+        let forms: &[ResponseForm] = if self.bins.exposure_s.is_empty() {
+            &[ResponseForm::Fraction]
         } else {
-            &[Form::Rate, Form::Fraction]
+            &[ResponseForm::Rate, ResponseForm::Fraction]
         };
         let fits = forms.iter().flat_map(|form| {
-            Shape::all(self.bins).into_iter().filter_map(|shape| {
+            ResponseShape::all(self.bins).into_iter().filter_map(|shape| {
                 let unit = self.unit(*form, shape);
                 let weighted = |values: &[f64]| -> f64 {
                     (0..unit.len()).map(|k| unit[k] * values[k] / self.variance[k]).sum()
@@ -196,7 +196,7 @@ impl<'a> Differences<'a> {
         let without = self.chi2(|_| 0.0);
         let gain = without - chi2;
         let point = |k: usize| {
-            let base = self.unit(fit.form, Shape::Even)[k];
+            let base = self.unit(fit.form, ResponseShape::Even)[k];
             ResponsePoint {
                 x: self.bins.x[k],
                 difference: (base > 0.0).then(|| self.difference[k] / base),
@@ -239,14 +239,14 @@ impl Response {
         let ResponseFit { form, shape, amplitude, error } = self.fit;
         let sign = if amplitude > 0.0 { "more" } else { "fewer" };
         let size = match form {
-            Form::Rate => {
+            ResponseForm::Rate => {
                 format!(
                     "{:.3} ± {:.3} {polarity} events per pixel and second {sign}",
                     amplitude.abs(),
                     error
                 )
             }
-            Form::Fraction => format!(
+            ResponseForm::Fraction => format!(
                 "{:.1} ± {:.1} % {sign} {polarity} events than expected",
                 100.0 * amplitude.abs(),
                 100.0 * error
@@ -254,13 +254,19 @@ impl Response {
         };
         let (name, unit) = (self.property.name(), self.property.unit());
         match shape {
-            Shape::Even => format!("{size}, whatever the {name}"),
-            Shape::Power(1.0) => format!("{size} at a {name} of 1 {unit}, in proportion to it"),
-            Shape::Power(power) => {
+            ResponseShape::Even => format!("{size}, whatever the {name}"),
+            ResponseShape::Power(1.0) => {
+                format!("{size} at a {name} of 1 {unit}, in proportion to it")
+            }
+            ResponseShape::Power(power) => {
                 format!("{size} at a {name} of 1 {unit}, as its power of {power}")
             }
-            Shape::Below(limit) => format!("{size} where the {name} is below {limit:.3} {unit}"),
-            Shape::Above(limit) => format!("{size} where the {name} is above {limit:.3} {unit}"),
+            ResponseShape::Below(limit) => {
+                format!("{size} where the {name} is below {limit:.3} {unit}")
+            }
+            ResponseShape::Above(limit) => {
+                format!("{size} where the {name} is above {limit:.3} {unit}")
+            }
         }
     }
 }
@@ -288,9 +294,12 @@ mod tests {
     #[test]
     fn a_leak_is_even_and_a_photo_leak_goes_with_light() {
         let leak = response(|_| 500.0).unwrap();
-        assert_eq!(leak.fit.shape, Shape::Even);
+        assert_eq!(leak.fit.shape, ResponseShape::Even);
         let photo = response(|x| 3_000.0 * x).unwrap();
-        assert_eq!((photo.fit.form, photo.fit.shape), (Form::Rate, Shape::Power(1.0)));
+        assert_eq!(
+            (photo.fit.form, photo.fit.shape),
+            (ResponseForm::Rate, ResponseShape::Power(1.0))
+        );
         assert!((photo.fit.amplitude - 3.0).abs() < 1e-6 && photo.explained > 0.99);
         assert!(photo.sentence().starts_with("3.000 ± "), "{}", photo.sentence());
         assert!(photo.sentence().contains("in proportion to it"));
@@ -299,7 +308,9 @@ mod tests {
     #[test]
     fn what_is_lost_in_the_dark_is_a_step() {
         let lost = response(|x| if x < 0.3 { -800.0 } else { 0.0 }).unwrap();
-        assert!(matches!(lost.fit.shape, Shape::Below(limit) if (limit - 0.3).abs() < 1e-9));
+        assert!(
+            matches!(lost.fit.shape, ResponseShape::Below(limit) if (limit - 0.3).abs() < 1e-9)
+        );
         assert!(lost.sentence().contains("fewer"), "{}", lost.sentence());
     }
 

@@ -4,7 +4,7 @@ use evpose_core::{
 use evpose_sensor::{EffectConfig, SensorConfig};
 
 use crate::locate::{Located, locate};
-use crate::{ReferenceScene, Scene, View};
+use crate::{LightSequence, ReferenceScene, View};
 
 const SIZE: SensorSize = SensorSize { width: 48, height: 36 };
 const PLANES: usize = 501;
@@ -22,8 +22,11 @@ fn reference_scene() -> ReferenceScene {
         let pixels = (0..width * height).map(|p| value(p % width, p / width));
         Plane::from_vec(width, height, pixels.collect()).unwrap()
     };
-    ReferenceScene::new(Scene::new(1_000.0, (0..PLANES).map(plane).collect()).unwrap(), &model())
-        .unwrap()
+    ReferenceScene::new(
+        LightSequence::new(1_000.0, (0..PLANES).map(plane).collect()).unwrap(),
+        &model(),
+    )
+    .unwrap()
 }
 
 fn model() -> SensorConfig {

@@ -9,7 +9,7 @@ use evpose_sensor::{SensorConfig, SensorModel};
 
 use crate::probe::interface::StatisticProbe;
 use crate::view::Expected;
-use crate::{Classes, ReferenceScene, Scene, View};
+use crate::{Classes, LightSequence, ReferenceScene, View};
 
 /// Columns from here on are at rest.
 pub(crate) const REST_FROM: u16 = 64;
@@ -33,7 +33,7 @@ fn example() -> &'static (ReferenceScene, EventStream) {
             let pixels = (0..width * height).map(|p| luminance(p % width, p / width, t_s));
             Plane::from_vec(width, height, pixels.collect()).unwrap()
         };
-        let scene = Scene::new(FPS, (0..PLANES).map(plane).collect()).unwrap();
+        let scene = LightSequence::new(FPS, (0..PLANES).map(plane).collect()).unwrap();
         let model = SensorModel::from_config(&SensorConfig::default()).unwrap();
         let mut run = model.start(SIZE, 1);
         let mut events = EventStream::empty(SIZE);
@@ -64,7 +64,7 @@ pub(crate) fn events() -> &'static EventStream {
 /// A constant scene of two steps.
 pub(crate) fn tiny(width: u16, height: u16) -> ReferenceScene {
     let size = SensorSize { width, height };
-    let scene = Scene::new(FPS, vec![Plane::for_sensor(size, 0.5); 3]).unwrap();
+    let scene = LightSequence::new(FPS, vec![Plane::for_sensor(size, 0.5); 3]).unwrap();
     let events = corner_events(width, height);
     ReferenceScene {
         classes: Classes::from_scene(&scene),

@@ -8,7 +8,7 @@ use super::{Model, prepared_in};
 use crate::input::Nominal;
 use crate::report::SECOND_RECORDING;
 use crate::search::{Budget, DataSplits};
-use crate::{GapError, Layout, Objective, ReferenceScene, Scene};
+use crate::{GapError, Layout, LightSequence, Objective, ReferenceScene};
 
 /// Fraction of a single recording that is training data; the rest is held out.
 const FITTED: f64 = 0.6;
@@ -19,7 +19,7 @@ pub struct ComparisonCase {
     /// Events of the recording.
     pub measured: EventStream,
     /// Luminance of the scene.
-    pub scene: Scene,
+    pub scene: LightSequence,
     /// Window of time that is compared.
     pub window: TimeWindow,
 }
@@ -29,7 +29,7 @@ impl ComparisonCase {
     ///
     /// # Errors
     /// If they are of different sensors or there are no events.
-    pub fn new(measured: &EventStream, scene: Scene) -> Result<Self, GapError> {
+    pub fn new(measured: &EventStream, scene: LightSequence) -> Result<Self, GapError> {
         let (of_events, of_scene): (SensorSize, SensorSize) = (measured.sensor(), scene.size());
         if of_events != of_scene {
             return Err(GapError::Recording(format!(

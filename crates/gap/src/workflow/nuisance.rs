@@ -17,7 +17,7 @@ use super::nuisance_spread::NuisanceSpread;
 use crate::parameters::ModelParameter;
 use crate::search::Identification;
 use crate::verdict::{Answer, FindingKind, Verdict};
-use crate::{GapError, Layout, Scene, StatisticBlock, View};
+use crate::{GapError, Layout, LightSequence, StatisticBlock, View};
 
 /// Samples of the nuisance parameters.
 const SAMPLES: u64 = 8;
@@ -44,7 +44,7 @@ pub struct Nuisance {
 }
 
 /// Draws the scene with sample `i` of the nuisance parameters.
-pub type NuisanceSample<'a> = &'a dyn Fn(u64) -> Result<Scene, GapError>;
+pub type NuisanceSample<'a> = &'a dyn Fn(u64) -> Result<LightSequence, GapError>;
 
 impl Prepared {
     /// As [`Prepared::new`], with nuisance parameters whose samples are drawn by `train` and

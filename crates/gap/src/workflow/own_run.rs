@@ -6,7 +6,7 @@ use evpose_sensor::SensorConfig;
 
 use super::{ComparisonCase, p_of_largest_deviation, prepared};
 use crate::input::Nominal;
-use crate::{GapError, Layout, Objective, ReferenceScene, Scene};
+use crate::{GapError, Layout, LightSequence, Objective, ReferenceScene};
 
 /// Result of such a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,7 +23,7 @@ pub struct OwnRun {
 /// # Errors
 /// A model that cannot be built or shown the scene, or that makes no events.
 pub fn own_run(
-    scene: Scene,
+    scene: LightSequence,
     model: &SensorConfig,
     nominal: Option<&Nominal>,
     replicates: u64,

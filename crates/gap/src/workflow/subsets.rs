@@ -64,13 +64,13 @@ mod tests {
     use evpose_core::{Event, EventStream, Plane, Polarity, SensorSize};
 
     use super::*;
-    use crate::Scene;
+    use crate::LightSequence;
 
     /// Events at an even rate over `seconds` of a scene of 1000 frames per second.
     fn case(size: SensorSize, seconds: f64, events: usize) -> ComparisonCase {
         let frames = (1_000.0 * seconds) as usize + 1;
         let plane = Plane::filled(usize::from(size.width), usize::from(size.height), 0.5_f32);
-        let scene = Scene::new(1_000.0, vec![plane; frames]).unwrap();
+        let scene = LightSequence::new(1_000.0, vec![plane; frames]).unwrap();
         let step_us = 1e6 * seconds / events as f64;
         let event = |k: usize| Event {
             t: Micros((step_us * k as f64) as i64),

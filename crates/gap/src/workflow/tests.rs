@@ -7,10 +7,10 @@ use crate::input::Nominal;
 use crate::parameters::ModelParameter;
 use crate::search::DataSplits;
 use crate::verdict::Answer;
-use crate::{ReferenceScene, Scene};
+use crate::{LightSequence, ReferenceScene};
 
 /// Bars that move over a dark ground, 24 x 16 pixels, 0.5 s.
-fn scene(phase: f32) -> Scene {
+fn scene(phase: f32) -> LightSequence {
     let plane = |k: u16| {
         let t = f32::from(k) / 500.0;
         let light = (0..24 * 16).map(|i| {
@@ -19,10 +19,10 @@ fn scene(phase: f32) -> Scene {
         });
         Plane::from_vec(24, 16, light.collect()).unwrap()
     };
-    Scene::new(500.0, (0..=250).map(plane).collect()).unwrap()
+    LightSequence::new(500.0, (0..=250).map(plane).collect()).unwrap()
 }
 
-fn recording(scene: &Scene, model: &SensorConfig, seed: u64) -> ComparisonCase {
+fn recording(scene: &LightSequence, model: &SensorConfig, seed: u64) -> ComparisonCase {
     let reference_scene =
         ReferenceScene::new(scene.clone(), &prepared(model, None).reference).unwrap();
     ComparisonCase::new(&reference_scene.simulate(model, seed).unwrap(), scene.clone()).unwrap()

@@ -119,7 +119,7 @@ mod tests {
     use evpose_sensor::SensorConfig;
 
     use super::*;
-    use crate::Scene;
+    use crate::LightSequence;
 
     const STEP: Micros = Micros(1_000);
     const SIZE: SensorSize = SensorSize { width: 4, height: 3 };
@@ -152,7 +152,7 @@ mod tests {
     #[test]
     fn stamps_move_to_the_end_of_their_frame() {
         let plane = |k: u8| Plane::filled(4, 3, 0.2 + 0.01 * f32::from(k));
-        let scene = Scene::new(1_000.0, (0..9).map(plane).collect()).unwrap();
+        let scene = LightSequence::new(1_000.0, (0..9).map(plane).collect()).unwrap();
         let reference = ReferenceScene::new(scene, &SensorConfig::default()).unwrap();
         let moved = moved_to_frames(&stream([333, 1_000, 1_500].into_iter()), &reference, STEP);
         let times: Vec<i64> = moved.unwrap().t().iter().map(|t| t.0).collect();

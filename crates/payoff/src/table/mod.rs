@@ -32,12 +32,12 @@ pub struct PairedTable {
     /// Number of recordings.
     pub recordings: usize,
     /// Metrics, the main one first.
-    pub rows: Vec<Row>,
+    pub rows: Vec<MetricRow>,
 }
 
 /// One metric.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Row {
+pub struct MetricRow {
     /// The metric.
     #[serde(flatten)]
     pub metric: Metric,
@@ -66,7 +66,7 @@ pub enum Worth {
     Undecided,
 }
 
-impl Row {
+impl MetricRow {
     /// Whether the second model is better than the first.
     pub fn worth(&self) -> Worth {
         let Some(Interval { low: Some(low), high: Some(high), .. }) = self.difference else {
@@ -108,7 +108,7 @@ impl PairedTable {
     }
 }
 
-fn row(models: &[ModelScores], metric: usize, config: &BootstrapConfig) -> Row {
+fn row(models: &[ModelScores], metric: usize, config: &BootstrapConfig) -> MetricRow {
     let seeds = models[0].by_seed.len();
     let of = |model: &ModelScores, seeds: std::ops::Range<usize>| -> Vec<Vec<Totals>> {
         let count = model.by_seed[0].recordings.len();
@@ -147,7 +147,7 @@ fn row(models: &[ModelScores], metric: usize, config: &BootstrapConfig) -> Row {
         })
     };
     let has_bound = pooled.len() > 2 && is_measurable(interval(&|drawn| less(2, 0, drawn)));
-    Row {
+    MetricRow {
         metric: models[0].by_seed[0].metrics[metric],
         scores: scores.collect(),
         difference: interval(&|drawn| less(1, 0, drawn)),

@@ -1,6 +1,6 @@
 //! Laws of what is left: excess or deficit as a function of light, its change, time and place.
 
-use evpose_gap::locate::{Form, Response};
+use evpose_gap::locate::{Response, ResponseForm};
 
 use crate::chart::{self, Chart, ChartAxis, Mark, Series};
 use crate::colour::Colour;
@@ -51,8 +51,8 @@ fn drawn(response: &Response) -> Chart {
         title: format!("{} events", if response.is_on { "ON" } else { "OFF" }),
         x: if is_log { ChartAxis::log(&name) } else { ChartAxis::new(&name) },
         y: ChartAxis::new(match response.fit.form {
-            Form::Rate => "excess, events per pixel and second",
-            Form::Fraction => "excess, fraction of the expected",
+            ResponseForm::Rate => "excess, events per pixel and second",
+            ResponseForm::Fraction => "excess, fraction of the expected",
         })
         .from_zero(),
         series: vec![series(Mark::Line, LAW, fitted), series(Mark::Dots, DIFFERENCE, differences)],

@@ -9,7 +9,7 @@ use crate::GapError;
 
 /// Luminance planes at equal time steps, the first at time zero.
 #[derive(Debug, Clone)]
-pub struct Scene {
+pub struct LightSequence {
     size: SensorSize,
     fps: f64,
     /// Shared with the parts of the scene.
@@ -21,7 +21,7 @@ pub struct Scene {
     catalogue: Catalogue,
 }
 
-impl Scene {
+impl LightSequence {
     /// A scene of planes `1 / fps` seconds apart, of linear luminance relative to white.
     ///
     /// # Errors
