@@ -174,7 +174,9 @@ mod tests {
             (all.precision.of, all.nulls_named.of)
         };
         assert_eq!(named("v2e", "frame_grid"), (1, 0));
-        assert_eq!(named("iebcs", "frame_grid"), (0, 1));
+        assert_eq!(named("esim", "frame_grid"), (0, 1));
+        assert_eq!(named("iebcs", "frame_grid"), (1, 0));
+        assert_eq!(named("iebcs", "frame_difference"), (0, 1));
         assert_eq!(named("iebcs", "reset_overshoot"), (1, 0));
         assert_eq!(named("esim", "threshold_temporal_noise"), (1, 0));
     }
