@@ -45,7 +45,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Rising(&["hz_per_white"]),
         beside: &[],
     },
-    search: SearchSpec { reach: &[("hz_per_white", (1e-3, 30.0))], ..SearchSpec::PLAIN },
+    search: SearchSpec::PLAIN,
     build: |settings| {
         let hz_per_white = settings.number(&RATE) as f32;
         Ok(Stage::Term(Box::new(ParasiticPhotoLeak { hz_per_white })))
