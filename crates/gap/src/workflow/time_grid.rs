@@ -9,6 +9,7 @@
 use std::collections::HashMap;
 
 use evpose_core::{Event, EventStream, Micros};
+use evpose_stats::quantile;
 
 use crate::{GapError, ReferenceScene};
 
@@ -72,8 +73,7 @@ pub(super) fn moved_to_frames(
 ) -> Result<EventStream, GapError> {
     let phase = |event: &Event| event.t.0.rem_euclid(step.0) as f64 / step.0 as f64;
     let mut phases: Vec<f64> = events.iter().map(|event| phase(&event)).collect();
-    phases.sort_by(f64::total_cmp);
-    let median = phases.get(phases.len() / 2).copied().unwrap_or(0.0);
+    let median = quantile::median_high(&mut phases).unwrap_or(0.0);
     let up = |t: Micros| Micros(-(-t.0).div_euclid(step.0) * step.0);
     let is_behind = median > 0.0 && median < AMBIGUOUS && {
         let lags = lags_us(events, reference_scene, &up);
