@@ -1,12 +1,14 @@
 //! Reads the inputs of a comparison and reports their problems before anything is compared.
 
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use anyhow::{Context, Result};
 use evpose_core::{EventStream, Micros, TimeWindow};
 use evpose_gap::GapError;
 use evpose_gap::davis::Shots;
 use evpose_gap::input::{LoadedRecording, LoadedScene, Nominal, Problem, Problems, load_recording};
+use evpose_gap::search::Budget;
 use evpose_gap::workflow::{
     ComparisonCase, FRAME_NUISANCE, HeldOut, Inputs, Nuisance, NuisanceSample, POSE_NUISANCE,
     Prepared, prepared, with_stamp_period,
@@ -160,8 +162,17 @@ pub(super) fn nuisance(args: &InputArgs) -> Option<&'static Nuisance> {
     }
 }
 
+/// The time that a search may take, from now.
+fn budget(seconds: f64) -> Result<Budget> {
+    let length = Duration::try_from_secs_f64(seconds)
+        .map_err(|_| anyhow::anyhow!("--budget {seconds}: expected seconds not below zero"))
+        .context(BadInput)?;
+    Ok(Budget::from_now(length))
+}
+
 /// Reads all that a comparison needs.
 pub(super) fn prepare(args: &InputArgs) -> Result<Prepared> {
+    let budget = args.budget.map(budget).transpose()?;
     let given = model(&args.model)?;
     check_names(&args.leave_out)?;
     let (train_scene, held_out_scene) = sources(args);
@@ -222,6 +233,7 @@ pub(super) fn prepare(args: &InputArgs) -> Result<Prepared> {
         None => Prepared::new(inputs),
     }
     .context(BadInput)?;
+    prepared.budget = budget;
     for note in &prepared.notes {
         say(format!("note      {note}"));
     }

@@ -2,13 +2,12 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use anyhow::{Context, Result, anyhow};
 use evpose_core::TimeWindow;
 use evpose_gap::input::{Problem, load_recording};
 use evpose_gap::report::{Fact, ReportData};
-use evpose_gap::search::Budget;
 use evpose_gap::verdict::Answer;
 use evpose_gap::workflow::{outcome, scene_free_verdict, with_stamp_period};
 
@@ -47,9 +46,7 @@ pub(super) fn run(args: &RunArgs) -> Result<Answer> {
 
 fn compared(args: &InputArgs) -> Result<Written> {
     let mut clock = Clock::start();
-    let budget = args.budget.map(budget).transpose()?;
-    let mut prepared = inputs::prepare(args)?;
-    prepared.budget = budget;
+    let prepared = inputs::prepare(args)?;
     let splits = prepared.data_splits()?;
     clock.lap("inputs");
     let spinner = spinner();
@@ -69,14 +66,6 @@ fn compared(args: &InputArgs) -> Result<Written> {
         held_out: Some(splits.held_out.window),
         seconds: clock.seconds,
     })
-}
-
-/// The time that a search may take, from now.
-fn budget(seconds: f64) -> Result<Budget> {
-    let length = Duration::try_from_secs_f64(seconds)
-        .map_err(|_| anyhow::anyhow!("--budget {seconds}: expected seconds not below zero"))
-        .context(BadInput)?;
-    Ok(Budget::from_now(length))
 }
 
 /// A recording without a scene.
