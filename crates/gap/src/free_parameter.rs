@@ -89,13 +89,37 @@ impl FreeParameter {
                     Scale::Log => value.max(low) * LOG_STEP_RATIO.powf(steps),
                     Scale::Linear => value + linear_step(spec, param) * steps,
                 };
-                let value = value.clamp(low, high);
-                for effect in stepped.effects.iter_mut().filter(|effect| effect.name == spec.name) {
+                return self.with_value(model, value.clamp(low, high));
+            }
+        }
+        stepped
+    }
+
+    /// `count` values across the range of a parameter of an effect whose estimate is rough; none of
+    /// other parameters.
+    pub(crate) fn rough_values(self, count: usize) -> Vec<f64> {
+        match self {
+            Self::Effect(spec, param) if spec.search.rough.contains(&param.name) => {
+                let (low, high) = limits(spec, param);
+                let at = |i: usize| low + (high - low) * i as f64 / count as f64;
+                (0..count).map(at).collect()
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    /// The model with the parameter set to a value.
+    pub(crate) fn with_value(self, model: &SensorConfig, value: f64) -> SensorConfig {
+        let mut model = model.clone();
+        match self {
+            Self::Model(parameter) => parameter.set(&mut model, value),
+            Self::Effect(spec, param) => {
+                for effect in model.effects.iter_mut().filter(|effect| effect.name == spec.name) {
                     *effect = effect.clone().with(param.name, value);
                 }
             }
         }
-        stepped
+        model
     }
 
     /// Whether the next step upwards would leave the allowed range.

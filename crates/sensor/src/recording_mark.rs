@@ -56,7 +56,7 @@ impl RecordingMark {
             Self::HotPixels => &["fraction", "median_hz", "on_share"],
             Self::Bus => &["rate_hz", "row_ns"],
             Self::Scan => &["axis", "direction", "period_us"],
-            Self::RateCeiling => &["rate_hz"],
+            Self::RateCeiling => &["rate_hz", "window_us", "phase_us"],
         }
     }
 }

@@ -277,8 +277,9 @@ fn dark_current_takes_contrast_from_the_dark() {
 #[test]
 fn neighbours_pull_or_push() {
     let edge = |x: usize, _, _| light(if x >= 16 { -1.0 } else { -2.0 });
-    let across = |coupling: f64| -> Vec<f64> {
+    let coupled = |coupling: f64, surround: f64| -> Vec<f64> {
         let lateral = effect("lateral_coupling").with("coupling", coupling).with("radius_px", 2.0);
+        let lateral = lateral.with("surround", surround);
         (0..32)
             .map(|x| {
                 tapped(
@@ -292,6 +293,7 @@ fn neighbours_pull_or_push() {
             })
             .collect()
     };
+    let across = |coupling: f64| coupled(coupling, 0.0);
     // Far from the edge nothing changes; beside it a surround deepens the edge by half the step
     // times the coupling, less what the sampled Gaussian has at its centre.
     let sharp = across(-0.6);
@@ -303,6 +305,10 @@ fn neighbours_pull_or_push() {
     assert_near(sharp[16], -1.0 + expected, 1e-4);
     let soft = across(0.6);
     assert_near(soft[15], -2.0 + expected, 1e-4);
+    // Of a surround that is subtracted whole the difference from it is left.
+    let differences = coupled(0.0, 1.0);
+    assert_near(differences[0], 0.0, 1e-5);
+    assert_near(differences[16], expected / 0.6, 1e-4);
 }
 
 #[test]

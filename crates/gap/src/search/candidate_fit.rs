@@ -12,6 +12,8 @@ use crate::{GapError, Objective};
 
 /// Proposals whose strength is fitted.
 const LINE_SEARCHED: usize = 6;
+/// Further proposals whose strength is fitted because they resemble one of these.
+const RESEMBLING: usize = 3;
 /// Proposals of which all parameters are fitted.
 const FINALISTS: usize = 3;
 /// Proposals with more than this multiple of the least discrepancy are not fitted in full.
@@ -20,6 +22,8 @@ const FAR_BEHIND: f64 = 2.0;
 const ROUNDS: usize = 3;
 /// Steps of the line search over the strength.
 const LINE_STEPS: [f64; 3] = [5.0, 2.5, 1.2];
+/// Values across the range of a parameter whose estimate is rough, a phase, that are tried.
+const ROUGH_VALUES: usize = 8;
 
 /// Fits the best of some proposals, each added to `model`, the best first. Parameters that the
 /// model has already, `nuisance`, follow linearly.
@@ -33,9 +37,17 @@ pub(super) fn fit_candidates(
     nuisance: &[FreeParameter],
 ) -> Result<Vec<FittedCandidate>, GapError> {
     let slopes = Slopes::around(objective, model, nuisance, 1)?;
-    let tried = &proposals[..proposals.len().min(LINE_SEARCHED)];
-    let mut fitted = tried
-        .par_iter()
+    let best = &proposals[..proposals.len().min(LINE_SEARCHED)];
+    // A short part of a recording does not distinguish an effect from those that resemble it.
+    let resembles = |one: &&ScreenedTrial| {
+        best.iter().any(|best| best.trial.spec.search.resembles.contains(&one.name))
+    };
+    let others = proposals.iter().skip(LINE_SEARCHED).filter(resembles).take(RESEMBLING);
+    let mut fitted = best
+        .iter()
+        .chain(others)
+        .collect::<Vec<_>>()
+        .into_par_iter()
         .map(|proposal| {
             let fit = search_strength(objective, model, &proposal.trial, &slopes, nuisance)?;
             Ok(FittedCandidate { name: proposal.name, fit, trial: proposal.trial.clone() })
@@ -75,6 +87,15 @@ fn search_strength(
     };
     let mut model = trial.added_to(model);
     let mut discrepancy = profiled(&model)?;
+    for free in FreeParameter::of_effect(trial) {
+        for value in free.rough_values(ROUGH_VALUES) {
+            let moved = free.with_value(&model, value);
+            let other = profiled(&moved)?;
+            if other < discrepancy {
+                (model, discrepancy) = (moved, other);
+            }
+        }
+    }
     for steps in LINE_STEPS {
         for sign in [-1.0, 1.0] {
             let stepped = strength.stepped(&model, sign * steps);

@@ -5,6 +5,7 @@ use evpose_core::EventStream;
 use evpose_sensor::{Catalogue, ParamSpec, RecordingMark, SensorConfig};
 
 use super::recording_marks::{Estimate, all_estimates};
+use crate::Expected;
 use crate::candidate::{Candidate, Trial, words};
 use crate::parameters::ModelParameter;
 
@@ -26,32 +27,38 @@ pub(super) struct DirectEstimates {
 }
 
 impl DirectEstimates {
-    /// Estimates from the events of a recording, for the effects of a catalogue.
-    pub(super) fn from_events(catalogue: Catalogue, events: &EventStream) -> Self {
-        Self { catalogue, estimates: all_estimates(catalogue, events) }
+    /// Estimates from the events of a recording and those that its scene lets expect, for the
+    /// effects of a catalogue.
+    pub(super) fn from_events(
+        catalogue: Catalogue,
+        events: &EventStream,
+        expected: &Expected,
+    ) -> Self {
+        Self { catalogue, estimates: all_estimates(catalogue, events, expected) }
     }
 
     fn find(&self, name: &str) -> Option<&Estimate> {
         self.estimates.iter().find(|estimate| estimate.spec.name == name)
     }
 
-    /// The effect that the time stamps prove and that `model` lacks, as a trial: a readout, whose
-    /// lines are a grid of their own, or else the period of the clock.
+    /// The effects that the time stamps prove and that `model` lacks, with the forms that they may
+    /// have.
     pub(super) fn proven(
         &self,
         model: &SensorConfig,
         left_out: &[String],
-    ) -> Option<(&'static str, Trial)> {
+    ) -> Vec<(&'static str, Vec<Trial>)> {
         let candidates = Candidate::missing_from(self.catalogue, model, left_out);
         let is_proven = |estimate: &&Estimate| estimate.reading.consistent > PROVEN;
-        let trial = |estimate: &Estimate| {
+        let forms = |estimate: &Estimate| {
             let name = estimate.spec.name;
             let candidate = candidates.iter().find(|one| one.name() == name)?;
-            let mut plainest =
+            let plainest =
                 candidate.trials().into_iter().filter_map(|form| form.into_iter().next());
-            Some((name, self.applied(name, &plainest.rfind(Trial::is_usual)?)))
+            let usual = plainest.filter(Trial::is_usual);
+            Some((name, usual.map(|trial| self.applied(name, &trial)).collect()))
         };
-        self.estimates.iter().rev().filter(is_proven).find_map(trial)
+        self.estimates.iter().rev().filter(is_proven).filter_map(forms).collect()
     }
 
     /// The trial with its estimated parameters set. They are no longer fitted, except rough ones.
@@ -124,6 +131,7 @@ mod tests {
         let estimates = DirectEstimates::from_events(
             Catalogue::default(),
             &EventStream::from_events(size, events).unwrap(),
+            &Expected::from_events(&EventStream::empty(size)),
         );
         let mut model = SensorConfig::from_toml("").unwrap();
         ModelParameter::ThresholdOn.set(&mut model, 0.25);

@@ -1,8 +1,9 @@
 //! The data that a search works on, and its result.
 
-use evpose_sensor::SensorConfig;
+use evpose_sensor::{SensorConfig, Stage};
 
 use super::budget::Budget;
+use super::selection::Selection;
 use crate::candidate::Trial;
 use crate::fit::Fit;
 use crate::parameters::ModelParameter;
@@ -21,11 +22,24 @@ pub struct DataSplits<'a> {
     pub train: Objective<'a>,
     /// The held-out data that models are scored on.
     pub held_out: Objective<'a>,
+    /// Time below which nothing is compared, microseconds: the frames of a scene on whose grid the
+    /// time stamps lie; zero if they do not.
+    pub resolution_us: f64,
     /// Time that the search may take; none if it ends by itself.
     pub budget: Option<Budget>,
 }
 
 impl DataSplits<'_> {
+    /// Whether times that are strengths of a selection's effects are not below the resolution.
+    pub(super) fn resolves(&self, selection: &Selection) -> bool {
+        selection.effects.iter().all(|effect| {
+            let strength = effect.candidate.trial.params[0];
+            let value = selection.model.effect(effect.candidate.name);
+            let value = value.and_then(|effect| effect.number(strength.name));
+            strength.unit != "us" || value.is_none_or(|us| us.abs() >= self.resolution_us)
+        })
+    }
+
     /// Scores a model on the held-out data.
     pub(super) fn score(&self, model: &SensorConfig) -> Result<ModelScore, GapError> {
         let (discrepancy, gap) = self.held_out.score(model, SCORE_RUNS)?;
@@ -53,6 +67,13 @@ pub struct FittedCandidate {
     pub fit: Fit,
     /// The effect's variant with the parameters that were fitted.
     pub trial: Trial,
+}
+
+impl FittedCandidate {
+    /// Whether it serves the pixels one after the other, or line by line.
+    pub(super) fn is_readout(&self) -> bool {
+        matches!(self.trial.spec.typical_stage(), Ok(Stage::Readout(_)))
+    }
 }
 
 /// A fitted candidate with its scores on held-out data.

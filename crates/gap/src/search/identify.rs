@@ -1,6 +1,6 @@
 //! The search as a whole.
 
-use evpose_sensor::SensorConfig;
+use evpose_sensor::{Domain, SensorConfig};
 
 use super::StageCallback;
 use super::decision::is_within_tolerance;
@@ -41,7 +41,9 @@ impl DataSplits<'_> {
         if is_within_tolerance(&before) && gap_of_train <= super::decision::TOLERATED_GAP {
             return Identification::without_gap(self, before);
         }
-        let estimates = DirectEstimates::from_events(self.train.catalogue(), &self.train.events);
+        let expected = &self.train.reference_scene.expected;
+        let catalogue = self.train.catalogue();
+        let estimates = DirectEstimates::from_events(catalogue, &self.train.events, expected);
         let mut selection = Selection::without_effects(self, model)?;
         self.add_proven(&mut selection, &estimates, left_out)?;
         progress("refitting the parameters of the model");
@@ -87,8 +89,17 @@ impl DataSplits<'_> {
         selection.refine(self, model)?;
         selection.fit_together(self, FINAL_ROUNDS)?;
         let tried = proposals.len();
-        let dropped = eliminate(self, &mut selection, excess, tried)?;
-        let parameters = changed_parameters(self, &mut selection, model, excess)?;
+        let mut dropped = eliminate(self, &mut selection, excess, tried)?;
+        let mut parameters = changed_parameters(self, &mut selection, model, excess)?;
+        let is_complete = parameters.is_empty() || is_within_tolerance(&selection.held_out);
+        if !is_complete
+            && self.budget.is_none_or(|budget| budget.allows_rivals())
+            && forward.replace_parameters(&mut selection, &parameters)?
+        {
+            while selection.effects.len() < MAX_EFFECTS && forward.step(&mut selection, &[])? {}
+            dropped = eliminate(self, &mut selection, excess, tried)?;
+            parameters = changed_parameters(self, &mut selection, model, excess)?;
+        }
         let (is_swapped, compared) = swap(self, &mut selection)?;
         let dropped =
             if is_swapped { eliminate(self, &mut selection, excess, tried)? } else { dropped };
@@ -116,22 +127,34 @@ impl DataSplits<'_> {
         estimates: &DirectEstimates,
         left_out: &[String],
     ) -> Result<(), GapError> {
-        let Some((name, trial)) = estimates.proven(&selection.model, left_out) else {
-            return Ok(());
-        };
-        let model = trial.added_to(&selection.model);
-        let held_out = self.score(&model)?;
-        // A wrong readout is worse than none, whatever the time stamps say.
-        if held_out.discrepancy >= selection.held_out.discrepancy {
-            return Ok(());
+        for (name, forms) in estimates.proven(&selection.model, left_out) {
+            // The lines of a readout are a grid of their own, and no clock.
+            let is_clock = forms.iter().any(|trial| trial.spec.domain == Domain::Clock);
+            if is_clock && selection.effects.iter().any(|effect| effect.candidate.is_readout()) {
+                continue;
+            }
+            let mut fitted = Vec::new();
+            for trial in forms {
+                let model = trial.added_to(&selection.model);
+                let discrepancy = self.train.discrepancy(&model, 1)?;
+                fitted.push(FittedCandidate { name, fit: Fit { model, discrepancy }, trial });
+            }
+            let best =
+                fitted.into_iter().min_by(|a, b| a.fit.discrepancy.total_cmp(&b.fit.discrepancy));
+            let Some(candidate) = best else { continue };
+            let held_out = self.score(&candidate.fit.model)?;
+            // A wrong readout is worse than none, whatever the time stamps say.
+            if held_out.discrepancy < selection.held_out.discrepancy {
+                selection.model.clone_from(&candidate.fit.model);
+                selection.train_discrepancy = candidate.fit.discrepancy;
+                selection.held_out = held_out;
+                selection.effects.push(SelectedEffect {
+                    candidate,
+                    rivals: Vec::new(),
+                    is_proven: true,
+                });
+            }
         }
-        let discrepancy = self.train.discrepancy(&model, 1)?;
-        let fit = Fit { model: model.clone(), discrepancy };
-        let candidate = FittedCandidate { name, fit, trial };
-        selection.effects.push(SelectedEffect { candidate, rivals: Vec::new(), is_proven: true });
-        selection.model = model;
-        selection.train_discrepancy = discrepancy;
-        selection.held_out = held_out;
         Ok(())
     }
 }

@@ -28,6 +28,7 @@ mod identification;
 mod identify;
 mod initial_guess;
 mod proposals;
+mod rate_ceiling;
 mod recording_marks;
 mod refinement;
 mod refit;
@@ -43,6 +44,7 @@ pub use identification::{
     AddedEffect, ChangedParameter, Contender, DataSplits, ExplainedFraction, FittedCandidate,
     Identification, Left, ModelScore,
 };
+pub(crate) use recording_marks::common_period_us;
 
 /// Receives a line of text at the beginning of each stage of the search.
 pub type StageCallback<'a> = &'a dyn Fn(&str);

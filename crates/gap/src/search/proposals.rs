@@ -13,6 +13,9 @@ use crate::{Expectation, GapError};
 
 /// Predicted trials that are simulated beside a model.
 const SIMULATED: usize = 12;
+/// Of the best, those whose likes are simulated as well, and how many of these.
+const RESEMBLED: usize = 4;
+const RESEMBLING: usize = 4;
 /// Variants of one candidate among them.
 const VARIANTS: usize = 2;
 
@@ -59,7 +62,14 @@ impl Proposals {
             names.push(one.name);
             names.iter().filter(|name| **name == one.name).count() <= VARIANTS
         });
-        predicted.truncate(SIMULATED);
+        let others = predicted.split_off(predicted.len().min(SIMULATED));
+        let resembles = |one: &ScreenedTrial| {
+            let of = |best: &ScreenedTrial| best.trial.spec.search.resembles.contains(&one.name);
+            predicted[..predicted.len().min(RESEMBLED)].iter().any(of)
+        };
+        let others: Vec<ScreenedTrial> =
+            others.into_iter().filter(resembles).take(RESEMBLING).collect();
+        predicted.extend(others);
         let mut simulated = predicted
             .par_iter()
             .map(|one| {

@@ -6,6 +6,9 @@ use std::f64::consts::TAU;
 use evpose_core::EventStream;
 use evpose_sensor::{Catalogue, RecordingMark, StageSpec, Value};
 
+use super::rate_ceiling::rate_ceiling;
+use crate::Expected;
+
 /// Parameters of one effect estimated from a recording.
 #[derive(Debug, Clone)]
 pub(super) struct Estimate {
@@ -27,7 +30,10 @@ pub(super) struct Reading {
 }
 
 impl Reading {
-    fn new(params: impl IntoIterator<Item = (&'static str, Value)>, consistent: f64) -> Self {
+    pub(super) fn new(
+        params: impl IntoIterator<Item = (&'static str, Value)>,
+        consistent: f64,
+    ) -> Self {
         Self { params: params.into_iter().collect(), consistent }
     }
 
@@ -40,25 +46,32 @@ impl Reading {
     }
 }
 
-/// Reads a mark in the events of a recording; none if it is not there.
-type Read = fn(&EventStream) -> Option<Reading>;
+/// Reads a mark in the events of a recording, given those that the scene lets expect; none if it is
+/// not there.
+type Read = fn(&EventStream, &Expected) -> Option<Reading>;
 
-/// Marks that are read without knowing the scene. A clock or readout that is listed later is taken
-/// first if the time stamps prove several.
-const READINGS: [(RecordingMark, Read); 5] = [
+/// Marks that are read without a simulation. What the time stamps prove is added in the
+/// reverse order.
+const READINGS: [(RecordingMark, Read); 7] = [
+    (RecordingMark::RateCeiling, |events, _| rate_ceiling(events)),
     (RecordingMark::Lamp, flicker),
-    (RecordingMark::TimeGrid, tick),
-    (RecordingMark::HotPixels, hot_pixels),
-    (RecordingMark::Scan, scan),
-    (RecordingMark::Bus, bus),
+    (RecordingMark::TimeGrid, |events, _| tick(events)),
+    (RecordingMark::SilentPixels, silent_pixels),
+    (RecordingMark::HotPixels, |events, _| hot_pixels(events)),
+    (RecordingMark::Scan, |events, _| scan(events)),
+    (RecordingMark::Bus, |events, _| bus(events)),
 ];
 
 /// All estimates of a recording, for the effects of a catalogue.
-pub(super) fn all_estimates(catalogue: Catalogue, events: &EventStream) -> Vec<Estimate> {
+pub(super) fn all_estimates(
+    catalogue: Catalogue,
+    events: &EventStream,
+    expected: &Expected,
+) -> Vec<Estimate> {
     let mut estimates = Vec::new();
     for (mark, read) in READINGS {
         let mut specs = catalogue.with_mark(mark).peekable();
-        let Some(reading) = specs.peek().and_then(|_| read(events)) else { continue };
+        let Some(reading) = specs.peek().and_then(|_| read(events, expected)) else { continue };
         estimates.extend(specs.map(|spec| Estimate { spec, mark, reading: reading.clone() }));
     }
     estimates
@@ -69,14 +82,25 @@ const FLICKER_BIN_US: i64 = 500;
 /// Frequencies of lamps, pulsed or on mains.
 const FLICKER_HZ: (f64, f64) = (30.0, 900.0);
 
+/// Frequencies of lamps on mains of 50 and 60 Hz.
+const MAINS_HZ: [f64; 4] = [50.0, 60.0, 100.0, 120.0];
+
 /// Frequency and phase of the strongest spectral line of the ON rate minus the OFF rate: light that
-/// rises and falls makes them alternate.
-fn flicker(events: &EventStream) -> Option<Reading> {
+/// rises and falls makes them alternate. What the scene lets expect is subtracted.
+fn flicker(events: &EventStream, expected: &Expected) -> Option<Reading> {
     let end = events.t().last()?.0;
     let mut rate = vec![0.0_f64; (end / FLICKER_BIN_US) as usize + 1];
-    for event in events.iter().filter(|event| event.t.0 >= 0) {
-        let sign = if event.polarity.is_on() { 1.0 } else { -1.0 };
-        rate[(event.t.0 / FLICKER_BIN_US) as usize] += sign;
+    let mut add = |t_us: i64, is_on: bool, count: f64| {
+        let bin = usize::try_from(t_us.div_euclid(FLICKER_BIN_US)).ok();
+        if let Some(rate) = bin.and_then(|bin| rate.get_mut(bin)) {
+            *rate += if is_on { count } else { -count };
+        }
+    };
+    events.iter().for_each(|event| add(event.t.0, event.polarity.is_on(), 1.0));
+    for pixel in 0..events.sensor().pixels() {
+        for is_on in [false, true] {
+            expected.times(pixel, is_on).iter().for_each(|t_us| add(*t_us, is_on, -1.0));
+        }
     }
     let seconds = 1e-6 * end as f64;
     let transform = |hz: f64| -> (f64, f64) {
@@ -98,6 +122,9 @@ fn flicker(events: &EventStream) -> Option<Reading> {
     let best = coarse.max_by(|a, b| power(*a).total_cmp(&power(*b)))?;
     let fine = (-10..=10).map(|i| best + 0.1 * step_hz * f64::from(i));
     let hz = fine.max_by(|a, b| power(*a).total_cmp(&power(*b)))?;
+    // Most lamps are on the mains: a scene that moves shifts the line by less than its width.
+    let mains = MAINS_HZ.into_iter().find(|mains| (hz - mains).abs() < step_hz);
+    let hz = mains.unwrap_or(hz);
     let (c, s) = transform(hz);
     // Light 1 + m sin(2 pi f t + phi) changes as cos(2 pi f t + phi), whose transform this is.
     let phase_turns = (-s).atan2(c) / TAU;
@@ -111,21 +138,49 @@ const MIN_STAMPS: usize = 200;
 /// shorter one may be the lines of a readout, and is fitted as any other effect.
 const COARSE_US: i64 = 200;
 
-/// Period of the time stamps: the greatest common divisor of their differences; none if that is a
-/// microsecond.
-fn tick(events: &EventStream) -> Option<Reading> {
+/// The greatest common divisor of the differences of all time stamps, microseconds; zero if they
+/// do not differ.
+pub(crate) fn common_period_us(events: &EventStream) -> i64 {
     let gcd = |mut a: i64, mut b: i64| {
         while b != 0 {
             (a, b) = (b, a % b);
         }
         a
     };
-    let first = events.t().first()?.0;
-    let tick = events.t().iter().fold(0, |tick, t| gcd(tick, t.0 - first));
+    let first = events.t().first().map_or(0, |t| t.0);
+    events.t().iter().fold(0, |period, t| gcd(period, t.0 - first))
+}
+
+/// Period of the time stamps; none if that is a microsecond.
+fn tick(events: &EventStream) -> Option<Reading> {
+    let tick = common_period_us(events);
     // Few stamps have a common divisor by chance; of many, it is a fact.
     let is_proof = events.len() >= MIN_STAMPS && tick >= COARSE_US;
     let consistent = if is_proof { 1.0 } else { 0.0 };
     (tick > 1).then(|| Reading::new([("period_us", (tick as f64).into())], consistent))
+}
+
+/// Expected events of a pixel, from which one that has none is dead.
+const CERTAIN_EVENTS: usize = 8;
+/// Fewest dead pixels that show a fraction.
+const MIN_SILENT: usize = 4;
+
+/// Fraction of pixels without events where the scene lets expect many.
+fn silent_pixels(events: &EventStream, expected: &Expected) -> Option<Reading> {
+    let size = events.sensor();
+    let mut has_events = vec![false; size.pixels()];
+    for event in events.iter() {
+        has_events[usize::from(event.y) * usize::from(size.width) + usize::from(event.x)] = true;
+    }
+    let count =
+        |pixel: usize| expected.times(pixel, false).len() + expected.times(pixel, true).len();
+    let certain = (0..size.pixels()).filter(|pixel| count(*pixel) >= CERTAIN_EVENTS);
+    let certain: Vec<bool> = certain.map(|pixel| has_events[pixel]).collect();
+    let silent = certain.iter().filter(|has_events| !**has_events).count();
+    let fraction = silent as f64 / certain.len().max(1) as f64;
+    // Where half of them are silent, something else takes their events.
+    (silent >= MIN_SILENT && fraction < 0.5)
+        .then(|| Reading::new([("fraction", fraction.into())], 0.0))
 }
 
 /// Events by which, and factor by which, a hot pixel exceeds the median of its neighbours.
@@ -251,6 +306,39 @@ mod tests {
             assert!((1e6 / value("rate_hz") - event_us).abs() < 0.1, "{reading:?}");
             assert!((1e-3 * value("row_ns") - row_us).abs() < 0.6, "{reading:?}");
         }
+    }
+
+    #[test]
+    fn pixels_without_expected_events_are_silent_and_others_are_not() {
+        // Ten events each are expected of a hundred pixels, of which eight have none.
+        let all = |from: u16| {
+            (0..1_000_u16).filter(move |k| k % 100 >= from).map(|k| {
+                let pixel = k % 100;
+                (f64::from(k) * 100.0, pixel % 20, pixel / 20)
+            })
+        };
+        let expected = Expected::from_events(&stream(all(0)));
+        let reading = silent_pixels(&stream(all(8)), &expected).unwrap();
+        assert!((reading.number("fraction").unwrap() - 0.08).abs() < 1e-9);
+        assert!(silent_pixels(&stream(all(2)), &expected).is_none());
+    }
+
+    #[test]
+    fn a_lamp_is_found_beside_a_scene_that_flashes() {
+        // Ten flashes a second by the scene, four times as strong as the lamp of 120 Hz.
+        let flashes =
+            || (0..10).flat_map(|k| (0..400).map(move |i| (1e5 * f64::from(k), i % 20, 5)));
+        let lamp = (0..120).flat_map(|k| {
+            (0..8).map(move |i| (f64::from(k) * 1e6 / 120.0 + 300.0 * f64::from(i), i, 7))
+        });
+        let mut events: Vec<(f64, u16, u16)> = flashes().chain(lamp).collect();
+        events.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let hz = |expected: &Expected| {
+            flicker(&stream(events.clone()), expected).unwrap().number("frequency_hz").unwrap()
+        };
+        let nothing = Expected::from_events(&stream([]));
+        assert!((hz(&nothing) - 120.0).abs() > 1.0);
+        assert!((hz(&Expected::from_events(&stream(flashes()))) - 120.0).abs() < 0.2);
     }
 
     #[test]

@@ -33,6 +33,8 @@ pub(super) struct Selection {
     pub(super) held_out: ModelScore,
     /// Its effects, in the order in which they were selected.
     pub(super) effects: Vec<SelectedEffect>,
+    /// Whether the parameters of the model stay as they were given.
+    pub(super) keeps_parameters: bool,
 }
 
 impl Selection {
@@ -50,6 +52,7 @@ impl Selection {
             train_discrepancy: splits.train.discrepancy(model, 1)?,
             held_out: splits.score(model)?,
             effects: Vec::new(),
+            keeps_parameters: false,
         })
     }
 
@@ -63,9 +66,9 @@ impl Selection {
         self.effects.iter().any(|effect| effect.candidate.name == name)
     }
 
-    /// Parameters of the model and of all selected effects.
+    /// Parameters of the model, unless it keeps them, and of all selected effects.
     pub(super) fn free_parameters(&self) -> Vec<FreeParameter> {
-        let mut free = FreeParameter::of_model();
+        let mut free = if self.keeps_parameters { Vec::new() } else { FreeParameter::of_model() };
         let fitted = self.effects.iter().filter(|effect| !effect.is_proven);
         free.extend(fitted.flat_map(|effect| FreeParameter::of_effect(&effect.candidate.trial)));
         free
@@ -82,11 +85,14 @@ impl Selection {
     ) -> Result<(), GapError> {
         let free = self.free_parameters();
         // Gradient descent does not cross a threshold error of a third.
-        let counted = with_thresholds(&splits.train, &self.model)?;
-        let is_closer =
-            splits.train.discrepancy(&counted, 1)? < splits.train.discrepancy(&self.model, 1)?;
-        let start = if is_closer { &counted } else { &self.model };
-        let fit = descend(&splits.train, start, &free, None, 1, rounds)?;
+        let mut start = self.model.clone();
+        if !self.keeps_parameters {
+            let counted = with_thresholds(&splits.train, &self.model)?;
+            if splits.train.discrepancy(&counted, 1)? < splits.train.discrepancy(&start, 1)? {
+                start = counted;
+            }
+        }
+        let fit = descend(&splits.train, &start, &free, None, 1, rounds)?;
         self.train_discrepancy = fit.discrepancy;
         if fit.model != self.model || self.held_out.model != self.model {
             self.model = fit.model;

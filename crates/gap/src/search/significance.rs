@@ -20,7 +20,7 @@ use rayon::prelude::*;
 
 use super::identification::SCORE_RUNS;
 use crate::compare::{Expectation, discrepancy, rho, rho_of_chance};
-use crate::{GapError, Objective};
+use crate::{GapError, Layout, Objective};
 
 /// Replicates of the model that would be rejected.
 const REPLICATES: u64 = 8;
@@ -35,8 +35,8 @@ pub(super) struct Difference {
     pub(super) gain: f64,
     /// Probability of such a gain if the first model were true.
     pub(super) p: f64,
-    /// Losses of the statistics that the second model explains worse, as a fraction of the
-    /// decreases of those that it explains better.
+    /// Losses of the statistics that the second model explains worse, beyond those by chance if it
+    /// were true, as a fraction of the decreases of those that it explains better.
     pub(super) worsened: f64,
 }
 
@@ -70,22 +70,27 @@ pub(super) fn difference(
     let (mean, deviation) = mean_and_deviation(&replicates);
     let deviation = deviation.max(MIN_DEVIATION);
     let gain = gain_of(&objective.measured);
-    let losses = |expected: &Expectation| -> Vec<f64> {
-        let deviations = expected.deviations(layout, &objective.measured);
-        deviations.iter().map(|z| rho(z * z)).collect()
-    };
-    let changes: Vec<f64> = losses(&expected[0])
-        .iter()
-        .zip(losses(&expected[1]))
-        .map(|(first, second)| first - second)
-        .collect();
-    let better: f64 = changes.iter().map(|change| change.max(0.0)).sum();
-    let worsened = (better - gain) / better.max(1e-9);
+    let of_second = (SCORE_RUNS..SCORE_RUNS + REPLICATES)
+        .into_par_iter()
+        .map(|run| Ok(increase(layout, &expected, &objective.run(second, run)?)))
+        .collect::<Result<Vec<f64>, GapError>>()?;
+    let (by_chance, _) = mean_and_deviation(&of_second);
+    let increase = increase(layout, &expected, &objective.measured);
+    let worsened = (increase - by_chance).max(0.0) / (gain + increase).max(1e-9);
     let compared = expected[1].mean.iter().filter(|mean| mean.is_finite()).count().max(1) as f64;
     let left = of(&expected[1], &objective.measured) / (compared * rho_of_chance());
     let z = (gain - mean) / (deviation * left.max(1.0));
     // Tails of few replicates are wider than normal ones: Student's t would be exact for them.
     Ok(Difference { gain, p: normal_upper_tail(z * student_factor(z)), worsened })
+}
+
+/// Sum of the losses of a summary that are larger by the second expectation than by the first.
+fn increase(layout: &Layout, expected: &[Expectation; 2], summary: &[f64]) -> f64 {
+    let losses = |expected: &Expectation| -> Vec<f64> {
+        expected.deviations(layout, summary).iter().map(|z| rho(z * z)).collect()
+    };
+    let pairs = losses(&expected[0]).into_iter().zip(losses(&expected[1]));
+    pairs.map(|(first, second)| (second - first).max(0.0)).sum()
 }
 
 /// Discrepancy that a model leaves beyond that of its own runs.

@@ -12,6 +12,7 @@ use super::selection::{SelectedEffect, Selection};
 use super::significance::difference;
 use crate::GapError;
 use crate::free_parameter::FreeParameter;
+use crate::parameters::ModelParameter;
 
 /// Candidates that are scored on held-out data.
 const SCORED: usize = 4;
@@ -19,6 +20,8 @@ const SCORED: usize = 4;
 const FITTED_TOGETHER: usize = 2;
 /// Rounds of that fit.
 const ROUNDS: usize = 2;
+/// Models that candidates are fitted beside.
+const BASES: usize = 2;
 
 /// Inputs of a forward step.
 pub(super) struct Forward<'a> {
@@ -51,9 +54,19 @@ impl Forward<'_> {
                 }
             }
         }
+        // Where no candidate does well on the screen, none will beside this base.
+        let mut screened = Vec::new();
+        for base in bases {
+            screened.push((self.promising(selection, &base)?, base));
+        }
+        let least = |proposed: &[ScreenedTrial]| {
+            proposed.iter().map(|one| one.discrepancy).fold(f64::INFINITY, f64::min)
+        };
+        screened.sort_by(|a, b| least(&a.0).total_cmp(&least(&b.0)));
+        screened.truncate(BASES);
         let mut finalists = Vec::new();
-        for base in &bases {
-            let scored = self.scored(self.candidates(selection, base)?)?;
+        for (promising, base) in &screened {
+            let scored = self.scored(self.fitted(selection, base, promising)?)?;
             for k in 0..scored.len().min(FITTED_TOGETHER) {
                 let mut others: Vec<FittedCandidate> =
                     scored.iter().map(|(candidate, _)| candidate.clone()).collect();
@@ -62,6 +75,9 @@ impl Forward<'_> {
                 with.model.clone_from(&candidate.fit.model);
                 with.effects.push(SelectedEffect { candidate, rivals: others, is_proven: false });
                 with.fit_together(self.splits, ROUNDS)?;
+                if !self.splits.resolves(&with) {
+                    continue;
+                }
                 finalists.push(with);
             }
         }
@@ -80,15 +96,43 @@ impl Forward<'_> {
         Ok(true)
     }
 
-    /// Candidates fitted beside a model with the effects of a selection.
-    fn candidates(
+    /// Tries to explain by effects what changed parameters of the model explain, as many at most.
+    /// Returns whether that explains more.
+    ///
+    /// # Errors
+    /// A model that cannot be built or shown the scene.
+    pub(super) fn replace_parameters(
+        &self,
+        selection: &mut Selection,
+        changed: &[(ModelParameter, Worth)],
+    ) -> Result<bool, GapError> {
+        let mut other = selection.clone();
+        for (parameter, _) in changed {
+            parameter.set(&mut other.model, parameter.value(&selection.given));
+        }
+        other.keeps_parameters = true;
+        other.fit_together(self.splits, ROUNDS)?;
+        for _ in changed {
+            if !self.step(&mut other, &[])? {
+                break;
+            }
+        }
+        let is_better = other.discrepancy() < selection.discrepancy();
+        if is_better {
+            *selection = other;
+        }
+        Ok(is_better)
+    }
+
+    /// Candidates that are better on the screen than a model with the effects of a selection.
+    fn promising(
         &self,
         selection: &Selection,
         model: &SensorConfig,
-    ) -> Result<Vec<FittedCandidate>, GapError> {
+    ) -> Result<Vec<ScreenedTrial>, GapError> {
         let nuisance: Vec<FreeParameter> = selection.free_parameters();
         let screen = &self.splits.screen;
-        let base = ScreeningBase::new(screen, self.estimates, model, nuisance.clone())?;
+        let base = ScreeningBase::new(screen, self.estimates, model, nuisance)?;
         let is_free = |one: &ScreenedTrial| {
             let added = one.trial.added_to(model);
             // A readout would replace another one that was selected.
@@ -98,13 +142,22 @@ impl Forward<'_> {
                 .all(|effect| added.effect(effect.candidate.name).is_some());
             !selection.has(one.name) && keeps_others
         };
-        let proposed = self.proposals.beside(&base, is_free)?;
-        let promising: Vec<ScreenedTrial> =
-            proposed.into_iter().filter(|one| one.discrepancy < base.discrepancy_without).collect();
+        let mut proposed = self.proposals.beside(&base, is_free)?;
+        proposed.retain(|one| one.discrepancy < base.discrepancy_without);
+        Ok(proposed)
+    }
+
+    /// Promising candidates fitted beside a model with the effects of a selection.
+    fn fitted(
+        &self,
+        selection: &Selection,
+        model: &SensorConfig,
+        promising: &[ScreenedTrial],
+    ) -> Result<Vec<FittedCandidate>, GapError> {
         if promising.is_empty() {
             return Ok(Vec::new());
         }
-        fit_candidates(&self.splits.train, model, &promising, &nuisance)
+        fit_candidates(&self.splits.train, model, promising, &selection.free_parameters())
     }
 
     /// The best fit of each of the best candidates with its score on held-out data, the best first.

@@ -41,11 +41,14 @@ pub(super) fn swap(
         for rival in effect.rivals.iter().filter(|rival| !selection.has(rival.name)).take(RIVALS) {
             fitted.extend(in_place(splits, selection, i, rival)?);
         }
+        fitted.retain(|rival| splits.resolves(rival));
         fitted.sort_by(|a, b| a.discrepancy().total_cmp(&b.discrepancy()));
+        let is_resolved = splits.resolves(selection);
         if let Some(best) = fitted.first().cloned()
-            && best.discrepancy() < selection.discrepancy()
-            && difference(&splits.held_out, &selection.model, &best.model)?
-                .is_significant(LEVEL, RIVALS)
+            && (!is_resolved
+                || best.discrepancy() < selection.discrepancy()
+                    && difference(&splits.held_out, &selection.model, &best.model)?
+                        .is_significant(LEVEL, RIVALS))
         {
             let own = selection.clone();
             selection.model = best.held_out.model.clone();
@@ -59,7 +62,11 @@ pub(super) fn swap(
                 .extend(effect.rivals.iter().filter(|other| other.name != candidate.name).cloned());
             selection.effects[i] = SelectedEffect { candidate, rivals, is_proven: false };
             selection.train_discrepancy = best.train_discrepancy;
-            fitted[0] = own;
+            if is_resolved {
+                fitted[0] = own;
+            } else {
+                fitted.remove(0);
+            }
             is_swapped = true;
         }
         let mut confusable = Vec::new();
@@ -98,7 +105,9 @@ fn in_place(
     let mut swapped = selection.clone();
     swapped.effects[i].candidate = rival.clone();
     let mut free = FreeParameter::of_effect(&trial);
-    free.extend(FreeParameter::of_model());
+    if !selection.keeps_parameters {
+        free.extend(FreeParameter::of_model());
+    }
     let fit = descend(&splits.train, &added, &free, None, 1, ROUNDS)?;
     swapped.model = fit.model;
     swapped.train_discrepancy = fit.discrepancy;

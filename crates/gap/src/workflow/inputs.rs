@@ -87,16 +87,16 @@ pub struct Inputs {
 }
 
 /// Both parts with their stamps moved to the frames of the scene, if those of the first lie on a
-/// grid of them.
+/// grid of them, and the time below which nothing is compared.
 fn on_frame_grid(
     train: ComparisonCase,
     held_out: ComparisonCase,
     model: &Model,
     notes: &mut Vec<String>,
-) -> Result<(ComparisonCase, ComparisonCase), GapError> {
+) -> Result<((ComparisonCase, ComparisonCase), f64), GapError> {
     let step = Micros((1e6 * train.scene.step_s()).round() as i64);
     if !is_on_frame_grid(&train.measured, step) {
-        return Ok((train, held_out));
+        return Ok(((train, held_out), 0.0));
     }
     notes.push(format!(
         "the time stamps lie on a grid of the frames: nothing below {} us is compared",
@@ -106,7 +106,7 @@ fn on_frame_grid(
         let reference = ReferenceScene::new(case.scene.clone(), &model.reference)?;
         Ok(ComparisonCase { measured: moved_to_frames(&case.measured, &reference, step)?, ..case })
     };
-    Ok((moved(train)?, moved(held_out)?))
+    Ok(((moved(train)?, moved(held_out)?), step.0 as f64))
 }
 
 /// Inputs with their reference scenes, layout and notes.
@@ -124,6 +124,8 @@ pub struct Prepared {
     pub is_quick: bool,
     /// Assumptions, a line each.
     pub notes: Vec<String>,
+    /// Time below which nothing is compared, microseconds; zero if that is none.
+    resolution_us: f64,
     /// Time that the search may take; none if it ends by itself.
     pub budget: Option<Budget>,
     pub(super) begins_at_rest: bool,
@@ -158,7 +160,8 @@ impl Prepared {
                 (train, ComparisonCase { window, ..all })
             }
         };
-        let (train, held_out) = on_frame_grid(train, held_out, &model, &mut notes)?;
+        let ((train, held_out), resolution_us) =
+            on_frame_grid(train, held_out, &model, &mut notes)?;
         let whole = train.window.end;
         let train = train.training(inputs.is_quick);
         if train.window.end < whole {
@@ -179,6 +182,7 @@ impl Prepared {
             seed: inputs.seed,
             is_quick: inputs.is_quick,
             notes,
+            resolution_us,
             budget: None,
             begins_at_rest: false,
         })
@@ -193,6 +197,7 @@ impl Prepared {
             screen: self.objective(&self.screen, 2)?,
             train: self.objective(&self.train, 0)?,
             held_out: self.objective(&self.held_out, 1)?,
+            resolution_us: self.resolution_us,
             budget: self.budget,
         })
     }

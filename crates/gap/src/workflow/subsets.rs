@@ -12,9 +12,9 @@ const MIN_SCREEN: Micros = Micros(120_000);
 /// The screening part is extended to this many events.
 const MIN_EVENTS: usize = 4_000;
 /// Maximum events of the training part, which determine parameters to a fraction of a percent.
-const FITTED_EVENTS: usize = 120_000;
+const FITTED_EVENTS: usize = 70_000;
 /// The same of held-out data.
-const HELD_OUT_EVENTS: usize = 80_000;
+const HELD_OUT_EVENTS: usize = 50_000;
 /// Maximum pixels times frames of the training part in quick runs.
 const QUICK_PIXELS: usize = 24_000_000;
 /// Minimum length of the training part.
@@ -103,7 +103,7 @@ mod tests {
         assert!((seconds(small, 10_000, true) - 2.0).abs() < 1e-9);
         assert!((seconds(large, 10_000, false) - 2.0).abs() < 1e-9);
         assert!((seconds(large, 10_000, true) - 24.0 / 43.2).abs() < 2e-3);
-        assert!((seconds(small, 500_000, false) - 0.48).abs() < 2e-3);
+        assert!((seconds(small, 200_000, false) - 0.7).abs() < 2e-3);
         assert!((seconds(small, 4_000_000, false) - 0.3).abs() < 2e-3);
     }
 
@@ -111,10 +111,10 @@ mod tests {
     fn of_a_busy_recording_the_beginning_is_compared() {
         let small = SensorSize { width: 8, height: 6 };
         let seconds = |events| case(small, 2.0, events).compared().scene.duration().as_seconds();
-        assert!((seconds(150_000) - 2.0).abs() < 1e-9);
-        assert!((seconds(400_000) - 1.0).abs() < 2e-3);
+        assert!((seconds(100_000) - 2.0).abs() < 1e-9);
+        assert!((seconds(240_000) - 1.0).abs() < 2e-3);
         assert!((seconds(4_000_000) - 0.3).abs() < 2e-3);
-        let held_out = case(small, 2.0, 400_000).held_out().scene.duration().as_seconds();
+        let held_out = case(small, 2.0, 250_000).held_out().scene.duration().as_seconds();
         assert!((held_out - 0.4).abs() < 2e-3);
     }
 }

@@ -11,6 +11,7 @@ use std::collections::HashMap;
 use evpose_core::{Event, EventStream, Micros};
 use evpose_stats::quantile;
 
+use crate::search::common_period_us;
 use crate::{GapError, ReferenceScene};
 
 /// Fraction of all phases within a frame that counts as a grid, and the fraction of time stamps
@@ -29,7 +30,7 @@ const AMBIGUOUS: f64 = 0.05;
 
 /// Whether most time stamps lie at a few phases of the step of the scene, or many at one.
 pub(super) fn is_on_frame_grid(events: &EventStream, step: Micros) -> bool {
-    if events.len() < MIN_EVENTS || step.0 < 2 {
+    if events.len() < MIN_EVENTS || step.0 < 2 || is_other_clock(events, step) {
         return false;
     }
     let mut counts = vec![0_usize; step.0 as usize];
@@ -41,6 +42,12 @@ pub(super) fn is_on_frame_grid(events: &EventStream, step: Micros) -> bool {
         && (on_grid as f64 >= ON_GRID * events.len() as f64
             || counts[0] as f64 >= AT_ONE_PHASE * events.len() as f64)
         && !is_by_line(events, step, counts[0])
+}
+
+/// Whether all stamps are multiples of a period of which the step of the scene is none.
+fn is_other_clock(events: &EventStream, step: Micros) -> bool {
+    let period_us = common_period_us(events);
+    period_us > 1 && step.0 % period_us != 0 && period_us % step.0 != 0
 }
 
 /// Whether each row, or each column, has phases of its own, as a readout that scans lines gives
@@ -140,6 +147,13 @@ mod tests {
         assert!(is_on_frame_grid(&stream(thirds), STEP));
         assert!(!is_on_frame_grid(&stream((0..2_000).map(|k| 7 * 61 * k)), STEP));
         assert!(!is_on_frame_grid(&stream((0..100).map(|k| 1_000 * k)), STEP));
+    }
+
+    #[test]
+    fn a_clock_of_another_period_is_no_grid_of_the_frames() {
+        let times = |period_us: i64| stream((0..2_000).map(move |k| period_us * (k / 5)));
+        assert!(!is_on_frame_grid(&times(1_750), STEP) && !is_on_frame_grid(&times(400), STEP));
+        assert!(is_on_frame_grid(&times(500), STEP) && is_on_frame_grid(&times(2_000), STEP));
     }
 
     #[test]

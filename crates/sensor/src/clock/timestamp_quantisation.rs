@@ -1,19 +1,21 @@
 //! A clock that counts in steps longer than a microsecond.
 //!
 //! # Model
-//! `t ← ⌈t / q⌉ q`.
+//! `t ← ⌈t / q⌉ q`, or `⌊t / q⌋ q` where the count that has begun is read (`rounding = "down"`).
 //!
 //! # Source
 //! Lichtsteiner et al. 2008: events are stamped by a counter off the chip.
 
 use evpose_core::StageNoise;
 
-use super::{ClockStage, next_count_us};
+use super::{ClockStage, GRACE_US, next_count_us};
 use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
-use crate::{Citation, Domain, ParamSpec, Prior, RecordingMark, Request, Scale, StageSpec};
+use crate::{
+    ChoiceSpec, Citation, Domain, ParamSpec, Prior, RecordingMark, Request, Scale, StageSpec,
+};
 
 const PERIOD: ParamSpec = ParamSpec {
     name: "period_us",
@@ -26,14 +28,20 @@ const PERIOD: ParamSpec = ParamSpec {
     doc: "length of one count of the clock",
 };
 
+const ROUNDING: ChoiceSpec = ChoiceSpec {
+    name: "rounding",
+    allowed: &["up", "down"],
+    doc: "whether events wait for the next count or carry the one that has begun",
+};
+
 /// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "timestamp_quantisation",
     domain: Domain::Clock,
     summary: "timestamps are counts of a clock",
-    formula: "t = ceil(t / period_us) period_us",
+    formula: "t = ceil(t / period_us) period_us, or floor",
     params: &[PERIOD],
-    choices: &[],
+    choices: &[ROUNDING],
     files: &[],
     source: Citation {
         key: "Lichtsteiner et al. 2008",
@@ -47,19 +55,33 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         beside: &[],
     },
     search: SearchSpec {
+        choices: &[("rounding", &["up", "down"])],
         mark: Some(RecordingMark::TimeGrid),
         resembles: &["frame_grid"],
         ..SearchSpec::PLAIN
     },
     build: |settings| {
-        Ok(Stage::Clock(Box::new(TimestampQuantisation { period_us: settings.number(&PERIOD) })))
+        Ok(Stage::Clock(Box::new(TimestampQuantisation {
+            period_us: settings.number(&PERIOD),
+            is_up: settings.word(&ROUNDING) == "up",
+        })))
     },
 };
 
-/// Rounding up to counts.
+/// Rounding to counts.
 #[derive(Debug)]
 struct TimestampQuantisation {
     period_us: f64,
+    is_up: bool,
+}
+
+impl TimestampQuantisation {
+    fn stamp_s(&self, t_s: f64) -> f64 {
+        let next_us = next_count_us(t_s, self.period_us);
+        let is_between = next_us > t_s * 1e6 + GRACE_US;
+        let down_us = if is_between { self.period_us } else { 0.0 };
+        1e-6 * if self.is_up { next_us } else { next_us - down_us }
+    }
 }
 
 impl ClockStage for TimestampQuantisation {
@@ -75,8 +97,13 @@ impl ClockStage for TimestampQuantisation {
         _noise: StageNoise,
     ) {
         for event in events {
-            event.t_s = next_count_us(event.t_s, self.period_us) * 1e-6;
+            event.t_s = self.stamp_s(event.t_s);
         }
+    }
+
+    fn shows(&self, t_s: f64) -> f64 {
+        // What comes right behind may carry the count that has begun.
+        if self.is_up { t_s } else { self.stamp_s(t_s) - 1e-6 }
     }
 }
 
@@ -89,15 +116,17 @@ mod tests {
     use crate::clock::stamp;
 
     #[test]
-    fn times_wait_for_the_next_count() {
-        let clock = TimestampQuantisation { period_us: 250.0 };
+    fn times_wait_for_the_next_count_or_carry_the_last() {
         let tick = Tick { start_s: 0.0, end_s: 1e-3, index: 1 };
-        for (t_us, expected_us) in [(0, 0), (1, 250), (249, 250), (250, 250), (251, 500)] {
-            let (t_s, polarity, origin) = (f64::from(t_us) * 1e-6, Polarity::On, Origin::Signal);
-            let event = Request { t_s, pixel: 0, polarity, origin };
-            let mut events = vec![event];
-            clock.step(&tick, &mut events, &mut [], StageNoise::new(0, SPEC.name, 1));
-            assert_eq!(stamp(events[0].t_s).0, expected_us, "{t_us}");
+        let cases = [(0, 0, 0), (1, 0, 250), (249, 0, 250), (250, 250, 250), (251, 250, 500)];
+        for (t_us, down_us, up_us) in cases {
+            for (is_up, expected_us) in [(false, down_us), (true, up_us)] {
+                let clock = TimestampQuantisation { period_us: 250.0, is_up };
+                let (t_s, polarity) = (f64::from(t_us) * 1e-6, Polarity::On);
+                let mut events = vec![Request { t_s, pixel: 0, polarity, origin: Origin::Signal }];
+                clock.step(&tick, &mut events, &mut [], StageNoise::new(0, SPEC.name, 1));
+                assert_eq!(stamp(events[0].t_s).0, expected_us, "{t_us}, up: {is_up}");
+            }
         }
     }
 }

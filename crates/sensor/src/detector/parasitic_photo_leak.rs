@@ -2,7 +2,7 @@
 //!
 //! # Model
 //! `dM/dt = -hz_per_white I C_on`, on top of any leak in the dark, from a phase of its own in every
-//! pixel.
+//! pixel, or with `phase = "aligned"` from none.
 //!
 //! # Source
 //! Nozaki and Delbruck 2017: at high light, leak events grow with illumination.
@@ -13,7 +13,7 @@ use super::{PixelTerm, PixelTraits};
 use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
 
 const RATE: ParamSpec = ParamSpec {
     name: "hz_per_white",
@@ -25,6 +25,12 @@ const RATE: ParamSpec = ParamSpec {
     doc: "ON events of a resting pixel per second at the light of white",
 };
 
+const PHASE: ChoiceSpec = ChoiceSpec {
+    name: "phase",
+    allowed: &["random", "aligned"],
+    doc: "whether pixels start somewhere in their intervals or all at the beginning",
+};
+
 /// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "parasitic_photo_leak",
@@ -32,7 +38,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "light makes the memory leak, in proportion",
     formula: "dM/dt = -hz_per_white I C_on",
     params: &[RATE],
-    choices: &[],
+    choices: &[PHASE],
     files: &[],
     source: Citation {
         key: "Nozaki and Delbruck 2017",
@@ -45,10 +51,16 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Rising(&["hz_per_white"]),
         beside: &[],
     },
-    search: SearchSpec::PLAIN,
+    search: SearchSpec {
+        choices: &[("phase", &["random", "aligned"])],
+        // Programs leak at some hertz in light that is a fraction of white.
+        reach: &[("hz_per_white", (1e-3, 16.0))],
+        ..SearchSpec::PLAIN
+    },
     build: |settings| {
         let hz_per_white = settings.number(&RATE) as f32;
-        Ok(Stage::Term(Box::new(ParasiticPhotoLeak { hz_per_white })))
+        let is_random = settings.word(&PHASE) == "random";
+        Ok(Stage::Term(Box::new(ParasiticPhotoLeak { hz_per_white, is_random })))
     },
 };
 
@@ -56,6 +68,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
 #[derive(Debug)]
 struct ParasiticPhotoLeak {
     hz_per_white: f32,
+    is_random: bool,
 }
 
 impl PixelTerm for ParasiticPhotoLeak {
@@ -69,6 +82,6 @@ impl PixelTerm for ParasiticPhotoLeak {
 
     /// Pixels have been leaking for long: each is somewhere in its interval.
     fn first_phase(&self, pixel: usize, noise: StageNoise) -> f32 {
-        1.0 - noise.uniform(pixel, 0)
+        if self.is_random { 1.0 - noise.uniform(pixel, 0) } else { 0.0 }
     }
 }

@@ -19,7 +19,7 @@ use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
 const K1: ParamSpec = ParamSpec {
     name: "k1",
     unit: "",
-    range: (-0.6, 0.6),
+    range: (-6.0, 6.0),
     scale: Scale::Linear,
     prior: Prior::Typical(-0.3, 0.1),
     neutral: Some(0.0),
@@ -38,7 +38,7 @@ const FOCAL: ParamSpec = ParamSpec {
     unit: "px",
     range: (1.0, 1e5),
     scale: Scale::Log,
-    prior: Prior::Typical(150.0, 2000.0),
+    prior: Prior::Typical(100.0, 2000.0),
     neutral: None,
     doc: "focal length",
 };
@@ -65,6 +65,8 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         beside: &[],
     },
     search: SearchSpec {
+        // Of a small sensor with a long lens, in units of its focal length, a corner is near.
+        reach: &[("k1", (-6.0, 6.0))],
         hidden_by: &[(SceneSource::Frames, "frames have the distortion of the same lens")],
         ..SearchSpec::PLAIN
     },

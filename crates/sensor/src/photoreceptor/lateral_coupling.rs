@@ -1,9 +1,10 @@
 //! Pixels see their neighbours: a surround that is subtracted, or crosstalk.
 //!
 //! # Model
-//! `V ← V - coupling (V - V ⊛ G(radius_px))`. Negative coupling is the opposite of crosstalk: a
-//! surround that is subtracted, which makes events of the other polarity beside an edge; positive
-//! coupling mixes neighbours.
+//! `V ← V - coupling (V - V ⊛ G(radius_px)) - surround V ⊛ G(radius_px)`. Negative coupling is the
+//! opposite of crosstalk: differences from the surround are enlarged, which makes events of the other
+//! polarity beside an edge; positive coupling mixes neighbours. With `surround = 1` a pixel sees
+//! nothing but its difference from the surround.
 //!
 //! # Source
 //! Delbruck et al. 2022 for a centre-surround event pixel; v2e's CSDVS is the form with memory.
@@ -11,7 +12,7 @@
 use evpose_core::{SensorSize, StageNoise};
 
 use crate::blur::Gaussian;
-use crate::search_spec::{SceneSource, SearchSpec};
+use crate::search_spec::{SceneSource, SearchSpec, SecondStrength};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PlaneStage, Stage};
 use crate::tick::Tick;
@@ -38,13 +39,23 @@ const RADIUS: ParamSpec = ParamSpec {
     doc: "standard deviation of the surround",
 };
 
+const SURROUND: ParamSpec = ParamSpec {
+    name: "surround",
+    unit: "",
+    range: (0.0, 1.0),
+    scale: Scale::Linear,
+    prior: Prior::Typical(0.0, 1.0),
+    neutral: Some(0.0),
+    doc: "part of the surround that is subtracted",
+};
+
 /// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "lateral_coupling",
     domain: Domain::Photoreceptor,
     summary: "voltage depends on that of the neighbours",
-    formula: "V = V - coupling (V - V * G(radius_px))",
-    params: &[COUPLING, RADIUS],
+    formula: "V = V - coupling (V - V * G(radius_px)) - surround V * G(radius_px)",
+    params: &[COUPLING, RADIUS, SURROUND],
     choices: &[],
     files: &[],
     source: Citation {
@@ -56,10 +67,11 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         look_for: "negative: a halo of the other polarity beside edges, fine texture is \
                    enhanced; positive: fine texture is lost, coarse one stays",
         probe: Probe::Grating,
-        strength: Strength::Rising(&["coupling"]),
+        strength: Strength::Rising(&["coupling", "surround"]),
         beside: &[],
     },
     search: SearchSpec {
+        second_strength: Some(SecondStrength { param: "surround", needs: &[] }),
         hidden_by: &[
             (SceneSource::Frames, "coupling of pixels and blur of the frames are one thing"),
             (SceneSource::Poses, "coupling of pixels and fine texture are one thing"),
@@ -69,7 +81,8 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     build: |settings| {
         Ok(Stage::Plane(Box::new(LateralCoupling {
             coupling: settings.number(&COUPLING) as f32,
-            surround: Gaussian::new(settings.number(&RADIUS)),
+            surround: settings.number(&SURROUND) as f32,
+            kernel: Gaussian::new(settings.number(&RADIUS)),
         })))
     },
 };
@@ -78,12 +91,13 @@ pub(crate) static SPEC: StageSpec = StageSpec {
 #[derive(Debug)]
 struct LateralCoupling {
     coupling: f32,
-    surround: Gaussian,
+    surround: f32,
+    kernel: Gaussian,
 }
 
 impl PlaneStage for LateralCoupling {
     fn is_neutral(&self) -> bool {
-        self.coupling == 0.0
+        self.coupling == 0.0 && self.surround == 0.0
     }
 
     /// The surround, and a plane to work in.
@@ -94,12 +108,12 @@ impl PlaneStage for LateralCoupling {
     fn step(&self, _tick: &Tick, size: SensorSize, plane: &mut Block<'_>, _noise: StageNoise) {
         let [surround, work] = plane.state.planes();
         surround.copy_from_slice(plane.signal);
-        self.surround.blur(size, surround, work);
+        self.kernel.blur(size, surround, work);
         vectorize(
             #[inline(always)]
             || {
                 for (v, s) in plane.signal.iter_mut().zip(surround) {
-                    *v -= self.coupling * (*v - *s);
+                    *v -= self.coupling * (*v - *s) + self.surround * *s;
                 }
             },
         );

@@ -1,7 +1,7 @@
 //! Event rate control: what is above a budget is thrown away.
 //!
 //! # Model
-//! Time is cut in windows of `window_us`. Of the events served in one, at most `rate_hz` times its
+//! Time is cut in windows of `window_us`, one of which begins at `phase_us`. Of the events served in one, at most `rate_hz` times its
 //! length get through: the first ones (`drop = "late"`), or each with the same chance
 //! (`drop = "random"`, as far as the events of a window come with one exposure). Pixels are served
 //! all the same: there is no delay, and memories know nothing of it.
@@ -39,6 +39,16 @@ const WINDOW: ParamSpec = ParamSpec {
     doc: "time over which events are counted",
 };
 
+const PHASE: ParamSpec = ParamSpec {
+    name: "phase_us",
+    unit: "us",
+    range: (0.0, 1e6),
+    scale: Scale::Linear,
+    prior: Prior::Fixed,
+    neutral: Some(0.0),
+    doc: "time at which the first window begins",
+};
+
 const DROP: ChoiceSpec = ChoiceSpec {
     name: "drop",
     allowed: &["random", "late"],
@@ -51,7 +61,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     domain: Domain::Readout,
     summary: "events above a rate are thrown away, without delay",
     formula: "at most rate_hz window_us events per window",
-    params: &[RATE, WINDOW],
+    params: &[RATE, WINDOW, PHASE],
     choices: &[DROP],
     files: &[],
     source: Citation {
@@ -67,6 +77,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         beside: &[],
     },
     search: SearchSpec {
+        choices: &[("drop", &["random", "late"])],
         per_sensor: &["rate_hz"],
         mark: Some(RecordingMark::RateCeiling),
         resembles: &["arbiter"],
@@ -77,6 +88,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         Ok(Stage::Clock(Box::new(EventRateControl {
             budget: (settings.number(&RATE) * window_s).floor(),
             window_s,
+            phase_s: settings.number(&PHASE) * 1e-6,
             is_random: settings.word(&DROP) == "random",
         })))
     },
@@ -87,13 +99,14 @@ pub(crate) static SPEC: StageSpec = StageSpec {
 struct EventRateControl {
     budget: f64,
     window_s: f64,
+    phase_s: f64,
     is_random: bool,
 }
 
 impl EventRateControl {
     fn window(&self, t_s: f64) -> f64 {
         // The end of a window belongs to it, as the end of a step does.
-        (t_s / self.window_s).ceil() + 1.0
+        ((t_s - self.phase_s) / self.window_s).ceil() + 1.0
     }
 }
 
@@ -146,8 +159,8 @@ mod tests {
     use super::*;
     use crate::Origin;
 
-    fn through(is_random: bool, events_per_ms: usize) -> Vec<f64> {
-        let control = EventRateControl { budget: 100.0, window_s: 1e-3, is_random };
+    fn through(is_random: bool, phase_s: f64, events_per_ms: usize) -> Vec<f64> {
+        let control = EventRateControl { budget: 100.0, window_s: 1e-3, phase_s, is_random };
         let mut state = vec![0.0; 2];
         let mut out = Vec::new();
         for index in 1..=20u64 {
@@ -169,11 +182,13 @@ mod tests {
     #[test]
     fn a_quiet_scene_passes_and_a_busy_one_is_cut_to_the_budget() {
         for is_random in [false, true] {
-            assert_eq!(through(is_random, 90).len(), 900);
-            assert_eq!(through(is_random, 1000).len(), 1000);
+            assert_eq!(through(is_random, 0.0, 90).len(), 900);
+            assert_eq!(through(is_random, 0.0, 1000).len(), 1000);
         }
         // The late ones are gone: what is left lies in the first tenth of its window.
-        let first = through(false, 1000);
+        let first = through(false, 0.0, 1000);
         assert!(first.iter().all(|t| (t / 1e-3 - 1e-9).rem_euclid(1.0) < 0.1001));
+        let shifted = through(false, 3e-4, 1000);
+        assert!(shifted.iter().skip(100).all(|t| (t / 1e-3 - 0.3 - 1e-9).rem_euclid(1.0) < 0.1001));
     }
 }

@@ -38,11 +38,14 @@ pub(super) const HIDDEN: &[Hidden] = &[
     hidden(&["mismatch", "threshold_mismatch"], &["threshold_mismatch"]),
     hidden(&["threshold_noise"], &["threshold_temporal_noise"]),
     hidden(&["lowpass"], &["photoreceptor_lowpass"]),
-    // v2e's SCIDVS pixel: a high-pass with a gain of two, which halves thresholds.
-    hidden(&["highpass"], &["adaptive_highpass", "threshold_on", "threshold_off"]),
+    // v2e's SCIDVS pixel: a high-pass with a gain of two, which halves thresholds, as a power of two
+    // of light does.
+    hidden(&["highpass"], &["adaptive_highpass", "threshold_on", "threshold_off", "tone_curve"]),
     hidden(&["surround"], &["lateral_coupling"]),
     hidden(&["leak"], &["leak_on"]),
-    hidden(&["photo_leak", "parasitic_leak"], &["parasitic_photo_leak"]),
+    hidden(&["photo_leak"], &["parasitic_photo_leak"]),
+    // DVS-Voltmeter's leak in the dark (k4) and in light (k5), under one name.
+    hidden(&["parasitic_leak"], &["parasitic_photo_leak", "leak_on"]),
     hidden(&["refractory"], &["refractory"]),
     hidden(&["shot_noise"], BACKGROUND),
     // IEBCS: a regular clock of noise events in every pixel.
