@@ -135,6 +135,9 @@ fn inputs_that_cannot_be_used_end_with_two_and_say_why() {
     sandbox.ok(&["convert", "rec.npz", "rec.aedat4"]);
     refused(&run("rec.aedat4", "frames", &[]), "holds no frames: give the light");
     refused(&run("rec.npz", "scene", &["--response", "srgb"]), "--scene frames");
+    refused(&run("rec.npz", "scene", &["--budget=-1"]), "expected seconds");
+    let name = ["gap", "name", "--measured", "rec.npz", "--scene", "scene", "--budget=-1"];
+    refused(&name, "--budget -1");
     refused(&["gap", "verify", "scene"], "run.json");
     refused(&["gap", "report", "scene"], "report.json");
     refused(&["gap", "bench", "--plan", "7", "--shard", "3/2", "--out", "b"], "--shard");

@@ -1,8 +1,8 @@
 //! Identification of the effects that a sensor model lacks: stepwise selection with validation.
 //!
 //! # Algorithm
-//! 1. A readout that the time stamps prove is added first, so that it hides nothing
-//!    (`direct_estimates`).
+//! 1. What the time stamps prove, a readout, a clock or a rate control, is added first, so that it
+//!    hides nothing (`direct_estimates`).
 //! 2. `refit`: the model's own parameters (thresholds, background rates, clock offset) are fitted
 //!    from several initial guesses (`initial_guess`).
 //! 3. `screening`: every effect of the catalogue is simulated beside the refitted model at a grid of
@@ -12,7 +12,8 @@
 //!    parameters are fitted together. This repeats until none is.
 //! 5. `swap_move`: each effect is tested against its rivals beside the others.
 //! 6. `elimination`: effects and parameters that are not worth their names beside the others are
-//!    dropped.
+//!    dropped. Effects are tried in the place of changed parameters (`stepwise`), which may have
+//!    absorbed what they do.
 //! 7. `explanation`: what each explains alone and beside the others, and what is left.
 //!
 //! Whether a difference is significant is decided by replicates on the scene at hand

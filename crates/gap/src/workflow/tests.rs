@@ -170,6 +170,41 @@ fn a_clock_that_is_off_is_a_parameter_with_its_offset() {
     assert!((value - 4_000.0).abs() < 200.0, "{value}");
 }
 
+/// Names of the findings for a camera with one more effect, and the value of its strength.
+fn named(hidden: EffectConfig, strength: &str) -> (Vec<String>, f64) {
+    let mut camera = ideal();
+    let name = hidden.name.clone();
+    evpose_sensor::Catalogue::default().insert(&mut camera, hidden);
+    let prepared = Prepared::new(inputs(&camera)).unwrap();
+    let splits = prepared.data_splits().unwrap();
+    let result = splits.identify(&prepared.model.config, &[], &|_| {}).unwrap();
+    let found = result.after.model.effect(&name).and_then(|effect| effect.number(strength));
+    let names = findings(&splits, &result).unwrap().into_iter().map(|finding| finding.name);
+    (names.collect(), found.unwrap_or(f64::NAN))
+}
+
+#[test]
+fn a_rate_control_is_named_with_its_rate() {
+    let control = EffectConfig::new("event_rate_control")
+        .with("rate_hz", 20_250.0)
+        .with("window_us", 4_000.0)
+        .with("drop", "late");
+    let (names, rate_hz) = named(control, "rate_hz");
+    assert_eq!(names, ["event_rate_control"]);
+    assert!((rate_hz / 20_125.0 - 1.0).abs() < 0.02, "{rate_hz}");
+}
+
+/// Seven thirds of the time between two frames: on a grid of the frames they would be lost.
+#[test]
+fn a_clock_that_counts_down_in_a_period_of_its_own_is_named() {
+    let clock = EffectConfig::new("timestamp_quantisation")
+        .with("period_us", 4_666.0)
+        .with("rounding", "down");
+    let (names, period_us) = named(clock, "period_us");
+    assert_eq!(names, ["timestamp_quantisation"]);
+    assert!((period_us - 4_666.0).abs() < 1.0, "{period_us}");
+}
+
 #[test]
 fn intervals_of_a_gap_hold_it_and_are_the_same_every_time() {
     let mut noisy = ideal();

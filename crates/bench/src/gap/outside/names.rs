@@ -116,6 +116,8 @@ pub(super) enum Applies {
     BelowNominal,
     /// Thresholds that are drawn anew: the generator's spread is above zero.
     Redrawn,
+    /// Light that is added before the logarithm, as little as the generator adds.
+    SmallOffset,
 }
 
 const fn convention(
@@ -127,7 +129,7 @@ const fn convention(
     Convention { generator, name, applies, reason }
 }
 
-use Applies::{Always, BelowNominal, Redrawn};
+use Applies::{Always, BelowNominal, Redrawn, SmallOffset};
 use Generator::{Esim, Iebcs, V2e, Volt};
 
 /// Conventions of all generators.
@@ -144,21 +146,26 @@ pub(super) const CONVENTIONS: &[Convention] = &[
     convention(Volt, "brownian_passage", Always, "the process that it simulates"),
     convention(Volt, "threshold_mismatch", BelowNominal, "all pixels share one threshold"),
     convention(Esim, "threshold_mismatch", BelowNominal, "all pixels share one threshold"),
+    convention(Esim, "dark_current", SmallOffset, "a thousandth of white is added (log_eps)"),
     convention(Esim, "threshold_temporal_noise", Redrawn, "thresholds are redrawn at each frame"),
 ];
 
 /// Parameter of `threshold_mismatch` that is its strength.
 const SPREAD: &str = "sigma";
+/// The same of `dark_current`, and how much of it is the convention.
+const OFFSET: &str = "current";
+const MAX_OFFSET: f64 = 0.002;
 
 impl Convention {
     /// Whether it makes a finding right. `nominal_spread` is that of `scene.json`.
     pub(super) fn holds(&self, truth: &Truth, finding: &NamedFinding, nominal_spread: f64) -> bool {
-        let spread = finding.parameters.get(SPREAD).and_then(|spread| spread.value);
+        let value = |key: &str| finding.parameters.get(key).and_then(|one| one.value);
         self.generator == truth.generator
             && self.name == finding.name
             && match self.applies {
                 Always => true,
-                BelowNominal => spread.is_some_and(|spread| spread < nominal_spread),
+                BelowNominal => value(SPREAD).is_some_and(|spread| spread < nominal_spread),
+                SmallOffset => value(OFFSET).is_some_and(|offset| offset < MAX_OFFSET),
                 Redrawn => truth.parameter("sigma_Cp").is_some_and(|spread| spread > 0.0),
             }
     }
