@@ -2,7 +2,7 @@
 //! would not find them by gradient descent.
 
 use evpose_core::EventStream;
-use evpose_sensor::{Catalogue, ParamSpec, RecordingMark, SensorConfig};
+use evpose_sensor::{Catalogue, EffectConfig, ParamSpec, RecordingMark, SensorConfig};
 
 use super::recording_marks::{Estimate, all_estimates};
 use crate::Expected;
@@ -11,6 +11,9 @@ use crate::parameters::ModelParameter;
 
 /// Fraction of time stamps consistent with a readout above which the readout is proven.
 const PROVEN: f64 = 0.9;
+
+/// Factor by which what is fitted may exceed what was counted in a part of the pixels.
+const MAX_OF_COUNTED: f64 = 2.0;
 
 /// Lags of events behind a lamp, turns: near the threshold, pixels fire up to the turning point of
 /// the light.
@@ -59,6 +62,22 @@ impl DirectEstimates {
             Some((name, usual.map(|trial| self.applied(name, &trial)).collect()))
         };
         self.estimates.iter().rev().filter(is_proven).filter_map(forms).collect()
+    }
+
+    /// Whether an effect agrees with what can be counted: that no more pixels are dead than silent.
+    pub(super) fn allows(&self, effect: &EffectConfig) -> bool {
+        let estimate = self.find(&effect.name);
+        let counted = estimate.filter(|estimate| estimate.mark == RecordingMark::SilentPixels);
+        counted.is_none_or(|estimate| {
+            estimate.reading.params.iter().all(|(key, _)| {
+                let (Some(counted), Some(value)) =
+                    (estimate.reading.number(key), effect.number(key))
+                else {
+                    return true;
+                };
+                value <= MAX_OF_COUNTED * counted
+            })
+        })
     }
 
     /// The trial with its estimated parameters set. They are no longer fitted, except rough ones.
@@ -115,6 +134,29 @@ mod tests {
     use evpose_core::{Event, Micros, Polarity, SensorSize};
 
     use super::*;
+
+    #[test]
+    fn no_more_pixels_are_dead_than_silent() {
+        let size = SensorSize { width: 20, height: 30 };
+        let events = |from: u16| {
+            let all = (0..6_000_u16).filter(move |k| k % 600 >= from);
+            let event = |k: u16| Event {
+                t: Micros(100 * i64::from(k)),
+                x: k % 600 % 20,
+                y: k % 600 / 20,
+                polarity: Polarity::On,
+            };
+            EventStream::from_events(size, all.map(event)).unwrap()
+        };
+        let expected = Expected::from_events(&events(0));
+        let allows = |silent: u16, fraction: f64| {
+            let recording = events(silent);
+            DirectEstimates::from_events(Catalogue::default(), &recording, &expected)
+                .allows(&EffectConfig::new("dead_pixels").with("fraction", fraction))
+        };
+        assert!(allows(60, 0.1) && allows(60, 0.15) && !allows(60, 0.3));
+        assert!(!allows(0, 0.01));
+    }
 
     #[test]
     fn a_lamp_may_lag_and_its_amplitude_just_exceed_the_threshold() {

@@ -162,8 +162,10 @@ fn tick(events: &EventStream) -> Option<Reading> {
 
 /// Expected events of a pixel, from which one that has none is dead.
 const CERTAIN_EVENTS: usize = 8;
-/// Fewest dead pixels that show a fraction.
-const MIN_SILENT: usize = 4;
+/// Fewest pixels of which so many are expected, so that dead ones can be counted.
+const MIN_CERTAIN: usize = 300;
+/// Fraction that stands for none.
+const MIN_FRACTION: f64 = 1e-6;
 
 /// Fraction of pixels without events where the scene lets expect many.
 fn silent_pixels(events: &EventStream, expected: &Expected) -> Option<Reading> {
@@ -177,10 +179,8 @@ fn silent_pixels(events: &EventStream, expected: &Expected) -> Option<Reading> {
     let certain = (0..size.pixels()).filter(|pixel| count(*pixel) >= CERTAIN_EVENTS);
     let certain: Vec<bool> = certain.map(|pixel| has_events[pixel]).collect();
     let silent = certain.iter().filter(|has_events| !**has_events).count();
-    let fraction = silent as f64 / certain.len().max(1) as f64;
-    // Where half of them are silent, something else takes their events.
-    (silent >= MIN_SILENT && fraction < 0.5)
-        .then(|| Reading::new([("fraction", fraction.into())], 0.0))
+    let fraction = (silent as f64 / certain.len().max(1) as f64).clamp(MIN_FRACTION, 0.5);
+    (certain.len() >= MIN_CERTAIN).then(|| Reading::new([("fraction", fraction.into())], 0.0))
 }
 
 /// Events by which, and factor by which, a hot pixel exceeds the median of its neighbours.
@@ -309,25 +309,30 @@ mod tests {
     }
 
     #[test]
-    fn pixels_without_expected_events_are_silent_and_others_are_not() {
-        // Ten events each are expected of a hundred pixels, of which eight have none.
+    fn pixels_without_expected_events_are_silent() {
+        // Ten events each are expected of four hundred pixels, of which the first have none.
         let all = |from: u16| {
-            (0..1_000_u16).filter(move |k| k % 100 >= from).map(|k| {
-                let pixel = k % 100;
+            (0..4_000_u16).filter(move |k| k % 400 >= from).map(|k| {
+                let pixel = k % 400;
                 (f64::from(k) * 100.0, pixel % 20, pixel / 20)
             })
         };
         let expected = Expected::from_events(&stream(all(0)));
-        let reading = silent_pixels(&stream(all(8)), &expected).unwrap();
-        assert!((reading.number("fraction").unwrap() - 0.08).abs() < 1e-9);
-        assert!(silent_pixels(&stream(all(2)), &expected).is_none());
+        let fraction = |from: u16| {
+            silent_pixels(&stream(all(from)), &expected).unwrap().number("fraction").unwrap()
+        };
+        assert!((fraction(32) - 0.08).abs() < 1e-9);
+        assert!(fraction(0) <= 1e-6);
+        // Too few events are expected for any to be missed.
+        let few = Expected::from_events(&stream(all(0).take(800)));
+        assert!(silent_pixels(&stream(all(0)), &few).is_none());
     }
 
     #[test]
     fn a_lamp_is_found_beside_a_scene_that_flashes() {
-        // Ten flashes a second by the scene, four times as strong as the lamp of 120 Hz.
+        // Seven flashes a second by the scene, far stronger than the lamp of 120 Hz.
         let flashes =
-            || (0..10).flat_map(|k| (0..400).map(move |i| (1e5 * f64::from(k), i % 20, 5)));
+            || (0..7).flat_map(|k| (0..400).map(move |i| (1e6 / 7.0 * f64::from(k), i % 20, 5)));
         let lamp = (0..120).flat_map(|k| {
             (0..8).map(move |i| (f64::from(k) * 1e6 / 120.0 + 300.0 * f64::from(i), i, 7))
         });

@@ -75,7 +75,7 @@ impl Forward<'_> {
                 with.model.clone_from(&candidate.fit.model);
                 with.effects.push(SelectedEffect { candidate, rivals: others, is_proven: false });
                 with.fit_together(self.splits, ROUNDS)?;
-                if !self.splits.resolves(&with) {
+                if !self.splits.resolves(&with) || !self.allows(&with) {
                     continue;
                 }
                 finalists.push(with);
@@ -94,6 +94,12 @@ impl Forward<'_> {
         }
         *selection = best;
         Ok(true)
+    }
+
+    /// Whether all effects agree with what can be counted in the recording.
+    fn allows(&self, selection: &Selection) -> bool {
+        let effect = |one: &SelectedEffect| selection.model.effect(one.candidate.name);
+        selection.effects.iter().filter_map(effect).all(|effect| self.estimates.allows(effect))
     }
 
     /// Tries to explain by effects what changed parameters of the model explain, as many at most.
@@ -140,7 +146,7 @@ impl Forward<'_> {
                 .effects
                 .iter()
                 .all(|effect| added.effect(effect.candidate.name).is_some());
-            !selection.has(one.name) && keeps_others
+            !selection.has(one.name) && keeps_others && self.estimates.allows(&one.trial.effect)
         };
         let mut proposed = self.proposals.beside(&base, is_free)?;
         proposed.retain(|one| one.discrepancy < base.discrepancy_without);

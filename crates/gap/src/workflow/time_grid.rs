@@ -9,7 +9,6 @@
 use std::collections::HashMap;
 
 use evpose_core::{Event, EventStream, Micros};
-use evpose_stats::quantile;
 
 use crate::search::common_period_us;
 use crate::{GapError, ReferenceScene};
@@ -25,8 +24,10 @@ const MIN_EVENTS: usize = 500;
 /// Factor by which the phases of single lines are more concentrated than those of all if a readout
 /// makes them.
 const BY_LINE: f64 = 2.0;
-/// Phases below this fraction of a frame may be just behind the frame before.
+/// Phases below this fraction of a frame may be just behind the frame before, if more than twice as
+/// many stamps have them as would by chance.
 const AMBIGUOUS: f64 = 0.05;
+const AMBIGUOUS_FRACTION: f64 = 0.1;
 
 /// Whether most time stamps lie at a few phases of the step of the scene, or many at one.
 pub(super) fn is_on_frame_grid(events: &EventStream, step: Micros) -> bool {
@@ -79,11 +80,12 @@ pub(super) fn moved_to_frames(
     step: Micros,
 ) -> Result<EventStream, GapError> {
     let phase = |event: &Event| event.t.0.rem_euclid(step.0) as f64 / step.0 as f64;
-    let mut phases: Vec<f64> = events.iter().map(|event| phase(&event)).collect();
-    let median = quantile::median_high(&mut phases).unwrap_or(0.0);
     let up = |t: Micros| Micros(-(-t.0).div_euclid(step.0) * step.0);
-    let is_behind = median > 0.0 && median < AMBIGUOUS && {
-        let lags = lags_us(events, reference_scene, &up);
+    let is_ambiguous = |event: &Event| (f64::EPSILON..AMBIGUOUS).contains(&phase(event));
+    let ambiguous: Vec<Event> = events.iter().filter(is_ambiguous).collect();
+    let is_behind = ambiguous.len() as f64 > AMBIGUOUS_FRACTION * events.len() as f64 && {
+        let width = usize::from(events.sensor().width);
+        let lags = lags_us(&ambiguous, width, reference_scene, &up);
         let count = |lag_us: i64| lags.iter().filter(|lag| **lag == lag_us).count();
         // What delays some events, such as a refractory period, does not move the most common lag.
         count(step.0) > count(0)
@@ -102,12 +104,12 @@ pub(super) fn moved_to_frames(
 /// Lags of moved events behind the nearest of the reference, whose stamps are moved in the same way,
 /// microseconds.
 fn lags_us(
-    events: &EventStream,
+    events: &[Event],
+    width: usize,
     reference_scene: &ReferenceScene,
     up: &dyn Fn(Micros) -> Micros,
 ) -> Vec<i64> {
-    let width = usize::from(events.sensor().width);
-    let lag_us = |event: Event| {
+    let lag_us = |event: &Event| {
         let pixel = usize::from(event.y) * width + usize::from(event.x);
         let times = reference_scene.expected.times(pixel, event.polarity.is_on());
         let now = up(event.t).0;
@@ -161,6 +163,36 @@ mod tests {
         // Each row is read at a time of its own; `stream` gives event k to row k modulo 3.
         let rows = (0..2_000).map(|k| 1_000 * (k / 3 + 1) + [0, 333, 667][k as usize % 3]);
         assert!(!is_on_frame_grid(&stream(rows), STEP));
+    }
+
+    /// Half of the stamps at the frames and half just behind them are of the same frames.
+    #[test]
+    fn stamps_just_behind_a_frame_move_to_it() {
+        let plane = |k: u8| Plane::filled(4, 3, 0.2 + 0.1 * f32::from(k));
+        let scene = LightSequence::new(1_000.0, (0..9).map(plane).collect()).unwrap();
+        let reference = ReferenceScene::new(scene, &SensorConfig::default()).unwrap();
+        let at_frames = |pixel: usize| {
+            let times = reference.expected.times(pixel, true).iter();
+            times.map(|t_us| -(-t_us).div_euclid(1_000) * 1_000).collect::<Vec<i64>>()
+        };
+        let events = (0..12).flat_map(|pixel| {
+            at_frames(pixel).into_iter().map(move |t_us| Event {
+                t: Micros(t_us + i64::from(pixel % 2 == 1)),
+                x: (pixel % 4) as u16,
+                y: (pixel / 4) as u16,
+                polarity: Polarity::On,
+            })
+        });
+        let mut events: Vec<Event> = events.collect();
+        events.sort_by_key(|event| event.t);
+        assert!(events.len() > 24);
+        let events = EventStream::from_events(SIZE, events).unwrap();
+        let moved = moved_to_frames(&events, &reference, STEP).unwrap();
+        assert!(moved.t().iter().all(|t| t.0 % 1_000 == 0));
+        let expected: usize = (0..12).map(|pixel| at_frames(pixel).len()).sum();
+        assert_eq!(moved.len(), expected);
+        let first = moved.t().iter().filter(|t| **t == moved.t()[0]).count();
+        assert_eq!(first % 12, 0, "the same frame for all pixels");
     }
 
     #[test]
