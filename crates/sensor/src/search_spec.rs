@@ -36,7 +36,8 @@ pub struct SearchSpec {
     pub mark: Option<RecordingMark>,
     /// Parameters whose readings are rough, and which are therefore fitted as well.
     pub rough: &'static [&'static str],
-    /// Other effects that a recording without a scene does not distinguish from it.
+    /// Other effects that a recording without a scene, or a short part of one, does not distinguish
+    /// from it.
     pub resembles: &'static [&'static str],
     /// The common parameter that no recording distinguishes from it.
     pub same_as: Option<CommonParameter>,

@@ -64,7 +64,8 @@ impl DirectEstimates {
         self.estimates.iter().rev().filter(is_proven).filter_map(forms).collect()
     }
 
-    /// Whether an effect agrees with what can be counted: that no more pixels are dead than silent.
+    /// Whether an effect agrees with what can be counted: at most twice as many pixels are dead as
+    /// silent.
     pub(super) fn allows(&self, effect: &EffectConfig) -> bool {
         let estimate = self.find(&effect.name);
         let counted = estimate.filter(|estimate| estimate.mark == RecordingMark::SilentPixels);
