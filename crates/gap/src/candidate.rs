@@ -296,9 +296,12 @@ pub fn limits(spec: &StageSpec, param: &ParamSpec) -> (f64, f64) {
     };
     let (low, high) = match param.scale {
         Scale::Log => {
-            let is_per_sensor = spec.search.per_sensor.contains(&param.name);
-            let beyond = if is_per_sensor { BEYOND_PER_SENSOR } else { BEYOND };
-            (low / beyond, high * beyond)
+            match spec.search.per_sensor.contains(&param.name) {
+                // Fewer pixels need no more than the rate of many.
+                true if param.unit == "Hz" => (low / BEYOND_PER_SENSOR, high),
+                true => (low / BEYOND_PER_SENSOR, high * BEYOND_PER_SENSOR),
+                false => (low / BEYOND, high * BEYOND),
+            }
         }
         Scale::Linear => (low, high),
     };

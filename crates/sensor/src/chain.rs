@@ -21,6 +21,8 @@ pub(crate) struct Chain {
     /// Whether any term changes what holds until the next event.
     pub(crate) has_renewals: bool,
     pub(crate) steps_while_refractory: bool,
+    /// The term that redraws thresholds at every exposure.
+    pub(crate) redraws: Option<usize>,
     /// Whether events happen where a level is reached, and nowhere else.
     pub(crate) crosses_levels: bool,
     /// Whether voltages and memories are rounded to single precision as published.
@@ -86,7 +88,8 @@ impl Chain {
 
     /// Whether nothing acts on a pixel but its light, steady leaks and the recovery from events.
     pub(crate) fn goes_straight(&self) -> bool {
-        self.crosses_levels && !self.has_renewals && !self.steps_while_refractory
+        let is_plain = self.crosses_levels && self.redraws.is_none();
+        is_plain && !self.has_renewals && !self.steps_while_refractory
     }
 
     /// Whether a pixel answers a frame with a burst at its end, and nothing else ever acts on it.

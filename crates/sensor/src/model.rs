@@ -140,6 +140,7 @@ impl From<Vec<Built>> for Chain {
             recovery: Recovery::NONE,
             has_renewals: false,
             steps_while_refractory: false,
+            redraws: None,
             crosses_levels: true,
             is_single: false,
             background: Vec::new(),
@@ -168,6 +169,9 @@ impl From<Vec<Built>> for Chain {
                     chain.recovery = chain.recovery.and(stage.recovery());
                     chain.has_renewals |= stage.renews();
                     chain.steps_while_refractory |= stage.steps_while_refractory();
+                    if stage.redraws() {
+                        chain.redraws = Some(chain.terms.len());
+                    }
                     chain.terms.push(Link { name, stage });
                     continue;
                 }

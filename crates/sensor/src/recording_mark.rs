@@ -26,11 +26,13 @@ pub enum RecordingMark {
     RateCeiling,
     /// Times that are multiples of a period.
     TimeGrid,
+    /// Events of slow changes at equal steps of light.
+    LightSteps,
 }
 
 impl RecordingMark {
     /// All of them.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Lamp,
         Self::Alternation,
         Self::RegularOn,
@@ -42,6 +44,7 @@ impl RecordingMark {
         Self::Scan,
         Self::RateCeiling,
         Self::TimeGrid,
+        Self::LightSteps,
     ];
 
     /// Keys of the parameters and choices that may be read off, in the units of their names.
@@ -52,6 +55,7 @@ impl RecordingMark {
             Self::RegularOn => &["rate_hz", "jitter"],
             Self::RandomRest => &["on_hz", "off_hz"],
             Self::DeadTime | Self::TimeGrid => &["period_us"],
+            Self::LightSteps => &["levels"],
             Self::SilentPixels => &["fraction"],
             Self::HotPixels => &["fraction", "median_hz", "on_share"],
             Self::Bus => &["rate_hz", "row_ns"],

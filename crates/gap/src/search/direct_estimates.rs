@@ -1,11 +1,9 @@
 //! Direct estimates: parameters of effects that a recording shows without a simulation, where a fit
 //! would not find them by gradient descent.
 
-use evpose_core::EventStream;
 use evpose_sensor::{Catalogue, EffectConfig, ParamSpec, RecordingMark, SensorConfig};
 
-use super::recording_marks::{Estimate, all_estimates};
-use crate::Expected;
+use super::recording_marks::{Estimate, Recording, all_estimates};
 use crate::candidate::{Candidate, Trial, words};
 use crate::parameters::ModelParameter;
 
@@ -30,14 +28,9 @@ pub(super) struct DirectEstimates {
 }
 
 impl DirectEstimates {
-    /// Estimates from the events of a recording and those that its scene lets expect, for the
-    /// effects of a catalogue.
-    pub(super) fn from_events(
-        catalogue: Catalogue,
-        events: &EventStream,
-        expected: &Expected,
-    ) -> Self {
-        Self { catalogue, estimates: all_estimates(catalogue, events, expected) }
+    /// Estimates from a recording, for the effects of a catalogue.
+    pub(super) fn from_recording(catalogue: Catalogue, recording: &Recording<'_>) -> Self {
+        Self { catalogue, estimates: all_estimates(catalogue, recording) }
     }
 
     fn find(&self, name: &str) -> Option<&Estimate> {
@@ -132,15 +125,16 @@ impl DirectEstimates {
 
 #[cfg(test)]
 mod tests {
-    use evpose_core::{Event, Micros, Polarity, SensorSize};
+    use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 
     use super::*;
+    use crate::Expected;
 
     #[test]
     fn no_more_pixels_are_dead_than_silent() {
         let size = SensorSize { width: 20, height: 30 };
         let events = |from: u16| {
-            let all = (0..6_000_u16).filter(move |k| k % 600 >= from);
+            let all = (0..6_000_u16).filter(move |k| u32::from(*k) * 233 % 600 >= u32::from(from));
             let event = |k: u16| Event {
                 t: Micros(100 * i64::from(k)),
                 x: k % 600 % 20,
@@ -151,8 +145,9 @@ mod tests {
         };
         let expected = Expected::from_events(&events(0));
         let allows = |silent: u16, fraction: f64| {
-            let recording = events(silent);
-            DirectEstimates::from_events(Catalogue::default(), &recording, &expected)
+            let events = &events(silent);
+            let recording = Recording { events, expected: &expected, scene: None };
+            DirectEstimates::from_recording(Catalogue::default(), &recording)
                 .allows(&EffectConfig::new("dead_pixels").with("fraction", fraction))
         };
         assert!(allows(60, 0.1) && allows(60, 0.15) && !allows(60, 0.3));
@@ -171,11 +166,12 @@ mod tests {
             polarity: Polarity::On,
         });
         let size = SensorSize { width: 20, height: 30 };
-        let estimates = DirectEstimates::from_events(
-            Catalogue::default(),
-            &EventStream::from_events(size, events).unwrap(),
-            &Expected::from_events(&EventStream::empty(size)),
-        );
+        let recording = Recording {
+            events: &EventStream::from_events(size, events).unwrap(),
+            expected: &Expected::from_events(&EventStream::empty(size)),
+            scene: None,
+        };
+        let estimates = DirectEstimates::from_recording(Catalogue::default(), &recording);
         let mut model = SensorConfig::from_toml("").unwrap();
         ModelParameter::ThresholdOn.set(&mut model, 0.25);
         ModelParameter::ThresholdOff.set(&mut model, 0.3);

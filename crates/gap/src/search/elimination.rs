@@ -2,16 +2,20 @@
 //! are dropped.
 
 use super::decision::{Worth, is_worth_a_name};
+use super::direct_estimates::DirectEstimates;
 use super::identification::DataSplits;
 use super::selection::Selection;
 use super::significance::difference;
 use crate::GapError;
+use crate::candidate::Trial;
 use crate::fit::descend;
 use crate::parameters::ModelParameter;
 use evpose_sensor::SensorConfig;
 
 /// Rounds of the fit of the rest after an effect was dropped.
 const ROUNDS: usize = 2;
+/// Multiple of the least noise below which more is no effect.
+const MAX_EVERYDAY: f64 = 2.0;
 /// Steps below which a parameter of the model has not changed.
 const MIN_STEPS: f64 = 0.3;
 
@@ -30,6 +34,7 @@ pub(super) struct Dropped {
 /// A model that cannot be built or shown the scene.
 pub(super) fn eliminate(
     splits: &DataSplits<'_>,
+    estimates: &DirectEstimates,
     selection: &mut Selection,
     excess: f64,
     candidates: usize,
@@ -42,7 +47,12 @@ pub(super) fn eliminate(
             dropped.push(Dropped { rest, worth });
         }
         // A clock that the time stamps prove may be the lines of a readout that was found later.
-        let weakest = dropped.iter().enumerate().filter(|(_, one)| !is_worth_a_name(&one.worth));
+        let weakest = dropped.iter().enumerate().filter(|(i, one)| {
+            let trial = &selection.effects[*i].candidate.trial;
+            let effect = selection.model.effect(trial.spec.name);
+            let is_counted = effect.is_none_or(|effect| estimates.allows(effect));
+            !is_counted || is_everyday(selection, trial) || !is_worth_a_name(&one.worth)
+        });
         let weakest = weakest.min_by(|a, b| a.1.worth.fraction().total_cmp(&b.1.worth.fraction()));
         match weakest {
             Some((i, _)) => *selection = dropped.swap_remove(i).rest,
@@ -85,6 +95,18 @@ pub(super) fn changed_parameters(
         }
     }
     Ok(kept)
+}
+
+/// Whether an effect is no more than the little noise that every camera has. Pixels that are
+/// exactly alike answer at exactly the same time: the least noise separates them, and a simulator
+/// that has none is not told from one that has.
+fn is_everyday(selection: &Selection, trial: &Trial) -> bool {
+    trial.spec.search.dither.iter().any(|(key, everyday)| {
+        let effect = selection.model.effect(trial.spec.name);
+        effect
+            .and_then(|effect| effect.number(key))
+            .is_some_and(|value| value < MAX_EVERYDAY * everyday)
+    })
 }
 
 fn worth(

@@ -9,6 +9,7 @@ use super::elimination::{changed_parameters, eliminate};
 use super::explanation::{SearchResults, explain};
 use super::identification::{DataSplits, FittedCandidate, Identification, SCORE_RUNS};
 use super::proposals::Proposals;
+use super::recording_marks::Recording;
 use super::refit::refit;
 use super::screening::ScreeningBase;
 use super::selection::{SelectedEffect, Selection};
@@ -41,9 +42,13 @@ impl DataSplits<'_> {
         if is_within_tolerance(&before) && gap_of_train <= super::decision::TOLERATED_GAP {
             return Identification::without_gap(self, before);
         }
-        let expected = &self.train.reference_scene.expected;
-        let catalogue = self.train.catalogue();
-        let estimates = DirectEstimates::from_events(catalogue, &self.train.events, expected);
+        let known = self.train.reference_scene;
+        let recording = Recording {
+            events: &self.train.events,
+            expected: &known.expected,
+            scene: Some(&known.scene),
+        };
+        let estimates = DirectEstimates::from_recording(self.train.catalogue(), &recording);
         let mut selection = Selection::without_effects(self, model)?;
         self.add_proven(&mut selection, &estimates, left_out)?;
         progress("refitting the parameters of the model");
@@ -89,7 +94,7 @@ impl DataSplits<'_> {
         selection.refine(self, model)?;
         selection.fit_together(self, FINAL_ROUNDS)?;
         let tried = proposals.len();
-        let mut dropped = eliminate(self, &mut selection, excess, tried)?;
+        let mut dropped = eliminate(self, &estimates, &mut selection, excess, tried)?;
         let mut parameters = changed_parameters(self, &mut selection, model, excess)?;
         let is_complete = parameters.is_empty() || is_within_tolerance(&selection.held_out);
         if !is_complete
@@ -97,12 +102,15 @@ impl DataSplits<'_> {
             && forward.replace_parameters(&mut selection, &parameters)?
         {
             while selection.effects.len() < MAX_EFFECTS && forward.step(&mut selection, &[])? {}
-            dropped = eliminate(self, &mut selection, excess, tried)?;
+            dropped = eliminate(self, &estimates, &mut selection, excess, tried)?;
             parameters = changed_parameters(self, &mut selection, model, excess)?;
         }
         let (is_swapped, compared) = swap(self, &mut selection)?;
-        let dropped =
-            if is_swapped { eliminate(self, &mut selection, excess, tried)? } else { dropped };
+        let dropped = if is_swapped {
+            eliminate(self, &estimates, &mut selection, excess, tried)?
+        } else {
+            dropped
+        };
         let compared = if is_swapped { swap(self, &mut selection)?.1 } else { compared };
         progress("what each effect explains");
         explain(

@@ -28,6 +28,7 @@ mod explanation;
 mod identification;
 mod identify;
 mod initial_guess;
+mod light_steps;
 mod proposals;
 mod rate_ceiling;
 mod recording_marks;

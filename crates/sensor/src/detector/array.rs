@@ -19,6 +19,7 @@ use super::pixel::{Cell, PixelStep, PixelTraits, RefractoryState};
 use super::queue::Queue;
 use super::resolve::Step;
 use super::term::{NoiseEvent, TermTable};
+use super::threshold_mismatch::MIN_THRESHOLD;
 use crate::chain::Chain;
 use crate::tick::Tick;
 
@@ -61,6 +62,8 @@ pub(crate) struct PixelArray {
     pub(super) accepted: Vec<NoiseEvent>,
     pub(super) queue: Queue,
     has_dead: bool,
+    /// The least threshold that a pixel may have in an exposure, if thresholds are redrawn.
+    least_threshold: f32,
     /// Cleared by tests that look at the long way.
     pub(crate) may_go_straight: bool,
 }
@@ -97,6 +100,7 @@ impl PixelArray {
             accepted: Vec::new(),
             queue: Queue::default(),
             has_dead: false,
+            least_threshold: if chain.redraws.is_some() { MIN_THRESHOLD } else { f32::INFINITY },
             may_go_straight: true,
         };
         array.make_pattern(chain);
@@ -219,8 +223,8 @@ impl PixelArray {
         } else {
             // Rounding must not let a pixel sleep over its level: it wakes a little early.
             let early = 1e-6 * (1.0 + cell.memory.abs());
-            let on = cell.memory + cell.threshold_on - early;
-            (on, cell.memory - cell.threshold_off + early)
+            let at = |threshold: f32| threshold.min(self.least_threshold) - early;
+            (cell.memory + at(cell.threshold_on), cell.memory - at(cell.threshold_off))
         };
         self.wake_on[pixel] = on;
         self.wake_off[pixel] = off;

@@ -103,6 +103,20 @@ pub(super) fn next_level(pixel: &PixelStep, from_s: f64) -> Option<Change> {
     Some(Change { t_s, polarity, count: 1, memory: level })
 }
 
+/// The next level that a pixel comes through, not before `from_s`: one that it is beyond already is
+/// not answered.
+pub(super) fn next_level_through(pixel: &PixelStep, from_s: f64) -> Option<Change> {
+    let now = pixel.at(from_s);
+    let polarity = Polarity::from_on(pixel.to > now);
+    let level = pixel.level(polarity);
+    let is_ahead = (level - now) * (pixel.to - now) > 0.0;
+    let is_reached = if polarity.is_on() { pixel.to >= level } else { pixel.to <= level };
+    let way = (level - pixel.from) / (pixel.to - pixel.from);
+    let t_s = pixel.start_s + (pixel.end_s - pixel.start_s) * way;
+    let t_s = t_s.max(from_s).min(pixel.end_s);
+    (is_ahead && is_reached).then_some(Change { t_s, polarity, count: 1, memory: level })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

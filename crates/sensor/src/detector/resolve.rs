@@ -2,7 +2,7 @@
 
 use evpose_core::{Polarity, StageNoise};
 
-use super::level_crossing::next_level;
+use super::level_crossing::{next_level, next_level_through};
 use super::pixel::{PixelStep, RefractoryState};
 use super::spread::Spread;
 use super::term::{NoiseEvent, Recovery};
@@ -73,7 +73,13 @@ impl PixelArray {
         };
         let is_straight = step.chain.goes_straight() && self.may_go_straight;
         let is_burst = step.chain.goes_in_bursts() && self.may_go_straight;
+        let may_rest =
+            step.chain.redraws.is_some() && self.leak_per_s.is_empty() && self.seeped.is_empty();
         for_each_pixel(&awake, &accepted, |pixel, noise_events| {
+            // Thresholds so low that any pixel may have an event wake all of them.
+            if may_rest && noise_events.is_empty() && step.before[pixel] == step.after[pixel] {
+                return;
+            }
             if is_burst {
                 return self.resolve_burst(step, pixel, out);
             }
@@ -99,6 +105,12 @@ impl PixelArray {
         let seeped = self.seeped.get(pixel).map_or(0.0, |&seeped| f64::from(seeped));
         let steady = self.leak_per_s.get(pixel).map_or(0.0, |&leak| f64::from(leak));
         let mut pixel_step = self.step_of(step, pixel);
+        if let Some(index) = step.chain.redraws {
+            let noise = StageNoise::at_tick(self.terms[index].noise_key, step.tick.index);
+            let thresholds = [pixel_step.threshold_on, pixel_step.threshold_off];
+            let redrawn = step.chain.terms[index].stage.redraw(pixel, thresholds, noise);
+            [pixel_step.threshold_on, pixel_step.threshold_off] = redrawn;
+        }
         if pixel_step.is_single {
             // It is off the memory from the start of the step.
             pixel_step.from -= seeped;
@@ -296,7 +308,9 @@ impl PixelState {
         from_s: f64,
         noise_events: &mut &[NoiseEvent],
     ) -> Option<PendingEvent> {
-        let change = if step.chain.crosses_levels {
+        let change = if step.chain.crosses_levels && step.chain.redraws.is_some() {
+            next_level_through(&self.pixel_step, from_s)
+        } else if step.chain.crosses_levels {
             next_level(&self.pixel_step, from_s)
         } else {
             step.chain.detector.stage.next(&self.pixel_step, from_s, step.noise)

@@ -5,8 +5,12 @@
 //! `sigma N`, none below 0.01. Event times then scatter by `sigma / |dV/dt|`, without a fixed
 //! pattern.
 //!
+//! With `redraw = "exposure"` both are drawn anew at every exposure, whether there were events or
+//! not, and a pixel has an event only where its voltage comes through the level of that exposure. A
+//! slow change then reaches low levels early, and one that has passed them all has no event.
+//!
 //! # Source
-//! Joubert et al. 2021 (IEBCS) redraw thresholds in this way.
+//! Joubert et al. 2021 (IEBCS) redraw thresholds at events, Rebecq et al. 2018 (ESIM) for every image.
 
 use evpose_core::{Polarity, StageNoise};
 
@@ -15,7 +19,7 @@ use super::{PixelTerm, PixelTraits};
 use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
 
 const SIGMA: ParamSpec = ParamSpec {
     name: "sigma",
@@ -27,14 +31,20 @@ const SIGMA: ParamSpec = ParamSpec {
     doc: "standard deviation of a threshold from event to event",
 };
 
+const REDRAW: ChoiceSpec = ChoiceSpec {
+    name: "redraw",
+    allowed: &["event", "exposure"],
+    doc: "whether thresholds hold until the next event of a pixel, or for one exposure",
+};
+
 /// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "threshold_temporal_noise",
     domain: Domain::Detector,
-    summary: "thresholds are redrawn after every event",
-    formula: "C = max(0.01, C + sigma N(event))",
+    summary: "thresholds are redrawn after every event, or at every exposure",
+    formula: "C = max(0.01, C + sigma N(event)), or N(exposure)",
     params: &[SIGMA],
-    choices: &[],
+    choices: &[REDRAW],
     files: &[],
     source: Citation {
         key: "Joubert et al. 2021",
@@ -48,17 +58,24 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Rising(&["sigma"]),
         beside: &[],
     },
-    search: SearchSpec { dither: &[("sigma", 0.004)], ..SearchSpec::PLAIN },
+    search: SearchSpec {
+        choices: &[("redraw", &["event", "exposure"])],
+        usual: &[("redraw", "event")],
+        dither: &[("sigma", 0.004)],
+        ..SearchSpec::PLAIN
+    },
     build: |settings| {
         let sigma = settings.number(&SIGMA) as f32;
-        Ok(Stage::Term(Box::new(ThresholdTemporalNoise { sigma })))
+        let at_exposures = settings.word(&REDRAW) == "exposure";
+        Ok(Stage::Term(Box::new(ThresholdTemporalNoise { sigma, at_exposures })))
     },
 };
 
-/// Fresh thresholds for every event.
+/// Fresh thresholds for every event, or for every exposure.
 #[derive(Debug)]
 struct ThresholdTemporalNoise {
     sigma: f32,
+    at_exposures: bool,
 }
 
 impl PixelTerm for ThresholdTemporalNoise {
@@ -67,7 +84,19 @@ impl PixelTerm for ThresholdTemporalNoise {
     }
 
     fn renews(&self) -> bool {
-        true
+        !self.at_exposures
+    }
+
+    fn redraws(&self) -> bool {
+        self.at_exposures
+    }
+
+    fn redraw(&self, pixel: usize, thresholds: [f64; 2], noise: StageNoise) -> [f64; 2] {
+        let redraw = |threshold: f64, draw: u32| {
+            let sigma = f64::from(self.sigma);
+            (threshold + sigma * f64::from(noise.normal(pixel, draw))).max(MIN_THRESHOLD.into())
+        };
+        [redraw(thresholds[0], 0), redraw(thresholds[1], 1)]
     }
 
     fn renew(
@@ -78,6 +107,9 @@ impl PixelTerm for ThresholdTemporalNoise {
         traits: &mut PixelTraits,
         noise: StageNoise,
     ) {
+        if self.at_exposures {
+            return;
+        }
         // Draw indices wrap around after a billion events of one pixel.
         let draw = count.wrapping_mul(2) & 0x3fff_ffff;
         let redraw = |threshold: f32, draw: u32| {
@@ -85,5 +117,53 @@ impl PixelTerm for ThresholdTemporalNoise {
         };
         traits.threshold_on = redraw(traits.threshold_on, draw);
         traits.threshold_off = redraw(traits.threshold_off, draw + 1);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use evpose_core::{Micros, Plane, SensorSize};
+
+    use crate::{EffectConfig, SensorConfig, SensorModel};
+
+    /// Events of many pixels that brighten by 0.97 ln in `steps` exposures, a threshold of 0.3.
+    fn events(steps: i32, sigma: f64, redraw: &str) -> usize {
+        let size = SensorSize { width: 100, height: 100 };
+        let effects = vec![
+            EffectConfig::new("level_crossing")
+                .with("threshold_on", 0.3)
+                .with("threshold_off", 0.3),
+            EffectConfig::new("threshold_temporal_noise")
+                .with("sigma", sigma)
+                .with("redraw", redraw),
+        ];
+        let model = SensorModel::from_config(&SensorConfig { effects }).unwrap();
+        let mut run = model.start(size, 5);
+        let mut count = 0;
+        for step in 0..=steps {
+            let light = 0.3 * (0.97 * step as f32 / steps as f32).exp();
+            let plane = Plane::filled(100, 100, light);
+            count += run.expose(&plane, Micros(1_000 * i64::from(step))).unwrap().len();
+        }
+        count
+    }
+
+    #[test]
+    fn without_spread_both_forms_are_level_crossing() {
+        assert_eq!(events(30, 0.0, "exposure"), 30_000);
+        assert_eq!(events(30, 1e-4, "exposure"), events(30, 1e-4, "event"));
+    }
+
+    #[test]
+    fn a_level_that_is_behind_is_missed() {
+        // In one exposure levels are multiples of one draw: the whole steps in 0.97 of N(0.3, 0.05),
+        // which is what is expected of redrawing at events as well, nearly.
+        let by_event = events(30, 0.05, "event") as f64;
+        let in_one = events(1, 0.05, "exposure") as f64;
+        assert!((in_one / by_event - 1.0).abs() < 0.1, "{in_one} {by_event}");
+        // Of many exposures each takes the voltage through the level with a small probability, and
+        // once it is three deviations beyond, never again.
+        let in_many = events(3_000, 0.05, "exposure") as f64;
+        assert!(in_many < 0.5 * by_event, "{in_many} {by_event}");
     }
 }

@@ -15,7 +15,7 @@ use crate::search_spec::{SceneSource, SearchSpec};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
-use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use crate::{Citation, Domain, ParamSpec, Prior, RecordingMark, Scale, StageSpec};
 use evpose_simd::vectorize;
 
 const LEVELS: ParamSpec = ParamSpec {
@@ -50,6 +50,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         beside: &[],
     },
     search: SearchSpec {
+        mark: Some(RecordingMark::LightSteps),
         reach: &[("levels", (8.0, 1023.0))],
         hidden_by: &[
             (SceneSource::Frames, "frames have steps themselves"),
