@@ -21,8 +21,8 @@ pub(crate) struct Chain {
     /// Whether any term changes what holds until the next event.
     pub(crate) has_renewals: bool,
     pub(crate) steps_while_refractory: bool,
-    /// The term that redraws thresholds at every exposure.
-    pub(crate) redraws: Option<usize>,
+    /// The term that redraws thresholds at every exposure, and how far they deviate at most, ln.
+    pub(crate) redraws: Option<(usize, f32)>,
     /// Whether events happen where a level is reached, and nowhere else.
     pub(crate) crosses_levels: bool,
     /// Whether voltages and memories are rounded to single precision as published.

@@ -169,9 +169,8 @@ impl From<Vec<Built>> for Chain {
                     chain.recovery = chain.recovery.and(stage.recovery());
                     chain.has_renewals |= stage.renews();
                     chain.steps_while_refractory |= stage.steps_while_refractory();
-                    if stage.redraws() {
-                        chain.redraws = Some(chain.terms.len());
-                    }
+                    let term = chain.terms.len();
+                    chain.redraws = stage.redraws().map(|most| (term, most)).or(chain.redraws);
                     chain.terms.push(Link { name, stage });
                     continue;
                 }

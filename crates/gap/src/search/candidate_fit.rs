@@ -39,10 +39,8 @@ pub(super) fn fit_candidates(
     let slopes = Slopes::around(objective, model, nuisance, 1)?;
     let best = &proposals[..proposals.len().min(LINE_SEARCHED)];
     // A short part of a recording does not distinguish an effect from those that resemble it.
-    let resembles = |one: &&ScreenedTrial| {
-        best.iter().any(|best| best.trial.spec.search.resembles.contains(&one.name))
-    };
-    let others = proposals.iter().skip(LINE_SEARCHED).filter(resembles).take(RESEMBLING);
+    let others = proposals.iter().skip(LINE_SEARCHED).filter(|one| one.resembles_one_of(best));
+    let others = others.take(RESEMBLING);
     let mut fitted = best
         .iter()
         .chain(others)

@@ -97,15 +97,15 @@ pub(super) fn changed_parameters(
     Ok(kept)
 }
 
-/// Whether an effect is no more than the little noise that every camera has. Pixels that are
-/// exactly alike answer at exactly the same time: the least noise separates them, and a simulator
-/// that has none is not told from one that has.
+/// Whether an effect is no more than the little noise that every camera has, of which the model as
+/// given has none. Pixels that are exactly alike answer at exactly the same time: the least noise
+/// separates them, and a simulator that has none is not told from one that has.
 fn is_everyday(selection: &Selection, trial: &Trial) -> bool {
     trial.spec.search.dither.iter().any(|(key, everyday)| {
-        let effect = selection.model.effect(trial.spec.name);
-        effect
-            .and_then(|effect| effect.number(key))
-            .is_some_and(|value| value < MAX_EVERYDAY * everyday)
+        let value = |model: &SensorConfig| {
+            model.effect(trial.spec.name).and_then(|effect| effect.number(key)).unwrap_or(0.0)
+        };
+        value(&selection.given) <= 0.0 && value(&selection.model) < MAX_EVERYDAY * everyday
     })
 }
 

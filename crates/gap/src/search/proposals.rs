@@ -63,12 +63,9 @@ impl Proposals {
             names.iter().filter(|name| **name == one.name).count() <= VARIANTS
         });
         let others = predicted.split_off(predicted.len().min(SIMULATED));
-        let resembles = |one: &ScreenedTrial| {
-            let of = |best: &ScreenedTrial| best.trial.spec.search.resembles.contains(&one.name);
-            predicted[..predicted.len().min(RESEMBLED)].iter().any(of)
-        };
+        let best = &predicted[..predicted.len().min(RESEMBLED)];
         let others: Vec<ScreenedTrial> =
-            others.into_iter().filter(resembles).take(RESEMBLING).collect();
+            others.into_iter().filter(|one| one.resembles_one_of(best)).take(RESEMBLING).collect();
         predicted.extend(others);
         let mut simulated = predicted
             .par_iter()

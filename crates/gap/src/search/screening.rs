@@ -61,6 +61,11 @@ impl ScreenedTrial {
         self.trial.value(self.trial.params[0])
     }
 
+    /// Whether it is one of the effects that one of `others` is easily taken for.
+    pub(super) fn resembles_one_of(&self, others: &[Self]) -> bool {
+        others.iter().any(|other| other.trial.spec.search.resembles.contains(&self.name))
+    }
+
     /// Whether the best trial on a short part need not lead to the best fit.
     fn is_sudden(&self) -> bool {
         self.trial.spec.search.onset == Onset::Sudden

@@ -62,8 +62,8 @@ pub(crate) struct PixelArray {
     pub(super) accepted: Vec<NoiseEvent>,
     pub(super) queue: Queue,
     has_dead: bool,
-    /// The least threshold that a pixel may have in an exposure, if thresholds are redrawn.
-    least_threshold: f32,
+    /// How far thresholds of one exposure deviate at most, if they are redrawn.
+    pub(super) deviation: f32,
     /// Cleared by tests that look at the long way.
     pub(crate) may_go_straight: bool,
 }
@@ -100,7 +100,7 @@ impl PixelArray {
             accepted: Vec::new(),
             queue: Queue::default(),
             has_dead: false,
-            least_threshold: if chain.redraws.is_some() { MIN_THRESHOLD } else { f32::INFINITY },
+            deviation: chain.redraws.map_or(0.0, |(_, most)| most),
             may_go_straight: true,
         };
         array.make_pattern(chain);
@@ -223,11 +223,21 @@ impl PixelArray {
         } else {
             // Rounding must not let a pixel sleep over its level: it wakes a little early.
             let early = 1e-6 * (1.0 + cell.memory.abs());
-            let at = |threshold: f32| threshold.min(self.least_threshold) - early;
+            let at = |threshold: f32| self.least(threshold) - early;
             (cell.memory + at(cell.threshold_on), cell.memory - at(cell.threshold_off))
         };
         self.wake_on[pixel] = on;
         self.wake_off[pixel] = off;
+    }
+
+    /// The least that a threshold may be in an exposure.
+    #[inline(always)]
+    pub(super) fn least(&self, threshold: f32) -> f32 {
+        if self.deviation > 0.0 {
+            (threshold - self.deviation).max(MIN_THRESHOLD)
+        } else {
+            threshold
+        }
     }
 
     /// Takes what has leaked so far into the memories, if it is time.

@@ -6,6 +6,7 @@ use super::level_crossing::{next_level, next_level_through};
 use super::pixel::{PixelStep, RefractoryState};
 use super::spread::Spread;
 use super::term::{NoiseEvent, Recovery};
+use super::threshold_mismatch::MIN_THRESHOLD;
 use super::{Change, PixelArray};
 use crate::chain::Chain;
 use crate::tick::Tick;
@@ -73,11 +74,10 @@ impl PixelArray {
         };
         let is_straight = step.chain.goes_straight() && self.may_go_straight;
         let is_burst = step.chain.goes_in_bursts() && self.may_go_straight;
-        let may_rest =
+        let may_pass =
             step.chain.redraws.is_some() && self.leak_per_s.is_empty() && self.seeped.is_empty();
         for_each_pixel(&awake, &accepted, |pixel, noise_events| {
-            // Thresholds so low that any pixel may have an event wake all of them.
-            if may_rest && noise_events.is_empty() && step.before[pixel] == step.after[pixel] {
+            if may_pass && noise_events.is_empty() && self.passes_over(step, pixel) {
                 return;
             }
             if is_burst {
@@ -99,17 +99,34 @@ impl PixelArray {
         self.accepted = accepted;
     }
 
+    /// Whether no threshold that may be drawn puts a level into the way of a pixel's voltage.
+    #[inline(always)]
+    fn passes_over(&self, step: Step<'_>, pixel: usize) -> bool {
+        let cell = &self.cells[pixel];
+        let (from, to) = (step.before[pixel] - cell.memory, step.after[pixel] - cell.memory);
+        let (from, to, threshold) = if to > from {
+            (from, to, cell.threshold_on)
+        } else {
+            (-from, -to, cell.threshold_off)
+        };
+        let early = 1e-6 * (1.0 + cell.memory.abs());
+        to < self.least(threshold) - early
+            || from > threshold + self.deviation + early
+            || from == to
+    }
+
     /// A pixel as it is at the start of the step, or after what it has gone through in it.
     #[inline(always)]
     pub(super) fn take_out(&self, step: Step<'_>, pixel: usize) -> PixelState {
         let seeped = self.seeped.get(pixel).map_or(0.0, |&seeped| f64::from(seeped));
         let steady = self.leak_per_s.get(pixel).map_or(0.0, |&leak| f64::from(leak));
         let mut pixel_step = self.step_of(step, pixel);
-        if let Some(index) = step.chain.redraws {
-            let noise = StageNoise::at_tick(self.terms[index].noise_key, step.tick.index);
-            let thresholds = [pixel_step.threshold_on, pixel_step.threshold_off];
-            let redrawn = step.chain.terms[index].stage.redraw(pixel, thresholds, noise);
-            [pixel_step.threshold_on, pixel_step.threshold_off] = redrawn;
+        if let Some((term, _)) = step.chain.redraws {
+            let noise = StageNoise::at_tick(self.terms[term].noise_key, step.tick.index);
+            let deviation = f64::from(step.chain.terms[term].stage.redraw(pixel, noise));
+            let redrawn = |threshold: f64| (threshold + deviation).max(MIN_THRESHOLD.into());
+            pixel_step.threshold_on = redrawn(pixel_step.threshold_on);
+            pixel_step.threshold_off = redrawn(pixel_step.threshold_off);
         }
         if pixel_step.is_single {
             // It is off the memory from the start of the step.

@@ -46,16 +46,17 @@ pub trait PixelTerm: Send + Sync + Debug {
     ) {
     }
 
-    /// Whether thresholds are those of [`PixelTerm::redraw`], anew at every exposure. A pixel then
-    /// has an event only where its voltage comes through the level of that exposure: a level that
-    /// is behind it already is missed. Detectors that cross no levels keep their thresholds.
-    fn redraws(&self) -> bool {
-        false
+    /// Whether thresholds deviate by [`PixelTerm::redraw`], anew at every exposure, and by how much
+    /// at most, ln. A pixel then has an event only where its voltage comes through the level of that
+    /// exposure: a level that is behind it already is missed. Detectors that cross no levels keep
+    /// their thresholds.
+    fn redraws(&self) -> Option<f32> {
+        None
     }
 
-    /// Thresholds of a pixel in one exposure, ON and OFF, from those in force otherwise.
-    fn redraw(&self, _pixel: usize, thresholds: [f64; 2], _noise: StageNoise) -> [f64; 2] {
-        thresholds
+    /// Deviation of the thresholds of a pixel in one exposure, ln.
+    fn redraw(&self, _pixel: usize, _noise: StageNoise) -> f32 {
+        0.0
     }
 
     /// Recovery of a pixel after an event, on top of the level that was crossed.

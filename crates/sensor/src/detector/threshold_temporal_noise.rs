@@ -71,6 +71,9 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
+/// Beyond every normal value that is drawn: those of uniform values of 24 bits end at 5.8.
+const MAX_NORMAL: f32 = 6.0;
+
 /// Fresh thresholds for every event, or for every exposure.
 #[derive(Debug)]
 struct ThresholdTemporalNoise {
@@ -87,16 +90,12 @@ impl PixelTerm for ThresholdTemporalNoise {
         !self.at_exposures
     }
 
-    fn redraws(&self) -> bool {
-        self.at_exposures
+    fn redraws(&self) -> Option<f32> {
+        self.at_exposures.then_some(MAX_NORMAL * self.sigma)
     }
 
-    fn redraw(&self, pixel: usize, thresholds: [f64; 2], noise: StageNoise) -> [f64; 2] {
-        let redraw = |threshold: f64, draw: u32| {
-            let sigma = f64::from(self.sigma);
-            (threshold + sigma * f64::from(noise.normal(pixel, draw))).max(MIN_THRESHOLD.into())
-        };
-        [redraw(thresholds[0], 0), redraw(thresholds[1], 1)]
+    fn redraw(&self, pixel: usize, noise: StageNoise) -> f32 {
+        self.sigma * noise.normal(pixel, 0)
     }
 
     fn renew(
