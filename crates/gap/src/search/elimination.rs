@@ -99,7 +99,7 @@ pub(super) fn changed_parameters(
 
 /// Whether an effect is no more than the little noise that every camera has, of which the model as
 /// given has none. Pixels that are exactly alike answer at exactly the same time: the least noise
-/// separates them, and a simulator that has none is not told from one that has.
+/// separates them, and a simulator that has none is not distinguished from one that has.
 fn is_everyday(selection: &Selection, trial: &Trial) -> bool {
     trial.spec.search.dither.iter().any(|(key, everyday)| {
         let value = |model: &SensorConfig| {
