@@ -18,8 +18,10 @@ pub enum Mark {
     Line,
     /// From each point horizontally to the next, and then to its height.
     Steps,
-    /// Unconnected markers.
+    /// Unconnected markers, small enough for thousands.
     Dots,
+    /// Unconnected markers of few points.
+    Discs,
     /// A short vertical stroke.
     Ticks,
     /// Filled between the points, which go around it.
@@ -256,6 +258,7 @@ where
             Mark::Dots => {
                 canvas.draw_series(points.map(|p| Circle::new(p, 1, colour.mix(0.7).filled())))
             }
+            Mark::Discs => canvas.draw_series(points.map(|p| Circle::new(p, 3, colour.filled()))),
             Mark::Ticks => canvas.draw_series(points.map(|p| {
                 EmptyElement::at(p) + PathElement::new([(0, -7), (0, 7)], colour.stroke_width(1))
             })),
@@ -318,7 +321,7 @@ mod tests {
     #[test]
     fn charts_of_any_scale_are_drawn() -> Result<(), DrawingError> {
         for (x, y) in [(false, false), (true, false), (false, true), (true, true)] {
-            let marks = [Mark::Line, Mark::Steps, Mark::Dots, Mark::Ticks, Mark::Band];
+            let marks = [Mark::Line, Mark::Steps, Mark::Dots, Mark::Discs, Mark::Ticks, Mark::Band];
             let series = marks.map(|mark| Series {
                 label: format!("{mark:?}"),
                 colour: crate::colour::ON,

@@ -45,9 +45,9 @@ const STYLE: &str = "<style>
 .card b{display:block;font-size:20px}.card span{color:var(--soft);font-size:13px}
 .row{display:flex;flex-wrap:wrap;gap:22px;align-items:flex-start}
 .row>div{min-width:0}h3{font-size:15px;margin:16px 0 4px}
-svg text{font-family:system-ui,sans-serif}
+svg{max-width:100%;height:auto}svg text{font-family:system-ui,sans-serif}
 .say{border-left:4px solid var(--line);padding:2px 0 2px 12px;margin:8px 0;max-width:92ch}
-.wrap td{white-space:normal;text-align:left;vertical-align:top}.wrap th{text-align:left}
+.wrap td{white-space:normal;text-align:left;vertical-align:top}.wrap th{white-space:normal;text-align:left;vertical-align:bottom}
 .scroll{max-height:420px;overflow:auto;border:1px solid var(--line);background:#fff;padding:0 10px}
 .sort th{cursor:pointer}figure{margin:6px 0}
 pre.diff{max-width:92ch}pre.diff .add{color:#00704f;background:#e2f4ec;display:block}

@@ -55,6 +55,6 @@ fn drawn(response: &Response) -> Chart {
             ResponseForm::Fraction => "excess, fraction of the expected",
         })
         .from_zero(),
-        series: vec![series(Mark::Line, LAW, fitted), series(Mark::Dots, DIFFERENCE, differences)],
+        series: vec![series(Mark::Line, LAW, fitted), series(Mark::Discs, DIFFERENCE, differences)],
     }
 }
