@@ -49,10 +49,11 @@ pub(crate) fn section(page: &mut HtmlPage, data: &ReportData) -> Result<()> {
         side_by_side.names.iter().map(|name| format!("<span>{}</span>", escape(name))).collect();
     page.markup(&format!(
         "<style>@keyframes sequence{{from{{background-position-y:0}}to{{background-position-y:-{}px}}}}\
-         </style><div class=\"names\" style=\"width:{width}px;grid-template-columns:repeat({streams},\
-         1fr)\">{names}</div><div class=\"sequence\" role=\"img\" aria-label=\"events side by side\" \
+         </style><div class=\"wide\"><div class=\"names\" \
+         style=\"width:{width}px;grid-template-columns:repeat({streams},1fr)\">{names}</div>\
+         <div class=\"sequence\" role=\"img\" aria-label=\"events side by side\" \
          style=\"width:{}px;height:{height}px;background-size:{width}px {}px;animation:sequence {:.2}s \
-         steps({count}) infinite;background-image:url(data:image/png;base64,{})\"></div>",
+         steps({count}) infinite;background-image:url(data:image/png;base64,{})\"></div></div>",
         height * count,
         width + 2,
         height * count,
