@@ -338,10 +338,10 @@ proptest! {
             let model = model_of(&among_others(spec, fraction));
             // A clock may be behind that of the scene, round down, or scatter, and events then
             // wait.
-            let shows_other_times = matches!(
-                spec.name,
-                "clock_offset_drift" | "timestamp_quantisation" | "timestamp_jitter"
-            );
+            let rounds_down =
+                typical(spec, fraction).params.get("rounding") == Some(&"down".into());
+            let shows_other_times = rounds_down
+                || matches!(spec.name, "clock_offset_drift" | "timestamp_jitter");
             let mut previous = if shows_other_times { Micros(i64::MIN) } else { Micros(-1) };
             for (step, events) in events_of(&model, moving, seed).iter().enumerate() {
                 let now = Micros(step as i64 * 1_130);

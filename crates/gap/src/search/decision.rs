@@ -34,6 +34,13 @@ const MIN_FRACTION_TO_TRY: f64 = 0.06;
 const MIN_GAIN: f64 = 25.0;
 /// Fraction of the gap left above which an explanation is partial.
 const PARTIAL: f64 = 0.2;
+/// Multiple of the little noise that every camera has below which more of it is no effect: where the
+/// given model has none, any spread at all separates events that would have been at one time, however
+/// small it is.
+pub(super) const MAX_EVERYDAY: f64 = 2.0;
+/// Multiple of what was counted in a part of the pixels that a fit may have: those that have few
+/// events may be silent by chance.
+pub(super) const MAX_OF_COUNTED: f64 = 2.0;
 /// Rivals that cannot be distinguished from an effect, above which its name means nothing.
 const MAX_CONFUSABLE: usize = 2;
 

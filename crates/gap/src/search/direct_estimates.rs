@@ -3,15 +3,13 @@
 
 use evpose_sensor::{Catalogue, EffectConfig, ParamSpec, RecordingMark, SensorConfig};
 
+use super::decision::MAX_OF_COUNTED;
 use super::recording_marks::{Estimate, Recording, all_estimates};
 use crate::candidate::{Candidate, Trial, words};
 use crate::parameters::ModelParameter;
 
 /// Fraction of time stamps consistent with a readout above which the readout is proven.
 const PROVEN: f64 = 0.9;
-
-/// Factor by which what is fitted may exceed what was counted in a part of the pixels.
-const MAX_OF_COUNTED: f64 = 2.0;
 
 /// Lags of events behind a lamp, turns: near the threshold, pixels fire up to the turning point of
 /// the light.

@@ -1,7 +1,7 @@
 //! Backward elimination: effects and parameters that are not worth their names beside the others
 //! are dropped.
 
-use super::decision::{Worth, is_worth_a_name};
+use super::decision::{MAX_EVERYDAY, Worth, is_worth_a_name};
 use super::direct_estimates::DirectEstimates;
 use super::identification::DataSplits;
 use super::selection::Selection;
@@ -14,8 +14,6 @@ use evpose_sensor::SensorConfig;
 
 /// Rounds of the fit of the rest after an effect was dropped.
 const ROUNDS: usize = 2;
-/// Multiple of the least noise below which more is no effect.
-const MAX_EVERYDAY: f64 = 2.0;
 /// Steps below which a parameter of the model has not changed.
 const MIN_STEPS: f64 = 0.3;
 

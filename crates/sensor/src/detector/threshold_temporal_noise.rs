@@ -106,9 +106,6 @@ impl PixelTerm for ThresholdTemporalNoise {
         traits: &mut PixelTraits,
         noise: StageNoise,
     ) {
-        if self.at_exposures {
-            return;
-        }
         // Draw indices wrap around after a billion events of one pixel.
         let draw = count.wrapping_mul(2) & 0x3fff_ffff;
         let redraw = |threshold: f32, draw: u32| {
