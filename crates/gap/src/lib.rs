@@ -58,6 +58,7 @@ pub mod fit;
 pub mod free_parameter;
 pub mod input;
 mod layout;
+mod light_behind_optics;
 mod light_sequence;
 pub mod locate;
 mod objective;

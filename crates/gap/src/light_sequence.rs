@@ -6,6 +6,7 @@ use evpose_core::{Event, Micros, Plane, SensorSize};
 use evpose_sensor::Catalogue;
 
 use crate::GapError;
+use crate::light_behind_optics::LightBehindOptics;
 
 /// Luminance planes at equal time steps, the first at time zero.
 #[derive(Debug, Clone)]
@@ -19,6 +20,8 @@ pub struct LightSequence {
     /// Pixels (true, row by row) that are excluded from the comparison; empty if there are none.
     masked: Vec<bool>,
     catalogue: Catalogue,
+    /// Shared with the parts of the scene as well.
+    pub(crate) behind: Arc<LightBehindOptics>,
 }
 
 impl LightSequence {
@@ -42,7 +45,15 @@ impl LightSequence {
         }
         let size = SensorSize { width: width as u16, height: height as u16 };
         let (count, all) = (planes.len(), Arc::new(planes));
-        Ok(Self { size, fps, all, count, masked: Vec::new(), catalogue: Catalogue::default() })
+        Ok(Self {
+            size,
+            fps,
+            all,
+            count,
+            masked: Vec::new(),
+            catalogue: Catalogue::default(),
+            behind: Arc::default(),
+        })
     }
 
     /// The same scene with some pixels (true, row by row) excluded from the comparison, because
@@ -56,7 +67,7 @@ impl LightSequence {
     /// them; by default the built-in effects.
     #[must_use]
     pub fn with_catalogue(self, catalogue: Catalogue) -> Self {
-        Self { catalogue, ..self }
+        Self { catalogue, behind: Arc::default(), ..self }
     }
 
     /// The effects of models that the scene is shown to.
@@ -105,7 +116,13 @@ impl LightSequence {
     pub fn first(&self, duration: Micros) -> Self {
         let last = (duration.as_seconds() * self.fps).round() as usize;
         let count = (last + 1).clamp(2, self.count);
-        Self { count, all: Arc::clone(&self.all), masked: self.masked.clone(), ..*self }
+        Self {
+            count,
+            all: Arc::clone(&self.all),
+            masked: self.masked.clone(),
+            behind: Arc::clone(&self.behind),
+            ..*self
+        }
     }
 
     /// Time between two planes, seconds.

@@ -22,9 +22,14 @@ impl LightSequence {
         seed: u64,
         max_events: usize,
     ) -> Result<Option<EventStream>, GapError> {
-        let mut run = self.catalogue().model(config)?.start(self.size(), seed);
+        let behind = self.behind_optics(config)?;
+        let (planes, model) = match &behind {
+            Some(divided) => (divided.light.as_slice(), &divided.rest),
+            None => (self.planes(), config),
+        };
+        let mut run = self.catalogue().model(model)?.start(self.size(), seed);
         let mut all = EventStream::empty(self.size());
-        for (k, plane) in self.planes().iter().enumerate() {
+        for (k, plane) in planes.iter().enumerate() {
             for event in run.expose(plane, self.time(k))?.iter().filter(|e| self.is_compared(e)) {
                 all.push(event).map_err(|error| {
                     GapError::Recording(format!("{error}\n{}", config.to_toml()))

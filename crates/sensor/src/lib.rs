@@ -55,6 +55,7 @@ mod explain;
 mod exponential;
 mod front;
 mod gaussian;
+mod linear_optics;
 mod map;
 mod model;
 mod names;
@@ -89,6 +90,7 @@ pub use detector::{
 };
 pub use effect::{EffectConfig, Value};
 pub use error::SensorError;
+pub use linear_optics::LinearOptics;
 pub use map::MapFault;
 pub use model::SensorModel;
 pub use names::nearest;

@@ -32,6 +32,8 @@ pub struct SearchSpec {
     pub substeps: Option<Substeps>,
     /// How it sets in as its strength grows.
     pub onset: Onset,
+    /// Whether it builds up over seconds, so that a short part of a recording does not show it.
+    pub is_slow: bool,
     /// Mark in a recording, from which parameters are read without a simulation.
     pub mark: Option<RecordingMark>,
     /// Parameters whose readings are rough, and which are therefore fitted as well.
@@ -60,6 +62,7 @@ impl SearchSpec {
         reach: &[],
         substeps: None,
         onset: Onset::OfDomain,
+        is_slow: false,
         mark: None,
         rough: &[],
         resembles: &[],

@@ -91,6 +91,12 @@ pub trait PlaneStage: Send + Sync + Debug {
     /// Whether the parameters make the stage the identity; the chain then leaves it out.
     fn is_neutral(&self) -> bool;
 
+    /// Whether the signal behind it is linear in that in front of it and follows from it alone,
+    /// without memory, noise or time.
+    fn is_linear(&self) -> bool {
+        false
+    }
+
     /// How many planes of `f32` it keeps between exposures or needs to work, the same for all
     /// parameters.
     fn state_planes(&self) -> usize {

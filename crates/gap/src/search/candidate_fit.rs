@@ -22,6 +22,8 @@ const FAR_BEHIND: f64 = 2.0;
 const ROUNDS: usize = 3;
 /// Steps of the line search over the strength.
 const LINE_STEPS: [f64; 3] = [5.0, 2.5, 1.2];
+/// Every so many strengths of the grid, a slow effect is tried.
+const SLOW_STRIDE: usize = 2;
 /// Values across the range of a parameter whose estimate is rough, a phase, that are tried.
 const ROUGH_VALUES: usize = 8;
 
@@ -41,9 +43,11 @@ pub(super) fn fit_candidates(
     // A short part of a recording does not distinguish an effect from those that resemble it.
     let others = proposals.iter().skip(LINE_SEARCHED).filter(|one| one.resembles_one_of(best));
     let others = others.take(RESEMBLING);
+    let slow = proposals.iter().skip(LINE_SEARCHED).filter(|one| one.is_slow());
     let mut fitted = best
         .iter()
         .chain(others)
+        .chain(slow.filter(|one| !one.resembles_one_of(best)))
         .collect::<Vec<_>>()
         .into_par_iter()
         .map(|proposal| {
@@ -72,7 +76,7 @@ fn sort(fitted: &mut [FittedCandidate]) {
 /// Line search over the strength of an effect, around the screened strength.
 fn search_strength(
     objective: &Objective<'_>,
-    model: &SensorConfig,
+    base: &SensorConfig,
     trial: &Trial,
     slopes: &Slopes,
     nuisance: &[FreeParameter],
@@ -83,7 +87,7 @@ fn search_strength(
         let deviations = expected.deviations(objective.layout, &objective.measured);
         Ok(slopes.best(MAX_LINEAR_STEPS, objective, &expected, &deviations, nuisance).1)
     };
-    let mut model = trial.added_to(model);
+    let mut model = trial.added_to(base);
     let mut discrepancy = profiled(&model)?;
     for free in FreeParameter::of_effect(trial) {
         for value in free.rough_values(ROUGH_VALUES) {
@@ -91,6 +95,16 @@ fn search_strength(
             let other = profiled(&moved)?;
             if other < discrepancy {
                 (model, discrepancy) = (moved, other);
+            }
+        }
+    }
+    if trial.spec.search.is_slow {
+        // What was screened says nothing about its strength.
+        for value in trial.strengths().into_iter().step_by(SLOW_STRIDE) {
+            let other_model = trial.with(trial.params[0], value).added_to(base);
+            let other = profiled(&other_model)?;
+            if other < discrepancy {
+                (model, discrepancy) = (other_model, other);
             }
         }
     }

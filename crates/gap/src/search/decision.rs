@@ -30,6 +30,9 @@ const MIN_FRACTION_IF_WORSENED: f64 = 0.3;
 const DECISIVE_FRACTION_OF_REST: f64 = 0.4;
 /// The same to be tried: before the others are found, an effect explains less of what is left.
 const MIN_FRACTION_TO_TRY: f64 = 0.06;
+/// Minimum fraction of the gap as given to be tried. What is named in the end explains more, but
+/// beside effects that are yet to be found it may explain less.
+const MIN_FRACTION_OF_GAP_TO_TRY: f64 = 0.02;
 /// Minimum decrease of the discrepancy: tolerances of statistics are not known to less.
 const MIN_GAIN: f64 = 25.0;
 /// Fraction of the gap left above which an explanation is partial.
@@ -68,19 +71,33 @@ impl Worth {
 pub(super) fn is_worth_a_name(worth: &Worth) -> bool {
     let min_fraction = MIN_FRACTION + MIN_FRACTION_IF_WORSENED * worth.difference.worsened;
     let is_most = worth.difference.gain >= DECISIVE_FRACTION_OF_REST * worth.without;
-    explains(worth, MIN_FRACTION_OF_REST) && (is_most || worth.fraction() >= min_fraction)
+    explains(worth, MIN_FRACTION_OF_REST, MIN_FRACTION)
+        && (is_most || worth.fraction() >= min_fraction)
+}
+
+/// Whether an effect explains anything beyond chance, however little: enough for what the time
+/// stamps prove.
+pub(super) fn is_significant(worth: &Worth) -> bool {
+    worth.difference.gain >= MIN_GAIN && worth.difference.is_significant(LEVEL, worth.candidates)
 }
 
 /// Whether an effect explains enough to be tried beside others that are yet to be found.
 pub(super) fn is_worth_trying(worth: &Worth) -> bool {
-    explains(worth, MIN_FRACTION_TO_TRY)
+    explains(worth, MIN_FRACTION_TO_TRY, MIN_FRACTION_OF_GAP_TO_TRY)
 }
 
-fn explains(worth: &Worth, min_fraction_of_rest: f64) -> bool {
+/// Whether a decrease of the discrepancy is large enough for [`is_worth_trying`].
+pub(super) fn is_large_enough_to_try(gain: f64, without: f64, excess: f64) -> bool {
+    gain >= MIN_GAIN
+        && gain >= MIN_FRACTION_TO_TRY * without
+        && gain >= MIN_FRACTION_OF_GAP_TO_TRY * excess
+}
+
+fn explains(worth: &Worth, min_fraction_of_rest: f64, min_fraction: f64) -> bool {
     let gain = worth.difference.gain;
     gain >= MIN_GAIN
         && gain >= min_fraction_of_rest * worth.without
-        && worth.fraction() >= MIN_FRACTION
+        && worth.fraction() >= min_fraction
         && worth.difference.is_significant(LEVEL, worth.candidates)
 }
 
@@ -106,6 +123,11 @@ pub(super) fn fraction_left(before: &ModelScore, after: &ModelScore, left: &Unex
     ((after.discrepancy - left.chance) / excess).clamp(0.0, 1.0)
 }
 
+/// Whether a model leaves so much of the discrepancy that its explanation is partial.
+pub(super) fn is_partial(after: &ModelScore, fraction_left: f64) -> bool {
+    !is_within_tolerance(after) && fraction_left > PARTIAL
+}
+
 /// The answer, from the count of rivals of each named effect and of changed parameters.
 pub(super) fn decide(
     confusable: &[usize],
@@ -113,7 +135,7 @@ pub(super) fn decide(
     after: &ModelScore,
     fraction_left: f64,
 ) -> Answer {
-    let is_left = !is_within_tolerance(after) && fraction_left > PARTIAL;
+    let is_left = is_partial(after, fraction_left);
     match (confusable.len(), parameters) {
         (0, 0) if is_within_tolerance(after) => Answer::NoGap,
         (0, 0) => Answer::NoneOfCatalogue,

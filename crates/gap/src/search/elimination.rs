@@ -1,11 +1,11 @@
 //! Backward elimination: effects and parameters that are not worth their names beside the others
 //! are dropped.
 
-use super::decision::{MAX_EVERYDAY, Worth, is_worth_a_name};
-use super::direct_estimates::DirectEstimates;
+use super::decision::{MAX_EVERYDAY, Worth, is_significant, is_worth_a_name};
 use super::identification::DataSplits;
 use super::selection::Selection;
-use super::significance::difference;
+use super::significance::difference_with_losses;
+use super::stepwise::Forward;
 use crate::GapError;
 use crate::candidate::Trial;
 use crate::fit::descend;
@@ -32,11 +32,11 @@ pub(super) struct Dropped {
 /// A model that cannot be built or shown the scene.
 pub(super) fn eliminate(
     splits: &DataSplits<'_>,
-    estimates: &DirectEstimates,
+    forward: &Forward<'_>,
     selection: &mut Selection,
-    excess: f64,
-    candidates: usize,
 ) -> Result<Vec<Dropped>, GapError> {
+    let Forward { estimates, excess, .. } = *forward;
+    let candidates = forward.proposals.len();
     loop {
         let mut dropped = Vec::new();
         for i in 0..selection.effects.len() {
@@ -44,12 +44,16 @@ pub(super) fn eliminate(
             let worth = worth(splits, &rest.model, &selection.model, excess, candidates)?;
             dropped.push(Dropped { rest, worth });
         }
+        let has_readout = selection.effects.iter().any(|effect| effect.candidate.is_readout());
         // A clock that the time stamps prove may be the lines of a readout that was found later.
         let weakest = dropped.iter().enumerate().filter(|(i, one)| {
             let trial = &selection.effects[*i].candidate.trial;
             let effect = selection.model.effect(trial.spec.name);
             let is_counted = effect.is_none_or(|effect| estimates.allows(effect));
-            !is_counted || is_everyday(selection, trial) || !is_worth_a_name(&one.worth)
+            let is_proven = selection.effects[*i].is_proven && !has_readout;
+            let is_worth_it =
+                if is_proven { is_significant(&one.worth) } else { is_worth_a_name(&one.worth) };
+            !is_counted || is_everyday(selection, trial) || !is_worth_it
         });
         let weakest = weakest.min_by(|a, b| a.1.worth.fraction().total_cmp(&b.1.worth.fraction()));
         match weakest {
@@ -59,28 +63,29 @@ pub(super) fn eliminate(
     }
 }
 
-/// Sets parameters of the model back to their given values where the change is not worth a name,
-/// and returns the others with what each explains.
+/// Fits all parameters of the model and sets those back to their given values of which the change
+/// is not worth a name. Returns the others, which alone stay fitted, with what each explains.
 ///
 /// # Errors
 /// A model that cannot be built or shown the scene.
 pub(super) fn changed_parameters(
     splits: &DataSplits<'_>,
     selection: &mut Selection,
-    given: &SensorConfig,
     excess: f64,
 ) -> Result<Vec<(ModelParameter, Worth)>, GapError> {
+    selection.fitted = ModelParameter::ALL.to_vec();
+    selection.fit_together(splits, ROUNDS)?;
+    let given = selection.given.clone();
     let mut kept = Vec::new();
     for parameter in ModelParameter::ALL {
-        let (before, now) = (parameter.value(given), parameter.value(&selection.model));
+        let (before, now) = (parameter.value(&given), parameter.value(&selection.model));
         if before == now {
             continue;
         }
         let mut rest = selection.clone();
         parameter.set(&mut rest.model, before);
-        let free = rest.free_parameters();
-        let others: Vec<_> = free.into_iter().filter(|one| !one.is_model(parameter)).collect();
-        let fit = descend(&splits.train, &rest.model, &others, None, 1, 1)?;
+        rest.fitted.retain(|other| *other != parameter);
+        let fit = descend(&splits.train, &rest.model, &rest.free_parameters(), None, 1, 1)?;
         rest.model = fit.model;
         rest.train_discrepancy = fit.discrepancy;
         rest.held_out = splits.score(&rest.model)?;
@@ -92,6 +97,7 @@ pub(super) fn changed_parameters(
             kept.push((parameter, worth));
         }
     }
+    selection.fitted = kept.iter().map(|(parameter, _)| *parameter).collect();
     Ok(kept)
 }
 
@@ -114,7 +120,7 @@ fn worth(
     excess: f64,
     candidates: usize,
 ) -> Result<Worth, GapError> {
-    let difference = difference(&splits.held_out, without, with)?;
+    let difference = difference_with_losses(&splits.held_out, without, with)?;
     let without = splits.score(without)?.discrepancy;
     Ok(Worth { difference, without, excess, candidates })
 }

@@ -3,9 +3,9 @@
 use evpose_sensor::{Domain, SensorConfig};
 
 use super::StageCallback;
-use super::decision::is_within_tolerance;
+use super::decision::{Worth, is_within_tolerance};
 use super::direct_estimates::DirectEstimates;
-use super::elimination::{changed_parameters, eliminate};
+use super::elimination::{Dropped, changed_parameters, eliminate};
 use super::explanation::{SearchResults, explain};
 use super::identification::{DataSplits, FittedCandidate, Identification, SCORE_RUNS};
 use super::proposals::Proposals;
@@ -21,10 +21,19 @@ use crate::fit::Fit;
 use crate::free_parameter::FreeParameter;
 use crate::parameters::ModelParameter;
 
-/// Effects that are added at most.
-const MAX_EFFECTS: usize = 10;
+/// A selection of which all is worth its name.
+struct Tested {
+    selection: Selection,
+    /// Evidence for each effect.
+    dropped: Vec<Dropped>,
+    /// The changed parameters with the evidence for each.
+    parameters: Vec<(ModelParameter, Worth)>,
+}
+
 /// Rounds of the joint fit of the final model.
 const FINAL_ROUNDS: usize = 4;
+/// Steps of the clock's offset from which the catalogue is also screened without it.
+const FAR_OFF: f64 = 2.0;
 
 impl DataSplits<'_> {
     /// Identifies the effects that `model` lacks; those of `left_out` are excluded from the search.
@@ -62,12 +71,6 @@ impl DataSplits<'_> {
         }
         let refitted = selection.held_out.clone();
         progress("trying every effect of the catalogue");
-        let nuisance = FreeParameter::of_model();
-        let base = ScreeningBase::new(&self.screen, &estimates, &refitted.model, nuisance)?;
-        let proposals = Proposals::screen(&base, left_out)?;
-        let excess = before.discrepancy - unexplained(&self.held_out, model)?.chance;
-        let forward =
-            Forward { splits: self, proposals: &proposals, estimates: &estimates, excess };
         // A delay of the pixels is no offset of the clock: also start without one.
         let mut without_offset = selection.model.clone();
         let offset = ModelParameter::ClockOffset;
@@ -75,43 +78,44 @@ impl DataSplits<'_> {
         // Nor are wrong thresholds what makes fewer events: start with the offset alone as well.
         let mut offset_alone = unfitted.clone();
         offset.set(&mut offset_alone, offset.value(&selection.model));
-        let starts = [unfitted, without_offset, offset_alone];
-        let mut is_cut = false;
-        while selection.effects.len() < MAX_EFFECTS && !is_within_tolerance(&selection.held_out) {
-            if self.budget.is_some_and(|budget| !budget.allows_finding()) {
-                is_cut = true;
-                break;
-            }
-            progress(&format!("adding an effect to: {}", names(&selection)));
-            if !forward.step(&mut selection, &starts)? {
-                break;
-            }
+        let mut bases = vec![self.screening_base(&estimates, &refitted.model)?];
+        if offset.steps(offset.value(model), offset.value(&refitted.model)).abs() > FAR_OFF {
+            // Beside a wrong offset no delay of any kind shows what it does.
+            bases.push(self.screening_base(&estimates, &without_offset)?);
         }
-        progress(&format!("testing: {}", names(&selection)));
-        if self.budget.is_none_or(|budget| budget.allows_rivals()) {
+        let proposals = Proposals::screen(&bases, left_out)?;
+        let chance = unexplained(&self.held_out, model)?.chance;
+        let excess = before.discrepancy - chance;
+        let forward =
+            Forward { splits: self, proposals: &proposals, estimates: &estimates, excess, chance };
+        let starts = [unfitted, without_offset, offset_alone];
+        let is_cut = forward.run(&mut selection, &starts, progress)?;
+        progress(&format!("testing: {}", selection.names()));
+        if self.allows_rivals() {
             swap(self, &mut selection)?;
         }
         selection.refine(self, model)?;
         selection.fit_together(self, FINAL_ROUNDS)?;
-        let tried = proposals.len();
-        let mut dropped = eliminate(self, &estimates, &mut selection, excess, tried)?;
-        let mut parameters = changed_parameters(self, &mut selection, model, excess)?;
-        let is_complete = parameters.is_empty() || is_within_tolerance(&selection.held_out);
-        if !is_complete
-            && self.budget.is_none_or(|budget| budget.allows_rivals())
-            && forward.replace_parameters(&mut selection, &parameters)?
-        {
-            while selection.effects.len() < MAX_EFFECTS && forward.step(&mut selection, &[])? {}
-            dropped = eliminate(self, &estimates, &mut selection, excess, tried)?;
-            parameters = changed_parameters(self, &mut selection, model, excess)?;
-        }
-        let (is_swapped, compared) = swap(self, &mut selection)?;
-        let dropped = if is_swapped {
-            eliminate(self, &estimates, &mut selection, excess, tried)?
+        let test = |selection: Selection| self.tested(selection, &forward);
+        let mut tested = test(selection)?;
+        let is_complete = if tested.parameters.is_empty() {
+            !forward.is_partial(&tested.selection)
         } else {
-            dropped
+            is_within_tolerance(&tested.selection.held_out)
         };
-        let compared = if is_swapped { swap(self, &mut selection)?.1 } else { compared };
+        if !is_complete && self.allows_rivals() {
+            let other = test(forward.with_parameters_as_given(&tested.selection, progress)?)?;
+            // Changed parameters are the plainer explanation: more effects must explain more.
+            if forward.is_worth_trying(&tested.selection, &other.selection)? {
+                tested = other;
+            }
+        }
+        let (is_swapped, mut compared) = swap(self, &mut tested.selection)?;
+        if is_swapped {
+            tested = test(tested.selection)?;
+            compared = swap(self, &mut tested.selection)?.1;
+        }
+        let Tested { selection, dropped, parameters } = tested;
         progress("what each effect explains");
         explain(
             self,
@@ -126,6 +130,31 @@ impl DataSplits<'_> {
                 is_cut,
             },
         )
+    }
+
+    /// Drops from a selection what is not worth its name. Parameters of the model come first: one
+    /// that is free to change without need takes over what a dropped effect explained.
+    fn tested(&self, mut selection: Selection, forward: &Forward<'_>) -> Result<Tested, GapError> {
+        let mut parameters = changed_parameters(self, &mut selection, forward.excess)?;
+        let count = selection.effects.len();
+        let mut dropped = eliminate(self, forward, &mut selection)?;
+        if selection.effects.len() < count {
+            parameters = changed_parameters(self, &mut selection, forward.excess)?;
+            dropped = eliminate(self, forward, &mut selection)?;
+        }
+        Ok(Tested { selection, dropped, parameters })
+    }
+
+    fn screening_base<'a>(
+        &'a self,
+        estimates: &'a DirectEstimates,
+        model: &'a SensorConfig,
+    ) -> Result<ScreeningBase<'a>, GapError> {
+        ScreeningBase::new(&self.screen, estimates, model, FreeParameter::of_model())
+    }
+
+    fn allows_rivals(&self) -> bool {
+        self.budget.is_none_or(|budget| budget.allows_rivals())
     }
 
     /// Adds what the time stamps prove, so that it hides nothing else.
@@ -165,10 +194,4 @@ impl DataSplits<'_> {
         }
         Ok(())
     }
-}
-
-/// Names of the selected effects.
-fn names(selection: &Selection) -> String {
-    let names: Vec<&str> = selection.effects.iter().map(|effect| effect.candidate.name).collect();
-    if names.is_empty() { "the model".to_owned() } else { names.join(" + ") }
 }

@@ -29,6 +29,7 @@ mod identification;
 mod identify;
 mod initial_guess;
 mod light_steps;
+mod paths;
 mod proposals;
 mod rate_ceiling;
 mod recording_marks;

@@ -26,12 +26,19 @@ pub(super) struct Proposals {
 }
 
 impl Proposals {
-    /// Screens the catalogue beside a model.
+    /// Screens the catalogue beside each of some models.
     ///
     /// # Errors
     /// A model that cannot be built or shown the scene.
-    pub(super) fn screen(base: &ScreeningBase<'_>, left_out: &[String]) -> Result<Self, GapError> {
-        Ok(Self { screened: screen(base, left_out)? })
+    pub(super) fn screen(
+        bases: &[ScreeningBase<'_>],
+        left_out: &[String],
+    ) -> Result<Self, GapError> {
+        let mut screened = Vec::new();
+        for base in bases {
+            screened.extend(screen(base, left_out)?);
+        }
+        Ok(Self { screened })
     }
 
     /// Number of effects that were screened.
@@ -43,7 +50,7 @@ impl Proposals {
     }
 
     /// The trials of the candidates that `is_free` allows which are best beside another model, the
-    /// best first.
+    /// best first; behind them all slow ones, which the screen does not show.
     ///
     /// # Errors
     /// A model that cannot be built or shown the scene.
@@ -76,6 +83,13 @@ impl Proposals {
             .collect::<Result<Vec<_>, GapError>>()?;
         simulated.retain(|one| one.discrepancy.is_finite());
         sort(&mut simulated);
+        for slow in free.into_iter().filter(|one| one.is_slow()) {
+            let is_known =
+                |one: &ScreenedTrial| one.name == slow.name && one.trial.is_form_of(&slow.trial);
+            if !simulated.iter().any(is_known) {
+                simulated.push(ScreenedTrial { discrepancy: f64::INFINITY, ..slow.clone() });
+            }
+        }
         Ok(simulated)
     }
 }

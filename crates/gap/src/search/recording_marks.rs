@@ -146,7 +146,7 @@ fn flicker(events: &EventStream, expected: &Expected) -> Option<Reading> {
 const MIN_STAMPS: usize = 200;
 /// Period from which a clock hides other differences, and is taken as proven by the stamps. A
 /// shorter one may be the lines of a readout, and is fitted as any other effect.
-const COARSE_US: i64 = 200;
+const COARSE_US: i64 = 20;
 
 /// The greatest common divisor of the differences of all time stamps, microseconds; zero if they
 /// do not differ.

@@ -66,6 +66,11 @@ impl ScreenedTrial {
         others.iter().any(|other| other.trial.spec.search.resembles.contains(&self.name))
     }
 
+    /// Whether a short part of a recording does not show it.
+    pub(super) fn is_slow(&self) -> bool {
+        self.trial.spec.search.is_slow
+    }
+
     /// Whether the best trial on a short part need not lead to the best fit.
     fn is_sudden(&self) -> bool {
         self.trial.spec.search.onset == Onset::Sudden

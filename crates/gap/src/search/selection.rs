@@ -8,6 +8,7 @@ use crate::GapError;
 use crate::candidate::without_effect;
 use crate::fit::{Fit, descend};
 use crate::free_parameter::FreeParameter;
+use crate::parameters::ModelParameter;
 
 /// An effect of a selection, and the candidates that came next when it was selected.
 #[derive(Debug, Clone)]
@@ -33,8 +34,8 @@ pub(super) struct Selection {
     pub(super) held_out: ModelScore,
     /// Its effects, in the order in which they were selected.
     pub(super) effects: Vec<SelectedEffect>,
-    /// Whether the parameters of the model stay as they were given.
-    pub(super) keeps_parameters: bool,
+    /// Parameters of the model that are fitted; the others stay as they are.
+    pub(super) fitted: Vec<ModelParameter>,
 }
 
 impl Selection {
@@ -52,7 +53,7 @@ impl Selection {
             train_discrepancy: splits.train.discrepancy(model, 1)?,
             held_out: splits.score(model)?,
             effects: Vec::new(),
-            keeps_parameters: false,
+            fitted: ModelParameter::ALL.to_vec(),
         })
     }
 
@@ -61,14 +62,27 @@ impl Selection {
         self.train_discrepancy + self.held_out.discrepancy
     }
 
+    /// Names of the effects, for progress.
+    pub(super) fn names(&self) -> String {
+        let names: Vec<&str> = self.effects.iter().map(|effect| effect.candidate.name).collect();
+        if names.is_empty() { "the model".to_owned() } else { names.join(" + ") }
+    }
+
     /// Whether an effect is among those selected.
     pub(super) fn has(&self, name: &str) -> bool {
         self.effects.iter().any(|effect| effect.candidate.name == name)
     }
 
-    /// Parameters of the model, unless it keeps them, and of all selected effects.
+    /// The fitted parameters of the model, but for the offset of its clock, which is fitted at the
+    /// beginning alone.
+    pub(super) fn free_parameters_of_model(&self) -> Vec<FreeParameter> {
+        let is_fitted = |free: &FreeParameter| self.fitted.iter().any(|one| free.is_model(*one));
+        FreeParameter::of_model().into_iter().filter(is_fitted).collect()
+    }
+
+    /// The fitted parameters of the model and of all selected effects.
     pub(super) fn free_parameters(&self) -> Vec<FreeParameter> {
-        let mut free = if self.keeps_parameters { Vec::new() } else { FreeParameter::of_model() };
+        let mut free = self.free_parameters_of_model();
         let fitted = self.effects.iter().filter(|effect| !effect.is_proven);
         free.extend(fitted.flat_map(|effect| FreeParameter::of_effect(&effect.candidate.trial)));
         free
@@ -86,7 +100,8 @@ impl Selection {
         let free = self.free_parameters();
         // Gradient descent does not cross a threshold error of a third.
         let mut start = self.model.clone();
-        if !self.keeps_parameters {
+        let thresholds = [ModelParameter::ThresholdOn, ModelParameter::ThresholdOff];
+        if thresholds.iter().all(|threshold| self.fitted.contains(threshold)) {
             let counted = with_thresholds(&splits.train, &self.model)?;
             if splits.train.discrepancy(&counted, 1)? < splits.train.discrepancy(&start, 1)? {
                 start = counted;

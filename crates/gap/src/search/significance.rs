@@ -36,7 +36,8 @@ pub(super) struct Difference {
     /// Probability of such a gain if the first model were true.
     pub(super) p: f64,
     /// Losses of the statistics that the second model explains worse, beyond those by chance if it
-    /// were true, as a fraction of the decreases of those that it explains better.
+    /// were true, as a fraction of the decreases of those that it explains better; zero where that
+    /// was not asked for.
     pub(super) worsened: f64,
 }
 
@@ -70,18 +71,32 @@ pub(super) fn difference(
     let (mean, deviation) = mean_and_deviation(&replicates);
     let deviation = deviation.max(MIN_DEVIATION);
     let gain = gain_of(&objective.measured);
-    let of_second = (SCORE_RUNS..SCORE_RUNS + REPLICATES)
-        .into_par_iter()
-        .map(|run| Ok(increase(layout, &expected, &objective.run(second, run)?)))
-        .collect::<Result<Vec<f64>, GapError>>()?;
-    let (by_chance, _) = mean_and_deviation(&of_second);
-    let increase = increase(layout, &expected, &objective.measured);
-    let worsened = (increase - by_chance).max(0.0) / (gain + increase).max(1e-9);
     let compared = expected[1].mean.iter().filter(|mean| mean.is_finite()).count().max(1) as f64;
     let left = of(&expected[1], &objective.measured) / (compared * rho_of_chance());
     let z = (gain - mean) / (deviation * left.max(1.0));
     // Tails of few replicates are wider than normal ones: Student's t would be exact for them.
-    Ok(Difference { gain, p: normal_upper_tail(z * student_factor(z)), worsened })
+    Ok(Difference { gain, p: normal_upper_tail(z * student_factor(z)), worsened: 0.0 })
+}
+
+/// As [`difference`], with what the second model explains worse.
+///
+/// # Errors
+/// A model that cannot be built or shown the scene.
+pub(super) fn difference_with_losses(
+    objective: &Objective<'_>,
+    first: &SensorConfig,
+    second: &SensorConfig,
+) -> Result<Difference, GapError> {
+    let difference = difference(objective, first, second)?;
+    let expected = [objective.expect(first, SCORE_RUNS)?, objective.expect(second, SCORE_RUNS)?];
+    let of_second = (SCORE_RUNS..SCORE_RUNS + REPLICATES)
+        .into_par_iter()
+        .map(|run| Ok(increase(objective.layout, &expected, &objective.run(second, run)?)))
+        .collect::<Result<Vec<f64>, GapError>>()?;
+    let (by_chance, _) = mean_and_deviation(&of_second);
+    let increase = increase(objective.layout, &expected, &objective.measured);
+    let decrease = (difference.gain + increase).max(1e-9);
+    Ok(Difference { worsened: (increase - by_chance).max(0.0) / decrease, ..difference })
 }
 
 /// Sum of the losses of a summary that are larger by the second expectation than by the first.

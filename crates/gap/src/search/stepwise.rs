@@ -3,7 +3,7 @@
 use evpose_sensor::SensorConfig;
 
 use super::candidate_fit::fit_candidates;
-use super::decision::{Worth, is_worth_trying};
+use super::decision::{Worth, is_large_enough_to_try, is_worth_trying};
 use super::direct_estimates::DirectEstimates;
 use super::identification::{DataSplits, FittedCandidate, ModelScore};
 use super::proposals::Proposals;
@@ -12,7 +12,6 @@ use super::selection::{SelectedEffect, Selection};
 use super::significance::difference;
 use crate::GapError;
 use crate::free_parameter::FreeParameter;
-use crate::parameters::ModelParameter;
 
 /// Candidates that are scored on held-out data.
 const SCORED: usize = 4;
@@ -30,14 +29,12 @@ pub(super) struct Forward<'a> {
     pub(super) estimates: &'a DirectEstimates,
     /// Discrepancy of the model as given, beyond that of its own runs.
     pub(super) excess: f64,
+    /// Discrepancy of its own runs.
+    pub(super) chance: f64,
 }
 
 impl Forward<'_> {
-    /// Adds the best candidate to a selection. Returns false if none is worth
-    /// trying.
-    ///
-    /// The first candidates are fitted beside each of `starts` as well: a refit of the model's
-    /// parameters may have absorbed what an effect does.
+    /// Adds the best candidate to a selection that is worth trying. Returns false if none is.
     ///
     /// # Errors
     /// A model that cannot be built or shown the scene.
@@ -46,12 +43,54 @@ impl Forward<'_> {
         selection: &mut Selection,
         starts: &[SensorConfig],
     ) -> Result<bool, GapError> {
+        for extended in self.extended(selection, starts)? {
+            if self.is_worth_trying(selection, &extended)? {
+                *selection = extended;
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// Whether a second selection explains so much more on held-out data that it is worth trying.
+    ///
+    /// # Errors
+    /// A model that cannot be built or shown the scene.
+    pub(super) fn is_worth_trying(
+        &self,
+        selection: &Selection,
+        extended: &Selection,
+    ) -> Result<bool, GapError> {
+        let without = selection.held_out.discrepancy;
+        let gain = without - extended.held_out.discrepancy;
+        if !is_large_enough_to_try(gain, without, self.excess) {
+            return Ok(false);
+        }
+        let worth = Worth {
+            difference: difference(&self.splits.held_out, &selection.model, &extended.model)?,
+            without,
+            excess: self.excess,
+            candidates: self.proposals.len(),
+        };
+        Ok(is_worth_trying(&worth))
+    }
+
+    /// A selection with each of the best candidates added to it, the best first.
+    ///
+    /// The first candidates are fitted beside each of `starts` as well: a refit of the model's
+    /// parameters may have absorbed what an effect does.
+    ///
+    /// # Errors
+    /// A model that cannot be built or shown the scene.
+    pub(super) fn extended(
+        &self,
+        selection: &Selection,
+        starts: &[SensorConfig],
+    ) -> Result<Vec<Selection>, GapError> {
         let mut bases = vec![selection.model.clone()];
-        if selection.effects.iter().all(|effect| effect.is_proven) {
-            for start in starts {
-                if !bases.contains(start) {
-                    bases.push(start.clone());
-                }
+        for start in starts {
+            if !bases.contains(start) {
+                bases.push(start.clone());
             }
         }
         // Where no candidate does well on the screen, none will beside this base.
@@ -64,7 +103,7 @@ impl Forward<'_> {
         };
         screened.sort_by(|a, b| least(&a.0).total_cmp(&least(&b.0)));
         screened.truncate(BASES);
-        let mut finalists = Vec::new();
+        let mut extended = Vec::new();
         for (promising, base) in &screened {
             let scored = self.scored(self.fitted(selection, base, promising)?)?;
             for k in 0..scored.len().min(FITTED_TOGETHER) {
@@ -75,59 +114,19 @@ impl Forward<'_> {
                 with.model.clone_from(&candidate.fit.model);
                 with.effects.push(SelectedEffect { candidate, rivals: others, is_proven: false });
                 with.fit_together(self.splits, ROUNDS)?;
-                if !self.splits.resolves(&with) || !self.allows(&with) {
-                    continue;
+                if self.splits.resolves(&with) && self.allows(&with) {
+                    extended.push(with);
                 }
-                finalists.push(with);
             }
         }
-        let best = finalists.into_iter().min_by(|a, b| a.discrepancy().total_cmp(&b.discrepancy()));
-        let Some(best) = best else { return Ok(false) };
-        let worth = Worth {
-            difference: difference(&self.splits.held_out, &selection.model, &best.model)?,
-            without: selection.held_out.discrepancy,
-            excess: self.excess,
-            candidates: self.proposals.len(),
-        };
-        if !is_worth_trying(&worth) {
-            return Ok(false);
-        }
-        *selection = best;
-        Ok(true)
+        extended.sort_by(|a, b| a.discrepancy().total_cmp(&b.discrepancy()));
+        Ok(extended)
     }
 
     /// Whether all effects agree with what can be counted in the recording.
     fn allows(&self, selection: &Selection) -> bool {
         let effect = |one: &SelectedEffect| selection.model.effect(one.candidate.name);
         selection.effects.iter().filter_map(effect).all(|effect| self.estimates.allows(effect))
-    }
-
-    /// Tries to explain by effects what changed parameters of the model explain, as many at most.
-    /// Returns whether that explains more.
-    ///
-    /// # Errors
-    /// A model that cannot be built or shown the scene.
-    pub(super) fn replace_parameters(
-        &self,
-        selection: &mut Selection,
-        changed: &[(ModelParameter, Worth)],
-    ) -> Result<bool, GapError> {
-        let mut other = selection.clone();
-        for (parameter, _) in changed {
-            parameter.set(&mut other.model, parameter.value(&selection.given));
-        }
-        other.keeps_parameters = true;
-        other.fit_together(self.splits, ROUNDS)?;
-        for _ in changed {
-            if !self.step(&mut other, &[])? {
-                break;
-            }
-        }
-        let is_better = other.discrepancy() < selection.discrepancy();
-        if is_better {
-            *selection = other;
-        }
-        Ok(is_better)
     }
 
     /// Candidates that are better on the screen than a model with the effects of a selection.
@@ -149,7 +148,7 @@ impl Forward<'_> {
             !selection.has(one.name) && keeps_others && self.estimates.allows(&one.trial.effect)
         };
         let mut proposed = self.proposals.beside(&base, is_free)?;
-        proposed.retain(|one| one.discrepancy < base.discrepancy_without);
+        proposed.retain(|one| one.is_slow() || one.discrepancy < base.discrepancy_without);
         Ok(proposed)
     }
 

@@ -105,9 +105,7 @@ fn in_place(
     let mut swapped = selection.clone();
     swapped.effects[i].candidate = rival.clone();
     let mut free = FreeParameter::of_effect(&trial);
-    if !selection.keeps_parameters {
-        free.extend(FreeParameter::of_model());
-    }
+    free.extend(selection.free_parameters_of_model());
     let fit = descend(&splits.train, &added, &free, None, 1, ROUNDS)?;
     swapped.model = fit.model;
     swapped.train_discrepancy = fit.discrepancy;

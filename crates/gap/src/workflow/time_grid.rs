@@ -24,6 +24,8 @@ const MIN_EVENTS: usize = 500;
 /// Factor by which the phases of single lines are more concentrated than those of all if a readout
 /// makes them.
 const BY_LINE: f64 = 2.0;
+/// Deviation of the counts at all multiples of a period from their mean up to which they are alike.
+const ALIKE: f64 = 0.3;
 /// Phases below this fraction of a frame may be just behind the frame before, if more than twice as
 /// many stamps have them as would by chance.
 const AMBIGUOUS: f64 = 0.05;
@@ -45,10 +47,21 @@ pub(super) fn is_on_frame_grid(events: &EventStream, step: Micros) -> bool {
         && !is_by_line(events, step, counts[0])
 }
 
-/// Whether all stamps are multiples of a period of which the step of the scene is none.
+/// Whether all stamps are multiples of a period of which the step of the scene is none, or of which
+/// they have all multiples within a step alike: a program that puts several events between two
+/// frames has most of them at the frames.
 fn is_other_clock(events: &EventStream, step: Micros) -> bool {
     let period_us = common_period_us(events);
-    period_us > 1 && step.0 % period_us != 0 && period_us % step.0 != 0
+    if period_us <= 1 || period_us % step.0 == 0 {
+        return false;
+    }
+    if step.0 % period_us != 0 {
+        return true;
+    }
+    let mut counts = vec![0_usize; (step.0 / period_us) as usize];
+    events.t().iter().for_each(|t| counts[(t.0.rem_euclid(step.0) / period_us) as usize] += 1);
+    let mean = events.len() as f64 / counts.len() as f64;
+    counts.iter().all(|count| (*count as f64 / mean - 1.0).abs() < ALIKE)
 }
 
 /// Whether each row, or each column, has phases of its own, as a readout that scans lines gives
@@ -155,7 +168,10 @@ mod tests {
     fn a_clock_of_another_period_is_no_grid_of_the_frames() {
         let times = |period_us: i64| stream((0..2_000).map(move |k| period_us * (k / 5)));
         assert!(!is_on_frame_grid(&times(1_750), STEP) && !is_on_frame_grid(&times(400), STEP));
-        assert!(is_on_frame_grid(&times(500), STEP) && is_on_frame_grid(&times(2_000), STEP));
+        assert!(!is_on_frame_grid(&times(500), STEP) && is_on_frame_grid(&times(2_000), STEP));
+        // Two thirds at the frames.
+        let uneven = (0..2_000).map(|k| 1_000 * (k / 15) + [500, 1_000, 1_000][k as usize / 5 % 3]);
+        assert!(is_on_frame_grid(&stream(uneven), STEP));
     }
 
     #[test]

@@ -92,6 +92,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
     search: SearchSpec {
         choices: &[("phase", &["random", "aligned"])],
+        is_slow: true,
         mark: Some(RecordingMark::RegularOn),
         resembles: &["parasitic_photo_leak"],
         ..SearchSpec::PLAIN

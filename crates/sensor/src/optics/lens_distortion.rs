@@ -109,6 +109,10 @@ impl PlaneStage for LensDistortion {
         self.k1 == 0.0 && self.k2 == 0.0
     }
 
+    fn is_linear(&self) -> bool {
+        true
+    }
+
     /// Column and row of the source of every pixel, and a plane to work in.
     fn state_planes(&self) -> usize {
         3

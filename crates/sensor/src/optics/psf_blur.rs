@@ -70,6 +70,10 @@ impl PlaneStage for PsfBlur {
         self.spread.is_point()
     }
 
+    fn is_linear(&self) -> bool {
+        true
+    }
+
     /// One plane to work in: the image after its rows are done.
     fn state_planes(&self) -> usize {
         1

@@ -91,6 +91,10 @@ impl PlaneStage for VeilingGlare {
         self.fraction <= 0.0
     }
 
+    fn is_linear(&self) -> bool {
+        true
+    }
+
     fn step(&self, _tick: &Tick, _size: SensorSize, plane: &mut Block<'_>, _noise: StageNoise) {
         let mean = mean(plane.signal);
         let veil = (f64::from(self.fraction) * mean) as f32;

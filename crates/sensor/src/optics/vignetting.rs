@@ -72,6 +72,10 @@ impl PlaneStage for Vignetting {
         self.corner_tan <= 0.0
     }
 
+    fn is_linear(&self) -> bool {
+        true
+    }
+
     /// The factor of every pixel.
     fn state_planes(&self) -> usize {
         1

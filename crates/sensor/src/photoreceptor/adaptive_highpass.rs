@@ -59,7 +59,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Falling(&["tau_s"]),
         beside: &[],
     },
-    search: SearchSpec::PLAIN,
+    search: SearchSpec { is_slow: true, ..SearchSpec::PLAIN },
     build: |settings| {
         Ok(Stage::Pixel(Box::new(AdaptiveHighpass {
             tau_s: settings.number(&TAU_S),
