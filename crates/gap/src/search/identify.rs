@@ -32,7 +32,8 @@ struct Tested {
 
 /// Rounds of the joint fit of the final model.
 const FINAL_ROUNDS: usize = 4;
-/// Steps of the clock's offset from which the catalogue is also screened without it.
+/// Steps that a parameter was refitted by from which the catalogue is also screened beside the
+/// parameters as given.
 const FAR_OFF: f64 = 2.0;
 
 impl DataSplits<'_> {
@@ -79,16 +80,20 @@ impl DataSplits<'_> {
         let mut offset_alone = unfitted.clone();
         offset.set(&mut offset_alone, offset.value(&selection.model));
         let mut bases = vec![self.screening_base(&estimates, &refitted.model)?];
-        if offset.steps(offset.value(model), offset.value(&refitted.model)).abs() > FAR_OFF {
-            // Beside a wrong offset no delay of any kind shows what it does.
-            bases.push(self.screening_base(&estimates, &without_offset)?);
+        let is_far_off = |parameter: &ModelParameter| {
+            parameter.steps(parameter.value(model), parameter.value(&refitted.model)).abs()
+                > FAR_OFF
+        };
+        if ModelParameter::ALL.iter().any(is_far_off) {
+            // Beside parameters that absorbed an effect no effect shows what it does.
+            bases.push(self.screening_base(&estimates, &unfitted)?);
         }
         let proposals = Proposals::screen(&bases, left_out)?;
         let chance = unexplained(&self.held_out, model)?.chance;
         let excess = before.discrepancy - chance;
         let forward =
             Forward { splits: self, proposals: &proposals, estimates: &estimates, excess, chance };
-        let starts = [unfitted, without_offset, offset_alone];
+        let starts = [unfitted.clone(), without_offset, offset_alone];
         let is_cut = forward.run(&mut selection, &starts, progress)?;
         progress(&format!("testing: {}", selection.names()));
         if self.allows_rivals() {

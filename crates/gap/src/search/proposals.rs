@@ -16,6 +16,8 @@ const SIMULATED: usize = 12;
 /// Of the best, those whose likes are simulated as well, and how many of these.
 const RESEMBLED: usize = 4;
 const RESEMBLING: usize = 4;
+/// Candidates that were best beside the first models and are simulated beside every other.
+const ALONE: usize = 6;
 /// Variants of one candidate among them.
 const VARIANTS: usize = 2;
 
@@ -49,6 +51,20 @@ impl Proposals {
         names.len()
     }
 
+    /// Names of the candidates that were best beside the first models, each taken by itself.
+    fn best_alone(&self) -> Vec<&'static str> {
+        let mut by_discrepancy: Vec<&ScreenedTrial> = self.screened.iter().collect();
+        by_discrepancy.sort_by(|a, b| a.discrepancy.total_cmp(&b.discrepancy));
+        let mut names: Vec<&'static str> = Vec::new();
+        for one in by_discrepancy {
+            if !names.contains(&one.name) {
+                names.push(one.name);
+            }
+        }
+        names.truncate(ALONE);
+        names
+    }
+
     /// The trials of the candidates that `is_free` allows which are best beside another model, the
     /// best first; behind them all slow ones, which the screen does not show.
     ///
@@ -71,9 +87,12 @@ impl Proposals {
         });
         let others = predicted.split_off(predicted.len().min(SIMULATED));
         let best = &predicted[..predicted.len().min(RESEMBLED)];
-        let others: Vec<ScreenedTrial> =
-            others.into_iter().filter(|one| one.resembles_one_of(best)).take(RESEMBLING).collect();
-        predicted.extend(others);
+        let (likes, others): (Vec<ScreenedTrial>, Vec<ScreenedTrial>) =
+            others.into_iter().partition(|one| one.resembles_one_of(best));
+        predicted.extend(likes.into_iter().take(RESEMBLING));
+        // Effects of one kind do not add up: those that did best on their own are tried as well.
+        let best_alone = self.best_alone();
+        predicted.extend(others.into_iter().filter(|one| best_alone.contains(&one.name)));
         let mut simulated = predicted
             .par_iter()
             .map(|one| {
