@@ -96,9 +96,6 @@ impl DataSplits<'_> {
         let starts = [unfitted.clone(), without_offset, offset_alone];
         let is_cut = forward.run(&mut selection, &starts, progress)?;
         progress(&format!("testing: {}", selection.names()));
-        if self.allows_rivals() {
-            swap(self, &mut selection)?;
-        }
         selection.refine(self, model)?;
         selection.fit_together(self, FINAL_ROUNDS)?;
         let test = |selection: Selection| self.tested(selection, &forward);
@@ -144,8 +141,13 @@ impl DataSplits<'_> {
         let count = selection.effects.len();
         let mut dropped = eliminate(self, forward, &mut selection)?;
         if selection.effects.len() < count {
-            parameters = changed_parameters(self, &mut selection, forward.excess)?;
-            dropped = eliminate(self, forward, &mut selection)?;
+            // Parameters may explain something of what the dropped effects did.
+            let mut again = selection.clone();
+            let changed = changed_parameters(self, &mut again, forward.excess)?;
+            if again.fitted != selection.fitted {
+                (selection, parameters) = (again, changed);
+                dropped = eliminate(self, forward, &mut selection)?;
+            }
         }
         Ok(Tested { selection, dropped, parameters })
     }

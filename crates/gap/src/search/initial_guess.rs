@@ -14,6 +14,8 @@ const MAX_OFFSET_US: i64 = 40_000;
 /// Secant steps for the thresholds, and the largest change of a step, as a logarithm.
 const SECANT_STEPS: usize = 4;
 const MAX_LOG_CHANGE: f64 = 0.9;
+/// Difference of logarithms of counts that a descent of all parameters takes care of.
+const AS_MANY: f64 = 0.02;
 /// Exponents with which event counts fall with the threshold are limited to this range: one over
 /// the threshold for large contrasts, much steeper where a contrast hardly reaches it.
 const EXPONENTS: [f64; 2] = [-8.0, -0.4];
@@ -98,6 +100,9 @@ pub(super) fn with_thresholds(
     for _ in 0..SECANT_STEPS {
         let run = objective.run(&scaled, 0)?;
         let counts = objective.layout.events_in_motion(&run).map(|n| (n + 1.0).ln());
+        if measured.iter().zip(counts).all(|(a, b)| (a - b).abs() < AS_MANY) {
+            break;
+        }
         let mut current = [[0.0; 2]; 2];
         for (i, parameter) in parameters.into_iter().enumerate() {
             let value = parameter.value(&scaled);
