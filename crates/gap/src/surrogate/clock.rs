@@ -26,8 +26,14 @@ const MAX_STRETCHES: i64 = 16;
 const MIN_TURNS: usize = 3;
 /// Number of neighbouring frequencies that a power is compared with.
 const NEIGHBOURS: usize = 32;
-/// Fraction of the strongest line's contrast from which a slower line is preferred.
+/// Fraction of the strongest line's contrast from which a line is strong.
 const AS_STRONG: f64 = 0.3;
+/// Number of strong lines of an axis that are tried, and of slow ones among the strong.
+const MAX_LINES: usize = 8;
+/// Fraction of the largest resultant length from which a slower line is preferred.
+const AS_LOCKED: f64 = 0.8;
+/// Steps within a turn per stretch at which a line is tried.
+const NEAR_STEPS: i32 = 8;
 /// Minimum resultant length of a clock.
 const MIN_LOCKING: f64 = 0.4;
 /// Minimum ratio of the locking with the phase of the row or column to that without.
@@ -62,22 +68,23 @@ impl Axis {
     }
 }
 
-/// A spectral line.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct SpectralLine {
-    /// Power relative to neighbouring frequencies.
+/// Spectral lines of one axis.
+#[derive(Debug, Clone)]
+pub(super) struct SpectralLines {
+    /// Power of the strongest relative to neighbouring frequencies.
     pub(super) contrast: f64,
-    /// Frequency in turns per stretch, negative for a scan from the last line to the first.
-    turns: f64,
+    /// Frequencies of the strong ones in turns per stretch, negative for a scan from the last line
+    /// to the first; the slowest first.
+    turns: Vec<f64>,
 }
 
-/// The strongest lines of the three axes; none with fewer than fifty events.
-pub(super) fn lines(train: &Train) -> [Option<SpectralLine>; 3] {
+/// The spectral lines of the three axes; none with fewer than fifty events.
+pub(super) fn lines(train: &Train) -> [Option<SpectralLines>; 3] {
     let fourier = Fourier::new(STEPS);
-    Axis::ALL.map(|axis| line(train, axis, &fourier))
+    Axis::ALL.map(|axis| lines_of(train, axis, &fourier))
 }
 
-fn line(train: &Train, axis: Axis, fourier: &Fourier) -> Option<SpectralLine> {
+fn lines_of(train: &Train, axis: Axis, fourier: &Fourier) -> Option<SpectralLines> {
     let (start, end) = train.span_us();
     let stretches = ((end - start) / STRETCH_US).clamp(1, MAX_STRETCHES);
     let spare = (end - start - stretches * STRETCH_US).max(0);
@@ -113,10 +120,19 @@ fn line(train: &Train, axis: Axis, fourier: &Fourier) -> Option<SpectralLine> {
     }
     let contrast = power[MIN_TURNS..end].iter().copied().fold(0.0, f64::max);
     let turns = |f: usize| if f < STEPS / 2 { f as f64 } else { f as f64 - STEPS as f64 };
-    // Harmonics and aliases are as strong: the slowest line is the clock.
-    let strong = (MIN_TURNS..end).filter(|f| power[*f] >= AS_STRONG * contrast);
-    let slowest = strong.map(turns).min_by(|a, b| a.abs().total_cmp(&b.abs()))?;
-    Some(SpectralLine { contrast, turns: slowest })
+    // A line between two frequencies is in both.
+    let is_peak = |f: &usize| power[*f] >= power[*f - 1].max(power[*f + 1]);
+    let strong = (MIN_TURNS..end).filter(|f| power[*f] >= AS_STRONG * contrast).filter(is_peak);
+    let mut strong: Vec<usize> = strong.collect();
+    // The clock itself is the strongest or the slowest of them.
+    strong.sort_by(|a, b| power[*b].total_cmp(&power[*a]));
+    let mut chosen: Vec<usize> = strong.iter().copied().take(MAX_LINES).collect();
+    strong.sort_by(|a, b| turns(*a).abs().total_cmp(&turns(*b).abs()));
+    chosen.extend(strong.into_iter().take(MAX_LINES));
+    let mut turns: Vec<f64> = chosen.into_iter().map(turns).collect();
+    turns.sort_by(|a, b| a.abs().total_cmp(&b.abs()));
+    turns.dedup();
+    (!turns.is_empty()).then_some(SpectralLines { contrast, turns })
 }
 
 fn within(marks: &[Mark], from: i64, to: i64) -> &[Mark] {
@@ -136,10 +152,18 @@ pub(super) struct Scan {
 /// Finds the scan that all events are locked to, if there is one.
 pub(super) fn scan(train: &Train) -> Option<Scan> {
     let lines = lines(train);
-    let (axis, line) = [(Axis::Rows, lines[1]?), (Axis::Columns, lines[2]?)]
-        .into_iter()
-        .max_by(|a, b| a.1.contrast.total_cmp(&b.1.contrast))?;
-    let (frequency, locking) = refined(train, axis, line.turns);
+    // Motion and lamps have strong lines as well, but hardly lock events.
+    let mut near = Vec::new();
+    for (axis, lines) in [(Axis::Rows, &lines[1]), (Axis::Columns, &lines[2])] {
+        for turns in lines.iter().flat_map(|lines| &lines.turns) {
+            near.push((axis, *turns, locked_in_first_stretch(train, axis, *turns)));
+        }
+    }
+    let most = near.iter().map(|(_, _, locking)| *locking).fold(0.0, f64::max);
+    near.retain(|(_, _, locking)| *locking >= AS_LOCKED * most);
+    // Harmonics and aliases lock as much: the slowest line is the clock.
+    let (axis, turns, _) = near.into_iter().min_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+    let (frequency, locking) = refined(train, axis, turns);
     let plain = locked(train, Axis::None, frequency);
     (locking >= MIN_LOCKING && locking >= MIN_GAIN * plain).then(|| Scan {
         axis,
@@ -153,8 +177,8 @@ pub(super) fn count_us(train: &Train) -> Option<f64> {
     if let Some(us) = whole_count_us(train) {
         return Some(us as f64);
     }
-    let line = lines(train)[0]?;
-    let (frequency, _) = refined(train, Axis::None, line.turns);
+    let turns = *lines(train)[0].as_ref()?.turns.first()?;
+    let (frequency, _) = refined(train, Axis::None, turns);
     // Stamps of a clock deviate from it only by the rounding to whole microseconds.
     let is_clock = (1..=2).all(|turns| {
         let frequency = f64::from(turns) * frequency;
@@ -206,6 +230,15 @@ fn locking(train: &Train, axis: Axis, marks: &[Mark], frequency: f64) -> f64 {
         im += sin;
     }
     f64::hypot(re, im) / marks.len().max(1) as f64
+}
+
+/// Resultant length of the events of the first stretch at the best frequency near `turns` per
+/// stretch.
+fn locked_in_first_stretch(train: &Train, axis: Axis, turns: f64) -> f64 {
+    let (start, end) = train.span_us();
+    let marks = within(&train.marks, start, end.min(start + STRETCH_US));
+    let near = (-NEAR_STEPS..=NEAR_STEPS).map(|k| turns + f64::from(k) / f64::from(NEAR_STEPS));
+    near.map(|turns| locking(train, axis, marks, turns / STRETCH_US as f64)).fold(0.0, f64::max)
 }
 
 /// Refines a frequency near `turns` per stretch on longer and longer parts of the recording: the

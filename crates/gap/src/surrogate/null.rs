@@ -134,7 +134,7 @@ fn of_window(train: &Train, window_us: i64) -> Vec<Option<f64>> {
         values.push(line::strongest(train).map(|line| line.contrast.ln_1p()));
     }
     if window_us == 20_000 {
-        values.extend(clock::lines(train).map(|line| line.map(|line| line.contrast.ln_1p())));
+        values.extend(clock::lines(train).map(|lines| lines.map(|lines| lines.contrast.ln_1p())));
     }
     values
 }
