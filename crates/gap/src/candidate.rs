@@ -230,6 +230,28 @@ impl Trial {
         self.effect.number(param.name)
     }
 
+    /// Whether the effect is weaker than in any camera, with a value of its strength: beyond the weak
+    /// end of what is typical, or of the range that its entry asks for. A parameter that every model
+    /// has may be as weak as nothing.
+    pub(crate) fn is_weaker_than_in_cameras(&self, value: f64) -> bool {
+        let (spec, head) = (self.spec, self.params[0]);
+        let Prior::Typical(low, high) = head.prior else { return false };
+        let depends_on_size = spec.search.per_sensor.contains(&head.name);
+        let is_common = spec.search.common.iter().any(|(_, key)| *key == head.name);
+        if head.scale != Scale::Log || depends_on_size || is_common {
+            return false;
+        }
+        let reach = spec.search.reach.iter().find(|(name, _)| *name == head.name);
+        let (low, high) = reach.map_or((low, high), |(_, range)| *range);
+        match spec.signature.strength {
+            Strength::Rising(names) | Strength::RisingAlone(names) => {
+                names.contains(&head.name) && value < low
+            }
+            Strength::Falling(names) => names.contains(&head.name) && value > high,
+            Strength::Unchanging | Strength::FromFiles => false,
+        }
+    }
+
     /// Whether the choices are those of most cameras.
     pub(crate) fn is_usual(&self) -> bool {
         let has = |key: &str, word: &str| self.effect.params.get(key) == Some(&Value::from(word));
@@ -306,4 +328,21 @@ pub fn limits(spec: &StageSpec, param: &ParamSpec) -> (f64, f64) {
         Scale::Linear => (low, high),
     };
     (low.max(param.range.0), high.min(param.range.1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_leak_of_less_than_a_camera_has_is_too_weak_and_a_mismatch_of_none_is_not() {
+        let is_too_weak = |name: &str, value: f64| {
+            let candidates = Candidate::all(Catalogue::default(), &[]);
+            let candidate = candidates.into_iter().find(|one| one.name() == name).unwrap();
+            candidate.trials()[0][0].is_weaker_than_in_cameras(value)
+        };
+        assert!(is_too_weak("leak_on", 0.003) && !is_too_weak("leak_on", 0.05));
+        assert!(is_too_weak("adaptive_highpass", 25.0) && !is_too_weak("adaptive_highpass", 0.5));
+        assert!(!is_too_weak("threshold_mismatch", 1e-4) && !is_too_weak("arbiter", 1e9));
+    }
 }

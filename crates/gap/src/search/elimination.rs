@@ -50,10 +50,12 @@ pub(super) fn eliminate(
             let trial = &selection.effects[*i].candidate.trial;
             let effect = selection.model.effect(trial.spec.name);
             let is_counted = effect.is_none_or(|effect| estimates.allows(effect));
+            let strength = effect.and_then(|effect| effect.number(trial.params[0].name));
+            let is_too_weak = strength.is_some_and(|value| trial.is_weaker_than_in_cameras(value));
             let is_proven = selection.effects[*i].is_proven && !has_readout;
             let is_worth_it =
                 if is_proven { is_significant(&one.worth) } else { is_worth_a_name(&one.worth) };
-            !is_counted || is_everyday(selection, trial) || !is_worth_it
+            !is_counted || is_too_weak || is_everyday(selection, trial) || !is_worth_it
         });
         let weakest = weakest.min_by(|a, b| a.1.worth.fraction().total_cmp(&b.1.worth.fraction()));
         match weakest {
