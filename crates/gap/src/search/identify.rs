@@ -7,7 +7,7 @@ use super::decision::{Worth, is_within_tolerance};
 use super::direct_estimates::DirectEstimates;
 use super::elimination::{Dropped, changed_parameters, eliminate};
 use super::explanation::{SearchResults, explain};
-use super::identification::{DataSplits, FittedCandidate, Identification, SCORE_RUNS};
+use super::identification::{DataSplits, FittedCandidate, Identification, ModelScore, SCORE_RUNS};
 use super::proposals::Proposals;
 use super::recording_marks::Recording;
 use super::refit::refit;
@@ -98,23 +98,26 @@ impl DataSplits<'_> {
         progress(&format!("testing: {}", selection.names()));
         selection.refine(self, model)?;
         selection.fit_together(self, FINAL_ROUNDS)?;
-        let test = |selection: Selection| self.tested(selection, &forward);
-        let mut tested = test(selection)?;
+        let test = |selection: &Selection| self.tested(selection, &forward, &refitted);
+        let mut tested = test(&selection)?;
         let is_complete = if tested.parameters.is_empty() {
             !forward.is_partial(&tested.selection)
         } else {
             is_within_tolerance(&tested.selection.held_out)
         };
         if !is_complete && self.allows_rivals() {
-            let other = test(forward.with_parameters_as_given(&tested.selection, progress)?)?;
-            // Changed parameters are the plainer explanation: more effects must explain more.
-            if forward.is_worth_trying(&tested.selection, &other.selection)? {
+            let other = test(&forward.with_parameters_as_given(&tested.selection, progress)?)?;
+            // Changed parameters are the plainer explanation: more effects must explain more, and
+            // more than a refit without any.
+            if other.selection.held_out.discrepancy < refitted.discrepancy
+                && forward.is_worth_trying(&tested.selection, &other.selection)?
+            {
                 tested = other;
             }
         }
         let (is_swapped, mut compared) = swap(self, &mut tested.selection)?;
         if is_swapped {
-            tested = test(tested.selection)?;
+            tested = test(&tested.selection)?;
             compared = swap(self, &mut tested.selection)?.1;
         }
         let Tested { selection, dropped, parameters } = tested;
@@ -135,9 +138,17 @@ impl DataSplits<'_> {
     }
 
     /// Drops from a selection what is not worth its name. Parameters of the model come first: one
-    /// that is free to change without need takes over what a dropped effect explained.
-    fn tested(&self, mut selection: Selection, forward: &Forward<'_>) -> Result<Tested, GapError> {
+    /// that is free to change without need takes over what a dropped effect explained. Where that
+    /// leaves more than a refit of the parameters alone, `refitted`, effects come first.
+    fn tested(
+        &self,
+        given: &Selection,
+        forward: &Forward<'_>,
+        refitted: &ModelScore,
+    ) -> Result<Tested, GapError> {
+        let mut selection = given.clone();
         let mut parameters = changed_parameters(self, &mut selection, forward.excess)?;
+        selection.fit_together(self, FINAL_ROUNDS)?;
         let count = selection.effects.len();
         let mut dropped = eliminate(self, forward, &mut selection)?;
         if selection.effects.len() < count {
@@ -148,6 +159,12 @@ impl DataSplits<'_> {
                 (selection, parameters) = (again, changed);
                 dropped = eliminate(self, forward, &mut selection)?;
             }
+        }
+        if selection.held_out.discrepancy > refitted.discrepancy {
+            selection = Selection { fitted: ModelParameter::ALL.to_vec(), ..given.clone() };
+            selection.fit_together(self, FINAL_ROUNDS)?;
+            dropped = eliminate(self, forward, &mut selection)?;
+            parameters = changed_parameters(self, &mut selection, forward.excess)?;
         }
         Ok(Tested { selection, dropped, parameters })
     }
