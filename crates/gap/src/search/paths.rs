@@ -137,13 +137,14 @@ impl Forward<'_> {
         Ok(beside)
     }
 
-    /// A selection that keeps the parameters of the model as given, its effects fitted.
+    /// A selection with the parameters of the model as given, of which the background rates alone
+    /// are fitted, with its effects: noise of the light would stand for both rates otherwise.
     fn reset(&self, selection: &Selection) -> Result<Selection, GapError> {
         let mut other = selection.clone();
         for parameter in ModelParameter::ALL {
             parameter.set(&mut other.model, parameter.value(&selection.given));
         }
-        other.fitted.clear();
+        other.fitted = vec![ModelParameter::NoiseOn, ModelParameter::NoiseOff];
         other.fit_together(self.splits, ROUNDS)?;
         Ok(other)
     }
