@@ -20,7 +20,7 @@ type SharedPlanes = Arc<Vec<Plane<f32>>>;
 /// Light behind optics, the last used at the end: the effects of the optics as TOML, and the planes.
 #[derive(Debug, Default)]
 pub(crate) struct LightBehindOptics {
-    kept: Mutex<Vec<(String, SharedPlanes)>>,
+    entries: Mutex<Vec<(String, SharedPlanes)>>,
 }
 
 /// A model divided at its optics.
@@ -57,7 +57,7 @@ impl LightSequence {
                 .collect(),
         };
         let key = format!("{} planes\n{}", self.planes().len(), of_optics.to_toml());
-        let lock = || self.behind.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        let lock = || self.behind.entries.lock().unwrap_or_else(PoisonError::into_inner);
         {
             let mut kept = lock();
             if let Some(at) = kept.iter().position(|(other, _)| *other == key) {
