@@ -11,7 +11,7 @@ use crate::{GapError, LightSequence};
 
 /// Sequences that are kept.
 const KEPT: usize = 4;
-/// Largest sequence that is kept, bytes: all that are kept stay small beside the scene itself.
+/// Largest sequence that is kept, bytes: all together take a gigabyte at most.
 const MAX_BYTES: usize = 256 << 20;
 
 /// Planes that several runs share.

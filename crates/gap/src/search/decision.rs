@@ -86,19 +86,21 @@ pub(super) fn is_worth_trying(worth: &Worth) -> bool {
     explains(worth, MIN_FRACTION_TO_TRY, MIN_FRACTION_OF_GAP_TO_TRY)
 }
 
-/// Whether a decrease of the discrepancy is large enough for [`is_worth_trying`].
+/// Whether a decrease of the discrepancy is large enough for [`is_worth_trying`], whose evidence
+/// takes many simulations.
 pub(super) fn is_large_enough_to_try(gain: f64, without: f64, excess: f64) -> bool {
-    gain >= MIN_GAIN
-        && gain >= MIN_FRACTION_TO_TRY * without
-        && gain >= MIN_FRACTION_OF_GAP_TO_TRY * excess
+    let fractions = [MIN_FRACTION_TO_TRY, MIN_FRACTION_OF_GAP_TO_TRY];
+    is_large_enough(gain, without, excess, fractions)
+}
+
+fn is_large_enough(gain: f64, without: f64, excess: f64, [of_rest, of_gap]: [f64; 2]) -> bool {
+    gain >= MIN_GAIN && gain >= of_rest * without && gain >= of_gap * excess.max(1e-9)
 }
 
 fn explains(worth: &Worth, min_fraction_of_rest: f64, min_fraction: f64) -> bool {
-    let gain = worth.difference.gain;
-    gain >= MIN_GAIN
-        && gain >= min_fraction_of_rest * worth.without
-        && worth.fraction() >= min_fraction
-        && worth.difference.is_significant(LEVEL, worth.candidates)
+    let Worth { difference, without, excess, .. } = worth;
+    is_large_enough(difference.gain, *without, *excess, [min_fraction_of_rest, min_fraction])
+        && difference.is_significant(LEVEL, worth.candidates)
 }
 
 /// Whether a model is within the tolerances of statistics.

@@ -2,7 +2,7 @@
 //!
 //! # Method
 //! Steps are greedy. Where they lead to a part of an explanation only, the recording is explained
-//! once more without changes of the model's parameters, and from other first effects.
+//! once more without changes of the model's thresholds and clock, and from other first effects.
 
 use evpose_sensor::SensorConfig;
 
@@ -14,8 +14,6 @@ use crate::GapError;
 use crate::candidate::without_effect;
 use crate::parameters::ModelParameter;
 
-/// First effects that are followed where the best one leads to a part of an explanation only.
-const PATHS: usize = 3;
 /// Effects that another path may add before it is given up, and the multiple of the discrepancy that
 /// is to be beaten above which it is.
 const STEPS_BEFORE_GIVING_UP: usize = 2;
@@ -85,7 +83,7 @@ impl Forward<'_> {
         progress(&format!("adding an effect to: {}", selection.names()));
         let mut paths = Vec::new();
         for extended in self.extended(selection, &[])? {
-            if paths.len() < PATHS && self.is_worth_trying(selection, &extended)? {
+            if self.is_worth_trying(selection, &extended)? {
                 paths.push(extended);
             }
         }
@@ -107,8 +105,8 @@ impl Forward<'_> {
         is_partial(&selection.held_out, left)
     }
 
-    /// Explains a recording without changes of the parameters of the model, which may have absorbed
-    /// what effects do: beside the effects of a selection, or, where that explains a part only,
+    /// Explains a recording without changes of the model's thresholds and clock, which may have
+    /// absorbed what effects do: beside the effects of a selection, or, where that explains a part only,
     /// from the start.
     ///
     /// # Errors
