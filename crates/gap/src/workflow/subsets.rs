@@ -17,8 +17,13 @@ const FITTED_EVENTS: usize = 70_000;
 const HELD_OUT_EVENTS: usize = 50_000;
 /// Maximum pixels times frames of the training part in quick runs.
 const QUICK_PIXELS: usize = 24_000_000;
-/// Minimum length of the training part.
+/// Minimum length of the training part of sensors of up to [`MIN_FITTED_PIXELS`] pixels.
 const MIN_FITTED: Micros = Micros(300_000);
+/// Larger sensors show as much in less time: the minimum is in proportion to pixels times seconds.
+const MIN_FITTED_PIXELS: usize = 100_000;
+/// Minimum length on the largest sensors, of which the part that is not held out has nine periods of
+/// a lamp on 50 Hz mains.
+const MIN_FITTED_LARGE: Micros = Micros(150_000);
 
 impl ComparisonCase {
     /// The screening part.
@@ -33,7 +38,8 @@ impl ComparisonCase {
         let frames = QUICK_PIXELS / size.pixels();
         let quick = Micros::from_seconds(frames as f64 / self.scene.fps());
         let enough = self.time_of(FITTED_EVENTS);
-        let length = if is_quick { enough.min(quick) } else { enough }.max(MIN_FITTED);
+        let length = if is_quick { enough.min(quick) } else { enough };
+        let length = length.max(self.min_fitted());
         if length < self.scene.duration() { self.first(length) } else { self }
     }
 
@@ -48,8 +54,14 @@ impl ComparisonCase {
     }
 
     fn limited(self, events: usize) -> Self {
-        let length = self.time_of(events).max(MIN_FITTED);
+        let length = self.time_of(events).max(self.min_fitted());
         if length < self.scene.duration() { self.first(length) } else { self }
+    }
+
+    /// Minimum length of the training part.
+    fn min_fitted(&self) -> Micros {
+        let pixels = self.scene.size().pixels().max(MIN_FITTED_PIXELS);
+        Micros(MIN_FITTED.0 * MIN_FITTED_PIXELS as i64 / pixels as i64).max(MIN_FITTED_LARGE)
     }
 
     /// Time of event number `events`; the end of the scene if there are fewer.
@@ -105,6 +117,13 @@ mod tests {
         assert!((seconds(large, 10_000, true) - 24.0 / 43.2).abs() < 2e-3);
         assert!((seconds(small, 200_000, false) - 0.7).abs() < 2e-3);
         assert!((seconds(small, 4_000_000, false) - 0.3).abs() < 2e-3);
+        let seconds = |width, height| {
+            let size = SensorSize { width, height };
+            case(size, 0.5, 4_000_000).training(false).scene.duration().as_seconds()
+        };
+        assert!((seconds(400, 250) - 0.3).abs() < 2e-3);
+        assert!((seconds(500, 300) - 0.2).abs() < 2e-3);
+        assert!((seconds(640, 480) - 0.15).abs() < 2e-3);
     }
 
     #[test]
