@@ -42,6 +42,7 @@ mod skinning;
 pub mod texture_layout;
 
 pub use evpose_pose::rotation;
+pub use human::Garments;
 pub use model::{BodyModel, FurtherWeight, HandBasis, ShapedBody, SkinWeights};
 
 pub use pose::{BodyPose, GENERATOR_PARAMETERS};

@@ -25,6 +25,14 @@ pub enum SimError {
     /// The TOML text is not a simulation configuration.
     #[error("not a simulation: {0}")]
     Toml(#[from] toml::de::Error),
+    /// A file of ranges is malformed, or an entry does not fit the configuration.
+    #[error("{}: {reason}", path.display())]
+    Randomisation {
+        /// The file.
+        path: PathBuf,
+        /// Defect of the file, with the field.
+        reason: String,
+    },
     /// The folder of backgrounds cannot be read.
     #[error("{}: cannot read the folder of backgrounds", path.display())]
     Folder {

@@ -6,6 +6,7 @@
 //! * [`record`], [`record_all`], [`record_shard`]: sequences as `.evc` and `.meta` files, with a
 //!   [`SequenceInfo`] beside them.
 //! * [`person`]: whole people instead of hands.
+//! * [`randomisation`]: fields of a configuration that differ from recording to recording.
 //! * [`set`]: a directory that several machines fill, its manifest and its verification.
 //! * [`raster`], [`scene`], [`texture`]: rendering of the frames that the sensor is exposed to.
 //!
@@ -32,6 +33,7 @@ mod episode;
 mod error;
 mod light;
 pub mod person;
+pub mod randomisation;
 pub mod raster;
 mod record;
 pub mod scene;

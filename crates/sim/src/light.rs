@@ -44,7 +44,7 @@ impl Simulation {
     ) -> Result<Vec<Plane<f32>>, SimError> {
         let shared = &self.shared;
         let seed = seed_for(shared.seed, "look", appearance);
-        let mut around = Surroundings::new(shared, side, seed, 0)?;
+        let mut around = Surroundings::new(shared, &shared.config, side, seed, 0)?;
         let (actor, body) = (&shared.actor, shared.actor.body());
         if betas.len() == body.shape_directions_m.len() {
             around.shaped = body.shaped(betas);

@@ -5,10 +5,11 @@ use std::sync::Arc;
 use evpose_body::BodyModel;
 use evpose_core::seed_for;
 use evpose_pose::HandSide;
-use evpose_sensor::{SensorConfig, SensorModel};
+use evpose_sensor::SensorModel;
 
 use crate::actor::Actor;
 use crate::config::{SimulationConfig, with_threshold_offset};
+use crate::randomisation::Randomisation;
 use crate::texture::{ImagePool, Skins};
 use crate::{SimError, Simulator};
 
@@ -26,7 +27,7 @@ pub(crate) struct Shared {
     pub(crate) actor: Actor,
     pub(crate) backgrounds: ImagePool,
     pub(crate) skins: Skins,
-    pub(crate) sensor: SensorConfig,
+    pub(crate) randomisation: Option<Randomisation>,
 }
 
 impl Simulation {
@@ -64,7 +65,7 @@ impl Simulation {
                 seed_for(seed, "background pool", 0),
             )?,
             skins: Skins::new(&config.skin.source)?,
-            sensor: config.sensor.resolve()?,
+            randomisation: config.randomisation.as_deref().map(Randomisation::named).transpose()?,
         };
         Ok(Self { shared: Arc::new(shared) })
     }
@@ -89,8 +90,19 @@ impl Simulation {
 }
 
 impl Shared {
-    /// The sensor with `offset` added to every contrast threshold.
-    pub(crate) fn sensor_model(&self, offset: f64) -> Result<SensorModel, SimError> {
-        Ok(with_threshold_offset(&self.sensor, offset)?)
+    /// The configuration of sequence `index`: that of the run, randomised if it says so.
+    pub(crate) fn config_of(&self, index: u64) -> Result<SimulationConfig, SimError> {
+        let Some(ranges) = &self.randomisation else { return Ok(self.config.clone()) };
+        let config = ranges.draw(&self.config, self.seed, index)?;
+        config.validate()?;
+        Ok(config)
     }
+}
+
+/// The sensor of a configuration with `offset` added to every contrast threshold.
+pub(crate) fn sensor_model(
+    config: &SimulationConfig,
+    offset: f64,
+) -> Result<SensorModel, SimError> {
+    Ok(with_threshold_offset(&config.sensor.resolve()?, offset)?)
 }

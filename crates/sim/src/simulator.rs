@@ -5,16 +5,17 @@ use std::sync::Arc;
 use evpose_body::motion::{BezierMotion, ViewTest};
 use evpose_body::{BodyPose, PosedBody, ShapedBody};
 use evpose_core::{EventStream, LookAt, Micros, Plane, seed_for};
+use evpose_pose::rotation::{axis_angle_from_matrix, matrix_from_axis_angle};
 use evpose_pose::{HandParams, HandSide};
 use evpose_sensor::SensorRun;
-use glam::Vec3A;
+use glam::{Affine3A, Mat3, Vec3A};
 
 use crate::actor::{Actor, HandPoints3};
 use crate::config::SimulationConfig;
 use crate::episode::starts_episode;
 use crate::raster::{Camera, Mesh};
 use crate::scene::{Backdrop, Renderer, Scene};
-use crate::simulation::{Shared, Simulation};
+use crate::simulation::{Shared, Simulation, sensor_model};
 use crate::stopwatch::{SimulationPart, Stopwatch};
 use crate::{Episode, SimError};
 
@@ -27,6 +28,8 @@ use crate::{Episode, SimError};
 #[derive(Debug)]
 pub struct Simulator {
     shared: Arc<Shared>,
+    config: SimulationConfig,
+    label_from_world: Option<Affine3A>,
     seed: u64,
     /// Side of the hand.
     side: HandSide,
@@ -80,17 +83,17 @@ impl Simulator {
 
     pub(crate) fn of_sequence(shared: Arc<Shared>, index: u64) -> Result<Self, SimError> {
         let seed = seed_for(shared.seed, "sequence", index);
-        let config = &shared.config;
-        let (side, camera) = (config.hands.side(index), config.camera());
+        let config = shared.config_of(index)?;
+        let (side, camera) = (config.hands.side(index), config.placed_camera());
         let mut motion =
             BezierMotion::new(config.motion, seed_for(seed, "motion", 0), config.step_hz);
         let view = ViewTest::new(
-            &config.camera.placement(),
+            &config.placement(),
             &camera.pinhole(),
             camera.sensor(),
             config.motion.parity,
         );
-        let surroundings = Surroundings::new(&shared, side, seed, 0)?;
+        let surroundings = Surroundings::new(&shared, &config, side, seed, 0)?;
         let mut posed = PosedBody::default();
         motion.settle(&view, |target| {
             let (body, shaped) = shared.actor.driven_body(&surroundings.shaped);
@@ -98,11 +101,12 @@ impl Simulator {
             body.pose_joints(shaped, &pose, &mut posed);
             posed.joints[body.wrist].translation.into()
         });
-        let sensor = shared
-            .sensor_model(surroundings.episode.threshold_offset)?
+        let sensor = sensor_model(&config, surroundings.episode.threshold_offset)?
             .start(camera.sensor(), seed_for(seed, "sensor", 0));
         Ok(Self {
             shared,
+            label_from_world: config.label_from_world(),
+            config,
             seed,
             side,
             camera,
@@ -133,13 +137,14 @@ impl Simulator {
     /// If the sensor's thresholds, varied for a new episode, are out of its range, or a file of
     /// skins can no longer be read.
     pub fn advance(&mut self) -> Result<HandStep<'_>, SimError> {
-        let (frame, config) = (self.next, &self.shared.config);
+        let (frame, config) = (self.next, &self.config);
         let lagging = config.parity.lagging_episode_clock;
         if frame > 0 && starts_episode(frame, config.episode_frames(), lagging) {
             let next = self.surroundings.episode.index + 1;
-            self.surroundings = Surroundings::new(&self.shared, self.side, self.seed, next)?;
+            self.surroundings =
+                Surroundings::new(&self.shared, config, self.side, self.seed, next)?;
             let offset = self.surroundings.episode.threshold_offset;
-            self.sensor.retune(&self.shared.sensor_model(offset)?)?;
+            self.sensor.retune(&sensor_model(config, offset)?)?;
         }
         let (actor, side, watch) = (&self.shared.actor, self.side, &mut self.stopwatch);
         watch.begin();
@@ -152,8 +157,12 @@ impl Simulator {
         watch.lap(SimulationPart::Skinning);
         // A wrist that left the image changes the next target; this frame is as it is.
         self.motion.call_back(&self.view, right.translation_m);
-        let label = if side.is_right() { right } else { actor.mirrored(&right) };
-        let points_m = actor.points(&self.posed, side);
+        let mut label = if side.is_right() { right } else { actor.mirrored(&right) };
+        let mut points_m = actor.points(&self.posed, side);
+        if let Some(label_from_world) = &self.label_from_world {
+            label = moved(&label, label_from_world);
+            points_m = points_m.map(|point_m| label_from_world.transform_point3(point_m));
+        }
         let t = Micros(frame as i64 * config.step().0);
         watch.lap(SimulationPart::Motion);
         let mesh = mesh(actor, &self.posed, side);
@@ -180,9 +189,9 @@ impl Simulator {
         &self.camera
     }
 
-    /// The configuration of the run.
+    /// The configuration of the sequence.
     pub fn config(&self) -> &SimulationConfig {
-        &self.shared.config
+        &self.config
     }
 
     /// Side of the simulated hand.
@@ -194,16 +203,17 @@ impl Simulator {
 impl Surroundings {
     pub(crate) fn new(
         shared: &Shared,
+        config: &SimulationConfig,
         side: HandSide,
         sequence_seed: u64,
         index: u64,
     ) -> Result<Self, SimError> {
-        let Shared { config, actor, backgrounds, skins, .. } = shared;
-        let (body, camera) = (actor.body(), config.camera());
+        let Shared { actor, backgrounds, skins, .. } = shared;
+        let (body, camera) = (actor.body(), config.placed_camera());
         let betas = body.shape_directions_m.len();
         let episode = Episode::draw(config, betas, backgrounds.len(), sequence_seed, index);
         let background = backgrounds.image(episode.background);
-        let LookAt { eye_m, centre_m, .. } = config.camera.placement();
+        let LookAt { eye_m, centre_m, .. } = config.placement();
         let px_per_m = camera.pinhole().focal_px / eye_m.distance(centre_m);
         let skin = skins.paint(&config.skin, &episode.skin, sequence_seed, index)?;
         let scene = Scene {
@@ -218,6 +228,16 @@ impl Surroundings {
             renderer: Renderer::new(scene, actor.is_closed(), config.light_level),
             episode,
         })
+    }
+}
+
+/// A pose of a hand that a rigid motion has moved.
+fn moved(hand: &HandParams, motion: &Affine3A) -> HandParams {
+    let turned = Mat3::from(motion.matrix3) * matrix_from_axis_angle(hand.rotation);
+    HandParams {
+        translation_m: motion.transform_point3(hand.translation_m),
+        rotation: axis_angle_from_matrix(turned),
+        ..*hand
     }
 }
 

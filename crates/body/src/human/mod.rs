@@ -5,11 +5,14 @@
 
 mod anatomy;
 mod bones;
+mod garments;
 mod proportions;
 #[cfg(test)]
 mod tests;
 
 use glam::{Vec2, Vec3};
+
+pub use garments::Garments;
 
 use crate::BodyModel;
 use crate::clothes_layout;
@@ -23,6 +26,8 @@ use crate::skeleton::{JOINTS, RIGHT_WRIST, parents};
 const CELL_M: f32 = 0.021;
 /// Opposite corners of the space that the body takes at rest.
 const SPACE_M: [Vec3; 2] = [Vec3::new(-0.92, -1.25, -0.22), Vec3::new(0.92, 0.62, 0.24)];
+/// The same with hats, skirts and bags.
+const DRESSED_SPACE_M: [Vec3; 2] = [Vec3::new(-0.95, -1.28, -0.36), Vec3::new(0.95, 0.74, 0.32)];
 
 impl BodyModel {
     /// The procedural human: one closed surface from head to toes, twelve shape directions
@@ -31,8 +36,19 @@ impl BodyModel {
     /// where in its texture.
     pub fn procedural_human() -> Self {
         let anatomy = anatomy::Anatomy::new();
-        let grid = Grid::even(SPACE_M[0], SPACE_M[1], CELL_M);
-        let (template_m, faces) = surface(|point_m| anatomy.distance(point_m), &grid);
+        Self::human_of(|point_m| anatomy.distance(point_m), SPACE_M)
+    }
+
+    /// The same in an outfit: skeleton, skinning and shape directions are those of the bare one.
+    pub fn dressed_human(garments: &Garments) -> Self {
+        let anatomy = anatomy::Anatomy::new();
+        let dressed = |point_m| garments.over(anatomy.distance(point_m), point_m);
+        Self::human_of(dressed, DRESSED_SPACE_M)
+    }
+
+    /// The human whose surface at rest is where `distance` is zero.
+    fn human_of(distance: impl Fn(Vec3) -> f32, [low_m, high_m]: [Vec3; 2]) -> Self {
+        let (template_m, faces) = surface(distance, &Grid::even(low_m, high_m, CELL_M));
         let joints_m = rest_joints();
         let bones = bones::bones();
         let shares: Vec<[f32; JOINTS]> =

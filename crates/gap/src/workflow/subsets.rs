@@ -21,9 +21,9 @@ const QUICK_PIXELS: usize = 24_000_000;
 const MIN_FITTED: Micros = Micros(300_000);
 /// Larger sensors show as much in less time: the minimum is in proportion to pixels times seconds.
 const MIN_FITTED_PIXELS: usize = 100_000;
-/// Minimum length on the largest sensors, of which the part that is not held out has nine periods of
-/// a lamp on 50 Hz mains.
-const MIN_FITTED_LARGE: Micros = Micros(150_000);
+/// Minimum length on the largest sensors: six periods of a lamp on 50 Hz mains beside what is held
+/// out.
+const MIN_FITTED_LARGE: Micros = Micros(100_000);
 
 impl ComparisonCase {
     /// The screening part.
@@ -123,7 +123,7 @@ mod tests {
         };
         assert!((seconds(400, 250) - 0.3).abs() < 2e-3);
         assert!((seconds(500, 300) - 0.2).abs() < 2e-3);
-        assert!((seconds(640, 480) - 0.15).abs() < 2e-3);
+        assert!((seconds(640, 480) - 0.1).abs() < 2e-3);
     }
 
     #[test]

@@ -108,11 +108,24 @@ pub struct SkinConfig {
     pub texels: usize,
     /// Standard deviation of the texture coefficients over people.
     pub variation_sd: f32,
+    /// Share of the episodes with a sleeve down to about the wrist.
+    pub sleeves: f32,
+    /// Share of the episodes with a glove.
+    pub gloves: f32,
+    /// Share of the episodes with rings, and of those with a watch where there is no sleeve.
+    pub rings: f32,
 }
 
 impl Default for SkinConfig {
     fn default() -> Self {
-        Self { source: SkinSource::default(), texels: 512, variation_sd: 2.0 }
+        Self {
+            source: SkinSource::default(),
+            texels: 512,
+            variation_sd: 2.0,
+            sleeves: 0.0,
+            gloves: 0.0,
+            rings: 0.0,
+        }
     }
 }
 

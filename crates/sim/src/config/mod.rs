@@ -7,7 +7,7 @@ mod validate;
 
 use evpose_body::motion::MotionConfig;
 use evpose_core::{LookAt, Micros, Pinhole, SensorSize};
-use glam::Vec3;
+use glam::{Affine3A, Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
 pub use appearance::{BackgroundConfig, BackgroundSource, LightConfig, SkinConfig, SkinSource};
@@ -16,6 +16,7 @@ pub use sensor::SensorChoice;
 pub(crate) use sensor::with_threshold_offset;
 
 use crate::SimError;
+use crate::randomisation::{Randomised, RandomisedTask};
 use crate::raster::Camera;
 use crate::scene::FrameResponse;
 
@@ -40,6 +41,8 @@ pub struct SimulationConfig {
     pub image_scale: f32,
     /// The camera.
     pub camera: CameraConfig,
+    /// Place of the camera relative to `camera`, in whose coordinates poses are.
+    pub camera_pose: CameraPoseConfig,
     /// Sides of the hands.
     pub hands: Hands,
     /// Model of hand and arm.
@@ -66,6 +69,10 @@ pub struct SimulationConfig {
     pub threshold_sd: f64,
     /// Deviations of the published program from its description.
     pub parity: ParityConfig,
+    /// Ranges of the fields that differ from sequence to sequence: `wide` for those of the program,
+    /// or the path of a TOML file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub randomisation: Option<String>,
 }
 
 impl Default for SimulationConfig {
@@ -78,6 +85,7 @@ impl Default for SimulationConfig {
             sensor_size: SensorSize::DAVIS240C,
             image_scale: 1.0,
             camera: CameraConfig::default(),
+            camera_pose: CameraPoseConfig::default(),
             hands: Hands::default(),
             body: HandModelConfig::default(),
             motion: MotionConfig::default(),
@@ -90,6 +98,7 @@ impl Default for SimulationConfig {
             sensor: SensorChoice::default(),
             threshold_sd: 0.02,
             parity: ParityConfig::default(),
+            randomisation: None,
         }
     }
 }
@@ -129,6 +138,47 @@ impl CameraConfig {
     }
 }
 
+/// Place of a sequence's camera relative to the one of the configuration. The hand is seen from
+/// there, and its pose is expressed as if it were the configured camera: the same network serves
+/// arms from any direction.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct CameraPoseConfig {
+    /// Rotation about the optical axis, in degrees: the direction from which the arm comes.
+    pub roll_deg: f32,
+    /// Rotation about the point looked at, sideways and upwards, in degrees.
+    pub orbit_deg: [f32; 2],
+    /// Distance from the point looked at, relative to the configured one.
+    pub distance: f32,
+}
+
+impl Default for CameraPoseConfig {
+    fn default() -> Self {
+        Self { roll_deg: 0.0, orbit_deg: [0.0; 2], distance: 1.0 }
+    }
+}
+
+impl CameraPoseConfig {
+    /// A camera in this place relative to `base`.
+    pub fn applied_to(&self, base: &LookAt) -> LookAt {
+        if *self == Self::default() {
+            return *base;
+        }
+        let back_m = base.eye_m - base.centre_m;
+        let forward = -back_m.normalize();
+        let right = forward.cross(base.up).normalize();
+        let up = right.cross(forward);
+        let [aside, above] = self.orbit_deg.map(f32::to_radians);
+        let orbit = Quat::from_axis_angle(up, aside) * Quat::from_axis_angle(right, -above);
+        let roll = Quat::from_axis_angle(orbit * forward, self.roll_deg.to_radians());
+        LookAt {
+            eye_m: base.centre_m + orbit * (back_m * self.distance),
+            centre_m: base.centre_m,
+            up: roll * (orbit * up),
+        }
+    }
+}
+
 /// Switches that reproduce deviations of the published program; off by default.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -136,6 +186,14 @@ pub struct ParityConfig {
     /// Draw new episodes at frames 0, 1, N + 1, 2N + 1, … as by a clock that lags one step, instead
     /// of at 0, N, 2N, ….
     pub lagging_episode_clock: bool,
+}
+
+impl Randomised for SimulationConfig {
+    const TASK: RandomisedTask = RandomisedTask::Hand;
+
+    fn sensor_mut(&mut self) -> &mut SensorChoice {
+        &mut self.sensor
+    }
 }
 
 impl SimulationConfig {
@@ -163,6 +221,26 @@ impl SimulationConfig {
         let size = self.image_size();
         let pinhole = Pinhole::from_vertical_fov(size, self.camera.vertical_fov_deg);
         Camera::new(size, pinhole, &self.camera.placement(), self.camera.near_m)
+    }
+
+    /// Placement of the camera that sees the hand: `camera`, displaced by `camera_pose`.
+    pub fn placement(&self) -> LookAt {
+        self.camera_pose.applied_to(&self.camera.placement())
+    }
+
+    /// The camera that sees the hand, for the scaled image.
+    pub fn placed_camera(&self) -> Camera {
+        let own = self.camera();
+        Camera::new(own.sensor(), own.pinhole(), &self.placement(), self.camera.near_m)
+    }
+
+    /// World of the labels from the world in which the hand moves: what the displaced camera sees,
+    /// seen by the configured one.
+    pub fn label_from_world(&self) -> Option<Affine3A> {
+        (self.camera_pose != CameraPoseConfig::default()).then(|| {
+            let world_from_camera = self.camera.placement().camera_from_world().inverse();
+            Affine3A::from_mat4(world_from_camera * self.placement().camera_from_world())
+        })
     }
 
     /// Time from one step to the next.

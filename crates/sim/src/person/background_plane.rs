@@ -81,6 +81,27 @@ impl BackgroundPlane {
         }
     }
 
+    /// Draws a plane at `z_m` that is invisible but for up to `count` objects, most of them at rest.
+    pub(super) fn foreground(
+        images: &LuminancePool,
+        z_m: f32,
+        view: &PlaneView,
+        level: f32,
+        count: usize,
+        rng: &mut CounterRng,
+    ) -> Self {
+        let object = |_| Distractor::draw(rng, images, view, level).at_rest_or_not(rng);
+        Self {
+            z_m,
+            image: LuminanceImage::uniform(0.0),
+            corner_m: view.centre_m,
+            size_m: view.extent_m,
+            distractors: (0..count).map(object).collect(),
+            last_bounds: PixelRect::EMPTY,
+            last_placement: None,
+        }
+    }
+
     /// Bounding rectangle of the image corners on the plane at `z_m`.
     pub(super) fn view(
         z_m: f32,
@@ -170,6 +191,30 @@ impl BackgroundPlane {
                     let uv = (point_m - self.corner_m) / self.size_m;
                     self.image.sample(Vec2::new(uv.x, 1.0 - uv.y))
                 });
+            }
+        }
+    }
+
+    /// Paints the objects of the plane over a frame.
+    pub(super) fn cover(
+        &self,
+        t_s: f32,
+        placement: &LookAt,
+        pinhole: &Pinhole,
+        frame: &mut Plane<f32>,
+    ) {
+        let whole = PixelRect { left: 0, top: 0, right: frame.width(), bottom: frame.height() };
+        let rays = Rays::new(self.z_m, placement, pinhole);
+        let rect = self.distractor_bounds(t_s, placement, pinhole, whole).unwrap_or(whole);
+        for y in rect.top..rect.bottom {
+            let row = &mut frame.row_mut(y)[rect.left..rect.right];
+            for (x, pixel) in (rect.left..).zip(row) {
+                let point_m = rays.point_m(Vec2::new(x as f32 + 0.5, y as f32 + 0.5));
+                let covering =
+                    self.distractors.iter().find_map(|one| one.sample(point_m, one.centre_m(t_s)));
+                if let Some(value) = covering {
+                    *pixel = value;
+                }
             }
         }
     }

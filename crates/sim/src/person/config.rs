@@ -6,6 +6,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::SimError;
 use crate::config::{BackgroundSource, BodySource, LightConfig, SensorChoice};
+use crate::randomisation::{Randomised, RandomisedTask};
+
+/// Largest number of people, objects or outfits.
+const MAX_COUNT: usize = 256;
 
 /// Complete configuration of a simulation of people, without its seed. Every sequence has one
 /// person, one activity, one background and one camera.
@@ -34,6 +38,15 @@ pub struct PeopleConfig {
     pub height_share: [f32; 2],
     /// Angle from the bottom to the top of the image, in degrees: uniform between both.
     pub vertical_fov_deg: [f32; 2],
+    /// What of the person is in view.
+    pub framing: Framing,
+    /// Number of other people, who are behind and have no labels.
+    pub companions: usize,
+    /// Number of objects before the person.
+    pub occluders: usize,
+    /// Outfits with shapes of their own (hair, hats, skirts, coats, bags) that people wear; with 0
+    /// they differ in colours and proportions alone.
+    pub outfits: usize,
     /// Share of the sequences in which the camera is held by hand and turns.
     pub moving_cameras: f32,
     /// Standard deviation of a hand-held camera's rotation, in degrees.
@@ -48,6 +61,29 @@ pub struct PeopleConfig {
     pub sensor: SensorChoice,
     /// Standard deviation, over sequences, of the offset of the contrast thresholds.
     pub threshold_sd: f64,
+    /// Ranges of the fields that differ from sequence to sequence: `wide` for those of the program,
+    /// or the path of a TOML file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub randomisation: Option<String>,
+}
+
+/// What of a person is in view.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Framing {
+    /// All of the person, as tall as `height_share` says.
+    #[default]
+    Whole,
+    /// The lower edge of the image is between feet and thighs.
+    LegsCut,
+    /// From the hips upwards.
+    UpperBody,
+    /// From the chest upwards.
+    HeadAndShoulders,
+    /// A part of a whole person: a side of the image goes through the person.
+    OffEdge,
+    /// Nobody.
+    Nobody,
 }
 
 /// Background behind people: a plane with an image, and distractors.
@@ -83,6 +119,10 @@ impl Default for PeopleConfig {
             stillness: 0.2,
             height_share: [0.4, 0.9],
             vertical_fov_deg: [35.0, 55.0],
+            framing: Framing::Whole,
+            companions: 0,
+            occluders: 0,
+            outfits: 0,
             moving_cameras: 0.15,
             camera_turn_deg: 2.0,
             lights: LightConfig::default(),
@@ -90,6 +130,7 @@ impl Default for PeopleConfig {
             surroundings: SurroundingsConfig::default(),
             sensor: SensorChoice::Preset("davis346".to_owned()),
             threshold_sd: 0.02,
+            randomisation: None,
         }
     }
 }
@@ -103,6 +144,14 @@ impl Default for SurroundingsConfig {
             moving: 0.3,
             distractors: 4,
         }
+    }
+}
+
+impl Randomised for PeopleConfig {
+    const TASK: RandomisedTask = RandomisedTask::Body;
+
+    fn sensor_mut(&mut self) -> &mut SensorChoice {
+        &mut self.sensor
     }
 }
 
@@ -160,6 +209,18 @@ impl PeopleConfig {
         if let Some(name) = self.activities.iter().find(|name| activity_by_name(name).is_none()) {
             let known: Vec<&str> = ACTIVITIES.iter().map(|activity| activity.name).collect();
             return Err(SimError::UnknownActivity { name: name.clone(), known });
+        }
+        for (field, count) in [
+            ("companions", self.companions),
+            ("occluders", self.occluders),
+            ("outfits", self.outfits),
+        ] {
+            if count > MAX_COUNT {
+                return refuse(field, count.to_string(), "at most 256");
+            }
+        }
+        if !(self.light_level > 0.0 && self.light_level.is_finite()) {
+            return refuse("light_level", self.light_level.to_string(), "must be positive");
         }
         if matches!(self.surroundings.source, BackgroundSource::Procedural(0)) {
             return refuse("surroundings.source", "0".to_owned(), "at least one image");

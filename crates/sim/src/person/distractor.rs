@@ -24,6 +24,9 @@ const HALF_EXTENT: [[f32; 2]; 2] = [[0.03, 0.13], [0.04, 0.2]];
 /// Share of its image that a distractor shows along each coordinate.
 const CROP: [f32; 2] = [0.2, 0.6];
 
+/// Probability that an object before people does not move, as furniture.
+const AT_REST: f32 = 0.6;
+
 /// An object that moves before the background plane.
 #[derive(Debug, Clone)]
 pub(super) struct Distractor {
@@ -67,6 +70,12 @@ impl Distractor {
             is_ellipse: rng.chance(0.5),
             crop: uniform(rng, CROP),
         }
+    }
+
+    /// The same, at rest with a probability of [`AT_REST`].
+    pub(super) fn at_rest_or_not(self, rng: &mut CounterRng) -> Self {
+        let amplitude_m = if rng.chance(AT_REST) { Vec2::ZERO } else { self.amplitude_m };
+        Self { amplitude_m, ..self }
     }
 
     /// Centre on the plane at time `t_s`, in metres.

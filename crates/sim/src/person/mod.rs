@@ -12,6 +12,7 @@
 
 mod background_plane;
 mod camera_path;
+mod cast_member;
 mod config;
 mod distractor;
 mod joints;
@@ -24,7 +25,7 @@ mod shared;
 mod simulator;
 mod still;
 
-pub use config::{PeopleConfig, SurroundingsConfig};
+pub use config::{Framing, PeopleConfig, SurroundingsConfig};
 pub use joints::BodyJoints3;
 pub use people::People;
 pub use pose_table::{PoseRow, PoseTable};

@@ -2,19 +2,20 @@
 
 use std::sync::Arc;
 
-use evpose_body::BodyModel;
 use evpose_body::files::ModelFile;
-use evpose_core::{Micros, Plane, seed_for};
+use evpose_body::{BodyModel, Garments};
+use evpose_core::{CounterRng, Micros, Plane, seed_for};
+use rayon::prelude::*;
 
 use super::config::PeopleConfig;
 use super::luminance_image::LuminancePool;
-use super::shared::Shared;
+use super::shared::{DressedBody, Shared};
 use super::still::{Still, photographs, still};
 use super::{PersonSimulator, PersonStep};
 use crate::SimError;
 use crate::config::BodySource;
-use crate::raster::is_closed;
-use crate::texture::{ImagePool, metres_per_texture};
+use crate::randomisation::Randomisation;
+use crate::texture::ImagePool;
 
 /// A validated configuration with body, background images and sensor loaded. Cheap to clone.
 #[derive(Debug, Clone)]
@@ -29,27 +30,28 @@ impl People {
     /// As [`PeopleConfig::validate`]; unreadable models and background images.
     pub fn new(config: &PeopleConfig, seed: u64) -> Result<Self, SimError> {
         config.validate()?;
-        let body = match &config.body {
-            BodySource::Procedural => BodyModel::procedural_human(),
+        let bodies = match &config.body {
+            BodySource::Procedural if config.outfits == 0 => vec![BodyModel::procedural_human()],
+            BodySource::Procedural => dressed(config.outfits, seed_for(seed, "people outfits", 0)),
             BodySource::File(path) => {
                 let model = ModelFile::read(path)?.model;
                 if model.parents.len() != evpose_body::skeleton::JOINTS {
                     return Err(SimError::NotABody { path: path.clone() });
                 }
-                model
+                vec![model]
             }
         };
+        let randomisation =
+            config.randomisation.as_deref().map(Randomisation::named).transpose()?;
         let pool = seed_for(seed, "people background pool", 0);
         let shared = Shared {
             seed,
-            is_closed: is_closed(&body.faces),
-            metres_per_texture: metres_per_texture(&body.template_m, &body.uvs, &body.faces),
             images: LuminancePool::new(
                 ImagePool::new(&config.surroundings.source, pool)?,
                 config.surroundings.gamma,
             ),
-            sensor: config.sensor.resolve()?,
-            body,
+            bodies: bodies.into_iter().map(DressedBody::new).collect(),
+            randomisation,
             config: config.clone(),
         };
         Ok(Self { shared: Arc::new(shared) })
@@ -64,12 +66,18 @@ impl People {
     }
 
     /// Renders photograph `index`: a drawn person at a drawn time of an activity.
-    pub fn still(&self, index: u64) -> Still {
+    ///
+    /// # Errors
+    /// If a randomised field is out of its range.
+    pub fn still(&self, index: u64) -> Result<Still, SimError> {
         still(&self.shared, index)
     }
 
     /// Renders grey frames of a sequence at `times`, in their order.
-    pub fn photographs(&self, sequence: u64, times: &[Micros]) -> Vec<Plane<u8>> {
+    ///
+    /// # Errors
+    /// If a randomised field is out of its range.
+    pub fn photographs(&self, sequence: u64, times: &[Micros]) -> Result<Vec<Plane<u8>>, SimError> {
         photographs(&self.shared, sequence, times)
     }
 
@@ -93,4 +101,13 @@ impl People {
         }
         Ok(())
     }
+}
+
+/// Bodies in drawn outfits, made in parallel.
+fn dressed(count: usize, seed: u64) -> Vec<BodyModel> {
+    let outfit = |index| {
+        let garments = Garments::draw(&mut CounterRng::new(seed, "outfit", index));
+        BodyModel::dressed_human(&garments)
+    };
+    (0..count as u64).into_par_iter().map(outfit).collect()
 }

@@ -1,113 +1,145 @@
-//! The scene of one sequence: a person with an activity, a background plane and a camera.
+//! The scene of one sequence: people with activities, a background plane, objects and a camera.
 
-use evpose_body::activity::{ACTIVITIES, Activity, Performance, activity_by_name};
-use evpose_body::{PosedBody, ShapedBody};
+use evpose_body::activity::{ACTIVITIES, Activity, activity_by_name};
 use evpose_core::{CounterRng, LookAt, Pinhole, Plane};
-use glam::{Vec2, Vec3A};
+use glam::{Vec2, Vec3};
 
 use super::background_plane::BackgroundPlane;
 use super::camera_path::CameraPath;
-use super::joints::{BodyJoints3, joints_m};
+use super::cast_member::{CastMember, MemberStreams, whole_image};
+use super::config::{Framing, PeopleConfig};
+use super::joints::BodyJoints3;
 use super::shared::Shared;
-use crate::raster::{Camera, Mesh};
-use crate::scene::{Backdrop, FrameResponse, Renderer, Scene};
-use crate::texture::paint_clothes;
+use crate::raster::Camera;
 
 /// Distance of the near plane in metres; no camera is drawn that close to a person.
 const NEAR_M: f32 = 0.1;
+/// Distance of objects before the person, relative to the camera's.
+const OCCLUDER_DEPTH: f32 = 0.5;
+/// Distance of other people behind the person, in metres.
+const BEHIND_M: [f32; 2] = [0.8, 3.0];
+/// Distance of other people to the side, in metres.
+const ASIDE_M: [f32; 2] = [-2.2, 2.2];
 
-/// A person, an activity, a background and a camera, rendered at any time.
+/// People, a background, objects and a camera, rendered at any time.
 #[derive(Debug)]
 pub(super) struct SceneInstance {
     pub(super) activity: &'static Activity,
-    pub(super) betas: Vec<f32>,
-    performance: Performance,
-    shaped: ShapedBody,
-    posed: PosedBody,
+    /// The person with labels, unless nobody is there.
+    is_present: bool,
+    person: CastMember,
+    /// Other people, the farthest first.
+    companions: Vec<CastMember>,
     path: CameraPath,
     pinhole: Pinhole,
     camera: Camera,
     background: BackgroundPlane,
-    renderer: Renderer,
+    foreground: Option<BackgroundPlane>,
+    luminance: Plane<f32>,
 }
 
 impl SceneInstance {
     /// Draws scene `index`, which lasts `seconds`. Each part has a random stream of its own.
-    pub(super) fn draw(shared: &Shared, seed: u64, index: u64, seconds: f32) -> Self {
-        let Shared { config, body, images, .. } = shared;
+    pub(super) fn draw(
+        shared: &Shared,
+        config: &PeopleConfig,
+        seed: u64,
+        index: u64,
+        seconds: f32,
+    ) -> Self {
+        let images = &shared.images;
         let part = |name| CounterRng::new(seed, name, index);
         let name = &config.activities[index as usize % config.activities.len()];
         // `PeopleConfig::validate` has checked the name.
         let activity = activity_by_name(name).unwrap_or(&ACTIVITIES[0]);
-        let mut shape = part("person shape");
-        let betas: Vec<f32> = (0..body.shape_directions_m.len())
-            .map(|_| shape.uniform(-config.shape_range, config.shape_range))
-            .collect();
-        let shaped = body.shaped(&betas);
-        let performance =
-            Performance::draw(activity, &mut part("person activity"), seconds, config.stillness);
-        let (path, pinhole) =
-            CameraPath::draw(config, shared.height_m(&shaped), &mut part("person camera"));
+        let streams = MemberStreams {
+            shape: part("person shape"),
+            activity: part("person activity"),
+            clothes: part("person clothes"),
+            outfit: part("person outfit"),
+        };
+        let mut person = CastMember::draw(shared, config, activity, seconds, Vec3::ZERO, streams);
+        let height_m = shared.height_m(&person.shaped);
+        let (path, pinhole) = CameraPath::draw(config, height_m, &mut part("person camera"));
         let placement = *path.at_rest();
         let mut around = part("person surroundings");
-        // A person's reach to the depth of a large room.
-        let z_m = -around.uniform(0.8, 4.0);
+        let mut companions = companions(shared, config, seed, index, seconds);
+        // A person's reach to the depth of a large room, and behind everybody.
+        let farthest_m = companions.iter().map(|one| -one.place_m.z).fold(0.0, f32::max);
+        let z_m = -farthest_m - around.uniform(0.8, 4.0);
         let sensor = config.sensor_size;
         let size_px = Vec2::new(f32::from(sensor.width), f32::from(sensor.height));
         let view = BackgroundPlane::view(z_m, &placement, &pinhole, size_px);
         let level = config.light_level;
         let background =
             BackgroundPlane::draw(&config.surroundings, images, z_m, &view, level, &mut around);
+        let foreground = (config.occluders > 0).then(|| {
+            let z_m = OCCLUDER_DEPTH * placement.eye_m.z;
+            let view = BackgroundPlane::view(z_m, &placement, &pinhole, size_px);
+            let mut rng = part("person occluders");
+            BackgroundPlane::foreground(images, z_m, &view, level, config.occluders, &mut rng)
+        });
         let camera = Camera::new(sensor, pinhole, &placement, NEAR_M);
-        let px_per_m = pinhole.focal_px / placement.eye_m.z;
-        let scene = Scene {
-            camera,
-            lighting: config.lights.draw(&mut part("person lights")),
-            skin: paint_clothes(&mut part("person clothes"))
-                .mip_level(shared.metres_per_texture, px_per_m),
-            backdrop: Backdrop::uniform(sensor, Vec3A::ZERO),
-            response: FrameResponse::Clipped,
-        };
-        let renderer = Renderer::new(scene, shared.is_closed, level);
-        let posed = PosedBody::default();
+        let lighting = config.lights.draw(&mut part("person lights"));
+        for one in companions.iter_mut().chain([&mut person]) {
+            let px_per_m = pinhole.focal_px / (placement.eye_m.z - one.place_m.z);
+            one.dress(shared, camera, px_per_m, lighting, level);
+        }
         Self {
             activity,
-            betas,
-            performance,
-            shaped,
-            posed,
+            is_present: config.framing != Framing::Nobody,
+            person,
+            companions,
             path,
             pinhole,
             camera,
             background,
-            renderer,
+            foreground,
+            luminance: Plane::for_sensor(sensor, 0.0),
         }
     }
 
     /// Renders the scene at `t_s` seconds: linear luminance relative to white.
     pub(super) fn light(&mut self, shared: &Shared, t_s: f32) -> &Plane<f32> {
-        let body = &shared.body;
-        let pose = self.performance.at(t_s).pose(body, &self.shaped, &mut self.posed);
-        body.pose(&self.shaped, &pose, &mut self.posed);
+        self.person.pose_at(shared, t_s);
         let placement: LookAt = self.path.at(t_s);
         let sensor = self.camera.sensor();
         self.camera = Camera::new(sensor, self.pinhole, &placement, NEAR_M);
-        self.renderer.set_camera(self.camera);
         let size_px = [usize::from(sensor.width), usize::from(sensor.height)];
-        let rect = self.background.dirty_rect(t_s, &placement, &self.pinhole, size_px);
-        let (background, pinhole) = (&self.background, &self.pinhole);
-        if !rect.is_empty() {
-            self.renderer.repaint(rect, |frame| {
-                background.paint(t_s, &placement, pinhole, rect, frame);
+        let changed = self.background.dirty_rect(t_s, &placement, &self.pinhole, size_px);
+        let (background, pinhole, camera) = (&self.background, &self.pinhole, self.camera);
+        let mut cast: Vec<&mut CastMember> = self.companions.iter_mut().collect();
+        for one in &mut cast {
+            one.pose_at(shared, t_s);
+        }
+        if self.is_present {
+            cast.push(&mut self.person);
+        }
+        // Everybody stands before what is behind them, from the farthest to the nearest.
+        let mut seen: Option<&Plane<f32>> = None;
+        for one in cast {
+            seen = Some(match seen {
+                None => one.render(shared, camera, changed, |frame| {
+                    background.paint(t_s, &placement, pinhole, changed, frame);
+                }),
+                Some(behind) => {
+                    let copy = |frame: &mut Plane<f32>| frame.clone_from(behind);
+                    one.render(shared, camera, whole_image(sensor), copy)
+                }
             });
         }
-        let mesh = Mesh {
-            vertices_m: &self.posed.vertices_m,
-            normals: &self.posed.normals,
-            uvs: &body.uvs,
-            faces: &body.faces,
-        };
-        self.renderer.render(&mesh)
+        match (seen, &self.foreground) {
+            (Some(seen), None) => return seen,
+            (Some(seen), Some(_)) => self.luminance.clone_from(seen),
+            (None, _) => {
+                let all = whole_image(sensor);
+                background.paint(t_s, &placement, pinhole, all, &mut self.luminance);
+            }
+        }
+        if let Some(foreground) = &self.foreground {
+            foreground.cover(t_s, &placement, pinhole, &mut self.luminance);
+        }
+        &self.luminance
     }
 
     /// Camera of the last frame.
@@ -115,8 +147,40 @@ impl SceneInstance {
         &self.camera
     }
 
-    /// Joints of the last frame in the world, in metres.
-    pub(super) fn joints_m(&self) -> BodyJoints3 {
-        joints_m(&self.posed)
+    /// Shape coefficients of the person with labels.
+    pub(super) fn betas(&self) -> &[f32] {
+        &self.person.betas
     }
+
+    /// Joints of the last frame in the world, in metres; none if nobody is there.
+    pub(super) fn joints_m(&self) -> Option<BodyJoints3> {
+        self.is_present.then(|| self.person.joints_m())
+    }
+}
+
+/// Draws the other people of scene `index`, the farthest first.
+fn companions(
+    shared: &Shared,
+    config: &PeopleConfig,
+    seed: u64,
+    index: u64,
+    seconds: f32,
+) -> Vec<CastMember> {
+    let member = |k: usize| {
+        let part = |name| CounterRng::new(evpose_core::seed_for(seed, name, index), name, k as u64);
+        let mut place = part("companion place");
+        let activity = &ACTIVITIES[place.below(ACTIVITIES.len())];
+        let uniform = |rng: &mut CounterRng, [low, high]: [f32; 2]| rng.uniform(low, high);
+        let place_m = Vec3::new(uniform(&mut place, ASIDE_M), 0.0, -uniform(&mut place, BEHIND_M));
+        let streams = MemberStreams {
+            shape: part("companion shape"),
+            activity: part("companion activity"),
+            clothes: part("companion clothes"),
+            outfit: part("companion outfit"),
+        };
+        CastMember::draw(shared, config, activity, seconds, place_m, streams)
+    };
+    let mut drawn: Vec<CastMember> = (0..config.companions).map(member).collect();
+    drawn.sort_by(|a, b| a.place_m.z.total_cmp(&b.place_m.z));
+    drawn
 }

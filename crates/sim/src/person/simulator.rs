@@ -3,12 +3,14 @@
 use std::sync::Arc;
 
 use evpose_core::{CounterRng, EventStream, Micros, Plane, SensorSize, seed_for};
-use evpose_pose::body::BodyPoints;
+use evpose_pose::body::{BODY_JOINTS, BodyPoints};
 use evpose_sensor::SensorRun;
+use glam::Vec3;
 
+use super::config::PeopleConfig;
 use super::joints::{BodyJoints3, joints_px};
 use super::scene_instance::SceneInstance;
-use super::shared::Shared;
+use super::shared::{Shared, sensor_model};
 use crate::SimError;
 
 /// Key of the random streams of sequences.
@@ -18,6 +20,7 @@ pub(super) const SEQUENCE_STREAM: &str = "people sequence";
 #[derive(Debug)]
 pub struct PersonSimulator {
     shared: Arc<Shared>,
+    config: PeopleConfig,
     scene: SceneInstance,
     sensor: SensorRun,
     threshold_offset: f64,
@@ -36,7 +39,7 @@ pub struct PersonStep<'a> {
     pub luminance: &'a Plane<f32>,
     /// Events of the step.
     pub events: &'a EventStream,
-    /// Joints in the world, in metres, in the order of networks.
+    /// Joints in the world, in metres, in the order of networks; not numbers if nobody is there.
     pub joints_m: BodyJoints3,
     /// Joints on the image in pixels; none outside of it.
     pub joints_px: BodyPoints,
@@ -47,14 +50,14 @@ pub struct PersonStep<'a> {
 impl PersonSimulator {
     pub(super) fn new(shared: Arc<Shared>, index: u64) -> Result<Self, SimError> {
         let seed = seed_for(shared.seed, SEQUENCE_STREAM, 0);
-        let scene = SceneInstance::draw(&shared, seed, index, shared.config.seconds as f32);
+        let config = shared.config_of(seed, index)?;
+        let scene = SceneInstance::draw(&shared, &config, seed, index, config.seconds as f32);
         let normal = CounterRng::new(seed, "person threshold", index).normal();
-        let threshold_offset = shared.config.threshold_sd * f64::from(normal);
-        let sensor = shared
-            .sensor_model(threshold_offset)?
-            .start(shared.config.sensor_size, seed_for(seed, "person sensor", index));
-        let luminance = Plane::for_sensor(shared.config.sensor_size, 0.0);
-        Ok(Self { shared, scene, sensor, threshold_offset, luminance, next: 0 })
+        let threshold_offset = config.threshold_sd * f64::from(normal);
+        let sensor = sensor_model(&config, threshold_offset)?
+            .start(config.sensor_size, seed_for(seed, "person sensor", index));
+        let luminance = Plane::for_sensor(config.sensor_size, 0.0);
+        Ok(Self { shared, config, scene, sensor, threshold_offset, luminance, next: 0 })
     }
 
     /// Simulates one step.
@@ -62,27 +65,28 @@ impl PersonSimulator {
     /// # Errors
     /// If the sensor rejects a frame, which would be a bug.
     pub fn advance(&mut self) -> Result<PersonStep<'_>, SimError> {
-        let (frame, config) = (self.next, &self.shared.config);
+        let (frame, config) = (self.next, &self.config);
         let t = Micros(frame as i64 * config.step().0);
         let light = self.scene.light(&self.shared, t.as_seconds() as f32);
         self.luminance.clone_from(light);
         let events = self.sensor.expose(&self.luminance, t)?;
         self.next += 1;
         let joints_m = self.scene.joints_m();
+        let in_view = joints_m.map(|joints_m| joints_px(&joints_m, self.scene.camera()));
         Ok(PersonStep {
             frame,
             t,
             luminance: &self.luminance,
             events,
-            joints_px: joints_px(&joints_m, self.scene.camera()),
-            joints_m,
+            joints_px: in_view.unwrap_or_default(),
+            joints_m: joints_m.unwrap_or([Vec3::NAN; BODY_JOINTS]),
             is_labelled: frame.is_multiple_of(config.steps_per_label()),
         })
     }
 
     /// Size of the image.
     pub fn sensor(&self) -> SensorSize {
-        self.shared.config.sensor_size
+        self.config.sensor_size
     }
 
     /// Name of the activity.
@@ -92,7 +96,7 @@ impl PersonSimulator {
 
     /// Shape coefficients of the person.
     pub fn betas(&self) -> &[f32] {
-        &self.scene.betas
+        self.scene.betas()
     }
 
     /// Offset of the sensor's contrast thresholds, in natural-log intensity.

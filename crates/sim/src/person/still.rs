@@ -8,6 +8,7 @@ use super::luminance_image::encoded;
 use super::scene_instance::SceneInstance;
 use super::shared::Shared;
 use super::simulator::SEQUENCE_STREAM;
+use crate::SimError;
 
 /// First and last time of a photograph in an activity, in seconds.
 const TIMES_S: [f32; 2] = [0.0, 30.0];
@@ -22,19 +23,27 @@ pub struct Still {
 }
 
 /// Renders photograph `index`.
-pub(super) fn still(shared: &Shared, index: u64) -> Still {
+pub(super) fn still(shared: &Shared, index: u64) -> Result<Still, SimError> {
     let seed = seed_for(shared.seed, "people stills", 0);
-    let mut scene = SceneInstance::draw(shared, seed, index, TIMES_S[1]);
+    let config = shared.config_of(seed, index)?;
+    let mut scene = SceneInstance::draw(shared, &config, seed, index, TIMES_S[1]);
     let t_s = CounterRng::new(seed, "still time", index).uniform(TIMES_S[0], TIMES_S[1]);
     let grey = photograph(shared, &mut scene, t_s);
-    Still { grey, joints_px: joints_px(&scene.joints_m(), scene.camera()) }
+    let joints_px = scene.joints_m().map(|joints_m| joints_px(&joints_m, scene.camera()));
+    Ok(Still { grey, joints_px: joints_px.unwrap_or_default() })
 }
 
 /// Renders photographs of a sequence at `times`.
-pub(super) fn photographs(shared: &Shared, sequence: u64, times: &[Micros]) -> Vec<Plane<u8>> {
+pub(super) fn photographs(
+    shared: &Shared,
+    sequence: u64,
+    times: &[Micros],
+) -> Result<Vec<Plane<u8>>, SimError> {
     let seed = seed_for(shared.seed, SEQUENCE_STREAM, 0);
-    let mut scene = SceneInstance::draw(shared, seed, sequence, shared.config.seconds as f32);
-    times.iter().map(|t| photograph(shared, &mut scene, t.as_seconds() as f32)).collect()
+    let config = shared.config_of(seed, sequence)?;
+    let seconds = config.seconds as f32;
+    let mut scene = SceneInstance::draw(shared, &config, seed, sequence, seconds);
+    Ok(times.iter().map(|t| photograph(shared, &mut scene, t.as_seconds() as f32)).collect())
 }
 
 /// Renders the scene at `t_s` seconds as gamma-encoded grey values.

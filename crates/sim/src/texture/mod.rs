@@ -3,6 +3,7 @@
 pub mod background;
 mod canvas;
 mod clothes;
+mod covering;
 mod html;
 mod image_pool;
 mod mipmap;

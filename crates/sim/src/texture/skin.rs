@@ -65,6 +65,15 @@ const BLOOD: Vec3A = Vec3A::new(0.0, 0.06, 0.04);
 /// # Panics
 /// If `size` is zero.
 pub fn paint_skin(size: usize, coefficients: &SkinCoefficients, rng: &mut CounterRng) -> Texture {
+    Texture::from_plane(&skin_albedo(size, coefficients, rng))
+}
+
+/// The albedo of [`paint_skin`].
+pub(super) fn skin_albedo(
+    size: usize,
+    coefficients: &SkinCoefficients,
+    rng: &mut CounterRng,
+) -> Plane<Vec3A> {
     assert!(size > 0, "skin of size zero");
     // A factor around 1 for each strength: two units are a factor of 1.6.
     let [mottling, veins, creases, freckles, palm] = [
@@ -106,7 +115,7 @@ pub fn paint_skin(size: usize, coefficients: &SkinCoefficients, rng: &mut Counte
             *image.at_mut(x, y) = colour.clamp(Vec3A::ZERO, Vec3A::ONE);
         }
     }
-    Texture::from_plane(&image)
+    image
 }
 
 /// Density of a vein under the skin: less red comes back than blue.

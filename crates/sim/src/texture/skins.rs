@@ -2,7 +2,9 @@
 
 use evpose_core::CounterRng;
 
-use super::{HtmlSkins, SkinCoefficients, Texture, paint_skin};
+use super::covering::paint_covering;
+use super::skin::skin_albedo;
+use super::{HtmlSkins, SkinCoefficients, Texture};
 use crate::SimError;
 use crate::config::{SkinConfig, SkinSource};
 
@@ -39,6 +41,9 @@ impl Skins {
             return skins.draw(&mut rng, config.variation_sd);
         }
         let mut marks = CounterRng::new(sequence_seed, "episode skin marks", index);
-        Ok(paint_skin(config.texels, coefficients, &mut marks))
+        let mut albedo = skin_albedo(config.texels, coefficients, &mut marks);
+        let mut worn = CounterRng::new(sequence_seed, "episode covering", index);
+        paint_covering(config, &mut albedo, &mut worn);
+        Ok(Texture::from_plane(&albedo))
     }
 }

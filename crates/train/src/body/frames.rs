@@ -73,9 +73,9 @@ impl BodyFrames {
         progress: &(dyn Fn(u64) + Sync),
     ) -> Result<Self, TrainError> {
         let people = People::new(&config.simulation, config.seed)?;
-        let sensor = config.simulation.sensor_size;
-        let frame = |work: &mut ErosLikeWork, index: u64| {
-            let still = people.still(index);
+        let frame = |work: &mut ErosLikeWork, index: u64| -> Result<BodyFrame, TrainError> {
+            let still = people.still(index)?;
+            let sensor = size_of(&still.grey);
             let image = if edges {
                 let seed = evpose_core::seed_for(config.seed, "eros-like", index);
                 let mut image = Plane::filled(0, 0, 0);
@@ -86,12 +86,12 @@ impl BodyFrames {
             };
             progress(1);
             let label = label_of(&still.joints_px, sensor);
-            BodyFrame { image, label, sequence: index, t: Micros(0) }
+            Ok(BodyFrame { image, label, sequence: index, t: Micros(0) })
         };
         let frames = (0..config.data.stills)
             .into_par_iter()
             .map_init(ErosLikeWork::default, frame)
-            .collect();
+            .collect::<Result<_, TrainError>>()?;
         Ok(Self { frames })
     }
 
@@ -125,6 +125,11 @@ impl BodyFrames {
         self.frames.iter().for_each(|frame| mean.push(&frame.label));
         mean.mean_px(Vec2::ONE)
     }
+}
+
+/// The size of an image of a sensor.
+pub(super) fn size_of(image: &Plane<u8>) -> SensorSize {
+    SensorSize { width: image.width() as u16, height: image.height() as u16 }
 }
 
 /// A label of joints in pixels.

@@ -9,7 +9,7 @@ use evpose_sim::person::{People, PoseTable};
 use glam::Vec2;
 use rayon::prelude::*;
 
-use super::frames::{BodyFrame, BodyFrames, label_of};
+use super::frames::{BodyFrame, BodyFrames, label_of, size_of};
 use crate::TrainError;
 use evpose_task::body::RepresentationReader;
 use evpose_task::body::{BodyConfig, LabelTime};
@@ -95,7 +95,6 @@ impl BodyRecordings {
     ) -> Result<BodyFrames, TrainError> {
         let made_with = BodyConfig::read(&directory.join("config.toml"))?;
         let people = People::new(&made_with.simulation, made_with.seed)?;
-        let sensor = made_with.simulation.sensor_size;
         let of = |(sequence, (_, poses)): (usize, &(PathBuf, PathBuf))| {
             let track = PoseTrack(PoseTable::read(poses)?);
             let (first, step) = sample_times(config);
@@ -103,9 +102,9 @@ impl BodyRecordings {
                 .map(|k| first + Micros(k * step.0))
                 .take_while(|t| *t <= track.end())
                 .collect();
-            let images = people.photographs(sequence as u64, &times);
+            let images = people.photographs(sequence as u64, &times)?;
             let frames = times.into_iter().zip(images).filter_map(|(t, image)| {
-                let label = label_of(&track.at(t)?, sensor);
+                let label = label_of(&track.at(t)?, size_of(&image));
                 Some(BodyFrame { image, label, sequence: sequence as u64, t })
             });
             let frames: Vec<BodyFrame> = frames.collect();

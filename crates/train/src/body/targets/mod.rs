@@ -179,7 +179,10 @@ impl BodyGrid {
             let others = label.other_keypoints.get(joint).into_iter().flatten();
             others.filter_map(|&at| self.cell(at)).for_each(|at| self.blobs.add(heatmap, at, size));
         }
-        self.blobs.add(centers, middle, size + CENTER_SIZE);
+        // Where nobody is, there is no middle.
+        if self.parity || label.keypoints.iter().any(Keypoint::is_labelled) {
+            self.blobs.add(centers, middle, size + CENTER_SIZE);
+        }
         let alone = self.decoder.center_cell(centers);
         for at in label.other_centers.iter().filter_map(|&at| self.cell(at)) {
             self.blobs.add(centers, at, size + CENTER_SIZE);

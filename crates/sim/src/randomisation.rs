@@ -1,0 +1,266 @@
+//! Randomisation: the fields of a configuration that differ from recording to recording.
+//!
+//! A TOML file lists them, each with its range and the reason for it:
+//!
+//! ```toml
+//! [[vary]]
+//! field = "sensor.level_crossing.threshold_on"
+//! range = [0.1, 0.6]
+//! scale = "log"
+//! reason = "contrast thresholds of cameras, from the catalogue's prior"
+//! ```
+//!
+//! A field is named by its path in the configuration. `sensor` is a preset, and `sensor.EFFECT` the
+//! effect of that name, which is added where the sensor has none. Entries are drawn in the order of
+//! the file, each from a random stream of its own: adding one leaves the draws of the others as
+//! they are.
+
+use std::path::{Path, PathBuf};
+
+use evpose_core::{CounterRng, seed_for};
+use evpose_sensor::EffectConfig;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use toml::{Table, Value};
+
+use crate::SimError;
+use crate::config::SensorChoice;
+
+/// The ranges that the program holds, `configs/randomisation.toml`.
+const BUILT_IN: &str = include_str!("../../../configs/randomisation.toml");
+/// Name of those ranges in configurations.
+const BUILT_IN_NAME: &str = "wide";
+/// Name of the field that holds the sensor.
+const SENSOR: &str = "sensor";
+
+/// A configuration whose fields can be randomised.
+pub trait Randomised: Clone + Serialize + DeserializeOwned {
+    /// The tables of the file that apply to it, beside those of every task.
+    const TASK: RandomisedTask;
+
+    /// The sensor.
+    fn sensor_mut(&mut self) -> &mut SensorChoice;
+}
+
+/// A task whose configurations can be randomised.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RandomisedTask {
+    /// Hands.
+    Hand,
+    /// Bodies.
+    Body,
+}
+
+/// The fields that are drawn for every recording, and their ranges.
+#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Randomisation {
+    #[serde(rename = "vary", default)]
+    variations: Vec<Variation>,
+}
+
+/// One field and its range.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Variation {
+    /// Path of the field.
+    field: String,
+    /// The task whose configurations have it; none for all.
+    task: Option<RandomisedTask>,
+    /// Both ends of a number.
+    range: Option<[f64; 2]>,
+    /// Whether equal steps are equal differences or equal ratios.
+    #[serde(default)]
+    scale: VariationScale,
+    /// The field of which the drawn number is a multiple.
+    times: Option<String>,
+    /// The values to choose from, each as often as it is listed.
+    one_of: Option<Vec<Value>>,
+    /// Probability with which the field is drawn; otherwise it stays as configured.
+    #[serde(default = "always")]
+    probability: f32,
+    /// Source or reason of the range.
+    reason: String,
+}
+
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum VariationScale {
+    #[default]
+    Linear,
+    Log,
+}
+
+fn always() -> f32 {
+    1.0
+}
+
+impl Randomisation {
+    /// The ranges called `name`: `wide` for those of the program, or the path of a TOML file.
+    ///
+    /// # Errors
+    /// If the file cannot be read, or an entry has no range that makes sense.
+    pub fn named(name: &str) -> Result<Self, SimError> {
+        if name == BUILT_IN_NAME {
+            return Self::parse(BUILT_IN, Path::new(BUILT_IN_NAME));
+        }
+        let path = PathBuf::from(name);
+        let text = std::fs::read_to_string(&path).map_err(|source| {
+            SimError::file(&path, "read the ranges of a randomisation", source)
+        })?;
+        Self::parse(&text, &path)
+    }
+
+    fn parse(text: &str, path: &Path) -> Result<Self, SimError> {
+        let wrong = |reason: String| SimError::Randomisation { path: path.to_owned(), reason };
+        let read: Self = toml::from_str(text).map_err(|error| wrong(error.to_string()))?;
+        for variation in &read.variations {
+            variation.check().map_err(|reason| wrong(format!("{}: {reason}", variation.field)))?;
+        }
+        Ok(read)
+    }
+
+    /// The configuration of recording `index`: `base` with every listed field drawn.
+    ///
+    /// # Errors
+    /// If `base` lacks a field, or a drawn value does not fit it.
+    pub fn draw<C: Randomised>(&self, base: &C, seed: u64, index: u64) -> Result<C, SimError> {
+        let mut config = base.clone();
+        for variation in &self.variations {
+            if variation.task.is_some_and(|task| task != C::TASK) {
+                continue;
+            }
+            let mut rng =
+                CounterRng::new(seed_for(seed, "randomisation", 0), &variation.field, index);
+            if rng.chance(variation.probability) {
+                variation.apply(&mut config, &mut rng).map_err(|reason| {
+                    let field = &variation.field;
+                    SimError::Randomisation {
+                        path: PathBuf::from("randomisation"),
+                        reason: format!("{field}: {reason}"),
+                    }
+                })?;
+            }
+        }
+        Ok(config)
+    }
+
+    /// Field and reason of every entry for a task, in the order of the file.
+    pub fn reasons(&self, task: RandomisedTask) -> impl Iterator<Item = (&str, &str)> {
+        let applies = move |variation: &&Variation| variation.task.is_none_or(|own| own == task);
+        self.variations.iter().filter(applies).map(|one| (&*one.field, &*one.reason))
+    }
+}
+
+impl Variation {
+    fn check(&self) -> Result<(), String> {
+        match (&self.range, &self.one_of) {
+            (Some([low, high]), None) => {
+                let is_range = low.is_finite() && high.is_finite() && low <= high;
+                if !is_range || (self.scale == VariationScale::Log && *low <= 0.0) {
+                    return Err(format!("[{low}, {high}] is no range on its scale"));
+                }
+            }
+            (None, Some(values)) if !values.is_empty() => {}
+            _ => return Err("`range` or a list `one_of` is expected, not both".to_owned()),
+        }
+        if !(0.0..=1.0).contains(&self.probability) {
+            return Err(format!("a probability of {}", self.probability));
+        }
+        if self.reason.trim().is_empty() {
+            return Err("a range needs its reason".to_owned());
+        }
+        Ok(())
+    }
+
+    /// The drawn value, before it is multiplied by another field.
+    fn value(&self, rng: &mut CounterRng) -> Value {
+        if let Some(values) = &self.one_of {
+            return values[rng.below(values.len())].clone();
+        }
+        let [low, high] = self.range.unwrap_or_default();
+        let share = f64::from(rng.unit());
+        Value::Float(match self.scale {
+            VariationScale::Linear => low + (high - low) * share,
+            VariationScale::Log => low * (high / low).powf(share),
+        })
+    }
+
+    fn apply<C: Randomised>(&self, config: &mut C, rng: &mut CounterRng) -> Result<(), String> {
+        let mut value = self.value(rng);
+        if let Some(other) = &self.times {
+            let factor = number_at(config, other)?;
+            let own = value.as_float().ok_or("only a number can be a multiple")?;
+            value = Value::Float(own * factor);
+        }
+        match self.field.strip_prefix(SENSOR).map(|rest| rest.strip_prefix('.')) {
+            Some(Some(path)) => set_effect(config.sensor_mut(), path, &value),
+            _ => set_field(config, &self.field, value),
+        }
+    }
+}
+
+/// Effect and parameter of a path.
+fn effect_and_parameter(path: &str) -> Result<(&str, &str), String> {
+    path.split_once('.').ok_or_else(|| format!("`{path}` is no EFFECT.PARAMETER"))
+}
+
+/// Sets a parameter of a sensor's effect, which is added if there is none.
+fn set_effect(sensor: &mut SensorChoice, path: &str, value: &Value) -> Result<(), String> {
+    let (name, key) = effect_and_parameter(path)?;
+    let mut chain = sensor.resolve().map_err(|error| error.to_string())?;
+    if chain.effect(name).is_none() {
+        chain.effects.push(EffectConfig::new(name));
+    }
+    match value {
+        Value::String(word) => chain.set(name, key, word.as_str()),
+        Value::Float(number) => chain.set(name, key, *number),
+        Value::Integer(number) => chain.set(name, key, *number as f64),
+        other => return Err(format!("{other} is no parameter of a sensor")),
+    }
+    .map_err(|error| error.to_string())?;
+    *sensor = SensorChoice::Chain(chain);
+    Ok(())
+}
+
+/// The number at a path of a configuration.
+fn number_at<C: Randomised>(config: &mut C, path: &str) -> Result<f64, String> {
+    if let Some(path) = path.strip_prefix(SENSOR).and_then(|rest| rest.strip_prefix('.')) {
+        let (name, key) = effect_and_parameter(path)?;
+        let chain = config.sensor_mut().resolve().map_err(|error| error.to_string())?;
+        let known = chain.effect(name).and_then(|effect| effect.number(key));
+        return known.ok_or_else(|| format!("`{path}` is no number of this sensor"));
+    }
+    let table = Table::try_from(&*config).map_err(|error| error.to_string())?;
+    let mut value = &Value::Table(table);
+    for key in path.split('.') {
+        value = value.get(key).ok_or_else(|| format!("there is no `{path}`"))?;
+    }
+    value
+        .as_float()
+        .or_else(|| value.as_integer().map(|whole| whole as f64))
+        .ok_or_else(|| format!("`{path}` is no number"))
+}
+
+/// Sets a field at a path of a configuration.
+fn set_field<C: Randomised>(config: &mut C, path: &str, value: Value) -> Result<(), String> {
+    let mut root = Value::try_from(&*config).map_err(|error| error.to_string())?;
+    let mut at = &mut root;
+    for key in path.split('.') {
+        at = match key.parse::<usize>() {
+            Ok(index) => at.get_mut(index),
+            Err(_) => at.get_mut(key),
+        }
+        .ok_or_else(|| format!("there is no `{path}`"))?;
+    }
+    *at = match (&*at, value) {
+        (Value::Integer(_), Value::Float(number)) => Value::Integer(number.round() as i64),
+        (_, value) => value,
+    };
+    *config = root.try_into().map_err(|error: toml::de::Error| error.message().to_owned())?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;
