@@ -21,6 +21,7 @@ use evpose_nn::DeviceKind;
 use evpose_pose::PoseEstimate;
 use evpose_sim::{Simulator, record};
 use evpose_task::hand::{HandCheckpoint, NetworkPredictor, hand_stream};
+use evpose_view::Calibration;
 
 /// Prints the position of the wrist ten times a second, with the latency of its pose.
 #[derive(Default)]
@@ -67,7 +68,8 @@ fn main() -> Result<()> {
 
     let source = Replay::open(&recording, ReplayOptions::default())?;
     let predictor = NetworkPredictor::new(checkpoint.network, device);
-    let stream = hand_stream(&checkpoint.config, predictor, source.sensor(), 1)?;
+    let camera = Calibration::guessed(source.sensor());
+    let stream = hand_stream(&checkpoint.config, predictor, &camera, 1)?;
     let mut sinks = Sinks::new();
     sinks.add(WristSink::default());
     run(source, stream, &mut sinks, &LiveOptions::default(), &Control::default())?;

@@ -13,6 +13,7 @@ use anyhow::Result;
 use evpose_nn::DeviceKind;
 use evpose_sim::Simulator;
 use evpose_task::hand::{HandCheckpoint, NetworkPredictor, hand_stream};
+use evpose_view::Calibration;
 
 /// Milliseconds that are simulated.
 const STEPS: u64 = 600;
@@ -27,7 +28,7 @@ fn main() -> Result<()> {
     let sensor = simulator.advance()?.events.sensor();
     let predictor = NetworkPredictor::new(checkpoint.network, device);
     // Events → representation → network → Kalman filter → pose, one window per inference.
-    let mut stream = hand_stream(&checkpoint.config, predictor, sensor, 1)?;
+    let mut stream = hand_stream(&checkpoint.config, predictor, &Calibration::guessed(sensor), 1)?;
     println!("   t (ms)   predicted wrist (m)          error (mm)");
     let (mut errors, mut shown) = (Vec::new(), 0);
     for _ in 0..STEPS {

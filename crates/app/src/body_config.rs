@@ -11,6 +11,7 @@ use crate::args::ConfigArgs;
 const EMBEDDED: &[(&str, &str)] = &[
     ("pretrain", include_str!("../../../configs/body/pretrain.toml")),
     ("finetune", include_str!("../../../configs/body/finetune.toml")),
+    ("body-wide", include_str!("../../../configs/body/wide.toml")),
     ("pretrain-full", include_str!("../../../configs/body/pretrain-full.toml")),
     ("finetune-full", include_str!("../../../configs/body/finetune-full.toml")),
 ];

@@ -8,6 +8,7 @@ use evpose_task::hand::HandConfig;
 /// Configs embedded in the binary.
 const EMBEDDED: &[(&str, &str)] = &[
     ("quick", include_str!("../../../configs/hand/quick.toml")),
+    ("hand-wide", include_str!("../../../configs/hand/wide.toml")),
     ("ablation", include_str!("../../../configs/hand/ablation.toml")),
     ("eventhands", include_str!("../../../configs/hand/eventhands.toml")),
 ];

@@ -85,7 +85,7 @@ pub struct TrainArgs {
 }
 
 /// Arguments of `evpose eval`.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 #[command(after_help = "Conditions:\n  \
     normal      as in training\n  \
     slow        a tenth of the speed, with rests\n  \
@@ -95,14 +95,22 @@ pub struct TrainArgs {
     dark-noisy  as dark, with much shot noise\n\n\
     Examples:\n  \
     evpose eval --checkpoint runs/hand --data data/test --json metrics.json\n  \
-    evpose eval --checkpoint runs/hand --conditions normal,slow,lit,dark --out runs/conditions")]
+    evpose eval --checkpoint runs/hand --conditions normal,slow,lit,dark --out runs/conditions\n  \
+    evpose eval --checkpoint checkpoints/body-quick.bpk --data data/people --foreign")]
 pub struct EvalArgs {
     /// A run directory, or a .bpk file with its .toml beside it
     #[arg(long)]
     pub checkpoint: PathBuf,
     /// Directory of held-out sequences
-    #[arg(long, required_unless_present = "conditions")]
+    #[arg(long, required_unless_present_any = ["conditions", "foreign"])]
     pub data: Option<PathBuf>,
+    /// Evaluate on recordings that no simulation of ours made as well: hands or bodies of this
+    /// directory
+    #[arg(
+        long, value_name = "DIR", num_args = 0..=1, default_missing_value = "datasets/foreign",
+        conflicts_with = "conditions"
+    )]
+    pub foreign: Option<PathBuf>,
     /// Hands: simulate sequences under these conditions instead (names below, or TOML files), and
     /// compare the slow-motion mode with the plain pipeline
     #[arg(long, value_delimiter = ',', conflicts_with = "data")]
@@ -140,11 +148,20 @@ pub struct EvalArgs {
     pub device: DeviceArgs,
 }
 
+impl EvalArgs {
+    /// The same without files to write.
+    #[must_use]
+    pub fn without_outputs(&self) -> Self {
+        Self { json: None, preview: None, curves: None, ..self.clone() }
+    }
+}
+
 /// Arguments of `evpose infer`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  evpose infer --checkpoint runs/hand \
     --events hand.evc --out poses.csv --joints joints.csv\n  evpose infer --checkpoint runs/hand \
-    --events slow.npz --out poses.csv --mode slow-motion")]
+    --events slow.npz --out poses.csv --mode slow-motion\n  evpose infer --checkpoint runs/hand \
+    --events rec.aedat4 --camera calibration.yaml --out poses.csv --joints joints.csv")]
 pub struct InferArgs {
     /// A run directory, or a .bpk file with its .toml beside it
     #[arg(long)]
@@ -157,6 +174,10 @@ pub struct InferArgs {
     /// of hpe-core
     #[arg(long)]
     pub out: PathBuf,
+    /// The camera: a calibration file of OpenCV, ROS, dv-processing or this project, a name such as
+    /// davis346 or evk4, or a vertical field of view such as 45deg [default: 45deg, with a note]
+    #[arg(long)]
+    pub camera: Option<String>,
     /// Hands: `plain` infers every millisecond; `slow-motion` infers in batches once enough events
     /// have arrived, repeats the last poses of a hand at rest, and smooths a fast hand less
     #[arg(long, default_value = "plain", value_parser = ["plain", "slow-motion"])]

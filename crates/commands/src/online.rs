@@ -9,8 +9,10 @@ use evpose_live::{Control, LiveError, LiveOptions, Report};
 use evpose_pose::stream::{InferenceWorker, PoseStream, StreamFrontend};
 
 /// Options of an online stream.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct OnlineOptions {
+    /// The camera, see `Calibration::choose`; guessed if none.
+    pub camera: Option<String>,
     /// Precision of the network.
     pub precision: Precision,
     /// Inputs per inference, for tasks that batch; the task's default if none.

@@ -108,11 +108,13 @@ impl Canvas {
     }
 }
 
-/// Images of one size in rows of `columns`, with a thin gap.
+/// Images in rows of `columns`, with a thin gap, each in a cell as large as the largest.
 pub fn contact_sheet(images: &[RgbImage], columns: usize) -> RgbImage {
     const GAP: u32 = 6;
-    let Some(first) = images.first() else { return RgbImage::new(1, 1) };
-    let (width, height) = first.dimensions();
+    let largest = |side: fn(&RgbImage) -> u32| images.iter().map(side).max();
+    let Some((width, height)) = largest(RgbImage::width).zip(largest(RgbImage::height)) else {
+        return RgbImage::new(1, 1);
+    };
     let rows = images.len().div_ceil(columns) as u32;
     let mut sheet = RgbImage::from_pixel(
         columns as u32 * (width + GAP) + GAP,

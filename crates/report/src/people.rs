@@ -4,9 +4,11 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use evpose_core::{Micros, Plane, SensorSize, atomic_write};
+use evpose_pose::body::BodyPoints;
 use evpose_sim::person::{People, PersonStep};
-use evpose_task::body::{BodyCheckpoint, RepresentationReader};
-use evpose_train::body::BodyResults;
+use evpose_task::body::{BodyCheckpoint, BodyPredictor, RepresentationReader};
+use evpose_train::body::{BodyFrames, BodyResults};
+use glam::Vec2;
 
 use crate::canvas::{Canvas, PREDICTION, TRUTH, contact_sheet};
 use crate::png::png;
@@ -28,8 +30,10 @@ pub fn of_people(people: &People, path: &Path) -> Result<()> {
     let shown = (SHOWN.0 / config.step().0).max(1) as u64;
     let mut pairs = Vec::new();
     for index in 0..config.sequences.min(SEQUENCES) as u64 {
-        let mut planes = [(); 2].map(|()| Plane::for_sensor(config.sensor_size, 0.0));
         let mut simulator = people.sequence(index)?;
+        // Randomised sequences have sensors of their own.
+        let sensor = simulator.sensor();
+        let mut planes = [(); 2].map(|()| Plane::for_sensor(sensor, 0.0));
         for frame in 0..=at {
             let step = simulator.advance()?;
             if frame + shown > at {
@@ -39,7 +43,7 @@ pub fn of_people(people: &People, path: &Path) -> Result<()> {
             if frame == at {
                 let [on, off] = &planes;
                 let events = Canvas::events(on, off, 1).into_image();
-                pairs.push((photograph(&step, config.sensor_size).into_image(), events));
+                pairs.push((photograph(&step, sensor).into_image(), events));
             }
         }
     }
@@ -58,10 +62,12 @@ fn keep(step: &PersonStep<'_>, strength: f32, [on, off]: &mut [Plane<f32>; 2]) {
     }
 }
 
+/// The frame, exposed so that its brightest pixel is white.
 fn photograph(step: &PersonStep<'_>, sensor: SensorSize) -> Canvas {
     let mut grey = Plane::for_sensor(sensor, 0);
+    let white = step.luminance.data().iter().copied().fold(f32::MIN_POSITIVE, f32::max);
     for (code, light) in grey.data_mut().iter_mut().zip(step.luminance.data()) {
-        *code = (255.0 * light.clamp(0.0, 1.0).powf(1.0 / GAMMA)) as u8;
+        *code = (255.0 * (light / white).clamp(0.0, 1.0).powf(1.0 / GAMMA)) as u8;
     }
     let mut canvas = Canvas::grey(&grey, 1);
     canvas.body(&step.joints_px, TRUTH);
@@ -86,12 +92,35 @@ pub fn of_predictions(
         let mut canvas = Canvas::grey(&image, 2);
         let after = recording.truth.partition_point(|truth| truth.t_s < found.t_s - 1e-9);
         if let Some(truth) = recording.truth.get(after) {
-            canvas.body(&truth.joints_px, TRUTH);
+            canvas.body(&reader.image_points(&truth.joints_px), TRUTH);
         }
-        canvas.body(&found.joints_px, PREDICTION);
+        canvas.body(&reader.image_points(&found.joints_px), PREDICTION);
         images.push(canvas.into_image());
     }
     write(&contact_sheet(&images, COLUMNS), path)
+}
+
+/// Draws true and predicted joints over images with labels.
+pub fn of_frames(predictor: &BodyPredictor, frames: &BodyFrames, path: &Path) -> Result<()> {
+    let mut predictor = predictor.another();
+    let step = frames.len().div_ceil(SEQUENCES).max(1);
+    let images: Vec<image::RgbImage> = frames
+        .frames
+        .iter()
+        .step_by(step)
+        .map(|frame| {
+            let size_px = Vec2::new(frame.image.width() as f32, frame.image.height() as f32);
+            let mut truth = BodyPoints::default();
+            for (point, keypoint) in truth.iter_mut().zip(&frame.label.keypoints) {
+                *point = keypoint.is_labelled().then(|| keypoint.position * size_px);
+            }
+            let mut canvas = Canvas::grey(&frame.image, 2);
+            canvas.body(&truth, TRUTH);
+            canvas.body(&predictor.predict(0.0, &frame.image).joints_px, PREDICTION);
+            canvas.into_image()
+        })
+        .collect();
+    write(&contact_sheet(&images, COLUMNS.min(images.len().max(1))), path)
 }
 
 fn write(sheet: &image::RgbImage, path: &Path) -> Result<()> {

@@ -80,6 +80,9 @@ struct Variation {
     /// Probability with which the field is drawn; otherwise it stays as configured.
     #[serde(default = "always")]
     probability: f32,
+    /// Whether the field is drawn only where the sensor has the effect: for its further parameters.
+    #[serde(default)]
+    only_if_listed: bool,
     /// Source or reason of the range.
     reason: String,
 }
@@ -133,7 +136,7 @@ impl Randomisation {
             }
             let mut rng =
                 CounterRng::new(seed_for(seed, "randomisation", 0), &variation.field, index);
-            if rng.chance(variation.probability) {
+            if rng.chance(variation.probability) && variation.applies(&mut config) {
                 variation.apply(&mut config, &mut rng).map_err(|reason| {
                     let field = &variation.field;
                     SimError::Randomisation {
@@ -172,6 +175,13 @@ impl Variation {
             return Err("a range needs its reason".to_owned());
         }
         Ok(())
+    }
+
+    /// Whether the field is there, if it must be.
+    fn applies<C: Randomised>(&self, config: &mut C) -> bool {
+        let effect = self.field.split('.').nth(1).unwrap_or_default();
+        !self.only_if_listed
+            || config.sensor_mut().resolve().is_ok_and(|chain| chain.effect(effect).is_some())
     }
 
     /// The drawn value, before it is multiplied by another field.

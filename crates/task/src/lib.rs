@@ -4,6 +4,7 @@
 //!   → filter → pose.
 //! * [`hand`], [`body`]: configs, checkpoints, predictors and front ends of the two tasks.
 //! * [`QuantizationRanges`]: calibration of int8 inference, for any network.
+//! * [`schedule`]: learning rates over a training, early stopping.
 //! * [`FieldDifference`]: the fields in which two configs differ.
 //!
 //! ```
@@ -31,6 +32,7 @@ mod differences;
 mod error;
 pub mod hand;
 mod quantized;
+pub mod schedule;
 pub mod toml_text;
 
 pub use differences::FieldDifference;

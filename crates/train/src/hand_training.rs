@@ -11,6 +11,7 @@ use evpose_nn::{HandLoss, HandRegressor};
 use evpose_pose::HandParams;
 use evpose_pose::metric::MeanPose;
 use evpose_task::hand::{HandCheckpoint, HandConfig};
+use evpose_task::schedule::ScheduledRate;
 use evpose_task::{FieldDifference, TaskError};
 
 use crate::TrainError;
@@ -121,7 +122,14 @@ impl TrainingTask for HandTask<'_> {
     }
 
     fn learning_rate(&self) -> ModuleLrScheduler {
-        self.config.training.learning_rate.into()
+        let training = &self.config.training;
+        let rate = ScheduledRate {
+            schedule: training.schedule.clone(),
+            learning_rate: training.learning_rate,
+            steps: training.steps,
+            next: 0,
+        };
+        rate.into()
     }
 
     fn checkpoint(&self, network: HandRegressor) -> HandCheckpoint {

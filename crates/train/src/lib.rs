@@ -49,6 +49,7 @@ mod dataset;
 mod devices;
 mod error;
 mod evaluation;
+pub mod foreign;
 mod guard;
 mod hand_learner;
 mod hand_training;

@@ -249,8 +249,12 @@ impl<'a> Bench<'a> {
     /// The stream of the checkpoint, or of the published size with random weights: it takes as long
     /// as any.
     fn stream(&self) -> Result<Box<dyn OnlineStream>> {
-        let options =
-            OnlineOptions { precision: Precision::F32, batch: None, confidence: MIN_CONFIDENCE };
+        let options = OnlineOptions {
+            camera: None,
+            precision: Precision::F32,
+            batch: None,
+            confidence: MIN_CONFIDENCE,
+        };
         let model = match &self.args.checkpoint {
             Some(checkpoint) => evpose_commands::open(checkpoint, &self.args.device)?,
             None => evpose_commands::task_by_name(&self.args.task)?.published()?,

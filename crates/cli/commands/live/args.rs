@@ -57,6 +57,10 @@ pub(crate) struct LiveArgs {
     /// Batch size of hands [default: 1 on the CPU, 16 on other devices]
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=256))]
     pub(crate) batch: Option<u16>,
+    /// The camera: a calibration file of OpenCV, ROS, dv-processing or this project, a name such as
+    /// davis346 or evk4, or a vertical field of view such as 45deg [default: 45deg, with a note]
+    #[arg(long)]
+    pub(crate) camera: Option<String>,
     /// Minimum score of a detected joint of bodies
     #[arg(long, default_value_t = 0.01)]
     pub(crate) confidence: f32,

@@ -34,8 +34,12 @@ pub(crate) fn run(args: &LiveArgs) -> Result<()> {
     let source = source::open(&args.source, &SourceOptions { replay, ..SourceOptions::default() })?;
     let sensor = source.sensor();
     note(format!("source: {}, {sensor}", source.name()));
-    let options =
-        OnlineOptions { precision: args.precision, batch: args.batch, confidence: args.confidence };
+    let options = OnlineOptions {
+        camera: args.camera.clone(),
+        precision: args.precision,
+        batch: args.batch,
+        confidence: args.confidence,
+    };
     let model = evpose_commands::open(&args.checkpoint, &args.device)?;
     if let Some(task) = args.task.as_deref().filter(|task| *task != model.task()) {
         let (path, is) = (args.checkpoint.display(), model.task());

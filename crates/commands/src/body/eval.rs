@@ -14,7 +14,7 @@ use evpose_train::body::{
 };
 use serde::Serialize;
 
-use super::BodyModel;
+use super::{BodyModel, images};
 use crate::args::EvalArgs;
 use evpose_app::json::write_json;
 use evpose_app::machine::Machine;
@@ -25,7 +25,7 @@ use evpose_report::colour::PALETTE;
 use evpose_report::people;
 
 /// Thresholds of the PCK that are printed, in percent of the torso.
-const PERCENTS: [usize; 4] = [20, 40, 60, 80];
+pub(super) const PERCENTS: [usize; 4] = [20, 40, 60, 80];
 
 /// Results, as written to JSON.
 #[derive(Debug, Serialize)]
@@ -60,12 +60,37 @@ struct RecordingScores {
 }
 
 pub(super) fn run(model: &BodyModel, args: &EvalArgs) -> Result<()> {
-    let checkpoint = &model.checkpoint;
-    let Some(data) = &args.data else {
+    let foreign = args.foreign.as_ref().map(|directory| directory.join("bodies"));
+    if args.data.is_none() && foreign.is_none() {
         bail!(
             "--conditions are for hands; bodies are evaluated on --data, a directory of recordings"
         );
-    };
+    }
+    if let Some(data) = &args.data {
+        if is_image_set(data) {
+            images::run(model, args, data)?;
+        } else {
+            evaluate(model, args, data)?;
+        }
+    }
+    // Files are those of --data, where both are given.
+    let quiet = args.data.is_some();
+    if let Some(directory) = &foreign {
+        let args = if quiet { &args.without_outputs() } else { args };
+        evaluate(model, args, directory)?;
+    }
+    Ok(())
+}
+
+/// Whether a path is one of images with annotations, not of recordings.
+fn is_image_set(data: &Path) -> bool {
+    let is_json = data.extension().is_some_and(|ending| ending == "json");
+    is_json || ["poses.json", "train.json"].iter().any(|name| data.join(name).is_file())
+}
+
+/// Evaluates a model on the recordings of a directory.
+fn evaluate(model: &BodyModel, args: &EvalArgs, data: &Path) -> Result<()> {
+    let checkpoint = &model.checkpoint;
     let options =
         BodyPredictorOptions { precision: args.precision, ..BodyPredictorOptions::default() };
     let predictor = model.predictor(options)?;
@@ -165,7 +190,7 @@ pub(super) fn cell(interval: Option<Interval>, digits: usize) -> String {
     }
 }
 
-fn print(method: &str, scores: &BodyScores) {
+pub(super) fn print(method: &str, scores: &BodyScores) {
     let shares: Vec<String> = PERCENTS
         .iter()
         .zip(&scores.pck)

@@ -6,12 +6,12 @@ use anyhow::{Result, bail};
 use evpose_core::Micros;
 use evpose_io::predictions::{DelayUnit, PredictionWriter, Undetected};
 use evpose_io::yarp::{CoordinateFormat, YarpSkeleton, write_skeletons};
+use evpose_io::{OpenOptions, Windows};
 use evpose_pose::body::{file_from_network, torso};
 use evpose_pose::metric::body::BodyPrediction;
-use evpose_task::body::{
-    BodyCheckpoint, BodyPredictor, BodyPredictorOptions, BodyRecordingStream, PropagationConfig,
-};
+use evpose_task::body::{BodyPredictorOptions, BodyRecordingStream, PropagationConfig};
 use evpose_train::body::propagated_poses;
+use evpose_view::Calibration;
 
 use super::BodyModel;
 use crate::args::InferArgs;
@@ -31,8 +31,14 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
         confidence: args.confidence,
     };
     let predictor = model.predictor(options)?;
-    let mut recording =
-        BodyRecordingStream::open(&args.events, checkpoint, None, predictor.another())?;
+    let open = |propagation: Option<&PropagationConfig>| -> Result<BodyRecordingStream> {
+        let windows = Windows::open(&args.events, &OpenOptions::default())?;
+        let calibration = Calibration::choose(args.camera.as_deref(), windows.sensor())?;
+        let predictor = predictor.another();
+        let of = BodyRecordingStream::of_camera;
+        Ok(of(windows, &calibration, checkpoint, propagation, predictor)?)
+    };
+    let mut recording = open(None)?;
     let Some(start) = recording.start() else { bail!("{}: no events", args.events.display()) };
     let end = recording.end()?;
     let stride_ms = args.stride_ms.unwrap_or(checkpoint.config.evaluation.every_ms);
@@ -61,7 +67,7 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
         say(format!("skeletons: {}", folder.display()));
     }
     if let Some(path) = &args.fused {
-        write_propagated(path, &args.events, checkpoint, predictor, stride_ms)?;
+        write_propagated(path, &args.events, &open, stride_ms)?;
     }
     Ok(())
 }
@@ -70,8 +76,7 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
 fn write_propagated(
     path: &Path,
     events: &Path,
-    checkpoint: &BodyCheckpoint,
-    predictor: BodyPredictor,
+    open: &dyn Fn(Option<&PropagationConfig>) -> Result<BodyRecordingStream>,
     stride_ms: u32,
 ) -> Result<()> {
     let config = PropagationConfig {
@@ -79,7 +84,7 @@ fn write_propagated(
         latency_ms: 0.0,
         ..PropagationConfig::default()
     };
-    let mut recording = BodyRecordingStream::open(events, checkpoint, Some(&config), predictor)?;
+    let mut recording = open(Some(&config))?;
     let Some(start) = recording.start() else { bail!("{}: no events", events.display()) };
     let end = recording.end()?;
     let poses = propagated_poses(&mut recording, &config, (start, end))?;

@@ -2,6 +2,7 @@
 
 mod eval;
 mod experiment;
+mod images;
 mod infer;
 mod precision;
 mod simulate;
@@ -27,6 +28,7 @@ use evpose_task::body::{
     BodyCheckpoint, BodyConfig, BodyPredictor, BodyPredictorOptions, PropagationConfig, body_stream,
 };
 use evpose_train::body::{BodyFrames, BodyRecordings};
+use evpose_view::Calibration;
 
 use crate::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
 use crate::benchmark_recording;
@@ -234,7 +236,9 @@ impl PoseModel for BodyModel {
             ..BodyPredictorOptions::default()
         })?;
         let propagation = PropagationConfig::default();
-        let stream = body_stream(&self.checkpoint, sensor, Some(&propagation), predictor)?;
+        // Nothing in 2D follows from the focal length: a guess needs no note.
+        let calibration = Calibration::choose(options.camera.as_deref(), sensor)?;
+        let stream = body_stream(&self.checkpoint, &calibration, Some(&propagation), predictor)?;
         Ok(Box::new(TaskStream {
             stream,
             propagate_hz: PROPAGATE_HZ,

@@ -2,13 +2,15 @@
 
 use std::fmt::Write as _;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use evpose_app::progress::{bar, say};
-use evpose_core::{EventStream, Micros, TimeWindow, atomic_write};
+use evpose_core::{EventStream, Micros, SensorSize, TimeWindow, atomic_write};
 use evpose_pose::HandParams;
 use evpose_task::hand::{
-    HandConfig, HandEstimate, HandView, NetworkPredictor, SlowMotionTracker, poses_every_ms,
+    HandConfig, HandEstimate, HandView, NetworkPredictor, SlowMotionTracker, canonical_view,
+    poses_every_ms,
 };
+use evpose_view::{Calibration, ViewAdaptor};
 
 use super::HandModel;
 use crate::args::InferArgs;
@@ -44,15 +46,9 @@ pub(super) fn run(model: &HandModel, args: &InferArgs) -> Result<()> {
             recording.rejected.out_of_order
         ));
     }
-    let events = recording.stream;
-    if events.sensor() != config.simulation.image_size() {
-        bail!(
-            "{}: recorded at {}, but the network was trained for {}",
-            args.events.display(),
-            events.sensor(),
-            config.simulation.image_size()
-        );
-    }
+    let mut adaptor = adaptor(config, recording.stream.sensor(), args.camera.as_deref())?;
+    let mut events = EventStream::empty(adaptor.view().sensor);
+    adaptor.push(&recording.stream, &mut events);
     let mut predictor = model.predictor(args.precision)?;
     let estimates = if args.mode == "slow-motion" {
         slow_motion(config, &events, &mut predictor)?
@@ -74,7 +70,7 @@ pub(super) fn run(model: &HandModel, args: &InferArgs) -> Result<()> {
     say(format!("{} poses: {}", poses.len(), args.out.display()));
 
     if let Some(path) = &args.joints {
-        let view = HandView::new(config)?;
+        let view = HandView::new(config)?.seen_by(&adaptor);
         // A network of both hands does not predict the side.
         let side = config.simulation.hands.side(0);
         let mut csv = hand_joints::header();
@@ -86,6 +82,26 @@ pub(super) fn run(model: &HandModel, args: &InferArgs) -> Result<()> {
         say(format!("joints: {}", path.display()));
     }
     Ok(())
+}
+
+/// The map from a recording's camera to the view of the network; says what it assumes.
+pub(super) fn adaptor(
+    config: &HandConfig,
+    sensor: SensorSize,
+    camera: Option<&str>,
+) -> Result<ViewAdaptor> {
+    let view = canonical_view(config);
+    let calibration = if camera.is_none() && sensor == view.sensor {
+        // What the network was trained on: a simulated recording.
+        let fov_deg = f64::from(config.simulation.camera.vertical_fov_deg);
+        Calibration::from_vertical_fov(sensor, fov_deg)
+    } else {
+        Calibration::choose(camera, sensor)?
+    };
+    if let Some(note) = &calibration.note {
+        say(format!("note: {note}"));
+    }
+    Ok(ViewAdaptor::new(&calibration, &view))
 }
 
 /// Infers every millisecond.

@@ -3,6 +3,7 @@
 mod conditions;
 mod eval;
 mod experiment;
+mod foreign;
 mod infer;
 mod precision;
 mod predictor;
@@ -16,6 +17,7 @@ use burn::module::Module;
 use burn::tensor::Device;
 use evpose_app::args::{ConfigArgs, DeviceArgs};
 use evpose_app::hand_config;
+use evpose_app::json::write_json;
 use evpose_body::PosedBody;
 use evpose_core::SensorSize;
 use evpose_infer::{CalibrationRanges, Precision};
@@ -191,10 +193,19 @@ impl PoseModel for HandModel {
         if args.fusion || args.curves.is_some() || args.preview.is_some() {
             bail!("--fusion, --curves and --preview are for bodies");
         }
-        match &args.data {
-            Some(data) => eval::run(self, args, data),
-            None => conditions::run(self, args),
+        if let Some(data) = &args.data {
+            eval::run(self, args, data)?;
         }
+        if let Some(foreign) = &args.foreign {
+            let report = foreign::run(self, args, &foreign.join("hands"))?;
+            if args.data.is_none() {
+                write_json(args.json.as_deref(), &report)?;
+            }
+        }
+        if args.data.is_none() && args.foreign.is_none() {
+            conditions::run(self, args)?;
+        }
+        Ok(())
     }
 
     fn scores(&self, data: &Path, stride_ms: Option<u32>) -> Result<EvaluationScores> {
@@ -210,13 +221,11 @@ impl PoseModel for HandModel {
 
     fn stream(&self, sensor: SensorSize, options: &OnlineOptions) -> Result<Box<dyn OnlineStream>> {
         let config = self.checkpoint.config.clone();
-        let trained_for = config.simulation.image_size();
-        if sensor != trained_for {
-            bail!("events of {sensor}, but the network was trained for {trained_for}");
-        }
+        let adaptor = infer::adaptor(&config, sensor, options.camera.as_deref())?;
         let is_cpu = self.device == DeviceKind::Flex.resolve()?;
         let batch = options.batch.map_or(if is_cpu { 1 } else { DEVICE_BATCH }, usize::from);
-        let stream = hand_stream(&config, self.predictor(options.precision)?, sensor, batch)?;
+        let stream =
+            hand_stream(&config, self.predictor(options.precision)?, adaptor.calibration(), batch)?;
         let mesh = move || hand_mesh(&config);
         Ok(Box::new(TaskStream {
             stream,

@@ -39,6 +39,11 @@ impl SequenceScores {
             self.points_mm.push(error_mm);
             self.pck_3d.push(error_mm);
         }
+        self.push_image_points(predicted, truth);
+    }
+
+    /// Scores the points of one frame in the image alone: those of labels in 2D.
+    pub fn push_image_points(&mut self, predicted: &HandPoints, truth: &HandPoints) {
         for error_percent in palm_errors_percent(&predicted.image_px, &truth.image_px) {
             self.pck_2d.push(error_percent);
         }

@@ -22,7 +22,8 @@ pub struct PoseRow {
 }
 
 /// The labels of a sequence, in order of time: columns `t_us`, then `u_px`, `v_px`, `x_m`, `y_m`
-/// and `z_m` of every joint. The first two are empty for a joint outside of the image.
+/// and `z_m` of every joint. The first two are empty for a joint outside of the image, all five
+/// where nobody is.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PoseTable {
     /// Rows, in order of time.
@@ -54,7 +55,11 @@ impl PoseTable {
                     Some(px) => write!(text, ",{:.3},{:.3}", px.x, px.y),
                     None => write!(text, ",,"),
                 };
-                let _ = write!(text, ",{:.5},{:.5},{:.5}", m.x, m.y, m.z);
+                let _ = if m.is_finite() {
+                    write!(text, ",{:.5},{:.5},{:.5}", m.x, m.y, m.z)
+                } else {
+                    write!(text, ",,,")
+                };
             }
             text.push('\n');
         }
@@ -101,7 +106,9 @@ fn parse(line: &str) -> Result<PoseRow, String> {
         if !(u.is_empty() && v.is_empty()) {
             row.joints_px[joint] = Some(Vec2::new(number(u)?, number(v)?));
         }
-        row.joints_m[joint] = Vec3::new(number(x)?, number(y)?, number(z)?);
+        let is_absent = x.is_empty() && y.is_empty() && z.is_empty();
+        row.joints_m[joint] =
+            if is_absent { Vec3::NAN } else { Vec3::new(number(x)?, number(y)?, number(z)?) };
     }
     Ok(row)
 }
@@ -124,6 +131,18 @@ mod tests {
         let table = PoseTable { rows: vec![row.clone(), PoseRow { t: Micros(30_000), ..row }] };
         table.write(&path).unwrap();
         assert_eq!(PoseTable::read(&path).unwrap(), table);
+    }
+
+    #[test]
+    fn nobody_has_neither_positions_on_the_image_nor_in_the_world() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("0000.poses.csv");
+        let joints_m = [Vec3::NAN; BODY_JOINTS];
+        let row = PoseRow { t: Micros(0), joints_px: [None; BODY_JOINTS], joints_m };
+        PoseTable { rows: vec![row] }.write(&path).unwrap();
+        let read = PoseTable::read(&path).unwrap();
+        assert!(read.rows[0].joints_px.iter().all(Option::is_none));
+        assert!(read.rows[0].joints_m.iter().all(|joint_m| joint_m.is_nan()));
     }
 
     #[test]

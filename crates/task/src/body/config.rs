@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::augmentation::BodyAugmentation;
 use super::resample::Interpolation;
-use super::schedule::{EarlyStop, Schedule};
+use crate::schedule::{EarlyStop, Schedule};
 use crate::{FieldDifference, TaskError, toml_text};
 
 /// The value of `task` in such files; those of hands have none.
@@ -128,6 +128,20 @@ pub struct BodyImageConfig {
     pub side_px: usize,
     /// Interpolation of resizing, in training that of the augmentation.
     pub interpolation: Interpolation,
+    /// The events that the representation is made of.
+    pub view: BodyViewKind,
+}
+
+/// The events that a representation is made of.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BodyViewKind {
+    /// Those of the canonical view of bodies, which is about the same for every sensor: see
+    /// [`evpose_view::CanonicalView::for_bodies`].
+    #[default]
+    Canonical,
+    /// Those of the sensor, whatever its size: as the published programs do.
+    Sensor,
 }
 
 /// Parity of the targets with the published ones.
@@ -230,6 +244,7 @@ impl Default for BodyImageConfig {
             eros_like: ErosLike::default(),
             side_px: 192,
             interpolation: Interpolation::Area,
+            view: BodyViewKind::default(),
         }
     }
 }

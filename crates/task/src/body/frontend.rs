@@ -10,11 +10,13 @@ use evpose_repr::{
     BlurWork, ChannelOrder, GaussianKernel, Representation, StreamWindow, representation_by_name,
 };
 
+use super::canonical_events::CanonicalEvents;
 use super::checkpoint::BodyCheckpoint;
 use super::config::BodyImageConfig;
 use super::predictor::BodyPredictor;
 use super::propagation::PropagationConfig;
 use crate::TaskError;
+use evpose_view::Calibration;
 
 /// Window of representations that have one.
 const WINDOW: Micros = Micros(100_000);
@@ -51,27 +53,29 @@ impl Blur {
     }
 }
 
-/// The stream of a network of bodies, for events of `sensor`. Without `propagation`, a pose stands
-/// until the next one.
+/// The stream of a network of bodies, for events of the camera of `calibration`. Without
+/// `propagation`, a pose stands until the next one.
 ///
 /// # Errors
 /// If the representation is not known, the network cannot be compiled, or a setting is out of
 /// range.
 pub fn body_stream(
     checkpoint: &BodyCheckpoint,
-    sensor: SensorSize,
+    calibration: &Calibration,
     propagation: Option<&PropagationConfig>,
     predictor: BodyPredictor,
 ) -> Result<PoseStream<BodyFrontend, BodyWorker>, TaskError> {
     let image = &checkpoint.config.image;
+    let sensor = calibration.sensor;
+    let seen = CanonicalEvents::new(image.view, calibration);
     let follower = propagation
         .map(|PropagationConfig { velocity, fusion, min_samples, .. }| {
             BodyFollower::new(sensor, *velocity, fusion, *min_samples)
         })
         .transpose()?;
     let frontend = BodyFrontend {
-        sensor,
-        representation: start_representation(image, sensor)?,
+        representation: start_representation(image, seen.size())?,
+        seen,
         follower,
         last_detection: None,
     };
@@ -81,7 +85,7 @@ pub fn body_stream(
 /// Follows the events of a person.
 #[derive(Debug)]
 pub struct BodyFrontend {
-    sensor: SensorSize,
+    seen: CanonicalEvents,
     representation: Box<dyn Representation>,
     /// None if poses are not propagated.
     follower: Option<BodyFollower>,
@@ -94,7 +98,7 @@ impl StreamFrontend for BodyFrontend {
     type Pose = (BodyPoints, [f32; BODY_JOINTS]);
 
     fn push(&mut self, events: &EventStream) -> Result<(), StreamError> {
-        self.representation.push(events);
+        self.representation.push(self.seen.push(events));
         if let Some(follower) = &mut self.follower {
             follower.push(events);
         }
@@ -102,7 +106,7 @@ impl StreamFrontend for BodyFrontend {
     }
 
     fn input(&mut self, t: Micros, memory: Option<Plane<u8>>) -> Option<Plane<u8>> {
-        let mut image = memory.unwrap_or_else(|| Plane::for_sensor(self.sensor, 0));
+        let mut image = memory.unwrap_or_else(|| Plane::for_sensor(self.seen.size(), 0));
         self.representation.advance(t);
         self.representation.render_u8(image.data_mut());
         Some(image)
@@ -115,7 +119,8 @@ impl StreamFrontend for BodyFrontend {
         joints: Vec<BodyJoint>,
         now: Micros,
     ) -> Vec<(Micros, Self::Pose)> {
-        let detection = ScoredPoints::in_image(&joints, self.sensor);
+        let mut detection = ScoredPoints::in_image(&joints, self.seen.size());
+        detection.points = self.seen.sensor_points(&detection.points);
         if let Some(follower) = &mut self.follower {
             follower.detection(t, &detection, now);
         }
@@ -135,6 +140,7 @@ impl StreamFrontend for BodyFrontend {
     }
 
     fn reset(&mut self) {
+        self.seen.reset();
         self.representation.reset();
         if let Some(follower) = &mut self.follower {
             follower.reset();

@@ -1,6 +1,7 @@
 //! The body task: MoveEnet.
 
 mod augmentation;
+mod canonical_events;
 mod checkpoint;
 mod config;
 mod frontend;
@@ -9,13 +10,12 @@ mod propagation;
 mod reader;
 mod recording_stream;
 mod resample;
-mod schedule;
 
 pub use augmentation::BodyAugmentation;
 pub use checkpoint::BodyCheckpoint;
 pub use config::{
     BodyConfig, BodyDataConfig, BodyDecodingConfig, BodyEvaluationConfig, BodyImageConfig,
-    BodySourceKind, BodyTargetConfig, BodyTrainingConfig, LabelTime,
+    BodySourceKind, BodyTargetConfig, BodyTrainingConfig, BodyViewKind, LabelTime,
 };
 pub use frontend::{BodyFrontend, BodyWorker, body_stream};
 pub use predictor::{BodyPredictor, BodyPredictorOptions, joints_in_pixels};
@@ -23,4 +23,3 @@ pub use propagation::PropagationConfig;
 pub use reader::RepresentationReader;
 pub use recording_stream::BodyRecordingStream;
 pub use resample::{Interpolation, resize_grey, sample};
-pub use schedule::{EarlyStop, Schedule, ScheduledRate};

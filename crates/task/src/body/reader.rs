@@ -4,7 +4,10 @@ use std::path::Path;
 
 use evpose_core::{EventStream, Micros, Plane, SensorSize, TimeWindow};
 use evpose_io::{OpenOptions, Windows};
+use evpose_pose::body::BodyPoints;
+use evpose_view::Calibration;
 
+use super::canonical_events::CanonicalEvents;
 use super::config::BodyImageConfig;
 use super::frontend::{Blur, start_representation};
 use crate::TaskError;
@@ -13,6 +16,7 @@ use evpose_repr::Representation;
 /// A recording as images of a representation, forwards in time.
 pub struct RepresentationReader {
     windows: Windows,
+    seen: CanonicalEvents,
     representation: Box<dyn Representation>,
     blur: Blur,
     events: EventStream,
@@ -39,14 +43,26 @@ impl RepresentationReader {
     ) -> Result<Self, TaskError> {
         let windows = Windows::open(path, options)?;
         let sensor = windows.sensor();
-        let representation = start_representation(image, sensor)?;
+        let seen = CanonicalEvents::new(image.view, &Calibration::guessed(sensor));
+        let representation = start_representation(image, seen.size())?;
         let events = EventStream::empty(sensor);
-        Ok(Self { windows, representation, blur: Blur::new(image.blur), events, read_to: None })
+        let blur = Blur::new(image.blur);
+        Ok(Self { windows, seen, representation, blur, events, read_to: None })
     }
 
     /// The sensor.
     pub fn sensor(&self) -> SensorSize {
         self.windows.sensor()
+    }
+
+    /// Size of the images: that of the canonical view.
+    pub fn image_size(&self) -> SensorSize {
+        self.seen.size()
+    }
+
+    /// Joints in the images, in pixels, of joints on the sensor.
+    pub fn image_points(&self, sensor_px: &BodyPoints) -> BodyPoints {
+        self.seen.view_points(sensor_px)
     }
 
     /// When the recording begins; none if it is empty.
@@ -78,10 +94,10 @@ impl RepresentationReader {
             self.windows.read(TimeWindow { start: begin, end }, &mut self.events)?;
             self.read_to = Some(end);
             observe(&self.events);
-            self.representation.push(&self.events);
+            self.representation.push(self.seen.push(&self.events));
         }
         self.representation.advance(t);
-        let mut image = Plane::for_sensor(self.sensor(), 0);
+        let mut image = Plane::for_sensor(self.image_size(), 0);
         self.representation.render_u8(image.data_mut());
         Ok(self.blur.apply(&image).clone())
     }

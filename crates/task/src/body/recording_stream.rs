@@ -13,6 +13,7 @@ use super::frontend::{BodyFrontend, BodyWorker, body_stream};
 use super::predictor::BodyPredictor;
 use super::propagation::PropagationConfig;
 use crate::TaskError;
+use evpose_view::Calibration;
 
 /// A recording, read forwards in time through the stream from events to poses.
 pub struct BodyRecordingStream {
@@ -23,10 +24,10 @@ pub struct BodyRecordingStream {
 }
 
 impl BodyRecordingStream {
-    /// Opens a recording. Joints are propagated only with `propagation`.
+    /// Opens a recording of a camera that is guessed. Joints are propagated only with `propagation`.
     ///
     /// # Errors
-    /// If the recording cannot be read, or the stream not be made for its sensor.
+    /// As [`Self::of_camera`].
     pub fn open(
         path: &Path,
         checkpoint: &BodyCheckpoint,
@@ -34,8 +35,23 @@ impl BodyRecordingStream {
         predictor: BodyPredictor,
     ) -> Result<Self, TaskError> {
         let windows = Windows::open(path, &OpenOptions::default())?;
-        let sensor = windows.sensor();
-        let stream = body_stream(checkpoint, sensor, propagation, predictor)?;
+        let calibration = Calibration::guessed(windows.sensor());
+        Self::of_camera(windows, &calibration, checkpoint, propagation, predictor)
+    }
+
+    /// The stream of a recording of a camera. Joints are propagated only with `propagation`.
+    ///
+    /// # Errors
+    /// If the recording cannot be read, or the stream not be made for its sensor.
+    pub fn of_camera(
+        windows: Windows,
+        calibration: &Calibration,
+        checkpoint: &BodyCheckpoint,
+        propagation: Option<&PropagationConfig>,
+        predictor: BodyPredictor,
+    ) -> Result<Self, TaskError> {
+        let sensor = calibration.sensor;
+        let stream = body_stream(checkpoint, calibration, propagation, predictor)?;
         Ok(Self { windows, stream, events: EventStream::empty(sensor), read_to: None })
     }
 

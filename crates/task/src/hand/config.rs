@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::slow_motion::SlowMotionConfig;
 use crate::TaskError;
+use crate::schedule::Schedule;
 use crate::toml_text;
 
 /// Everything about a hand experiment. `Default` is the published setting.
@@ -80,8 +81,10 @@ pub struct TrainingConfig {
     pub devices: usize,
     /// How several devices work together.
     pub strategy: DeviceStrategy,
-    /// Learning rate of Adam, constant.
+    /// Initial learning rate of Adam.
     pub learning_rate: f64,
+    /// Schedule of the learning rate; constant as published.
+    pub schedule: Schedule,
     /// Optimiser steps of the whole run.
     pub steps: u64,
     /// Optimiser steps between validations, each of which writes a checkpoint.
@@ -137,6 +140,7 @@ impl Default for TrainingConfig {
             devices: 1,
             strategy: DeviceStrategy::default(),
             learning_rate: 1e-3,
+            schedule: Schedule::constant(),
             // Not published; one pass over the 159 million published training windows.
             steps: 2_484_375,
             steps_per_validation: 15_000,
@@ -238,6 +242,7 @@ impl HandConfig {
         if !(self.training.learning_rate > 0.0 && self.training.learning_rate.is_finite()) {
             return fail("training.learning_rate", "must be a positive number");
         }
+        self.training.schedule.validate()?;
         if self.training.validation_s * 1e3 < f64::from(self.representation.window_ms) {
             return fail(
                 "training.validation_s",

@@ -11,7 +11,7 @@
 //! # Source
 //! EventHands, live pipeline; there the filter's poses come with those of the network alone.
 
-use evpose_core::{EventStream, Micros, SensorSize};
+use evpose_core::{EventStream, Micros};
 use evpose_pose::stream::{InferenceWorker, PoseStream, StreamError, StreamFrontend};
 use evpose_pose::{HandParams, HandSide, PoseEstimate};
 use evpose_repr::RepresentationTrigger;
@@ -20,24 +20,30 @@ use super::batch::InputBatch;
 use super::config::HandConfig;
 use super::estimator::{HandEstimate, HandEstimator};
 use super::predictor::Predictor;
-use super::view::HandView;
+use super::view::{HandView, canonical_view};
 use crate::TaskError;
+use evpose_view::{Calibration, ViewAdaptor};
 
-/// The stream of a network of hands, for events of `sensor`, with `batch` inputs per inference.
+/// The stream of a network of hands, for events of the camera of `calibration`, with `batch` inputs
+/// per inference.
 ///
 /// # Errors
 /// If the representation is not known, the hand cannot be made, or a setting is out of range.
 pub fn hand_stream<P: Predictor + Send>(
     config: &HandConfig,
     predictor: P,
-    sensor: SensorSize,
+    calibration: &Calibration,
     batch: usize,
 ) -> Result<PoseStream<HandFrontend, HandWorker<P>>, TaskError> {
+    let adaptor = ViewAdaptor::new(calibration, &canonical_view(config));
+    let sensor = adaptor.view().sensor;
     let frontend = HandFrontend {
+        seen: EventStream::empty(sensor),
         estimator: HandEstimator::slow_motion(config, sensor, batch)?,
         trigger: RepresentationTrigger::new(&config.slow_motion.trigger, sensor),
         is_due: false,
-        view: HandView::new(config)?,
+        view: HandView::new(config)?.seen_by(&adaptor),
+        adaptor,
         // A network of both hands does not distinguish them.
         side: config.simulation.hands.side(0),
     };
@@ -52,6 +58,9 @@ pub fn hand_stream<P: Predictor + Send>(
 /// Follows the events of a hand.
 #[derive(Debug)]
 pub struct HandFrontend {
+    adaptor: ViewAdaptor,
+    /// The events of the canonical view.
+    seen: EventStream,
     estimator: HandEstimator,
     trigger: RepresentationTrigger,
     is_due: bool,
@@ -72,6 +81,8 @@ impl StreamFrontend for HandFrontend {
     type Pose = HandEstimate;
 
     fn push(&mut self, events: &EventStream) -> Result<(), StreamError> {
+        self.adaptor.push(events, &mut self.seen);
+        let events = &self.seen;
         self.estimator.push(events);
         let mut from = 0;
         while let Some(taken) = self.trigger.due(&events.t()[from..]) {
@@ -125,6 +136,7 @@ impl StreamFrontend for HandFrontend {
     }
 
     fn reset(&mut self) {
+        self.adaptor.reset();
         self.estimator.reset();
         self.trigger.reset();
         self.is_due = false;

@@ -9,6 +9,7 @@ use glam::Vec3;
 
 use super::config::HandConfig;
 use crate::TaskError;
+use evpose_view::{CanonicalView, ViewAdaptor};
 
 /// Projection of hands: a hand model before a camera.
 #[derive(Debug)]
@@ -16,9 +17,23 @@ pub struct HandView {
     actor: Actor,
     neutral: ShapedBody,
     camera: Camera,
+    /// The camera on whose image points are; none if that is the canonical one.
+    adaptor: Option<ViewAdaptor>,
+}
+
+/// The view that networks of a config expect.
+pub fn canonical_view(config: &HandConfig) -> CanonicalView {
+    let simulation = &config.simulation;
+    CanonicalView::with_vertical_fov(simulation.image_size(), simulation.camera.vertical_fov_deg)
 }
 
 impl HandView {
+    /// The same, of which evaluated points are on the image of another camera.
+    #[must_use]
+    pub fn seen_by(self, adaptor: &ViewAdaptor) -> Self {
+        Self { adaptor: (!adaptor.is_identity()).then(|| adaptor.clone()), ..self }
+    }
+
     /// The neutral shape.
     pub fn neutral(&self) -> &ShapedBody {
         &self.neutral
@@ -37,7 +52,7 @@ impl HandView {
         let simulation = &config.simulation;
         let actor = Actor::load(&simulation.body, &simulation.camera)?;
         let neutral = actor.body().shaped(&[]);
-        Ok(Self { actor, neutral, camera: simulation.camera() })
+        Ok(Self { actor, neutral, camera: simulation.camera(), adaptor: None })
     }
 
     /// The evaluated points of a hand of `side` and of shape `betas` (empty: the neutral one).
@@ -70,10 +85,23 @@ impl HandView {
         self.actor.vertices_of(side, pose, &self.neutral, scratch).map(projected).collect()
     }
 
+    /// Points of the world in the frame of the canonical camera: x right, y up, looking along -z.
+    pub fn camera_points<const N: usize>(&self, world_m: &[Vec3; N]) -> [Vec3; N] {
+        let camera_from_world = self.camera.camera_from_world();
+        world_m.map(|point_m| camera_from_world.transform_point3(point_m))
+    }
+
     /// The evaluated points of a hand of a shape that was made before.
     pub fn points_of(&self, side: HandSide, pose: &HandParams, shaped: &ShapedBody) -> HandPoints {
         let mut posed = PosedBody::default();
         let world_m = self.actor.points_of(side, pose, shaped, &mut posed);
-        HandPoints { world_m, image_px: world_m.map(|p| self.camera.image_from_world(p)) }
+        let image_px = world_m.map(|p| {
+            let view_px = self.camera.image_from_world(p)?;
+            Some(match &self.adaptor {
+                Some(adaptor) => adaptor.sensor_from_view(view_px),
+                None => view_px,
+            })
+        });
+        HandPoints { world_m, image_px }
     }
 }

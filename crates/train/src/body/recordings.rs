@@ -141,7 +141,7 @@ fn frames_of(
         let image = reader.at(t, |events| recent.push(events))?;
         let labelled_at = recent.mean().unwrap_or(t);
         if let Some(joints_px) = track.at(labelled_at) {
-            let label = label_of(&joints_px, reader.sensor());
+            let label = label_of(&reader.image_points(&joints_px), reader.image_size());
             frames.push(BodyFrame { image, label, sequence, t });
         }
         t = t + step;

@@ -10,7 +10,8 @@ use burn::tensor::Device;
 use evpose_core::seed_for;
 use evpose_nn::{BodyLoss, MoveEnet};
 use evpose_pose::body::BodyPoints;
-use evpose_task::body::{BodyCheckpoint, BodyConfig, EarlyStop, ScheduledRate};
+use evpose_task::body::{BodyCheckpoint, BodyConfig};
+use evpose_task::schedule::{EarlyStop, ScheduledRate};
 use evpose_task::{FieldDifference, TaskError};
 use sha2::{Digest, Sha256};
 

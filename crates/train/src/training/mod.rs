@@ -14,8 +14,8 @@ use burn_train::metric::store::EventStoreClient;
 use burn_train::renderer::{MetricsRenderer, default_renderer};
 use burn_train::{EarlyStoppingStrategy, Interrupter, Learner, SupervisedTraining};
 use evpose_nn::DeviceKind;
-use evpose_task::body::EarlyStop;
 use evpose_task::hand::{BEST, LAST};
+use evpose_task::schedule::EarlyStop;
 
 use crate::TrainError;
 use crate::checkpoint::{AtomicCheckpointer, newest_checkpoint, weights_path};

@@ -8,7 +8,7 @@ use burn::optim::AdamConfig;
 use burn::optim::lr_scheduler::module_lr_scheduler::ModuleLrScheduler;
 use burn::tensor::Device;
 use burn_train::{InferenceStep, LearnerModel, TrainStep};
-use evpose_task::body::EarlyStop;
+use evpose_task::schedule::EarlyStop;
 use evpose_task::{FieldDifference, TaskError};
 
 use crate::TrainError;

@@ -21,6 +21,13 @@ pub struct Schedule {
     pub cosine: bool,
 }
 
+impl Schedule {
+    /// The same rate all the time.
+    pub fn constant() -> Self {
+        Self { milestones: Vec::new(), ..Self::default() }
+    }
+}
+
 impl Default for Schedule {
     /// As published: a tenth after 70 and 100 of 300 epochs.
     fn default() -> Self {

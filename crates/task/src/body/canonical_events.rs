@@ -1,0 +1,94 @@
+//! The events that a representation of bodies is made of, and joints between both images.
+
+use evpose_core::{EventStream, SensorSize};
+use evpose_pose::body::BodyPoints;
+use evpose_view::{Calibration, CanonicalView, ViewAdaptor};
+use glam::Vec2;
+
+use super::config::BodyViewKind;
+
+/// Events of the canonical view of bodies, or of the sensor itself.
+#[derive(Debug, Clone)]
+pub(super) struct CanonicalEvents {
+    sensor: SensorSize,
+    /// None if events stay as they are.
+    adaptor: Option<ViewAdaptor>,
+    events: EventStream,
+}
+
+impl CanonicalEvents {
+    pub(super) fn new(kind: BodyViewKind, calibration: &Calibration) -> Self {
+        let sensor = calibration.sensor;
+        let adaptor = match kind {
+            BodyViewKind::Sensor => None,
+            BodyViewKind::Canonical => {
+                let view = CanonicalView::for_bodies(calibration);
+                Some(ViewAdaptor::new(calibration, &view)).filter(|map| !map.is_identity())
+            }
+        };
+        let size = adaptor.as_ref().map_or(sensor, |map| map.view().sensor);
+        Self { sensor, adaptor, events: EventStream::empty(size) }
+    }
+
+    /// Size of the images.
+    pub(super) fn size(&self) -> SensorSize {
+        self.adaptor.as_ref().map_or(self.sensor, |map| map.view().sensor)
+    }
+
+    /// The events of the view.
+    pub(super) fn push<'a>(&'a mut self, events: &'a EventStream) -> &'a EventStream {
+        let Some(map) = &mut self.adaptor else { return events };
+        map.push(events, &mut self.events);
+        &self.events
+    }
+
+    /// Joints on the sensor of joints in the view, in pixels; none beyond the sensor.
+    pub(super) fn sensor_points(&self, view_px: &BodyPoints) -> BodyPoints {
+        let Some(map) = &self.adaptor else { return *view_px };
+        let size = Vec2::new(f32::from(self.sensor.width), f32::from(self.sensor.height));
+        view_px.map(|point| {
+            let at_px = map.sensor_from_view(point?);
+            (at_px.cmpge(Vec2::ZERO).all() && at_px.cmple(size).all()).then_some(at_px)
+        })
+    }
+
+    /// Joints in the view of joints on the sensor, in pixels.
+    pub(super) fn view_points(&self, sensor_px: &BodyPoints) -> BodyPoints {
+        let Some(map) = &self.adaptor else { return *sensor_px };
+        sensor_px.map(|point| map.view_from_sensor(point?))
+    }
+
+    /// Forgets all events.
+    pub(super) fn reset(&mut self) {
+        if let Some(map) = &mut self.adaptor {
+            map.reset();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn joints_return_to_the_sensor_and_those_in_the_border_have_no_place_on_it() {
+        let calibration = Calibration::guessed(SensorSize { width: 1280, height: 720 });
+        let seen = CanonicalEvents::new(BodyViewKind::Canonical, &calibration);
+        assert_eq!(seen.size(), SensorSize { width: 320, height: 240 });
+        let mut points = BodyPoints::default();
+        points[3] = Some(Vec2::new(640.0, 360.0));
+        let there = seen.view_points(&points);
+        assert!(there[3].is_some_and(|at| at.distance(Vec2::new(160.0, 120.0)) < 1e-3));
+        let back = seen.sensor_points(&there);
+        assert!(back[3].is_some_and(|at| at.distance(Vec2::new(640.0, 360.0)) < 1e-2));
+        points[3] = Some(Vec2::new(160.0, 10.0));
+        assert_eq!(seen.sensor_points(&points)[3], None);
+    }
+
+    #[test]
+    fn the_sensor_itself_is_an_identity_of_any_size() {
+        let calibration = Calibration::guessed(SensorSize { width: 640, height: 480 });
+        let seen = CanonicalEvents::new(BodyViewKind::Sensor, &calibration);
+        assert_eq!(seen.size(), calibration.sensor);
+    }
+}

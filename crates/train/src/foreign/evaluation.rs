@@ -1,0 +1,129 @@
+//! Evaluation of a network of hands on recordings of any camera, by labelled joints.
+
+use evpose_core::{EventStream, Micros};
+use evpose_pose::metric::{HandEvaluation, HandPoints, SequenceScores};
+use evpose_pose::{HandParams, HandSide};
+use evpose_task::hand::{HandConfig, HandView, Predictor, canonical_view, poses_every_ms};
+use evpose_view::ViewAdaptor;
+use glam::{Vec2, Vec3};
+
+use super::{ForeignHand, HandJointRow};
+use crate::TrainError;
+
+/// Largest distance in time of a label from the pose that it is compared with.
+const MAX_OFFSET: Micros = Micros(1_500);
+
+/// Scores of a network and of a constant pose on recordings of any camera.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ForeignHandResults {
+    /// The network's poses.
+    pub network: HandEvaluation,
+    /// The same after the Kalman filter.
+    pub filtered: HandEvaluation,
+    /// The mean pose of the training.
+    pub mean_pose: HandEvaluation,
+}
+
+/// Evaluates a network on recordings at the times of their labels. Parameters are not labelled:
+/// only errors of points are scored. `progress` receives 1 after each recording.
+///
+/// # Errors
+/// If a prediction fails.
+pub fn evaluate_foreign_hands(
+    config: &HandConfig,
+    recordings: &[ForeignHand],
+    predictor: &mut dyn Predictor,
+    mean_pose: &HandParams,
+    progress: &mut dyn FnMut(u64),
+) -> Result<ForeignHandResults, TrainError> {
+    let mut results = ForeignHandResults::default();
+    for recording in recordings {
+        let seen = SeenHand::new(config, recording)?;
+        let poses = poses_every_ms(config, &seen.events, predictor, &mut |_| {})?;
+        let mut scores: [SequenceScores; 3] = Default::default();
+        for label in &recording.labels.rows {
+            let next = poses.partition_point(|pose| pose.t < label.t);
+            let around = poses[next.saturating_sub(1)..].iter().take(2);
+            let nearest = around.min_by_key(|pose| (pose.t - label.t).0.abs());
+            let Some(pose) = nearest.filter(|pose| (pose.t - label.t).0.abs() <= MAX_OFFSET.0)
+            else {
+                continue;
+            };
+            for (scores, params) in
+                scores.iter_mut().zip([&pose.measured, &pose.filtered, mean_pose])
+            {
+                seen.score(params, label, scores);
+            }
+        }
+        let [network, filtered, constant] = scores;
+        results.network.sequences.push(network);
+        results.filtered.sequences.push(filtered);
+        results.mean_pose.sequences.push(constant);
+        progress(1);
+    }
+    Ok(results)
+}
+
+/// A recording as the network sees it: a right hand before the canonical camera.
+struct SeenHand {
+    adaptor: ViewAdaptor,
+    view: HandView,
+    events: EventStream,
+    is_mirrored: bool,
+    /// The side of the network's hands.
+    side: HandSide,
+}
+
+impl SeenHand {
+    fn new(config: &HandConfig, recording: &ForeignHand) -> Result<Self, TrainError> {
+        let mut adaptor = ViewAdaptor::new(&recording.calibration, &canonical_view(config));
+        let mut events = EventStream::empty(adaptor.view().sensor);
+        adaptor.push(&recording.events, &mut events);
+        let side = config.simulation.hands.side(0);
+        let is_mirrored = recording.side != side;
+        if is_mirrored {
+            events = mirrored(&events);
+        }
+        Ok(Self { adaptor, view: HandView::new(config)?, events, is_mirrored, side })
+    }
+
+    /// The points of a predicted pose: on the sensor, and in the frame of the camera, y downwards.
+    fn points(&self, pose: &HandParams) -> HandPoints {
+        let canonical = self.view.points(self.side, pose, &[]);
+        let width_px = f32::from(self.adaptor.view().sensor.width);
+        let image_px = canonical.image_px.map(|point| {
+            let point = point?;
+            let x = if self.is_mirrored { width_px - point.x } else { point.x };
+            Some(self.adaptor.sensor_from_view(Vec2::new(x, point.y)))
+        });
+        let mirror = if self.is_mirrored { -1.0 } else { 1.0 };
+        let world_m = self.view.camera_points(&canonical.world_m).map(|point| {
+            // From y up, looking along -z, to y down, looking along z.
+            Vec3::new(mirror * point.x, -point.y, -point.z)
+        });
+        HandPoints { world_m, image_px }
+    }
+
+    fn score(&self, pose: &HandParams, label: &HandJointRow, scores: &mut SequenceScores) {
+        let predicted = self.points(pose);
+        let world_m = label.camera_m.unwrap_or([Vec3::ZERO; 21]);
+        let truth = HandPoints { world_m, image_px: label.image_px };
+        if label.camera_m.is_some() {
+            scores.push_points(&predicted, &truth);
+        } else {
+            scores.push_image_points(&predicted, &truth);
+        }
+    }
+}
+
+/// The events of the mirror image.
+fn mirrored(events: &EventStream) -> EventStream {
+    let last = events.sensor().width - 1;
+    let mut out = EventStream::empty(events.sensor());
+    for mut event in events.iter() {
+        event.x = last - event.x;
+        // On the sensor and in order, as before.
+        let _ = out.push(event);
+    }
+    out
+}

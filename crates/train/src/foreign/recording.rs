@@ -1,0 +1,120 @@
+//! A recording of somebody's hand with its camera.
+
+use std::path::{Path, PathBuf};
+
+use evpose_core::{EventStream, SensorSize};
+use evpose_pose::HandSide;
+use evpose_view::{Calibration, CalibrationSource};
+use serde::Deserialize;
+
+use super::HandJointTable;
+use crate::TrainError;
+
+/// Ending of the labels.
+const JOINTS: &str = ".joints.csv";
+
+/// A recording of a hand, with labels and calibration.
+#[derive(Debug, Clone)]
+pub struct ForeignHand {
+    /// Name of its files without extension.
+    pub name: String,
+    /// Its events.
+    pub events: EventStream,
+    /// Its camera.
+    pub calibration: Calibration,
+    /// Side of the hand.
+    pub side: HandSide,
+    /// Its labels.
+    pub labels: HandJointTable,
+}
+
+/// What is read of the file of a recording; everything else in it is for people.
+#[derive(Debug, Deserialize)]
+struct Info {
+    sensor: SensorSize,
+    camera: CameraInfo,
+    #[serde(default = "right")]
+    side: String,
+}
+
+#[derive(Debug, Deserialize)]
+struct CameraInfo {
+    fx_px: f64,
+    fy_px: f64,
+    cx_px: f64,
+    cy_px: f64,
+    #[serde(default)]
+    distortion: Vec<f64>,
+}
+
+fn right() -> String {
+    "right".to_owned()
+}
+
+/// Reads every recording of a directory, in order of name.
+///
+/// # Errors
+/// If a file is missing, cannot be read, or contradicts another.
+pub fn foreign_hands(directory: &Path) -> Result<Vec<ForeignHand>, TrainError> {
+    let failed = |source| TrainError::Io { path: directory.to_owned(), source };
+    let mut names = Vec::new();
+    for entry in std::fs::read_dir(directory).map_err(failed)? {
+        names.extend(entry.map_err(failed)?.file_name().into_string());
+    }
+    names.sort();
+    let stems: Vec<&str> = names.iter().filter_map(|name| name.strip_suffix(JOINTS)).collect();
+    if stems.is_empty() {
+        let message = format!("no recording with a table of joints (00{JOINTS})");
+        return Err(TrainError::Config { path: directory.to_owned(), message });
+    }
+    stems.into_iter().map(|stem| read(directory, stem, &names)).collect()
+}
+
+fn read(directory: &Path, stem: &str, names: &[String]) -> Result<ForeignHand, TrainError> {
+    let path = |ending: &str| -> PathBuf { directory.join(format!("{stem}{ending}")) };
+    let info_path = path(".toml");
+    let wrong = |message: String| TrainError::Config { path: info_path.clone(), message };
+    let text = std::fs::read_to_string(&info_path)
+        .map_err(|source| TrainError::Io { path: info_path.clone(), source })?;
+    let info: Info = toml::from_str(&text).map_err(|error| wrong(error.to_string()))?;
+    let is_events = |name: &&String| {
+        let ending = name.strip_prefix(stem).and_then(|rest| rest.strip_prefix('.'));
+        ending.is_some_and(|ending| {
+            !ending.contains('.') && evpose_io::format_for(Path::new(name)).is_ok()
+        })
+    };
+    let events = names
+        .iter()
+        .find(is_events)
+        .ok_or_else(|| wrong(format!("no events beside it, such as {stem}.npz or {stem}.raw")))?;
+    let recording = evpose_io::open_with(&directory.join(events), Some(info.sensor))?;
+    if recording.stream.sensor() != info.sensor {
+        let own = recording.stream.sensor();
+        return Err(wrong(format!("sensor: {}, but {events} is of {own}", info.sensor)));
+    }
+    let CameraInfo { fx_px, fy_px, cx_px, cy_px, distortion } = &info.camera;
+    let camera = evpose_core::LensCamera {
+        focal_px: glam::DVec2::new(*fx_px, *fy_px),
+        principal_px: glam::DVec2::new(*cx_px, *cy_px),
+        distortion: evpose_core::Distortion::from_opencv(distortion).ok_or_else(|| {
+            wrong(format!("camera.distortion: {} coefficients", distortion.len()))
+        })?,
+    };
+    let side = match info.side.as_str() {
+        "right" => HandSide::Right,
+        "left" => HandSide::Left,
+        other => return Err(wrong(format!("side: `{other}` is neither right nor left"))),
+    };
+    Ok(ForeignHand {
+        name: stem.to_owned(),
+        events: recording.stream,
+        calibration: Calibration {
+            sensor: info.sensor,
+            camera,
+            source: CalibrationSource::File(info_path.display().to_string()),
+            note: None,
+        },
+        side,
+        labels: HandJointTable::read(&path(JOINTS))?,
+    })
+}

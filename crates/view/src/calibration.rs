@@ -1,0 +1,197 @@
+//! What is known of a camera: size, focal length, principal point, distortion.
+
+use std::path::Path;
+
+use evpose_core::{Distortion, LensCamera, SensorSize};
+use glam::DVec2;
+
+use crate::CalibrationError;
+use crate::file_formats::{CameraOfFile, read_file};
+
+/// Vertical field of view that is assumed where nothing is known, in degrees: a lens of 5 to 6 mm
+/// before the chip of a DAVIS346 or DVXplorer, and that of the published hands.
+const GUESSED_FOV_DEG: f64 = 45.0;
+/// Largest relative difference of aspect ratios at which a calibration of another size is scaled.
+const SAME_ASPECT: f64 = 0.02;
+
+/// A camera whose field of view is known by its name, with the lens it is sold with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NamedCamera {
+    /// Name on the command line.
+    pub name: &'static str,
+    /// Its sensor.
+    pub sensor: SensorSize,
+    /// Pitch of its pixels, in micrometres.
+    pub pitch_um: f64,
+    /// Focal length of the lens it is sold with, in millimetres.
+    pub lens_mm: f64,
+}
+
+const fn camera(
+    name: &'static str,
+    [width, height]: [u16; 2],
+    pitch_um: f64,
+    lens_mm: f64,
+) -> NamedCamera {
+    NamedCamera { name, sensor: SensorSize { width, height }, pitch_um, lens_mm }
+}
+
+/// Cameras known by name. Pixel pitches are of the makers' data sheets, focal lengths those of the
+/// lenses of their kits; whoever mounts another lens should calibrate it.
+pub static NAMED_CAMERAS: [NamedCamera; 7] = [
+    camera("dvs128", [128, 128], 40.0, 4.5),
+    camera("davis240c", [240, 180], 18.5, 4.5),
+    camera("davis346", [346, 260], 18.5, 6.0),
+    camera("dvxplorer", [640, 480], 9.0, 6.0),
+    camera("dvxplorer-mini", [640, 480], 9.0, 3.6),
+    camera("evk3-hd", [1280, 720], 4.86, 5.0),
+    camera("evk4", [1280, 720], 4.86, 5.0),
+];
+
+/// Where a calibration comes from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum CalibrationSource {
+    /// A file.
+    File(String),
+    /// The name of a camera.
+    Named(&'static str),
+    /// A vertical field of view in degrees.
+    FieldOfView(f64),
+    /// Nothing: a field of view of 45 degrees, without distortion.
+    Guessed,
+}
+
+/// A camera with its sensor.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Calibration {
+    /// The sensor.
+    pub sensor: SensorSize,
+    /// Focal lengths, principal point and distortion.
+    pub camera: LensCamera,
+    /// Where that comes from.
+    pub source: CalibrationSource,
+    /// What was assumed, for the user.
+    pub note: Option<String>,
+}
+
+impl Calibration {
+    /// The camera that `choice` describes: a calibration file, the name of a camera, a vertical
+    /// field of view such as `45deg`; guessed without one. `sensor` is that of the recording.
+    ///
+    /// A calibration of another resolution with the same aspect ratio is scaled; of another aspect
+    /// ratio it is replaced by a guess. Both leave a note.
+    ///
+    /// # Errors
+    /// If a file cannot be read, or the text is none of these.
+    pub fn choose(choice: Option<&str>, sensor: SensorSize) -> Result<Self, CalibrationError> {
+        let Some(text) = choice else { return Ok(Self::guessed(sensor)) };
+        if let Some(named) = NAMED_CAMERAS.iter().find(|camera| camera.name == text) {
+            let focal_px = named.lens_mm * 1e3 / named.pitch_um;
+            let source = CalibrationSource::Named(named.name);
+            return Ok(Self::ideal(named.sensor, focal_px, source).fitted_to(sensor));
+        }
+        let degrees = text.strip_suffix("deg").and_then(|text| text.trim().parse::<f64>().ok());
+        if let Some(degrees) = degrees.filter(|degrees| (1.0..179.0).contains(degrees)) {
+            return Ok(Self::from_vertical_fov(sensor, degrees));
+        }
+        let path = Path::new(text);
+        if path.extension().is_none() && !path.exists() {
+            let known = NAMED_CAMERAS.iter().map(|camera| camera.name).collect();
+            return Err(CalibrationError::Unknown { text: text.to_owned(), known });
+        }
+        let CameraOfFile { sensor: calibrated, camera } = read_file(path)?;
+        let source = CalibrationSource::File(text.to_owned());
+        let calibrated = calibrated.unwrap_or(sensor);
+        Ok(Self { sensor: calibrated, camera, source, note: None }.fitted_to(sensor))
+    }
+
+    /// A camera without distortion of a vertical field of view in degrees.
+    pub fn from_vertical_fov(sensor: SensorSize, degrees: f64) -> Self {
+        let focal_px = focal_of_fov(sensor, degrees);
+        Self::ideal(sensor, focal_px, CalibrationSource::FieldOfView(degrees))
+    }
+
+    /// A camera of which nothing is known.
+    pub fn guessed(sensor: SensorSize) -> Self {
+        let focal_px = focal_of_fov(sensor, GUESSED_FOV_DEG);
+        let note = format!(
+            "no calibration: a vertical field of view of {GUESSED_FOV_DEG} degrees is assumed; \
+             distances in metres are in proportion to the true focal length (--camera)"
+        );
+        let guess = Self::ideal(sensor, focal_px, CalibrationSource::Guessed);
+        Self { note: Some(note), ..guess }
+    }
+
+    fn ideal(sensor: SensorSize, focal_px: f64, source: CalibrationSource) -> Self {
+        let camera = LensCamera {
+            focal_px: DVec2::splat(focal_px),
+            principal_px: 0.5 * size_px(sensor),
+            distortion: Distortion::default(),
+        };
+        Self { sensor, camera, source, note: None }
+    }
+
+    /// The same camera read out at another resolution.
+    fn fitted_to(self, sensor: SensorSize) -> Self {
+        if self.sensor == sensor {
+            return self;
+        }
+        let (from, to) = (size_px(self.sensor), size_px(sensor));
+        let scale = to / from;
+        if (scale.x / scale.y - 1.0).abs() > SAME_ASPECT {
+            let note = format!(
+                "the calibration is of a sensor of {}, the recording of {sensor}: a field of view \
+                 of {GUESSED_FOV_DEG} degrees is assumed instead",
+                self.sensor
+            );
+            return Self { note: Some(note), ..Self::guessed(sensor) };
+        }
+        let note = format!("the calibration of a sensor of {} is scaled to {sensor}", self.sensor);
+        let camera = LensCamera {
+            focal_px: self.camera.focal_px * scale,
+            principal_px: self.camera.principal_px * scale,
+            ..self.camera
+        };
+        Self { sensor, camera, note: Some(note), ..self }
+    }
+}
+
+/// Width and height in pixels.
+pub(crate) fn size_px(sensor: SensorSize) -> DVec2 {
+    DVec2::new(f64::from(sensor.width), f64::from(sensor.height))
+}
+
+fn focal_of_fov(sensor: SensorSize, vertical_deg: f64) -> f64 {
+    0.5 * f64::from(sensor.height) / (0.5 * vertical_deg.to_radians()).tan()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use super::*;
+
+    const VGA: SensorSize = SensorSize { width: 640, height: 480 };
+
+    #[test]
+    fn names_fields_of_view_and_nothing_are_taken() {
+        let fov = Calibration::choose(Some("90deg"), VGA).unwrap();
+        assert!((fov.camera.focal_px.y - 240.0).abs() < 1e-9);
+        let named = Calibration::choose(Some("davis240c"), SensorSize::DAVIS240C).unwrap();
+        assert!((named.camera.focal_px.x - 243.2).abs() < 0.1 && named.note.is_none());
+        let guessed = Calibration::choose(None, VGA).unwrap();
+        assert_eq!(guessed.source, CalibrationSource::Guessed);
+        assert!(guessed.note.unwrap().contains("--camera"));
+        let error = Calibration::choose(Some("dvs129"), VGA).unwrap_err().to_string();
+        assert!(error.contains("dvs128") && error.contains("45deg"), "{error}");
+    }
+
+    #[test]
+    fn half_the_resolution_is_scaled_and_another_shape_is_guessed() {
+        let half = SensorSize { width: 320, height: 240 };
+        let scaled = Calibration::choose(Some("dvxplorer"), half).unwrap();
+        assert!((scaled.camera.focal_px.x - 1000.0 / 3.0).abs() < 1e-9);
+        assert!(scaled.note.unwrap().contains("scaled"));
+        let other = Calibration::choose(Some("dvs128"), half).unwrap();
+        assert_eq!(other.source, CalibrationSource::Guessed);
+    }
+}

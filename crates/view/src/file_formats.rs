@@ -1,0 +1,146 @@
+//! Files of calibrations: OpenCV's and ROS's YAML, OpenCV's XML, dv-processing's JSON, our TOML.
+//!
+//! Of YAML and XML the few keys of a calibration are read: both are written by one library in one
+//! shape, OpenCV's `FileStorage`, which ROS shares. Keys are found wherever they stand.
+
+use std::path::Path;
+
+use evpose_clean::CameraFile;
+use evpose_core::{Distortion, LensCamera, SensorSize};
+use glam::DVec2;
+
+use crate::CalibrationError;
+
+/// A camera as a file has it.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct CameraOfFile {
+    /// Its sensor, where the file says it.
+    pub(crate) sensor: Option<SensorSize>,
+    pub(crate) camera: LensCamera,
+}
+
+/// Reads a calibration file of any of the formats, recognised by its content.
+pub(crate) fn read_file(path: &Path) -> Result<CameraOfFile, CalibrationError> {
+    let text = std::fs::read_to_string(path)
+        .map_err(|source| CalibrationError::File { path: path.to_owned(), source })?;
+    let malformed = |reason: String| CalibrationError::Malformed { path: path.to_owned(), reason };
+    let begin = text.trim_start();
+    if begin.starts_with('{') {
+        return dv_processing(&text).map_err(malformed);
+    }
+    if begin.starts_with("<?xml") || begin.starts_with("<opencv_storage") {
+        return opencv(&xml_values(&text)).map_err(malformed);
+    }
+    if text.contains("camera_matrix") && text.contains(':') {
+        return opencv(&yaml_values(&text)).map_err(malformed);
+    }
+    let file = CameraFile::load(path).map_err(|error| malformed(error.to_string()))?;
+    let camera = file.camera().map_err(malformed)?;
+    Ok(CameraOfFile { sensor: Some(file.sensor), camera })
+}
+
+/// The camera of checked intrinsics.
+fn checked(
+    sensor: Option<SensorSize>,
+    [fx, fy, cx, cy]: [f64; 4],
+    distortion: &[f64],
+) -> Result<CameraOfFile, String> {
+    if !(fx > 0.0 && fy > 0.0 && [fx, fy, cx, cy].iter().all(|value| value.is_finite())) {
+        return Err(format!("focal lengths {fx}, {fy} and principal point {cx}, {cy}"));
+    }
+    let model = Distortion::from_opencv(distortion).ok_or_else(|| {
+        let count = distortion.len();
+        format!("{count} coefficients of distortion; there are 0, 4, 5, 8, 12 or 14")
+    })?;
+    let camera = LensCamera::from_opencv(DVec2::new(fx, fy), DVec2::new(cx, cy), model);
+    Ok(CameraOfFile { sensor, camera })
+}
+
+/// The first camera of dv-processing's set of calibrations.
+fn dv_processing(text: &str) -> Result<CameraOfFile, String> {
+    let root: serde_json::Value = serde_json::from_str(text).map_err(|error| error.to_string())?;
+    let camera = root
+        .get("cameras")
+        .and_then(|cameras| cameras.get(0))
+        .ok_or("`cameras` with at least one camera is expected, as dv-processing writes it")?;
+    let numbers = |key: &str| -> Result<Vec<f64>, String> {
+        let list = camera.get(key).and_then(serde_json::Value::as_array);
+        let list = list.ok_or_else(|| format!("cameras[0].{key}: a list is expected"))?;
+        list.iter()
+            .map(|value| value.as_f64().ok_or_else(|| format!("cameras[0].{key}: no number")))
+            .collect()
+    };
+    let pair = |key: &str| -> Result<[f64; 2], String> {
+        let list = numbers(key)?;
+        list.try_into().map_err(|_| format!("cameras[0].{key}: two numbers are expected"))
+    };
+    let model = camera.get("distortionModel").and_then(serde_json::Value::as_str);
+    if let Some(other) = model.filter(|model| !["radialTangential", "none"].contains(model)) {
+        return Err(format!("cameras[0].distortionModel: `{other}` is not supported"));
+    }
+    let [width, height] = pair("resolution")?;
+    let sensor = SensorSize { width: width as u16, height: height as u16 };
+    let [fx, fy] = pair("focalLength")?;
+    let [cx, cy] = pair("principalPoint")?;
+    let distortion =
+        if camera.get("distortion").is_some() { numbers("distortion")? } else { vec![] };
+    checked(Some(sensor), [fx, fy, cx, cy], &distortion)
+}
+
+/// Looks up the numbers of a key.
+type Values<'a> = dyn Fn(&str) -> Option<Vec<f64>> + 'a;
+
+/// A camera in the keys of OpenCV's calibration, and of ROS's.
+fn opencv(values: &Values<'_>) -> Result<CameraOfFile, String> {
+    let first = |names: &[&str]| names.iter().find_map(|name| values(name));
+    let matrix = first(&["camera_matrix", "cameraMatrix", "K"])
+        .ok_or("no `camera_matrix`: OpenCV's camera matrix is expected")?;
+    let [fx, _, cx, _, fy, cy, _, _, _] = matrix[..] else {
+        return Err(format!("camera_matrix: {} numbers instead of 9", matrix.len()));
+    };
+    let distortion = first(&["distortion_coefficients", "dist_coeffs", "distCoeffs", "D"]);
+    let side = |names: &[&str]| first(names).and_then(|list| list.first().copied());
+    let sensor = side(&["image_width", "width"])
+        .zip(side(&["image_height", "height"]))
+        .map(|(width, height)| SensorSize { width: width as u16, height: height as u16 });
+    checked(sensor, [fx, fy, cx, cy], &distortion.unwrap_or_default())
+}
+
+/// The numbers behind a key of YAML: on its line, or in the `data` list below it.
+fn yaml_values(text: &str) -> impl Fn(&str) -> Option<Vec<f64>> {
+    move |key: &str| {
+        let lines: Vec<&str> = text.lines().collect();
+        let at = lines.iter().position(|line| {
+            line.trim_start().strip_prefix(key).is_some_and(|rest| rest.starts_with(':'))
+        })?;
+        let own = lines[at].split_once(':')?.1.trim();
+        if let Ok(number) = own.parse::<f64>() {
+            return Some(vec![number]);
+        }
+        let below = lines[at..].join(" ");
+        let below = match below.find("data:") {
+            Some(data) if !own.starts_with('[') => below[data..].to_owned(),
+            _ => below,
+        };
+        let list = below.split_once('[')?.1.split_once(']')?.0;
+        list.split(',').map(|word| word.trim().parse().ok()).collect()
+    }
+}
+
+/// The numbers inside an element of XML, or inside the `data` element in it.
+fn xml_values(text: &str) -> impl Fn(&str) -> Option<Vec<f64>> {
+    move |key: &str| {
+        let inside = |text: &str, key: &str| -> Option<String> {
+            let open = text.find(&format!("<{key}>")).or_else(|| text.find(&format!("<{key} ")))?;
+            let begin = open + text[open..].find('>')? + 1;
+            let end = begin + text[begin..].find(&format!("</{key}>"))?;
+            Some(text[begin..end].to_owned())
+        };
+        let element = inside(text, key)?;
+        let data = inside(&element, "data").unwrap_or(element);
+        data.split_whitespace().map(|word| word.parse().ok()).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests;

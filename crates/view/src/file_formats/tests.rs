@@ -1,0 +1,55 @@
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use super::*;
+
+const OPENCV_YAML: &str = "%YAML:1.0\n---\ncalibration_time: \"Mon\"\nimage_width: 346\n\
+    image_height: 260\ncamera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: \
+    [ 3.1e+02, 0., 1.72e+02, 0., 3.11e+02,\n       1.29e+02, 0., 0., 1. ]\n\
+    distortion_coefficients: !!opencv-matrix\n   rows: 5\n   cols: 1\n   dt: d\n   data: [ -0.3, \
+    0.1, 0., 0.,\n       0. ]\n";
+const ROS_YAML: &str = "image_width: 346\nimage_height: 260\ncamera_name: davis\ncamera_matrix:\n  \
+    rows: 3\n  cols: 3\n  data: [310, 0, 172, 0, 311, 129, 0, 0, 1]\ndistortion_model: plumb_bob\n\
+    distortion_coefficients:\n  rows: 1\n  cols: 5\n  data: [-0.3, 0.1, 0, 0, 0]\n";
+const OPENCV_XML: &str = "<?xml version=\"1.0\"?>\n<opencv_storage>\n<image_width>346</image_width>\n\
+    <image_height>260</image_height>\n<camera_matrix type_id=\"opencv-matrix\">\n<rows>3</rows>\n\
+    <cols>3</cols>\n<dt>d</dt>\n<data>\n310. 0. 172. 0. 311. 129. 0. 0. 1.</data></camera_matrix>\n\
+    <distortion_coefficients type_id=\"opencv-matrix\"><rows>5</rows><cols>1</cols><dt>d</dt><data>\n\
+    -0.3 0.1 0. 0. 0.</data></distortion_coefficients>\n</opencv_storage>";
+const DV_JSON: &str = "{\"cameras\": [{\"name\": \"DAVIS346_00000499\", \"position\": \"center\", \
+    \"resolution\": [346, 260], \"distortion\": [-0.3, 0.1, 0, 0, 0], \"distortionModel\": \
+    \"radialTangential\", \"focalLength\": [310, 311], \"principalPoint\": [172, 129]}]}";
+const OWN_TOML: &str = "sensor = { width = 346, height = 260 }\nfocal_px = [310.0, 311.0]\n\
+    centre_px = [172.0, 129.0]\ndistortion = [-0.3, 0.1, 0.0, 0.0, 0.0]\n";
+
+fn read(text: &str) -> Result<CameraOfFile, CalibrationError> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("calibration");
+    std::fs::write(&path, text).unwrap();
+    read_file(&path)
+}
+
+#[test]
+fn the_same_camera_is_read_from_every_format() {
+    let want = read(OWN_TOML).unwrap();
+    assert_eq!(want.sensor, Some(SensorSize { width: 346, height: 260 }));
+    assert_eq!(want.camera.focal_px, DVec2::new(310.0, 311.0));
+    assert_eq!(want.camera.principal_px, DVec2::new(172.5, 129.5));
+    for text in [OPENCV_YAML, ROS_YAML, OPENCV_XML, DV_JSON] {
+        assert_eq!(read(text).unwrap(), want, "{text}");
+    }
+}
+
+#[test]
+fn faults_name_the_field() {
+    for (text, field) in [
+        (OPENCV_YAML.replace("3.1e+02, 0.,", ""), "camera_matrix"),
+        (ROS_YAML.replace("data: [310", "data: [-310"), "focal"),
+        (ROS_YAML.replace("data: [-0.3, 0.1, 0, 0, 0]", "data: [-0.3, 0.1, 0]"), "distortion"),
+        (DV_JSON.replace("\"resolution\": [346, 260],", ""), "resolution"),
+        (DV_JSON.replace("radialTangential", "equidistant"), "equidistant"),
+        ("focal_px = 3".to_owned(), "calibration"),
+    ] {
+        let error = read(&text).unwrap_err().to_string();
+        assert!(error.contains(field), "{error}");
+    }
+}
