@@ -39,6 +39,20 @@ impl Annotation {
     }
 }
 
+/// A size, or the empty list that published annotations have where it is not known.
+fn size<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Option<f32>, D::Error> {
+    #[derive(Deserialize)]
+    #[serde(untagged)]
+    enum Size {
+        Known(f32),
+        Unknown([f32; 0]),
+    }
+    Ok(match Option::<Size>::deserialize(deserializer)? {
+        Some(Size::Known(size)) => Some(size),
+        Some(Size::Unknown([])) | None => None,
+    })
+}
+
 /// An entry as written.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Entry {
@@ -47,11 +61,11 @@ struct Entry {
     center: [f32; 2],
     #[serde(default, skip_serializing_if = "Option::is_none")]
     ts: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, deserialize_with = "size", skip_serializing_if = "Option::is_none")]
     head_size: Option<f32>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, deserialize_with = "size", skip_serializing_if = "Option::is_none")]
     head_size_scaled: Option<f32>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, deserialize_with = "size", skip_serializing_if = "Option::is_none")]
     torso_size: Option<f32>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     other_centers: Vec<[f32; 2]>,

@@ -4,12 +4,12 @@ use burn::module::{self, Module};
 use burn::nn::PaddingConfig2d;
 use burn::nn::conv::{Conv2d, Conv2dConfig};
 use burn::tensor::{Device, Tensor};
-use evpose_pose::PARAMETERS;
 use serde::{Deserialize, Serialize};
 
 use crate::NnError;
 use crate::backbone::{Backbone, BackboneNet as _, IMAGE_CHANNELS};
 use crate::graph::Graph;
+use crate::hand_output::RotationOutput;
 use crate::initializer::{Initializer, seeded};
 use crate::net_ops::NetOps;
 use crate::ops::{self, Blocked};
@@ -29,12 +29,14 @@ pub struct HandRegressorConfig {
     /// Channels relative to the published backbone: 0.25 gives ResNet-18 stages of 16, 32, 64 and
     /// 128 channels.
     pub width: f32,
+    /// How it expresses rotations.
+    pub rotation: RotationOutput,
 }
 
 impl Default for HandRegressorConfig {
     /// The published network.
     fn default() -> Self {
-        Self { backbone: "resnet18".to_owned(), width: 1.0 }
+        Self { backbone: "resnet18".to_owned(), width: 1.0, rotation: RotationOutput::default() }
     }
 }
 
@@ -80,7 +82,8 @@ impl HandRegressorConfig {
             .with_padding(PaddingConfig2d::Explicit(1, 1, 1, 1))
             .with_initializer(module::Initializer::Zeros)
             .init(device);
-        let backbone = Backbone::build(&self.backbone, self.width, PARAMETERS, device)?;
+        let backbone =
+            Backbone::build(&self.backbone, self.width, self.rotation.outputs(), device)?;
         Ok(HandRegressor { conv1, backbone, config: self.clone() })
     }
 }
@@ -91,7 +94,7 @@ impl HandRegressor {
     ///
     /// # Shapes
     /// - events: `[batch, 2, height, width]`, values in [0, 1]
-    /// - output: `[batch, 12]`
+    /// - output: `[batch, 12]`, or 15 of them: see [`RotationOutput`]
     pub fn forward(&self, events: Tensor<4>) -> Tensor<2> {
         if ops::is_ours(&events) {
             return self.forward_ops(Blocked::from_planes(events));
@@ -136,7 +139,11 @@ mod tests {
     use burn::tensor::Distribution;
 
     fn config(backbone: &str, width: f32) -> HandRegressorConfig {
-        HandRegressorConfig { backbone: backbone.to_owned(), width }
+        HandRegressorConfig {
+            backbone: backbone.to_owned(),
+            width,
+            ..HandRegressorConfig::default()
+        }
     }
 
     #[test]
@@ -186,7 +193,7 @@ mod tests {
                 assert_eq!(count, 1, "{}: {layer}", entry.name);
             }
             assert_eq!(graph.outputs, [graph.nodes.len() - 1]);
-            assert_eq!(graph.nodes[graph.outputs[0]].channels, PARAMETERS);
+            assert_eq!(graph.nodes[graph.outputs[0]].channels, 12);
             for (id, node) in graph.nodes.iter().enumerate() {
                 assert!(node.inputs.iter().all(|input| *input < id), "{}", node.name);
             }

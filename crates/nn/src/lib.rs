@@ -22,7 +22,11 @@
 //! use evpose_nn::HandRegressorConfig;
 //!
 //! # fn main() -> Result<(), evpose_nn::NnError> {
-//! let config = HandRegressorConfig { backbone: "mobilenet_v2".to_owned(), width: 0.25 };
+//! let config = HandRegressorConfig {
+//!     backbone: "mobilenet_v2".to_owned(),
+//!     width: 0.25,
+//!     ..HandRegressorConfig::default()
+//! };
 //! let network = config.init(1, &Device::flex())?;
 //! let events = Tensor::<4>::zeros([2, 2, 45, 60], &Device::flex());
 //! assert_eq!(network.forward(events).dims(), [2, 12]);
@@ -37,6 +41,7 @@ mod conv_norm;
 mod device;
 mod error;
 pub mod graph;
+mod hand_output;
 mod hand_regressor;
 mod initializer;
 mod linear;
@@ -51,6 +56,7 @@ pub mod weights;
 pub use backbone::{BACKBONES, BackboneEntry, backbone_by_name};
 pub use device::DeviceKind;
 pub use error::NnError;
+pub use hand_output::RotationOutput;
 pub use hand_regressor::{HandRegressor, HandRegressorConfig};
 pub use loss::{
     BodyLoss, BodyLossConfig, BodyLossParts, BodyTargets, HandLoss, HandLossConfig, HandLossParts,

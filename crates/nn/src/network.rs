@@ -48,7 +48,11 @@ impl Network {
             let known: Vec<_> = Self::names().collect();
             return Err(NnError::UnknownNetwork { name: name.to_owned(), known: known.join(", ") });
         };
-        let config = HandRegressorConfig { backbone: entry.name.to_owned(), width };
+        let config = HandRegressorConfig {
+            backbone: entry.name.to_owned(),
+            width,
+            ..HandRegressorConfig::default()
+        };
         Ok(Self::Hand(Box::new(config.init(seed, device)?)))
     }
 

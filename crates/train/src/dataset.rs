@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use evpose_core::{EventStream, SensorSize};
 use evpose_io::{EvcReader, EvcWindow, MetaReader};
+use evpose_nn::RotationOutput;
 use evpose_pose::{HandParams, HandSide, PARAMETERS};
 use evpose_repr::{
     ChannelOrder, FrameEvent, FrameWindow, RepresentationChoice, WindowAugmentation,
@@ -125,6 +126,7 @@ pub struct HandDataset {
     window_frames: u32,
     seed: u64,
     sensor: SensorSize,
+    rotation: RotationOutput,
 }
 
 impl HandDataset {
@@ -191,6 +193,7 @@ impl HandDataset {
             window_frames: config.representation.window_ms,
             seed: config.seed,
             sensor,
+            rotation: config.network.rotation,
         })
     }
 
@@ -222,6 +225,11 @@ impl HandDataset {
     /// Never: an empty data set is an error at [`Self::open`].
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// How the network's outputs express rotations.
+    pub(crate) fn rotation(&self) -> RotationOutput {
+        self.rotation
     }
 
     /// `(height, width)` of the inputs.

@@ -14,7 +14,7 @@ use crate::metric::{Field, LOSS, Scalars};
 pub(crate) struct HandBatch {
     /// Representations, `[batch, 2, height, width]`.
     pub inputs: Tensor<4>,
-    /// The 12 parameters, `[batch, 12]`.
+    /// The outputs of a perfect network, `[batch, 12]` or `[batch, 15]`.
     pub poses: Tensor<2>,
     /// Optimiser step this batch is for, from 1.
     pub step: u64,

@@ -157,10 +157,11 @@ impl HandLoader {
             positions.into_par_iter().map(|p| self.sample(p)).collect::<Result<_, _>>()?;
         let count = samples.len();
         let mut inputs = Vec::with_capacity(samples.iter().map(|s| s.input.len()).sum());
-        let mut poses = Vec::with_capacity(count * 12);
+        let rotation = self.data.rotation();
+        let mut poses = Vec::with_capacity(count * rotation.outputs());
         for sample in &samples {
             inputs.extend_from_slice(&sample.input);
-            poses.extend_from_slice(&sample.pose);
+            rotation.push_targets(&sample.pose, &mut poses);
         }
         Ok(Windows { inputs, poses, count })
     }
@@ -168,9 +169,10 @@ impl HandLoader {
     fn batch(&self, Windows { inputs, poses, count }: Windows, step: u64) -> HandBatch {
         let (height, width) = self.data.image_size();
         let inputs = TensorData::new(inputs, [count, 2, height, width]);
+        let outputs = self.data.rotation().outputs();
         HandBatch {
             inputs: Tensor::from_data(inputs, &self.device),
-            poses: Tensor::from_data(TensorData::new(poses, [count, 12]), &self.device),
+            poses: Tensor::from_data(TensorData::new(poses, [count, outputs]), &self.device),
             step,
         }
     }

@@ -7,6 +7,7 @@ use evpose_app::json::write_json;
 use evpose_app::machine::Machine;
 use evpose_app::progress::{bar, say};
 use evpose_app::run_info::COMMIT;
+use evpose_core::Micros;
 use evpose_pose::metric::body::BodySummary;
 use evpose_report::people;
 use evpose_task::body::{BodyPredictorOptions, BodySourceKind};
@@ -41,6 +42,8 @@ pub(super) fn run(model: &BodyModel, args: &EvalArgs, data: &Path) -> Result<()>
     // Images are evaluated one by one, whether or not they are of one clip.
     for (index, frame) in frames.frames.iter_mut().enumerate() {
         frame.sequence = index as u64;
+        // Not in the part of a sequence that the protocol leaves out.
+        frame.t = Micros::SECOND;
     }
     let options =
         BodyPredictorOptions { precision: args.precision, ..BodyPredictorOptions::default() };

@@ -37,7 +37,10 @@ const PARAMETER_NAMES: [&str; 12] = [
 
 pub(super) fn run(model: &HandModel, args: &InferArgs) -> Result<()> {
     let config = &model.checkpoint.config;
-    let recording = evpose_io::open_with(&args.events, Some(config.simulation.image_size()))?;
+    // Only the files of simulations have no size of their own.
+    let is_simulated = args.events.extension().is_some_and(|ending| ending == "evc");
+    let size = is_simulated.then(|| config.simulation.image_size());
+    let recording = evpose_io::open_with(&args.events, size)?;
     if recording.rejected.total() > 0 {
         say(format!(
             "warning: {}: left out {} events outside the sensor and {} out of order",

@@ -9,8 +9,13 @@ use serde::{Deserialize, Serialize};
 const ARTICULATION: std::ops::Range<usize> = 0..6;
 /// The position of the wrist.
 const TRANSLATION: std::ops::Range<usize> = 6..9;
-/// The axis-angle vector of the wrist.
-const ROTATION: std::ops::Range<usize> = 9..12;
+/// The first output of the wrist's rotation.
+const ROTATION: usize = 9;
+/// Components of a rotation vector.
+const ROTATION_PARAMETERS: usize = 3;
+/// Mean square error of a rotation vector's components over that of six entries of the matrix, for
+/// small angles: `(θ² / 3) / (2 θ² / 9)`.
+const SIX_D_RAD2: f32 = 1.5;
 /// The z coordinate of the wrist.
 const DEPTH: std::ops::Range<usize> = 8..9;
 
@@ -61,7 +66,8 @@ pub struct HandLossParts {
     pub translation_m2: Tensor<1>,
     /// Mean squared error of the wrist's z coordinate in square metres.
     pub depth_m2: Tensor<1>,
-    /// Mean squared error of the rotation vector's components in square radians.
+    /// Mean squared error of the rotation vector's components in square radians; of rotations in 6D,
+    /// what it would be for small errors.
     pub rotation_rad2: Tensor<1>,
 }
 
@@ -72,7 +78,7 @@ impl HandLoss {
     }
 
     /// # Shapes
-    /// - prediction, target: `[batch, 12]`
+    /// - prediction, target: `[batch, 12]`, or `[batch, 15]` with rotations in 6D
     ///
     /// # Panics
     /// If the shapes differ.
@@ -82,12 +88,13 @@ impl HandLoss {
             squared.clone().slice([0..squared.dims()[0], part]).mean()
         };
         let (articulation, translation_m2) = (mean(ARTICULATION), mean(TRANSLATION));
-        let (depth_m2, rotation_rad2) = (mean(DEPTH), mean(ROTATION));
-        let weight =
-            |part: std::ops::Range<usize>, scale| part.len() as f32 / PARAMETERS as f32 / scale;
-        let total = articulation.clone() * weight(ARTICULATION, self.config.articulation)
-            + translation_m2.clone() * weight(TRANSLATION, self.config.translation_m2)
-            + rotation_rad2.clone() * weight(ROTATION, self.config.rotation_rad2);
+        let outputs = squared.dims()[1];
+        let (depth_m2, rotation) = (mean(DEPTH), mean(ROTATION..outputs));
+        let rotation_rad2 = if outputs == PARAMETERS { rotation } else { rotation * SIX_D_RAD2 };
+        let weight = |count: usize, scale| count as f32 / PARAMETERS as f32 / scale;
+        let total = articulation.clone() * weight(ARTICULATION.len(), self.config.articulation)
+            + translation_m2.clone() * weight(TRANSLATION.len(), self.config.translation_m2)
+            + rotation_rad2.clone() * weight(ROTATION_PARAMETERS, self.config.rotation_rad2);
         let objective = total.clone().log() * std::f32::consts::LOG10_E;
         HandLossParts { objective, total, articulation, translation_m2, depth_m2, rotation_rad2 }
     }

@@ -132,7 +132,11 @@ mod tests {
     use burn::tensor::Tensor;
 
     fn network(seed: u64, device: &Device) -> HandRegressor {
-        let config = HandRegressorConfig { backbone: "resnet18".into(), width: 0.0625 };
+        let config = HandRegressorConfig {
+            backbone: "resnet18".into(),
+            width: 0.0625,
+            ..HandRegressorConfig::default()
+        };
         config.init(seed, device).unwrap()
     }
 

@@ -2,9 +2,9 @@
 
 use burn::tensor::{Device, Tensor, TensorData};
 use evpose_infer::{CalibrationRanges, Engine, EngineOptions, Precision};
-use evpose_nn::HandRegressor;
 use evpose_nn::graph::Graph;
-use evpose_pose::{HandParams, PARAMETERS};
+use evpose_nn::{HandRegressor, RotationOutput};
+use evpose_pose::HandParams;
 use rayon::prelude::*;
 
 use crate::TaskError;
@@ -24,7 +24,10 @@ pub trait Predictor {
 }
 
 /// A network: on the CPU compiled, on other devices by Burn.
-pub struct NetworkPredictor(Backend);
+pub struct NetworkPredictor {
+    backend: Backend,
+    rotation: RotationOutput,
+}
 
 enum Backend {
     Compiled(Box<Compiled>),
@@ -48,12 +51,14 @@ impl NetworkPredictor {
         ranges: Option<CalibrationRanges>,
     ) -> Self {
         let compiled = Compiled::new(network.graph(), precision, ranges);
-        Self(Backend::Compiled(Box::new(compiled)))
+        let rotation = network.config().rotation;
+        Self { backend: Backend::Compiled(Box::new(compiled)), rotation }
     }
 
     /// Predicts with Burn's own arithmetic on every device.
     pub fn with_burn(network: HandRegressor, device: Device) -> Self {
-        Self(Backend::Burn { network: Box::new(network), device })
+        let rotation = network.config().rotation;
+        Self { backend: Backend::Burn { network: Box::new(network), device }, rotation }
     }
 }
 
@@ -63,7 +68,7 @@ impl Predictor for NetworkPredictor {
         inputs: &[f32],
         (height, width): (usize, usize),
     ) -> Result<Vec<HandParams>, TaskError> {
-        let values = match &mut self.0 {
+        let values = match &mut self.backend {
             Backend::Compiled(compiled) => compiled.values(inputs, [2, height, width])?,
             Backend::Burn { network, device } => {
                 let shape = [inputs.len() / (2 * height * width), 2, height, width];
@@ -75,8 +80,7 @@ impl Predictor for NetworkPredictor {
         if let Some(value) = values.iter().find(|value| !value.is_finite()) {
             return Err(TaskError::NotFinite { value: *value });
         }
-        let (poses, _) = values.as_chunks::<PARAMETERS>();
-        Ok(poses.iter().map(|&pose| HandParams::from_array(pose)).collect())
+        Ok(self.rotation.poses(&values))
     }
 }
 
