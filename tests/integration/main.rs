@@ -6,6 +6,7 @@ mod ablate;
 mod bench;
 mod body;
 mod calibrate;
+mod cameras;
 mod checkpoints;
 mod cli;
 mod conditions;

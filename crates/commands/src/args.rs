@@ -188,9 +188,9 @@ pub struct InferArgs {
     /// Bodies: milliseconds between poses [the config's]
     #[arg(long)]
     pub stride_ms: Option<u32>,
-    /// Bodies: minimum score of a detected joint
-    #[arg(long, default_value_t = 0.01)]
-    pub confidence: f32,
+    /// Bodies: minimum score of a detected joint [the checkpoint's]
+    #[arg(long)]
+    pub confidence: Option<f32>,
     /// Bodies: also write skeletons as a YARP folder
     #[arg(long, value_name = "DIR")]
     pub skeletons: Option<PathBuf>,

@@ -17,8 +17,8 @@ pub struct OnlineOptions {
     pub precision: Precision,
     /// Inputs per inference, for tasks that batch; the task's default if none.
     pub batch: Option<u16>,
-    /// Minimum score of a detection, for tasks that score them.
-    pub confidence: f32,
+    /// Minimum score of a detection, for tasks that score them; the checkpoint's if none.
+    pub confidence: Option<f32>,
 }
 
 /// A stream from events to poses that the online pipeline can run.

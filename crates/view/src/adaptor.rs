@@ -8,7 +8,7 @@
 //! makes as many events per canonical pixel for every resolution; noise that is independent among
 //! `n` pixels makes `1 / n` as many, and events of both polarities cancel.
 //!
-//! Where the sensor is coarser than the view, each event is one of all canonical pixels that its
+//! If the sensor is coarser than the view, each event is one of all canonical pixels that its
 //! pixel covers.
 //!
 //! # Source
@@ -34,7 +34,7 @@ const THRESHOLD: f32 = 1.0 - 5e-3;
 pub struct ViewAdaptor {
     calibration: Calibration,
     view: CanonicalView,
-    /// Where the canonical pixels of each sensor pixel begin in `covered`, and where the last ends.
+    /// Start of the canonical pixels of each sensor pixel in `covered`, and the end of the last.
     starts: Vec<u32>,
     /// Index of a canonical pixel, and the share of it that the sensor's pixel covers.
     covered: Vec<(u32, f32)>,

@@ -1,4 +1,4 @@
-//! What is known of a camera: size, focal length, principal point, distortion.
+//! The calibration of a camera: size, focal length, principal point, distortion.
 
 use std::path::Path;
 
@@ -48,7 +48,7 @@ pub static NAMED_CAMERAS: [NamedCamera; 7] = [
     camera("evk4", [1280, 720], 4.86, 5.0),
 ];
 
-/// Where a calibration comes from.
+/// Origin of a calibration.
 #[derive(Debug, Clone, PartialEq)]
 pub enum CalibrationSource {
     /// A file.
@@ -68,9 +68,9 @@ pub struct Calibration {
     pub sensor: SensorSize,
     /// Focal lengths, principal point and distortion.
     pub camera: LensCamera,
-    /// Where that comes from.
+    /// Origin of these values.
     pub source: CalibrationSource,
-    /// What was assumed, for the user.
+    /// Assumptions, for the user.
     pub note: Option<String>,
 }
 

@@ -63,7 +63,7 @@ fn dv_processing(text: &str) -> Result<CameraOfFile, String> {
         .get("cameras")
         .and_then(|cameras| cameras.get(0))
         .ok_or("`cameras` with at least one camera is expected, as dv-processing writes it")?;
-    let numbers = |key: &str| -> Result<Vec<f64>, String> {
+    let list_of = |key: &str| -> Result<Vec<f64>, String> {
         let list = camera.get(key).and_then(serde_json::Value::as_array);
         let list = list.ok_or_else(|| format!("cameras[0].{key}: a list is expected"))?;
         list.iter()
@@ -71,8 +71,8 @@ fn dv_processing(text: &str) -> Result<CameraOfFile, String> {
             .collect()
     };
     let pair = |key: &str| -> Result<[f64; 2], String> {
-        let list = numbers(key)?;
-        list.try_into().map_err(|_| format!("cameras[0].{key}: two numbers are expected"))
+        let list = list_of(key)?;
+        list.try_into().map_err(|_| format!("cameras[0].{key}: two values are expected"))
     };
     let model = camera.get("distortionModel").and_then(serde_json::Value::as_str);
     if let Some(other) = model.filter(|model| !["radialTangential", "none"].contains(model)) {
@@ -83,11 +83,11 @@ fn dv_processing(text: &str) -> Result<CameraOfFile, String> {
     let [fx, fy] = pair("focalLength")?;
     let [cx, cy] = pair("principalPoint")?;
     let distortion =
-        if camera.get("distortion").is_some() { numbers("distortion")? } else { vec![] };
+        if camera.get("distortion").is_some() { list_of("distortion")? } else { vec![] };
     checked(Some(sensor), [fx, fy, cx, cy], &distortion)
 }
 
-/// Looks up the numbers of a key.
+/// Looks up the values of a key.
 type Values<'a> = dyn Fn(&str) -> Option<Vec<f64>> + 'a;
 
 /// A camera in the keys of OpenCV's calibration, and of ROS's.
@@ -96,7 +96,7 @@ fn opencv(values: &Values<'_>) -> Result<CameraOfFile, String> {
     let matrix = first(&["camera_matrix", "cameraMatrix", "K"])
         .ok_or("no `camera_matrix`: OpenCV's camera matrix is expected")?;
     let [fx, _, cx, _, fy, cy, _, _, _] = matrix[..] else {
-        return Err(format!("camera_matrix: {} numbers instead of 9", matrix.len()));
+        return Err(format!("camera_matrix: {} values instead of 9", matrix.len()));
     };
     let distortion = first(&["distortion_coefficients", "dist_coeffs", "distCoeffs", "D"]);
     let side = |names: &[&str]| first(names).and_then(|list| list.first().copied());
@@ -106,7 +106,7 @@ fn opencv(values: &Values<'_>) -> Result<CameraOfFile, String> {
     checked(sensor, [fx, fy, cx, cy], &distortion.unwrap_or_default())
 }
 
-/// The numbers behind a key of YAML: on its line, or in the `data` list below it.
+/// The values behind a key of YAML: on its line, or in the `data` list below it.
 fn yaml_values(text: &str) -> impl Fn(&str) -> Option<Vec<f64>> {
     move |key: &str| {
         let lines: Vec<&str> = text.lines().collect();
@@ -127,7 +127,7 @@ fn yaml_values(text: &str) -> impl Fn(&str) -> Option<Vec<f64>> {
     }
 }
 
-/// The numbers inside an element of XML, or inside the `data` element in it.
+/// The values inside an element of XML, or inside the `data` element in it.
 fn xml_values(text: &str) -> impl Fn(&str) -> Option<Vec<f64>> {
     move |key: &str| {
         let inside = |text: &str, key: &str| -> Option<String> {

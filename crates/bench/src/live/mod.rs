@@ -253,7 +253,7 @@ impl<'a> Bench<'a> {
             camera: None,
             precision: Precision::F32,
             batch: None,
-            confidence: MIN_CONFIDENCE,
+            confidence: Some(MIN_CONFIDENCE),
         };
         let model = match &self.args.checkpoint {
             Some(checkpoint) => evpose_commands::open(checkpoint, &self.args.device)?,

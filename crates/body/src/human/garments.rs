@@ -1,4 +1,4 @@
-//! What changes the outline of a person: hair, hats, skirts, coats, thick clothes, bags, shoes.
+//! Garments that change the outline of a person: hair, hats, skirts, coats, thick clothes, bags, shoes.
 //!
 //! Each is a distance field around the mean body at rest, united with it before the surface is
 //! polygonised, so that one skinned mesh remains. Sizes are those of common clothes, in metres.
@@ -46,7 +46,7 @@ struct Skirt {
     radii_m: [f32; 2],
 }
 
-/// What a person wears and carries beyond close-fitting clothes.
+/// The outfit of a person, beyond close-fitting clothes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Garments {
     hair: Hair,

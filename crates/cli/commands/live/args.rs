@@ -61,9 +61,9 @@ pub(crate) struct LiveArgs {
     /// davis346 or evk4, or a vertical field of view such as 45deg [default: 45deg, with a note]
     #[arg(long)]
     pub(crate) camera: Option<String>,
-    /// Minimum score of a detected joint of bodies
-    #[arg(long, default_value_t = 0.01)]
-    pub(crate) confidence: f32,
+    /// Minimum score of a detected joint of bodies [the checkpoint's]
+    #[arg(long)]
+    pub(crate) confidence: Option<f32>,
     /// Capacity of the event queue in packets
     #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) queue: u16,

@@ -225,6 +225,17 @@ fn print_joints(summary: &BodySummary) {
             100.0 * joint.missing as f64 / joint.labelled.max(1) as f64,
         ));
     }
+    let (all, found) = summary
+        .raw
+        .joints
+        .iter()
+        .fold((0, 0), |(all, found), joint| (all + joint.unlabelled, found + joint.spurious));
+    if all > 0 {
+        say(format!(
+            "{all} joints without a label, which are out of view: {:.1}% found nevertheless",
+            100.0 * found as f64 / all as f64
+        ));
+    }
 }
 
 /// Plots PCK against its threshold.

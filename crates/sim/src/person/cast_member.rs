@@ -30,7 +30,7 @@ pub(super) struct CastMember {
     pub(super) shaped: ShapedBody,
     posed: PosedBody,
     clothes: CounterRng,
-    /// Where the person stands, relative to the origin.
+    /// Position of the person, relative to the origin.
     pub(super) place_m: Vec3,
     renderer: Option<Renderer>,
 }

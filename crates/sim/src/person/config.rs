@@ -38,7 +38,7 @@ pub struct PeopleConfig {
     pub height_share: [f32; 2],
     /// Angle from the bottom to the top of the image, in degrees: uniform between both.
     pub vertical_fov_deg: [f32; 2],
-    /// What of the person is in view.
+    /// The part of the person that is in view.
     pub framing: Framing,
     /// Number of other people, who are behind and have no labels.
     pub companions: usize,
@@ -67,7 +67,7 @@ pub struct PeopleConfig {
     pub randomisation: Option<String>,
 }
 
-/// What of a person is in view.
+/// The part of a person that is in view.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Framing {

@@ -1,4 +1,4 @@
-//! What hands wear: sleeves, gloves, rings, watches, painted over the skin of the procedural arm.
+//! Sleeves, gloves, rings and watches, painted over the skin of the procedural arm.
 
 use std::f32::consts::TAU;
 
@@ -37,7 +37,7 @@ impl Band {
     }
 }
 
-/// Paints what an episode's hand wears over its skin.
+/// Paints the coverings of an episode's hand over its skin.
 pub(super) fn paint_covering(config: &SkinConfig, skin: &mut Plane<Vec3A>, rng: &mut CounterRng) {
     let mut bands = Vec::new();
     if rng.chance(config.sleeves) {

@@ -17,6 +17,9 @@ use crate::{FieldDifference, TaskError, toml_text};
 /// The value of `task` in such files; those of hands have none.
 pub(super) const TASK: &str = "body";
 
+/// Minimum score of a joint in the published online program.
+const PUBLISHED_CONFIDENCE: f32 = 0.01;
+
 /// Total stride of the encoder, in pixels: sides of images are multiples of it.
 const SIDE_STEP_PX: usize = 32;
 
@@ -156,6 +159,8 @@ pub struct BodyTargetConfig {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct BodyDecodingConfig {
+    /// Joints of a lower score are not found: they are not in view.
+    pub confidence: f32,
     /// Offset of distances, in cells: see [`evpose_pose::body::BodyDecoder::softened_by`].
     pub softening_cells: f64,
 }
@@ -252,7 +257,7 @@ impl Default for BodyImageConfig {
 impl Default for BodyDecodingConfig {
     /// As published.
     fn default() -> Self {
-        Self { softening_cells: DEFAULT_SOFTENING }
+        Self { confidence: PUBLISHED_CONFIDENCE, softening_cells: DEFAULT_SOFTENING }
     }
 }
 

@@ -67,15 +67,15 @@ pub fn body_stream(
 ) -> Result<PoseStream<BodyFrontend, BodyWorker>, TaskError> {
     let image = &checkpoint.config.image;
     let sensor = calibration.sensor;
-    let seen = CanonicalEvents::new(image.view, calibration);
+    let canonical = CanonicalEvents::new(image.view, calibration);
     let follower = propagation
         .map(|PropagationConfig { velocity, fusion, min_samples, .. }| {
             BodyFollower::new(sensor, *velocity, fusion, *min_samples)
         })
         .transpose()?;
     let frontend = BodyFrontend {
-        representation: start_representation(image, seen.size())?,
-        seen,
+        representation: start_representation(image, canonical.size())?,
+        canonical,
         follower,
         last_detection: None,
     };
@@ -85,7 +85,7 @@ pub fn body_stream(
 /// Follows the events of a person.
 #[derive(Debug)]
 pub struct BodyFrontend {
-    seen: CanonicalEvents,
+    canonical: CanonicalEvents,
     representation: Box<dyn Representation>,
     /// None if poses are not propagated.
     follower: Option<BodyFollower>,
@@ -98,7 +98,7 @@ impl StreamFrontend for BodyFrontend {
     type Pose = (BodyPoints, [f32; BODY_JOINTS]);
 
     fn push(&mut self, events: &EventStream) -> Result<(), StreamError> {
-        self.representation.push(self.seen.push(events));
+        self.representation.push(self.canonical.push(events));
         if let Some(follower) = &mut self.follower {
             follower.push(events);
         }
@@ -106,7 +106,7 @@ impl StreamFrontend for BodyFrontend {
     }
 
     fn input(&mut self, t: Micros, memory: Option<Plane<u8>>) -> Option<Plane<u8>> {
-        let mut image = memory.unwrap_or_else(|| Plane::for_sensor(self.seen.size(), 0));
+        let mut image = memory.unwrap_or_else(|| Plane::for_sensor(self.canonical.size(), 0));
         self.representation.advance(t);
         self.representation.render_u8(image.data_mut());
         Some(image)
@@ -119,8 +119,8 @@ impl StreamFrontend for BodyFrontend {
         joints: Vec<BodyJoint>,
         now: Micros,
     ) -> Vec<(Micros, Self::Pose)> {
-        let mut detection = ScoredPoints::in_image(&joints, self.seen.size());
-        detection.points = self.seen.sensor_points(&detection.points);
+        let mut detection = ScoredPoints::in_image(&joints, self.canonical.size());
+        detection.points = self.canonical.sensor_points(&detection.points);
         if let Some(follower) = &mut self.follower {
             follower.detection(t, &detection, now);
         }
@@ -140,7 +140,7 @@ impl StreamFrontend for BodyFrontend {
     }
 
     fn reset(&mut self) {
-        self.seen.reset();
+        self.canonical.reset();
         self.representation.reset();
         if let Some(follower) = &mut self.follower {
             follower.reset();

@@ -33,14 +33,14 @@ pub struct BodyPredictorOptions {
     pub precision: Precision,
     /// Threads of the network.
     pub threads: usize,
-    /// Joints of a lower score are not found.
-    pub confidence: f32,
+    /// Joints of a lower score are not found; that of the checkpoint if none.
+    pub confidence: Option<f32>,
 }
 
 impl Default for BodyPredictorOptions {
-    /// One thread, 32 bits, the confidence of the published online program.
+    /// One thread, 32 bits, the confidence of the checkpoint.
     fn default() -> Self {
-        Self { precision: Precision::F32, threads: 1, confidence: 0.01 }
+        Self { precision: Precision::F32, threads: 1, confidence: None }
     }
 }
 
@@ -61,7 +61,8 @@ impl BodyPredictor {
             .with_precision(options.precision);
         let shape = [CHANNELS, side_px, side_px];
         let graph = checkpoint.network.graph();
-        let decoder = BodyDecoder::new([side_px / CELL_PX; 2], options.confidence)
+        let confidence = options.confidence.unwrap_or(checkpoint.config.decoding.confidence);
+        let decoder = BodyDecoder::new([side_px / CELL_PX; 2], confidence)
             .softened_by(checkpoint.config.decoding.softening_cells);
         let is_published = checkpoint.config.targets.parity;
         Ok(Self {

@@ -16,7 +16,7 @@ use evpose_repr::Representation;
 /// A recording as images of a representation, forwards in time.
 pub struct RepresentationReader {
     windows: Windows,
-    seen: CanonicalEvents,
+    canonical: CanonicalEvents,
     representation: Box<dyn Representation>,
     blur: Blur,
     events: EventStream,
@@ -43,11 +43,11 @@ impl RepresentationReader {
     ) -> Result<Self, TaskError> {
         let windows = Windows::open(path, options)?;
         let sensor = windows.sensor();
-        let seen = CanonicalEvents::new(image.view, &Calibration::guessed(sensor));
-        let representation = start_representation(image, seen.size())?;
+        let canonical = CanonicalEvents::new(image.view, &Calibration::guessed(sensor));
+        let representation = start_representation(image, canonical.size())?;
         let events = EventStream::empty(sensor);
         let blur = Blur::new(image.blur);
-        Ok(Self { windows, seen, representation, blur, events, read_to: None })
+        Ok(Self { windows, canonical, representation, blur, events, read_to: None })
     }
 
     /// The sensor.
@@ -57,12 +57,12 @@ impl RepresentationReader {
 
     /// Size of the images: that of the canonical view.
     pub fn image_size(&self) -> SensorSize {
-        self.seen.size()
+        self.canonical.size()
     }
 
     /// Joints in the images, in pixels, of joints on the sensor.
     pub fn image_points(&self, sensor_px: &BodyPoints) -> BodyPoints {
-        self.seen.view_points(sensor_px)
+        self.canonical.view_points(sensor_px)
     }
 
     /// When the recording begins; none if it is empty.
@@ -94,7 +94,7 @@ impl RepresentationReader {
             self.windows.read(TimeWindow { start: begin, end }, &mut self.events)?;
             self.read_to = Some(end);
             observe(&self.events);
-            self.representation.push(self.seen.push(&self.events));
+            self.representation.push(self.canonical.push(&self.events));
         }
         self.representation.advance(t);
         let mut image = Plane::for_sensor(self.image_size(), 0);

@@ -38,7 +38,7 @@ pub fn hand_stream<P: Predictor + Send>(
     let adaptor = ViewAdaptor::new(calibration, &canonical_view(config));
     let sensor = adaptor.view().sensor;
     let frontend = HandFrontend {
-        seen: EventStream::empty(sensor),
+        view_events: EventStream::empty(sensor),
         estimator: HandEstimator::slow_motion(config, sensor, batch)?,
         trigger: RepresentationTrigger::new(&config.slow_motion.trigger, sensor),
         is_due: false,
@@ -60,7 +60,7 @@ pub fn hand_stream<P: Predictor + Send>(
 pub struct HandFrontend {
     adaptor: ViewAdaptor,
     /// The events of the canonical view.
-    seen: EventStream,
+    view_events: EventStream,
     estimator: HandEstimator,
     trigger: RepresentationTrigger,
     is_due: bool,
@@ -81,8 +81,8 @@ impl StreamFrontend for HandFrontend {
     type Pose = HandEstimate;
 
     fn push(&mut self, events: &EventStream) -> Result<(), StreamError> {
-        self.adaptor.push(events, &mut self.seen);
-        let events = &self.seen;
+        self.adaptor.push(events, &mut self.view_events);
+        let events = &self.view_events;
         self.estimator.push(events);
         let mut from = 0;
         while let Some(taken) = self.trigger.due(&events.t()[from..]) {

@@ -58,7 +58,7 @@ impl HandJointTable {
     }
 }
 
-/// Where the columns of a table are.
+/// Positions of the columns of a table.
 struct Columns {
     t: usize,
     image: [[usize; 2]; 21],

@@ -28,7 +28,7 @@ pub struct ForeignHand {
     pub labels: HandJointTable,
 }
 
-/// What is read of the file of a recording; everything else in it is for people.
+/// The fields that are read of the file of a recording; all others are for people.
 #[derive(Debug, Deserialize)]
 struct Info {
     sensor: SensorSize,
@@ -87,7 +87,7 @@ fn read(directory: &Path, stem: &str, names: &[String]) -> Result<ForeignHand, T
         .iter()
         .find(is_events)
         .ok_or_else(|| wrong(format!("no events beside it, such as {stem}.npz or {stem}.raw")))?;
-    let recording = evpose_io::open_with(&directory.join(events), Some(info.sensor))?;
+    let recording = evpose_io::open_with(directory.join(events), Some(info.sensor))?;
     if recording.stream.sensor() != info.sensor {
         let own = recording.stream.sensor();
         return Err(wrong(format!("sensor: {}, but {events} is of {own}", info.sensor)));

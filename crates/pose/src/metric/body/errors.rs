@@ -30,6 +30,10 @@ pub struct JointErrors {
     pub missing: u64,
     /// How often it was labelled on a body of unknown size: the PCK knows nothing of those.
     pub unmeasured: u64,
+    /// How often it was not labelled: not in view, in recordings of simulations.
+    pub unlabelled: u64,
+    /// How often it was not labelled and found nevertheless.
+    pub spurious: u64,
 }
 
 impl JointErrors {
@@ -69,6 +73,8 @@ impl JointErrors {
         self.labelled += other.labelled;
         self.missing += other.missing;
         self.unmeasured += other.unmeasured;
+        self.unlabelled += other.unlabelled;
+        self.spurious += other.spurious;
     }
 }
 
@@ -88,8 +94,12 @@ impl BodyErrors {
         for ((errors, predicted), at) in
             self.joints.iter_mut().zip(predicted.joints).zip(truth.joints)
         {
-            if let Some(at) = at {
-                errors.push(predicted, at, truth.size);
+            match at {
+                Some(at) => errors.push(predicted, at, truth.size),
+                None => {
+                    errors.unlabelled += 1;
+                    errors.spurious += u64::from(predicted.is_some());
+                }
             }
         }
     }

@@ -109,6 +109,10 @@ pub struct JointScores {
     pub missing: u64,
     /// How often it was labelled on a body of unknown size.
     pub unmeasured: u64,
+    /// How often it was not labelled.
+    pub unlabelled: u64,
+    /// How often it was not labelled and found nevertheless.
+    pub spurious: u64,
 }
 
 impl BodyScores {
@@ -163,6 +167,8 @@ impl JointScores {
             labelled: errors.labelled,
             missing: errors.missing,
             unmeasured: errors.unmeasured,
+            unlabelled: errors.unlabelled,
+            spurious: errors.spurious,
         }
     }
 }

@@ -1,0 +1,76 @@
+//! Shipped networks before cameras that they were not trained for.
+
+use std::path::Path;
+
+use evpose_io::MetaReader;
+use glam::Vec3;
+
+use crate::harness::{Sandbox, bytes};
+
+fn shipped(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("checkpoints").join(name);
+    path.to_str().expect("a path of text").to_owned()
+}
+
+/// Mean distance of the predicted wrist from the true one, in metres, when the same hand is
+/// recorded at `scale` of 240x180 pixels, which are `size`.
+fn wrist_error_m(sandbox: &Sandbox, scale: &str, size: &str) -> f32 {
+    let (folder, change) = (format!("at{scale}"), format!("simulation.image_scale={scale}"));
+    let simulate = ["simulate", "quick", "--held-out", "--seed", "78", "--sequences", "1"];
+    let out = ["--seconds", "0.6", "--out", &folder, "--set", &change];
+    sandbox.ok(&[&simulate[..], &out].concat());
+    // As a recording of somebody: with a size, without a configuration.
+    let (events, recording) = (format!("{folder}/0000.evc"), format!("{folder}/rec.npz"));
+    sandbox.ok(&["convert", &events, &recording, "--sensor", size]);
+    let network = shipped("hand-quick.bpk");
+    let infer = ["infer", "--checkpoint", &network, "--events", &recording, "--unfiltered"];
+    let joints = format!("{folder}/joints.csv");
+    sandbox
+        .ok(&[&infer[..], &["--camera", "45deg", "--out", "poses.csv", "--joints", &joints]]
+            .concat());
+    let truth = MetaReader::open(sandbox.path(&format!("{folder}/0000.meta"))).unwrap();
+    let text = String::from_utf8(bytes(&sandbox.path("poses.csv"))).unwrap();
+    let (mut sum_m, mut count) = (0.0, 0);
+    for line in text.lines().skip(1).step_by(20) {
+        let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
+        let wrist_m = Vec3::new(cells[7] as f32, cells[8] as f32, cells[9] as f32);
+        let frame = (cells[0] / 1e3) as u64;
+        sum_m += wrist_m.distance(truth.read_hand(frame).unwrap().translation_m);
+        count += 1;
+    }
+    sum_m / count as f32
+}
+
+#[test]
+fn a_hand_is_found_as_well_before_a_sensor_of_four_times_the_size() {
+    let sandbox = Sandbox::new();
+    let native_m = wrist_error_m(&sandbox, "0.25", "60x45");
+    for (scale, size) in [("0.5", "120x90"), ("1.0", "240x180")] {
+        let error_m = wrist_error_m(&sandbox, scale, size);
+        assert!(error_m < 1.5 * native_m + 0.01, "{scale}: {error_m} m, native {native_m} m");
+    }
+}
+
+#[test]
+fn positions_come_back_in_the_pixels_of_the_sensor_and_guesses_are_said() {
+    let sandbox = Sandbox::new();
+    let mut text = String::from("# 640 480\n");
+    for k in 0..4_000_i32 {
+        let t_s = 1e-4 * f64::from(k);
+        text += &format!("{t_s:.6} {} {} {}\n", 300 + k % 40, 200 + (k / 40) % 60, k % 2);
+    }
+    std::fs::write(sandbox.path("rec.txt"), text).unwrap();
+    sandbox.ok(&["convert", "rec.txt", "rec.npz", "--sensor", "640x480"]);
+    let network = shipped("hand-quick.bpk");
+    let infer = ["infer", "--checkpoint", &network, "--events", "rec.npz", "--out", "poses.csv"];
+    let output = sandbox.evpose(&[&infer[..], &["--joints", "j.csv"]].concat()).output().unwrap();
+    let said = [output.stdout, output.stderr].concat();
+    let said = String::from_utf8_lossy(&said);
+    assert!(output.status.success() && said.contains("45 degrees is assumed"), "{said}");
+    let joints = String::from_utf8(bytes(&sandbox.path("j.csv"))).unwrap();
+    let row: Vec<&str> = joints.lines().nth(100).unwrap().split(',').collect();
+    // Far beyond the 60x45 pixels of the network.
+    assert!(row[1].parse::<f32>().unwrap() > 60.0, "{row:?}");
+    let refused = sandbox.fails(&[&infer[..], &["--camera", "dvs129"]].concat());
+    assert!(refused.contains("davis346") && refused.contains("45deg"), "{refused}");
+}
