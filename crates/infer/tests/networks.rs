@@ -19,7 +19,11 @@ fn image(seed: u32, count: usize) -> Vec<f32> {
 }
 
 fn network(backbone: &str, width: f32) -> HandRegressor {
-    let config = HandRegressorConfig { backbone: backbone.to_owned(), width };
+    let config = HandRegressorConfig {
+        backbone: backbone.to_owned(),
+        width,
+        ..HandRegressorConfig::default()
+    };
     with_statistics(&config.init(7, &Device::flex()).unwrap(), 1.0)
 }
 

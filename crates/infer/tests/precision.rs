@@ -19,7 +19,11 @@ fn image(seed: u32, count: usize, most: f32) -> Vec<f32> {
 }
 
 fn hand(backbone: &str) -> HandRegressor {
-    let config = HandRegressorConfig { backbone: backbone.to_owned(), width: 0.5 };
+    let config = HandRegressorConfig {
+        backbone: backbone.to_owned(),
+        width: 0.5,
+        ..HandRegressorConfig::default()
+    };
     with_matched_variances(config.init(7, &Device::flex()).unwrap())
 }
 

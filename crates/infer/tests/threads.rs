@@ -67,7 +67,7 @@ fn processor_s() -> f64 {
 }
 
 fn engine() -> (Engine, Vec<f32>) {
-    let config = HandRegressorConfig { backbone: "resnet18".to_owned(), width: 0.25 };
+    let config = HandRegressorConfig { width: 0.25, ..HandRegressorConfig::default() };
     let graph = config.init(7, &Device::flex()).unwrap().graph();
     let image: Vec<f32> = (0..SIZE.iter().product()).map(|k| (k % 97) as f32 / 97.0).collect();
     let options = EngineOptions::default().with_threads(2);

@@ -81,7 +81,7 @@ mod tests {
     proptest! {
         #[test]
         fn targets_return_to_their_pose(
-            pose in prop::array::uniform12(-1.0f32..1.0), turn in 0.0f32..3.14,
+            pose in prop::array::uniform12(-1.0f32..1.0), turn in 0.0f32..3.0,
         ) {
             let mut pose = pose;
             let axis = Vec3::from_slice(&pose[9..]).normalize_or(Vec3::X);

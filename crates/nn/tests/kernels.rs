@@ -189,7 +189,11 @@ fn error(values: &[f64], truth: &[f64]) -> f64 {
 }
 
 fn hand(backbone: &str, seed: u64) -> HandRegressor {
-    let config = HandRegressorConfig { backbone: backbone.to_owned(), width: 0.125 };
+    let config = HandRegressorConfig {
+        backbone: backbone.to_owned(),
+        width: 0.125,
+        ..HandRegressorConfig::default()
+    };
     config.init(seed, &Device::flex().autodiff()).unwrap()
 }
 

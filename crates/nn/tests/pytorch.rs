@@ -51,7 +51,11 @@ const WIDTHS: [(&str, f32); 6] = [
 
 /// A network whose weights are closed forms.
 fn formula(backbone: &str, width: f32, device: &Device) -> HandRegressor {
-    let config = HandRegressorConfig { backbone: backbone.to_owned(), width };
+    let config = HandRegressorConfig {
+        backbone: backbone.to_owned(),
+        width,
+        ..HandRegressorConfig::default()
+    };
     let mut position = 0;
     fill(config.init(0, device).unwrap(), |slot| {
         position += 1;

@@ -63,7 +63,11 @@ pub(crate) fn data(name: &str) -> PathBuf {
 
 /// The network of the committed checkpoints.
 pub(crate) fn small() -> HandRegressorConfig {
-    HandRegressorConfig { backbone: "resnet18".to_owned(), width: 0.0625 }
+    HandRegressorConfig {
+        backbone: "resnet18".to_owned(),
+        width: 0.0625,
+        ..HandRegressorConfig::default()
+    }
 }
 
 /// `count` values in [0, 1): the fraction of `43758.5453 sin(12.9898 i + 78.233 stream)`.
