@@ -57,7 +57,7 @@ fn positions_come_back_in_the_pixels_of_the_sensor_and_guesses_are_said() {
     let mut text = String::from("# 640 480\n");
     for k in 0..4_000_i32 {
         let t_s = 1e-4 * f64::from(k);
-        text += &format!("{t_s:.6} {} {} {}\n", 300 + k % 40, 200 + (k / 40) % 60, k % 2);
+        text += &format!("{t_s:.6} {} {} 1\n", 300 + k % 40, 200 + (k / 40) % 60);
     }
     std::fs::write(sandbox.path("rec.txt"), text).unwrap();
     sandbox.ok(&["convert", "rec.txt", "rec.npz", "--sensor", "640x480"]);
