@@ -60,6 +60,11 @@ impl Schedule {
         Ok(())
     }
 
+    /// The learning rate over a training of `steps` steps, `learning_rate` at factor 1.
+    pub fn rate(&self, learning_rate: f64, steps: u64) -> ScheduledRate {
+        ScheduledRate { schedule: self.clone(), learning_rate, steps, next: 0 }
+    }
+
     /// The factor of the initial rate in step `step` (from 0) of `steps`.
     pub fn share(&self, step: u64, steps: u64) -> f64 {
         let part = step as f64 / steps as f64;

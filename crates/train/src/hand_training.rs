@@ -11,7 +11,6 @@ use evpose_nn::{HandLoss, HandRegressor};
 use evpose_pose::HandParams;
 use evpose_pose::metric::MeanPose;
 use evpose_task::hand::{HandCheckpoint, HandConfig};
-use evpose_task::schedule::ScheduledRate;
 use evpose_task::{FieldDifference, TaskError};
 
 use crate::TrainError;
@@ -123,13 +122,7 @@ impl TrainingTask for HandTask<'_> {
 
     fn learning_rate(&self) -> ModuleLrScheduler {
         let training = &self.config.training;
-        let rate = ScheduledRate {
-            schedule: training.schedule.clone(),
-            learning_rate: training.learning_rate,
-            steps: training.steps,
-            next: 0,
-        };
-        rate.into()
+        training.schedule.rate(training.learning_rate, training.steps).into()
     }
 
     fn checkpoint(&self, network: HandRegressor) -> HandCheckpoint {

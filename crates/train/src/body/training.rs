@@ -11,7 +11,7 @@ use evpose_core::seed_for;
 use evpose_nn::{BodyLoss, MoveEnet};
 use evpose_pose::body::BodyPoints;
 use evpose_task::body::{BodyCheckpoint, BodyConfig};
-use evpose_task::schedule::{EarlyStop, ScheduledRate};
+use evpose_task::schedule::EarlyStop;
 use evpose_task::{FieldDifference, TaskError};
 use sha2::{Digest, Sha256};
 
@@ -157,13 +157,7 @@ impl TrainingTask for BodyTask<'_> {
 
     fn learning_rate(&self) -> ModuleLrScheduler {
         let training = &self.config.training;
-        let rate = ScheduledRate {
-            schedule: training.schedule.clone(),
-            learning_rate: training.learning_rate,
-            steps: training.steps,
-            next: 0,
-        };
-        rate.into()
+        training.schedule.rate(training.learning_rate, training.steps).into()
     }
 
     fn early_stop(&self) -> Option<EarlyStop> {
