@@ -70,7 +70,7 @@ pub struct TrainArgs {
     /// Directory of the run [bodies: the config's `out`]
     #[arg(long)]
     pub out: Option<PathBuf>,
-    /// A run or a file of weights to start from [bodies: the config's `start_from`]
+    /// A run or a file of weights to start from [default: the config's `start_from`]
     #[arg(long, value_name = "RUN")]
     pub start_from: Option<PathBuf>,
     /// Continue an interrupted run from its newest checkpoint
@@ -111,6 +111,11 @@ pub struct EvalArgs {
         conflicts_with = "conditions"
     )]
     pub foreign: Option<PathBuf>,
+    /// The camera of --data: a calibration file of OpenCV, ROS, dv-processing or this project, a name
+    /// such as `davis346`, or a vertical field of view such as `60deg` [default: that of the
+    /// simulation, or a guess]
+    #[arg(long, value_name = "CAMERA", requires = "data")]
+    pub camera: Option<String>,
     /// Hands: simulate sequences under these conditions instead (names below, or TOML files), and
     /// compare the slow-motion mode with the plain pipeline
     #[arg(long, value_delimiter = ',', conflicts_with = "data")]

@@ -103,12 +103,13 @@ pub fn find<'a>(methods: &'a [MethodResults], name: &str) -> Result<&'a MethodRe
 /// Columns of the table: heading, digits, and which number.
 type Column = (&'static str, usize, fn(&HandSummary) -> Option<Interval>);
 
-const COLUMNS: [Column; 5] = [
+const COLUMNS: [Column; 6] = [
     ("translation mm", 1, |s| s.translation_mm),
     ("rotation deg", 1, |s| s.rotation_deg),
     ("articulation", 3, |s| s.articulation),
     ("AUC 3D", 3, |s| s.auc_3d),
     ("AUC 2D", 3, |s| s.auc_2d),
+    ("jitter m/s2", 0, |s| s.acceleration_m_s2),
 ];
 
 /// Headings of the table of [`rows`].
@@ -143,7 +144,7 @@ pub fn rows(config: &HandConfig, evaluation: &HeldOutEvaluation) -> Vec<Vec<(Str
         ("trained / mean_pose", &evaluation.metrics.trained_over_mean_pose),
         ("trained_kalman / mean_pose", &evaluation.metrics.trained_kalman_over_mean_pose),
     ] {
-        let cells = [ratios.translation, ratios.rotation, ratios.articulation, None, None];
+        let cells = [ratios.translation, ratios.rotation, ratios.articulation, None, None, None];
         rows.push(
             std::iter::once(name(label)).chain(cells.map(|interval| cell(interval, 3))).collect(),
         );

@@ -38,6 +38,9 @@ pub enum TaskError {
     /// Representations.
     #[error(transparent)]
     Representation(#[from] evpose_repr::ReprError),
+    /// The camera of a recording.
+    #[error(transparent)]
+    Camera(#[from] evpose_view::CalibrationError),
     /// Filters and decoders.
     #[error(transparent)]
     Pose(#[from] evpose_pose::PoseError),

@@ -5,21 +5,29 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use evpose_core::{EventStream, SensorSize};
-use evpose_io::{EvcReader, EvcWindow, MetaReader};
+use evpose_io::{EvcReader, MetaReader};
 use evpose_nn::RotationOutput;
 use evpose_pose::{HandParams, HandSide, PARAMETERS};
 use evpose_repr::{
-    ChannelOrder, FrameEvent, FrameWindow, RepresentationChoice, WindowAugmentation,
-    representation_by_name,
+    ChannelOrder, FrameWindow, RepresentationChoice, WindowAugmentation, representation_by_name,
 };
 use evpose_sim::SequenceInfo;
 
 use crate::TrainError;
+use crate::evaluation::HandPoseTrack;
+use crate::filter_noise::MeasuredTrack;
 use crate::order::SampleOrder;
-use evpose_task::hand::HandConfig;
+use crate::sequence_events::SequenceEvents;
+use evpose_task::hand::{HandConfig, Predictor, canonical_view};
+use evpose_view::{Calibration, CanonicalView, ViewAdaptor};
 
 /// Input channels of the network.
 const CHANNELS: usize = 2;
+
+/// Frames of a sequence that filters are estimated from, at most.
+const FILTER_FRAMES: usize = 1000;
+/// Windows of one inference.
+const FILTER_BATCH: usize = 64;
 
 /// Why a sample could not be read.
 pub(crate) type SampleError = evpose_io::IoError;
@@ -37,7 +45,7 @@ pub struct Sample {
 #[derive(Debug)]
 pub struct HandSequence {
     name: String,
-    events: EvcReader,
+    events: SequenceEvents,
     labels: MetaReader,
     info: SequenceInfo,
     frames: u64,
@@ -56,7 +64,15 @@ impl HandSequence {
         let labels = MetaReader::open(stem.with_extension("meta"))?;
         let frames = events.frames().min(labels.records());
         let info = info.unwrap_or_else(|| SequenceInfo::foreign(sensor, frames));
-        Ok(Self { name, events, labels, info, frames })
+        Ok(Self { name, events: SequenceEvents::Recorded(events), labels, info, frames })
+    }
+
+    /// The same as the camera of `view` sees it.
+    fn seen(mut self, calibration: &Calibration, view: &CanonicalView) -> Result<Self, TrainError> {
+        let mut adaptor = ViewAdaptor::new(calibration, view);
+        self.events = self.events.seen(self.frames, &mut adaptor)?;
+        self.info.sensor = view.sensor;
+        Ok(self)
     }
 
     /// Name of its files without extension.
@@ -92,7 +108,7 @@ impl HandSequence {
     /// # Errors
     /// If they cannot be read.
     pub fn events(&self, frames: Range<u64>) -> Result<EventStream, TrainError> {
-        Ok(self.events.read_stream(frames)?)
+        Ok(self.events.stream(frames)?)
     }
 
     /// Whether the scene is drawn anew in a frame, so that its events are a burst.
@@ -127,14 +143,30 @@ pub struct HandDataset {
     seed: u64,
     sensor: SensorSize,
     rotation: RotationOutput,
+    note: Option<String>,
 }
 
 impl HandDataset {
     /// Opens every sequence (`*.evc` with `*.meta`) of `directory`, in the order of their names.
+    /// Those of another camera than that of the config are seen through it: see
+    /// [`Self::open_of_camera`].
     ///
     /// # Errors
-    /// If there is none, one is damaged, or their sensors differ from each other or the config.
+    /// If there is none, or one is damaged.
     pub fn open(directory: &Path, config: &HandConfig) -> Result<Self, TrainError> {
+        Self::open_of_camera(directory, config, None)
+    }
+
+    /// As [`Self::open`], of recordings of a camera: see [`Calibration::choose`]. Without one, it is
+    /// that of the simulation's config in the directory, or a guess.
+    ///
+    /// # Errors
+    /// As [`Self::open`], or if the camera is not known.
+    pub fn open_of_camera(
+        directory: &Path,
+        config: &HandConfig,
+        camera: Option<&str>,
+    ) -> Result<Self, TrainError> {
         let io = |source| TrainError::Io { path: directory.to_path_buf(), source };
         let mut stems: Vec<PathBuf> = Vec::new();
         for entry in std::fs::read_dir(directory).map_err(io)? {
@@ -150,19 +182,21 @@ impl HandDataset {
                 "no .evc files here: record some with `evpose simulate CONFIG --out DIR`".into(),
             ));
         }
-        let sequences: Vec<HandSequence> =
-            stems.iter().map(|stem| HandSequence::open(stem, config)).collect::<Result<_, _>>()?;
-        let sensor = config.simulation.image_size();
-        if let Some(other) = sequences.iter().find(|sequence| sequence.sensor() != sensor) {
-            return Err(no_data(format!(
-                "{} was recorded at {}, but the config says {sensor} \
-                 (simulation.sensor_size and simulation.image_scale)",
-                other.name,
-                other.sensor()
-            )));
-        }
+        let view = canonical_view(config);
+        let mut note = None;
+        let mut open = |stem: &PathBuf| -> Result<HandSequence, TrainError> {
+            let sequence = HandSequence::open(stem, config)?;
+            if camera.is_none() && sequence.sensor() == view.sensor {
+                return Ok(sequence);
+            }
+            let calibration = calibration_of(directory, sequence.sensor(), camera)?;
+            note = note.take().or_else(|| calibration.note.clone());
+            sequence.seen(&calibration, &view)
+        };
+        let sequences: Vec<HandSequence> = stems.iter().map(&mut open).collect::<Result<_, _>>()?;
         let parts = sequences.iter().map(|sequence| 0..sequence.frames).collect();
-        Self::from_parts(Arc::new(sequences), parts, config, sensor)
+        let data = Self::from_parts(Arc::new(sequences), parts, config, view.sensor)?;
+        Ok(Self { note, ..data })
     }
 
     fn from_parts(
@@ -194,6 +228,7 @@ impl HandDataset {
             seed: config.seed,
             sensor,
             rotation: config.network.rotation,
+            note: None,
         })
     }
 
@@ -215,6 +250,11 @@ impl HandDataset {
     /// All sequences, whole.
     pub fn sequences(&self) -> &[HandSequence] {
         &self.sequences
+    }
+
+    /// What was assumed about the camera, for the user.
+    pub fn note(&self) -> Option<&str> {
+        self.note.as_deref()
     }
 
     /// Number of samples: one for each frame.
@@ -286,18 +326,9 @@ impl HandDataset {
         length: u32,
     ) -> Result<Vec<f32>, SampleError> {
         let first = (frame + 1).saturating_sub(u64::from(length));
-        let mut events = EvcWindow::new();
-        sequence.events.read_frames(first..frame + 1, &mut events)?;
         let missing = length - (frame + 1 - first) as u32;
-        let events: Vec<FrameEvent> = events
-            .events()
-            .map(|event| FrameEvent {
-                frame: event.frame + missing,
-                x: event.x,
-                y: event.y,
-                polarity: event.polarity,
-            })
-            .collect();
+        let mut events = sequence.events.frame_events(first..frame + 1)?;
+        events.iter_mut().for_each(|event| event.frame += missing);
         let mut window = FrameWindow::new(self.sensor, length, self.channel_order);
         // A redraw of the scene makes a burst that no motion explains: it hides itself and all
         // that was before.
@@ -342,6 +373,31 @@ impl HandDataset {
         Ok(self.window(sequence, frame, self.window_frames)?)
     }
 
+    /// Measured and true poses of at most `count` of the parts, spread evenly, a pose for each frame.
+    pub(crate) fn measured_tracks(
+        &self,
+        predictor: &mut dyn Predictor,
+        count: usize,
+    ) -> Result<Vec<MeasuredTrack>, TrainError> {
+        let count = count.min(self.parts.len());
+        let mut tracks = Vec::with_capacity(count);
+        for i in 0..count {
+            let index = i * self.parts.len() / count;
+            let (sequence, part) = (&self.sequences[index], self.parts[index].clone());
+            let frames: Vec<u64> = part.take(FILTER_FRAMES).collect();
+            let mut poses = Vec::with_capacity(frames.len());
+            let mut inputs = Vec::new();
+            for chunk in frames.chunks(FILTER_BATCH) {
+                self.windows_ending_at(sequence, chunk, &mut inputs)?;
+                poses.extend(predictor.predict(&inputs, self.image_size())?);
+            }
+            let truth = frames.iter().map(|&frame| sequence.pose(frame));
+            let truth = truth.collect::<Result<_, TrainError>>()?;
+            tracks.push(MeasuredTrack { measured: HandPoseTrack { frames, poses }, truth });
+        }
+        Ok(tracks)
+    }
+
     /// The labels of at most `samples` samples, spread evenly.
     ///
     /// # Errors
@@ -354,5 +410,21 @@ impl HandDataset {
                 sequence.pose(frame)
             })
             .collect()
+    }
+}
+
+/// The camera of the recordings of a directory.
+fn calibration_of(
+    directory: &Path,
+    sensor: SensorSize,
+    camera: Option<&str>,
+) -> Result<Calibration, TrainError> {
+    let simulated = HandConfig::read(&directory.join("config.toml")).ok();
+    match (camera, simulated) {
+        (None, Some(made_with)) => {
+            let fov_deg = f64::from(made_with.simulation.camera.vertical_fov_deg);
+            Ok(Calibration::from_vertical_fov(sensor, fov_deg))
+        }
+        _ => Ok(Calibration::choose(camera, sensor)?),
     }
 }

@@ -52,6 +52,9 @@ pub enum TrainError {
     /// Representations.
     #[error(transparent)]
     Representation(#[from] evpose_repr::ReprError),
+    /// The camera of recordings.
+    #[error(transparent)]
+    Camera(#[from] evpose_view::CalibrationError),
     /// Filters and metrics.
     #[error(transparent)]
     Pose(#[from] evpose_pose::PoseError),

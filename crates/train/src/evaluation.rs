@@ -183,9 +183,24 @@ fn score(
     truth: &[HandPoints],
 ) -> Result<SequenceScores, TrainError> {
     let mut scores = SequenceScores::default();
+    let mut predicted = Vec::with_capacity(track.poses.len());
     for ((&frame, pose), truth) in track.frames.iter().zip(&track.poses).zip(truth) {
         scores.push_parameters(pose, &sequence.pose(frame)?);
-        scores.push_points(&view.points_of(sequence.hand(), pose, view.neutral()), truth);
+        let points = view.points_of(sequence.hand(), pose, view.neutral());
+        scores.push_points(&points, truth);
+        predicted.push(points);
+    }
+    let frames = track.frames.windows(3);
+    for ((frames, predicted), truth) in frames.zip(predicted.windows(3)).zip(truth.windows(3)) {
+        let ([first, second, third], [a, b, c], [d, e, f]) = (frames, predicted, truth) else {
+            continue;
+        };
+        // A new shape of the hand is no motion.
+        let is_one_episode = sequence.episode_of(*first) == sequence.episode_of(*third);
+        if is_one_episode && second - first == third - second {
+            let step_s = 1e-3 * (second - first) as f64;
+            scores.push_acceleration([a, b, c], [d, e, f], step_s);
+        }
     }
     Ok(scores)
 }

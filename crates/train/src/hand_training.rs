@@ -10,12 +10,13 @@ use evpose_core::seed_for;
 use evpose_nn::{HandLoss, HandRegressor};
 use evpose_pose::HandParams;
 use evpose_pose::metric::MeanPose;
-use evpose_task::hand::{HandCheckpoint, HandConfig};
+use evpose_task::hand::{HandCheckpoint, HandConfig, NetworkPredictor};
 use evpose_task::{FieldDifference, TaskError};
 
 use crate::TrainError;
 use crate::dataset::HandDataset;
 use crate::devices::DeviceGroup;
+use crate::filter_noise::estimate_filters;
 use crate::guard::Guard;
 use crate::hand_learner::{HAND_FIELDS, HandBatch, HandLearner, HandScalars};
 use crate::loader::HandLoader;
@@ -37,9 +38,29 @@ pub fn untrained(config: &HandConfig, device: &Device) -> Result<HandRegressor, 
     Ok(config.network.init(seed, device)?)
 }
 
+/// The network that a training of `config` begins with: with initial weights, or the one that it
+/// starts from.
+///
+/// # Errors
+/// If that cannot be read, or is of another shape.
+fn first_network(config: &HandConfig, device: &Device) -> Result<HandRegressor, TrainError> {
+    let Some(path) = &config.start_from else { return untrained(config, device) };
+    let start = HandCheckpoint::load(path, device)?;
+    if *start.network.config() != config.network {
+        let message = format!(
+            "holds a network of {:?}, and [network] says {:?}",
+            start.network.config(),
+            config.network
+        );
+        return Err(TrainError::Config { path: path.clone(), message });
+    }
+    Ok(start.network)
+}
+
 /// Trains the hand network of `config` on the sequences in `data`. Writes to the directory `run`:
 /// `config.toml`, `metrics.jsonl`, `loading.jsonl` (the time it waited for data), `checkpoint/`,
-/// and the networks `best.bpk` and `last.bpk`.
+/// and the networks `best.bpk` and `last.bpk`. With `training.estimate_filter`, the best one holds
+/// filters of its own.
 ///
 /// # Errors
 /// If the data or the directory cannot be used, if `run` holds another run, or if the loss stops
@@ -69,8 +90,32 @@ pub fn train_hand(
     );
     let train = devices.share(train.metered(run.meter().clone()), run.interrupter());
     let samples = training.validation_samples;
-    let valid = HandLoader::validation(Arc::new(valid), training.batch_size, samples, device);
-    run.train(&task, &devices, Loaders { train: Arc::new(train), valid: Arc::new(valid) })
+    let valid = Arc::new(valid);
+    let loader =
+        HandLoader::validation(Arc::clone(&valid), training.batch_size, samples, device.clone());
+    let mut summary =
+        run.train(&task, &devices, Loaders { train: Arc::new(train), valid: Arc::new(loader) })?;
+    if training.estimate_filter {
+        estimate_filter(&mut summary.best, &valid, &device)?;
+        summary.best.save(&summary.path)?;
+    }
+    Ok(summary)
+}
+
+/// Puts filters into a checkpoint whose noise is that of its network in validation.
+fn estimate_filter(
+    checkpoint: &mut HandCheckpoint,
+    valid: &HandDataset,
+    device: &Device,
+) -> Result<(), TrainError> {
+    let network = checkpoint.network.clone();
+    let mut predictor = NetworkPredictor::new(network, device.clone());
+    let tracks = valid.measured_tracks(&mut predictor, FILTER_SEQUENCES)?;
+    if let Some(estimate) = estimate_filters(&tracks)? {
+        checkpoint.config.filter = estimate.plain;
+        checkpoint.config.slow_motion.filter = estimate.adaptive;
+    }
+    Ok(())
 }
 
 /// The mean of the training poses, the baseline of evaluations.
@@ -79,6 +124,9 @@ fn mean_pose(train: &HandDataset) -> Result<HandParams, TrainError> {
     train.poses(MEAN_POSE_SAMPLES)?.iter().for_each(|pose| mean.push(pose));
     mean.mean().ok_or_else(|| TrainError::Stopped("the training poses have no mean".to_owned()))
 }
+
+/// Validation sequences that filters are estimated from, at most.
+const FILTER_SEQUENCES: usize = 40;
 
 struct HandTask<'a> {
     config: &'a HandConfig,
@@ -106,6 +154,10 @@ impl TrainingTask for HandTask<'_> {
 
     fn untrained(&self, device: &Device) -> Result<HandRegressor, TrainError> {
         untrained(self.config, device)
+    }
+
+    fn initial_network(&self, device: &Device) -> Result<HandRegressor, TrainError> {
+        first_network(self.config, device)
     }
 
     fn learner(&self, network: HandRegressor, guard: Guard) -> HandLearner {

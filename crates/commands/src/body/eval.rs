@@ -103,7 +103,9 @@ fn evaluate(model: &BodyModel, args: &EvalArgs, data: &Path) -> Result<()> {
     let every = Micros(1_000 * i64::from(every_ms));
     let progress = bar("evaluating", recordings.files.len() as u64, "recordings");
     let advance = |done| progress.inc(done);
-    let evaluated = evaluate_body(checkpoint, &predictor, &recordings, every, &mean, &advance)?;
+    let camera = args.camera.as_deref();
+    let evaluated =
+        evaluate_body(checkpoint, &predictor, &recordings, every, camera, &mean, &advance)?;
     progress.finish_and_clear();
     let bootstrap = &checkpoint.config.evaluation.bootstrap;
     let summary = |evaluation: BodyEvaluation| evaluation.summary(&PERCENTS, bootstrap);

@@ -102,7 +102,8 @@ pub(super) fn scores(
     let every = Micros(1_000 * i64::from(every_ms));
     let progress = bar("evaluating", recordings.files.len() as u64, "recordings");
     let advance = |done| progress.inc(done);
-    let evaluated = evaluate_body(checkpoint, &predictor, &recordings, every, &mean, &advance)?;
+    let evaluated =
+        evaluate_body(checkpoint, &predictor, &recordings, every, None, &mean, &advance)?;
     progress.finish_and_clear();
     let recordings = evaluated.recordings.iter().map(|recording| RecordingScores {
         recording: recording.events.file_stem().unwrap_or_default().to_string_lossy().into_owned(),

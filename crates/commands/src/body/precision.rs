@@ -34,7 +34,8 @@ pub(super) fn evaluate(
         let options = BodyPredictorOptions { precision, ..BodyPredictorOptions::default() };
         let predictor = BodyPredictor::new(checkpoint, options, Some(ranges))?;
         let done = |count| progress.inc(count);
-        let evaluated = evaluate_body(checkpoint, &predictor, &recordings, stride, &mean, &done)?;
+        let evaluated =
+            evaluate_body(checkpoint, &predictor, &recordings, stride, None, &mean, &done)?;
         let bootstrap = &checkpoint.config.evaluation.bootstrap;
         let summary = evaluated.network().summary(&PERCENTS, bootstrap)?;
         let pck = |index: usize| cell(summary.raw.pck.get(index).copied().flatten(), 3);

@@ -15,7 +15,10 @@ use crate::args::EvalArgs;
 pub(super) fn run(model: &HandModel, args: &EvalArgs, data: &Path) -> Result<()> {
     let checkpoint = &model.checkpoint;
     let config = &checkpoint.config;
-    let data = HandDataset::open(data, config)?;
+    let data = HandDataset::open_of_camera(data, config, args.camera.as_deref())?;
+    if let Some(note) = data.note() {
+        say(format!("note: {note}"));
+    }
     // Imported weights carry no mean pose of their training data. They are compared with the mean of the test
     // data, which is a stronger baseline.
     let mean = match checkpoint.mean_pose {

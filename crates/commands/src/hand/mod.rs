@@ -101,10 +101,9 @@ impl PoseTask for Hand {
         config: &ConfigArgs,
         start_from: Option<&Path>,
     ) -> Result<Option<Box<dyn PoseExperiment>>> {
-        if start_from.is_some() {
-            bail!("--start-from is for bodies: networks of hands are trained from the beginning");
-        }
-        Ok(Some(Box::new(hand_config::load(&config.config, &config.overrides)?)))
+        let config = hand_config::load(&config.config, &config.overrides)?;
+        let start_from = start_from.map(Path::to_owned);
+        Ok(Some(Box::new(HandConfig { start_from, ..config })))
     }
 
     fn benchmark_recording(&self, directory: &Path, rate: f64) -> Result<PathBuf> {

@@ -12,10 +12,10 @@ pub(super) fn run(args: &TrainArgs) -> Result<()> {
     let (Some(data), Some(out)) = (&args.data, &args.out) else {
         bail!("hands need --data, a directory of sequences from `evpose simulate`, and --out");
     };
-    if args.start_from.is_some() {
-        bail!("--start-from is for bodies: networks of hands are trained from the beginning");
+    let mut config = hand_config::load(&args.config.config, &args.config.overrides)?;
+    if let Some(start) = &args.start_from {
+        config.start_from = Some(start.clone());
     }
-    let config = hand_config::load(&args.config.config, &args.config.overrides)?;
     use_threads(args.device.threads)?;
     let options = TrainOptions {
         device: args.device.device,

@@ -94,6 +94,50 @@ pub enum InitialState {
     Concatenated,
 }
 
+/// Noise of one part of a hand's parameters, as a filter assumes it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NoiseVariances {
+    /// Variance of the acceleration, (unit/s²)².
+    pub acceleration: f64,
+    /// Variance of a measurement, unit².
+    pub measurement: f64,
+}
+
+impl NoiseVariances {
+    /// Those of a filter with a -3 dB frequency in Hz, in steady state.
+    pub fn with_cutoff(cutoff_hz: f64, measurement: f64) -> Self {
+        let omega_rad_per_s = cutoff_hz * TAU / (2.0 + 5f64.sqrt()).sqrt();
+        Self { acceleration: omega_rad_per_s.powi(4) * measurement, measurement }
+    }
+
+    /// That frequency.
+    pub fn cutoff_hz(&self) -> f64 {
+        let omega_rad_per_s = (self.acceleration / self.measurement).powf(0.25);
+        omega_rad_per_s * (2.0 + 5f64.sqrt()).sqrt() / TAU
+    }
+}
+
+/// Noise of the three parts of a hand's parameters: fingers, wrist and rotation are measured with
+/// different accuracy and move at different speed.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HandNoise {
+    /// Of the six coefficients, dimensionless.
+    pub articulation: NoiseVariances,
+    /// Of the wrist, in metres.
+    pub translation: NoiseVariances,
+    /// Of the axis-angle vector, in radians.
+    pub rotation: NoiseVariances,
+}
+
+impl HandNoise {
+    /// The parts with their numbers of values, in the order of the parameters.
+    pub(super) fn parts(&self) -> [(usize, NoiseVariances); 3] {
+        [(6, self.articulation), (3, self.translation), (3, self.rotation)]
+    }
+}
+
 /// Settings of a [`super::ConstantVelocityKalman`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -106,6 +150,10 @@ pub struct KalmanConfig {
     pub time_step: TimeStep,
     /// State before the first update.
     pub initial_state: InitialState,
+    /// Variances of each part of a hand's parameters, in place of the two above: those that a
+    /// training estimates.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hand: Option<HandNoise>,
 }
 
 impl KalmanConfig {
@@ -117,6 +165,7 @@ impl KalmanConfig {
             measurement_variance,
             time_step: TimeStep::Elapsed,
             initial_state: InitialState::FirstMeasurement,
+            hand: None,
         }
     }
 
@@ -132,6 +181,7 @@ impl KalmanConfig {
             measurement_variance,
             time_step: TimeStep::PublishedFrame,
             initial_state,
+            hand: None,
         }
     }
 
@@ -139,14 +189,13 @@ impl KalmanConfig {
     ///
     /// With [`TimeStep::PublishedFrame`], for 1000 measurements per second.
     pub fn cutoff_hz(&self) -> f64 {
-        let acceleration_variance = match self.time_step {
+        let acceleration = match self.time_step {
             TimeStep::Elapsed => self.acceleration_variance,
             TimeStep::PublishedFrame => {
                 self.acceleration_variance * PUBLISHED_RATE_HZ * PUBLISHED_RATE_HZ
             }
         };
-        let omega_rad_per_s = (acceleration_variance / self.measurement_variance).powf(0.25);
-        omega_rad_per_s * (2.0 + 5f64.sqrt()).sqrt() / TAU
+        NoiseVariances { acceleration, measurement: self.measurement_variance }.cutoff_hz()
     }
 
     /// Refuses variances that are not positive and finite.
@@ -154,7 +203,19 @@ impl KalmanConfig {
         for (field, value) in [
             ("acceleration_variance", self.acceleration_variance),
             ("measurement_variance", self.measurement_variance),
-        ] {
+        ]
+        .into_iter()
+        .chain(self.hand.iter().flat_map(|noise| {
+            let [a, t, r] = noise.parts().map(|(_, part)| part);
+            [
+                ("hand.articulation.acceleration", a.acceleration),
+                ("hand.articulation.measurement", a.measurement),
+                ("hand.translation.acceleration", t.acceleration),
+                ("hand.translation.measurement", t.measurement),
+                ("hand.rotation.acceleration", r.acceleration),
+                ("hand.rotation.measurement", r.measurement),
+            ]
+        })) {
             if !(value > 0.0 && value.is_finite()) {
                 return Err(PoseError::OutOfRange { field, value, rule: "positive and finite" });
             }

@@ -11,7 +11,7 @@
 //! ```
 //!
 //! The update of `P` is Joseph's, which stays positive under rounding. `P` does not depend on the
-//! measurements, so all values share one.
+//! measurements, so all values of the same noise share one.
 //!
 //! The filter starts with `P = diag(R, √(σ²R))`: a position as uncertain as one measurement, and a
 //! velocity that crosses this uncertainty within the filter's own time constant. The published
@@ -20,11 +20,13 @@
 //! # Source
 //! EventHands supplement, Eq. 4 to 6. What the default changes, and why: [`super::KalmanConfig`].
 
+use std::ops::Range;
+
 use evpose_core::Micros;
 
 use super::config::PUBLISHED_STEP_S;
-use super::{InitialState, KalmanConfig, TemporalFilter, TimeStep};
-use crate::PoseError;
+use super::{InitialState, KalmanConfig, NoiseVariances, TemporalFilter, TimeStep};
+use crate::{PARAMETERS, PoseError};
 
 /// Position and velocity of one value.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -42,12 +44,11 @@ struct Covariance {
 }
 
 impl Covariance {
-    fn initial(config: &KalmanConfig) -> Self {
-        let [position, velocity] = match config.time_step {
-            TimeStep::Elapsed => [
-                config.measurement_variance,
-                (config.acceleration_variance * config.measurement_variance).sqrt(),
-            ],
+    fn initial(noise: NoiseVariances, time_step: TimeStep) -> Self {
+        let [position, velocity] = match time_step {
+            TimeStep::Elapsed => {
+                [noise.measurement, (noise.acceleration * noise.measurement).sqrt()]
+            }
             TimeStep::PublishedFrame => [1.0, 1.0],
         };
         Self { position, cross: 0.0, velocity }
@@ -79,6 +80,33 @@ impl Covariance {
     }
 }
 
+/// Consecutive values of the same noise.
+#[derive(Debug, Clone)]
+struct Group {
+    values: Range<usize>,
+    noise: NoiseVariances,
+    covariance: Covariance,
+}
+
+/// The groups of `values` values; those of a hand have three.
+fn groups_of(config: &KalmanConfig, values: usize) -> Vec<Group> {
+    let same = NoiseVariances {
+        acceleration: config.acceleration_variance,
+        measurement: config.measurement_variance,
+    };
+    let parts = match config.hand {
+        Some(noise) if values == PARAMETERS => noise.parts().to_vec(),
+        _ => vec![(values, same)],
+    };
+    let mut start = 0;
+    let group = |(count, noise): (usize, NoiseVariances)| {
+        let values = start..start + count;
+        start += count;
+        Group { values, noise, covariance: Covariance::initial(noise, config.time_step) }
+    };
+    parts.into_iter().map(group).collect()
+}
+
 /// A constant-velocity Kalman filter over a vector of independent values.
 ///
 /// Time that runs backwards means that the stream started again, and so does the filter.
@@ -86,7 +114,7 @@ impl Covariance {
 pub struct ConstantVelocityKalman {
     config: KalmanConfig,
     tracks: Vec<Track>,
-    covariance: Covariance,
+    groups: Vec<Group>,
     /// Time of the last measurement, once there was one.
     last: Option<Micros>,
     largest_innovation: f64,
@@ -99,9 +127,9 @@ impl ConstantVelocityKalman {
     /// If a variance is not positive and finite.
     pub fn new(config: KalmanConfig, values: usize) -> Result<Self, PoseError> {
         config.validate()?;
-        let covariance = Covariance::initial(&config);
+        let groups = groups_of(&config, values);
         let tracks = vec![Track::default(); values];
-        Ok(Self { config, tracks, covariance, last: None, largest_innovation: 0.0 })
+        Ok(Self { config, tracks, groups, last: None, largest_innovation: 0.0 })
     }
 
     /// The estimated values, in full precision.
@@ -138,9 +166,17 @@ impl ConstantVelocityKalman {
         self.largest_innovation
     }
 
-    /// Goes on with other settings, which must be valid; state and covariance stay.
+    /// Goes on with other settings, which must be valid; the state stays, and the covariance of
+    /// groups that both settings have.
     pub(super) fn retune(&mut self, config: KalmanConfig) {
         self.config = config;
+        let mut groups = groups_of(&config, self.tracks.len());
+        for (new, old) in groups.iter_mut().zip(&self.groups) {
+            if new.values == old.values {
+                new.covariance = old.covariance;
+            }
+        }
+        self.groups = groups;
     }
 
     pub(super) fn tracks_mut(&mut self) -> &mut [Track] {
@@ -156,19 +192,24 @@ impl ConstantVelocityKalman {
         for track in &mut self.tracks {
             track.position += step * track.velocity;
         }
-        self.covariance =
-            self.covariance.predicted(step, noise_step, self.config.acceleration_variance);
+        for group in &mut self.groups {
+            group.covariance =
+                group.covariance.predicted(step, noise_step, group.noise.acceleration);
+        }
     }
 
     /// Corrects the state by a measurement.
     fn correct(&mut self, z: &[f32]) {
-        let ([k, l], covariance) = self.covariance.updated(self.config.measurement_variance);
-        self.covariance = covariance;
-        for (track, &z) in self.tracks.iter_mut().zip(z) {
-            let innovation = f64::from(z) - track.position;
-            self.largest_innovation = self.largest_innovation.max(innovation.abs());
-            track.position += k * innovation;
-            track.velocity += l * innovation;
+        for group in &mut self.groups {
+            let ([k, l], covariance) = group.covariance.updated(group.noise.measurement);
+            group.covariance = covariance;
+            let values = group.values.clone();
+            for (track, &z) in self.tracks[values.clone()].iter_mut().zip(&z[values]) {
+                let innovation = f64::from(z) - track.position;
+                self.largest_innovation = self.largest_innovation.max(innovation.abs());
+                track.position += k * innovation;
+                track.velocity += l * innovation;
+            }
         }
     }
 
@@ -228,7 +269,7 @@ impl TemporalFilter for ConstantVelocityKalman {
 
     fn reset(&mut self) {
         self.tracks.fill(Track::default());
-        self.covariance = Covariance::initial(&self.config);
+        self.groups = groups_of(&self.config, self.tracks.len());
         self.last = None;
         self.largest_innovation = 0.0;
     }

@@ -14,7 +14,7 @@ mod kalman;
 mod stillness;
 
 pub use adaptive::{AdaptiveFilterConfig, AdaptiveHandFilter};
-pub use config::{InitialState, KalmanConfig, NoiseSetting, TimeStep};
+pub use config::{HandNoise, InitialState, KalmanConfig, NoiseSetting, NoiseVariances, TimeStep};
 pub use hand::{HandFilter, HandFilterConfig};
 pub use kalman::ConstantVelocityKalman;
 pub use stillness::{Gated, StillnessConfig, StillnessGate};

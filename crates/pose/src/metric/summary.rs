@@ -22,6 +22,8 @@ pub struct SequenceScores {
     pub pck_3d: Pck,
     /// Errors of 7 points in the image, in percent of the palm.
     pub pck_2d: Pck,
+    /// Errors of the acceleration of 21 points, in metres per second squared: the jitter.
+    pub acceleration_m_s2: Totals,
 }
 
 impl SequenceScores {
@@ -40,6 +42,27 @@ impl SequenceScores {
             self.pck_3d.push(error_mm);
         }
         self.push_image_points(predicted, truth);
+    }
+
+    /// Scores the acceleration of the points in the middle of three frames, `step_s` apart.
+    ///
+    /// # Source
+    /// The *acceleration error* of Kanazawa et al., *Learning 3D human dynamics from video*,
+    /// CVPR 2019.
+    pub fn push_acceleration(
+        &mut self,
+        predicted: [&HandPoints; 3],
+        truth: [&HandPoints; 3],
+        step_s: f64,
+    ) {
+        let acceleration = |points: &[&HandPoints; 3], i: usize| {
+            let [before, now, after] = points.map(|points| points.world_m[i].as_dvec3());
+            (before - 2.0 * now + after) / (step_s * step_s)
+        };
+        for i in 0..predicted[0].world_m.len() {
+            let error = acceleration(&predicted, i) - acceleration(&truth, i);
+            self.acceleration_m_s2.push(error.length());
+        }
     }
 
     /// Scores the points of one frame in the image alone: those of labels in 2D.
@@ -72,6 +95,7 @@ impl HandEvaluation {
             mpjpe_mm: mean(|s| s.points_mm),
             auc_3d: mean(|s| s.pck_3d.totals()),
             auc_2d: mean(|s| s.pck_2d.totals()),
+            acceleration_m_s2: mean(|s| s.acceleration_m_s2),
         }
     }
 
@@ -131,6 +155,9 @@ pub struct HandSummary {
     pub auc_3d: Option<Interval>,
     /// Area under the 2D curve, 0 to 100% of the palm: larger is better.
     pub auc_2d: Option<Interval>,
+    /// Error of the acceleration of 21 points, in metres per second squared: the jitter.
+    #[serde(default)]
+    pub acceleration_m_s2: Option<Interval>,
 }
 
 /// Mean errors of one method over those of another, paired by sequence.
@@ -225,5 +252,20 @@ mod tests {
         let empty = HandEvaluation::default();
         assert_eq!(empty.summary(&BootstrapConfig::default()).auc_3d, None);
         assert!(empty.curves().pck_2d.is_empty());
+    }
+
+    #[test]
+    fn steady_motion_has_no_jitter_and_a_shake_has_that_of_its_second_difference() {
+        let at = |x_m: f32| HandPoints { world_m: [Vec3::X * x_m; 21], image_px: [None; 21] };
+        let truth = [at(0.0), at(0.125), at(0.25)];
+        let shaken = [at(0.0), at(0.126), at(0.25)];
+        let mut scores = SequenceScores::default();
+        scores.push_acceleration(truth.each_ref(), truth.each_ref(), 1e-3);
+        assert_eq!(scores.acceleration_m_s2.mean(), Some(0.0));
+        let mut scores = SequenceScores::default();
+        scores.push_acceleration(shaken.each_ref(), truth.each_ref(), 1e-3);
+        // Twice a millimetre in a millisecond squared.
+        let mean = scores.acceleration_m_s2.mean().expect("measured");
+        assert!((mean - 2000.0).abs() < 1.0, "{mean}");
     }
 }

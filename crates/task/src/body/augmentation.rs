@@ -15,7 +15,8 @@ const ROUNDING: f32 = 1e-5;
 ///
 /// # Model
 /// 1. Some images are mirrored, left and right joints exchanged.
-/// 2. At most one of the following is done: the image becomes smaller inside of a black border
+/// 2. Some are cut to a square about the person, as in the second pass of inference
+///    (`person_crop`). To the others, at most one of the following is done: the image becomes smaller inside of a black border
 ///    (`pad`), a part of it larger (`crop`), or it is skewed (`affine`), rotated about its middle
 ///    (`rotate`) or moved (`shift`). Beside other persons it is neither skewed nor moved, and the
 ///    part is the middle.
@@ -41,6 +42,10 @@ pub struct BodyAugmentation {
     pub interpolation: Vec<Interpolation>,
     /// Probability of a horizontal flip.
     pub mirror_probability: f32,
+    /// Probability of a crop about the person.
+    pub person_crop_probability: f32,
+    /// Side of that crop, relative to the longer side of the person's bounding box.
+    pub person_crop: [f32; 2],
     /// Probability of a border.
     pub pad_probability: f32,
     /// Width of the border.
@@ -91,6 +96,8 @@ impl Default for BodyAugmentation {
         Self {
             interpolation: vec![Interpolation::Linear],
             mirror_probability: 0.5,
+            person_crop_probability: 0.0,
+            person_crop: [1.1, 2.2],
             pad_probability: 0.5 * 0.2,
             pad: [0.06, 0.12],
             crop_probability: 0.5 * 0.8,
@@ -120,6 +127,7 @@ impl BodyAugmentation {
     pub fn none() -> Self {
         Self {
             mirror_probability: 0.0,
+            person_crop_probability: 0.0,
             pad_probability: 0.0,
             crop_probability: 0.0,
             affine_probability: 0.0,
@@ -156,6 +164,7 @@ impl BodyAugmentation {
         ];
         let others = [
             ("augmentation.mirror_probability", self.mirror_probability),
+            ("augmentation.person_crop_probability", self.person_crop_probability),
             ("augmentation.light_probability", self.light_probability),
             ("augmentation.noise_probability", self.noise_probability),
             ("augmentation.blank_probability", self.blank_probability),
@@ -172,6 +181,7 @@ impl BodyAugmentation {
             return wrong(steps[0].0, message);
         }
         let ranges = [
+            ("augmentation.person_crop", self.person_crop, [0.5, 8.0]),
             ("augmentation.pad", self.pad, [0.0, 4.0]),
             ("augmentation.crop", self.crop, [0.0, 0.45]),
             ("augmentation.crop_start", self.crop_start, [0.0, 2.0]),

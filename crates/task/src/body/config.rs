@@ -97,11 +97,26 @@ pub struct BodyDataConfig {
     pub first_ms: u32,
     /// Time of a sample's label.
     pub label_at: LabelTime,
+    /// Noise events per pixel before a recording begins, log-uniform: an EROS does not fade, so
+    /// that of a camera that has been on for a while is full of single events but for where
+    /// people have moved. Simulated recordings begin with an empty one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noise_history: Option<NoiseHistory>,
     /// Share of the recordings, or of the images, kept for validation.
     pub validation_share: f64,
     /// Minimum number of labelled joints of a sample.
     #[serde(alias = "fewest_joints")]
     pub min_joints: usize,
+}
+
+/// Noise events before a recording.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NoiseHistory {
+    /// Probability that a recording has some.
+    pub probability: f32,
+    /// How many per pixel, log-uniform.
+    pub events_per_pixel: [f32; 2],
 }
 
 /// The time of a label.
@@ -163,6 +178,19 @@ pub struct BodyDecodingConfig {
     pub confidence: f32,
     /// Offset of distances, in cells: see [`evpose_pose::body::BodyDecoder::softened_by`].
     pub softening_cells: f64,
+    /// A second pass on a crop about the person that the first one found.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub second_pass: Option<SecondPass>,
+}
+
+/// A second pass of the network, on a crop about the person.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SecondPass {
+    /// Side of the crop, relative to the longer side of the bounding box of the joints found.
+    pub side: f32,
+    /// The smallest side, relative to the image.
+    pub min_side: f32,
 }
 
 /// Optimiser and duration.
@@ -235,6 +263,7 @@ impl Default for BodyDataConfig {
             every_ms: 50,
             first_ms: 500,
             label_at: LabelTime::Now,
+            noise_history: None,
             validation_share: 0.1,
             min_joints: 8,
         }
@@ -257,7 +286,11 @@ impl Default for BodyImageConfig {
 impl Default for BodyDecodingConfig {
     /// As published.
     fn default() -> Self {
-        Self { confidence: PUBLISHED_CONFIDENCE, softening_cells: DEFAULT_SOFTENING }
+        Self {
+            confidence: PUBLISHED_CONFIDENCE,
+            softening_cells: DEFAULT_SOFTENING,
+            second_pass: None,
+        }
     }
 }
 
@@ -363,6 +396,20 @@ impl BodyConfig {
         }
         if !(self.decoding.softening_cells.is_finite() && self.decoding.softening_cells > 0.0) {
             return fail("decoding.softening_cells", "must be above 0");
+        }
+        if self.decoding.second_pass.is_some_and(|SecondPass { side, min_side }| {
+            !(1.0..=8.0).contains(&side) || !(0.05..=1.0).contains(&min_side)
+        }) {
+            return fail("decoding.second_pass", "side must be 1 to 8, min_side 0.05 to 1");
+        }
+        if self.data.noise_history.is_some_and(|NoiseHistory { probability, events_per_pixel }| {
+            let [low, high] = events_per_pixel;
+            !(0.0..=1.0).contains(&probability) || !(0.0 < low && low <= high && high <= 100.0)
+        }) {
+            return fail(
+                "data.noise_history",
+                "probability must be 0 to 1, events_per_pixel a range above 0 and up to 100",
+            );
         }
         if self.network.joints != evpose_pose::body::BODY_JOINTS {
             return fail("network.joints", "labels have 13 joints");

@@ -15,7 +15,8 @@ pub use augmentation::BodyAugmentation;
 pub use checkpoint::BodyCheckpoint;
 pub use config::{
     BodyConfig, BodyDataConfig, BodyDecodingConfig, BodyEvaluationConfig, BodyImageConfig,
-    BodySourceKind, BodyTargetConfig, BodyTrainingConfig, BodyViewKind, LabelTime,
+    BodySourceKind, BodyTargetConfig, BodyTrainingConfig, BodyViewKind, LabelTime, NoiseHistory,
+    SecondPass,
 };
 pub use frontend::{BodyFrontend, BodyWorker, body_stream};
 pub use predictor::{BodyPredictor, BodyPredictorOptions, joints_in_pixels};

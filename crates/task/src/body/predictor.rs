@@ -6,10 +6,11 @@ use evpose_core::{Plane, SensorSize};
 use evpose_infer::{CalibrationRanges, Engine, EngineOptions, Precision};
 use evpose_pose::body::{BODY_JOINTS, BodyDecoder, BodyJoint, BodyMaps, BodyPoints};
 use evpose_pose::metric::body::BodyPrediction;
-use glam::Vec2;
+use glam::{DAffine2, DVec2, Vec2};
 
 use super::checkpoint::BodyCheckpoint;
-use super::resample::{Interpolation, resize_grey};
+use super::config::SecondPass;
+use super::resample::{Interpolation, sample};
 use crate::TaskError;
 
 /// Channels of the network's input, all the same.
@@ -18,11 +19,21 @@ const CHANNELS: usize = 3;
 const CELL_PX: usize = 4;
 
 /// Finds joints on images.
+///
+/// # Model
+/// The network sees the whole image. With a second pass in the checkpoint's config it then sees a crop about the
+/// joints that it found, so that small people are as large to it as others; without any joint
+/// found, the first pass counts.
+///
+/// # Source
+/// Crops about the person of the frame before are from MoveNet (Votel & Li, 2021). Here the crop
+/// follows from the same image, so that a pose depends on nothing before it.
 pub struct BodyPredictor {
     engine: Engine,
     decoder: BodyDecoder,
     side_px: usize,
     interpolation: Interpolation,
+    second_pass: Option<SecondPass>,
     input: Vec<f32>,
 }
 
@@ -70,6 +81,7 @@ impl BodyPredictor {
             decoder: if is_published { decoder.as_published() } else { decoder },
             side_px,
             interpolation: image.interpolation,
+            second_pass: checkpoint.config.decoding.second_pass,
             input: vec![0.0; CHANNELS * side_px * side_px],
         })
     }
@@ -82,21 +94,40 @@ impl BodyPredictor {
             decoder: self.decoder.clone(),
             side_px: self.side_px,
             interpolation: self.interpolation,
+            second_pass: self.second_pass,
             input: self.input.clone(),
         }
     }
 
     /// The network's input for an image, `[3][side][side]`: the resized image in each channel.
     pub fn input(&mut self, image: &Plane<u8>) -> &[f32] {
-        let (first, others) = self.input.split_at_mut(self.side_px * self.side_px);
-        resize_grey(image, self.interpolation, [self.side_px; 2], first);
-        others.chunks_mut(first.len()).for_each(|channel| channel.copy_from_slice(first));
+        self.fill_input(image, DAffine2::IDENTITY);
         &self.input
+    }
+
+    fn fill_input(&mut self, image: &Plane<u8>, image_from_input: DAffine2) {
+        let (first, others) = self.input.split_at_mut(self.side_px * self.side_px);
+        sample(image, image_from_input, self.interpolation, [self.side_px; 2], first);
+        others.chunks_mut(first.len()).for_each(|channel| channel.copy_from_slice(first));
     }
 
     /// The joints of the person on an image.
     pub fn joints(&mut self, image: &Plane<u8>) -> Vec<BodyJoint> {
-        self.input(image);
+        let first = self.pass(image, DAffine2::IDENTITY);
+        let Some(crop) = self.second_pass.and_then(|second| crop_about(&first, second)) else {
+            return first;
+        };
+        let mut joints = self.pass(image, crop);
+        for joint in &mut joints {
+            joint.position =
+                joint.position.map(|at| crop.transform_point2(at.as_dvec2()).as_vec2());
+        }
+        joints
+    }
+
+    /// The joints in the part of an image that a map leads to, relative to that part.
+    fn pass(&mut self, image: &Plane<u8>, image_from_input: DAffine2) -> Vec<BodyJoint> {
+        self.fill_input(image, image_from_input);
         match self.engine.run(&self.input) {
             [heatmaps, centers, regs, offsets] => {
                 let maps = [heatmaps, centers, regs, offsets].map(Vec::as_slice);
@@ -122,6 +153,22 @@ impl std::fmt::Debug for BodyPredictor {
     }
 }
 
+/// The map from a crop about joints to the image, both from 0 to 1; none without joints, or if the
+/// crop is the image.
+fn crop_about(joints: &[BodyJoint], second: SecondPass) -> Option<DAffine2> {
+    let found = joints.iter().filter_map(|joint| joint.position);
+    let (low, high) =
+        found.map(|at| (at, at)).reduce(|(low, high), (at, _)| (low.min(at), high.max(at)))?;
+    let side = ((high - low).max_element() * second.side).max(second.min_side);
+    if side >= 1.0 {
+        return None;
+    }
+    // Within the image: there is nothing beyond it.
+    let start = (0.5 * (low + high) - 0.5 * side).clamp(Vec2::ZERO, Vec2::splat(1.0 - side));
+    let side = DVec2::splat(f64::from(side));
+    Some(DAffine2::from_scale_angle_translation(side, 0.0, start.as_dvec2()))
+}
+
 /// Joints relative to an image, on it.
 pub fn joints_in_pixels(joints: &[BodyJoint], sensor: SensorSize) -> BodyPoints {
     in_pixels(joints, Vec2::new(f32::from(sensor.width), f32::from(sensor.height)))
@@ -133,4 +180,33 @@ fn in_pixels(joints: &[BodyJoint], size_px: Vec2) -> BodyPoints {
         *point = joint.position.map(|at| at * size_px);
     }
     points
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn found(places: &[[f32; 2]]) -> Vec<BodyJoint> {
+        places.iter().map(|at| BodyJoint { position: Some((*at).into()), score: 0.5 }).collect()
+    }
+
+    #[test]
+    fn a_crop_is_about_the_joints_and_within_the_image() {
+        let second = SecondPass { side: 1.5, min_side: 0.2 };
+        let corners = |joints: &[BodyJoint]| {
+            crop_about(joints, second)
+                .map(|crop| [DVec2::ZERO, DVec2::ONE].map(|at| crop.transform_point2(at).as_vec2()))
+        };
+        let near = |a: Option<[Vec2; 2]>, b: [[f32; 2]; 2]| {
+            assert!(
+                a.is_some_and(|a| a.into_iter().zip(b).all(|(a, b)| a.distance(b.into()) < 1e-6)),
+                "{a:?} for {b:?}"
+            );
+        };
+        near(corners(&found(&[[0.4, 0.3], [0.6, 0.7]])), [[0.2, 0.2], [0.8, 0.8]]);
+        near(corners(&found(&[[0.0, 0.3], [0.2, 0.7]])), [[0.0, 0.2], [0.6, 0.8]]);
+        near(corners(&found(&[[0.5, 0.5]])), [[0.4, 0.4], [0.6, 0.6]]);
+        assert_eq!(corners(&found(&[[0.1, 0.1], [0.2, 0.8]])), None, "as large as the image");
+        assert_eq!(corners(&[BodyJoint { position: None, score: 0.0 }]), None);
+    }
 }

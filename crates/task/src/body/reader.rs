@@ -2,7 +2,10 @@
 
 use std::path::Path;
 
-use evpose_core::{EventStream, Micros, Plane, SensorSize, TimeWindow};
+use evpose_core::{
+    CounterRng, Event, EventStream, EventStreamBuilder, Micros, Plane, Polarity, SensorSize,
+    TimeWindow,
+};
 use evpose_io::{OpenOptions, Windows};
 use evpose_pose::body::BodyPoints;
 use evpose_view::Calibration;
@@ -12,6 +15,9 @@ use super::config::BodyImageConfig;
 use super::frontend::{Blur, start_representation};
 use crate::TaskError;
 use evpose_repr::Representation;
+
+/// How long noise has been there when a recording begins.
+const HISTORY: Micros = Micros(1_000_000);
 
 /// A recording as images of a representation, forwards in time.
 pub struct RepresentationReader {
@@ -76,6 +82,25 @@ impl RepresentationReader {
     /// If it cannot be read to its end.
     pub fn end(&mut self) -> Result<Micros, TaskError> {
         Ok(self.windows.end()?)
+    }
+
+    /// Noise in the second before the recording: so many events per pixel of the view, anywhere.
+    pub fn add_noise_history(&mut self, events_per_pixel: f32, seed: u64) {
+        let size = self.image_size();
+        let start = self.windows.start().unwrap_or(Micros(0));
+        let count = (events_per_pixel * size.pixels() as f32) as usize;
+        let at = |k: usize| Micros(start.0 - HISTORY.0 + HISTORY.0 * k as i64 / count as i64);
+        let mut rng = CounterRng::new(seed, "noise history", 0);
+        let mut noise = EventStreamBuilder::new(size);
+        for k in 0..count {
+            noise.push(Event {
+                t: at(k),
+                x: rng.below(usize::from(size.width)) as u16,
+                y: rng.below(usize::from(size.height)) as u16,
+                polarity: if rng.chance(0.5) { Polarity::On } else { Polarity::Off },
+            });
+        }
+        self.representation.push(&noise.finish().0);
     }
 
     /// The image at `t`, which is not before the last one asked for. `observe` receives the events

@@ -24,18 +24,20 @@ pub struct BodyRecordingStream {
 }
 
 impl BodyRecordingStream {
-    /// Opens a recording of a camera that is guessed. Joints are propagated only with `propagation`.
+    /// Opens a recording of a camera: see [`Calibration::choose`], which guesses without one. Joints
+    /// are propagated only with `propagation`.
     ///
     /// # Errors
-    /// As [`Self::of_camera`].
+    /// As [`Self::of_camera`], or if the camera is not known.
     pub fn open(
         path: &Path,
+        camera: Option<&str>,
         checkpoint: &BodyCheckpoint,
         propagation: Option<&PropagationConfig>,
         predictor: BodyPredictor,
     ) -> Result<Self, TaskError> {
         let windows = Windows::open(path, &OpenOptions::default())?;
-        let calibration = Calibration::guessed(windows.sensor());
+        let calibration = Calibration::choose(camera, windows.sensor())?;
         Self::of_camera(windows, &calibration, checkpoint, propagation, predictor)
     }
 

@@ -1,6 +1,6 @@
 //! The file that describes a hand experiment from the scene to the metric.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use evpose_core::Micros;
 use evpose_nn::{HandLossConfig, HandRegressorConfig, backbone_by_name};
@@ -21,6 +21,9 @@ use crate::toml_text;
 pub struct HandConfig {
     /// Seed of every random stream of the experiment.
     pub seed: u64,
+    /// A finished run, or a file of weights, to begin with.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub start_from: Option<PathBuf>,
     /// Scene, motion and camera, and the amount of recordings.
     pub simulation: SimulationConfig,
     /// Input of the network.
@@ -93,6 +96,9 @@ pub struct TrainingConfig {
     pub validation_s: f64,
     /// Maximum number of windows of a validation.
     pub validation_samples: u64,
+    /// Whether the noise of the filters is estimated from the validation residuals of the best
+    /// network, instead of taken from the config.
+    pub estimate_filter: bool,
 }
 
 /// Held-out data.
@@ -114,6 +120,7 @@ impl Default for HandConfig {
     fn default() -> Self {
         Self {
             seed: 1,
+            start_from: None,
             simulation: SimulationConfig::default(),
             representation: RepresentationConfig::default(),
             augmentation: WindowAugmentation::default(),
@@ -146,6 +153,7 @@ impl Default for TrainingConfig {
             steps_per_validation: 15_000,
             validation_s: 250.0,
             validation_samples: 20_000,
+            estimate_filter: false,
         }
     }
 }

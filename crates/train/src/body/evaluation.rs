@@ -52,7 +52,7 @@ impl BodyResults {
 }
 
 /// Evaluates a network on recordings: a prediction every `every` from the first sample of its
-/// config on, and for comparison the mean pose. `progress` receives 1 after each recording.
+/// config on, and for comparison the mean pose. `camera` is as in [`Calibration::choose`](evpose_view::Calibration::choose). `progress` receives 1 after each recording.
 ///
 /// # Errors
 /// If a recording cannot be read.
@@ -61,12 +61,14 @@ pub fn evaluate_body(
     predictor: &BodyPredictor,
     recordings: &BodyRecordings,
     every: Micros,
+    camera: Option<&str>,
     mean_pose: &BodyPoints,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<BodyResults, TrainError> {
     let one = |(events, poses): &(PathBuf, PathBuf)| {
         let truth = ground_truth(&PoseTable::read(poses)?);
-        let mut stream = BodyRecordingStream::open(events, checkpoint, None, predictor.another())?;
+        let mut stream =
+            BodyRecordingStream::open(events, camera, checkpoint, None, predictor.another())?;
         let first = Micros(1_000 * i64::from(checkpoint.config.data.first_ms));
         let end = Micros::from_seconds(truth.last().map_or(0.0, |last| last.t_s));
         let mut predictions = Vec::new();

@@ -136,7 +136,8 @@ fn score_recording(
     config: &PropagationConfig,
 ) -> Result<[BodySequence; 4], TrainError> {
     let truth = ground_truth(&PoseTable::read(poses)?);
-    let mut recording = BodyRecordingStream::open(events, checkpoint, Some(config), predictor)?;
+    let mut recording =
+        BodyRecordingStream::open(events, None, checkpoint, Some(config), predictor)?;
     let first = Micros(1_000 * i64::from(checkpoint.config.data.first_ms));
     let end = Micros::from_seconds(truth.last().map_or(0.0, |last| last.t_s));
     let poses = propagated_poses(&mut recording, config, (first, end))?;

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 
-use evpose_core::{EventStream, Micros};
+use evpose_core::{CounterRng, EventStream, Micros};
 use evpose_pose::body::BodyPoints;
 use evpose_sim::person::{People, PoseTable};
 use glam::Vec2;
@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::frames::{BodyFrame, BodyFrames, label_of, size_of};
 use crate::TrainError;
 use evpose_task::body::RepresentationReader;
-use evpose_task::body::{BodyConfig, LabelTime};
+use evpose_task::body::{BodyConfig, LabelTime, NoiseHistory};
 
 /// Ending of the tables.
 const POSES: &str = ".poses.csv";
@@ -130,6 +130,10 @@ fn frames_of(
 ) -> Result<Vec<BodyFrame>, TrainError> {
     let track = PoseTrack(PoseTable::read(poses)?);
     let mut reader = RepresentationReader::open(events, &config.image)?;
+    if let Some(events_per_pixel) = noise_before(config, sequence) {
+        let seed = evpose_core::seed_for(config.seed, "noise history", sequence);
+        reader.add_noise_history(events_per_pixel, seed);
+    }
     let counted = match config.data.label_at {
         LabelTime::Now => 0,
         LabelTime::MeanOf(events) => events,
@@ -147,6 +151,13 @@ fn frames_of(
         t = t + step;
     }
     Ok(frames)
+}
+
+/// Draws how much noise there was before a recording.
+fn noise_before(config: &BodyConfig, sequence: u64) -> Option<f32> {
+    let NoiseHistory { probability, events_per_pixel: [low, high] } = config.data.noise_history?;
+    let mut rng = CounterRng::new(config.seed, "noise before", sequence);
+    rng.chance(probability).then(|| rng.uniform(low.ln(), high.ln()).exp())
 }
 
 /// A table of poses as a function of time.

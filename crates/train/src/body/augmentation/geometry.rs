@@ -3,7 +3,7 @@
 
 use evpose_core::CounterRng;
 use evpose_pose::body::BodyLabel;
-use glam::{DAffine2, DMat2, DVec2};
+use glam::{DAffine2, DMat2, DVec2, Vec2};
 
 use evpose_task::body::BodyAugmentation;
 
@@ -25,6 +25,39 @@ const MIN_AREA_RATIO: f64 = 0.1;
 /// The horizontal flip.
 pub(super) fn mirror() -> DAffine2 {
     DAffine2::from_cols(DVec2::NEG_X, DVec2::Y, DVec2::X)
+}
+
+/// The smallest side of a crop about a person, relative to the image.
+const MIN_PERSON_CROP: f32 = 0.2;
+
+/// Draws the map of a crop about the person; none if that is not to be done, or nobody is in view.
+///
+/// The crop is a square in relative coordinates. The person is wholly in it where it is larger than
+/// the bounding box, anywhere; where it is smaller, it is about the middle of the box.
+pub(super) fn draw_person_crop(
+    augmentation: &BodyAugmentation,
+    rng: &mut CounterRng,
+    label: &BodyLabel,
+) -> Option<DAffine2> {
+    if !rng.chance(augmentation.person_crop_probability) {
+        return None;
+    }
+    let (low, high) = bounding_box(label)?;
+    let extent = (high - low).max_element();
+    let side = (extent * uniform(rng, augmentation.person_crop) as f32).max(MIN_PERSON_CROP);
+    let slack = (Vec2::splat(side) - (high - low)).max(Vec2::ZERO);
+    let shift = Vec2::from([0, 1].map(|_| rng.uniform(-0.5, 0.5))) * slack;
+    let start = (0.5 * (low + high) + shift - 0.5 * side).as_dvec2();
+    let scale = 1.0 / f64::from(side);
+    Some(DAffine2::from_scale_angle_translation(DVec2::splat(scale), 0.0, -start * scale))
+}
+
+/// The corners of the labelled joints' bounding box.
+fn bounding_box(label: &BodyLabel) -> Option<(Vec2, Vec2)> {
+    let labelled = label.keypoints.iter().filter(|keypoint| keypoint.is_labelled());
+    labelled
+        .map(|keypoint| (keypoint.position, keypoint.position))
+        .reduce(|(low, high), (at, _)| (low.min(at), high.max(at)))
 }
 
 /// Draws one of the five maps; none if nothing is to be done.
@@ -130,7 +163,7 @@ mod tests {
     fn each_map_is_drawn_as_often_as_it_should() {
         let augmentation = BodyAugmentation::default();
         let (alone, n) = (BodyLabel::default(), 20_000);
-        let crowd = BodyLabel { other_centers: vec![glam::Vec2::ZERO], ..alone.clone() };
+        let crowd = BodyLabel { other_centers: vec![Vec2::ZERO], ..alone.clone() };
         let count = |label: &BodyLabel, is: fn(&DAffine2) -> bool| {
             let draw = |i| draw_map(&augmentation, &mut CounterRng::new(5, "maps", i), label);
             (0..n).filter_map(draw).filter(is).count() as f64 / n as f64

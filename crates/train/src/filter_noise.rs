@@ -1,0 +1,273 @@
+//! Noise of the Kalman filters of hands, estimated from a network's residuals in validation.
+//!
+//! # Model
+//! The variance of a measurement is the mean square of the network's residual, for each part of the
+//! parameters. One number is left, the variance of the acceleration, or with it the cutoff of the
+//! filter. Residuals of networks are correlated over time, which a Kalman filter does not assume,
+//! so that the hand's own acceleration would make it trust its motion too much. Instead, of
+//! [`CUTOFFS`] cutoffs from [`LOWEST_HZ`] to [`HIGHEST_HZ`], each part takes the one that brings
+//! the filtered parameters nearest to the truth, in the metric in which they are evaluated.
+//!
+//! The filter of two settings takes as slow what is best for the slower half of the frames, and as
+//! fast what is best for the others. The limit of the innovation between both is the one that
+//! [`SLOW_SHARE`] of the slower half stay below.
+
+use evpose_core::Micros;
+use evpose_pose::HandParams;
+use evpose_pose::filter::{
+    AdaptiveFilterConfig, HandFilter, HandFilterConfig, HandNoise, KalmanConfig, NoiseVariances,
+};
+use evpose_pose::metric::HandError;
+use evpose_pose::rotation::nearest_axis_angle;
+use evpose_stats::quantile::nearest_rank;
+
+use crate::TrainError;
+use crate::evaluation::HandPoseTrack;
+
+const CUTOFFS: u32 = 33;
+const LOWEST_HZ: f64 = 1.0;
+const HIGHEST_HZ: f64 = 100.0;
+const SLOW_SHARE: f64 = 0.95;
+
+/// Measured and true poses of a sequence, one each millisecond.
+#[derive(Debug, Clone)]
+pub(crate) struct MeasuredTrack {
+    pub(crate) measured: HandPoseTrack,
+    pub(crate) truth: Vec<HandParams>,
+}
+
+/// The settings of both filters.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct FilterEstimate {
+    pub(crate) plain: HandFilterConfig,
+    pub(crate) adaptive: AdaptiveFilterConfig,
+}
+
+/// Estimates both filters. None without frames.
+///
+/// # Errors
+/// If no filter can be made of the residuals: those of a network that is never wrong.
+pub(crate) fn estimate_filters(
+    tracks: &[MeasuredTrack],
+) -> Result<Option<FilterEstimate>, TrainError> {
+    let Some(residuals) = Parts::mean_square_residuals(tracks) else { return Ok(None) };
+    let speeds: Vec<Vec<f64>> = tracks.iter().map(|track| speeds(track, &residuals)).collect();
+    let Some(median) = sorted_quantile(speeds.concat(), 0.5) else { return Ok(None) };
+    // Mean errors of all frames, of slow and of fast ones, at every cutoff.
+    let mut best = [Best::default(); 3];
+    for k in 0..CUTOFFS {
+        let share = f64::from(k) / f64::from(CUTOFFS - 1);
+        let cutoff_hz = LOWEST_HZ * (HIGHEST_HZ / LOWEST_HZ).powf(share);
+        let config = with_noise(residuals.noise([cutoff_hz; 3]));
+        let mut errors = [Parts::default(); 3];
+        for (track, speeds) in tracks.iter().zip(&speeds) {
+            let filtered = filtered(&config, &track.measured)?;
+            for ((estimate, truth), speed) in filtered.poses.iter().zip(&track.truth).zip(speeds) {
+                let error = Parts::of(HandError::between(estimate, truth));
+                errors[0].add(&error);
+                errors[if *speed <= median { 1 } else { 2 }].add(&error);
+            }
+        }
+        best.iter_mut().zip(&errors).for_each(|(best, errors)| best.offer(cutoff_hz, errors));
+    }
+    let [all, slow, fast] = best.map(|best| with_noise(residuals.noise(best.cutoffs_hz)));
+    let adaptive = AdaptiveFilterConfig {
+        innovation_limit: innovation_limit(tracks, &speeds, median, &slow)?,
+        unwrap_rotation: true,
+        detector: slow.kalman,
+        slow: slow.kalman,
+        fast: fast.kalman,
+    };
+    Ok(Some(FilterEstimate { plain: all, adaptive }))
+}
+
+fn with_noise(noise: HandNoise) -> HandFilterConfig {
+    let kalman = KalmanConfig { hand: Some(noise), ..KalmanConfig::default() };
+    HandFilterConfig { kalman, unwrap_rotation: true }
+}
+
+fn filtered(config: &HandFilterConfig, track: &HandPoseTrack) -> Result<HandPoseTrack, TrainError> {
+    let mut filter = HandFilter::new(config)?;
+    let update = |(&frame, pose): (&u64, &HandParams)| filter.update(at(frame), pose);
+    let poses = track.frames.iter().zip(&track.poses).map(update).collect();
+    Ok(HandPoseTrack { frames: track.frames.clone(), poses })
+}
+
+fn at(frame: u64) -> Micros {
+    Micros(1_000 * frame as i64)
+}
+
+/// The innovation that most of the slower frames stay below.
+fn innovation_limit(
+    tracks: &[MeasuredTrack],
+    speeds: &[Vec<f64>],
+    median: f64,
+    detector: &HandFilterConfig,
+) -> Result<f64, TrainError> {
+    let mut innovations = Vec::new();
+    for (track, speeds) in tracks.iter().zip(speeds) {
+        let mut filter = HandFilter::new(detector)?;
+        let measured = &track.measured;
+        for ((&frame, pose), speed) in measured.frames.iter().zip(&measured.poses).zip(speeds) {
+            filter.update(at(frame), pose);
+            if *speed <= median {
+                innovations.push(filter.largest_innovation());
+            }
+        }
+    }
+    let published = AdaptiveFilterConfig::default().innovation_limit;
+    Ok(sorted_quantile(innovations, SLOW_SHARE).unwrap_or(published))
+}
+
+fn sorted_quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    (!values.is_empty()).then(|| nearest_rank(&values, share))
+}
+
+/// How fast the true hand is at each frame: change per frame relative to the residuals.
+fn speeds(track: &MeasuredTrack, residuals: &Parts) -> Vec<f64> {
+    let step = |pair: &[HandParams]| {
+        let change = Parts::squares(&pair[1], &pair[0]);
+        change.0.iter().zip(&residuals.0).map(|(change, residual)| change / residual).sum()
+    };
+    let mut speeds: Vec<f64> = track.truth.windows(2).map(step).collect();
+    speeds.insert(0, speeds.first().copied().unwrap_or(0.0));
+    speeds
+}
+
+/// A number for articulation, translation and rotation.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct Parts([f64; 3]);
+
+impl Parts {
+    fn of(error: HandError) -> Self {
+        Self([error.articulation, error.translation_mm, error.rotation_deg])
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.0.iter_mut().zip(&other.0).for_each(|(sum, value)| *sum += value);
+    }
+
+    /// Mean squares per component of the difference of two poses.
+    fn squares(pose: &HandParams, truth: &HandParams) -> Self {
+        let articulation: f64 = pose
+            .articulation
+            .iter()
+            .zip(&truth.articulation)
+            .map(|(pose, truth)| f64::from(pose - truth).powi(2))
+            .sum();
+        let rotation = nearest_axis_angle(pose.rotation, truth.rotation) - truth.rotation;
+        let translation = pose.translation_m - truth.translation_m;
+        Self([
+            articulation / 6.0,
+            f64::from(translation.length_squared()) / 3.0,
+            f64::from(rotation.length_squared()) / 3.0,
+        ])
+    }
+
+    fn mean_square_residuals(tracks: &[MeasuredTrack]) -> Option<Self> {
+        let (mut sum, mut count) = (Self::default(), 0u32);
+        for track in tracks {
+            for (pose, truth) in track.measured.poses.iter().zip(&track.truth) {
+                sum.add(&Self::squares(pose, truth));
+                count += 1;
+            }
+        }
+        (count > 0).then(|| Self(sum.0.map(|sum| sum / f64::from(count))))
+    }
+
+    /// The noise of a filter with such residuals and cutoffs.
+    fn noise(&self, cutoffs_hz: [f64; 3]) -> HandNoise {
+        let part = |i: usize| NoiseVariances::with_cutoff(cutoffs_hz[i], self.0[i]);
+        HandNoise { articulation: part(0), translation: part(1), rotation: part(2) }
+    }
+}
+
+/// The cutoffs of the smallest errors so far.
+#[derive(Debug, Clone, Copy)]
+struct Best {
+    errors: [f64; 3],
+    cutoffs_hz: [f64; 3],
+}
+
+impl Default for Best {
+    fn default() -> Self {
+        Self { errors: [f64::INFINITY; 3], cutoffs_hz: [HIGHEST_HZ; 3] }
+    }
+}
+
+impl Best {
+    fn offer(&mut self, cutoff_hz: f64, errors: &Parts) {
+        for (part, &error) in errors.0.iter().enumerate() {
+            if error < self.errors[part] {
+                self.errors[part] = error;
+                self.cutoffs_hz[part] = cutoff_hz;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use evpose_core::CounterRng;
+    use glam::Vec3;
+
+    use super::*;
+
+    /// A hand whose wrist swings at 1 Hz by 10 cm and whose fingers rest, measured with white noise.
+    fn track(seed: u64, noise: f32) -> MeasuredTrack {
+        let mut rng = CounterRng::new(seed, "filter noise test", 0);
+        let frames: Vec<u64> = (0..2_000).collect();
+        let truth: Vec<HandParams> = frames
+            .iter()
+            .map(|&frame| HandParams {
+                articulation: [0.3; 6],
+                translation_m: Vec3::X
+                    * (0.1 * (0.001 * frame as f32 * std::f32::consts::TAU).sin()),
+                rotation: Vec3::Y,
+            })
+            .collect();
+        let poses = truth.iter().map(|truth| HandParams {
+            articulation: truth.articulation.map(|value| value + noise * rng.normal()),
+            translation_m: truth.translation_m + 0.01 * noise * Vec3::splat(rng.normal()),
+            rotation: truth.rotation + noise * Vec3::Z * rng.normal(),
+        });
+        MeasuredTrack { measured: HandPoseTrack { poses: poses.collect(), frames }, truth }
+    }
+
+    #[test]
+    fn the_estimated_filter_reduces_every_error_and_the_published_one_need_not() {
+        let tracks: Vec<MeasuredTrack> = (0..4).map(|seed| track(seed, 0.3)).collect();
+        let estimate = estimate_filters(&tracks).unwrap().unwrap();
+        let held_out = track(9, 0.3);
+        let error = |poses: &[HandParams]| {
+            let mut sum = Parts::default();
+            for (pose, truth) in poses.iter().zip(&held_out.truth) {
+                sum.add(&Parts::of(HandError::between(pose, truth)));
+            }
+            sum.0
+        };
+        let raw = error(&held_out.measured.poses);
+        let ours = error(&filtered(&estimate.plain, &held_out.measured).unwrap().poses);
+        let published = HandFilterConfig::default();
+        let theirs = error(&filtered(&published, &held_out.measured).unwrap().poses);
+        for part in 0..3 {
+            assert!(ours[part] < 0.5 * raw[part], "part {part}: {} of {}", ours[part], raw[part]);
+            assert!(ours[part] < 1.02 * theirs[part], "{part}: {ours:?} {theirs:?}");
+        }
+        // Fingers that rest are smoothed more than a wrist that moves.
+        let noise = estimate.plain.kalman.hand.unwrap();
+        assert!(noise.articulation.cutoff_hz() < noise.translation.cutoff_hz());
+        // Residuals are measured: 0.3 squared, within a few percent.
+        assert!((noise.articulation.measurement / 0.09 - 1.0).abs() < 0.05, "{noise:?}");
+    }
+
+    #[test]
+    fn a_lagging_filter_is_opened_for_a_network_without_noise() {
+        let tracks: Vec<MeasuredTrack> = (0..2).map(|seed| track(seed, 1e-4)).collect();
+        let noise = estimate_filters(&tracks).unwrap().unwrap().plain.kalman.hand.unwrap();
+        assert!(noise.translation.cutoff_hz() > 10.0, "{noise:?}");
+        assert!(estimate_filters(&[]).unwrap().is_none());
+    }
+}
