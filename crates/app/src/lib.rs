@@ -4,6 +4,7 @@
 //! * [`args`]: the groups of arguments that several commands take.
 //! * [`hand_config`], [`body_config`]: embedded configs and config files.
 //! * [`run_info`]: config, seed and commit beside every output.
+//! * [`shipped`]: checkpoints that come with the program, by name.
 //! * [`recorded`]: simulated data sets on disk, made where they are missing.
 //! * [`progress`]: bars and lines on the terminal.
 //! * [`machine`], [`latency`]: measurements, and the machine they were made on.
@@ -25,4 +26,5 @@ pub mod progress;
 pub mod recorded;
 pub mod run_info;
 pub mod sensor_source;
+pub mod shipped;
 pub mod threads;

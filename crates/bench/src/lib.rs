@@ -1,7 +1,7 @@
 //! Benchmarks of evpose, and of peer programs interleaved with it.
 //!
 //! * [`BenchCommand`]: `evpose bench`: inference, training, sensor, simulation, files,
-//!   representations, the online pipeline.
+//!   representations, the online pipeline, accuracy before other cameras.
 //! * [`peer_bench`]: peer programs on the same input, interleaved in the same run.
 //! * [`gap`]: the blind benchmark of the gap workflow.
 //!
@@ -24,6 +24,7 @@
 //! # }
 //! ```
 
+mod cameras;
 pub mod gap;
 mod infer;
 mod io;
@@ -73,4 +74,6 @@ benchmarks! {
     Repr(repr::BenchReprArgs) => repr::run,
     /// Throughput and latency of the online pipeline at the event rates of busy cameras
     Live(live::BenchLiveArgs) => live::run,
+    /// Accuracy of a network on the same scenes before seven sensors
+    Cameras(cameras::BenchCamerasArgs) => cameras::run,
 }

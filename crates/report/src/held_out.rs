@@ -86,6 +86,21 @@ pub fn evaluate_with_baselines(
     Ok(HeldOutEvaluation { methods, metrics })
 }
 
+impl HeldOutEvaluation {
+    /// Adds results of further methods at the same times.
+    ///
+    /// # Errors
+    /// If a score is not finite.
+    pub fn add(&mut self, config: &HandConfig, methods: Vec<MethodResults>) -> Result<()> {
+        for method in &methods {
+            let summary = method.evaluation.summary(&config.evaluation.bootstrap);
+            self.metrics.held_out.insert(method.name.to_owned(), serde_json::to_value(summary)?);
+        }
+        self.methods.extend(methods);
+        Ok(())
+    }
+}
+
 impl Metrics {
     /// Writes the JSON file.
     pub fn write(&self, path: &Path) -> Result<()> {

@@ -10,6 +10,13 @@ pub(crate) struct Line(pub(crate) [f32; LANES]);
 
 impl Line {
     pub(crate) const ZERO: Self = Self([0.0; LANES]);
+
+    /// The values of consecutive pixels.
+    pub(crate) fn values_mut(lines: &mut [Self]) -> &mut [f32] {
+        let count = lines.len() * LANES;
+        // SAFETY: a line is sixteen f32 and nothing else, 64 bytes of alignment 64.
+        unsafe { std::slice::from_raw_parts_mut(lines.as_mut_ptr().cast(), count) }
+    }
 }
 
 /// Pixels past the right and lower border that kernels may read: the tiles of a row are of one

@@ -19,6 +19,18 @@ use crate::simd::LANES;
 
 type Lane = [f32; LANES];
 
+/// Values of consecutive pixels of a block that a loop takes at a time.
+///
+/// Compilers unroll a loop over the lanes of one pixel, and then vectorise it over pixels, with
+/// gathers and scatters that take ten times as long as the arithmetic.
+const STRIP: usize = 8 * LANES;
+
+/// The value of each lane, for all pixels of a strip.
+#[inline(always)]
+fn strip(lanes: &Lane) -> [f32; STRIP] {
+    std::array::from_fn(|i| lanes[i % LANES])
+}
+
 /// Mean and biased variance of each channel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Statistics {
@@ -185,17 +197,13 @@ impl Norm {
         }
         let pairs = gradient.par_chunks_mut(size).zip(values.par_chunks(size)).enumerate();
         pairs.for_each(|(k, (dys, xs))| {
-            let line = self.scale_shift(k % blocks);
-            let [a, b, c] = planes[k % blocks];
+            let line = self.scale_shift(k % blocks).strips();
+            let planes = planes[k % blocks].each_ref().map(strip);
             vectorize(
                 #[inline(always)]
                 || {
-                    let pixels = dys.as_chunks_mut::<LANES>().0.iter_mut();
-                    for (dy, x) in pixels.zip(xs.as_chunks::<LANES>().0) {
-                        for lane in 0..LANES {
-                            let masked = line.masked(lane, x[lane], dy[lane]);
-                            dy[lane] = a[lane] * masked + (b[lane] * x[lane] + c[lane]);
-                        }
+                    for (dys, xs) in dys.chunks_mut(STRIP).zip(xs.chunks(STRIP)) {
+                        line.backward(&planes, xs, dys);
                     }
                 },
             );
@@ -224,16 +232,15 @@ impl NormalizedInput<'_> {
         let size = shape.block().max(1);
         let sources = self.values.par_chunks(size).zip(other.values.par_chunks(size));
         output.par_chunks_mut(size).zip(sources).enumerate().for_each(|(k, (to, (xs, others)))| {
-            let [a, b] = [self, other].map(|input| input.scale_shift(k % shape.blocks()));
+            let [a, b] = [self, other].map(|input| input.scale_shift(k % shape.blocks()).strips());
             vectorize(
                 #[inline(always)]
                 || {
-                    let sources =
-                        xs.as_chunks::<LANES>().0.iter().zip(others.as_chunks::<LANES>().0);
-                    for (to, (x, other)) in to.as_chunks_mut::<LANES>().0.iter_mut().zip(sources) {
-                        for lane in 0..LANES {
-                            let sum = a.value(lane, x[lane]) + b.value(lane, other[lane]);
-                            to[lane] = clamped(sum, min, max);
+                    let sources = xs.chunks(STRIP).zip(others.chunks(STRIP));
+                    for (to, (xs, others)) in to.chunks_mut(STRIP).zip(sources) {
+                        let sums = a.values(xs).zip(b.values(others));
+                        for (to, (x, other)) in to.iter_mut().zip(sums) {
+                            *to = clamped(x + other, min, max);
                         }
                     }
                 },
@@ -249,7 +256,7 @@ impl NormalizedInput<'_> {
         let size = shape.block().max(1);
         let pairs = output.par_chunks_mut(size).zip(self.values.par_chunks(size)).enumerate();
         pairs.for_each(|(k, (to, xs))| {
-            let line = self.scale_shift(k % shape.blocks());
+            let line = self.scale_shift(k % shape.blocks()).strips();
             vectorize(
                 #[inline(always)]
                 || line.write(xs, to),
@@ -314,13 +321,63 @@ impl ScaleShift {
         if (value <= self.min) | (value >= self.max) { 0.0 } else { gradient }
     }
 
+    /// The same for loops over strips.
+    #[inline(always)]
+    pub(super) fn strips(&self) -> ScaleShiftStrips {
+        let (scale, offset) = (strip(&self.scale), strip(&self.offset));
+        ScaleShiftStrips { scale, offset, min: self.min, max: self.max }
+    }
+}
+
+/// A [`ScaleShift`] for loops over strips.
+#[derive(Clone, Copy)]
+pub(super) struct ScaleShiftStrips {
+    scale: [f32; STRIP],
+    offset: [f32; STRIP],
+    min: f32,
+    max: f32,
+}
+
+impl ScaleShiftStrips {
+    /// The normalised values of a strip, or of the beginning of one.
+    #[inline(always)]
+    fn values(&self, xs: &[f32]) -> impl Iterator<Item = f32> {
+        let lines = self.scale.iter().zip(&self.offset);
+        xs.iter()
+            .zip(lines)
+            .map(|(x, (scale, offset))| clamped(scale * x + offset, self.min, self.max))
+    }
+
+    /// Writes the normalised values of any number of pixels.
     #[inline(always)]
     pub(super) fn write(&self, from: &[f32], to: &mut [f32]) {
-        let pixels = to.as_chunks_mut::<LANES>().0.iter_mut();
-        for (to, x) in pixels.zip(from.as_chunks::<LANES>().0) {
-            for lane in 0..LANES {
-                to[lane] = self.value(lane, x[lane]);
+        for (to, xs) in to.chunks_mut(STRIP).zip(from.chunks(STRIP)) {
+            to.iter_mut().zip(self.values(xs)).for_each(|(to, value)| *to = value);
+        }
+    }
+
+    /// Writes `near` and `far`, normalised and mixed with these weights.
+    #[inline(always)]
+    pub(super) fn mix(&self, [near, far]: [&[f32]; 2], weights: [f32; 2], to: &mut [f32]) {
+        let sources = near.chunks(STRIP).zip(far.chunks(STRIP));
+        for (to, (near, far)) in to.chunks_mut(STRIP).zip(sources) {
+            let pairs = self.values(near).zip(self.values(far));
+            for (to, (near, far)) in to.iter_mut().zip(pairs) {
+                *to = weights[0] * near + weights[1] * far;
             }
+        }
+    }
+
+    /// Replaces gradients `dy` of a strip by `a dy + b x + c`, with `dy` 0 where the value is
+    /// clamped.
+    #[inline(always)]
+    fn backward(&self, [a, b, c]: &[[f32; STRIP]; 3], xs: &[f32], dys: &mut [f32]) {
+        let lines = self.scale.iter().zip(&self.offset).zip(a.iter().zip(b).zip(c));
+        for ((dy, x), ((scale, offset), ((a, b), c))) in dys.iter_mut().zip(xs).zip(lines) {
+            let value = scale * x + offset;
+            // Without a branch.
+            let masked = if (value <= self.min) | (value >= self.max) { 0.0 } else { *dy };
+            *dy = a * masked + (b * x + c);
         }
     }
 }

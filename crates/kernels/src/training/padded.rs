@@ -58,6 +58,7 @@ pub(super) fn pad_block(
     pitches: Pitches,
     plane: &mut [Line],
 ) {
+    let norm = norm.map(|norm| norm.strips());
     let row_lines = pitches.row / LANES;
     let border = pitches.border;
     let (above, rest) = plane.split_at_mut(border * row_lines);
@@ -69,21 +70,14 @@ pub(super) fn pad_block(
         row[..border].fill(Line::ZERO);
         row[border + shape.width..].fill(Line::ZERO);
         let inside = &mut row[border..border + shape.width];
-        let pixels = values.as_chunks::<LANES>().0;
-        let Some(norm) = norm else {
-            for (line, pixel) in inside.iter_mut().zip(pixels) {
-                line.0 = *pixel;
-            }
+        let Some(norm) = &norm else {
+            Line::values_mut(inside).copy_from_slice(values);
             continue;
         };
         vectorize(
             #[inline(always)]
             || {
-                for (to, x) in inside.iter_mut().zip(pixels) {
-                    for lane in 0..LANES {
-                        to.0[lane] = norm.value(lane, x[lane]);
-                    }
-                }
+                norm.write(values, Line::values_mut(inside));
             },
         );
     }

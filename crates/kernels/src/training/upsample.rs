@@ -8,7 +8,7 @@ use evpose_simd::vectorize;
 use rayon::prelude::*;
 
 use super::blocks::Blocks;
-use super::norm::{NormalizedInput, ScaleShift};
+use super::norm::{NormalizedInput, ScaleShiftStrips};
 use crate::simd::LANES;
 
 /// Weights of the pixel that an output lies in, and of the neighbour on its side.
@@ -38,7 +38,7 @@ impl Upsample {
         let sources = input.values.par_chunks(shape.block().max(1));
         let blocks = output.par_chunks_mut(out.block().max(1)).zip(sources).enumerate();
         blocks.for_each_init(Vec::new, |row, (k, (to, from))| {
-            let norm = input.scale_shift(k % shape.blocks());
+            let norm = input.scale_shift(k % shape.blocks()).strips();
             row.resize(shape.width, [0.0; LANES]);
             vectorize(
                 #[inline(always)]
@@ -87,17 +87,13 @@ fn readers(input: usize, side: usize) -> [(usize, f32); 4] {
 }
 
 #[inline(always)]
-fn upsample_block(norm: &ScaleShift, from: &[Pixel], to: &mut [Pixel], row: &mut [Pixel]) {
+fn upsample_block(norm: &ScaleShiftStrips, from: &[Pixel], to: &mut [Pixel], row: &mut [Pixel]) {
     let width = row.len();
     let height = from.len() / width;
     for (y, to) in to.chunks_exact_mut(2 * width).enumerate() {
         let [near, far] = sources(y, height).map(|y| &from[y * width..][..width]);
-        for (mixed, (near, far)) in row.iter_mut().zip(near.iter().zip(far)) {
-            for lane in 0..LANES {
-                let [near, far] = [near, far].map(|pixel| norm.value(lane, pixel[lane]));
-                mixed[lane] = NEAR * near + FAR * far;
-            }
-        }
+        let rows = [near, far].map(<[Pixel]>::as_flattened);
+        norm.mix(rows, [NEAR, FAR], row.as_flattened_mut());
         for (x, to) in to.iter_mut().enumerate() {
             let [near, far] = sources(x, width).map(|x| &row[x]);
             for lane in 0..LANES {

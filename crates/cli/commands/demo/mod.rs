@@ -1,9 +1,13 @@
-//! `evpose demo`: the whole hand pipeline on the embedded default.
+//! `evpose demo`: the whole hand pipeline on the embedded default, in a given time.
+
+mod plan;
+mod shipped;
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
+use burn::tensor::Device;
 use evpose_task::hand::{HandCheckpoint, HandConfig, NetworkPredictor};
 use evpose_train::{HandDataset, TrainOptions, TrainSummary, read_history, train_hand};
 use serde_json::{Map, Value, json};
@@ -16,13 +20,22 @@ use evpose_app::recorded::{self, SimulationSummary};
 use evpose_app::run_info;
 use evpose_report::hand::{self as report, Material};
 use evpose_report::held_out;
+use plan::Speeds;
+use shipped::Shipped;
 
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  evpose demo --out runs/first")]
+#[command(after_help = "Examples:\n  \
+    evpose demo --out runs/first\n  \
+    evpose demo --minutes 1        # no training: the network that is shipped\n  \
+    evpose demo --minutes 60 --config hand-wide")]
 pub(crate) struct DemoArgs {
     /// Directory for data, checkpoints and report [default: a fresh one below runs/]
     #[arg(long)]
     pub(crate) out: Option<PathBuf>,
+    /// Time for the whole on this machine, whose speed is measured first: data and training steps are
+    /// reduced to what fits. Below 3, nothing is trained: the shipped network is evaluated
+    #[arg(long, default_value_t = 9.0)]
+    pub(crate) minutes: f64,
     /// A TOML file, or an embedded config
     #[arg(long, default_value = "quick")]
     pub(crate) config: String,
@@ -36,17 +49,34 @@ pub(crate) struct DemoArgs {
     pub(crate) device: DeviceArgs,
 }
 
+/// Below so many minutes nothing is trained.
+const MIN_TRAINING_MINUTES: f64 = 3.0;
+/// Sequences that the shipped network is shown on, at most.
+const SHOWN_SEQUENCES: usize = 6;
+
 /// Directory of demos without --out.
 const RUNS: &str = "runs";
 
 pub(crate) fn run(args: &DemoArgs) -> Result<()> {
     let started = Instant::now();
     let device = args.device.open()?;
+    if !(args.minutes > 0.0 && args.minutes.is_finite()) {
+        bail!("--minutes {}: more than 0 are needed", args.minutes);
+    }
     let config = hand_config::load(&args.config, &args.overrides)?;
+    let shipped = Shipped::load(&device)?;
     let out = output_directory(args)?;
     let machine = Machine::this();
     say(format!("machine: {machine}"));
     say(format!("output:  {}", out.display()));
+    if args.minutes < MIN_TRAINING_MINUTES {
+        let shipped = shipped.context(
+            "nothing can be trained in so short a time, and checkpoints/hand.bpk is not there: run \
+             from the repository, or give --minutes 9",
+        )?;
+        return show_shipped(args, &config, &shipped, &device, &out);
+    }
+    let config = planned(&config, args, started)?;
     run_info::write(&out, config.seed, Some(&config))?;
     let sets = DataSets::simulate(&config, &out)?;
 
@@ -70,6 +100,15 @@ pub(crate) fn run(args: &DemoArgs) -> Result<()> {
     let mut evaluation =
         held_out::evaluate_with_baselines(&config, &data, trained, mean, &device, args.stride_ms)?;
     evaluation.metrics.measured = measured(&sets, &summary);
+    match &shipped {
+        Some(shipped) => {
+            shipped.introduce()?;
+            let directory = out.join("data/held-out-shipped");
+            let results = shipped.evaluate(&config, &directory, &device, args.stride_ms)?;
+            evaluation.add(&config, results)?;
+        }
+        None => say("    no checkpoints/hand.bpk here: the shipped network is not shown"),
+    }
 
     say("4/4 writing the report");
     let mut facts = vec![format!("machine: {machine}"), format!("commit: {}", run_info::COMMIT)];
@@ -92,10 +131,84 @@ pub(crate) fn run(args: &DemoArgs) -> Result<()> {
     held_out::print(&config, &evaluation);
     say("");
     say(format!("done in {:.1} minutes; checkpoint: {}", total_s / 60.0, summary.path.display()));
-    say(format!("metrics: {}", out.join("metrics.json").display()));
-    say(format!("frames: {}", out.join("frames.png").display()));
-    say(format!("report:  {}", out.join("report.html").display()));
+    say_results(&out);
     Ok(())
+}
+
+/// The config with what fits into the time that is left.
+fn planned(config: &HandConfig, args: &DemoArgs, started: Instant) -> Result<HandConfig> {
+    let speeds = Speeds::measure(config, args.device.device)?;
+    let budget_s = 60.0 * args.minutes - started.elapsed().as_secs_f64();
+    let (planned, expected_s) = speeds.plan(config, budget_s, args.stride_ms);
+    say(format!(
+        "speed:   {:.0} simulated steps/s, {:.0} training samples/s, {:.0} poses/s",
+        speeds.simulated_steps_hz, speeds.trained_samples_hz, speeds.evaluated_poses_hz
+    ));
+    let (now, whole) = (&planned.training, &config.training);
+    let reduced = if now.steps < whole.steps { "; --minutes for more" } else { "" };
+    say(format!(
+        "plan:    {} of {} sequences, {} of {} steps, about {:.1} of {} minutes{reduced}",
+        planned.simulation.sequences,
+        config.simulation.sequences,
+        now.steps,
+        whole.steps,
+        (started.elapsed().as_secs_f64() + expected_s) / 60.0,
+        args.minutes
+    ));
+    Ok(planned)
+}
+
+/// Evaluates and draws the shipped network alone.
+fn show_shipped(
+    args: &DemoArgs,
+    config: &HandConfig,
+    shipped: &Shipped,
+    device: &Device,
+    out: &Path,
+) -> Result<()> {
+    let started = Instant::now();
+    shipped.introduce()?;
+    let mut scenes = shipped.scenes(config);
+    scenes.evaluation.sequences = scenes.evaluation.sequences.min(SHOWN_SEQUENCES);
+    run_info::write(out, scenes.seed, Some(&scenes))?;
+    let directory = out.join("data/held-out");
+    let held_out = recorded::record(&recorded::held_out(&scenes), &directory, "held-out")?;
+    say(format!("    held out: {held_out}"));
+    let checkpoint = &shipped.checkpoint;
+    let data = HandDataset::open(&directory, &checkpoint.config)?;
+    let mean = checkpoint.mean_pose.context("the checkpoint has no mean pose")?;
+    let trained = NetworkPredictor::new(checkpoint.network.clone(), device.clone());
+    let own = &checkpoint.config;
+    let evaluation =
+        held_out::evaluate_with_baselines(own, &data, trained, mean, device, args.stride_ms)?;
+    let facts = [
+        format!("machine: {}", Machine::this()),
+        format!("commit: {}", run_info::COMMIT),
+        format!("checkpoint: {}", shipped.path.display()),
+        format!("held-out data: {held_out}"),
+    ];
+    let material = Material {
+        config: own,
+        held_out: &data,
+        evaluation: &evaluation,
+        history: &[],
+        facts: &facts,
+    };
+    report::write(out, &material)?;
+    evaluation.metrics.write(&out.join("metrics.json"))?;
+    say("");
+    held_out::print(own, &evaluation);
+    say("");
+    say(format!("done in {:.1} minutes", started.elapsed().as_secs_f64() / 60.0));
+    say_results(out);
+    Ok(())
+}
+
+/// Says where the results are.
+fn say_results(out: &Path) {
+    say(format!("metrics: {}", out.join("metrics.json").display()));
+    say(format!("frames:  {}", out.join("frames.png").display()));
+    say(format!("report:  {}", out.join("report.html").display()));
 }
 
 /// The directory of the demo: that of the arguments, which must be empty, or a fresh one.
