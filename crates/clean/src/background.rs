@@ -1,8 +1,8 @@
 //! Background activity: events that no neighbour confirms.
 //!
 //! # Model
-//! An event is kept if one of the eight neighbours of its pixel fired at most `tau` before it, at
-//! the same time included. Every event counts for its neighbours, kept or not. Beyond the sensor
+//! An event is kept if one, or as many as asked for, of the eight neighbours of its pixel fired at
+//! most `tau` before it, at the same time included. Every event counts for its neighbours, kept or not. Beyond the sensor
 //! nothing fires.
 //!
 //! # Source
@@ -42,11 +42,18 @@ const POLARITY: CleanerParamSpec = CleanerParamSpec {
     doc: "which events confirm one",
 };
 
+const NEIGHBOURS: CleanerParamSpec = CleanerParamSpec {
+    name: "neighbours",
+    kind: ParamKind::Number(1.0, 8.0),
+    default: Some("1"),
+    doc: "how many pixels must confirm an event: 2 for much noise",
+};
+
 /// The registry entry.
 pub(crate) static SPEC: CleanerSpec = CleanerSpec {
     name: "background",
     summary: "removes events that no neighbouring pixel confirms",
-    params: &[PRESET, TAU, OWN, POLARITY],
+    params: &[PRESET, TAU, NEIGHBOURS, OWN, POLARITY],
     displaces: false,
     build: |settings, sensor| {
         let options = if settings.word(&PRESET).is_some() {
@@ -55,6 +62,7 @@ pub(crate) static SPEC: CleanerSpec = CleanerSpec {
         } else {
             BackgroundOptions {
                 tau: Micros::from_seconds(1e-3 * settings.number(&TAU)),
+                neighbours: settings.number(&NEIGHBOURS) as u8,
                 own_pixel: settings.word(&OWN) == Some("yes"),
                 same_polarity: settings.word(&POLARITY) == Some("same"),
                 border_confirms: true,
@@ -69,6 +77,8 @@ pub(crate) static SPEC: CleanerSpec = CleanerSpec {
 pub struct BackgroundOptions {
     /// For how long, at most [`Background::LONGEST`].
     pub tau: Micros,
+    /// How many pixels must have fired.
+    pub neighbours: u8,
     /// Whether the own pixel does as well.
     pub own_pixel: bool,
     /// Whether only events of the same polarity do.
@@ -81,6 +91,7 @@ impl BackgroundOptions {
     /// The rule of the DHP19 data set.
     pub const DHP19: Self = Self {
         tau: Micros(70_000),
+        neighbours: 1,
         own_pixel: false,
         same_polarity: false,
         border_confirms: false,
@@ -89,7 +100,13 @@ impl BackgroundOptions {
 
 impl Default for BackgroundOptions {
     fn default() -> Self {
-        Self { tau: Micros(30_000), own_pixel: false, same_polarity: false, border_confirms: true }
+        Self {
+            tau: Micros(30_000),
+            neighbours: 1,
+            own_pixel: false,
+            same_polarity: false,
+            border_confirms: true,
+        }
     }
 }
 
@@ -147,7 +164,7 @@ impl Cleaner for Background {
         let stride = usize::from(width) + 2;
         // At most so long that what never fired is out of it.
         let tau_us = self.options.tau.0.clamp(0, Self::LONGEST.0 - 1) as i32;
-        let BackgroundOptions { own_pixel, border_confirms, .. } = self.options;
+        let BackgroundOptions { neighbours, own_pixel, border_confirms, .. } = self.options;
         let apart = if self.options.same_polarity { padded(self.sensor) } else { 0 };
         let mut origin = self.origin.unwrap_or(first).0;
         let last_us = self.last_us.as_mut_slice();
@@ -165,11 +182,12 @@ impl Cleaner for Background {
             let [d, own, e] = three(last_us, pixel - 1);
             let [f, g, h] = three(last_us, pixel + stride - 1);
             let own = if own_pixel { own } else { NEVER };
-            let latest = a.max(b).max(c).max(d.max(e)).max(f.max(g).max(h)).max(own);
+            let confirms = |at_us: i32| u8::from(now_us - at_us <= tau_us);
+            let count = [a, b, c, d, e, f, g, h, own].map(confirms).into_iter().sum::<u8>();
             let is_inside = (x > 0) & (y > 0) & (x + 1 < width) & (y + 1 < height);
             let place = if border_confirms | is_inside { pixel } else { nowhere };
             last_us[place] = now_us;
-            now_us - latest <= tau_us
+            count >= neighbours
         });
         self.origin = Some(Micros(origin));
     }
@@ -208,6 +226,7 @@ mod tests {
 
     const TEN: BackgroundOptions = BackgroundOptions {
         tau: Micros(10),
+        neighbours: 1,
         own_pixel: false,
         same_polarity: false,
         border_confirms: true,

@@ -12,14 +12,16 @@ use evpose_repr::{
     ChannelOrder, FrameWindow, RepresentationChoice, WindowAugmentation, representation_by_name,
 };
 use evpose_sim::SequenceInfo;
+use evpose_sim::raster::Camera;
 
 use crate::TrainError;
+use crate::camera_turn::CameraTurn;
 use crate::evaluation::HandPoseTrack;
 use crate::filter_noise::MeasuredTrack;
 use crate::order::SampleOrder;
-use crate::sequence_events::SequenceEvents;
-use evpose_task::hand::{HandConfig, Predictor, canonical_view};
-use evpose_view::{Calibration, CanonicalView, ViewAdaptor};
+use crate::sequence_events::{SequenceEvents, keep_confirmed};
+use evpose_task::hand::{CameraTurnConfig, HandConfig, Predictor, canonical_view};
+use evpose_view::{Calibration, CanonicalView, Denoise, ViewAdaptor};
 
 /// Input channels of the network.
 const CHANNELS: usize = 2;
@@ -143,6 +145,9 @@ pub struct HandDataset {
     seed: u64,
     sensor: SensorSize,
     rotation: RotationOutput,
+    camera: Camera,
+    camera_turns: CameraTurnConfig,
+    denoise: Option<Denoise>,
     note: Option<String>,
 }
 
@@ -228,6 +233,9 @@ impl HandDataset {
             seed: config.seed,
             sensor,
             rotation: config.network.rotation,
+            camera: config.simulation.camera(),
+            camera_turns: config.camera_turns,
+            denoise: config.representation.denoise,
             note: None,
         })
     }
@@ -288,9 +296,15 @@ impl HandDataset {
     pub(crate) fn training_sample(&self, position: u64) -> Result<Sample, SampleError> {
         let (sequence, frame) = self.locate(self.order.at(position));
         let draw = self.augmentation.draw(self.seed, position);
-        let mut input = self.window(sequence, frame, draw.frames)?;
+        // Left hands are recorded through a mirror, in which turns would go the other way.
+        let turn = CameraTurn::draw(&self.camera_turns, &self.camera, self.seed, position)
+            .filter(|_| sequence.hand() == HandSide::Right);
+        let mut input = self.turned_window(sequence, frame, draw.frames, turn.as_ref())?;
         draw.swap_channels(&mut input, CHANNELS);
-        self.labelled(sequence, frame, input)
+        let sample = self.labelled(sequence, frame, input)?;
+        let Some(turn) = turn else { return Ok(sample) };
+        let pose = turn.pose(&HandParams::from_array(sample.pose)).to_array();
+        Ok(Sample { pose, ..sample })
     }
 
     /// The input of sample `index`, not augmented.
@@ -325,10 +339,27 @@ impl HandDataset {
         frame: u64,
         length: u32,
     ) -> Result<Vec<f32>, SampleError> {
+        self.turned_window(sequence, frame, length, None)
+    }
+
+    /// The same as a turned camera sees it.
+    fn turned_window(
+        &self,
+        sequence: &HandSequence,
+        frame: u64,
+        length: u32,
+        turn: Option<&CameraTurn<'_>>,
+    ) -> Result<Vec<f32>, SampleError> {
         let first = (frame + 1).saturating_sub(u64::from(length));
         let missing = length - (frame + 1 - first) as u32;
         let mut events = sequence.events.frame_events(first..frame + 1)?;
+        if let Some(denoise) = &self.denoise {
+            keep_confirmed(&mut events, denoise, self.sensor);
+        }
         events.iter_mut().for_each(|event| event.frame += missing);
+        if let Some(turn) = turn {
+            turn.apply(&mut events);
+        }
         let mut window = FrameWindow::new(self.sensor, length, self.channel_order);
         // A redraw of the scene makes a burst that no motion explains: it hides itself and all
         // that was before.

@@ -43,6 +43,7 @@
 
 mod barrier;
 pub mod body;
+mod camera_turn;
 mod checkpoint;
 mod condition;
 mod dataset;

@@ -2,10 +2,10 @@
 
 use std::ops::Range;
 
-use evpose_core::{EventStream, Micros, TimeWindow};
+use evpose_core::{Event, EventStream, Micros, SensorSize, TimeWindow};
 use evpose_io::{EvcReader, EvcWindow, IoError};
 use evpose_repr::FrameEvent;
-use evpose_view::ViewAdaptor;
+use evpose_view::{Denoise, ViewAdaptor};
 
 /// Frames that are mapped together.
 const CHUNK_FRAMES: u64 = 100;
@@ -69,6 +69,24 @@ impl SequenceEvents {
             }
         }
     }
+}
+
+/// Removes events that too few neighbours confirm.
+pub(crate) fn keep_confirmed(events: &mut Vec<FrameEvent>, denoise: &Denoise, view: SensorSize) {
+    let mut stream = EventStream::empty(view);
+    for event in events.iter() {
+        let t = Micros(1_000 * i64::from(event.frame));
+        // In order and on the sensor, as they were recorded.
+        let _ = stream.push(Event { t, x: event.x, y: event.y, polarity: event.polarity });
+    }
+    denoise.start(view).apply(&mut stream);
+    events.clear();
+    events.extend(stream.iter().map(|event| FrameEvent {
+        frame: (event.t.0 / 1_000) as u32,
+        x: event.x,
+        y: event.y,
+        polarity: event.polarity,
+    }));
 }
 
 /// The time of frames.

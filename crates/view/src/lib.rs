@@ -7,7 +7,8 @@
 //!   project, from a camera's name, from a field of view, or guessed, which a note says;
 //! * [`ViewAdaptor`]: events from the sensor's pixels to those of the canonical view, pooled so that
 //!   an edge makes about as many events per canonical pixel whatever the resolution, and image
-//!   positions of poses back to the sensor's pixels.
+//!   positions of poses back to the sensor's pixels;
+//! * [`Denoise`]: events of the view without those that no neighbour confirms.
 //!
 //! ```
 //! use evpose_core::{EventStream, SensorSize};
@@ -24,10 +25,12 @@
 mod adaptor;
 mod calibration;
 mod canonical;
+mod denoise;
 mod error;
 mod file_formats;
 
 pub use adaptor::ViewAdaptor;
 pub use calibration::{Calibration, CalibrationSource, NAMED_CAMERAS};
 pub use canonical::CanonicalView;
+pub use denoise::{Denoise, DenoiseFilter};
 pub use error::CalibrationError;

@@ -2,10 +2,10 @@
 
 use evpose_core::{EventStream, SensorSize};
 use evpose_pose::body::BodyPoints;
-use evpose_view::{Calibration, CanonicalView, ViewAdaptor};
+use evpose_view::{Calibration, CanonicalView, DenoiseFilter, ViewAdaptor};
 use glam::Vec2;
 
-use super::config::BodyViewKind;
+use super::config::{BodyImageConfig, BodyViewKind};
 
 /// Events of the canonical view of bodies, or of the sensor itself.
 #[derive(Debug, Clone)]
@@ -13,13 +13,15 @@ pub(super) struct CanonicalEvents {
     sensor: SensorSize,
     /// None if events stay as they are.
     adaptor: Option<ViewAdaptor>,
+    /// None if all of them stay.
+    denoise: Option<DenoiseFilter>,
     events: EventStream,
 }
 
 impl CanonicalEvents {
-    pub(super) fn new(kind: BodyViewKind, calibration: &Calibration) -> Self {
+    pub(super) fn new(image: &BodyImageConfig, calibration: &Calibration) -> Self {
         let sensor = calibration.sensor;
-        let adaptor = match kind {
+        let adaptor = match image.view {
             BodyViewKind::Sensor => None,
             BodyViewKind::Canonical => {
                 let view = CanonicalView::for_bodies(calibration);
@@ -27,7 +29,8 @@ impl CanonicalEvents {
             }
         };
         let size = adaptor.as_ref().map_or(sensor, |map| map.view().sensor);
-        Self { sensor, adaptor, events: EventStream::empty(size) }
+        let denoise = image.denoise.map(|denoise| denoise.start(size));
+        Self { sensor, adaptor, denoise, events: EventStream::empty(size) }
     }
 
     /// Size of the images.
@@ -37,8 +40,14 @@ impl CanonicalEvents {
 
     /// The events of the view.
     pub(super) fn push<'a>(&'a mut self, events: &'a EventStream) -> &'a EventStream {
-        let Some(map) = &mut self.adaptor else { return events };
-        map.push(events, &mut self.events);
+        match (&mut self.adaptor, &self.denoise) {
+            (None, None) => return events,
+            (None, Some(_)) => self.events.clone_from(events),
+            (Some(map), _) => map.push(events, &mut self.events),
+        }
+        if let Some(denoise) = &mut self.denoise {
+            denoise.apply(&mut self.events);
+        }
         &self.events
     }
 
@@ -63,6 +72,9 @@ impl CanonicalEvents {
         if let Some(map) = &mut self.adaptor {
             map.reset();
         }
+        if let Some(denoise) = &mut self.denoise {
+            denoise.reset();
+        }
     }
 }
 
@@ -73,7 +85,7 @@ mod tests {
     #[test]
     fn joints_return_to_the_sensor_and_those_in_the_border_have_no_place_on_it() {
         let calibration = Calibration::guessed(SensorSize { width: 1280, height: 720 });
-        let seen = CanonicalEvents::new(BodyViewKind::Canonical, &calibration);
+        let seen = CanonicalEvents::new(&BodyImageConfig::default(), &calibration);
         assert_eq!(seen.size(), SensorSize { width: 320, height: 240 });
         let mut points = BodyPoints::default();
         points[3] = Some(Vec2::new(640.0, 360.0));
@@ -88,7 +100,8 @@ mod tests {
     #[test]
     fn the_sensor_itself_is_an_identity_of_any_size() {
         let calibration = Calibration::guessed(SensorSize { width: 640, height: 480 });
-        let seen = CanonicalEvents::new(BodyViewKind::Sensor, &calibration);
+        let image = BodyImageConfig { view: BodyViewKind::Sensor, ..BodyImageConfig::default() };
+        let seen = CanonicalEvents::new(&image, &calibration);
         assert_eq!(seen.size(), calibration.sensor);
     }
 }

@@ -7,6 +7,7 @@ use evpose_pose::body::DEFAULT_SOFTENING;
 use evpose_repr::{ErosLike, GaussianKernel, representation_by_name};
 use evpose_sim::person::PeopleConfig;
 use evpose_stats::bootstrap::BootstrapConfig;
+use evpose_view::Denoise;
 use serde::{Deserialize, Serialize};
 
 use super::augmentation::BodyAugmentation;
@@ -148,6 +149,9 @@ pub struct BodyImageConfig {
     pub interpolation: Interpolation,
     /// The events that the representation is made of.
     pub view: BodyViewKind,
+    /// Filter of those events; none keeps them all.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub denoise: Option<Denoise>,
 }
 
 /// The events that a representation is made of.
@@ -213,6 +217,9 @@ pub struct BodyTrainingConfig {
     pub validation_samples: u64,
     /// Early stopping.
     pub early_stop: EarlyStop,
+    /// Whether `decoding.confidence` of the best network is calibrated on the validation images.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub calibrate_confidence: bool,
 }
 
 /// Held-out data.
@@ -279,6 +286,7 @@ impl Default for BodyImageConfig {
             side_px: 192,
             interpolation: Interpolation::Area,
             view: BodyViewKind::default(),
+            denoise: None,
         }
     }
 }
@@ -305,6 +313,7 @@ impl Default for BodyTrainingConfig {
             steps_per_validation: 500,
             validation_samples: 2_000,
             early_stop: EarlyStop::default(),
+            calibrate_confidence: false,
         }
     }
 }
@@ -390,6 +399,9 @@ impl BodyConfig {
                 "image.representation",
                 "must have one channel: the network is shown a grey image",
             );
+        }
+        if self.image.denoise.is_some_and(|denoise| !denoise.is_valid()) {
+            return fail("image.denoise", "tau_ms must be above 0, neighbours 1 to 8");
         }
         if self.image.side_px == 0 || !self.image.side_px.is_multiple_of(SIDE_STEP_PX) {
             return fail("image.side_px", "must be a multiple of 32");

@@ -67,7 +67,7 @@ pub fn body_stream(
 ) -> Result<PoseStream<BodyFrontend, BodyWorker>, TaskError> {
     let image = &checkpoint.config.image;
     let sensor = calibration.sensor;
-    let canonical = CanonicalEvents::new(image.view, calibration);
+    let canonical = CanonicalEvents::new(image, calibration);
     let follower = propagation
         .map(|PropagationConfig { velocity, fusion, min_samples, .. }| {
             BodyFollower::new(sensor, *velocity, fusion, *min_samples)

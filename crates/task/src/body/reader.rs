@@ -49,7 +49,7 @@ impl RepresentationReader {
     ) -> Result<Self, TaskError> {
         let windows = Windows::open(path, options)?;
         let sensor = windows.sensor();
-        let canonical = CanonicalEvents::new(image.view, &Calibration::guessed(sensor));
+        let canonical = CanonicalEvents::new(image, &Calibration::guessed(sensor));
         let representation = start_representation(image, canonical.size())?;
         let events = EventStream::empty(sensor);
         let blur = Blur::new(image.blur);

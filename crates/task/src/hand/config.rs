@@ -8,8 +8,10 @@ use evpose_pose::filter::HandFilterConfig;
 use evpose_repr::{ChannelOrder, WindowAugmentation, representation_by_name};
 use evpose_sim::SimulationConfig;
 use evpose_stats::bootstrap::BootstrapConfig;
+use evpose_view::Denoise;
 use serde::{Deserialize, Serialize};
 
+use super::camera_turns::CameraTurnConfig;
 use super::slow_motion::SlowMotionConfig;
 use crate::TaskError;
 use crate::schedule::Schedule;
@@ -30,6 +32,9 @@ pub struct HandConfig {
     pub representation: RepresentationConfig,
     /// Augmentation of training windows.
     pub augmentation: WindowAugmentation,
+    /// Turns of the camera of training windows.
+    #[serde(skip_serializing_if = "CameraTurnConfig::is_none")]
+    pub camera_turns: CameraTurnConfig,
     /// Shape of the network.
     pub network: HandRegressorConfig,
     /// Scales of the loss.
@@ -54,6 +59,9 @@ pub struct RepresentationConfig {
     pub window_ms: u32,
     /// The polarity of channel 0.
     pub channel_order: ChannelOrder,
+    /// Filter of the events; none keeps them all.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub denoise: Option<Denoise>,
 }
 
 impl RepresentationConfig {
@@ -124,6 +132,7 @@ impl Default for HandConfig {
             simulation: SimulationConfig::default(),
             representation: RepresentationConfig::default(),
             augmentation: WindowAugmentation::default(),
+            camera_turns: CameraTurnConfig::default(),
             network: HandRegressorConfig::default(),
             loss: HandLossConfig::default(),
             training: TrainingConfig::default(),
@@ -136,7 +145,12 @@ impl Default for HandConfig {
 
 impl Default for RepresentationConfig {
     fn default() -> Self {
-        Self { name: "lnes".to_owned(), window_ms: 100, channel_order: ChannelOrder::OffFirst }
+        Self {
+            name: "lnes".to_owned(),
+            window_ms: 100,
+            channel_order: ChannelOrder::OffFirst,
+            denoise: None,
+        }
     }
 }
 
@@ -212,11 +226,18 @@ impl HandConfig {
         if self.representation.window_ms == 0 {
             return fail("representation.window_ms", "must be at least 1");
         }
+        if self.representation.denoise.is_some_and(|denoise| !denoise.is_valid()) {
+            return fail("representation.denoise", "tau_ms must be above 0, neighbours 1 to 8");
+        }
         if representation_by_name(&self.representation.name)?.channels() > 2 {
             return fail(
                 "representation.name",
                 "has more channels than the network, which takes 2",
             );
+        }
+        let CameraTurnConfig { roll_deg, tilt_deg } = self.camera_turns;
+        if !(0.0..=180.0).contains(&roll_deg) || !(0.0..=45.0).contains(&tilt_deg) {
+            return fail("camera_turns", "roll_deg must be 0 to 180, tilt_deg 0 to 45");
         }
         if self.slow_motion.batch_inputs == 0 {
             return fail("slow_motion.batch_inputs", "must be at least 1");

@@ -5,6 +5,8 @@ use evpose_pose::HandParams;
 use evpose_pose::filter::{AdaptiveHandFilter, HandFilter, StillnessGate};
 use evpose_repr::{Representation, StreamWindow, representation_by_name};
 
+use evpose_view::DenoiseFilter;
+
 use super::batch::InputBatch;
 use super::config::HandConfig;
 use crate::TaskError;
@@ -56,6 +58,9 @@ impl Smoothing {
 pub struct HandEstimator {
     sensor: SensorSize,
     representation: Box<dyn Representation>,
+    denoise: Option<DenoiseFilter>,
+    /// Memory of the filter.
+    kept: EventStream,
     gate: Option<StillnessGate>,
     smoothing: Smoothing,
     batch: usize,
@@ -100,7 +105,18 @@ impl HandEstimator {
         let window = StreamWindow::new(sensor, input.window(), input.channel_order)?;
         let representation = representation_by_name(&input.name)?.start(window);
         let pending = InputBatch::default();
-        Ok(Self { sensor, representation, gate, smoothing, batch: batch.max(1), pending })
+        let denoise = input.denoise.map(|denoise| denoise.start(sensor));
+        let kept = EventStream::empty(sensor);
+        Ok(Self {
+            sensor,
+            representation,
+            denoise,
+            kept,
+            gate,
+            smoothing,
+            batch: batch.max(1),
+            pending,
+        })
     }
 
     /// The sensor of the events.
@@ -115,7 +131,10 @@ impl HandEstimator {
 
     /// Takes events.
     pub fn push(&mut self, events: &EventStream) {
-        self.representation.push(events);
+        let Some(denoise) = &mut self.denoise else { return self.representation.push(events) };
+        self.kept.clone_from(events);
+        denoise.apply(&mut self.kept);
+        self.representation.push(&self.kept);
     }
 
     /// Adds the input at `now` to the batch, with the time stamp `t`.
@@ -196,6 +215,9 @@ impl HandEstimator {
     /// Forgets everything.
     pub fn reset(&mut self) {
         self.representation.reset();
+        if let Some(denoise) = &mut self.denoise {
+            denoise.reset();
+        }
         self.pending.clear();
         if let Some(gate) = &mut self.gate {
             gate.reset();

@@ -1,6 +1,7 @@
 //! The hand task: EventHands.
 
 mod batch;
+mod camera_turns;
 mod checkpoint;
 mod config;
 mod estimator;
@@ -11,6 +12,7 @@ mod tracker;
 mod view;
 
 pub use batch::{InputBatch, render_channels};
+pub use camera_turns::CameraTurnConfig;
 pub use checkpoint::{BEST, HandCheckpoint, LAST};
 pub use config::{
     DeviceStrategy, EvaluationConfig, HandConfig, RepresentationConfig, TrainingConfig,

@@ -12,6 +12,7 @@ mod accuracy;
 mod annotated;
 mod augmentation;
 mod batch;
+mod confidence;
 mod evaluation;
 mod frames;
 mod learner;

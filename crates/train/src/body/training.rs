@@ -15,6 +15,7 @@ use evpose_task::schedule::EarlyStop;
 use evpose_task::{FieldDifference, TaskError};
 use sha2::{Digest, Sha256};
 
+use super::confidence::calibrate_confidence;
 use super::frames::BodyFrames;
 use super::learner::{BODY_FIELDS, BodyLearner, BodyScalars};
 use super::loader::{BodyItem, BodyLoader};
@@ -48,7 +49,8 @@ pub fn first_network(config: &BodyConfig, device: &Device) -> Result<MoveEnet, T
 }
 
 /// Trains the network of `config` on `frames`. Writes to the directory `run`: `config.toml`,
-/// `metrics.jsonl`, `loading.jsonl`, `checkpoint/`, and the networks `best.bpk` and `last.bpk`.
+/// `metrics.jsonl`, `loading.jsonl`, `checkpoint/`, and the networks `best.bpk` and `last.bpk`. With
+/// `training.calibrate_confidence`, the best one holds a threshold of its own.
 ///
 /// # Errors
 /// If the directory cannot be used, if it holds another run, or if the loss stops being finite;
@@ -85,8 +87,16 @@ pub fn train_body(
         device.clone().autodiff(),
         run.meter().clone(),
     );
-    let valid = BodyLoader::validation(Arc::new(valid), config, device);
-    run.train(&task, &devices, Loaders { train: Arc::new(train), valid: Arc::new(valid) })
+    let valid = Arc::new(valid);
+    let loader = BodyLoader::validation(Arc::clone(&valid), config, device);
+    let mut summary =
+        run.train(&task, &devices, Loaders { train: Arc::new(train), valid: Arc::new(loader) })?;
+    if training.calibrate_confidence {
+        let samples = training.validation_samples as usize;
+        calibrate_confidence(&mut summary.best, &valid, samples)?;
+        summary.best.save(&summary.path)?;
+    }
+    Ok(summary)
 }
 
 /// A digest of all images and labels.

@@ -160,6 +160,39 @@ mod tests {
     }
 
     #[test]
+    fn a_person_is_wholly_in_a_crop_about_them_wherever_they_stand() {
+        use evpose_pose::body::{Keypoint, Visibility};
+        let keypoint = |x: f32, y: f32| Keypoint {
+            position: Vec2::new(x, y),
+            visibility: Visibility::Visible,
+        };
+        let keypoints = vec![keypoint(0.05, 0.6), keypoint(0.2, 0.9), Keypoint::default()];
+        let label = BodyLabel { keypoints, ..BodyLabel::default() };
+        let augmentation = BodyAugmentation {
+            person_crop_probability: 1.0,
+            person_crop: [1.1, 2.2],
+            ..BodyAugmentation::none()
+        };
+        let mut sides = Vec::new();
+        for sample in 0..500 {
+            let mut rng = CounterRng::new(3, "crops", sample);
+            let map = draw_person_crop(&augmentation, &mut rng, &label).unwrap();
+            for at in [DVec2::new(0.05, 0.6), DVec2::new(0.2, 0.9)] {
+                let seen = map.transform_point2(at);
+                assert!(seen.cmpge(DVec2::splat(-1e-9)).all() && seen.cmple(DVec2::ONE).all());
+            }
+            sides.push(1.0 / map.matrix2.x_axis.x / 0.3);
+        }
+        // Relative to the longer side of the box, uniform.
+        let mean = sides.iter().sum::<f64>() / sides.len() as f64;
+        assert!(sides.iter().all(|side| (1.1..=2.2).contains(side)), "{sides:?}");
+        assert!((mean - 1.65).abs() < 0.06, "{mean}");
+        let nobody = BodyLabel::default();
+        let mut rng = CounterRng::new(3, "crops", 0);
+        assert_eq!(draw_person_crop(&augmentation, &mut rng, &nobody), None);
+    }
+
+    #[test]
     fn each_map_is_drawn_as_often_as_it_should() {
         let augmentation = BodyAugmentation::default();
         let (alone, n) = (BodyLabel::default(), 20_000);
