@@ -1,10 +1,14 @@
-//! `evpose prepare`: conversion of public data sets to training data.
+//! `evpose prepare`: conversion of public data sets, and of recordings of the user's own, to
+//! training data.
 
 mod args;
 mod dhp19;
 mod frames;
 mod h36m;
+mod hands;
 mod mpii;
+mod own_args;
+mod people;
 
 use std::path::Path;
 
@@ -20,6 +24,8 @@ pub(crate) fn run(command: &PrepareCommand) -> Result<()> {
         PrepareCommand::Dhp19(args) => dhp19::run(args),
         PrepareCommand::Eh36m(args) => h36m::published(args),
         PrepareCommand::H36m(args) => h36m::original(args),
+        PrepareCommand::People(args) => people::run(args),
+        PrepareCommand::Hands(args) => hands::run(args),
     }
 }
 
