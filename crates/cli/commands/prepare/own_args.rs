@@ -157,10 +157,10 @@ pub(crate) enum HandScale {
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Label formats, detected by their columns, beside t_us or t_s:\n  \
-    parameters  articulation_1 to articulation_6, translation_x_m, …, rotation_x_rad, …: the columns of\n              \
-    `evpose infer --out`\n  \
-    joints      JOINT_x_m, JOINT_y_m, JOINT_z_m in metres, or JOINT_u_px, JOINT_v_px in pixels of the\n              \
-    sensor: the columns of `evpose infer --joints`, of which some may be missing\n\n\
+    parameters  articulation_1 to articulation_6, translation_x_m, …, rotation_x_rad, …:\n              \
+    the columns of `evpose infer --out`\n  \
+    joints      JOINT_x_m, JOINT_y_m, JOINT_z_m in metres, or JOINT_u_px, JOINT_v_px in pixels\n              \
+    of the sensor: the columns of `evpose infer --joints`, of which some may be missing\n\n\
     Examples:\n  \
     evpose prepare hands rec.aedat4 --labels joints.csv --for hand-wide --camera calibration.yaml \
     --out data/own\n  \
