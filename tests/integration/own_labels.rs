@@ -45,7 +45,10 @@ fn people_come_back_as_they_were_exported() {
     let prepare = ["prepare", "people", "foreign/0000.npz", "--labels"];
     for (labels, out) in [("foreign/0000.coco.json", "coco"), ("foreign/0000.csv", "csv")] {
         let said = sandbox.ok(&[&prepare[..], &[labels, "--out", out]].concat());
-        assert!(said.contains("1 sequences: ") && said.contains("evpose check-labels"), "{said}");
+        assert!(
+            said.contains("sequences: 1, in ") && said.contains("evpose check-labels"),
+            "{said}"
+        );
         let read = poses(&sandbox.path(&format!("{out}/0000.poses.csv")));
         assert_eq!(read.rows.len(), truth.rows.len());
         for (read, truth) in read.rows.iter().zip(&truth.rows) {

@@ -12,8 +12,8 @@ use evpose_import::hand::{
 };
 use evpose_task::hand::{HandCheckpoint, HandConfig, calibration_for};
 
-use super::SHOWN;
 use super::own_args::{HandScale, HandsArgs};
+use super::{SHOWN, say_sequences};
 
 pub(super) fn run(args: &HandsArgs) -> Result<()> {
     let config = config(&args.target)?;
@@ -53,7 +53,7 @@ pub(super) fn run(args: &HandsArgs) -> Result<()> {
     progress.finish_and_clear();
     run_info::write(&args.own.out, 0, None)?;
     let out = args.own.out.display();
-    say(format!("{sequences} sequences: {out}"));
+    say(format!("sequences: {sequences}, in {out}"));
     say(format!("next: evpose train CONFIG --data {out} --start-from CHECKPOINT --out RUN"));
     Ok(())
 }
@@ -85,15 +85,7 @@ fn options(args: &HandsArgs) -> HandOptions {
 }
 
 fn print(name: &str, report: &HandReport) {
-    say(format!("{name}: {} labels", report.labels));
-    for sequence in &report.sequences {
-        say(format!(
-            "  {}: {} labels, from {:.3} s of the recording",
-            sequence.name,
-            sequence.labels,
-            sequence.start.as_seconds()
-        ));
-    }
+    say_sequences(name, &report.sequences);
     if let Some((px, metres)) = report.mean_residual() {
         let in_space = metres.map(|m| format!(", {:.2} mm", 1e3 * m)).unwrap_or_default();
         let scale = report.scale;

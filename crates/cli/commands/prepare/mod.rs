@@ -17,6 +17,7 @@ use anyhow::Result;
 pub(crate) use args::PrepareCommand;
 
 use evpose_app::progress::say;
+use evpose_import::WrittenSequence;
 
 pub(crate) fn run(command: &PrepareCommand) -> Result<()> {
     match command {
@@ -50,4 +51,15 @@ fn list(heading: &str, entries: &[String]) {
 fn say_next(config: &str, out: &Path) {
     let out = out.display();
     say(format!("next: evpose train {config} --set data.source=annotations --data {out}"));
+}
+
+/// Prints the sequences that a recording became.
+fn say_sequences(recording: &str, sequences: &[WrittenSequence]) {
+    if sequences.len() > 1 {
+        say(format!("{recording}: {} sequences, cut at gaps between labels", sequences.len()));
+    }
+    let lines = sequences.iter().map(|WrittenSequence { name, start, labels }| {
+        format!("{name}: {labels} labels, from {:.3} s of the recording", start.as_seconds())
+    });
+    lines.for_each(say);
 }

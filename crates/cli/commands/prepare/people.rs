@@ -10,6 +10,7 @@ use evpose_import::body::{
 use evpose_pose::body::JOINT_NAMES;
 
 use super::own_args::PeopleArgs;
+use super::say_sequences;
 use crate::commands::account::Account;
 
 pub(super) fn run(args: &PeopleArgs) -> Result<()> {
@@ -42,21 +43,13 @@ pub(super) fn run(args: &PeopleArgs) -> Result<()> {
     progress.finish_and_clear();
     run_info::write(&args.own.out, 0, None)?;
     let out = args.own.out.display();
-    say(format!("{sequences} sequences: {out}"));
+    say(format!("sequences: {sequences}, in {out}"));
     say(format!("next: evpose check-labels {out}"));
     Ok(())
 }
 
 fn print(name: &str, report: &BodyReport) {
-    say(format!("{name}: {} labels", report.labels));
-    for sequence in &report.sequences {
-        say(format!(
-            "  {}: {} labels, from {:.3} s of the recording",
-            sequence.name,
-            sequence.labels,
-            sequence.start.as_seconds()
-        ));
-    }
+    say_sequences(name, &report.sequences);
     let never: Vec<&str> = JOINT_NAMES
         .iter()
         .zip(report.joint_counts)
