@@ -10,9 +10,9 @@ mod joint_names;
 mod mpii_json;
 mod mpii_release;
 mod poses;
+mod registry;
 mod sequence;
 
-pub use format::{
-    BODY_LABEL_FORMATS, BodyLabelFormat, LabelledImage, body_label_format_by_name, read_body_labels,
-};
+pub use format::{BodyLabelFormat, LabelledImage};
+pub use registry::{BODY_LABEL_FORMATS, body_label_format_by_name, read_body_labels};
 pub use sequence::{BodyOptions, BodyReport, import_body};

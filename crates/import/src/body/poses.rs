@@ -82,7 +82,8 @@ impl LabelledPoses {
             return Ok(Vec2::ONE);
         };
         let scale = size / Vec2::from(size_px);
-        if !((scale.x / scale.y - 1.0).abs() <= SAME_ASPECT) {
+        let is_same = (scale.x / scale.y - 1.0).abs() <= SAME_ASPECT;
+        if !is_same {
             let [width, height] = size_px;
             return Err(format!("labels on {width}x{height} pixels, but the sensor has {sensor}"));
         }

@@ -3,7 +3,7 @@
 //! # Model
 //! Of the twelve parameters and, where wanted, the size of the hand, those are sought that
 //! minimise Σ |joint − label|² / σ² + Σ articulation² / ρ². Joints on the image are as exact as
-//! 0.3 % of its width and joints in space as 2 mm; the second sum keeps apart what the image leaves
+//! 0.3 % of its width and joints in space as 2 mm; the second sum settles what labels leave
 //! open. On the image, the distance of the hand follows from its size.
 
 use evpose_pose::rotation::{axis_angle_from_matrix, matrix_from_axis_angle};
@@ -12,9 +12,10 @@ use evpose_task::hand::HandView;
 use evpose_view::ViewAdaptor;
 use glam::{Mat3, Vec2, Vec3};
 
-use super::format::{HandJoints, JointFrame};
+use super::format::HandJoints;
 use super::least_squares::minimise;
 use super::starts::best_start;
+use super::target::{Target, opencv};
 
 /// Standard deviation of labels in space, in metres.
 const SIGMA_M: f64 = 0.002;
@@ -22,8 +23,6 @@ const SIGMA_M: f64 = 0.002;
 const SIGMA_OF_WIDTH: f64 = 0.003;
 /// Standard deviation of articulation coefficients, for labels in space and on the image.
 const SIGMA_ARTICULATION: [f64; 2] = [5.0, 2.0];
-/// Fewest labelled joints that determine a hand, in space and on the image.
-const MIN_JOINTS: [usize; 2] = [6, 8];
 /// Depth in metres before which no joint is projected.
 const NEAR_M: f32 = 0.02;
 /// Steps from the pose before.
@@ -76,15 +75,6 @@ pub struct FittedHand {
     pub residual_px: f32,
     /// Mean distance in metres, of labels in space.
     pub residual_m: Option<f32>,
-}
-
-/// Labelled joints in the frame of the fit.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Target {
-    /// Metres in the frame of the camera: x right, y down, z forwards.
-    Space([Option<Vec3>; 21]),
-    /// Pixels of the view.
-    Image([Option<Vec2>; 21]),
 }
 
 /// Fits hands to joints before a camera.
@@ -161,29 +151,7 @@ impl HandFitter {
 
     /// Labels in the frame of the fit; none if there are too few.
     fn target(&self, joints: &HandJoints) -> Option<Target> {
-        let mirror = if self.is_mirrored { -1.0 } else { 1.0 };
-        let (target, count, min) = match joints {
-            HandJoints::Metres(joints_m, frame) => {
-                let in_camera = joints_m.map(|at_m| {
-                    let at_m = match frame {
-                        JointFrame::Camera => at_m?,
-                        JointFrame::World => opencv(self.view.camera_points(&[at_m?])[0]),
-                    };
-                    Some(Vec3::new(mirror * at_m.x, at_m.y, at_m.z))
-                });
-                (Target::Space(in_camera), in_camera.iter().flatten().count(), MIN_JOINTS[0])
-            }
-            HandJoints::Pixels(joints_px) => {
-                let width_px = f32::from(self.adaptor.view().sensor.width);
-                let in_view = joints_px.map(|at_px| {
-                    let at_px = self.adaptor.view_from_sensor(at_px?)?;
-                    let x = if self.is_mirrored { width_px - at_px.x } else { at_px.x };
-                    Some(Vec2::new(x, at_px.y))
-                });
-                (Target::Image(in_view), in_view.iter().flatten().count(), MIN_JOINTS[1])
-            }
-        };
-        (count >= min).then_some(target)
+        Target::new(joints, &self.view, &self.adaptor, self.is_mirrored)
     }
 
     /// Joints in the frame of the camera: x right, y down, z forwards.
@@ -293,11 +261,6 @@ impl HandFitter {
         let residual_px = residual_px * sensor_px_per_view_px;
         FittedHand { params: guess.params, residual_px, residual_m }
     }
-}
-
-/// From y up, looking along -z, to y down, looking along z, and back.
-fn opencv(at_m: Vec3) -> Vec3 {
-    Vec3::new(at_m.x, -at_m.y, -at_m.z)
 }
 
 #[cfg(test)]

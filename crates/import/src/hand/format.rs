@@ -1,12 +1,9 @@
-//! The registry of formats of hand labels.
-
-use std::path::Path;
+//! A format of hand labels, and the labels as they are read.
 
 use evpose_core::Micros;
 use evpose_pose::HandParams;
 use glam::{Vec2, Vec3};
 
-use super::{joints, parameters};
 use crate::ImportError;
 use crate::table::Table;
 
@@ -57,7 +54,7 @@ pub enum HandLabels {
 }
 
 /// A format of hand labels. Adding one is a file with its `FORMAT` and a line of
-/// [`HAND_LABEL_FORMATS`].
+/// [`HAND_LABEL_FORMATS`](super::HAND_LABEL_FORMATS).
 #[derive(Debug)]
 pub struct HandLabelFormat {
     /// Name in messages.
@@ -68,24 +65,4 @@ pub struct HandLabelFormat {
     pub(super) detect: fn(&[String]) -> bool,
     /// Reads the labels of a table.
     pub(super) read: fn(&Table, LabelChoice) -> Result<HandLabels, ImportError>,
-}
-
-/// The formats of hand labels.
-pub static HAND_LABEL_FORMATS: &[&HandLabelFormat] = &[&parameters::FORMAT, &joints::FORMAT];
-
-/// Reads a label file: a CSV with a column `t_us` or `t_s`.
-///
-/// # Errors
-/// If the file cannot be read, is of no known format, or violates it.
-pub fn read_hand_labels(path: &Path, choice: LabelChoice) -> Result<HandLabels, ImportError> {
-    let table = Table::read(path)?;
-    let mut formats = HAND_LABEL_FORMATS.iter();
-    let Some(format) = formats.find(|format| (format.detect)(table.columns())) else {
-        let known: Vec<String> = HAND_LABEL_FORMATS
-            .iter()
-            .map(|format| format!("{} ({})", format.name, format.summary))
-            .collect();
-        return Err(ImportError::UnknownFormat { path: path.to_owned(), known: known.join(", ") });
-    };
-    (format.read)(&table, choice)
 }

@@ -106,7 +106,8 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
     use glam::Vec3;
 
-    use super::super::format::{JointFrame, read_hand_labels};
+    use super::super::format::JointFrame;
+    use super::super::registry::read_hand_labels;
     use super::*;
 
     fn of(text: &str, choice: LabelChoice) -> Result<Vec<HandJoints>, ImportError> {

@@ -9,13 +9,13 @@ mod format;
 mod joints;
 mod least_squares;
 mod parameters;
+mod registry;
 mod sequence;
 mod starts;
+mod target;
 mod track;
 
 pub use fit::{FitOptions, FittedHand, HandFitter};
-pub use format::{
-    HAND_LABEL_FORMATS, HandJoints, HandLabelFormat, HandLabels, JointFrame, LabelChoice,
-    LabelledHand, read_hand_labels,
-};
+pub use format::{HandJoints, HandLabelFormat, HandLabels, JointFrame, LabelChoice, LabelledHand};
+pub use registry::{HAND_LABEL_FORMATS, read_hand_labels};
 pub use sequence::{HandOptions, HandReport, import_hand};

@@ -51,7 +51,7 @@ mod tests {
     use evpose_core::Micros;
     use glam::Vec3;
 
-    use super::super::format::read_hand_labels;
+    use super::super::registry::read_hand_labels;
     use super::*;
 
     #[test]

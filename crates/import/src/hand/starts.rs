@@ -5,7 +5,8 @@ use evpose_pose::rotation::axis_angle_from_matrix;
 use glam::{Mat3, Vec2, Vec3};
 use rayon::prelude::*;
 
-use super::fit::{Freedom, Guess, HandFitter, Target};
+use super::fit::{Freedom, Guess, HandFitter};
+use super::target::Target;
 
 /// Distance in metres at which a hand is projected to compare its size with that of the labels.
 const TRIAL_DEPTH_M: f32 = 0.5;

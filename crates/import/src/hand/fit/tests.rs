@@ -7,6 +7,7 @@ use evpose_task::hand::{HandConfig, canonical_view};
 use evpose_view::Calibration;
 
 use super::*;
+use crate::hand::format::JointFrame;
 
 const SENSOR: SensorSize = SensorSize { width: 346, height: 260 };
 
