@@ -51,7 +51,11 @@ pub(super) fn run(args: &HandsArgs) -> Result<()> {
         sequences += report.sequences.len();
     }
     progress.finish_and_clear();
-    run_info::write(&args.own.out, 0, None)?;
+    // Of a directory that is added to, the description of how it began is kept. The config says which
+    // hand and camera the labels are of.
+    if !args.own.out.join(run_info::CONFIG).exists() {
+        run_info::write(&args.own.out, config.seed, Some(&config))?;
+    }
     let out = args.own.out.display();
     say(format!("sequences: {sequences}, in {out}"));
     say(format!("next: evpose train CONFIG --data {out} --start-from CHECKPOINT --out RUN"));

@@ -41,7 +41,10 @@ pub(super) fn run(args: &PeopleArgs) -> Result<()> {
         progress.inc(1);
     }
     progress.finish_and_clear();
-    run_info::write(&args.own.out, 0, None)?;
+    // A directory of simulated recordings keeps the description of how they were made.
+    if !args.own.out.join(run_info::CONFIG).exists() {
+        run_info::write(&args.own.out, 0, None)?;
+    }
     let out = args.own.out.display();
     say(format!("sequences: {sequences}, in {out}"));
     say(format!("next: evpose check-labels {out}"));
