@@ -162,9 +162,10 @@ pub(crate) enum HandScale {
     joints      JOINT_x_m, JOINT_y_m, JOINT_z_m in metres, or JOINT_u_px, JOINT_v_px in pixels\n              \
     of the sensor: the columns of `evpose infer --joints`, of which some may be missing\n\n\
     Examples:\n  \
-    evpose prepare hands rec.aedat4 --labels joints.csv --for hand-wide --camera calibration.yaml \
-    --out data/own\n  \
-    evpose prepare hands rec.raw --labels joints.csv --for checkpoints/hand-quick.bpk --2d --out data/own\n  \
+    evpose prepare hands rec.aedat4 --labels joints.csv --for hand-wide \
+    \\\n      --camera calibration.yaml --out data/own\n  \
+    evpose prepare hands rec.raw --labels joints.csv \
+    --for checkpoints/hand-quick.bpk --2d \\\n      --out data/own\n  \
     evpose train quick --data data/own --start-from checkpoints/hand-quick.bpk --out runs/own\n\n\
     docs/guide/own-labels.md has more.")]
 pub(crate) struct HandsArgs {
