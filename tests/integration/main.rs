@@ -19,6 +19,7 @@ mod gap;
 mod harness;
 mod live;
 mod models;
+mod own_labels;
 mod payoff;
 mod prepare;
 mod quantize;

@@ -72,7 +72,7 @@ commands! {
     Simulate(evpose_commands::args::SimulateArgs) => simulate::run,
     /// Simulate events from image sequences
     Events(events::EventsArgs) => events::run,
-    /// Convert public body data sets to training data
+    /// Convert public data sets, or recordings and labels of your own, to training data
     #[command(subcommand)]
     Prepare(prepare::PrepareCommand) => prepare::run,
     /// Check body labels for errors

@@ -7,10 +7,13 @@ use clap::{Subcommand, ValueEnum};
 use evpose_datasets::ErosFrameOptions;
 use evpose_datasets::dhp19::CameraChoice;
 
+use super::own_args::{HandsArgs, PeopleArgs};
+
 /// Data sets that can be prepared.
 #[derive(Debug, Subcommand)]
 #[command(after_help = "Start with:\n  evpose prepare mpii MPII --out data/mpii\n  \
     evpose train pretrain --set data.source=annotations --data data/mpii\n\n\
+    or, with recordings of your own (docs/guide/own-labels.md):\n  evpose prepare people walk.raw --labels walk.csv --out data/own\n\n\
     Nothing is downloaded: datasets/README.md describes the sources, licences and folder layouts.")]
 pub(crate) enum PrepareCommand {
     /// MPII Human Pose: photographs, rendered to look like events or in grey
@@ -21,6 +24,10 @@ pub(crate) enum PrepareCommand {
     Eh36m(Eh36mArgs),
     /// Human3.6M: videos converted to events, as eH3.6M was made
     H36m(H36mArgs),
+    /// Your own recordings of people, with joints as COCO or MPII annotations or CSV
+    People(PeopleArgs),
+    /// Your own recordings of hands, with 21 joints in 2D or 3D or 12 parameters as CSV
+    Hands(HandsArgs),
 }
 
 #[derive(Debug, clap::Args)]

@@ -1,10 +1,14 @@
-//! `evpose prepare`: conversion of public data sets to training data.
+//! `evpose prepare`: conversion of public data sets, and of recordings of the user's own, to
+//! training data.
 
 mod args;
 mod dhp19;
 mod frames;
 mod h36m;
+mod hands;
 mod mpii;
+mod own_args;
+mod people;
 
 use std::path::Path;
 
@@ -13,6 +17,7 @@ use anyhow::Result;
 pub(crate) use args::PrepareCommand;
 
 use evpose_app::progress::say;
+use evpose_import::WrittenSequence;
 
 pub(crate) fn run(command: &PrepareCommand) -> Result<()> {
     match command {
@@ -20,6 +25,8 @@ pub(crate) fn run(command: &PrepareCommand) -> Result<()> {
         PrepareCommand::Dhp19(args) => dhp19::run(args),
         PrepareCommand::Eh36m(args) => h36m::published(args),
         PrepareCommand::H36m(args) => h36m::original(args),
+        PrepareCommand::People(args) => people::run(args),
+        PrepareCommand::Hands(args) => hands::run(args),
     }
 }
 
@@ -44,4 +51,15 @@ fn list(heading: &str, entries: &[String]) {
 fn say_next(config: &str, out: &Path) {
     let out = out.display();
     say(format!("next: evpose train {config} --set data.source=annotations --data {out}"));
+}
+
+/// Prints the sequences that a recording became.
+fn say_sequences(recording: &str, sequences: &[WrittenSequence]) {
+    if sequences.len() > 1 {
+        say(format!("{recording}: {} sequences, cut at gaps between labels", sequences.len()));
+    }
+    let lines = sequences.iter().map(|WrittenSequence { name, start, labels }| {
+        format!("{name}: {labels} labels, from {:.3} s of the recording", start.as_seconds())
+    });
+    lines.for_each(say);
 }

@@ -7,10 +7,10 @@ use evpose_app::progress::{bar, say};
 use evpose_core::{EventStream, Micros, SensorSize, TimeWindow, atomic_write};
 use evpose_pose::HandParams;
 use evpose_task::hand::{
-    HandConfig, HandEstimate, HandView, NetworkPredictor, SlowMotionTracker, canonical_view,
-    poses_every_ms,
+    HandConfig, HandEstimate, HandView, NetworkPredictor, SlowMotionTracker, calibration_for,
+    canonical_view, poses_every_ms,
 };
-use evpose_view::{Calibration, ViewAdaptor};
+use evpose_view::ViewAdaptor;
 
 use super::HandModel;
 use crate::args::InferArgs;
@@ -93,18 +93,11 @@ pub(super) fn adaptor(
     sensor: SensorSize,
     camera: Option<&str>,
 ) -> Result<ViewAdaptor> {
-    let view = canonical_view(config);
-    let calibration = if camera.is_none() && sensor == view.sensor {
-        // What the network was trained on: a simulated recording.
-        let fov_deg = f64::from(config.simulation.camera.vertical_fov_deg);
-        Calibration::from_vertical_fov(sensor, fov_deg)
-    } else {
-        Calibration::choose(camera, sensor)?
-    };
+    let calibration = calibration_for(config, sensor, camera)?;
     if let Some(note) = &calibration.note {
         say(format!("note: {note}"));
     }
-    Ok(ViewAdaptor::new(&calibration, &view))
+    Ok(ViewAdaptor::new(&calibration, &canonical_view(config)))
 }
 
 /// Infers every millisecond.

@@ -3,6 +3,7 @@
 //! * [`convert()`]: photographs and annotations into images of persons, like EROS or grey
 //!   ([`MpiiStyle`]), and one annotation file.
 //! * [`Converted`]: what was converted, and what was skipped and why ([`SkipReason`]).
+//! * [`read_joints`]: joints of all persons, without the images.
 //! * [`photograph_of_crop`]: from which photograph an image is, to split a set by photographs.
 //!
 //! # Source
@@ -12,6 +13,7 @@
 
 mod convert;
 mod image_file;
+mod joints;
 mod label;
 mod options;
 mod person;
@@ -20,6 +22,7 @@ mod report;
 mod window;
 
 pub use convert::convert;
+pub use joints::{MpiiImage, read_joints};
 pub use options::{CropFormat, MpiiOptions, MpiiStyle};
 pub use report::{Converted, SkipReason, Skipped};
 

@@ -416,7 +416,7 @@ impl BodyConfig {
         }
         if self.data.noise_history.is_some_and(|NoiseHistory { probability, events_per_pixel }| {
             let [low, high] = events_per_pixel;
-            !(0.0..=1.0).contains(&probability) || !(0.0 < low && low <= high && high <= 100.0)
+            !((0.0..=1.0).contains(&probability) && 0.0 < low && low <= high && high <= 100.0)
         }) {
             return fail(
                 "data.noise_history",

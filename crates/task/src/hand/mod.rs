@@ -22,4 +22,4 @@ pub use frontend::{HandFrontend, HandWorker, hand_stream};
 pub use predictor::{ConstantPose, NetworkPredictor, Predictor};
 pub use slow_motion::SlowMotionConfig;
 pub use tracker::{SlowMotionTracker, poses_every_ms};
-pub use view::{HandView, canonical_view};
+pub use view::{HandView, calibration_for, canonical_view};

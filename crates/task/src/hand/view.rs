@@ -1,6 +1,7 @@
 //! Hands in the image: evaluated points and vertices of a pose.
 
 use evpose_body::{PosedBody, ShapedBody};
+use evpose_core::SensorSize;
 use evpose_pose::metric::HandPoints;
 use evpose_pose::{HandParams, HandSide};
 use evpose_sim::Actor;
@@ -9,7 +10,7 @@ use glam::Vec3;
 
 use super::config::HandConfig;
 use crate::TaskError;
-use evpose_view::{CanonicalView, ViewAdaptor};
+use evpose_view::{Calibration, CalibrationError, CanonicalView, ViewAdaptor};
 
 /// Projection of hands: a hand model before a camera.
 #[derive(Debug)]
@@ -19,6 +20,24 @@ pub struct HandView {
     camera: Camera,
     /// The camera on whose image points are; none if that is the canonical one.
     adaptor: Option<ViewAdaptor>,
+}
+
+/// The camera of recordings by `sensor`: see [`Calibration::choose`]. Without a choice, those of the
+/// size of the canonical view are taken for simulated ones.
+///
+/// # Errors
+/// If the camera is not known, or its file cannot be read.
+pub fn calibration_for(
+    config: &HandConfig,
+    sensor: SensorSize,
+    camera: Option<&str>,
+) -> Result<Calibration, CalibrationError> {
+    let view = canonical_view(config);
+    if camera.is_none() && sensor == view.sensor {
+        let fov_deg = f64::from(config.simulation.camera.vertical_fov_deg);
+        return Ok(Calibration::from_vertical_fov(sensor, fov_deg));
+    }
+    Calibration::choose(camera, sensor)
 }
 
 /// The view that networks of a config expect.
@@ -62,6 +81,11 @@ impl HandView {
         } else {
             self.points_of(side, pose, &self.actor.body().shaped(betas))
         }
+    }
+
+    /// Parameters of the other hand: the mirror image of a hand in the canonical view.
+    pub fn mirrored(&self, pose: &HandParams) -> HandParams {
+        self.actor.mirrored(pose)
     }
 
     /// The faces of a hand of `side`, counter-clockwise from outside.
