@@ -176,7 +176,8 @@ mod tests {
             assert_eq!(ours, tensors.lines().collect::<Vec<_>>(), "{name}");
             seen += 1;
         }
-        assert_eq!(seen, BACKBONES.len());
+        // One of ours is not of torchvision.
+        assert_eq!(seen + 1, BACKBONES.len());
     }
 
     #[test]

@@ -260,7 +260,7 @@ impl HandDataset {
         &self.sequences
     }
 
-    /// What was assumed about the camera, for the user.
+    /// Assumptions about the camera, for the user.
     pub fn note(&self) -> Option<&str> {
         self.note.as_deref()
     }

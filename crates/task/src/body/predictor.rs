@@ -186,7 +186,7 @@ fn in_pixels(joints: &[BodyJoint], size_px: Vec2) -> BodyPoints {
 mod tests {
     use super::*;
 
-    fn found(places: &[[f32; 2]]) -> Vec<BodyJoint> {
+    fn detected(places: &[[f32; 2]]) -> Vec<BodyJoint> {
         places.iter().map(|at| BodyJoint { position: Some((*at).into()), score: 0.5 }).collect()
     }
 
@@ -203,10 +203,10 @@ mod tests {
                 "{a:?} for {b:?}"
             );
         };
-        near(corners(&found(&[[0.4, 0.3], [0.6, 0.7]])), [[0.2, 0.2], [0.8, 0.8]]);
-        near(corners(&found(&[[0.0, 0.3], [0.2, 0.7]])), [[0.0, 0.2], [0.6, 0.8]]);
-        near(corners(&found(&[[0.5, 0.5]])), [[0.4, 0.4], [0.6, 0.6]]);
-        assert_eq!(corners(&found(&[[0.1, 0.1], [0.2, 0.8]])), None, "as large as the image");
+        near(corners(&detected(&[[0.4, 0.3], [0.6, 0.7]])), [[0.2, 0.2], [0.8, 0.8]]);
+        near(corners(&detected(&[[0.0, 0.3], [0.2, 0.7]])), [[0.0, 0.2], [0.6, 0.8]]);
+        near(corners(&detected(&[[0.5, 0.5]])), [[0.4, 0.4], [0.6, 0.6]]);
+        assert_eq!(corners(&detected(&[[0.1, 0.1], [0.2, 0.8]])), None, "as large as the image");
         assert_eq!(corners(&[BodyJoint { position: None, score: 0.0 }]), None);
     }
 }

@@ -60,7 +60,7 @@ pub struct HandEstimator {
     representation: Box<dyn Representation>,
     denoise: Option<DenoiseFilter>,
     /// Memory of the filter.
-    kept: EventStream,
+    filtered: EventStream,
     gate: Option<StillnessGate>,
     smoothing: Smoothing,
     batch: usize,
@@ -106,12 +106,12 @@ impl HandEstimator {
         let representation = representation_by_name(&input.name)?.start(window);
         let pending = InputBatch::default();
         let denoise = input.denoise.map(|denoise| denoise.start(sensor));
-        let kept = EventStream::empty(sensor);
+        let filtered = EventStream::empty(sensor);
         Ok(Self {
             sensor,
             representation,
             denoise,
-            kept,
+            filtered,
             gate,
             smoothing,
             batch: batch.max(1),
@@ -132,9 +132,9 @@ impl HandEstimator {
     /// Takes events.
     pub fn push(&mut self, events: &EventStream) {
         let Some(denoise) = &mut self.denoise else { return self.representation.push(events) };
-        self.kept.clone_from(events);
-        denoise.apply(&mut self.kept);
-        self.representation.push(&self.kept);
+        self.filtered.clone_from(events);
+        denoise.apply(&mut self.filtered);
+        self.representation.push(&self.filtered);
     }
 
     /// Adds the input at `now` to the batch, with the time stamp `t`.
