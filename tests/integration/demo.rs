@@ -67,3 +67,20 @@ fn the_demo_ends_with_metrics_and_a_report_and_its_checkpoint_can_be_used() {
     let about = sandbox.ok(&["info", "demo/train/best.bpk"]);
     assert!(about.contains("hands: resnet18") && about.contains("[representation]"), "{about}");
 }
+
+#[test]
+fn a_demo_of_a_minute_shows_the_network_that_ships() {
+    let sandbox = Sandbox::new();
+    let shipped = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("checkpoints/hand.bpk");
+    std::fs::create_dir(sandbox.path("checkpoints")).unwrap();
+    std::fs::copy(shipped, sandbox.path("checkpoints/hand.bpk")).unwrap();
+    let demo = ["demo", "--minutes", "1", "--out", "shown", "--stride-ms", "20"];
+    let small = ["--set", "evaluation.sequences=2", "--set", "evaluation.seconds=0.4"];
+    let output = sandbox.ok(&[&demo[..], &small].concat());
+    assert!(output.contains("hand.bpk") && output.trim_end().ends_with("report.html"), "{output}");
+    for file in ["config.toml", "run.toml", "frames.png", "report.html", "metrics.json"] {
+        assert!(sandbox.path("shown").join(file).exists(), "{file} is missing");
+    }
+    let message = sandbox.fails(&["demo", "--minutes", "0"]);
+    assert!(message.contains("--minutes"), "{message}");
+}

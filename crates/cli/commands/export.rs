@@ -12,7 +12,7 @@ use evpose_onnx::{Message as _, OPSET, model};
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  evpose export --checkpoint runs/hand --onnx hand.onnx\n  \
-    evpose export --checkpoint checkpoints/body-quick.bpk --onnx body.onnx\n  \
+    evpose export --checkpoint body --onnx body.onnx\n  \
     evpose export eventhands --set network.backbone=mobilenet_v2 --onnx untrained.onnx")]
 pub(crate) struct ExportArgs {
     /// A TOML file, or an embedded config: export its network with initial weights

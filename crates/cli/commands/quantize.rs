@@ -20,7 +20,7 @@ use serde::Serialize;
     --out poses.csv\n\nCalibration observes the value range of every layer on the data, and writes the ranges to int8.json\n\
     beside the checkpoint.")]
 pub(crate) struct QuantizeArgs {
-    /// A run directory, or a .bpk file with its .toml beside it
+    /// A run directory, a .bpk file, or the name of a shipped network: `hand`, `body`, …
     #[arg(long)]
     pub(crate) checkpoint: PathBuf,
     /// Data set for the calibration: the training data
@@ -51,7 +51,7 @@ pub(crate) fn run(args: &QuantizeArgs) -> Result<()> {
     let observed = || progress.inc(1);
     let ranges = calibrate(&model.graph(), model.input_shape(), inputs, observed)?;
     progress.finish_and_clear();
-    let path = QuantizationRanges::path(&args.checkpoint);
+    let path = QuantizationRanges::path(&evpose_app::shipped::checkpoint_path(&args.checkpoint));
     ranges.write(&path)?;
     say(format!("ranges of all layers: {}", path.display()));
     let Some(data) = &args.evaluate else { return Ok(()) };

@@ -96,9 +96,9 @@ pub struct TrainArgs {
     Examples:\n  \
     evpose eval --checkpoint runs/hand --data data/test --json metrics.json\n  \
     evpose eval --checkpoint runs/hand --conditions normal,slow,lit,dark --out runs/conditions\n  \
-    evpose eval --checkpoint checkpoints/body-quick.bpk --data data/people --foreign")]
+    evpose eval --checkpoint body --data data/people --foreign")]
 pub struct EvalArgs {
-    /// A run directory, or a .bpk file with its .toml beside it
+    /// A run directory, a .bpk file, or the name of a shipped network: `hand`, `body`, …
     #[arg(long)]
     pub checkpoint: PathBuf,
     /// Directory of held-out sequences
@@ -168,7 +168,7 @@ impl EvalArgs {
     --events slow.npz --out poses.csv --mode slow-motion\n  evpose infer --checkpoint runs/hand \
     --events rec.aedat4 --camera calibration.yaml --out poses.csv --joints joints.csv")]
 pub struct InferArgs {
-    /// A run directory, or a .bpk file with its .toml beside it
+    /// A run directory, a .bpk file, or the name of a shipped network: `hand`, `body`, …
     #[arg(long)]
     pub checkpoint: PathBuf,
     /// Recording, in any supported format

@@ -10,7 +10,7 @@ use evpose_core::seed_for;
 use evpose_nn::{HandLoss, HandRegressor};
 use evpose_pose::HandParams;
 use evpose_pose::metric::MeanPose;
-use evpose_task::hand::{HandCheckpoint, HandConfig, NetworkPredictor};
+use evpose_task::hand::{HandCheckpoint, HandConfig, HandView, NetworkPredictor};
 use evpose_task::{FieldDifference, TaskError};
 
 use crate::TrainError;
@@ -111,7 +111,9 @@ fn estimate_filter(
     let network = checkpoint.network.clone();
     let mut predictor = NetworkPredictor::new(network, device.clone());
     let tracks = valid.measured_tracks(&mut predictor, FILTER_SEQUENCES)?;
-    if let Some(estimate) = estimate_filters(&tracks)? {
+    let view = HandView::new(&checkpoint.config)?;
+    let side = checkpoint.config.simulation.hands.side(0);
+    if let Some(estimate) = estimate_filters(&view, side, &tracks)? {
         checkpoint.config.filter = estimate.plain;
         checkpoint.config.slow_motion.filter = estimate.adaptive;
     }

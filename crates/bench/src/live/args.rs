@@ -6,7 +6,7 @@ use evpose_app::args::DeviceArgs;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  \
-    evpose bench live --checkpoint checkpoints/body-quick.bpk\n  \
+    evpose bench live --checkpoint body\n  \
     evpose bench live --task hand --speeds 1,10 --seconds 20 --json live.json\n  \
     evpose bench live --source rec.raw --checkpoint runs/body/finetune --speeds 1\n  \
     evpose bench live --soak 1e9\n\n\

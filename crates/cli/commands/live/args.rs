@@ -10,10 +10,10 @@ use evpose_app::args::DeviceArgs;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  \
-    evpose live --source rec.raw --checkpoint checkpoints/body-quick.bpk --json -\n  \
+    evpose live --source rec.raw --checkpoint body --json -\n  \
     evpose live --source rec.aedat4 --speed 0.5 --checkpoint runs/hand --csv poses.csv\n  \
     evpose live --source tcp://127.0.0.1:7777 --checkpoint runs/hand --serve\n  \
-    cat rec.evs | evpose live --source - --checkpoint checkpoints/body-quick.bpk --json -\n  \
+    cat rec.evs | evpose live --source - --checkpoint body --json -\n  \
     evpose live --source camera --checkpoint runs/body/finetune --serve\n\n\
     Each pose has an `origin`, `network` or `propagated`, and the two are counted separately. Under load the\n\
     oldest events, inputs of the network, and poses for slow outputs are dropped, and counted.")]

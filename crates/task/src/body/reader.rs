@@ -127,3 +127,55 @@ impl RepresentationReader {
         Ok(self.blur.apply(&image).clone())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use evpose_view::Denoise;
+
+    use super::*;
+
+    /// A recording of 64x48 pixels in which one pixel fires every 10 ms.
+    fn recording(directory: &Path) -> std::path::PathBuf {
+        let mut text = String::from("# 64 48\n");
+        for k in 0..20 {
+            text += &format!("{:.6} 32 24 1\n", 1.0 + 0.01 * f64::from(k));
+        }
+        let path = directory.join("rec.txt");
+        std::fs::write(&path, text).unwrap();
+        path
+    }
+
+    fn lit(image: &Plane<u8>) -> usize {
+        image.data().iter().filter(|&&grey| grey > 0).count()
+    }
+
+    #[test]
+    fn noise_of_before_the_recording_stays_in_an_eros_and_follows_from_the_seed() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = recording(directory.path());
+        let config = BodyImageConfig { blur: None, ..BodyImageConfig::default() };
+        let image = |history: Option<(f32, u64)>| {
+            let mut reader = RepresentationReader::open(&path, &config).unwrap();
+            if let Some((events_per_pixel, seed)) = history {
+                reader.add_noise_history(events_per_pixel, seed);
+            }
+            reader.at(Micros(1_150_000), |_| {}).unwrap()
+        };
+        let (clean, noisy) = (image(None), image(Some((0.2, 7))));
+        assert!(lit(&clean) < 20, "{}", lit(&clean));
+        assert!(lit(&noisy) > 200, "{}", lit(&noisy));
+        assert_eq!(noisy, image(Some((0.2, 7))));
+        assert_ne!(noisy, image(Some((0.2, 8))));
+    }
+
+    #[test]
+    fn a_pixel_that_fires_alone_is_denoised() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = recording(directory.path());
+        let denoise = Some(Denoise { tau_ms: 20.0, neighbours: 1 });
+        let config = BodyImageConfig { denoise, ..BodyImageConfig::default() };
+        let mut reader = RepresentationReader::open(&path, &config).unwrap();
+        assert_eq!(lit(&reader.at(Micros(1_150_000), |_| {}).unwrap()), 0);
+    }
+}
