@@ -93,6 +93,8 @@ mod tests {
             "training.steps",
             "training.steps_per_validation",
             "training.validation_samples",
+            // filters of the network that was trained
+            "training.estimate_filter",
         ];
         differ_only_in("quick", "eventhands", ALLOWED)
     }
@@ -104,6 +106,7 @@ mod tests {
             "training.steps",
             "training.steps_per_validation",
             "training.validation_samples",
+            "training.estimate_filter",
             "evaluation.sequences",
             "evaluation.seconds",
             "evaluation.first_ms",

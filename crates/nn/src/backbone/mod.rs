@@ -26,7 +26,7 @@ pub(crate) use spec::IMAGE_CHANNELS;
 pub use spec::{BackboneNet, BackboneSpec};
 
 registry::backbones! {
-    resnet::ResNet => RESNET18, RESNET18_GRID, RESNET34;
+    resnet::ResNet => RESNET18, RESNET34;
     mobilenet_v2::MobileNetV2 => MOBILENET_V2;
     vgg::Vgg => VGG11_BN;
     shufflenet_v2::ShuffleNetV2 => SHUFFLENET_V2;

@@ -28,20 +28,6 @@ pub(super) const RESNET18: BackboneSpec<ResNet> = BackboneSpec {
     build: |width, outputs, device| ResNetConfig::new([2, 2, 2, 2], width, outputs).init(device),
 };
 
-/// ResNet-18 whose head sees where features are.
-///
-/// The published head sees the mean of each feature over the image: which there are, hardly where.
-/// Here it sees the means over a grid of three by three, from which positions follow at once.
-pub(super) const RESNET18_GRID: BackboneSpec<ResNet> = BackboneSpec {
-    name: "resnet18_grid",
-    about: "ResNet-18 whose head sees a grid of 3x3 means, for positions; not of torchvision",
-    smallest_px: 65,
-    narrowest: 1.0 / 64.0,
-    build: |width, outputs, device| {
-        ResNetConfig { cells: 3, ..ResNetConfig::new([2, 2, 2, 2], width, outputs) }.init(device)
-    },
-};
-
 /// ResNet-34.
 pub(super) const RESNET34: BackboneSpec<ResNet> = BackboneSpec {
     name: "resnet34",
@@ -60,8 +46,6 @@ struct ResNetConfig {
     channels: usize,
     /// Values of the output vector.
     outputs: usize,
-    /// Rows and columns of the grid over which features are averaged; one as published.
-    cells: usize,
 }
 
 /// A residual network of basic blocks.
@@ -86,7 +70,7 @@ struct BasicBlock {
 impl ResNetConfig {
     /// A network `width` times as wide as published.
     fn new(blocks: [usize; 4], width: f32, outputs: usize) -> Self {
-        Self { blocks, channels: scaled(PUBLISHED_CHANNELS, width), outputs, cells: 1 }
+        Self { blocks, channels: scaled(PUBLISHED_CHANNELS, width), outputs }
     }
 
     /// The network with all weights zero.
@@ -108,8 +92,8 @@ impl ResNetConfig {
                 .with_padding(PaddingConfig2d::Explicit(1, 1, 1, 1))
                 .init(),
             stages: (0..4).map(stage).collect(),
-            mean: AdaptiveAvgPool2dConfig::new([self.cells; 2]).init(),
-            head: linear(self.channels * 8 * self.cells.pow(2), self.outputs, device),
+            mean: AdaptiveAvgPool2dConfig::new([1, 1]).init(),
+            head: linear(self.channels * 8, self.outputs, device),
         }
     }
 }
