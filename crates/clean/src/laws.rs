@@ -149,7 +149,7 @@ fn requests_that_cannot_be_served_say_why() {
         ("hot:count", "\"hot:count\" is not written as `name:key=value,key=value`"),
         (
             "background:tau=3",
-            "`background` has no parameter `tau`; it has preset, tau_ms, own, polarity",
+            "`background` has no parameter `tau`; it has preset, tau_ms, neighbours, own, polarity",
         ),
         (
             "background:tau_ms=-1",
