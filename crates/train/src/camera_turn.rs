@@ -86,8 +86,8 @@ mod tests {
     /// The points of a turned hand lie where its events are moved to.
     #[test]
     fn a_turned_hand_is_seen_where_its_turned_events_are() {
-        let mut config = HandConfig::default();
-        config.camera_turns = CameraTurnConfig { roll_deg: 180.0, tilt_deg: 6.0 };
+        let camera_turns = CameraTurnConfig { roll_deg: 180.0, tilt_deg: 6.0 };
+        let config = HandConfig { camera_turns, ..HandConfig::default() };
         let view = HandView::new(&config).unwrap();
         let side = config.simulation.hands.side(0);
         let camera = config.simulation.camera();

@@ -164,7 +164,8 @@ mod tests {
         };
         let (clean, noisy) = (image(None), image(Some((0.2, 7))));
         assert!(lit(&clean) < 20, "{}", lit(&clean));
-        assert!(lit(&noisy) > 200, "{}", lit(&noisy));
+        // An event of noise darkens what is around it: fewer stay than came.
+        assert!(lit(&noisy) > 5 * lit(&clean), "{} and {}", lit(&noisy), lit(&clean));
         assert_eq!(noisy, image(Some((0.2, 7))));
         assert_ne!(noisy, image(Some((0.2, 8))));
     }

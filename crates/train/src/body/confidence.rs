@@ -128,7 +128,7 @@ mod tests {
         use evpose_pose::body::{Keypoint, Visibility};
         let keypoint = |k: usize| Keypoint {
             position: Vec2::new(0.1, 0.05 * k as f32),
-            visibility: if k == 2 { Visibility::Unlabelled } else { Visibility::Visible },
+            visibility: if k == 5 { Visibility::Unlabelled } else { Visibility::Visible },
         };
         let label =
             BodyLabel { keypoints: (0..13).map(keypoint).collect(), ..BodyLabel::default() };
@@ -139,7 +139,7 @@ mod tests {
         let joints: Vec<BodyJoint> = (0..13).map(joint).collect();
         let mut scores = FoundScores::default();
         scores.push(&joints, &label, Vec2::splat(100.0));
-        assert_eq!(scores.spurious, [0.2]);
+        assert_eq!(scores.spurious, [0.5]);
         assert_eq!(scores.right.len(), 11, "all but one out of view and one far away");
     }
 }
