@@ -68,6 +68,22 @@ pub struct HandParams {
     pub rotation: Vec3,
 }
 
+/// Names of the parameters as columns of tables, in the published order.
+pub const PARAMETER_NAMES: [&str; PARAMETERS] = [
+    "articulation_1",
+    "articulation_2",
+    "articulation_3",
+    "articulation_4",
+    "articulation_5",
+    "articulation_6",
+    "translation_x_m",
+    "translation_y_m",
+    "translation_z_m",
+    "rotation_x_rad",
+    "rotation_y_rad",
+    "rotation_z_rad",
+];
+
 impl HandParams {
     /// Reads the published order: articulation, translation, rotation.
     pub fn from_array(values: [f32; PARAMETERS]) -> Self {

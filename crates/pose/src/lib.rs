@@ -42,5 +42,5 @@ pub mod stream;
 
 pub use error::PoseError;
 pub use estimate::PoseEstimate;
-pub use hand_params::{EVALUATION_JOINTS, HAND_BONES, HandParams, PARAMETERS};
+pub use hand_params::{EVALUATION_JOINTS, HAND_BONES, HandParams, PARAMETER_NAMES, PARAMETERS};
 pub use side::{HandSide, Mirror};

@@ -23,7 +23,7 @@ use crate::loader::HandLoader;
 use crate::metric::Field;
 use crate::passes::TrainingSpan;
 use crate::training::{
-    ADAM_EPSILON, Loaders, Run, RunConfig, TrainOptions, TrainSummary, TrainingTask,
+    ADAM_EPSILON, Loaders, Run, RunConfig, TrainOptions, TrainSummary, TrainingTask, check_shape,
 };
 
 /// Poses averaged for the mean pose, at most; spread evenly over the training data.
@@ -46,14 +46,7 @@ pub fn untrained(config: &HandConfig, device: &Device) -> Result<HandRegressor, 
 fn first_network(config: &HandConfig, device: &Device) -> Result<HandRegressor, TrainError> {
     let Some(path) = &config.start_from else { return untrained(config, device) };
     let start = HandCheckpoint::load(path, device)?;
-    if *start.network.config() != config.network {
-        let message = format!(
-            "holds a network of {:?}, and [network] says {:?}",
-            start.network.config(),
-            config.network
-        );
-        return Err(TrainError::Config { path: path.clone(), message });
-    }
+    check_shape(path, start.network.config(), &config.network)?;
     Ok(start.network)
 }
 

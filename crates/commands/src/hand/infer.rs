@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use anyhow::{Context, Result};
 use evpose_app::progress::{bar, say};
 use evpose_core::{EventStream, Micros, SensorSize, TimeWindow, atomic_write};
-use evpose_pose::HandParams;
+use evpose_pose::{HandParams, PARAMETER_NAMES};
 use evpose_task::hand::{
     HandConfig, HandEstimate, HandView, NetworkPredictor, SlowMotionTracker, calibration_for,
     canonical_view, poses_every_ms,
@@ -18,22 +18,6 @@ use crate::hand_joints;
 
 /// Event time of the packets of the slow-motion mode.
 const PACKET: Micros = Micros(100_000);
-
-/// Column names of the 12 parameters.
-const PARAMETER_NAMES: [&str; 12] = [
-    "articulation_1",
-    "articulation_2",
-    "articulation_3",
-    "articulation_4",
-    "articulation_5",
-    "articulation_6",
-    "translation_x_m",
-    "translation_y_m",
-    "translation_z_m",
-    "rotation_x_rad",
-    "rotation_y_rad",
-    "rotation_z_rad",
-];
 
 pub(super) fn run(model: &HandModel, args: &InferArgs) -> Result<()> {
     let config = &model.checkpoint.config;

@@ -1,38 +1,22 @@
 //! The 12 parameters of a hand as CSV, as `evpose infer --out` writes them.
 
-use evpose_pose::{HandParams, PARAMETERS};
+use evpose_pose::{HandParams, PARAMETER_NAMES, PARAMETERS};
 
 use super::format::{HandLabelFormat, HandLabels, LabelChoice, LabelledHand};
 use crate::ImportError;
 use crate::table::Table;
 
-/// Names of the columns.
-const COLUMNS: [&str; PARAMETERS] = [
-    "articulation_1",
-    "articulation_2",
-    "articulation_3",
-    "articulation_4",
-    "articulation_5",
-    "articulation_6",
-    "translation_x_m",
-    "translation_y_m",
-    "translation_z_m",
-    "rotation_x_rad",
-    "rotation_y_rad",
-    "rotation_z_rad",
-];
-
 /// The format.
 pub(super) static FORMAT: HandLabelFormat = HandLabelFormat {
     name: "parameters",
     summary: "articulation_1 to articulation_6, translation_x_m, …, rotation_x_rad, …",
-    detect: |columns| columns.iter().any(|name| name == COLUMNS[0]),
+    detect: |columns| columns.iter().any(|name| name == PARAMETER_NAMES[0]),
     read,
 };
 
 fn read(table: &Table, _: LabelChoice) -> Result<HandLabels, ImportError> {
     let mut columns = [0; PARAMETERS];
-    for (column, name) in columns.iter_mut().zip(COLUMNS) {
+    for (column, name) in columns.iter_mut().zip(PARAMETER_NAMES) {
         *column = table.required(name)?;
     }
     let mut labels = Vec::new();
@@ -58,7 +42,7 @@ mod tests {
     fn parameters_are_read_and_a_missing_one_is_named() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("p.csv");
-        let header = format!("t_us,{}", COLUMNS.join(","));
+        let header = format!("t_us,{}", PARAMETER_NAMES.join(","));
         let read = |text: &str| {
             std::fs::write(&path, text).unwrap();
             read_hand_labels(&path, LabelChoice::default())

@@ -25,7 +25,7 @@ use crate::guard::Guard;
 use crate::metric::Field;
 use crate::passes::TrainingSpan;
 use crate::training::{
-    ADAM_EPSILON, Loaders, Run, RunConfig, TrainOptions, TrainSummary, TrainingTask,
+    ADAM_EPSILON, Loaders, Run, RunConfig, TrainOptions, TrainSummary, TrainingTask, check_shape,
 };
 
 /// A network with initial weights, or the one that the config starts from.
@@ -37,14 +37,7 @@ pub fn first_network(config: &BodyConfig, device: &Device) -> Result<MoveEnet, T
         return Ok(config.network.init(seed_for(config.seed, "weights", 0), device)?);
     };
     let start = BodyCheckpoint::load(path, device)?;
-    if *start.network.config() != config.network {
-        let message = format!(
-            "holds a network of {:?}, and [network] says {:?}",
-            start.network.config(),
-            config.network
-        );
-        return Err(TrainError::Config { path: path.clone(), message });
-    }
+    check_shape(path, start.network.config(), &config.network)?;
     Ok(start.network)
 }
 

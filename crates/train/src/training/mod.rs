@@ -35,6 +35,23 @@ pub(crate) use task::{Loaders, RunConfig, TrainingTask};
 /// PyTorch's default; Burn's is 1e-5.
 pub(crate) const ADAM_EPSILON: f32 = 1e-8;
 
+/// Whether the network in the file `path`, which a training starts from, is of the shape of the
+/// config.
+///
+/// # Errors
+/// If it is not.
+pub(crate) fn check_shape<C: PartialEq + std::fmt::Debug>(
+    path: &Path,
+    network: &C,
+    config: &C,
+) -> Result<(), TrainError> {
+    if network == config {
+        return Ok(());
+    }
+    let message = format!("holds a network of {network:?}, and [network] says {config:?}");
+    Err(TrainError::Config { path: path.to_path_buf(), message })
+}
+
 /// The options of a run that do not change its result.
 #[derive(Debug, Clone)]
 pub struct TrainOptions {
