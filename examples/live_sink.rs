@@ -20,7 +20,7 @@ use evpose_live::{Control, LiveOptions, LivePose, run};
 use evpose_nn::DeviceKind;
 use evpose_pose::PoseEstimate;
 use evpose_sim::{Simulator, record};
-use evpose_task::hand::{HandCheckpoint, NetworkPredictor, hand_stream};
+use evpose_task::hand::{HandCheckpoint, hand_stream};
 use evpose_view::Calibration;
 
 /// Prints the position of the wrist ten times a second, with the latency of its pose.
@@ -67,7 +67,7 @@ fn main() -> Result<()> {
     };
 
     let source = Replay::open(&recording, ReplayOptions::default())?;
-    let predictor = NetworkPredictor::new(checkpoint.network, device);
+    let predictor = checkpoint.predictor(device)?;
     let camera = Calibration::guessed(source.sensor());
     let stream = hand_stream(&checkpoint.config, predictor, &camera, 1)?;
     let mut sinks = Sinks::new();

@@ -12,7 +12,7 @@ use std::path::Path;
 use anyhow::Result;
 use evpose_nn::DeviceKind;
 use evpose_sim::Simulator;
-use evpose_task::hand::{HandCheckpoint, NetworkPredictor, hand_stream};
+use evpose_task::hand::{HandCheckpoint, hand_stream};
 use evpose_view::Calibration;
 
 /// Milliseconds that are simulated.
@@ -26,7 +26,7 @@ fn main() -> Result<()> {
 
     let mut simulator = Simulator::new(&checkpoint.config.simulation, 77)?;
     let sensor = simulator.advance()?.events.sensor();
-    let predictor = NetworkPredictor::new(checkpoint.network, device);
+    let predictor = checkpoint.predictor(device)?;
     // Events → representation → network → Kalman filter → pose, one window per inference.
     let mut stream = hand_stream(&checkpoint.config, predictor, &Calibration::guessed(sensor), 1)?;
     println!("   t (ms)   predicted wrist (m)          error (mm)");

@@ -7,7 +7,7 @@ use evpose_nn::{DeviceKind, HandRegressorConfig};
 use evpose_pose::metric::HandEvaluation;
 use evpose_stats::bootstrap::BootstrapConfig;
 use evpose_stats::interval::Interval;
-use evpose_task::hand::{ConstantPose, HandCheckpoint, HandConfig, NetworkPredictor};
+use evpose_task::hand::{ConstantPose, HandCheckpoint, HandConfig};
 use evpose_train::{HandDataset, Method, TrainOptions, evaluate, evaluated_pose_count, train_hand};
 use serde::{Deserialize, Serialize};
 
@@ -137,7 +137,7 @@ pub(super) fn run(
     };
 
     let checkpoint = HandCheckpoint::load(&dir, device)?;
-    let image = config.simulation.image_size();
+    let image = config.network_size();
     let input = [1, 2, usize::from(image.height), usize::from(image.width)];
     let mut runner = Runner::usual(&checkpoint.network, input, device)?;
     let times_ms = latency::sorted_ms(&mut runner, input, TIMED, config.seed);
@@ -174,7 +174,7 @@ fn evaluate_trial(
     let data = HandDataset::open(&directory.held_out(config.seed), config)?;
     let mut mean_pose =
         ConstantPose(checkpoint.mean_pose.context("the training poses have no mean")?);
-    let mut network = NetworkPredictor::new(checkpoint.network, device.clone());
+    let mut network = checkpoint.predictor(device.clone())?;
     let mut methods = [
         Method { name: "unfiltered", predictor: &mut network, filtered: Some("filtered") },
         Method { name: "mean_pose", predictor: &mut mean_pose, filtered: None },

@@ -139,7 +139,8 @@ pub struct EvalArgs {
     /// velocities from events
     #[arg(long)]
     pub fusion: bool,
-    /// Bodies: draw true and predicted joints over inputs of the network, as a PNG file
+    /// Draw true and predicted joints over inputs of the network, as a PNG file; of hands, those of
+    /// `--foreign`
     #[arg(long, alias = "pictures", value_name = "FILE")]
     pub preview: Option<PathBuf>,
     /// Bodies: plot PCK against its threshold, as an SVG file

@@ -69,11 +69,18 @@ impl Canvas {
 
     /// Draws the 21 evaluated points (pixels of the sensor, 0 at its top-left corner) as a hand.
     pub fn hand(&mut self, points_px: &[Vec2; 21], colour: Rgb<u8>) {
+        self.hand_in_view(&points_px.map(Some), colour);
+    }
+
+    /// The same where not all points are in view.
+    pub fn hand_in_view(&mut self, points_px: &[Option<Vec2>; 21], colour: Rgb<u8>) {
         let radius = 0.35 * self.scale as f32;
         for [a, b] in HAND_BONES {
-            self.line(points_px[a], points_px[b], radius, colour);
+            if let (Some(a), Some(b)) = (points_px[a], points_px[b]) {
+                self.line(a, b, radius, colour);
+            }
         }
-        for &point in points_px {
+        for &point in points_px.iter().flatten() {
             self.line(point, point, 1.6 * radius, colour);
         }
     }

@@ -55,7 +55,7 @@ pub fn evaluate_with_baselines(
     stride_ms: u32,
 ) -> Result<HeldOutEvaluation> {
     let mut mean_pose = ConstantPose(mean);
-    let mut before = NetworkPredictor::new(untrained(config, device)?, device.clone());
+    let mut before = NetworkPredictor::new(config, untrained(config, device)?, device.clone())?;
     let mut methods = [
         Method { name: "mean_pose", predictor: &mut mean_pose, filtered: None },
         Method { name: "untrained", predictor: &mut before, filtered: None },

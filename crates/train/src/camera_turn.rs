@@ -7,7 +7,6 @@
 //! turned. So arms come from all sides of the image, and hands from everywhere in it, at no cost.
 //! Pixels of the result without a source stay empty, as of a sensor with dead ones.
 
-use evpose_core::CounterRng;
 use evpose_pose::HandParams;
 use evpose_pose::rotation::{axis_angle_from_matrix, matrix_from_axis_angle};
 use evpose_repr::FrameEvent;
@@ -35,13 +34,7 @@ impl<'a> CameraTurn<'a> {
         if config.is_none() {
             return None;
         }
-        let mut rng = CounterRng::new(seed, "camera turns", sample);
-        let mut angle = |largest_deg: f32| (largest_deg * rng.uniform(-1.0, 1.0)).to_radians();
-        let (roll, pan, tilt) =
-            (angle(config.roll_deg), angle(config.tilt_deg), angle(config.tilt_deg));
-        let turn =
-            Mat3::from_rotation_x(tilt) * Mat3::from_rotation_y(pan) * Mat3::from_rotation_z(roll);
-        Some(Self { camera, turn })
+        Some(Self { camera, turn: config.draw(seed, sample) })
     }
 
     /// Moves events; those that leave the image are gone.

@@ -20,14 +20,17 @@ use crate::evaluation::HandPoseTrack;
 use crate::filter_noise::MeasuredTrack;
 use crate::order::SampleOrder;
 use crate::sequence_events::{SequenceEvents, keep_confirmed};
-use evpose_task::hand::{CameraTurnConfig, HandConfig, Predictor, canonical_view};
+use evpose_task::hand::{CameraTurnConfig, HandConfig, Look, Looks, Predictor, canonical_view};
 use evpose_view::{Calibration, CanonicalView, Denoise, ViewAdaptor};
 
 /// Input channels of the network.
 const CHANNELS: usize = 2;
 
 /// Frames of a sequence that filters are estimated from, at most.
-const FILTER_FRAMES: usize = 1000;
+const FILTER_FRAMES: usize = 2000;
+/// Sequences that filters are estimated from: one of so many, and at most so many.
+const FILTER_SHARE: usize = 20;
+const FILTER_SEQUENCES: usize = 12;
 /// Windows of one inference.
 const FILTER_BATCH: usize = 64;
 
@@ -129,6 +132,17 @@ impl HandSequence {
     }
 }
 
+/// What a data set is split into for a training.
+#[derive(Debug, Clone)]
+pub struct HandSplit {
+    /// The network is trained on.
+    pub train: HandDataset,
+    /// The best network is chosen by.
+    pub valid: HandDataset,
+    /// Noise of filters is estimated from.
+    pub filter: HandDataset,
+}
+
 /// Sequences of a directory, or a part of each of them.
 #[derive(Debug, Clone)]
 pub struct HandDataset {
@@ -147,6 +161,7 @@ pub struct HandDataset {
     rotation: RotationOutput,
     camera: Camera,
     camera_turns: CameraTurnConfig,
+    looks: Option<Arc<Looks>>,
     denoise: Option<Denoise>,
     note: Option<String>,
 }
@@ -235,24 +250,39 @@ impl HandDataset {
             rotation: config.network.rotation,
             camera: config.simulation.camera(),
             camera_turns: config.camera_turns,
+            looks: Looks::new(config)?.map(Arc::new),
             denoise: config.representation.denoise,
             note: None,
         })
     }
 
-    /// Splits off the first `validation_s` seconds of every sequence: (training, validation).
-    /// Validation begins with the first full window, so that all of its windows are alike.
+    /// Splits off the first `training.validation_s` seconds of every sequence. Validation begins
+    /// with the first full window, so that all of its windows are alike. If filters are estimated,
+    /// some sequences are left out of the training as a whole: lag shows on long motions only, and
+    /// residuals are smaller where a network was trained.
     ///
     /// # Errors
-    /// If one of the two would be empty.
-    pub fn split(self, validation_s: f64, config: &HandConfig) -> Result<(Self, Self), TrainError> {
-        let cut = |s: &HandSequence| ((validation_s * 1e3).round() as u64).min(s.frames);
+    /// If one of the parts would be empty.
+    pub fn split(self, config: &HandConfig) -> Result<HandSplit, TrainError> {
+        let validation_ms = (config.training.validation_s * 1e3).round() as u64;
+        let cut = |s: &HandSequence| validation_ms.min(s.frames);
         let first = u64::from(self.window_frames) - 1;
-        let part = |make: &dyn Fn(&HandSequence) -> Range<u64>| {
-            let parts = self.sequences.iter().map(make).collect();
+        let all = self.sequences.len();
+        let is_whole = config.training.estimate_filter && all > 1;
+        let whole = if is_whole { (all / FILTER_SHARE).clamp(1, FILTER_SEQUENCES) } else { 0 };
+        let part = |make: &dyn Fn(bool, &HandSequence) -> Range<u64>| {
+            let of = |(i, s): (usize, &HandSequence)| make(i >= all - whole, s);
+            let parts = self.sequences.iter().enumerate().map(of).collect();
             Self::from_parts(Arc::clone(&self.sequences), parts, config, self.sensor)
         };
-        Ok((part(&|s| cut(s)..s.frames)?, part(&|s| first.min(cut(s))..cut(s))?))
+        Ok(HandSplit {
+            train: part(&|is_whole, s| if is_whole { 0..0 } else { cut(s)..s.frames })?,
+            valid: part(&|_, s| first.min(cut(s))..cut(s))?,
+            filter: part(&|is_whole, s| {
+                let end = if is_whole { s.frames } else { cut(s) };
+                if is_whole || whole == 0 { first.min(end)..end } else { 0..0 }
+            })?,
+        })
     }
 
     /// All sequences, whole.
@@ -280,9 +310,15 @@ impl HandDataset {
         self.rotation
     }
 
-    /// `(height, width)` of the inputs.
+    /// `(height, width)` of the canonical view, whose windows are evaluated.
     pub fn image_size(&self) -> (usize, usize) {
         (usize::from(self.sensor.height), usize::from(self.sensor.width))
+    }
+
+    /// `(height, width)` of the network's images: of samples.
+    pub fn sample_size(&self) -> (usize, usize) {
+        let size = self.looks.as_ref().map_or(self.sensor, |looks| looks.size());
+        (usize::from(size.height), usize::from(size.width))
     }
 
     /// The sequence and frame of sample `index`.
@@ -298,13 +334,35 @@ impl HandDataset {
         let draw = self.augmentation.draw(self.seed, position);
         // Left hands are recorded through a mirror, in which turns would go the other way.
         let turn = CameraTurn::draw(&self.camera_turns, &self.camera, self.seed, position)
-            .filter(|_| sequence.hand() == HandSide::Right);
+            .filter(|_| self.looks.is_none() && sequence.hand() == HandSide::Right);
         let mut input = self.turned_window(sequence, frame, draw.frames, turn.as_ref())?;
         draw.swap_channels(&mut input, CHANNELS);
         let sample = self.labelled(sequence, frame, input)?;
+        if self.looks.is_some() {
+            return Ok(self.looked_at(sequence, sample, self.seed, position));
+        }
         let Some(turn) = turn else { return Ok(sample) };
         let pose = turn.pose(&HandParams::from_array(sample.pose)).to_array();
         Ok(Sample { pose, ..sample })
+    }
+
+    /// A sample as a look of the network shows it: a function of `seed` and `number`.
+    fn looked_at(
+        &self,
+        sequence: &HandSequence,
+        sample: Sample,
+        seed: u64,
+        number: u64,
+    ) -> Sample {
+        let Some(looks) = &self.looks else { return sample };
+        let pose = HandParams::from_array(sample.pose);
+        let look = match sequence.hand() {
+            HandSide::Right => looks.draw(&pose, seed, number),
+            HandSide::Left => Look::WHOLE,
+        };
+        let mut input = vec![0.0; CHANNELS * looks.size().pixels()];
+        looks.fill(&look, &sample.input, &mut input);
+        Sample { input, pose: look.pose_from_view(looks.camera(), &pose).to_array() }
     }
 
     /// The input of sample `index`, not augmented.
@@ -315,11 +373,12 @@ impl HandDataset {
         Ok(self.plain_sample(index)?.input)
     }
 
-    /// Sample `index` in order of recording, not augmented.
+    /// Sample `index` in order of recording, not augmented but for the look at it.
     pub(crate) fn plain_sample(&self, index: u64) -> Result<Sample, SampleError> {
         let (sequence, frame) = self.locate(index);
         let input = self.window(sequence, frame, self.window_frames)?;
-        self.labelled(sequence, frame, input)
+        let sample = self.labelled(sequence, frame, input)?;
+        Ok(self.looked_at(sequence, sample, !self.seed, index))
     }
 
     fn labelled(
@@ -404,17 +463,16 @@ impl HandDataset {
         Ok(self.window(sequence, frame, self.window_frames)?)
     }
 
-    /// Measured and true poses of at most `count` of the parts, spread evenly, a pose for each frame.
+    /// Measured and true poses of the parts, a pose for each frame.
     pub(crate) fn measured_tracks(
         &self,
         predictor: &mut dyn Predictor,
-        count: usize,
     ) -> Result<Vec<MeasuredTrack>, TrainError> {
-        let count = count.min(self.parts.len());
-        let mut tracks = Vec::with_capacity(count);
-        for i in 0..count {
-            let index = i * self.parts.len() / count;
-            let (sequence, part) = (&self.sequences[index], self.parts[index].clone());
+        let mut tracks = Vec::new();
+        for (sequence, part) in self.sequences.iter().zip(self.parts.clone()) {
+            if part.is_empty() {
+                continue;
+            }
             let frames: Vec<u64> = part.take(FILTER_FRAMES).collect();
             let mut poses = Vec::with_capacity(frames.len());
             let mut inputs = Vec::new();

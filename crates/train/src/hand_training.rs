@@ -10,11 +10,11 @@ use evpose_core::seed_for;
 use evpose_nn::{HandLoss, HandRegressor};
 use evpose_pose::HandParams;
 use evpose_pose::metric::MeanPose;
-use evpose_task::hand::{HandCheckpoint, HandConfig, HandView, NetworkPredictor};
+use evpose_task::hand::{HandCheckpoint, HandConfig, HandView};
 use evpose_task::{FieldDifference, TaskError};
 
 use crate::TrainError;
-use crate::dataset::HandDataset;
+use crate::dataset::{HandDataset, HandSplit};
 use crate::devices::DeviceGroup;
 use crate::filter_noise::estimate_filters;
 use crate::guard::Guard;
@@ -72,7 +72,7 @@ pub fn train_hand(
         steps_per_interval: training.steps_per_validation,
     };
     let run = Run::open(run, config, span, options)?;
-    let (train, valid) = HandDataset::open(data, config)?.split(training.validation_s, config)?;
+    let HandSplit { train, valid, filter } = HandDataset::open(data, config)?.split(config)?;
     let task = HandTask { config, mean_pose: mean_pose(&train)? };
     let device = devices.main().clone();
     let train = HandLoader::training(
@@ -83,27 +83,25 @@ pub fn train_hand(
     );
     let train = devices.share(train.metered(run.meter().clone()), run.interrupter());
     let samples = training.validation_samples;
-    let valid = Arc::new(valid);
     let loader =
-        HandLoader::validation(Arc::clone(&valid), training.batch_size, samples, device.clone());
+        HandLoader::validation(Arc::new(valid), training.batch_size, samples, device.clone());
     let mut summary =
         run.train(&task, &devices, Loaders { train: Arc::new(train), valid: Arc::new(loader) })?;
     if training.estimate_filter {
-        estimate_filter(&mut summary.best, &valid, &device)?;
+        estimate_filter(&mut summary.best, &filter, &device)?;
         summary.best.save(&summary.path)?;
     }
     Ok(summary)
 }
 
-/// Puts filters into a checkpoint whose noise is that of its network in validation.
+/// Puts filters into a checkpoint whose noise is that of its network on sequences it has not seen.
 fn estimate_filter(
     checkpoint: &mut HandCheckpoint,
-    valid: &HandDataset,
+    unseen: &HandDataset,
     device: &Device,
 ) -> Result<(), TrainError> {
-    let network = checkpoint.network.clone();
-    let mut predictor = NetworkPredictor::new(network, device.clone());
-    let tracks = valid.measured_tracks(&mut predictor, FILTER_SEQUENCES)?;
+    let mut predictor = checkpoint.predictor(device.clone())?;
+    let tracks = unseen.measured_tracks(&mut predictor)?;
     let view = HandView::new(&checkpoint.config)?;
     let side = checkpoint.config.simulation.hands.side(0);
     if let Some(estimate) = estimate_filters(&view, side, &tracks)? {
@@ -119,9 +117,6 @@ fn mean_pose(train: &HandDataset) -> Result<HandParams, TrainError> {
     train.poses(MEAN_POSE_SAMPLES)?.iter().for_each(|pose| mean.push(pose));
     mean.mean().ok_or_else(|| TrainError::Stopped("the training poses have no mean".to_owned()))
 }
-
-/// Validation sequences that filters are estimated from, at most.
-const FILTER_SEQUENCES: usize = 40;
 
 struct HandTask<'a> {
     config: &'a HandConfig,

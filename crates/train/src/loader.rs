@@ -167,7 +167,7 @@ impl HandLoader {
     }
 
     fn batch(&self, Windows { inputs, poses, count }: Windows, step: u64) -> HandBatch {
-        let (height, width) = self.data.image_size();
+        let (height, width) = self.data.sample_size();
         let inputs = TensorData::new(inputs, [count, 2, height, width]);
         let outputs = self.data.rotation().outputs();
         HandBatch {

@@ -9,7 +9,7 @@ use evpose_pose::HandParams;
 use evpose_pose::metric::{HandEvaluation, SequenceScores};
 use evpose_sim::{Simulation, SimulationConfig};
 use evpose_task::hand::{
-    HandCheckpoint, HandView, NetworkPredictor, canonical_view, poses_every_ms,
+    HandCheckpoint, HandView, canonical_view, poses_every_ms,
 };
 use evpose_view::{Calibration, ViewAdaptor};
 use rayon::prelude::*;
@@ -93,8 +93,7 @@ impl Scenes for HandScenes {
         progress.finish_and_clear();
         let view = HandView::new(config)?;
         let side = config.simulation.hands.side(0);
-        let network = self.checkpoint.network.clone();
-        let mut predictor = NetworkPredictor::new(network, Device::flex());
+        let mut predictor = self.checkpoint.predictor(Device::flex())?;
         let mut evaluation = HandEvaluation::default();
         for sequence in &sequences {
             let poses = poses_every_ms(config, &sequence.events, &mut predictor, &mut |_| {})?;

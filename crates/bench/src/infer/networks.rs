@@ -85,7 +85,7 @@ pub(super) fn network(config: &HandConfig, name: &str, device: &Device) -> Resul
     } else {
         let mut config = config.clone();
         name.clone_into(&mut config.network.backbone);
-        let size = config.simulation.image_size();
+        let size = config.network_size();
         let module = Module::Hand(Box::new(untrained(&config, device)?));
         (module, [2, usize::from(size.height), usize::from(size.width)])
     };

@@ -125,7 +125,7 @@ pub(crate) fn run(args: &BenchTrainArgs) -> Result<()> {
 
 /// A step of a hand's network: its loss against random poses.
 fn of_hand(args: &BenchTrainArgs, config: &HandConfig, device: &Device) -> Result<Report> {
-    let sensor = config.simulation.image_size();
+    let sensor = config.network_size();
     let input = [args.batch, 2, usize::from(sensor.height), usize::from(sensor.width)];
     let windows = images(input, config.seed, 1.0, device);
     let outputs = config.network.rotation.outputs();

@@ -96,7 +96,7 @@ pub(crate) fn run(args: &DemoArgs) -> Result<()> {
     say("3/4 evaluating on held-out sequences");
     let data = HandDataset::open(&sets.held_out_dir, &config)?;
     let mean = summary.best.mean_pose.context("the training poses have no mean")?;
-    let trained = NetworkPredictor::new(summary.best.network.clone(), device.clone());
+    let trained = summary.best.predictor(device.clone())?;
     let mut evaluation =
         held_out::evaluate_with_baselines(&config, &data, trained, mean, &device, args.stride_ms)?;
     evaluation.metrics.measured = measured(&sets, &summary);
@@ -177,7 +177,7 @@ fn show_shipped(
     let checkpoint = &shipped.checkpoint;
     let data = HandDataset::open(&directory, &checkpoint.config)?;
     let mean = checkpoint.mean_pose.context("the checkpoint has no mean pose")?;
-    let trained = NetworkPredictor::new(checkpoint.network.clone(), device.clone());
+    let trained = checkpoint.predictor(device.clone())?;
     let own = &checkpoint.config;
     let evaluation =
         held_out::evaluate_with_baselines(own, &data, trained, mean, device, args.stride_ms)?;

@@ -56,7 +56,7 @@ impl Speeds {
         let trained = train_hand(&probe, &data, &run, &options)?;
 
         let device = device.resolve()?;
-        let mut predictor = NetworkPredictor::new(untrained(&probe, &device)?, device);
+        let mut predictor = NetworkPredictor::new(&probe, untrained(&probe, &device)?, device)?;
         let size = probe.simulation.image_size();
         let windows = vec![0.0; 2 * size.pixels() * PROBE_WINDOWS];
         let image_size = (usize::from(size.height), usize::from(size.width));

@@ -55,8 +55,7 @@ impl Shipped {
         recorded::record(&recorded::held_out(&scenes), directory, "held-out, shipped")?;
         let config = &self.checkpoint.config;
         let data = HandDataset::open(directory, config)?;
-        let network = self.checkpoint.network.clone();
-        let mut predictor = NetworkPredictor::new(network, device.clone());
+        let mut predictor = self.checkpoint.predictor(device.clone())?;
         let mut methods =
             [Method { name: METHOD, predictor: &mut predictor, filtered: Some(FILTERED) }];
         let progress = bar("evaluating", evaluated_pose_count(config, &data, stride_ms), "poses");

@@ -11,7 +11,7 @@ use evpose_report::held_out::cell;
 use evpose_train::foreign::{evaluate_foreign_hands, foreign_hands};
 use serde::Serialize;
 
-use super::HandModel;
+use super::{HandModel, foreign_preview};
 use crate::args::EvalArgs;
 
 /// Results, as written to JSON.
@@ -84,6 +84,12 @@ pub(super) fn run(model: &HandModel, args: &EvalArgs, directory: &Path) -> Resul
     for one in &report.recordings {
         let (auc_2d, auc_3d) = (cell(one.scores.auc_2d, 3).0, cell(one.scores.auc_3d, 3).0);
         say(format!("  {:<14}{auc_2d:>24}{auc_3d:>24}", one.name));
+    }
+    if let Some(path) = &args.preview {
+        let auc = |one: &RecordingScores| one.scores.auc_2d.map_or(0.0, |auc| auc.estimate);
+        let scores: Vec<f64> = report.recordings.iter().map(auc).collect();
+        let rows = foreign_preview::write(config, &recordings, &scores, &mut predictor, path)?;
+        say(format!("worst, median and best in {}: {}", path.display(), rows.join(", ")));
     }
     Ok(report)
 }

@@ -4,6 +4,7 @@ mod conditions;
 mod eval;
 mod experiment;
 mod foreign;
+mod foreign_preview;
 mod infer;
 mod precision;
 mod predictor;
@@ -123,8 +124,7 @@ impl HandModel {
     /// A predictor in a precision.
     pub(crate) fn predictor(&self, precision: Precision) -> Result<NetworkPredictor> {
         let path = self.path.as_deref().unwrap_or(Path::new(""));
-        let network = self.checkpoint.network.clone();
-        predictor::predictor(path, network, precision, self.device.clone())
+        predictor::predictor(path, &self.checkpoint, precision, self.device.clone())
     }
 }
 
@@ -161,7 +161,7 @@ impl PoseModel for HandModel {
     }
 
     fn input_shape(&self) -> [usize; 3] {
-        let size = self.checkpoint.config.simulation.image_size();
+        let size = self.checkpoint.config.network_size();
         [self.graph().nodes[0].channels, size.height.into(), size.width.into()]
     }
 
@@ -189,8 +189,11 @@ impl PoseModel for HandModel {
     }
 
     fn evaluate(&self, args: &EvalArgs) -> Result<()> {
-        if args.fusion || args.curves.is_some() || args.preview.is_some() {
-            bail!("--fusion, --curves and --preview are for bodies");
+        if args.fusion || args.curves.is_some() {
+            bail!("--fusion and --curves are for bodies");
+        }
+        if args.preview.is_some() && args.foreign.is_none() {
+            bail!("--preview of hands shows foreign recordings: give --foreign as well");
         }
         if let Some(data) = &args.data {
             eval::run(self, args, data)?;

@@ -24,8 +24,8 @@ pub(super) fn evaluate(
 ) -> Result<Vec<PrecisionScores>> {
     let data = HandDataset::open(data, config)?;
     let predictor =
-        |precision| NetworkPredictor::compiled(network, precision, Some(ranges.clone()));
-    let mut predictors = Precision::ALL.map(predictor);
+        |precision| NetworkPredictor::compiled(config, network, precision, Some(ranges.clone()));
+    let mut predictors = Precision::ALL.into_iter().map(predictor).collect::<Result<Vec<_>, _>>()?;
     let mut methods = Vec::new();
     for (name, predictor) in ["f32", "bf16", "int8"].into_iter().zip(&mut predictors) {
         methods.push(Method { name, predictor, filtered: None });

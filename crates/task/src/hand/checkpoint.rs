@@ -9,6 +9,7 @@ use evpose_pose::HandParams;
 use evpose_repr::ChannelOrder;
 
 use super::config::HandConfig;
+use super::predictor::NetworkPredictor;
 use crate::TaskError;
 
 /// The network of the lowest validation loss, in a run directory.
@@ -37,7 +38,7 @@ impl HandCheckpoint {
     /// # Errors
     /// If it cannot be written.
     pub fn save(&self, path: &Path) -> Result<(), TaskError> {
-        let sensor = self.config.simulation.image_size();
+        let sensor = self.config.network_size();
         let mut card = ModelCard {
             network: self.config.network.clone(),
             input: InputConfig {
@@ -58,6 +59,14 @@ impl HandCheckpoint {
             card.provenance.insert(MEAN_POSE.to_owned(), values.join(" "));
         }
         Ok(weights::save(path, &self.network, &card)?)
+    }
+
+    /// Its network on the CPU or another device.
+    ///
+    /// # Errors
+    /// If the hand model that it looks with cannot be read.
+    pub fn predictor(&self, device: Device) -> Result<NetworkPredictor, TaskError> {
+        NetworkPredictor::new(&self.config, self.network.clone(), device)
     }
 
     /// Reads a run directory (its best network), a `.bpk` file, or PyTorch weights of the published

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use evpose_core::Micros;
+use evpose_core::{Micros, SensorSize};
 use evpose_nn::{HandLossConfig, HandRegressorConfig, backbone_by_name};
 use evpose_pose::filter::HandFilterConfig;
 use evpose_repr::{ChannelOrder, WindowAugmentation, representation_by_name};
@@ -12,6 +12,7 @@ use evpose_view::Denoise;
 use serde::{Deserialize, Serialize};
 
 use super::camera_turns::CameraTurnConfig;
+use super::looks::LooksConfig;
 use super::slow_motion::SlowMotionConfig;
 use crate::TaskError;
 use crate::schedule::Schedule;
@@ -35,6 +36,9 @@ pub struct HandConfig {
     /// Turns of the camera of training windows.
     #[serde(skip_serializing_if = "CameraTurnConfig::is_none")]
     pub camera_turns: CameraTurnConfig,
+    /// A second look at the hand; none shows the network the whole view as it is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub looks: Option<LooksConfig>,
     /// Shape of the network.
     pub network: HandRegressorConfig,
     /// Scales of the loss.
@@ -133,6 +137,7 @@ impl Default for HandConfig {
             representation: RepresentationConfig::default(),
             augmentation: WindowAugmentation::default(),
             camera_turns: CameraTurnConfig::default(),
+            looks: None,
             network: HandRegressorConfig::default(),
             loss: HandLossConfig::default(),
             training: TrainingConfig::default(),
@@ -207,6 +212,11 @@ impl HandConfig {
         Ok(config)
     }
 
+    /// Size of the network's images: of the canonical view, or of the looks at it.
+    pub fn network_size(&self) -> SensorSize {
+        self.looks.map_or(self.simulation.image_size(), |looks| looks.size)
+    }
+
     /// The whole config as TOML, defaults included.
     ///
     /// # Errors
@@ -243,7 +253,14 @@ impl HandConfig {
             return fail("slow_motion.batch_inputs", "must be at least 1");
         }
         let backbone = backbone_by_name(&self.network.backbone)?;
-        let image = self.simulation.image_size();
+        if self.looks.is_some_and(|looks| !looks.is_valid(self.simulation.image_size())) {
+            return fail(
+                "looks",
+                "size must be of the view's proportions and no larger, distance_m above 0, \
+                 max_zoom at least 1, and shares 0 to 1",
+            );
+        }
+        let image = self.network_size();
         if usize::from(image.width.min(image.height)) < backbone.smallest_px {
             return Err(TaskError::Field {
                 field: "network.backbone",

@@ -6,6 +6,8 @@ mod checkpoint;
 mod config;
 mod estimator;
 mod frontend;
+mod look;
+mod looks;
 mod predictor;
 mod slow_motion;
 mod tracker;
@@ -19,6 +21,8 @@ pub use config::{
 };
 pub use estimator::{HandEstimate, HandEstimator};
 pub use frontend::{HandFrontend, HandWorker, hand_stream};
+pub use look::Look;
+pub use looks::{LookErrors, Looks, LooksConfig};
 pub use predictor::{ConstantPose, NetworkPredictor, Predictor};
 pub use slow_motion::SlowMotionConfig;
 pub use tracker::{SlowMotionTracker, poses_every_ms};

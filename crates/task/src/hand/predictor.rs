@@ -7,6 +7,9 @@ use evpose_nn::{HandRegressor, RotationOutput};
 use evpose_pose::HandParams;
 use rayon::prelude::*;
 
+use super::config::HandConfig;
+use super::look::Look;
+use super::looks::Looks;
 use crate::TaskError;
 
 /// A predictor of poses: a network, or a constant.
@@ -23,10 +26,11 @@ pub trait Predictor {
     ) -> Result<Vec<HandParams>, TaskError>;
 }
 
-/// A network: on the CPU compiled, on other devices by Burn.
+/// A network: on the CPU compiled, on other devices by Burn. With [`Looks`], it looks twice.
 pub struct NetworkPredictor {
     backend: Backend,
     rotation: RotationOutput,
+    looks: Option<Looks>,
 }
 
 enum Backend {
@@ -35,35 +39,54 @@ enum Backend {
 }
 
 impl NetworkPredictor {
-    /// Predicts with `network`, which must live on `device`.
-    pub fn new(network: HandRegressor, device: Device) -> Self {
+    /// Predicts with `network` of an experiment, which must live on `device`.
+    ///
+    /// # Errors
+    /// If the hand model that it looks with cannot be read.
+    pub fn new(
+        config: &HandConfig,
+        network: HandRegressor,
+        device: Device,
+    ) -> Result<Self, TaskError> {
         if device == Device::flex() {
-            return Self::compiled(&network, Precision::F32, None);
+            return Self::compiled(config, &network, Precision::F32, None);
         }
-        Self::with_burn(network, device)
+        Self::with_burn(config, network, device)
     }
 
     /// Predicts with our engine in `precision`; int8 needs the calibrated ranges of the layers, see
     /// [`QuantizationRanges`](crate::QuantizationRanges).
+    ///
+    /// # Errors
+    /// As [`Self::new`].
     pub fn compiled(
+        config: &HandConfig,
         network: &HandRegressor,
         precision: Precision,
         ranges: Option<CalibrationRanges>,
-    ) -> Self {
+    ) -> Result<Self, TaskError> {
         let compiled = Compiled::new(network.graph(), precision, ranges);
         let rotation = network.config().rotation;
-        Self { backend: Backend::Compiled(Box::new(compiled)), rotation }
+        let looks = Looks::new(config)?;
+        Ok(Self { backend: Backend::Compiled(Box::new(compiled)), rotation, looks })
     }
 
     /// Predicts with Burn's own arithmetic on every device.
-    pub fn with_burn(network: HandRegressor, device: Device) -> Self {
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with_burn(
+        config: &HandConfig,
+        network: HandRegressor,
+        device: Device,
+    ) -> Result<Self, TaskError> {
         let rotation = network.config().rotation;
-        Self { backend: Backend::Burn { network: Box::new(network), device }, rotation }
+        let looks = Looks::new(config)?;
+        Ok(Self { backend: Backend::Burn { network: Box::new(network), device }, rotation, looks })
     }
-}
 
-impl Predictor for NetworkPredictor {
-    fn predict(
+    /// The network's poses of images of one size.
+    fn infer(
         &mut self,
         inputs: &[f32],
         (height, width): (usize, usize),
@@ -81,6 +104,43 @@ impl Predictor for NetworkPredictor {
             return Err(TaskError::NotFinite { value: *value });
         }
         Ok(self.rotation.poses(&values))
+    }
+
+    /// The poses of `looks`, one at each of the views in `inputs`, in those views.
+    fn look(
+        &mut self,
+        looks: &Looks,
+        inputs: &[f32],
+        each: &[Look],
+    ) -> Result<Vec<HandParams>, TaskError> {
+        let size = looks.size();
+        let image = 2 * size.pixels();
+        let mut seen = vec![0.0; image * each.len()];
+        let views = inputs.par_chunks_exact(2 * looks.view_size().pixels());
+        seen.par_chunks_exact_mut(image)
+            .zip(views)
+            .zip(each)
+            .for_each(|((out, view), look)| looks.fill(look, view, out));
+        let poses = self.infer(&seen, (size.height.into(), size.width.into()))?;
+        let in_view = |(pose, look): (&HandParams, &Look)| look.view_from_pose(looks.camera(), pose);
+        Ok(poses.iter().zip(each).map(in_view).collect())
+    }
+}
+
+impl Predictor for NetworkPredictor {
+    fn predict(
+        &mut self,
+        inputs: &[f32],
+        image_size: (usize, usize),
+    ) -> Result<Vec<HandParams>, TaskError> {
+        let Some(looks) = self.looks.take() else { return self.infer(inputs, image_size) };
+        let whole = vec![Look::WHOLE; inputs.len() / (2 * image_size.0 * image_size.1)];
+        let poses = self.look(&looks, inputs, &whole).and_then(|first| {
+            let second: Vec<Look> = first.iter().map(|pose| looks.second(pose)).collect();
+            self.look(&looks, inputs, &second)
+        });
+        self.looks = Some(looks);
+        poses
     }
 }
 

@@ -1,9 +1,11 @@
 //! Evaluation of a network of hands on recordings of any camera, by labelled joints.
 
-use evpose_core::{EventStream, Micros};
+use evpose_core::{EventStream, Micros, TimeWindow};
 use evpose_pose::metric::{HandEvaluation, HandPoints, SequenceScores};
 use evpose_pose::{HandParams, HandSide};
-use evpose_task::hand::{HandConfig, HandView, Predictor, canonical_view, poses_every_ms};
+use evpose_task::hand::{
+    HandConfig, HandEstimator, HandView, InputBatch, Predictor, canonical_view, poses_every_ms,
+};
 use evpose_view::ViewAdaptor;
 use glam::{Vec2, Vec3};
 
@@ -64,6 +66,53 @@ pub fn evaluate_foreign_hands(
     Ok(results)
 }
 
+/// What the network sees at the time of a label, and where the points of the hand are in it.
+#[derive(Debug, Clone)]
+pub struct ForeignHandView {
+    /// Values of the canonical view, `[2][rows][columns]`; a left hand is mirrored.
+    pub values: Vec<f32>,
+    /// Height and width of it.
+    pub size: (usize, usize),
+    /// Labelled points in it, in pixels.
+    pub truth_px: [Option<Vec2>; 21],
+    /// Points of the network's pose.
+    pub predicted_px: [Option<Vec2>; 21],
+}
+
+/// What the network sees of a recording at `count` labels, spread evenly.
+///
+/// # Errors
+/// If a prediction fails.
+pub fn foreign_hand_views(
+    config: &HandConfig,
+    recording: &ForeignHand,
+    predictor: &mut dyn Predictor,
+    count: usize,
+) -> Result<Vec<ForeignHandView>, TrainError> {
+    let seen = SeenHand::new(config, recording)?;
+    let sensor = seen.events.sensor();
+    let size = (usize::from(sensor.height), usize::from(sensor.width));
+    let window = config.representation.window();
+    let first = recording.events.t().first().copied().unwrap_or_default() + window;
+    let rows: Vec<&HandJointRow> =
+        recording.labels.rows.iter().filter(|label| label.t >= first).collect();
+    let mut views = Vec::new();
+    for k in 0..count.min(rows.len()) {
+        let label = rows[(2 * k + 1) * rows.len() / (2 * count)];
+        let mut estimator = HandEstimator::plain(config, sensor, 1)?;
+        let end = label.t + Micros(1);
+        estimator.push(&seen.events.slice(TimeWindow { start: Micros(i64::MIN), end }));
+        estimator.sample(label.t, label.t);
+        let values = estimator.take(InputBatch::default()).values().to_vec();
+        let poses = predictor.predict(&values, size)?;
+        let Some(pose) = poses.first() else { continue };
+        let predicted_px = seen.view.points(seen.side, pose, &[]).image_px;
+        let truth_px = label.image_px.map(|point| seen.view_px(point?));
+        views.push(ForeignHandView { values, size, truth_px, predicted_px });
+    }
+    Ok(views)
+}
+
 /// A recording as the network sees it: a right hand before the canonical camera.
 struct SeenHand {
     adaptor: ViewAdaptor,
@@ -102,6 +151,13 @@ impl SeenHand {
             Vec3::new(mirror * point.x, -point.y, -point.z)
         });
         HandPoints { world_m, image_px }
+    }
+
+    /// Position in what the network sees of a position on the sensor.
+    fn view_px(&self, sensor_px: Vec2) -> Option<Vec2> {
+        let at = self.adaptor.view_from_sensor(sensor_px)?;
+        let width_px = f32::from(self.adaptor.view().sensor.width);
+        Some(Vec2::new(if self.is_mirrored { width_px - at.x } else { at.x }, at.y))
     }
 
     fn score(&self, pose: &HandParams, label: &HandJointRow, scores: &mut SequenceScores) {

@@ -8,6 +8,8 @@ mod evaluation;
 mod joint_table;
 mod recording;
 
-pub use evaluation::{ForeignHandResults, evaluate_foreign_hands};
+pub use evaluation::{
+    ForeignHandResults, ForeignHandView, evaluate_foreign_hands, foreign_hand_views,
+};
 pub use joint_table::{HandJointRow, HandJointTable};
 pub use recording::{ForeignHand, foreign_hands};

@@ -1,0 +1,245 @@
+//! A look of the network at a hand: the canonical view as a turned camera with a longer lens sees it.
+//!
+//! # Model
+//! A camera turned about its own centre by `A` sees the ray `d` along `A d`, whatever is how far
+//! away. A lens that is `s` times as long shows a hand at the depth `z` as the network's own lens
+//! shows it at `z / s`, but for the perspective within the hand. So the network sees hands of all
+//! distances and directions at one size, upright, and in the middle; its pose becomes that of the
+//! view by the inverse of both.
+//!
+//! A pixel of the network takes the largest value among the pixels of the view that it covers: of
+//! an LNES, that is the newest event.
+
+use evpose_core::SensorSize;
+use evpose_pose::HandParams;
+use evpose_pose::rotation::{axis_angle_from_matrix, matrix_from_axis_angle};
+use evpose_sim::raster::Camera;
+use glam::{Affine3A, Mat3, Vec2, Vec3};
+
+/// Depth in metres below which a hand is not looked at.
+const MIN_DEPTH_M: f32 = 0.05;
+/// Share of a hand's length that must lie across the optical axis for it to have a direction.
+const MIN_ACROSS: f32 = 0.3;
+/// Indices of [`EVALUATION_JOINTS`](evpose_pose::EVALUATION_JOINTS).
+const WRIST: usize = 0;
+const MIDDLE_KNUCKLE: usize = 9;
+
+/// A turn of the canonical camera and a zoom.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Look {
+    /// In the frame of the camera: x right, y up, looking along -z.
+    turn: Mat3,
+    /// Focal length over that of the network's image of the whole view.
+    zoom: f32,
+}
+
+impl Look {
+    /// The whole view.
+    pub const WHOLE: Self = Self { turn: Mat3::IDENTITY, zoom: 1.0 };
+
+    /// A turn and a zoom.
+    pub fn new(turn: Mat3, zoom: f32) -> Self {
+        Self { turn, zoom }
+    }
+
+    /// Its turn, in the frame of the camera.
+    pub fn turn(&self) -> Mat3 {
+        self.turn
+    }
+
+    /// Its zoom.
+    pub fn zoom(&self) -> f32 {
+        self.zoom
+    }
+
+    /// The look at a hand whose evaluated points lie at `points_m` in the frame of the camera: its middle in the middle, its middle finger upwards, as large as at `distance_m`
+    /// but at most `max_zoom` times the whole view. [`Self::WHOLE`] if it is behind the camera.
+    pub fn at(points_m: &[Vec3; 21], distance_m: f32, max_zoom: f32) -> Self {
+        let middle = middle_of(points_m);
+        if !middle.is_finite() || -middle.z < MIN_DEPTH_M {
+            return Self::WHOLE;
+        }
+        let to_centre = turn_to_axis(middle);
+        let along = to_centre * (points_m[MIDDLE_KNUCKLE] - points_m[WRIST]);
+        // A hand that points at the camera has no direction in its image.
+        let roll = if along.truncate().length() > MIN_ACROSS * along.length() {
+            Mat3::from_rotation_z(along.x.atan2(along.y))
+        } else {
+            Mat3::IDENTITY
+        };
+        Self::new(roll * to_centre, (middle.length() / distance_m).clamp(1.0, max_zoom))
+    }
+
+    /// Writes the two channels of the network's image of `size`, `out`, from those of the view,
+    /// `values`, before `camera`.
+    pub fn fill(&self, camera: &Camera, values: &[f32], size: SensorSize, out: &mut [f32]) {
+        let source = camera.sensor();
+        let pinhole = camera.pinhole();
+        let scale = f32::from(size.height) / f32::from(source.height);
+        let focal_px = self.zoom * scale * pinhole.focal_px;
+        let centre_px = scale * pinhole.principal_px;
+        let covered = (0.5 * pinhole.focal_px / focal_px).max(0.5);
+        let from_look = self.turn.transpose();
+        let (width, height) = (i32::from(source.width), i32::from(source.height));
+        let range = |at: f32, end: i32| {
+            let first = (at - covered - 0.5).ceil().max(0.0) as i32;
+            let last = ((at + covered - 0.5).floor() as i32).min(end - 1);
+            first..last + 1
+        };
+        let (pixels, source_pixels) = (size.pixels(), source.pixels());
+        for pixel in 0..pixels {
+            let row = pixel / usize::from(size.width);
+            let column = pixel % usize::from(size.width);
+            let at_px = Vec2::new(column as f32 + 0.5, row as f32 + 0.5);
+            let [x, y] = ((at_px - centre_px) / focal_px).to_array();
+            let mut newest = [0.0f32; 2];
+            if let Some(from_px) = pinhole.image_from_camera(from_look * Vec3::new(x, -y, -1.0)) {
+                let columns = range(from_px.x, width);
+                for row in range(from_px.y, height) {
+                    for column in columns.clone() {
+                        let index = (row * width + column) as usize;
+                        newest[0] = newest[0].max(values[index]);
+                        newest[1] = newest[1].max(values[source_pixels + index]);
+                    }
+                }
+            }
+            out[pixel] = newest[0];
+            out[pixels + pixel] = newest[1];
+        }
+    }
+
+    /// The pose that the hand of a pose in the view has for the network.
+    pub fn pose_from_view(&self, camera: &Camera, pose: &HandParams) -> HandParams {
+        let nearer = Vec3::new(1.0, 1.0, 1.0 / self.zoom);
+        moved(camera, pose, self.turn, |position_m| nearer * (self.turn * position_m))
+    }
+
+    /// The inverse: a pose in the view from that of the network.
+    pub fn view_from_pose(&self, camera: &Camera, pose: &HandParams) -> HandParams {
+        let back = self.turn.transpose();
+        let further = Vec3::new(1.0, 1.0, self.zoom);
+        moved(camera, pose, back, |position_m| back * (further * position_m))
+    }
+}
+
+/// The middle of the box around points.
+fn middle_of(points_m: &[Vec3; 21]) -> Vec3 {
+    let low = points_m.iter().fold(Vec3::INFINITY, |low, &point| low.min(point));
+    let high = points_m.iter().fold(Vec3::NEG_INFINITY, |high, &point| high.max(point));
+    0.5 * (low + high)
+}
+
+/// The turn that brings a position before the camera to its optical axis.
+fn turn_to_axis(position_m: Vec3) -> Mat3 {
+    Mat3::from_quat(glam::Quat::from_rotation_arc(position_m.normalize(), Vec3::NEG_Z))
+}
+
+/// A pose in the world whose rotation is turned and whose translation is mapped in the frame of
+/// the camera.
+fn moved(
+    camera: &Camera,
+    pose: &HandParams,
+    turn: Mat3,
+    position: impl Fn(Vec3) -> Vec3,
+) -> HandParams {
+    let camera_from_world = Affine3A::from_mat4(camera.camera_from_world());
+    let world_from_camera = camera_from_world.inverse();
+    let rotation = Mat3::from(world_from_camera.matrix3)
+        * turn
+        * Mat3::from(camera_from_world.matrix3)
+        * matrix_from_axis_angle(pose.rotation);
+    let in_camera_m = camera_from_world.transform_point3(pose.translation_m);
+    HandParams {
+        translation_m: world_from_camera.transform_point3(position(in_camera_m)),
+        rotation: axis_angle_from_matrix(rotation),
+        ..*pose
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use crate::hand::{HandConfig, HandView, LooksConfig};
+
+    use super::*;
+
+    fn pose() -> HandParams {
+        HandParams {
+            articulation: [0.4, -0.3, 0.2, 0.0, 0.5, -0.1],
+            translation_m: HandConfig::default().simulation.camera.centre_m
+                + Vec3::new(0.08, 0.05, -0.3),
+            rotation: Vec3::new(0.3, 1.1, -0.4),
+        }
+    }
+
+    /// A hand before the canonical view, its look, and where its points then are in the network's
+    /// image.
+    fn looked_at() -> (Camera, HandView, Look) {
+        let config = HandConfig::default();
+        let view = HandView::new(&config).unwrap();
+        let world_m = view.points(config.simulation.hands.side(0), &pose(), &[]).world_m;
+        let look = Look::at(&view.camera_points(&world_m), 0.31, 4.0);
+        (config.simulation.camera(), view, look)
+    }
+
+    #[test]
+    fn a_pose_comes_back_from_its_look() {
+        let (camera, _, look) = looked_at();
+        assert!(look.zoom() > 1.5);
+        let back = look.view_from_pose(&camera, &look.pose_from_view(&camera, &pose()));
+        assert!(back.translation_m.distance(pose().translation_m) < 1e-5);
+        assert!(back.rotation.distance(pose().rotation) < 1e-4);
+    }
+
+    /// Values at the points of a hand are where the hand of the look's pose has its points, up to
+    /// the perspective within the hand.
+    #[test]
+    fn an_image_shows_the_hand_of_its_pose() {
+        let (camera, view, look) = looked_at();
+        let side = HandConfig::default().simulation.hands.side(0);
+        let source = camera.sensor();
+        let size = LooksConfig::default().size;
+        let scale = f32::from(size.height) / f32::from(source.height);
+        let from = view.points(side, &pose(), &[]).in_front().unwrap();
+        let of_network = look.pose_from_view(&camera, &pose());
+        let to = view.points(side, &of_network, &[]).in_front().unwrap();
+        for (point, (from, to)) in from.iter().zip(to).enumerate() {
+            let mut values = vec![0.0; 2 * source.pixels()];
+            let at = usize::from(source.width) * from.y as usize + from.x as usize;
+            values[source.pixels() + at] = 1.0;
+            let mut image = vec![0.0; 2 * size.pixels()];
+            look.fill(&camera, &values, size, &mut image);
+            assert!(image[..size.pixels()].iter().all(|&value| value == 0.0));
+            let lit = (0..size.pixels()).filter(|i| image[size.pixels() + i] > 0.0);
+            let nearest = lit
+                .map(|i| {
+                    let (x, y) = (i % usize::from(size.width), i / usize::from(size.width));
+                    (Vec2::new(x as f32, y as f32) + 0.5).distance(scale * to)
+                })
+                .fold(f32::INFINITY, f32::min);
+            assert!(nearest < 6.0, "point {point}: {nearest} px");
+        }
+        // The wrist itself has no perspective of its own.
+        let wrist = scale * to[0];
+        assert!(wrist.x > 0.0 && wrist.y > f32::from(size.height) / 2.0, "{wrist}: below");
+    }
+
+    #[test]
+    fn the_whole_view_is_pooled_by_its_newest_value() {
+        let camera = HandConfig::default().simulation.camera();
+        let source = camera.sensor();
+        let size = SensorSize { width: source.width / 2, height: source.height / 2 };
+        let values: Vec<f32> =
+            (0..2 * source.pixels()).map(|i| ((i * 7919) % 1000) as f32 / 1000.0).collect();
+        let mut image = vec![0.0; 2 * size.pixels()];
+        Look::WHOLE.fill(&camera, &values, size, &mut image);
+        let width = usize::from(source.width);
+        for (i, value) in image.iter().enumerate() {
+            let (plane, i) = (i / size.pixels(), i % size.pixels());
+            let (x, y) = (2 * (i % usize::from(size.width)), 2 * (i / usize::from(size.width)));
+            let of = |x: usize, y: usize| values[plane * source.pixels() + y * width + x];
+            let pooled = of(x, y).max(of(x + 1, y)).max(of(x, y + 1)).max(of(x + 1, y + 1));
+            assert_eq!(*value, pooled, "pixel {x}, {y} of plane {plane}");
+        }
+    }
+}
