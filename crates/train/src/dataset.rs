@@ -347,13 +347,7 @@ impl HandDataset {
     }
 
     /// A sample as a look of the network shows it: a function of `seed` and `number`.
-    fn looked_at(
-        &self,
-        sequence: &HandSequence,
-        sample: Sample,
-        seed: u64,
-        number: u64,
-    ) -> Sample {
+    fn looked_at(&self, sequence: &HandSequence, sample: Sample, seed: u64, number: u64) -> Sample {
         let Some(looks) = &self.looks else { return sample };
         let pose = HandParams::from_array(sample.pose);
         let look = match sequence.hand() {

@@ -8,9 +8,7 @@ use evpose_core::{EventStream, SensorSize};
 use evpose_pose::HandParams;
 use evpose_pose::metric::{HandEvaluation, SequenceScores};
 use evpose_sim::{Simulation, SimulationConfig};
-use evpose_task::hand::{
-    HandCheckpoint, HandView, canonical_view, poses_every_ms,
-};
+use evpose_task::hand::{HandCheckpoint, HandView, canonical_view, poses_every_ms};
 use evpose_view::{Calibration, ViewAdaptor};
 use rayon::prelude::*;
 

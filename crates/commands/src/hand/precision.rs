@@ -25,7 +25,8 @@ pub(super) fn evaluate(
     let data = HandDataset::open(data, config)?;
     let predictor =
         |precision| NetworkPredictor::compiled(config, network, precision, Some(ranges.clone()));
-    let mut predictors = Precision::ALL.into_iter().map(predictor).collect::<Result<Vec<_>, _>>()?;
+    let mut predictors =
+        Precision::ALL.into_iter().map(predictor).collect::<Result<Vec<_>, _>>()?;
     let mut methods = Vec::new();
     for (name, predictor) in ["f32", "bf16", "int8"].into_iter().zip(&mut predictors) {
         methods.push(Method { name, predictor, filtered: None });

@@ -150,3 +150,102 @@ impl Looks {
         look.fill(&self.camera, values, self.config.size, out);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use burn::tensor::Device;
+    use evpose_core::seed_for;
+    use evpose_nn::{HandRegressor, HandRegressorConfig};
+    use glam::Vec3;
+
+    use crate::hand::{NetworkPredictor, Predictor};
+
+    use super::*;
+
+    fn config(first_probability: f32) -> HandConfig {
+        let looks = LooksConfig { first_probability, ..LooksConfig::default() };
+        let camera_turns = CameraTurnConfig { roll_deg: 180.0, tilt_deg: 8.0 };
+        let network = HandRegressorConfig { width: 1.0 / 16.0, ..HandRegressorConfig::default() };
+        HandConfig { looks: Some(looks), camera_turns, network, ..HandConfig::default() }
+    }
+
+    fn pose(config: &HandConfig, k: u64) -> HandParams {
+        let mut rng = CounterRng::new(7, "poses of a test", k);
+        let mut vector = |size: f32| Vec3::from_array([(); 3].map(|()| rng.uniform(-size, size)));
+        HandParams {
+            articulation: [0.3; 6],
+            translation_m: config.simulation.camera.centre_m + vector(0.06),
+            rotation: vector(1.5),
+        }
+    }
+
+    /// The hand of a second look lies as far from the middle of the image as its errors allow, and
+    /// is as large as they allow.
+    #[test]
+    fn second_looks_are_drawn_about_the_hand() {
+        let config = config(0.0);
+        let looks = Looks::new(&config).unwrap().unwrap();
+        let focal_px = looks.camera().pinhole().focal_px;
+        let height_px = f32::from(looks.view_size().height);
+        let errors = config.looks.unwrap().errors;
+        for k in 0..60 {
+            let pose = pose(&config, k);
+            let look = looks.draw(&pose, 3, k);
+            assert_eq!(look, looks.draw(&pose, 3, k));
+            let intended = looks.second(&pose);
+            let larger = (look.zoom() / intended.zoom()).ln().abs();
+            assert!(larger <= errors.zoom + 1e-4 || look.zoom() == 1.0, "sample {k}: {larger}");
+            let seen = look.pose_from_view(looks.camera(), &pose);
+            let points = looks.view.points(looks.side, &seen, &[]);
+            let points_m = looks.view.camera_points(&points.world_m);
+            let low = points_m.iter().fold(Vec3::INFINITY, |low, point| low.min(*point));
+            let high = points_m.iter().fold(Vec3::NEG_INFINITY, |high, point| high.max(*point));
+            let middle = 0.5 * (low + high);
+            // Of the box's middle, which turns with the hand, and of perspective: a third more.
+            let off = (middle.truncate() / -middle.z).abs() * focal_px / height_px;
+            assert!(off.max_element() < 1.35 * errors.direction + 0.05, "sample {k}: {off}");
+        }
+    }
+
+    #[test]
+    fn first_looks_are_turned_whole_views() {
+        let config = config(1.0);
+        let looks = Looks::new(&config).unwrap().unwrap();
+        for k in 0..10 {
+            let look = looks.draw(&pose(&config, k), 3, k);
+            assert_eq!(look, Look::new(config.camera_turns.draw(3, k), 1.0));
+        }
+    }
+
+    #[test]
+    fn a_predictor_looks_at_what_it_saw() {
+        let config = config(0.5);
+        let device = Device::flex();
+        let network: HandRegressor =
+            config.network.init(seed_for(1, "weights", 0), &device).unwrap();
+        let looks = Looks::new(&config).unwrap().unwrap();
+        let (view, size) = (looks.view_size(), looks.size());
+        let values: Vec<f32> =
+            (0..2 * view.pixels()).map(|i| ((i * 7919) % 97) as f32 / 97.0).collect();
+        let sides = |size: SensorSize| (usize::from(size.height), usize::from(size.width));
+
+        let plain = HandConfig { looks: None, ..config.clone() };
+        let mut network_alone =
+            NetworkPredictor::new(&plain, network.clone(), device.clone()).unwrap();
+        let mut at = |look: &Look| {
+            let mut image = vec![0.0; 2 * size.pixels()];
+            looks.fill(look, &values, &mut image);
+            let pose = network_alone.predict(&image, sides(size)).unwrap()[0];
+            look.view_from_pose(looks.camera(), &pose)
+        };
+        let first = at(&Look::WHOLE);
+        let second = at(&looks.second(&first));
+
+        let mut twice = NetworkPredictor::new(&config, network, device).unwrap();
+        let both = [values.clone(), values.clone()].concat();
+        let poses = twice.predict(&both, sides(view)).unwrap();
+        assert_eq!(poses, [second, second]);
+        assert_ne!(first, second);
+    }
+}

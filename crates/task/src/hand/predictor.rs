@@ -122,7 +122,8 @@ impl NetworkPredictor {
             .zip(each)
             .for_each(|((out, view), look)| looks.fill(look, view, out));
         let poses = self.infer(&seen, (size.height.into(), size.width.into()))?;
-        let in_view = |(pose, look): (&HandParams, &Look)| look.view_from_pose(looks.camera(), pose);
+        let in_view =
+            |(pose, look): (&HandParams, &Look)| look.view_from_pose(looks.camera(), pose);
         Ok(poses.iter().zip(each).map(in_view).collect())
     }
 }
