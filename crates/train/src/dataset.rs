@@ -20,7 +20,9 @@ use crate::evaluation::HandPoseTrack;
 use crate::filter_noise::MeasuredTrack;
 use crate::order::SampleOrder;
 use crate::sequence_events::{SequenceEvents, keep_confirmed};
-use evpose_task::hand::{CameraTurnConfig, HandConfig, Look, Looks, Predictor, canonical_view};
+use evpose_task::hand::{
+    CameraTurnConfig, HandConfig, PerspectiveCrop, Predictor, TwoPass, canonical_view,
+};
 use evpose_view::{Calibration, CanonicalView, Denoise, ViewAdaptor};
 
 /// Input channels of the network.
@@ -161,7 +163,7 @@ pub struct HandDataset {
     rotation: RotationOutput,
     camera: Camera,
     camera_turns: CameraTurnConfig,
-    looks: Option<Arc<Looks>>,
+    two_pass: Option<Arc<TwoPass>>,
     denoise: Option<Denoise>,
     note: Option<String>,
 }
@@ -250,7 +252,7 @@ impl HandDataset {
             rotation: config.network.rotation,
             camera: config.simulation.camera(),
             camera_turns: config.camera_turns,
-            looks: Looks::new(config)?.map(Arc::new),
+            two_pass: TwoPass::new(config)?.map(Arc::new),
             denoise: config.representation.denoise,
             note: None,
         })
@@ -317,7 +319,7 @@ impl HandDataset {
 
     /// `(height, width)` of the network's images: of samples.
     pub fn sample_size(&self) -> (usize, usize) {
-        let size = self.looks.as_ref().map_or(self.sensor, |looks| looks.size());
+        let size = self.two_pass.as_ref().map_or(self.sensor, |two_pass| two_pass.size());
         (usize::from(size.height), usize::from(size.width))
     }
 
@@ -334,29 +336,29 @@ impl HandDataset {
         let draw = self.augmentation.draw(self.seed, position);
         // Left hands are recorded through a mirror, in which turns would go the other way.
         let turn = CameraTurn::draw(&self.camera_turns, &self.camera, self.seed, position)
-            .filter(|_| self.looks.is_none() && sequence.hand() == HandSide::Right);
+            .filter(|_| self.two_pass.is_none() && sequence.hand() == HandSide::Right);
         let mut input = self.turned_window(sequence, frame, draw.frames, turn.as_ref())?;
         draw.swap_channels(&mut input, CHANNELS);
         let sample = self.labelled(sequence, frame, input)?;
-        if self.looks.is_some() {
-            return Ok(self.looked_at(sequence, sample, self.seed, position));
+        if self.two_pass.is_some() {
+            return Ok(self.cropped(sequence, sample, self.seed, position));
         }
         let Some(turn) = turn else { return Ok(sample) };
         let pose = turn.pose(&HandParams::from_array(sample.pose)).to_array();
         Ok(Sample { pose, ..sample })
     }
 
-    /// A sample as a look of the network shows it: a function of `seed` and `number`.
-    fn looked_at(&self, sequence: &HandSequence, sample: Sample, seed: u64, number: u64) -> Sample {
-        let Some(looks) = &self.looks else { return sample };
+    /// A crop of a sample, or the whole of it for the first pass: a function of `seed` and `number`.
+    fn cropped(&self, sequence: &HandSequence, sample: Sample, seed: u64, number: u64) -> Sample {
+        let Some(two_pass) = &self.two_pass else { return sample };
         let pose = HandParams::from_array(sample.pose);
-        let look = match sequence.hand() {
-            HandSide::Right => looks.draw(&pose, seed, number),
-            HandSide::Left => Look::WHOLE,
+        let crop = match sequence.hand() {
+            HandSide::Right => two_pass.draw(&pose, seed, number),
+            HandSide::Left => PerspectiveCrop::WHOLE,
         };
-        let mut input = vec![0.0; CHANNELS * looks.size().pixels()];
-        looks.fill(&look, &sample.input, &mut input);
-        Sample { input, pose: look.pose_from_view(looks.camera(), &pose).to_array() }
+        let mut input = vec![0.0; CHANNELS * two_pass.size().pixels()];
+        two_pass.fill(&crop, &sample.input, &mut input);
+        Sample { input, pose: crop.crop_from_view(two_pass.camera(), &pose).to_array() }
     }
 
     /// The input of sample `index`, not augmented.
@@ -367,12 +369,12 @@ impl HandDataset {
         Ok(self.plain_sample(index)?.input)
     }
 
-    /// Sample `index` in order of recording, not augmented but for the look at it.
+    /// Sample `index` in order of recording, not augmented but for its crop.
     pub(crate) fn plain_sample(&self, index: u64) -> Result<Sample, SampleError> {
         let (sequence, frame) = self.locate(index);
         let input = self.window(sequence, frame, self.window_frames)?;
         let sample = self.labelled(sequence, frame, input)?;
-        Ok(self.looked_at(sequence, sample, !self.seed, index))
+        Ok(self.cropped(sequence, sample, !self.seed, index))
     }
 
     fn labelled(

@@ -64,7 +64,7 @@ impl HandCheckpoint {
     /// Its network on the CPU or another device.
     ///
     /// # Errors
-    /// If the hand model that it looks with cannot be read.
+    /// If the hand model that crops are found with cannot be read.
     pub fn predictor(&self, device: Device) -> Result<NetworkPredictor, TaskError> {
         NetworkPredictor::new(&self.config, self.network.clone(), device)
     }

@@ -12,8 +12,8 @@ use evpose_view::Denoise;
 use serde::{Deserialize, Serialize};
 
 use super::camera_turns::CameraTurnConfig;
-use super::looks::LooksConfig;
 use super::slow_motion::SlowMotionConfig;
+use super::two_pass::TwoPassConfig;
 use crate::TaskError;
 use crate::schedule::Schedule;
 use crate::toml_text;
@@ -36,9 +36,9 @@ pub struct HandConfig {
     /// Turns of the camera of training windows.
     #[serde(skip_serializing_if = "CameraTurnConfig::is_none")]
     pub camera_turns: CameraTurnConfig,
-    /// A second look at the hand; none shows the network the whole view as it is.
+    /// A second pass on a crop about the hand; none shows the network the whole view as it is.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub looks: Option<LooksConfig>,
+    pub two_pass: Option<TwoPassConfig>,
     /// Shape of the network.
     pub network: HandRegressorConfig,
     /// Scales of the loss.
@@ -137,7 +137,7 @@ impl Default for HandConfig {
             representation: RepresentationConfig::default(),
             augmentation: WindowAugmentation::default(),
             camera_turns: CameraTurnConfig::default(),
-            looks: None,
+            two_pass: None,
             network: HandRegressorConfig::default(),
             loss: HandLossConfig::default(),
             training: TrainingConfig::default(),
@@ -212,9 +212,9 @@ impl HandConfig {
         Ok(config)
     }
 
-    /// Size of the network's images: of the canonical view, or of the looks at it.
+    /// Size of the network's images: of the canonical view, or of crops of it.
     pub fn network_size(&self) -> SensorSize {
-        self.looks.map_or(self.simulation.image_size(), |looks| looks.size)
+        self.two_pass.map_or(self.simulation.image_size(), |two_pass| two_pass.size)
     }
 
     /// The whole config as TOML, defaults included.
@@ -253,9 +253,9 @@ impl HandConfig {
             return fail("slow_motion.batch_inputs", "must be at least 1");
         }
         let backbone = backbone_by_name(&self.network.backbone)?;
-        if self.looks.is_some_and(|looks| !looks.is_valid(self.simulation.image_size())) {
+        if self.two_pass.is_some_and(|two_pass| !two_pass.is_valid(self.simulation.image_size())) {
             return fail(
-                "looks",
+                "two_pass",
                 "size must be of the view's proportions and no larger, distance_m above 0, \
                  max_zoom at least 1, and shares 0 to 1",
             );

@@ -6,11 +6,11 @@ mod checkpoint;
 mod config;
 mod estimator;
 mod frontend;
-mod look;
-mod looks;
+mod perspective_crop;
 mod predictor;
 mod slow_motion;
 mod tracker;
+mod two_pass;
 mod view;
 
 pub use batch::{InputBatch, render_channels};
@@ -21,9 +21,9 @@ pub use config::{
 };
 pub use estimator::{HandEstimate, HandEstimator};
 pub use frontend::{HandFrontend, HandWorker, hand_stream};
-pub use look::Look;
-pub use looks::{LookErrors, Looks, LooksConfig};
+pub use perspective_crop::PerspectiveCrop;
 pub use predictor::{ConstantPose, NetworkPredictor, Predictor};
 pub use slow_motion::SlowMotionConfig;
 pub use tracker::{SlowMotionTracker, poses_every_ms};
+pub use two_pass::{CropErrors, TwoPass, TwoPassConfig};
 pub use view::{HandView, calibration_for, canonical_view};

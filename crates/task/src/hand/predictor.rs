@@ -8,8 +8,8 @@ use evpose_pose::HandParams;
 use rayon::prelude::*;
 
 use super::config::HandConfig;
-use super::look::Look;
-use super::looks::Looks;
+use super::perspective_crop::PerspectiveCrop;
+use super::two_pass::TwoPass;
 use crate::TaskError;
 
 /// A predictor of poses: a network, or a constant.
@@ -26,11 +26,11 @@ pub trait Predictor {
     ) -> Result<Vec<HandParams>, TaskError>;
 }
 
-/// A network: on the CPU compiled, on other devices by Burn. With [`Looks`], it looks twice.
+/// A network: on the CPU compiled, on other devices by Burn. With [`TwoPass`], it infers twice.
 pub struct NetworkPredictor {
     backend: Backend,
     rotation: RotationOutput,
-    looks: Option<Looks>,
+    two_pass: Option<TwoPass>,
 }
 
 enum Backend {
@@ -42,7 +42,7 @@ impl NetworkPredictor {
     /// Predicts with `network` of an experiment, which must live on `device`.
     ///
     /// # Errors
-    /// If the hand model that it looks with cannot be read.
+    /// If the hand model that crops are found with cannot be read.
     pub fn new(
         config: &HandConfig,
         network: HandRegressor,
@@ -67,8 +67,8 @@ impl NetworkPredictor {
     ) -> Result<Self, TaskError> {
         let compiled = Compiled::new(network.graph(), precision, ranges);
         let rotation = network.config().rotation;
-        let looks = Looks::new(config)?;
-        Ok(Self { backend: Backend::Compiled(Box::new(compiled)), rotation, looks })
+        let two_pass = TwoPass::new(config)?;
+        Ok(Self { backend: Backend::Compiled(Box::new(compiled)), rotation, two_pass })
     }
 
     /// Predicts with Burn's own arithmetic on every device.
@@ -81,8 +81,12 @@ impl NetworkPredictor {
         device: Device,
     ) -> Result<Self, TaskError> {
         let rotation = network.config().rotation;
-        let looks = Looks::new(config)?;
-        Ok(Self { backend: Backend::Burn { network: Box::new(network), device }, rotation, looks })
+        let two_pass = TwoPass::new(config)?;
+        Ok(Self {
+            backend: Backend::Burn { network: Box::new(network), device },
+            rotation,
+            two_pass,
+        })
     }
 
     /// The network's poses of images of one size.
@@ -106,24 +110,25 @@ impl NetworkPredictor {
         Ok(self.rotation.poses(&values))
     }
 
-    /// The poses of `looks`, one at each of the views in `inputs`, in those views.
-    fn look(
+    /// The poses of `crops`, one of each of the views in `inputs`, in those views.
+    fn infer_crops(
         &mut self,
-        looks: &Looks,
+        two_pass: &TwoPass,
         inputs: &[f32],
-        each: &[Look],
+        each: &[PerspectiveCrop],
     ) -> Result<Vec<HandParams>, TaskError> {
-        let size = looks.size();
+        let size = two_pass.size();
         let image = 2 * size.pixels();
         let mut seen = vec![0.0; image * each.len()];
-        let views = inputs.par_chunks_exact(2 * looks.view_size().pixels());
+        let views = inputs.par_chunks_exact(2 * two_pass.view_size().pixels());
         seen.par_chunks_exact_mut(image)
             .zip(views)
             .zip(each)
-            .for_each(|((out, view), look)| looks.fill(look, view, out));
+            .for_each(|((out, view), crop)| two_pass.fill(crop, view, out));
         let poses = self.infer(&seen, (size.height.into(), size.width.into()))?;
-        let in_view =
-            |(pose, look): (&HandParams, &Look)| look.view_from_pose(looks.camera(), pose);
+        let in_view = |(pose, crop): (&HandParams, &PerspectiveCrop)| {
+            crop.view_from_crop(two_pass.camera(), pose)
+        };
         Ok(poses.iter().zip(each).map(in_view).collect())
     }
 }
@@ -134,13 +139,14 @@ impl Predictor for NetworkPredictor {
         inputs: &[f32],
         image_size: (usize, usize),
     ) -> Result<Vec<HandParams>, TaskError> {
-        let Some(looks) = self.looks.take() else { return self.infer(inputs, image_size) };
-        let whole = vec![Look::WHOLE; inputs.len() / (2 * image_size.0 * image_size.1)];
-        let poses = self.look(&looks, inputs, &whole).and_then(|first| {
-            let second: Vec<Look> = first.iter().map(|pose| looks.second(pose)).collect();
-            self.look(&looks, inputs, &second)
+        let Some(two_pass) = self.two_pass.take() else { return self.infer(inputs, image_size) };
+        let whole = vec![PerspectiveCrop::WHOLE; inputs.len() / (2 * image_size.0 * image_size.1)];
+        let poses = self.infer_crops(&two_pass, inputs, &whole).and_then(|first| {
+            let second: Vec<PerspectiveCrop> =
+                first.iter().map(|pose| two_pass.about(pose)).collect();
+            self.infer_crops(&two_pass, inputs, &second)
         });
-        self.looks = Some(looks);
+        self.two_pass = Some(two_pass);
         poses
     }
 }

@@ -1,4 +1,4 @@
-//! A look of the network at a hand: the canonical view as a turned camera with a longer lens sees it.
+//! A perspective crop about a hand: the canonical view as a turned camera with a longer lens sees it.
 //!
 //! # Model
 //! A camera turned about its own centre by `A` sees the ray `d` along `A d`, whatever is how far
@@ -9,6 +9,10 @@
 //!
 //! A pixel of the network takes the largest value among the pixels of the view that it covers: of
 //! an LNES, that is the newest event.
+//!
+//! # Source
+//! Crops by a turned camera: Yu et al., *PCLs: Geometry-aware Neural Reconstruction of 3D Pose with
+//! Perspective Crop Layers*, CVPR 2021. Events in place of colours, and the roll, are ours.
 
 use evpose_core::SensorSize;
 use evpose_pose::HandParams;
@@ -16,7 +20,7 @@ use evpose_pose::rotation::{axis_angle_from_matrix, matrix_from_axis_angle};
 use evpose_sim::raster::Camera;
 use glam::{Affine3A, Mat3, Vec2, Vec3};
 
-/// Depth in metres below which a hand is not looked at.
+/// Depth in metres below which there is no crop about a hand.
 const MIN_DEPTH_M: f32 = 0.05;
 /// Share of a hand's length that must lie across the optical axis for it to have a direction.
 const MIN_ACROSS: f32 = 0.3;
@@ -26,14 +30,14 @@ const MIDDLE_KNUCKLE: usize = 9;
 
 /// A turn of the canonical camera and a zoom.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Look {
+pub struct PerspectiveCrop {
     /// In the frame of the camera: x right, y up, looking along -z.
     turn: Mat3,
     /// Focal length over that of the network's image of the whole view.
     zoom: f32,
 }
 
-impl Look {
+impl PerspectiveCrop {
     /// The whole view.
     pub const WHOLE: Self = Self { turn: Mat3::IDENTITY, zoom: 1.0 };
 
@@ -52,8 +56,9 @@ impl Look {
         self.zoom
     }
 
-    /// The look at a hand whose evaluated points lie at `points_m` in the frame of the camera: its middle in the middle, its middle finger upwards, as large as at `distance_m`
-    /// but at most `max_zoom` times the whole view. [`Self::WHOLE`] if it is behind the camera.
+    /// The crop about a hand whose evaluated points lie at `points_m` in the frame of the camera:
+    /// its middle in the middle, its middle finger upwards, as large as at `distance_m` but at most
+    /// `max_zoom` times the whole view. [`Self::WHOLE`] if it is behind the camera.
     pub fn at(points_m: &[Vec3; 21], distance_m: f32, max_zoom: f32) -> Self {
         let middle = middle_of(points_m);
         if !middle.is_finite() || -middle.z < MIN_DEPTH_M {
@@ -79,7 +84,7 @@ impl Look {
         let focal_px = self.zoom * scale * pinhole.focal_px;
         let centre_px = scale * pinhole.principal_px;
         let covered = (0.5 * pinhole.focal_px / focal_px).max(0.5);
-        let from_look = self.turn.transpose();
+        let from_crop = self.turn.transpose();
         let (width, height) = (i32::from(source.width), i32::from(source.height));
         let range = |at: f32, end: i32| {
             let first = (at - covered - 0.5).ceil().max(0.0) as i32;
@@ -93,7 +98,7 @@ impl Look {
             let at_px = Vec2::new(column as f32 + 0.5, row as f32 + 0.5);
             let [x, y] = ((at_px - centre_px) / focal_px).to_array();
             let mut newest = [0.0f32; 2];
-            if let Some(from_px) = pinhole.image_from_camera(from_look * Vec3::new(x, -y, -1.0)) {
+            if let Some(from_px) = pinhole.image_from_camera(from_crop * Vec3::new(x, -y, -1.0)) {
                 let columns = range(from_px.x, width);
                 for row in range(from_px.y, height) {
                     for column in columns.clone() {
@@ -109,13 +114,13 @@ impl Look {
     }
 
     /// The pose that the hand of a pose in the view has for the network.
-    pub fn pose_from_view(&self, camera: &Camera, pose: &HandParams) -> HandParams {
+    pub fn crop_from_view(&self, camera: &Camera, pose: &HandParams) -> HandParams {
         let nearer = Vec3::new(1.0, 1.0, 1.0 / self.zoom);
         moved(camera, pose, self.turn, |position_m| nearer * (self.turn * position_m))
     }
 
     /// The inverse: a pose in the view from that of the network.
-    pub fn view_from_pose(&self, camera: &Camera, pose: &HandParams) -> HandParams {
+    pub fn view_from_crop(&self, camera: &Camera, pose: &HandParams) -> HandParams {
         let back = self.turn.transpose();
         let further = Vec3::new(1.0, 1.0, self.zoom);
         moved(camera, pose, back, |position_m| back * (further * position_m))
@@ -159,7 +164,7 @@ fn moved(
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
-    use crate::hand::{HandConfig, HandView, LooksConfig};
+    use crate::hand::{HandConfig, HandView, TwoPassConfig};
 
     use super::*;
 
@@ -172,43 +177,43 @@ mod tests {
         }
     }
 
-    /// A hand before the canonical view, its look, and where its points then are in the network's
+    /// A hand before the canonical view, and the crop about it.
     /// image.
-    fn looked_at() -> (Camera, HandView, Look) {
+    fn cropped() -> (Camera, HandView, PerspectiveCrop) {
         let config = HandConfig::default();
         let view = HandView::new(&config).unwrap();
         let world_m = view.points(config.simulation.hands.side(0), &pose(), &[]).world_m;
-        let look = Look::at(&view.camera_points(&world_m), 0.31, 4.0);
-        (config.simulation.camera(), view, look)
+        let crop = PerspectiveCrop::at(&view.camera_points(&world_m), 0.31, 4.0);
+        (config.simulation.camera(), view, crop)
     }
 
     #[test]
-    fn a_pose_comes_back_from_its_look() {
-        let (camera, _, look) = looked_at();
-        assert!(look.zoom() > 1.5);
-        let back = look.view_from_pose(&camera, &look.pose_from_view(&camera, &pose()));
+    fn a_pose_comes_back_from_its_crop() {
+        let (camera, _, crop) = cropped();
+        assert!(crop.zoom() > 1.5);
+        let back = crop.view_from_crop(&camera, &crop.crop_from_view(&camera, &pose()));
         assert!(back.translation_m.distance(pose().translation_m) < 1e-5);
         assert!(back.rotation.distance(pose().rotation) < 1e-4);
     }
 
-    /// Values at the points of a hand are where the hand of the look's pose has its points, up to
+    /// Values at the points of a hand are where the hand of the crop's pose has its points, up to
     /// the perspective within the hand.
     #[test]
     fn an_image_shows_the_hand_of_its_pose() {
-        let (camera, view, look) = looked_at();
+        let (camera, view, crop) = cropped();
         let side = HandConfig::default().simulation.hands.side(0);
         let source = camera.sensor();
-        let size = LooksConfig::default().size;
+        let size = TwoPassConfig::default().size;
         let scale = f32::from(size.height) / f32::from(source.height);
         let from = view.points(side, &pose(), &[]).in_front().unwrap();
-        let of_network = look.pose_from_view(&camera, &pose());
+        let of_network = crop.crop_from_view(&camera, &pose());
         let to = view.points(side, &of_network, &[]).in_front().unwrap();
         for (point, (from, to)) in from.iter().zip(to).enumerate() {
             let mut values = vec![0.0; 2 * source.pixels()];
             let at = usize::from(source.width) * from.y as usize + from.x as usize;
             values[source.pixels() + at] = 1.0;
             let mut image = vec![0.0; 2 * size.pixels()];
-            look.fill(&camera, &values, size, &mut image);
+            crop.fill(&camera, &values, size, &mut image);
             assert!(image[..size.pixels()].iter().all(|&value| value == 0.0));
             let lit = (0..size.pixels()).filter(|i| image[size.pixels() + i] > 0.0);
             let nearest = lit
@@ -232,7 +237,7 @@ mod tests {
         let values: Vec<f32> =
             (0..2 * source.pixels()).map(|i| ((i * 7919) % 1000) as f32 / 1000.0).collect();
         let mut image = vec![0.0; 2 * size.pixels()];
-        Look::WHOLE.fill(&camera, &values, size, &mut image);
+        PerspectiveCrop::WHOLE.fill(&camera, &values, size, &mut image);
         let width = usize::from(source.width);
         for (i, value) in image.iter().enumerate() {
             let (plane, i) = (i / size.pixels(), i % size.pixels());

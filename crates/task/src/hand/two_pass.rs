@@ -1,4 +1,4 @@
-//! How the network looks at the canonical view: once as a whole, and once at the hand it saw.
+//! Two passes of one network over a window: of the whole canonical view, and of a crop about the hand.
 
 use evpose_core::{CounterRng, SensorSize};
 use evpose_pose::{HandParams, HandSide};
@@ -8,32 +8,33 @@ use serde::{Deserialize, Serialize};
 
 use super::camera_turns::CameraTurnConfig;
 use super::config::HandConfig;
-use super::look::Look;
+use super::perspective_crop::PerspectiveCrop;
 use super::view::HandView;
 use crate::TaskError;
 
-/// Two looks at every window by one network: at the whole view, and at the hand that it saw there,
-/// upright and enlarged. The view then has more pixels than the network's image.
+/// Two passes of one network over every window: of the whole view, and of a perspective crop about
+/// the hand that was found there, upright and enlarged. The view then has more pixels than the
+/// network's image.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct LooksConfig {
+pub struct TwoPassConfig {
     /// Size of the network's image, in pixels, of the view's proportions.
     pub size: SensorSize,
-    /// The second look shows a hand as large as it is at this distance in the whole view, in metres.
+    /// A crop shows a hand as large as it is at this distance in the whole view, in metres.
     pub distance_m: f32,
-    /// The second look enlarges at most so much.
+    /// A crop enlarges at most so much.
     pub max_zoom: f32,
-    /// Share of the training windows that are first looks.
-    pub first_probability: f32,
-    /// Errors of the first look that the second is trained with.
-    pub errors: LookErrors,
+    /// Share of the training windows that are whole views.
+    pub first_pass_probability: f32,
+    /// Errors of the first pass that the second is trained with.
+    pub errors: CropErrors,
 }
 
-/// Largest errors of the look that a network is trained with.
+/// Largest errors of the crops that a network is trained with.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct LookErrors {
-    /// Of the direction to the hand, relative to the vertical field of view of the second look.
+pub struct CropErrors {
+    /// Of the direction to the hand, relative to the vertical field of view of the crop.
     pub direction: f32,
     /// Of the zoom, in natural logarithm.
     pub zoom: f32,
@@ -41,28 +42,28 @@ pub struct LookErrors {
     pub roll_deg: f32,
 }
 
-impl Default for LooksConfig {
+impl Default for TwoPassConfig {
     fn default() -> Self {
         Self {
             size: SensorSize { width: 96, height: 72 },
             distance_m: 0.31,
             max_zoom: 4.0,
-            first_probability: 0.4,
-            errors: LookErrors::default(),
+            first_pass_probability: 0.4,
+            errors: CropErrors::default(),
         }
     }
 }
 
-impl Default for LookErrors {
+impl Default for CropErrors {
     fn default() -> Self {
         Self { direction: 0.15, zoom: 0.35, roll_deg: 45.0 }
     }
 }
 
-impl LooksConfig {
+impl TwoPassConfig {
     /// Whether all values make sense for a view of `view`.
     pub fn is_valid(&self, view: SensorSize) -> bool {
-        let LookErrors { direction, zoom, roll_deg } = self.errors;
+        let CropErrors { direction, zoom, roll_deg } = self.errors;
         let across = u32::from(self.size.width) * u32::from(view.height);
         let same = across.abs_diff(u32::from(view.width) * u32::from(self.size.height));
         self.size.pixels() > 0
@@ -70,32 +71,32 @@ impl LooksConfig {
             && 50 * same <= across
             && self.distance_m > 0.0
             && self.max_zoom >= 1.0
-            && (0.0..=1.0).contains(&self.first_probability)
+            && (0.0..=1.0).contains(&self.first_pass_probability)
             && (0.0..=1.0).contains(&direction)
             && (0.0..=2.0).contains(&zoom)
             && (0.0..=180.0).contains(&roll_deg)
     }
 }
 
-/// The looks of a network's config, before its camera.
+/// Crops of the canonical view of a config.
 #[derive(Debug)]
-pub struct Looks {
-    config: LooksConfig,
+pub struct TwoPass {
+    config: TwoPassConfig,
     turns: CameraTurnConfig,
     camera: Camera,
     view: HandView,
     side: HandSide,
 }
 
-impl Looks {
+impl TwoPass {
     /// Those of a config; none if its network sees the whole view only, as it is.
     ///
     /// # Errors
     /// If the hand model cannot be read.
     pub fn new(config: &HandConfig) -> Result<Option<Self>, TaskError> {
-        let Some(looks) = config.looks else { return Ok(None) };
+        let Some(two_pass) = config.two_pass else { return Ok(None) };
         Ok(Some(Self {
-            config: looks,
+            config: two_pass,
             turns: config.camera_turns,
             camera: config.simulation.camera(),
             view: HandView::new(config)?,
@@ -118,36 +119,36 @@ impl Looks {
         &self.camera
     }
 
-    /// The look at the hand of a pose.
-    pub fn second(&self, pose: &HandParams) -> Look {
+    /// The crop about the hand of a pose.
+    pub fn about(&self, pose: &HandParams) -> PerspectiveCrop {
         let world_m = self.view.points(self.side, pose, &[]).world_m;
         let points_m = self.view.camera_points(&world_m);
-        Look::at(&points_m, self.config.distance_m, self.config.max_zoom)
+        PerspectiveCrop::at(&points_m, self.config.distance_m, self.config.max_zoom)
     }
 
-    /// The look of training sample `sample` at the hand of its pose: a function of `seed` and its
+    /// The crop of training sample `sample` about the hand of its pose: a function of `seed` and its
     /// number alone.
-    pub fn draw(&self, pose: &HandParams, seed: u64, sample: u64) -> Look {
-        let mut rng = CounterRng::new(seed, "looks", sample);
-        if rng.uniform(0.0, 1.0) < self.config.first_probability {
-            return Look::new(self.turns.draw(seed, sample), 1.0);
+    pub fn draw(&self, pose: &HandParams, seed: u64, sample: u64) -> PerspectiveCrop {
+        let mut rng = CounterRng::new(seed, "perspective crops", sample);
+        if rng.uniform(0.0, 1.0) < self.config.first_pass_probability {
+            return PerspectiveCrop::new(self.turns.draw(seed, sample), 1.0);
         }
-        let LookErrors { direction, zoom, roll_deg } = self.config.errors;
-        let look = self.second(pose);
+        let CropErrors { direction, zoom, roll_deg } = self.config.errors;
+        let crop = self.about(pose);
         let mut error = |largest: f32| largest * rng.uniform(-1.0, 1.0);
-        let zoom = (look.zoom() * error(zoom).exp()).max(1.0);
+        let zoom = (crop.zoom() * error(zoom).exp()).max(1.0);
         let half_px = 0.5 * f32::from(self.view_size().height);
         let fov_rad = 2.0 * (half_px / (zoom * self.camera.pinhole().focal_px)).atan();
         let (pan, tilt) = (fov_rad * error(direction), fov_rad * error(direction));
         let roll = error(roll_deg).to_radians();
         let error =
             Mat3::from_rotation_x(tilt) * Mat3::from_rotation_y(pan) * Mat3::from_rotation_z(roll);
-        Look::new(error * look.turn(), zoom)
+        PerspectiveCrop::new(error * crop.turn(), zoom)
     }
 
-    /// Writes the network's image of a look at the view's values, `[2][rows][columns]` both.
-    pub fn fill(&self, look: &Look, values: &[f32], out: &mut [f32]) {
-        look.fill(&self.camera, values, self.config.size, out);
+    /// Writes the network's image of a crop of the view's values, `[2][rows][columns]` both.
+    pub fn fill(&self, crop: &PerspectiveCrop, values: &[f32], out: &mut [f32]) {
+        crop.fill(&self.camera, values, self.config.size, out);
     }
 }
 
@@ -163,11 +164,11 @@ mod tests {
 
     use super::*;
 
-    fn config(first_probability: f32) -> HandConfig {
-        let looks = LooksConfig { first_probability, ..LooksConfig::default() };
+    fn config(first_pass_probability: f32) -> HandConfig {
+        let two_pass = TwoPassConfig { first_pass_probability, ..TwoPassConfig::default() };
         let camera_turns = CameraTurnConfig { roll_deg: 180.0, tilt_deg: 8.0 };
         let network = HandRegressorConfig { width: 1.0 / 16.0, ..HandRegressorConfig::default() };
-        HandConfig { looks: Some(looks), camera_turns, network, ..HandConfig::default() }
+        HandConfig { two_pass: Some(two_pass), camera_turns, network, ..HandConfig::default() }
     }
 
     fn pose(config: &HandConfig, k: u64) -> HandParams {
@@ -180,25 +181,25 @@ mod tests {
         }
     }
 
-    /// The hand of a second look lies as far from the middle of the image as its errors allow, and
+    /// The hand of a crop lies as far from the middle of the image as its errors allow, and
     /// is as large as they allow.
     #[test]
-    fn second_looks_are_drawn_about_the_hand() {
+    fn crops_are_drawn_about_the_hand() {
         let config = config(0.0);
-        let looks = Looks::new(&config).unwrap().unwrap();
-        let focal_px = looks.camera().pinhole().focal_px;
-        let height_px = f32::from(looks.view_size().height);
-        let errors = config.looks.unwrap().errors;
+        let two_pass = TwoPass::new(&config).unwrap().unwrap();
+        let focal_px = two_pass.camera().pinhole().focal_px;
+        let height_px = f32::from(two_pass.view_size().height);
+        let errors = config.two_pass.unwrap().errors;
         for k in 0..60 {
             let pose = pose(&config, k);
-            let look = looks.draw(&pose, 3, k);
-            assert_eq!(look, looks.draw(&pose, 3, k));
-            let intended = looks.second(&pose);
-            let larger = (look.zoom() / intended.zoom()).ln().abs();
-            assert!(larger <= errors.zoom + 1e-4 || look.zoom() == 1.0, "sample {k}: {larger}");
-            let seen = look.pose_from_view(looks.camera(), &pose);
-            let points = looks.view.points(looks.side, &seen, &[]);
-            let points_m = looks.view.camera_points(&points.world_m);
+            let crop = two_pass.draw(&pose, 3, k);
+            assert_eq!(crop, two_pass.draw(&pose, 3, k));
+            let intended = two_pass.about(&pose);
+            let larger = (crop.zoom() / intended.zoom()).ln().abs();
+            assert!(larger <= errors.zoom + 1e-4 || crop.zoom() == 1.0, "sample {k}: {larger}");
+            let seen = crop.crop_from_view(two_pass.camera(), &pose);
+            let points = two_pass.view.points(two_pass.side, &seen, &[]);
+            let points_m = two_pass.view.camera_points(&points.world_m);
             let low = points_m.iter().fold(Vec3::INFINITY, |low, point| low.min(*point));
             let high = points_m.iter().fold(Vec3::NEG_INFINITY, |high, point| high.max(*point));
             let middle = 0.5 * (low + high);
@@ -209,38 +210,38 @@ mod tests {
     }
 
     #[test]
-    fn first_looks_are_turned_whole_views() {
+    fn first_passes_are_turned_whole_views() {
         let config = config(1.0);
-        let looks = Looks::new(&config).unwrap().unwrap();
+        let two_pass = TwoPass::new(&config).unwrap().unwrap();
         for k in 0..10 {
-            let look = looks.draw(&pose(&config, k), 3, k);
-            assert_eq!(look, Look::new(config.camera_turns.draw(3, k), 1.0));
+            let crop = two_pass.draw(&pose(&config, k), 3, k);
+            assert_eq!(crop, PerspectiveCrop::new(config.camera_turns.draw(3, k), 1.0));
         }
     }
 
     #[test]
-    fn a_predictor_looks_at_what_it_saw() {
+    fn a_predictor_infers_the_hand_that_it_found_once_more() {
         let config = config(0.5);
         let device = Device::flex();
         let network: HandRegressor =
             config.network.init(seed_for(1, "weights", 0), &device).unwrap();
-        let looks = Looks::new(&config).unwrap().unwrap();
-        let (view, size) = (looks.view_size(), looks.size());
+        let two_pass = TwoPass::new(&config).unwrap().unwrap();
+        let (view, size) = (two_pass.view_size(), two_pass.size());
         let values: Vec<f32> =
             (0..2 * view.pixels()).map(|i| ((i * 7919) % 97) as f32 / 97.0).collect();
         let sides = |size: SensorSize| (usize::from(size.height), usize::from(size.width));
 
-        let plain = HandConfig { looks: None, ..config.clone() };
+        let plain = HandConfig { two_pass: None, ..config.clone() };
         let mut network_alone =
             NetworkPredictor::new(&plain, network.clone(), device.clone()).unwrap();
-        let mut at = |look: &Look| {
+        let mut at = |crop: &PerspectiveCrop| {
             let mut image = vec![0.0; 2 * size.pixels()];
-            looks.fill(look, &values, &mut image);
+            two_pass.fill(crop, &values, &mut image);
             let pose = network_alone.predict(&image, sides(size)).unwrap()[0];
-            look.view_from_pose(looks.camera(), &pose)
+            crop.view_from_crop(two_pass.camera(), &pose)
         };
-        let first = at(&Look::WHOLE);
-        let second = at(&looks.second(&first));
+        let first = at(&PerspectiveCrop::WHOLE);
+        let second = at(&two_pass.about(&first));
 
         let mut twice = NetworkPredictor::new(&config, network, device).unwrap();
         let both = [values.clone(), values.clone()].concat();
