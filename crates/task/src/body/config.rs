@@ -185,6 +185,9 @@ pub struct BodyDecodingConfig {
     /// A second pass on a crop about the person that the first one found.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub second_pass: Option<SecondPass>,
+    /// Whether the last pass is also run on the mirror image: joints are then the means of both.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub mirror_average: bool,
 }
 
 /// A second pass of the network, on a crop about the person.
@@ -298,6 +301,7 @@ impl Default for BodyDecodingConfig {
             confidence: PUBLISHED_CONFIDENCE,
             softening_cells: DEFAULT_SOFTENING,
             second_pass: None,
+            mirror_average: false,
         }
     }
 }

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use evpose_core::{Plane, SensorSize};
 use evpose_infer::{CalibrationRanges, Engine, EngineOptions, Precision};
-use evpose_pose::body::{BODY_JOINTS, BodyDecoder, BodyJoint, BodyMaps, BodyPoints};
+use evpose_pose::body::{BODY_JOINTS, BodyDecoder, BodyJoint, BodyMaps, BodyPoints, MIRRORED};
 use evpose_pose::metric::body::BodyPrediction;
 use glam::{DAffine2, DVec2, Vec2};
 
@@ -17,6 +17,8 @@ use crate::TaskError;
 const CHANNELS: usize = 3;
 /// Pixels of the input for each cell of the maps.
 const CELL_PX: usize = 4;
+/// Distance, relative to the image, up to which two inferences found the same joint.
+const SAME_JOINT: f32 = 0.06;
 
 /// Finds joints on images.
 ///
@@ -34,6 +36,7 @@ pub struct BodyPredictor {
     side_px: usize,
     interpolation: Interpolation,
     second_pass: Option<SecondPass>,
+    mirror_average: bool,
     input: Vec<f32>,
 }
 
@@ -82,6 +85,7 @@ impl BodyPredictor {
             side_px,
             interpolation: image.interpolation,
             second_pass: checkpoint.config.decoding.second_pass,
+            mirror_average: checkpoint.config.decoding.mirror_average,
             input: vec![0.0; CHANNELS * side_px * side_px],
         })
     }
@@ -95,6 +99,7 @@ impl BodyPredictor {
             side_px: self.side_px,
             interpolation: self.interpolation,
             second_pass: self.second_pass,
+            mirror_average: self.mirror_average,
             input: self.input.clone(),
         }
     }
@@ -113,14 +118,21 @@ impl BodyPredictor {
 
     /// The joints of the person on an image.
     pub fn joints(&mut self, image: &Plane<u8>) -> Vec<BodyJoint> {
-        let first = self.pass(image, DAffine2::IDENTITY);
-        let Some(crop) = self.second_pass.and_then(|second| crop_about(&first, second)) else {
-            return first;
-        };
-        let mut joints = self.pass(image, crop);
-        for joint in &mut joints {
-            joint.position =
-                joint.position.map(|at| crop.transform_point2(at.as_dvec2()).as_vec2());
+        let mut joints = self.pass(image, DAffine2::IDENTITY);
+        let crop = self.second_pass.and_then(|second| crop_about(&joints, second));
+        if let Some(crop) = crop {
+            joints = self.pass(image, crop);
+        }
+        if self.mirror_average {
+            // The input of the last pass, turned over.
+            self.input.chunks_exact_mut(self.side_px).for_each(<[f32]>::reverse);
+            average(&mut joints, &mirrored(&self.infer()));
+        }
+        if let Some(crop) = crop {
+            for joint in &mut joints {
+                joint.position =
+                    joint.position.map(|at| crop.transform_point2(at.as_dvec2()).as_vec2());
+            }
         }
         joints
     }
@@ -128,6 +140,11 @@ impl BodyPredictor {
     /// The joints in the part of an image that a map leads to, relative to that part.
     fn pass(&mut self, image: &Plane<u8>, image_from_input: DAffine2) -> Vec<BodyJoint> {
         self.fill_input(image, image_from_input);
+        self.infer()
+    }
+
+    /// The joints in the network's input.
+    fn infer(&mut self) -> Vec<BodyJoint> {
         match self.engine.run(&self.input) {
             [heatmaps, centers, regs, offsets] => {
                 let maps = [heatmaps, centers, regs, offsets].map(Vec::as_slice);
@@ -169,6 +186,32 @@ fn crop_about(joints: &[BodyJoint], second: SecondPass) -> Option<DAffine2> {
     Some(DAffine2::from_scale_angle_translation(side, 0.0, start.as_dvec2()))
 }
 
+/// Joints of a person from those of the mirror image.
+fn mirrored(joints: &[BodyJoint]) -> Vec<BodyJoint> {
+    let back = |at: Vec2| Vec2::new(1.0 - at.x, at.y);
+    let of = |k: &usize| joints.get(*k);
+    MIRRORED
+        .iter()
+        .filter_map(of)
+        .map(|joint| BodyJoint { position: joint.position.map(back), ..*joint })
+        .collect()
+}
+
+/// Averages joints with those of another inference; of joints that lie apart, the one of the higher
+/// score stays.
+fn average(joints: &mut [BodyJoint], others: &[BodyJoint]) {
+    for (joint, other) in joints.iter_mut().zip(others) {
+        match (joint.position, other.position) {
+            (Some(a), Some(b)) if a.distance(b) <= SAME_JOINT => {
+                joint.position = Some(0.5 * (a + b));
+                joint.score = 0.5 * (joint.score + other.score);
+            }
+            _ if other.score > joint.score => *joint = *other,
+            _ => {}
+        }
+    }
+}
+
 /// Joints relative to an image, on it.
 pub fn joints_in_pixels(joints: &[BodyJoint], sensor: SensorSize) -> BodyPoints {
     in_pixels(joints, Vec2::new(f32::from(sensor.width), f32::from(sensor.height)))
@@ -185,6 +228,30 @@ fn in_pixels(joints: &[BodyJoint], size_px: Vec2) -> BodyPoints {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn joints_of_the_mirror_image_come_back() {
+        let at: Vec<[f32; 2]> = (0..BODY_JOINTS).map(|k| [0.05 * k as f32, 0.3]).collect();
+        let joints = detected(&at);
+        let seen_in_mirror: Vec<BodyJoint> = mirrored(&joints);
+        for (k, joint) in seen_in_mirror.iter().enumerate() {
+            let from = joints[MIRRORED[k]].position.unwrap_or_default();
+            assert_eq!(joint.position, Some(Vec2::new(1.0 - from.x, from.y)));
+        }
+        let mut twice = mirrored(&seen_in_mirror);
+        average(&mut twice, &joints);
+        for (a, b) in twice.iter().zip(&joints) {
+            assert!(a.position.unwrap_or_default().distance(b.position.unwrap_or_default()) < 1e-6);
+        }
+        let mut apart = detected(&[[0.1, 0.1], [0.1, 0.1]]);
+        let others = [
+            BodyJoint { position: Some(Vec2::splat(0.5)), score: 0.9 },
+            BodyJoint { position: None, score: 0.0 },
+        ];
+        average(&mut apart, &others);
+        assert_eq!(apart[0].position, Some(Vec2::splat(0.5)));
+        assert_eq!(apart[1].position, Some(Vec2::splat(0.1)));
+    }
 
     fn detected(places: &[[f32; 2]]) -> Vec<BodyJoint> {
         places.iter().map(|at| BodyJoint { position: Some((*at).into()), score: 0.5 }).collect()
