@@ -2,7 +2,7 @@
 
 use evpose_core::Micros;
 use evpose_pose::HandParams;
-use evpose_pose::filter::HandFilter;
+use evpose_pose::filter::{HandFilter, HoldAtRest};
 use evpose_pose::metric::{HandEvaluation, HandPoints, SequenceScores};
 
 use crate::TrainError;
@@ -136,10 +136,20 @@ fn predict(
     let mut tracks =
         vec![HandPoseTrack { frames: frames.clone(), poses: Vec::new() }; methods.len()];
     let mut inputs = Vec::new();
+    let (height, width) = data.image_size();
+    let hold = config.hold.map(|hold| HoldAtRest::new(&hold, data.sensor())).transpose()?;
+    let mut holds = vec![hold; methods.len()];
     for chunk in frames.chunks(BATCH) {
         data.windows_ending_at(sequence, chunk, &mut inputs)?;
-        for (method, track) in methods.iter_mut().zip(&mut tracks) {
-            track.poses.extend(method.predictor.predict(&inputs, data.image_size())?);
+        for ((method, track), hold) in methods.iter_mut().zip(&mut tracks).zip(&mut holds) {
+            let mut poses = method.predictor.predict(&inputs, (height, width))?;
+            if let Some(hold) = hold {
+                let windows = inputs.chunks_exact(2 * height * width);
+                poses.iter_mut().zip(windows).for_each(|(pose, window)| {
+                    *pose = hold.pose(window, pose);
+                });
+            }
+            track.poses.extend(poses);
         }
         progress(chunk.len() as u64);
     }

@@ -10,12 +10,14 @@ mod config;
 #[cfg(test)]
 mod golden;
 mod hand;
+mod hold;
 mod kalman;
 mod stillness;
 
 pub use adaptive::{AdaptiveFilterConfig, AdaptiveHandFilter};
 pub use config::{HandNoise, InitialState, KalmanConfig, NoiseSetting, NoiseVariances, TimeStep};
 pub use hand::{HandFilter, HandFilterConfig};
+pub use hold::HoldAtRest;
 pub use kalman::ConstantVelocityKalman;
 pub use stillness::{Gated, StillnessConfig, StillnessGate};
 

@@ -44,6 +44,16 @@ impl StillnessConfig {
     pub fn rest_sum_of(&self, sensor: SensorSize) -> f64 {
         self.rest_sum * sensor.pixels() as f64 / SensorSize::DAVIS240C.pixels() as f64
     }
+
+    /// The same, checked.
+    pub(super) fn valid_rest_sum_of(&self, sensor: SensorSize) -> Result<f64, PoseError> {
+        let rest_sum = self.rest_sum;
+        if !(rest_sum >= 0.0 && rest_sum.is_finite()) {
+            let rule = "a number from 0";
+            return Err(PoseError::OutOfRange { field: "rest_sum", value: rest_sum, rule });
+        }
+        Ok(self.rest_sum_of(sensor))
+    }
 }
 
 /// Skips the inference of batches without motion and repeats the predictions before.
@@ -68,12 +78,7 @@ impl StillnessGate {
     /// # Errors
     /// If the sum is negative or no number.
     pub fn new(config: &StillnessConfig, sensor: SensorSize) -> Result<Self, PoseError> {
-        let StillnessConfig { rest_sum } = *config;
-        if !(rest_sum >= 0.0 && rest_sum.is_finite()) {
-            let rule = "a number from 0";
-            return Err(PoseError::OutOfRange { field: "rest_sum", value: rest_sum, rule });
-        }
-        Ok(Self { rest_sum: config.rest_sum_of(sensor), previous: Vec::new() })
+        Ok(Self { rest_sum: config.valid_rest_sum_of(sensor)?, previous: Vec::new() })
     }
 
     /// The poses of a batch of `count` representations, contiguous: those of `predict`, which

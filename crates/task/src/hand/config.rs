@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use evpose_core::{Micros, SensorSize};
 use evpose_nn::{HandLossConfig, HandRegressorConfig, backbone_by_name};
-use evpose_pose::filter::HandFilterConfig;
+use evpose_pose::filter::{HandFilterConfig, StillnessConfig};
 use evpose_repr::{ChannelOrder, WindowAugmentation, representation_by_name};
 use evpose_sim::SimulationConfig;
 use evpose_stats::bootstrap::BootstrapConfig;
@@ -45,6 +45,9 @@ pub struct HandConfig {
     pub loss: HandLossConfig,
     /// Optimiser and duration.
     pub training: TrainingConfig,
+    /// Windows with fewer events than this repeat the last pose; none infers them all.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hold: Option<StillnessConfig>,
     /// Temporal filter of predictions.
     pub filter: HandFilterConfig,
     /// The slow-motion mode.
@@ -141,6 +144,7 @@ impl Default for HandConfig {
             network: HandRegressorConfig::default(),
             loss: HandLossConfig::default(),
             training: TrainingConfig::default(),
+            hold: None,
             filter: HandFilterConfig::default(),
             slow_motion: SlowMotionConfig::default(),
             evaluation: EvaluationConfig::default(),

@@ -2,7 +2,7 @@
 
 use evpose_core::{EventStream, Micros, SensorSize};
 use evpose_pose::HandParams;
-use evpose_pose::filter::{AdaptiveHandFilter, HandFilter, StillnessGate};
+use evpose_pose::filter::{AdaptiveHandFilter, HandFilter, HoldAtRest, StillnessGate};
 use evpose_repr::{Representation, StreamWindow, representation_by_name};
 
 use evpose_view::DenoiseFilter;
@@ -62,6 +62,7 @@ pub struct HandEstimator {
     /// Memory of the filter.
     filtered: EventStream,
     gate: Option<StillnessGate>,
+    hold: Option<HoldAtRest>,
     smoothing: Smoothing,
     batch: usize,
     pending: InputBatch,
@@ -113,6 +114,7 @@ impl HandEstimator {
             denoise,
             filtered,
             gate,
+            hold: config.hold.map(|hold| HoldAtRest::new(&hold, sensor)).transpose()?,
             smoothing,
             batch: batch.max(1),
             pending,
@@ -181,7 +183,14 @@ impl HandEstimator {
 
     /// Takes the network's outputs for a batch.
     pub fn accept(&mut self, batch: &InputBatch, outputs: Vec<HandParams>) -> Vec<HandEstimate> {
-        let estimates = self.smooth(batch, &outputs, false);
+        let held: Vec<HandParams> = match &mut self.hold {
+            None => outputs.clone(),
+            Some(hold) => {
+                let inputs = batch.values().chunks_exact(2 * self.sensor.pixels());
+                inputs.zip(&outputs).map(|(input, pose)| hold.pose(input, pose)).collect()
+            }
+        };
+        let estimates = self.smooth(batch, &held, false);
         if let Some(gate) = &mut self.gate {
             gate.predicted(outputs);
         }
@@ -221,6 +230,9 @@ impl HandEstimator {
         self.pending.clear();
         if let Some(gate) = &mut self.gate {
             gate.reset();
+        }
+        if let Some(hold) = &mut self.hold {
+            hold.reset();
         }
         match &mut self.smoothing {
             Smoothing::Kalman(filter) => filter.reset(),
