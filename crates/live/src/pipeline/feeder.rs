@@ -53,7 +53,8 @@ const PACKET: Micros = Micros(1_000);
 fn feed(source: &mut impl Source, queue: &PacketQueue, meter: &Meter) -> Result<(), LiveError> {
     let sensor = source.sensor();
     let (mut columns, mut latest) = (Columns::new(), None);
-    let (mut malformed, mut lost, mut slipped_us, mut repetition) = (0, 0, 0, 0);
+    let (mut malformed, mut lost, mut slipped_us) = (0, 0, 0);
+    let (mut repetition, mut is_repeated) = (0, false);
     let is_lossless = source.is_lossless();
     let is_cut = is_lossless && source.pace().is_none();
     loop {
@@ -69,7 +70,7 @@ fn feed(source: &mut impl Source, queue: &PacketQueue, meter: &Meter) -> Result<
             Ok(Some(host_time)) => host_time,
             Err(_) => Instant::now(),
         };
-        let mut is_repeated = increase(&mut repetition, source.repetition()) > 0;
+        is_repeated |= increase(&mut repetition, source.repetition()) > 0;
         // Usually one piece: time jumps back rarely.
         let mut from = 0;
         while from < columns.len() {
