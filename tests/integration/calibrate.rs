@@ -73,6 +73,10 @@ fn rates_come_back_and_hot_pixels_are_listed() {
     let table = String::from_utf8(bytes(&sandbox.path("hot.csv"))).unwrap();
     assert!(table.starts_with("x,y,on_hz,off_hz\n") && table.lines().count() > 1, "{table}");
     assert!(sandbox.ok(&["sensor", "show", "n.toml"]).contains("uniform_noise"));
-    let late = sandbox.fails(&["calibrate", "noise", "--events", "rec.npz", "--skip", "60"]);
+    let skip = |seconds| ["calibrate", "noise", "--events", "rec.npz", "--skip", seconds];
+    let short = sandbox.ok(&skip("1.5"));
+    assert!((number(&short, "ON  ", "ON") / 8.0 - 1.0).abs() < 0.1, "{short}");
+    assert!(short.contains("are short"), "{short}");
+    let late = sandbox.fails(&skip("60"));
     assert!(late.contains("--skip") && late.contains("rec.npz"), "{late}");
 }

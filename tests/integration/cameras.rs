@@ -5,7 +5,7 @@ use std::path::Path;
 use evpose_io::MetaReader;
 use glam::Vec3;
 
-use crate::harness::{Sandbox, bytes};
+use crate::harness::{Sandbox, bytes, stderr};
 
 fn shipped(name: &str) -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("checkpoints").join(name);
@@ -73,4 +73,66 @@ fn positions_come_back_in_the_pixels_of_the_sensor_and_guesses_are_said() {
     assert!(row[1].parse::<f32>().unwrap() > 60.0, "{row:?}");
     let refused = sandbox.fails(&[&infer[..], &["--camera", "dvs129"]].concat());
     assert!(refused.contains("davis346") && refused.contains("45deg"), "{refused}");
+}
+
+#[test]
+fn a_sensor_that_the_file_does_not_state_is_of_its_sidecar_given_or_inferred_and_said() {
+    let sandbox = Sandbox::new();
+    let simulate = ["simulate", "quick", "--held-out", "--sequences", "1", "--seconds", "0.3"];
+    let size = ["--set", "simulation.image_scale=1.0", "--out", "data"];
+    sandbox.ok(&[&simulate[..], &size].concat());
+    let networks = [shipped("hand-quick.bpk"), shipped("body-quick.bpk")];
+    let infer = |network: &str, more: &[&str]| {
+        let infer = ["infer", "--checkpoint", network, "--events", "data/0000.evc"];
+        let output = ["--out", "poses.csv"];
+        sandbox.evpose(&[&infer[..], &output, more].concat()).output().unwrap()
+    };
+    for network in &networks {
+        let beside = infer(network, &[]);
+        let said = stderr(&beside);
+        assert!(beside.status.success() && !said.contains("outside"), "{said}");
+        assert!(!said.contains("does not state"), "{said}");
+        let other = infer(network, &["--sensor", "60x45"]);
+        let said = stderr(&other);
+        assert!(!other.status.success() && said.contains("states a sensor of 240x180"), "{said}");
+    }
+    std::fs::remove_file(sandbox.path("data/0000.toml")).unwrap();
+    for network in &networks {
+        let given = infer(network, &["--sensor", "240x180", "--salvage", "--camera", "45deg"]);
+        assert!(given.status.success(), "{}", stderr(&given));
+        let guessed = infer(network, &[]);
+        let said = stderr(&guessed);
+        assert!(guessed.status.success() && said.contains("does not state its sensor"), "{said}");
+        assert!(said.contains("--sensor") && !said.contains("outside"), "{said}");
+        let small = infer(network, &["--sensor", "60x45"]);
+        let said = stderr(&small);
+        assert!(!small.status.success() && said.contains("outside a sensor of 60x45"), "{said}");
+    }
+}
+
+#[test]
+fn recordings_without_a_pose_are_errors_that_say_how_long_they_must_be() {
+    let sandbox = Sandbox::new();
+    let mut text = String::from("60 45\n");
+    (0..100).for_each(|k| text += &format!("{:.6} {} 7 1\n", 1e-4 * f64::from(k), k % 60));
+    std::fs::write(sandbox.path("short.txt"), text).unwrap();
+    std::fs::write(sandbox.path("none.txt"), "60 45\n").unwrap();
+    let [hand, body] = ["hand-quick.bpk", "body-quick.bpk"].map(shipped);
+    let infer = |network: &str, events: &str| {
+        let infer = ["infer", "--checkpoint", network, "--events", events, "--out", "poses.csv"];
+        sandbox.evpose(&infer).output().unwrap()
+    };
+    let short = infer(&hand, "short.txt");
+    let said = stderr(&short);
+    assert!(short.status.success() && said.contains("lasts 9.9 ms"), "{said}");
+    assert!(said.contains("100 ms"), "{said}");
+    let short = infer(&body, "short.txt");
+    let said = stderr(&short);
+    assert!(!short.status.success() && said.contains("lasts 9.9 ms"), "{said}");
+    assert!(said.contains("--stride-ms"), "{said}");
+    for network in [&hand, &body] {
+        let none = infer(network, "none.txt");
+        let said = stderr(&none);
+        assert!(!none.status.success() && said.contains("no events"), "{said}");
+    }
 }

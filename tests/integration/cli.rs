@@ -49,6 +49,31 @@ fn a_wrong_field_in_a_config_is_named() {
 }
 
 #[test]
+fn messages_say_what_was_asked_and_each_cause_once() {
+    let sandbox = Sandbox::new();
+    let typo = sandbox.fails(&["simulate", "fintune", "--out", "x"]);
+    assert!(typo.contains("did you mean finetune") && typo.contains("eventhands"), "{typo}");
+    // Too short to train on, which does not matter here.
+    let short = ["--set", "simulation.seconds=0.2", "--set", "simulation.image_scale=0.15"];
+    let simulate = ["simulate", "eventhands", "--sequences", "1", "--out", "short"];
+    sandbox.ok(&[&simulate[..], &short].concat());
+    let train = sandbox.fails(&[
+        "train",
+        "eventhands",
+        "--data",
+        "short",
+        "--out",
+        "r",
+        short[0],
+        short[1],
+    ]);
+    assert!(train.contains("training.validation_s"), "{train}");
+    let missing =
+        sandbox.fails(&["infer", "--checkpoint", "nofile", "--events", "x", "--out", "y"]);
+    assert_eq!(missing.matches("No such file").count(), 1, "{missing}");
+}
+
+#[test]
 fn the_same_seed_gives_the_same_bytes_on_any_number_of_threads() {
     let sandbox = Sandbox::new();
     for (out, threads) in [("one", "1"), ("two", "2")] {

@@ -111,6 +111,47 @@ fn listener() -> TcpListener {
 }
 
 #[test]
+fn every_loop_has_the_poses_of_the_first_and_no_event_is_lost() {
+    let sandbox = Sandbox::new();
+    recorded(&sandbox);
+    let network = shipped("body-quick.bpk");
+    let live = ["live", "--checkpoint", &network, "--stride-ms", "40", "--propagate-hz", "50"];
+    let output = ["--json", "poses.jsonl", "--report", "report.json"];
+    let report = || -> serde_json::Value {
+        serde_json::from_slice(&bytes(&sandbox.path("report.json"))).expect("JSON")
+    };
+    let loops = ["--source", "held/0001.raw", "--speed", "max", "--times", "3"];
+    sandbox.ok(&[&live[..], &loops, &output].concat());
+    let looped = report();
+    for count in ["dropped_events", "dropped_poses", "skipped_strides"] {
+        assert_eq!(looped[count], 0, "{count}");
+    }
+    assert_eq!(looped["events"], looped["followed"]);
+    let poses = lines(&sandbox, "poses.jsonl");
+    let joints = |origin: &str| -> Vec<&serde_json::Value> {
+        poses.iter().filter(|p| p["origin"] == origin).map(|p| &p["joints"]).collect()
+    };
+    for origin in ["network", "propagated"] {
+        let joints = joints(origin);
+        let (first, others) = joints.split_at(joints.len() / 3);
+        assert!(first.len() > 20, "{origin}: {}", first.len());
+        assert!(others.chunks(first.len()).all(|part| part == first), "{origin}");
+    }
+
+    sandbox.ok(&["convert", "held/0001.raw", "rec.evs"]);
+    let input = std::fs::File::open(sandbox.path("rec.evs")).expect("just written");
+    let mut piped = sandbox.evpose(&[&live[..], &["--source", "-"], &output].concat());
+    assert!(piped.stdin(input).status().expect("it runs").success());
+    let piped = report();
+    assert_eq!(piped["followed"].as_u64().map(|n| 3 * n), looped["events"].as_u64());
+    assert_eq!(piped["dropped_events"], 0);
+    assert_eq!(
+        piped["network"]["poses"].as_u64().map(|n| 3 * n),
+        looped["network"]["poses"].as_u64()
+    );
+}
+
+#[test]
 fn what_cannot_be_followed_is_said_before_anything_begins() {
     let sandbox = Sandbox::new();
     let network = shipped("body-quick.bpk");

@@ -65,7 +65,10 @@ fn a_run_directory_is_not_overwritten() {
     let arguments = tiny(&["train", "quick", "--data", "data", "--out", "run"]);
     sandbox.ok(&arguments);
     let message = sandbox.fails(&arguments);
-    assert!(message.contains("--resume"), "{message}");
+    assert!(
+        message.contains("add --resume to continue") && !message.contains("cannot"),
+        "{message}"
+    );
     let mut other = [&arguments[..], &["--resume"]].concat();
     other.extend(["--set", "training.learning_rate=0.5"]);
     let message = sandbox.fails(&other);

@@ -16,6 +16,11 @@ const EMBEDDED: &[(&str, &str)] = &[
     ("finetune-full", include_str!("../../../configs/body/finetune-full.toml")),
 ];
 
+/// Names of the embedded configs.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    EMBEDDED.iter().map(|(name, _)| *name)
+}
+
 /// Loads a config by name or path. None if it is not of the body task.
 pub fn config(args: &ConfigArgs) -> Result<Option<BodyConfig>> {
     if let Some((name, text)) = EMBEDDED.iter().find(|(name, _)| *name == args.config) {

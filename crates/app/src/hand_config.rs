@@ -2,8 +2,11 @@
 
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
+use evpose_task::TaskError;
 use evpose_task::hand::HandConfig;
+
+use crate::config_names::unknown_config;
 
 /// Configs embedded in the binary.
 const EMBEDDED: &[(&str, &str)] = &[
@@ -13,26 +16,46 @@ const EMBEDDED: &[(&str, &str)] = &[
     ("eventhands", include_str!("../../../configs/hand/eventhands.toml")),
 ];
 
+/// Names of the embedded configs.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    EMBEDDED.iter().map(|(name, _)| *name)
+}
+
 /// Whether there is an embedded config of this name.
 pub fn is_embedded(name: &str) -> bool {
-    EMBEDDED.iter().any(|(embedded, _)| *embedded == name)
+    names().any(|embedded| embedded == name)
 }
 
 /// Loads the embedded config `source`, or else the file of that path.
+///
+/// # Errors
+/// If there is neither, or it makes no sense.
 pub fn load(source: &str, overrides: &[String]) -> Result<HandConfig> {
+    read_with(source, HandConfig::parse, HandConfig::load, overrides)
+}
+
+/// As [`load`], for a simulation: its sequences may be shorter than a training would need.
+///
+/// # Errors
+/// As [`load`], but for the fields of the training.
+pub fn load_for_simulation(source: &str, overrides: &[String]) -> Result<HandConfig> {
+    let (parse, load) = (HandConfig::parse_for_simulation, HandConfig::load_for_simulation);
+    read_with(source, parse, load, overrides)
+}
+
+/// Reads a config with `parse` if it is embedded, or else with `load`.
+fn read_with(
+    source: &str,
+    parse: fn(&str, &[String]) -> Result<HandConfig, TaskError>,
+    load: fn(&Path, &[String]) -> Result<HandConfig, TaskError>,
+    overrides: &[String],
+) -> Result<HandConfig> {
     if let Some((name, text)) = EMBEDDED.iter().find(|(name, _)| *name == source) {
-        return HandConfig::parse(text, overrides)
-            .with_context(|| format!("the embedded config `{name}`"));
+        return parse(text, overrides).with_context(|| format!("the embedded config `{name}`"));
     }
     let path = Path::new(source);
-    if !path.exists() {
-        let names: Vec<&str> = EMBEDDED.iter().map(|(name, _)| *name).collect();
-        anyhow::bail!(
-            "{source}: no such file, and no embedded config of that name (there are {})",
-            names.join(", ")
-        );
-    }
-    Ok(HandConfig::load(path, overrides)?)
+    ensure!(path.exists(), unknown_config(source));
+    Ok(load(path, overrides)?)
 }
 
 #[cfg(test)]

@@ -2,9 +2,10 @@
 //! progress.
 //!
 //! * [`args`]: the groups of arguments that several commands take.
-//! * [`hand_config`], [`body_config`]: embedded configs and config files.
+//! * [`hand_config`], [`body_config`], [`config_names`]: embedded configs and config files.
 //! * [`run_info`]: config, seed and commit beside every output.
 //! * [`shipped`]: checkpoints that come with the program, by name.
+//! * [`sidecar`]: sizes of sensors that files beside recordings state.
 //! * [`recorded`]: simulated data sets on disk, made where they are missing.
 //! * [`progress`]: bars and lines on the terminal.
 //! * [`machine`], [`latency`]: measurements, and the machine they were made on.
@@ -18,6 +19,7 @@
 pub mod args;
 pub mod bad_input;
 pub mod body_config;
+pub mod config_names;
 pub mod hand_config;
 pub mod json;
 pub mod latency;
@@ -27,4 +29,5 @@ pub mod recorded;
 pub mod run_info;
 pub mod sensor_source;
 pub mod shipped;
+pub mod sidecar;
 pub mod threads;

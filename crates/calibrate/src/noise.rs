@@ -21,8 +21,8 @@ pub const HOT: f64 = 5.0;
 const CHANCE: f64 = 0.01;
 /// Parts of time.
 const PARTS: usize = 20;
-/// Shorter recordings say nothing of rates below one a second.
-const SHORTEST_S: f64 = 1.0;
+/// Minimum length: in shorter recordings the parts of time hold too few events.
+const MIN_SECONDS: f64 = 0.1;
 /// Draws of the bootstrap.
 const RESAMPLES: usize = 4_000;
 /// Largest number of iterations; the set of hot pixels converges after a few.
@@ -66,8 +66,8 @@ pub struct Noise {
 /// A window that is too short.
 pub fn noise(events: &EventStream, window: TimeWindow, seed: u64) -> Result<Noise, CalibrateError> {
     let seconds = window.length().as_seconds();
-    if seconds < SHORTEST_S {
-        return Err(CalibrateError::TooShort(seconds, SHORTEST_S));
+    if seconds < MIN_SECONDS {
+        return Err(CalibrateError::TooShort(seconds, MIN_SECONDS));
     }
     let size = events.sensor();
     let width = usize::from(size.width);

@@ -47,7 +47,7 @@ const STEP: Micros = Micros(20_000);
 
 pub(crate) fn run(args: &ConvertArgs) -> Result<()> {
     let format = format(&args.out, args.format.as_deref())?;
-    let options = args.recording.opening.options(&args.recording.input);
+    let options = args.recording.opening.options(&args.recording.input)?;
     let begin = Instant::now();
     let done = match windows(args, format, &options)? {
         Some(done) => done,

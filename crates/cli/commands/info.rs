@@ -3,7 +3,7 @@
 use anyhow::{Result, bail};
 use evpose_body::files::ModelFile;
 
-use super::opening::OpeningArgs;
+use super::opening::FileOpeningArgs;
 use super::{checkpoint_info, data_set};
 use evpose_app::progress::say;
 use std::path::PathBuf;
@@ -23,7 +23,7 @@ pub(crate) struct InfoArgs {
     #[arg(long)]
     pub(crate) verify: bool,
     #[command(flatten)]
-    pub(crate) opening: OpeningArgs,
+    pub(crate) opening: FileOpeningArgs,
 }
 
 pub(crate) fn run(args: &InfoArgs) -> Result<()> {
@@ -44,7 +44,7 @@ pub(crate) fn run(args: &InfoArgs) -> Result<()> {
             let model = ModelFile::read(file)?;
             say(format!("{}\n{model}", file.display()));
         } else {
-            say(evpose_io::info(file, &args.opening.options(file))?);
+            say(evpose_io::info(file, &args.opening.options(file)?)?);
         }
     }
     Ok(())

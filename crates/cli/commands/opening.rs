@@ -2,12 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
-use evpose_core::SensorSize;
-use evpose_io::Encoding;
-use evpose_io::FrameSource;
-use evpose_io::OpenOptions;
-use evpose_sim::SequenceInfo;
+use anyhow::Result;
+use evpose_commands::opening::OpeningArgs;
+use evpose_io::{Encoding, FrameSource, OpenOptions};
 
 /// Frames and their luminance.
 #[derive(Debug, clap::Args)]
@@ -36,33 +33,29 @@ impl FrameArgs {
     }
 }
 
-/// Properties of a recording that its file may not state.
+/// Opening arguments of commands where `--camera` is an older name of `--camera-index`.
 #[derive(Debug, clap::Args)]
-pub(crate) struct OpeningArgs {
-    /// Sensor size, for files that do not state it, for example 346x260
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
-    pub(crate) sensor: Option<SensorSize>,
-    /// Camera of a file that holds several, counted from 0
-    #[arg(long)]
-    pub(crate) camera: Option<u8>,
-    /// Microseconds per tick of YARP's clock: 0.08 or 1
-    #[arg(long, value_name = "MICROSECONDS")]
-    pub(crate) tick_us: Option<f64>,
-    /// Read the intact parts of a damaged file, and report what is lost
-    #[arg(long)]
-    pub(crate) salvage: bool,
+pub(crate) struct FileOpeningArgs {
+    #[command(flatten)]
+    opening: OpeningArgs,
+    /// Older name of --camera-index
+    #[arg(long, hide = true, conflicts_with = "camera_index")]
+    camera: Option<u8>,
 }
 
-impl OpeningArgs {
-    /// Options of opening `input`; simulated recordings state their sensor in a file beside them.
-    pub(crate) fn options(&self, input: &Path) -> OpenOptions {
-        let simulated = || SequenceInfo::beside(&input.with_extension("")).ok().flatten();
-        OpenOptions {
-            sensor: self.sensor.or_else(|| simulated().map(|info| info.sensor)),
-            camera: self.camera,
-            tick_us: self.tick_us,
-            salvage: self.salvage,
-        }
+impl FileOpeningArgs {
+    /// See [`OpeningArgs::options`].
+    pub(crate) fn options(&self, recording: &Path) -> Result<OpenOptions> {
+        Ok(self.with_camera(self.opening.options(recording)?))
+    }
+
+    /// See [`OpeningArgs::options_with_sensor`].
+    pub(crate) fn options_with_sensor(&self, recording: &Path) -> Result<OpenOptions> {
+        Ok(self.with_camera(self.opening.options_with_sensor(recording)?))
+    }
+
+    fn with_camera(&self, options: OpenOptions) -> OpenOptions {
+        OpenOptions { camera: options.camera.or(self.camera), ..options }
     }
 }
 
@@ -72,15 +65,5 @@ pub(crate) struct RecordingArgs {
     /// Recording in any supported format; `evpose convert --help` lists them
     pub(crate) input: PathBuf,
     #[command(flatten)]
-    pub(crate) opening: OpeningArgs,
-}
-
-/// Parses a size such as 346x260.
-pub(crate) fn parse_size(text: &str) -> Result<SensorSize> {
-    let (width, height) =
-        text.split_once('x').context("expected WIDTHxHEIGHT, for example 346x260")?;
-    let pixels = |text: &str| text.parse().ok().filter(|&n: &u16| n > 0);
-    let width = pixels(width).context("the width is an integer from 1 to 65535")?;
-    let height = pixels(height).context("the height is an integer from 1 to 65535")?;
-    Ok(SensorSize { width, height })
+    pub(crate) opening: FileOpeningArgs,
 }

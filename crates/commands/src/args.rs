@@ -6,6 +6,8 @@ use evpose_app::args::{ConfigArgs, DeviceArgs};
 use evpose_infer::Precision;
 use evpose_sim::Shard;
 
+use crate::opening::OpeningArgs;
+
 /// Arguments of `evpose simulate`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  evpose simulate quick --out data/train\n  \
@@ -175,6 +177,9 @@ pub struct InferArgs {
     /// Recording, in any supported format
     #[arg(long)]
     pub events: PathBuf,
+    /// Sensor, camera of the file, ticks, damage.
+    #[command(flatten)]
+    pub opening: OpeningArgs,
     /// Output as CSV. Hands: time stamp and 12 parameters, a line every millisecond, or per
     /// inference of slow motion. Bodies: time stamp, delay and 13 joints in pixels, in the format
     /// of hpe-core

@@ -4,6 +4,7 @@
 //! * [`PoseTask`], [`PoseModel`]: what a task has to implement so that every command takes it.
 //! * [`PoseExperiment`]: the steps of a config's experiment, for studies that repeat them.
 //! * [`args`]: arguments of the commands whose work is the task's.
+//! * [`opening`]: arguments of opening a recording, and the size of its sensor.
 //!
 //! ```
 //! use evpose_app::args::DeviceArgs;
@@ -31,6 +32,7 @@ mod experiment;
 mod hand;
 pub mod hand_joints;
 pub mod online;
+pub mod opening;
 mod scores;
 mod task;
 

@@ -57,6 +57,29 @@ pub enum IoError {
         /// Events before it.
         events: u64,
     },
+    /// A given size of the sensor that is not the one that the file states.
+    #[error("{}: the file states a sensor of {stated}, not of {given}", path.display())]
+    OtherSensor {
+        /// The file.
+        path: PathBuf,
+        /// Size as given.
+        given: SensorSize,
+        /// Size as the file states it.
+        stated: SensorSize,
+    },
+    /// A given size of the sensor that does not hold every event.
+    #[error(
+        "{}: events lie outside a sensor of {given}: it takes at least {extent} to hold them all",
+        path.display()
+    )]
+    SmallerSensor {
+        /// The file.
+        path: PathBuf,
+        /// Size as given.
+        given: SensorSize,
+        /// Smallest size that holds every event.
+        extent: SensorSize,
+    },
     /// Events that a stream cannot take: it ends later, or its sensor is smaller.
     #[error("{}: {reason}", path.display())]
     Stream {

@@ -75,8 +75,8 @@ pub use frames::{Encoding, FrameFault, FrameSource};
 pub use meta::{MetaReader, MetaWriter};
 pub use open::{
     Create, FORMATS, Format, Info, Labels, Open, Recording, SensorOrigin, Windows, create,
-    detect_format, format_by_name, format_for, info, input, open, open_as, open_with, read_as,
-    read_as_in, source, source_in,
+    detect_format, find_sensor, format_by_name, format_for, info, input, open, open_as, open_with,
+    read_as, read_as_in, source, source_in,
 };
 pub use predictions::{PredictionWriter, read_predictions};
 pub use sink::EventSink;

@@ -2,7 +2,8 @@
 //!
 //! * The feeder waits for the source, validates its events and fills the queue.
 //! * The front end, on the caller's thread, updates the representation and propagates poses.
-//! * The inference worker takes the newest input whenever it is idle.
+//! * The inference worker takes the newest input whenever it is idle. Of a source that is lossless
+//!   and has no pace, it takes the input of every stride: poses then depend on the events alone.
 
 mod clock;
 mod feeder;
@@ -103,12 +104,15 @@ where
 {
     let queue = Arc::new(PacketQueue::new(options.max_packets, options.max_events));
     let clock = Clock::new(source.pace(), options.stall);
+    let is_lossless = source.is_lossless();
+    let mode = Mode { is_lossless, infers_all: is_lossless && source.pace().is_none() };
     let feeder = Feeder::start(source, queue.clone(), control.meter.clone());
     let PoseStream { frontend, mut worker, .. } = stream;
     let ended = std::thread::scope(|scope| {
         let (inference, thread) = InferenceHandle::new(queue.clone());
         scope.spawn(move || thread.run(&mut worker));
-        let mut follower = Follower::new(frontend, inference, clock, sinks, options, control);
+        let mut follower =
+            Follower::new(frontend, inference, clock, mode, sinks, (options, control));
         follower.run(&queue)
     });
     // A feeder that is blocked on an abandoned source must not block the caller.
@@ -120,11 +124,21 @@ where
     Ok(report)
 }
 
+/// Treatment of events and inputs that come faster than they are processed.
+#[derive(Debug, Clone, Copy)]
+struct Mode {
+    /// Sinks that are slow are waited for.
+    is_lossless: bool,
+    /// The network is waited for at every stride.
+    infers_all: bool,
+}
+
 /// The front end's loop.
 struct Follower<'a, F: StreamFrontend> {
     frontend: F,
     inference: InferenceHandle<F::Input, F::Output>,
     clock: Clock,
+    mode: Mode,
     sinks: &'a mut Sinks,
     options: &'a LiveOptions,
     control: &'a Control,
@@ -145,9 +159,9 @@ impl<'a, F: StreamFrontend> Follower<'a, F> {
         frontend: F,
         inference: InferenceHandle<F::Input, F::Output>,
         clock: Clock,
+        mode: Mode,
         sinks: &'a mut Sinks,
-        options: &'a LiveOptions,
-        control: &'a Control,
+        (options, control): (&'a LiveOptions, &'a Control),
     ) -> Self {
         let step = (options.propagate_hz > 0.0)
             .then(|| Micros(((1e6 / options.propagate_hz).round() as i64).max(1)));
@@ -155,6 +169,7 @@ impl<'a, F: StreamFrontend> Follower<'a, F> {
             frontend,
             inference,
             clock,
+            mode,
             sinks,
             options,
             control,
@@ -265,14 +280,13 @@ impl<'a, F: StreamFrontend> Follower<'a, F> {
         if self.next_propagated.is_none() {
             self.next_propagated = self.step.map(|step| last + step);
         }
-        self.submit(last);
-        Ok(())
+        self.submit(last)
     }
 
     /// Starts an inference, if none is running and a stride has passed.
-    fn submit(&mut self, t: Micros) {
+    fn submit(&mut self, t: Micros) -> Result<(), LiveError> {
         if self.next_image.is_some_and(|next| t < next) {
-            return;
+            return Ok(());
         }
         self.frontend.stride(t);
         let stride = self.options.stride;
@@ -283,7 +297,7 @@ impl<'a, F: StreamFrontend> Follower<'a, F> {
                 self.control.meter.skipped_strides.add(missed.unsigned_abs());
                 self.next_image = Some(Micros(next.0 + missed * stride.0));
             }
-            return;
+            return Ok(());
         }
         self.next_image = Some(t + stride);
         match self.frontend.input(t, self.memory.take()) {
@@ -294,6 +308,12 @@ impl<'a, F: StreamFrontend> Follower<'a, F> {
             }
             None => self.control.meter.repeated.add(1),
         }
+        if self.mode.infers_all
+            && let Some(inferred) = self.inference.wait_for_last()?
+        {
+            self.accept(inferred);
+        }
+        Ok(())
     }
 
     fn accept(&mut self, inferred: Inferred<F::Input, F::Output>) {
@@ -317,7 +337,11 @@ impl<'a, F: StreamFrontend> Follower<'a, F> {
 
     fn emit(&mut self, pose: LivePose) {
         self.control.meter.record(&pose);
-        let dropped = self.sinks.send(&Arc::new(pose));
+        let pose = Arc::new(pose);
+        let dropped = match self.mode.is_lossless {
+            true => self.sinks.send_waiting(&pose),
+            false => self.sinks.send(&pose),
+        };
         self.control.meter.dropped_poses.add(dropped);
     }
 }

@@ -10,8 +10,8 @@ use crate::Packet;
 
 /// A queue of packets from the source to the front end, bounded in packets and in events.
 ///
-/// A consumer that cannot keep up gets the newest packets: the oldest are dropped whole, and
-/// counted.
+/// A consumer that cannot keep up gets the newest packets: with [`Self::push`], the oldest are
+/// dropped whole, and counted. With [`Self::push_waiting`], the source waits.
 #[derive(Debug)]
 pub struct PacketQueue {
     state: Mutex<State>,
@@ -68,9 +68,7 @@ impl PacketQueue {
         let mut state = self.lock();
         let mut dropped = DropCounts::default();
         let new = packet.events.len();
-        while !state.packets.is_empty()
-            && (state.packets.len() >= self.max_packets || state.events + new > self.max_events)
-        {
+        while !self.has_room(&state, new) {
             let Some(oldest) = state.packets.pop_front() else { break };
             dropped.packets += 1;
             dropped.events += oldest.events.len() as u64;
@@ -89,6 +87,29 @@ impl PacketQueue {
         dropped
     }
 
+    /// Adds a packet as soon as there is room for it, and drops none. An abandoned queue takes
+    /// nothing.
+    pub fn push_waiting(&self, packet: Packet) {
+        let new = packet.events.len();
+        let mut state = self.lock();
+        while !state.is_abandoned && !self.has_room(&state, new) {
+            state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
+        }
+        if state.is_abandoned {
+            return;
+        }
+        state.events += new;
+        state.packets.push_back(packet);
+        drop(state);
+        self.changed.notify_all();
+    }
+
+    /// Whether a packet of `new` events fits. An empty queue takes any.
+    fn has_room(&self, state: &State, new: usize) -> bool {
+        let fits = state.packets.len() < self.max_packets && state.events + new <= self.max_events;
+        fits || state.packets.is_empty()
+    }
+
     /// Waits for the oldest packet, until `wait` has passed or [`Self::notify`] is called.
     pub fn pop(&self, wait: Duration) -> PopOutcome {
         let end = Instant::now() + wait;
@@ -96,6 +117,9 @@ impl PacketQueue {
         loop {
             if let Some(packet) = state.packets.pop_front() {
                 state.events -= packet.events.len();
+                drop(state);
+                // The source may wait for room.
+                self.changed.notify_all();
                 return PopOutcome::Packet(packet);
             }
             if std::mem::take(&mut state.is_notified) {
@@ -128,6 +152,7 @@ impl PacketQueue {
     /// Marks the queue as without a consumer.
     pub fn abandon(&self) {
         self.lock().is_abandoned = true;
+        self.changed.notify_all();
     }
 
     /// Whether the consumer has ended.
@@ -212,6 +237,36 @@ mod tests {
         assert_eq!(queue.push(packet(10, 6)), DropCounts { packets: 1, events: 6 });
         assert_eq!(queue.push(packet(20, 40)), DropCounts { packets: 1, events: 6 });
         assert_eq!(times(&queue), [20]);
+    }
+
+    #[test]
+    fn a_source_that_waits_loses_nothing_and_an_abandoned_one_goes_on() {
+        let queue = PacketQueue::new(2, 10);
+        std::thread::scope(|scope| {
+            let queue = &queue;
+            scope.spawn(move || {
+                (0..50).for_each(|k| queue.push_waiting(packet(10 * k, 6)));
+                queue.close();
+            });
+            let mut seen = Vec::new();
+            loop {
+                match queue.pop(Duration::from_secs(10)) {
+                    PopOutcome::Packet(packet) => seen.push(packet.events.t()[0].0),
+                    PopOutcome::Empty => panic!("the source waits for nothing"),
+                    PopOutcome::Closed => break,
+                }
+                assert!(queue.len() <= 1, "two packets have too many events");
+            }
+            assert!(seen.into_iter().eq((0..50).map(|k| 10 * k)));
+        });
+        let full = PacketQueue::new(1, 10);
+        full.push_waiting(packet(0, 1));
+        std::thread::scope(|scope| {
+            let waits = scope.spawn(|| full.push_waiting(packet(10, 1)));
+            full.abandon();
+            waits.join().unwrap();
+        });
+        assert_eq!(full.len(), 1);
     }
 
     #[test]

@@ -104,7 +104,7 @@ impl Condition {
         merge(&mut table, changes);
         let changed: HandConfig =
             table.try_into().map_err(|error: toml::de::Error| problem(error.to_string()))?;
-        changed.validate()?;
+        changed.validate_without_training()?;
         let [before, after] = [config, &changed].map(|config| config.simulation.image_size());
         if before != after {
             return Err(problem(format!(

@@ -88,12 +88,13 @@ pub enum TrainError {
     /// Burn stopped for another reason.
     #[error("training stopped: {0}")]
     Stopped(String),
-    /// Resuming into a directory of another run.
-    #[error("{}: cannot resume, {message}", path.display())]
-    Resume {
+    /// A new run in the directory of another, which nobody asked to continue.
+    #[error(
+        "{} already holds checkpoints of a training: choose another --out, or add --resume to \
+         continue that training", path.display()
+    )]
+    HoldsCheckpoints {
         /// The run directory.
         path: PathBuf,
-        /// The reason.
-        message: String,
     },
 }

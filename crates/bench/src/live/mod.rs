@@ -178,6 +178,7 @@ impl<'a> Bench<'a> {
         let options = ReplayOptions {
             speed,
             times: ENDLESS,
+            is_real_time: true,
             // Packets of a millisecond of this machine's clock.
             packet: Micros(if speed.is_finite() {
                 (1e3 * speed).round().max(1.0) as i64

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use evpose_calibrate::threshold::FLOOR;
+use evpose_commands::opening::OpeningArgs;
 
 use crate::commands::opening::FrameArgs;
 
@@ -46,6 +47,8 @@ pub(crate) struct NoiseArgs {
     /// Recording in any supported format
     #[arg(long)]
     pub(crate) events: PathBuf,
+    #[command(flatten)]
+    pub(crate) opening: OpeningArgs,
     /// Seconds skipped at the beginning
     #[arg(long, default_value_t = 0.0)]
     pub(crate) skip: f64,

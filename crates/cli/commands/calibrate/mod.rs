@@ -24,8 +24,8 @@ pub(crate) fn run(command: &CalibrateCommand) -> Result<()> {
 }
 
 /// Reads all events of a file; `sensor` is the size for files that do not state it.
-fn read(path: &Path, sensor: Option<SensorSize>) -> Result<EventStream> {
-    let read = load_recording(path, sensor)?;
+fn read(path: &Path, sensor: SensorSize) -> Result<EventStream> {
+    let read = load_recording(path, Some(sensor))?;
     for note in &read.notes {
         say(format!("note      {note}"));
     }

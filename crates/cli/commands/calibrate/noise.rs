@@ -8,16 +8,22 @@ use evpose_core::{Micros, TimeWindow, atomic_write};
 use evpose_sensor::EffectConfig;
 
 use super::args::NoiseArgs;
-use super::{interval_text, read, write};
+use super::{interval_text, write};
+use crate::commands::account::Account;
 use evpose_app::progress::say;
 
 /// Number of printed hot pixels.
 const SHOWN: usize = 5;
+/// Shorter recordings hardly show rates of single pixels below one event a second.
+const RECOMMENDED_S: f64 = 1.0;
 /// From here on the scene was hardly at rest.
 const RESTLESS: f64 = 2.0;
 
 pub(super) fn run(args: &NoiseArgs) -> Result<()> {
-    let events = read(&args.events, None)?;
+    let options = args.opening.options_with_sensor(&args.events)?;
+    let recording = evpose_io::open_as(&args.events, &options)?;
+    Account::from_recording(&recording).print();
+    let events = recording.stream;
     let (Some(first), Some(last)) = (events.t().first(), events.t().last()) else {
         anyhow::bail!("{}: no events", args.events.display());
     };
@@ -32,8 +38,10 @@ pub(super) fn run(args: &NoiseArgs) -> Result<()> {
         args.events.display(),
         (*last - start).as_seconds()
     );
-    let found =
-        noise(&events, window, args.seed).with_context(|| args.events.display().to_string())?;
+    let found = noise(&events, window, args.seed).with_context(|| match args.skip > 0.0 {
+        true => format!("{} behind --skip {}", args.events.display(), args.skip),
+        false => args.events.display().to_string(),
+    })?;
     let size = events.sensor();
     say(format!(
         "seen      {:.2} s of {size}, {} events",
@@ -58,6 +66,12 @@ pub(super) fn run(args: &NoiseArgs) -> Result<()> {
     ));
     for HotPixelRate { x, y, on_hz, off_hz } in found.hot.iter().take(SHOWN) {
         say(format!("          ({x}, {y}): {on_hz:.1} Hz ON, {off_hz:.1} Hz OFF"));
+    }
+    if found.seconds < RECOMMENDED_S {
+        say(format!(
+            "note      {:.2} s are short: hot pixels of low rates do not show, a minute is better",
+            found.seconds
+        ));
     }
     if found.unrest > RESTLESS {
         say(format!(

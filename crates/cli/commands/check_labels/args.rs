@@ -2,10 +2,9 @@
 
 use std::path::PathBuf;
 
+use evpose_commands::opening::parse_size;
 use evpose_core::SensorSize;
 use evpose_datasets::check::CheckOptions;
-
-use crate::commands::opening::parse_size;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  evpose check-labels data/eh36m\n  \

@@ -18,7 +18,7 @@ use super::convert::format;
 use evpose_app::progress::say;
 
 pub(crate) fn run(args: &CleanArgs) -> Result<()> {
-    let options = args.recording.opening.options(&args.recording.input);
+    let options = args.recording.opening.options(&args.recording.input)?;
     // Errors of the target are reported before the recording is read, which may take long.
     let target = match &args.out {
         Some(out) => Some((out.as_path(), format(out, args.format.as_deref())?)),

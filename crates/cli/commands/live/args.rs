@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use evpose_infer::Precision;
 
-use crate::commands::opening::OpeningArgs;
 use evpose_app::args::DeviceArgs;
+use evpose_commands::opening::OpeningArgs;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  \
@@ -15,8 +15,9 @@ use evpose_app::args::DeviceArgs;
     evpose live --source tcp://127.0.0.1:7777 --checkpoint runs/hand --serve\n  \
     cat rec.evs | evpose live --source - --checkpoint body --json -\n  \
     evpose live --source camera --checkpoint runs/body/finetune --serve\n\n\
-    Each pose has an `origin`, `network` or `propagated`, and the two are counted separately. Under load the\n\
-    oldest events, inputs of the network, and poses for slow outputs are dropped, and counted.")]
+    Each pose has an `origin`, `network` or `propagated`, and the two are counted separately. Of cameras,\n\
+    connections and --real-time, the oldest events, inputs of the network, and poses for slow outputs are\n\
+    dropped under load, and counted. Files and standard input wait instead.")]
 pub(crate) struct LiveArgs {
     /// FILE, tcp://HOST:PORT (DV, or plain framed events), - for standard input, or camera (feature
     /// `live`)
@@ -34,6 +35,11 @@ pub(crate) struct LiveArgs {
     /// Repetitions of a recording
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) times: u64,
+    /// Files and standard input: drop events that are not processed in time, as with a camera.
+    /// Without this they wait, no event is lost, and `--speed max` and standard input infer every
+    /// stride
+    #[arg(long)]
+    pub(crate) real_time: bool,
     /// Write poses as JSON Lines to a file, - for standard output, or tcp://HOST:PORT
     #[arg(long, value_name = "OUTPUT")]
     pub(crate) json: Option<String>,

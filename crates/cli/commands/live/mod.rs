@@ -25,10 +25,17 @@ use evpose_app::json::write_json;
 use evpose_app::progress::note;
 
 pub(crate) fn run(args: &LiveArgs) -> Result<()> {
+    let path = Path::new(&args.source);
+    let is_file = path.is_file();
+    let open = match is_file {
+        true => args.opening.options_with_sensor(path)?,
+        false => args.opening.options(path)?,
+    };
     let replay = ReplayOptions {
         speed: args.speed,
         times: args.times,
-        open: args.opening.options(Path::new(&args.source)),
+        is_real_time: args.real_time,
+        open,
         ..ReplayOptions::default()
     };
     let source = source::open(&args.source, &SourceOptions { replay, ..SourceOptions::default() })?;

@@ -71,7 +71,7 @@ pub(super) fn print_summary(report: &Report) {
     ));
     if report.slipped_us > 0 {
         note(format!(
-            "         replay clock set back by {:.2} s: the recording could not be read in time",
+            "         replay clock set back by {:.2} s: the recording could not be followed in time",
             1e-6 * report.slipped_us as f64
         ));
     }

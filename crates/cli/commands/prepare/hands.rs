@@ -30,7 +30,7 @@ pub(super) fn run(args: &HandsArgs) -> Result<()> {
     let progress = bar("importing", count.sum::<usize>() as u64, "labels");
     let mut sequences = 0;
     for ((recording, path, name), labels) in pairs.iter().zip(&labels) {
-        let read = evpose_io::open_with(recording, args.sensor)
+        let read = evpose_io::open_as(recording, &args.opening.options(recording)?)
             .with_context(|| format!("reading {}", recording.display()))?;
         let calibration = calibration_for(&config, read.stream.sensor(), args.camera.as_deref())?;
         let report = import_hand(

@@ -4,12 +4,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
-use evpose_core::{Micros, SensorSize};
+use evpose_commands::opening::OpeningArgs;
+use evpose_core::Micros;
 use evpose_import::hand::JointFrame;
 use evpose_import::{FrameCount, LabelClock};
 use evpose_pose::HandSide;
 
-use crate::commands::opening::{OpeningArgs, parse_size};
+use crate::commands::opening::FileOpeningArgs;
 
 /// Recordings and label files, in the same order.
 #[derive(Debug, clap::Args)]
@@ -95,7 +96,7 @@ pub(crate) struct PeopleArgs {
     #[arg(long, value_enum, requires = "fps")]
     pub(crate) count_by: Option<CountBy>,
     #[command(flatten)]
-    pub(crate) opening: OpeningArgs,
+    pub(crate) opening: FileOpeningArgs,
 }
 
 impl PeopleArgs {
@@ -190,9 +191,8 @@ pub(crate) struct HandsArgs {
     /// Size of the hand relative to the neutral one, or `fit`: from joints in metres
     #[arg(long, default_value = "1", value_parser = hand_scale)]
     pub(crate) scale: HandScale,
-    /// Sensor size, for files that do not state it, for example 346x260
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
-    pub(crate) sensor: Option<SensorSize>,
+    #[command(flatten)]
+    pub(crate) opening: OpeningArgs,
 }
 
 fn positive(text: &str) -> Result<f64, String> {

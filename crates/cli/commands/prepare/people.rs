@@ -30,7 +30,7 @@ pub(super) fn run(args: &PeopleArgs) -> Result<()> {
     let progress = bar("importing", pairs.len() as u64, "recordings");
     let mut sequences = 0;
     for ((recording, path, name), images) in pairs.iter().zip(&labels) {
-        let read = evpose_io::open_as(recording, &args.opening.options(recording))
+        let read = evpose_io::open_as(recording, &args.opening.options(recording)?)
             .with_context(|| format!("reading {}", recording.display()))?;
         let report = import_body(&read.stream, images, path, &options, &args.own.out, name)?;
         progress.suspend(|| {

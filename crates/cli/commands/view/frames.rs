@@ -4,7 +4,7 @@ use std::cmp::Reverse;
 
 use anyhow::{Context, Result, ensure};
 use evpose_core::{EventStream, Micros, SensorSize, TimeWindow};
-use evpose_io::{SensorOrigin, Windows};
+use evpose_io::Windows;
 use evpose_repr::{ChannelOrder, Representation, StreamWindow, representation_by_name};
 use image::RgbImage;
 
@@ -47,7 +47,7 @@ pub(super) struct FrameData<'a> {
 impl FrameReader {
     pub(super) fn open(args: &ViewArgs, frames: u32) -> Result<Self> {
         let input = &args.recording.input;
-        let options = args.recording.opening.options(&args.recording.input);
+        let options = args.recording.opening.options_with_sensor(&args.recording.input)?;
         let mut windows = Windows::open(input, &options)?;
         let origin = windows.start().with_context(|| format!("{}: no events", input.display()))?;
         let sensor = windows.sensor();
@@ -105,13 +105,6 @@ impl FrameReader {
     /// Anomalies of the recording, as far as it was read.
     pub(super) fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
-        if self.windows.sensor_origin() == SensorOrigin::Inferred {
-            warnings.push(format!(
-                "the file does not state its sensor: {} holds its first events; --sensor says what \
-                 it was",
-                self.sensor
-            ));
-        }
         let outside = self.windows.rejected().outside_sensor;
         if outside > 0 {
             warnings.push(format!("{outside} events lie outside the sensor: not shown"));

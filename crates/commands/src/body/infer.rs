@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use anyhow::{Result, bail};
+use anyhow::{Result, bail, ensure};
 use evpose_core::Micros;
+use evpose_io::Windows;
 use evpose_io::predictions::{DelayUnit, PredictionWriter, Undetected};
 use evpose_io::yarp::{CoordinateFormat, YarpSkeleton, write_skeletons};
-use evpose_io::{OpenOptions, Windows};
 use evpose_pose::body::{file_from_network, torso};
 use evpose_pose::metric::body::BodyPrediction;
 use evpose_task::body::{BodyPredictorOptions, BodyRecordingStream, PropagationConfig};
@@ -15,7 +15,7 @@ use evpose_view::Calibration;
 
 use super::BodyModel;
 use crate::args::InferArgs;
-use evpose_app::progress::{bar, say};
+use evpose_app::progress::{bar, note, say};
 
 /// Channel of the skeletons of a folder.
 const CHANNEL: &str = "skeleton";
@@ -31,8 +31,9 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
         confidence: args.confidence,
     };
     let predictor = model.predictor(options)?;
+    let opening = args.opening.options_with_sensor(&args.events)?;
     let open = |propagation: Option<&PropagationConfig>| -> Result<BodyRecordingStream> {
-        let windows = Windows::open(&args.events, &OpenOptions::default())?;
+        let windows = Windows::open(&args.events, &opening)?;
         let calibration = Calibration::choose(args.camera.as_deref(), windows.sensor())?;
         let predictor = predictor.another();
         let of = BodyRecordingStream::of_camera;
@@ -43,6 +44,13 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
     let end = recording.end()?;
     let stride_ms = args.stride_ms.unwrap_or(checkpoint.config.evaluation.every_ms);
     let step = Micros(1_000 * i64::from(stride_ms.max(1)));
+    ensure!(
+        start + step <= end,
+        "{} lasts {:.1} ms, and the first pose is at {stride_ms} ms: record for longer, or set a \
+         smaller --stride-ms",
+        args.events.display(),
+        1e3 * (end - start).as_seconds()
+    );
     let mut writer = PredictionWriter::create(&args.out, DelayUnit::Seconds, Undetected::MinusOne)?;
     let mut skeletons = Vec::new();
     let progress = bar("inferring", (end - start).0 as u64 / 1_000, "ms");
@@ -57,6 +65,9 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
     }
     progress.finish_and_clear();
     writer.finish()?;
+    for warning in recording.warnings() {
+        note(format!("warning: {}: {warning}", args.events.display()));
+    }
     say(format!(
         "{count} poses, {:.2} ms each: {}",
         1e3 * delay_s / count.max(1) as f64,

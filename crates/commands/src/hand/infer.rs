@@ -1,10 +1,12 @@
 //! `evpose infer` of hands.
 
 use std::fmt::Write as _;
+use std::path::Path;
 
-use anyhow::{Context, Result};
-use evpose_app::progress::{bar, say};
+use anyhow::{Context, Result, bail};
+use evpose_app::progress::{bar, note, say};
 use evpose_core::{EventStream, Micros, SensorSize, TimeWindow, atomic_write};
+use evpose_io::Recording;
 use evpose_pose::{HandParams, PARAMETER_NAMES};
 use evpose_task::hand::{
     HandConfig, HandEstimate, HandView, NetworkPredictor, SlowMotionTracker, calibration_for,
@@ -21,18 +23,10 @@ const PACKET: Micros = Micros(100_000);
 
 pub(super) fn run(model: &HandModel, args: &InferArgs) -> Result<()> {
     let config = &model.checkpoint.config;
-    // Only the files of simulations have no size of their own.
-    let is_simulated = args.events.extension().is_some_and(|ending| ending == "evc");
-    let size = is_simulated.then(|| config.simulation.image_size());
-    let recording = evpose_io::open_with(&args.events, size)?;
-    if recording.rejected.total() > 0 {
-        say(format!(
-            "warning: {}: left out {} events outside the sensor and {} out of order",
-            args.events.display(),
-            recording.rejected.outside_sensor,
-            recording.rejected.out_of_order
-        ));
-    }
+    let recording =
+        evpose_io::open_as(&args.events, &args.opening.options_with_sensor(&args.events)?)?;
+    warn(&args.events, &recording);
+    note_if_short(config, args, &recording.stream)?;
     let mut adaptor = adaptor(config, recording.stream.sensor(), args.camera.as_deref())?;
     let mut events = EventStream::empty(adaptor.view().sensor);
     adaptor.push(&recording.stream, &mut events);
@@ -46,6 +40,14 @@ pub(super) fn run(model: &HandModel, args: &InferArgs) -> Result<()> {
         (estimate.t, if args.unfiltered { estimate.measured } else { estimate.filtered })
     };
     let poses: Vec<(Micros, HandParams)> = estimates.iter().map(pose).collect();
+    if poses.is_empty() {
+        bail!(
+            "{}: no pose: no window of {} ms has the events that {} needs",
+            args.events.display(),
+            config.representation.window_ms,
+            args.mode
+        );
+    }
 
     let mut csv = format!("t_us,{}\n", PARAMETER_NAMES.join(","));
     for (t, pose) in &poses {
@@ -71,6 +73,41 @@ pub(super) fn run(model: &HandModel, args: &InferArgs) -> Result<()> {
     Ok(())
 }
 
+/// Says what was left out of a recording.
+fn warn(path: &Path, recording: &Recording) {
+    let (path, rejected) = (path.display(), recording.rejected);
+    if rejected.total() > 0 {
+        note(format!(
+            "warning: {path}: left out {} events outside the sensor and {} out of order",
+            rejected.outside_sensor, rejected.out_of_order
+        ));
+    }
+    for remark in &recording.remarks {
+        note(format!("warning: {path}: {remark}"));
+    }
+}
+
+/// Says that a recording holds no full window of the network.
+///
+/// # Errors
+/// If it holds no event.
+fn note_if_short(config: &HandConfig, args: &InferArgs, events: &EventStream) -> Result<()> {
+    let path = args.events.display();
+    let (Some(&first), Some(&last)) = (events.t().first(), events.t().last()) else {
+        bail!("{path}: no events: there is nothing to infer from");
+    };
+    let (lasts, window) = (last - first, config.representation.window());
+    if lasts < window {
+        note(format!(
+            "note: {path} lasts {:.1} ms, and a window of the network {:.0} ms: none is full, and \
+             poses are less accurate",
+            1e3 * lasts.as_seconds(),
+            1e3 * window.as_seconds()
+        ));
+    }
+    Ok(())
+}
+
 /// The map from a recording's camera to the view of the network; says what it assumes.
 pub(super) fn adaptor(
     config: &HandConfig,
@@ -78,8 +115,8 @@ pub(super) fn adaptor(
     camera: Option<&str>,
 ) -> Result<ViewAdaptor> {
     let calibration = calibration_for(config, sensor, camera)?;
-    if let Some(note) = &calibration.note {
-        say(format!("note: {note}"));
+    if let Some(assumed) = &calibration.note {
+        note(format!("note: {assumed}"));
     }
     Ok(ViewAdaptor::new(&calibration, &canonical_view(config)))
 }

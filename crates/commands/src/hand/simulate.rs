@@ -14,7 +14,7 @@ use evpose_train::Condition;
 use crate::args::SimulateArgs;
 
 pub(super) fn run(args: &SimulateArgs) -> Result<()> {
-    let mut config = hand_config::load(&args.config.config, &args.config.overrides)?;
+    let mut config = hand_config::load_for_simulation(&args.config.config, &args.config.overrides)?;
     if let Some(condition) = &args.condition {
         config = Condition::load(condition)?.apply(&config)?;
     }

@@ -3,6 +3,7 @@
 mod format;
 mod info;
 mod registry;
+mod sensor;
 mod whole;
 mod windows;
 
@@ -14,6 +15,7 @@ pub(crate) use format::no_labels;
 pub use format::{Create, Format, Labels, Open};
 pub use info::{Info, info};
 pub use registry::{FORMATS, create, detect_format, format_by_name, format_for};
+pub use sensor::find_sensor;
 pub use windows::Windows;
 
 use crate::{EventSource, Input, IoError, OpenOptions};

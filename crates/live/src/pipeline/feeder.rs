@@ -46,10 +46,17 @@ impl Feeder {
     }
 }
 
+/// Maximum event time of a packet of a source without a pace: an input of the network is of the end
+/// of a packet.
+const PACKET: Micros = Micros(1_000);
+
 fn feed(source: &mut impl Source, queue: &PacketQueue, meter: &Meter) -> Result<(), LiveError> {
     let sensor = source.sensor();
     let (mut columns, mut latest) = (Columns::new(), None);
     let (mut malformed, mut lost, mut slipped_us) = (0, 0, 0);
+    let (mut repetition, mut is_repeated) = (0, false);
+    let is_lossless = source.is_lossless();
+    let is_cut = is_lossless && source.pace().is_none();
     loop {
         columns.clear();
         let read = source.next(&mut columns);
@@ -63,12 +70,17 @@ fn feed(source: &mut impl Source, queue: &PacketQueue, meter: &Meter) -> Result<
             Ok(Some(host_time)) => host_time,
             Err(_) => Instant::now(),
         };
+        is_repeated |= increase(&mut repetition, source.repetition()) > 0;
         // Usually one piece: time jumps back rarely.
         let mut from = 0;
         while from < columns.len() {
-            let restarts = latest.is_some_and(|latest| is_restart(columns.t[from], latest));
+            let jumps = latest.is_some_and(|latest| is_restart(columns.t[from], latest));
+            let restarts = jumps || is_repeated;
             let before = latest.filter(|_| !restarts);
-            let end = piece_end(&columns.t, from, before);
+            let mut end = piece_end(&columns.t, from, before);
+            if is_cut {
+                end = cut(&columns.t, from, end);
+            }
             let events = checked(&columns, from..end, before, queue.buffer(sensor));
             meter.rejected.add((end - from - events.len()) as u64);
             from = end;
@@ -78,10 +90,16 @@ fn feed(source: &mut impl Source, queue: &PacketQueue, meter: &Meter) -> Result<
                 continue;
             };
             latest = Some(newest);
+            is_repeated = false;
             meter.restarts.add(u64::from(restarts));
             meter.packets.add(1);
             meter.events.add(events.len() as u64);
-            let dropped = queue.push(Packet { events, host_time, is_restart: restarts });
+            let packet = Packet { events, host_time, is_restart: restarts };
+            if is_lossless {
+                queue.push_waiting(packet);
+                continue;
+            }
+            let dropped = queue.push(packet);
             meter.dropped_packets.add(dropped.packets);
             meter.dropped_events.add(dropped.events);
         }
@@ -112,6 +130,12 @@ fn piece_end(t: &[Micros], from: usize, latest: Option<Micros>) -> usize {
     };
     // The caller has checked the first event of the piece.
     t[from + 1..].iter().position(jumps).map_or(t.len(), |more| from + 1 + more)
+}
+
+/// Index of the first event of `from..end` that is a packet or more behind the first, or `end`.
+fn cut(t: &[Micros], from: usize, end: usize) -> usize {
+    let packet_end = t[from].0.saturating_add(PACKET.0);
+    t[from..end].iter().position(|t| t.0 >= packet_end).map_or(end, |more| from + more)
 }
 
 /// The events of `range` that lie on the sensor, in time order after `latest` and within

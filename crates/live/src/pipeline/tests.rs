@@ -22,10 +22,22 @@ struct ScriptedSource {
     wait: Option<Receiver<()>>,
     is_first: bool,
     pace: Option<f64>,
+    is_lossless: bool,
+    /// Packets of a repetition, and those that came.
+    repeated: Option<u64>,
+    came: u64,
 }
 
 fn given(packets: Vec<Vec<i64>>) -> ScriptedSource {
-    ScriptedSource { packets: packets.into_iter(), wait: None, is_first: true, pace: None }
+    ScriptedSource {
+        packets: packets.into_iter(),
+        wait: None,
+        is_first: true,
+        pace: None,
+        is_lossless: false,
+        repeated: None,
+        came: 0,
+    }
 }
 
 impl Source for ScriptedSource {
@@ -44,6 +56,7 @@ impl Source for ScriptedSource {
             let _ = wait.recv_timeout(Duration::from_secs(10));
         }
         let Some(times) = self.packets.next() else { return Ok(None) };
+        self.came += 1;
         for t in times {
             columns.push(Event { t: Micros(t), x: 1, y: 2, polarity: Polarity::On });
         }
@@ -52,6 +65,14 @@ impl Source for ScriptedSource {
 
     fn pace(&self) -> Option<f64> {
         self.pace
+    }
+
+    fn is_lossless(&self) -> bool {
+        self.is_lossless
+    }
+
+    fn repetition(&self) -> u64 {
+        self.repeated.map_or(0, |packets| (self.came.max(1) - 1) / packets)
     }
 }
 
@@ -315,4 +336,63 @@ fn poses_go_on_by_the_clock_while_nothing_happens_until_the_source_has_stalled()
     assert_eq!(report.stalls, 1);
     let late = kept.lock().unwrap().iter().map(|pose| pose.latency).max();
     assert!(late < Some(Duration::from_millis(400)), "{late:?}");
+}
+
+#[test]
+fn a_source_that_waits_loses_nothing_and_every_stride_is_inferred() {
+    // A packet of 40 ms, as pipes have them, and more of a millisecond than the queue holds.
+    let packets: Vec<Vec<i64>> = std::iter::once((0..400).map(|k| 100 * k).collect())
+        .chain((40..400).map(|k| vec![1_000 * k, 1_000 * k + 999]))
+        .collect();
+    let events = packets.concat();
+    let source = ScriptedSource { is_lossless: true, ..given(packets) };
+    let (diary, control) = (CallLog::default(), Control::default());
+    let (begins, begun) = channel();
+    let (go_on, goes_on) = channel();
+    let task = PoseStream::new(LoggingFrontend(diary.clone()), SlowWorker { begins, goes_on });
+    let slow = std::thread::spawn(move || {
+        while begun.recv().is_ok() {
+            std::thread::sleep(Duration::from_micros(200));
+            let _ = go_on.send(());
+        }
+    });
+    let options = LiveOptions { propagate_hz: 0.0, max_packets: 4, ..LiveOptions::default() };
+    let report = run(source, task, &mut Sinks::new(), &options, &control).unwrap();
+    slow.join().unwrap();
+    assert_eq!((report.events, report.followed), (events.len() as u64, events.len() as u64));
+    assert_eq!((report.dropped_events, report.skipped_strides), (0, 0));
+    assert_eq!((report.images, report.network.poses), (400, 400), "one each millisecond");
+    let pushed = diary.filter_map(|asked| match asked {
+        Call::Push(times) => Some(times.clone()),
+        _ => None,
+    });
+    assert_eq!(pushed.concat(), events);
+}
+
+#[test]
+fn each_repetition_begins_anew_and_is_followed_as_the_first() {
+    let repetition = |k: i64| (0..20).map(move |ms| vec![20_000 * k + 1_000 * ms + 7]);
+    let packets: Vec<Vec<i64>> = (0..3).flat_map(repetition).collect();
+    let source = ScriptedSource { is_lossless: true, repeated: Some(20), ..given(packets) };
+    let (diary, control) = (CallLog::default(), Control::default());
+    let task = PoseStream::new(LoggingFrontend(diary.clone()), ImmediateWorker);
+    let report = run(source, task, &mut Sinks::new(), &options(2_000.0), &control).unwrap();
+    assert_eq!((report.restarts, report.network.poses), (2, 60));
+    let calls = diary.read();
+    let parts: Vec<&[Call]> = calls.split(|call| *call == Call::Reset).collect();
+    let earlier = |call: &Call, k: i64| {
+        let t = |t: &i64| t - 20_000 * k;
+        match call {
+            Call::Push(times) => Call::Push(times.iter().map(t).collect()),
+            Call::Propagate(at) => Call::Propagate(t(at)),
+            Call::Input(at) => Call::Input(t(at)),
+            Call::Accept(at) => Call::Accept(t(at)),
+            Call::Reset => Call::Reset,
+        }
+    };
+    assert_eq!(parts.len(), 3);
+    for (k, part) in (0..).zip(&parts) {
+        let part: Vec<Call> = part.iter().map(|call| earlier(call, k)).collect();
+        assert_eq!(part, parts[0], "repetition {k}");
+    }
 }

@@ -10,7 +10,7 @@ use std::sync::mpsc::{
     Receiver, RecvTimeoutError, SyncSender, TryRecvError, TrySendError, channel, sync_channel,
 };
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 pub use json::JsonLines;
 pub use json::value as pose_as_json;
@@ -52,6 +52,9 @@ const QUEUE_CAPACITY: usize = 4_096;
 /// Time without progress after which [`Sinks::finish`] gives up on a sink.
 const FINISH_TIMEOUT: Duration = Duration::from_secs(3);
 
+/// Interval at which a full queue is tried again.
+const RETRY_INTERVAL: Duration = Duration::from_millis(1);
+
 /// All sinks of a pipeline.
 pub struct Sinks {
     sinks: Vec<RunningSink>,
@@ -75,6 +78,8 @@ struct RunningSink {
     sent: u64,
     dropped: u64,
     has_failed: bool,
+    /// Whether the sink took nothing for so long that it is not waited for again.
+    is_stuck: bool,
 }
 
 impl Sinks {
@@ -100,7 +105,7 @@ impl Sinks {
             let _end = end;
             write_all(&mut sink, &waiting, &count)
         });
-        let (sent, dropped, has_failed) = (0, 0, false);
+        let (sent, dropped, has_failed, is_stuck) = (0, 0, false, false);
         self.sinks.push(RunningSink {
             name,
             poses,
@@ -110,22 +115,24 @@ impl Sinks {
             sent,
             dropped,
             has_failed,
+            is_stuck,
         });
     }
 
     /// Sends a pose to every sink. Returns the number of sinks whose queue was full.
     pub fn send(&mut self, pose: &Arc<LivePose>) -> u64 {
+        self.sinks.iter_mut().map(|sink| u64::from(!sink.send(pose, Duration::ZERO))).sum()
+    }
+
+    /// As [`Self::send`], but waits for room in full queues. A sink that takes nothing for as long
+    /// as [`Self::finish`] would wait is not waited for until it does.
+    pub fn send_waiting(&mut self, pose: &Arc<LivePose>) -> u64 {
+        let timeout = self.timeout;
+        let wait = |sink: &RunningSink| if sink.is_stuck { Duration::ZERO } else { timeout };
         let mut dropped = 0;
         for sink in &mut self.sinks {
-            match sink.poses.try_send(pose.clone()) {
-                Ok(()) => sink.sent += 1,
-                Err(TrySendError::Full(_)) => {
-                    sink.dropped += 1;
-                    dropped += 1;
-                }
-                // `finish` returns its error.
-                Err(TrySendError::Disconnected(_)) => sink.has_failed = true,
-            }
+            sink.is_stuck = !sink.send(pose, wait(sink));
+            dropped += u64::from(sink.is_stuck);
         }
         dropped
     }
@@ -160,6 +167,31 @@ impl Sinks {
 }
 
 impl RunningSink {
+    /// Sends a pose as soon as there is room, within `timeout`. Returns false if it was dropped.
+    fn send(&mut self, pose: &Arc<LivePose>, timeout: Duration) -> bool {
+        let began = Instant::now();
+        loop {
+            match self.poses.try_send(pose.clone()) {
+                Ok(()) => {
+                    self.sent += 1;
+                    return true;
+                }
+                // `finish` returns its error.
+                Err(TrySendError::Disconnected(_)) => {
+                    self.has_failed = true;
+                    return true;
+                }
+                Err(TrySendError::Full(_)) if began.elapsed() < timeout => {
+                    std::thread::sleep(RETRY_INTERVAL);
+                }
+                Err(TrySendError::Full(_)) => {
+                    self.dropped += 1;
+                    return false;
+                }
+            }
+        }
+    }
+
     fn finish(self, timeout: Duration) -> io::Result<()> {
         drop(self.poses);
         let mut before = self.written.load(Ordering::Relaxed);

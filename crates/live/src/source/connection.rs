@@ -53,6 +53,11 @@ impl Connection {
 }
 
 impl ShutdownHandle {
+    /// Whether the stream is a socket.
+    pub(super) fn is_of_socket(&self) -> bool {
+        self.0.is_some()
+    }
+
     /// Lets reads block without a timeout; `name` identifies the stream in errors.
     pub(super) fn clear_read_timeout(&self, name: &str) -> Result<(), LiveError> {
         let set = self.0.as_ref().map_or(Ok(()), |socket| socket.set_read_timeout(None));

@@ -18,6 +18,7 @@ pub struct Dv<R> {
     stream: Aedat4Stream<R>,
     sensor: SensorSize,
     shutdown: ShutdownHandle,
+    is_lossless: bool,
 }
 
 impl<R: Read + Send + 'static> Dv<R> {
@@ -37,7 +38,12 @@ impl<R: Read + Send + 'static> Dv<R> {
             name: name.clone(),
             reason: "the stream does not state its sensor: give it, as 346x260".to_owned(),
         })?;
-        Ok(Self { name, stream, sensor, shutdown: ShutdownHandle::default() })
+        Ok(Self { name, stream, sensor, shutdown: ShutdownHandle::default(), is_lossless: false })
+    }
+
+    /// The same source, which waits for the pipeline if `is_lossless`.
+    pub(super) fn with_waiting(self, is_lossless: bool) -> Self {
+        Self { is_lossless, ..self }
     }
 
     /// The same source with a handle that unblocks it.
@@ -57,6 +63,14 @@ impl<R: Read + Send + 'static> Source for Dv<R> {
 
     fn next(&mut self, columns: &mut Columns) -> Result<Option<Instant>, LiveError> {
         Ok(self.stream.next(columns)?.then(Instant::now))
+    }
+
+    fn pace(&self) -> Option<f64> {
+        (!self.is_lossless).then_some(1.0)
+    }
+
+    fn is_lossless(&self) -> bool {
+        self.is_lossless
     }
 
     fn malformed(&self) -> u64 {

@@ -17,6 +17,7 @@ pub struct Framed<R> {
     reader: FramedReader<R>,
     sensor: SensorSize,
     shutdown: ShutdownHandle,
+    is_lossless: bool,
 }
 
 impl<R: Read + Send + 'static> Framed<R> {
@@ -27,7 +28,18 @@ impl<R: Read + Send + 'static> Framed<R> {
     pub fn open(name: impl Into<String>, bytes: R) -> Result<Self, LiveError> {
         let name = name.into();
         let reader = FramedReader::open(&name, bytes)?;
-        Ok(Self { name, sensor: reader.sensor(), reader, shutdown: ShutdownHandle::default() })
+        Ok(Self {
+            name,
+            sensor: reader.sensor(),
+            reader,
+            shutdown: ShutdownHandle::default(),
+            is_lossless: false,
+        })
+    }
+
+    /// The same source, which waits for the pipeline if `is_lossless`.
+    pub(super) fn with_waiting(self, is_lossless: bool) -> Self {
+        Self { is_lossless, ..self }
     }
 
     /// The same source with a handle that unblocks it.
@@ -52,6 +64,14 @@ impl<R: Read + Send + 'static> Source for Framed<R> {
 
     fn next(&mut self, columns: &mut Columns) -> Result<Option<Instant>, LiveError> {
         Ok(self.reader.next(columns)?.then(Instant::now))
+    }
+
+    fn pace(&self) -> Option<f64> {
+        (!self.is_lossless).then_some(1.0)
+    }
+
+    fn is_lossless(&self) -> bool {
+        self.is_lossless
     }
 
     fn malformed(&self) -> u64 {

@@ -50,6 +50,17 @@ pub trait Source: Send + 'static {
         Some(1.0)
     }
 
+    /// Whether every event counts: the source then waits for the pipeline, instead of losing the
+    /// oldest events. Recordings and pipes can wait, cameras cannot.
+    fn is_lossless(&self) -> bool {
+        false
+    }
+
+    /// Index of the repetition that the latest events are of, from 0: each is another recording.
+    fn repetition(&self) -> u64 {
+        0
+    }
+
     /// Total lag of a recording that could not be read at its playback speed.
     fn slipped(&self) -> Duration {
         Duration::ZERO
@@ -86,6 +97,14 @@ impl Source for Box<dyn Source> {
 
     fn pace(&self) -> Option<f64> {
         (**self).pace()
+    }
+
+    fn is_lossless(&self) -> bool {
+        (**self).is_lossless()
+    }
+
+    fn repetition(&self) -> u64 {
+        (**self).repetition()
     }
 
     fn slipped(&self) -> Duration {

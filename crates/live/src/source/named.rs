@@ -14,7 +14,8 @@ use crate::LiveError;
 /// Options of a source.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SourceOptions {
-    /// Options of a recording. Of these, streams use the sensor and the camera.
+    /// Options of a recording. Of these, streams use the sensor and the camera, and standard input
+    /// whether it is in real time.
     pub replay: ReplayOptions,
     /// Timeout of the connection, and then of the header of its stream.
     pub timeout: Duration,
@@ -35,7 +36,7 @@ const RULE: &str = "FILE, tcp://HOST:PORT, - for standard input, camera or camer
 /// |---|---|
 /// | `FILE` | [`Replay`] of a recording of any format |
 /// | `tcp://HOST:PORT` | a connection; [`Framed`] or [`Dv`], by its first bytes |
-/// | `-` | standard input, likewise |
+/// | `-` | standard input, likewise; it waits for the pipeline unless in real time |
 /// | `camera` | the first camera found; needs the Cargo feature |
 /// | `camera:TYPE` | a camera by type, such as `davis346`, or by serial number |
 ///
@@ -61,6 +62,8 @@ pub fn open(text: &str, options: &SourceOptions) -> Result<Box<dyn Source>, Live
 /// Opens a stream in the format that its first bytes identify.
 fn stream(connection: Connection, options: &SourceOptions) -> Result<Box<dyn Source>, LiveError> {
     let Connection { name, mut bytes, shutdown } = connection;
+    // Of a socket, the other end cannot wait.
+    let is_lossless = !shutdown.is_of_socket() && !options.replay.is_real_time;
     let mut head = Vec::with_capacity(SNIFF_BYTES);
     (&mut bytes)
         .take(SNIFF_BYTES as u64)
@@ -71,12 +74,12 @@ fn stream(connection: Connection, options: &SourceOptions) -> Result<Box<dyn Sou
     if head.starts_with(MAGIC) {
         let stream = Framed::open(&name, bytes)?.of_sensor(open.sensor);
         shutdown.clear_read_timeout(&name)?;
-        return Ok(Box::new(stream.with_shutdown_handle(shutdown)));
+        return Ok(Box::new(stream.with_shutdown_handle(shutdown).with_waiting(is_lossless)));
     }
     if is_stream(&head) {
         let stream = Dv::open(&name, bytes, open)?;
         shutdown.clear_read_timeout(&name)?;
-        return Ok(Box::new(stream.with_shutdown_handle(shutdown)));
+        return Ok(Box::new(stream.with_shutdown_handle(shutdown).with_waiting(is_lossless)));
     }
     let reason = match head.len() {
         0 => "ended before anything came".to_owned(),

@@ -25,21 +25,26 @@ pub struct ReplayOptions {
     pub packet: Micros,
     /// Number of repetitions.
     pub times: u64,
+    /// Whether events that are not processed in time are lost, as with a camera; otherwise the
+    /// replay waits.
+    pub is_real_time: bool,
     /// Options of the file format.
     pub open: OpenOptions,
 }
 
 impl Default for ReplayOptions {
-    /// Once, in real time, in packets of a millisecond.
+    /// Once, at its own speed and without losses, in packets of a millisecond.
     fn default() -> Self {
-        Self { speed: 1.0, packet: Micros(1_000), times: 1, open: OpenOptions::default() }
+        let open = OpenOptions::default();
+        Self { speed: 1.0, packet: Micros(1_000), times: 1, is_real_time: false, open }
     }
 }
 
 /// A recording as a source.
 ///
-/// Repetitions continue the time stamps. Where these jump back within the recording, the replay
-/// clock starts again at the jump.
+/// Repetitions continue the time stamps by a whole number of packets, so that each has the packets
+/// of the first. Where time stamps jump back within the recording, the replay clock starts again at
+/// the jump.
 pub struct Replay {
     name: String,
     source: Box<dyn EventSource>,
@@ -57,6 +62,9 @@ pub struct Replay {
     last: Micros,
     first: Option<Micros>,
     left: u64,
+    /// Index of the repetition in the buffer, and that of the events that were returned.
+    repetition: u64,
+    sent_repetition: u64,
     /// Total time by which the clock was set back.
     slipped: Duration,
     /// Error of the recording after the buffered events.
@@ -97,6 +105,8 @@ impl Replay {
             shift: Micros(0),
             last: Micros(i64::MIN),
             first: None,
+            repetition: 0,
+            sent_repetition: 0,
             slipped: Duration::ZERO,
             failure: None,
         })
@@ -121,8 +131,10 @@ impl Replay {
                 self.left = self.left.saturating_sub(1);
                 let Some(first) = self.first.filter(|_| self.left > 0) else { return Ok(false) };
                 self.source.seek(Micros(i64::MIN))?;
-                // A repetition starts one packet after the end of the last.
-                self.shift = Micros(self.last.0 - first.0 + self.options.packet.0);
+                // A repetition starts at least one packet after the end of the last.
+                let packet = self.options.packet.0;
+                self.shift = Micros(((self.last.0 - first.0) / packet + 1) * packet);
+                self.repetition += 1;
             }
         }
         Ok(true)
@@ -145,6 +157,9 @@ impl Source for Replay {
         let start = columns.len();
         let first = self.buffer.t[self.sent] + self.shift;
         self.first.get_or_insert(first);
+        if std::mem::replace(&mut self.sent_repetition, self.repetition) != self.repetition {
+            self.packet_end = Micros(i64::MIN);
+        }
         if self.began.is_some() && first + RESTART_JUMP < self.last {
             (self.began, self.packet_end) = (None, Micros(i64::MIN));
         }
@@ -191,6 +206,14 @@ impl Source for Replay {
 
     fn slipped(&self) -> Duration {
         self.slipped
+    }
+
+    fn is_lossless(&self) -> bool {
+        !self.options.is_real_time
+    }
+
+    fn repetition(&self) -> u64 {
+        self.sent_repetition
     }
 
     fn pace(&self) -> Option<f64> {

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Instant;
 
-use evpose_core::{EventStream, Micros, SensorSize, TimeWindow};
+use evpose_core::{EventStream, Micros, Rejected, SensorSize, TimeWindow};
 use evpose_io::{OpenOptions, Windows};
 use evpose_pose::metric::body::BodyPrediction;
 use evpose_pose::stream::{PoseStream, StreamFrontend};
@@ -60,6 +60,17 @@ impl BodyRecordingStream {
     /// The sensor.
     pub fn sensor(&self) -> SensorSize {
         self.windows.sensor()
+    }
+
+    /// Remarks on the content read so far, in sentences without a full stop.
+    pub fn warnings(&self) -> Vec<String> {
+        let Rejected { outside_sensor, out_of_order } = self.windows.rejected();
+        let rejected = (outside_sensor + out_of_order > 0).then(|| {
+            format!(
+                "left out {outside_sensor} events outside the sensor and {out_of_order} out of order"
+            )
+        });
+        rejected.into_iter().chain(self.windows.remarks()).collect()
     }
 
     /// When the recording begins; none if it is empty.

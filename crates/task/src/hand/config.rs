@@ -216,6 +216,25 @@ impl HandConfig {
         Ok(config)
     }
 
+    /// As [`Self::load`], for a simulation: the training is not checked, as sequences may be shorter
+    /// than it would need.
+    ///
+    /// # Errors
+    /// As [`Self::load`], but for the fields of the training.
+    pub fn load_for_simulation(path: &Path, overrides: &[String]) -> Result<Self, TaskError> {
+        toml_text::load(path, |text| Self::parse_for_simulation(text, overrides))
+    }
+
+    /// As [`Self::load_for_simulation`], from text.
+    ///
+    /// # Errors
+    /// As [`Self::load_for_simulation`].
+    pub fn parse_for_simulation(text: &str, overrides: &[String]) -> Result<Self, TaskError> {
+        let config: Self = toml_text::parse(text, overrides)?;
+        config.validate_without_training()?;
+        Ok(config)
+    }
+
     /// Size of the network's images: of the canonical view, or of crops of it.
     pub fn network_size(&self) -> SensorSize {
         self.two_pass.map_or(self.simulation.image_size(), |two_pass| two_pass.size)
@@ -234,8 +253,15 @@ impl HandConfig {
     /// # Errors
     /// The first field that makes no sense.
     pub fn validate(&self) -> Result<(), TaskError> {
-        let fail =
-            |field, message: &str| Err(TaskError::Field { field, message: message.to_owned() });
+        self.validate_without_training()?;
+        self.validate_training()
+    }
+
+    /// As [`Self::validate`], without the training and the length of sequences that it needs.
+    ///
+    /// # Errors
+    /// As [`Self::validate`].
+    pub fn validate_without_training(&self) -> Result<(), TaskError> {
         self.simulation.validate()?;
         if self.representation.window_ms == 0 {
             return fail("representation.window_ms", "must be at least 1");
@@ -275,31 +301,35 @@ impl HandConfig {
                 ),
             });
         }
-        if self.training.batch_size == 0 {
+        Ok(())
+    }
+
+    /// Checks the training, and that the sequences are long enough for it.
+    fn validate_training(&self) -> Result<(), TaskError> {
+        let training = &self.training;
+        if training.batch_size == 0 {
             return fail("training.batch_size", "must be at least 1");
         }
-        if self.training.devices == 0
-            || !self.training.batch_size.is_multiple_of(self.training.devices)
-        {
+        if training.devices == 0 || !training.batch_size.is_multiple_of(training.devices) {
             return fail(
                 "training.devices",
                 "must be at least 1 and divide training.batch_size, whose windows they share",
             );
         }
-        if self.training.steps == 0 || self.training.steps_per_validation == 0 {
+        if training.steps == 0 || training.steps_per_validation == 0 {
             return fail("training.steps", "steps and steps_per_validation must be at least 1");
         }
-        if !(self.training.learning_rate > 0.0 && self.training.learning_rate.is_finite()) {
+        if !(training.learning_rate > 0.0 && training.learning_rate.is_finite()) {
             return fail("training.learning_rate", "must be a positive number");
         }
-        self.training.schedule.validate()?;
-        if self.training.validation_s * 1e3 < f64::from(self.representation.window_ms) {
+        training.schedule.validate()?;
+        if training.validation_s * 1e3 < f64::from(self.representation.window_ms) {
             return fail(
                 "training.validation_s",
                 "holds no whole window: must be at least representation.window_ms",
             );
         }
-        if self.training.validation_s >= self.simulation.seconds {
+        if training.validation_s >= self.simulation.seconds {
             return fail(
                 "training.validation_s",
                 "leaves nothing to train on: must be shorter than simulation.seconds",
@@ -307,6 +337,11 @@ impl HandConfig {
         }
         Ok(())
     }
+}
+
+/// The error of a field.
+fn fail(field: &'static str, message: &str) -> Result<(), TaskError> {
+    Err(TaskError::Field { field, message: message.to_owned() })
 }
 
 #[cfg(test)]
@@ -337,6 +372,17 @@ mod tests {
         assert!(with("simulation.image_scale=0.25").is_ok());
         let error = with("simulation.image_scale=0.15").unwrap_err().to_string();
         assert!(error.contains("network.backbone") && error.contains("32 pixels"), "{error}");
+    }
+
+    #[test]
+    fn a_simulation_may_be_shorter_than_a_training_needs() {
+        let short = ["simulation.seconds=2".to_owned()];
+        let simulated = HandConfig::parse_for_simulation("", &short).unwrap();
+        assert_eq!(simulated.simulation.seconds, 2.0);
+        let error = HandConfig::parse("", &short).unwrap_err().to_string();
+        assert!(error.contains("training.validation_s"), "{error}");
+        let wrong = ["simulation.seconds=-2".to_owned()];
+        assert!(HandConfig::parse_for_simulation("", &wrong).is_err());
     }
 
     #[test]

@@ -44,9 +44,7 @@ impl RunDirectory<'_> {
                 return Err(TrainError::ConfigDiffers { path: self.config(), fields });
             }
         } else if newest.is_some() {
-            let message = "it already holds checkpoints; add --resume, or choose another --out";
-            let message = message.to_owned();
-            return Err(TrainError::Resume { path: self.0.to_path_buf(), message });
+            return Err(TrainError::HoldsCheckpoints { path: self.0.to_path_buf() });
         }
         fs::create_dir_all(self.checkpoints())
             .map_err(|source| TrainError::Io { path: self.checkpoints(), source })?;

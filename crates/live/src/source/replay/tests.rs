@@ -75,6 +75,28 @@ fn what_is_played_again_goes_on_where_it_ended() {
 }
 
 #[test]
+fn every_repetition_has_the_packets_of_the_first() {
+    let folder = tempfile::tempdir().unwrap();
+    // A gap moves the grid of packets.
+    let path = recording(&folder, [5_100, 5_900, 9_650, 10_300]);
+    let mut replay = Replay::open(&path, ReplayOptions { times: 3, ..fast() }).unwrap();
+    assert!(replay.is_lossless());
+    let (mut columns, mut packets) = (Columns::new(), Vec::new());
+    while replay.next(&mut columns).unwrap().is_some() {
+        let times: Vec<i64> = columns.t.iter().map(|t| t.0).collect();
+        packets.push((replay.repetition(), times));
+        columns.clear();
+    }
+    let first = [[5_100, 5_900], [9_650, 10_300]];
+    let shifted = |k: u64| {
+        first.iter().map(move |packet| {
+            (k, packet.iter().map(|t| t + 6_000 * k as i64).collect::<Vec<i64>>())
+        })
+    };
+    assert_eq!(packets, (0..3).flat_map(shifted).collect::<Vec<_>>());
+}
+
+#[test]
 fn real_time_is_kept_and_scaled() {
     let folder = tempfile::tempdir().unwrap();
     let path = recording(&folder, (0..101).map(|k| 1_000 * k));
