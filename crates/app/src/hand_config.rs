@@ -3,14 +3,15 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
+use evpose_configs::text;
 use evpose_task::hand::HandConfig;
 
 /// Configs embedded in the binary.
 const EMBEDDED: &[(&str, &str)] = &[
-    ("quick", include_str!("../../../configs/hand/quick.toml")),
-    ("hand-wide", include_str!("../../../configs/hand/wide.toml")),
-    ("ablation", include_str!("../../../configs/hand/ablation.toml")),
-    ("eventhands", include_str!("../../../configs/hand/eventhands.toml")),
+    ("quick", text("hand/quick.toml")),
+    ("hand-wide", text("hand/wide.toml")),
+    ("ablation", text("hand/ablation.toml")),
+    ("eventhands", text("hand/eventhands.toml")),
 ];
 
 /// Whether there is an embedded config of this name.
