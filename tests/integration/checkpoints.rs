@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
-use crate::harness::{Sandbox, bytes};
+use crate::harness::{Sandbox, bytes, stderr};
 
 fn shipped(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("checkpoints").join(name)
@@ -104,4 +104,25 @@ fn the_quick_hand_finds_hands_it_has_not_seen() {
 #[test]
 fn the_hand_finds_hands_it_has_not_seen() {
     finds_hands("hand.bpk", "0.4");
+}
+
+/// The program alone, as `cargo install` leaves it: away from the checkout.
+#[test]
+fn an_installed_program_has_its_networks() {
+    let sandbox = Sandbox::new();
+    let program = sandbox.path(&format!("evpose{}", std::env::consts::EXE_SUFFIX));
+    std::fs::copy(env!("CARGO_BIN_EXE_evpose"), &program).expect("a copy of the program");
+    let run = |args: &[&str]| {
+        let mut command = std::process::Command::new(&program);
+        command.current_dir(sandbox.path("")).env("EVPOSE_DATA", sandbox.path("data"));
+        command.args(args).output().expect("the program starts")
+    };
+    for name in ["hand", "body", "hand-quick", "body-quick"] {
+        let output = run(&["export", "--checkpoint", name, "--onnx", "network.onnx"]);
+        assert!(output.status.success(), "{name}: {}", stderr(&output));
+        let unpacked = format!("data/{}/checkpoints/{name}.bpk", env!("CARGO_PKG_VERSION"));
+        assert!(bytes(&sandbox.path(&unpacked)) == bytes(&shipped(&format!("{name}.bpk"))));
+    }
+    let output = run(&["export", "--checkpoint", "foot", "--onnx", "network.onnx"]);
+    assert!(!output.status.success());
 }

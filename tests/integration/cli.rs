@@ -102,3 +102,25 @@ fn info_describes_a_recording_and_refuses_a_damaged_one() {
     let message = sandbox.fails(&train);
     assert!(message.contains("damaged"), "{message}");
 }
+
+#[test]
+fn completions_know_the_commands_in_every_shell() {
+    let sandbox = Sandbox::new();
+    for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
+        let script = sandbox.ok(&["completions", shell]);
+        for word in ["check-labels", "quantize", "checkpoint"] {
+            assert!(script.contains(word), "{shell}: no {word}");
+        }
+    }
+    assert!(sandbox.fails(&["completions", "cmd"]).contains("powershell"));
+}
+
+#[test]
+fn manual_pages_are_one_of_the_program_and_one_of_each_command() {
+    let sandbox = Sandbox::new();
+    let said = sandbox.ok(&["man", "--out", "man/man1"]);
+    assert!(said.contains("evpose.1"), "{said}");
+    let page = String::from_utf8(bytes(&sandbox.path("man/man1/evpose-gap-run.1"))).unwrap();
+    assert!(page.contains(".TH") && page.contains("measured"), "{page}");
+    assert!(sandbox.path("man/man1/evpose.1").exists());
+}

@@ -37,6 +37,7 @@ impl Sandbox {
     pub(crate) fn evpose(&self, args: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_evpose"));
         command.current_dir(self.dir.path()).args(args).stdin(Stdio::null());
+        command.env("EVPOSE_DATA", self.path("data-directory"));
         command
     }
 

@@ -126,6 +126,22 @@ const SLOW: &[Step] = &[
         ],
         env: &[("RUSTFLAGS", "-Zsanitizer=address"), ("PROPTEST_CASES", "12")],
     },
+    Step {
+        // Without a network: in the order of dependencies, each with all versions and metadata. What
+        // they hold is not compiled, and whether names are free is not asked.
+        why: "every crate makes a package",
+        args: &[
+            "package",
+            "--workspace",
+            "--exclude=xtask",
+            "--exclude=evpose-plugin",
+            "--no-verify",
+            "--offline",
+            "--allow-dirty",
+            "--quiet",
+        ],
+        env: &[],
+    },
     Step { why: "wgpu compiles", args: &["check", "--features", "wgpu"], env: &[] },
     Step {
         // A dependency fetches a compiler when it builds, except for documentation.
@@ -140,7 +156,7 @@ const USAGE: &str = "usage: cargo xtask ci|slow|words [CRATE…] [--list]|circle
   ci    formatting, lints, documentation, all tests, what the benchmark is built from (what CI runs)
   slow  twelve blind recordings; the ndarray agreement test; files for Rerun; packets of
         cameras; networks in tract; kernels under
-        AddressSanitizer; peers, fuzz targets, wgpu and cuda compile
+        AddressSanitizer; packages of all crates; peers, fuzz targets, wgpu and cuda compile
   words  words that docs/glossary.md replaces: counts by crate, by file for a PATH or crate;
          --list shows each use and the standard word
   circles  files of a crate that import each other; every circle of the crates that are named

@@ -3,17 +3,18 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
+use evpose_configs::text;
 use evpose_task::body::BodyConfig;
 
 use crate::args::ConfigArgs;
 
 /// Configs embedded in the binary.
 const EMBEDDED: &[(&str, &str)] = &[
-    ("pretrain", include_str!("../../../configs/body/pretrain.toml")),
-    ("finetune", include_str!("../../../configs/body/finetune.toml")),
-    ("body-wide", include_str!("../../../configs/body/wide.toml")),
-    ("pretrain-full", include_str!("../../../configs/body/pretrain-full.toml")),
-    ("finetune-full", include_str!("../../../configs/body/finetune-full.toml")),
+    ("pretrain", text("body/pretrain.toml")),
+    ("finetune", text("body/finetune.toml")),
+    ("body-wide", text("body/wide.toml")),
+    ("pretrain-full", text("body/pretrain-full.toml")),
+    ("finetune-full", text("body/finetune-full.toml")),
 ];
 
 /// Names of the embedded configs.

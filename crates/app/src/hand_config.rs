@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
+use evpose_configs::text;
 use evpose_task::TaskError;
 use evpose_task::hand::HandConfig;
 
@@ -10,10 +11,10 @@ use crate::config_names::unknown_config;
 
 /// Configs embedded in the binary.
 const EMBEDDED: &[(&str, &str)] = &[
-    ("quick", include_str!("../../../configs/hand/quick.toml")),
-    ("hand-wide", include_str!("../../../configs/hand/wide.toml")),
-    ("ablation", include_str!("../../../configs/hand/ablation.toml")),
-    ("eventhands", include_str!("../../../configs/hand/eventhands.toml")),
+    ("quick", text("hand/quick.toml")),
+    ("hand-wide", text("hand/wide.toml")),
+    ("ablation", text("hand/ablation.toml")),
+    ("eventhands", text("hand/eventhands.toml")),
 ];
 
 /// Names of the embedded configs.

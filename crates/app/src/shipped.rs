@@ -1,17 +1,58 @@
 //! Networks that come with the program, by name.
 
+use std::env;
+use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+use anyhow::{Context, Result};
+use evpose_core::atomic_write;
 
 /// Their directory.
 const CHECKPOINTS: &str = "checkpoints";
+/// The environment variable of the data directory.
+const DATA: &str = "EVPOSE_DATA";
 
-/// The file of a checkpoint: `hand` and the like are names in the `checkpoints` directory, here or
-/// above the program; everything else is a path.
-pub fn checkpoint_path(given: &Path) -> PathBuf {
-    let program = std::env::current_exe().unwrap_or_default();
-    let here = Path::new("");
-    path_below(given, std::iter::once(here).chain(program.ancestors().skip(1)))
+/// A checkpoint inside the program.
+#[derive(Debug)]
+pub struct EmbeddedNetwork {
+    /// Name on the command line.
+    pub name: &'static str,
+    /// The file.
+    pub bytes: &'static [u8],
 }
+
+static EMBEDDED: OnceLock<&'static [EmbeddedNetwork]> = OnceLock::new();
+
+/// Makes the networks of a program known to [`checkpoint_path`]; only the first call counts.
+pub fn embed(networks: &'static [EmbeddedNetwork]) {
+    // A second call is of the same program, with the same networks.
+    let _ = EMBEDDED.set(networks);
+}
+
+/// The file of a checkpoint. Everything but a plain name is a path. `hand` and the like are files
+/// of a directory `checkpoints`: here, above the program, or in the data directory `$EVPOSE_DATA`;
+/// otherwise the program writes the network that is embedded in it to the data directory.
+///
+/// # Errors
+/// If there is no data directory, or the network cannot be written to it.
+pub fn checkpoint_path(given: &Path) -> Result<PathBuf> {
+    let program = env::current_exe().unwrap_or_default();
+    let data = env::var_os(DATA).map(PathBuf::from);
+    let here = std::iter::once(Path::new(""));
+    let path = path_below(given, here.chain(program.ancestors().skip(1)).chain(data.as_deref()));
+    if path.exists() {
+        return Ok(path);
+    }
+    let embedded = EMBEDDED.get().copied().unwrap_or_default();
+    match embedded.iter().find(|network| Path::new(network.name) == given) {
+        Some(network) => unpack(network, &data.or_else(user_data).context(NO_DATA)?),
+        None => Ok(path),
+    }
+}
+
+const NO_DATA: &str =
+    "nowhere to write the networks of the program: set EVPOSE_DATA to a directory";
 
 fn path_below<'a>(given: &Path, directories: impl Iterator<Item = &'a Path>) -> PathBuf {
     let is_name = given.components().count() == 1 && given.extension().is_none();
@@ -23,6 +64,33 @@ fn path_below<'a>(given: &Path, directories: impl Iterator<Item = &'a Path>) -> 
     files.find(|file| file.exists()).unwrap_or_else(|| given.to_owned())
 }
 
+/// The directory of a user's data, by the convention of the system.
+fn user_data() -> Option<PathBuf> {
+    let directory = |variable| env::var_os(variable).map(PathBuf::from);
+    let base = if cfg!(windows) {
+        directory("LOCALAPPDATA")
+    } else if cfg!(target_os = "macos") {
+        directory("HOME").map(|home| home.join("Library/Application Support"))
+    } else {
+        let home = || directory("HOME").map(|home| home.join(".local/share"));
+        directory("XDG_DATA_HOME").or_else(home)
+    };
+    base.map(|base| base.join("evpose"))
+}
+
+/// The file of an embedded network, in a directory of this version of the program.
+fn unpack(network: &EmbeddedNetwork, data: &Path) -> Result<PathBuf> {
+    let directory = data.join(env!("CARGO_PKG_VERSION")).join(CHECKPOINTS);
+    let path = directory.join(network.name).with_extension("bpk");
+    if fs::read(&path).is_ok_and(|bytes| bytes == network.bytes) {
+        return Ok(path);
+    }
+    let context = || format!("writing the network `{}` to {}", network.name, path.display());
+    fs::create_dir_all(&directory).with_context(context)?;
+    atomic_write(&path, network.bytes).with_context(context)?;
+    Ok(path)
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
@@ -32,14 +100,35 @@ mod tests {
     fn a_name_is_found_above_and_a_path_stays() {
         let root = tempfile::tempdir().unwrap();
         let bin = root.path().join("target/release");
-        std::fs::create_dir_all(&bin).unwrap();
-        std::fs::create_dir(root.path().join(CHECKPOINTS)).unwrap();
+        fs::create_dir_all(&bin).unwrap();
+        fs::create_dir(root.path().join(CHECKPOINTS)).unwrap();
         let shipped = root.path().join(CHECKPOINTS).join("some-network.bpk");
-        std::fs::write(&shipped, "").unwrap();
+        fs::write(&shipped, "").unwrap();
         let found = |given: &str| path_below(Path::new(given), bin.ancestors());
         assert_eq!(found("some-network"), shipped);
         assert_eq!(found("no-such-network"), Path::new("no-such-network"));
         assert_eq!(found("runs/some-network"), Path::new("runs/some-network"));
         assert_eq!(found("some-network.bpk"), Path::new("some-network.bpk"));
+    }
+
+    #[test]
+    fn an_embedded_network_is_written_once_and_replaced_if_it_differs() {
+        let data = tempfile::tempdir().unwrap();
+        let network = EmbeddedNetwork { name: "some-network", bytes: b"weights" };
+        let path = unpack(&network, data.path()).unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"weights");
+        let written = fs::metadata(&path).unwrap().modified().unwrap();
+        assert_eq!(unpack(&network, data.path()).unwrap(), path);
+        assert_eq!(fs::metadata(&path).unwrap().modified().unwrap(), written);
+        fs::write(&path, "damaged").unwrap();
+        assert_eq!(fs::read(unpack(&network, data.path()).unwrap()).unwrap(), b"weights");
+    }
+
+    #[test]
+    fn a_data_directory_that_cannot_be_written_is_named() {
+        let data = tempfile::NamedTempFile::new().unwrap();
+        let network = EmbeddedNetwork { name: "some-network", bytes: b"weights" };
+        let error = format!("{:#}", unpack(&network, data.path()).unwrap_err());
+        assert!(error.starts_with("writing the network `some-network` to "), "{error}");
     }
 }

@@ -2,24 +2,36 @@
 
 use std::str::FromStr;
 
-use evpose_core::SensorSize;
+use evpose_core::{Registry, RegistryEntry, SensorSize};
 
 use crate::{CleanError, Cleaner, CleanerSettings, CleanerSpec};
 use crate::{background, deflicker, hot, masking, undistort};
 
-/// All cleaners, in the order of tables and help texts.
-pub static CLEANERS: &[&CleanerSpec] =
-    &[&hot::SPEC, &masking::SPEC, &background::SPEC, &deflicker::SPEC, &undistort::SPEC];
+/// All cleaners, in the order of tables and help texts; those of other crates come last.
+pub static CLEANERS: Registry<CleanerSpec> = Registry::new(&[
+    &hot::SPEC,
+    &masking::SPEC,
+    &background::SPEC,
+    &deflicker::SPEC,
+    &undistort::SPEC,
+]);
+
+impl RegistryEntry for CleanerSpec {
+    const KIND: &'static str = "cleaner";
+
+    fn name(&self) -> &'static str {
+        self.name
+    }
+}
 
 /// The cleaner of this name.
 ///
 /// # Errors
 /// If there is none; the message lists those there are.
 pub fn cleaner_by_name(name: &str) -> Result<&'static CleanerSpec, CleanError> {
-    let found = CLEANERS.iter().find(|spec| spec.name == name);
-    found.copied().ok_or_else(|| CleanError::UnknownCleaner {
+    CLEANERS.find(name).ok_or_else(|| CleanError::UnknownCleaner {
         name: name.to_owned(),
-        known: CLEANERS.iter().map(|spec| spec.name).collect(),
+        known: CLEANERS.names(),
     })
 }
 

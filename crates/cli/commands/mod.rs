@@ -5,6 +5,7 @@ mod calibrate;
 mod check_labels;
 mod checkpoint_info;
 mod clean;
+mod completions;
 mod convert;
 mod data_set;
 mod demo;
@@ -17,6 +18,7 @@ mod info;
 #[cfg(test)]
 mod job_files;
 mod live;
+mod man;
 mod opening;
 mod prepare;
 mod quantize;
@@ -112,4 +114,8 @@ commands! {
     Clean(clean::CleanArgs) => clean::run,
     /// Render a recording as a web page, a contact sheet or an animation
     View(view::ViewArgs) => view::run,
+    /// Print completions of the command line for a shell
+    Completions(completions::CompletionsArgs) => completions::run,
+    /// Write manual pages
+    Man(man::ManArgs) => man::run,
 }

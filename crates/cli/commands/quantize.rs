@@ -51,7 +51,7 @@ pub(crate) fn run(args: &QuantizeArgs) -> Result<()> {
     let observed = || progress.inc(1);
     let ranges = calibrate(&model.graph(), model.input_shape(), inputs, observed)?;
     progress.finish_and_clear();
-    let path = QuantizationRanges::path(&evpose_app::shipped::checkpoint_path(&args.checkpoint));
+    let path = QuantizationRanges::path(&evpose_app::shipped::checkpoint_path(&args.checkpoint)?);
     ranges.write(&path)?;
     say(format!("ranges of all layers: {}", path.display()));
     let Some(data) = &args.evaluate else { return Ok(()) };

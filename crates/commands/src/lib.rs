@@ -66,7 +66,7 @@ pub fn task_by_name(name: &str) -> Result<&'static dyn PoseTask> {
 /// # Errors
 /// If no task can read it.
 pub fn open(checkpoint: &Path, device: &DeviceArgs) -> Result<Box<dyn PoseModel>> {
-    let checkpoint = &evpose_app::shipped::checkpoint_path(checkpoint);
+    let checkpoint = &evpose_app::shipped::checkpoint_path(checkpoint)?;
     for task in TASKS {
         if let Some(model) = task.open(checkpoint, device)? {
             return Ok(model);

@@ -7,6 +7,7 @@
 //! * [`StageNoise`], [`CounterRng`]: random numbers that depend on the purpose of a draw, not on
 //!   the order of draws.
 //! * [`atomic_write`]: output files are complete or absent.
+//! * [`Registry`]: the built-in entries of one kind, and those that other crates register.
 //!
 //! ```
 //! use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize, TimeWindow};
@@ -32,6 +33,7 @@ mod event;
 mod noise;
 mod output;
 mod plane;
+mod registry;
 mod stream;
 mod time;
 
@@ -41,5 +43,6 @@ pub use event::{Event, Polarity, SensorSize};
 pub use noise::{CounterRng, StageNoise, seed_for};
 pub use output::{AtomicFile, atomic_write, temporary_target};
 pub use plane::Plane;
+pub use registry::{Registry, RegistryEntry, RegistryError};
 pub use stream::{EventStream, EventStreamBuilder, Rejected};
 pub use time::{Micros, TimeWindow};

@@ -64,7 +64,7 @@ fn relative_difference(ours: &[f32], theirs: &[f32]) -> f32 {
 
 #[test]
 fn every_network_matches_burn() {
-    for entry in BACKBONES {
+    for entry in &BACKBONES {
         let network = network(entry.name, 0.5);
         let graph = network.graph();
         for [height, width] in [[180, 240], [61, 83]] {

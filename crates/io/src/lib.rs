@@ -15,12 +15,15 @@
 //! * [`predictions`]: joints of bodies over time, as MoveEnet's programs write them.
 //! * [`frames`]: the light of an image sequence, one frame at a time.
 //!
+//! The types of `evpose_core` and `evpose_pose` in the signatures here are re-exported.
+//!
 //! A faulty file is a typed [`IoError`] that names the file, the byte and the count of events
 //! readable before it; files appear under their name only when they are complete.
 //!
 //! ```
-//! use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize, TimeWindow};
-//! use evpose_io::{OpenOptions, Windows, create, open};
+//! use evpose_io::{
+//!     Event, EventStream, Micros, OpenOptions, Polarity, SensorSize, TimeWindow, Windows, create, open,
+//! };
 //!
 //! let folder = tempfile::tempdir()?;
 //! let path = folder.path().join("two.raw");
@@ -84,3 +87,8 @@ pub use source::{
     BlockSource, DecodeFault, Decoder, EventSource, Header, Input, MemorySource, OpenOptions,
     ReadSeek,
 };
+
+pub use evpose_core::{
+    CoreError, Event, EventStream, Micros, Plane, Polarity, Rejected, SensorSize, TimeWindow,
+};
+pub use evpose_pose::{HandParams, metric::body::BodyPrediction};

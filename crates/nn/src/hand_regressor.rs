@@ -181,7 +181,7 @@ mod tests {
 
     #[test]
     fn a_graph_has_every_layer_by_its_path() {
-        for entry in BACKBONES {
+        for entry in &BACKBONES {
             let network = config(entry.name, 0.25).init(3, &Device::flex()).unwrap();
             let graph = network.graph();
             let convolutions = slots(&network);
@@ -264,7 +264,7 @@ mod tests {
     #[test]
     fn every_backbone_gives_twelve_finite_values_at_odd_sizes() {
         let device = Device::flex();
-        for entry in BACKBONES {
+        for entry in &BACKBONES {
             let network = config(entry.name, 0.1).init(1, &device).unwrap();
             let output = network.forward(Tensor::ones([2, 2, 45, 63], &device));
             assert_eq!(output.dims(), [2, 12]);
@@ -275,7 +275,7 @@ mod tests {
     #[test]
     fn every_backbone_trains_at_odd_sizes_and_narrow_widths() {
         let device = Device::flex().autodiff();
-        for entry in BACKBONES {
+        for entry in &BACKBONES {
             // As small as it goes, and both sides odd.
             let side = entry.smallest_px.max(9) | 1;
             let network = config(entry.name, 0.03).init(1, &device).unwrap();

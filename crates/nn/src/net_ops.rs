@@ -20,7 +20,7 @@ use crate::ops::{self, Activation};
 
 /// A batch of feature maps `[batch, channels, height, width]` and the operations on it, named as in
 /// PyTorch.
-pub trait NetOps: Clone {
+pub trait NetOps: Clone + 'static {
     /// A batch of vectors: the input of fully connected layers.
     type Vector: VectorOps;
 
@@ -63,7 +63,7 @@ pub trait NetOps: Clone {
 }
 
 /// A batch of vectors `[batch, values]` and the operations on it.
-pub trait VectorOps: Clone {
+pub trait VectorOps: Clone + 'static {
     /// `layer.forward(self)`.
     fn linear(self, layer: &Linear) -> Self;
 

@@ -18,8 +18,10 @@
 //! * [`RepresentationTrigger`]: decides when a stream is due for a new representation.
 //!
 //! ```
-//! use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
-//! use evpose_repr::{ChannelOrder, Lnes, Representation, StreamWindow};
+//! use evpose_repr::{
+//!     ChannelOrder, Event, EventStream, Lnes, Micros, Polarity, Representation, SensorSize,
+//!     StreamWindow,
+//! };
 //!
 //! let sensor = SensorSize { width: 4, height: 3 };
 //! let event = Event { t: Micros(25_000), x: 2, y: 1, polarity: Polarity::On };
@@ -35,7 +37,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Planes are `[channels][height][width]`, row by row from the top.
+//! Planes are `[channels][height][width]`, row by row from the top. The types of `evpose_core` in the
+//! signatures here are re-exported.
 
 mod augment;
 mod binary;
@@ -97,3 +100,7 @@ pub use tos::{Tos, TosConfig};
 pub use transition::Transitions;
 pub use trigger::{RepresentationTrigger, TriggerConfig};
 pub use voxel_grid::{VoxelGrid, VoxelGridConfig};
+
+pub use evpose_core::{
+    Event, EventStream, Micros, Plane, Polarity, Registry, RegistryError, SensorSize,
+};

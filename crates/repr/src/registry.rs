@@ -1,13 +1,15 @@
 //! The registry of representations. A new one is a file and a line here.
 
+use evpose_core::{Registry, RegistryEntry};
+
 use crate::{ReprError, RepresentationChoice, RepresentationSpec};
 use crate::{
     binary, count, eros, event_count, fixed_count, lnes, occurrence, pim, sae, sits, time_surface,
     tos, voxel_grid,
 };
 
-/// All representations, in the order of tables and help texts.
-pub static REPRESENTATIONS: &[&RepresentationSpec] = &[
+/// All representations, in the order of tables and help texts; those of other crates come last.
+pub static REPRESENTATIONS: Registry<RepresentationSpec> = Registry::new(&[
     &lnes::SPEC,
     &occurrence::SPEC,
     &count::ECI,
@@ -27,7 +29,15 @@ pub static REPRESENTATIONS: &[&RepresentationSpec] = &[
     &event_count::SPEC,
     &voxel_grid::SPEC,
     &time_surface::SPEC,
-];
+]);
+
+impl RegistryEntry for RepresentationSpec {
+    const KIND: &'static str = "representation";
+
+    fn name(&self) -> &'static str {
+        self.name
+    }
+}
 
 /// Looks up the representation `name`, or `name:parameter=value,…`: `eros`,
 /// `eros:kernel=9,decay=0.5`.
@@ -35,7 +45,7 @@ pub static REPRESENTATIONS: &[&RepresentationSpec] = &[
 /// # Errors
 /// Unknown names, parameters and values; the message lists the known ones.
 pub fn representation_by_name(name: &str) -> Result<RepresentationChoice, ReprError> {
-    representation_by_name_in(REPRESENTATIONS, name)
+    representation_by_name_in(&REPRESENTATIONS, name)
 }
 
 /// As [`representation_by_name`], in the registry of the caller.

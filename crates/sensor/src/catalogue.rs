@@ -1,4 +1,4 @@
-//! A catalogue of effects: those of this crate, or those and others beside them.
+//! A catalogue of effects: those of the registry, or those and others of the caller.
 
 use std::fmt;
 
@@ -7,15 +7,15 @@ use crate::{
     StageSpec,
 };
 
-/// The effects that names in configurations stand for: by default [`STAGES`], the built-in ones. A
-/// catalogue with others beside them is made once, and copied freely.
+/// The effects that names in configurations stand for: by default all of [`STAGES`]. A
+/// catalogue with others as well is made once, and copied freely.
 #[derive(Clone, Copy)]
 pub struct Catalogue {
     stages: &'static [&'static StageSpec],
 }
 
 impl Catalogue {
-    /// The built-in effects and `own`, in the order of the signal as far as that is known: own
+    /// The registered effects and `own`, in the order of the signal as far as that is known: own
     /// effects come last. It is kept for the rest of the program.
     pub fn with_own(own: &[&'static StageSpec]) -> Self {
         let stages: Vec<&'static StageSpec> = STAGES.iter().chain(own).copied().collect();
@@ -69,7 +69,7 @@ impl fmt::Debug for Catalogue {
 
 impl Default for Catalogue {
     fn default() -> Self {
-        Self { stages: STAGES }
+        Self { stages: STAGES.entries() }
     }
 }
 

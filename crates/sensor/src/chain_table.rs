@@ -158,7 +158,7 @@ mod tests {
                 assert!(line.chars().count() <= 100, "{}: {line}", preset.name);
             }
         }
-        for spec in STAGES {
+        for spec in &STAGES {
             for line in spec.to_string().lines() {
                 assert!(line.chars().count() <= 100, "{line}");
             }

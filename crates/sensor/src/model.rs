@@ -42,7 +42,7 @@ impl SensorModel {
     /// # Errors
     /// Unknown, repeated and contradicting effects; unknown, missing and impossible parameters.
     pub fn from_config(config: &SensorConfig) -> Result<Self, SensorError> {
-        Self::from_config_in(STAGES, config)
+        Self::from_config_in(&STAGES, config)
     }
 
     /// The same with a registry of the caller's: [`STAGES`] and own stages.
@@ -60,7 +60,7 @@ impl SensorModel {
             built.push(next);
         }
         for effect in &SensorConfig::default().effects {
-            let ideal = Built::new(STAGES, effect)?;
+            let ideal = Built::new(&STAGES, effect)?;
             if built.iter().all(|other| other.stage.place() != ideal.stage.place()) {
                 built.push(ideal);
             }

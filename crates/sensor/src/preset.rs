@@ -22,10 +22,7 @@ impl Preset {
 
 macro_rules! preset {
     ($name:literal) => {
-        Preset {
-            name: $name,
-            toml: include_str!(concat!("../../../configs/sensor/", $name, ".toml")),
-        }
+        Preset { name: $name, toml: evpose_configs::text(concat!("sensor/", $name, ".toml")) }
     };
 }
 

@@ -1,11 +1,13 @@
 //! The one list of all effects. Configurations, tables, the laws that are tested over every stage
 //! and the candidates of the gap workflow all come from it.
 
+use evpose_core::{Registry, RegistryEntry};
+
 use crate::StageSpec;
 use crate::{background, clock, detector, optics, photodiode, photoreceptor, readout};
 
-/// Every stage there is, in the order of the signal.
-pub static STAGES: &[&StageSpec] = &[
+/// Every stage there is: the built-in ones in the order of the signal, then those of other crates.
+pub static STAGES: Registry<StageSpec> = Registry::new(&[
     &optics::adaptive_steps::SPEC,
     &optics::lamp_flicker::SPEC,
     &optics::lens_distortion::SPEC,
@@ -48,4 +50,12 @@ pub static STAGES: &[&StageSpec] = &[
     &clock::clock_offset_drift::SPEC,
     &clock::frame_grid::SPEC,
     &clock::timestamp_quantisation::SPEC,
-];
+]);
+
+impl RegistryEntry for StageSpec {
+    const KIND: &'static str = "sensor effect";
+
+    fn name(&self) -> &'static str {
+        self.name
+    }
+}

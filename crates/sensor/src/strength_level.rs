@@ -104,7 +104,7 @@ mod tests {
 
     #[test]
     fn every_effect_is_a_sensor_at_every_strength() {
-        for spec in STAGES {
+        for spec in &STAGES {
             let beside = spec.signature.beside.iter().map(|name| {
                 let other = STAGES.iter().find(|other| other.name == *name);
                 other.unwrap_or_else(|| panic!("{}: no effect {name}", spec.name)).typical()

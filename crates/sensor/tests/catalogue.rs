@@ -8,7 +8,7 @@ use evpose_sensor::{
 
 #[test]
 fn every_effect_has_formula_source_and_signature() {
-    for spec in STAGES {
+    for spec in &STAGES {
         let name = spec.name;
         for text in
             [spec.summary, spec.formula, spec.source.key, spec.source.text, spec.signature.look_for]
@@ -25,7 +25,7 @@ fn every_effect_has_formula_source_and_signature() {
 #[test]
 fn every_parameter_has_unit_range_prior_and_meaning() {
     // Dimensionless values are ratios, exponents and counts.
-    for spec in STAGES {
+    for spec in &STAGES {
         for param in spec.params {
             let name = format!("{}.{}", spec.name, param.name);
             assert!(!param.doc.is_empty(), "{name}");
@@ -59,7 +59,7 @@ fn every_parameter_has_unit_range_prior_and_meaning() {
 /// A quantity without a neutral value is one that the effect cannot do without.
 #[test]
 fn every_effect_can_be_switched_off_or_takes_a_place() {
-    for spec in STAGES {
+    for spec in &STAGES {
         let model = evpose_sensor::SensorModel::from_config(&evpose_sensor::SensorConfig {
             effects: vec![spec.typical()],
         });
@@ -76,7 +76,7 @@ fn every_effect_can_be_switched_off_or_takes_a_place() {
 
 #[test]
 fn strengths_name_parameters_of_their_effect() {
-    for spec in STAGES {
+    for spec in &STAGES {
         let (Strength::Rising(names) | Strength::RisingAlone(names) | Strength::Falling(names)) =
             spec.signature.strength
         else {
@@ -115,7 +115,7 @@ fn every_number_of_a_preset_says_where_it_comes_from() {
 /// The search of a stage is described in names of its own parameters and choices.
 #[test]
 fn searches_name_parameters_and_choices_of_their_effect() {
-    for spec in STAGES {
+    for spec in &STAGES {
         let (name, search) = (spec.name, &spec.search);
         let is_param = |key: &&str| spec.params.iter().any(|param| param.name == *key);
         let second = search.second_strength;

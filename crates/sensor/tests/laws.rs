@@ -186,7 +186,7 @@ fn an_empty_chain_is_the_ideal_sensor() {
 
 #[test]
 fn keys_that_a_stage_does_not_have_are_refused() {
-    for spec in STAGES {
+    for spec in &STAGES {
         let config = SensorConfig { effects: vec![typical(spec, 0.5).with("strength", 1.0)] };
         let error = SensorModel::from_config(&config).unwrap_err();
         let SensorError::UnknownKey { effect, key, allowed } = error else {
@@ -198,7 +198,7 @@ fn keys_that_a_stage_does_not_have_are_refused() {
 
 #[test]
 fn values_outside_the_range_are_refused() {
-    for spec in STAGES {
+    for spec in &STAGES {
         for param in spec.params {
             let (low, high) = param.range;
             let below = low - low.abs().max(1.0) - 0.5;
@@ -220,7 +220,7 @@ fn values_outside_the_range_are_refused() {
 
 #[test]
 fn what_has_no_neutral_value_must_be_given() {
-    for spec in STAGES {
+    for spec in &STAGES {
         for param in spec.params.iter().filter(|param| param.neutral.is_none()) {
             let mut effect = typical(spec, 0.5);
             effect.params.remove(param.name);

@@ -27,7 +27,7 @@ use crate::SimError;
 use crate::config::SensorChoice;
 
 /// The ranges that the program holds, `configs/randomisation.toml`.
-const BUILT_IN: &str = include_str!("../../../configs/randomisation.toml");
+const BUILT_IN: &str = evpose_configs::text("randomisation.toml");
 /// Name of those ranges in configurations.
 const BUILT_IN_NAME: &str = "wide";
 /// Name of the field that holds the sensor.

@@ -32,11 +32,7 @@ macro_rules! condition {
     ($name:literal) => {
         Condition {
             name: Cow::Borrowed($name),
-            toml: Cow::Borrowed(include_str!(concat!(
-                "../../../configs/condition/",
-                $name,
-                ".toml"
-            ))),
+            toml: Cow::Borrowed(evpose_configs::text(concat!("condition/", $name, ".toml"))),
         }
     };
 }

@@ -88,7 +88,7 @@ pub(super) fn run(args: &BenchCamerasArgs) -> Result<()> {
     if args.sequences == 0 || args.seconds.is_nan() || args.seconds < 0.5 {
         bail!("at least one sequence of half a second is needed");
     }
-    let path = checkpoint_path(&args.checkpoint);
+    let path = checkpoint_path(&args.checkpoint)?;
     let device = Device::flex();
     let scenes: Box<dyn Scenes> = match HandCheckpoint::load(&path, &device) {
         Ok(checkpoint) => Box::new(hand::HandScenes::new(checkpoint, args)?),

@@ -134,7 +134,7 @@ mod tests {
     fn outputs_differ_between_images() {
         let changes = ["simulation.image_scale=0.5", "network.width=0.25"].map(str::to_owned);
         let config = hand_config::load("eventhands", &changes).unwrap();
-        for entry in BACKBONES {
+        for entry in &BACKBONES {
             let name = entry.name;
             let network = network(&config, name, &Device::flex()).unwrap();
             let options = EngineOptions::default();

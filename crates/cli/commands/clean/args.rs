@@ -36,7 +36,7 @@ pub(crate) struct CleanArgs {
 /// The cleaners with their parameters, for the help.
 fn cleaners() -> String {
     let mut text = "Cleaners:\n".to_owned();
-    for spec in CLEANERS {
+    for spec in &CLEANERS {
         // Writing to a string does not fail.
         let _ = writeln!(text, "  {:12} {}", spec.name, spec.summary);
         for param in spec.params {

@@ -25,7 +25,7 @@ pub(super) struct Shipped {
 impl Shipped {
     /// Reads it. None if the program stands alone.
     pub(super) fn load(device: &Device) -> Result<Option<Self>> {
-        let path = checkpoint_path(Path::new(NAME));
+        let path = checkpoint_path(Path::new(NAME))?;
         if !path.exists() {
             return Ok(None);
         }

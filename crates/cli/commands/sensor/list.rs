@@ -20,7 +20,10 @@ pub(super) fn run(args: &ListArgs) -> Result<()> {
         say(column(&format!("  {:<15}", preset.name), &sentence));
     }
     say("\nEFFECTS    evpose sensor show NAME for formula, source, ranges and what is typical");
-    for stages in STAGES.chunk_by(|a, b| a.domain == b.domain) {
+    // Effects of other crates come last in the registry.
+    let mut stages = STAGES.to_vec();
+    stages.sort_by_key(|spec| spec.domain);
+    for stages in stages.chunk_by(|a, b| a.domain == b.domain) {
         say(format!("\n{}", stages[0].domain.name().to_uppercase()));
         for spec in stages {
             say(column(&format!("  {:<26}", spec.name), spec.summary));

@@ -1,8 +1,10 @@
 //! Backbones, image networks that end in a vector, by name.
 //!
 //! A backbone is a file here, its `mod` line, and a line of the registry: see [`BackboneNet`] and
-//! [`BackboneSpec`].
+//! [`BackboneSpec`]. Another crate registers its own as [`BackboneEntry::external`].
 
+mod erased;
+mod external;
 mod mnasnet;
 mod mobilenet_v2;
 mod registry;
@@ -13,6 +15,7 @@ mod vgg;
 
 use burn::module::Module;
 use burn::tensor::Device;
+use evpose_core::{Registry, RegistryEntry};
 
 use crate::NnError;
 
@@ -22,6 +25,7 @@ pub use crate::initializer::Initializer;
 pub use crate::linear::linear;
 pub use crate::net_ops::{NetOps, VectorOps};
 pub use crate::parameters::Slot;
+use external::ExternalNet;
 pub(crate) use spec::IMAGE_CHANNELS;
 pub use spec::{BackboneNet, BackboneSpec};
 
@@ -44,7 +48,21 @@ pub struct BackboneEntry {
     /// See [`BackboneSpec::narrowest`].
     narrowest: f32,
     /// See [`BackboneSpec::build`].
-    build: fn(f32, usize, &Device) -> Backbone,
+    build: Build,
+}
+
+/// The constructor of a network.
+enum Build {
+    BuiltIn(fn(f32, usize, &Device) -> Backbone),
+    External(&'static dyn external::BuildExternal),
+}
+
+impl RegistryEntry for BackboneEntry {
+    const KIND: &'static str = "backbone";
+
+    fn name(&self) -> &'static str {
+        self.name
+    }
 }
 
 /// The backbone of the name `name`.
@@ -52,9 +70,9 @@ pub struct BackboneEntry {
 /// # Errors
 /// [`NnError::UnknownBackbone`], which lists the known names.
 pub fn backbone_by_name(name: &str) -> Result<&'static BackboneEntry, NnError> {
-    BACKBONES.iter().find(|entry| entry.name == name).ok_or_else(|| {
-        let known: Vec<_> = BACKBONES.iter().map(|entry| entry.name).collect();
-        NnError::UnknownBackbone { name: name.to_owned(), known: known.join(", ") }
+    BACKBONES.find(name).ok_or_else(|| NnError::UnknownBackbone {
+        name: name.to_owned(),
+        known: BACKBONES.names().join(", "),
     })
 }
 
@@ -68,7 +86,10 @@ impl Backbone {
     ) -> Result<Self, NnError> {
         let entry = backbone_by_name(name)?;
         spec::check_width(width, entry.narrowest)?;
-        Ok((entry.build)(width, outputs, device))
+        Ok(match entry.build {
+            Build::BuiltIn(build) => build(width, outputs, device),
+            Build::External(spec) => spec.build(width, outputs, device),
+        })
     }
 }
 
@@ -88,10 +109,7 @@ mod tests {
             ("shufflenet_v2", 2_278_604),
             ("mnasnet", 4_383_312),
         ];
-        assert_eq!(
-            published.map(|(name, _)| name).to_vec(),
-            BACKBONES.iter().map(|e| e.name).collect::<Vec<_>>()
-        );
+        assert_eq!(published.map(|(name, _)| name).to_vec(), BACKBONES.names());
         for (name, count) in published {
             let network = Backbone::build(name, 1.0, 1000, &Device::flex()).unwrap();
             assert_eq!(trained_count(&network), count, "{name}");

@@ -81,7 +81,7 @@ fn frames_late(choice: &RepresentationChoice) -> i64 {
 
 #[test]
 fn names_are_unique_and_found_and_others_are_refused_with_the_list() {
-    for spec in REPRESENTATIONS {
+    for spec in &REPRESENTATIONS {
         let found = representation_by_name(spec.name).unwrap();
         assert_eq!((found.spec().name, found.spec().summary), (spec.name, spec.summary));
         let window = StreamWindow::new(SENSOR, Micros(1), ChannelOrder::OnFirst).unwrap();
@@ -99,7 +99,7 @@ fn names_are_unique_and_found_and_others_are_refused_with_the_list() {
 
 #[test]
 fn every_parameter_takes_its_bounds_and_is_named_in_what_a_choice_displays() {
-    for spec in REPRESENTATIONS {
+    for spec in &REPRESENTATIONS {
         let default = spec.with_defaults();
         let again = representation_by_name(&default.to_string()).unwrap();
         assert_eq!(again.to_string(), default.to_string());

@@ -1,0 +1,54 @@
+//! A photodiode whose current saturates smoothly.
+
+use evpose_core::StageNoise;
+use evpose_sensor::{
+    Block, Citation, Domain, ParamSpec, PixelStage, Prior, Probe, Scale, SearchSpec, Signature,
+    Stage, StageSpec, Strength, Tick,
+};
+
+const HALF: ParamSpec = ParamSpec {
+    name: "half",
+    unit: "white",
+    range: (0.01, 100.0),
+    scale: Scale::Log,
+    prior: Prior::Typical(0.2, 5.0),
+    neutral: Some(f64::INFINITY),
+    doc: "light at which the photocurrent is half of the unsaturated one",
+};
+
+/// The registry entry.
+pub(crate) static SOFT_SATURATION: StageSpec = StageSpec {
+    name: "soft_saturation",
+    domain: Domain::Photodiode,
+    summary: "photocurrent saturates smoothly",
+    formula: "I = I / (1 + I / half)",
+    params: &[HALF],
+    choices: &[],
+    files: &[],
+    source: Citation { key: "this example", text: "made up, to show an effect of another crate" },
+    signature: Signature {
+        look_for: "fewer events of every edge, the more the brighter it is",
+        probe: Probe::Contrast,
+        strength: Strength::Falling(&["half"]),
+        beside: &[],
+    },
+    search: SearchSpec::PLAIN,
+    build: |settings| {
+        Ok(Stage::Pixel(Box::new(Saturation { half: settings.number(&HALF) as f32 })))
+    },
+};
+
+#[derive(Debug)]
+struct Saturation {
+    half: f32,
+}
+
+impl PixelStage for Saturation {
+    fn is_neutral(&self) -> bool {
+        self.half.is_infinite()
+    }
+
+    fn step(&self, _tick: &Tick, block: &mut Block<'_>, _noise: StageNoise) {
+        block.signal.iter_mut().for_each(|light| *light /= 1.0 + *light / self.half);
+    }
+}
