@@ -20,6 +20,7 @@ mod live;
 mod opening;
 mod prepare;
 mod quantize;
+mod represent;
 mod sensor;
 mod simulate;
 mod train;
@@ -110,6 +111,8 @@ commands! {
     Convert(convert::ConvertArgs) => convert::run,
     /// Check a recording; undistort it, remove noise and flicker
     Clean(clean::CleanArgs) => clean::run,
+    /// Write windows of a recording as arrays or images, in any representation
+    Represent(represent::RepresentArgs) => represent::run,
     /// Render a recording as a web page, a contact sheet or an animation
     View(view::ViewArgs) => view::run,
 }

@@ -7,8 +7,7 @@ const ALIGNMENT: usize = 64;
 /// Bytes before the text: what marks an array, its version, the length of the text.
 const BEFORE: usize = ARRAY.len() + 4;
 
-/// The header of an array in C order, as long as that of `longest`, a shape whose numbers have more
-/// digits.
+/// The header of an array in C order, as long as that of `longest`, a shape of more digits.
 ///
 /// `descr` is the type as Python writes it, such as `'<f4'`.
 pub(crate) fn header_for(descr: &str, shape: &[u64], longest: &[u64]) -> Vec<u8> {

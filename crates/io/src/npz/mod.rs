@@ -37,9 +37,7 @@ pub(crate) const FORMAT: Format = Format {
     name: "npz",
     summary: "NumPy archive: t, x, y, p, width, height",
     endings: &[".npz"],
-    probe: |head| {
-        [b"PK\x03\x04", b"PK\x05\x06"].iter().any(|begin| head.starts_with(*begin))
-    },
+    probe: |head| [b"PK\x03\x04", b"PK\x05\x06"].iter().any(|begin| head.starts_with(*begin)),
     open: reader::open,
     create: Some(writer::create),
     labels: no_labels,

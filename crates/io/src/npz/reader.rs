@@ -6,9 +6,9 @@ use std::path::PathBuf;
 use evpose_core::SensorSize;
 use zip::ZipArchive;
 
+use super::NpzFault;
 use super::array::{self, Array, Column};
 use super::events::{Named, REQUIRED, array_by_name};
-use super::NpzFault;
 use crate::{Columns, EventSource, Header, Input, IoError, MemorySource, OpenOptions, ReadSeek};
 
 /// One array that holds all events.

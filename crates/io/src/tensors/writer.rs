@@ -90,10 +90,7 @@ impl TensorWriter {
     }
 }
 
-fn finish_archive(
-    mut zip: ZipWriter<StreamWriter<AtomicFile>>,
-    ends: &[Micros],
-) -> io::Result<()> {
+fn finish_archive(mut zip: ZipWriter<StreamWriter<AtomicFile>>, ends: &[Micros]) -> io::Result<()> {
     let shape = [ends.len() as u64];
     start(&mut zip, TIMES, &header_for("'<i8'", &shape, &shape))?;
     let times: Vec<u8> = ends.iter().flat_map(|t| t.0.to_le_bytes()).collect();

@@ -103,7 +103,8 @@ impl Lines {
             Some(Line::Sensor(_)) => self.has_size = true,
             Some(Line::Names) => self.is_named = true,
             Some(Line::Event(event)) => {
-                let ends_in_polarity = self.known.order.is_some_and(|order| order.places[3] + 1 == order.fields);
+                let ends_in_polarity =
+                    self.known.order.is_some_and(|order| order.places[3] + 1 == order.fields);
                 if is_open && !(knew_order && ends_in_polarity) {
                     return Err(TextFault::Open);
                 }

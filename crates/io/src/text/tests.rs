@@ -127,7 +127,10 @@ fn a_faulty_line_is_named_with_its_byte() {
         ("9 1 2 1\n8 1 2 1 1\n", "byte 8: line 2: 5 fields instead of t x y p"),
         ("9 1 2 1\n9 1 2 2\n", "byte 8: line 2: `2` is no polarity, 0 or 1, or -1 or 1"),
         ("9 1 2 1\n9 1.5 2 1\n", "byte 8: line 2: `1.5` is no column"),
-        (",t,x,y,p\n0,9,1,2,1\n1,9,1,2\n", "byte 19: line 3: 4 fields instead of the 5 that are named"),
+        (
+            ",t,x,y,p\n0,9,1,2,1\n1,9,1,2\n",
+            "byte 19: line 3: 4 fields instead of the 5 that are named",
+        ),
         ("%geometry:9,9\n1,2,1,9\n1,2,1\n", "byte 22: line 3: 3 fields instead of t x y p"),
         ("9 1 2 1\n240 180\n", "byte 8: line 2: 2 fields instead of t x y p"),
     ];
@@ -136,7 +139,14 @@ fn a_faulty_line_is_named_with_its_byte() {
         let message = open(&path).unwrap_err().to_string();
         assert_eq!(message, format!("{}: {want} (1 events readable before it)", path.display()));
     }
-    for nonsense in ["%geometry:9\n1,2,1,9\n", "%geometry:9,0\n1,2,1,9\n", "0 nan 2 1", "1e300 1 2 1", "0 180\n", "99999999999999999999 1 2 1"] {
+    for nonsense in [
+        "%geometry:9\n1,2,1,9\n",
+        "%geometry:9,0\n1,2,1,9\n",
+        "0 nan 2 1",
+        "1e300 1 2 1",
+        "0 180\n",
+        "99999999999999999999 1 2 1",
+    ] {
         let (_directory, path) = file(nonsense);
         assert!(matches!(open(&path), Err(IoError::Damaged { byte: 0, .. })), "{nonsense}");
     }
