@@ -100,7 +100,7 @@ fn a_recording_is_seen_as_a_page_a_sheet_and_an_animation() {
     assert_eq!(animation[control + 4..control + 8], 7u32.to_be_bytes());
 
     let message = sandbox.fails(&["view", "dot.txt", "--out", "view.mp4"]);
-    assert!(message.contains(".html, .png, .apng or .rrd"), "{message}");
+    assert!(message.contains(".html, .png, .apng, .gif or .rrd"), "{message}");
     let message = sandbox.fails(&["view", "dot.txt", "--out", "a.png", "--of", "nonsense"]);
     assert!(message.contains("there are") && message.contains("lnes"), "{message}");
     let message =
@@ -227,4 +227,23 @@ fn mirrored_columns_are_detected_by_events_of_the_same_scene_and_corrected() {
     assert!(bytes(&sandbox.path("back.txt")) == right.into_bytes());
     let said = sandbox.ok(&["clean", "right.txt", "--reference", "right.txt"]);
     assert!(said.contains("as they are"), "{said}");
+}
+
+#[test]
+fn an_animation_is_a_gif_where_that_is_asked() {
+    let sandbox = sandbox();
+    sandbox.ok(&["view", "dot.txt", "--out", "dot.gif", "--frames", "6", "--fps", "25"]);
+    let file = std::io::BufReader::new(std::fs::File::open(sandbox.path("dot.gif")).unwrap());
+    let gif = image::codecs::gif::GifDecoder::new(file).unwrap();
+    let frames = image::AnimationDecoder::into_frames(gif).collect_frames().unwrap();
+    assert_eq!(frames.len(), 6);
+    let delay = std::time::Duration::from(frames[0].delay());
+    assert_eq!((delay.as_millis(), frames[0].buffer().dimensions()), (40, (320, 262)));
+    // ON is blue, OFF red, as on a sheet.
+    let is_near =
+        |pixel: &[u8], rgb: [u8; 3]| pixel.iter().zip(rgb).all(|(a, b)| a.abs_diff(b) < 20);
+    let has = |rgb| frames[3].buffer().pixels().any(|pixel| is_near(&pixel.0[..3], rgb));
+    assert!(has([30, 100, 200]) && has([200, 50, 60]));
+    let message = sandbox.fails(&["view", "dot.txt", "--out", "no.gif", "--fps", "60"]);
+    assert!(message.contains("at most 50 frames a second"), "{message}");
 }

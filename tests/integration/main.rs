@@ -23,6 +23,7 @@ mod own_labels;
 mod payoff;
 mod prepare;
 mod quantize;
+mod represent;
 mod resume;
 mod sensor;
 mod shards;

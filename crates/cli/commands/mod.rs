@@ -22,6 +22,7 @@ mod man;
 mod opening;
 mod prepare;
 mod quantize;
+mod represent;
 mod sensor;
 mod simulate;
 mod train;
@@ -112,6 +113,8 @@ commands! {
     Convert(convert::ConvertArgs) => convert::run,
     /// Check a recording; undistort it, remove noise and flicker
     Clean(clean::CleanArgs) => clean::run,
+    /// Write windows of a recording as arrays or images, in any representation
+    Represent(represent::RepresentArgs) => represent::run,
     /// Render a recording as a web page, a contact sheet or an animation
     View(view::ViewArgs) => view::run,
     /// Print completions of the command line for a shell

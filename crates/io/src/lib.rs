@@ -7,12 +7,13 @@
 //!   access.
 //! * [`aedat4`]: recordings of iniVation's cameras, with their frames, inertial samples and
 //!   triggers.
-//! * [`npz`], [`text`]: recordings for other tools; HDF5 files of all usual layouts, with the Cargo
-//!   feature `hdf5`.
+//! * [`npz`], [`text`]: recordings for other tools, as archives, arrays, tables and lines; HDF5 files
+//!   of all usual layouts, with the Cargo feature `hdf5`.
 //! * [`evt`], [`dat`]: recordings of Prophesee's cameras.
 //! * [`aedat2`], [`nmnist`], [`yarp`]: recordings of other programs and data sets.
 //! * [`framed`]: a stream for sockets and pipes, of our own.
 //! * [`predictions`]: joints of bodies over time, as MoveEnet's programs write them.
+//! * [`tensors`]: windows of a recording as dense planes, for other programs.
 //! * [`frames`]: the light of an image sequence, one frame at a time.
 //!
 //! The types of `evpose_core` and `evpose_pose` in the signatures here are re-exported.
@@ -65,6 +66,7 @@ pub mod predictions;
 mod sink;
 mod sniff;
 mod source;
+pub mod tensors;
 pub mod text;
 mod time_stamp;
 #[cfg(test)]

@@ -24,7 +24,13 @@ const GOLDEN: &[(&str, &str)] = &[
     ("expelliarmus/evt2.raw", "evt2"),
     ("hdf5", "hdf5"),
     ("nmnist", "nmnist"),
-    ("text", "text"),
+    ("numpy/records.npy", "npy"),
+    ("numpy/records.npz", "npz"),
+    ("numpy/records-compressed.npz", "npz"),
+    ("text/seconds.txt", "text"),
+    ("text/nanoseconds.txt", "text"),
+    ("text/named.csv", "csv"),
+    ("text/pandas.csv", "csv"),
     ("yarp", "yarp"),
 ];
 

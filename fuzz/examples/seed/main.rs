@@ -27,8 +27,10 @@ const GOLDEN: &[(&str, &str, &[&str])] = &[
     ("expelliarmus", ".raw", &["evt2"]),
     ("hdf5", "5", &["hdf5"]),
     ("nmnist", ".bin", &["nmnist"]),
+    ("numpy", ".npy", &["npy"]),
+    ("numpy", ".npz", &["npz"]),
     ("text", "t", &["text"]),
-    ("text", ".csv", &["text"]),
+    ("text", ".csv", &["csv"]),
     ("yarp", ".log", &["yarp-log"]),
 ];
 
@@ -115,7 +117,7 @@ fn arrays(folder: &Path) -> Result<()> {
     let fields = "[('t', '<u4'), ('x', '<u2'), ('y', '>u2'), ('p', '|b1')]";
     let records = array(fields, "(2,)", &[5, 0, 0, 0, 1, 0, 0, 2, 1, 7, 0, 0, 0, 3, 0, 0, 4, 0]);
     for (name, bytes) in [("table.npy", &table), ("records.npy", &records)] {
-        put(folder, "npz", name, bytes)?;
+        put(folder, "npy", name, bytes)?;
         put(folder, "any", name, bytes)?;
     }
     let t = array("'<f4'", "(2,)", &[0, 0, 0, 63, 0, 0, 64, 63]);

@@ -9,14 +9,15 @@ use crate::commands::opening::RecordingArgs;
     evpose view rec.raw --of lnes --window-ms 100 --from 2 --to 3 --out sheet.png\n  \
     evpose view rec.npz --of eros --frames 200 --out eros.apng\n  \
     evpose view people/0000.raw --joints joints.csv --truth people/0000.poses.csv --out people.html\n  \
+    evpose view rec.aedat4 --frames 60 --fps 15 --out rec.gif\n  \
     evpose view rec.npz --out rec.rrd\n  \
     evpose view rec.npz --rerun=192.168.0.7:9876\n\n\
     The page has a slider and an animation, and needs no other file. ON events are blue, OFF events red.")]
 pub(crate) struct ViewArgs {
     #[command(flatten)]
     pub(crate) recording: RecordingArgs,
-    /// Where to write: .html (a page with a slider), .png (a sheet), .apng (an animation) or .rrd
-    /// (for the Rerun viewer; feature `rerun`)
+    /// Where to write: .html (a page with a slider), .png (a sheet), .apng or .gif (an animation), or
+    /// .rrd (for the Rerun viewer; feature `rerun`)
     #[arg(long, required_unless_present = "rerun", conflicts_with = "rerun")]
     pub(crate) out: Option<PathBuf>,
     /// Send the recording to a running Rerun viewer, by default on this machine (feature `rerun`)

@@ -1,7 +1,10 @@
 //! Frames as one image: beside each other, or one after the other.
 
-use anyhow::{Context, Result};
-use image::{ExtendedColorType, ImageEncoder as _, RgbImage};
+use std::time::Duration;
+
+use anyhow::{Context, Result, ensure};
+use image::codecs::gif::{GifEncoder, Repeat};
+use image::{DynamicImage, ExtendedColorType, Frame, ImageEncoder as _, RgbImage};
 
 use super::caption::captioned;
 use super::frames::RenderedFrames;
@@ -10,9 +13,13 @@ use evpose_report::canvas::contact_sheet;
 /// Wider sheets are hard to look at: they have fewer columns.
 const SHEET_WIDTH_PX: u32 = 2600;
 const MAX_COLUMNS: u32 = 4;
+/// GIFs count hundredths of a second, and viewers slow down what takes less than two.
+const MAX_GIF_FPS: f64 = 50.0;
+/// Search for the 256 colours, from 1 (best) to 30 (fastest).
+const GIF_SPEED: i32 = 20;
 
 /// An image as PNG.
-pub(super) fn png(image: &RgbImage) -> Result<Vec<u8>> {
+pub(in crate::commands) fn png(image: &RgbImage) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let encoder = image::codecs::png::PngEncoder::new(&mut bytes);
     let (width, height) = image.dimensions();
@@ -47,5 +54,20 @@ pub(super) fn animation(frames: &RenderedFrames, fps: f64) -> Result<Vec<u8>> {
         writer.write_image_data(captioned(frame).as_raw())?;
     }
     writer.finish()?;
+    Ok(bytes)
+}
+
+/// As [`animation`], in 256 colours a frame, for programs that show GIFs alone.
+pub(super) fn gif(frames: &RenderedFrames, fps: f64) -> Result<Vec<u8>> {
+    ensure!(fps <= MAX_GIF_FPS, "--fps {fps}: a GIF shows at most {MAX_GIF_FPS} frames a second");
+    let delay = image::Delay::from_saturating_duration(Duration::from_secs_f64(1.0 / fps));
+    let mut bytes = Vec::new();
+    let mut encoder = GifEncoder::new_with_speed(&mut bytes, GIF_SPEED);
+    encoder.set_repeat(Repeat::Infinite)?;
+    for frame in &frames.frames {
+        let image = DynamicImage::ImageRgb8(captioned(frame)).into_rgba8();
+        encoder.encode_frame(Frame::from_parts(image, 0, 0, delay))?;
+    }
+    drop(encoder);
     Ok(bytes)
 }

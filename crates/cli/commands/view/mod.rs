@@ -15,6 +15,9 @@ use anyhow::{Result, bail};
 use evpose_core::atomic_write;
 
 pub(crate) use args::ViewArgs;
+pub(super) use files::png;
+pub(super) use palette::Palette;
+
 use frames::{FrameReader, RenderedFrames};
 
 use evpose_app::progress::say;
@@ -27,10 +30,11 @@ struct Target {
     make: fn(&RenderedFrames, &ViewArgs) -> Result<Vec<u8>>,
 }
 
-const TARGETS: [Target; 3] = [
+const TARGETS: [Target; 4] = [
     Target { ending: "html", frames: 100, make: page::page },
     Target { ending: "png", frames: 12, make: |frames, _| files::sheet(frames) },
     Target { ending: "apng", frames: 100, make: |frames, args| files::animation(frames, args.fps) },
+    Target { ending: "gif", frames: 100, make: |frames, args| files::gif(frames, args.fps) },
 ];
 
 pub(crate) fn run(args: &ViewArgs) -> Result<()> {
@@ -53,7 +57,7 @@ fn target(out: &Path) -> Result<&'static Target> {
     let ending = out.extension().unwrap_or_default();
     match TARGETS.iter().find(|target| ending == target.ending) {
         Some(target) => Ok(target),
-        None => bail!("{}: the name should end in .html, .png, .apng or .rrd", out.display()),
+        None => bail!("{}: the name should end in .html, .png, .apng, .gif or .rrd", out.display()),
     }
 }
 

@@ -17,7 +17,7 @@ const INK: [f32; 3] = [20.0, 24.0, 32.0];
 
 /// How planes are drawn.
 #[derive(Clone, Copy)]
-pub(super) struct Palette {
+pub(in crate::commands) struct Palette {
     sensor: SensorSize,
     /// Whether values are between 0 and 1 already.
     is_events: bool,
@@ -26,7 +26,7 @@ pub(super) struct Palette {
 }
 
 impl Palette {
-    pub(super) fn new(sensor: SensorSize, is_events: bool) -> Self {
+    pub(in crate::commands) fn new(sensor: SensorSize, is_events: bool) -> Self {
         let scale = MIN_WIDTH_PX.div_ceil(u32::from(sensor.width));
         Self { sensor, is_events, scale }
     }
@@ -44,7 +44,7 @@ impl Palette {
 
     /// `planes`, `[channels][height][width]`: two as OFF and ON over each other, others beside each
     /// other.
-    pub(super) fn draw(&self, planes: &[f32]) -> RgbImage {
+    pub(in crate::commands) fn draw(&self, planes: &[f32]) -> RgbImage {
         let most = if self.is_events { 1.0 } else { largest(planes) };
         let scaled = |plane: &[f32]| {
             let mut scaled = Plane::for_sensor(self.sensor, 0.0);

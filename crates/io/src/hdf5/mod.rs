@@ -10,7 +10,10 @@
 //! one at a time and each where it stands in the file, so that damage has a place, and so that a
 //! chunk may hold fewer events than it has room for, as the last one of Prophesee's files does.
 //!
-//! Without the Cargo feature `hdf5`, such files are known but not read.
+//! Files are written as columns `events/{t,x,y,p}` of plain chunks, with the size of the sensor as
+//! attributes `width` and `height`, which any program that reads HDF5 reads.
+//!
+//! Without the Cargo feature `hdf5`, such files are known but neither read nor written.
 
 #[cfg(feature = "hdf5")]
 mod blosc;
@@ -19,26 +22,34 @@ mod blosclz;
 #[cfg(feature = "hdf5")]
 mod bytes;
 #[cfg(feature = "hdf5")]
+mod chunk_index;
+#[cfg(feature = "hdf5")]
 mod ecf;
 #[cfg(feature = "hdf5")]
 mod filters;
 #[cfg(feature = "hdf5")]
 mod layout;
 #[cfg(feature = "hdf5")]
+mod lookup3;
+#[cfg(feature = "hdf5")]
 mod lzf;
 #[cfg(feature = "hdf5")]
 mod number;
+#[cfg(feature = "hdf5")]
+mod object;
 #[cfg(feature = "hdf5")]
 mod shuffle;
 #[cfg(feature = "hdf5")]
 mod source;
 #[cfg(feature = "hdf5")]
 mod table;
+#[cfg(feature = "hdf5")]
+mod writer;
 
 #[cfg(feature = "hdf5")]
 use source::open;
 
-use crate::open::{Format, no_labels};
+use crate::open::{Create, Format, no_labels};
 
 /// How the data of every HDF5 file begin.
 const SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
@@ -48,15 +59,20 @@ const PLACES: [usize; 4] = [0, 512, 1024, 2048];
 /// The registry's entry.
 pub(crate) const FORMAT: Format = Format {
     name: "hdf5",
-    summary: "HDF5 of Prophesee (ECF), DSEC (Blosc), v2e, MVSEC and h5py (feature `hdf5`)",
+    summary: "HDF5 of Prophesee (ECF), DSEC (Blosc), v2e, MVSEC and h5py; events/{t,x,y,p}",
     endings: &[".h5", ".hdf5"],
     probe: |head| {
         PLACES.iter().any(|&at| head.get(at..).is_some_and(|rest| rest.starts_with(SIGNATURE)))
     },
     open,
-    create: None,
+    create: CREATE,
     labels: no_labels,
 };
+
+#[cfg(feature = "hdf5")]
+const CREATE: Option<Create> = Some(writer::create);
+#[cfg(not(feature = "hdf5"))]
+const CREATE: Option<Create> = None;
 
 /// Says how to get a program that reads such files.
 #[cfg(not(feature = "hdf5"))]

@@ -33,7 +33,7 @@ fn a_build_that_does_not_read_such_files_says_how_to_get_one_that_does() {
 
 #[cfg(feature = "hdf5")]
 mod reading {
-    use evpose_core::{Micros, SensorSize};
+    use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
     use proptest::prelude::*;
     use sha2::{Digest, Sha256};
 
@@ -240,6 +240,56 @@ mod reading {
         assert_eq!(columns.len(), all.len() - 3);
         let fault = fault.unwrap().to_string();
         assert!(fault.contains("chunk 0 ends after 197 of its 200 rows"), "{fault}");
+    }
+
+    /// More chunks than a node of their index holds, in batches that do not fit chunks.
+    #[test]
+    fn a_long_recording_survives_the_file_and_is_read_from_any_time() {
+        let sensor = SensorSize { width: 1280, height: 720 };
+        let count = 66 * (1 << 16) + 7;
+        let event = |k: i64| Event {
+            t: Micros(3 * k / 2 - 9_000_000_000),
+            x: (k % 1280) as u16,
+            y: (k % 719) as u16,
+            polarity: Polarity::from_on(k % 3 == 0),
+        };
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("long.h5");
+        let mut sink = crate::create(&path, sensor).unwrap();
+        for first in (0..count).step_by(250_001) {
+            let batch = first..count.min(first + 250_001);
+            sink.write(&EventStream::from_events(sensor, batch.map(event)).unwrap()).unwrap();
+        }
+        sink.finish().unwrap();
+        let mut source =
+            (crate::hdf5::FORMAT.open)(Input::file(&path).unwrap(), &OpenOptions::default())
+                .unwrap();
+        assert_eq!(source.header().sensor, Some(sensor));
+        let (columns, fault) = events(source.as_mut());
+        assert!(fault.is_none(), "{fault:?}");
+        assert!(columns.iter().eq((0..count).map(event)));
+        source.seek(event(count - 100).t).unwrap();
+        let (rest, _) = events(source.as_mut());
+        assert!(rest.len() >= 100 && rest.len() < 1 << 17, "{}", rest.len());
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        #[test]
+        fn a_stream_survives_the_file(
+            mut times in prop::collection::vec(any::<i64>(), 0..40), seed in 0..60_000_u16,
+        ) {
+            times.sort_unstable();
+            let events = times.iter().zip(seed..).map(|(&t, n)| Event {
+                t: Micros(t), x: n % 300, y: n % 20, polarity: Polarity::from_on(n % 3 == 0),
+            });
+            let stream = EventStream::from_events(SensorSize { width: 300, height: 20 }, events)?;
+            let directory = tempfile::tempdir().unwrap();
+            let path = directory.path().join("events.h5");
+            crate::hdf5::FORMAT.write(&path, &stream).unwrap();
+            prop_assert_eq!(crate::open(&path).unwrap().stream, stream);
+        }
     }
 
     proptest! {

@@ -8,13 +8,19 @@
 //! | `width`, `height` | `i64`, a scalar | any integer; may both be missing | the sensor in pixels |
 //!
 //! Other programs call the arrays `ts`, `xs`, `ys`, `ps`, or `timestamps` and `polarity`, or have
-//! one array `events`: of records with such fields, or of four columns in the order `t x y p`, `x y
-//! t p`, `x y p t` or `t p x y`, detected by their content. A single such array in an `.npy` file
-//! is read as well. Floating-point times without any fraction are microseconds.
+//! one array: of records with such fields, in any order and of any of these types, or of four
+//! columns in the order `t x y p`, `x y t p`, `x y p t` or `t p x y`, detected by their content. It
+//! is called `events`, or has any name if it is the only one, such as the `arr_0` of `numpy.savez`.
+//! Floating-point times without any fraction are microseconds.
+//!
+//! A single such array in an `.npy` file is a format of its own, [`NPY`]. It is written as records
+//! of `t` (`<i8`), `x`, `y` (`<u2`) and `p` (`|u1`), and states no sensor.
 
 mod array;
 mod events;
 mod fault;
+mod header_writer;
+mod npy_writer;
 mod reader;
 mod writer;
 
@@ -22,6 +28,7 @@ pub(crate) use array::header;
 #[cfg(feature = "hdf5")]
 pub(crate) use events::{ORDERS, REQUIRED, array_by_name};
 pub use fault::NpzFault;
+pub(crate) use header_writer::header_for;
 
 use crate::open::{Format, no_labels};
 
@@ -30,12 +37,20 @@ pub(crate) const FORMAT: Format = Format {
     name: "npz",
     summary: "NumPy archive: t, x, y, p, width, height",
     endings: &[".npz"],
-    probe: |head| {
-        [b"PK\x03\x04", b"PK\x05\x06"].iter().any(|begin| head.starts_with(*begin))
-            || head.starts_with(ARRAY)
-    },
+    probe: |head| [b"PK\x03\x04", b"PK\x05\x06"].iter().any(|begin| head.starts_with(*begin)),
     open: reader::open,
     create: Some(writer::create),
+    labels: no_labels,
+};
+
+/// The single array's entry in the registry of formats.
+pub(crate) const NPY: Format = Format {
+    name: "npy",
+    summary: "NumPy array of records t, x, y, p, or of four columns",
+    endings: &[".npy"],
+    probe: |head| head.starts_with(ARRAY),
+    open: reader::open_array,
+    create: Some(npy_writer::create),
     labels: no_labels,
 };
 

@@ -6,9 +6,9 @@ use std::path::PathBuf;
 use evpose_core::SensorSize;
 use zip::ZipArchive;
 
+use super::NpzFault;
 use super::array::{self, Array, Column};
 use super::events::{Named, REQUIRED, array_by_name};
-use super::{ARRAY, NpzFault};
 use crate::{Columns, EventSource, Header, Input, IoError, MemorySource, OpenOptions, ReadSeek};
 
 /// One array that holds all events.
@@ -16,24 +16,21 @@ const EVENTS: &str = "events";
 /// The sensor.
 const SIZE: [&str; 2] = ["width", "height"];
 
-/// Reads an archive or an array.
+/// Reads an archive.
 ///
 /// # Errors
 /// If the file cannot be read, an array is missing, or an array holds something else than it
 /// should.
-pub(super) fn open(mut input: Input, _: &OpenOptions) -> Result<Box<dyn EventSource>, IoError> {
-    if input.head(ARRAY.len())? == ARRAY {
-        let columns = of_array(input)?;
-        return Ok(Box::new(MemorySource::new(Header::default(), columns, Vec::new())));
-    }
+pub(super) fn open(input: Input, _: &OpenOptions) -> Result<Box<dyn EventSource>, IoError> {
     let mut archive = Archive::open(input)?;
     let names = archive.names();
     let is_there = |name: &str| names.iter().any(|found| found == name);
     let of_columns =
         [0, 1, 2, 3].map(|what| array_by_name(what, &names.iter().map(String::as_str)));
-    let is_table = is_there(EVENTS) && of_columns.iter().any(Option::is_none);
+    let is_incomplete = of_columns.iter().any(Option::is_none);
+    let table = table(&names).filter(|_| is_incomplete);
     let mut missing: Vec<&'static str> = Vec::new();
-    if !is_table {
+    if table.is_none() {
         let absent = REQUIRED.into_iter().zip(of_columns).filter(|(_, name)| name.is_none());
         missing.extend(absent.map(|(required, _)| required));
     }
@@ -49,9 +46,32 @@ pub(super) fn open(mut input: Input, _: &OpenOptions) -> Result<Box<dyn EventSou
         true => Some(SensorSize { width: archive.size("width")?, height: archive.size("height")? }),
         false => None,
     };
-    let columns = if is_table { archive.table()? } else { archive.columns(of_columns)? };
+    let columns = match table {
+        Some(name) => archive.table(name)?,
+        None => archive.columns(of_columns)?,
+    };
     let header = Header { sensor, ..Header::default() };
     Ok(Box::new(MemorySource::new(header, columns, Vec::new())))
+}
+
+/// Reads a file that is one array.
+///
+/// # Errors
+/// If the file cannot be read, or the array holds something else than events.
+pub(super) fn open_array(input: Input, _: &OpenOptions) -> Result<Box<dyn EventSource>, IoError> {
+    let columns = of_array(input)?;
+    Ok(Box::new(MemorySource::new(Header::default(), columns, Vec::new())))
+}
+
+/// The name of the array that holds all events: the usual one, or that of the only array beside the
+/// size of the sensor.
+fn table(names: &[String]) -> Option<&str> {
+    let mut arrays = names.iter().map(String::as_str).filter(|name| !SIZE.contains(name));
+    match (names.iter().any(|name| name == EVENTS), arrays.next(), arrays.next()) {
+        (true, ..) => Some(EVENTS),
+        (false, only, None) => only,
+        _ => None,
+    }
 }
 
 /// A file that is one array of events.
@@ -130,11 +150,10 @@ impl Archive {
     }
 
     /// Events that are the rows of one array.
-    fn table(&mut self) -> Result<Columns, IoError> {
-        let (table, byte) = self.array(EVENTS)?;
-        let columns =
-            Named::of_table(&table).map_err(|fault| self.fault(EVENTS, byte, fault, 0))?;
-        columns.events().map_err(|(_, fault, values)| self.fault(EVENTS, byte, fault, values))
+    fn table(&mut self, name: &str) -> Result<Columns, IoError> {
+        let (table, byte) = self.array(name)?;
+        let columns = Named::of_table(&table).map_err(|fault| self.fault(name, byte, fault, 0))?;
+        columns.events().map_err(|(_, fault, values)| self.fault(name, byte, fault, values))
     }
 
     /// An array and where its data begin.

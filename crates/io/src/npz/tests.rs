@@ -10,6 +10,7 @@ use tempfile::TempDir;
 use zip::write::{SimpleFileOptions, ZipWriter};
 
 use super::*;
+use crate::golden::check;
 use crate::{IoError, SensorOrigin, open, open_with};
 
 const SENSOR: SensorSize = SensorSize { width: 300, height: 20 };
@@ -150,6 +151,15 @@ fn what_other_programs_save_is_read() {
         "(4, 3)",
         f8(&[5.0, 7.0, 9.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 1.0, 0.0, 1.0]),
     )]));
+    // As `numpy.savez(file, records)` calls it, in another order, of other types.
+    let big = |t: i32, x: u16, y: i32, p: f32| {
+        let (p, t, y) = (p.to_le_bytes(), t.to_be_bytes(), y.to_be_bytes());
+        [&p[..], &t, &x.to_be_bytes(), &y].concat()
+    };
+    let data = [big(5, 1, 4, 1.0), big(7, 2, 5, -1.0), big(9, 3, 6, 1.0)].concat();
+    let fields = "[('pol', '<f4'), ('ts', '>i4'), ('x', '>u2'), ('y', '>i4')]";
+    files.push(with(vec![("arr_0", fields, "(3,)", data.clone())]));
+    files.push(with(vec![("recording", fields, "(3,)", data)]));
     for (i, bytes) in files.iter().enumerate() {
         let (_directory, path) = file(bytes);
         assert_eq!(open(&path).unwrap().stream, want, "file {i}");
@@ -191,6 +201,19 @@ fn columns_of_other_types_shapes_and_lengths_are_refused() {
     let mut arrays = three_events();
     arrays[3] = ("p", "|u1", "(2,)", vec![1, 0]);
     assert_eq!(fault_of(&arrays), ("p".to_owned(), NpzFault::Length { got: 2, of: 3 }, 2));
+}
+
+#[test]
+fn a_single_array_without_the_fields_of_events_is_refused_by_its_name() {
+    let fields = "[('t', '|u1'), ('x', '|u1'), ('y', '|u1')]";
+    let (array, fault, _) = fault_of(&[("arr_0", fields, "(1,)", vec![1, 2, 3])]);
+    let want = NpzFault::Columns("no field p (found: t, x, y)".to_owned());
+    assert_eq!((array.as_str(), fault), ("arr_0", want));
+    // Several arrays may be anything.
+    let two = [("arr_0", "|u1", "(1,)", vec![1]), ("arr_1", "|u1", "(1,)", vec![1])];
+    let (_directory, path) = file(&archive(&two));
+    let message = open(&path).unwrap_err().to_string();
+    assert!(message.contains("no array t, x, y, p (found: arr_0, arr_1)"), "{message}");
 }
 
 #[test]
@@ -266,7 +289,10 @@ proptest! {
         let stream = EventStream::from_events(SENSOR, events)?;
         let (_directory, path) = file(&[]);
         FORMAT.write(&path, &stream).unwrap();
-        prop_assert_eq!(open(&path).unwrap().stream, stream);
+        prop_assert_eq!(&open(&path).unwrap().stream, &stream);
+        NPY.write(&path, &stream).unwrap();
+        let back = open_with(&path, Some(SENSOR)).unwrap();
+        prop_assert_eq!((back.format, back.stream), ("npy", stream));
     }
 }
 
@@ -283,5 +309,30 @@ fn a_changed_bit_is_an_error_or_does_no_harm() {
         if let Ok(recording) = open(&path) {
             assert_eq!(recording, clean, "byte {at}");
         }
+    }
+}
+
+/// See `tests/golden/numpy`.
+#[test]
+fn structured_arrays_that_numpy_wrote_hold_the_events_that_it_was_given() {
+    let lines = "45f52bbe846911de9f4b436129fd486c2dc7263070c56f46eec8a2b4aed4aa82";
+    for (name, format, file) in [
+        (
+            "numpy/records.npy",
+            "npy",
+            "efcf25637d6ab08a69a1a1639ac74c730508ab97b15352a7a9acf8d20368c5b1",
+        ),
+        (
+            "numpy/records.npz",
+            "npz",
+            "76f796d4ee57bcdb89f64cc35377580fbd9d157389f43a477e59006e0b19bb62",
+        ),
+        (
+            "numpy/records-compressed.npz",
+            "npz",
+            "62f04775a9919ce9798c02562f1d132a948c292f67398a1312b5b7d421c16b81",
+        ),
+    ] {
+        check(name, format, file, 200, lines);
     }
 }

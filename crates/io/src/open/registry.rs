@@ -10,6 +10,7 @@ use crate::{EventSink, IoError};
 /// Every format, the first whose probe agrees is taken.
 pub const FORMATS: &[Format] = &[
     crate::npz::FORMAT,
+    crate::npz::NPY,
     crate::evc::FORMAT,
     crate::framed::FORMAT,
     crate::aedat4::FORMAT,
@@ -17,6 +18,7 @@ pub const FORMATS: &[Format] = &[
     crate::hdf5::FORMAT,
     // Lines that begin as those of text.
     crate::yarp::LOG,
+    crate::text::CSV,
     crate::text::FORMAT,
     crate::dat::FORMAT,
     crate::evt::EVT2,

@@ -16,6 +16,13 @@ pub(super) enum TextFault {
     NotText,
     /// An event has four fields.
     Fields(usize),
+    /// A line has as many fields as there are names.
+    Named {
+        /// Fields of the line.
+        got: usize,
+        /// Names.
+        of: usize,
+    },
     /// A field that cannot be read.
     Field {
         /// Its name.
@@ -36,6 +43,7 @@ impl fmt::Display for TextFault {
             Self::NotText => f.write_str("not text"),
             Self::Fields(1) => f.write_str("1 field instead of t x y p"),
             Self::Fields(n) => write!(f, "{n} fields instead of t x y p"),
+            Self::Named { got, of } => write!(f, "{got} fields instead of the {of} that are named"),
             Self::Field { name, text } => write!(f, "`{text}` is no {name}"),
             Self::Order => f.write_str(
                 "the values of the first column go up and down as times do not: put a line that \
@@ -89,14 +97,28 @@ pub(super) struct Known {
     pub(super) is_first: bool,
     /// Unit of times; none until an event decides it.
     pub(super) unit: Option<TimeUnit>,
-    /// Indices of t, x, y and p in a line; none until a line decides them.
-    pub(super) order: Option<[usize; 4]>,
+    /// Order of the fields; none until a line decides it.
+    pub(super) order: Option<FieldOrder>,
+}
+
+/// Fields of a line, and which of them are those of an event.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct FieldOrder {
+    /// Indices of t, x, y and p.
+    pub(super) places: [usize; 4],
+    /// Fields of a line.
+    pub(super) fields: usize,
 }
 
 /// Order of the data sets of the Robotics and Perception Group.
-pub(super) const USUAL: [usize; 4] = [0, 1, 2, 3];
+pub(super) const USUAL: FieldOrder = FieldOrder { places: [0, 1, 2, 3], fields: 4 };
 /// `x y p t`, as tables of Prophesee's programs.
-pub(super) const TIME_LAST: [usize; 4] = [3, 0, 1, 2];
+pub(super) const TIME_LAST: FieldOrder = FieldOrder { places: [3, 0, 1, 2], fields: 4 };
+
+/// Fields that a line may have.
+const MAX_FIELDS: usize = 16;
+/// Begins the line that states the sensor in tables of Prophesee's programs.
+const GEOMETRY: &str = "%geometry:";
 
 /// Names of t, x, y and p in a line of names.
 const NAMES: [&[&str]; 4] = [
@@ -119,50 +141,77 @@ fn fields(text: &str) -> impl Iterator<Item = &str> {
     text.split(|c: char| c.is_ascii_whitespace() || c == ',' || c == ';').filter(|f| !f.is_empty())
 }
 
-/// The places of t, x, y and p in a line that names them.
-pub(super) fn names(text: &str) -> Option<[usize; 4]> {
-    let listed: Vec<String> = fields(text).map(str::to_ascii_lowercase).collect();
-    let mut places = USUAL;
+/// The order of the fields in a line that names them. The first may have no name, as the row index
+/// of tables of pandas.
+pub(super) fn names(text: &str) -> Option<FieldOrder> {
+    let unnamed = usize::from(text.starts_with([',', ';', '\t']));
+    let name = |field: &str| field.trim_matches('"').to_ascii_lowercase();
+    let listed: Vec<String> = fields(text).map(name).collect();
+    let mut places = [0; 4];
     for (place, known) in places.iter_mut().zip(NAMES) {
-        *place = listed.iter().position(|name| known.contains(&name.as_str()))?;
+        *place = unnamed + listed.iter().position(|name| known.contains(&name.as_str()))?;
     }
-    (listed.len() == 4).then_some(places)
+    let order = FieldOrder { places, fields: unnamed + listed.len() };
+    (order.fields <= MAX_FIELDS).then_some(order)
 }
 
 /// Parses a line, and updates `known` for the lines behind it.
 pub(super) fn parse(bytes: &[u8], known: &mut Known) -> Result<Option<Line>, TextFault> {
     let text = str::from_utf8(bytes).map_err(|_| TextFault::NotText)?;
     let text = text.split('#').next().unwrap_or_default();
-    let mut words = fields(text);
-    let words = [(); 5].map(|()| words.next());
-    match words {
-        [None, ..] => Ok(None),
-        [Some(width), Some(height), None, ..] if known.is_first => {
-            let sensor = SensorSize {
-                width: number("sensor width", width)?,
-                height: number("sensor height", height)?,
-            };
-            Ok(Some(Line::Sensor(sensor)))
-        }
-        [Some(a), Some(b), Some(c), Some(d), None] => {
-            if known.is_first
-                && let Some(order) = names(text)
-            {
-                known.order = Some(order);
-                return Ok(Some(Line::Names));
+    if let Some(remark) = text.strip_prefix('%') {
+        return match text.strip_prefix(GEOMETRY) {
+            Some(size) if known.is_first => {
+                known.order = Some(TIME_LAST);
+                sensor(size.split_once(',').unwrap_or((size, "")))
             }
-            let is_last = || polarity(d).is_err() && polarity(c).is_ok();
-            let order =
-                *known.order.get_or_insert_with(|| if is_last() { TIME_LAST } else { USUAL });
-            let [t, x, y, p] = order.map(|place| [a, b, c, d][place]);
-            known.unit = known.unit.or_else(|| TimeUnit::detect(t));
-            let unit = known.unit.unwrap_or(TimeUnit::Microseconds);
-            let polarity = polarity(p)?;
-            let (x, y) = (coordinate("column", x)?, coordinate("row", y)?);
-            Ok(Some(Line::Event(Event { t: unit.parse(t)?, x, y, polarity })))
-        }
-        _ => Err(TextFault::Fields(fields(text).count())),
+            _ if remark.starts_with(|c: char| c.is_ascii_graphic()) => Ok(None),
+            _ => Err(TextFault::NotText),
+        };
     }
+    let (mut words, mut count) = ([""; MAX_FIELDS], 0);
+    for word in fields(text) {
+        let place = words.get_mut(count).ok_or_else(|| TextFault::Fields(fields(text).count()))?;
+        *place = word;
+        count += 1;
+    }
+    if count == 0 {
+        return Ok(None);
+    }
+    if known.is_first {
+        if count == 2 && known.order.is_none() {
+            return sensor((words[0], words[1]));
+        }
+        if let Some(order) = names(text) {
+            known.order = Some(order);
+            return Ok(Some(Line::Names));
+        }
+    }
+    let order = match known.order {
+        Some(order) => order,
+        None if count != USUAL.fields => return Err(TextFault::Fields(count)),
+        None if polarity(words[3]).is_err() && polarity(words[2]).is_ok() => TIME_LAST,
+        None => USUAL,
+    };
+    known.order = Some(order);
+    match order.fields {
+        fields if fields == count => {}
+        4 => return Err(TextFault::Fields(count)),
+        of => return Err(TextFault::Named { got: count, of }),
+    }
+    let [t, x, y, p] = order.places.map(|place| words[place]);
+    known.unit = known.unit.or_else(|| TimeUnit::detect(t));
+    let unit = known.unit.unwrap_or(TimeUnit::Microseconds);
+    let polarity = polarity(p)?;
+    let (x, y) = (coordinate("column", x)?, coordinate("row", y)?);
+    Ok(Some(Line::Event(Event { t: unit.parse(t)?, x, y, polarity })))
+}
+
+/// The size of a sensor, of the texts of its width and height.
+fn sensor((width, height): (&str, &str)) -> Result<Option<Line>, TextFault> {
+    let width = number("sensor width", width.trim())?;
+    let height = number("sensor height", height.trim())?;
+    Ok(Some(Line::Sensor(SensorSize { width, height })))
 }
 
 fn polarity(text: &str) -> Result<Polarity, TextFault> {

@@ -97,7 +97,8 @@ fn line(here: &[u8; REACH], shape: Shape) -> Option<Line> {
     let dot = if shape == Shape::Seconds { end() } else { 0 };
     let ends = [end(), end(), end(), end()];
     let begins = [0, ends[0] + 1, ends[1] + 1, ends[2] + 1];
-    let [t, x, y, p] = if shape == Shape::TimeLast { TIME_LAST } else { USUAL };
+    let order = if shape == Shape::TimeLast { TIME_LAST } else { USUAL };
+    let [t, x, y, p] = order.places;
 
     let length = |field: usize| ends[field].wrapping_sub(begins[field]);
     let is_on = here[begins[p]].wrapping_sub(b'0');

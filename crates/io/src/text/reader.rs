@@ -103,7 +103,8 @@ impl Lines {
             Some(Line::Sensor(_)) => self.has_size = true,
             Some(Line::Names) => self.is_named = true,
             Some(Line::Event(event)) => {
-                let ends_in_polarity = self.known.order.is_some_and(|[.., p]| p == 3);
+                let ends_in_polarity =
+                    self.known.order.is_some_and(|order| order.places[3] + 1 == order.fields);
                 if is_open && !(knew_order && ends_in_polarity) {
                     return Err(TextFault::Open);
                 }
@@ -116,14 +117,38 @@ impl Lines {
 }
 
 /// Whether the beginning of a file is text whose first line with content begins with a numeral, or
-/// names the columns.
+/// names the columns, and is not separated by commas or semicolons.
 pub(super) fn probe(head: &[u8]) -> bool {
+    content(head).is_some_and(|(line, has_geometry)| !has_geometry && !is_separated(line))
+}
+
+/// As [`probe`], of tables separated by commas or semicolons, or with a size as Prophesee's programs
+/// write it.
+pub(super) fn probe_csv(head: &[u8]) -> bool {
+    content(head).is_some_and(|(line, has_geometry)| has_geometry || is_separated(line))
+}
+
+fn is_separated(line: &[u8]) -> bool {
+    line.contains(&b',') || line.contains(&b';')
+}
+
+/// The first line with content, if it is one of a text of events, and whether one of those before
+/// it is of Prophesee's programs.
+fn content(head: &[u8]) -> Option<(&[u8], bool)> {
     let printable = |b: &u8| b.is_ascii_graphic() || b.is_ascii_whitespace();
-    let lines = head.split(|&b| b == b'\n').map(<[u8]>::trim_ascii);
-    let first = lines.filter(|line| !line.is_empty()).find(|line| !line.starts_with(b"#"));
-    first.is_some_and(|line| {
-        line.iter().all(printable)
-            && (matches!(line.first(), Some(b'0'..=b'9' | b'-' | b'+' | b'.'))
-                || str::from_utf8(line).is_ok_and(|line| names(line).is_some()))
-    })
+    let mut has_geometry = false;
+    for line in head.split(|&b| b == b'\n').map(<[u8]>::trim_ascii) {
+        match line {
+            [] | [b'#', ..] => {}
+            // Headers of RAW files have a space there.
+            [b'%', next, ..] if next.is_ascii_graphic() => has_geometry = true,
+            _ => {
+                let is_content = line.iter().all(printable)
+                    && (matches!(line.first(), Some(b'0'..=b'9' | b'-' | b'+' | b'.'))
+                        || str::from_utf8(line).is_ok_and(|line| names(line).is_some()));
+                return is_content.then_some((line, has_geometry));
+            }
+        }
+    }
+    has_geometry.then_some((&[], true))
 }

@@ -81,6 +81,27 @@ fn what_other_programs_write_is_read() {
         let (_directory, path) = file(text);
         assert_eq!(open_with(&path, Some(SENSOR)).unwrap().stream, want, "{text}");
     }
+    for text in [
+        // Metavision's `metavision_file_to_csv`.
+        "%geometry:240,180\n96,133,0,0\n97,12,1,2000\n3,4,1,2500\n",
+        "%camera:davis\n%geometry:240,180\r\n96,133,0,0\r\n97,12,1,2000\r\n3,4,1,2500\r\n",
+    ] {
+        let (_directory, path) = file(text);
+        let recording = open(&path).unwrap();
+        assert_eq!((recording.format, &recording.stream), ("csv", &want), "{text}");
+        assert_eq!(recording.sensor_origin, SensorOrigin::Stated);
+    }
+    for text in [
+        // `DataFrame.to_csv`, and R's `write.csv`: a row index first.
+        ",t,x,y,p\n0,0,96,133,0\n1,2000,97,12,1\n2,2500,3,4,1\n",
+        ",x,y,p,t\n10,96,133,False,0\n20,97,12,True,2000\n40,3,4,True,2500\n",
+        "\"\",\"t\",\"x\",\"y\",\"p\"\n\"1\",0,96,133,0\n\"2\",2000,97,12,1\n\"3\",2500,3,4,1\n",
+        "index;t;x;y;p;camera\n0;0;96;133;0;a\n1;2000;97;12;1;a\n2;2500;3;4;1;a\n",
+    ] {
+        let (_directory, path) = file(text);
+        let recording = open_with(&path, Some(SENSOR)).unwrap();
+        assert_eq!((recording.format, recording.stream), ("csv", want.clone()), "{text}");
+    }
     // Prophesee's tables, without names.
     let (_directory, path) = file("96,133,0,40\n97,12,1,2000\n");
     let stream = open_with(&path, Some(SENSOR)).unwrap().stream;
@@ -106,6 +127,11 @@ fn a_faulty_line_is_named_with_its_byte() {
         ("9 1 2 1\n8 1 2 1 1\n", "byte 8: line 2: 5 fields instead of t x y p"),
         ("9 1 2 1\n9 1 2 2\n", "byte 8: line 2: `2` is no polarity, 0 or 1, or -1 or 1"),
         ("9 1 2 1\n9 1.5 2 1\n", "byte 8: line 2: `1.5` is no column"),
+        (
+            ",t,x,y,p\n0,9,1,2,1\n1,9,1,2\n",
+            "byte 19: line 3: 4 fields instead of the 5 that are named",
+        ),
+        ("%geometry:9,9\n1,2,1,9\n1,2,1\n", "byte 22: line 3: 3 fields instead of t x y p"),
         ("9 1 2 1\n240 180\n", "byte 8: line 2: 2 fields instead of t x y p"),
     ];
     for (text, want) in cases {
@@ -113,7 +139,14 @@ fn a_faulty_line_is_named_with_its_byte() {
         let message = open(&path).unwrap_err().to_string();
         assert_eq!(message, format!("{}: {want} (1 events readable before it)", path.display()));
     }
-    for nonsense in ["0 nan 2 1", "1e300 1 2 1", "0 180\n", "99999999999999999999 1 2 1"] {
+    for nonsense in [
+        "%geometry:9\n1,2,1,9\n",
+        "%geometry:9,0\n1,2,1,9\n",
+        "0 nan 2 1",
+        "1e300 1 2 1",
+        "0 180\n",
+        "99999999999999999999 1 2 1",
+    ] {
         let (_directory, path) = file(nonsense);
         assert!(matches!(open(&path), Err(IoError::Damaged { byte: 0, .. })), "{nonsense}");
     }
@@ -135,6 +168,8 @@ fn a_number_that_may_be_cut_is_not_taken_for_one() {
         // Perhaps `x y p t`, with more digits to come.
         ("2 3 0 1", Some(0)),
         ("240 18", Some(0)),
+        ("%geometry:240,18", Some(0)),
+        (",p,x,y,t\n0,1,2,3,100\n1,1,2,3,10", Some(21)),
     ] {
         let (_directory, path) = file(text);
         let fault = open(&path).err().map(|error| {
@@ -147,10 +182,17 @@ fn a_number_that_may_be_cut_is_not_taken_for_one() {
 
 #[test]
 fn a_file_cut_at_any_byte_gives_an_error_or_the_exact_prefix() {
-    let text = "240 180\n3811 96 133 0\n4000 97 5 1\n4001 1 1 0\n";
+    let usual = "240 180\n3811 96 133 0\n4000 97 5 1\n4001 1 1 0\n";
+    let indexed = ",t,x,y,p\n0,3811,96,133,0\n1,4000,97,5,1\n2,4001,1,1,0\n";
+    for (text, first) in [(usual, 8), (indexed, 9)] {
+        cut_everywhere(text, first);
+    }
+}
+
+fn cut_everywhere(text: &str, first: usize) {
     let (_directory, path) = file(text);
     let whole = open(&path).unwrap().stream;
-    for cut in 8..text.len() {
+    for cut in first..text.len() {
         fs::write(&path, &text[..cut]).unwrap();
         match open(&path) {
             Ok(prefix) => assert!(prefix.stream.iter().eq(whole.iter().take(prefix.stream.len()))),
@@ -177,7 +219,9 @@ proptest! {
         let stream = EventStream::from_events(SensorSize { width: 256, height: 8 }, events)?;
         let (_directory, path) = file("");
         FORMAT.write(&path, &stream).unwrap();
-        prop_assert_eq!(open(&path).unwrap().stream, stream);
+        prop_assert_eq!(&open(&path).unwrap().stream, &stream);
+        CSV.write(&path, &stream).unwrap();
+        prop_assert_eq!(open_with(&path, Some(stream.sensor())).unwrap().stream, stream);
     }
 
     #[test]
@@ -305,7 +349,7 @@ fn a_fault_behind_many_usual_lines_has_its_line_and_byte() {
 
 /// See `tests/golden/text`.
 #[test]
-fn files_that_numpy_wrote_hold_the_events_that_it_was_given() {
+fn files_that_numpy_and_pandas_wrote_hold_the_events_that_it_was_given() {
     for (name, format, file, events, lines) in [
         (
             "text/seconds.txt",
@@ -323,8 +367,15 @@ fn files_that_numpy_wrote_hold_the_events_that_it_was_given() {
         ),
         (
             "text/named.csv",
-            "text",
+            "csv",
             "f0118d49a56fbe501f8da45903a01cb130d3b7526bc87e9303ba39920c30600a",
+            200,
+            "45f52bbe846911de9f4b436129fd486c2dc7263070c56f46eec8a2b4aed4aa82",
+        ),
+        (
+            "text/pandas.csv",
+            "csv",
+            "d41c058ad79827938213c54e341da2787a6fdb5befb8396a7cfa63bd3ba49814",
             200,
             "45f52bbe846911de9f4b436129fd486c2dc7263070c56f46eec8a2b4aed4aa82",
         ),

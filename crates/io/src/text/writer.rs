@@ -19,15 +19,25 @@ struct TextSink {
     lines: Vec<u8>,
     /// Bytes of `lines` that are to be written.
     filled: usize,
+    separator: u8,
 }
 
 /// Begins a file of `width height` and then `t x y p` lines, times in whole microseconds.
 pub(super) fn create(path: &Path, sensor: SensorSize) -> Result<Box<dyn EventSink>, IoError> {
+    begin(path, &format!("{} {}\n", sensor.width, sensor.height), b' ')
+}
+
+/// Begins a table of `t,x,y,p` lines below their names, times in whole microseconds. It has no place
+/// for the size of the sensor.
+pub(super) fn create_csv(path: &Path, _: SensorSize) -> Result<Box<dyn EventSink>, IoError> {
+    begin(path, "t,x,y,p\n", b',')
+}
+
+fn begin(path: &Path, first: &str, separator: u8) -> Result<Box<dyn EventSink>, IoError> {
     let file = AtomicFile::create(path).map_err(|e| IoError::file(path, "create", e))?;
     let mut lines = vec![0; GATHERED];
-    let size = format!("{} {}\n", sensor.width, sensor.height);
-    lines[..size.len()].copy_from_slice(size.as_bytes());
-    Ok(Box::new(TextSink { path: path.to_owned(), file, lines, filled: size.len() }))
+    lines[..first.len()].copy_from_slice(first.as_bytes());
+    Ok(Box::new(TextSink { path: path.to_owned(), file, lines, filled: first.len(), separator }))
 }
 
 impl EventSink for TextSink {
@@ -36,7 +46,7 @@ impl EventSink for TextSink {
             if self.lines.len() - self.filled < LINE {
                 self.pass_on()?;
             }
-            self.filled += line(&mut self.lines[self.filled..], event);
+            self.filled += line(&mut self.lines[self.filled..], event, self.separator);
         }
         Ok(())
     }
@@ -57,15 +67,15 @@ impl TextSink {
 
 /// Writes a line at the beginning of `room`; returns its length.
 #[inline(always)]
-fn line(room: &mut [u8], event: Event) -> usize {
+fn line(room: &mut [u8], event: Event, separator: u8) -> usize {
     let room = &mut room[..LINE];
     room[0] = b'-';
     let mut at = put(room, usize::from(event.t.0 < 0), event.t.0.unsigned_abs());
     for number in [event.x, event.y] {
-        room[at] = b' ';
+        room[at] = separator;
         at = put(room, at + 1, number.into());
     }
-    let end = [b' ', b'0' + event.polarity as u8, b'\n'];
+    let end = [separator, b'0' + event.polarity as u8, b'\n'];
     room[at..at + 3].copy_from_slice(&end);
     at + 3
 }

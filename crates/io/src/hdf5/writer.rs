@@ -1,0 +1,134 @@
+//! Writes events as columns of an HDF5 file: `events/{t,x,y,p}`.
+//!
+//! Chunks of all columns are written as they fill; the structure comes behind them, and the
+//! superblock, which says where it is, at the end. Attributes of the root group state the sensor.
+
+use std::io::{Seek as _, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use evpose_core::{AtomicFile, EventStream, SensorSize};
+
+use super::chunk_index::ChunkIndex;
+use super::object::{IntegerType, ObjectHeader, SUPERBLOCK, superblock};
+use crate::{EventSink, IoError};
+
+/// Events of a chunk; a shorter recording has one chunk, of its own length.
+const CHUNK_ROWS: usize = 1 << 16;
+/// The columns: name and type.
+const COLUMNS: [(&str, IntegerType); 4] = [
+    ("t", IntegerType { bytes: 8, is_signed: true }),
+    ("x", IntegerType { bytes: 2, is_signed: false }),
+    ("y", IntegerType { bytes: 2, is_signed: false }),
+    ("p", IntegerType { bytes: 1, is_signed: false }),
+];
+
+struct Hdf5Sink {
+    path: PathBuf,
+    file: AtomicFile,
+    sensor: SensorSize,
+    /// The events that do not fill a chunk yet.
+    pending: EventStream,
+    /// Events written in whole chunks.
+    written: u64,
+    /// Bytes written.
+    length: u64,
+    /// Of the chunks of each column.
+    addresses: [Vec<u64>; 4],
+}
+
+/// Begins a file.
+pub(super) fn create(path: &Path, sensor: SensorSize) -> Result<Box<dyn EventSink>, IoError> {
+    let failed = |e| IoError::file(path, "write", e);
+    let mut file = AtomicFile::create(path).map_err(failed)?;
+    file.write_all(&[0; SUPERBLOCK]).map_err(failed)?;
+    Ok(Box::new(Hdf5Sink {
+        path: path.to_owned(),
+        file,
+        sensor,
+        pending: EventStream::empty(sensor),
+        written: 0,
+        length: SUPERBLOCK as u64,
+        addresses: Default::default(),
+    }))
+}
+
+impl EventSink for Hdf5Sink {
+    fn write(&mut self, events: &EventStream) -> Result<(), IoError> {
+        let (t, x, y, polarity) = (events.t(), events.x(), events.y(), events.polarity());
+        let mut from = 0;
+        while from < events.len() {
+            let to = events.len().min(from + CHUNK_ROWS - self.pending.len());
+            let taken = self.pending.extend_columns(
+                &t[from..to],
+                &x[from..to],
+                &y[from..to],
+                &polarity[from..to],
+            );
+            taken.map_err(|fault| IoError::unwritable(&self.path, fault.to_string()))?;
+            from = to;
+            if self.pending.len() == CHUNK_ROWS {
+                self.write_chunks(CHUNK_ROWS)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn finish(mut self: Box<Self>) -> Result<(), IoError> {
+        let rows = self.written + self.pending.len() as u64;
+        let chunk_rows = if self.written > 0 { CHUNK_ROWS } else { self.pending.len().max(1) };
+        if !self.pending.is_empty() {
+            self.write_chunks(chunk_rows)?;
+        }
+        let mut group = ObjectHeader::group();
+        for (place, (name, kind)) in COLUMNS.into_iter().enumerate() {
+            let index = ChunkIndex {
+                chunk_rows: chunk_rows as u64,
+                chunk_bytes: chunk_rows as u32 * u32::from(kind.bytes),
+                addresses: std::mem::take(&mut self.addresses[place]),
+            };
+            let (nodes, root) = index.nodes(self.length);
+            self.append(&nodes)?;
+            let dataset = ObjectHeader::dataset(kind, rows, chunk_rows as u32, root);
+            group = group.link(name, self.append(&dataset.into_bytes())?);
+        }
+        let events = self.append(&group.into_bytes())?;
+        let root = ObjectHeader::group()
+            .link("events", events)
+            .attribute("width", self.sensor.width.into())
+            .attribute("height", self.sensor.height.into());
+        let root = self.append(&root.into_bytes())?;
+        let begin = superblock(self.length, root);
+        let failed = |e| IoError::file(&self.path, "write", e);
+        self.file.seek(SeekFrom::Start(0)).map_err(failed)?;
+        self.file.write_all(&begin).map_err(failed)?;
+        self.file.commit().map_err(failed)
+    }
+}
+
+impl Hdf5Sink {
+    /// Writes the pending events as a chunk of each column, zeros behind them up to `chunk_rows`.
+    fn write_chunks(&mut self, chunk_rows: usize) -> Result<(), IoError> {
+        let events = std::mem::replace(&mut self.pending, EventStream::empty(self.sensor));
+        let columns: [Vec<u8>; 4] = [
+            events.t().iter().flat_map(|t| t.0.to_le_bytes()).collect(),
+            events.x().iter().flat_map(|x| x.to_le_bytes()).collect(),
+            events.y().iter().flat_map(|y| y.to_le_bytes()).collect(),
+            events.polarity().iter().map(|&p| p as u8).collect(),
+        ];
+        for (place, mut column) in columns.into_iter().enumerate() {
+            column.resize(chunk_rows * usize::from(COLUMNS[place].1.bytes), 0);
+            let address = self.append(&column)?;
+            self.addresses[place].push(address);
+        }
+        self.written += events.len() as u64;
+        Ok(())
+    }
+
+    /// Appends to the file; returns the address.
+    fn append(&mut self, bytes: &[u8]) -> Result<u64, IoError> {
+        self.file.write_all(bytes).map_err(|e| IoError::file(&self.path, "write", e))?;
+        let address = self.length;
+        self.length += bytes.len() as u64;
+        Ok(address)
+    }
+}
