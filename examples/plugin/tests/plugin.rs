@@ -135,7 +135,7 @@ fn the_backbone_computes_the_same_in_burn_and_in_the_engine() {
 
     let image: Vec<f32> = (0..2 * 32 * 48).map(|i| (i * 7 % 13) as f32 / 13.0).collect();
     let planes = TensorData::new(image.clone(), [1, 2, 32, 48]);
-    let output = network.forward(Tensor::from_data(planes.clone(), &Device::flex()));
+    let output = network.forward(Tensor::from_data(planes, &Device::flex()));
     let expected: Vec<f32> = output.into_data().iter().collect();
     let mut engine = Engine::compile(&network.graph(), [2, 32, 48], EngineOptions::default());
     for (ours, theirs) in engine.as_mut().unwrap().run(&image)[0].iter().zip(&expected) {
