@@ -145,7 +145,7 @@ pub(super) fn run(
     let parameters = trained_count(&checkpoint.network);
     let published = HandRegressorConfig { width: 1.0, ..config.network.clone() };
     let [filtered, unfiltered, mean_pose] =
-        evaluate_trial(directory, config, checkpoint, stride_ms, device)?;
+        evaluate_trial(directory, config, &checkpoint, stride_ms, device)?;
     let trial = Trial {
         row: row.to_owned(),
         seed: config.seed,
@@ -167,7 +167,7 @@ pub(super) fn run(
 fn evaluate_trial(
     directory: &StudyDirectory<'_>,
     config: &HandConfig,
-    checkpoint: HandCheckpoint,
+    checkpoint: &HandCheckpoint,
     stride_ms: u32,
     device: &Device,
 ) -> Result<[Scores; 3]> {

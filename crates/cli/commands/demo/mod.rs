@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use burn::tensor::Device;
-use evpose_task::hand::{HandCheckpoint, HandConfig, NetworkPredictor};
+use evpose_task::hand::{HandCheckpoint, HandConfig};
 use evpose_train::{HandDataset, TrainOptions, TrainSummary, read_history, train_hand};
 use serde_json::{Map, Value, json};
 

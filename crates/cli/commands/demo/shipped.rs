@@ -7,7 +7,7 @@ use burn::tensor::Device;
 use evpose_app::progress::{bar, say};
 use evpose_app::recorded;
 use evpose_app::shipped::checkpoint_path;
-use evpose_task::hand::{HandCheckpoint, HandConfig, NetworkPredictor};
+use evpose_task::hand::{HandCheckpoint, HandConfig};
 use evpose_train::{HandDataset, Method, MethodResults, evaluate, evaluated_pose_count};
 
 /// Its name.

@@ -86,7 +86,10 @@ fn a_file_of_no_known_format_is_refused_with_the_formats_there_are() {
     for content in [&b"\x89PNG\r\n"[..], b"", b"hello\n", b"\x0c\0\0\0"] {
         fs::write(&path, content).unwrap();
         let message = open(&path).unwrap_err().to_string();
-        assert!(message.contains("the content is of no known format (npz, npy, evc, "), "{message}");
+        assert!(
+            message.contains("the content is of no known format (npz, npy, evc, "),
+            "{message}"
+        );
     }
     assert!(matches!(open(directory.path().join("none")), Err(IoError::File { .. })));
     assert!(matches!(open(directory.path()), Err(IoError::File { .. })));
