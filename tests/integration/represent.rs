@@ -119,8 +119,9 @@ fn events_are_pooled_to_a_smaller_size_and_noise_is_left_out() {
 fn a_file_that_states_no_sensor_is_taken_as_large_as_its_events() {
     let sandbox = sandbox();
     sandbox.ok(&["convert", "rec.npz", "rec.csv"]);
-    let said = sandbox.ok(&["represent", "rec.csv", "--out", "a.npy", "--window-ms", "100"]);
-    assert!(said.contains("40x30 contains every event"), "{said}");
+    let represent = ["represent", "rec.csv", "--out", "a.npy", "--window-ms", "100"];
+    let said = stderr(&sandbox.evpose(&represent).output().unwrap());
+    assert!(said.contains("40x30 is the smallest that holds every event"), "{said}");
     sandbox.ok(&["represent", "rec.npz", "--out", "b.npy", "--window-ms", "100"]);
     assert!(bytes(&sandbox.path("a.npy")) == bytes(&sandbox.path("b.npy")));
 }

@@ -3,10 +3,11 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
+use evpose_commands::opening::parse_size;
 use evpose_core::SensorSize;
 use evpose_repr::REPRESENTATIONS;
 
-use crate::commands::opening::{RecordingArgs, parse_size};
+use crate::commands::opening::RecordingArgs;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = format!("Examples:\n  \
@@ -54,7 +55,7 @@ pub(crate) struct RepresentArgs {
 /// The representations with their parameters, for the help.
 fn representations() -> String {
     let mut text = "Representations:\n".to_owned();
-    for spec in REPRESENTATIONS {
+    for spec in REPRESENTATIONS.iter() {
         // Writing to a string does not fail.
         let _ = writeln!(text, "  {:16} {}", spec.name, spec.summary);
         for parameter in spec.parameters {

@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result, ensure};
 use evpose_core::{Distortion, EventStream, LensCamera, Micros, Pinhole, SensorSize, TimeWindow};
-use evpose_io::{Columns, OpenOptions, SensorOrigin, Windows, input, source};
+use evpose_io::Windows;
 use evpose_repr::{
     ChannelOrder, Memory, Representation, RepresentationChoice, StreamWindow,
     representation_by_name,
@@ -14,7 +14,7 @@ use glam::{DVec2, Vec2};
 
 use super::RepresentArgs;
 use crate::commands::account::Account;
-use evpose_app::progress::{bar, say};
+use evpose_app::progress::bar;
 
 /// Event time that is read at once.
 const STEP: Micros = Micros(20_000);
@@ -159,40 +159,11 @@ impl WindowReader {
     }
 }
 
-/// Opens the recording. The sensor of a file that does not state it is the smallest that holds every
-/// event, for which the file is read once more.
+/// Opens the recording.
 fn open_windows(args: &RepresentArgs) -> Result<Windows> {
     let path = &args.recording.input;
-    let options = args.recording.opening.options(path);
-    let windows = Windows::open(path, &options)?;
-    if windows.sensor_origin() != SensorOrigin::Inferred {
-        return Ok(windows);
-    }
-    let sensor = extent(args, &options)?;
-    say(format!(
-        "warning   the file does not state its sensor: {sensor} contains every event; set it with \
-         --sensor"
-    ));
-    Ok(Windows::open(path, &OpenOptions { sensor: Some(sensor), ..options })?)
-}
-
-/// The smallest sensor that holds every event.
-fn extent(args: &RepresentArgs, options: &OpenOptions) -> Result<SensorSize> {
-    let (_, mut source) = source(input(&args.recording.input)?, options)?;
-    let (mut columns, mut last) = (Columns::new(), [0, 0]);
-    loop {
-        columns.clear();
-        let read = source.next(&mut columns);
-        let largest = |values: &[u16], last| values.iter().copied().fold(last, u16::max);
-        last = [largest(&columns.x, last[0]), largest(&columns.y, last[1])];
-        match read {
-            Err(damage) if !(options.salvage && damage.is_damage()) => return Err(damage.into()),
-            Ok(()) if !columns.is_empty() => {}
-            _ => break,
-        }
-    }
-    let [width, height] = last.map(|last| last.saturating_add(1));
-    Ok(SensorSize { width, height })
+    let options = args.recording.opening.options_with_sensor(path)?;
+    Ok(Windows::open(path, &options)?)
 }
 
 /// A map of events from all of a sensor to all of a smaller image.
