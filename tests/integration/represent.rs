@@ -4,7 +4,7 @@ use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 use evpose_io::tensors::TensorStack;
 use evpose_repr::{ChannelOrder, StreamWindow, representation_by_name};
 
-use crate::harness::{Sandbox, bytes};
+use crate::harness::{Sandbox, bytes, stderr};
 
 const SENSOR: SensorSize = SensorSize { width: 40, height: 30 };
 
