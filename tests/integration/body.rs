@@ -28,7 +28,8 @@ const TINY: &[&str] = &[
     "evaluation.bootstrap.resamples=50",
 ];
 
-fn tiny<'a>(args: &[&'a str]) -> Vec<&'a str> {
+/// A command with the tiny changes of bodies.
+pub(crate) fn tiny<'a>(args: &[&'a str]) -> Vec<&'a str> {
     args.iter().copied().chain(TINY.iter().flat_map(|change| ["--set", change])).collect()
 }
 

@@ -5,6 +5,7 @@
 mod ablate;
 mod bench;
 mod body;
+mod body_networks;
 mod calibrate;
 mod cameras;
 mod checkpoints;

@@ -54,3 +54,20 @@ fn a_network_is_quantized_evaluated_and_used() {
     let message = sandbox.fails(&eval);
     assert!(message.contains("other weights"), "{message}");
 }
+
+#[test]
+fn a_network_of_two_passes_is_exported_quantized_and_used() {
+    let sandbox = Sandbox::new();
+    let two_pass = ["--set", "two_pass={ size = { width = 24, height = 18 } }"];
+    sandbox.ok(&[&tiny(&["simulate", "quick", "--out", "data"])[..], &two_pass].concat());
+    let train = tiny(&["train", "quick", "--data", "data", "--out", "run", "--plain"]);
+    sandbox.ok(&[&train[..], &two_pass].concat());
+    let said = sandbox.ok(&["export", "--checkpoint", "run", "--onnx", "hand.onnx"]);
+    assert!(said.contains("input 1x2x18x24"), "{said}");
+    let quantize = ["quantize", "--checkpoint", "run", "--data", "data", "--windows", "8"];
+    let said = sandbox.ok(&[&quantize[..], &["--evaluate", "data", "--stride-ms", "50"]].concat());
+    assert!(said.lines().any(|line| line.starts_with("int8")), "{said}");
+    let infer = ["infer", "--checkpoint", "run/best.bpk", "--events", "data/0000.evc"];
+    sandbox.ok(&[&infer[..], &["--precision", "int8", "--out", "poses.csv"]].concat());
+    assert!(bytes(&sandbox.path("poses.csv")).len() > 1_000);
+}

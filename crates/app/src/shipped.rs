@@ -51,6 +51,21 @@ pub fn checkpoint_path(given: &Path) -> Result<PathBuf> {
     }
 }
 
+/// Message for a checkpoint that is neither a file, nor a run directory, nor a shipped network.
+pub fn unknown_checkpoint(given: &Path) -> String {
+    let names: Vec<&str> =
+        EMBEDDED.get().copied().unwrap_or_default().iter().map(|network| network.name).collect();
+    let shipped = if names.is_empty() {
+        format!(
+            "this program was built without networks, and no directory `{CHECKPOINTS}` here, above \
+             the program or in ${DATA} has one of that name"
+        )
+    } else {
+        format!("no shipped network of that name (there are {})", names.join(", "))
+    };
+    format!("{}: no such file or run directory, and {shipped}", given.display())
+}
+
 const NO_DATA: &str =
     "nowhere to write the networks of the program: set EVPOSE_DATA to a directory";
 
@@ -122,6 +137,13 @@ mod tests {
         assert_eq!(fs::metadata(&path).unwrap().modified().unwrap(), written);
         fs::write(&path, "damaged").unwrap();
         assert_eq!(fs::read(unpack(&network, data.path()).unwrap()).unwrap(), b"weights");
+    }
+
+    #[test]
+    fn a_name_without_a_network_is_explained() {
+        let message = unknown_checkpoint(Path::new("foot"));
+        assert!(message.starts_with("foot: no such file or run directory"), "{message}");
+        assert!(message.contains("built without networks"), "{message}");
     }
 
     #[test]

@@ -17,7 +17,9 @@ use serde::Serialize;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  evpose quantize --checkpoint runs/hand --data data/train \
     --evaluate data/test\n  evpose infer --checkpoint runs/hand --precision int8 --events hand.evc \
-    --out poses.csv\n\nCalibration observes the value range of every layer on the data, and writes the ranges to int8.json\n\
+    --out poses.csv\n  \
+    evpose quantize --checkpoint body --data data/walkers\n\n\
+    Calibration observes the value range of every layer on the data, and writes the ranges to int8.json\n\
     beside the checkpoint.")]
 pub(crate) struct QuantizeArgs {
     /// A run directory, a .bpk file, or the name of a shipped network: `hand`, `body`, …

@@ -38,8 +38,9 @@ mod task;
 
 use std::path::Path;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use evpose_app::args::{ConfigArgs, DeviceArgs};
+use evpose_app::shipped::{checkpoint_path, unknown_checkpoint};
 
 pub use experiment::PoseExperiment;
 pub use scores::{EvaluationScores, Metric, RecordingScores};
@@ -66,7 +67,8 @@ pub fn task_by_name(name: &str) -> Result<&'static dyn PoseTask> {
 /// # Errors
 /// If no task can read it.
 pub fn open(checkpoint: &Path, device: &DeviceArgs) -> Result<Box<dyn PoseModel>> {
-    let checkpoint = &evpose_app::shipped::checkpoint_path(checkpoint)?;
+    let checkpoint = &checkpoint_path(checkpoint)?;
+    ensure!(checkpoint.exists(), unknown_checkpoint(checkpoint));
     for task in TASKS {
         if let Some(model) = task.open(checkpoint, device)? {
             return Ok(model);

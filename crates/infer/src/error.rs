@@ -5,7 +5,9 @@
 #[non_exhaustive]
 pub enum InferError {
     /// The engine has no kernel for a layer.
-    #[error("layer `{layer}`: the engine has no {operation}; run this network on the device flex")]
+    #[error(
+        "layer `{layer}`: the engine has no {operation}; other devices may (Cargo features ndarray, wgpu, cuda)"
+    )]
     Unsupported {
         /// Path of the layer.
         layer: String,

@@ -79,6 +79,14 @@ impl CalibrationRanges {
         *range = Some([min.min(low), max.max(high)]);
     }
 
+    /// The first layer with values that were not finite: neither int8 nor a file of ranges can
+    /// represent them.
+    pub fn first_not_finite(&self) -> Option<&str> {
+        let is_finite = |range: [f32; 2]| range.iter().all(|end| end.is_finite());
+        let mut nodes = self.nodes.iter();
+        nodes.find(|node| !node.range.is_none_or(is_finite)).map(|node| node.name.as_str())
+    }
+
     /// Quantised type of a node's values.
     ///
     /// # Errors

@@ -53,6 +53,17 @@ pub enum TaskError {
     /// A stage of a stream.
     #[error(transparent)]
     Stream(#[from] evpose_pose::stream::StreamError),
+    /// A layer whose values int8 cannot represent.
+    #[error(
+        "layer `{layer}`: no finite values of it on {windows} inputs, and int8 needs their range: \
+         calibrate on other data, or use --precision f32"
+    )]
+    NoRange {
+        /// Path of the layer.
+        layer: String,
+        /// Number of inputs observed.
+        windows: u64,
+    },
     /// A network that predicts values that are not finite.
     #[error("the network predicted {value}: the checkpoint is damaged or diverged")]
     NotFinite {

@@ -3,12 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use evpose_core::atomic_write;
-use evpose_infer::{CalibrationRanges, Engine, EngineOptions};
+use evpose_infer::{CalibrationRanges, Engine, EngineOptions, InferError, Precision};
 use evpose_nn::graph::{Graph, Operation};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
 use crate::TaskError;
+use crate::hand::BEST;
 
 /// Name of the file in a run directory.
 const NAME: &str = "int8.json";
@@ -25,10 +26,11 @@ pub struct QuantizationRanges {
 
 impl QuantizationRanges {
     /// Observes the values of all layers of `graph` on inputs of the shape `[channels, rows,
-    /// columns]`, and calls `progress` after each.
+    /// columns]`, and calls `progress` after each. A network with ranges compiles in int8.
     ///
     /// # Errors
-    /// If the network cannot be compiled, or an input cannot be read.
+    /// If the network cannot be compiled, an input cannot be read, or there is no range of a layer:
+    /// [`TaskError::NoRange`].
     pub fn calibrate<E: From<TaskError>>(
         graph: &Graph,
         shape: [usize; 3],
@@ -45,6 +47,14 @@ impl QuantizationRanges {
             windows += 1;
             progress();
         }
+        if let Some(layer) = ranges.first_not_finite() {
+            return Err(TaskError::NoRange { layer: layer.to_owned(), windows }.into());
+        }
+        let int8 = EngineOptions::default().with_precision(Precision::Int8);
+        Engine::compile_with(graph, shape, int8, Some(&ranges)).map_err(|error| match error {
+            InferError::NotCalibrated { layer } => TaskError::NoRange { layer, windows },
+            error => TaskError::from(error),
+        })?;
         Ok(Self { weights: digest(graph), windows, ranges })
     }
 
@@ -53,9 +63,16 @@ impl QuantizationRanges {
         &self.ranges
     }
 
-    /// The file of a checkpoint: in the run directory, or beside the weight file.
+    /// The file of a checkpoint: in the run directory, also of its best network by the name of the
+    /// file, or beside the weight file.
     pub fn path(checkpoint: &Path) -> PathBuf {
-        if checkpoint.is_dir() { checkpoint.join(NAME) } else { checkpoint.with_extension(NAME) }
+        if checkpoint.is_dir() {
+            checkpoint.join(NAME)
+        } else if checkpoint.file_name().is_some_and(|name| name == BEST) {
+            checkpoint.with_file_name(NAME)
+        } else {
+            checkpoint.with_extension(NAME)
+        }
     }
 
     /// Writes the file.
@@ -108,4 +125,62 @@ fn digest(graph: &Graph) -> String {
         }
     }
     hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use burn::tensor::Device;
+    use evpose_nn::MoveEnetConfig;
+
+    use super::*;
+
+    const SHAPE: [usize; 3] = [3, 32, 32];
+
+    fn graph() -> Graph {
+        let config = MoveEnetConfig { width: 0.25, expansion: 2, ..MoveEnetConfig::default() };
+        config.init(1, &Device::flex()).unwrap().graph()
+    }
+
+    fn calibrate(graph: &Graph, inputs: usize) -> Result<QuantizationRanges, TaskError> {
+        let image: Vec<f32> = (0..3 * 32 * 32).map(|i| (i % 7) as f32 / 7.0).collect();
+        let inputs = (0..inputs).map(|_| Ok(image.clone()));
+        QuantizationRanges::calibrate(graph, SHAPE, inputs, &mut || ())
+    }
+
+    #[test]
+    fn ranges_come_back_and_compile() {
+        let (directory, graph) = (tempfile::tempdir().unwrap(), graph());
+        let path = QuantizationRanges::path(directory.path());
+        let ranges = calibrate(&graph, 1).unwrap();
+        ranges.write(&path).unwrap();
+        let read = QuantizationRanges::read(&path, &graph).unwrap();
+        assert_eq!(read, ranges);
+        let int8 = EngineOptions::default().with_precision(Precision::Int8);
+        Engine::compile_with(&graph, SHAPE, int8, Some(read.ranges())).unwrap();
+    }
+
+    #[test]
+    fn ranges_that_int8_could_not_use_are_refused_before_they_are_written() {
+        let mut graph = graph();
+        let error = calibrate(&graph, 0).unwrap_err();
+        assert!(matches!(error, TaskError::NoRange { windows: 0, .. }), "{error}");
+        for node in &mut graph.nodes {
+            if let Operation::Conv(conv) = &mut node.operation {
+                conv.bias.fill(f32::INFINITY);
+            }
+        }
+        let error = calibrate(&graph, 1).unwrap_err();
+        assert!(matches!(error, TaskError::NoRange { windows: 1, .. }), "{error}");
+        let message = error.to_string();
+        assert!(message.contains("--precision f32") && !message.contains("quantize"), "{message}");
+    }
+
+    #[test]
+    fn a_run_and_its_best_network_share_their_ranges() {
+        let directory = tempfile::tempdir().unwrap();
+        let of = |name: &str| QuantizationRanges::path(&directory.path().join(name));
+        assert_eq!(of("best.bpk"), QuantizationRanges::path(directory.path()));
+        assert_eq!(of("hand.bpk"), directory.path().join("hand.int8.json"));
+    }
 }

@@ -21,12 +21,14 @@ use evpose_infer::{CalibrationRanges, Precision};
 use evpose_live::page::Skeleton;
 use evpose_nn::MoveEnetConfig;
 use evpose_nn::graph::Graph;
+use evpose_nn::weights::holds_body;
 use evpose_sim::SequenceSet;
 use evpose_sim::set::PEOPLE;
 use evpose_task::QuantizationRanges;
 use evpose_task::body::{
     BodyCheckpoint, BodyConfig, BodyPredictor, BodyPredictorOptions, PropagationConfig, body_stream,
 };
+use evpose_task::hand::BEST;
 use evpose_train::body::{BodyFrames, BodyRecordings};
 use evpose_view::Calibration;
 
@@ -52,16 +54,13 @@ impl PoseTask for Body {
 
     fn open(&self, path: &Path, device: &DeviceArgs) -> Result<Option<Box<dyn PoseModel>>> {
         let flex = Device::flex();
-        let checkpoint = if path.is_dir() {
-            let config = std::fs::read_to_string(path.join(CONFIG)).unwrap_or_default();
-            if !BodyConfig::is_one(&config) {
-                return Ok(None);
+        let checkpoint = match BodyCheckpoint::load(path, &flex) {
+            Ok(checkpoint) => checkpoint,
+            Err(error) if is_body(path) => {
+                return Err(error).with_context(|| format!("the body network {}", path.display()));
             }
-            BodyCheckpoint::load(path, &flex)?
-        } else {
             // A file of another kind may be of another task, whose reader reports its errors.
-            let Ok(checkpoint) = BodyCheckpoint::load(path, &flex) else { return Ok(None) };
-            checkpoint
+            Err(_) => return Ok(None),
         };
         use_threads(device.threads)?;
         Ok(Some(Box::new(BodyModel { checkpoint, path: Some(path.to_owned()) })))
@@ -128,6 +127,12 @@ impl PoseTask for Body {
     fn benchmark_recording(&self, directory: &Path, rate: f64) -> Result<PathBuf> {
         benchmark_recording::of_body(directory, rate)
     }
+}
+
+/// Whether a run directory or a weight file says that it is of a body, readable or not.
+fn is_body(path: &Path) -> bool {
+    let config = std::fs::read_to_string(path.join(CONFIG)).unwrap_or_default();
+    BodyConfig::is_one(&config) || holds_body(path) || holds_body(&path.join(BEST))
 }
 
 /// A body network with the experiment it came from.
@@ -201,11 +206,13 @@ impl PoseModel for BodyModel {
         ensure!(!frames.is_empty(), "{}: no images", data.display());
         let mut predictor = self.predictor(BodyPredictorOptions::default())?;
         let count = (count as usize).min(frames.len());
-        Ok(Box::new(
-            (0..count).map(move |k| {
-                Ok(predictor.input(&frames[k * frames.len() / count].image).to_vec())
-            }),
-        ))
+        Ok(Box::new((0..count).map(move |k| {
+            let image = &frames[k * frames.len() / count].image;
+            // Both passes of the network are inferred in int8.
+            let input =
+                if k % 2 == 0 { predictor.input(image) } else { predictor.second_input(image) };
+            Ok(input.to_vec())
+        })))
     }
 
     fn evaluate_precisions(

@@ -64,6 +64,14 @@ pub fn load_body(path: &Path, device: &Device) -> Result<(MoveEnet, BodyCard), N
     Ok((filled(path, reader, network)?, card))
 }
 
+/// Whether `path` is a weight file of a body's network, by its card; the card may be damaged.
+pub fn holds_body(path: &Path) -> bool {
+    std::fs::read(path).is_ok_and(|bytes| {
+        Reader::from_bytes(Bytes::from_bytes_vec(bytes))
+            .is_ok_and(|reader| reader.metadata().contains_key(BODY_KEY))
+    })
+}
+
 fn write<M: Module>(
     path: &Path,
     network: &M,
@@ -161,6 +169,9 @@ mod tests {
         assert_eq!((&card.network, card.provenance["seed"].as_str()), (&config, "5"));
         assert_eq!((read(&back), back.config()), (read(&saved), &config));
         assert!(matches!(load(&path, &device), Err(NnError::Card { .. })));
+        assert!(holds_body(&path) && !holds_body(folder.path()));
+        save(&path, &network(5, &device), &ModelCard::default()).unwrap();
+        assert!(!holds_body(&path));
     }
 
     #[test]

@@ -110,6 +110,17 @@ impl BodyPredictor {
         &self.input
     }
 
+    /// The input of the second pass for an image, of the same shape; that of the first without a
+    /// second pass, or where the first found nothing.
+    pub fn second_input(&mut self, image: &Plane<u8>) -> &[f32] {
+        let Some(second) = self.second_pass else { return self.input(image) };
+        let joints = self.pass(image, DAffine2::IDENTITY);
+        if let Some(crop) = crop_about(&joints, second) {
+            self.fill_input(image, crop);
+        }
+        &self.input
+    }
+
     fn fill_input(&mut self, image: &Plane<u8>, image_from_input: DAffine2) {
         let (first, others) = self.input.split_at_mut(self.side_px * self.side_px);
         sample(image, image_from_input, self.interpolation, [self.side_px; 2], first);
