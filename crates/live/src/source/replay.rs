@@ -169,6 +169,10 @@ impl Source for Replay {
         }
         let mut last = first;
         while self.fill()? {
+            // Packets after a gap may end within the next repetition.
+            if self.sent_repetition != self.repetition {
+                break;
+            }
             let waiting = &self.buffer.t[self.sent..];
             let (back, end) = (first - RESTART_JUMP - self.shift, self.packet_end - self.shift);
             let fit = waiting.iter().position(|t| *t >= end || *t < back);

@@ -77,8 +77,8 @@ fn what_is_played_again_goes_on_where_it_ended() {
 #[test]
 fn every_repetition_has_the_packets_of_the_first() {
     let folder = tempfile::tempdir().unwrap();
-    // A gap moves the grid of packets.
-    let path = recording(&folder, [5_100, 5_900, 9_650, 10_300]);
+    // A gap moves the grid of packets: the last one would end after the next repetition begins.
+    let path = recording(&folder, [5_100, 5_900, 10_250, 10_260]);
     let mut replay = Replay::open(&path, ReplayOptions { times: 3, ..fast() }).unwrap();
     assert!(replay.is_lossless());
     let (mut columns, mut packets) = (Columns::new(), Vec::new());
@@ -87,7 +87,7 @@ fn every_repetition_has_the_packets_of_the_first() {
         packets.push((replay.repetition(), times));
         columns.clear();
     }
-    let first = [[5_100, 5_900], [9_650, 10_300]];
+    let first = [[5_100, 5_900], [10_250, 10_260]];
     let shifted = |k: u64| {
         first.iter().map(move |packet| {
             (k, packet.iter().map(|t| t + 6_000 * k as i64).collect::<Vec<i64>>())
