@@ -63,8 +63,8 @@ pub struct Replay {
     first: Option<Micros>,
     left: u64,
     /// Index of the repetition in the buffer, and that of the events that were returned.
+    read_repetition: u64,
     repetition: u64,
-    sent_repetition: u64,
     /// Total time by which the clock was set back.
     slipped: Duration,
     /// Error of the recording after the buffered events.
@@ -105,8 +105,8 @@ impl Replay {
             shift: Micros(0),
             last: Micros(i64::MIN),
             first: None,
+            read_repetition: 0,
             repetition: 0,
-            sent_repetition: 0,
             slipped: Duration::ZERO,
             failure: None,
         })
@@ -134,7 +134,7 @@ impl Replay {
                 // A repetition starts at least one packet after the end of the last.
                 let packet = self.options.packet.0;
                 self.shift = Micros(((self.last.0 - first.0) / packet + 1) * packet);
-                self.repetition += 1;
+                self.read_repetition += 1;
             }
         }
         Ok(true)
@@ -157,7 +157,7 @@ impl Source for Replay {
         let start = columns.len();
         let first = self.buffer.t[self.sent] + self.shift;
         self.first.get_or_insert(first);
-        if std::mem::replace(&mut self.sent_repetition, self.repetition) != self.repetition {
+        if std::mem::replace(&mut self.repetition, self.read_repetition) != self.read_repetition {
             self.packet_end = Micros(i64::MIN);
         }
         if self.began.is_some() && first + RESTART_JUMP < self.last {
@@ -170,7 +170,7 @@ impl Source for Replay {
         let mut last = first;
         while self.fill()? {
             // Packets after a gap may end within the next repetition.
-            if self.sent_repetition != self.repetition {
+            if self.repetition != self.read_repetition {
                 break;
             }
             let waiting = &self.buffer.t[self.sent..];
@@ -217,7 +217,7 @@ impl Source for Replay {
     }
 
     fn repetition(&self) -> u64 {
-        self.sent_repetition
+        self.repetition
     }
 
     fn pace(&self) -> Option<f64> {
