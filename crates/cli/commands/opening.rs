@@ -54,8 +54,9 @@ impl FileOpeningArgs {
         Ok(self.with_camera(self.opening.options_with_sensor(recording)?))
     }
 
-    fn with_camera(&self, options: OpenOptions) -> OpenOptions {
-        OpenOptions { camera: options.camera.or(self.camera), ..options }
+    fn with_camera(&self, mut options: OpenOptions) -> OpenOptions {
+        options.camera = options.camera.or(self.camera);
+        options
     }
 }
 

@@ -134,7 +134,7 @@ impl HandSequence {
     }
 }
 
-/// What a data set is split into for a training.
+/// The parts that a data set is split into for a training.
 #[derive(Debug, Clone)]
 pub struct HandSplit {
     /// The network is trained on.

@@ -11,7 +11,7 @@ use evpose_core::SensorSize;
 use super::StillnessConfig;
 use crate::{HandParams, PoseError};
 
-/// Holds the last pose of which events told.
+/// Holds the last pose that events showed.
 #[derive(Debug, Clone)]
 pub struct HoldAtRest {
     rest_sum: f64,

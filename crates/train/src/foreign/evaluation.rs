@@ -66,7 +66,7 @@ pub fn evaluate_foreign_hands(
     Ok(results)
 }
 
-/// What the network sees at the time of a label, and where the points of the hand are in it.
+/// The input of the network at the time of a label, and where the points of the hand are in it.
 #[derive(Debug, Clone)]
 pub struct ForeignHandView {
     /// Values of the canonical view, `[2][rows][columns]`; a left hand is mirrored.
@@ -79,7 +79,7 @@ pub struct ForeignHandView {
     pub predicted_px: [Option<Vec2>; 21],
 }
 
-/// What the network sees of a recording at `count` labels, spread evenly.
+/// The inputs of the network from a recording at `count` labels, spread evenly.
 ///
 /// # Errors
 /// If a prediction fails.
