@@ -71,9 +71,12 @@ fn messages_say_what_was_asked_and_each_cause_once() {
         short[1],
     ]);
     assert!(train.contains("training.validation_s"), "{train}");
-    let missing =
-        sandbox.fails(&["infer", "--checkpoint", "nofile", "--events", "x", "--out", "y"]);
+    let missing = sandbox.fails(&["info", "nofile"]);
     assert_eq!(missing.matches("No such file").count(), 1, "{missing}");
+    let unknown =
+        sandbox.fails(&["infer", "--checkpoint", "nofile", "--events", "x", "--out", "y"]);
+    assert_eq!(unknown.matches("nofile").count(), 1, "{unknown}");
+    assert!(unknown.contains("no shipped network"), "{unknown}");
 }
 
 #[test]
