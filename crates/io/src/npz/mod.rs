@@ -13,7 +13,7 @@
 //! is called `events`, or has any name if it is the only one, such as the `arr_0` of `numpy.savez`.
 //! Floating-point times without any fraction are microseconds.
 //!
-//! A single such array in an `.npy` file is a format of its own, [`NPY`]. It is written as records
+//! A single such array in an `.npy` file is a format of its own, `npy`. It is written as records
 //! of `t` (`<i8`), `x`, `y` (`<u2`) and `p` (`|u1`), and states no sensor.
 
 mod array;

@@ -12,7 +12,7 @@
 //!   semicolons. What follows a `#` is a comment, and so is a line that begins with `%`; empty lines
 //!   are skipped.
 //!
-//! Tables separated by commas or semicolons are a format of their own, [`CSV`]. They are written with
+//! Tables separated by commas or semicolons are a format of their own, `csv`. They are written with
 //! a line of names, as pandas expects it, and state no sensor.
 
 mod digits;
