@@ -16,25 +16,17 @@ use evpose_sim::raster::Camera;
 
 use crate::TrainError;
 use crate::camera_turn::CameraTurn;
-use crate::evaluation::HandPoseTrack;
-use crate::filter_noise::MeasuredTrack;
 use crate::order::SampleOrder;
 use crate::sequence_events::{SequenceEvents, keep_confirmed};
-use evpose_task::hand::{
-    CameraTurnConfig, HandConfig, PerspectiveCrop, Predictor, TwoPass, canonical_view,
-};
+use evpose_task::hand::{CameraTurnConfig, HandConfig, PerspectiveCrop, TwoPass, canonical_view};
 use evpose_view::{Calibration, CanonicalView, Denoise, ViewAdaptor};
+
+mod split;
+
+pub(crate) use split::HandSplit;
 
 /// Input channels of the network.
 const CHANNELS: usize = 2;
-
-/// Frames of a sequence that filters are estimated from, at most.
-const FILTER_FRAMES: usize = 2000;
-/// Sequences that filters are estimated from: one of so many, and at most so many.
-const FILTER_SHARE: usize = 20;
-const FILTER_SEQUENCES: usize = 12;
-/// Windows of one inference.
-const FILTER_BATCH: usize = 64;
 
 /// Why a sample could not be read.
 pub(crate) type SampleError = evpose_io::IoError;
@@ -132,17 +124,6 @@ impl HandSequence {
     pub fn betas(&self, episode: usize) -> &[f32] {
         self.info.betas(episode)
     }
-}
-
-/// The parts that a data set is split into for a training.
-#[derive(Debug, Clone)]
-pub struct HandSplit {
-    /// The network is trained on.
-    pub train: HandDataset,
-    /// The best network is chosen by.
-    pub valid: HandDataset,
-    /// Noise of filters is estimated from.
-    pub filter: HandDataset,
 }
 
 /// Sequences of a directory, or a part of each of them.
@@ -255,35 +236,6 @@ impl HandDataset {
             two_pass: TwoPass::new(config)?.map(Arc::new),
             denoise: config.representation.denoise,
             note: None,
-        })
-    }
-
-    /// Splits off the first `training.validation_s` seconds of every sequence. Validation begins
-    /// with the first full window, so that all of its windows are alike. If filters are estimated,
-    /// some sequences are left out of the training as a whole: lag shows on long motions only, and
-    /// residuals are smaller where a network was trained.
-    ///
-    /// # Errors
-    /// If one of the parts would be empty.
-    pub fn split(self, config: &HandConfig) -> Result<HandSplit, TrainError> {
-        let validation_ms = (config.training.validation_s * 1e3).round() as u64;
-        let cut = |s: &HandSequence| validation_ms.min(s.frames);
-        let first = u64::from(self.window_frames) - 1;
-        let all = self.sequences.len();
-        let is_whole = config.training.estimate_filter && all > 1;
-        let whole = if is_whole { (all / FILTER_SHARE).clamp(1, FILTER_SEQUENCES) } else { 0 };
-        let part = |make: &dyn Fn(bool, &HandSequence) -> Range<u64>| {
-            let of = |(i, s): (usize, &HandSequence)| make(i >= all - whole, s);
-            let parts = self.sequences.iter().enumerate().map(of).collect();
-            Self::from_parts(Arc::clone(&self.sequences), parts, config, self.sensor)
-        };
-        Ok(HandSplit {
-            train: part(&|is_whole, s| if is_whole { 0..0 } else { cut(s)..s.frames })?,
-            valid: part(&|_, s| first.min(cut(s))..cut(s))?,
-            filter: part(&|is_whole, s| {
-                let end = if is_whole { s.frames } else { cut(s) };
-                if is_whole || whole == 0 { first.min(end)..end } else { 0..0 }
-            })?,
         })
     }
 
@@ -462,30 +414,6 @@ impl HandDataset {
         frame: u64,
     ) -> Result<Vec<f32>, TrainError> {
         Ok(self.window(sequence, frame, self.window_frames)?)
-    }
-
-    /// Measured and true poses of the parts, a pose for each frame.
-    pub(crate) fn measured_tracks(
-        &self,
-        predictor: &mut dyn Predictor,
-    ) -> Result<Vec<MeasuredTrack>, TrainError> {
-        let mut tracks = Vec::new();
-        for (sequence, part) in self.sequences.iter().zip(self.parts.clone()) {
-            if part.is_empty() {
-                continue;
-            }
-            let frames: Vec<u64> = part.take(FILTER_FRAMES).collect();
-            let mut poses = Vec::with_capacity(frames.len());
-            let mut inputs = Vec::new();
-            for chunk in frames.chunks(FILTER_BATCH) {
-                self.windows_ending_at(sequence, chunk, &mut inputs)?;
-                poses.extend(predictor.predict(&inputs, self.image_size())?);
-            }
-            let truth = frames.iter().map(|&frame| sequence.pose(frame));
-            let truth = truth.collect::<Result<_, TrainError>>()?;
-            tracks.push(MeasuredTrack { measured: HandPoseTrack { frames, poses }, truth });
-        }
-        Ok(tracks)
     }
 
     /// The labels of at most `samples` samples, spread evenly.
