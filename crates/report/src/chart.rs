@@ -145,10 +145,23 @@ pub fn svg(chart: &Chart, size: (u32, u32)) -> Result<String, DrawingError> {
 ///
 /// # Errors
 /// If the SVG backend fails.
-pub fn stack(charts: &[Chart], (width, height): (u32, u32)) -> Result<String, DrawingError> {
-    document((width, height * charts.len() as u32), |root| {
+pub fn stack(charts: &[Chart], size: (u32, u32)) -> Result<String, DrawingError> {
+    grid(charts, 1, size)
+}
+
+/// Draws charts in rows of `columns`, each of this size.
+///
+/// # Errors
+/// If the SVG backend fails.
+pub fn grid(
+    charts: &[Chart],
+    columns: usize,
+    (width, height): (u32, u32),
+) -> Result<String, DrawingError> {
+    let rows = charts.len().div_ceil(columns.max(1)).max(1);
+    document((width * columns as u32, height * rows as u32), |root| {
         root.fill(&WHITE).map_err(DrawingError::new)?;
-        for (chart, area) in charts.iter().zip(root.split_evenly((charts.len(), 1))) {
+        for (chart, area) in charts.iter().zip(root.split_evenly((rows, columns))) {
             draw(chart, &area)?;
         }
         Ok(())

@@ -7,14 +7,15 @@ use evpose_core::{Plane, atomic_write};
 use evpose_pose::HandParams;
 use evpose_pose::metric::Pck;
 use evpose_task::hand::{HandConfig, HandView};
-use evpose_train::{HandDataset, HandSequence, HistoryLine, HistorySplit, MethodResults};
+use evpose_train::{HandDataset, HandSequence, HistoryLine, MethodResults};
 use image::{Rgb, RgbImage};
 
 use crate::canvas::{Canvas, PREDICTION, TRUTH, contact_sheet};
-use crate::chart::{self, Chart, ChartAxis, Series};
+use crate::chart::{self, Series};
 use crate::colour::palette;
 use crate::held_out::{self, HeldOutEvaluation};
 use crate::html::HtmlPage;
+use crate::learning::{self, TrainingLength};
 use crate::png::png;
 
 /// Frames in the strip.
@@ -121,61 +122,14 @@ fn pck_plots(methods: &[MethodResults]) -> Result<Vec<String>> {
 
 /// Loss and the errors it is made of, over training samples.
 fn learning_curves(material: &Material<'_>) -> Result<Vec<String>> {
-    let batch = material.config.training.batch_size as f64;
-    let per_interval = material.config.training.steps_per_validation as f64;
-    let train = |name: &str| -> Vec<(f64, f64)> {
-        let lines: Vec<&HistoryLine> =
-            material.history.iter().filter(|line| line.part == HistorySplit::Train).collect();
-        // About 200 points: what a plot can show.
-        let group = lines.len().div_ceil(200).max(1);
-        lines
-            .chunks(group)
-            .filter_map(|group| {
-                let values: Vec<f64> =
-                    group.iter().filter_map(|line| line.values.get(name).copied()).collect();
-                let last = group.last()?;
-                let step = (last.interval - 1) as f64 * per_interval + last.batch as f64;
-                Some((step * batch / 1e3, values.iter().sum::<f64>() / values.len() as f64))
-            })
-            .collect()
+    let training = &material.config.training;
+    let length = TrainingLength {
+        batch_size: training.batch_size,
+        steps_per_validation: training.steps_per_validation,
+        steps: training.steps,
     };
-    let valid = |name: &str| -> Vec<(f64, f64)> {
-        let intervals = material.history.iter().map(|line| line.interval).max().unwrap_or(0);
-        (1..=intervals)
-            .filter_map(|interval| {
-                let lines = material
-                    .history
-                    .iter()
-                    .filter(|line| line.part == HistorySplit::Valid && line.interval == interval);
-                let (mut sum, mut samples) = (0.0, 0);
-                for line in lines {
-                    sum += line.values.get(name)? * line.samples as f64;
-                    samples += line.samples;
-                }
-                let steps =
-                    (interval as f64 * per_interval).min(material.config.training.steps as f64);
-                (samples > 0).then(|| (steps * batch / 1e3, sum / samples as f64))
-            })
-            .collect()
-    };
-    [
-        // The first two fall by orders of magnitude.
-        ("Loss L", "loss", "L", true),
-        ("Wrist position", "translation", "RMS error in mm", true),
-        ("Wrist rotation", "rotation", "RMS error in degrees", false),
-        ("Articulation", "articulation", "RMS error", false),
-    ]
-    .into_iter()
-    .map(|(title, name, y, log_y)| {
-        let series = vec![
-            Series::line("training", palette(0), train(name)),
-            Series::line("validation", palette(1), valid(name)),
-        ];
-        let x = ChartAxis::new("training windows, in thousands").from_zero();
-        let y = if log_y { ChartAxis::log(y) } else { ChartAxis::new(y).from_zero() };
-        Ok(chart::curves(&Chart { title: title.to_owned(), x, y, series })?)
-    })
-    .collect()
+    let charts = learning::charts(&material.history, length);
+    Ok(charts.iter().map(chart::curves).collect::<Result<_, _>>()?)
 }
 
 /// The filtered predictions, or the last method's where there are none.

@@ -7,6 +7,7 @@
 //! * [`canvas`]: event images with skeletons over them; [`png`](mod@png) encodes them.
 //! * [`hand`], [`people`]: reports of hand experiments, images of people; [`held_out`]: the table
 //!   of an evaluation.
+//! * [`learning`]: learning curves of a training.
 //! * [`gap`]: the page of the gap workflow; [`gallery`]: sensors and effects in one page.
 //!
 //! # Example
@@ -44,6 +45,7 @@ pub mod hand_scene;
 pub mod heatmap;
 pub mod held_out;
 pub mod html;
+pub mod learning;
 pub mod people;
 pub mod png;
 pub mod waterfall;

@@ -10,6 +10,7 @@ mod dancing;
 mod figure;
 mod jumping;
 mod kicking;
+mod mixed;
 mod performance;
 mod reaching;
 mod rhythm;
@@ -56,6 +57,7 @@ pub static ACTIVITIES: &[Activity] = &[
     kicking::ACTIVITY,
     stretching::ACTIVITY,
     dancing::ACTIVITY,
+    mixed::ACTIVITY,
 ];
 
 /// Looks up an activity by name.

@@ -8,6 +8,11 @@
 //! and again whenever the curve does not bring it nearer; the clock runs on. All 78 parameters and
 //! the displacement follow the curve one by one, axis-angles included.
 //!
+//! Hands of people also rest in part: with [`MotionConfig::stay_probability`] the arm, the wrist and the
+//! fingers each keep their pose for a curve, with [`MotionConfig::minimum_jerk`] a curve begins and
+//! ends at rest (Flash, Hogan: *The coordination of arm movements*, J. Neurosci. 5(7), 1985), and
+//! [`MotionConfig::articulation_low`] and `articulation_high` reach from flat hands to fists.
+//!
 //! # Source
 //! EventHands, released simulator. There a wrist outside gets a new curve every step, so that it
 //! trembles back towards the mean of all targets, and motion begins in the T-pose, above the image.
@@ -19,6 +24,7 @@ use evpose_core::CounterRng;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
+use super::target::{ARTICULATION_RANGE, Part};
 use super::{Target, Variant, ViewTest};
 
 /// Curves before a recording. Three targets of four lie outside the view; after this many curves
@@ -35,6 +41,15 @@ pub struct MotionConfig {
     pub period_s: f64,
     /// How long the arm then rests before the next; published: 0.
     pub pause_s: f64,
+    /// Probability that the arm keeps its pose during a curve, and equally the wrist and the fingers;
+    /// published: 0.
+    pub stay_probability: f32,
+    /// Whether a curve begins and ends at rest, along the same path; published: no.
+    pub minimum_jerk: bool,
+    /// Smallest articulation coefficients of targets; published: -2.
+    pub articulation_low: [f32; 6],
+    /// Largest articulation coefficients of targets; published: 2.
+    pub articulation_high: [f32; 6],
     /// Follow the quirks of the released program: the beginning in the T-pose, a new curve every
     /// step while the wrist is outside. Its view test is [`ViewTest::new`]'s `parity`.
     pub parity: bool,
@@ -42,7 +57,16 @@ pub struct MotionConfig {
 
 impl Default for MotionConfig {
     fn default() -> Self {
-        Self { variant: Variant::default(), period_s: 1.0, pause_s: 0.0, parity: false }
+        Self {
+            variant: Variant::default(),
+            period_s: 1.0,
+            pause_s: 0.0,
+            stay_probability: 0.0,
+            minimum_jerk: false,
+            articulation_low: [-ARTICULATION_RANGE; 6],
+            articulation_high: [ARTICULATION_RANGE; 6],
+            parity: false,
+        }
     }
 }
 
@@ -52,6 +76,13 @@ impl MotionConfig {
         let steps = |s: f64| (s * f64::from(step_hz)).round() as u32;
         let curve = steps(self.period_s).max(1);
         [curve, curve.saturating_add(steps(self.pause_s))]
+    }
+
+    /// A random target.
+    fn target(&self, rng: &mut CounterRng) -> Target {
+        let mut target = Target::draw(self.variant, rng);
+        target.stretch_articulation(&self.articulation_low, &self.articulation_high);
+        target
     }
 }
 
@@ -86,7 +117,7 @@ impl BezierMotion {
         let start = if config.parity {
             Target::REST
         } else {
-            Target::draw(config.variant, &mut CounterRng::new(seed, "motion start", 0))
+            config.target(&mut CounterRng::new(seed, "motion start", 0))
         };
         Self {
             config,
@@ -121,19 +152,27 @@ impl BezierMotion {
     /// Advances by one step and returns the pose there.
     pub fn step(&mut self) -> &Target {
         if self.steps.is_multiple_of(u64::from(self.steps_between)) {
-            self.retarget();
+            self.retarget(self.config.stay_probability);
         }
         self.steps += 1;
         self.on_curve += 1;
         let b = self.on_curve.min(self.steps_per_curve) as f32 / self.steps_per_curve as f32;
+        let b = if self.config.minimum_jerk { minimum_jerk(b) } else { b };
         self.present = Target::bezier(&self.curve, b);
         &self.present
     }
 
-    /// Begins a new curve at the present pose.
-    pub fn retarget(&mut self) {
+    /// Begins a new curve at the present pose, in which each part stays with a probability.
+    fn retarget(&mut self, stay_probability: f32) {
         let mut rng = CounterRng::new(self.seed, "motion target", self.curves);
-        let [middle, end] = [(); 2].map(|()| Target::draw(self.config.variant, &mut rng));
+        let [mut middle, mut end] = [(); 2].map(|()| self.config.target(&mut rng));
+        let mut rng = CounterRng::new(self.seed, "motion stay", self.curves);
+        for part in Part::ALL {
+            if rng.chance(stay_probability) {
+                middle.copy_part(part, &self.present);
+                end.copy_part(part, &self.present);
+            }
+        }
         self.curve = [self.present, middle, end];
         self.on_curve = 0;
         self.curves += 1;
@@ -147,7 +186,7 @@ impl BezierMotion {
         self.last_excess = excess.max(0.0);
         let called = excess > 0.0 && !comes_back;
         if called {
-            self.retarget();
+            self.retarget(0.0);
         }
         called
     }
@@ -156,6 +195,11 @@ impl BezierMotion {
     pub fn present(&self) -> &Target {
         &self.present
     }
+}
+
+/// The share of the way at the share `x` of the time, of the smoothest movement between two rests.
+fn minimum_jerk(x: f32) -> f32 {
+    x * x * x * (x * (6.0 * x - 15.0) + 10.0)
 }
 
 #[cfg(test)]
@@ -199,6 +243,55 @@ mod tests {
         assert_eq!(motion.curves, 2);
     }
 
+    #[test]
+    fn parts_that_stay_keep_their_pose_and_the_others_move() {
+        let config =
+            MotionConfig { stay_probability: 0.5, minimum_jerk: true, ..MotionConfig::default() };
+        let path = path(BezierMotion::new(config, 8, 100), 40_000);
+        let mut stays = [0; 3];
+        for curve in path.chunks(100) {
+            let (first, last) = (&curve[49], &curve[99]);
+            let still = |entry: usize| first.parameters[entry] == last.parameters[entry];
+            let parts = [57, 63, 72].map(still);
+            assert_eq!(parts[0], first.translation_m == last.translation_m);
+            assert_eq!(parts[1], still(65));
+            assert_eq!(parts[2], still(77));
+            for (count, stay) in stays.iter_mut().zip(parts) {
+                *count += usize::from(stay);
+            }
+        }
+        assert!(stays.iter().all(|stay| (160..240).contains(stay)), "{stays:?}");
+    }
+
+    #[test]
+    fn a_minimum_jerk_curve_begins_and_ends_at_rest_on_the_same_path() {
+        let config = MotionConfig { minimum_jerk: true, ..MotionConfig::default() };
+        let eased = path(BezierMotion::new(config, 5, 1000), 1000);
+        let even = path(motion(5), 1000);
+        let speed =
+            |k: usize| distance(&eased[k], &eased[k + 1]) / distance(&even[k], &even[k + 1]);
+        assert!(speed(2) < 0.01 && speed(996) < 0.01, "{} {}", speed(2), speed(996));
+        assert!(distance(&eased[499], &even[499]) < 1e-5);
+        assert!((minimum_jerk(0.5) - 0.5).abs() < 1e-6);
+    }
+
+    #[test]
+    fn targets_fill_the_range_of_articulation() {
+        let config = MotionConfig {
+            articulation_low: [-1.0, -2.0, -2.0, -2.0, -2.0, -2.0],
+            articulation_high: [4.0, 2.0, 2.0, 2.0, 2.0, 3.0],
+            ..MotionConfig::default()
+        };
+        let drawn = |k: u64| config.target(&mut CounterRng::new(3, "t", k)).articulation();
+        let targets: Vec<_> = (0..4_000).map(drawn).collect();
+        for (k, (low, high)) in [(0, (-1.0, 4.0)), (1, (-2.0, 2.0)), (5, (-2.0, 3.0))] {
+            let smallest = targets.iter().map(|t| t[k]).fold(f32::INFINITY, f32::min);
+            let largest = targets.iter().map(|t| t[k]).fold(f32::NEG_INFINITY, f32::max);
+            assert!(smallest >= low && smallest < low + 0.01, "{k}: {smallest}");
+            assert!(largest <= high && largest > high - 0.01, "{k}: {largest}");
+        }
+    }
+
     /// The same curves in ten times the steps: a tenth of the speed everywhere.
     #[test]
     fn a_longer_period_slows_the_same_path() {
@@ -228,7 +321,7 @@ mod tests {
             motion.step();
         }
         let before = motion.present;
-        motion.retarget();
+        motion.retarget(0.0);
         assert_eq!(motion.present, before);
         assert!(distance(motion.step(), &before) <= 8.1e-3);
         for _ in 301..1000 {

@@ -30,7 +30,7 @@ const ELBOW_Z: usize = 59;
 const WRIST_X: usize = 63;
 
 /// Half-width of the right hand's coefficients.
-const ARTICULATION_RANGE: f32 = 2.0;
+pub(super) const ARTICULATION_RANGE: f32 = 2.0;
 /// Half-width of all other draws in the program.
 const PROGRAM_RANGE: f32 = 0.02;
 /// Half-width of all other draws in the paper.
@@ -61,6 +61,21 @@ pub struct Target {
     pub parameters: [f32; GENERATOR_PARAMETERS],
     /// Displacement of the body in metres.
     pub translation_m: Vec3,
+}
+
+/// A part of the body that can rest while others move.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Part {
+    /// Where the arm is, and all of the body but wrist and fingers.
+    Arm,
+    /// The three angles of the wrist.
+    Wrist,
+    /// The articulation of the hand.
+    Fingers,
+}
+
+impl Part {
+    pub(super) const ALL: [Self; 3] = [Self::Arm, Self::Wrist, Self::Fingers];
 }
 
 impl Target {
@@ -119,6 +134,38 @@ impl Target {
             translation_m: p * start.translation_m
                 + q * middle.translation_m
                 + r * end.translation_m,
+        }
+    }
+
+    /// Brings the articulation from the published range to that between `low` and `high`.
+    pub(super) fn stretch_articulation(&mut self, low: &[f32; 6], high: &[f32; 6]) {
+        let coefficients = &mut self.parameters[RIGHT_COEFFICIENTS..];
+        for ((coefficient, low), high) in coefficients.iter_mut().zip(low).zip(high) {
+            // The published range stays bit for bit.
+            if [*low, *high] != [-ARTICULATION_RANGE, ARTICULATION_RANGE] {
+                let share = (*coefficient + ARTICULATION_RANGE) / (2.0 * ARTICULATION_RANGE);
+                *coefficient = low + share * (high - low);
+            }
+        }
+    }
+
+    /// Takes over one part of another pose.
+    pub(super) fn copy_part(&mut self, part: Part, from: &Self) {
+        match part {
+            Part::Arm => {
+                self.translation_m = from.translation_m;
+                for range in [0..WRIST_X, WRIST_X + 3..RIGHT_COEFFICIENTS] {
+                    self.parameters[range.clone()].copy_from_slice(&from.parameters[range]);
+                }
+            }
+            Part::Wrist => {
+                let wrist = WRIST_X..WRIST_X + 3;
+                self.parameters[wrist.clone()].copy_from_slice(&from.parameters[wrist]);
+            }
+            Part::Fingers => {
+                self.parameters[RIGHT_COEFFICIENTS..]
+                    .copy_from_slice(&from.parameters[RIGHT_COEFFICIENTS..]);
+            }
         }
     }
 

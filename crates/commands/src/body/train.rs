@@ -1,11 +1,13 @@
 //! `evpose train` of bodies.
 
 use anyhow::{Context, Result};
+use evpose_report::learning::TrainingLength;
 use evpose_task::body::{BodyCheckpoint, BodyConfig};
 use evpose_train::body::train_body;
 use evpose_train::{TrainOptions, TrainSummary};
 
 use crate::args::TrainArgs;
+use crate::learning_curves;
 use evpose_app::progress::say;
 use evpose_app::threads::use_threads;
 use evpose_app::{recorded, run_info};
@@ -30,8 +32,15 @@ pub(super) fn run(mut config: BodyConfig, args: &TrainArgs) -> Result<()> {
         plain: args.plain,
         progress: None,
     };
-    let summary = train_body(&config, frames, &out, &options)
-        .with_context(|| format!("training in {}", out.display()))?;
+    let trained = train_body(&config, frames, &out, &options);
+    let training = &config.training;
+    let length = TrainingLength {
+        batch_size: training.batch_size,
+        steps_per_validation: training.steps_per_validation,
+        steps: training.steps,
+    };
+    learning_curves::write_after(&trained, &out, length)?;
+    let summary = trained.with_context(|| format!("training in {}", out.display()))?;
     run_info::write(&out, config.seed, None)?;
     print_summary(&summary);
     Ok(())

@@ -4,9 +4,11 @@ use anyhow::{Result, bail};
 use evpose_app::progress::say;
 use evpose_app::threads::use_threads;
 use evpose_app::{hand_config, run_info};
+use evpose_report::learning::TrainingLength;
 use evpose_train::{TrainOptions, train_hand};
 
 use crate::args::TrainArgs;
+use crate::learning_curves;
 
 pub(super) fn run(args: &TrainArgs) -> Result<()> {
     let (Some(data), Some(out)) = (&args.data, &args.out) else {
@@ -23,7 +25,15 @@ pub(super) fn run(args: &TrainArgs) -> Result<()> {
         plain: args.plain,
         progress: None,
     };
-    let summary = train_hand(&config, data, out, &options)?;
+    let trained = train_hand(&config, data, out, &options);
+    let training = &config.training;
+    let length = TrainingLength {
+        batch_size: training.batch_size,
+        steps_per_validation: training.steps_per_validation,
+        steps: training.steps,
+    };
+    learning_curves::write_after(&trained, out, length)?;
+    let summary = trained?;
     run_info::write(out, config.seed, None)?;
     say(format!(
         "{} samples in {:.0} s, {:.0} samples/s",

@@ -48,6 +48,21 @@ impl SimulationConfig {
             (0.0..=MAX_MOTION_STEPS).contains(&(motion.pause_s * f64::from(self.step_hz))),
             "must be from 0 to 10 million steps",
         )?;
+        check(
+            "motion.stay_probability",
+            &motion.stay_probability,
+            (0.0..1.0).contains(&motion.stay_probability),
+            "must be from 0 to less than 1",
+        )?;
+        let ranges = motion.articulation_low.iter().zip(&motion.articulation_high);
+        check(
+            "motion.articulation_low",
+            &format!("{:?}", motion.articulation_low),
+            ranges
+                .into_iter()
+                .all(|(low, high)| low <= high && low.is_finite() && high.is_finite()),
+            "must be at most motion.articulation_high",
+        )?;
         check("seconds", &self.seconds, self.frames() > 0, "must be at least one step")?;
         check("episode_s", &self.episode_s, self.episode_frames() > 0, "must be at least one step")
     }
