@@ -32,7 +32,7 @@ mod experiment;
 mod hand;
 pub mod hand_joints;
 mod learning_curves;
-mod online;
+pub mod online;
 pub mod opening;
 mod scores;
 mod task;
