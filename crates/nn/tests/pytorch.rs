@@ -40,11 +40,14 @@ fn a_bare_state_dict_is_read_like_a_checkpoint() {
 }
 
 /// Relative widths at which PyTorch's values were computed.
-const WIDTHS: [(&str, f32); 6] = [
+const WIDTHS: [(&str, f32); 9] = [
     ("resnet18", 0.25),
     ("resnet34", 0.125),
     ("mobilenet_v2", 1.0),
     ("vgg11_bn", 0.125),
+    ("vgg13_bn", 0.125),
+    ("vgg16_bn", 0.125),
+    ("vgg19_bn", 0.125),
     ("shufflenet_v2", 1.0),
     ("mnasnet", 1.0),
 ];

@@ -32,7 +32,7 @@ pub use spec::{BackboneNet, BackboneSpec};
 registry::backbones! {
     resnet::ResNet => RESNET18, RESNET34;
     mobilenet_v2::MobileNetV2 => MOBILENET_V2;
-    vgg::Vgg => VGG11_BN;
+    vgg::Vgg => VGG11_BN, VGG13_BN, VGG16_BN, VGG19_BN;
     shufflenet_v2::ShuffleNetV2 => SHUFFLENET_V2;
     mnasnet::MnasNet => MNASNET;
 }
@@ -106,6 +106,9 @@ mod tests {
             ("resnet34", 21_797_672),
             ("mobilenet_v2", 3_504_872),
             ("vgg11_bn", 132_868_840),
+            ("vgg13_bn", 133_053_736),
+            ("vgg16_bn", 138_365_992),
+            ("vgg19_bn", 143_678_248),
             ("shufflenet_v2", 2_278_604),
             ("mnasnet", 4_383_312),
         ];

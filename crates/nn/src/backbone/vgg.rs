@@ -1,4 +1,4 @@
-//! VGG with batch normalisation: VGG-11, layout and weights as torchvision's.
+//! VGG with batch normalisation: VGG-11, 13, 16 and 19, layout and weights as torchvision's.
 //!
 //! Stages of 3x3 convolutions, each halved by a 2x2 max-pool, an average over 7x7 fields whatever
 //! the size of the image, and three fully connected layers that hold most of the parameters.
@@ -7,7 +7,7 @@
 //!
 //! # Source
 //! Simonyan and Zisserman: *Very Deep Convolutional Networks for Large-Scale Image Recognition*,
-//! ICLR 2015, Table 1, column A.
+//! ICLR 2015, Table 1, columns A, B, D and E.
 
 use burn::module::Module;
 use burn::nn::Linear;
@@ -33,14 +33,40 @@ const FIELDS: usize = 7;
 const SMALLEST_PX: usize = 1 << STAGE_CHANNELS.len();
 
 /// VGG-11 with batch normalisation, configuration A of Table 1.
-pub(super) const VGG11_BN: BackboneSpec<Vgg> = BackboneSpec {
-    name: "vgg11_bn",
-    about: "VGG-11 with batch normalisation (Simonyan and Zisserman 2015): eleven times the \
-            parameters",
-    smallest_px: SMALLEST_PX,
-    narrowest: 1.0 / 64.0,
-    build: |width, outputs, device| VggConfig::new([1, 1, 2, 2, 2], width, outputs).init(device),
-};
+pub(super) const VGG11_BN: BackboneSpec<Vgg> = spec(
+    "vgg11_bn",
+    "VGG-11 with batch normalisation (Simonyan and Zisserman 2015): eleven times the parameters",
+    |width, outputs, device| VggConfig::new([1, 1, 2, 2, 2], width, outputs).init(device),
+);
+
+/// VGG-13 with batch normalisation, configuration B.
+pub(super) const VGG13_BN: BackboneSpec<Vgg> = spec(
+    "vgg13_bn",
+    "VGG-13 with batch normalisation: two convolutions in every stage",
+    |width, outputs, device| VggConfig::new([2; 5], width, outputs).init(device),
+);
+
+/// VGG-16 with batch normalisation, configuration D.
+pub(super) const VGG16_BN: BackboneSpec<Vgg> = spec(
+    "vgg16_bn",
+    "VGG-16 with batch normalisation: three convolutions in each of the last three stages",
+    |width, outputs, device| VggConfig::new([2, 2, 3, 3, 3], width, outputs).init(device),
+);
+
+/// VGG-19 with batch normalisation, configuration E.
+pub(super) const VGG19_BN: BackboneSpec<Vgg> = spec(
+    "vgg19_bn",
+    "VGG-19 with batch normalisation: four convolutions in each of the last three stages",
+    |width, outputs, device| VggConfig::new([2, 2, 4, 4, 4], width, outputs).init(device),
+);
+
+const fn spec(
+    name: &'static str,
+    about: &'static str,
+    build: fn(f32, usize, &Device) -> Vgg,
+) -> BackboneSpec<Vgg> {
+    BackboneSpec { name, about, smallest_px: SMALLEST_PX, narrowest: 1.0 / 64.0, build }
+}
 
 /// Shape of a VGG.
 #[derive(Debug, Clone, Copy, PartialEq)]
