@@ -1,4 +1,4 @@
-//! The picture of a training's learning curves, in its directory.
+//! The figure of a training's learning curves, in its directory.
 
 use std::path::Path;
 
@@ -15,7 +15,7 @@ const HISTORY: &str = "metrics.jsonl";
 /// nothing if it never began.
 ///
 /// # Errors
-/// If the history cannot be read, or the picture not be written.
+/// If the history cannot be read, or the figure not be written.
 pub(crate) fn write_after<T>(
     trained: &Result<T, TrainError>,
     run: &Path,

@@ -287,7 +287,10 @@ impl<'a> Planner<'a> {
             return Ok((step, vec![self.primary_value(node.inputs[0])]));
         }
         let [_, height, width] = self.shapes[id];
-        let is_low_precision = self.precision != Precision::F32 && height * width > 1;
+        // Kernels of low precision are those of square windows that keep the size.
+        let [_, _, kernel, across] = layer.shape;
+        let is_square = kernel == across && kernel % 2 == 1 && layer.padding == [kernel / 2; 4];
+        let is_low_precision = self.precision != Precision::F32 && height * width > 1 && is_square;
         let input = self.value_as(node.inputs[0], is_low_precision)?;
         let storage = self.values[input].storage;
         let step = Step::conv(

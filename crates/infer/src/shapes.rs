@@ -56,6 +56,12 @@ fn output_shape(node: &Node, inputs: &[Shape], image: Shape) -> Result<Shape, In
         }
         Operation::Channels(range) => [range.len(), height, width],
         Operation::Interleave => [2 * channels, height, width],
+        Operation::Concat => {
+            if inputs.iter().any(|input| input[1..] != [height, width]) {
+                return Err(fault("images of different sizes cannot be joined".to_owned()));
+            }
+            [inputs.iter().map(|input| input[0]).sum(), height, width]
+        }
         Operation::Upsample => [channels, 2 * height, 2 * width],
         Operation::Add if inputs[0] != inputs[1] => {
             let [one, other] = [inputs[0], inputs[1]].map(|[channels, height, width]| {

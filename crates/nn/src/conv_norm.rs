@@ -8,23 +8,29 @@ use burn::tensor::Device;
 use crate::net_ops::NetOps;
 use crate::ops::Activation;
 
-/// Shape of a [`ConvNorm`]: a square kernel that keeps the image size, up to its stride.
+/// Shape of a [`ConvNorm`]: by default a square kernel that keeps the image size, up to its stride.
 #[derive(Debug, Clone, Copy)]
 pub struct ConvNormConfig {
     /// Channels of the input.
     pub channels_in: usize,
     /// Channels of the output.
     pub channels_out: usize,
-    /// Rows and columns of the kernel; odd.
-    pub kernel: usize,
+    /// Rows and columns of the kernel.
+    pub kernel: [usize; 2],
+    /// Zeros above and below, and on the left and on the right.
+    pub padding: [usize; 2],
     /// Vertical and horizontal stride, in pixels.
     pub stride: usize,
     /// Groups of channels; each is convolved by itself.
     pub groups: usize,
     /// Whether the convolution has a bias, which the normalisation takes out again.
     pub bias: bool,
+    /// Summand of the variance in the normalisation.
+    pub epsilon: f64,
 }
 
+/// PyTorch's default.
+const EPSILON: f64 = 1e-5;
 /// Ids of the running statistics, the same in every layer: see [`ConvNormConfig::init`].
 const MEAN: u64 = 1;
 const VARIANCE: u64 = 2;
@@ -32,16 +38,33 @@ const VARIANCE: u64 = 2;
 /// `norm(conv(x))`.
 #[derive(Module, Debug)]
 pub struct ConvNorm {
-    /// Weight of shape `[channels_out, channels_in / groups, kernel, kernel]`.
+    /// Weight of shape `[channels_out, channels_in / groups, rows, columns]`.
     pub conv: Conv2d,
     /// All tensors of shape `[channels_out]`.
     pub norm: BatchNorm,
 }
 
 impl ConvNormConfig {
-    /// A `kernel` x `kernel` convolution that mixes all channels.
+    /// A `kernel` x `kernel` convolution, of odd `kernel`, that mixes all channels.
     pub fn new(channels_in: usize, channels_out: usize, kernel: usize) -> Self {
-        Self { channels_in, channels_out, kernel, stride: 1, groups: 1, bias: false }
+        Self::rectangular(channels_in, channels_out, [kernel; 2])
+    }
+
+    /// A convolution with so many rows and columns that mixes all channels.
+    pub fn rectangular(channels_in: usize, channels_out: usize, kernel: [usize; 2]) -> Self {
+        let padding = kernel.map(|side| side / 2);
+        let (stride, groups, bias) = (1, 1, false);
+        Self { channels_in, channels_out, kernel, padding, stride, groups, bias, epsilon: EPSILON }
+    }
+
+    /// Without padding: the image shrinks by the kernel less one.
+    pub fn without_padding(self) -> Self {
+        Self { padding: [0; 2], ..self }
+    }
+
+    /// With another summand of the variance than 1e-5.
+    pub fn with_epsilon(self, epsilon: f64) -> Self {
+        Self { epsilon, ..self }
     }
 
     /// With another stride than 1.
@@ -61,16 +84,17 @@ impl ConvNormConfig {
 
     /// The layers; weights are zero until [`crate::parameters::fill`] gives them values.
     pub fn init(self, device: &Device) -> ConvNorm {
-        let Self { channels_in, channels_out, kernel, stride, groups, bias } = self;
-        let pad = kernel / 2;
-        let conv = Conv2dConfig::new([channels_in, channels_out], [kernel, kernel])
+        let Self { channels_in, channels_out, kernel, padding, stride, groups, bias, epsilon } =
+            self;
+        let [rows, columns] = padding;
+        let conv = Conv2dConfig::new([channels_in, channels_out], kernel)
             .with_stride([stride, stride])
-            .with_padding(PaddingConfig2d::Explicit(pad, pad, pad, pad))
+            .with_padding(PaddingConfig2d::Explicit(rows, columns, rows, columns))
             .with_groups(groups)
             .with_bias(bias)
             .with_initializer(Initializer::Zeros)
             .init(device);
-        let mut norm = BatchNormConfig::new(channels_out).init(device);
+        let mut norm = BatchNormConfig::new(channels_out).with_epsilon(epsilon).init(device);
         // Burn draws the ids of running statistics at random and never changes them afterwards.
         // No optimiser asks for them; fixed ones make checkpoints the same bytes in every run.
         norm.running_mean = RunningState::with_id(MEAN.into(), norm.running_mean.value());
@@ -84,7 +108,8 @@ impl ConvNorm {
     ///
     /// # Shapes
     /// - input: `[batch, channels_in, height, width]`
-    /// - output: `[batch, channels_out, ceil(height / stride), ceil(width / stride)]`
+    /// - output: `[batch, channels_out, ceil(height / stride), ceil(width / stride)]`, or less
+    ///   without padding
     pub fn forward<F: NetOps>(&self, input: F) -> F {
         input.conv_norm(self, Activation::Identity)
     }

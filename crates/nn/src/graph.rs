@@ -58,6 +58,8 @@ pub enum Operation {
     Channels(Range<usize>),
     /// The channels of two inputs, alternating.
     Interleave,
+    /// The channels of all inputs, one input after the other.
+    Concat,
     /// Twice as many rows and columns by bilinear interpolation with half-pixel centres: row `y`
     /// lies at `(y + 0.5) / 2 - 0.5` of the input, clamped to its rows; columns alike.
     Upsample,
@@ -274,6 +276,28 @@ impl NetOps for TracedNode {
     fn interleave(self, other: Self) -> Self {
         let channels = 2 * self.channels;
         self.node("interleave", Operation::Interleave, vec![self.id, other.id], channels)
+    }
+
+    fn concat(parts: Vec<Self>) -> Self {
+        let channels = parts.iter().map(|part| part.channels).sum();
+        let inputs = parts.iter().map(|part| part.id).collect();
+        parts[0].node("concat", Operation::Concat, inputs, channels)
+    }
+
+    /// A depthwise convolution with equal weights.
+    fn local_mean(self) -> Self {
+        let channels = self.channels;
+        let conv = ConvLayer {
+            shape: [channels, 1, 3, 3],
+            groups: channels,
+            stride: [1; 2],
+            padding: [1; 4],
+            dilation: [1; 2],
+            weight: vec![1.0 / 9.0; 9 * channels],
+            bias: vec![0.0; channels],
+            activation: Activation::Identity,
+        };
+        self.next("local-mean", Operation::Conv(conv), channels)
     }
 
     fn upsample(self) -> Self {

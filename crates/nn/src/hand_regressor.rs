@@ -266,7 +266,8 @@ mod tests {
         let device = Device::flex();
         for entry in &BACKBONES {
             let network = config(entry.name, 0.1).init(1, &device).unwrap();
-            let output = network.forward(Tensor::ones([2, 2, 45, 63], &device));
+            let [height, width] = [45, 63].map(|side: usize| side.max(entry.smallest_px));
+            let output = network.forward(Tensor::ones([2, 2, height, width], &device));
             assert_eq!(output.dims(), [2, 12]);
             assert!(output.into_data().iter::<f32>().all(f32::is_finite), "{}", entry.name);
         }
@@ -298,7 +299,7 @@ mod tests {
         assert_eq!(
             error("vgg", 1.0),
             "no backbone is called `vgg`: choose one of resnet18, resnet34, mobilenet_v2, \
-             vgg11_bn, shufflenet_v2, mnasnet"
+             vgg11_bn, vgg13_bn, vgg16_bn, vgg19_bn, shufflenet_v2, mnasnet, inception_v3"
         );
         for width in [0.0, -1.0, f32::NAN, 1e9] {
             assert!(error("resnet18", width).starts_with("`width` must"), "{width}");

@@ -12,8 +12,8 @@ use burn::nn::conv::Conv2d;
 use burn::nn::pool::{AdaptiveAvgPool2d, MaxPool2d};
 use burn::tensor::Tensor;
 use burn::tensor::activation::{relu, sigmoid};
-use burn::tensor::module::interpolate;
-use burn::tensor::ops::{InterpolateMode, InterpolateOptions};
+use burn::tensor::module::{avg_pool2d, interpolate};
+use burn::tensor::ops::{AvgPoolOptions, InterpolateMode, InterpolateOptions};
 
 use crate::conv_norm::ConvNorm;
 use crate::ops::{self, Activation};
@@ -47,6 +47,16 @@ pub trait NetOps: Clone + 'static {
 
     /// The channels of both, alternating: the channel shuffle of two groups.
     fn interleave(self, other: Self) -> Self;
+
+    /// The channels of several feature maps of one size, one map after the other, as `torch.cat`.
+    ///
+    /// # Panics
+    /// If there are none.
+    fn concat(parts: Vec<Self>) -> Self;
+
+    /// The mean of each pixel and its eight neighbours, zeros beyond the edges counted:
+    /// `avg_pool2d(kernel_size=3, stride=1, padding=1)`.
+    fn local_mean(self) -> Self;
 
     /// Twice as many rows and columns by bilinear interpolation, as
     /// `interpolate(scale_factor=2, mode="bilinear", align_corners=False)`.
@@ -106,6 +116,15 @@ impl NetOps for Tensor<4> {
         let [batch, channels, height, width] = self.dims();
         let pairs: Tensor<5> = Tensor::stack(vec![self, other], 2);
         pairs.reshape([batch, 2 * channels, height, width])
+    }
+
+    fn concat(parts: Vec<Self>) -> Self {
+        Tensor::cat(parts, 1)
+    }
+
+    fn local_mean(self) -> Self {
+        let options = AvgPoolOptions::new([3, 3]).with_stride([1, 1]).with_padding([1, 1]);
+        avg_pool2d(self, options.with_count_include_pad(true))
     }
 
     fn upsample(self) -> Self {

@@ -112,11 +112,11 @@ mod tests {
             let [channels, ..] = network.input();
             let graph = network.graph();
             assert_eq!(graph.nodes[0].channels, channels, "{name}");
-            let values = network.outputs(Tensor::ones([1, channels, 32, 32], &device));
+            let values = network.outputs(Tensor::ones([1, channels, 96, 96], &device));
             assert_eq!(values.len(), graph.outputs.len(), "{name}");
         }
         let error = Network::untrained("move", 1.0, 3, &device).unwrap_err().to_string();
-        assert!(error.ends_with("mnasnet, move_enet"), "{error}");
+        assert!(error.ends_with("inception_v3, move_enet"), "{error}");
     }
 
     #[test]

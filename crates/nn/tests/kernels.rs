@@ -10,7 +10,7 @@ use burn::module::{Module, ModuleMapper, ModuleVisitor, Param};
 use burn::tensor::{DType, Device, Gradients, Tensor, TensorData};
 use evpose_nn::{
     BACKBONES, HandLoss, HandRegressor, HandRegressorConfig, MOVE_ENET, MoveEnet, MoveEnetConfig,
-    set_training_kernels,
+    backbone_by_name, set_training_kernels,
 };
 use golden::{images, targets};
 
@@ -62,14 +62,14 @@ fn values_of<const D: usize>(tensor: Tensor<D>) -> Vec<f64> {
 
 /// A network with an objective.
 trait Trained: Module {
-    /// Outputs and the objective for images and targets of this type.
-    fn objective(&self, dtype: DType) -> (Vec<f64>, Tensor<1>);
+    /// Outputs and the objective for images of this height and width and targets, of this type.
+    fn objective(&self, size: [usize; 2], dtype: DType) -> (Vec<f64>, Tensor<1>);
 }
 
 impl Trained for HandRegressor {
-    fn objective(&self, dtype: DType) -> (Vec<f64>, Tensor<1>) {
+    fn objective(&self, [height, width]: [usize; 2], dtype: DType) -> (Vec<f64>, Tensor<1>) {
         let device = Device::flex().autodiff();
-        let (images, targets) = (images(6, 45, 60, &device), targets(6, &device));
+        let (images, targets) = (images(6, height, width, &device), targets(6, &device));
         let outputs = self.forward(images.cast(dtype));
         let loss = HandLoss::default().forward(outputs.clone(), targets.cast(dtype)).objective;
         (values_of(outputs), loss)
@@ -77,7 +77,7 @@ impl Trained for HandRegressor {
 }
 
 impl Trained for MoveEnet {
-    fn objective(&self, dtype: DType) -> (Vec<f64>, Tensor<1>) {
+    fn objective(&self, _: [usize; 2], dtype: DType) -> (Vec<f64>, Tensor<1>) {
         let device = Device::flex().autodiff();
         let images = images(9, 64, 64, &device).reshape([6, 3, 64, 64]) * 255.0;
         let maps = self.forward(images.cast(dtype)).into_array();
@@ -88,13 +88,13 @@ impl Trained for MoveEnet {
 }
 
 /// Output, gradients of all parameters, and the running statistics afterwards.
-fn step(network: impl Trained, arithmetic: Arithmetic) -> [Vec<Vec<f64>>; 3] {
+fn step(network: impl Trained, size: [usize; 2], arithmetic: Arithmetic) -> [Vec<Vec<f64>>; 3] {
     set_training_kernels(matches!(arithmetic, Arithmetic::Ours));
     let (network, dtype) = match arithmetic {
         Arithmetic::Double => (network.map(&mut ToDouble), DType::F64),
         _ => (network, DType::F32),
     };
-    let (values, loss) = network.objective(dtype);
+    let (values, loss) = network.objective(size, dtype);
     let gradients = loss.backward();
     let mut flattened = Flattened { gradients: &gradients, list: Vec::new() };
     network.visit(&mut flattened);
@@ -165,14 +165,14 @@ fn off_differences<M: Trained>(network: impl Fn() -> M, direction: u64) -> f64 {
     const STEP: f64 = 1e-8;
     set_training_kernels(true);
     let ours = network();
-    let gradients = ours.objective(DType::F32).1.backward();
+    let gradients = ours.objective(SIZE, DType::F32).1.backward();
     let start = |by: f64| Moved { by, state: direction };
     let mut along = Along { gradients: &gradients, direction: start(0.0), sum: 0.0, squares: 0.0 };
     ours.visit(&mut along);
     set_training_kernels(false);
     let at = |by: f64| {
         let moved = network().map(&mut ToDouble).map(&mut start(by));
-        values_of(moved.objective(DType::F64).1)[0]
+        values_of(moved.objective(SIZE, DType::F64).1)[0]
     };
     let change = (at(STEP) - at(-STEP)) / (2.0 * STEP);
     (along.sum - change).abs() / along.squares.sqrt()
@@ -197,6 +197,15 @@ fn hand(backbone: &str, seed: u64) -> HandRegressor {
     config.init(seed, &Device::flex().autodiff()).unwrap()
 }
 
+/// Height and width of images.
+const SIZE: [usize; 2] = [45, 60];
+
+/// The same, enlarged where a backbone needs more.
+fn size_of(backbone: &str) -> [usize; 2] {
+    let smallest_px = backbone_by_name(backbone).unwrap().smallest_px;
+    SIZE.map(|side| side.max(smallest_px))
+}
+
 fn body(seed: u64) -> MoveEnet {
     let config = MoveEnetConfig { joints: 3, width: 0.25, expansion: 2 };
     config.init(seed, &Device::flex().autodiff()).unwrap()
@@ -206,8 +215,8 @@ fn body(seed: u64) -> MoveEnet {
 fn fault(name: &str, seed: u64) -> Option<String> {
     let [ours, burns, truth] =
         [Arithmetic::Ours, Arithmetic::Burns, Arithmetic::Double].map(|arithmetic| match name {
-            MOVE_ENET => step(body(seed), arithmetic),
-            backbone => step(hand(backbone, seed), arithmetic),
+            MOVE_ENET => step(body(seed), SIZE, arithmetic),
+            backbone => step(hand(backbone, seed), size_of(backbone), arithmetic),
         });
     for (what, ((ours, burns), truth)) in
         ["output", "gradient", "state"].iter().zip(ours.iter().zip(&burns).zip(&truth))
@@ -254,8 +263,8 @@ fn our_kernels_train_as_burns_do() {
         ];
         assert!(off.iter().all(|off| *off < 1e-4), "off by {off:?} of the gradient");
     }
-    let twice = [first; 2].map(|seed| step(hand("resnet18", seed), Arithmetic::Ours));
+    let twice = [first; 2].map(|seed| step(hand("resnet18", seed), SIZE, Arithmetic::Ours));
     assert!(twice[0] == twice[1]);
-    let twice = [first; 2].map(|seed| step(body(seed), Arithmetic::Ours));
+    let twice = [first; 2].map(|seed| step(body(seed), SIZE, Arithmetic::Ours));
     assert!(twice[0] == twice[1]);
 }

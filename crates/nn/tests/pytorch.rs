@@ -40,7 +40,7 @@ fn a_bare_state_dict_is_read_like_a_checkpoint() {
 }
 
 /// Relative widths at which PyTorch's values were computed.
-const WIDTHS: [(&str, f32); 9] = [
+const WIDTHS: [(&str, f32); 10] = [
     ("resnet18", 0.25),
     ("resnet34", 0.125),
     ("mobilenet_v2", 1.0),
@@ -50,7 +50,17 @@ const WIDTHS: [(&str, f32); 9] = [
     ("vgg19_bn", 0.125),
     ("shufflenet_v2", 1.0),
     ("mnasnet", 1.0),
+    ("inception_v3", 1.0),
 ];
+
+/// Height and width of the images for outputs, and of those for gradients.
+fn sizes(backbone: &str) -> [[usize; 2]; 2] {
+    match backbone {
+        // It needs 75 pixels along each side.
+        "inception_v3" => [[80, 107], [75, 100]],
+        _ => [[45, 60], [73, 100]],
+    }
+}
 
 /// A network whose weights are closed forms.
 fn formula(backbone: &str, width: f32, device: &Device) -> HandRegressor {
@@ -71,7 +81,8 @@ fn every_backbone_computes_what_torchvision_computes() {
     let device = Device::flex();
     for (backbone, width) in WIDTHS {
         let network = formula(backbone, width, &device);
-        let outputs = values(network.forward(images(2, 45, 60, &device)));
+        let [[height, width], _] = sizes(backbone);
+        let outputs = values(network.forward(images(2, height, width, &device)));
         let worst = worst(&outputs, &golden().formula[backbone]);
         assert!(worst < TOLERANCE, "{backbone}: {worst}");
     }
@@ -92,7 +103,8 @@ fn every_backbone_has_the_gradient_of_torchvision() {
     for (backbone, width) in WIDTHS {
         let expected = &golden().gradient[backbone];
         let network = formula(backbone, width, &device);
-        let outputs = network.forward(images(8, 73, 100, &device));
+        let [_, [height, width]] = sizes(backbone);
+        let outputs = network.forward(images(8, height, width, &device));
         let objective = HandLoss::default().forward(outputs, targets(8, &device)).objective;
         let difference = objective.clone().into_scalar::<f32>() - expected.objective;
         assert!(difference.abs() < 1e-5, "{backbone}: {difference}");

@@ -46,6 +46,7 @@ pub(crate) fn add_operators(writer: &mut Writer<'_>, id: NodeId) -> Result<(), O
             let [channels, height, width] = writer.shape(id);
             interleave(writer, inputs, name, [channels, height, width])
         }
+        Operation::Concat => writer.operator("Concat", inputs, name, vec![int("axis", 1)]),
         Operation::Upsample => {
             let scales = writer.floats(format!("{name}.scales"), &[4], &[1.0, 1.0, 2.0, 2.0]);
             // The empty name leaves out the optional region of interest.

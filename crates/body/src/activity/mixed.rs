@@ -22,7 +22,7 @@ const HELD: f32 = 0.3;
 const BENT: f32 = 0.35;
 
 /// A posture before the trunk, at the hips or at the head, as folded arms and hands in pockets are.
-fn held(rng: &mut CounterRng) -> Arm {
+fn still_arm(rng: &mut CounterRng) -> Arm {
     Arm {
         flexion: rng.uniform(-0.5, 1.3),
         abduction: rng.uniform(-0.1, 0.8),
@@ -40,7 +40,7 @@ fn other(rng: &mut CounterRng) -> Motion {
 
 fn draw(rng: &mut CounterRng) -> Motion {
     let [legs, left, right, trunk] = [(); 4].map(|()| other(rng));
-    let held = [(); 2].map(|()| rng.chance(HELD).then(|| held(rng)));
+    let held = [(); 2].map(|()| rng.chance(HELD).then(|| still_arm(rng)));
     let tired = [(); 2].map(|()| Sway::draw(rng, 0.5));
     let heading = rng.uniform(-PI, PI);
     let bend = if rng.chance(BENT) { rng.uniform(0.3, 1.1) } else { 0.0 };

@@ -66,7 +66,7 @@ pub struct Target {
 /// A part of the body that can rest while others move.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Part {
-    /// Where the arm is, and all of the body but wrist and fingers.
+    /// The place of the arm, and all of the body but wrist and fingers.
     Arm,
     /// The three angles of the wrist.
     Wrist,
@@ -141,11 +141,9 @@ impl Target {
     pub(super) fn stretch_articulation(&mut self, low: &[f32; 6], high: &[f32; 6]) {
         let coefficients = &mut self.parameters[RIGHT_COEFFICIENTS..];
         for ((coefficient, low), high) in coefficients.iter_mut().zip(low).zip(high) {
-            // The published range stays bit for bit.
-            if [*low, *high] != [-ARTICULATION_RANGE, ARTICULATION_RANGE] {
-                let share = (*coefficient + ARTICULATION_RANGE) / (2.0 * ARTICULATION_RANGE);
-                *coefficient = low + share * (high - low);
-            }
+            // Of the published range the factor is 1 and the offset 0: not a bit changes.
+            let factor = (high - low) / (2.0 * ARTICULATION_RANGE);
+            *coefficient = *coefficient * factor + 0.5 * (high + low);
         }
     }
 

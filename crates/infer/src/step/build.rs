@@ -53,6 +53,7 @@ impl Step {
             Operation::Relu => Ok(Self::Add(Activation::Relu)),
             Operation::Channels(range) => Ok(Self::Channels(range.start)),
             Operation::Interleave => Ok(Self::Interleave),
+            Operation::Concat => Ok(Self::Concat),
             Operation::Upsample => Ok(Self::Upsample),
             Operation::Sigmoid => Ok(Self::Sigmoid),
             Operation::Affine { factor, offset } => Ok(Self::Affine([*factor, *offset])),
@@ -63,7 +64,7 @@ impl Step {
     /// A fully connected layer, as a 1x1 convolution of a single pixel.
     fn linear(linear: &LinearLayer, level: Level) -> Self {
         let [inputs, outputs] = linear.shape;
-        let shape = ConvShape { channels_in: inputs, channels_out: outputs, kernel: 1, stride: 1 };
+        let shape = ConvShape::square(inputs, outputs, 1, 1);
         let mut weight = vec![0.0; inputs * outputs];
         for (input, row) in linear.weight.chunks(outputs).enumerate() {
             for (output, value) in row.iter().enumerate() {
@@ -90,19 +91,21 @@ impl Step {
             |operation: String| Err(InferError::Unsupported { layer: name.to_owned(), operation });
         let [channels_out, channels_per_group, kernel, kernel_x] = conv.shape;
         let [stride, stride_x] = conv.stride;
-        if kernel != kernel_x || stride != stride_x || conv.dilation != [1, 1] {
-            return unsupported(
-                "convolution that is not square, or with gaps between its taps".to_owned(),
-            );
+        let [top, left, bottom, right] = conv.padding;
+        if stride != stride_x || !matches!(stride, 1 | 2) || conv.dilation != [1, 1] {
+            return unsupported(format!("convolution of stride {:?}, or with gaps", conv.stride));
         }
-        if kernel % 2 == 0 || !matches!(stride, 1 | 2) || conv.padding != [kernel / 2; 4] {
-            return unsupported(format!(
-                "convolution of {kernel}x{kernel}, stride {stride} and padding {:?}",
-                conv.padding
-            ));
+        if [top, left] != [bottom, right] {
+            return unsupported(format!("convolution of padding {:?}", conv.padding));
         }
         if conv.groups == 1 {
-            let shape = ConvShape { channels_in: channels_per_group, channels_out, kernel, stride };
+            let shape = ConvShape {
+                channels_in: channels_per_group,
+                channels_out,
+                kernel: [kernel, kernel_x],
+                stride,
+                padding: [top, left],
+            };
             if let StorageType::LowPrecision(element_type) = storage {
                 let conv =
                     LowPrecisionConv::new(shape, &conv.weight, &conv.bias, element_type, level);
@@ -120,6 +123,8 @@ impl Step {
         if conv.groups != channels_out
             || channels_per_group != 1
             || !matches!(kernel, 3 | 5)
+            || kernel != kernel_x
+            || conv.padding != [kernel / 2; 4]
             || has_residual
         {
             return unsupported(format!(
@@ -146,7 +151,7 @@ impl Step {
         is_f32: bool,
     ) -> Option<Self> {
         let [channels_out, channels_in, kernel, kernel_x] = conv.shape;
-        let shape = ConvShape { channels_in, channels_out, kernel, stride: conv.stride[0] };
+        let shape = ConvShape::square(channels_in, channels_out, kernel, conv.stride[0]);
         let is_plain = kernel == kernel_x
             && conv.stride[0] == conv.stride[1]
             && conv.groups == 1
@@ -165,7 +170,7 @@ impl Step {
 /// faster.
 fn winograd_tile(shape: ConvShape, [_, height, width]: Shape) -> Option<TileSize> {
     let is_small = shape.channels_in.min(shape.channels_out) < MIN_CHANNELS;
-    if shape.kernel != 3 || shape.stride != 1 || is_small {
+    if shape.square_side() != Some(3) || shape.stride != 1 || is_small {
         return None;
     }
     let tiles = |side: usize| height.div_ceil(side) * width.div_ceil(side);

@@ -30,6 +30,8 @@ pub(crate) enum Step {
     /// Slice of channels from this one on.
     Channels(usize),
     Interleave,
+    /// The channels of several inputs, one after the other.
+    Concat,
     Upsample,
     Sigmoid,
     /// Scale and shift.
@@ -64,7 +66,7 @@ impl Step {
             Self::AvgPool => "mean",
             Self::Flatten => "flatten",
             Self::Add(_) | Self::LowPrecisionAdd(_) => "sum",
-            Self::Channels(_) | Self::Interleave => "channels",
+            Self::Channels(_) | Self::Interleave | Self::Concat => "channels",
             Self::Upsample | Self::LowPrecisionUpsample => "upsample",
             Self::Sigmoid => "sigmoid",
             Self::Affine(_) => "affine",
@@ -97,14 +99,20 @@ impl Step {
 
     /// Whether it can be a layer of a chain.
     pub(crate) fn is_link(&self) -> bool {
-        matches!(self, Self::NchwConv(..) | Self::Conv(..) | Self::Depthwise(..) | Self::MaxPool(_))
+        match self {
+            Self::Conv(conv, _) => conv.shape().square_side().is_some(),
+            Self::NchwConv(..) | Self::Depthwise(..) | Self::MaxPool(_) => true,
+            _ => false,
+        }
     }
 
     /// The step as a layer of a chain, if it can be one.
     pub(crate) fn link(&self) -> Option<Link> {
         match self {
             Self::NchwConv(conv, activation) => Some(Link::Nchw(conv.clone(), *activation)),
-            Self::Conv(conv, activation) => Some(Link::Conv(conv.clone(), *activation)),
+            Self::Conv(conv, activation) if self.is_link() => {
+                Some(Link::Conv(conv.clone(), *activation))
+            }
             Self::Depthwise(conv, activation) => Some(Link::Depthwise(conv.clone(), *activation)),
             Self::MaxPool(pool) => Some(Link::MaxPool(*pool)),
             _ => None,
@@ -114,12 +122,12 @@ impl Step {
     /// Zero border that it needs around its input.
     pub(crate) fn border(&self) -> usize {
         match self {
-            Self::Conv(conv, _) => conv.shape().padding(),
-            Self::NchwConv(conv, _) => conv.shape().padding(),
+            Self::Conv(conv, _) => conv.shape().border(),
+            Self::NchwConv(conv, _) => conv.shape().border(),
             Self::Chain(chain) => chain.border(),
             Self::Winograd(..) => 1,
             Self::Depthwise(conv, _) => conv.shape().kernel / 2,
-            Self::LowPrecisionConv(conv, ..) => conv.shape().padding(),
+            Self::LowPrecisionConv(conv, ..) => conv.shape().border(),
             Self::LowPrecisionDepthwise(conv, ..) => conv.shape().kernel / 2,
             _ => 0,
         }

@@ -3,7 +3,8 @@
 use evpose_kernels::Level;
 use evpose_kernels::blocked::{
     ChainInput, Image, Scratch, ThreadPool, adaptive_avg_pool, add, add_mixed_precision, affine,
-    flatten, gather_channels, max_pool_low_precision, sigmoid, upsample, upsample_low_precision,
+    concat, flatten, gather_channels, max_pool_low_precision, sigmoid, upsample,
+    upsample_low_precision,
 };
 
 use super::Step;
@@ -106,6 +107,7 @@ impl Step {
                 let both = [input, inputs[1]];
                 gather_channels(output, |channel| (both[channel % 2], channel / 2));
             }
+            Self::Concat => concat(inputs, output),
             Self::Upsample => upsample(thread_pool, level, input, output),
             Self::Sigmoid => sigmoid(thread_pool, level, input, output),
             Self::Affine(affine_params) => {

@@ -35,14 +35,15 @@ pub struct Conv {
 }
 
 impl Conv {
-    /// Packs `weight`, `[channels_out][channels_in][kernel][kernel]`, and `bias`, `[channels_out]`.
+    /// Packs `weight`, `[channels_out][channels_in][rows][columns]` of the kernel, and `bias`, `[channels_out]`.
     ///
     /// # Panics
-    /// If either has another length, the stride is not 1 or 2, or the kernel is even.
+    /// If either has another length, or the stride is not 1 or 2.
     pub fn new(shape: ConvShape, weight: &[f32], bias: &[f32], level: Level) -> Self {
-        let ConvShape { channels_in, channels_out, kernel, stride } = shape;
-        assert!(matches!(stride, 1 | 2) && kernel % 2 == 1, "a square kernel of stride 1 or 2");
-        assert_eq!(weight.len(), channels_out * channels_in * kernel * kernel, "weights");
+        let ConvShape { channels_in, channels_out, stride, .. } = shape;
+        let taps = shape.taps();
+        assert!(matches!(stride, 1 | 2), "a stride of 1 or 2");
+        assert_eq!(weight.len(), channels_out * channels_in * taps, "weights");
         assert_eq!(bias.len(), channels_out, "bias");
         let blocks_per_group = if level.has_room_for_two_blocks() { 2 } else { 1 };
         let bias = pad_to_blocks(bias);
@@ -51,7 +52,7 @@ impl Conv {
             for channel_in_block in 0..shape.blocks_in() {
                 let first = channel_in_block * LANES;
                 let channels = LANES.min(channels_in - first);
-                for tap in 0..kernel * kernel {
+                for tap in 0..taps {
                     for channel_in in first..first + channels {
                         for block in blocks.clone() {
                             let mut line = Line::ZERO;
@@ -59,7 +60,7 @@ impl Conv {
                                 let channel = block * LANES + lane;
                                 if channel < channels_out {
                                     let row = channel * channels_in + channel_in;
-                                    *value = weight[row * kernel * kernel + tap];
+                                    *value = weight[row * taps + tap];
                                 }
                             }
                             conv.weights.push(line);
@@ -90,8 +91,8 @@ impl Conv {
         let [channels, height, width] = input.size();
         assert!(channels == self.shape.channels_in && channels <= LANES, "channels of the input");
         assert_eq!(output.channels(), self.shape.channels_out, "channels of the output");
-        assert!(input.border() >= self.shape.padding(), "a border as wide as the padding");
-        let size = [height, width].map(|side| self.shape.output(side));
+        assert!(input.border() >= self.shape.border(), "a border as wide as the padding");
+        let size = self.shape.output([height, width]);
         assert_eq!([output.height(), output.width()], size, "size of the output");
         let (rows, dst) = (output.height(), output.dst());
         let src = input.src();
@@ -143,9 +144,9 @@ impl Conv {
         let shape = self.shape;
         assert_eq!(input.channels(), shape.channels_in, "channels of the input");
         assert_eq!(output.channels(), shape.channels_out, "channels of the output");
-        assert!(input.border() >= shape.padding(), "a border as wide as the padding");
+        assert!(input.border() >= shape.border(), "a border as wide as the padding");
         let size = |image: &Image| [image.height(), image.width()];
-        assert_eq!(size(output), size(input).map(|side| shape.output(side)), "size of the output");
+        assert_eq!(size(output), shape.output(size(input)), "size of the output");
         assert!(residual.is_none_or(|residual| {
             size(residual) == size(output) && residual.channels() == shape.channels_out
         }));
@@ -198,7 +199,7 @@ impl ConvExec<'_> {
     unsafe fn run(&self) {
         let mut first = 0;
         for (group, blocks) in self.conv.block_groups().enumerate() {
-            let lines = self.conv.shape.channels_in * self.conv.shape.kernel.pow(2) * blocks.len();
+            let lines = self.conv.shape.channels_in * self.conv.shape.taps() * blocks.len();
             let block_out = blocks.start;
             macro_rules! run {
                 ($b:literal, $stride:literal, $pixel:expr) => {{
@@ -231,9 +232,9 @@ impl<const B: usize, const STRIDE: usize, const PIXEL: usize> Kernel
     #[inline(always)]
     unsafe fn run<V: Lanes>(&self) {
         let Self { exec, block_out, first } = *self;
-        let ConvShape { channels_in, kernel, .. } = exec.conv.shape;
+        let ConvShape { channels_in, kernel, padding, .. } = exec.conv.shape;
         let blocks_in = exec.conv.shape.blocks_in();
-        let lines_per_block = kernel * kernel * LANES * B;
+        let lines_per_block = exec.conv.shape.taps() * LANES * B;
         let block_bytes = lines_per_block * size_of::<Line>();
         let chunk = (L1_WEIGHT_BYTES / block_bytes).clamp(1, blocks_in);
         let max_tile =
@@ -265,7 +266,7 @@ impl<const B: usize, const STRIDE: usize, const PIXEL: usize> Kernel
                 if block_in == 0 { AccumulatorInit::Bias(bias) } else { AccumulatorInit::Dst };
             for y in exec.rows.clone() {
                 for x in (0..width).step_by(tile_width) {
-                    let from = exec.src.tap(block_in, y * STRIDE, x * STRIDE, kernel / 2);
+                    let from = exec.src.corner(block_in, y * STRIDE, x * STRIDE, padding);
                     // SAFETY: the pixel is inside the output.
                     let to = unsafe { (exec.dst.pixel(block_out, y, x), exec.dst.block_pitch) };
                     let epilogue = is_last.then(|| Epilogue {

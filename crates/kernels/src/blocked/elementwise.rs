@@ -92,6 +92,18 @@ pub fn gather_channels<'a>(output: &mut Image, source: impl Fn(usize) -> (&'a Im
     }
 }
 
+/// Copies the channels of several images, one image after the other.
+///
+/// # Panics
+/// If the images differ in size, or have together fewer channels than the output.
+pub fn concat(inputs: &[&Image], output: &mut Image) {
+    let sources: Vec<(&Image, usize)> = inputs
+        .iter()
+        .flat_map(|image| (0..image.channels()).map(|channel| (*image, channel)))
+        .collect();
+    gather_channels(output, |channel| sources[channel]);
+}
+
 /// Copies all values of `input`, in nchw order, to the channels of the single pixel of `output`.
 ///
 /// # Panics

@@ -49,7 +49,7 @@ pub use chain::{Chain, ChainInput, Link};
 pub use conv::Conv;
 pub use conv_shape::ConvShape;
 pub use depthwise::{Depthwise, DepthwiseShape};
-pub use elementwise::{add, flatten, gather_channels};
+pub use elementwise::{add, concat, flatten, gather_channels};
 pub use image::Image;
 pub use low_precision::{
     LowPrecisionConv, LowPrecisionDepthwise, LowPrecisionImage, LowPrecisionType,

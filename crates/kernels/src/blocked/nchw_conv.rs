@@ -31,7 +31,7 @@ impl NchwConv {
     pub fn supports(shape: ConvShape) -> bool {
         let has_few =
             (1..=MAX_CHANNELS).contains(&shape.channels_out) && shape.channels_in <= MAX_CHANNELS;
-        has_few && shape.stride == 1 && shape.kernel % 2 == 1
+        has_few && shape.stride == 1 && shape.square_side().is_some()
     }
 
     /// Packs `weight`, `[channels_out][channels_in][kernel][kernel]`, and `bias`, `[channels_out]`.
@@ -39,9 +39,9 @@ impl NchwConv {
     /// # Panics
     /// If either has another length, or the shape is not [supported](Self::supports).
     pub fn new(shape: ConvShape, weight: &[f32], bias: &[f32], level: Level) -> Self {
-        let ConvShape { channels_in, channels_out, kernel, .. } = shape;
+        let ConvShape { channels_in, channels_out, .. } = shape;
         assert!(Self::supports(shape), "a few channels and stride 1");
-        let taps = channels_in * kernel * kernel;
+        let taps = channels_in * shape.taps();
         assert_eq!(weight.len(), channels_out * taps, "weights");
         assert_eq!(bias.len(), channels_out, "bias");
         let of_tap =
@@ -68,7 +68,7 @@ impl NchwConv {
     ) {
         let [channels, height, width] = input.size();
         assert_eq!(channels, self.shape.channels_in, "channels of the input");
-        assert!(input.border() >= self.shape.padding(), "a border as wide as the padding");
+        assert!(input.border() >= self.shape.border(), "a border as wide as the padding");
         assert_eq!(output.size(), [self.shape.channels_out, height, width], "size of the output");
         let dst = output.dst();
         thread_pool.run(&|part| {
@@ -135,7 +135,7 @@ impl ConvRows<'_> {
     /// That of [`Kernel::run`]; the convolution has `C` output channels.
     #[inline(always)]
     unsafe fn channels<V: Lanes, const C: usize>(&self) {
-        let ConvShape { channels_in, kernel, .. } = self.conv.shape;
+        let ConvShape { channels_in, kernel: [kernel, _], .. } = self.conv.shape;
         let [_, _, width] = self.input.size();
         for y in self.rows.clone() {
             for x in (0..width).step_by(LANES) {
@@ -205,10 +205,10 @@ mod tests {
             (height, width) in (1_usize..9, 1_usize..40),
             (threads, activation) in (1_usize..4, activations()),
         ) {
-            let shape = ConvShape { channels_in, channels_out, kernel: 2 * half + 1, stride: 1 };
+            let shape = ConvShape::square(channels_in, channels_out, 2 * half + 1, 1);
             let size = [height, width];
             let values = random_values(seed, channels_in * height * width);
-            let weight = random_values(seed ^ 1, channels_out * channels_in * shape.kernel.pow(2));
+            let weight = random_values(seed ^ 1, channels_out * channels_in * shape.taps());
             let bias = random_values(seed ^ 2, channels_out);
             let scaled: Vec<f32> = values.iter().map(|value| 2.0 * value - 0.5).collect();
             let after = ReferenceEpilogue { bias: &bias, residual: None, activation };

@@ -47,22 +47,25 @@ pub(super) fn reference_conv(
     size: [usize; 2],
     weight: &[f32],
 ) -> Vec<f64> {
-    let ConvShape { channels_in, channels_out, kernel, stride } = shape;
+    let ConvShape { channels_in, channels_out, kernel: [_, columns], stride, padding } = shape;
     let [height, width] = size;
     let mut output = Vec::new();
     for channel in 0..channels_out {
-        for y in 0..shape.output(height) {
-            for x in 0..shape.output(width) {
+        for y in 0..shape.output(size)[0] {
+            for x in 0..shape.output(size)[1] {
                 let mut sum = 0.0;
                 for from in 0..channels_in {
-                    for (tap, weight) in weight[(channel * channels_in + from) * kernel * kernel..]
-                        [..kernel * kernel]
+                    for (tap, weight) in weight[(channel * channels_in + from) * shape.taps()..]
+                        [..shape.taps()]
                         .iter()
                         .enumerate()
                     {
-                        let at =
-                            |out: usize, tap: usize| (out * stride + tap).checked_sub(kernel / 2);
-                        let (Some(y), Some(x)) = (at(y, tap / kernel), at(x, tap % kernel)) else {
+                        let at = |out: usize, tap: usize, padding: usize| {
+                            (out * stride + tap).checked_sub(padding)
+                        };
+                        let (Some(y), Some(x)) =
+                            (at(y, tap / columns, padding[0]), at(x, tap % columns, padding[1]))
+                        else {
                             continue;
                         };
                         if y < height && x < width {
@@ -121,7 +124,9 @@ proptest! {
     #[test]
     fn conv_matches_plain_loops(
         (channels_in, channels_out) in (1..50_usize, 1..70_usize),
-        kernel in prop::sample::select(vec![1_usize, 3, 5, 7]),
+        kernel in [1..8_usize, 1..8_usize],
+        is_square: bool,
+        padding in [0..4_usize, 0..4_usize],
         stride in 1..3_usize,
         size in [1..12_usize, 1..31_usize],
         activation in activations(),
@@ -129,16 +134,20 @@ proptest! {
         threads in 1..4_usize,
         seed: u64,
     ) {
-        let shape = ConvShape { channels_in, channels_out, kernel, stride };
+        let shape = match is_square {
+            true => ConvShape::square(channels_in, channels_out, kernel[0] | 1, stride),
+            false => ConvShape { channels_in, channels_out, kernel, stride, padding },
+        };
+        let out = shape.output(size);
+        prop_assume!(out[0] * out[1] > 0);
         let input = random_values(seed, channels_in * size[0] * size[1]);
-        let weight = random_values(seed ^ 1, channels_out * channels_in * kernel * kernel);
+        let weight = random_values(seed ^ 1, channels_out * channels_in * shape.taps());
         let bias = random_values(seed ^ 2, channels_out);
-        let out = size.map(|side| shape.output(side));
         let residual = random_values(seed ^ 3, channels_out * out[0] * out[1]);
         let after = ReferenceEpilogue { bias: &bias, residual: has_residual.then_some(&residual), activation };
         let expected = after.apply(reference_conv(shape, &input, size, &weight));
         let magnitude = magnitude(shape, &input, size, &weight);
-        let input = image(&input, channels_in, size, kernel / 2);
+        let input = image(&input, channels_in, size, shape.border());
         let residual = has_residual.then(|| image(&residual, channels_out, out, 1));
         let thread_pool = ThreadPool::new(threads);
         for level in Level::available() {
@@ -162,7 +171,7 @@ proptest! {
         seed: u64,
     ) {
         let [channels_in, channels_out] = channels;
-        let shape = ConvShape { channels_in, channels_out, kernel: 3, stride: 1 };
+        let shape = ConvShape::square(channels_in, channels_out, 3, 1);
         let input = random_values(seed, channels_in * size[0] * size[1]);
         let weight = random_values(seed ^ 1, channels_out * channels_in * 9);
         let bias = random_values(seed ^ 2, channels_out);
@@ -197,7 +206,7 @@ proptest! {
         threads in 1..4_usize,
         seed: u64,
     ) {
-        let one = ConvShape { channels_in: 1, channels_out: 1, kernel, stride };
+        let one = ConvShape::square(1, 1, kernel, stride);
         let pixels = size[0] * size[1];
         let input = random_values(seed, channels * pixels);
         let weight = random_values(seed ^ 1, channels * kernel * kernel);
@@ -206,7 +215,7 @@ proptest! {
         let sums = each.flat_map(|(input, weight)| reference_conv(one, input, size, weight)).collect();
         let expected = ReferenceEpilogue { bias: &bias, residual: None, activation }.apply(sums);
         let input = image(&input, channels, size, kernel / 2);
-        let out = size.map(|side| one.output(side));
+        let out = one.output(size);
         let thread_pool = ThreadPool::new(threads);
         for level in Level::available() {
             let shape = DepthwiseShape { channels, kernel, stride };

@@ -33,8 +33,8 @@ pub(super) struct InputWindow {
     pub(super) block_pitch: usize,
     /// Channels of the last block.
     pub(super) last_channels: usize,
-    /// Height and width of the kernel.
-    pub(super) kernel: usize,
+    /// Rows and columns of the kernel.
+    pub(super) kernel: [usize; 2],
     /// Distance from a row to the next.
     pub(super) row_pitch: usize,
     /// Distance between channels of a pixel: 1 in nChw16c.
@@ -95,8 +95,8 @@ pub(super) unsafe fn tile<
         let mut fetched = 0;
         for block in 0..window.blocks {
             let channels = if block + 1 == window.blocks { window.last_channels } else { LANES };
-            for ky in 0..window.kernel {
-                for kx in 0..window.kernel {
+            for ky in 0..window.kernel[0] {
+                for kx in 0..window.kernel[1] {
                     let from =
                         from.add(block * window.block_pitch + ky * window.row_pitch + kx * PIXEL);
                     for channel in 0..channels {

@@ -40,10 +40,22 @@ impl F32Src {
     /// the first tap of the kernel's window there.
     #[inline(always)]
     pub(super) fn tap(&self, block: usize, y: usize, x: usize, padding: usize) -> *const f32 {
+        self.corner(block, y, x, [padding; 2])
+    }
+
+    /// The same with a padding of so many rows and so many columns.
+    #[inline(always)]
+    pub(super) fn corner(
+        &self,
+        block: usize,
+        y: usize,
+        x: usize,
+        [rows, columns]: [usize; 2],
+    ) -> *const f32 {
         let pixel = if self.is_nchw { 1 } else { LANES };
         let at = block * self.block_pitch + y * self.row_pitch + x * pixel;
         // Wrapping: the view of a band may begin at a row outside of its memory.
-        self.pixels.wrapping_add(at).wrapping_sub(padding * (self.row_pitch + pixel))
+        self.pixels.wrapping_add(at).wrapping_sub(rows * self.row_pitch + columns * pixel)
     }
 }
 

@@ -5,6 +5,7 @@
 
 mod erased;
 mod external;
+mod inception_v3;
 mod mnasnet;
 mod mobilenet_v2;
 mod registry;
@@ -35,6 +36,7 @@ registry::backbones! {
     vgg::Vgg => VGG11_BN, VGG13_BN, VGG16_BN, VGG19_BN;
     shufflenet_v2::ShuffleNetV2 => SHUFFLENET_V2;
     mnasnet::MnasNet => MNASNET;
+    inception_v3::InceptionV3 => INCEPTION_V3;
 }
 
 /// A backbone of the registry, as lists show it.
@@ -111,6 +113,7 @@ mod tests {
             ("vgg19_bn", 143_678_248),
             ("shufflenet_v2", 2_278_604),
             ("mnasnet", 4_383_312),
+            ("inception_v3", 23_834_568),
         ];
         assert_eq!(published.map(|(name, _)| name).to_vec(), BACKBONES.names());
         for (name, count) in published {

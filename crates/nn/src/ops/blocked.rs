@@ -281,6 +281,15 @@ impl NetOps for Blocked {
         self.through_planes(|planes| planes.interleave(other))
     }
 
+    fn concat(parts: Vec<Self>) -> Self {
+        let planes = parts.into_iter().map(Self::into_planes).collect();
+        Self::from_planes(NetOps::concat(planes))
+    }
+
+    fn local_mean(self) -> Self {
+        self.through_planes(NetOps::local_mean)
+    }
+
     fn upsample(self) -> Self {
         let upsample = Upsample { input: self.shape };
         let channels = self.shape.channels;

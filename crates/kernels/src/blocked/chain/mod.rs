@@ -88,8 +88,8 @@ impl Link {
     fn window(&self) -> [usize; 3] {
         let of = |kernel: usize, stride: usize| [kernel, stride, kernel / 2];
         match self {
-            Self::Nchw(conv, _) => of(conv.shape().kernel, conv.shape().stride),
-            Self::Conv(conv, _) => of(conv.shape().kernel, conv.shape().stride),
+            Self::Nchw(conv, _) => of(conv.shape().kernel[0], conv.shape().stride),
+            Self::Conv(conv, _) => of(conv.shape().kernel[0], conv.shape().stride),
             Self::Depthwise(conv, _) => of(conv.shape().kernel, conv.shape().stride),
             Self::MaxPool(pool) => [pool.window, pool.stride, pool.padding],
         }
@@ -109,8 +109,8 @@ impl Link {
         match self {
             Self::Nchw(conv, _) => [conv.shape().channels_out, height, width],
             Self::Conv(conv, _) => {
-                let shape = conv.shape();
-                [shape.channels_out, shape.output(height), shape.output(width)]
+                let [rows, columns] = conv.shape().output([height, width]);
+                [conv.shape().channels_out, rows, columns]
             }
             Self::Depthwise(conv, _) => {
                 let sides = [height, width].map(|side| side.div_ceil(conv.shape().stride));

@@ -49,9 +49,10 @@ impl LowPrecisionConv {
         input: LowPrecisionType,
         level: Level,
     ) -> Self {
-        let ConvShape { channels_in, channels_out, kernel, stride } = shape;
-        assert!(matches!(stride, 1 | 2) && kernel % 2 == 1, "a square kernel of stride 1 or 2");
-        assert_eq!(weight.len(), channels_out * channels_in * kernel * kernel, "weights");
+        let ConvShape { channels_in, channels_out, stride, .. } = shape;
+        let is_square = shape.square_side().is_some();
+        assert!(matches!(stride, 1 | 2) && is_square, "a square kernel of stride 1 or 2");
+        assert_eq!(weight.len(), channels_out * channels_in * shape.taps(), "weights");
         assert_eq!(bias.len(), channels_out, "bias");
         let blocks_per_group = if level.has_room_for_two_blocks() { 2 } else { 1 };
         let mut conv = Self {
@@ -91,8 +92,8 @@ impl LowPrecisionConv {
 
     /// Packs the weights for dot products of `per` channels.
     fn pack<S: ReducedPrecision>(&mut self, weight: &[S::Weight], per: usize) {
-        let ConvShape { channels_in, channels_out, kernel, .. } = self.shape;
-        let taps = kernel * kernel;
+        let ConvShape { channels_in, channels_out, .. } = self.shape;
+        let taps = self.shape.taps();
         let mut all: Vec<Option<S::Weight>> = Vec::new();
         for blocks in self.block_groups() {
             for first in (0..channels_in).step_by(LANES) {
@@ -138,8 +139,9 @@ impl LowPrecisionConv {
         let [channels, height, width] = input.size();
         assert_eq!(channels, shape.channels_in, "channels of the input");
         assert_eq!(input.element_type(), self.input, "element type of the input");
-        assert!(input.border() >= shape.padding(), "a border as wide as the padding");
-        let size = [shape.channels_out, shape.output(height), shape.output(width)];
+        assert!(input.border() >= shape.border(), "a border as wide as the padding");
+        let [rows, columns] = shape.output([height, width]);
+        let size = [shape.channels_out, rows, columns];
         assert_eq!(output.size(), size, "size of the output");
         assert!(residual.is_none_or(|residual| residual.size() == size), "size of the residual");
         let residual = residual.map(|residual| residual.src());
@@ -197,12 +199,13 @@ impl ConvExec<'_> {
         groups: Range<usize>,
         rows: &Range<usize>,
     ) {
-        let ConvShape { channels_in, kernel, stride, .. } = self.conv.shape;
+        let ConvShape { channels_in, stride, .. } = self.conv.shape;
         let per = S::dot_depth(self.conv.level);
         let steps = channels_in / LANES * (LANES / per) + (channels_in % LANES).div_ceil(per);
         let mut first = 0;
         for (group, blocks) in self.conv.block_groups().enumerate() {
-            let bytes = steps * kernel.pow(2) * blocks.len() * weight_vector_bytes::<S>(per);
+            let bytes =
+                steps * self.conv.shape.taps() * blocks.len() * weight_vector_bytes::<S>(per);
             if groups.contains(&group) {
                 let all = size_of_val(self.conv.weights.as_slice());
                 let weights = self.conv.weights.as_ptr().cast::<u8>().wrapping_add(first);
@@ -284,7 +287,7 @@ impl<const B: usize, const STRIDE: usize> GroupKernel<'_, B, STRIDE> {
         (prefetch, prefetch_lines): (*const u8, usize),
     ) {
         let ConvExec { conv, input, residual, activation, to, .. } = self.exec;
-        let ConvShape { channels_in, kernel, .. } = conv.shape;
+        let ConvShape { channels_in, kernel: [kernel, _], .. } = conv.shape;
         let (row_pitch, line) =
             (input.row_pitch() * LANES, weight_vector_bytes::<D::Element>(D::DEPTH));
         let mut fetched = 0;

@@ -120,8 +120,8 @@ proptest! {
         threads in 1..4_usize,
         seed: u64,
     ) {
-        let shape = ConvShape { channels_in, channels_out, kernel, stride };
-        let out = size.map(|side| shape.output(side));
+        let shape = ConvShape::square(channels_in, channels_out, kernel, stride);
+        let out = shape.output(size);
         let input = random_values(seed, channels_in * size[0] * size[1]);
         let input = packed(&input, [channels_in, size[0], size[1]], kernel / 2, element_type);
         let weight = random_values(seed ^ 1, channels_out * channels_in * kernel * kernel);

@@ -16,7 +16,7 @@ fn link((kind, size, stride, activation): Drawn, channels: usize, level: Level, 
         0 => {
             let channels_out = 1 + size * 9;
             let kernel = [1, 3, 5][size % 3];
-            let shape = ConvShape { channels_in: channels, channels_out, kernel, stride };
+            let shape = ConvShape::square(channels, channels_out, kernel, stride);
             let weight = values(channels * channels_out * kernel * kernel);
             Link::Conv(
                 Conv::new(shape, &weight, &random_values(seed ^ 1, channels_out), level),
@@ -103,9 +103,9 @@ proptest! {
     fn the_first_layer_may_take_nchw(seed in any::<u64>(), rows in 4_usize..40, threads in 1_usize..4) {
         let (thread_pool, size) = (ThreadPool::new(threads), [2, rows, 21]);
         for level in Level::available() {
-            let few = ConvShape { channels_in: 2, channels_out: 3, kernel: 3, stride: 1 };
+            let few = ConvShape::square(2, 3, 3, 1);
             let few = NchwConv::new(few, &random_values(seed, 54), &random_values(seed, 3), level);
-            let stem = ConvShape { channels_in: 3, channels_out: 20, kernel: 7, stride: 2 };
+            let stem = ConvShape::square(3, 20, 7, 2);
             let stem = Conv::new(stem, &random_values(seed, 3 * 20 * 49), &random_values(seed, 20), level);
             let mut planes = NchwImage::zeros(size, 1);
             planes.copy_from(&thread_pool, level, &random_values(seed, size.iter().product()), [1.0, 0.0]);
@@ -136,10 +136,10 @@ proptest! {
         let values = random_values(seed, size.iter().product());
         for level in Level::available() {
             let kernel = 2 * half + 1;
-            let shape = ConvShape { channels_in, channels_out, kernel, stride };
+            let shape = ConvShape::square(channels_in, channels_out, kernel, stride);
             let weight = random_values(seed ^ 1, channels_in * channels_out * kernel * kernel);
             let conv = Conv::new(shape, &weight, &random_values(seed ^ 2, channels_out), level);
-            let [rows, columns] = [height, width].map(|side| shape.output(side));
+            let [rows, columns] = shape.output([height, width]);
             let mut outputs = [(); 3].map(|()| Image::zeros(channels_out, rows, columns, 1));
             let [of_blocks, of_planes, of_chain] = &mut outputs;
             let blocks = image(&values, channels_in, [height, width], half);

@@ -86,7 +86,7 @@ impl Winograd {
         size: TileSize,
         level: Level,
     ) -> Self {
-        let shape = ConvShape { channels_in, channels_out, kernel: 3, stride: 1 };
+        let shape = ConvShape::square(channels_in, channels_out, 3, 1);
         let are_large = WinogradWeights::are_large(shape, size.inputs());
         Self::with_transform([channels_in, channels_out], weight, bias, size, level, are_large)
     }
@@ -100,7 +100,7 @@ impl Winograd {
         level: Level,
         is_on_the_fly: bool,
     ) -> Self {
-        let shape = ConvShape { channels_in, channels_out, kernel: 3, stride: 1 };
+        let shape = ConvShape::square(channels_in, channels_out, 3, 1);
         assert_eq!(weight.len(), channels_in * channels_out * 9, "weights");
         assert_eq!(bias.len(), channels_out, "bias");
         let blocks_per_group = if level.has_room_for_two_blocks() { 2 } else { 1 };

@@ -155,7 +155,7 @@ impl<S: WinogradTransform> GroupKernel<'_, S> {
                         blocks: blocks_in,
                         block_pitch,
                         last_channels,
-                        kernel: 1,
+                        kernel: [1; 2],
                         row_pitch: 0,
                         channel_pitch: 1,
                         prefetch: prefetch.as_ptr().cast(),
