@@ -113,7 +113,7 @@ impl SimulatedHand {
             _ => Path::new("."),
         };
         let config = directory.join("config.toml");
-        let config = HandConfig::load(&config, &[])
+        let config = HandConfig::read(&config)
             .with_context(|| format!("{}: which hand and camera it is of", config.display()))?;
         Ok(Self { labels: HandLabelTrack::open(meta)?, stage: HandView::new(&config)? })
     }
