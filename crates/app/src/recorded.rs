@@ -46,9 +46,13 @@ pub fn claim(set: &SequenceSet, config: &impl RunConfig, shard: Shard, resume: b
 
 fn holds_sequences(dir: &Path) -> bool {
     std::fs::read_dir(dir).is_ok_and(|entries| {
-        entries
-            .filter_map(Result::ok)
-            .filter_map(|entry| entry.path().extension().map(std::ffi::OsStr::to_owned))
-            .any(|extension| extension == HANDS[0] || extension == PEOPLE[0])
+        entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok()).any(|name| {
+            let endings = [HANDS, PEOPLE].as_flattened();
+            // All but the descriptions, whose ending others have as well.
+            endings
+                .iter()
+                .filter(|ending| **ending != "toml")
+                .any(|ending| name.strip_suffix(ending).is_some_and(|stem| stem.ends_with('.')))
+        })
     })
 }

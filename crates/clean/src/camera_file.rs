@@ -2,9 +2,11 @@
 //!
 //! ```toml
 //! sensor = { width = 240, height = 180 }
-//! # fx and fy, then cx and cy of OpenCV's camera matrix: pixel centres lie at whole numbers.
+//! # fx and fy of OpenCV's camera matrix.
 //! focal_px = [252.9, 253.1]
-//! centre_px = [129.6, 89.7]
+//! # From the corner of the image, as all positions in pixels: cx + 0.5 and cy + 0.5 of OpenCV, whose pixel
+//! # centres lie at whole numbers. `centre_px = [129.6, 89.7]`, OpenCV's own, says the same.
+//! principal_px = [130.1, 90.2]
 //! # In OpenCV's order: k1 k2 p1 p2, k3, k4 k5 k6, s1 s2 s3 s4, tx ty; 0, 4, 5, 8, 12 or 14 of them.
 //! distortion = [-0.36, 0.16, 0.0, 0.0]
 //! ```
@@ -25,8 +27,12 @@ pub struct CameraFile {
     pub sensor: SensorSize,
     /// Focal lengths in pixels.
     pub focal_px: [f64; 2],
-    /// Principal point; the centre of the first pixel is at zero.
-    pub centre_px: [f64; 2],
+    /// Principal point, in pixels from the top-left corner of the image.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub principal_px: Option<[f64; 2]>,
+    /// The same as OpenCV counts, from the centre of the first pixel; one of both is given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub centre_px: Option<[f64; 2]>,
     /// Coefficients of the distortion in OpenCV's order.
     #[serde(default)]
     pub distortion: Vec<f64>,
@@ -38,7 +44,8 @@ impl CameraFile {
         Self {
             sensor: SensorSize::DAVIS240C,
             focal_px: [252.912_940_04, 253.082_705_35],
-            centre_px: [129.631_818_08, 89.725_985_11],
+            principal_px: None,
+            centre_px: Some([129.631_818_08, 89.725_985_11]),
             distortion: vec![
                 -33.078_311_8,
                 340.196_626,
@@ -77,12 +84,21 @@ impl CameraFile {
         if !self.focal_px.iter().all(|focal| *focal > 0.0 && focal.is_finite()) {
             return Err(format!("focal lengths of {:?} pixels", self.focal_px));
         }
-        let values = self.centre_px.iter().chain(&self.distortion);
+        let (focal_px, point) = (self.focal_px.into(), self.principal_px.xor(self.centre_px));
+        let point = point.ok_or(
+            "one of `principal_px` (from the corner of the image) and `centre_px` (cx and cy of \
+             OpenCV) is expected",
+        )?;
+        let values = point.iter().chain(&self.distortion);
         if !values.into_iter().all(|value| value.is_finite()) {
             return Err("values that are not finite".to_owned());
         }
-        let (focal, centre) = (self.focal_px.into(), self.centre_px.into());
-        Ok(LensCamera::from_opencv(focal, centre, distortion))
+        Ok(match self.principal_px {
+            Some(principal_px) => {
+                LensCamera { focal_px, principal_px: principal_px.into(), distortion }
+            }
+            None => LensCamera::from_opencv(focal_px, point.into(), distortion),
+        })
     }
 }
 
@@ -98,7 +114,9 @@ mod tests {
         fs::write(&path, toml::to_string(&camera).unwrap()).unwrap();
         assert_eq!(CameraFile::load(&path).unwrap(), camera);
         type Spoil = fn(&mut CameraFile);
-        let faults: [(Spoil, &str); 3] = [
+        let faults: [(Spoil, &str); 5] = [
+            (|c| c.principal_px = Some([130.0, 90.0]), "one of `principal_px`"),
+            (|c| c.centre_px = None, "one of `principal_px`"),
             (|c| c.distortion.truncate(3), "3 coefficients of distortion"),
             (|c| c.focal_px[1] = 0.0, "focal lengths of [252.91294004, 0.0] pixels"),
             (|c| c.distortion[0] = f64::NAN, "not finite"),
@@ -110,5 +128,13 @@ mod tests {
             let error = CameraFile::load(&path).unwrap_err().to_string();
             assert!(error.contains(reason), "{error}");
         }
+    }
+
+    #[test]
+    fn the_corner_is_half_a_pixel_from_the_centre_of_the_first_pixel() {
+        let opencv = CameraFile::davis240c_eventhands();
+        let principal_px = opencv.centre_px.map(|centre| centre.map(|at| at + 0.5));
+        let corner = CameraFile { principal_px, centre_px: None, ..opencv.clone() };
+        assert_eq!(corner.camera().unwrap(), opencv.camera().unwrap());
     }
 }

@@ -28,7 +28,7 @@ const FILE: CleanerParamSpec = CleanerParamSpec {
     name: "file",
     kind: ParamKind::Path,
     default: None,
-    doc: "a TOML file of a camera: sensor, focal_px, centre_px, distortion, as OpenCV has them",
+    doc: "a TOML file of a camera: sensor, focal_px, principal_px (from the corner), distortion as OpenCV has it",
 };
 const OUTSIDE: CleanerParamSpec = CleanerParamSpec {
     name: "outside",

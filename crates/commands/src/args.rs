@@ -32,6 +32,10 @@ pub struct SimulateArgs {
     /// Number of sequences, instead of the config's
     #[arg(long)]
     pub sequences: Option<usize>,
+    /// Format of the events, instead of the config's: a name of `evpose convert --help`, or an ending
+    /// such as raw, h5 or aedat4 [default: people raw; hands evc, and raw of more than 256 rows]
+    #[arg(long)]
+    pub format: Option<String>,
     /// Seed, instead of the config's
     #[arg(long)]
     pub seed: Option<u64>,

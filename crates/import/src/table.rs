@@ -9,6 +9,9 @@ use crate::ImportError;
 /// Columns of time stamps and the microseconds of their unit.
 const TIME_COLUMNS: [(&str, f64); 2] = [("t_us", 1.0), ("t_s", 1e6)];
 
+/// Most columns that a message names.
+const MAX_LISTED: usize = 24;
+
 /// A CSV file with a header line.
 #[derive(Debug)]
 pub(crate) struct Table {
@@ -47,7 +50,9 @@ impl Table {
             Some((columns.iter().position(|column| column == name)?, *unit_us))
         });
         let Some(time) = time else {
-            let reason = "no column of time stamps: expected `t_us` or `t_s`";
+            let present = listed(&columns);
+            let reason =
+                format!("no column of time stamps: expected `t_us` or `t_s`; there are {present}");
             return Err(ImportError::malformed(path, "line 1", reason));
         };
         let mut rows = Vec::new();
@@ -75,9 +80,12 @@ impl Table {
         self.columns.iter().position(|column| column == name)
     }
 
-    /// The index of a column that must be there.
+    /// The index of a column that must be there; an error names it and those that are.
     pub(crate) fn required(&self, name: &str) -> Result<usize, ImportError> {
-        self.column(name).ok_or_else(|| self.fault_of_header(format!("no column `{name}`")))
+        self.column(name).ok_or_else(|| {
+            let present = listed(&self.columns);
+            self.fault_of_header(format!("no column `{name}`; there are {present}"))
+        })
     }
 
     /// The error for a fault of the header line.
@@ -105,13 +113,13 @@ impl Table {
         Ok(rows)
     }
 
-    /// The value of a cell; none where it is empty.
+    /// The value of a cell; none where it is missing: empty or `nan`.
     ///
     /// # Errors
     /// If it is not a finite value.
     pub(crate) fn value(&self, row: &Row, column: usize) -> Result<Option<f64>, ImportError> {
         let cell = row.cells[column].as_str();
-        if cell.is_empty() {
+        if is_missing(cell) {
             return Ok(None);
         }
         let value = cell.parse::<f64>().ok().filter(|value| value.is_finite());
@@ -121,10 +129,10 @@ impl Table {
         }
     }
 
-    /// Values of several cells; none where all of them are empty.
+    /// Values of several cells; none where all of them are missing.
     ///
     /// # Errors
-    /// If one is not a finite value, or only some are empty.
+    /// If one is not a finite value, or only some are missing.
     pub(crate) fn values<const N: usize>(
         &self,
         row: &Row,
@@ -138,9 +146,9 @@ impl Table {
                 count += 1;
             }
         }
-        match columns.into_iter().find(|column| row.cells[*column].is_empty()) {
+        match columns.into_iter().find(|column| is_missing(&row.cells[*column])) {
             Some(empty) if count > 0 => {
-                Err(self.fault(row, empty, "empty, but not the joint's other coordinates"))
+                Err(self.fault(row, empty, "missing, but not the others of this label"))
             }
             Some(_) => Ok(None),
             None => Ok(Some(values)),
@@ -152,6 +160,19 @@ impl Table {
         let place = format!("line {}: {}", row.line, self.columns[column]);
         ImportError::malformed(&self.path, place, reason)
     }
+}
+
+/// Whether a cell holds no value: programs write nothing, or `nan`.
+fn is_missing(cell: &str) -> bool {
+    cell.is_empty() || cell.eq_ignore_ascii_case("nan")
+}
+
+/// Names of columns for a message; of many the first ones and their count.
+pub(crate) fn listed(columns: &[String]) -> String {
+    if columns.len() <= MAX_LISTED {
+        return columns.join(", ");
+    }
+    format!("{}, … ({} columns)", columns[..MAX_LISTED].join(", "), columns.len())
 }
 
 fn split(line: &str) -> Vec<String> {
@@ -183,6 +204,25 @@ mod tests {
     }
 
     #[test]
+    fn a_missing_column_is_named_with_those_that_are_there() {
+        let message = read("t_us,a\n1,2\n").unwrap().required("b").unwrap_err().to_string();
+        assert!(message.contains("line 1: no column `b`; there are t_us, a"), "{message}");
+        let many: String = (0..30).map(|k| format!(",c{k}")).collect();
+        let text = format!("t_us{many}\n0{}\n", ",".repeat(30));
+        let message = read(&text).unwrap().required("b").unwrap_err().to_string();
+        assert!(message.ends_with("c22, … (31 columns)"), "{message}");
+    }
+
+    #[test]
+    fn empty_and_nan_are_missing_values() {
+        let table = read("t_us,a,b\n1,,NaN\n2,nan,3\n").unwrap();
+        let rows = table.rows().unwrap();
+        assert_eq!(table.values(rows[0].1, [1, 2]).unwrap(), None);
+        let message = table.values(rows[1].1, [1, 2]).unwrap_err().to_string();
+        assert!(message.contains("line 3: a: missing"), "{message}");
+    }
+
+    #[test]
     fn faults_name_file_line_and_column() {
         let fault = |text: &str| match read(text) {
             Ok(table) => table
@@ -195,11 +235,14 @@ mod tests {
         for (text, want) in [
             ("t_us,a\n1,x\n", "labels.csv: line 2: a: `x` is not a finite value"),
             ("t_us,a\n1,inf\n", "line 2: a: `inf`"),
-            ("t_us,a\n1,\n", "line 2: a: empty, but not"),
+            ("t_us,a\n1,\n", "line 2: a: missing, but not"),
             ("t_us,a\n1,2\n1,2\n", "line 3: t_us: not later"),
             ("t_us,a\n1\n", "line 2: 1 cells, expected 2"),
             ("t_us,t_us\n1,2\n", "line 1: column `t_us` occurs twice"),
-            ("time,a\n1,2\n", "line 1: no column of time stamps"),
+            (
+                "time,a\n1,2\n",
+                "line 1: no column of time stamps: expected `t_us` or `t_s`; there are time",
+            ),
             ("t_us,a\n", "no labels"),
         ] {
             let message = fault(text);

@@ -81,7 +81,7 @@ pub use meta::{MetaReader, MetaWriter};
 pub use open::{
     Create, FORMATS, Format, Info, Labels, Open, Recording, SensorOrigin, Windows, create,
     detect_format, find_sensor, format_by_name, format_for, info, input, open, open_as, open_with,
-    read_as, read_as_in, source, source_in,
+    read_as, read_as_in, recordings_by_stem, source, source_in, writable_format,
 };
 pub use predictions::{PredictionWriter, read_predictions};
 pub use sink::EventSink;

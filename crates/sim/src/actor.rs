@@ -34,6 +34,7 @@ pub struct Actor {
     native_side: HandSide,
     /// Arm that moves a model without one, and its neutral shape.
     carrier: Option<(BodyModel, ShapedBody)>,
+    /// Mirror before the configured camera, in whose coordinates poses are.
     mirror: Mirror,
     closed: bool,
     /// Extent of the texture on the surface along u and v.
@@ -72,11 +73,10 @@ impl Actor {
             let neutral = arm.shaped(&[]);
             (arm, neutral)
         });
-        let right = placement.camera_from_world().transpose().x_axis.truncate();
         Self {
             native_side,
             carrier,
-            mirror: Mirror::new(placement.eye_m, right),
+            mirror: mirror_before(placement),
             closed: is_closed(&body.faces),
             metres_per_texture: metres_per_texture(&body.template_m, &body.uvs, &body.faces),
             mirrored_faces: body.faces.iter().map(|&[a, b, c]| [a, c, b]).collect(),
@@ -126,12 +126,13 @@ impl Actor {
     }
 
     /// Poses the model as the motion generator says and returns the pose parameters of the right
-    /// hand; `out` is not mirrored.
+    /// hand; `mirror` is the one before the camera that sees it. `out` is not mirrored.
     pub(crate) fn apply_pose(
         &self,
         shaped: &ShapedBody,
         pose: &BodyPose,
         articulation: [f32; 6],
+        mirror: &Mirror,
         out: &mut PosedBody,
     ) -> HandParams {
         let Some((arm, neutral)) = &self.carrier else {
@@ -140,15 +141,16 @@ impl Actor {
         };
         arm.pose_joints(neutral, pose, out);
         let right = out.hand_params(arm, articulation);
-        let own = if self.native_side.is_right() { right } else { self.mirrored(&right) };
+        let own = if self.native_side.is_right() { right } else { mirror.hand(&right) };
         self.body.pose_hand(shaped, &own, out);
         right
     }
 
-    /// Evaluated points of the posed model as a hand of `side`, in metres.
-    pub(crate) fn points(&self, posed: &PosedBody, side: HandSide) -> HandPoints3 {
+    /// Evaluated points of the posed model as a hand of `side`, in metres: those of its image in
+    /// `mirror` if it is one of the other side.
+    pub(crate) fn points(&self, posed: &PosedBody, side: HandSide, mirror: &Mirror) -> HandPoints3 {
         let points_m = posed.evaluation_points(&self.body);
-        if self.is_mirrored(side) { points_m.map(|p| self.mirror.point(p)) } else { points_m }
+        if self.is_mirrored(side) { points_m.map(|p| mirror.point(p)) } else { points_m }
     }
 
     /// Evaluated points of a hand of `side` with the pose parameters `hand`, in metres.
@@ -161,7 +163,7 @@ impl Actor {
     ) -> HandPoints3 {
         let own = if self.is_mirrored(side) { self.mirrored(hand) } else { *hand };
         self.body.pose_hand(shaped, &own, posed);
-        self.points(posed, side)
+        self.points(posed, side, &self.mirror)
     }
 
     /// Vertices of a hand of `side` with the pose parameters `hand`, in metres.
@@ -178,6 +180,12 @@ impl Actor {
         let place = move |m: &Vec3| if is_mirrored { self.mirror.point(*m) } else { *m };
         posed.vertices_m.iter().map(place)
     }
+}
+
+/// The upright plane of symmetry of a camera at `placement`, in which hands are mirrored.
+pub(crate) fn mirror_before(placement: &LookAt) -> Mirror {
+    let right = placement.camera_from_world().transpose().x_axis.truncate();
+    Mirror::new(placement.eye_m, right)
 }
 
 /// Reads texture coordinates: one `u v` per line; v points up in the file and down in a

@@ -121,6 +121,14 @@ pub enum SimError {
         /// All files that differ.
         faults: Vec<DigestMismatch>,
     },
+    /// No format that can be written has that name.
+    #[error("simulation.format: no format `{name}` that can be written; there are {}", known.join(", "))]
+    UnknownFormat {
+        /// Configured name.
+        name: String,
+        /// Names of all formats that can be written.
+        known: Vec<&'static str>,
+    },
     /// There is no activity of that name.
     #[error("simulation.activities: unknown activity `{name}`; known: {}", known.join(", "))]
     UnknownActivity {

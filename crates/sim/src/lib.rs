@@ -31,6 +31,7 @@ mod actor;
 pub mod config;
 mod episode;
 mod error;
+mod event_format;
 mod light;
 pub mod person;
 pub mod randomisation;
@@ -48,12 +49,21 @@ pub use actor::{Actor, HandPoints3};
 pub use config::SimulationConfig;
 pub use episode::Episode;
 pub use error::SimError;
+pub use event_format::{EventFormat, StepWriter};
 pub use record::{RecordedRun, SequenceFiles, record, record_all, record_shard};
 pub use sequence_info::{EpisodeInfo, SequenceInfo};
 pub use set::{SequenceSet, Shard};
 pub use simulation::Simulation;
 pub use simulator::{HandStep, Simulator};
 pub use stopwatch::{SimulationPart, Stopwatch};
+
+/// Appends an ending to a stem; a dot in the stem does not start one.
+pub(crate) fn with_ending(stem: &std::path::Path, ending: &str) -> std::path::PathBuf {
+    let mut name = stem.as_os_str().to_os_string();
+    name.push(".");
+    name.push(ending);
+    std::path::PathBuf::from(name)
+}
 
 #[cfg(test)]
 mod shapes;

@@ -9,8 +9,9 @@ use evpose_core::{CounterRng, Plane, seed_for};
 use evpose_pose::{HandParams, HandSide};
 use glam::Vec3;
 
+use crate::config::CameraPoseConfig;
 use crate::simulator::{Surroundings, mesh};
-use crate::{SimError, Simulation};
+use crate::{SimError, Simulation, SimulationConfig};
 
 /// Largest angle of the forearm against the hand, about each axis, in radians.
 ///
@@ -44,7 +45,10 @@ impl Simulation {
     ) -> Result<Vec<Plane<f32>>, SimError> {
         let shared = &self.shared;
         let seed = seed_for(shared.seed, "look", appearance);
-        let mut around = Surroundings::new(shared, &shared.config, side, seed, 0)?;
+        // Poses are those before the configured camera, wherever that of a sequence stands.
+        let camera_pose = CameraPoseConfig::default();
+        let config = SimulationConfig { camera_pose, ..shared.config.clone() };
+        let mut around = Surroundings::new(shared, &config, side, seed, 0)?;
         let (actor, body) = (&shared.actor, shared.actor.body());
         if betas.len() == body.shape_directions_m.len() {
             around.shaped = body.shaped(betas);

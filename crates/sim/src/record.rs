@@ -3,14 +3,17 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use evpose_io::{EvcWriter, MetaWriter};
+use evpose_io::MetaWriter;
 use rayon::prelude::*;
 
 use crate::set::{SequenceSet, Shard};
-use crate::{EpisodeInfo, SequenceInfo, SimError, Simulation, Simulator};
+use crate::{
+    EpisodeInfo, EventFormat, SequenceInfo, SimError, Simulation, Simulator, StepWriter,
+    with_ending,
+};
 
-/// Steps per second of an `.evc` file.
-const EVC_STEP_HZ: u32 = 1_000;
+/// Steps per second of the labels of a `.meta` file.
+const META_STEP_HZ: u32 = 1_000;
 
 /// Frames between two reports of progress.
 const REPORT_EVERY: u64 = 64;
@@ -51,13 +54,13 @@ impl RecordedRun {
     }
 }
 
-/// Simulates `frames` steps into `STEM.evc`, `STEM.meta` and `STEM.toml` (a [`SequenceInfo`]),
-/// which appear when they are complete.
+/// Simulates `frames` steps into `STEM.evc`, or the ending of the config's [`EventFormat`],
+/// `STEM.meta` and `STEM.toml` (a [`SequenceInfo`]), which appear when they are complete.
 ///
 /// `progress` receives the number of frames simulated since its last call.
 ///
 /// # Errors
-/// If the steps are not those of the format or a file cannot be written, or as
+/// If the steps are not those of the labels or a file cannot be written, or as
 /// [`Simulator::advance`].
 pub fn record(
     simulator: &mut Simulator,
@@ -65,14 +68,26 @@ pub fn record(
     stem: impl AsRef<Path>,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<SequenceFiles, SimError> {
+    let format = EventFormat::of_hands(simulator.config())?;
+    record_as(format, simulator, frames, stem.as_ref(), progress)
+}
+
+/// As [`record`], with events in `format`.
+fn record_as(
+    format: EventFormat,
+    simulator: &mut Simulator,
+    frames: u64,
+    stem: &Path,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Result<SequenceFiles, SimError> {
     let step_hz = simulator.config().step_hz;
-    if step_hz != EVC_STEP_HZ {
-        let reason = "an .evc file has 1000 steps a second";
+    if step_hz != META_STEP_HZ {
+        let reason = "recordings of hands have 1000 steps a second";
         return Err(SimError::Config { field: "step_hz", value: step_hz.to_string(), reason });
     }
-    let stem = stem.as_ref();
-    let (events_path, labels_path) = (with_ending(stem, "evc"), with_ending(stem, "meta"));
-    let mut events = EvcWriter::create(&events_path, simulator.camera().sensor())?;
+    let events_path = with_ending(stem, format.ending());
+    let labels_path = with_ending(stem, "meta");
+    let mut events = StepWriter::create(stem, format, simulator.camera().sensor())?;
     let mut labels = MetaWriter::create_for_hands(&labels_path)?;
     let mut unreported = 0;
     let mut info = SequenceInfo {
@@ -90,7 +105,7 @@ pub fn record(
             });
         }
         labels.hand(&step.label)?;
-        events.frame(step.events)?;
+        events.step(step.events)?;
         unreported += 1;
         if unreported == REPORT_EVERY {
             progress(unreported);
@@ -106,8 +121,8 @@ pub fn record(
     Ok(SequenceFiles { events_path, labels_path, frames, events: count })
 }
 
-/// Simulates all sequences of a run into `DIRECTORY/0000.evc`, `DIRECTORY/0000.meta`, …, one
-/// sequence a thread, with a manifest of their digests. The bytes do not depend on the number of
+/// Simulates all sequences of a run into `DIRECTORY/0000.evc`, or the ending of the config's format,
+/// `DIRECTORY/0000.meta`, …, one sequence a thread, with a manifest of their digests. The bytes do not depend on the number of
 /// threads.
 ///
 /// # Errors
@@ -133,7 +148,8 @@ pub fn record_shard(
 ) -> Result<RecordedRun, SimError> {
     let start = Instant::now();
     let config = simulation.config();
-    let set = SequenceSet::new(directory.as_ref(), config.sequences);
+    let set = SequenceSet::of_hands(directory.as_ref(), config)?;
+    let format = EventFormat::of_hands(config)?;
     let leftovers = set.remove_leftovers(shard)?;
     let unfinished = set.unfinished(shard);
     let reused = shard.sequences_of(set.sequences()).count() - unfinished.len();
@@ -143,19 +159,11 @@ pub fn record_shard(
         .map(|sequence| -> Result<SequenceFiles, SimError> {
             let mut simulator = simulation.sequence(sequence)?;
             let stem = set.stem(sequence);
-            let recorded = record(&mut simulator, config.frames(), stem, progress)?;
+            let recorded = record_as(format, &mut simulator, config.frames(), &stem, progress)?;
             set.seal(sequence)?;
             Ok(recorded)
         })
         .collect::<Result<_, SimError>>()?;
     let finished = set.write_manifest()?;
     Ok(RecordedRun { sequences, reused, leftovers, finished, elapsed: start.elapsed() })
-}
-
-/// Appends an extension; a dot in the stem does not start one.
-fn with_ending(stem: &Path, ending: &str) -> PathBuf {
-    let mut name = stem.as_os_str().to_os_string();
-    name.push(".");
-    name.push(ending);
-    PathBuf::from(name)
 }

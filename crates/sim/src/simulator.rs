@@ -6,11 +6,11 @@ use evpose_body::motion::{BezierMotion, ViewTest};
 use evpose_body::{BodyPose, PosedBody, ShapedBody};
 use evpose_core::{EventStream, LookAt, Micros, Plane, seed_for};
 use evpose_pose::rotation::{axis_angle_from_matrix, matrix_from_axis_angle};
-use evpose_pose::{HandParams, HandSide};
+use evpose_pose::{HandParams, HandSide, Mirror};
 use evpose_sensor::SensorRun;
 use glam::{Affine3A, Mat3, Vec3A};
 
-use crate::actor::{Actor, HandPoints3};
+use crate::actor::{Actor, HandPoints3, mirror_before};
 use crate::config::SimulationConfig;
 use crate::episode::starts_episode;
 use crate::raster::{Camera, Mesh};
@@ -33,6 +33,8 @@ pub struct Simulator {
     seed: u64,
     /// Side of the hand.
     side: HandSide,
+    /// Mirror before the camera, which a displaced one has at another place than the configured.
+    mirror: Mirror,
     camera: Camera,
     motion: BezierMotion,
     view: ViewTest,
@@ -106,6 +108,7 @@ impl Simulator {
         Ok(Self {
             shared,
             label_from_world: config.label_from_world(),
+            mirror: mirror_before(&config.placement()),
             config,
             seed,
             side,
@@ -146,19 +149,21 @@ impl Simulator {
             let offset = self.surroundings.episode.threshold_offset;
             self.sensor.retune(&sensor_model(config, offset)?)?;
         }
-        let (actor, side, watch) = (&self.shared.actor, self.side, &mut self.stopwatch);
+        let (actor, mirror) = (&self.shared.actor, &self.mirror);
+        let (side, watch) = (self.side, &mut self.stopwatch);
         watch.begin();
         let Surroundings { episode, shaped, renderer } = &mut self.surroundings;
         let target = *self.motion.step();
         let (driven, _) = actor.driven_body(shaped);
         let pose = BodyPose::from_generator(driven, &target.parameters, target.translation_m);
         watch.lap(SimulationPart::Motion);
-        let right = actor.apply_pose(shaped, &pose, target.articulation(), &mut self.posed);
+        let articulation = target.articulation();
+        let right = actor.apply_pose(shaped, &pose, articulation, mirror, &mut self.posed);
         watch.lap(SimulationPart::Skinning);
         // A wrist that left the image changes the next target; this frame is as it is.
         self.motion.call_back(&self.view, right.translation_m);
-        let mut label = if side.is_right() { right } else { actor.mirrored(&right) };
-        let mut points_m = actor.points(&self.posed, side);
+        let mut label = if side.is_right() { right } else { mirror.hand(&right) };
+        let mut points_m = actor.points(&self.posed, side, mirror);
         if let Some(label_from_world) = &self.label_from_world {
             label = moved(&label, label_from_world);
             points_m = points_m.map(|point_m| label_from_world.transform_point3(point_m));

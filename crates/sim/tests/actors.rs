@@ -4,10 +4,12 @@
 
 use evpose_body::skeleton::{RIGHT_HAND, RIGHT_WRIST, parents};
 use evpose_body::{BodyModel, SkinWeights};
+use evpose_core::Plane;
 use evpose_pose::HandSide;
-use evpose_sim::config::Hands;
+use evpose_sim::config::{CameraPoseConfig, Hands};
+use evpose_sim::raster::Camera;
 use evpose_sim::{SequenceInfo, Simulation, SimulationConfig, record_all};
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 fn small(hands: Hands) -> SimulationConfig {
     SimulationConfig {
@@ -62,6 +64,66 @@ fn parameters_of_a_left_hand_reproduce_its_points() {
         let points_m = actor.points_of(HandSide::Left, &step.label, &shaped, &mut posed);
         for (got, want) in points_m.iter().zip(step.points_m) {
             assert!(got.distance(want) < 1e-4, "{got} for {want}");
+        }
+    }
+}
+
+/// A black hand before bright backgrounds, seen by a camera that stands elsewhere.
+fn black_and_displaced(hands: Hands) -> SimulationConfig {
+    let mut config = small(hands);
+    config.camera_pose =
+        CameraPoseConfig { roll_deg: 35.0, orbit_deg: [40.0, -20.0], distance: 1.15 };
+    config.lights.gain = 0.0;
+    config.backgrounds.offset = 1.0;
+    config.skin.texels = 64;
+    config
+}
+
+/// Share of the points whose pixel, or one beside it, is of the black hand; of those on the image.
+fn share_on_the_hand(image: &Plane<f32>, camera: &Camera, points_m: &[Vec3]) -> [usize; 2] {
+    let on_image = points_m.iter().filter_map(|point_m| {
+        let at: Vec2 = camera.image_from_world(*point_m).unwrap().floor();
+        let inside = |at: f32, side: u16| (1.0..f32::from(side) - 1.0).contains(&at);
+        let size = camera.sensor();
+        (inside(at.x, size.width) && inside(at.y, size.height)).then_some(at)
+    });
+    on_image.fold([0, 0], |[dark, seen], at| {
+        let (x, y) = (at.x as usize, at.y as usize);
+        let is_dark = (y - 1..y + 2).any(|y| (x - 1..x + 2).any(|x| *image.at(x, y) < 1e-3));
+        [dark + usize::from(is_dark), seen + 1]
+    })
+}
+
+#[test]
+fn labels_before_a_displaced_camera_lie_on_the_hand_that_it_sees() {
+    for (hands, side) in [(Hands::Right, HandSide::Right), (Hands::Left, HandSide::Left)] {
+        let config = black_and_displaced(hands);
+        let simulation = Simulation::new(&config, 8).unwrap();
+        let mut sequence = simulation.sequence(0).unwrap();
+        let (actor, camera) = (simulation.actor(), config.camera());
+        let mut posed = Default::default();
+        let [mut simulated, mut drawn] = [[0, 0]; 2];
+        for frame in 0..150 {
+            let step = sequence.advance().unwrap();
+            if frame % 30 > 0 {
+                continue;
+            }
+            let shaped = actor.body().shaped(&step.episode.betas);
+            let points_m = actor.points_of(side, &step.label, &shaped, &mut posed);
+            for (got, want) in points_m.iter().zip(step.points_m) {
+                assert!(got.distance(want) < 1e-4, "{side:?}: {got} for {want}");
+            }
+            let count = |total: &mut [usize; 2], image: &Plane<f32>| {
+                let [dark, seen] = share_on_the_hand(image, &camera, &points_m);
+                *total = [total[0] + dark, total[1] + seen];
+            };
+            count(&mut simulated, step.luminance);
+            let (label, betas) = (step.label, step.episode.betas.clone());
+            let light = simulation.light_of(side, &[label], &betas, 0).unwrap();
+            count(&mut drawn, &light[0]);
+        }
+        for [dark, seen] in [simulated, drawn] {
+            assert!(seen > 60 && dark * 100 >= seen * 98, "{side:?}: {dark} of {seen}");
         }
     }
 }

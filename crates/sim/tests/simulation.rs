@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use evpose_body::PosedBody;
-use evpose_core::{Micros, SensorSize};
+use evpose_core::{EventStream, Micros, SensorSize};
 use evpose_io::{EvcReader, MetaReader};
 use evpose_pose::HandSide;
 use evpose_sensor::SensorConfig;
@@ -84,6 +84,42 @@ fn files_hold_the_events_and_the_label_of_each_frame() {
         assert_eq!(labels.read_hand(frame).unwrap(), step.label, "frame {frame}");
     }
     assert_eq!(recorded.events, total);
+}
+
+/// Larger than an `.evc` file holds, with events between the steps.
+#[test]
+fn sensors_of_more_than_256_rows_are_recorded_with_the_time_stamps_of_their_events() {
+    let mut config = SimulationConfig { sequences: 1, seconds: 0.05, ..small() };
+    (config.sensor_size, config.image_scale) = (SensorSize { width: 346, height: 260 }, 1.0);
+    config.sensor = SensorChoice::Preset("davis346".to_owned());
+    for (format, file) in
+        [(None, "0000.raw"), (Some("npz"), "0000.npz"), (Some("aedat4"), "0000.aedat4")]
+    {
+        config.format = format.map(str::to_owned);
+        let directory = tempfile::tempdir().unwrap();
+        let simulation = Simulation::new(&config, 3).unwrap();
+        let run = record_all(&simulation, directory.path(), &|_| {}).unwrap();
+        assert_eq!(run.sequences[0].events_path, directory.path().join(file));
+        assert!(record_all(&simulation, directory.path(), &|_| {}).unwrap().reused == 1);
+        assert!(evpose_sim::set::verify(directory.path(), &|_| {}).unwrap().finished);
+        let read = evpose_io::open(directory.path().join(file)).unwrap();
+        let mut simulator = simulation.sequence(0).unwrap();
+        let mut written = EventStream::empty(config.sensor_size);
+        for _ in 0..50 {
+            let events = simulator.advance().unwrap().events;
+            written.extend_columns(events.t(), events.x(), events.y(), events.polarity()).unwrap();
+        }
+        assert!(written.len() > 1_000 && read.stream.sensor() == config.sensor_size, "{file}");
+        assert!(written.t().iter().any(|t| t.0 % 1_000 > 0), "between steps");
+        let sorted = |stream: &EventStream| {
+            let mut events: Vec<_> =
+                stream.iter().map(|e| (e.t, e.y, e.x, e.polarity.is_on())).collect();
+            events.sort_unstable();
+            events
+        };
+        assert!(sorted(&read.stream) == sorted(&written), "{file}");
+        assert_eq!(run.sequences[0].events, written.len() as u64);
+    }
 }
 
 #[test]
@@ -226,6 +262,6 @@ fn steps_that_the_file_format_does_not_have_are_refused() {
     let directory = tempfile::tempdir().unwrap();
     let refused = record(&mut simulator, 5, directory.path().join("fast"), &|_| {});
     let message = refused.unwrap_err().to_string();
-    assert_eq!(message, "simulation.step_hz = 2000: an .evc file has 1000 steps a second");
+    assert_eq!(message, "simulation.step_hz = 2000: recordings of hands have 1000 steps a second");
     assert!(bytes_of(directory.path()).is_empty());
 }

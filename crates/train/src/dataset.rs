@@ -1,28 +1,29 @@
 //! Recorded sequences as training samples and as evaluation windows.
 
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
-use evpose_core::{EventStream, SensorSize};
-use evpose_io::{EvcReader, MetaReader};
+use evpose_core::SensorSize;
 use evpose_nn::RotationOutput;
 use evpose_pose::{HandParams, HandSide, PARAMETERS};
 use evpose_repr::{
     ChannelOrder, FrameWindow, RepresentationChoice, WindowAugmentation, representation_by_name,
 };
-use evpose_sim::SequenceInfo;
 use evpose_sim::raster::Camera;
 
 use crate::TrainError;
 use crate::camera_turn::CameraTurn;
 use crate::order::SampleOrder;
-use crate::sequence_events::{SequenceEvents, keep_confirmed};
+use crate::sequence_events::keep_confirmed;
 use evpose_task::hand::{CameraTurnConfig, HandConfig, PerspectiveCrop, TwoPass, canonical_view};
-use evpose_view::{Calibration, CanonicalView, Denoise, ViewAdaptor};
+use evpose_view::{Calibration, Denoise};
 
+mod files;
+mod sequence;
 mod split;
 
+pub use sequence::{HandLabelTrack, HandSequence};
 pub(crate) use split::HandSplit;
 
 /// Input channels of the network.
@@ -38,92 +39,6 @@ pub struct Sample {
     pub input: Vec<f32>,
     /// The 12 parameters.
     pub pose: [f32; PARAMETERS],
-}
-
-/// One recording with its labels.
-#[derive(Debug)]
-pub struct HandSequence {
-    name: String,
-    events: SequenceEvents,
-    labels: MetaReader,
-    info: SequenceInfo,
-    frames: u64,
-}
-
-impl HandSequence {
-    /// Opens `stem.evc`, `stem.meta` and, where there is one, `stem.toml`.
-    ///
-    /// # Errors
-    /// If a file cannot be read or is damaged.
-    fn open(stem: &Path, config: &HandConfig) -> Result<Self, TrainError> {
-        let name = stem.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let info = SequenceInfo::beside(stem)?;
-        let sensor = info.as_ref().map_or(config.simulation.image_size(), |info| info.sensor);
-        let events = EvcReader::open_with(stem.with_extension("evc"), sensor)?;
-        let labels = MetaReader::open(stem.with_extension("meta"))?;
-        let frames = events.frames().min(labels.records());
-        let info = info.unwrap_or_else(|| SequenceInfo::foreign(sensor, frames));
-        Ok(Self { name, events: SequenceEvents::Recorded(events), labels, info, frames })
-    }
-
-    /// The same as the camera of `view` sees it.
-    fn seen(mut self, calibration: &Calibration, view: &CanonicalView) -> Result<Self, TrainError> {
-        let mut adaptor = ViewAdaptor::new(calibration, view);
-        self.events = self.events.seen(self.frames, &mut adaptor)?;
-        self.info.sensor = view.sensor;
-        Ok(self)
-    }
-
-    /// Name of its files without extension.
-    pub fn name(&self) -> &str {
-        &self.name
-    }
-
-    /// Size of the sensor it was recorded with.
-    pub fn sensor(&self) -> SensorSize {
-        self.info.sensor
-    }
-
-    /// The hand in the image.
-    pub fn hand(&self) -> HandSide {
-        self.info.hand
-    }
-
-    /// Frames of 1 ms that have both events and a label.
-    pub fn frames(&self) -> u64 {
-        self.frames
-    }
-
-    /// The pose at the end of a frame.
-    ///
-    /// # Errors
-    /// If the label cannot be read.
-    pub fn pose(&self, frame: u64) -> Result<HandParams, TrainError> {
-        Ok(self.labels.read_hand(frame)?)
-    }
-
-    /// The events of `frames`, those of frame `k` at `k` milliseconds.
-    ///
-    /// # Errors
-    /// If they cannot be read.
-    pub fn events(&self, frames: Range<u64>) -> Result<EventStream, TrainError> {
-        Ok(self.events.stream(frames)?)
-    }
-
-    /// Whether the scene is drawn anew in a frame, so that its events are a burst.
-    pub fn is_redraw(&self, frame: u64) -> bool {
-        self.info.last_redraw(frame..frame + 1).is_some()
-    }
-
-    /// Index of the episode of a frame: a stretch of constant shape, texture and background.
-    pub fn episode_of(&self, frame: u64) -> usize {
-        self.info.episode_of(frame)
-    }
-
-    /// Shape of the hand in an episode; empty where it is not known.
-    pub fn betas(&self, episode: usize) -> &[f32] {
-        self.info.betas(episode)
-    }
 }
 
 /// Sequences of a directory, or a part of each of them.
@@ -150,9 +65,9 @@ pub struct HandDataset {
 }
 
 impl HandDataset {
-    /// Opens every sequence (`*.evc` with `*.meta`) of `directory`, in the order of their names.
-    /// Those of another camera than that of the config are seen through it: see
-    /// [`Self::open_of_camera`].
+    /// Opens every sequence of `directory`, in the order of their names: labels (`0000.meta`) with
+    /// events of any format beside them (`0000.evc`, `0000.raw`, …). Those of another camera than that
+    /// of the config are seen through it: see [`Self::open_of_camera`].
     ///
     /// # Errors
     /// If there is none, or one is damaged.
@@ -165,38 +80,30 @@ impl HandDataset {
     ///
     /// # Errors
     /// As [`Self::open`], or if the camera is not known.
+    ///
+    /// # Memory
+    /// Windows of `.evc` files of the view's sensor are read when they are needed. All other events
+    /// are held, at [`Self::memory_bytes`].
     pub fn open_of_camera(
         directory: &Path,
         config: &HandConfig,
         camera: Option<&str>,
     ) -> Result<Self, TrainError> {
-        let io = |source| TrainError::Io { path: directory.to_path_buf(), source };
-        let mut stems: Vec<PathBuf> = Vec::new();
-        for entry in std::fs::read_dir(directory).map_err(io)? {
-            let path = entry.map_err(io)?.path();
-            if path.extension().is_some_and(|extension| extension == "evc") {
-                stems.push(path.with_extension(""));
-            }
-        }
-        stems.sort();
-        let no_data = |message: String| TrainError::Config { path: directory.into(), message };
-        if stems.is_empty() {
-            return Err(no_data(
-                "no .evc files here: record some with `evpose simulate CONFIG --out DIR`".into(),
-            ));
-        }
+        let files = files::sequence_files(directory)?;
         let view = canonical_view(config);
         let mut note = None;
-        let mut open = |stem: &PathBuf| -> Result<HandSequence, TrainError> {
-            let sequence = HandSequence::open(stem, config)?;
-            if camera.is_none() && sequence.sensor() == view.sensor {
-                return Ok(sequence);
+        let mut calibration = |sensor: SensorSize| -> Result<Option<Calibration>, TrainError> {
+            if camera.is_none() && sensor == view.sensor {
+                return Ok(None);
             }
-            let calibration = calibration_of(directory, sequence.sensor(), camera)?;
+            let calibration = calibration_of(directory, sensor, camera)?;
             note = note.take().or_else(|| calibration.note.clone());
-            sequence.seen(&calibration, &view)
+            Ok(Some(calibration))
         };
-        let sequences: Vec<HandSequence> = stems.iter().map(&mut open).collect::<Result<_, _>>()?;
+        let sequences: Vec<HandSequence> = files
+            .iter()
+            .map(|files| HandSequence::open(files, config, &view, &mut calibration))
+            .collect::<Result<_, _>>()?;
         let parts = sequences.iter().map(|sequence| 0..sequence.frames).collect();
         let data = Self::from_parts(Arc::new(sequences), parts, config, view.sensor)?;
         Ok(Self { note, ..data })
@@ -242,6 +149,12 @@ impl HandDataset {
     /// All sequences, whole.
     pub fn sequences(&self) -> &[HandSequence] {
         &self.sequences
+    }
+
+    /// Bytes of the events in memory: 4 an event and 8 a millisecond of the sequences that are not read
+    /// from `.evc` files as they are.
+    pub fn memory_bytes(&self) -> u64 {
+        self.sequences.iter().map(|sequence| sequence.events.bytes()).sum()
     }
 
     /// Assumptions about the camera, for the user.

@@ -176,3 +176,49 @@ impl TrainingTask for HandTask<'_> {
         Ok(checkpoint.save(path)?)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use evpose_core::SensorSize;
+    use evpose_nn::DeviceKind;
+    use evpose_sim::{Simulation, record_all};
+
+    use super::*;
+    use crate::{Method, evaluate};
+
+    /// Of a size that no `.evc` file holds: the network sees them pooled to its own view.
+    #[test]
+    fn networks_train_and_are_evaluated_before_sensors_of_more_than_256_rows() {
+        let mut config = HandConfig::default();
+        config.simulation.image_scale = 0.15;
+        config.simulation.sequences = 1;
+        config.simulation.seconds = 0.4;
+        config.simulation.skin.texels = 64;
+        config.network.width = 0.0625;
+        config.training.batch_size = 4;
+        config.training.steps = 2;
+        config.training.steps_per_validation = 2;
+        config.training.validation_s = 0.15;
+        config.training.validation_samples = 4;
+        config.evaluation.first_ms = 200;
+        let mut simulation = config.simulation.clone();
+        simulation.sensor_size = SensorSize { width: 346, height: 260 };
+        simulation.image_scale = 1.0;
+        let directory = tempfile::tempdir().unwrap();
+        let (data, run) = (directory.path().join("data"), directory.path().join("run"));
+        record_all(&Simulation::new(&simulation, config.seed).unwrap(), &data, &|_| {}).unwrap();
+        assert!(data.join("0000.raw").exists() && !data.join("0000.evc").exists());
+        let options =
+            TrainOptions { device: DeviceKind::Flex, resume: false, plain: true, progress: None };
+        let summary = train_hand(&config, &data, &run, &options).unwrap();
+        assert_eq!(summary.samples, 8);
+        let data = HandDataset::open(&data, &config).unwrap();
+        assert_eq!(data.sequences()[0].sensor(), config.simulation.image_size());
+        assert!(data.memory_bytes() > 8 * 400, "{}", data.memory_bytes());
+        let mut trained = summary.best.predictor(Device::flex()).unwrap();
+        let mut methods = [Method { name: "trained", predictor: &mut trained, filtered: None }];
+        let results = evaluate(&config, &data, &mut methods, 50, &mut |_| {}).unwrap();
+        assert_eq!(results[0].tracks[0].frames, [200, 250, 300, 350]);
+    }
+}

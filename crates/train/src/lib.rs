@@ -59,6 +59,7 @@ mod history;
 mod loader;
 mod metric;
 mod order;
+mod packed_events;
 mod passes;
 mod plain_renderer;
 mod prefetch;
@@ -71,7 +72,7 @@ mod waiting;
 
 pub use checkpoint::newest_checkpoint;
 pub use condition::{CONDITIONS, Condition};
-pub use dataset::{HandDataset, HandSequence, Sample};
+pub use dataset::{HandDataset, HandLabelTrack, HandSequence, Sample};
 pub use error::TrainError;
 pub use evaluation::{HandPoseTrack, Method, MethodResults, evaluate, evaluated_pose_count};
 pub use hand_training::{train_hand, untrained};

@@ -1,46 +1,174 @@
-//! The events of a sequence: in its file, or in memory as another camera sees them.
+//! The events of a sequence: in its `.evc` file, or in memory.
 
 use std::ops::Range;
+use std::path::{Path, PathBuf};
 
 use evpose_core::{Event, EventStream, Micros, SensorSize, TimeWindow};
-use evpose_io::{EvcReader, EvcWindow, IoError};
+use evpose_io::{EvcReader, EvcWindow, IoError, OpenOptions, Windows};
 use evpose_repr::FrameEvent;
 use evpose_view::{Denoise, ViewAdaptor};
 
-/// Frames that are mapped together.
+use crate::packed_events::PackedEvents;
+
+/// Frames that are read together.
 const CHUNK_FRAMES: u64 = 100;
+/// Ending of files that are not held in memory.
+const EVC: &str = "evc";
+
+/// The events of a file that was opened.
+pub(crate) enum RecordedEvents {
+    /// Frames.
+    Evc(EvcReader),
+    /// Time stamps, from a file of any other format.
+    Stream(Box<Windows>, PathBuf),
+}
+
+impl RecordedEvents {
+    /// Opens a recording of `sensor`, or of the one that the file says if that is not known.
+    pub(crate) fn open(path: &Path, sensor: Option<SensorSize>) -> Result<Self, IoError> {
+        if path.extension().is_some_and(|ending| ending == EVC) {
+            return Ok(Self::Evc(match sensor {
+                Some(sensor) => EvcReader::open_with(path, sensor)?,
+                None => EvcReader::open(path)?,
+            }));
+        }
+        let windows = Windows::open(path, &OpenOptions { sensor, ..OpenOptions::default() })?;
+        let stated = windows.sensor();
+        match sensor.filter(|given| *given != stated) {
+            Some(given) => Err(IoError::OtherSensor { path: path.to_owned(), given, stated }),
+            None => Ok(Self::Stream(Box::new(windows), path.to_owned())),
+        }
+    }
+
+    /// The sensor.
+    pub(crate) fn sensor(&self) -> SensorSize {
+        match self {
+            Self::Evc(file) => file.sensor(),
+            Self::Stream(windows, _) => windows.sensor(),
+        }
+    }
+
+    /// Frames of the file; none where its labels alone say how many there are.
+    pub(crate) fn frames(&self) -> Option<u64> {
+        match self {
+            Self::Evc(file) => Some(file.frames()),
+            Self::Stream(..) => None,
+        }
+    }
+
+    /// The events of `frames`, those of frame `k` at `k` milliseconds.
+    fn chunk(&mut self, frames: Range<u64>) -> Result<EventStream, IoError> {
+        let (windows, path) = match self {
+            Self::Evc(file) => return file.read_stream(frames),
+            Self::Stream(windows, path) => (windows, path),
+        };
+        let mut read = EventStream::empty(windows.sensor());
+        windows.read(window(&frames), &mut read)?;
+        let rejected = windows.rejected().total() + windows.straggling() as usize;
+        if rejected > 0 {
+            let reason = format!(
+                "{rejected} events lie outside of the sensor or more than 10 ms out of order: write the \
+                 recording anew with `evpose convert`"
+            );
+            return Err(IoError::Stream { path: path.clone(), reason });
+        }
+        // As an .evc file has them: at the beginning of their frame, the bottom row first.
+        let mut events: Vec<Event> = read.iter().collect();
+        events.iter_mut().for_each(|event| event.t = start_of(frame_of(event.t)));
+        events.sort_by_key(|event| (event.t, std::cmp::Reverse(event.y), event.x));
+        let mut stream = EventStream::empty(read.sensor());
+        for event in events {
+            // In order, and on the sensor as before.
+            let _ = stream.push(event);
+        }
+        Ok(stream)
+    }
+
+    /// The events of the first `frames`, in memory unless they are in an `.evc` file and seen as they
+    /// are.
+    pub(crate) fn into_sequence(
+        mut self,
+        frames: u64,
+        mut adaptor: Option<ViewAdaptor>,
+    ) -> Result<SequenceEvents, IoError> {
+        if adaptor.is_none()
+            && let Self::Evc(file) = self
+        {
+            return Ok(SequenceEvents::Recorded(file));
+        }
+        let size = adaptor.as_ref().map_or(self.sensor(), |adaptor| adaptor.view().sensor);
+        let Some(mut packed) = PackedEvents::new(size) else {
+            let reason = format!("frames of {size} have too many rows");
+            return Err(IoError::Stream { path: self.path().to_owned(), reason });
+        };
+        let mut mapped = EventStream::empty(size);
+        let mut is_empty = true;
+        for first in (0..frames).step_by(CHUNK_FRAMES as usize) {
+            let mut events = self.chunk(first..(first + CHUNK_FRAMES).min(frames))?;
+            is_empty &= events.is_empty();
+            if let Some(adaptor) = &mut adaptor {
+                adaptor.push(&events, &mut mapped);
+                std::mem::swap(&mut events, &mut mapped);
+            }
+            for Event { t, x, y, polarity } in events.iter() {
+                packed.push(frame_of(t), x, y, polarity);
+            }
+            mapped = EventStream::empty(size);
+        }
+        if is_empty {
+            self.check_clock(frames)?;
+        }
+        packed.fill_to(frames.saturating_sub(1));
+        packed.shrink();
+        Ok(SequenceEvents::Packed(packed))
+    }
+
+    /// Refuses a recording without events in the labelled frames that has some behind them.
+    fn check_clock(&mut self, frames: u64) -> Result<(), IoError> {
+        let Self::Stream(windows, path) = self else { return Ok(()) };
+        let end = start_of(frames);
+        if !windows.is_over_at(end)? {
+            let begin = windows.next_after(end);
+            let reason = format!(
+                "no events in the {frames} ms that are labelled from time 0 on, the next at {begin}: \
+                 its clock must begin with the labels (evpose convert --zero-time)"
+            );
+            return Err(IoError::Stream { path: path.clone(), reason });
+        }
+        Ok(())
+    }
+
+    fn path(&self) -> &Path {
+        match self {
+            Self::Evc(file) => file.path(),
+            Self::Stream(_, path) => path,
+        }
+    }
+}
 
 /// Events of frames of 1 ms.
 #[derive(Debug)]
 pub(crate) enum SequenceEvents {
     /// In a file.
     Recorded(EvcReader),
-    /// In memory; those of frame `k` at `k` milliseconds.
-    Seen(EventStream),
+    /// In memory.
+    Packed(PackedEvents),
 }
 
 impl SequenceEvents {
-    /// The events of the first `frames` as `adaptor` maps them.
-    pub(crate) fn seen(&self, frames: u64, adaptor: &mut ViewAdaptor) -> Result<Self, IoError> {
-        let size = adaptor.view().sensor;
-        let (mut all, mut mapped) = (EventStream::empty(size), EventStream::empty(size));
-        for first in (0..frames).step_by(CHUNK_FRAMES as usize) {
-            let events = self.stream(first..(first + CHUNK_FRAMES).min(frames))?;
-            adaptor.push(&events, &mut mapped);
-            for event in mapped.iter() {
-                // In order and on the sensor, as the map writes them.
-                let _ = all.push(event);
-            }
-        }
-        Ok(Self::Seen(all))
-    }
-
     /// The events of `frames`, those of frame `k` at `k` milliseconds.
     pub(crate) fn stream(&self, frames: Range<u64>) -> Result<EventStream, IoError> {
-        match self {
-            Self::Recorded(file) => file.read_stream(frames),
-            Self::Seen(events) => Ok(events.slice(window(&frames))),
+        let packed = match self {
+            Self::Recorded(file) => return file.read_stream(frames),
+            Self::Packed(packed) => packed,
+        };
+        let mut stream = EventStream::empty(packed.sensor());
+        for event in packed.events(frames.clone()) {
+            let t = start_of(frames.start + u64::from(event.frame));
+            // In order and on the sensor, as it was packed.
+            let _ = stream.push(Event { t, x: event.x, y: event.y, polarity: event.polarity });
         }
+        Ok(stream)
     }
 
     /// The events of `frames`, which count from the first of them.
@@ -57,16 +185,15 @@ impl SequenceEvents {
                 });
                 Ok(events.collect())
             }
-            Self::Seen(events) => {
-                let of_frame = |t: Micros| (t.0.div_euclid(1000) as u64 - frames.start) as u32;
-                let range = events.range(window(&frames));
-                let event = |i: usize| {
-                    let event = events.get(i)?;
-                    let (x, y, polarity) = (event.x, event.y, event.polarity);
-                    Some(FrameEvent { frame: of_frame(event.t), x, y, polarity })
-                };
-                Ok(range.filter_map(event).collect())
-            }
+            Self::Packed(packed) => Ok(packed.events(frames).collect()),
+        }
+    }
+
+    /// Bytes of the events in memory.
+    pub(crate) fn bytes(&self) -> u64 {
+        match self {
+            Self::Recorded(_) => 0,
+            Self::Packed(packed) => packed.bytes(),
         }
     }
 }
@@ -91,6 +218,15 @@ pub(crate) fn keep_confirmed(events: &mut Vec<FrameEvent>, denoise: &Denoise, vi
 
 /// The time of frames.
 fn window(frames: &Range<u64>) -> TimeWindow {
-    let at = |frame: u64| Micros(1_000 * frame as i64);
-    TimeWindow { start: at(frames.start), end: at(frames.end) }
+    TimeWindow { start: start_of(frames.start), end: start_of(frames.end) }
+}
+
+/// The time at which a frame begins.
+fn start_of(frame: u64) -> Micros {
+    Micros(1_000 * frame as i64)
+}
+
+/// The frame of a time from 0 on.
+fn frame_of(t: Micros) -> u64 {
+    t.0.div_euclid(1_000) as u64
 }

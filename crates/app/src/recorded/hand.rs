@@ -39,7 +39,7 @@ pub fn record_shard_of(
     what: &str,
 ) -> Result<SimulationSummary> {
     let simulation = Simulation::new(&config.simulation, config.seed)?;
-    let set = SequenceSet::new(dir, config.simulation.sequences);
+    let set = SequenceSet::of_hands(dir, &config.simulation)?;
     let steps = set.unfinished(shard).len() as u64 * config.simulation.frames();
     let progress = bar(what, steps, "steps");
     let run = record_shard(&simulation, dir, shard, &|steps| progress.inc(steps))?;

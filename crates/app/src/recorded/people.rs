@@ -4,7 +4,6 @@ use std::path::Path;
 
 use anyhow::Result;
 use evpose_sim::person::{People, RecordedPeople, record_people};
-use evpose_sim::set::PEOPLE;
 use evpose_sim::{SequenceSet, Shard};
 use evpose_task::body::{BodyConfig, BodySourceKind};
 use evpose_train::body::{BodyFrames, BodyRecordings};
@@ -18,7 +17,7 @@ use crate::run_info;
 /// If the simulation fails, a file cannot be written, or the directory is of another config.
 pub fn record(config: &BodyConfig, dir: &Path, shard: Shard) -> Result<RecordedPeople> {
     let people = People::new(&config.simulation, config.seed)?;
-    let set = SequenceSet::new(dir, config.simulation.sequences).with_endings(PEOPLE);
+    let set = SequenceSet::of_people(dir, &config.simulation)?;
     let steps = set.unfinished(shard).len() as u64 * config.simulation.steps();
     let progress = bar("simulating", steps, "steps");
     let recorded = record_people(&people, dir, shard, &|steps| progress.inc(steps))?;
@@ -45,7 +44,7 @@ pub fn summary_of_people(recorded: &RecordedPeople, config: &BodyConfig) -> Stri
 /// # Errors
 /// If the simulation fails, or `data` is of another config.
 pub fn prepare(config: &BodyConfig, data: &Path) -> Result<()> {
-    let set = SequenceSet::new(data, config.simulation.sequences).with_endings(PEOPLE);
+    let set = SequenceSet::of_people(data, &config.simulation)?;
     if set.unfinished(Shard::WHOLE).is_empty() {
         return run_info::check_shared(data, config);
     }

@@ -10,7 +10,7 @@ use evpose_io::predictions::{DelayUnit, predictions_of};
 use evpose_pose::body::BodyPoints;
 use evpose_sim::person::PoseTable;
 use evpose_task::hand::{HandConfig, HandView};
-use evpose_train::HandDataset;
+use evpose_train::HandLabelTrack;
 use glam::Vec2;
 use image::{Rgb, RgbImage};
 
@@ -33,9 +33,7 @@ enum Track {
 }
 
 struct SimulatedHand {
-    data: HandDataset,
-    /// Index of the sequence.
-    index: usize,
+    labels: HandLabelTrack,
     stage: HandView,
 }
 
@@ -108,29 +106,24 @@ fn predicted(path: &Path) -> Result<Track> {
 }
 
 impl SimulatedHand {
-    /// The hand of a `.meta` file among the sequences of a directory.
+    /// The hand of a `.meta` file, in the directory of whose config it is.
     fn open(meta: &Path) -> Result<Self> {
         let directory = match meta.parent() {
             Some(parent) if parent != Path::new("") => parent,
             _ => Path::new("."),
         };
         let config = directory.join("config.toml");
-        let config = HandConfig::load(&config, &[])
+        let config = HandConfig::read(&config)
             .with_context(|| format!("{}: which hand and camera it is of", config.display()))?;
-        let data = HandDataset::open(directory, &config)?;
-        let name = meta.file_stem().unwrap_or_default().to_string_lossy();
-        let index = data.sequences().iter().position(|sequence| sequence.name() == name);
-        let index = index.with_context(|| format!("{}: no such sequence", meta.display()))?;
-        Ok(Self { data, index, stage: HandView::new(&config)? })
+        Ok(Self { labels: HandLabelTrack::open(meta)?, stage: HandView::new(&config)? })
     }
 
     /// Its points in pixels, where all of them are before the camera.
     fn at(&self, t: Micros) -> Result<Option<[Vec2; 21]>> {
-        let sequence = &self.data.sequences()[self.index];
-        let last = sequence.frames().saturating_sub(1);
+        let last = self.labels.frames().saturating_sub(1);
         let frame = u64::try_from(t.0.div_euclid(1_000)).unwrap_or(0).min(last);
-        let betas = sequence.betas(sequence.episode_of(frame));
-        let points = self.stage.points(sequence.hand(), &sequence.pose(frame)?, betas);
+        let (pose, betas) = (self.labels.pose(frame)?, self.labels.betas_at(frame));
+        let points = self.stage.points(self.labels.hand(), &pose, betas);
         Ok(points.in_front())
     }
 }

@@ -9,7 +9,6 @@ use evpose_core::Micros;
 use evpose_pose::metric::body::{BodySequence, JointErrors};
 use evpose_sensor::SensorConfig;
 use evpose_sim::config::SensorChoice;
-use evpose_sim::set::PEOPLE;
 use evpose_sim::{SequenceSet, Shard};
 use evpose_stats::bootstrap::{BootstrapConfig, Totals};
 use evpose_task::body::{BodyConfig, BodyPredictorOptions};
@@ -68,7 +67,7 @@ impl PoseExperiment for BodyConfig {
     }
 
     fn simulate(&self, directory: &Path, _label: &str) -> Result<String> {
-        let set = SequenceSet::new(directory, self.simulation.sequences).with_endings(PEOPLE);
+        let set = SequenceSet::of_people(directory, &self.simulation)?;
         claim(&set, self, Shard::WHOLE, true)?;
         Ok(summary_of_people(&record_people_of(self, directory, Shard::WHOLE)?, self))
     }

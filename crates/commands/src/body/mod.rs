@@ -23,7 +23,6 @@ use evpose_nn::MoveEnetConfig;
 use evpose_nn::graph::Graph;
 use evpose_nn::weights::holds_body;
 use evpose_sim::SequenceSet;
-use evpose_sim::set::PEOPLE;
 use evpose_task::QuantizationRanges;
 use evpose_task::body::{
     BodyCheckpoint, BodyConfig, BodyPredictor, BodyPredictorOptions, PropagationConfig, body_stream,
@@ -106,7 +105,7 @@ impl PoseTask for Body {
             sequences: simulation.sequences,
             seconds: simulation.seconds,
             seed,
-            set: SequenceSet::new(directory, simulation.sequences).with_endings(PEOPLE),
+            set: SequenceSet::of_people(directory, &simulation)?,
         }))
     }
 

@@ -4,7 +4,7 @@ use anyhow::{Result, bail};
 use evpose_app::progress::say;
 use evpose_app::recorded::{claim, record_people_of, summary_of_people};
 use evpose_sim::person::People;
-use evpose_sim::set::{MANIFEST, PEOPLE};
+use evpose_sim::set::MANIFEST;
 use evpose_sim::{SequenceSet, Shard};
 use evpose_task::body::BodyConfig;
 
@@ -23,10 +23,11 @@ pub(super) fn run(mut config: BodyConfig, args: &SimulateArgs) -> Result<()> {
     let simulation = &mut config.simulation;
     simulation.seconds = args.seconds.unwrap_or(simulation.seconds);
     simulation.sequences = args.sequences.unwrap_or(simulation.sequences);
+    simulation.format = args.format.clone().or_else(|| simulation.format.take());
     config.seed = args.seed.unwrap_or(config.seed);
     config.validate()?;
     let shard = args.shard.unwrap_or(Shard::WHOLE);
-    let set = SequenceSet::new(&args.out, config.simulation.sequences).with_endings(PEOPLE);
+    let set = SequenceSet::of_people(&args.out, &config.simulation)?;
     claim(&set, &config, shard, args.resume)?;
     let recorded = record_people_of(&config, &args.out, shard)?;
     if recorded.reused > 0 {

@@ -76,7 +76,7 @@ impl PoseExperiment for HandConfig {
     }
 
     fn simulate(&self, directory: &Path, label: &str) -> Result<String> {
-        let set = SequenceSet::new(directory, self.simulation.sequences);
+        let set = SequenceSet::of_hands(directory, &self.simulation)?;
         claim(&set, self, Shard::WHOLE, true)?;
         Ok(record_shard_of(self, directory, Shard::WHOLE, label)?.to_string())
     }

@@ -89,7 +89,7 @@ impl PoseTask for Hand {
             sequences: simulation.sequences,
             seconds: simulation.seconds,
             seed,
-            set: SequenceSet::new(directory, simulation.sequences),
+            set: SequenceSet::of_hands(directory, &simulation)?,
         }))
     }
 

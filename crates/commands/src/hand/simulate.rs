@@ -24,10 +24,11 @@ pub(super) fn run(args: &SimulateArgs) -> Result<()> {
     let simulation = &mut config.simulation;
     simulation.seconds = args.seconds.unwrap_or(simulation.seconds);
     simulation.sequences = args.sequences.unwrap_or(simulation.sequences);
+    simulation.format = args.format.clone().or_else(|| simulation.format.take());
     config.seed = args.seed.unwrap_or(config.seed);
     config.simulation.validate()?;
     let shard = args.shard.unwrap_or(Shard::WHOLE);
-    let set = SequenceSet::new(&args.out, config.simulation.sequences);
+    let set = SequenceSet::of_hands(&args.out, &config.simulation)?;
     claim(&set, &config, shard, args.resume)?;
     let recorded = record_shard_of(&config, &args.out, shard, "simulating")?;
     recorded.report_earlier_work();

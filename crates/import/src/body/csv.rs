@@ -1,7 +1,7 @@
 //! Joints as CSV: `t_us` or `t_s`, then `wrist_l_u_px` and `wrist_l_v_px` of any of the joints.
 //!
-//! Columns stand in any order. Empty cells are joints that are not labelled; a line of empty cells
-//! is an image without a person. Other columns are ignored, so tables of `evpose simulate` can be
+//! Columns stand in any order. Empty cells, or `nan`, are joints that are not labelled; a line of
+//! them is an image without a person. Other columns are ignored, so tables of `evpose simulate` can be
 //! read.
 
 use std::path::Path;
@@ -89,7 +89,7 @@ mod tests {
     #[test]
     fn some_joints_in_any_order_are_read() {
         let images =
-            of("left_hip_v_px,head_u_px,t_s,left_hip_u_px,head_v_px,note\n2,3,0.5,1,4,a\n,,1,,,\n")
+            of("left_hip_v_px,head_u_px,t_s,left_hip_u_px,head_v_px,note\n2,3,0.5,1,4,a\nnan,,1,nan,,\n")
                 .unwrap();
         assert_eq!(images[0].time, ImageTime::Stamp(Micros(500_000)));
         let joints_px = images[0].persons[0];
@@ -103,11 +103,11 @@ mod tests {
     fn a_joint_that_is_not_known_or_incomplete_is_named() {
         for (text, want) in [
             ("t_us,tail_u_px,tail_v_px\n1,2,3\n", "walk.csv: line 1: column `tail_u_px`: no joint"),
-            ("t_us,head_u_px\n1,2\n", "no column `head_v_px`"),
+            ("t_us,head_u_px\n1,2\n", "no column `head_v_px`; there are t_us, head_u_px"),
             ("t_us,head_v_px\n1,2\n", "no column `head_u_px`"),
             ("t_us,hip_l_u_px,hip_l_v_px,left_hip_u_px,left_hip_v_px\n1,2,3,4,5\n", "twice"),
             ("t_us,x\n1,2\n", "no joint: expected columns such as `shoulder_l_u_px`"),
-            ("t_us,head_u_px,head_v_px\n1,2,\n", "line 2: head_v_px: empty"),
+            ("t_us,head_u_px,head_v_px\n1,2,\n", "line 2: head_v_px: missing"),
         ] {
             let message = of(text).unwrap_err().to_string();
             assert!(message.contains(want), "{message}");

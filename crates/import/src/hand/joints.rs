@@ -1,8 +1,8 @@
 //! Joints of a hand as CSV: `t_us` or `t_s`, then `index_tip_x_m`, `index_tip_y_m`, `index_tip_z_m`
 //! in metres or `index_tip_u_px`, `index_tip_v_px` in pixels of the sensor, of any of the 21 joints.
 //!
-//! The columns are those of `evpose infer --joints`, in any order. Empty cells are joints that are
-//! not labelled.
+//! The columns are those of `evpose infer --joints`, in any order. Empty cells, or `nan`,
+//! are joints that are not labelled.
 
 use evpose_core::Micros;
 use evpose_pose::EVALUATION_JOINTS;
@@ -139,17 +139,30 @@ mod tests {
     }
 
     #[test]
+    fn joints_that_are_nan_are_not_labelled() {
+        let text = "t_us,wrist_u_px,wrist_v_px,thumb1_u_px,thumb1_v_px\n0,nan,NaN,3,4\n";
+        let labels = of(text, LabelChoice::default()).unwrap();
+        let HandJoints::Pixels(joints_px) = labels[0] else { panic!("not pixels") };
+        assert_eq!(joints_px[0], None);
+        assert_eq!(joints_px[18], Some(Vec2::new(3.0, 4.0)));
+    }
+
+    #[test]
     fn faults_name_line_and_column() {
         let default = LabelChoice::default();
         let on_image = LabelChoice { on_image: true, ..default };
         for (text, choice, want) in [
-            ("t_us,wrist_u_px\n0,1\n", default, "j.csv: line 1: no column `wrist_v_px`"),
+            (
+                "t_us,wrist_u_px\n0,1\n",
+                default,
+                "j.csv: line 1: no column `wrist_v_px`; there are t_us, wrist_u_px",
+            ),
             (
                 "t_us,wrist_u_px,wrist_v_px,tip_u_px\n0,1,2,3\n",
                 default,
                 "column `tip_u_px`: no such",
             ),
-            ("t_us,wrist_u_px,wrist_v_px\n0,1,\n", default, "line 2: wrist_v_px: empty"),
+            ("t_us,wrist_u_px,wrist_v_px\n0,1,\n", default, "line 2: wrist_v_px: missing"),
             ("t_us,wrist_x_m,wrist_y_m,wrist_z_m\n0,1,1,1\n", on_image, "no joint on the image"),
         ] {
             let message = of(text, choice).unwrap_err().to_string();

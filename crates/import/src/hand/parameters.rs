@@ -59,5 +59,6 @@ mod tests {
         assert!(message.contains("p.csv: line 1: no column `rotation_y_rad`"), "{message}");
         let message = read("t_us,a\n1,2\n").unwrap_err().to_string();
         assert!(message.contains("parameters") && message.contains("joints"), "{message}");
+        assert!(message.ends_with("its columns are t_us, a"), "{message}");
     }
 }

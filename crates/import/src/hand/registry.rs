@@ -5,7 +5,7 @@ use std::path::Path;
 use super::format::{HandLabelFormat, HandLabels, LabelChoice};
 use super::{joints, parameters};
 use crate::ImportError;
-use crate::table::Table;
+use crate::table::{Table, listed};
 
 /// The formats of hand labels.
 pub static HAND_LABEL_FORMATS: &[&HandLabelFormat] = &[&parameters::FORMAT, &joints::FORMAT];
@@ -22,7 +22,8 @@ pub fn read_hand_labels(path: &Path, choice: LabelChoice) -> Result<HandLabels, 
             .iter()
             .map(|format| format!("{} ({})", format.name, format.summary))
             .collect();
-        return Err(ImportError::UnknownFormat { path: path.to_owned(), known: known.join(", ") });
+        let known = format!("{}; its columns are {}", known.join(", "), listed(table.columns()));
+        return Err(ImportError::UnknownFormat { path: path.to_owned(), known });
     };
     (format.read)(&table, choice)
 }

@@ -1,5 +1,6 @@
-//! A recording of a hand and its labels as sequences in the view of a network: `NAME.evc`,
-//! `NAME.meta` and `NAME.toml`, as `evpose simulate` writes them.
+//! A recording of a hand and its labels as sequences in the view of a network: `NAME.evc` (`NAME.raw`
+//! of a view of more than 256 rows, or the format of the config), `NAME.meta` and `NAME.toml`, as
+//! `evpose simulate` writes them.
 //!
 //! Record `k` is the pose `k` milliseconds after the start of the sequence, and frame `k` holds the
 //! events of the millisecond that begins there: the times of poses of `evpose infer`.
@@ -8,9 +9,9 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use evpose_core::{EventStream, Micros, TimeWindow};
-use evpose_io::{EvcWriter, MetaWriter};
+use evpose_io::MetaWriter;
 use evpose_pose::{HandParams, HandSide};
-use evpose_sim::SequenceInfo;
+use evpose_sim::{EventFormat, SequenceInfo, StepWriter};
 use evpose_task::hand::{HandConfig, HandView, canonical_view};
 use evpose_view::{Calibration, ViewAdaptor};
 
@@ -18,7 +19,7 @@ use super::fit::{FitOptions, FittedHand, HandFitter};
 use super::format::{HandJoints, HandLabels, LabelledHand};
 use super::track::pose_at;
 use crate::ImportError;
-use crate::stretch::{MS, WrittenSequence, floor_ms, name_of, stretches, within};
+use crate::stretch::{MS, WrittenSequence, cut, floor_ms, name_of, stretches, within};
 
 /// Labels from which the size of a hand is taken.
 const SIZE_LABELS: usize = 12;
@@ -144,8 +145,11 @@ pub fn import_hand(
         |name: &str, ending: &str| -> PathBuf { directory.join(format!("{name}.{ending}")) };
     let names: Vec<String> =
         (0..parts.len()).map(|index| name_of(name, index, parts.len())).collect();
+    let format = EventFormat::of_hands(&config.simulation)?;
     for name in &names {
-        if let Some(path) = ["evc", "meta"].iter().map(|e| files(name, e)).find(|p| p.exists()) {
+        if let Some(path) =
+            [format.ending(), "evc", "meta"].iter().map(|e| files(name, e)).find(|p| p.exists())
+        {
             return Err(ImportError::Exists { path });
         }
     }
@@ -154,19 +158,21 @@ pub fn import_hand(
         let start = ceil_ms(labels[0].t);
         let frames = 1 + (floor_ms(labels[labels.len() - 1].t) - start).0 / MS.0;
         let mut meta = MetaWriter::create_for_hands(files(&name, "meta"))?;
-        let mut evc = EvcWriter::create(files(&name, "evc"), seen.sensor())?;
+        let mut events = StepWriter::create(&directory.join(&name), format, seen.sensor())?;
+        let end = start + Micros(frames * MS.0);
+        let cut = cut(&seen, TimeWindow { start, end });
         for frame in 0..frames {
-            let t = start + Micros(frame * MS.0);
+            let t = Micros(frame * MS.0);
             // Frames lie between the first and the last label.
-            let Some(pose) = pose_at(labels, t) else { continue };
+            let Some(pose) = pose_at(labels, start + t) else { continue };
             meta.hand(&pose)?;
-            evc.frame(&seen.slice(TimeWindow { start: t, end: t + MS }))?;
+            events.step(&cut.slice(TimeWindow { start: t, end: t + MS }))?;
         }
         let info = SequenceInfo { sensor: seen.sensor(), hand: side, episodes: Vec::new() };
         info.write(&directory.join(&name))?;
         meta.finish()?;
         // Readers look for events: where they are, the labels are there.
-        evc.finish()?;
+        events.finish()?;
         report.sequences.push(WrittenSequence { name, start, labels: part.len() });
     }
     Ok(report)

@@ -10,8 +10,9 @@
 //! one at a time and each where it stands in the file, so that damage has a place, and so that a
 //! chunk may hold fewer events than it has room for, as the last one of Prophesee's files does.
 //!
-//! Files are written as columns `events/{t,x,y,p}` of plain chunks, with the size of the sensor as
-//! attributes `width` and `height`, which any program that reads HDF5 reads.
+//! Files are written in the layout of DSEC: columns `events/{t,x,y,p}` of plain chunks, times counted
+//! from `t_offset` (0 unless the clock began long before the recording), `ms_to_idx`, and the size of
+//! the sensor as attributes `width` and `height`. Any program that reads HDF5 reads them.
 //!
 //! Without the Cargo feature `hdf5`, such files are known but neither read nor written.
 
@@ -33,6 +34,8 @@ mod layout;
 mod lookup3;
 #[cfg(feature = "hdf5")]
 mod lzf;
+#[cfg(feature = "hdf5")]
+mod ms_index;
 #[cfg(feature = "hdf5")]
 mod number;
 #[cfg(feature = "hdf5")]

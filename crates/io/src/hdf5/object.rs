@@ -94,6 +94,18 @@ impl ObjectHeader {
         header
     }
 
+    /// The header of a dataset of one signed integer, which stands in it.
+    pub(super) fn scalar(value: i64) -> Self {
+        let mut header = Self::default();
+        // Version 2, no dimensions, a scalar.
+        header.message(DATASPACE, &[2, 0, 0, 0]);
+        header.message(DATATYPE, &IntegerType { bytes: 8, is_signed: true }.message());
+        header.message(FILL_VALUE, &[3, 0b1011]);
+        // Version 3, compact: the count of bytes, and these.
+        header.message(LAYOUT, &[&[3, 0, 8, 0][..], &value.to_le_bytes()].concat());
+        header
+    }
+
     fn message(&mut self, kind: u8, data: &[u8]) {
         self.0.push(kind);
         self.0.extend_from_slice(&(data.len() as u16).to_le_bytes());

@@ -273,6 +273,49 @@ mod reading {
         assert!(rest.len() >= 100 && rest.len() < 1 << 17, "{}", rest.len());
     }
 
+    /// The one-dimensional dataset `name` of whole numbers, or the one value of a scalar.
+    fn integers(path: &std::path::Path, name: &str) -> Vec<i64> {
+        let file = hdf5_reader::Hdf5File::open(path).unwrap();
+        let dataset = file.root_group().unwrap().dataset(name).unwrap();
+        match dataset.dtype() {
+            hdf5_reader::Datatype::FixedPoint { signed: true, .. } => {
+                dataset.read_array::<i64>().unwrap().iter().copied().collect()
+            }
+            _ => dataset.read_array::<u64>().unwrap().iter().map(|&entry| entry as i64).collect(),
+        }
+    }
+
+    /// As programs for DSEC go to a time: from the first event of its millisecond on.
+    #[test]
+    fn written_files_have_the_first_event_of_every_millisecond() {
+        let sensor = SensorSize { width: 640, height: 480 };
+        let directory = tempfile::tempdir().unwrap();
+        // More milliseconds than a chunk of the index has, and a clock of the calendar.
+        for (name, begin, step, count) in
+            [("a.h5", 250, 70, 3_000), ("b.h5", 1_700_000_000_000_300, 350_001, 400)]
+        {
+            let event = |k: i64| Event {
+                t: Micros(begin + k * step),
+                x: (k % 640) as u16,
+                y: 7,
+                polarity: Polarity::On,
+            };
+            let stream = EventStream::from_events(sensor, (0..count).map(event)).unwrap();
+            let path = directory.path().join(name);
+            crate::hdf5::FORMAT.write(&path, &stream).unwrap();
+            let offset = integers(&path, "t_offset");
+            assert_eq!(offset, [if begin < 1_000 { 0 } else { begin }], "{name}");
+            let index = integers(&path, "ms_to_idx");
+            let times: Vec<i64> = stream.t().iter().map(|t| t.0 - offset[0]).collect();
+            assert_eq!(index.len() as i64, times.last().unwrap() / 1_000 + 1, "{name}");
+            for (ms, first) in (0..).zip(&index) {
+                let want = times.partition_point(|t| *t < 1_000 * ms);
+                assert_eq!(*first, want as i64, "{name}: {ms} ms");
+            }
+            assert_eq!(crate::open(&path).unwrap().stream, stream, "{name}");
+        }
+    }
+
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
 

@@ -1,4 +1,5 @@
-//! Writes events as columns of an HDF5 file: `events/{t,x,y,p}`.
+//! Wrievents.t().iter().flat_map(|t| t.0.wrapping_sub(offset_us).to_le_bytes()).collect(),es events as columns of an HDF5 file in DSEC's layout: `events/{t,x,y,p}`, `t_offset` and
+//! `ms_to_idx`.
 //!
 //! Chunks of all columns are written as they fill; the structure comes behind them, and the
 //! superblock, which says where it is, at the end. Attributes of the root group state the sensor.
@@ -9,6 +10,7 @@ use std::path::{Path, PathBuf};
 use evpose_core::{AtomicFile, EventStream, SensorSize};
 
 use super::chunk_index::ChunkIndex;
+use super::ms_index::MsIndex;
 use super::object::{IntegerType, ObjectHeader, SUPERBLOCK, superblock};
 use crate::{EventSink, IoError};
 
@@ -21,6 +23,8 @@ const COLUMNS: [(&str, IntegerType); 4] = [
     ("y", IntegerType { bytes: 2, is_signed: false }),
     ("p", IntegerType { bytes: 1, is_signed: false }),
 ];
+/// Type of the entries of the index.
+const INDEX: IntegerType = IntegerType { bytes: 8, is_signed: false };
 
 struct Hdf5Sink {
     path: PathBuf,
@@ -34,6 +38,9 @@ struct Hdf5Sink {
     length: u64,
     /// Of the chunks of each column.
     addresses: [Vec<u64>; 4],
+    /// First event of every millisecond, and the addresses of its chunks.
+    ms_index: MsIndex,
+    ms_addresses: Vec<u64>,
 }
 
 /// Begins a file.
@@ -49,12 +56,16 @@ pub(super) fn create(path: &Path, sensor: SensorSize) -> Result<Box<dyn EventSin
         written: 0,
         length: SUPERBLOCK as u64,
         addresses: Default::default(),
+        ms_index: MsIndex::default(),
+        ms_addresses: Vec::new(),
     }))
 }
 
 impl EventSink for Hdf5Sink {
     fn write(&mut self, events: &EventStream) -> Result<(), IoError> {
         let (t, x, y, polarity) = (events.t(), events.x(), events.y(), events.polarity());
+        self.ms_index.push(t, self.written + self.pending.len() as u64);
+        self.write_index(CHUNK_ROWS)?;
         let mut from = 0;
         while from < events.len() {
             let to = events.len().min(from + CHUNK_ROWS - self.pending.len());
@@ -81,21 +92,28 @@ impl EventSink for Hdf5Sink {
         }
         let mut group = ObjectHeader::group();
         for (place, (name, kind)) in COLUMNS.into_iter().enumerate() {
-            let index = ChunkIndex {
-                chunk_rows: chunk_rows as u64,
-                chunk_bytes: chunk_rows as u32 * u32::from(kind.bytes),
-                addresses: std::mem::take(&mut self.addresses[place]),
-            };
-            let (nodes, root) = index.nodes(self.length);
-            self.append(&nodes)?;
-            let dataset = ObjectHeader::dataset(kind, rows, chunk_rows as u32, root);
-            group = group.link(name, self.append(&dataset.into_bytes())?);
+            let addresses = std::mem::take(&mut self.addresses[place]);
+            group = group.link(name, self.dataset(kind, rows, chunk_rows, addresses)?);
         }
         let events = self.append(&group.into_bytes())?;
-        let root = ObjectHeader::group()
+        let offset = ObjectHeader::scalar(self.ms_index.offset_us());
+        let offset = self.append(&offset.into_bytes())?;
+        let mut root = ObjectHeader::group()
             .link("events", events)
+            .link("t_offset", offset)
             .attribute("width", self.sensor.width.into())
             .attribute("height", self.sensor.height.into());
+        let entries = self.ms_index.entries();
+        if entries > 0 {
+            let is_short = self.ms_addresses.is_empty();
+            let chunk_rows = if is_short { entries as usize } else { CHUNK_ROWS };
+            if !self.ms_index.pending.is_empty() {
+                self.ms_index.pending.resize(chunk_rows, 0);
+                self.write_index(chunk_rows)?;
+            }
+            let addresses = std::mem::take(&mut self.ms_addresses);
+            root = root.link("ms_to_idx", self.dataset(INDEX, entries, chunk_rows, addresses)?);
+        }
         let root = self.append(&root.into_bytes())?;
         let begin = superblock(self.length, root);
         let failed = |e| IoError::file(&self.path, "write", e);
@@ -106,11 +124,45 @@ impl EventSink for Hdf5Sink {
 }
 
 impl Hdf5Sink {
+    /// Writes the index and the header of a dataset, and returns the address of the latter.
+    fn dataset(
+        &mut self,
+        kind: IntegerType,
+        rows: u64,
+        chunk_rows: usize,
+        addresses: Vec<u64>,
+    ) -> Result<u64, IoError> {
+        let index = ChunkIndex {
+            chunk_rows: chunk_rows as u64,
+            chunk_bytes: chunk_rows as u32 * u32::from(kind.bytes),
+            addresses,
+        };
+        let (nodes, root) = index.nodes(self.length);
+        self.append(&nodes)?;
+        self.append(&ObjectHeader::dataset(kind, rows, chunk_rows as u32, root).into_bytes())
+    }
+
+    /// Writes whole chunks of the index of milliseconds.
+    fn write_index(&mut self, chunk_rows: usize) -> Result<(), IoError> {
+        let mut pending = std::mem::take(&mut self.ms_index.pending);
+        let mut chunks = pending.chunks_exact(chunk_rows);
+        for chunk in &mut chunks {
+            let bytes: Vec<u8> = chunk.iter().flat_map(|entry| entry.to_le_bytes()).collect();
+            let address = self.append(&bytes)?;
+            self.ms_addresses.push(address);
+        }
+        let rest = chunks.remainder().len();
+        pending.drain(..pending.len() - rest);
+        self.ms_index.pending = pending;
+        Ok(())
+    }
+
     /// Writes the pending events as a chunk of each column, zeros behind them up to `chunk_rows`.
     fn write_chunks(&mut self, chunk_rows: usize) -> Result<(), IoError> {
         let events = std::mem::replace(&mut self.pending, EventStream::empty(self.sensor));
+        let offset_us = self.ms_index.offset_us();
         let columns: [Vec<u8>; 4] = [
-            events.t().iter().flat_map(|t| t.0.to_le_bytes()).collect(),
+            events.t().iter().flat_map(|t| t.0.wrapping_sub(offset_us).to_le_bytes()).collect(),
             events.x().iter().flat_map(|x| x.to_le_bytes()).collect(),
             events.y().iter().flat_map(|y| y.to_le_bytes()).collect(),
             events.polarity().iter().map(|&p| p as u8).collect(),

@@ -1,5 +1,6 @@
 //! Files opened by their content.
 
+mod beside;
 mod format;
 mod info;
 mod registry;
@@ -11,6 +12,7 @@ use std::path::{Path, PathBuf};
 
 use evpose_core::{EventStream, Rejected, SensorSize};
 
+pub use beside::{recordings_by_stem, writable_format};
 pub(crate) use format::no_labels;
 pub use format::{Create, Format, Labels, Open};
 pub use info::{Info, info};

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::{HandRegressorConfig, MoveEnetConfig};
 
@@ -38,12 +38,18 @@ pub struct InputConfig {
     pub representation: String,
     /// Length of its window in microseconds.
     pub window_us: u64,
-    /// `off_first` or `on_first`.
+    /// `off-first` or `on-first`, as in configs; older files have an underscore.
+    #[serde(deserialize_with = "hyphenated")]
     pub channel_order: String,
     /// Columns of the image shown to the network, which may be a reduced one.
     pub width_px: usize,
     /// Rows of it.
     pub height_px: usize,
+}
+
+/// A name in the spelling of configs.
+fn hyphenated<'de, D: Deserializer<'de>>(deserializer: D) -> Result<String, D::Error> {
+    Ok(String::deserialize(deserializer)?.replace('_', "-"))
 }
 
 impl Default for InputConfig {
@@ -52,9 +58,23 @@ impl Default for InputConfig {
         Self {
             representation: "lnes".to_owned(),
             window_us: 100_000,
-            channel_order: "off_first".to_owned(),
+            channel_order: "off-first".to_owned(),
             width_px: 240,
             height_px: 180,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use super::*;
+
+    #[test]
+    fn cards_of_older_files_are_the_same() {
+        let text = toml::to_string(&InputConfig::default()).unwrap();
+        assert!(text.contains("\"off-first\""), "{text}");
+        let older = text.replace("off-first", "off_first");
+        assert_eq!(toml::from_str::<InputConfig>(&older).unwrap(), InputConfig::default());
     }
 }

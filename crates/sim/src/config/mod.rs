@@ -31,8 +31,12 @@ pub struct SimulationConfig {
     pub sequences: usize,
     /// Length of a sequence in seconds.
     pub seconds: f64,
-    /// Steps per simulated second; an `.evc` file has 1000.
+    /// Steps per simulated second; recordings of hands have 1000.
     pub step_hz: u32,
+    /// Format of the events: a name of `evpose convert --help`, or an ending such as `raw` or `h5`; by
+    /// default `evc`, and `raw` of sensors of more than 256 rows.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub format: Option<String>,
     /// Period in seconds after which shape, skin, lights, background and threshold are redrawn.
     pub episode_s: f64,
     /// Size of the full image in pixels.
@@ -81,6 +85,7 @@ impl Default for SimulationConfig {
             sequences: 4,
             seconds: 40_200.0,
             step_hz: 1_000,
+            format: None,
             episode_s: 50.0,
             sensor_size: SensorSize::DAVIS240C,
             image_scale: 1.0,

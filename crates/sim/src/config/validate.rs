@@ -19,6 +19,7 @@ impl SimulationConfig {
         self.check_appearance()?;
         self.check_skin()?;
         check_from("threshold_sd", self.threshold_sd, 0.0)?;
+        crate::EventFormat::of_hands(self)?;
         evpose_sensor::SensorModel::from_config(&self.sensor.resolve()?)?;
         Ok(())
     }

@@ -24,6 +24,9 @@ pub struct PeopleConfig {
     pub step_hz: u32,
     /// Labels per second; divides `step_hz`.
     pub label_hz: u32,
+    /// Format of the events: a name of `evpose convert --help`, or an ending; `raw` by default.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub format: Option<String>,
     /// Size of the image in pixels.
     pub sensor_size: SensorSize,
     /// Body model: procedural, or a file of SMPL+H.
@@ -110,6 +113,7 @@ impl Default for PeopleConfig {
             seconds: 5.0,
             step_hz: 500,
             label_hz: 100,
+            format: None,
             sensor_size: SensorSize { width: 346, height: 260 },
             body: BodySource::default(),
             shape_range: 1.5,
@@ -225,6 +229,7 @@ impl PeopleConfig {
         if matches!(self.surroundings.source, BackgroundSource::Procedural(0)) {
             return refuse("surroundings.source", "0".to_owned(), "at least one image");
         }
+        crate::EventFormat::of_people(self)?;
         Ok(())
     }
 

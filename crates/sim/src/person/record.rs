@@ -8,8 +8,8 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::{People, PoseRow, PoseTable};
-use crate::SimError;
-use crate::set::{PEOPLE, SequenceSet, Shard};
+use crate::set::{SequenceSet, Shard};
+use crate::{EventFormat, SimError, StepWriter};
 
 /// Metadata of a sequence: `0007.toml`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -17,11 +17,14 @@ use crate::set::{PEOPLE, SequenceSet, Shard};
 pub struct PersonInfo {
     /// Size of the sensor in pixels.
     pub sensor: SensorSize,
-    /// Name of the activity.
+    /// Name of the activity; empty of recordings that were not simulated.
+    #[serde(default)]
     pub activity: String,
-    /// Shape coefficients of the person.
+    /// Shape coefficients of the person; empty where they are not known.
+    #[serde(default)]
     pub betas: Vec<f32>,
     /// Offset of the sensor's contrast thresholds, in natural-log intensity.
+    #[serde(default)]
     pub threshold_offset: f64,
 }
 
@@ -42,8 +45,8 @@ pub struct RecordedPeople {
     pub elapsed: Duration,
 }
 
-/// Simulates the sequences of one shard into `DIRECTORY/0000.raw` (EVT3: compact, of any size),
-/// `0000.poses.csv` (a [`PoseTable`]) and `0000.toml` (a [`PersonInfo`]), one sequence a thread.
+/// Simulates the sequences of one shard into `DIRECTORY/0000.raw` (EVT3: compact, of any size) or
+/// another format of the config, `0000.poses.csv` (a [`PoseTable`]) and `0000.toml` (a [`PersonInfo`]), one sequence a thread.
 /// Complete sequences are reused: the directory must be that of the same configuration and seed.
 ///
 /// `progress` receives the number of steps simulated since its last call.
@@ -59,7 +62,7 @@ pub fn record_people(
     let start = Instant::now();
     std::fs::create_dir_all(directory)
         .map_err(|source| SimError::file(directory, "create", source))?;
-    let set = SequenceSet::new(directory, people.config().sequences).with_endings(PEOPLE);
+    let set = SequenceSet::of_people(directory, people.config())?;
     set.remove_leftovers(shard)?;
     let unfinished = set.unfinished(shard);
     let reused = shard.sequences_of(set.sequences()).count() - unfinished.len();
@@ -98,13 +101,12 @@ fn record(
         betas: simulator.betas().to_vec(),
         threshold_offset: simulator.threshold_offset(),
     };
-    let path = stem.with_extension("raw");
-    let mut sink = evpose_io::create(&path, info.sensor)?;
-    let (mut table, mut count) = (PoseTable::default(), 0);
+    let format = EventFormat::of_people(people.config())?;
+    let mut events = StepWriter::create(&stem, format, info.sensor)?;
+    let mut table = PoseTable::default();
     for _ in 0..people.config().steps() {
         let step = simulator.advance()?;
-        sink.write(step.events)?;
-        count += step.events.len() as u64;
+        events.step(step.events)?;
         if step.is_labelled {
             let (joints_px, joints_m) = (step.joints_px, step.joints_m);
             table.rows.push(PoseRow { t: step.t, joints_px, joints_m });
@@ -119,6 +121,7 @@ fn record(
     })?;
     atomic_write(&info_path, text.as_bytes())
         .map_err(|source| SimError::file(&info_path, "write", source))?;
-    sink.finish()?;
+    let count = events.events();
+    events.finish()?;
     Ok(count)
 }

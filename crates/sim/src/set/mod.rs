@@ -15,7 +15,8 @@ use std::path::{Path, PathBuf};
 
 use evpose_core::{atomic_write, temporary_target};
 
-use crate::SimError;
+use crate::person::PeopleConfig;
+use crate::{EventFormat, SimError, SimulationConfig};
 use digest::FileDigest;
 
 pub use fault::{DigestMismatch, MismatchKind};
@@ -26,9 +27,9 @@ pub use verify::{Verified, verify};
 pub const MANIFEST: &str = "manifest.sha256";
 /// Endings of the files of a sequence, in the order of the manifest: events, labels, the rest.
 pub type Endings = [&'static str; 3];
-/// Endings of the files of hands.
+/// Endings of the files of hands, with the events in the usual format.
 pub const HANDS: Endings = ["evc", "meta", "toml"];
-/// Endings of the files of people.
+/// Endings of the files of people, with the events in the usual format.
 pub const PEOPLE: Endings = ["raw", "poses.csv", "toml"];
 /// Ending of the file of digests of a sequence.
 const DIGESTS: &str = "sha256";
@@ -45,6 +46,32 @@ impl SequenceSet {
     /// A run of `sequences` sequences of hands in `directory`. Nothing is read or written yet.
     pub fn new(directory: impl Into<PathBuf>, sequences: usize) -> Self {
         Self { directory: directory.into(), sequences: sequences as u64, endings: HANDS }
+    }
+
+    /// A run of hands in `directory`, with events in the format of `config`.
+    ///
+    /// # Errors
+    /// If the config names no format that can be written.
+    pub fn of_hands(
+        directory: impl Into<PathBuf>,
+        config: &SimulationConfig,
+    ) -> Result<Self, SimError> {
+        let [_, labels, rest] = HANDS;
+        let endings = [EventFormat::of_hands(config)?.ending(), labels, rest];
+        Ok(Self::new(directory, config.sequences).with_endings(endings))
+    }
+
+    /// A run of people in `directory`, with events in the format of `config`.
+    ///
+    /// # Errors
+    /// As [`Self::of_hands`].
+    pub fn of_people(
+        directory: impl Into<PathBuf>,
+        config: &PeopleConfig,
+    ) -> Result<Self, SimError> {
+        let [_, labels, rest] = PEOPLE;
+        let endings = [EventFormat::of_people(config)?.ending(), labels, rest];
+        Ok(Self::new(directory, config.sequences).with_endings(endings))
     }
 
     /// Replaces the endings of the files of a sequence.

@@ -45,7 +45,7 @@ pub fn verify(directory: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Verif
     let unlisted = names
         .iter()
         .filter(|name| {
-            (has_ending(name, &HANDS[..2]) || has_ending(name, &PEOPLE[..2]))
+            [HANDS, PEOPLE].iter().any(|endings| has_ending(name, &endings[..2]))
                 && !listed.contains(name.as_str())
         })
         .map(|name| DigestMismatch { path: directory.join(name), kind: MismatchKind::Unlisted });
@@ -89,5 +89,6 @@ fn bytes_of<'a>(directory: &Path, names: impl Iterator<Item = &'a str>) -> u64 {
 }
 
 fn has_ending(name: &str, endings: &[&str]) -> bool {
-    name.rsplit_once('.').is_some_and(|(_, ending)| endings.contains(&ending))
+    let stem = |ending: &&str| name.strip_suffix(*ending);
+    endings.iter().filter_map(stem).any(|stem| stem.ends_with('.'))
 }

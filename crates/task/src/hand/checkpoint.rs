@@ -45,8 +45,8 @@ impl HandCheckpoint {
                 representation: self.config.representation.name.clone(),
                 window_us: u64::from(self.config.representation.window_ms) * 1000,
                 channel_order: match self.config.representation.channel_order {
-                    ChannelOrder::OnFirst => "on_first".to_owned(),
-                    ChannelOrder::OffFirst => "off_first".to_owned(),
+                    ChannelOrder::OnFirst => "on-first".to_owned(),
+                    ChannelOrder::OffFirst => "off-first".to_owned(),
                 },
                 width_px: sensor.width.into(),
                 height_px: sensor.height.into(),

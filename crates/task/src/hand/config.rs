@@ -217,7 +217,7 @@ impl HandConfig {
     }
 
     /// As [`Self::load`], for a simulation: the training is not checked, as sequences may be shorter
-    /// than it would need.
+    /// than it would need, nor are the crops of two passes, as sensors may be of another shape.
     ///
     /// # Errors
     /// As [`Self::load`], but for the fields of the training.
@@ -231,7 +231,8 @@ impl HandConfig {
     /// As [`Self::load_for_simulation`].
     pub fn parse_for_simulation(text: &str, overrides: &[String]) -> Result<Self, TaskError> {
         let config: Self = toml_text::parse(text, overrides)?;
-        config.validate_without_training()?;
+        // Crops are of the network's view, of which recordings need not be: they are brought to it.
+        Self { two_pass: None, ..config.clone() }.validate_without_training()?;
         Ok(config)
     }
 
@@ -372,6 +373,19 @@ mod tests {
         assert!(with("simulation.image_scale=0.25").is_ok());
         let error = with("simulation.image_scale=0.15").unwrap_err().to_string();
         assert!(error.contains("network.backbone") && error.contains("32 pixels"), "{error}");
+    }
+
+    #[test]
+    fn a_simulation_may_be_of_another_shape_than_the_crops_of_the_network() {
+        let overrides = [
+            "two_pass={ size = { width = 96, height = 72 } }",
+            "simulation.sensor_size={ width = 1280, height = 720 }",
+        ];
+        let overrides = overrides.map(str::to_owned);
+        let error = HandConfig::parse("", &overrides).unwrap_err().to_string();
+        assert!(error.contains("two_pass"), "{error}");
+        let config = HandConfig::parse_for_simulation("", &overrides).unwrap();
+        assert_eq!(config.two_pass.map(|two_pass| two_pass.size.width), Some(96));
     }
 
     #[test]

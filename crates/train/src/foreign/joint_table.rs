@@ -25,7 +25,7 @@ pub struct HandJointRow {
 
 /// A table of them, in order of time: columns `t_us`, then `wrist_u_px`, `wrist_v_px`,
 /// `wrist_x_m`, `wrist_y_m`, `wrist_z_m` and so on for every joint. Cells of what is not labelled are
-/// empty; the columns of metres may be missing altogether.
+/// empty or `nan`; the columns of metres may be missing altogether.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct HandJointTable {
     /// Rows, in order of time.
@@ -70,7 +70,8 @@ impl Columns {
     fn of(header: &str) -> Result<Self, String> {
         let names: Vec<&str> = header.split(',').map(str::trim).collect();
         let at = |name: String| {
-            names.iter().position(|known| **known == *name).ok_or(format!("no column `{name}`"))
+            let missing = || format!("no column `{name}`; there are {}", names.join(", "));
+            names.iter().position(|known| **known == *name).ok_or_else(missing)
         };
         let of = |joint: &str, column: usize| at(format!("{joint}_{}", COLUMNS[column]));
         let has_metres = names.iter().any(|name| name.ends_with("_m"));
@@ -92,7 +93,8 @@ impl Columns {
         }
         let number = |at: usize| -> Result<Option<f32>, String> {
             let cell = cells[at];
-            if cell.is_empty() {
+            // Programs write nothing for a joint that is not labelled, or `nan`.
+            if cell.is_empty() || cell.eq_ignore_ascii_case("nan") {
                 return Ok(None);
             }
             let value = cell.parse::<f32>().ok().filter(|value| value.is_finite());
@@ -147,14 +149,19 @@ mod tests {
         assert_eq!(both.rows[0].image_px[20], Some(Vec2::splat(1.5)));
         assert_eq!(both.rows[0].camera_m.unwrap()[20], Vec3::splat(1.5));
         assert_eq!(read(&table(false, "1.5")).unwrap().rows[0].camera_m, None);
-        assert_eq!(read(&table(true, "")).unwrap().rows[0].image_px, [None; 21]);
+        for missing in ["", "nan"] {
+            assert_eq!(read(&table(true, missing)).unwrap().rows[0].image_px, [None; 21]);
+        }
     }
 
     #[test]
     fn faults_name_line_and_column() {
         for (text, want) in [
             (table(true, "x"), "line 2: `x` is no number"),
-            (table(true, "1").replace("wrist_u_px", "wrist_u"), "no column `wrist_u_px`"),
+            (
+                table(true, "1").replace("wrist_u_px", "wrist_u"),
+                "no column `wrist_u_px`; there are t_us, wrist_u,",
+            ),
             (table(true, "1").replace("10000,", "0,"), "line 3: not later"),
         ] {
             let error = read(&text).unwrap_err().to_string();

@@ -37,6 +37,8 @@ struct Info {
     side: String,
 }
 
+/// The camera, its principal point counted from the corner of the image: `centre_px` and OpenCV's own
+/// files, whose pixel centres are at whole numbers, have 0.5 less.
 #[derive(Debug, Deserialize)]
 struct CameraInfo {
     fx_px: f64,
@@ -117,4 +119,40 @@ fn read(directory: &Path, stem: &str, names: &[String]) -> Result<ForeignHand, T
         side,
         labels: HandJointTable::read(&path(JOINTS))?,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use evpose_core::{Event, Micros, Polarity};
+
+    use super::*;
+
+    #[test]
+    fn the_camera_is_that_of_the_same_calibration_by_opencv() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, text: &str| {
+            std::fs::write(folder.path().join(name), text).unwrap();
+            folder.path().join(name).display().to_string()
+        };
+        let sensor = SensorSize { width: 346, height: 260 };
+        let event = Event { t: Micros(5), x: 345, y: 259, polarity: Polarity::On };
+        let events = EventStream::from_events(sensor, [event]).unwrap();
+        let npz = evpose_io::format_by_name("npz").unwrap();
+        npz.write(folder.path().join("00.npz"), &events).unwrap();
+        let joints = evpose_pose::EVALUATION_JOINTS;
+        let columns: String = joints.map(|joint| format!(",{joint}_u_px,{joint}_v_px")).concat();
+        write("00.joints.csv", &format!("t_us{columns}\n0{}\n", ",".repeat(42)));
+        let camera = "fx_px = 310\nfy_px = 311\ncx_px = 172.5\ncy_px = 129.5\n";
+        let info = "sensor = { width = 346, height = 260 }\n[camera]\n";
+        write("00.toml", &format!("{info}{camera}"));
+        let opencv = write(
+            "calibration.yaml",
+            "image_width: 346\nimage_height: 260\ncamera_matrix:\n  data: [310, 0, 172, 0, 311, \
+             129, 0, 0, 1]\n",
+        );
+        let hands = foreign_hands(folder.path()).unwrap();
+        let calibrated = Calibration::choose(Some(&opencv), sensor).unwrap();
+        assert_eq!(hands[0].calibration.camera, calibrated.camera);
+    }
 }

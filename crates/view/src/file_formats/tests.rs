@@ -20,6 +20,8 @@ const DV_JSON: &str = "{\"cameras\": [{\"name\": \"DAVIS346_00000499\", \"positi
     \"radialTangential\", \"focalLength\": [310, 311], \"principalPoint\": [172, 129]}]}";
 const OWN_TOML: &str = "sensor = { width = 346, height = 260 }\nfocal_px = [310.0, 311.0]\n\
     centre_px = [172.0, 129.0]\ndistortion = [-0.3, 0.1, 0.0, 0.0, 0.0]\n";
+const OWN_TOML_FROM_THE_CORNER: &str = "sensor = { width = 346, height = 260 }\nfocal_px = [310.0, \
+    311.0]\nprincipal_px = [172.5, 129.5]\ndistortion = [-0.3, 0.1, 0.0, 0.0, 0.0]\n";
 
 fn read(text: &str) -> Result<CameraOfFile, CalibrationError> {
     let folder = tempfile::tempdir().unwrap();
@@ -34,7 +36,7 @@ fn the_same_camera_is_read_from_every_format() {
     assert_eq!(want.sensor, Some(SensorSize { width: 346, height: 260 }));
     assert_eq!(want.camera.focal_px, DVec2::new(310.0, 311.0));
     assert_eq!(want.camera.principal_px, DVec2::new(172.5, 129.5));
-    for text in [OPENCV_YAML, ROS_YAML, OPENCV_XML, DV_JSON] {
+    for text in [OPENCV_YAML, ROS_YAML, OPENCV_XML, DV_JSON, OWN_TOML_FROM_THE_CORNER] {
         assert_eq!(read(text).unwrap(), want, "{text}");
     }
 }

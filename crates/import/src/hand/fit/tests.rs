@@ -104,3 +104,25 @@ fn few_joints_are_no_hand_and_joints_of_no_hand_are_poor() {
     let fitted = fitter.fit(&HandJoints::Metres(apart, JointFrame::Camera), None).unwrap();
     assert!(fitter.is_poor(&fitted), "{fitted:?}");
 }
+
+/// Of two fingers nothing is labelled, and of the others other joints are missing in each image.
+#[test]
+fn on_the_image_a_hand_is_fitted_to_the_joints_that_are_labelled() {
+    let fitter = fitter(false);
+    let mut before = None;
+    for (k, turn) in [0.7, 0.75, 0.8].into_iter().enumerate() {
+        let (_, at_px) = joints(&fitter, &hand(&fitter, 0.8, turn), 1.0);
+        let mut labels = at_px.map(Some);
+        // Ring finger and pinky, and one joint more.
+        for missing in [4, 5, 12, 13, 14, 15, 16, 17, 6 + k] {
+            labels[missing] = None;
+        }
+        let fitted = fitter.fit(&HandJoints::Pixels(labels), before.as_ref()).unwrap();
+        let (_, back_px) = joints(&fitter, &fitted.params, 1.0);
+        for (joint, (want, got)) in at_px.iter().zip(&back_px).enumerate() {
+            let max_px = if labels[joint].is_some() { 1.0 } else { 8.0 };
+            assert!(want.distance(*got) < max_px, "{turn}, {joint}: {want} {got}");
+        }
+        before = Some(fitted.params);
+    }
+}
