@@ -105,6 +105,11 @@ impl Table {
         Ok(rows)
     }
 
+    /// The text of a cell.
+    pub(crate) fn text<'a>(&self, row: &'a Row, column: usize) -> &'a str {
+        &row.cells[column]
+    }
+
     /// The value of a cell; none where it is empty.
     ///
     /// # Errors
@@ -148,7 +153,7 @@ impl Table {
     }
 
     /// The error for a fault in a cell.
-    fn fault(&self, row: &Row, column: usize, reason: &str) -> ImportError {
+    pub(crate) fn fault(&self, row: &Row, column: usize, reason: &str) -> ImportError {
         let place = format!("line {}: {}", row.line, self.columns[column]);
         ImportError::malformed(&self.path, place, reason)
     }

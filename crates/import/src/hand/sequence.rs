@@ -1,8 +1,8 @@
 //! A recording of a hand and its labels as sequences in the view of a network: `NAME.evc`,
 //! `NAME.meta` and `NAME.toml`, as `evpose simulate` writes them.
 //!
-//! Record `k` is the pose `k` milliseconds after the start of the sequence, and frame `k` holds the
-//! events of the millisecond that begins there: the times of poses of `evpose infer`.
+//! Frame `k` holds the events of millisecond `k` of the sequence, and record `k` is the pose at the end of
+//! that millisecond, as of simulated sequences: what `evpose infer` states for the same events.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -151,16 +151,17 @@ pub fn import_hand(
     }
     for (part, name) in parts.into_iter().zip(names) {
         let labels = &poses[part.clone()];
-        let start = ceil_ms(labels[0].t);
-        let frames = 1 + (floor_ms(labels[labels.len() - 1].t) - start).0 / MS.0;
+        let start = ceil_ms(labels[0].t) - MS;
+        let frames = (floor_ms(labels[labels.len() - 1].t) - start).0 / MS.0;
         let mut meta = MetaWriter::create_for_hands(files(&name, "meta"))?;
         let mut evc = EvcWriter::create(files(&name, "evc"), seen.sensor())?;
         for frame in 0..frames {
-            let t = start + Micros(frame * MS.0);
-            // Frames lie between the first and the last label.
-            let Some(pose) = pose_at(labels, t) else { continue };
+            let begin = start + Micros(frame * MS.0);
+            let end = begin + MS;
+            // Ends of frames lie between the first and the last label.
+            let Some(pose) = pose_at(labels, end) else { continue };
             meta.hand(&pose)?;
-            evc.frame(&seen.slice(TimeWindow { start: t, end: t + MS }))?;
+            evc.frame(&seen.slice(TimeWindow { start: begin, end }))?;
         }
         let info = SequenceInfo { sensor: seen.sensor(), hand: side, episodes: Vec::new() };
         info.write(&directory.join(&name))?;
