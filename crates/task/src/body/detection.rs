@@ -23,7 +23,7 @@ pub struct BodyDetectionConfig {
 }
 
 impl Default for BodyDetectionConfig {
-    /// Chosen on simulated recordings with and without people: see the guide to detections.
+    /// Chosen on simulated recordings with and without people: see `docs/guide/poses.md`.
     fn default() -> Self {
         Self { min_score: 0.3, memory_ms: 100.0, min_events_per_pixel: 0.01 }
     }

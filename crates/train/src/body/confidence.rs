@@ -20,7 +20,7 @@ use crate::TrainError;
 const RIGHT_TORSOS: f32 = 0.4;
 const GIVEN_UP: f64 = 0.01;
 /// Of images of all that is randomised, where poses of people and of things that move overlap: a lower
-/// share would leave most of the latter. See the guide to detections.
+/// share would leave most of the latter: see `docs/guide/poses.md`.
 const GIVEN_UP_BY_POSES: f64 = 0.08;
 const THRESHOLDS: usize = 60;
 /// The lowest threshold, the published one, and the highest.
