@@ -44,9 +44,8 @@ fn params_of(value: &Value) -> Result<HandParams, String> {
 }
 
 fn values<const N: usize>(value: &Value) -> Result<[f32; N], String> {
-    let numbers = value.as_array().map(|values| values.iter().map(Value::as_f64));
-    let numbers: Option<Vec<f64>> = numbers.and_then(Iterator::collect);
-    let numbers = numbers.unwrap_or_default();
-    let numbers: [f64; N] = numbers.try_into().map_err(|_| format!("{N} values were expected"))?;
-    Ok(numbers.map(|value| value as f32))
+    let cells = value.as_array().map(|cells| cells.iter().map(Value::as_f64));
+    let read: Option<Vec<f64>> = cells.and_then(Iterator::collect);
+    let read: Result<[f64; N], _> = read.unwrap_or_default().try_into();
+    Ok(read.map_err(|_| format!("{N} values were expected"))?.map(|value| value as f32))
 }

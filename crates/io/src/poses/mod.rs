@@ -25,15 +25,15 @@ mod hpe_core;
 mod json;
 mod live_json;
 mod pose;
+mod registry;
 mod skeletons;
 mod table;
 #[cfg(test)]
 mod tests;
 
 pub use columns::PoseColumns;
-pub use format::{
-    POSE_FORMATS, PoseFormat, pose_format_by_name, poses_from, read_poses, write_poses,
-};
+pub use format::PoseFormat;
 pub use json::json_line;
 pub use pose::{PoseJoint, PoseKind, PoseSequence, TimedPose};
+pub use registry::{POSE_FORMATS, pose_format_by_name, poses_from, read_poses, write_poses};
 pub use table::read_pose_table;

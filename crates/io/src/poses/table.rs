@@ -142,7 +142,7 @@ impl Columns {
 }
 
 /// The joint of a column with coordinates.
-fn joint_of<'a>(kind: PoseKind, column: &'a str) -> Option<&'a str> {
+fn joint_of(kind: PoseKind, column: &str) -> Option<&str> {
     let suffix = PIXELS.iter().chain(&METRES).find(|suffix| column.ends_with(**suffix))?;
     let joint = column.strip_suffix(suffix)?;
     kind.joint_names().contains(&joint).then_some(joint)
