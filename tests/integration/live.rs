@@ -65,7 +65,7 @@ fn a_recording_becomes_poses_with_their_latency_and_a_report() {
         poses.iter().find(|pose| pose["origin"] == "network" && pose["score"].as_f64() > Some(0.3));
     let found = found.expect("somebody is there");
     for name in ["u_px", "v_px", "score"] {
-        assert!(found["joints"]["shoulder_l"][name].is_f64(), "{name}: {found}");
+        assert!(found["joints"]["shoulder_l"][name].is_number(), "{name}: {found}");
     }
     let report: serde_json::Value =
         serde_json::from_slice(&bytes(&sandbox.path("report.json"))).expect("JSON");
