@@ -2,6 +2,9 @@
 
 use std::time::{Duration, Instant};
 
+use evpose_io::poses::read_poses;
+use evpose_pose::PoseOrigin;
+
 use crate::harness::{Sandbox, bytes};
 
 /// Changes that make the configs of bodies small enough for a test.
@@ -112,11 +115,29 @@ fn infer_recording(sandbox: &Sandbox) {
         "--fused",
         "fused.csv",
     ]);
-    let poses = String::from_utf8(bytes(&sandbox.path("poses.csv"))).unwrap();
-    assert!(poses.lines().count() >= 20);
-    assert!(poses.lines().all(|line| line.split(' ').count() == 28), "{poses}");
+    let text = String::from_utf8(bytes(&sandbox.path("poses.csv"))).unwrap();
+    assert!(text.starts_with("t_us,origin,latency_ms,score,head_u_px,head_v_px,head_score,"));
+    assert!(text.lines().all(|line| line.split(',').count() == 4 + 3 * 13), "{text}");
+    let poses = read_poses(&sandbox.path("poses.csv")).unwrap().poses;
+    assert!(poses.len() >= 20);
+    assert!(poses.iter().all(|pose| pose.score.is_some()));
+    assert!(poses.windows(2).all(|pair| (pair[1].t - pair[0].t).0 == 20_000));
     let log = String::from_utf8(bytes(&sandbox.path("skeletons/data.log"))).unwrap();
-    assert_eq!(log.lines().count(), poses.lines().count());
+    assert_eq!(log.lines().count(), poses.len());
+    for (format, out) in [("hpe-core", "poses.txt"), ("json", "poses.jsonl")] {
+        let infer = ["infer", "--checkpoint", "fine/best.bpk", "--events", "held/0000.raw"];
+        let written = ["--stride-ms", "20", "--format", format, "--out", out];
+        sandbox.ok(&[&infer[..], &written].concat());
+        let others = read_poses(&sandbox.path(out)).unwrap().poses;
+        assert_eq!(others.len(), poses.len(), "{format}");
+        for (a, b) in others.iter().zip(&poses) {
+            assert_eq!(a.t, b.t, "{format}");
+            for (a, b) in a.body_px().iter().zip(b.body_px()) {
+                assert_eq!(a.is_some(), b.is_some(), "{format}");
+                assert!(a.zip(b).is_none_or(|(a, b)| a.distance(b) < 1e-3), "{format}");
+            }
+        }
+    }
     sandbox.ok(&[
         "view",
         "held/0000.raw",
@@ -130,8 +151,9 @@ fn infer_recording(sandbox: &Sandbox) {
         "people.png",
     ]);
     assert!(bytes(&sandbox.path("people.png")).len() > 1_000);
-    let fused = String::from_utf8(bytes(&sandbox.path("fused.csv"))).unwrap();
-    assert!(fused.lines().count() > 8 * poses.lines().count());
+    let fused = read_poses(&sandbox.path("fused.csv")).unwrap().poses;
+    assert!(fused.len() > 8 * poses.len());
+    assert!(fused.iter().all(|pose| pose.origin == Some(PoseOrigin::Propagated)));
 }
 
 #[test]

@@ -3,9 +3,11 @@
 use std::path::Path;
 
 use evpose_io::MetaReader;
-use glam::Vec3;
+use evpose_io::poses::read_poses;
+use evpose_pose::JointFrame;
+use glam::Vec2;
 
-use crate::harness::{Sandbox, bytes, stderr};
+use crate::harness::{Sandbox, stderr};
 
 fn shipped(name: &str) -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("checkpoints").join(name);
@@ -29,12 +31,11 @@ fn wrist_error_m(sandbox: &Sandbox, scale: &str, size: &str) -> f32 {
         .ok(&[&infer[..], &["--camera", "45deg", "--out", "poses.csv", "--joints", &joints]]
             .concat());
     let truth = MetaReader::open(sandbox.path(&format!("{folder}/0000.meta"))).unwrap();
-    let text = String::from_utf8(bytes(&sandbox.path("poses.csv"))).unwrap();
     let (mut sum_m, mut count) = (0.0, 0);
-    for line in text.lines().skip(1).step_by(20) {
-        let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
-        let wrist_m = Vec3::new(cells[7] as f32, cells[8] as f32, cells[9] as f32);
-        let frame = (cells[0] / 1e3) as u64;
+    for pose in read_poses(&sandbox.path("poses.csv")).unwrap().poses.iter().step_by(20) {
+        let wrist_m = pose.params.unwrap().translation_m;
+        // Record `k` is the pose at the end of frame `k`.
+        let frame = (pose.t.0 / 1000) as u64 - 1;
         sum_m += wrist_m.distance(truth.read_hand(frame).unwrap().translation_m);
         count += 1;
     }
@@ -67,10 +68,22 @@ fn positions_come_back_in_the_pixels_of_the_sensor_and_guesses_are_said() {
     let said = [output.stdout, output.stderr].concat();
     let said = String::from_utf8_lossy(&said);
     assert!(output.status.success() && said.contains("45 degrees is assumed"), "{said}");
-    let joints = String::from_utf8(bytes(&sandbox.path("j.csv"))).unwrap();
-    let row: Vec<&str> = joints.lines().nth(100).unwrap().split(',').collect();
+    let joints = read_poses(&sandbox.path("j.csv")).unwrap();
+    let pose = joints.poses.last().unwrap();
     // Far beyond the 60x45 pixels of the network.
-    assert!(row[1].parse::<f32>().unwrap() > 60.0, "{row:?}");
+    assert!(pose.joints[0].image_px.unwrap().x > 60.0, "{pose:?}");
+    // Joints in metres are those in pixels before a camera of 45 degrees, and the table says so.
+    assert_eq!(joints.frame, Some(JointFrame::Camera));
+    let focal_px = 240.0 / (0.5 * 45.0_f32.to_radians()).tan();
+    for joint in &pose.joints {
+        let (at_px, at_m) = (joint.image_px.unwrap(), joint.position_m.unwrap());
+        let projected = focal_px * Vec2::new(at_m.x, at_m.y) / at_m.z + Vec2::new(320.0, 240.0);
+        assert!(at_m.z > 0.0 && projected.distance(at_px) < 0.5, "{at_m} {at_px} {projected}");
+    }
+    let poses = read_poses(&sandbox.path("poses.csv")).unwrap();
+    let whole = poses.poses.last().unwrap();
+    assert!(whole.params.is_some() && pose.params.is_none());
+    assert_eq!(whole.joints, pose.joints);
     let refused = sandbox.fails(&[&infer[..], &["--camera", "dvs129"]].concat());
     assert!(refused.contains("davis346") && refused.contains("45deg"), "{refused}");
 }

@@ -12,6 +12,7 @@ mod checkpoints;
 mod cli;
 mod conditions;
 mod demo;
+mod detections;
 mod events;
 mod examples;
 mod export;

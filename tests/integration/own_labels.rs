@@ -6,6 +6,7 @@ mod foreign;
 use std::path::{Path, PathBuf};
 
 use evpose_io::MetaReader;
+use evpose_io::poses::read_poses;
 use evpose_sim::person::PoseTable;
 use evpose_task::hand::{HandConfig, HandView};
 
@@ -175,10 +176,10 @@ fn parameters_come_back_and_left_hands_are_mirrored() {
     let read = |out: &str| {
         MetaReader::open(sandbox.path(&format!("{out}/rec.meta"))).unwrap().read_hand(10).unwrap()
     };
-    let cells: Vec<f32> =
-        text.lines().nth(11).unwrap().split(',').map(|cell| cell.parse().unwrap()).collect();
+    let poses = read_poses(&sandbox.path("p.csv")).unwrap().poses;
     let (right, left) = (read("right"), read("left"));
-    assert_eq!(right.to_array()[..], cells[1..]);
+    // The first record is the pose at the end of the first frame.
+    assert_eq!(Some(right), poses[10].params);
     assert_eq!(left.articulation, right.articulation);
     let config = HandConfig::read(&sandbox.path("sim/config.toml")).unwrap();
     let back = HandView::new(&config).unwrap().mirrored(&left);

@@ -1,5 +1,7 @@
 //! Quantised networks.
 
+use evpose_io::poses::read_poses;
+
 use crate::harness::{Sandbox, bytes, tiny};
 
 #[test]
@@ -37,9 +39,8 @@ fn a_network_is_quantized_evaluated_and_used() {
         let out = format!("{precision}.csv");
         let args = infer(precision, &out);
         sandbox.ok(&args.iter().map(String::as_str).collect::<Vec<_>>());
-        let text = String::from_utf8(bytes(&sandbox.path(&out))).unwrap();
-        let lines = text.lines().skip(1);
-        lines.flat_map(|line| line.split(',').map(|n| n.parse::<f64>().unwrap())).collect()
+        let poses = read_poses(&sandbox.path(&out)).unwrap().poses;
+        poses.iter().flat_map(|pose| pose.params.unwrap().to_f64()).collect()
     };
     let [whole, half, byte] = ["f32", "bf16", "int8"].map(poses);
     assert_eq!(whole.len(), byte.len());

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use evpose_app::args::{ConfigArgs, DeviceArgs};
 use evpose_infer::Precision;
+use evpose_io::poses::{POSE_FORMATS, PoseFormat, pose_format_by_name};
 use evpose_sim::Shard;
 
 use crate::opening::OpeningArgs;
@@ -184,11 +185,14 @@ pub struct InferArgs {
     /// Sensor, camera of the file, ticks, damage.
     #[command(flatten)]
     pub opening: OpeningArgs,
-    /// Output as CSV. Hands: time stamp and 12 parameters, a line every millisecond, or per
-    /// inference of slow motion. Bodies: time stamp, delay and 13 joints in pixels, in the format
-    /// of hpe-core
+    /// Output: a line for each pose with its time stamp in microseconds, score, and joints by name in
+    /// pixels of the sensor; of hands also 12 parameters, and joints in metres in the camera's frame
     #[arg(long)]
     pub out: PathBuf,
+    /// Format of the output: `table` (CSV with a header), `json` (JSON Lines of the same names), or, of
+    /// bodies, `hpe-core` or `yarp` (a folder)
+    #[arg(long, default_value = "table", value_parser = written_format)]
+    pub format: &'static PoseFormat,
     /// The camera: a calibration file of OpenCV, ROS, dv-processing or this project, a name such as
     /// davis346 or evk4, or a vertical field of view such as 45deg [default: 45deg, with a note]
     #[arg(long)]
@@ -197,13 +201,17 @@ pub struct InferArgs {
     /// have arrived, repeats the last poses of a hand at rest, and smooths a fast hand less
     #[arg(long, default_value = "plain", value_parser = ["plain", "slow-motion"])]
     pub mode: String,
-    /// Hands: also write the 21 evaluated joints in pixels and metres, as CSV
+    /// Hands: also write a table of the joints alone, without parameters
     #[arg(long)]
     pub joints: Option<PathBuf>,
     /// Bodies: milliseconds between poses [the config's]
     #[arg(long)]
     pub stride_ms: Option<u32>,
-    /// Bodies: minimum score of a detected joint [the checkpoint's]
+    /// Bodies: minimum score of a pose and of a joint, 0 to 1; below it, positions are empty [poses and
+    /// joints: the checkpoint's]
+    #[arg(long, value_name = "SCORE", value_parser = score)]
+    pub min_score: Option<f32>,
+    /// Bodies: minimum score of a joint in the decoder of the network [the checkpoint's]
     #[arg(long)]
     pub confidence: Option<f32>,
     /// Bodies: also write skeletons as a YARP folder
@@ -221,4 +229,22 @@ pub struct InferArgs {
     /// Device and threads.
     #[command(flatten)]
     pub device: DeviceArgs,
+}
+
+/// Parses the name of a format of poses that can be written.
+fn written_format(name: &str) -> Result<&'static PoseFormat, String> {
+    pose_format_by_name(name).filter(|format| format.is_written()).ok_or_else(|| {
+        let written = POSE_FORMATS.iter().filter(|format| format.is_written());
+        let known: Vec<&str> = written.map(|format| format.name).collect();
+        format!("expected one of {}", known.join(", "))
+    })
+}
+
+/// Parses a score.
+///
+/// # Errors
+/// If it is not a value from 0 to 1.
+pub fn score(text: &str) -> Result<f32, String> {
+    let score = text.parse().ok().filter(|score| (0.0..=1.0).contains(score));
+    score.ok_or_else(|| "expected a score from 0 to 1".to_owned())
 }

@@ -30,7 +30,6 @@ mod benchmark_recording;
 mod body;
 mod experiment;
 mod hand;
-pub mod hand_joints;
 mod learning_curves;
 pub mod online;
 pub mod opening;

@@ -17,7 +17,9 @@ pub struct OnlineOptions {
     pub precision: Precision,
     /// Inputs per inference, for tasks that batch; the task's default if none.
     pub batch: Option<u16>,
-    /// Minimum score of a detection, for tasks that score them; the checkpoint's if none.
+    /// Minimum score of poses and joints, for tasks that score them; the checkpoint's if none.
+    pub min_score: Option<f32>,
+    /// Minimum score of a joint in the decoder, for tasks that score them; the checkpoint's if none.
     pub confidence: Option<f32>,
 }
 

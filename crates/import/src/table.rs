@@ -113,6 +113,11 @@ impl Table {
         Ok(rows)
     }
 
+    /// The text of a cell.
+    pub(crate) fn text<'a>(&self, row: &'a Row, column: usize) -> &'a str {
+        &row.cells[column]
+    }
+
     /// The value of a cell; none where it is missing: empty or `nan`.
     ///
     /// # Errors
@@ -156,7 +161,7 @@ impl Table {
     }
 
     /// The error for a fault in a cell.
-    fn fault(&self, row: &Row, column: usize, reason: &str) -> ImportError {
+    pub(crate) fn fault(&self, row: &Row, column: usize, reason: &str) -> ImportError {
         let place = format!("line {}: {}", row.line, self.columns[column]);
         ImportError::malformed(&self.path, place, reason)
     }

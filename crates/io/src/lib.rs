@@ -12,6 +12,8 @@
 //! * [`evt`], [`dat`]: recordings of Prophesee's cameras.
 //! * [`aedat2`], [`nmnist`], [`yarp`]: recordings of other programs and data sets.
 //! * [`framed`]: a stream for sockets and pipes, of our own.
+//! * [`poses`]: poses of hands and people over time, as tables and JSON Lines, and the layouts of other
+//!   programs.
 //! * [`predictions`]: joints of bodies over time, as MoveEnet's programs write them.
 //! * [`tensors`]: windows of a recording as dense planes, for other programs.
 //! * [`frames`]: the light of an image sequence, one frame at a time.
@@ -61,6 +63,7 @@ pub mod meta;
 pub mod nmnist;
 pub mod npz;
 mod open;
+pub mod poses;
 mod positional;
 pub mod predictions;
 mod sink;

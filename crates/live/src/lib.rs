@@ -69,7 +69,7 @@
 //!     type Output = PoseEstimate;
 //!
 //!     fn infer(&mut self, _: &u64) -> Result<PoseEstimate, StreamError> {
-//!         Ok(PoseEstimate::Body { joints_px: [None; BODY_JOINTS], scores: [0.0; BODY_JOINTS] })
+//!         Ok(PoseEstimate::Body { joints_px: [None; BODY_JOINTS], scores: [0.0; BODY_JOINTS], score: 0.0 })
 //!     }
 //! }
 //!
@@ -109,5 +109,7 @@ pub use error::LiveError;
 pub use meter::{LatencyBaseline, LatencySummary, Meter, Report};
 pub use packet::Packet;
 pub use pipeline::{Control, LiveOptions, Observer, run};
-pub use pose::{LivePose, PoseOrigin};
+pub use pose::LivePose;
 pub use queue::PacketQueue;
+
+pub use evpose_pose::PoseOrigin;

@@ -242,8 +242,11 @@ mod tests {
     fn latencies_since_a_baseline_exclude_earlier_ones() {
         let meter = Meter::new();
         let add = |origin, ms| {
-            let pose =
-                PoseEstimate::Body { joints_px: [None; BODY_JOINTS], scores: [0.0; BODY_JOINTS] };
+            let pose = PoseEstimate::Body {
+                joints_px: [None; BODY_JOINTS],
+                scores: [0.0; BODY_JOINTS],
+                score: 0.0,
+            };
             let latency = Duration::from_millis(ms);
             meter.record(&LivePose { t: Micros(0), latency, origin, pose });
         };

@@ -3,16 +3,8 @@
 use std::time::Duration;
 
 use evpose_core::Micros;
-use evpose_pose::PoseEstimate;
-
-/// Origin of a pose.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum PoseOrigin {
-    /// Inferred by the network from a representation of events.
-    Network,
-    /// Propagated by the filter after an inferred pose; counted separately.
-    Propagated,
-}
+use evpose_io::poses::{PoseKind, TimedPose};
+use evpose_pose::{PoseEstimate, PoseOrigin};
 
 /// A pose with its event time stamp and latency.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,4 +17,23 @@ pub struct LivePose {
     pub origin: PoseOrigin,
     /// The pose.
     pub pose: PoseEstimate,
+}
+
+impl LivePose {
+    /// Kind of the pose.
+    pub fn kind(&self) -> PoseKind {
+        match self.pose {
+            PoseEstimate::Body { .. } => PoseKind::Body,
+            PoseEstimate::Hand { .. } => PoseKind::Hand,
+        }
+    }
+
+    /// The pose as tables and JSON have it.
+    pub fn timed(&self) -> TimedPose {
+        TimedPose {
+            origin: Some(self.origin),
+            latency_ms: Some(1e3 * self.latency.as_secs_f64()),
+            ..TimedPose::new(self.t, &self.pose)
+        }
+    }
 }

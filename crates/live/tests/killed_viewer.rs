@@ -51,7 +51,7 @@ impl Source for PacketSource {
 }
 
 fn answer() -> PoseEstimate {
-    PoseEstimate::Body { joints_px: [None; BODY_JOINTS], scores: [0.0; BODY_JOINTS] }
+    PoseEstimate::Body { joints_px: [None; BODY_JOINTS], scores: [0.0; BODY_JOINTS], score: 0.0 }
 }
 
 struct ConstantFrontend;

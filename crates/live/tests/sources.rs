@@ -124,8 +124,22 @@ fn the_camera_and_the_sensor_of_a_stream_are_chosen_as_of_a_file() {
     let (address, sender) = serve(bytes);
     let larger = SensorSize { width: 640, height: 480 };
     let given = reading(OpenOptions { sensor: Some(larger), ..OpenOptions::default() });
-    assert_eq!(open(&address, &given).unwrap().sensor(), larger);
+    let message = open(&address, &given).err().unwrap().to_string();
+    assert!(message.contains("states a sensor of 346x260, not of 640x480"), "{message}");
     sender.join().unwrap();
+    // Of a framed stream, too.
+    let framed = |given| {
+        let (address, sender) = server(|socket| {
+            drop(FramedWriter::begin("socket", &socket, SENSOR));
+        });
+        let given = reading(OpenOptions { sensor: Some(given), ..OpenOptions::default() });
+        let opened = open(&address, &given).map(|source| source.sensor());
+        sender.join().unwrap();
+        opened
+    };
+    assert_eq!(framed(SENSOR).unwrap(), SENSOR);
+    let message = framed(larger).unwrap_err().to_string();
+    assert!(message.contains("states a sensor of 346x260, not of 640x480"), "{message}");
 }
 
 #[test]

@@ -3,16 +3,20 @@
 use crate::HandParams;
 use crate::body::{BODY_JOINTS, BodyPoints};
 use crate::metric::HandPoints;
+use glam::Vec3;
 
 /// A pose of a task.
 #[derive(Debug, Clone, PartialEq)]
 pub enum PoseEstimate {
     /// Joints of a person in pixels of the sensor, with their scores.
     Body {
-        /// Positions of joints; none for those that were not detected.
+        /// Positions of joints; none for those that were not detected, and none at all where nobody
+        /// was.
         joints_px: BodyPoints,
         /// Scores of the joints, 0 to 1.
         scores: [f32; BODY_JOINTS],
+        /// Score of the pose, 0 to 1: whether somebody is there.
+        score: f32,
     },
     /// A hand.
     Hand {
@@ -20,5 +24,63 @@ pub enum PoseEstimate {
         params: HandParams,
         /// Its 21 points.
         points: Box<HandPoints>,
+        /// The points in metres in the camera's frame: x right, y down, z forwards.
+        camera_m: Box<[Vec3; 21]>,
     },
+}
+
+impl PoseEstimate {
+    /// Score of the pose, 0 to 1: see [`pose_score`](crate::body::pose_score). None for hands, whose
+    /// networks regress a pose for every input and score none.
+    pub fn score(&self) -> Option<f32> {
+        match self {
+            Self::Body { score, .. } => Some(*score),
+            Self::Hand { .. } => None,
+        }
+    }
+}
+
+/// Origin of a pose.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum PoseOrigin {
+    /// Inferred by the network from a representation of events.
+    Network,
+    /// Propagated by the filter after an inferred pose; counted separately.
+    Propagated,
+}
+
+impl PoseOrigin {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::Network, Self::Propagated];
+
+    /// Name in tables and JSON: `network` or `propagated`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Network => "network",
+            Self::Propagated => "propagated",
+        }
+    }
+}
+
+/// Frame of coordinates of joints in metres.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum JointFrame {
+    /// The camera's, as OpenCV has it: x right, y down, z forwards.
+    #[default]
+    Camera,
+    /// The world of the simulation.
+    World,
+}
+
+impl JointFrame {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::Camera, Self::World];
+
+    /// Name in tables and JSON: `camera` or `world`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Camera => "camera",
+            Self::World => "world",
+        }
+    }
 }

@@ -41,6 +41,6 @@ mod side;
 pub mod stream;
 
 pub use error::PoseError;
-pub use estimate::PoseEstimate;
+pub use estimate::{JointFrame, PoseEstimate, PoseOrigin};
 pub use hand_params::{EVALUATION_JOINTS, HAND_BONES, HandParams, PARAMETER_NAMES, PARAMETERS};
 pub use side::{HandSide, Mirror};

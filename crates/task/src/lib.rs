@@ -16,13 +16,14 @@
 //! let config = HandConfig::parse("[representation]\nwindow_ms = 50", &[])?;
 //! let mut events = EventStream::empty(SensorSize { width: 32, height: 24 });
 //! for ms in 0..60 {
-//!     events.push(Event { t: Micros(1_000 * ms), x: 5, y: 7, polarity: Polarity::On })?;
+//!     events.push(Event { t: Micros(1_000 * ms), x: ms as u16 % 32, y: 7, polarity: Polarity::On })?;
 //! }
 //! // A network takes the place of the constant: see `NetworkPredictor`.
 //! let mut predictor = ConstantPose(HandParams::default());
 //! let poses = poses_every_ms(&config, &events, &mut predictor, &mut |_| {})?;
 //! assert_eq!(poses.len(), 10);
-//! assert_eq!(poses[0].t, Micros(50_000));
+//! // Of the events before 51 ms.
+//! assert_eq!(poses[0].t, Micros(51_000));
 //! # Ok(())
 //! # }
 //! ```

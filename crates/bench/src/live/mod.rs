@@ -254,6 +254,7 @@ impl<'a> Bench<'a> {
             camera: None,
             precision: Precision::F32,
             batch: None,
+            min_score: None,
             confidence: Some(MIN_CONFIDENCE),
         };
         let model = match &self.args.checkpoint {

@@ -14,8 +14,8 @@ use evpose_datasets::check::CheckOptions;
     Findings may be false alarms: a limb that points at the camera is short, and a person who stands\n\
     still has constant integer labels.\n\nExit codes: 0 without findings, 2 with findings.")]
 pub(crate) struct CheckLabelsArgs {
-    /// Annotations (.json), poses of simulated people (.poses.csv), YARP folders of skeletons, or
-    /// directories of any of these
+    /// Annotations (.json), tables of poses (.poses.csv; by name also .csv and .jsonl), YARP folders of
+    /// skeletons, or directories of any of these
     #[arg(required = true)]
     pub(crate) paths: Vec<PathBuf>,
     /// Where to write the findings as JSON

@@ -4,14 +4,15 @@ use std::ffi::OsStr;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use evpose_core::SensorSize;
 use evpose_datasets::check::{LabelTrack, TrackFrame, tracks_of};
 use evpose_datasets::h36m::{self, ClipName};
 use evpose_datasets::read_annotations;
+use evpose_io::poses::{PoseKind, PoseSequence, read_poses};
 use evpose_io::yarp::{YarpSkeleton, read_skeletons};
 use evpose_pose::body::BodyPoints;
-use evpose_sim::person::{PersonInfo, PoseTable};
+use evpose_sim::person::PersonInfo;
 use glam::Vec2;
 
 use super::images::ImageSizes;
@@ -26,7 +27,7 @@ const TABLE: &str = ".poses.csv";
 pub(super) enum Source {
     /// An annotation file.
     Annotations(PathBuf),
-    /// Poses of a simulated person.
+    /// Poses of a person.
     Table(PathBuf),
     /// A folder with a log of skeletons, or the log.
     Skeletons(PathBuf),
@@ -36,7 +37,7 @@ pub(super) enum Source {
 pub(super) fn find(path: &Path) -> Result<Vec<Source>> {
     if !path.is_dir() {
         // A file given by name is read by its extension, even if its content differs.
-        let source = if is_table(path) {
+        let source = if is_poses(path) {
             Source::Table(path.to_owned())
         } else if path.extension() == Some(OsStr::new("log")) {
             Source::Skeletons(path.to_owned())
@@ -77,6 +78,11 @@ fn below(directory: &Path, sources: &mut Vec<Source>) -> std::io::Result<()> {
 
 fn is_table(path: &Path) -> bool {
     path.file_name().is_some_and(|name| name.to_string_lossy().ends_with(TABLE))
+}
+
+/// Whether a file that is given by name is one of poses, in any format.
+fn is_poses(path: &Path) -> bool {
+    is_table(path) || path.extension().is_some_and(|ending| ending == "csv" || ending == "jsonl")
 }
 
 /// Whether a folder has the published name of skeleton logs.
@@ -130,7 +136,8 @@ fn annotated(path: &Path, image_size: Option<SensorSize>) -> Result<Vec<LabelTra
 }
 
 fn simulated(path: &Path, image_size: Option<SensorSize>) -> Result<LabelTrack> {
-    let table = PoseTable::read(path)?;
+    let PoseSequence { kind, poses, .. } = read_poses(path)?;
+    ensure!(kind == PoseKind::Body, "{}: poses of a hand, not of a person", path.display());
     let name = path.to_string_lossy();
     let name = name.strip_suffix(TABLE).unwrap_or(&name).to_owned();
     let size = match image_size {
@@ -138,8 +145,8 @@ fn simulated(path: &Path, image_size: Option<SensorSize>) -> Result<LabelTrack> 
         None => sensor_of(Path::new(&format!("{name}.toml")))?,
     };
     // The first line is a header, and lines count from 1.
-    let frames = table.rows.iter().zip(2..).map(|(row, line): (_, u64)| {
-        frame(format!("line {line}"), row.t.as_seconds(), row.joints_px)
+    let frames = poses.iter().zip(2..).map(|(pose, line): (_, u64)| {
+        frame(format!("line {line}"), pose.t.as_seconds(), pose.body_px())
     });
     Ok(LabelTrack { name, frames: frames.collect(), image_size: Some(pixels(size)) })
 }

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use evpose_infer::Precision;
 
 use evpose_app::args::DeviceArgs;
+use evpose_commands::args::score;
 use evpose_commands::opening::OpeningArgs;
 
 #[derive(Debug, clap::Args)]
@@ -67,7 +68,11 @@ pub(crate) struct LiveArgs {
     /// davis346 or evk4, or a vertical field of view such as 45deg [default: 45deg, with a note]
     #[arg(long)]
     pub(crate) camera: Option<String>,
-    /// Minimum score of a detected joint of bodies [the checkpoint's]
+    /// Bodies: minimum score of a pose and of a joint, 0 to 1; below it, positions are left out [poses
+    /// and joints: the checkpoint's]
+    #[arg(long, value_name = "SCORE", value_parser = score)]
+    pub(crate) min_score: Option<f32>,
+    /// Bodies: minimum score of a joint in the decoder of the network [the checkpoint's]
     #[arg(long)]
     pub(crate) confidence: Option<f32>,
     /// Capacity of the event queue in packets

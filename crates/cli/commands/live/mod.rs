@@ -45,6 +45,7 @@ pub(crate) fn run(args: &LiveArgs) -> Result<()> {
         camera: args.camera.clone(),
         precision: args.precision,
         batch: args.batch,
+        min_score: args.min_score,
         confidence: args.confidence,
     };
     let model = evpose_commands::open(&args.checkpoint, &args.device)?;

@@ -17,7 +17,7 @@ use super::{SHOWN, say_sequences};
 
 pub(super) fn run(args: &HandsArgs) -> Result<()> {
     let config = config(&args.target)?;
-    let choice = LabelChoice { on_image: args.on_image, frame: args.frame.into() };
+    let choice = LabelChoice { on_image: args.on_image, frame: args.frame.map(Into::into) };
     let pairs = args.own.pairs()?;
     // Labels are small: all faults in them are found before anything is written.
     let labels = pairs.iter().map(|(_, path, _)| read_hand_labels(path, choice));

@@ -6,9 +6,9 @@ use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
 use evpose_commands::opening::OpeningArgs;
 use evpose_core::Micros;
-use evpose_import::hand::JointFrame;
 use evpose_import::{FrameCount, LabelClock};
 use evpose_pose::HandSide;
+use evpose_pose::JointFrame;
 
 use crate::commands::opening::FileOpeningArgs;
 
@@ -116,7 +116,7 @@ impl PeopleArgs {
 pub(crate) enum Frame {
     /// Of the camera, as OpenCV has it: x right, y down, z forwards
     Camera,
-    /// Of the simulation's world, as `evpose infer --joints` writes it
+    /// Of the simulation's world
     World,
 }
 
@@ -182,9 +182,9 @@ pub(crate) struct HandsArgs {
     /// Side of the hand; a network of the other hand is shown the mirror image
     #[arg(long, value_enum, default_value_t = Side::Right)]
     pub(crate) side: Side,
-    /// Frame of joints in metres
-    #[arg(long, value_enum, default_value_t = Frame::Camera)]
-    pub(crate) frame: Frame,
+    /// Frame of joints in metres, of tables without a column `frame` [default: camera]
+    #[arg(long, value_enum)]
+    pub(crate) frame: Option<Frame>,
     /// Fit to joints in pixels, even if the file has some in metres
     #[arg(long = "2d")]
     pub(crate) on_image: bool,

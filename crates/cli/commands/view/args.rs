@@ -38,11 +38,10 @@ pub(crate) struct ViewArgs {
     /// End so many seconds after the first event [default: the end of the recording]
     #[arg(long, value_name = "SECONDS")]
     pub(crate) to: Option<f64>,
-    /// Overlay predicted joints in orange: the output of `evpose infer`, for hands that of its
-    /// `--joints`
-    #[arg(long, value_name = "FILE.csv")]
+    /// Overlay predicted joints in orange: poses of `evpose infer` or `evpose live`, in any format
+    #[arg(long, value_name = "FILE")]
     pub(crate) joints: Option<PathBuf>,
-    /// Overlay true joints in green: labels of `evpose simulate`, `.poses.csv` or `.meta`
+    /// Overlay true joints in green: labels of `evpose simulate`, `.meta` or a table of poses
     #[arg(long, value_name = "FILE")]
     pub(crate) truth: Option<PathBuf>,
     /// Frames per second of the animation

@@ -1,21 +1,17 @@
 //! People and hands drawn over a recording.
 
-use std::fs;
 use std::path::Path;
 
 use anyhow::{Context, Result};
 use evpose_core::Micros;
-use evpose_io::Input;
-use evpose_io::predictions::{DelayUnit, predictions_of};
+use evpose_io::poses::{PoseKind, PoseSequence, read_poses};
 use evpose_pose::body::BodyPoints;
-use evpose_sim::person::PoseTable;
 use evpose_task::hand::{HandConfig, HandView};
 use evpose_train::HandLabelTrack;
 use glam::Vec2;
 use image::{Rgb, RgbImage};
 
 use super::ViewArgs;
-use evpose_commands::hand_joints;
 use evpose_report::canvas::{Canvas, PREDICTION, TRUTH};
 
 /// Joints over time, each in a colour.
@@ -46,13 +42,12 @@ impl Overlay {
             let track = if is_hand {
                 Track::Simulated(Box::new(SimulatedHand::open(path)?))
             } else {
-                let rows = PoseTable::read(path)?.rows.into_iter();
-                Track::Bodies(rows.map(|row| (row.t, row.joints_px)).collect())
+                poses(path)?
             };
             tracks.push((TRUTH, track));
         }
         if let Some(path) = &args.joints {
-            tracks.push((PREDICTION, predicted(path)?));
+            tracks.push((PREDICTION, poses(path)?));
         }
         Ok(Self { tracks })
     }
@@ -88,21 +83,16 @@ fn last<T>(track: &[(Micros, T)], t: Micros) -> Option<&T> {
     seen.checked_sub(1).and_then(|last| track.get(last)).map(|(_, joints)| joints)
 }
 
-/// Predictions of `evpose infer`, of bodies or of a hand.
-fn predicted(path: &Path) -> Result<Track> {
-    let text = fs::read_to_string(path).with_context(|| format!("reading {}", path.display()))?;
-    if hand_joints::is_one(&text) {
-        let mut found = hand_joints::read(&text, path)?;
-        found.sort_by_key(|(t, _)| *t);
-        return Ok(Track::Hands(found));
-    }
-    let mut predictions: Vec<(Micros, BodyPoints)> =
-        predictions_of(Input::memory(path, text.into_bytes()), DelayUnit::Seconds)?
-            .into_iter()
-            .map(|prediction| (Micros::from_seconds(prediction.t_s), prediction.joints_px))
-            .collect();
-    predictions.sort_by_key(|(t, _)| *t);
-    Ok(Track::Bodies(predictions))
+/// Poses in any format, of a person or of a hand.
+fn poses(path: &Path) -> Result<Track> {
+    let PoseSequence { kind, mut poses, .. } = read_poses(path)?;
+    poses.sort_by_key(|pose| pose.t);
+    Ok(match kind {
+        PoseKind::Body => {
+            Track::Bodies(poses.iter().map(|pose| (pose.t, pose.body_px())).collect())
+        }
+        PoseKind::Hand => Track::Hands(poses.iter().map(|pose| (pose.t, pose.hand_px())).collect()),
+    })
 }
 
 impl SimulatedHand {
@@ -121,7 +111,8 @@ impl SimulatedHand {
     /// Its points in pixels, where all of them are before the camera.
     fn at(&self, t: Micros) -> Result<Option<[Vec2; 21]>> {
         let last = self.labels.frames().saturating_sub(1);
-        let frame = u64::try_from(t.0.div_euclid(1_000)).unwrap_or(0).min(last);
+        // Record `k` is the pose at the end of frame `k`.
+        let frame = u64::try_from(t.0.div_euclid(1_000) - 1).unwrap_or(0).min(last);
         let (pose, betas) = (self.labels.pose(frame)?, self.labels.betas_at(frame));
         let points = self.stage.points(self.labels.hand(), &pose, betas);
         Ok(points.in_front())

@@ -9,8 +9,8 @@ use evpose_stats::bootstrap::BootstrapConfig;
 use evpose_stats::interval::Interval;
 use evpose_task::body::{BodyCheckpoint, BodyPredictor, BodyPredictorOptions, PropagationConfig};
 use evpose_train::body::{
-    BodyRecordingResult, BodyRecordings, BodyResults, evaluate_body, evaluate_propagation,
-    mean_pose_of_recordings,
+    BodyRecordingResult, BodyRecordings, BodyResults, DetectionCounts, evaluate_body,
+    evaluate_propagation, mean_pose_of_recordings,
 };
 use serde::Serialize;
 
@@ -36,6 +36,8 @@ struct Report {
     /// The network's scores on each recording.
     recordings: Vec<RecordingScores>,
     mean_pose: BodySummary,
+    /// Whether somebody is reported where somebody is.
+    detections: DetectionCounts,
     #[serde(skip_serializing_if = "Option::is_none")]
     fusion: Option<Fusion>,
 }
@@ -114,6 +116,7 @@ fn evaluate(model: &BodyModel, args: &EvalArgs, data: &Path) -> Result<()> {
     print("network", &network.raw);
     print("mean pose", &mean_pose.raw);
     print_joints(&network);
+    print_detections(&evaluated.detections());
     let scores = by_recording(&evaluated, bootstrap)?;
     print_lowest(&scores);
     if let Some((delay, rate)) = network.delay_s.zip(network.rate_hz) {
@@ -129,6 +132,7 @@ fn evaluate(model: &BodyModel, args: &EvalArgs, data: &Path) -> Result<()> {
         network,
         recordings: scores,
         mean_pose,
+        detections: evaluated.detections(),
         fusion: None,
     };
     if args.fusion {
@@ -204,6 +208,26 @@ pub(super) fn print(method: &str, scores: &BodyScores) {
         cell(scores.auc, 3),
         cell(scores.mpjpe_px, 2)
     ));
+}
+
+/// Prints what is reported of nobody, of people, and of joints out of view.
+fn print_detections(counts: &DetectionCounts) {
+    let share = |part: u64, all: u64| 100.0 * part as f64 / all.max(1) as f64;
+    if let Some(rate) = counts.false_per_minute() {
+        say(format!(
+            "nobody in view for {:.1} min: {rate:.1} false detections per minute, {:.1}% of the poses",
+            counts.empty_min,
+            share(counts.false_poses, counts.empty)
+        ));
+    }
+    if counts.people > 0 {
+        say(format!(
+            "people not found: {:.1}% of the poses; joints out of view left out: {:.1}% of {}",
+            share(counts.missed_poses, counts.people),
+            share(counts.joints_left_out, counts.joints_out_of_view),
+            counts.joints_out_of_view
+        ));
+    }
 }
 
 fn print_joints(summary: &BodySummary) {

@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use anyhow::{Result, bail, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use evpose_core::Micros;
 use evpose_io::Windows;
-use evpose_io::predictions::{DelayUnit, PredictionWriter, Undetected};
-use evpose_io::yarp::{CoordinateFormat, YarpSkeleton, write_skeletons};
-use evpose_pose::body::{file_from_network, torso};
-use evpose_pose::metric::body::BodyPrediction;
+use evpose_io::poses::{
+    PoseFormat, PoseKind, PoseSequence, TimedPose, pose_format_by_name, write_poses,
+};
+use evpose_pose::PoseOrigin;
 use evpose_task::body::{BodyPredictorOptions, BodyRecordingStream, PropagationConfig};
 use evpose_train::body::propagated_poses;
 use evpose_view::Calibration;
@@ -16,9 +16,6 @@ use evpose_view::Calibration;
 use super::BodyModel;
 use crate::args::InferArgs;
 use evpose_app::progress::{bar, note, say};
-
-/// Channel of the skeletons of a folder.
-const CHANNEL: &str = "skeleton";
 
 pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
     let checkpoint = &model.checkpoint;
@@ -37,7 +34,11 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
         let calibration = Calibration::choose(args.camera.as_deref(), windows.sensor())?;
         let predictor = predictor.another();
         let of = BodyRecordingStream::of_camera;
-        Ok(of(windows, &calibration, checkpoint, propagation, predictor)?)
+        let stream = of(windows, &calibration, checkpoint, propagation, predictor)?;
+        Ok(match args.min_score {
+            Some(min_score) => stream.with_min_score(min_score),
+            None => stream,
+        })
     };
     let mut recording = open(None)?;
     let Some(start) = recording.start() else { bail!("{}: no events", args.events.display()) };
@@ -51,42 +52,59 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
         args.events.display(),
         1e3 * (end - start).as_seconds()
     );
-    let mut writer = PredictionWriter::create(&args.out, DelayUnit::Seconds, Undetected::MinusOne)?;
-    let mut skeletons = Vec::new();
+    let mut poses = PoseSequence::new(PoseKind::Body);
     let progress = bar("inferring", (end - start).0 as u64 / 1_000, "ms");
     let (mut t, mut count, mut delay_s) = (start + step, 0u64, 0.0);
     while t <= end {
-        let prediction = recording.predict(t)?;
-        writer.write(&prediction)?;
-        skeletons.extend(args.skeletons.is_some().then(|| skeleton(&prediction)));
-        (count, delay_s) = (count + 1, delay_s + prediction.delay_s);
+        let (estimate, own_s) = recording.pose(t)?;
+        (count, delay_s) = (count + 1, delay_s + own_s);
+        poses.poses.extend(estimate.map(|estimate| TimedPose {
+            origin: Some(PoseOrigin::Network),
+            latency_ms: Some(1e3 * own_s),
+            ..TimedPose::new(t, &estimate)
+        }));
         progress.set_position((t - start).0 as u64 / 1_000);
         t = t + step;
     }
     progress.finish_and_clear();
-    writer.finish()?;
+    write_poses(&args.out, &poses, args.format)?;
     for warning in recording.warnings() {
         note(format!("warning: {}: {warning}", args.events.display()));
     }
+    let inferred = poses.poses.len() as u64;
+    if inferred < count {
+        let early = count - inferred;
+        note(format!("note: nothing before enough events have come: {early} of {count} times"));
+    }
+    let nobody = poses.poses.iter().filter(|pose| pose.body_px().iter().all(Option::is_none));
+    let nobody = match nobody.count() {
+        0 => String::new(),
+        nobody => format!(", {nobody} of them of nobody"),
+    };
     say(format!(
-        "{count} poses, {:.2} ms each: {}",
+        "{inferred} poses{nobody}, {:.2} ms each: {}",
         1e3 * delay_s / count.max(1) as f64,
         args.out.display()
     ));
     if let Some(folder) = &args.skeletons {
-        write_skeletons(folder, CHANNEL, &skeletons, CoordinateFormat::Whole)?;
+        write_poses(folder, &poses, skeletons_format()?)?;
         say(format!("skeletons: {}", folder.display()));
     }
     if let Some(path) = &args.fused {
-        write_propagated(path, &args.events, &open, stride_ms)?;
+        write_propagated(path, args, &open, stride_ms)?;
     }
     Ok(())
+}
+
+/// The format of `--skeletons`.
+fn skeletons_format() -> Result<&'static PoseFormat> {
+    pose_format_by_name("yarp").context("no format of skeletons")
 }
 
 /// Writes poses at the output rate, propagated by velocities from events.
 fn write_propagated(
     path: &Path,
-    events: &Path,
+    args: &InferArgs,
     open: &dyn Fn(Option<&PropagationConfig>) -> Result<BodyRecordingStream>,
     stride_ms: u32,
 ) -> Result<()> {
@@ -96,34 +114,24 @@ fn write_propagated(
         ..PropagationConfig::default()
     };
     let mut recording = open(Some(&config))?;
-    let Some(start) = recording.start() else { bail!("{}: no events", events.display()) };
+    let Some(start) = recording.start() else { bail!("{}: no events", args.events.display()) };
     let end = recording.end()?;
-    let poses = propagated_poses(&mut recording, &config, (start, end))?;
-    let mut writer = PredictionWriter::create(path, DelayUnit::Seconds, Undetected::MinusOne)?;
-    for pose in &poses {
-        writer.write(&BodyPrediction {
-            t_s: pose.t_s,
-            delay_s: 0.0,
-            joints_px: pose.propagated,
-        })?;
+    let mut poses = PoseSequence::new(PoseKind::Body);
+    for pose in propagated_poses(&mut recording, &config, (start, end))? {
+        // There is nothing to propagate before the first inference.
+        let Some(estimate) = pose.estimate else { continue };
+        poses.poses.push(TimedPose {
+            origin: Some(PoseOrigin::Propagated),
+            latency_ms: Some(0.0),
+            ..TimedPose::new(Micros::from_seconds(pose.t_s), &estimate)
+        });
     }
-    writer.finish()?;
+    write_poses(path, &poses, args.format)?;
     say(format!(
         "{} propagated poses, {} per second: {}",
-        poses.len(),
+        poses.poses.len(),
         config.output_hz,
         path.display()
     ));
     Ok(())
-}
-
-fn skeleton(prediction: &BodyPrediction) -> YarpSkeleton {
-    let joints = file_from_network(&prediction.joints_px);
-    YarpSkeleton {
-        t: Micros::from_seconds(prediction.t_s),
-        joints: joints.map(|joint| joint.map_or([-1.0; 2], |at| at.to_array())),
-        head_size_px: None,
-        torso_size_px: torso(&prediction.joints_px),
-        confidences: None,
-    }
 }

@@ -244,7 +244,11 @@ impl PoseModel for BodyModel {
         let propagation = PropagationConfig::default();
         // Nothing in 2D follows from the focal length: a guess needs no note.
         let calibration = Calibration::choose(options.camera.as_deref(), sensor)?;
-        let stream = body_stream(&self.checkpoint, &calibration, Some(&propagation), predictor)?;
+        let mut stream =
+            body_stream(&self.checkpoint, &calibration, Some(&propagation), predictor)?;
+        if let Some(min_score) = options.min_score {
+            stream.frontend = stream.frontend.with_min_score(min_score);
+        }
         Ok(Box::new(TaskStream {
             stream,
             propagate_hz: PROPAGATE_HZ,

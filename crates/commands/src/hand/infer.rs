@@ -1,13 +1,13 @@
 //! `evpose infer` of hands.
 
-use std::fmt::Write as _;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use evpose_app::progress::{bar, note, say};
 use evpose_core::{EventStream, Micros, SensorSize, TimeWindow, atomic_write};
 use evpose_io::Recording;
-use evpose_pose::{HandParams, PARAMETER_NAMES};
+use evpose_io::poses::{PoseColumns, PoseKind, PoseSequence, TimedPose, write_poses};
+use evpose_pose::{HandParams, PoseOrigin};
 use evpose_task::hand::{
     HandConfig, HandEstimate, HandView, NetworkPredictor, SlowMotionTracker, calibration_for,
     canonical_view, poses_every_ms,
@@ -16,7 +16,6 @@ use evpose_view::ViewAdaptor;
 
 use super::HandModel;
 use crate::args::InferArgs;
-use crate::hand_joints;
 
 /// Event time of the packets of the slow-motion mode.
 const PACKET: Micros = Micros(100_000);
@@ -49,23 +48,23 @@ pub(super) fn run(model: &HandModel, args: &InferArgs) -> Result<()> {
         );
     }
 
-    let mut csv = format!("t_us,{}\n", PARAMETER_NAMES.join(","));
-    for (t, pose) in &poses {
-        let values: Vec<String> = pose.to_array().iter().map(f32::to_string).collect();
-        let _ = writeln!(csv, "{},{}", t.0, values.join(","));
+    let view = HandView::new(config)?.seen_by(&adaptor);
+    // A network of both hands does not predict the side.
+    let side = config.simulation.hands.side(0);
+    let mut sequence = PoseSequence::new(PoseKind::Hand);
+    for (t, params) in poses {
+        let estimate = view.estimate(side, params);
+        sequence
+            .poses
+            .push(TimedPose { origin: Some(PoseOrigin::Network), ..TimedPose::new(t, &estimate) });
     }
-    atomic_write(&args.out, csv.as_bytes())
-        .with_context(|| format!("writing {}", args.out.display()))?;
-    say(format!("{} poses: {}", poses.len(), args.out.display()));
+    write_poses(&args.out, &sequence, args.format)?;
+    say(format!("{} poses: {}", sequence.poses.len(), args.out.display()));
 
     if let Some(path) = &args.joints {
-        let view = HandView::new(config)?.seen_by(&adaptor);
-        // A network of both hands does not predict the side.
-        let side = config.simulation.hands.side(0);
-        let mut csv = hand_joints::header();
-        for (t, pose) in &poses {
-            hand_joints::push(&mut csv, *t, &view.points(side, pose, &[]));
-        }
+        let columns = PoseColumns::of(PoseKind::Hand).without_params();
+        let mut csv = columns.header();
+        sequence.poses.iter().for_each(|pose| columns.push_line(&mut csv, pose));
         atomic_write(path, csv.as_bytes())
             .with_context(|| format!("writing {}", path.display()))?;
         say(format!("joints: {}", path.display()));

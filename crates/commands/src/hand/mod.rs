@@ -41,6 +41,9 @@ use crate::task::{DataSetInfo, PoseModel, PoseTask, PrecisionScores};
 const DEVICE_BATCH: usize = 16;
 /// Propagated poses per second.
 const PROPAGATE_HZ: f64 = 1_000.0;
+/// Hands and scores.
+const NO_SCORE: &str =
+    "--min-score is for bodies: networks of hands regress a pose and do not score it";
 
 /// The hand task.
 pub(crate) struct Hand;
@@ -218,10 +221,16 @@ impl PoseModel for HandModel {
         if args.skeletons.is_some() || args.fused.is_some() || args.stride_ms.is_some() {
             bail!("--skeletons, --fused and --stride-ms are for bodies");
         }
+        if args.min_score.is_some() {
+            bail!(NO_SCORE);
+        }
         infer::run(self, args)
     }
 
     fn stream(&self, sensor: SensorSize, options: &OnlineOptions) -> Result<Box<dyn OnlineStream>> {
+        if options.min_score.is_some() {
+            bail!(NO_SCORE);
+        }
         let config = self.checkpoint.config.clone();
         let adaptor = infer::adaptor(&config, sensor, options.camera.as_deref())?;
         let is_cpu = self.device == DeviceKind::Flex.resolve()?;

@@ -1,29 +1,20 @@
 //! A format of hand labels, and the labels as they are read.
 
 use evpose_core::Micros;
-use evpose_pose::HandParams;
+use evpose_pose::{HandParams, JointFrame};
 use glam::{Vec2, Vec3};
 
 use crate::ImportError;
 use crate::table::Table;
-
-/// Frame of coordinates of joints in metres.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum JointFrame {
-    /// The camera's, as OpenCV has it: x right, y down, z forwards.
-    #[default]
-    Camera,
-    /// The world of the simulation, as `evpose infer --joints` writes it.
-    World,
-}
 
 /// Choice among the labels that a file holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct LabelChoice {
     /// Joints on the image are read, even if there are some in metres.
     pub on_image: bool,
-    /// Frame of joints in metres.
-    pub frame: JointFrame,
+    /// Frame of joints in metres, of tables that do not state it; the camera's if none. One that a table
+    /// contradicts is an error.
+    pub frame: Option<JointFrame>,
 }
 
 /// Joints of a hand, in the order of [`evpose_pose::EVALUATION_JOINTS`]; none where not labelled.

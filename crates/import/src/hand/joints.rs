@@ -1,17 +1,19 @@
 //! Joints of a hand as CSV: `t_us` or `t_s`, then `index_tip_x_m`, `index_tip_y_m`, `index_tip_z_m`
 //! in metres or `index_tip_u_px`, `index_tip_v_px` in pixels of the sensor, of any of the 21 joints.
 //!
-//! The columns are those of `evpose infer --joints`, in any order. Empty cells, or `nan`,
-//! are joints that are not labelled.
+//! The columns are those of [`evpose_io::poses`], in any order: `frame` says whether metres are in the frame
+//! of the `camera` or of the `world`. Empty cells, or `nan`, are joints that are not labelled.
 
 use evpose_core::Micros;
-use evpose_pose::EVALUATION_JOINTS;
-use glam::{DVec3, Vec2};
+use evpose_pose::{EVALUATION_JOINTS, JointFrame};
+use glam::{DVec3, Vec2, Vec3};
 
 use super::format::{HandJoints, HandLabelFormat, HandLabels, LabelChoice, LabelledHand};
 use crate::ImportError;
-use crate::table::Table;
+use crate::table::{Row, Table};
 
+/// Column of the frame of metres.
+const FRAME: &str = "frame";
 /// Suffixes of columns in metres.
 const METRES: [&str; 3] = ["_x_m", "_y_m", "_z_m"];
 /// Suffixes of columns in pixels.
@@ -46,6 +48,7 @@ fn read(table: &Table, choice: LabelChoice) -> Result<HandLabels, ImportError> {
     }
     let columns_m = if in_pixels { [None; 21] } else { columns(table, METRES)? };
     let columns_px = if in_pixels { columns(table, PIXELS)? } else { [None; 21] };
+    let frame_column = table.column(FRAME);
     let label = |(t, row): (Micros, _)| -> Result<_, ImportError> {
         let label = if in_pixels {
             let mut joints_px = [None; 21];
@@ -60,11 +63,49 @@ fn read(table: &Table, choice: LabelChoice) -> Result<HandLabels, ImportError> {
                 let at_m = columns.map(|columns| table.values(row, columns)).transpose()?;
                 *joint = at_m.flatten().map(|at_m| DVec3::from(at_m).as_vec3());
             }
-            HandJoints::Metres(joints_m, choice.frame)
+            let frame = match frame_column {
+                Some(column) => stated_frame(table, row, column, choice.frame)?,
+                None => choice.frame.unwrap_or_default(),
+            };
+            if frame == JointFrame::Camera
+                && let Some(joint) = behind_camera(&joints_m)
+            {
+                let column = table.required(&format!("{joint}{}", METRES[2]))?;
+                let reason =
+                    "not in front of the camera: are joints in the world's frame (--frame world)?";
+                return Err(table.fault(row, column, reason));
+            }
+            HandJoints::Metres(joints_m, frame)
         };
         Ok(LabelledHand { t, label })
     };
     Ok(HandLabels::Joints(table.rows()?.into_iter().map(label).collect::<Result<_, _>>()?))
+}
+
+/// The frame that a line states, which must be the one that was asked for.
+fn stated_frame(
+    table: &Table,
+    row: &Row,
+    column: usize,
+    asked: Option<JointFrame>,
+) -> Result<JointFrame, ImportError> {
+    let name = table.text(row, column);
+    let Some(stated) = JointFrame::ALL.into_iter().find(|frame| frame.name() == name) else {
+        return Err(table.fault(row, column, &format!("`{name}` is neither camera nor world")));
+    };
+    match asked.filter(|asked| *asked != stated) {
+        None => Ok(stated),
+        Some(asked) => {
+            let reason = format!("`{name}`, but --frame {} was given", asked.name());
+            Err(table.fault(row, column, &reason))
+        }
+    }
+}
+
+/// The first joint that cannot be in the camera's frame, whose z points forwards.
+fn behind_camera(joints_m: &[Option<Vec3>; 21]) -> Option<&'static str> {
+    let mut joints = EVALUATION_JOINTS.iter().zip(joints_m);
+    joints.find(|(_, at_m)| at_m.is_some_and(|at_m| at_m.z <= 0.0)).map(|(name, _)| *name)
 }
 
 /// Indices of the columns of each joint; none for joints that the table does not have.
@@ -106,7 +147,6 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
     use glam::Vec3;
 
-    use super::super::format::JointFrame;
     use super::super::registry::read_hand_labels;
     use super::*;
 
@@ -145,6 +185,30 @@ mod tests {
         let HandJoints::Pixels(joints_px) = labels[0] else { panic!("not pixels") };
         assert_eq!(joints_px[0], None);
         assert_eq!(joints_px[18], Some(Vec2::new(3.0, 4.0)));
+    }
+
+    #[test]
+    fn the_frame_that_a_table_states_counts() {
+        let text = "t_us,frame,wrist_x_m,wrist_y_m,wrist_z_m\n0,world,3,4,-5\n";
+        let frame = |text: &str, frame| match of(text, LabelChoice { frame, ..Default::default() })
+        {
+            Ok(labels) => match labels[0] {
+                HandJoints::Metres(_, frame) => Ok(frame),
+                HandJoints::Pixels(_) => panic!("not metres"),
+            },
+            Err(error) => Err(error.to_string()),
+        };
+        assert_eq!(frame(text, None), Ok(JointFrame::World));
+        assert_eq!(frame(text, Some(JointFrame::World)), Ok(JointFrame::World));
+        let message = frame(text, Some(JointFrame::Camera)).unwrap_err();
+        assert!(message.contains("line 2: frame: `world`, but --frame camera"), "{message}");
+        let message = frame(&text.replace("world", "room"), None).unwrap_err();
+        assert!(message.contains("`room` is neither"), "{message}");
+        // As `evpose infer --joints` of earlier versions wrote them, without saying so.
+        let old = text.replace(",frame", "").replace(",world", "");
+        let message = frame(&old, None).unwrap_err();
+        assert!(message.contains("wrist_z_m") && message.contains("--frame world"), "{message}");
+        assert_eq!(frame(&old, Some(JointFrame::World)), Ok(JointFrame::World));
     }
 
     #[test]

@@ -16,6 +16,6 @@ mod target;
 mod track;
 
 pub use fit::{FitOptions, FittedHand, HandFitter};
-pub use format::{HandJoints, HandLabelFormat, HandLabels, JointFrame, LabelChoice, LabelledHand};
+pub use format::{HandJoints, HandLabelFormat, HandLabels, LabelChoice, LabelledHand};
 pub use registry::{HAND_LABEL_FORMATS, read_hand_labels};
 pub use sequence::{HandOptions, HandReport, import_hand};

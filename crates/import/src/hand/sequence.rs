@@ -2,8 +2,8 @@
 //! of a view of more than 256 rows, or the format of the config), `NAME.meta` and `NAME.toml`, as
 //! `evpose simulate` writes them.
 //!
-//! Record `k` is the pose `k` milliseconds after the start of the sequence, and frame `k` holds the
-//! events of the millisecond that begins there: the times of poses of `evpose infer`.
+//! Frame `k` holds the events of millisecond `k` of the sequence, and record `k` is the pose at the end of
+//! that millisecond, as of simulated sequences: what `evpose infer` states for the same events.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -155,16 +155,16 @@ pub fn import_hand(
     }
     for (part, name) in parts.into_iter().zip(names) {
         let labels = &poses[part.clone()];
-        let start = ceil_ms(labels[0].t);
-        let frames = 1 + (floor_ms(labels[labels.len() - 1].t) - start).0 / MS.0;
+        let start = ceil_ms(labels[0].t) - MS;
+        let frames = (floor_ms(labels[labels.len() - 1].t) - start).0 / MS.0;
         let mut meta = MetaWriter::create_for_hands(files(&name, "meta"))?;
         let mut events = StepWriter::create(&directory.join(&name), format, seen.sensor())?;
         let end = start + Micros(frames * MS.0);
         let cut = cut(&seen, TimeWindow { start, end });
         for frame in 0..frames {
             let t = Micros(frame * MS.0);
-            // Frames lie between the first and the last label.
-            let Some(pose) = pose_at(labels, start + t) else { continue };
+            // Ends of frames lie between the first and the last label.
+            let Some(pose) = pose_at(labels, start + t + MS) else { continue };
             meta.hand(&pose)?;
             events.step(&cut.slice(TimeWindow { start: t, end: t + MS }))?;
         }

@@ -1,10 +1,11 @@
 //! Labelled joints in the frame of a fit.
 
+use evpose_pose::JointFrame;
 use evpose_task::hand::HandView;
 use evpose_view::ViewAdaptor;
 use glam::{Vec2, Vec3};
 
-use super::format::{HandJoints, JointFrame};
+use super::format::HandJoints;
 
 /// Fewest labelled joints that determine a hand, in space and on the image.
 const MIN_JOINTS: [usize; 2] = [6, 8];

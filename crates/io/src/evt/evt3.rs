@@ -227,7 +227,7 @@ fn vector(words: &[[u8; 2]]) -> Vector {
         return Vector { mask, width: 32, words: 3 };
     }
     let word = words.first().map_or(0, value);
-    if word >> 12 == VECT_12.into() {
+    if word >> 12 == u32::from(VECT_12) {
         Vector { mask: word & 0xFFF, width: 12, words: 1 }
     } else {
         Vector { mask: word & 0xFF, width: 8, words: 1 }

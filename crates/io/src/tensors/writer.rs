@@ -57,7 +57,9 @@ impl TensorWriter {
     /// If they are of another shape or one too many, or if writing fails.
     pub fn write(&mut self, end: Micros, planes: &[f32]) -> Result<(), IoError> {
         let [windows, window @ ..] = self.shape;
-        if planes.len() as u64 != window.iter().product() || self.ends.len() as u64 == windows {
+        if planes.len() as u64 != window.iter().product::<u64>()
+            || self.ends.len() as u64 == windows
+        {
             let reason = format!("{} values of window {}", planes.len(), self.ends.len());
             let of = format!("a stack of {windows} windows of {window:?}");
             return Err(IoError::unwritable(&self.path, format!("{reason}, in {of}")));

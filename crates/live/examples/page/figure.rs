@@ -51,7 +51,7 @@ impl Actor for Figure {
 
     fn pose(&self, t: Micros) -> PoseEstimate {
         let joints_px = Self::joints(t).map(Some);
-        PoseEstimate::Body { joints_px, scores: [0.9; BODY_JOINTS] }
+        PoseEstimate::Body { joints_px, scores: [0.9; BODY_JOINTS], score: 0.9 }
     }
 
     fn outline(&self, t: Micros, later: Micros) -> Outline {

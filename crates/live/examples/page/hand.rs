@@ -84,7 +84,8 @@ impl Actor for Hand {
         let world_m = self.posed(t, |body| body.evaluation_points(&self.model));
         let image_px = world_m.map(|point| camera.image_from_camera(point));
         let points = Box::new(HandPoints { world_m, image_px });
-        PoseEstimate::Hand { params: params(t), points }
+        let camera_m = Box::new(world_m.map(|at| Vec3::new(at.x, -at.y, -at.z)));
+        PoseEstimate::Hand { params: params(t), points, camera_m }
     }
 
     fn outline(&self, t: Micros, later: Micros) -> Outline {

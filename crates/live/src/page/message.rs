@@ -122,11 +122,11 @@ impl PoseMessage {
     /// The message with the joints and vertices of `estimate`.
     pub(super) fn drawn(mut self, estimate: &PoseEstimate, mesh: Option<&mut HandMesh>) -> Self {
         match estimate {
-            PoseEstimate::Body { joints_px, scores } => {
+            PoseEstimate::Body { joints_px, scores, .. } => {
                 self.joints = joints_px.iter().map(joint).collect();
                 self.tenths = Some(scores.iter().map(|score| Tenth(10.0 * score)).collect());
             }
-            PoseEstimate::Hand { params, points } => {
+            PoseEstimate::Hand { params, points, .. } => {
                 self.joints = points.image_px.iter().map(joint).collect();
                 let vertices = mesh.and_then(|mesh| (mesh.vertices)(params));
                 self.vertices = vertices

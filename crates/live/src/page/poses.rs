@@ -114,8 +114,11 @@ mod tests {
     use evpose_pose::PoseEstimate;
 
     fn pose(origin: PoseOrigin, latency_us: u64) -> LivePose {
-        let estimate =
-            PoseEstimate::Body { joints_px: [None; BODY_JOINTS], scores: [0.0; BODY_JOINTS] };
+        let estimate = PoseEstimate::Body {
+            joints_px: [None; BODY_JOINTS],
+            scores: [0.0; BODY_JOINTS],
+            score: 0.0,
+        };
         LivePose {
             t: Micros(7),
             latency: Duration::from_micros(latency_us),

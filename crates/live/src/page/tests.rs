@@ -48,7 +48,7 @@ fn pose(origin: PoseOrigin, x: f32) -> LivePose {
     let mut joints_px = [None; BODY_JOINTS];
     joints_px[3] = Some(Vec2::new(x, 20.0));
     joints_px[4] = Some(Vec2::NAN);
-    let estimate = PoseEstimate::Body { joints_px, scores: [0.5; BODY_JOINTS] };
+    let estimate = PoseEstimate::Body { joints_px, scores: [0.5; BODY_JOINTS], score: 0.5 };
     LivePose { t: Micros(77), latency: Duration::from_millis(12), origin, pose: estimate }
 }
 

@@ -106,7 +106,7 @@ impl CallLog {
 struct LoggingFrontend(CallLog);
 
 fn answer() -> PoseEstimate {
-    PoseEstimate::Body { joints_px: [None; BODY_JOINTS], scores: [0.0; BODY_JOINTS] }
+    PoseEstimate::Body { joints_px: [None; BODY_JOINTS], scores: [0.0; BODY_JOINTS], score: 0.0 }
 }
 
 impl StreamFrontend for LoggingFrontend {

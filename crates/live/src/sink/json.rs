@@ -1,20 +1,13 @@
-//! Poses as JSON Lines, to a file, a pipe or a socket.
+//! Poses as JSON Lines, to a file, a pipe or a socket: see [`evpose_io::poses`].
 
 use std::io::{self, Write};
 
-use evpose_pose::EVALUATION_JOINTS;
-use evpose_pose::body::JOINT_NAMES;
-use serde_json::{Map, Value, json};
+use evpose_io::poses::json_line;
 
 use super::Sink;
-use crate::{LivePose, PoseOrigin};
-use evpose_pose::PoseEstimate;
+use crate::LivePose;
 
-/// Writes a line for every pose: `t_us`, `origin` (`network` or `propagated`), `latency_ms`, and
-///
-/// * for a body, `joints`: pixels and score of each detected joint;
-/// * for a hand, `params`, its 12 parameters, and `joints`: metres and pixels of each of its 21
-///   points, the latter null behind the camera.
+/// Writes a line for every pose, with the names of the table.
 pub struct JsonLines<W> {
     name: String,
     out: W,
@@ -33,41 +26,10 @@ impl<W: Write + Send + 'static> Sink for JsonLines<W> {
     }
 
     fn write(&mut self, pose: &LivePose) -> io::Result<()> {
-        serde_json::to_writer(&mut self.out, &value(pose))?;
-        self.out.write_all(b"\n")
+        self.out.write_all(json_line(pose.kind(), &pose.timed()).as_bytes())
     }
 
     fn flush(&mut self) -> io::Result<()> {
         self.out.flush()
     }
-}
-
-/// A pose as JSON.
-pub fn value(pose: &LivePose) -> Value {
-    let origin = match pose.origin {
-        PoseOrigin::Network => "network",
-        PoseOrigin::Propagated => "propagated",
-    };
-    let latency_ms = pose.latency.as_micros() as f64 * 1e-3;
-    let mut line = json!({ "t_us": pose.t.0, "origin": origin, "latency_ms": latency_ms });
-    let mut joints = Map::new();
-    match &pose.pose {
-        PoseEstimate::Body { joints_px, scores } => {
-            for ((name, at), score) in JOINT_NAMES.iter().zip(joints_px).zip(scores) {
-                if let Some(at) = at {
-                    joints.insert((*name).to_owned(), json!([at.x, at.y, score]));
-                }
-            }
-        }
-        PoseEstimate::Hand { params, points } => {
-            line["params"] = json!(params.to_array());
-            let points = points.world_m.iter().zip(&points.image_px);
-            for (name, (m, px)) in EVALUATION_JOINTS.iter().zip(points) {
-                let px = px.map(|px| json!([px.x, px.y]));
-                joints.insert((*name).to_owned(), json!({ "m": [m.x, m.y, m.z], "px": px }));
-            }
-        }
-    }
-    line["joints"] = Value::Object(joints);
-    line
 }

@@ -13,7 +13,6 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 pub use json::JsonLines;
-pub use json::value as pose_as_json;
 pub use table::PoseCsv;
 
 use crate::{LiveError, LivePose};

@@ -7,8 +7,8 @@ use evpose_core::SensorSize;
 use evpose_io::aedat4::Aedat4Stream;
 use evpose_io::{Columns, OpenOptions};
 
-use super::Source;
 use super::connection::ShutdownHandle;
+use super::{Source, check_sensor};
 use crate::LiveError;
 
 /// Events from dv-processing's `NetworkWriter`, or a piped AEDAT 4.0 file; their host time is that
@@ -26,7 +26,8 @@ impl<R: Read + Send + 'static> Dv<R> {
     /// and the sensor are used.
     ///
     /// # Errors
-    /// If the header is unreadable or invalid, lacks the camera, or lacks its sensor.
+    /// If the header is unreadable or invalid, lacks the camera, or lacks its sensor or states
+    /// another than the options.
     pub fn open(
         name: impl Into<String>,
         bytes: R,
@@ -34,6 +35,9 @@ impl<R: Read + Send + 'static> Dv<R> {
     ) -> Result<Self, LiveError> {
         let name = name.into();
         let stream = Aedat4Stream::open(&name, bytes, options.camera.unwrap_or(0))?;
+        if let Some(stated) = stream.sensor() {
+            check_sensor(&name, options.sensor, stated)?;
+        }
         let sensor = options.sensor.or(stream.sensor()).ok_or_else(|| LiveError::Source {
             name: name.clone(),
             reason: "the stream does not state its sensor: give it, as 346x260".to_owned(),

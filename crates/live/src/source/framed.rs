@@ -7,8 +7,8 @@ use evpose_core::SensorSize;
 use evpose_io::Columns;
 use evpose_io::framed::FramedReader;
 
-use super::Source;
 use super::connection::ShutdownHandle;
+use super::{Source, check_sensor};
 use crate::LiveError;
 
 /// Events of a framed stream; their host time is that of arrival.
@@ -47,9 +47,13 @@ impl<R: Read + Send + 'static> Framed<R> {
         Self { shutdown, ..self }
     }
 
-    /// The same source with the sensor size that the user gives.
-    pub(super) fn of_sensor(self, given: Option<SensorSize>) -> Self {
-        Self { sensor: given.unwrap_or(self.sensor), ..self }
+    /// The same source, of which the user gives the size of the sensor.
+    ///
+    /// # Errors
+    /// If the stream states another.
+    pub(super) fn of_sensor(self, given: Option<SensorSize>) -> Result<Self, LiveError> {
+        check_sensor(&self.name, given, self.sensor)?;
+        Ok(self)
     }
 }
 

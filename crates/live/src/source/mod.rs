@@ -11,7 +11,7 @@ mod replay;
 use std::time::{Duration, Instant};
 
 use evpose_core::{Micros, SensorSize};
-use evpose_io::Columns;
+use evpose_io::{Columns, IoError};
 
 #[cfg(feature = "cameras")]
 pub use camera::CameraSource;
@@ -79,6 +79,18 @@ pub trait Source: Send + 'static {
     /// A function that ends a blocked [`Self::next`] from another thread.
     fn waker(&self) -> Option<Box<dyn Fn() + Send + Sync>> {
         None
+    }
+}
+
+/// Refuses a size of the sensor that is not the one that a stream states.
+fn check_sensor(
+    name: &str,
+    given: Option<SensorSize>,
+    stated: SensorSize,
+) -> Result<(), LiveError> {
+    match given.filter(|given| *given != stated) {
+        None => Ok(()),
+        Some(given) => Err(IoError::OtherSensor { path: name.into(), given, stated }.into()),
     }
 }
 

@@ -72,7 +72,7 @@ fn stream(connection: Connection, options: &SourceOptions) -> Result<Box<dyn Sou
     let bytes = Cursor::new(head.clone()).chain(bytes);
     let open = &options.replay.open;
     if head.starts_with(MAGIC) {
-        let stream = Framed::open(&name, bytes)?.of_sensor(open.sensor);
+        let stream = Framed::open(&name, bytes)?.of_sensor(open.sensor)?;
         shutdown.clear_read_timeout(&name)?;
         return Ok(Box::new(stream.with_shutdown_handle(shutdown).with_waiting(is_lossless)));
     }

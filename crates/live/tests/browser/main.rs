@@ -52,6 +52,7 @@ fn feed(page: &Page, meter: &Meter, is_over: &AtomicBool) {
             let estimate = PoseEstimate::Body {
                 joints_px: std::array::from_fn(joint),
                 scores: [0.7; BODY_JOINTS],
+                score: 0.7,
             };
             let pose =
                 LivePose { t, latency: Duration::from_micros(latency_us), origin, pose: estimate };

@@ -143,7 +143,7 @@ impl CountingFrontend {
 }
 
 pub(crate) fn answer() -> PoseEstimate {
-    PoseEstimate::Body { joints_px: [None; BODY_JOINTS], scores: [0.0; BODY_JOINTS] }
+    PoseEstimate::Body { joints_px: [None; BODY_JOINTS], scores: [0.0; BODY_JOINTS], score: 0.0 }
 }
 
 impl StreamFrontend for CountingFrontend {

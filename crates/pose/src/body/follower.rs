@@ -57,6 +57,11 @@ impl BodyFollower {
         self.fusion.query(t)
     }
 
+    /// Forgets the detections, not the events.
+    pub fn forget_detections(&mut self) {
+        self.fusion.reset();
+    }
+
     /// Forgets everything.
     pub fn reset(&mut self) {
         self.velocities.reset();

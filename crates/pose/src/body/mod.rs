@@ -6,6 +6,7 @@
 //! * [`BodyMaps`]: heatmaps, centres, regressions and offsets.
 //! * [`BodyDecoder`]: from maps to [`BodyJoint`]s.
 //! * [`fusion`]: detections fused with velocities measured from events; [`BodyFollower`] does both.
+//! * [`pose_score`], [`PresenceScore`]: whether somebody is there.
 //! * [`positions`], [`positions_and_scores`]: joints as rows of plain values.
 //! * [`velocity`]: velocities of joints, measured from events.
 
@@ -15,6 +16,7 @@ pub mod fusion;
 mod joint;
 mod label;
 mod maps;
+mod score;
 mod skeleton;
 pub mod velocity;
 
@@ -23,6 +25,7 @@ pub use follower::BodyFollower;
 pub use joint::{BodyJoint, positions, positions_and_scores};
 pub use label::{BodyLabel, Keypoint, Visibility};
 pub use maps::BodyMaps;
+pub use score::{PresenceScore, pose_score};
 pub use skeleton::{
     BODY_JOINTS, BodyPoints, JOINT_NAMES, LIMBS, MIRRORED, file_from_network, network_from_file,
     number, torso,

@@ -4,8 +4,9 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use evpose_core::{Micros, atomic_write};
+use evpose_io::poses::{PoseKind, PoseSequence, TimedPose, read_pose_table};
 use evpose_pose::body::{BODY_JOINTS, BodyPoints, JOINT_NAMES};
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
 use super::joints::BodyJoints3;
 use crate::SimError;
@@ -22,8 +23,11 @@ pub struct PoseRow {
 }
 
 /// The labels of a sequence, in order of time: columns `t_us`, then `u_px`, `v_px`, `x_m`, `y_m`
-/// and `z_m` of every joint. The first two are empty for a joint outside of the image, all five
-/// where nobody is.
+/// and `z_m` of every joint, the latter three in the world. The first two are empty for a joint outside
+/// of the image, all five where nobody is.
+///
+/// The names are those of [`evpose_io::poses`], by which tables are read; this one is written with fewer
+/// columns, as it always was.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PoseTable {
     /// Rows, in order of time.
@@ -66,56 +70,32 @@ impl PoseTable {
         atomic_write(path, text.as_bytes()).map_err(|source| SimError::file(path, "write", source))
     }
 
-    /// Reads a table.
+    /// Reads a table; columns are found by their names.
     ///
     /// # Errors
-    /// If it cannot be read, or a line is not one of such a table.
+    /// If it cannot be read, or is no table of a person.
     pub fn read(path: &Path) -> Result<Self, SimError> {
-        let text =
-            std::fs::read_to_string(path).map_err(|source| SimError::file(path, "read", source))?;
-        let fault =
-            |line: usize, reason: String| SimError::Poses { path: path.to_owned(), line, reason };
-        let mut lines = text.lines();
-        if lines.next() != Some(Self::header().as_str()) {
-            return Err(fault(1, "not the columns of poses: t_us, head_u_px, ...".to_owned()));
+        let PoseSequence { kind, poses, .. } = read_pose_table(path)?;
+        if kind != PoseKind::Body {
+            let reason = "not the columns of a person: t_us, head_u_px, ...".to_owned();
+            return Err(SimError::Poses { path: path.to_owned(), line: 1, reason });
         }
-        let rows =
-            lines.enumerate().map(|(k, line)| parse(line).map_err(|reason| fault(k + 2, reason)));
-        Ok(Self { rows: rows.collect::<Result<_, _>>()? })
+        let row = |pose: TimedPose| {
+            let mut joints_m = [Vec3::NAN; BODY_JOINTS];
+            for (at_m, joint) in joints_m.iter_mut().zip(&pose.joints) {
+                *at_m = joint.position_m.unwrap_or(Vec3::NAN);
+            }
+            PoseRow { t: pose.t, joints_px: pose.body_px(), joints_m }
+        };
+        Ok(Self { rows: poses.into_iter().map(row).collect() })
     }
-}
-
-fn parse(line: &str) -> Result<PoseRow, String> {
-    let cells: Vec<&str> = line.split(',').collect();
-    let expected = 1 + COLUMNS.len() * BODY_JOINTS;
-    if cells.len() != expected {
-        return Err(format!("{} columns where {expected} are expected", cells.len()));
-    }
-    let t = cells[0].parse().map_err(|_| format!("`{}` is no time in microseconds", cells[0]))?;
-    let number = |cell: &str| match cell.parse::<f32>() {
-        Ok(value) if value.is_finite() => Ok(value),
-        _ => Err(format!("`{cell}` is no number")),
-    };
-    let mut row = PoseRow {
-        t: Micros(t),
-        joints_px: [None; BODY_JOINTS],
-        joints_m: [Vec3::ZERO; BODY_JOINTS],
-    };
-    for (joint, cells) in cells[1..].as_chunks::<5>().0.iter().enumerate() {
-        let [u, v, x, y, z] = cells;
-        if !(u.is_empty() && v.is_empty()) {
-            row.joints_px[joint] = Some(Vec2::new(number(u)?, number(v)?));
-        }
-        let is_absent = x.is_empty() && y.is_empty() && z.is_empty();
-        row.joints_m[joint] =
-            if is_absent { Vec3::NAN } else { Vec3::new(number(x)?, number(y)?, number(z)?) };
-    }
-    Ok(row)
 }
 
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
+    use glam::Vec2;
+
     use super::*;
 
     #[test]
@@ -154,5 +134,18 @@ mod tests {
         assert!(message.contains("line 2") && message.contains("2 columns"), "{message}");
         std::fs::write(&path, "something else").unwrap();
         assert!(PoseTable::read(&path).unwrap_err().to_string().contains("line 1"));
+        std::fs::write(&path, "t_us,wrist_u_px,wrist_v_px\n").unwrap();
+        let message = PoseTable::read(&path).unwrap_err().to_string();
+        assert!(message.contains("of a person"), "{message}");
+    }
+
+    #[test]
+    fn columns_are_found_by_name() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("poses.csv");
+        std::fs::write(&path, "head_v_px,score,t_us,head_u_px\n2,0.5,7,1\n").unwrap();
+        let row = &PoseTable::read(&path).unwrap().rows[0];
+        assert_eq!((row.t, row.joints_px[0]), (Micros(7), Some(Vec2::new(1.0, 2.0))));
+        assert!(row.joints_px[1..].iter().all(Option::is_none));
     }
 }

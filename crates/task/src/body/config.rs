@@ -11,6 +11,7 @@ use evpose_view::Denoise;
 use serde::{Deserialize, Serialize};
 
 use super::augmentation::BodyAugmentation;
+use super::detection::BodyDetectionConfig;
 use super::resample::Interpolation;
 use crate::schedule::{EarlyStop, Schedule};
 use crate::{FieldDifference, TaskError, toml_text};
@@ -53,6 +54,9 @@ pub struct BodyConfig {
     pub targets: BodyTargetConfig,
     /// Decoding of the output maps.
     pub decoding: BodyDecodingConfig,
+    /// When a pose is reported.
+    #[serde(skip_serializing_if = "BodyDetectionConfig::is_default")]
+    pub detection: BodyDetectionConfig,
     /// Optimiser and duration.
     pub training: BodyTrainingConfig,
     /// Held-out data.
@@ -259,6 +263,7 @@ impl Default for BodyConfig {
             loss: BodyLossConfig::default(),
             targets: BodyTargetConfig::default(),
             decoding: BodyDecodingConfig::default(),
+            detection: BodyDetectionConfig::default(),
             training: BodyTrainingConfig::default(),
             evaluation: BodyEvaluationConfig::default(),
         }
@@ -412,6 +417,12 @@ impl BodyConfig {
         }
         if !(self.decoding.softening_cells.is_finite() && self.decoding.softening_cells > 0.0) {
             return fail("decoding.softening_cells", "must be above 0");
+        }
+        if !self.detection.is_valid() {
+            return fail(
+                "detection",
+                "min_score must be 0 to 1, memory_ms 0 to 60000, min_events_per_pixel 0 to 100",
+            );
         }
         if self.decoding.second_pass.is_some_and(|SecondPass { side, min_side }| {
             !(1.0..=8.0).contains(&side) || !(0.05..=1.0).contains(&min_side)

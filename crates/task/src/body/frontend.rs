@@ -4,7 +4,7 @@
 use evpose_core::{EventStream, Micros, Plane, SensorSize};
 use evpose_pose::PoseEstimate;
 use evpose_pose::body::fusion::ScoredPoints;
-use evpose_pose::body::{BODY_JOINTS, BodyFollower, BodyJoint, BodyPoints};
+use evpose_pose::body::{BodyFollower, BodyJoint, PresenceScore, pose_score};
 use evpose_pose::stream::{InferenceWorker, PoseStream, StreamError, StreamFrontend};
 use evpose_repr::{
     BlurWork, ChannelOrder, GaussianKernel, Representation, StreamWindow, representation_by_name,
@@ -73,9 +73,15 @@ pub fn body_stream(
             BodyFollower::new(sensor, *velocity, fusion, *min_samples)
         })
         .transpose()?;
+    let detection = checkpoint.config.detection;
     let frontend = BodyFrontend {
         representation: start_representation(image, canonical.size())?,
+        min_score: detection.min_score,
+        min_joint_score: 0.0,
+        presence: PresenceScore::new(1e-3 * f64::from(detection.memory_ms)),
+        min_events: detection.min_events(canonical.size()),
         canonical,
+        events: 0,
         follower,
         last_detection: None,
     };
@@ -87,18 +93,46 @@ pub fn body_stream(
 pub struct BodyFrontend {
     canonical: CanonicalEvents,
     representation: Box<dyn Representation>,
+    /// Poses of a lower score are of nobody.
+    min_score: f32,
+    /// Joints of a lower score are not reported, beside those that the decoder leaves out.
+    min_joint_score: f32,
+    presence: PresenceScore,
+    /// Events of the canonical view so far, and before the first inference.
+    events: u64,
+    min_events: u64,
     /// None if poses are not propagated.
     follower: Option<BodyFollower>,
-    last_detection: Option<ScoredPoints>,
+    last_detection: Option<(ScoredPoints, f32)>,
+}
+
+impl BodyFrontend {
+    /// The same with a minimum score of poses, instead of the checkpoint's, and of joints.
+    #[must_use]
+    pub fn with_min_score(self, min_score: f32) -> Self {
+        Self { min_score, min_joint_score: min_score, ..self }
+    }
+
+    /// Leaves out what scores too low: joints, or all of them in a pose of this score.
+    fn reported(&self, mut detection: ScoredPoints, score: f32) -> ScoredPoints {
+        let is_there = score >= self.min_score;
+        for (point, score) in detection.points.iter_mut().zip(detection.scores) {
+            *point = point.filter(|_| is_there && score >= self.min_joint_score);
+        }
+        detection
+    }
 }
 
 impl StreamFrontend for BodyFrontend {
     type Input = Plane<u8>;
     type Output = Vec<BodyJoint>;
-    type Pose = (BodyPoints, [f32; BODY_JOINTS]);
+    /// With the score of the pose.
+    type Pose = (ScoredPoints, f32);
 
     fn push(&mut self, events: &EventStream) -> Result<(), StreamError> {
-        self.representation.push(self.canonical.push(events));
+        let view_events = self.canonical.push(events);
+        self.events += view_events.len() as u64;
+        self.representation.push(view_events);
         if let Some(follower) = &mut self.follower {
             follower.push(events);
         }
@@ -106,6 +140,9 @@ impl StreamFrontend for BodyFrontend {
     }
 
     fn input(&mut self, t: Micros, memory: Option<Plane<u8>>) -> Option<Plane<u8>> {
+        if self.events < self.min_events {
+            return None;
+        }
         let mut image = memory.unwrap_or_else(|| Plane::for_sensor(self.canonical.size(), 0));
         self.representation.advance(t);
         self.representation.render_u8(image.data_mut());
@@ -121,26 +158,35 @@ impl StreamFrontend for BodyFrontend {
     ) -> Vec<(Micros, Self::Pose)> {
         let mut detection = ScoredPoints::in_image(&joints, self.canonical.size());
         detection.points = self.canonical.sensor_points(&detection.points);
+        let score = self.presence.update(t, pose_score(&detection.scores));
+        let detection = self.reported(detection, score);
         if let Some(follower) = &mut self.follower {
-            follower.detection(t, &detection, now);
+            if detection.points.iter().any(Option::is_some) {
+                follower.detection(t, &detection, now);
+            } else {
+                // Somebody who comes back is somewhere else.
+                follower.forget_detections();
+            }
         }
-        let pose = (detection.points, detection.scores);
-        self.last_detection = Some(detection);
-        vec![(t, pose)]
+        self.last_detection = Some((detection, score));
+        vec![(t, (detection, score))]
     }
 
-    fn estimate(&self, &(joints_px, scores): &Self::Pose) -> PoseEstimate {
-        PoseEstimate::Body { joints_px, scores }
+    fn estimate(&self, (detection, score): &Self::Pose) -> PoseEstimate {
+        let ScoredPoints { points, scores } = *detection;
+        PoseEstimate::Body { joints_px: points, scores, score: *score }
     }
 
     fn propagate(&mut self, t: Micros) -> Option<PoseEstimate> {
-        let ScoredPoints { points, scores } = *self.last_detection.as_ref()?;
+        let (ScoredPoints { points, scores }, score) = self.last_detection?;
         let joints_px = self.follower.as_mut().map_or(points, |follower| follower.at(t));
-        Some(PoseEstimate::Body { joints_px, scores })
+        Some(PoseEstimate::Body { joints_px, scores, score })
     }
 
     fn reset(&mut self) {
         self.canonical.reset();
+        self.events = 0;
+        self.presence.reset();
         self.representation.reset();
         if let Some(follower) = &mut self.follower {
             follower.reset();

@@ -4,6 +4,7 @@ mod augmentation;
 mod canonical_events;
 mod checkpoint;
 mod config;
+mod detection;
 mod frontend;
 mod predictor;
 mod propagation;
@@ -18,6 +19,7 @@ pub use config::{
     BodySourceKind, BodyTargetConfig, BodyTrainingConfig, BodyViewKind, LabelTime, NoiseHistory,
     SecondPass,
 };
+pub use detection::BodyDetectionConfig;
 pub use frontend::{BodyFrontend, BodyWorker, body_stream};
 pub use predictor::{BodyPredictor, BodyPredictorOptions, joints_in_pixels};
 pub use propagation::PropagationConfig;

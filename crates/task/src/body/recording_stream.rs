@@ -5,6 +5,8 @@ use std::time::Instant;
 
 use evpose_core::{EventStream, Micros, Rejected, SensorSize, TimeWindow};
 use evpose_io::{OpenOptions, Windows};
+use evpose_pose::PoseEstimate;
+use evpose_pose::body::BodyPoints;
 use evpose_pose::metric::body::BodyPrediction;
 use evpose_pose::stream::{PoseStream, StreamFrontend};
 
@@ -57,6 +59,13 @@ impl BodyRecordingStream {
         Ok(Self { windows, stream, events: EventStream::empty(sensor), read_to: None })
     }
 
+    /// The same with a minimum score of poses and joints: see [`BodyFrontend::with_min_score`].
+    #[must_use]
+    pub fn with_min_score(mut self, min_score: f32) -> Self {
+        self.stream.frontend = self.stream.frontend.with_min_score(min_score);
+        self
+    }
+
     /// The sensor.
     pub fn sensor(&self) -> SensorSize {
         self.windows.sensor()
@@ -107,12 +116,26 @@ impl BodyRecordingStream {
     /// # Errors
     /// If the recording cannot be read up to there, or the network fails.
     pub fn predict(&mut self, t: Micros) -> Result<BodyPrediction, TaskError> {
+        let (estimate, delay_s) = self.pose(t)?;
+        let joints_px = match estimate {
+            Some(PoseEstimate::Body { joints_px, .. }) => joints_px,
+            _ => BodyPoints::default(),
+        };
+        Ok(BodyPrediction { t_s: t.as_seconds(), delay_s, joints_px })
+    }
+
+    /// As [`Self::predict`], with scores: the pose, none before the recording has shown enough events,
+    /// and how long it took in seconds.
+    ///
+    /// # Errors
+    /// As [`Self::predict`].
+    pub fn pose(&mut self, t: Micros) -> Result<(Option<PoseEstimate>, f64), TaskError> {
         self.advance(t)?;
         let begin = Instant::now();
         let poses = self.stream.infer(t)?;
         let delay_s = begin.elapsed().as_secs_f64();
-        let joints_px = poses.first().map(|(_, (joints_px, _))| *joints_px).unwrap_or_default();
-        Ok(BodyPrediction { t_s: t.as_seconds(), delay_s, joints_px })
+        let estimate = poses.first().map(|(_, pose)| self.stream.frontend.estimate(pose));
+        Ok((estimate, delay_s))
     }
 
     /// The stream, at the last time it was advanced to: for schedules of the caller.

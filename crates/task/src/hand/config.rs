@@ -12,6 +12,7 @@ use evpose_view::Denoise;
 use serde::{Deserialize, Serialize};
 
 use super::camera_turns::CameraTurnConfig;
+use super::detection::HandDetectionConfig;
 use super::slow_motion::SlowMotionConfig;
 use super::two_pass::TwoPassConfig;
 use crate::TaskError;
@@ -48,6 +49,9 @@ pub struct HandConfig {
     /// Windows with fewer events than this repeat the last pose; none infers them all.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hold: Option<StillnessConfig>,
+    /// When a pose is reported.
+    #[serde(skip_serializing_if = "HandDetectionConfig::is_default")]
+    pub detection: HandDetectionConfig,
     /// Temporal filter of predictions.
     pub filter: HandFilterConfig,
     /// The slow-motion mode.
@@ -145,6 +149,7 @@ impl Default for HandConfig {
             loss: HandLossConfig::default(),
             training: TrainingConfig::default(),
             hold: None,
+            detection: HandDetectionConfig::default(),
             filter: HandFilterConfig::default(),
             slow_motion: SlowMotionConfig::default(),
             evaluation: EvaluationConfig::default(),
@@ -279,6 +284,9 @@ impl HandConfig {
         let CameraTurnConfig { roll_deg, tilt_deg } = self.camera_turns;
         if !(0.0..=180.0).contains(&roll_deg) || !(0.0..=45.0).contains(&tilt_deg) {
             return fail("camera_turns", "roll_deg must be 0 to 180, tilt_deg 0 to 45");
+        }
+        if !self.detection.is_valid() {
+            return fail("detection.min_active", "is a share: 0 to 1");
         }
         if self.slow_motion.batch_inputs == 0 {
             return fail("slow_motion.batch_inputs", "must be at least 1");

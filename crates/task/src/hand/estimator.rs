@@ -9,6 +9,7 @@ use evpose_view::DenoiseFilter;
 
 use super::batch::InputBatch;
 use super::config::HandConfig;
+use super::detection::WarmUp;
 use crate::TaskError;
 
 /// A pose of a hand with what the gate and the filter did to it.
@@ -61,6 +62,7 @@ pub struct HandEstimator {
     denoise: Option<DenoiseFilter>,
     /// Memory of the filter.
     filtered: EventStream,
+    warm_up: WarmUp,
     gate: Option<StillnessGate>,
     hold: Option<HoldAtRest>,
     smoothing: Smoothing,
@@ -113,6 +115,7 @@ impl HandEstimator {
             representation,
             denoise,
             filtered,
+            warm_up: WarmUp::new(config.detection, sensor),
             gate,
             hold: config.hold.map(|hold| HoldAtRest::new(&hold, sensor)).transpose()?,
             smoothing,
@@ -169,7 +172,7 @@ impl HandEstimator {
         }
         let poses = gate.repeat(pending.len()).to_vec();
         let batch = std::mem::take(&mut self.pending);
-        let estimates = self.smooth(&batch, &poses, true);
+        let estimates = self.smooth(batch.times(), &poses, true);
         self.pending = batch;
         self.pending.clear();
         Some(estimates)
@@ -181,16 +184,28 @@ impl HandEstimator {
         std::mem::replace(&mut self.pending, next)
     }
 
-    /// Takes the network's outputs for a batch.
-    pub fn accept(&mut self, batch: &InputBatch, outputs: Vec<HandParams>) -> Vec<HandEstimate> {
+    /// Takes the network's outputs for a batch. There are none before an input has shown enough: see
+    /// [`HandDetectionConfig`](super::HandDetectionConfig).
+    pub fn accept(
+        &mut self,
+        batch: &InputBatch,
+        mut outputs: Vec<HandParams>,
+    ) -> Vec<HandEstimate> {
+        let pixels = self.sensor.pixels();
+        let first = self.warm_up.first(batch.values(), pixels);
+        outputs.drain(..first.min(outputs.len()));
+        if outputs.is_empty() {
+            return Vec::new();
+        }
+        let inputs = batch.values().chunks_exact(2 * pixels).skip(first);
+        let times = &batch.times()[first..];
         let held: Vec<HandParams> = match &mut self.hold {
             None => outputs.clone(),
             Some(hold) => {
-                let inputs = batch.values().chunks_exact(2 * self.sensor.pixels());
                 inputs.zip(&outputs).map(|(input, pose)| hold.pose(input, pose)).collect()
             }
         };
-        let estimates = self.smooth(batch, &held, false);
+        let estimates = self.smooth(times, &held, false);
         if let Some(gate) = &mut self.gate {
             gate.predicted(outputs);
         }
@@ -199,12 +214,12 @@ impl HandEstimator {
 
     fn smooth(
         &mut self,
-        batch: &InputBatch,
+        times: &[Micros],
         poses: &[HandParams],
         is_repeated: bool,
     ) -> Vec<HandEstimate> {
-        let Some(&known) = batch.times().last() else { return Vec::new() };
-        let pairs = batch.times().iter().zip(poses);
+        let Some(&known) = times.last() else { return Vec::new() };
+        let pairs = times.iter().zip(poses);
         let estimates = pairs.map(|(&t, measured)| {
             let filtered = self.smoothing.update(t, measured);
             let is_fast = self.smoothing.is_fast();
@@ -228,6 +243,7 @@ impl HandEstimator {
             denoise.reset();
         }
         self.pending.clear();
+        self.warm_up.reset();
         if let Some(gate) = &mut self.gate {
             gate.reset();
         }

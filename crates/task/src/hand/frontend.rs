@@ -70,8 +70,7 @@ pub struct HandFrontend {
 
 impl HandFrontend {
     fn pose(&self, params: HandParams) -> PoseEstimate {
-        let points = Box::new(self.view.points(self.side, &params, &[]));
-        PoseEstimate::Hand { params, points }
+        self.view.estimate(self.side, params)
     }
 }
 

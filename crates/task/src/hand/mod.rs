@@ -4,6 +4,7 @@ mod batch;
 mod camera_turns;
 mod checkpoint;
 mod config;
+mod detection;
 mod estimator;
 mod frontend;
 mod perspective_crop;
@@ -19,6 +20,7 @@ pub use checkpoint::{BEST, HandCheckpoint, LAST};
 pub use config::{
     DeviceStrategy, EvaluationConfig, HandConfig, RepresentationConfig, TrainingConfig,
 };
+pub use detection::HandDetectionConfig;
 pub use estimator::{HandEstimate, HandEstimator};
 pub use frontend::{HandFrontend, HandWorker, hand_stream};
 pub use perspective_crop::PerspectiveCrop;

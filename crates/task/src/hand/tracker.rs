@@ -121,8 +121,9 @@ fn complete(
 }
 
 /// Poses of a recording at every millisecond, from the end of the first full window on; only the
-/// last one where the recording is shorter. The pose at `k` ms is that of the events before `k + 1`
-/// ms, as in training. `progress` is called with the number of poses that were added.
+/// last one where the recording is shorter. The pose at `k` ms is that of the events before, as in
+/// training: record `k` of a `.meta` is the pose at the end of frame `k`. `progress` is called with the
+/// number of poses that were added.
 ///
 /// # Errors
 /// If a setting is out of range or a prediction fails.
@@ -145,7 +146,7 @@ pub fn poses_every_ms(
         let end = Micros((ms + 1) * 1000);
         estimator.push(&events.slice(TimeWindow { start: pushed, end }));
         pushed = end;
-        estimator.sample(end - Micros(1), Micros(ms * 1000));
+        estimator.sample(end - Micros(1), end);
         if estimator.is_full() || ms == last_ms {
             let before = poses.len();
             complete(&mut estimator, predictor, &mut poses)?;

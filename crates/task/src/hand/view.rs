@@ -3,7 +3,7 @@
 use evpose_body::{PosedBody, ShapedBody};
 use evpose_core::SensorSize;
 use evpose_pose::metric::HandPoints;
-use evpose_pose::{HandParams, HandSide};
+use evpose_pose::{HandParams, HandSide, PoseEstimate};
 use evpose_sim::Actor;
 use evpose_sim::raster::Camera;
 use glam::Vec3;
@@ -113,6 +113,19 @@ impl HandView {
     pub fn camera_points<const N: usize>(&self, world_m: &[Vec3; N]) -> [Vec3; N] {
         let camera_from_world = self.camera.camera_from_world();
         world_m.map(|point_m| camera_from_world.transform_point3(point_m))
+    }
+
+    /// Points of the world in the camera's frame as tables of poses have it, which is OpenCV's: x
+    /// right, y down, z forwards.
+    pub fn opencv_points<const N: usize>(&self, world_m: &[Vec3; N]) -> [Vec3; N] {
+        self.camera_points(world_m).map(|at| Vec3::new(at.x, -at.y, -at.z))
+    }
+
+    /// A pose of the neutral hand of `side` with its points.
+    pub fn estimate(&self, side: HandSide, params: HandParams) -> PoseEstimate {
+        let points = Box::new(self.points(side, &params, &[]));
+        let camera_m = Box::new(self.opencv_points(&points.world_m));
+        PoseEstimate::Hand { params, points, camera_m }
     }
 
     /// The evaluated points of a hand of a shape that was made before.

@@ -1,12 +1,14 @@
-//! The score below which a joint is not drawn, calibrated on validation images.
+//! The scores below which a joint is not drawn and a pose is of nobody, calibrated on validation images.
 //!
 //! # Model
 //! A joint of a label is in view or not. A found one is right within [`RIGHT_TORSOS`] of the
 //! torso's length of a joint that is in view, and spurious where none is. The threshold is the
 //! highest of [`THRESHOLDS`] steps that gives up at most [`GIVEN_UP`] of the right joints: what is
-//! gained are spurious and wrong ones that are not drawn.
+//! gained are spurious and wrong ones that are not drawn. The threshold of poses is the highest of
+//! hundredths that gives up at most [`GIVEN_UP_BY_POSES`] of the right joints, with poses that score
+//! lower: what is gained are poses of nobody.
 
-use evpose_pose::body::{BodyJoint, BodyLabel, BodyPoints};
+use evpose_pose::body::{BODY_JOINTS, BodyJoint, BodyLabel, BodyPoints, pose_score};
 use evpose_pose::metric::body::BodyTruth;
 use evpose_task::body::{BodyCheckpoint, BodyPredictor, BodyPredictorOptions};
 use glam::Vec2;
@@ -17,6 +19,9 @@ use crate::TrainError;
 
 const RIGHT_TORSOS: f32 = 0.4;
 const GIVEN_UP: f64 = 0.01;
+/// Of images of all that is randomised, where poses of people and of things that move overlap: a lower
+/// share would leave most of the latter: see `docs/guide/poses.md`.
+const GIVEN_UP_BY_POSES: f64 = 0.08;
 const THRESHOLDS: usize = 60;
 /// The lowest threshold, the published one, and the highest.
 const LOWEST: f64 = 0.01;
@@ -29,6 +34,8 @@ struct FoundScores {
     right: Vec<f32>,
     /// Of joints that are not in view.
     spurious: Vec<f32>,
+    /// Of all joints of an image, with the number of right ones among them.
+    poses: Vec<([f32; BODY_JOINTS], usize)>,
 }
 
 impl FoundScores {
@@ -38,6 +45,11 @@ impl FoundScores {
             *point = keypoint.is_labelled().then(|| keypoint.position * size_px);
         }
         let torso_px = BodyTruth::by_torso(0.0, labelled).size_px;
+        let right_before = self.right.len();
+        let mut scores = [0.0; BODY_JOINTS];
+        for (score, joint) in scores.iter_mut().zip(joints) {
+            *score = joint.score;
+        }
         for (joint, truth) in joints.iter().zip(labelled) {
             let Some(at) = joint.position else { continue };
             match (truth, torso_px) {
@@ -51,11 +63,13 @@ impl FoundScores {
                 (Some(_), None) => {}
             }
         }
+        self.poses.push((scores, self.right.len() - right_before));
     }
 
     fn merge(mut self, other: Self) -> Self {
         self.right.extend(other.right);
         self.spurious.extend(other.spurious);
+        self.poses.extend(other.poses);
         self
     }
 
@@ -71,9 +85,25 @@ impl FoundScores {
         let lost = |threshold: f32| self.right.iter().filter(|score| **score < threshold).count();
         (0..THRESHOLDS).rev().map(at).find(|threshold| lost(*threshold) <= most)
     }
+
+    /// The threshold of poses, of which joints that score below `threshold` are left out.
+    fn min_score(&self, threshold: f32) -> Option<f32> {
+        if self.right.is_empty() {
+            return None;
+        }
+        let cut = |score: f32| if score < threshold { 0.0 } else { score };
+        let score = |scores: &[f32; BODY_JOINTS]| pose_score(&scores.map(cut));
+        let poses: Vec<(f32, usize)> =
+            self.poses.iter().map(|(scores, right)| (score(scores), *right)).collect();
+        let lost = |min_score: f32| -> usize {
+            poses.iter().filter(|(score, _)| *score < min_score).map(|(_, right)| right).sum()
+        };
+        let most = (GIVEN_UP_BY_POSES * self.right.len() as f64).floor() as usize;
+        (0..=60u8).rev().map(|k| 0.01 * f32::from(k)).find(|min_score| lost(*min_score) <= most)
+    }
 }
 
-/// Puts the threshold into a checkpoint that it has on validation images.
+/// Puts the thresholds into a checkpoint that it has on validation images.
 ///
 /// # Errors
 /// If the network cannot be compiled.
@@ -101,6 +131,9 @@ pub(super) fn calibrate_confidence(
         .reduce(FoundScores::default, FoundScores::merge);
     if let Some(threshold) = scores.threshold() {
         checkpoint.config.decoding.confidence = threshold;
+        if let Some(min_score) = scores.min_score(threshold) {
+            checkpoint.config.detection.min_score = min_score;
+        }
     }
     Ok(())
 }
@@ -113,7 +146,8 @@ mod tests {
     #[test]
     fn the_threshold_gives_up_one_right_joint_in_a_hundred() {
         let right: Vec<f32> = (1..=1000).map(|k| 0.001 * k as f32).collect();
-        let scores = FoundScores { right: right.clone(), spurious: vec![0.005; 10] };
+        let scores =
+            FoundScores { right: right.clone(), spurious: vec![0.005; 10], poses: Vec::new() };
         let threshold = scores.threshold().unwrap();
         let lost = right.iter().filter(|score| **score < threshold).count();
         assert!(lost <= 10, "{lost} lost at {threshold}");
@@ -121,6 +155,20 @@ mod tests {
         let certain = FoundScores { right: vec![0.5; 100], ..FoundScores::default() };
         assert!(certain.threshold().unwrap() > 0.4);
         assert_eq!(FoundScores::default().threshold(), None);
+    }
+
+    #[test]
+    fn poses_of_a_low_score_are_given_up_with_few_right_joints() {
+        // The higher a pose scores, the more of its joints are right.
+        let poses: Vec<_> =
+            (0..60).map(|k| ([0.01 * k as f32 + 0.005; BODY_JOINTS], k as usize / 10)).collect();
+        let right = vec![0.5; poses.iter().map(|(_, right)| right).sum()];
+        let scores = FoundScores { right, spurious: Vec::new(), poses };
+        // Of 150 right joints, 12 may be lost: the ten of 0.1 to 0.2, and two of those above.
+        let min_score = scores.min_score(0.0).unwrap();
+        assert!((min_score - 0.21).abs() < 1e-6, "{min_score}");
+        assert_eq!(scores.min_score(0.3), Some(0.0), "joints that are left out score nothing");
+        assert_eq!(FoundScores::default().min_score(0.1), None);
     }
 
     #[test]

@@ -11,8 +11,9 @@ use evpose_sim::person::PoseTable;
 use glam::Vec2;
 use rayon::prelude::*;
 
+use super::detections::DetectionCounts;
 use super::frames::{BodyFrame, BodyFrames, label_of};
-use super::recordings::BodyRecordings;
+use super::recordings::{BodyRecordings, PoseTrack};
 use crate::TrainError;
 use evpose_task::body::BodyCheckpoint;
 use evpose_task::body::{BodyPredictor, BodyRecordingStream, RepresentationReader};
@@ -26,6 +27,8 @@ pub struct BodyRecordingResult {
     pub truth: Vec<BodyTruth>,
     /// Poses predicted by the network.
     pub predictions: Vec<BodyPrediction>,
+    /// Whether somebody is reported where somebody is.
+    pub detections: DetectionCounts,
     /// Scores of the network.
     pub network: BodySequence,
     /// Scores of the mean of all training poses, the baseline.
@@ -43,6 +46,12 @@ impl BodyResults {
     /// Scores of the network.
     pub fn network(&self) -> BodyEvaluation {
         BodyEvaluation { sequences: self.recordings.iter().map(|r| r.network.clone()).collect() }
+    }
+
+    /// Whether somebody is reported where somebody is, over all recordings.
+    pub fn detections(&self) -> DetectionCounts {
+        let counts = self.recordings.iter().map(|recording| recording.detections);
+        counts.fold(DetectionCounts::default(), DetectionCounts::merge)
     }
 
     /// Scores of the mean pose.
@@ -66,7 +75,8 @@ pub fn evaluate_body(
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<BodyResults, TrainError> {
     let one = |(events, poses): &(PathBuf, PathBuf)| {
-        let truth = ground_truth(&PoseTable::read(poses)?);
+        let track = PoseTrack(PoseTable::read(poses)?);
+        let truth = ground_truth(&track.0);
         let mut stream =
             BodyRecordingStream::open(events, camera, checkpoint, None, predictor.another())?;
         let first = Micros(1_000 * i64::from(checkpoint.config.data.first_ms));
@@ -87,11 +97,13 @@ pub fn evaluate_body(
                 ..*prediction
             })
             .collect();
+        let detections = DetectionCounts::of(&track, &predictions, every);
         let protocol = BodyProtocol::default();
         let network = BodySequence::evaluate(&truth, &predictions, &protocol)?;
         let mean_pose = BodySequence::evaluate(&truth, &constant, &protocol)?;
         progress(1);
-        Ok(BodyRecordingResult { events: events.clone(), truth, predictions, network, mean_pose })
+        let events = events.clone();
+        Ok(BodyRecordingResult { events, truth, predictions, detections, network, mean_pose })
     };
     let recordings = recordings.files.par_iter().map(one).collect::<Result<_, TrainError>>()?;
     Ok(BodyResults { recordings })

@@ -13,6 +13,7 @@ mod annotated;
 mod augmentation;
 mod batch;
 mod confidence;
+mod detections;
 mod evaluation;
 mod frames;
 mod learner;
@@ -25,6 +26,7 @@ mod training;
 pub use accuracy::{BodyAccuracy, BodyAccuracyConfig, BodyMeasure};
 pub use augmentation::BodyView;
 pub use batch::BodyBatch;
+pub use detections::DetectionCounts;
 pub use evaluation::{
     BodyRecordingResult, BodyResults, evaluate_body, evaluate_frames, ground_truth,
     mean_pose_of_recordings,

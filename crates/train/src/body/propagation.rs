@@ -32,6 +32,8 @@ pub struct PropagatedPose {
     pub last_detection: BodyPoints,
     /// The newest detection, propagated to this instant.
     pub propagated: BodyPoints,
+    /// The same with its scores; none before the first detection.
+    pub estimate: Option<PoseEstimate>,
 }
 
 /// Poses of a recording at an even rate, from `first` to `end`.
@@ -69,15 +71,16 @@ pub fn propagated_poses(
         while let Some((stamp, input, joints)) =
             pending.pop_front_if(|(stamp, ..)| *stamp + latency <= t)
         {
-            for (_, (joints_px, _)) in frontend.accept(stamp, &input, joints, t) {
-                last_detection = joints_px;
+            for (_, (detection, _)) in frontend.accept(stamp, &input, joints, t) {
+                last_detection = detection.points;
             }
         }
-        let propagated = match frontend.propagate(t) {
-            Some(PoseEstimate::Body { joints_px, .. }) => joints_px,
+        let estimate = frontend.propagate(t);
+        let propagated = match &estimate {
+            Some(PoseEstimate::Body { joints_px, .. }) => *joints_px,
             _ => [None; BODY_JOINTS],
         };
-        poses.push(PropagatedPose { t_s: t.as_seconds(), last_detection, propagated });
+        poses.push(PropagatedPose { t_s: t.as_seconds(), last_detection, propagated, estimate });
         t = t + step;
     }
     Ok(poses)

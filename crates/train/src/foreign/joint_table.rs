@@ -3,15 +3,14 @@
 use std::path::Path;
 
 use evpose_core::Micros;
-use evpose_pose::EVALUATION_JOINTS;
+use evpose_io::poses::{PoseKind, PoseSequence, TimedPose, read_pose_table};
+use evpose_pose::JointFrame;
 use glam::{Vec2, Vec3};
 
 use crate::TrainError;
 
-/// Column suffixes of a joint.
-const COLUMNS: [&str; 5] = ["u_px", "v_px", "x_m", "y_m", "z_m"];
-
-/// The joints of a hand at one time stamp, in the order of [`EVALUATION_JOINTS`].
+/// The joints of a hand at one time stamp, in the order of
+/// [`EVALUATION_JOINTS`](evpose_pose::EVALUATION_JOINTS).
 #[derive(Debug, Clone, PartialEq)]
 pub struct HandJointRow {
     /// Time stamp.
@@ -33,97 +32,48 @@ pub struct HandJointTable {
 }
 
 impl HandJointTable {
-    /// Reads a table. Columns may stand in any order.
+    /// Reads a table of poses of a hand ([`evpose_io::poses`]).
     ///
     /// # Errors
-    /// If it cannot be read, lacks a column, or a cell is no number.
+    /// If it cannot be read, is of a person or in the world's frame, or a time is not later than the one
+    /// before.
     pub fn read(path: &Path) -> Result<Self, TrainError> {
-        let text = std::fs::read_to_string(path)
-            .map_err(|source| TrainError::Io { path: path.to_owned(), source })?;
-        let fault = |line: usize, message: String| TrainError::Config {
-            path: path.to_owned(),
-            message: format!("line {line}: {message}"),
-        };
-        let mut lines = text.lines();
-        let columns = Columns::of(lines.next().unwrap_or_default()).map_err(|m| fault(1, m))?;
-        let mut rows: Vec<HandJointRow> = Vec::new();
-        for (k, line) in lines.enumerate().filter(|(_, line)| !line.trim().is_empty()) {
-            let row = columns.row(line).map_err(|message| fault(k + 2, message))?;
-            if rows.last().is_some_and(|last| last.t >= row.t) {
-                return Err(fault(k + 2, "not later than the line before".to_owned()));
-            }
-            rows.push(row);
+        let fault = |message: String| TrainError::Config { path: path.to_owned(), message };
+        let PoseSequence { kind, frame, poses } = read_pose_table(path)?;
+        if kind != PoseKind::Hand {
+            return Err(fault("of a person, not of a hand".to_owned()));
         }
-        Ok(Self { rows })
+        if frame == Some(JointFrame::World) {
+            return Err(fault("joints are in the world's frame, not the camera's".to_owned()));
+        }
+        // The first line is a header, and lines count from 1.
+        for (line, pair) in (3..).zip(poses.windows(2)) {
+            if pair[1].t <= pair[0].t {
+                return Err(fault(format!("line {line}: not later than the line before")));
+            }
+        }
+        Ok(Self { rows: poses.iter().map(row).collect() })
     }
 }
 
-/// Positions of the columns of a table.
-struct Columns {
-    t: usize,
-    image: [[usize; 2]; 21],
-    camera: Option<[[usize; 3]; 21]>,
-    count: usize,
-}
-
-impl Columns {
-    fn of(header: &str) -> Result<Self, String> {
-        let names: Vec<&str> = header.split(',').map(str::trim).collect();
-        let at = |name: String| {
-            let missing = || format!("no column `{name}`; there are {}", names.join(", "));
-            names.iter().position(|known| **known == *name).ok_or_else(missing)
-        };
-        let of = |joint: &str, column: usize| at(format!("{joint}_{}", COLUMNS[column]));
-        let has_metres = names.iter().any(|name| name.ends_with("_m"));
-        let (mut image, mut camera) = ([[0; 2]; 21], [[0; 3]; 21]);
-        for (k, joint) in EVALUATION_JOINTS.iter().enumerate() {
-            image[k] = [of(joint, 0)?, of(joint, 1)?];
-            if has_metres {
-                camera[k] = [of(joint, 2)?, of(joint, 3)?, of(joint, 4)?];
-            }
-        }
-        let camera = has_metres.then_some(camera);
-        Ok(Self { t: at("t_us".to_owned())?, image, camera, count: names.len() })
+fn row(pose: &TimedPose) -> HandJointRow {
+    let mut image_px = [None; 21];
+    for (point, joint) in image_px.iter_mut().zip(&pose.joints) {
+        *point = joint.image_px;
     }
-
-    fn row(&self, line: &str) -> Result<HandJointRow, String> {
-        let cells: Vec<&str> = line.split(',').map(str::trim).collect();
-        if cells.len() != self.count {
-            return Err(format!("{} columns where {} are expected", cells.len(), self.count));
-        }
-        let number = |at: usize| -> Result<Option<f32>, String> {
-            let cell = cells[at];
-            // Programs write nothing for a joint that is not labelled, or `nan`.
-            if cell.is_empty() || cell.eq_ignore_ascii_case("nan") {
-                return Ok(None);
-            }
-            let value = cell.parse::<f32>().ok().filter(|value| value.is_finite());
-            value.map(Some).ok_or_else(|| format!("`{cell}` is no number"))
-        };
-        let t = cells[self.t].parse().map_err(|_| format!("`{}` is no time", cells[self.t]))?;
-        let mut image_px = [None; 21];
-        for (point, [u, v]) in image_px.iter_mut().zip(self.image) {
-            *point = number(u)?.zip(number(v)?).map(|(u, v)| Vec2::new(u, v));
-        }
-        let mut camera_m = self.camera.map(|_| [Vec3::ZERO; 21]);
-        if let (Some(columns), Some(points)) = (&self.camera, &mut camera_m) {
-            let mut is_whole = true;
-            for (point, [x, y, z]) in points.iter_mut().zip(columns) {
-                match (number(*x)?, number(*y)?, number(*z)?) {
-                    (Some(x), Some(y), Some(z)) => *point = Vec3::new(x, y, z),
-                    _ => is_whole = false,
-                }
-            }
-            camera_m = camera_m.filter(|_| is_whole);
-        }
-        Ok(HandJointRow { t: Micros(t), image_px, camera_m })
-    }
+    let camera_m: Option<Vec<Vec3>> = pose.joints.iter().map(|joint| joint.position_m).collect();
+    let camera_m = camera_m.and_then(|points| points.try_into().ok());
+    HandJointRow { t: pose.t, image_px, camera_m }
 }
 
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
+    use evpose_pose::EVALUATION_JOINTS;
+
     use super::*;
+
+    const COLUMNS: [&str; 5] = ["u_px", "v_px", "x_m", "y_m", "z_m"];
 
     fn table(with_metres: bool, cell: &str) -> String {
         let count = if with_metres { 5 } else { 2 };
@@ -156,13 +106,13 @@ mod tests {
 
     #[test]
     fn faults_name_line_and_column() {
+        let in_world = table(true, "1").replace("t_us,", "t_us,frame,");
+        let in_world = in_world.replace("\n0,", "\n0,world,").replace("\n10000,", "\n10000,world,");
         for (text, want) in [
-            (table(true, "x"), "line 2: `x` is no number"),
-            (
-                table(true, "1").replace("wrist_u_px", "wrist_u"),
-                "no column `wrist_u_px`; there are t_us, wrist_u,",
-            ),
+            (table(true, "x"), "`x` is no number"),
+            (table(true, "1").replace("wrist_u_px", "wrist_u"), "no column `wrist_u_px`"),
             (table(true, "1").replace("10000,", "0,"), "line 3: not later"),
+            (in_world, "world's frame"),
         ] {
             let error = read(&text).unwrap_err().to_string();
             assert!(error.contains(want), "{error}");

@@ -3,11 +3,11 @@
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use evpose_core::SensorSize;
+use evpose_pose::JointFrame;
 use evpose_task::hand::{HandConfig, canonical_view};
 use evpose_view::Calibration;
 
 use super::*;
-use crate::hand::format::JointFrame;
 
 const SENSOR: SensorSize = SensorSize { width: 346, height: 260 };
 

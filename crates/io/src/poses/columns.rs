@@ -1,0 +1,102 @@
+//! Lines of a table of poses.
+
+use std::fmt::Write as _;
+
+use evpose_pose::{JointFrame, PARAMETER_NAMES};
+
+use super::{PoseKind, TimedPose};
+
+/// Suffixes of the columns of a joint.
+pub(super) const PIXELS: [&str; 2] = ["_u_px", "_v_px"];
+pub(super) const SCORE: &str = "_score";
+pub(super) const METRES: [&str; 3] = ["_x_m", "_y_m", "_z_m"];
+
+/// The columns of a table, in the order in which they are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PoseColumns {
+    kind: PoseKind,
+    has_params: bool,
+}
+
+impl PoseColumns {
+    /// All columns of a kind of poses.
+    pub fn of(kind: PoseKind) -> Self {
+        Self { kind, has_params: kind == PoseKind::Hand }
+    }
+
+    /// The same without parameters of hands: joints alone.
+    #[must_use]
+    pub fn without_params(self) -> Self {
+        Self { has_params: false, ..self }
+    }
+
+    /// The header line, with its end.
+    pub fn header(self) -> String {
+        let mut line = "t_us,origin,latency_ms,score".to_owned();
+        if self.kind == PoseKind::Hand {
+            line.push_str(",frame");
+        }
+        for name in PARAMETER_NAMES.iter().filter(|_| self.has_params) {
+            let _ = write!(line, ",{name}");
+        }
+        for joint in self.kind.joint_names() {
+            for suffix in PIXELS {
+                let _ = write!(line, ",{joint}{suffix}");
+            }
+            match self.kind {
+                PoseKind::Body => {
+                    let _ = write!(line, ",{joint}{SCORE}");
+                }
+                PoseKind::Hand => {
+                    for suffix in METRES {
+                        let _ = write!(line, ",{joint}{suffix}");
+                    }
+                }
+            }
+        }
+        line + "\n"
+    }
+
+    /// Appends the line of a pose, with its end. Positions in metres are in the camera's frame.
+    pub fn push_line(self, text: &mut String, pose: &TimedPose) {
+        let _ = write!(text, "{}", pose.t.0);
+        text.push(',');
+        text.push_str(pose.origin.map_or("", |origin| origin.name()));
+        push(text, pose.latency_ms.map(|ms| format!("{ms:.3}")));
+        push(text, score(pose.score));
+        if self.kind == PoseKind::Hand {
+            text.push(',');
+            text.push_str(JointFrame::Camera.name());
+        }
+        if self.has_params {
+            let values = pose.params.map(|params| params.to_array());
+            for k in 0..PARAMETER_NAMES.len() {
+                push(text, values.map(|values| values[k].to_string()));
+            }
+        }
+        for joint in &pose.joints {
+            let at = joint.image_px.filter(|at| at.is_finite());
+            push(text, at.map(|at| format!("{:.3}", at.x)));
+            push(text, at.map(|at| format!("{:.3}", at.y)));
+            match self.kind {
+                PoseKind::Body => push(text, score(joint.score)),
+                PoseKind::Hand => {
+                    let at = joint.position_m.filter(|at| at.is_finite());
+                    for k in 0..METRES.len() {
+                        push(text, at.map(|at| format!("{:.5}", at[k])));
+                    }
+                }
+            }
+        }
+        text.push('\n');
+    }
+}
+
+fn score(score: Option<f32>) -> Option<String> {
+    score.filter(|score| score.is_finite()).map(|score| format!("{score:.4}"))
+}
+
+fn push(text: &mut String, cell: Option<String>) {
+    text.push(',');
+    text.push_str(&cell.unwrap_or_default());
+}

@@ -1,0 +1,53 @@
+//! hpe-core's table of a person: see [`predictions`](crate::predictions). Seconds, no header, no
+//! scores.
+
+use std::path::Path;
+
+use evpose_core::Micros;
+use evpose_pose::metric::body::BodyPrediction;
+
+use super::format::PoseFormat;
+use super::{PoseKind, PoseSequence, TimedPose};
+use crate::predictions::{DelayUnit, PredictionWriter, Undetected, predictions_of};
+use crate::{Input, IoError};
+
+/// The format.
+pub(super) static FORMAT: PoseFormat = PoseFormat {
+    name: "hpe-core",
+    summary: "hpe-core's table of a person: t delay x0 y0 … in seconds and pixels, without a header",
+    detect: |start| {
+        let mut line = start.iter().take_while(|byte| **byte != b'\n');
+        start.starts_with(b"#")
+            || line.all(|byte| byte.is_ascii_digit() || b" \t\r,.+-eE".contains(byte))
+    },
+    read,
+    write: Some(write),
+};
+
+fn read(path: &Path, bytes: &[u8]) -> Result<PoseSequence, IoError> {
+    let mut sequence = PoseSequence::new(PoseKind::Body);
+    for row in predictions_of(Input::memory(path, bytes.to_vec()), DelayUnit::Seconds)? {
+        let mut pose = TimedPose::empty(PoseKind::Body, Micros::from_seconds(row.t_s));
+        pose.latency_ms = Some(1e3 * row.delay_s);
+        for (joint, at) in pose.joints.iter_mut().zip(row.joints_px) {
+            joint.image_px = at;
+        }
+        sequence.poses.push(pose);
+    }
+    Ok(sequence)
+}
+
+fn write(path: &Path, sequence: &PoseSequence) -> Result<(), IoError> {
+    if sequence.kind != PoseKind::Body {
+        return Err(IoError::unwritable(path, "hpe-core has no table of hands"));
+    }
+    let mut writer = PredictionWriter::create(path, DelayUnit::Seconds, Undetected::MinusOne)?;
+    for pose in &sequence.poses {
+        writer.write(&BodyPrediction {
+            t_s: pose.t.as_seconds(),
+            delay_s: 1e-3 * pose.latency_ms.unwrap_or(0.0),
+            joints_px: pose.body_px(),
+        })?;
+    }
+    writer.finish()
+}

@@ -1,0 +1,172 @@
+//! Poses as JSON Lines, with the names of the table's columns.
+//!
+//! An object a line: `t_us`, `origin`, `latency_ms`, `score`, and `frame` and `params` of hands as in
+//! the table, `joints` an object by name with `u_px`, `v_px`, `score`, `x_m`, `y_m`, `z_m`. What has no
+//! value is left out, and so is a joint without a position.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use evpose_core::Micros;
+use evpose_pose::{HandParams, JointFrame, PARAMETER_NAMES, PARAMETERS, PoseOrigin};
+use glam::{Vec2, Vec3};
+use serde_json::{Map, Value};
+
+use super::format::{PoseFormat, row_fault, write_text};
+use super::{PoseJoint, PoseKind, PoseSequence, TimedPose};
+use crate::IoError;
+
+/// The format.
+pub(super) static FORMAT: PoseFormat = PoseFormat {
+    name: "json",
+    summary: "JSON Lines with the names of the table",
+    detect: |start| start.trim_ascii_start().starts_with(b"{") && !start.contains(&b'['),
+    read: |path, bytes| read(path, bytes, joint_of, params_of),
+    write: Some(|path, sequence| {
+        let lines = sequence.poses.iter().map(|pose| json_line(sequence.kind, pose));
+        write_text(path, &lines.collect::<String>())
+    }),
+};
+
+/// A pose as a line of JSON, with its end. Positions in metres are in the camera's frame.
+pub fn json_line(kind: PoseKind, pose: &TimedPose) -> String {
+    let mut line = format!("{{\"t_us\":{}", pose.t.0);
+    if let Some(origin) = pose.origin {
+        let _ = write!(line, ",\"origin\":\"{}\"", origin.name());
+    }
+    let mut value = |name: &str, value: Option<String>| {
+        if let Some(value) = value {
+            let _ = write!(line, ",\"{name}\":{value}");
+        }
+    };
+    value("latency_ms", pose.latency_ms.map(|ms| rounded(ms, 3)));
+    value("score", pose.score.filter(|s| s.is_finite()).map(|s| rounded(s.into(), 4)));
+    if kind == PoseKind::Hand {
+        value("frame", Some(format!("\"{}\"", JointFrame::Camera.name())));
+    }
+    let params = pose.params.map(HandParams::to_array).filter(|v| v.iter().all(|v| v.is_finite()));
+    value(
+        "params",
+        params.map(|values| {
+            let pairs = PARAMETER_NAMES.iter().zip(values);
+            object(pairs.map(|(name, value)| (*name, value.to_string())))
+        }),
+    );
+    let joints = kind.joint_names().iter().zip(&pose.joints);
+    let joints = joints.filter_map(|(name, joint)| Some((*name, json_joint(joint)?)));
+    value("joints", Some(object(joints)));
+    line + "}\n"
+}
+
+/// A joint; none without a position.
+fn json_joint(joint: &PoseJoint) -> Option<String> {
+    let at_px = joint.image_px.filter(|at| at.is_finite());
+    let at_m = joint.position_m.filter(|at| at.is_finite());
+    (at_px.is_some() || at_m.is_some()).then(|| {
+        let px = at_px.into_iter().flat_map(|at| [("u_px", at.x), ("v_px", at.y)]);
+        let score = joint.score.filter(|score| score.is_finite());
+        let m = at_m.into_iter().flat_map(|at| [("x_m", at.x), ("y_m", at.y), ("z_m", at.z)]);
+        let px = px.map(|(name, value)| (name, rounded(value.into(), 3)));
+        let score = score.map(|score| ("score", rounded(score.into(), 4)));
+        object(px.chain(score).chain(m.map(|(name, value)| (name, rounded(value.into(), 5)))))
+    })
+}
+
+fn object<'a>(entries: impl Iterator<Item = (&'a str, String)>) -> String {
+    let entries: Vec<String> = entries.map(|(name, value)| format!("\"{name}\":{value}")).collect();
+    format!("{{{}}}", entries.join(","))
+}
+
+/// A value with so many decimals, without zeros at its end.
+fn rounded(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0".to_owned() } else { text.to_owned() }
+}
+
+/// Reads lines of objects, whose joints and parameters are read by `joint_of` and `params_of`.
+pub(super) fn read(
+    path: &Path,
+    bytes: &[u8],
+    joint_of: fn(&Value) -> Result<PoseJoint, String>,
+    params_of: fn(&Value) -> Result<HandParams, String>,
+) -> Result<PoseSequence, IoError> {
+    let mut sequence: Option<PoseSequence> = None;
+    let mut byte = 0;
+    for (number, line) in (1..).zip(bytes.split_inclusive(|byte| *byte == b'\n')) {
+        if !line.trim_ascii().is_empty() {
+            let rows = sequence.as_ref().map_or(0, |sequence| sequence.poses.len());
+            let fault = |reason: String| row_fault(path, number, byte, reason, rows);
+            let value: Map<String, Value> =
+                serde_json::from_slice(line).map_err(|error| fault(error.to_string()))?;
+            let known = sequence.as_ref().map(|sequence| sequence.kind);
+            let kind = kind_of(&value).or(known);
+            let kind = kind.filter(|kind| known.is_none_or(|known| known == *kind));
+            let kind = kind.ok_or_else(|| fault("neither of a person nor of a hand".to_owned()))?;
+            let pose = pose_of(&value, kind, joint_of, params_of).map_err(fault)?;
+            let sequence = sequence
+                .get_or_insert_with(|| PoseSequence { frame: None, ..PoseSequence::new(kind) });
+            let frame = value.get("frame").and_then(Value::as_str);
+            sequence.frame = JointFrame::ALL.into_iter().find(|known| Some(known.name()) == frame);
+            sequence.poses.push(pose);
+        }
+        byte += line.len() as u64;
+    }
+    sequence.ok_or_else(|| row_fault(path, 1, 0, "no poses".to_owned(), 0))
+}
+
+fn kind_of(line: &Map<String, Value>) -> Option<PoseKind> {
+    if line.contains_key("params") || line.contains_key("frame") {
+        return Some(PoseKind::Hand);
+    }
+    let joints = line.get("joints")?.as_object()?;
+    match joints.keys().next() {
+        Some(name) => [PoseKind::Body, PoseKind::Hand]
+            .into_iter()
+            .find(|kind| kind.joint_names().contains(&name.as_str())),
+        // Of a hand, all joints are known.
+        None => Some(PoseKind::Body),
+    }
+}
+
+fn pose_of(
+    line: &Map<String, Value>,
+    kind: PoseKind,
+    joint_of: fn(&Value) -> Result<PoseJoint, String>,
+    params_of: fn(&Value) -> Result<HandParams, String>,
+) -> Result<TimedPose, String> {
+    let t_us = line.get("t_us").and_then(Value::as_i64).ok_or("no `t_us` in whole microseconds")?;
+    let mut pose = TimedPose::empty(kind, Micros(t_us));
+    let origin = line.get("origin").and_then(Value::as_str);
+    pose.origin = PoseOrigin::ALL.into_iter().find(|known| Some(known.name()) == origin);
+    pose.latency_ms = line.get("latency_ms").and_then(Value::as_f64);
+    pose.score = line.get("score").and_then(Value::as_f64).map(|score| score as f32);
+    pose.params = line.get("params").map(params_of).transpose()?;
+    let joints = line.get("joints").and_then(Value::as_object).ok_or("no `joints`")?;
+    for (name, value) in joints {
+        let index = kind.joint_names().iter().position(|known| known == name);
+        let index = index.ok_or_else(|| format!("no joint `{name}` of {}", kind.subject()))?;
+        pose.joints[index] = joint_of(value).map_err(|reason| format!("{name}: {reason}"))?;
+    }
+    Ok(pose)
+}
+
+fn joint_of(value: &Value) -> Result<PoseJoint, String> {
+    let value = value.as_object().ok_or("no object")?;
+    let of = |name: &str| value.get(name).and_then(Value::as_f64).map(|value| value as f32);
+    let position_m = of("x_m").zip(of("y_m")).zip(of("z_m"));
+    Ok(PoseJoint {
+        image_px: of("u_px").zip(of("v_px")).map(|(u, v)| Vec2::new(u, v)),
+        score: of("score"),
+        position_m: position_m.map(|((x, y), z)| Vec3::new(x, y, z)),
+    })
+}
+
+fn params_of(value: &Value) -> Result<HandParams, String> {
+    let mut values = [0.0; PARAMETERS];
+    for (parameter, name) in values.iter_mut().zip(PARAMETER_NAMES) {
+        let read = value.get(name).and_then(Value::as_f64);
+        *parameter = read.ok_or_else(|| format!("params: no `{name}`"))?;
+    }
+    Ok(HandParams::from_f64(values))
+}

@@ -1,0 +1,138 @@
+//! Poses of a hand or a person over time.
+
+use evpose_core::Micros;
+use evpose_pose::body::{BODY_JOINTS, BodyPoints, JOINT_NAMES};
+use evpose_pose::{EVALUATION_JOINTS, HandParams, JointFrame, PoseEstimate, PoseOrigin};
+use glam::{Vec2, Vec3};
+
+/// Kind of the poses of a sequence.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum PoseKind {
+    /// Of a person: 13 joints.
+    Body,
+    /// Of a hand: 21 joints and 12 parameters.
+    Hand,
+}
+
+impl PoseKind {
+    /// Names of the joints, in the order of [`TimedPose::joints`].
+    pub fn joint_names(self) -> &'static [&'static str] {
+        match self {
+            Self::Body => &JOINT_NAMES,
+            Self::Hand => &EVALUATION_JOINTS,
+        }
+    }
+
+    /// The subject in messages.
+    pub(super) fn subject(self) -> &'static str {
+        match self {
+            Self::Body => "people",
+            Self::Hand => "hands",
+        }
+    }
+}
+
+/// A joint of a pose.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct PoseJoint {
+    /// Position on the sensor in pixels; none if it was not detected, not labelled or is behind the
+    /// camera.
+    pub image_px: Option<Vec2>,
+    /// Score, 0 to 1, where there is one.
+    pub score: Option<f32>,
+    /// Position in metres, in the frame of the sequence.
+    pub position_m: Option<Vec3>,
+}
+
+/// A pose at a time stamp.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TimedPose {
+    /// Time stamp.
+    pub t: Micros,
+    /// Whether a network inferred it or a filter propagated it, where that is known.
+    pub origin: Option<PoseOrigin>,
+    /// Latency in milliseconds, where it is known.
+    pub latency_ms: Option<f64>,
+    /// Score, 0 to 1, where there is one.
+    pub score: Option<f32>,
+    /// Parameters of a hand.
+    pub params: Option<HandParams>,
+    /// Joints, as many and in the order of [`PoseKind::joint_names`].
+    pub joints: Vec<PoseJoint>,
+}
+
+impl TimedPose {
+    /// A pose without any value.
+    pub fn empty(kind: PoseKind, t: Micros) -> Self {
+        Self {
+            t,
+            origin: None,
+            latency_ms: None,
+            score: None,
+            params: None,
+            joints: vec![PoseJoint::default(); kind.joint_names().len()],
+        }
+    }
+
+    /// A pose of a task; joints of hands are in the camera's frame.
+    pub fn new(t: Micros, estimate: &PoseEstimate) -> Self {
+        let (params, joints) = match estimate {
+            PoseEstimate::Body { joints_px, scores, .. } => {
+                let joint = |(image_px, score): (&Option<Vec2>, &f32)| PoseJoint {
+                    image_px: *image_px,
+                    score: Some(*score),
+                    position_m: None,
+                };
+                (None, joints_px.iter().zip(scores).map(joint).collect())
+            }
+            PoseEstimate::Hand { params, points, camera_m } => {
+                let joint = |(image_px, camera_m): (&Option<Vec2>, &Vec3)| PoseJoint {
+                    image_px: *image_px,
+                    score: None,
+                    position_m: Some(*camera_m),
+                };
+                (Some(*params), points.image_px.iter().zip(&**camera_m).map(joint).collect())
+            }
+        };
+        Self { t, origin: None, latency_ms: None, score: estimate.score(), params, joints }
+    }
+
+    /// The joints of a person; none of them for a hand.
+    pub fn body_px(&self) -> BodyPoints {
+        let mut points = [None; BODY_JOINTS];
+        if self.joints.len() == BODY_JOINTS {
+            for (point, joint) in points.iter_mut().zip(&self.joints) {
+                *point = joint.image_px;
+            }
+        }
+        points
+    }
+
+    /// The joints of a hand in pixels; none if one of them has no position.
+    pub fn hand_px(&self) -> Option<[Vec2; 21]> {
+        let points: Option<Vec<Vec2>> = self.joints.iter().map(|joint| joint.image_px).collect();
+        points?.try_into().ok()
+    }
+}
+
+/// Poses of one hand or person over time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PoseSequence {
+    /// Kind of the poses.
+    pub kind: PoseKind,
+    /// Frame of positions in metres, where the file states it.
+    pub frame: Option<JointFrame>,
+    /// Poses, in the order of the file.
+    pub poses: Vec<TimedPose>,
+}
+
+impl PoseSequence {
+    /// An empty sequence; joints of hands are in the camera's frame.
+    pub fn new(kind: PoseKind) -> Self {
+        let frame = match kind {
+            PoseKind::Body => None,
+            PoseKind::Hand => Some(JointFrame::Camera),
+        };
+        Self { kind, frame, poses: Vec::new() }
+    }
+}

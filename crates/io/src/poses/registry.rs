@@ -1,0 +1,66 @@
+//! The registry of formats of poses.
+
+use std::io::Read as _;
+use std::path::Path;
+
+use super::format::PoseFormat;
+use super::pose::PoseSequence;
+use super::{hpe_core, json, live_json, skeletons, table};
+use crate::IoError;
+
+/// Bytes of a file from which its format is detected: a header line.
+const SNIFFED_BYTES: usize = 1 << 14;
+
+/// The log in a folder of YARP.
+const LOG: &str = "data.log";
+
+/// The formats of poses; the first one is the default.
+pub static POSE_FORMATS: &[&PoseFormat] =
+    &[&table::FORMAT, &json::FORMAT, &live_json::FORMAT, &hpe_core::FORMAT, &skeletons::FORMAT];
+
+/// The format called `name`.
+pub fn pose_format_by_name(name: &str) -> Option<&'static PoseFormat> {
+    POSE_FORMATS.iter().copied().find(|format| format.name == name)
+}
+
+/// Reads poses in any format, which is detected. Of YARP, the folder or the `data.log` in it.
+///
+/// # Errors
+/// If the file cannot be read, is of no known format, or violates it.
+pub fn read_poses(path: &Path) -> Result<PoseSequence, IoError> {
+    let file = if path.is_dir() { &path.join(LOG) } else { path };
+    let failed = |source| IoError::file(file, "read", source);
+    let mut bytes = Vec::new();
+    std::fs::File::open(file).map_err(failed)?.read_to_end(&mut bytes).map_err(failed)?;
+    poses_from(file, &bytes)
+}
+
+/// As [`read_poses`], from the content of a file.
+///
+/// # Errors
+/// As [`read_poses`].
+pub fn poses_from(path: &Path, bytes: &[u8]) -> Result<PoseSequence, IoError> {
+    let start = &bytes[..bytes.len().min(SNIFFED_BYTES)];
+    let format = POSE_FORMATS.iter().find(|format| (format.detect)(start));
+    let Some(format) = format else {
+        let known: Vec<&str> = POSE_FORMATS.iter().map(|format| format.name).collect();
+        return Err(IoError::UnknownFormat { path: path.to_owned(), known: known.join(", ") });
+    };
+    (format.read)(path, bytes)
+}
+
+/// Writes poses in a format.
+///
+/// # Errors
+/// If the format is only read or has no place for such poses, or the file cannot be written. It has
+/// its name only when it is whole.
+pub fn write_poses(
+    path: &Path,
+    sequence: &PoseSequence,
+    format: &PoseFormat,
+) -> Result<(), IoError> {
+    match format.write {
+        Some(write) => write(path, sequence),
+        None => Err(IoError::unwritable(path, format!("poses are not written as {}", format.name))),
+    }
+}

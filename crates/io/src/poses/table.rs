@@ -1,0 +1,252 @@
+//! Tables of poses with a header: the columns of [`PoseColumns`], and of earlier layouts, by name.
+//!
+//! Tables of labels (`.poses.csv`, `.joints.csv`), of `evpose infer` and of `evpose live` differ in the
+//! columns that they have. Old names: `latency_us`, and `parameter_1` to `parameter_12` for
+//! [`PARAMETER_NAMES`].
+
+use std::path::Path;
+
+use evpose_core::Micros;
+use evpose_pose::{HandParams, JointFrame, PARAMETER_NAMES, PoseOrigin};
+use glam::{Vec2, Vec3};
+
+use super::columns::{METRES, PIXELS, SCORE};
+use super::format::{PoseFormat, row_fault, write_text};
+use super::{PoseColumns, PoseJoint, PoseKind, PoseSequence, TimedPose};
+use crate::IoError;
+
+/// The format.
+pub(super) static FORMAT: PoseFormat = PoseFormat {
+    name: "table",
+    summary: "CSV with a header: t_us, score, JOINT_u_px, JOINT_v_px, …",
+    detect: |start| {
+        let header = start.split(|byte| *byte == b'\n').next().unwrap_or_default();
+        let header = String::from_utf8_lossy(header);
+        let mut names = header.trim_start_matches('\u{feff}').split(',');
+        names.any(|name| name.trim().trim_matches('"') == "t_us")
+    },
+    read,
+    write: Some(|path, sequence| {
+        let columns = PoseColumns::of(sequence.kind);
+        let mut text = columns.header();
+        sequence.poses.iter().for_each(|pose| columns.push_line(&mut text, pose));
+        write_text(path, &text)
+    }),
+};
+
+/// Reads a table with a header.
+///
+/// # Errors
+/// If it cannot be read, a column is missing or of no joint, or a cell is not a value.
+pub fn read_pose_table(path: &Path) -> Result<PoseSequence, IoError> {
+    let bytes = std::fs::read(path).map_err(|source| IoError::file(path, "read", source))?;
+    read(path, &bytes)
+}
+
+/// Indices of columns.
+struct Columns {
+    kind: PoseKind,
+    t: usize,
+    origin: Option<usize>,
+    /// With the milliseconds of its unit.
+    latency: Option<(usize, f64)>,
+    score: Option<usize>,
+    frame: Option<usize>,
+    params: Option<[usize; PARAMETER_NAMES.len()]>,
+    joints: Vec<JointColumns>,
+    count: usize,
+}
+
+#[derive(Default, Clone)]
+struct JointColumns {
+    image_px: Option<[usize; 2]>,
+    score: Option<usize>,
+    position_m: Option<[usize; 3]>,
+}
+
+impl Columns {
+    fn of(names: &[&str]) -> Result<Self, String> {
+        for (index, name) in names.iter().enumerate() {
+            if names[..index].contains(name) {
+                return Err(format!("column `{name}` occurs twice"));
+            }
+        }
+        let at = |name: &str| names.iter().position(|known| *known == name);
+        let kinds = [PoseKind::Body, PoseKind::Hand];
+        let is_of = |kind: &PoseKind| names.iter().any(|name| joint_of(*kind, name).is_some());
+        let params = params_of(names)?;
+        let kind = kinds.into_iter().find(is_of).or(params.map(|_| PoseKind::Hand));
+        let kind = kind.ok_or("no columns of a pose, such as `head_u_px` or `wrist_u_px`")?;
+        let coordinates = || PIXELS.iter().chain(&METRES);
+        let is_coordinate = |name: &str| coordinates().any(|suffix| name.ends_with(suffix));
+        let is_param = |name: &str| PARAMETER_NAMES.contains(&name);
+        let mut unknown = names.iter().filter(|name| is_coordinate(name) && !is_param(name));
+        if let Some(name) = unknown.find(|name| joint_of(kind, name).is_none()) {
+            return Err(format!(
+                "column `{name}`: no such joint of {}; there are {}",
+                kind.subject(),
+                kind.joint_names().join(", ")
+            ));
+        }
+        let joint = |joint: &&str| {
+            Ok(JointColumns {
+                image_px: together(names, joint, PIXELS)?,
+                score: at(&format!("{joint}{SCORE}")),
+                position_m: together(names, joint, METRES)?,
+            })
+        };
+        let joints = kind.joint_names().iter().map(joint).collect::<Result<_, String>>()?;
+        let latency = at("latency_ms").map(|column| (column, 1.0));
+        Ok(Self {
+            kind,
+            t: at("t_us").ok_or("no column `t_us`")?,
+            origin: at("origin"),
+            latency: latency.or(at("latency_us").map(|column| (column, 1e-3))),
+            score: at("score"),
+            frame: at("frame"),
+            params,
+            joints,
+            count: names.len(),
+        })
+    }
+
+    fn pose(&self, cells: &[&str]) -> Result<TimedPose, String> {
+        if cells.len() != self.count {
+            return Err(format!("{} columns where {} are expected", cells.len(), self.count));
+        }
+        let t = cells[self.t].parse();
+        let t = t.map_err(|_| format!("`{}` is no time in microseconds", cells[self.t]))?;
+        let mut pose = TimedPose::empty(self.kind, Micros(t));
+        let name = self.origin.map(|column| cells[column]);
+        pose.origin = PoseOrigin::ALL.into_iter().find(|known| Some(known.name()) == name);
+        if let Some((column, unit_ms)) = self.latency {
+            pose.latency_ms = value(cells[column])?.map(|latency| latency * unit_ms);
+        }
+        pose.score = self.score.map_or(Ok(None), |column| narrow(cells[column]))?;
+        if let Some(columns) = self.params {
+            let values = all(cells, columns)?;
+            pose.params = values.map(HandParams::from_array);
+        }
+        for (joint, columns) in pose.joints.iter_mut().zip(&self.joints) {
+            *joint = PoseJoint {
+                image_px: columns.image_px.map_or(Ok(None), |at| all(cells, at))?.map(Vec2::from),
+                score: columns.score.map_or(Ok(None), |column| narrow(cells[column]))?,
+                position_m: columns
+                    .position_m
+                    .map_or(Ok(None), |at| all(cells, at))?
+                    .map(Vec3::from_array),
+            };
+        }
+        Ok(pose)
+    }
+}
+
+/// The joint of a column with coordinates.
+fn joint_of(kind: PoseKind, column: &str) -> Option<&str> {
+    let suffix = PIXELS.iter().chain(&METRES).find(|suffix| column.ends_with(**suffix))?;
+    let joint = column.strip_suffix(suffix)?;
+    kind.joint_names().contains(&joint).then_some(joint)
+}
+
+/// Columns of the parameters, by either of their names; none of them or all.
+fn params_of(names: &[&str]) -> Result<Option<[usize; PARAMETER_NAMES.len()]>, String> {
+    let at = |name: &str| names.iter().position(|known| *known == name);
+    let mut columns = [None; PARAMETER_NAMES.len()];
+    for (k, column) in columns.iter_mut().enumerate() {
+        *column = at(PARAMETER_NAMES[k]).or_else(|| at(&format!("parameter_{}", k + 1)));
+    }
+    if columns.iter().all(Option::is_none) {
+        return Ok(None);
+    }
+    let mut indices = [0; PARAMETER_NAMES.len()];
+    for ((index, column), name) in indices.iter_mut().zip(columns).zip(PARAMETER_NAMES) {
+        *index = column.ok_or_else(|| format!("no column `{name}`"))?;
+    }
+    Ok(Some(indices))
+}
+
+/// Columns of a joint's coordinates, none of them or all.
+fn together<const N: usize>(
+    names: &[&str],
+    joint: &str,
+    suffixes: [&str; N],
+) -> Result<Option<[usize; N]>, String> {
+    let wanted = suffixes.map(|suffix| format!("{joint}{suffix}"));
+    let at = |name: &String| names.iter().position(|known| known == name);
+    if wanted.iter().all(|name| at(name).is_none()) {
+        return Ok(None);
+    }
+    let mut indices = [0; N];
+    for (index, name) in indices.iter_mut().zip(&wanted) {
+        *index = at(name).ok_or_else(|| format!("no column `{name}`"))?;
+    }
+    Ok(Some(indices))
+}
+
+/// The value of a cell; none if it is missing: empty or `nan`.
+fn value(cell: &str) -> Result<Option<f64>, String> {
+    if cell.is_empty() || cell.eq_ignore_ascii_case("nan") {
+        return Ok(None);
+    }
+    let value = cell.parse::<f64>().ok().filter(|value| value.is_finite());
+    value.map(Some).ok_or_else(|| format!("`{cell}` is no number"))
+}
+
+fn narrow(cell: &str) -> Result<Option<f32>, String> {
+    Ok(value(cell)?.map(|value| value as f32))
+}
+
+/// The values of cells; none if one is missing.
+fn all<const N: usize>(cells: &[&str], columns: [usize; N]) -> Result<Option<[f32; N]>, String> {
+    let mut values = [0.0; N];
+    let mut is_whole = true;
+    for (out, column) in values.iter_mut().zip(columns) {
+        match narrow(cells[column])? {
+            Some(value) => *out = value,
+            None => is_whole = false,
+        }
+    }
+    Ok(is_whole.then_some(values))
+}
+
+fn read(path: &Path, bytes: &[u8]) -> Result<PoseSequence, IoError> {
+    let text =
+        str::from_utf8(bytes).map_err(|_| row_fault(path, 1, 0, "it is not text".to_owned(), 0))?;
+    let text = text.trim_start_matches('\u{feff}');
+    let cells = |line: &'_ str| -> Vec<String> {
+        line.split(',').map(|cell| cell.trim().trim_matches('"').to_owned()).collect()
+    };
+    let (mut columns, mut byte) = (None, 0);
+    let mut sequence = PoseSequence::new(PoseKind::Body);
+    for (number, line) in (1..).zip(text.split_inclusive('\n')) {
+        let rows = sequence.poses.len();
+        let fault = |reason: String| row_fault(path, number, byte, reason, rows);
+        let cells = cells(line.trim_end());
+        let cells: Vec<&str> = cells.iter().map(String::as_str).collect();
+        match &columns {
+            None => {
+                let known = Columns::of(&cells).map_err(fault)?;
+                sequence = PoseSequence { frame: None, ..PoseSequence::new(known.kind) };
+                columns = Some(known);
+            }
+            Some(_) if line.trim().is_empty() => {}
+            Some(columns) => {
+                sequence.poses.push(columns.pose(&cells).map_err(fault)?);
+                if let Some(column) = columns.frame {
+                    let frame = JointFrame::ALL.into_iter().find(|f| f.name() == cells[column]);
+                    let frame = frame.ok_or_else(|| {
+                        fault(format!("frame: `{}` is neither camera nor world", cells[column]))
+                    })?;
+                    if sequence.frame.replace(frame).is_some_and(|before| before != frame) {
+                        return Err(fault("frame: not that of the line before".to_owned()));
+                    }
+                }
+            }
+        }
+        byte += line.len() as u64;
+    }
+    if columns.is_none() {
+        return Err(row_fault(path, 1, 0, "no header: expected t_us, …".to_owned(), 0));
+    }
+    Ok(sequence)
+}

@@ -1,0 +1,212 @@
+//! Every layout of poses: written, read back, and read as others wrote it.
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use std::path::Path;
+
+use evpose_core::Micros;
+use evpose_pose::body::BODY_JOINTS;
+use evpose_pose::metric::HandPoints;
+use evpose_pose::{HandParams, JointFrame, PARAMETER_NAMES, PARAMETERS, PoseEstimate, PoseOrigin};
+use glam::{Vec2, Vec3};
+
+use super::*;
+use crate::IoError;
+
+/// A person of two poses: one with a joint that was not detected, and nobody.
+fn people() -> PoseSequence {
+    let pose = |t: i64, joints_px| {
+        let mut scores = [0.5; BODY_JOINTS];
+        scores[3] = 0.0;
+        let estimate = PoseEstimate::Body { joints_px, scores, score: 0.4615 };
+        TimedPose {
+            origin: Some(PoseOrigin::Network),
+            latency_ms: Some(2.5),
+            ..TimedPose::new(Micros(t), &estimate)
+        }
+    };
+    let mut joints_px: [_; BODY_JOINTS] =
+        std::array::from_fn(|k| Some(Vec2::new(10.0 * k as f32 + 0.5, 20.25)));
+    joints_px[3] = None;
+    let poses = vec![pose(20_000, joints_px), pose(40_000, [None; BODY_JOINTS])];
+    PoseSequence { poses, ..PoseSequence::new(PoseKind::Body) }
+}
+
+/// A hand with a joint that is behind the camera.
+fn hand() -> PoseSequence {
+    let mut image_px = [Some(Vec2::new(100.125, 50.5)); 21];
+    image_px[4] = None;
+    let points = Box::new(HandPoints { world_m: [Vec3::ZERO; 21], image_px });
+    let params = HandParams::from_array(std::array::from_fn(|k| 0.1 * k as f32));
+    let camera_m = Box::new([Vec3::new(0.01, -0.02, 0.5); 21]);
+    let estimate = PoseEstimate::Hand { params, points, camera_m };
+    let poses = vec![TimedPose::new(Micros(-7), &estimate)];
+    PoseSequence { poses, ..PoseSequence::new(PoseKind::Hand) }
+}
+
+fn of(text: &str) -> Result<PoseSequence, IoError> {
+    poses_from(Path::new("poses.csv"), text.as_bytes())
+}
+
+fn fault(text: &str) -> String {
+    of(text).unwrap_err().to_string()
+}
+
+/// Writes poses and reads them back, with the format detected.
+fn through(sequence: &PoseSequence, format: &str) -> (String, PoseSequence) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("poses");
+    write_poses(&path, sequence, pose_format_by_name(format).unwrap()).unwrap();
+    let file = if path.is_dir() { path.join("data.log") } else { path.clone() };
+    (std::fs::read_to_string(file).unwrap(), read_poses(&path).unwrap())
+}
+
+#[test]
+fn tables_and_json_hold_all_of_a_pose() {
+    for sequence in [people(), hand()] {
+        let (text, back) = through(&sequence, "table");
+        let mut want = sequence.clone();
+        // Of a person, there is no frame to state.
+        want.frame = sequence.frame.filter(|_| sequence.kind == PoseKind::Hand);
+        assert_eq!(back, want, "{text}");
+        let (text, back) = through(&sequence, "json");
+        for pose in &mut want.poses {
+            // A joint without a position is left out.
+            let joints = pose.joints.iter_mut();
+            joints
+                .filter(|joint| joint.image_px.or(joint.position_m.map(|m| m.truncate())).is_none())
+                .for_each(|joint| joint.score = None);
+        }
+        assert_eq!(back, want, "{text}");
+    }
+}
+
+#[test]
+fn columns_are_named_and_cells_of_nobody_are_empty() {
+    let (text, _) = through(&people(), "table");
+    let mut lines = text.lines();
+    let header = lines.next().unwrap();
+    assert!(header.starts_with("t_us,origin,latency_ms,score,head_u_px,head_v_px,head_score,"));
+    assert!(header.ends_with(",ankle_r_u_px,ankle_r_v_px,ankle_r_score"), "{header}");
+    let first = lines.next().unwrap();
+    assert!(first.starts_with("20000,network,2.500,0.4615,0.500,20.250,0.5000,"), "{first}");
+    let nobody = lines.next().unwrap();
+    assert!(nobody.starts_with("40000,network,2.500,0.4615,,,0.5000,"), "{nobody}");
+    let (text, _) = through(&hand(), "table");
+    let header = text.lines().next().unwrap();
+    let start = format!("t_us,origin,latency_ms,score,frame,{},", PARAMETER_NAMES.join(","));
+    assert!(header.starts_with(&start), "{header}");
+    assert!(header.contains(",wrist_u_px,wrist_v_px,wrist_x_m,wrist_y_m,wrist_z_m,"), "{header}");
+    assert!(text.lines().nth(1).unwrap().starts_with("-7,,,,camera,0,0.1,0.2,"), "{text}");
+    let joints = PoseColumns::of(PoseKind::Hand).without_params().header();
+    assert!(joints.starts_with("t_us,origin,latency_ms,score,frame,wrist_u_px,"), "{joints}");
+}
+
+#[test]
+fn lines_of_json_have_the_names_of_the_table() {
+    let (text, _) = through(&people(), "json");
+    let first = text.lines().next().unwrap();
+    let start = r#"{"t_us":20000,"origin":"network","latency_ms":2.5,"score":0.4615,"joints":{"#;
+    assert!(first.starts_with(start), "{first}");
+    assert!(first.contains(r#""head":{"u_px":0.5,"v_px":20.25,"score":0.5}"#), "{first}");
+    assert!(!first.contains("elbow_l"), "{first}");
+    assert!(text.lines().nth(1).unwrap().ends_with(r#""joints":{}}"#), "{text}");
+    let (text, _) = through(&hand(), "json");
+    assert!(
+        text.contains(r#""frame":"camera","params":{"articulation_1":0,"articulation_2":0.1,"#)
+    );
+    assert!(text.contains(r#""ring_tip":{"x_m":0.01,"y_m":-0.02,"z_m":0.5}"#), "{text}");
+}
+
+#[test]
+fn layouts_of_other_programs_are_of_people() {
+    let sequence = people();
+    let joints_px = |sequence: &PoseSequence| -> Vec<_> {
+        sequence.poses.iter().map(|pose| (pose.t, pose.body_px())).collect()
+    };
+    let (text, back) = through(&sequence, "hpe-core");
+    assert!(text.starts_with("0.02 0.0025 0.5 20.25 "), "{text}");
+    assert_eq!(joints_px(&back), joints_px(&sequence));
+    let (text, back) = through(&sequence, "yarp");
+    assert!(text.starts_with("0 000.02 SKLT (0 20 20 20 "), "{text}");
+    assert!(text.lines().nth(1).unwrap().contains("-1 -1"), "{text}");
+    assert_eq!(back.poses[0].joints[0].score, Some(0.5));
+    assert_eq!(back.poses[0].joints[3], PoseJoint { score: Some(0.0), ..PoseJoint::default() });
+    for format in ["hpe-core", "yarp"] {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("poses");
+        let format = pose_format_by_name(format).unwrap();
+        assert!(write_poses(&path, &hand(), format).is_err());
+        assert!(!path.exists());
+    }
+}
+
+#[test]
+fn layouts_of_earlier_versions_are_read() {
+    // Of `evpose infer` of hands.
+    let names = PARAMETER_NAMES.join(",");
+    let values: [String; PARAMETERS] = std::array::from_fn(|k| k.to_string());
+    let params = Some(HandParams::from_array(std::array::from_fn(|k| k as f32)));
+    let infer = of(&format!("t_us,{names}\n5,{}\n", values.join(","))).unwrap();
+    assert_eq!((infer.kind, infer.frame), (PoseKind::Hand, None));
+    assert_eq!((infer.poses[0].t, infer.poses[0].params), (Micros(5), params));
+    // Of `evpose live --csv`.
+    let old: [String; PARAMETERS] = std::array::from_fn(|k| format!("parameter_{}", k + 1));
+    let header = format!("t_us,origin,latency_us,wrist_u_px,wrist_v_px,{}", old.join(","));
+    let live = of(&format!("{header}\n5,propagated,1500,1,2,{}\n", values.join(","))).unwrap();
+    let pose = &live.poses[0];
+    assert_eq!((pose.params, pose.latency_ms), (params, Some(1.5)));
+    assert_eq!(pose.origin, Some(PoseOrigin::Propagated));
+    assert_eq!(pose.joints[0].image_px, Some(Vec2::new(1.0, 2.0)));
+    // Of `evpose live --json`.
+    let line = r#"{"t_us":9,"origin":"network","latency_ms":3,"joints":{"head":[1.5,2.5,0.75]}}"#;
+    let live = of(line).unwrap();
+    let head =
+        PoseJoint { image_px: Some(Vec2::new(1.5, 2.5)), score: Some(0.75), position_m: None };
+    assert_eq!((live.kind, live.poses[0].joints[0]), (PoseKind::Body, head));
+    let line = format!(
+        r#"{{"t_us":9,"origin":"network","latency_ms":3,"params":[{}],"joints":{{"wrist":{{"m":[1,2,3],"px":null}}}}}}"#,
+        values.join(",")
+    );
+    let live = of(&line).unwrap();
+    assert_eq!((live.frame, live.poses[0].params), (Some(JointFrame::World), params));
+    assert_eq!(live.poses[0].joints[0].position_m, Some(Vec3::new(1.0, 2.0, 3.0)));
+    assert!(write_poses(Path::new("x"), &live, pose_format_by_name("live-json").unwrap()).is_err());
+}
+
+#[test]
+fn columns_may_stand_in_any_order_and_labels_have_only_some() {
+    let text =
+        "\u{feff}\"head_v_px\",note,t_us,head_u_px,frame\r\n2,a,7,1,world\r\n,b,8,,world\r\n";
+    let sequence = of(text).unwrap();
+    assert_eq!((sequence.kind, sequence.frame), (PoseKind::Body, Some(JointFrame::World)));
+    assert_eq!(sequence.poses[0].joints[0].image_px, Some(Vec2::new(1.0, 2.0)));
+    assert_eq!(sequence.poses[1].body_px(), [None; BODY_JOINTS]);
+}
+
+#[test]
+fn faults_name_line_and_column() {
+    for (text, want) in [
+        ("t_us,head_u_px,head_v_px\n1,2\n", "poses.csv: line 2 at byte 25: 2 columns where 3"),
+        ("t_us,head_u_px,head_v_px\n1,2,x\n", "line 2 at byte 25: `x` is no number"),
+        ("t_us,head_u_px,head_v_px\n1,2,inf\n", "`inf` is no number"),
+        ("t_us,head_u_px,head_v_px\n1.5,2,3\n", "`1.5` is no time in microseconds"),
+        ("t_us,head_u_px\n1,2\n", "line 1 at byte 0: no column `head_v_px`"),
+        ("t_us,head_u_px,head_v_px,tail_u_px\n", "column `tail_u_px`: no such joint of people"),
+        ("t_us,head_u_px,head_u_px\n", "column `head_u_px` occurs twice"),
+        ("t_us,x\n", "no columns of a pose"),
+        ("t_us,articulation_1\n", "no column `articulation_2`"),
+        ("t_us,frame,wrist_u_px,wrist_v_px\n1,room,2,3\n", "`room` is neither camera nor world"),
+        (
+            "t_us,frame,wrist_u_px,wrist_v_px\n1,world,2,3\n2,camera,2,3\n",
+            "frame: not that of the line before",
+        ),
+        ("{\"t_us\":1,\"joints\":{\"tail\":{}}}\n", "neither of a person nor of a hand"),
+        ("{\"t_us\":1,\"joints\":{\"head\":{},\"tail\":{}}}\n", "no joint `tail` of people"),
+        ("{\"t_us\":1.5,\"joints\":{}}\n", "no `t_us`"),
+        ("{\"t_us\":1,\n", "line 1 at byte 0"),
+        ("something else\n", "no known format (table, json, live-json, hpe-core, yarp)"),
+    ] {
+        let message = fault(text);
+        assert!(message.contains(want), "{message}");
+    }
+}

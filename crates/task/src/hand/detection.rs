@@ -1,0 +1,105 @@
+//! When a pose of a hand is reported.
+
+use evpose_core::SensorSize;
+use serde::{Deserialize, Serialize};
+
+/// The condition for the first pose of a recording.
+///
+/// # Model
+/// A network regresses a pose for every window, an empty one included: that is the mean pose of its
+/// training, whoever is there. So nothing is reported before a window has shown as many active pixels
+/// as a hand that moves. Later windows are at rest or not, see [`HandConfig::hold`].
+///
+/// [`HandConfig::hold`]: super::HandConfig::hold
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct HandDetectionConfig {
+    /// Pixels with an event in the window, as a share of those of the canonical view. 0 reports every
+    /// window.
+    pub min_active: f32,
+}
+
+impl Default for HandDetectionConfig {
+    /// 130 of 240x180 pixels. `hold.rest_sum` of the shipped network takes a window that sums to 60 for
+    /// one at rest, and active pixels of an LNES are one half on average.
+    fn default() -> Self {
+        Self { min_active: 0.003 }
+    }
+}
+
+impl HandDetectionConfig {
+    /// Whether it is the default.
+    pub(super) fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// Whether it makes sense.
+    pub(super) fn is_valid(&self) -> bool {
+        (0.0..=1.0).contains(&self.min_active)
+    }
+}
+
+/// Whether a recording has shown enough.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct WarmUp {
+    min_active_px: usize,
+    is_over: bool,
+}
+
+impl WarmUp {
+    pub(super) fn new(config: HandDetectionConfig, view: SensorSize) -> Self {
+        let min_active_px = (config.min_active * view.pixels() as f32).ceil() as usize;
+        Self { min_active_px, is_over: min_active_px == 0 }
+    }
+
+    /// The index of the first of several inputs, each `[2][rows][columns]` of `pixels` a channel, of
+    /// which a pose is reported; their count if that is none of them.
+    pub(super) fn first(&mut self, inputs: &[f32], pixels: usize) -> usize {
+        if self.is_over {
+            return 0;
+        }
+        let inputs = || inputs.chunks_exact(2 * pixels);
+        let is_enough = |input: &[f32]| {
+            let (first, second) = input.split_at(pixels);
+            let pairs = first.iter().zip(second);
+            pairs.filter(|(a, b)| **a != 0.0 || **b != 0.0).count() >= self.min_active_px
+        };
+        match inputs().position(is_enough) {
+            Some(first) => {
+                self.is_over = true;
+                first
+            }
+            None => inputs().count(),
+        }
+    }
+
+    pub(super) fn reset(&mut self) {
+        self.is_over = self.min_active_px == 0;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn inputs_count_from_the_first_with_enough_active_pixels() {
+        let view = SensorSize { width: 40, height: 25 };
+        let input = |active: usize| {
+            let mut values = vec![0.0; 2 * view.pixels()];
+            // A pixel with both polarities is one.
+            (0..active).for_each(|k| values[k] = 0.5);
+            values[view.pixels()] = 0.25;
+            values
+        };
+        let config = HandDetectionConfig { min_active: 0.01 };
+        let mut warm_up = WarmUp::new(config, view);
+        assert_eq!(warm_up.first(&[input(0), input(9)].concat(), view.pixels()), 2);
+        assert_eq!(warm_up.first(&[input(9), input(10), input(0)].concat(), view.pixels()), 1);
+        assert_eq!(warm_up.first(&input(0), view.pixels()), 0, "a hand may rest later");
+        warm_up.reset();
+        assert_eq!(warm_up.first(&input(9), view.pixels()), 1);
+        let mut all = WarmUp::new(HandDetectionConfig { min_active: 0.0 }, view);
+        assert_eq!(all.first(&input(0), view.pixels()), 0);
+    }
+}

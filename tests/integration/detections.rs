@@ -1,0 +1,131 @@
+//! Nobody is reported where nobody is: pure noise, next to no events, and a person.
+
+use std::path::Path;
+
+use evpose_io::poses::{TimedPose, read_poses};
+
+use crate::harness::{Sandbox, stderr};
+
+fn shipped(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("checkpoints").join(name);
+    path.to_str().expect("a path of text").to_owned()
+}
+
+/// Writes a second of `count` events anywhere on 346x260 pixels.
+fn noise(sandbox: &Sandbox, name: &str, count: u64) {
+    let mut text = String::from("346 260\n");
+    let mut state = 1u64;
+    let mut below = |range: u64| {
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) % range
+    };
+    for k in 0..count {
+        let t_s = k as f64 / count as f64;
+        text += &format!("{t_s:.6} {} {} {}\n", below(346), below(260), below(2));
+    }
+    std::fs::write(sandbox.path(name), text).unwrap();
+}
+
+/// The poses of a network of bodies, and the notes of the command.
+fn infer(
+    sandbox: &Sandbox,
+    network: &str,
+    events: &str,
+    more: &[&str],
+) -> (Vec<TimedPose>, String) {
+    let network = shipped(network);
+    let infer = ["infer", "--checkpoint", &network, "--events", events];
+    let output =
+        sandbox.evpose(&[&infer[..], &["--out", "poses.csv"], more].concat()).output().unwrap();
+    assert!(output.status.success(), "{}", stderr(&output));
+    (read_poses(&sandbox.path("poses.csv")).unwrap().poses, stderr(&output))
+}
+
+fn detected(poses: &[TimedPose]) -> usize {
+    poses.iter().filter(|pose| pose.body_px().iter().any(Option::is_some)).count()
+}
+
+#[test]
+fn there_is_nobody_in_noise() {
+    let sandbox = Sandbox::new();
+    // One, and five events per pixel and second.
+    for (name, count) in [("weak.txt", 90_000), ("strong.txt", 450_000)] {
+        noise(&sandbox, name, count);
+        let (poses, _) = infer(&sandbox, "body.bpk", name, &["--stride-ms", "100"]);
+        assert_eq!(detected(&poses), 0, "{name}: of {} poses", poses.len());
+    }
+    // Without a minimum, the maxima of the maps are somebody.
+    let none = ["--stride-ms", "100", "--min-score", "0"];
+    let (poses, _) = infer(&sandbox, "body-quick.bpk", "strong.txt", &none);
+    assert!(poses.len() > 5 && detected(&poses) > 3, "{} of {}", detected(&poses), poses.len());
+}
+
+#[test]
+fn nothing_is_said_before_there_was_something_to_see() {
+    let sandbox = Sandbox::new();
+    noise(&sandbox, "empty.txt", 60);
+    let (poses, said) = infer(&sandbox, "body.bpk", "empty.txt", &[]);
+    assert!(poses.is_empty() && said.contains("nothing before enough events"), "{said}");
+    for network in ["body.bpk", "hand.bpk"] {
+        let network = shipped(network);
+        let live = ["live", "--source", "empty.txt", "--checkpoint", &network, "--speed", "max"];
+        sandbox.ok(&[&live[..], &["--json", "poses.jsonl"]].concat());
+        let poses = std::fs::read_to_string(sandbox.path("poses.jsonl")).unwrap();
+        assert!(poses.is_empty(), "{network}: {poses}");
+    }
+    let hand = shipped("hand.bpk");
+    let infer = ["infer", "--checkpoint", &hand, "--events", "empty.txt", "--out", "hand.csv"];
+    let said = sandbox.fails(&infer);
+    assert!(said.contains("no pose"), "{said}");
+    let said = sandbox.fails(&[&infer[..], &["--min-score", "0.5"]].concat());
+    assert!(said.contains("do not score"), "{said}");
+}
+
+#[test]
+fn a_person_is_found_and_thresholds_leave_out_what_scores_lower() {
+    let sandbox = Sandbox::new();
+    let simulate = ["simulate", "finetune", "--held-out", "--sequences", "2", "--seconds", "1"];
+    let changes = ["--set", "simulation.step_hz=250", "--set", "simulation.label_hz=50"];
+    sandbox.ok(&[&simulate[..], &changes, &["--out", "held"]].concat());
+    let stride = ["--stride-ms", "50"];
+    let (poses, _) = infer(&sandbox, "body.bpk", "held/0001.raw", &stride);
+    assert!(detected(&poses) > poses.len() * 3 / 4, "{} of {}", detected(&poses), poses.len());
+    let strict = [&stride[..], &["--min-score", "0.6"]].concat();
+    let (strict, _) = infer(&sandbox, "body.bpk", "held/0001.raw", &strict);
+    assert_eq!(strict.len(), poses.len(), "rows are kept");
+    let joints = |poses: &[TimedPose]| -> usize {
+        poses.iter().map(|pose| pose.body_px().iter().flatten().count()).sum()
+    };
+    assert!(joints(&strict) < joints(&poses), "{} of {}", joints(&strict), joints(&poses));
+    for (strict, pose) in strict.iter().zip(&poses) {
+        assert_eq!(strict.score, pose.score);
+        for joint in &strict.joints {
+            let score = joint.score.unwrap_or_default();
+            assert!(joint.image_px.is_none() || (score >= 0.6 && strict.score >= Some(0.6)));
+        }
+    }
+    let refused = sandbox.fails(&[
+        "infer",
+        "--min-score",
+        "2",
+        "--checkpoint",
+        "x",
+        "--events",
+        "y",
+        "--out",
+        "z",
+    ]);
+    assert!(refused.contains("0 to 1"), "{refused}");
+    let network = shipped("body.bpk");
+    let eval = ["eval", "--checkpoint", &network, "--stride-ms", "100", "--data"];
+    let said = sandbox.ok(&[&eval[..], &["held"]].concat());
+    assert!(said.contains("people not found") && !said.contains("nobody in view"), "{said}");
+    let empty = ["--set", "simulation.framing=nobody", "--set", "evaluation.moving_cameras=1"];
+    sandbox.ok(&[&simulate[..], &changes, &empty, &["--out", "empty"]].concat());
+    let said = sandbox.ok(&[&eval[..], &["empty"]].concat());
+    assert!(
+        said.contains("nobody in view") && said.contains("false detections per minute"),
+        "{said}"
+    );
+}
