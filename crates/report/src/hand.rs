@@ -128,7 +128,7 @@ fn learning_curves(material: &Material<'_>) -> Result<Vec<String>> {
         steps_per_validation: training.steps_per_validation,
         steps: training.steps,
     };
-    let charts = learning::charts(&material.history, length);
+    let charts = learning::charts(material.history, length);
     Ok(charts.iter().map(chart::curves).collect::<Result<_, _>>()?)
 }
 
