@@ -8,7 +8,7 @@ use evpose_pose::PoseOrigin;
 use crate::harness::{Sandbox, bytes};
 
 /// Changes that make the configs of bodies small enough for a test.
-const TINY: &[&str] = &[
+pub(crate) const TINY: &[&str] = &[
     "simulation.sequences=3",
     "simulation.seconds=0.5",
     "simulation.step_hz=250",

@@ -126,3 +126,50 @@ fn an_installed_program_has_its_networks() {
     let output = run(&["export", "--checkpoint", "foot", "--onnx", "network.onnx"]);
     assert!(!output.status.success());
 }
+
+#[test]
+fn a_training_starts_from_a_shipped_network_by_its_name() {
+    let sandbox = Sandbox::new();
+    let changes = [
+        "simulation.sequences=2",
+        "simulation.seconds=0.6",
+        "simulation.step_hz=250",
+        "simulation.label_hz=50",
+        "simulation.sensor_size={ width = 96, height = 72 }",
+        "simulation.surroundings.source={ procedural = 3 }",
+        "data.first_ms=100",
+        "data.min_joints=4",
+        "data.validation_share=0.5",
+        "training.batch_size=2",
+        "training.steps=1",
+        "training.steps_per_validation=1",
+        "training.validation_samples=2",
+    ];
+    let train = ["train", "finetune", "--plain", "--out", "run", "--start-from", "body-quick"];
+    let set: Vec<&str> = changes.iter().flat_map(|change| ["--set", change]).collect();
+    let said = sandbox.ok(&[&train[..], &set].concat());
+    assert!(said.contains("checkpoint: run"), "{said}");
+}
+
+#[test]
+#[ignore = "compiles the program once more: minutes"]
+fn an_installed_program_finds_its_networks() {
+    let sandbox = Sandbox::new();
+    let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".to_owned());
+    let mut install = std::process::Command::new(cargo);
+    install.args(["install", "--locked", "--offline", "--path", env!("CARGO_MANIFEST_DIR")]);
+    // In the profile of the tests, whose crates are compiled already.
+    install.args(cfg!(debug_assertions).then_some("--debug"));
+    let output = install.arg("--root").arg(sandbox.path("installed")).output().unwrap();
+    assert!(output.status.success(), "{}", stderr(&output));
+    std::fs::create_dir(sandbox.path("elsewhere")).unwrap();
+    for network in ["hand", "body"] {
+        let output = std::process::Command::new(sandbox.path("installed/bin/evpose"))
+            .args(["export", "--checkpoint", network, "--onnx", "network.onnx"])
+            .current_dir(sandbox.path("elsewhere"))
+            .env("EVPOSE_DATA", sandbox.path("data-directory"))
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{network}: {}", stderr(&output));
+    }
+}

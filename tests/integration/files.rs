@@ -88,11 +88,21 @@ fn a_recording_is_seen_as_a_page_a_sheet_and_an_animation() {
     let page = String::from_utf8(bytes(&sandbox.path("view.html"))).unwrap();
     assert_eq!(page.matches("iVBORw0KGgo").count(), 11, "every frame, and the one to begin with");
     assert!(page.contains("40x30") && !page.contains("http"), "a page on its own");
+    // What its script looks for is there: a name that is not ends the script at the first frame.
+    let names: Vec<&str> =
+        page.split("at('").skip(1).filter_map(|rest| rest.split('\'').next()).collect();
+    assert!(names.len() > 5 && names.contains(&"caption"), "{names:?}");
+    for name in names {
+        assert!(page.contains(&format!("id=\"{name}\"")), "nothing is called {name}");
+    }
+    for part in ["ON events<", "OFF events<", "class=\"axis\"", "events/s", "first event, s"] {
+        assert!(page.contains(part), "{part}");
+    }
 
     sandbox.ok(&["view", "dot.txt", "--out", "sheet.png", "--of", "eci", "--frames", "5"]);
     let sheet = image::open(sandbox.path("sheet.png")).unwrap();
-    // Below each frame is a line of 22 pixels.
-    assert_eq!((sheet.width(), sheet.height()), (4 * 326 + 6, 2 * 268 + 6));
+    // Below each frame is a line of 22 pixels, below the sheet one of 44 with the colours of ON and OFF.
+    assert_eq!((sheet.width(), sheet.height()), (4 * 326 + 6, 2 * 268 + 6 + 44));
 
     sandbox.ok(&["view", "dot.txt", "--out", "dot.apng", "--frames", "7", "--from", "0.1"]);
     let animation = bytes(&sandbox.path("dot.apng"));
@@ -238,7 +248,7 @@ fn an_animation_is_a_gif_where_that_is_asked() {
     let frames = image::AnimationDecoder::into_frames(gif).collect_frames().unwrap();
     assert_eq!(frames.len(), 6);
     let delay = std::time::Duration::from(frames[0].delay());
-    assert_eq!((delay.as_millis(), frames[0].buffer().dimensions()), (40, (320, 262)));
+    assert_eq!((delay.as_millis(), frames[0].buffer().dimensions()), (40, (320, 284)));
     // ON is blue, OFF red, as on a sheet.
     let is_near =
         |pixel: &[u8], rgb: [u8; 3]| pixel.iter().zip(rgb).all(|(a, b)| a.abs_diff(b) < 20);

@@ -6,12 +6,12 @@ use evpose_sensor::STAGES;
 
 use crate::harness::{Sandbox, bytes, stderr};
 
-const WIDTH: usize = 48;
-const HEIGHT: usize = 36;
-const FRAMES: usize = 601;
+pub(crate) const WIDTH: usize = 48;
+pub(crate) const HEIGHT: usize = 36;
+pub(crate) const FRAMES: usize = 601;
 
 /// Light of a scene in which bars of many contrasts move, and pixels rest in between.
-fn light(k: usize, x: usize, y: usize) -> f32 {
+pub(crate) fn light(k: usize, x: usize, y: usize) -> f32 {
     let (t, x, y) = (k as f32 / 1000.0, x as f32, y as f32);
     let ground = 0.05 + 0.4 * x / WIDTH as f32;
     let place = (x - 90.0 * t).rem_euclid(24.0) - 8.0;
@@ -20,7 +20,7 @@ fn light(k: usize, x: usize, y: usize) -> f32 {
 }
 
 /// A scene directory, and the recording of a camera with these effects in front of it.
-fn recorded(sandbox: &Sandbox, effects: &str) {
+pub(crate) fn recorded(sandbox: &Sandbox, effects: &str) {
     let dir = sandbox.path("scene");
     std::fs::create_dir(&dir).unwrap();
     let header = format!(

@@ -18,6 +18,7 @@ mod examples;
 mod export;
 mod files;
 mod gap;
+mod guides;
 mod harness;
 mod live;
 mod models;

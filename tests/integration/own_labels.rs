@@ -1,7 +1,7 @@
 //! Recordings of the simulator, exported as if they were somebody else's, imported with their
 //! labels.
 
-mod foreign;
+pub(crate) mod foreign;
 
 use std::path::{Path, PathBuf};
 

@@ -77,6 +77,16 @@ const SLOW: &[Step] = &[
         env: &[],
     },
     Step {
+        why: "every command of README.md and the guides runs, in small",
+        args: &["test", "--release", "--test=integration", "all_pages_run", "--", "--ignored"],
+        env: &[],
+    },
+    Step {
+        why: "an installed program has its networks",
+        args: &["test", "--release", "--test=integration", "installed", "--", "--ignored"],
+        env: &[],
+    },
+    Step {
         why: "an engine beside a busy thread",
         args: &["test", "--package=evpose-infer", "--test=threads", "--", "--ignored"],
         env: &[],
@@ -154,8 +164,8 @@ const SLOW: &[Step] = &[
 const USAGE: &str = "usage: cargo xtask ci|slow|words [CRATE…] [--list]|circles [CRATE…]|lines
 
   ci    formatting, lints, documentation, all tests, what the benchmark is built from (what CI runs)
-  slow  twelve blind recordings; the ndarray agreement test; files for Rerun; packets of
-        cameras; networks in tract; kernels under
+  slow  twelve blind recordings; all commands of the guides; an installed program; the ndarray
+        agreement test; files for Rerun; packets of cameras; networks in tract; kernels under
         AddressSanitizer; packages of all crates; peers, fuzz targets, wgpu and cuda compile
   words  words that docs/glossary.md replaces: counts by crate, by file for a PATH or crate;
          --list shows each use and the standard word

@@ -10,6 +10,8 @@ use evpose_app::args::DeviceArgs;
 
 /// The ablation studies.
 #[derive(Debug, clap::Subcommand)]
+#[command(after_help = "Start with:\n  evpose ablate hand --out runs/ablation\n  \
+    evpose ablate body --out runs/ablation-body")]
 pub enum AblateCommand {
     /// The EventHands method: window lengths, representations, augmentation, filter, networks
     Hand(AblateHandArgs),
@@ -21,8 +23,8 @@ pub enum AblateCommand {
 #[command(after_help = "Examples:\n  evpose ablate hand --out runs/ablation\n  \
     evpose ablate hand --out runs/ablation --resume\n  \
     evpose ablate hand --rows lnes-33,eoi,no-filter --seeds 5 --out runs/inputs\n\n\
-    Every row is the full method with one thing changed. Sequences are simulated once for each seed\n\
-    and shared by all rows; the full method always runs, since every row is compared with it. More\n\
+    Every row is the full method with one thing changed. Sequences are simulated once for each seed \
+    and shared by all rows; the full method always runs, since every row is compared with it. More \
     rows and seeds can be added to a directory later, with --resume.")]
 pub struct AblateHandArgs {
     /// A TOML file, or an embedded config: `ablation`, `quick`, `eventhands`

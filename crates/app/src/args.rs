@@ -9,8 +9,8 @@ use crate::threads::use_threads;
 /// A config and changes to it.
 #[derive(Debug, clap::Args)]
 pub struct ConfigArgs {
-    /// A TOML file, or an embedded config: `quick`, `ablation`, `eventhands` for hands, `pretrain`,
-    /// `finetune` for bodies
+    /// A TOML file, or an embedded config: for hands `quick`, `hand-wide`, `ablation`, `eventhands`, for
+    /// bodies `pretrain`, `finetune`, `body-wide`, `pretrain-full`, `finetune-full`
     pub config: String,
     /// Change one field, for example --set training.steps=500 (may be repeated)
     #[arg(long = "set", value_name = "KEY=VALUE")]

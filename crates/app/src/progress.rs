@@ -2,7 +2,8 @@
 //! output.
 
 use std::fmt::Display;
-use std::io::Write as _;
+use std::io::{IsTerminal as _, Write as _};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -36,4 +37,68 @@ pub fn say(line: impl Display) {
 /// Prints a line of progress to standard error, so that standard output holds results alone.
 pub fn note(line: impl Display) {
     let _ = writeln!(std::io::stderr(), "{line}");
+}
+
+/// Progress of work that takes minutes: a bar, or a line at each tenth where standard error is no
+/// terminal and a bar would be hidden.
+pub struct LongProgress {
+    bar: ProgressBar,
+    label: String,
+    unit: &'static str,
+    total: u64,
+    done: AtomicU64,
+    has_lines: bool,
+}
+
+impl LongProgress {
+    /// Progress over `total` units.
+    pub fn new(label: &str, total: u64, unit: &'static str) -> Self {
+        let has_lines = !std::io::stderr().is_terminal();
+        Self {
+            bar: bar(label, total, unit),
+            label: label.to_owned(),
+            unit,
+            total,
+            done: AtomicU64::new(0),
+            has_lines,
+        }
+    }
+
+    /// Adds units that are done, from any thread.
+    pub fn inc(&self, count: u64) {
+        self.bar.inc(count);
+        let before = self.done.fetch_add(count, Ordering::Relaxed);
+        if let Some(line) = self.line(before, before + count).filter(|_| self.has_lines) {
+            note(line);
+        }
+    }
+
+    /// The line when a tenth of the whole is passed on the way from `before` to `now`.
+    fn line(&self, before: u64, now: u64) -> Option<String> {
+        let tenths = |done: u64| (10 * done).checked_div(self.total).unwrap_or(0);
+        (tenths(now) > tenths(before))
+            .then(|| format!("{}: {now} of {} {}", self.label, self.total, self.unit))
+    }
+
+    /// Takes the bar away.
+    pub fn finish(self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_work_says_each_tenth_once() {
+        let progress = LongProgress::new("rendering", 40, "stills");
+        let lines: Vec<String> = (0..40).filter_map(|done| progress.line(done, done + 1)).collect();
+        assert_eq!(lines.len(), 10);
+        assert_eq!(
+            (lines[0].as_str(), lines[9].as_str()),
+            ("rendering: 4 of 40 stills", "rendering: 40 of 40 stills")
+        );
+        assert_eq!(LongProgress::new("reading", 0, "images").line(0, 1), None);
+    }
 }

@@ -43,6 +43,8 @@ macro_rules! benchmarks {
     ($($(#[$meta:meta])* $name:ident($args:ty) => $run:path,)*) => {
         /// The benchmarks.
         #[derive(Debug, Subcommand)]
+        #[command(after_help = "Start with:\n  evpose bench infer --layers\n  evpose bench train\n  \
+            evpose bench live --checkpoint body")]
         pub enum BenchCommand {
             $($(#[$meta])* $name($args),)*
         }

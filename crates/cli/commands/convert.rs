@@ -76,7 +76,7 @@ pub(super) fn format(out: &Path, name: Option<&str>) -> Result<&'static Format> 
 
 /// The table of formats for the help text.
 pub(crate) fn formats() -> String {
-    let mut text = "Formats (read by content, whatever the name):\n".to_owned();
+    let mut text = "Formats, detected by content when read:\n".to_owned();
     for format in FORMATS {
         let written = match format.create {
             Some(_) => format.endings.join(" "),

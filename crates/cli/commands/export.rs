@@ -21,7 +21,7 @@ pub(crate) struct ExportArgs {
     /// Change one field, for example --set network.width=0.5 (may be repeated)
     #[arg(long = "set", value_name = "KEY=VALUE", requires = "config")]
     pub(crate) overrides: Vec<String>,
-    /// Export a trained network: a run directory, or a .bpk file with its .toml beside it
+    /// Export a trained network: a run directory, a .bpk file, or the name of a shipped network
     #[arg(long)]
     pub(crate) checkpoint: Option<PathBuf>,
     /// The ONNX file to write

@@ -15,7 +15,7 @@ use std::path::PathBuf;
     evpose info --verify data/train"
 )]
 pub(crate) struct InfoArgs {
-    /// Files: recordings of any format, or hand and body models (.pkl, .npz), recognised by
+    /// Recordings of any format, checkpoints (.bpk), hand and body models (.pkl, .npz), all recognised by
     /// content; directories of sequences
     #[arg(required = true)]
     pub(crate) files: Vec<PathBuf>,

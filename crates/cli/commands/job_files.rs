@@ -1,4 +1,4 @@
-//! The job files and the page about them say what this program understands.
+//! The job files say what this program understands.
 
 use clap::Parser as _;
 use evpose_sim::{SequenceSet, Shard};
@@ -11,7 +11,6 @@ use evpose_app::hand_config;
 const SLURM: &str = include_str!("../../../configs/jobs/simulate.slurm");
 const KUBERNETES: &str = include_str!("../../../configs/jobs/simulate.k8s.yaml");
 const TRAIN: &str = include_str!("../../../configs/jobs/train.slurm");
-const GUIDE: &str = include_str!("../../../docs/guide/scale.md");
 
 /// The command lines of `text` that begin with one of `prompts`, continued lines joined.
 fn commands(text: &str, prompts: &[&str]) -> Vec<String> {
@@ -91,15 +90,4 @@ fn the_training_job_is_understood_and_resumes() {
     let config = hand_config::load(&args.config.config, &args.config.overrides);
     let devices = config.map_or(0, |config| config.training.devices as u64);
     assert_eq!(number_behind(TRAIN, "--gres=gpu:"), Some(devices));
-}
-
-#[test]
-fn every_command_of_the_page_is_understood() {
-    let found = commands(GUIDE, &["$ "]);
-    assert!(found.len() > 8, "{found:?}");
-    for command in found {
-        if let Err(message) = parse(&command, &[]) {
-            panic!("{message}");
-        }
-    }
 }

@@ -13,6 +13,8 @@ mod eval;
 mod events;
 mod export;
 mod gap;
+#[cfg(test)]
+mod guides;
 mod infer;
 mod info;
 #[cfg(test)]
@@ -88,11 +90,11 @@ commands! {
     Infer(evpose_commands::args::InferArgs) => infer::run,
     /// Predict poses online from a camera, a stream or a recording
     Live(live::LiveArgs) => live::run,
-    /// Calibrate int8 inference, and measure its loss of accuracy
+    /// Calibrate int8 quantisation, and measure the loss of accuracy
     Quantize(quantize::QuantizeArgs) => quantize::run,
     /// Export a network as an ONNX file
     Export(export::ExportArgs) => export::run,
-    /// Benchmarks
+    /// Benchmarks: speed and memory of inference, training, simulation, files
     #[command(subcommand)]
     Bench(evpose_bench::BenchCommand) => evpose_bench::run,
     /// List, show and plot sensor models and their effects

@@ -15,10 +15,10 @@ use crate::opening::OpeningArgs;
     evpose simulate eventhands --out data/one --sequences 1 --seconds 10 --seed 7\n  \
     evpose simulate quick --out data/train --shard 3/64 --resume\n  \
     evpose simulate quick --condition dark --out data/dark --held-out\n  \
-    evpose simulate eventhands --set simulation.motion.variant=bottom --sequences 8 --seconds 3 \
+    evpose simulate eventhands --set simulation.motion.variant=bottom --sequences 8 --seconds 3 \\\n      \
     --out data/bottom --preview bottom.png\n\n\
     Shards may share a directory or be copied together: the files are those of one run. The last \
-    one to finish\nwrites manifest.sha256; `evpose info --verify DIR` and `sha256sum -c` check it. \
+    one to finish writes manifest.sha256; `evpose info --verify DIR` and `sha256sum -c` check it. \
     docs/guide/scale.md says more.")]
 pub struct SimulateArgs {
     /// Config and overrides.
@@ -77,7 +77,8 @@ pub struct TrainArgs {
     /// Directory of the run [bodies: the config's `out`]
     #[arg(long)]
     pub out: Option<PathBuf>,
-    /// A run or a file of weights to start from [default: the config's `start_from`]
+    /// A run, a file of weights, or the name of a shipped network to start from [default: the config's
+    /// `start_from`]
     #[arg(long, value_name = "RUN")]
     pub start_from: Option<PathBuf>,
     /// Continue an interrupted run from its newest checkpoint
@@ -111,8 +112,8 @@ pub struct EvalArgs {
     /// Directory of held-out sequences
     #[arg(long, required_unless_present_any = ["conditions", "foreign"])]
     pub data: Option<PathBuf>,
-    /// Evaluate on recordings that no simulation of ours made as well: hands or bodies of this
-    /// directory
+    /// Also evaluate on recordings from outside of this simulator (other meshes, motions, renderers and
+    /// pixels): hands or bodies of this directory
     #[arg(
         long, value_name = "DIR", num_args = 0..=1, default_missing_value = "datasets/foreign",
         conflicts_with = "conditions"
@@ -174,7 +175,7 @@ impl EvalArgs {
 #[command(after_help = "Examples:\n  evpose infer --checkpoint runs/hand \
     --events hand.evc --out poses.csv --joints joints.csv\n  evpose infer --checkpoint runs/hand \
     --events slow.npz --out poses.csv --mode slow-motion\n  evpose infer --checkpoint runs/hand \
-    --events rec.aedat4 --camera calibration.yaml --out poses.csv --joints joints.csv")]
+    --events rec.aedat4 --camera calibration.yaml \\\n      --out poses.csv --joints joints.csv")]
 pub struct InferArgs {
     /// A run directory, a .bpk file, or the name of a shipped network: `hand`, `body`, …
     #[arg(long)]

@@ -15,8 +15,8 @@ use evpose_commands::TASKS;
     evpose gap payoff gap/ --camera camera.toml --upper-bound --seeds 3 --out payoff/ --resume\n  \
     evpose gap payoff gap/ --camera camera.toml --task body --out payoff/\n\n\
     gap/ is a directory of `evpose gap run`: model.toml is the model as given, corrected.toml the \
-    corrected one.\nIntervals are over recordings. They hold for the networks that were trained: \
-    --seeds repeats simulation\nand training, and the differences under each seed are listed."
+    corrected one. Intervals are over recordings. They hold for the networks that were trained: \
+    --seeds repeats simulation and training, and the differences under each seed are listed."
 )]
 pub struct PayoffArgs {
     /// A directory of `evpose gap run`

@@ -1,20 +1,24 @@
 //! Rendered frames of a simulated camera beside its events: one sheet for a whole run.
 
 use anyhow::{Context, Result};
-use evpose_core::{Micros, Plane, SensorSize};
+use evpose_core::{Micros, Plane};
 use evpose_sim::Simulation;
-use glam::Vec3A;
+use glam::{Vec2, Vec3A};
 use image::{Rgb, RgbImage};
 use rayon::prelude::*;
 
-use super::canvas::{Canvas, contact_sheet};
+use super::canvas::contact_sheet;
+use super::recent_events::RecentEvents;
 
 /// Moments on the sheet, each a view and its events.
 const MOMENTS: u64 = 8;
-/// When the first and every further moment is, in steps: far enough from the start for its burst to
-/// be forgotten, and different in every sequence.
+/// From when on the first and every further moment is looked for, in steps: far enough from the start for
+/// its burst to be forgotten, and different in every sequence.
 const FIRST_STEP: u64 = 400;
 const FURTHER_STEPS: u64 = 170;
+/// Times among which the one with most events is shown, and steps between them: hands rest at times.
+const CANDIDATES: u64 = 6;
+const CANDIDATE_STEPS: u64 = 150;
 /// Steps between moments of the same sequence, where there are few.
 const ROUND_STEPS: u64 = 1_500;
 /// How long events stay in the image.
@@ -24,7 +28,7 @@ const IMAGE_PX: u32 = 240;
 /// Linear light to a screen's pixel values, as in the published simulator.
 const SCREEN_GAMMA: f32 = 2.2;
 
-/// Views of the sequences of `simulation`, simulated up to there once more. The same for any number
+/// Views of the sequences of `simulation`, at times at which hands move, simulated up to there once more. The same for any number
 /// of threads.
 ///
 /// # Errors
@@ -38,35 +42,27 @@ pub fn sheet(simulation: &Simulation) -> Result<RgbImage> {
 fn moment(simulation: &Simulation, index: u64) -> Result<[RgbImage; 2]> {
     let config = simulation.config();
     let sequences = config.sequences as u64;
-    let steps = FIRST_STEP + FURTHER_STEPS * index + ROUND_STEPS * (index / sequences);
-    let last = steps.min(config.frames()).checked_sub(1).context("sequences without steps")?;
+    let first = FIRST_STEP + FURTHER_STEPS * index + ROUND_STEPS * (index / sequences);
+    let first = first.min(config.frames()).checked_sub(1).context("sequences without steps")?;
     let mut simulator = simulation.sequence(index % sequences)?;
     let sensor = simulator.camera().sensor();
     let scale = IMAGE_PX.div_ceil(u32::from(sensor.width));
-    let mut newest = [Plane::for_sensor(sensor, None), Plane::for_sensor(sensor, None)];
-    let mut now = Micros(0);
-    for _ in 0..=last {
+    let mut recent = RecentEvents::new(sensor, WINDOW);
+    let corners = [Vec2::ZERO, Vec2::new(f32::from(sensor.width), f32::from(sensor.height))];
+    let mut busiest: Option<(usize, [RgbImage; 2])> = None;
+    let last = (first + (CANDIDATES - 1) * CANDIDATE_STEPS).min(config.frames() - 1);
+    for number in 0..=last {
         let step = simulator.advance()?;
-        now = step.t;
-        for event in step.events.iter() {
-            let plane = &mut newest[usize::from(event.polarity.is_on())];
-            *plane.at_mut(usize::from(event.x), usize::from(event.y)) = Some(event.t);
+        recent.push(step.events);
+        let now = step.t;
+        let is_candidate = number >= first && (number - first).is_multiple_of(CANDIDATE_STEPS);
+        let count = if is_candidate { recent.count(now, corners) } else { 0 };
+        if is_candidate && busiest.as_ref().is_none_or(|(most, _)| count > *most) {
+            let images = [screen(&simulator.frame_rgb(), scale), recent.image(now, scale)];
+            busiest = Some((count, images));
         }
     }
-    let [off, on] = newest.map(|newest| faded(sensor, &newest, now));
-    let events = Canvas::events(&on, &off, scale).into_image();
-    Ok([screen(&simulator.frame_rgb(), scale), events])
-}
-
-/// 1 for an event of now, 0 for none within the window.
-fn faded(sensor: SensorSize, newest: &Plane<Option<Micros>>, now: Micros) -> Plane<f32> {
-    let mut faded = Plane::for_sensor(sensor, 0.0);
-    for (value, t) in faded.data_mut().iter_mut().zip(newest.data()) {
-        if let Some(t) = t {
-            *value = (1.0 - (now.0 - t.0) as f32 / WINDOW.0 as f32).max(0.0);
-        }
-    }
-    faded
+    busiest.map(|(_, images)| images).context("sequences without steps")
 }
 
 /// Linear colours as a screen shows them.

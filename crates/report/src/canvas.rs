@@ -2,9 +2,11 @@
 
 use evpose_core::Plane;
 use evpose_pose::HAND_BONES;
-use evpose_pose::body::{BodyPoints, LIMBS};
+use evpose_pose::body::{BODY_JOINTS, BodyPoints, LIMBS};
 use glam::Vec2;
 use image::{Rgb, RgbImage};
+
+use crate::dot_letters;
 
 /// Colour of what is true.
 pub const TRUTH: Rgb<u8> = Rgb([0x1a, 0x9e, 0x5c]);
@@ -13,6 +15,10 @@ pub const PREDICTION: Rgb<u8> = Rgb([0xe8, 0x6a, 0x17]);
 
 /// Colour of the hand predicted in the slow-motion mode.
 pub const SLOW_MOTION: Rgb<u8> = Rgb([0x8b, 0x3f, 0xc6]);
+
+/// Head and shoulders in the order of networks, between which the neck is drawn.
+const HEAD: usize = 0;
+const SHOULDERS: [usize; 2] = [1, 2];
 
 const PAPER: [f32; 3] = [252.0, 252.0, 253.0];
 const ON_INK: [f32; 3] = [30.0, 100.0, 200.0];
@@ -54,7 +60,8 @@ impl Canvas {
         Self { image, scale }
     }
 
-    /// Draws joints and the limbs between them; what is not known is left out.
+    /// Draws joints, the limbs between them, and a neck from the head to the middle of the shoulders; what
+    /// is not known is left out.
     pub fn body(&mut self, joints_px: &BodyPoints, colour: Rgb<u8>) {
         let radius = 0.55 * self.scale as f32;
         for [a, b] in LIMBS {
@@ -62,8 +69,35 @@ impl Canvas {
                 self.line(a, b, radius, colour);
             }
         }
+        if let [Some(head), Some(a), Some(b)] =
+            [HEAD, SHOULDERS[0], SHOULDERS[1]].map(|k| joints_px[k])
+        {
+            self.line(head, 0.5 * (a + b), radius, colour);
+        }
         for joint in joints_px.iter().flatten() {
             self.line(*joint, *joint, 2.2 * radius, colour);
+        }
+    }
+
+    /// Writes scores of joints beside them, with two decimals; none where the score or the joint is not
+    /// known.
+    pub fn scores(
+        &mut self,
+        joints_px: &BodyPoints,
+        scores: &[Option<f32>; BODY_JOINTS],
+        colour: Rgb<u8>,
+    ) {
+        for (joint_px, score) in joints_px.iter().zip(scores) {
+            let (Some(joint_px), Some(score)) = (joint_px, score) else { continue };
+            let at = *joint_px * self.scale as f32 + Vec2::new(4.0, -9.0);
+            let at_px = (at.x.round() as i64, at.y.round() as i64);
+            let text = format!("{score:.2}");
+            // Paper around the letters, so that they can be read on events and limbs.
+            let paper = Rgb(PAPER.map(|value| value as u8));
+            for (x, y) in [(-1, 0), (1, 0), (0, -1), (0, 1)] {
+                dot_letters::write(&mut self.image, &text, (at_px.0 + x, at_px.1 + y), 1, paper);
+            }
+            dot_letters::write(&mut self.image, &text, at_px, 1, colour);
         }
     }
 
@@ -134,4 +168,33 @@ pub fn contact_sheet(images: &[RgbImage], columns: usize) -> RgbImage {
         image::imageops::replace(&mut sheet, image, i64::from(x), i64::from(y));
     }
     sheet
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_body_has_a_neck_and_scores_where_both_are_known() {
+        let mut joints_px = BodyPoints::default();
+        joints_px[HEAD] = Some(Vec2::new(20.5, 5.5));
+        joints_px[1] = Some(Vec2::new(30.5, 25.5));
+        joints_px[2] = Some(Vec2::new(10.5, 25.5));
+        let blank = || Canvas::over(RgbImage::from_pixel(80, 40, Rgb([255; 3])), 1);
+        let mut canvas = blank();
+        canvas.body(&joints_px, TRUTH);
+        let image = canvas.into_image();
+        assert_ne!(*image.get_pixel(20, 15), Rgb([255; 3]), "no neck");
+        assert_eq!(*image.get_pixel(50, 15), Rgb([255; 3]));
+        let mut scores = [None; BODY_JOINTS];
+        scores[1] = Some(0.82);
+        // Of a joint that is not known.
+        scores[5] = Some(0.3);
+        let mut canvas = blank();
+        canvas.scores(&joints_px, &scores, PREDICTION);
+        let image = canvas.into_image();
+        let drawn: Vec<u32> =
+            image.enumerate_pixels().filter(|(.., p)| **p == PREDICTION).map(|(x, ..)| x).collect();
+        assert!(drawn.len() > 20 && drawn.iter().all(|x| (34..58).contains(x)), "{drawn:?}");
+    }
 }

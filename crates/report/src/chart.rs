@@ -1,15 +1,23 @@
 //! Charts of curves, dots and steps on linear or logarithmic axes, single or stacked, as SVG.
 
+use std::ops::Range;
+
+use plotters::coord::combinators::BindKeyPoints as _;
 use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
 use plotters::prelude::*;
 
 use crate::colour::Colour;
 use crate::drawing::{Area, DrawingError, FONT, document, rgb};
+use crate::legend::{ChartHead, Entry};
+use crate::ticks::log_ticks;
 
 /// Charts of one stack begin at the same place.
 const LABELS_PX: u32 = 62;
 /// Size of a chart of curves, pixels.
-const CURVES: (u32, u32) = (550, 330);
+const CURVES: (u32, u32) = (550, 350);
+/// Font sizes of names of axes and of ticks; the SVG backend divides them by 1.24.
+const NAME_SIZE: u32 = 14;
+const TICK_SIZE: u32 = 13;
 
 /// How a series is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,6 +69,8 @@ pub struct ChartAxis {
     pub is_whole: bool,
     /// Whether zero is on a linear axis whose range follows from the data.
     pub has_zero: bool,
+    /// Names of values in the place of digits, if there are any: other ticks have no label.
+    pub named: Vec<(f64, String)>,
 }
 
 /// One chart.
@@ -105,7 +115,17 @@ impl ChartAxis {
         self
     }
 
+    /// Labels these values, and no others, with names.
+    pub fn named(mut self, names: &[(f64, &str)]) -> Self {
+        self.named = names.iter().map(|(value, name)| (*value, (*name).to_owned())).collect();
+        self
+    }
+
     fn label(&self, value: f64) -> String {
+        if !self.named.is_empty() {
+            let known = self.named.iter().find(|(named, _)| (named - value).abs() < 1e-9);
+            return known.map(|(_, name)| name.clone()).unwrap_or_default();
+        }
         if self.is_whole && value.fract() != 0.0 { String::new() } else { label(value) }
     }
 
@@ -176,7 +196,7 @@ pub fn curves(chart: &Chart) -> Result<String, DrawingError> {
     svg(chart, CURVES)
 }
 
-/// Draws shares of correct points over a threshold (PCK).
+/// Draws the fraction of correct points over a threshold (PCK); `threshold` names it with its unit.
 ///
 /// # Errors
 /// If the SVG backend fails.
@@ -184,7 +204,7 @@ pub fn pck(title: &str, threshold: &str, series: Vec<Series>) -> Result<String, 
     curves(&Chart {
         title: title.to_owned(),
         x: ChartAxis::new(threshold),
-        y: ChartAxis::new("share correct").over(0.0, 1.0),
+        y: ChartAxis::new("PCK, fraction of points").over(0.0, 1.0),
         series,
     })
 }
@@ -195,40 +215,36 @@ fn draw(chart: &Chart, area: &Area<'_>) -> Result<(), DrawingError> {
     let y = chart.y.limits(points().map(|p| p.1), 0.06);
     // Axes of zero length cannot be drawn.
     let (x, y) = (x.0..x.1.max(x.0 + 1e-12), y.0..y.1.max(y.0 + 1e-12));
-    let legend = legend_position(chart, (x.start, x.end), (y.start, y.end));
+    let entries: Vec<Entry<'_>> = chart
+        .series
+        .iter()
+        .filter(|series| !series.label.is_empty())
+        .map(|series| Entry { label: &series.label, colour: series.colour })
+        .collect();
+    let head = ChartHead::new(&chart.title, &entries, f64::from(area.dim_in_pixel().0));
+    head.draw(area)?;
+    let (_, area) = area.split_vertically(head.height_px() as u32);
+    let (x_ticks, y_ticks) = (log_ticks_of(&chart.x, &x), log_ticks_of(&chart.y, &y));
     // Linear and logarithmic axes are different types of `plotters`.
-    match (chart.x.is_log, chart.y.is_log) {
-        (false, false) => draw_on(chart, area, x, y, legend),
-        (true, false) => draw_on(chart, area, x.log_scale(), y, legend),
-        (false, true) => draw_on(chart, area, x, y.log_scale(), legend),
-        (true, true) => draw_on(chart, area, x.log_scale(), y.log_scale(), legend),
+    match (x_ticks, y_ticks) {
+        (None, None) => draw_on(chart, &area, x, y),
+        (Some(x_ticks), None) => draw_on(chart, &area, x.log_scale().with_key_points(x_ticks), y),
+        (None, Some(y_ticks)) => draw_on(chart, &area, x, y.log_scale().with_key_points(y_ticks)),
+        (Some(x_ticks), Some(y_ticks)) => draw_on(
+            chart,
+            &area,
+            x.log_scale().with_key_points(x_ticks),
+            y.log_scale().with_key_points(y_ticks),
+        ),
     }
 }
 
-/// The right corner in which fewer points are hidden: curves of shares rise into the upper one.
-fn legend_position(chart: &Chart, x: (f64, f64), y: (f64, f64)) -> SeriesLabelPosition {
-    let share = |axis: &ChartAxis, value: f64, (low, high): (f64, f64)| match axis.is_log {
-        true => (value / low).ln() / (high / low).ln(),
-        false => (value - low) / (high - low),
-    };
-    let points = chart.series.iter().flat_map(|series| &series.points);
-    let right = points.filter(|p| share(&chart.x, p.0, x) > 0.6);
-    let heights: Vec<f64> = right.map(|p| share(&chart.y, p.1, y)).collect();
-    let upper = heights.iter().filter(|height| **height > 0.65).count();
-    let lower = heights.iter().filter(|height| **height < 0.35).count();
-    match upper > lower {
-        true => SeriesLabelPosition::LowerRight,
-        false => SeriesLabelPosition::UpperRight,
-    }
+/// Ticks of a logarithmic axis.
+fn log_ticks_of(axis: &ChartAxis, range: &Range<f64>) -> Option<Vec<f64>> {
+    axis.is_log.then(|| log_ticks(range.start, range.end))
 }
 
-fn draw_on<X, Y>(
-    chart: &Chart,
-    area: &Area<'_>,
-    x: X,
-    y: Y,
-    legend: SeriesLabelPosition,
-) -> Result<(), DrawingError>
+fn draw_on<X, Y>(chart: &Chart, area: &Area<'_>, x: X, y: Y) -> Result<(), DrawingError>
 where
     X: AsRangedCoord<Value = f64>,
     Y: AsRangedCoord<Value = f64>,
@@ -236,27 +252,23 @@ where
     Y::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
 {
     let mut builder = ChartBuilder::on(area);
-    builder.margin(8).margin_right(14).y_label_area_size(LABELS_PX);
+    builder.margin(8).margin_top(4).margin_right(14).y_label_area_size(LABELS_PX);
     builder.x_label_area_size(if chart.x.name.is_empty() { 18 } else { 36 });
-    if !chart.title.is_empty() {
-        builder.caption(&chart.title, (FONT, 14));
-    }
     let mut canvas = builder.build_cartesian_2d(x, y).map_err(DrawingError::new)?;
     canvas
         .configure_mesh()
         .x_desc(&chart.x.name)
         .y_desc(&chart.y.name)
         .x_labels(8)
-        .y_labels(5)
+        .y_labels(6)
         .x_label_formatter(&|v| chart.x.label(*v))
         .y_label_formatter(&|v| chart.y.label(*v))
-        .axis_desc_style((FONT, 12))
-        .label_style((FONT, 11))
+        .axis_desc_style((FONT, NAME_SIZE))
+        .label_style((FONT, TICK_SIZE))
         .light_line_style(WHITE)
         .bold_line_style(RGBColor(232, 232, 236))
         .draw()
         .map_err(DrawingError::new)?;
-    let mut has_labels = false;
     for series in &chart.series {
         let colour = rgb(series.colour);
         let points = series.points.iter().copied().filter(|p| {
@@ -280,23 +292,7 @@ where
                 canvas.draw_series([Polygon::new(around, colour.mix(0.4).filled())])
             }
         };
-        let drawn = drawn.map_err(DrawingError::new)?;
-        if !series.label.is_empty() {
-            has_labels = true;
-            drawn.label(&series.label).legend(move |(x, y)| {
-                PathElement::new([(x, y), (x + 14, y)], colour.stroke_width(3))
-            });
-        }
-    }
-    if has_labels {
-        canvas
-            .configure_series_labels()
-            .position(legend)
-            .label_font((FONT, 11))
-            .background_style(WHITE.mix(0.8))
-            .border_style(RGBColor(226, 226, 230))
-            .draw()
-            .map_err(DrawingError::new)?;
+        drawn.map_err(DrawingError::new)?;
     }
     Ok(())
 }
@@ -353,14 +349,32 @@ mod tests {
     }
 
     #[test]
-    fn the_legend_leaves_the_corner_into_which_curves_rise() {
-        let chart = |end: f64| Chart {
-            series: vec![Series::line("", (0, 0, 0), vec![(0.0, 0.5), (1.0, end)])],
-            ..Chart::default()
+    fn the_legend_is_above_the_plot_and_logarithmic_axes_have_ticks() -> Result<(), DrawingError> {
+        let chart = Chart {
+            title: "title".to_owned(),
+            x: ChartAxis::new("x, s"),
+            y: ChartAxis::log("y, mm"),
+            series: vec![Series::line("a curve", (1, 2, 3), vec![(0.0, 41.0), (1.0, 97.0)])],
         };
-        let position = |end| legend_position(&chart(end), (0.0, 1.0), (0.0, 1.0));
-        assert!(matches!(position(0.9), SeriesLabelPosition::LowerRight));
-        assert!(matches!(position(0.1), SeriesLabelPosition::UpperRight));
+        let svg = svg(&chart, (400, 300))?;
+        let height_of = |text: &str| -> f64 {
+            let element = svg[..svg.find(&format!("\n{text}\n")).unwrap_or(0)].rfind("<text");
+            let element = &svg[element.unwrap_or(0)..];
+            let y = element.split(" y=\"").nth(1).and_then(|rest| rest.split('"').next());
+            y.and_then(|y| y.parse().ok()).unwrap_or(f64::NAN)
+        };
+        // Less than a decade, and still labelled.
+        for tick in ["60", "80", "100"] {
+            assert!(height_of(tick) > height_of("a curve"), "{tick}: {svg}");
+        }
+        assert!(height_of("title") < height_of("a curve"), "{svg}");
+        Ok(())
+    }
+
+    #[test]
+    fn named_values_have_no_digits() {
+        let axis = ChartAxis::new("polarity").named(&[(1.0, "ON"), (-1.0, "OFF")]);
+        assert_eq!([-1.0, 0.0, 1.0].map(|value| axis.label(value)), ["OFF", "", "ON"]);
     }
 
     #[test]

@@ -13,8 +13,9 @@ use image::{Rgb, RgbImage};
 use crate::canvas::{Canvas, PREDICTION, TRUTH, contact_sheet};
 use crate::chart::{self, Series};
 use crate::colour::palette;
+use crate::findings;
 use crate::held_out::{self, HeldOutEvaluation};
-use crate::html::HtmlPage;
+use crate::html::{HtmlPage, escape};
 use crate::learning::{self, TrainingLength};
 use crate::png::png;
 
@@ -51,6 +52,14 @@ pub fn write(dir: &Path, material: &Material<'_>) -> Result<()> {
         "Hand pose from an event camera",
         "Simulated, trained, evaluated and drawn by evpose on this machine.",
     );
+    page.section(
+        "What was learned, and what not",
+        "On people, motions and backgrounds that the training did not show. An error of 1 is that of the \
+         mean pose, which uses no events; brackets are 95% intervals over sequences.",
+    );
+    let sentences = findings::sentences(&material.evaluation.metrics);
+    let items = sentences.iter().map(|sentence| format!("<li>{}</li>", escape(sentence)));
+    page.markup(&format!("<ul>{}</ul>", items.collect::<String>()));
     page.section(
         "Held-out sequences",
         "Means over all evaluated poses with 95% bootstrap intervals over sequences. mean_pose always \
@@ -116,7 +125,7 @@ fn pck_plots(methods: &[MethodResults]) -> Result<Vec<String>> {
     };
     Ok(vec![
         plot("3D, relative to the wrist", "threshold in mm", true)?,
-        plot("2D", "threshold in percent of the palm", false)?,
+        plot("2D", "threshold in % of the palm's length in the image", false)?,
     ])
 }
 

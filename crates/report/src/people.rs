@@ -9,9 +9,12 @@ use evpose_sim::person::{People, PersonStep};
 use evpose_task::body::{BodyCheckpoint, BodyPredictor, RepresentationReader};
 use evpose_train::body::{BodyFrames, BodyResults};
 use glam::Vec2;
+use image::RgbImage;
+use rayon::prelude::*;
 
 use crate::canvas::{Canvas, PREDICTION, TRUTH, contact_sheet};
 use crate::png::png;
+use crate::recent_events::RecentEvents;
 use evpose_app::progress::say;
 
 /// Sequences on a sheet.
@@ -22,43 +25,64 @@ const COLUMNS: usize = 4;
 const GAMMA: f32 = 2.2;
 /// Over how long events are shown.
 const SHOWN: Micros = Micros(30_000);
+/// Times of a sequence among which the one with most events about the person is shown: people rest at
+/// times. They are evenly spaced from this share of the sequence on.
+const CANDIDATES: u64 = 12;
+const FIRST_SHARE: f64 = 0.3;
+/// Around the joints, as a share of what they span.
+const MARGIN: f32 = 0.25;
 
-/// Writes rendered frames with the joints, and below them the events of the same time.
+/// Writes rendered frames with the joints, and below them the events of the same time: of each sequence
+/// the moment with most events about the person. The same for any number of threads.
+///
+/// # Errors
+/// If a sequence cannot be simulated, or the file cannot be written.
 pub fn of_people(people: &People, path: &Path) -> Result<()> {
-    let config = people.config();
-    let at = config.steps() * 2 / 3;
-    let shown = (SHOWN.0 / config.step().0).max(1) as u64;
-    let mut pairs = Vec::new();
-    for index in 0..config.sequences.min(SEQUENCES) as u64 {
-        let mut simulator = people.sequence(index)?;
-        // Randomised sequences have sensors of their own.
-        let sensor = simulator.sensor();
-        let mut planes = [(); 2].map(|()| Plane::for_sensor(sensor, 0.0));
-        for frame in 0..=at {
-            let step = simulator.advance()?;
-            if frame + shown > at {
-                let age = (at - frame) as f32 / shown as f32;
-                keep(&step, 1.0 - 0.8 * age, &mut planes);
-            }
-            if frame == at {
-                let [on, off] = &planes;
-                let events = Canvas::events(on, off, 1).into_image();
-                pairs.push((photograph(&step, sensor).into_image(), events));
-            }
-        }
-    }
+    let count = people.config().sequences.min(SEQUENCES) as u64;
+    let pairs: Vec<[RgbImage; 2]> =
+        (0..count).into_par_iter().map(|index| moment(people, index)).collect::<Result<_>>()?;
     let mut images = Vec::new();
     for row in pairs.chunks(COLUMNS) {
-        images.extend(row.iter().map(|(seen, _)| seen.clone()));
-        images.extend(row.iter().map(|(_, events)| events.clone()));
+        images.extend(row.iter().map(|[frame, _]| frame.clone()));
+        images.extend(row.iter().map(|[_, events]| events.clone()));
     }
     write(&contact_sheet(&images, COLUMNS.min(pairs.len().max(1))), path)
 }
 
-fn keep(step: &PersonStep<'_>, strength: f32, [on, off]: &mut [Plane<f32>; 2]) {
-    for event in step.events.iter() {
-        let plane = if event.polarity.is_on() { &mut *on } else { &mut *off };
-        *plane.at_mut(usize::from(event.x), usize::from(event.y)) = strength;
+/// The frame and the events of a sequence where the person moves most.
+fn moment(people: &People, index: u64) -> Result<[RgbImage; 2]> {
+    let steps = people.config().steps();
+    let first = (FIRST_SHARE * steps as f64) as u64;
+    let spacing = ((steps - first) / CANDIDATES).max(1);
+    let mut simulator = people.sequence(index)?;
+    // Randomised sequences have sensors of their own.
+    let sensor = simulator.sensor();
+    let mut recent = RecentEvents::new(sensor, SHOWN);
+    let mut busiest: Option<(usize, [RgbImage; 2])> = None;
+    for number in 0..steps {
+        let step = simulator.advance()?;
+        recent.push(step.events);
+        if number < first || !(number - first).is_multiple_of(spacing) {
+            continue;
+        }
+        let count = recent.count(step.t, corners(&step.joints_px, sensor));
+        if busiest.as_ref().is_none_or(|(most, _)| count > *most) {
+            let frame = photograph(&step, sensor).into_image();
+            busiest = Some((count, [frame, recent.image(step.t, 1)]));
+        }
+    }
+    busiest.map(|(_, images)| images).context("sequences without steps")
+}
+
+/// The rectangle of the joints, with a margin; the whole image where nobody is in view.
+fn corners(joints_px: &BodyPoints, sensor: SensorSize) -> [Vec2; 2] {
+    let joints = || joints_px.iter().flatten().copied();
+    match (joints().reduce(Vec2::min), joints().reduce(Vec2::max)) {
+        (Some(low), Some(high)) => {
+            let margin = MARGIN * (high - low).max_element();
+            [low - margin, high + margin]
+        }
+        _ => [Vec2::ZERO, Vec2::new(f32::from(sensor.width), f32::from(sensor.height))],
     }
 }
 
@@ -104,7 +128,7 @@ pub fn of_predictions(
 pub fn of_frames(predictor: &BodyPredictor, frames: &BodyFrames, path: &Path) -> Result<()> {
     let mut predictor = predictor.another();
     let step = frames.len().div_ceil(SEQUENCES).max(1);
-    let images: Vec<image::RgbImage> = frames
+    let images: Vec<RgbImage> = frames
         .frames
         .iter()
         .step_by(step)
@@ -123,7 +147,7 @@ pub fn of_frames(predictor: &BodyPredictor, frames: &BodyFrames, path: &Path) ->
     write(&contact_sheet(&images, COLUMNS.min(images.len().max(1))), path)
 }
 
-fn write(sheet: &image::RgbImage, path: &Path) -> Result<()> {
+fn write(sheet: &RgbImage, path: &Path) -> Result<()> {
     atomic_write(path, &png(sheet)?).with_context(|| format!("writing {}", path.display()))?;
     say(format!("figure: {}", path.display()));
     Ok(())

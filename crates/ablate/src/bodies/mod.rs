@@ -31,7 +31,7 @@ use evpose_app::threads::use_threads;
 #[command(after_help = "Examples:\n  evpose ablate body --out runs/ablation-body\n  \
     evpose ablate body --out runs/ablation-body --resume\n  \
     evpose ablate body --rows wo-pretrain,pim --seeds 2 --steps 800 --out runs/two-rows\n\n\
-    People are simulated once for each seed and shared by all rows; networks that several rows need are\n\
+    People are simulated once for each seed and shared by all rows; networks that several rows need are \
     trained once. The full method always runs, since every row is held against it.")]
 pub struct AblateBodyArgs {
     /// The first stage: a TOML file, or an embedded config

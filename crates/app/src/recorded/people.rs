@@ -8,7 +8,7 @@ use evpose_sim::{SequenceSet, Shard};
 use evpose_task::body::{BodyConfig, BodySourceKind};
 use evpose_train::body::{BodyFrames, BodyRecordings};
 
-use crate::progress::{bar, say};
+use crate::progress::{LongProgress, bar, say};
 use crate::run_info;
 
 /// Records the missing sequences of a shard of the people of `config`.
@@ -67,16 +67,18 @@ pub fn prepare(config: &BodyConfig, data: &Path) -> Result<()> {
 /// # Errors
 /// If a recording or an annotation cannot be read.
 pub fn frames(config: &BodyConfig, data: &Path) -> Result<BodyFrames> {
-    let (label, count) = match config.data.source {
-        BodySourceKind::Stills | BodySourceKind::GreyStills => ("rendering", config.data.stills),
-        BodySourceKind::Recordings | BodySourceKind::GreyRecordings => {
-            ("reading", BodyRecordings::open(data)?.files.len() as u64)
+    let (label, count, unit) = match config.data.source {
+        BodySourceKind::Stills | BodySourceKind::GreyStills => {
+            ("rendering", config.data.stills, "stills")
         }
-        BodySourceKind::Annotations => ("reading", 0),
+        BodySourceKind::Recordings | BodySourceKind::GreyRecordings => {
+            ("reading", BodyRecordings::open(data)?.files.len() as u64, "recordings")
+        }
+        BodySourceKind::Annotations => ("reading", 0, "images"),
     };
-    let progress = bar(label, count, "");
+    let progress = LongProgress::new(label, count, unit);
     let frames = BodyFrames::load(config, data, &|done| progress.inc(done))?;
-    progress.finish_and_clear();
+    progress.finish();
     say(format!("{} images", frames.len()));
     Ok(frames)
 }

@@ -26,7 +26,7 @@ const SENSORS: [[u16; 2]; 7] =
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  evpose bench cameras --checkpoint hand\n  \
     evpose bench cameras --checkpoint body --sequences 8 --json cameras.json\n\n\
-    Lenses are such that each sensor sees all that the network does; accuracy relative to the native\n\
+    Lenses are such that each sensor sees all that the network does; accuracy relative to the native \
     view is that of the same people or hands in the same motion.")]
 pub struct BenchCamerasArgs {
     /// A run directory, a .bpk file, or the name of a shipped network

@@ -17,7 +17,7 @@ fn tier() -> impl TypedValueParser<Value = Tier> {
     evpose gap bench --plan 7 --shard 1/2 --out runs/bench-1 --resume\n  \
     evpose gap bench --plan 7 --self 200 --out runs/bench-self --resume\n  \
     evpose gap bench --plan 11 --only several --limit 3 --cases --out runs/cases\n\n\
-    Every case is written as files without its label and named from those files. A line a case goes\n\
+    Every case is written to files without its ground truth and identified from these files. A line per case goes \
     to results.jsonl. A whole plan is scored at once; parts of it by `evpose gap score`.")]
 /// Arguments of `evpose gap bench`.
 pub struct BenchArgs {
@@ -31,13 +31,14 @@ pub struct BenchArgs {
     /// Part of the plan, for example 1/4
     #[arg(long, default_value = "1/1", value_name = "I/N")]
     pub(crate) shard: String,
-    /// Go on behind the cases that results.jsonl has
+    /// Continue: leave out the cases that are in results.jsonl already
     #[arg(long)]
     pub(crate) resume: bool,
-    /// No more than so many cases
+    /// Maximum number of cases
     #[arg(long)]
     pub(crate) limit: Option<usize>,
-    /// Instead of cases: N recordings of our own model in scenes of the plan; how probable each is
+    /// Instead of cases: N recordings simulated by the model itself, in scenes of the plan, with the p-value
+    /// of each
     #[arg(long = "self", value_name = "N", conflicts_with_all = ["limit", "only", "keep"])]
     pub(crate) own: Option<usize>,
     /// Only cases of these kinds
@@ -63,7 +64,7 @@ pub struct BenchArgs {
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  \
     evpose gap score runs/bench-1 runs/bench-2 runs/bench-self --plan 7 --out runs/scores\n\n\
-    Opens the labels, which takes some seconds a case, and writes scores.json, groups.csv,\n\
+    Reads the ground truth of all cases, some seconds each, and writes scores.json, groups.csv, \
     confusion.csv, power.csv, reliability.csv, intervals.csv, times.csv and index.html.")]
 /// Arguments of `evpose gap score`.
 pub struct ScoreArgs {
@@ -80,7 +81,7 @@ pub struct ScoreArgs {
     /// Directory for scores, tables and page
     #[arg(long)]
     pub(crate) out: PathBuf,
-    /// Score what is there, although cases are not done
+    /// Score the cases that are done, although some are not
     #[arg(long)]
     pub(crate) partial: bool,
     /// CPU threads; all cores by default
@@ -91,7 +92,7 @@ pub struct ScoreArgs {
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  \
     evpose gap calibrate runs/dev-1/results.jsonl runs/dev-2/results.jsonl --plan 7\n\n\
-    Prints the constants of crates/gap/src/workflow/calibration.rs. Use a plan that was drawn for\n\
+    Prints the constants of crates/gap/src/workflow/calibration.rs. Use a plan that was drawn for \
     development, never one that results are reported of.")]
 /// Arguments of `evpose gap calibrate`.
 pub struct CalibrateArgs {

@@ -31,7 +31,7 @@ const TOLERANCE: f64 = 0.05;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  \
     evpose gap real davis.aedat4 evk.raw --out runs/real\n\n\
-    Writes real.md and real.json. Each row is a recording as a whole, one of its halves, a mirror image,\n\
+    Writes real.md and real.json. Each row is a recording as a whole, one of its halves, a mirror image, \
     or the recording with its time stretched by 1.1.")]
 pub struct RealArgs {
     /// Recordings of real cameras, in any format

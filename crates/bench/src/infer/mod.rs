@@ -35,7 +35,7 @@ use std::path::PathBuf;
     evpose bench infer --config quick --burn\n  \
     ORT_DYLIB_PATH=libonnxruntime.so evpose bench infer --threads 1,2 --against onnxruntime,tract\n\n\
     Other runtimes need a program built with --features peers; docs/guide/bench-infer.md describes \
-    where to get their\nlibraries and how to read the results.")]
+    where to get their libraries and how to read the results.")]
 pub struct BenchInferArgs {
     /// A TOML file, or an embedded config: its network and image size are measured
     #[arg(long, default_value = "eventhands")]

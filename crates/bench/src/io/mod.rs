@@ -18,7 +18,7 @@ use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = format!("Examples:\n  evpose bench io\n  evpose bench io --only aedat4 --json io.json\n  \
-    evpose bench io --file rec.raw --peer 'dv=python3 peer.py'\n\n{PEERS}\n\
+    evpose bench io --file rec.raw --peer 'dv=python3 peer.py'\n\n{PEERS}\n\n\
     Build with --features peers to time other decoders of EVT 3.0 in the same run."))]
 pub struct BenchIoArgs {
     /// Frames of 1 ms in the file that is made for it

@@ -10,14 +10,15 @@ use evpose_app::args::DeviceArgs;
     evpose bench live --task hand --speeds 1,10 --seconds 20 --json live.json\n  \
     evpose bench live --source rec.raw --checkpoint runs/body/finetune --speeds 1\n  \
     evpose bench live --soak 1e9\n\n\
-    Without --source, a person before a hand-held camera is simulated, and events are removed or noise is\n\
-    added to reach the event rate of --rate. Without --checkpoint, the network has the published size and\n\
+    Without --source, a person before a hand-held camera is simulated, and events are removed or noise is \
+    added to reach the event rate of --rate. Without --checkpoint, the network has the published size and \
     random weights. Latency counts from the host time of the newest event of a pose.")]
 pub struct BenchLiveArgs {
     /// Task, `hand` or `body`, without --checkpoint
     #[arg(long, default_value = "body")]
     pub(crate) task: String,
-    /// A run directory or a .bpk file [default: the published network, not trained]
+    /// A run directory, a .bpk file, or the name of a shipped network [default: the published network, not
+    /// trained]
     #[arg(long)]
     pub(crate) checkpoint: Option<PathBuf>,
     /// A recording [default: a simulated one]

@@ -14,7 +14,7 @@ use evpose_stats::quantile::{nearest_rank, outlier_count};
 
 /// The contract of a peer, for help texts.
 pub(crate) const PEERS: &str = "A peer is a shell command. It reads the files of the benchmark in the folder \
-    $EVPOSE_BENCH and prints\n`CASE: VALUE` for the cases that it supports, in the unit of the case.";
+    $EVPOSE_BENCH and prints `CASE: VALUE` for the cases that it supports, in the unit of the case.";
 
 /// A timed function.
 pub(crate) type Run = Box<dyn FnMut() -> Result<()>>;

@@ -8,6 +8,9 @@ use evpose_commands::opening::OpeningArgs;
 use crate::commands::opening::FrameArgs;
 
 #[derive(Debug, clap::Subcommand)]
+#[command(after_help = "Start with:\n  \
+    evpose calibrate threshold --events board.npz --frames board/ --fps 60 --encoding srgb\n  \
+    evpose calibrate noise --events wall.npz")]
 pub(crate) enum CalibrateCommand {
     /// Contrast thresholds, from frames and events of a moving pattern
     Threshold(ThresholdArgs),
@@ -19,9 +22,9 @@ pub(crate) enum CalibrateCommand {
 #[command(after_help = "Examples:\n  \
     evpose calibrate threshold --events board.npz --frames board/ --fps 60 --encoding srgb\n  \
     evpose calibrate threshold --events rec.npz --frames frames.npy --fps 1000 --out camera.toml\n\n\
-    Move a checkerboard slowly in front of the camera. `by totals` takes all change of light over all\n\
-    events (EventHands, eqs. 7 and 8); `by steps` the median change between two events of a pixel,\n\
-    which noise and what is left at turns do not touch.")]
+    Move a checkerboard slowly in front of the camera. `by totals` divides the total change of log light \
+    by the number of events (EventHands, eqs. 7 and 8); `by steps` is the median change between two \
+    events of a pixel, which noise events and reversals of the light hardly change.")]
 pub(crate) struct ThresholdArgs {
     /// Recording in any supported format
     #[arg(long)]

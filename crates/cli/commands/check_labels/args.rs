@@ -11,7 +11,7 @@ use evpose_datasets::check::CheckOptions;
     evpose check-labels data/mpii/poses.json --json findings.json\n  \
     evpose check-labels data/people/0000.poses.csv --frozen-frames 200\n  \
     evpose check-labels EH36M/cam2_S9_Walking_1/ch2GT50Hzskeleton --image-size 640x480\n\n\
-    Findings may be false alarms: a limb that points at the camera is short, and a person who stands\n\
+    Findings may be false alarms: a limb that points at the camera is short, and a person who stands \
     still has constant integer labels.\n\nExit codes: 0 without findings, 2 with findings.")]
 pub(crate) struct CheckLabelsArgs {
     /// Annotations (.json), tables of poses (.poses.csv; by name also .csv and .jsonl), YARP folders of

@@ -9,7 +9,7 @@ use evpose_payoff::PayoffArgs;
 
 /// Exit codes of the identification.
 const EXIT_CODES: &str = "Exit codes: 0 no gap, 10 a parameter differs, 11 effects are missing, 12 no known \
-                          effect explains the gap,\n13 undecided, 14 a part of the gap is explained, \
+                          effect explains the gap, 13 undecided, 14 a part of the gap is explained, \
                           2 invalid input, 1 any other error.";
 
 /// Subcommands of `evpose gap`.
@@ -17,10 +17,10 @@ const EXIT_CODES: &str = "Exit codes: 0 no gap, 10 a parameter differs, 11 effec
 #[command(after_help = "Start with:\n  \
     evpose gap run --measured rec.npz --scene scene/ --model ideal --out gap/\n  \
     evpose gap verify gap/\n\n\
-    A scene directory holds `scene.json` (width, height, fps, duration_s, and optionally white and\n\
-    nominal) and the luminance of every frame in `frames.npy` or `frames/`. A scene can also be a config\n\
-    or an output directory of `evpose simulate`, with #N for sequence N, which is then rendered. With\n\
-    --poses, hands are rendered in the poses of a file, with unknown light and texture. With\n\
+    A scene directory holds `scene.json` (width, height, fps, duration_s, and optionally white and \
+    nominal) and the luminance of every frame in `frames.npy` or `frames/`. A scene can also be a config \
+    or an output directory of `evpose simulate`, with #N for sequence N, which is then rendered. With \
+    --poses, hands are rendered in the poses of a file, with unknown light and texture. With \
     `--scene frames`, the scene is estimated from the frames of a DAVIS recording.")]
 pub(crate) enum GapCommand {
     /// Identify missing effects, add them to the model, and report the gap closed
@@ -51,7 +51,8 @@ pub(crate) enum GapCommand {
     Score(ScoreArgs),
     /// Identify and score hidden effects in recordings of other programs
     Outside(OutsideArgs),
-    /// Test whether the names of recordings of real cameras depend on how they are looked at
+    /// Test whether the effects identified in recordings of real cameras are consistent: over halves, mirror
+    /// images and a stretched time axis
     Real(RealArgs),
     /// Fit the constants of probabilities and intervals to results of a development plan
     Calibrate(CalibrateArgs),
@@ -120,8 +121,8 @@ pub(crate) struct InputArgs {
     evpose gap run --measured sim/0001.evc --scene sim --poses sim/0001.meta --out gap/\n  \
     evpose gap run --measured davis.aedat4 --scene frames --response linear --out gap/\n  \
     evpose gap run --measured rec.npz --scene none --out gap/\n\n\
-    Exit codes: 0 no gap, 10 a parameter differs, 11 effects are missing, 12 no known effect explains\n\
-    anything of the gap, 13 undecided, 14 a part of the gap is explained, 2 invalid input, 1 any other\n\
+    Exit codes: 0 no gap, 10 a parameter differs, 11 effects are missing, 12 no known effect explains \
+    anything of the gap, 13 undecided, 14 a part of the gap is explained, 2 invalid input, 1 any other \
     error.")]
 pub(crate) struct RunArgs {
     #[command(flatten)]
@@ -134,7 +135,7 @@ pub(crate) struct RunArgs {
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  \
     evpose gap correct --measured rec.npz --scene scene/ --model ideal --out corrected.toml\n\n\
-    Exit codes as of `evpose gap run`. If no effect is identified, the model is written with refitted\n\
+    Exit codes as of `evpose gap run`. If no effect is identified, the model is written with refitted \
     parameters.")]
 pub(crate) struct CorrectArgs {
     #[command(flatten)]

@@ -16,15 +16,15 @@ use evpose_commands::opening::OpeningArgs;
     evpose live --source tcp://127.0.0.1:7777 --checkpoint runs/hand --serve\n  \
     cat rec.evs | evpose live --source - --checkpoint body --json -\n  \
     evpose live --source camera --checkpoint runs/body/finetune --serve\n\n\
-    Each pose has an `origin`, `network` or `propagated`, and the two are counted separately. Of cameras,\n\
-    connections and --real-time, the oldest events, inputs of the network, and poses for slow outputs are\n\
+    Each pose has an `origin`, `network` or `propagated`, and the two are counted separately. Of cameras, \
+    connections and --real-time, the oldest events, inputs of the network, and poses for slow outputs are \
     dropped under load, and counted. Files and standard input wait instead.")]
 pub(crate) struct LiveArgs {
     /// FILE, tcp://HOST:PORT (DV, or plain framed events), - for standard input, or camera (feature
     /// `live`)
     #[arg(long)]
     pub(crate) source: String,
-    /// A run directory or a .bpk file
+    /// A run directory, a .bpk file, or the name of a shipped network: `hand`, `body`, …
     #[arg(long)]
     pub(crate) checkpoint: PathBuf,
     /// Task that the checkpoint must be of, `hand` or `body` [default: any]

@@ -34,7 +34,7 @@ pub(crate) enum PrepareCommand {
 #[command(after_help = "Examples:\n  evpose prepare mpii MPII --out data/mpii\n  \
     evpose prepare mpii MPII --out data/mpii-grey --grey\n  \
     evpose prepare mpii MPII --out data/mpii-published --parity --jpeg 95\n\n\
-    OUT/images has an image of each person, OUT/poses.json its label, OUT/conversion.json the skipped\n\
+    OUT/images has an image of each person, OUT/poses.json its label, OUT/conversion.json the skipped \
     persons with reasons. An interrupted conversion is continued by the same command.")]
 pub(crate) struct MpiiArgs {
     /// Folder with images/ and mpii_human_pose_v1_u12_1.mat, the latter perhaps in
@@ -165,7 +165,7 @@ pub(crate) struct Eh36mArgs {
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  evpose prepare h36m H36M --out data/h36m\n  \
     evpose prepare h36m H36M --out data/h36m --yarp --seed 7 --subjects 1,9\n\n\
-    Videos are not read: their frames are, as 000001.jpg and so on in a folder called like the\n\
+    Videos are not read: their frames are, as 000001.jpg and so on in a folder called like the \
     video without .mp4. With ffmpeg, in the folder of the set:\n  \
     for v in S*/Videos/*.mp4; do\n    \
     mkdir \"${v%.mp4}\" && ffmpeg -i \"$v\" -q:v 2 \"${v%.mp4}/%06d.jpg\"\n  done\n\n\

@@ -15,7 +15,7 @@ use crate::commands::opening::RecordingArgs;
     evpose represent rec.raw --of voxel-grid:bins=9 --size 320x180 --out voxels.npz\n  \
     evpose represent rec.npz --of eros:kernel=9 --every-ms 5 --denoise --out eros/\n  \
     evpose represent rec.h5 --of event-count --from 2 --to 3 --each --out windows/\n\n\
-    Arrays are f32, [windows, channels, rows, columns], OFF before ON. A window that ends at t shows the\n\
+    Arrays are f32, [windows, channels, rows, columns], OFF before ON. A window that ends at t shows the \
     events from t - WINDOW_MS up to, but not including, t.\n\n{}", representations()))]
 pub(crate) struct RepresentArgs {
     #[command(flatten)]

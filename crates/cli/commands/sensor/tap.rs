@@ -167,27 +167,27 @@ fn plot(trace: &Trace, title: &str) -> Result<String> {
     let mut charts = vec![Chart {
         title: format!("{title}: luminance"),
         x: time(""),
-        y: ChartAxis::new("white"),
+        y: ChartAxis::new("relative to white"),
         series: vec![line(ms(&trace.light))],
     }];
     for Signal { stage, domain, points } in &trace.signals {
         let (y, meaning) = match domain {
-            Domain::Optics | Domain::Photodiode => (ChartAxis::new("white"), "light"),
-            Domain::Detector => (ChartAxis::new("ln"), "voltage less memory, V - M"),
-            _ => (ChartAxis::new("ln"), "voltage V"),
+            Domain::Optics | Domain::Photodiode => ("relative to white", "light"),
+            Domain::Detector => ("difference, ln", "log intensity less reference level"),
+            _ => ("log intensity, ln", "log intensity"),
         };
         let mut series = vec![line(ms(points))];
         if *domain == Domain::Detector {
             for &level in &trace.levels {
-                let colour = if level > 0.0 { ON } else { OFF };
+                let (name, colour) = if level > 0.0 { ("ON", ON) } else { ("OFF", OFF) };
                 let points = vec![(0.0, level), (end_ms, level)];
-                series.push(Series { label: String::new(), colour, mark: Mark::Line, points });
+                series.push(Series::line(format!("{name} threshold, nominal"), colour, points));
             }
         }
         charts.push(Chart {
             title: format!("{stage} ({domain}): {meaning}"),
             x: time(""),
-            y,
+            y: ChartAxis::new(y),
             series,
         });
     }
@@ -207,11 +207,11 @@ fn plot(trace: &Trace, title: &str) -> Result<String> {
     }
     charts.push(Chart {
         title: format!("events: {}", trace.events.len()),
-        x: time("time in ms"),
-        y: ChartAxis::new("OFF    ON").over(-2.0, 2.0),
+        x: time("time, ms"),
+        y: ChartAxis::new("polarity").over(-2.0, 2.0).named(&[(1.0, "ON"), (-1.0, "OFF")]),
         series,
     });
-    Ok(chart::stack(&charts, (900, 170))?)
+    Ok(chart::stack(&charts, (900, 185))?)
 }
 
 #[cfg(test)]

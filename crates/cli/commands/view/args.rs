@@ -12,7 +12,8 @@ use crate::commands::opening::RecordingArgs;
     evpose view rec.aedat4 --frames 60 --fps 15 --out rec.gif\n  \
     evpose view rec.npz --out rec.rrd\n  \
     evpose view rec.npz --rerun=192.168.0.7:9876\n\n\
-    The page has a slider and an animation, and needs no other file. ON events are blue, OFF events red.")]
+    The page has a slider and an animation, and needs no other file. ON events are blue, OFF events red, true joints \
+    green, predicted joints orange.")]
 pub(crate) struct ViewArgs {
     #[command(flatten)]
     pub(crate) recording: RecordingArgs,

@@ -6,8 +6,8 @@ use anyhow::{Context, Result, ensure};
 use image::codecs::gif::{GifEncoder, Repeat};
 use image::{DynamicImage, ExtendedColorType, Frame, ImageEncoder as _, RgbImage};
 
-use super::caption::captioned;
-use super::frames::RenderedFrames;
+use super::caption::{captioned, with_keys};
+use super::frames::{RenderedFrame, RenderedFrames};
 use evpose_report::canvas::contact_sheet;
 
 /// Wider sheets are hard to look at: they have fewer columns.
@@ -34,12 +34,14 @@ pub(super) fn sheet(frames: &RenderedFrames) -> Result<Vec<u8>> {
     let images: Vec<RgbImage> = frames.frames.iter().map(captioned).collect();
     let width = images.first().context("no frames")?.width();
     let columns = (SHEET_WIDTH_PX / width).clamp(1, MAX_COLUMNS) as usize;
-    png(&contact_sheet(&images, columns.min(images.len())))
+    let sheet = contact_sheet(&images, columns.min(images.len()));
+    png(&with_keys(sheet, &frames.keys))
 }
 
 /// All frames one after the other, for ever. A program that knows no animation shows the busiest.
 pub(super) fn animation(frames: &RenderedFrames, fps: f64) -> Result<Vec<u8>> {
-    let still = captioned(frames.frames.get(frames.busiest()).context("no frames")?);
+    let drawn = |frame: &RenderedFrame| with_keys(captioned(frame), &frames.keys);
+    let still = drawn(frames.frames.get(frames.busiest()).context("no frames")?);
     let (width, height) = still.dimensions();
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
@@ -51,7 +53,7 @@ pub(super) fn animation(frames: &RenderedFrames, fps: f64) -> Result<Vec<u8>> {
     let mut writer = encoder.write_header()?;
     writer.write_image_data(still.as_raw())?;
     for frame in &frames.frames {
-        writer.write_image_data(captioned(frame).as_raw())?;
+        writer.write_image_data(drawn(frame).as_raw())?;
     }
     writer.finish()?;
     Ok(bytes)
@@ -65,7 +67,7 @@ pub(super) fn gif(frames: &RenderedFrames, fps: f64) -> Result<Vec<u8>> {
     let mut encoder = GifEncoder::new_with_speed(&mut bytes, GIF_SPEED);
     encoder.set_repeat(Repeat::Infinite)?;
     for frame in &frames.frames {
-        let image = DynamicImage::ImageRgb8(captioned(frame)).into_rgba8();
+        let image = DynamicImage::ImageRgb8(with_keys(captioned(frame), &frames.keys)).into_rgba8();
         encoder.encode_frame(Frame::from_parts(image, 0, 0, delay))?;
     }
     drop(encoder);

@@ -9,12 +9,15 @@ use evpose_repr::{ChannelOrder, Representation, StreamWindow, representation_by_
 use image::RgbImage;
 
 use super::ViewArgs;
+use super::key::Key;
 use super::overlay::Overlay;
 use super::palette::Palette;
 use evpose_app::progress::bar;
 
 /// Name of plain events among the representations.
 const EVENTS: &str = "events";
+/// Joints and their scores are legible on frames of this width.
+const JOINTS_WIDTH_PX: u32 = 640;
 
 /// A recording that is ready to be shown.
 pub(super) struct FrameReader {
@@ -58,7 +61,10 @@ impl FrameReader {
         let is_events = args.of == EVENTS;
         let representation = representation_by_name(if is_events { "lnes" } else { &args.of })?;
         let representation = representation.start(window);
+        let overlay = Overlay::open(args)?;
         let palette = Palette::new(sensor, is_events);
+        let palette =
+            if overlay.has_joints() { palette.at_least(JOINTS_WIDTH_PX) } else { palette };
         let name = input.file_name().unwrap_or(input.as_os_str()).to_string_lossy().into_owned();
         Ok(Self {
             name,
@@ -66,7 +72,7 @@ impl FrameReader {
             every,
             origin,
             palette,
-            overlay: Overlay::open(args)?,
+            overlay,
             frames,
             start,
             length,
@@ -138,6 +144,8 @@ pub(super) struct RenderedFrame {
 pub(super) struct RenderedFrames {
     pub(super) reader: FrameReader,
     pub(super) frames: Vec<RenderedFrame>,
+    /// Meanings of the colours.
+    pub(super) keys: Vec<Key>,
 }
 
 impl RenderedFrames {
@@ -145,13 +153,15 @@ impl RenderedFrames {
         let mut frames = Vec::new();
         let (palette, origin) = (reader.palette, reader.origin);
         let overlay = std::mem::take(&mut reader.overlay);
+        // Two planes are drawn as polarities.
+        let keys = overlay.keys(reader.representation.channels() == 2);
         reader.play(|data| {
             let image = palette.draw(data.planes);
             let image = overlay.draw(image, palette.scale(), data.t + origin)?;
             frames.push(RenderedFrame { t: data.t, events: data.events.len(), image });
             Ok(())
         })?;
-        Ok(Self { reader, frames })
+        Ok(Self { reader, frames, keys })
     }
 
     /// The frame to begin with: the one that shows most events.

@@ -4,6 +4,7 @@ mod args;
 mod caption;
 mod files;
 mod frames;
+mod key;
 mod overlay;
 mod page;
 mod palette;

@@ -4,14 +4,15 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use evpose_core::Micros;
-use evpose_io::poses::{PoseKind, PoseSequence, read_poses};
-use evpose_pose::body::BodyPoints;
+use evpose_io::poses::{PoseKind, PoseSequence, TimedPose, read_poses};
+use evpose_pose::body::{BODY_JOINTS, BodyPoints};
 use evpose_task::hand::{HandConfig, HandView};
 use evpose_train::HandLabelTrack;
 use glam::Vec2;
 use image::{Rgb, RgbImage};
 
 use super::ViewArgs;
+use super::key::{Key, keys};
 use evpose_report::canvas::{Canvas, PREDICTION, TRUTH};
 
 /// Joints over time, each in a colour.
@@ -22,7 +23,8 @@ pub(super) struct Overlay {
 
 /// Joints over time.
 enum Track {
-    Bodies(Vec<(Micros, BodyPoints)>),
+    /// With their scores, where there are any.
+    Bodies(Vec<(Micros, (BodyPoints, [Option<f32>; BODY_JOINTS]))>),
     Hands(Vec<(Micros, Option<[Vec2; 21]>)>),
     /// A hand that was simulated: its points follow from its pose when they are looked at.
     Simulated(Box<SimulatedHand>),
@@ -52,6 +54,17 @@ impl Overlay {
         Ok(Self { tracks })
     }
 
+    /// Whether joints are drawn.
+    pub(super) fn has_joints(&self) -> bool {
+        !self.tracks.is_empty()
+    }
+
+    /// Keys of the colours of a frame, which may have polarities.
+    pub(super) fn keys(&self, has_polarities: bool) -> Vec<Key> {
+        let has = |colour| self.tracks.iter().any(|(of, _)| *of == colour);
+        keys(has_polarities, has(TRUTH), has(PREDICTION))
+    }
+
     /// Draws where they were last seen at `t`, as the file counts.
     pub(super) fn draw(&self, image: RgbImage, scale: u32, t: Micros) -> Result<RgbImage> {
         if self.tracks.is_empty() {
@@ -61,7 +74,10 @@ impl Overlay {
         for (colour, track) in &self.tracks {
             match track {
                 Track::Bodies(bodies) => {
-                    last(bodies, t).inspect(|joints_px| canvas.body(joints_px, *colour));
+                    if let Some((joints_px, scores)) = last(bodies, t) {
+                        canvas.body(joints_px, *colour);
+                        canvas.scores(joints_px, scores, *colour);
+                    }
                 }
                 Track::Hands(hands) => {
                     last(hands, t)
@@ -89,10 +105,16 @@ fn poses(path: &Path) -> Result<Track> {
     poses.sort_by_key(|pose| pose.t);
     Ok(match kind {
         PoseKind::Body => {
-            Track::Bodies(poses.iter().map(|pose| (pose.t, pose.body_px())).collect())
+            let body = |pose: &TimedPose| (pose.t, (pose.body_px(), scores(pose)));
+            Track::Bodies(poses.iter().map(body).collect())
         }
         PoseKind::Hand => Track::Hands(poses.iter().map(|pose| (pose.t, pose.hand_px())).collect()),
     })
+}
+
+/// Scores of the joints of a person, in the order of networks.
+fn scores(pose: &TimedPose) -> [Option<f32>; BODY_JOINTS] {
+    std::array::from_fn(|k| pose.joints.get(k).and_then(|joint| joint.score))
 }
 
 impl SimulatedHand {

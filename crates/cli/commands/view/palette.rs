@@ -36,6 +36,12 @@ impl Palette {
         self.scale
     }
 
+    /// At least this wide, in pixels of the frame.
+    pub(super) fn at_least(self, width_px: u32) -> Self {
+        let scale = width_px.div_ceil(u32::from(self.sensor.width));
+        Self { scale: self.scale.max(scale), ..self }
+    }
+
     /// As large as the sensor, for programs that enlarge by themselves.
     #[cfg(feature = "rerun")]
     pub(super) fn unscaled(self) -> Self {

@@ -272,7 +272,7 @@ fn draw(path: &Path, report: &Report) -> Result<()> {
     };
     let both = [("network", &report.network), ("mean pose", &report.mean_pose)];
     let all = both.into_iter().zip(PALETTE).map(|(both, colour)| curve(both, colour)).collect();
-    let svg = chart::pck("Correct joints", "threshold, diagonals of the torso", all)?;
+    let svg = chart::pck("Correct joints", "threshold, fraction of the torso's diagonal", all)?;
     atomic_write(path, svg.as_bytes()).with_context(|| format!("writing {}", path.display()))?;
     say(format!("curves: {}", path.display()));
     Ok(())

@@ -9,6 +9,7 @@ use evpose_train::{TrainOptions, TrainSummary};
 use crate::args::TrainArgs;
 use crate::learning_curves;
 use evpose_app::progress::say;
+use evpose_app::shipped::checkpoint_path;
 use evpose_app::threads::use_threads;
 use evpose_app::{recorded, run_info};
 
@@ -18,7 +19,7 @@ const DATA: &str = "data";
 pub(super) fn run(mut config: BodyConfig, args: &TrainArgs) -> Result<()> {
     use_threads(args.device.threads)?;
     if let Some(start) = &args.start_from {
-        config.start_from = Some(start.clone());
+        config.start_from = Some(checkpoint_path(start)?);
     }
     let out = args.out.clone().unwrap_or_else(|| config.out.clone());
     let data = args.data.clone().unwrap_or_else(|| out.join(DATA));

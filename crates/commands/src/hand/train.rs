@@ -2,6 +2,7 @@
 
 use anyhow::{Result, bail};
 use evpose_app::progress::say;
+use evpose_app::shipped::checkpoint_path;
 use evpose_app::threads::use_threads;
 use evpose_app::{hand_config, run_info};
 use evpose_report::learning::TrainingLength;
@@ -16,7 +17,7 @@ pub(super) fn run(args: &TrainArgs) -> Result<()> {
     };
     let mut config = hand_config::load(&args.config.config, &args.config.overrides)?;
     if let Some(start) = &args.start_from {
-        config.start_from = Some(start.clone());
+        config.start_from = Some(checkpoint_path(start)?);
     }
     use_threads(args.device.threads)?;
     let options = TrainOptions {

@@ -7,9 +7,9 @@ use std::path::PathBuf;
     evpose gap outside cases/ --out runs/outside\n  \
     evpose gap outside cases/ --out runs/outside-1 --shard 1/2 --resume -- --quick\n  \
     evpose gap outside cases/ --score runs/outside-1 runs/outside-2 --out benches/gap/outside\n\n\
-    Every folder of cases/ holds events.npz, scene.json and frames.npy, which `evpose gap run` reads,\n\
-    and truth.json, which is opened only when a case has its line in results.jsonl. What stands behind\n\
-    -- is passed on to `evpose gap run`. benches/gap/outside.md describes how to make such cases.")]
+    Every folder of cases/ holds events.npz, scene.json and frames.npy, which `evpose gap run` reads, \
+    and truth.json, which is read only after the line of the case is in results.jsonl. Options after \
+    -- are passed on to `evpose gap run`. benches/gap/outside.md describes how to make such cases.")]
 /// Arguments of `evpose gap outside`.
 pub struct OutsideArgs {
     /// Directory with a folder for every case
@@ -23,16 +23,16 @@ pub struct OutsideArgs {
     /// Only score: directories of all shards
     #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with_all = ["shard", "resume", "limit"])]
     pub(super) score: Vec<PathBuf>,
-    /// Score what is there, although cases are not done
+    /// Score the cases that are done, although some are not
     #[arg(long)]
     pub(super) partial: bool,
     /// Part of the cases, for example 1/4
     #[arg(long, default_value = "1/1", value_name = "I/N")]
     pub(super) shard: String,
-    /// Go on behind the cases that results.jsonl has
+    /// Continue: leave out the cases that are in results.jsonl already
     #[arg(long)]
     pub(super) resume: bool,
-    /// No more than so many cases
+    /// Maximum number of cases
     #[arg(long)]
     pub(super) limit: Option<usize>,
     /// Keep the report of every case

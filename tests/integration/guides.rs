@@ -1,0 +1,182 @@
+//! The commands of README.md and the guides run as a reader would type them, with small inputs and
+//! few steps: those of a page in order, each block from the page's directory. That all of them are
+//! understood, flags, names and keys of `--set`, is tested in `crates/cli/commands/guides.rs`.
+#![cfg(unix)]
+
+mod changes;
+mod console;
+mod inputs;
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+
+use changes::{Change, FROM_PAGE, RULES, WORDS};
+use console::{PageCommand, commands, pages};
+use inputs::Inputs;
+
+use crate::harness::Sandbox;
+
+/// Pages whose commands take seconds.
+const QUICK: [&str; 1] = ["docs/guide/files.md"];
+
+/// The program: `$EVPOSE_PROGRAM`, such as one that is installed, or the one built for the tests.
+fn program() -> PathBuf {
+    std::env::var_os("EVPOSE_PROGRAM").map_or(env!("CARGO_BIN_EXE_evpose").into(), PathBuf::from)
+}
+
+/// A command of a page as the test runs it.
+struct Small {
+    text: String,
+    /// Why it is not run.
+    skipped: Option<&'static str>,
+    /// Exit codes that are answers, beside 0.
+    answers: Vec<i32>,
+}
+
+/// A command of a page, made small.
+fn small(page: &str, command: &PageCommand) -> Small {
+    let rules = RULES.iter().filter(|rule| rule.is_of(page, &command.text));
+    let mut small = Small { text: command.text.clone(), skipped: None, answers: vec![0] };
+    for rule in rules {
+        match rule.change {
+            Change::Skip(reason) => small.skipped = Some(reason),
+            Change::Answers(codes) => small.answers.extend(codes),
+            Change::Append(words) => {
+                small.text.push(' ');
+                small.text += words;
+            }
+            Change::Replace(from, to) => {
+                assert!(small.text.contains(from), "{page}:{}: no `{from}`", command.line);
+                small.text = small.text.replace(from, to);
+            }
+        }
+    }
+    for (word, changes) in WORDS {
+        let set: Vec<String> = changes.iter().map(|change| format!("--set '{change}'")).collect();
+        small.text = small.text.replace(word, &set.join(" "));
+    }
+    small
+}
+
+/// The commands of a page as a script of bash, which says which line failed.
+fn script(page: &str, text: &str) -> String {
+    let mut script = "evpose() { \"$PROGRAM\" \"$@\"; }\nhere=$PWD\n".to_owned();
+    let mut block = 0;
+    for command in commands(text) {
+        let small = small(page, &command);
+        if small.skipped.is_some() {
+            continue;
+        }
+        if block != command.block {
+            block = command.block;
+            script += "cd \"$here\"\n";
+        }
+        let answers: Vec<String> = small.answers.iter().map(i32::to_string).collect();
+        let _ = write!(
+            script,
+            "echo '== line {}' | tee /dev/stderr\n{}\ncode=$?\ncase $code in\n  {}) ;;\n  *) echo \
+             \"line {}: exit code $code\" >&2; exit 1 ;;\nesac\n",
+            command.line,
+            small.text,
+            answers.join("|"),
+            command.line
+        );
+    }
+    script
+}
+
+/// The first block of a page in a language.
+fn first_block<'a>(text: &'a str, language: &str) -> &'a str {
+    let start = format!("```{language}\n");
+    let behind = text.split_once(&start).map(|(_, behind)| behind).unwrap();
+    behind.split_once("```").map(|(block, _)| block).unwrap()
+}
+
+/// Runs the commands of a page; what they said last if one fails.
+fn run(page: &str, text: &str, inputs: &Inputs) -> Result<(), String> {
+    let sandbox = Sandbox::new();
+    let directory = sandbox.path("reader");
+    fs::create_dir(&directory).unwrap();
+    inputs.put(page, &directory);
+    for (_, name, language) in FROM_PAGE.iter().filter(|(of, ..)| page.ends_with(of)) {
+        fs::write(directory.join(name), first_block(text, language)).unwrap();
+    }
+    let script = script(page, text);
+    let output = Command::new("bash")
+        .args(["-c", &script])
+        .current_dir(&directory)
+        .env("PROGRAM", program())
+        .env("EVPOSE_DATA", sandbox.path("data-directory"))
+        .stdin(Stdio::null())
+        .output()
+        .unwrap();
+    if output.status.success() {
+        return Ok(());
+    }
+    let said = String::from_utf8_lossy(&output.stderr);
+    let last = said.rfind("== line").map_or(&*said, |at| &said[at..]);
+    Err(format!("{page}: {last}"))
+}
+
+/// Runs pages, and says of each that fails where.
+fn run_pages(is_chosen: impl Fn(&str) -> bool) {
+    let pages: Vec<(String, String)> =
+        pages().into_iter().filter(|(page, _)| is_chosen(page)).collect();
+    let names: Vec<&str> = pages.iter().map(|(page, _)| page.as_str()).collect();
+    let inputs = Inputs::of(&names);
+    let failures: Vec<String> =
+        pages.iter().filter_map(|(page, text)| run(page, text, &inputs).err()).collect();
+    assert!(!pages.is_empty() && failures.is_empty(), "{}", failures.join("\n"));
+}
+
+#[test]
+fn quick_pages_run() {
+    run_pages(|page| QUICK.contains(&page));
+}
+
+#[test]
+#[ignore = "half an hour with optimisation: trainings, and searches for missing effects"]
+fn all_pages_run() {
+    let only = std::env::var("EVPOSE_PAGE").unwrap_or_default();
+    run_pages(|page| page.contains(&only));
+}
+
+#[test]
+fn every_rule_is_about_a_command_of_a_page() {
+    let commands: Vec<(String, String)> = pages()
+        .into_iter()
+        .flat_map(|(page, text)| {
+            commands(&text).into_iter().map(move |command| (page.clone(), command.text))
+        })
+        .collect();
+    for rule in RULES {
+        let matched = commands.iter().any(|(page, command)| rule.is_of(page, command));
+        assert!(matched, "{}: no command has `{}`", rule.page, rule.command);
+    }
+}
+
+#[test]
+fn commands_that_are_not_run_are_few() {
+    let (mut run, mut skipped) = (0, Vec::new());
+    for (page, text) in pages() {
+        for command in commands(&text) {
+            match small(&page, &command).skipped {
+                Some(reason) => skipped.push(format!("{page}:{}: {reason}", command.line)),
+                None => run += 1,
+            }
+        }
+    }
+    assert!(run > 4 * skipped.len(), "{run} run, not these:\n{}", skipped.join("\n"));
+}
+
+#[test]
+fn a_page_that_fails_is_seen() {
+    let inputs = Inputs::of(&[]);
+    let page = |second: &str| format!("```console\n$ mkdir a && cd a\n$ {second}\n```\n");
+    let block = "```console\n$ evpose sensor show davis346\n```\n";
+    assert_eq!(run("", &(page("ls ../a") + block), &inputs), Ok(()));
+    let message = run("", &(page("evpose info nofile") + block), &inputs).unwrap_err();
+    assert!(message.contains("line 3") && message.contains("nofile"), "{message}");
+}

@@ -1,0 +1,327 @@
+//! How the commands of the pages are made small enough for a test, and which are not run.
+
+/// A change to a command of a page.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Change {
+    /// Not run, for this reason.
+    Skip(&'static str),
+    /// A text in the place of another.
+    Replace(&'static str, &'static str),
+    /// Words behind it.
+    Append(&'static str),
+    /// Exit codes that are answers, beside 0.
+    Answers(&'static [i32]),
+}
+
+/// A change to the commands of a page that hold a text.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Rule {
+    /// End of the page's name, or nothing for all pages.
+    pub(crate) page: &'static str,
+    /// Text in the command.
+    pub(crate) command: &'static str,
+    pub(crate) change: Change,
+}
+
+impl Rule {
+    /// Whether the rule is about this command.
+    pub(crate) fn is_of(&self, page: &str, command: &str) -> bool {
+        page.ends_with(self.page) && command.contains(self.command)
+    }
+}
+
+const fn rule(page: &'static str, command: &'static str, change: Change) -> Rule {
+    Rule { page, command, change }
+}
+
+/// Words of [`Change`] that stand for `--set KEY=VALUE` of each of these.
+pub(crate) const WORDS: &[(&str, &[&str])] = &[
+    ("{hand}", crate::harness::TINY),
+    ("{body}", crate::body::TINY),
+    // Recordings for shipped networks, whose shape is fixed.
+    ("{people}", PEOPLE),
+    ("{hands}", HANDS),
+    ("{steps}", STEPS),
+];
+
+const PEOPLE: &[&str] = &[
+    "simulation.sequences=2",
+    "simulation.seconds=0.7",
+    "simulation.step_hz=250",
+    "simulation.label_hz=50",
+    "simulation.surroundings.source={ procedural = 3 }",
+    "evaluation.sequences=2",
+    "evaluation.seconds=0.7",
+];
+
+const HANDS: &[&str] =
+    &["simulation.sequences=2", "simulation.seconds=0.5", "training.validation_s=0.2"];
+
+const STEPS: &[&str] = &[
+    "training.batch_size=2",
+    "training.steps=2",
+    "training.steps_per_validation=1",
+    "training.validation_samples=2",
+];
+
+const HARDWARE: Change = Skip("needs a camera");
+const GPU: Change = Skip("needs a GPU and the feature cuda");
+const RERUN: Change = Skip("needs the feature rerun, whose SDK builds for minutes");
+const DOWNLOAD: Change = Skip("downloads");
+const PEERS: Change = Skip("needs the feature peers and libraries of others");
+const LICENCE: Change = Skip("needs a file that its makers alone distribute");
+const WHOLE_PLAN: Change = Skip("takes days: a whole plan of the benchmark");
+const FRAMES: Change = Skip("needs an AEDAT4 file with frames, which nothing here writes");
+/// Every exit code of `evpose gap run` that answers the question.
+const VERDICT: Change = Answers(&[10, 11, 12, 13, 14]);
+
+use Change::{Answers, Append, Replace, Skip};
+
+/// In the order in which they are applied.
+pub(crate) const RULES: &[Rule] = &[
+    // Of all pages.
+    rule("", "cargo run --release --features rerun", RERUN),
+    rule("", "--rerun", RERUN),
+    rule("", "--source camera", HARDWARE),
+    rule("", "--device cuda", GPU),
+    rule("", "evpose gap run", VERDICT),
+    rule("", "evpose simulate quick", Append("{hand}")),
+    rule("", "evpose train quick", Append("{hand} --plain")),
+    rule("", "evpose bench infer", Append("--config small.toml --runs 3")),
+    rule("", "--level avx2", Replace("avx2", "portable")),
+    // README.md
+    rule("README.md", "git clone", DOWNLOAD),
+    rule("README.md", "cargo xtask ci", Skip("runs all tests, this one among them")),
+    rule("README.md", "cargo run --release -- demo", Replace("cargo run --release --", "evpose")),
+    rule(
+        "README.md",
+        "demo",
+        Append(
+            "--minutes 1 --stride-ms 20 --set evaluation.sequences=1 --set evaluation.seconds=0.4",
+        ),
+    ),
+    rule("README.md", "--json metrics.json", Append("--stride-ms 20")),
+    rule("README.md", "--conditions", Append("--sequences 1 --seconds 0.4 --stride-ms 20")),
+    rule("README.md", "evpose train configs/body", Append("{body} --plain")),
+    rule("README.md", "evpose simulate finetune", Append("{body}")),
+    rule("README.md", "--serve", Replace("--serve", "--serve 127.0.0.1:0 --speed max")),
+    rule("README.md", "evpose prepare mpii", LICENCE),
+    rule("README.md", "evpose check-labels", Replace("data/mpii ", "")),
+    rule("README.md", "evpose check-labels", Answers(&[2])),
+    rule("README.md", "evpose bench train", Append("--config small.toml --steps 2 --batch 2")),
+    rule(
+        "README.md",
+        "evpose ablate hand",
+        Append("{hand} --rows no-filter --seeds 1 --stride-ms 10 --set evaluation.seconds=0.5"),
+    ),
+    rule("README.md", "evpose sensor gallery", Append("--only leak_on,davis346 --scale 0.2")),
+    rule("README.md", "evpose calibrate threshold", Replace("--fps 60", "--fps 1000")),
+    rule("README.md", "evpose gap run", Append("--quick")),
+    rule("README.md", "evpose gap payoff", Replace("--data recordings/", "--data data/test")),
+    rule("README.md", "evpose gap payoff", Append("{hand} --stride-ms 20")),
+    rule("README.md", "evpose bench sensor", Append("--seconds 0.05")),
+    rule(
+        "README.md",
+        "evpose bench sim",
+        Append("--config small.toml --sequences 1 --seconds 0.3"),
+    ),
+    rule(
+        "README.md",
+        "evpose bench io",
+        Append("--frames 100 --events-per-frame 20 --events 3000 --passes 1"),
+    ),
+    rule(
+        "",
+        "evpose bench live --checkpoint",
+        Append("--speeds 1 --seconds 1 --input 1 --source rec.raw"),
+    ),
+    rule("README.md", "evpose bench repr", Append("--events 3000 --passes 1 --only lnes")),
+    rule("README.md", "MANO_RIGHT.pkl", Replace(" MANO_RIGHT.pkl", "")),
+    // bench-infer.md
+    rule("bench-infer.md", "cargo build", PEERS),
+    rule("bench-infer.md", "DYLIB_PATH=", PEERS),
+    rule("bench-infer.md", "--against", PEERS),
+    rule("bench-infer.md", "pip download", DOWNLOAD),
+    rule("bench-infer.md", "unzip", DOWNLOAD),
+    // bodies.md
+    rule("bodies.md", "evpose train configs/body", Append("{body} --plain")),
+    rule("bodies.md", "evpose simulate finetune", Append("{body}")),
+    rule("bodies.md", "evpose ablate body", Append("{body} --steps 2 --seeds 1 --rows pim")),
+    rule("bodies.md", "data.source=annotations", LICENCE),
+    // calibrate.md
+    rule("calibrate.md", "--fps 60", Replace("--fps 60", "--fps 1000")),
+    rule("calibrate.md", "--skip 0.5", Replace("--skip 0.5", "--skip 0.2")),
+    rule("calibrate.md", "evpose gap run", Append("--quick")),
+    // cameras.md
+    rule("cameras.md", "evpose simulate body-wide", Replace("--sequences 24", "{people}")),
+    rule("cameras.md", "evpose train body-wide", Append("{people} {steps} --plain")),
+    rule("cameras.md", "evpose train hand-wide", Replace("data/hands &&", "data/hands {hand} &&")),
+    rule("cameras.md", "evpose train hand-wide", Append("{hand} --plain")),
+    rule("cameras.md", "--foreign", Append("foreign --stride-ms 50")),
+    rule("cameras.md", "--data eros/", Skip("needs images of a data set, or of `prepare`")),
+    rule("cameras.md", "evpose bench cameras", Append("--sequences 1 --seconds 0.3")),
+    // gap.md
+    rule("gap.md", "--plan 7 --shard", WHOLE_PLAN),
+    rule("gap.md", "--self 200", WHOLE_PLAN),
+    rule("gap.md", "evpose gap score", WHOLE_PLAN),
+    rule("gap.md", "evpose gap calibrate", WHOLE_PLAN),
+    rule("gap.md", "--scene frames", FRAMES),
+    rule("gap.md", "evpose gap bench --plan 11", Replace("--limit 3", "--limit 1")),
+    rule("gap.md", "evpose gap outside", Skip("needs recordings of other simulators")),
+    rule("gap.md", "evpose gap real", Append("--quick")),
+    rule("gap.md", "evpose gap payoff", Append("{hand} --stride-ms 20")),
+    // gap-examples.md
+    rule("gap-examples.md", "--limit 2", Replace("--limit 2", "--limit 1")),
+    rule("gap-examples.md", "$CASE", Replace("$CASE", "runs/single/cases/00d08cde2585")),
+    // hands-conditions.md
+    rule(
+        "hands-conditions.md",
+        "--conditions",
+        Append("--sequences 1 --seconds 0.4 --stride-ms 20"),
+    ),
+    // live.md
+    rule(
+        "live.md",
+        "evpose bench live --task",
+        Append("--speeds 1 --seconds 1 --input 1 --source rec.raw"),
+    ),
+    rule("live.md", "--soak", Replace("1e9", "1e5")),
+    rule("live.md", "--soak", Append("--source rec.raw")),
+    // models.md
+    rule("models.md", "MANO_RIGHT.pkl", LICENCE),
+    rule("models.md", "SMPLH_male.pkl", LICENCE),
+    // networks.md
+    rule("networks.md", "--sequences 3600", Replace("--sequences 3600", "{hands}")),
+    rule("networks.md", "evpose train hand-wide", Append("{steps} {hands} --plain")),
+    rule(
+        "networks.md",
+        "--sequences 2000 --seconds 0.78",
+        Replace("--sequences 2000 --seconds 0.78", "{people}"),
+    ),
+    rule(
+        "networks.md",
+        "--sequences 420 --seconds 2",
+        Replace("--sequences 420 --seconds 2", "{people}"),
+    ),
+    rule("networks.md", "evpose train body-wide", Append("{steps} --plain")),
+    rule(
+        "networks.md",
+        "--sequences 20 --seconds 2",
+        Replace("--sequences 20 --seconds 2", "{people}"),
+    ),
+    rule("networks.md", "--foreign", Append("--stride-ms 50")),
+    rule("networks.md", "--foreign", Replace("--foreign", "--foreign foreign")),
+    rule(
+        "networks.md",
+        "--sequences 20 --out data/hands-home",
+        Replace("--sequences 20", "--sequences 1"),
+    ),
+    // own-labels.md
+    rule("own-labels.md", "evpose check-labels", Answers(&[2])),
+    rule("own-labels.md", "evpose train body-wide", Append("{steps} --plain")),
+    rule("own-labels.md", "evpose train quick", Append("{steps}")),
+    rule("own-labels.md", "foreign/*.joints.csv", Replace("foreign/", "foreign-hands/")),
+    // precision.md
+    rule("precision.md", "evpose quantize", Append("--windows 4")),
+    // scale.md
+    rule("scale.md", "evpose simulate eventhands", Append("{hand}")),
+    rule("scale.md", "--sequences 1 --seconds 60", Replace("--seconds 60", "--seconds 0.4")),
+    rule("scale.md", "--sequences 268", Replace("268 --seconds 600", "67 --seconds 0.2")),
+    rule("scale.md", "--sequences 330", Replace("330 --seconds 600", "66 --seconds 0.2")),
+    rule("scale.md", "--sequences 8 --seconds 3", Replace("8 --seconds 3", "1 --seconds 0.3")),
+];
+
+/// Files that the reader of a page is supposed to have: its name there, and what stands for it among the
+/// inputs of the test.
+pub(crate) const INPUTS: &[(&str, &[(&str, &str)])] = &[
+    (
+        "README.md",
+        &[
+            ("rec.raw", "moving.raw"),
+            ("rec.aedat4", "moving.aedat4"),
+            ("walk.aedat4", "person.aedat4"),
+            ("coco.json", "person.coco.json"),
+            ("frames", "frames"),
+            ("scene", "scene"),
+            ("rec.npz", "scene.npz"),
+            ("small.toml", "small.toml"),
+        ],
+    ),
+    ("bench-infer.md", &[("small.toml", "small.toml"), ("runs/hand", "runs/hand")]),
+    ("bodies.md", &[("rec.raw", "moving.raw")]),
+    (
+        "calibrate.md",
+        &[
+            ("board.npz", "scene.npz"),
+            ("board", "frames"),
+            ("wall.npz", "scene.npz"),
+            ("rec.npz", "scene.npz"),
+            ("scene", "scene"),
+        ],
+    ),
+    (
+        "cameras.md",
+        &[
+            ("rec.aedat4", "short.aedat4"),
+            ("calibration.yaml", "calibration.yaml"),
+            ("data/people", "people"),
+            ("foreign", "foreign"),
+        ],
+    ),
+    (
+        "files.md",
+        &[
+            ("rec.aedat4", "moving.aedat4"),
+            ("rec.raw", "moving.raw"),
+            ("rec.npz", "moving.npz"),
+            ("rec.h5", "moving.h5"),
+            ("other.aedat4", "moving.aedat4"),
+            ("simulated.npz", "moving.npz"),
+            ("camera.toml", "lens.toml"),
+        ],
+    ),
+    (
+        "gap.md",
+        &[
+            ("camera.toml", "leak.toml"),
+            ("scene.toml", "scene.toml"),
+            ("davis.aedat4", "scene.aedat4"),
+        ],
+    ),
+    ("hands-conditions.md", &[("runs/demo/train", "runs/hand"), ("slow.npz", "hand.npz")]),
+    ("live.md", &[("rec.raw", "short.raw"), ("rec.aedat4", "short.aedat4")]),
+    ("networks.md", &[("foreign", "foreign")]),
+    (
+        "own-labels.md",
+        &[
+            ("walk.aedat4", "person.aedat4"),
+            ("walk.raw", "person.raw"),
+            ("walk.csv", "person.csv"),
+            ("coco.json", "person.coco.json"),
+            ("foreign/0000.npz", "person.npz"),
+            ("foreign/0000.coco.json", "person.coco.json"),
+            ("foreign-hands/0000.npz", "hand.npz"),
+            ("foreign-hands/0000.joints.csv", "hand.joints.csv"),
+            ("data/own-test", "people"),
+            ("rec.aedat4", "hand.aedat4"),
+            ("joints.csv", "hand.joints.csv"),
+            ("calibration.yaml", "calibration.yaml"),
+            ("data/hands-test", "hands"),
+        ],
+    ),
+    (
+        "precision.md",
+        &[
+            ("runs/hand", "runs/hand"),
+            ("data/train", "hands"),
+            ("data/test", "hands"),
+            ("data/walkers", "people"),
+            ("rec.aedat4", "hand.aedat4"),
+            ("small.toml", "small.toml"),
+        ],
+    ),
+];
+
+/// Files whose content a page has, in its first block of this language.
+pub(crate) const FROM_PAGE: &[(&str, &str, &str)] =
+    &[("gap.md", "camera.toml", "toml"), ("hands-conditions.md", "dimmed.toml", "toml")];
