@@ -21,10 +21,13 @@ pub(super) struct Overlay {
     tracks: Vec<(Rgb<u8>, Track)>,
 }
 
+/// Joints of a person with their scores.
+type ScoredPoints = (BodyPoints, [Option<f32>; BODY_JOINTS]);
+
 /// Joints over time.
 enum Track {
     /// With their scores, where there are any.
-    Bodies(Vec<(Micros, (BodyPoints, [Option<f32>; BODY_JOINTS]))>),
+    Bodies(Vec<(Micros, ScoredPoints)>),
     Hands(Vec<(Micros, Option<[Vec2; 21]>)>),
     /// A hand that was simulated: its points follow from its pose when they are looked at.
     Simulated(Box<SimulatedHand>),
