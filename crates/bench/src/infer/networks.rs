@@ -5,12 +5,13 @@ use burn::tensor::Device;
 use evpose_infer::{Engine, EngineOptions};
 use evpose_nn::graph::Graph;
 use evpose_nn::parameters::{fill, read, with_matched_variances};
-use evpose_nn::{MOVE_ENET, MoveEnet, Network as Module, NnError};
+use evpose_nn::{MOVE_ENET, MoveEnet, Network as Module, NnError, backbone_by_name};
 use evpose_task::hand::HandConfig;
 use evpose_train::untrained;
 
 use super::start::StartTime;
 use evpose_app::latency::{self, Runner};
+use evpose_app::progress::note;
 
 /// Maximum of a body network's input.
 const BRIGHT: f32 = 255.0;
@@ -64,7 +65,7 @@ pub(super) fn names(config: &HandConfig, asked: &[String]) -> Result<Vec<String>
     }
     if asked.iter().any(|name| name == ALL) {
         ensure!(asked.len() == 1, "`--network {ALL}` leaves nothing to add");
-        return Ok(Module::names().map(str::to_owned).collect());
+        return Ok(Module::names().filter(|name| fits(config, name)).map(str::to_owned).collect());
     }
     let called = |name: &String| {
         let known = || Module::names().collect::<Vec<_>>().join(", ");
@@ -73,6 +74,17 @@ pub(super) fn names(config: &HandConfig, asked: &[String]) -> Result<Vec<String>
         Ok(name.to_owned())
     };
     asked.iter().map(called).collect()
+}
+
+/// Whether a network takes images of the config's size; a note says which does not.
+fn fits(config: &HandConfig, name: &str) -> bool {
+    let smallest_px = backbone_by_name(name).map_or(0, |backbone| backbone.smallest_px);
+    let size = config.network_size();
+    let fits = usize::from(size.width.min(size.height)) >= smallest_px;
+    if !fits {
+        note(format!("note: {name} needs {smallest_px} pixels along each side, images have {size}"));
+    }
+    fits
 }
 
 /// The network of a config with another backbone; MoveEnet with images as published.
