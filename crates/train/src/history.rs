@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex};
 use burn_train::logger::MetricLogger;
 use burn_train::metric::store::{EpochSummary, MetricsUpdate, Split};
 use burn_train::metric::{MetricDefinition, MetricId, NumericEntry};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::TrainError;
 use crate::metric::LOSS;
@@ -35,8 +35,14 @@ pub struct HistoryLine {
     pub part: HistorySplit,
     /// Samples in the batch.
     pub samples: usize,
-    /// Values by metric name.
+    /// Values by metric name. JSON has no infinity and no NaN: both are read back as NaN.
+    #[serde(deserialize_with = "values_or_nan")]
     pub values: BTreeMap<String, f64>,
+}
+
+fn values_or_nan<'de, D: Deserializer<'de>>(from: D) -> Result<BTreeMap<String, f64>, D::Error> {
+    let values = BTreeMap::<String, Option<f64>>::deserialize(from)?;
+    Ok(values.into_iter().map(|(name, value)| (name, value.unwrap_or(f64::NAN))).collect())
 }
 
 /// The lines of a finished or interrupted run.
@@ -246,6 +252,18 @@ mod tests {
         assert_eq!(history.lock().lines, kept);
         assert_eq!(read_history(&path).unwrap(), kept);
         assert_eq!(history.validation_losses(), BTreeMap::from([(1, 3.0)]));
+    }
+
+    #[test]
+    fn a_loss_that_was_no_number_is_read_back() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("metrics.jsonl");
+        let lines =
+            [1.0, f64::NAN, f64::INFINITY].map(|loss| to_json(&line(1, HistorySplit::Train, loss)));
+        fs::write(&path, lines.concat()).unwrap();
+        let losses: Vec<f64> =
+            read_history(&path).unwrap().iter().map(|line| line.values["loss"]).collect();
+        assert!(losses[0] == 1.0 && losses[1].is_nan() && losses[2].is_nan(), "{losses:?}");
     }
 
     #[test]

@@ -82,7 +82,9 @@ fn fits(config: &HandConfig, name: &str) -> bool {
     let size = config.network_size();
     let fits = usize::from(size.width.min(size.height)) >= smallest_px;
     if !fits {
-        note(format!("note: {name} needs {smallest_px} pixels along each side, images have {size}"));
+        note(format!(
+            "note: {name} needs {smallest_px} pixels along each side, images have {size}"
+        ));
     }
     fits
 }

@@ -40,8 +40,10 @@ pub(super) fn run(mut config: BodyConfig, args: &TrainArgs) -> Result<()> {
         steps_per_validation: training.steps_per_validation,
         steps: training.steps,
     };
-    learning_curves::write_after(&trained, &out, length)?;
+    // A training that failed is the worse fault.
+    let curves = learning_curves::write_after(&trained, &out, length);
     let summary = trained.with_context(|| format!("training in {}", out.display()))?;
+    curves?;
     run_info::write(&out, config.seed, None)?;
     print_summary(&summary);
     Ok(())

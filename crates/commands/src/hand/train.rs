@@ -33,8 +33,10 @@ pub(super) fn run(args: &TrainArgs) -> Result<()> {
         steps_per_validation: training.steps_per_validation,
         steps: training.steps,
     };
-    learning_curves::write_after(&trained, out, length)?;
+    // A training that failed is the worse fault.
+    let curves = learning_curves::write_after(&trained, out, length);
     let summary = trained?;
+    curves?;
     run_info::write(out, config.seed, None)?;
     say(format!(
         "{} samples in {:.0} s, {:.0} samples/s",
