@@ -92,8 +92,11 @@ impl Step {
         let [channels_out, channels_per_group, kernel, kernel_x] = conv.shape;
         let [stride, stride_x] = conv.stride;
         let [top, left, bottom, right] = conv.padding;
-        if stride != stride_x || !matches!(stride, 1 | 2) || conv.dilation != [1, 1] {
-            return unsupported(format!("convolution of stride {:?}, or with gaps", conv.stride));
+        if conv.dilation != [1, 1] {
+            return unsupported("convolution with gaps between its taps".to_owned());
+        }
+        if stride != stride_x || !matches!(stride, 1 | 2) {
+            return unsupported(format!("convolution of stride {:?}", conv.stride));
         }
         if [top, left] != [bottom, right] {
             return unsupported(format!("convolution of padding {:?}", conv.padding));
