@@ -155,8 +155,8 @@ pub(crate) const RULES: &[Rule] = &[
     // cameras.md
     rule("cameras.md", "evpose simulate body-wide", Replace("--sequences 24", "{people}")),
     rule("cameras.md", "evpose train body-wide", Append("{people} {steps} --plain")),
-    rule("cameras.md", "evpose train hand-wide", Replace("data/hands &&", "data/hands {hand} &&")),
-    rule("cameras.md", "evpose train hand-wide", Append("{hand} --plain")),
+    rule("cameras.md", "evpose train hand-wide", Replace("data/hands &&", "data/hands {hands} &&")),
+    rule("cameras.md", "evpose train hand-wide", Append("{hands} {steps} --plain")),
     rule("cameras.md", "--foreign", Append("foreign --stride-ms 50")),
     rule("cameras.md", "--data eros/", Skip("needs images of a data set, or of `prepare`")),
     rule("cameras.md", "evpose bench cameras", Append("--sequences 1 --seconds 0.3")),
@@ -169,7 +169,8 @@ pub(crate) const RULES: &[Rule] = &[
     rule("gap.md", "evpose gap bench --plan 11", Replace("--limit 3", "--limit 1")),
     rule("gap.md", "evpose gap outside", Skip("needs recordings of other simulators")),
     rule("gap.md", "evpose gap real", Append("--quick")),
-    rule("gap.md", "evpose gap payoff", Append("{hand} --stride-ms 20")),
+    rule("gap.md", "evpose gap payoff", Append("{hand}")),
+    rule("gap.md", "--out runs/guide/payoff", Append("--stride-ms 20")),
     // gap-examples.md
     rule("gap-examples.md", "--limit 2", Replace("--limit 2", "--limit 1")),
     rule("gap-examples.md", "$CASE", Replace("$CASE", "runs/single/cases/00d08cde2585")),
@@ -209,7 +210,8 @@ pub(crate) const RULES: &[Rule] = &[
         "--sequences 20 --seconds 2",
         Replace("--sequences 20 --seconds 2", "{people}"),
     ),
-    rule("networks.md", "--foreign", Append("--stride-ms 50")),
+    rule("networks.md", "people-home --foreign", Append("--stride-ms 50")),
+    rule("networks.md", "--stride-ms 10", Replace("--stride-ms 10", "--stride-ms 50")),
     rule("networks.md", "--foreign", Replace("--foreign", "--foreign foreign")),
     rule(
         "networks.md",
@@ -295,7 +297,7 @@ pub(crate) const INPUTS: &[(&str, &[(&str, &str)])] = &[
         "own-labels.md",
         &[
             ("walk.aedat4", "person.aedat4"),
-            ("walk.raw", "person.raw"),
+            ("run.raw", "person.raw"),
             ("walk.csv", "person.csv"),
             ("coco.json", "person.coco.json"),
             ("foreign/0000.npz", "person.npz"),
