@@ -200,10 +200,11 @@ fn hand(backbone: &str, seed: u64) -> HandRegressor {
 /// Height and width of images.
 const SIZE: [usize; 2] = [45, 60];
 
-/// The same, enlarged where a backbone needs more.
+/// The same, or twice the smallest size where a backbone needs more than these: at its smallest, the
+/// last normalisations are of a single pixel an image, and amplify rounding, Burn's too.
 fn size_of(backbone: &str) -> [usize; 2] {
     let smallest_px = backbone_by_name(backbone).unwrap().smallest_px;
-    SIZE.map(|side| side.max(smallest_px))
+    if SIZE.iter().all(|side| *side >= smallest_px) { SIZE } else { [2 * smallest_px; 2] }
 }
 
 fn body(seed: u64) -> MoveEnet {

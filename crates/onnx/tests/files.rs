@@ -6,7 +6,7 @@ use std::collections::{HashMap, HashSet};
 
 use burn::tensor::Device;
 use evpose_nn::graph::{Graph, Operation};
-use evpose_nn::{MOVE_ENET, Network};
+use evpose_nn::{MOVE_ENET, Network, backbone_by_name};
 use evpose_onnx::proto::{DimensionValue, ModelProto, TensorProto, ValueInfoProto};
 use evpose_onnx::{Message, OPSET, OnnxError, encoded, model};
 
@@ -74,7 +74,9 @@ fn a_file_is_read_back_with_every_weight_and_shape() {
 fn every_tensor_is_made_once_before_it_is_taken() {
     for network in Network::names() {
         let [channels, ..] = self::network(network).input();
+        let smallest_px = backbone_by_name(network).map_or(0, |backbone| backbone.smallest_px);
         let size = if network == MOVE_ENET { [64, 96] } else { [61, 83] };
+        let size = size.map(|side: usize| side.max(smallest_px));
         let file = model(&graph(network), [channels, size[0], size[1]]).unwrap().graph.unwrap();
         let mut known: HashSet<&str> = HashSet::new();
         let outside = file.initializer.iter().map(|tensor| tensor.name.as_str());
