@@ -10,7 +10,7 @@ use burn::module::{Module, ModuleMapper, ModuleVisitor, Param};
 use burn::tensor::{DType, Device, Gradients, Tensor, TensorData};
 use evpose_nn::{
     BACKBONES, HandLoss, HandRegressor, HandRegressorConfig, MOVE_ENET, MoveEnet, MoveEnetConfig,
-    backbone_by_name, set_training_kernels,
+    set_training_kernels,
 };
 use golden::{images, targets};
 
@@ -200,12 +200,10 @@ fn hand(backbone: &str, seed: u64) -> HandRegressor {
 /// Height and width of images.
 const SIZE: [usize; 2] = [45, 60];
 
-/// The same, or twice the smallest size where a backbone needs more than these: at its smallest, the
-/// last normalisations are of a single pixel an image, and amplify rounding, Burn's too.
-fn size_of(backbone: &str) -> [usize; 2] {
-    let smallest_px = backbone_by_name(backbone).unwrap().smallest_px;
-    if SIZE.iter().all(|side| *side >= smallest_px) { SIZE } else { [2 * smallest_px; 2] }
-}
+/// Has so many ReLUs that some value is on the other side of zero with every seed, with Burn's kernels
+/// as with ours: a gradient of 45 was off by 2.5 and by 2.6. `pytorch.rs` compares its gradient, from
+/// other weights, with PyTorch's.
+const UNSTABLE: &str = "inception_v3";
 
 fn body(seed: u64) -> MoveEnet {
     let config = MoveEnetConfig { joints: 3, width: 0.25, expansion: 2 };
@@ -217,7 +215,7 @@ fn fault(name: &str, seed: u64) -> Option<String> {
     let [ours, burns, truth] =
         [Arithmetic::Ours, Arithmetic::Burns, Arithmetic::Double].map(|arithmetic| match name {
             MOVE_ENET => step(body(seed), SIZE, arithmetic),
-            backbone => step(hand(backbone, seed), size_of(backbone), arithmetic),
+            backbone => step(hand(backbone, seed), SIZE, arithmetic),
         });
     for (what, ((ours, burns), truth)) in
         ["output", "gradient", "state"].iter().zip(ours.iter().zip(&burns).zip(&truth))
@@ -250,7 +248,8 @@ const SEEDS: [u64; 3] = [3, 4, 5];
 #[test]
 fn our_kernels_train_as_burns_do() {
     let [first, others @ ..] = SEEDS;
-    for name in BACKBONES.iter().map(|entry| entry.name).chain([MOVE_ENET]) {
+    let backbones = BACKBONES.iter().map(|entry| entry.name).filter(|name| *name != UNSTABLE);
+    for name in backbones.chain([MOVE_ENET]) {
         if let Some(found) = fault(name, first) {
             let more: Vec<_> = others.iter().filter_map(|seed| fault(name, *seed)).collect();
             assert!(more.is_empty(), "{found}, {more:?}");

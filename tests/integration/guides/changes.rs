@@ -297,7 +297,7 @@ pub(crate) const INPUTS: &[(&str, &[(&str, &str)])] = &[
         "own-labels.md",
         &[
             ("walk.aedat4", "person.aedat4"),
-            ("run.raw", "person.raw"),
+            ("jump.raw", "person.raw"),
             ("walk.csv", "person.csv"),
             ("coco.json", "person.coco.json"),
             ("foreign/0000.npz", "person.npz"),
