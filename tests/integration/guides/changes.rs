@@ -159,7 +159,7 @@ pub(crate) const RULES: &[Rule] = &[
     rule("cameras.md", "evpose train hand-wide", Append("{hands} {steps} --plain")),
     rule("cameras.md", "--foreign", Append("foreign --stride-ms 50")),
     rule("cameras.md", "--data eros/", Skip("needs images of a data set, or of `prepare`")),
-    rule("cameras.md", "evpose bench cameras", Append("--sequences 1 --seconds 0.3")),
+    rule("cameras.md", "evpose bench cameras", Append("--sequences 1 --seconds 0.5")),
     // gap.md
     rule("gap.md", "--plan 7 --shard", WHOLE_PLAN),
     rule("gap.md", "--self 200", WHOLE_PLAN),
