@@ -223,6 +223,7 @@ pub(crate) const RULES: &[Rule] = &[
     rule("own-labels.md", "evpose train body-wide", Append("{steps} --plain")),
     rule("own-labels.md", "evpose train quick", Append("{steps}")),
     rule("own-labels.md", "foreign/*.joints.csv", Replace("foreign/", "foreign-hands/")),
+    rule("own-labels.md", "evpose view data/own", Replace("data/own/0001", "data/own/0000")),
     // precision.md
     rule("precision.md", "evpose quantize", Append("--windows 4")),
     // scale.md
