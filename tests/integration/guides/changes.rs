@@ -221,7 +221,12 @@ pub(crate) const RULES: &[Rule] = &[
     // own-labels.md
     rule("own-labels.md", "evpose check-labels", Answers(&[2])),
     rule("own-labels.md", "evpose train body-wide", Append("{steps} --plain")),
-    rule("own-labels.md", "evpose train quick", Append("{steps}")),
+    // The shipped network has a shape of its own.
+    rule(
+        "own-labels.md",
+        "evpose train quick",
+        Append("{steps} --set network.width=0.125 --set simulation.image_scale=0.25"),
+    ),
     rule("own-labels.md", "foreign/*.joints.csv", Replace("foreign/", "foreign-hands/")),
     rule("own-labels.md", "evpose view data/own", Replace("data/own/0001", "data/own/0000")),
     // precision.md
