@@ -174,7 +174,7 @@ pub(super) const ROWS: &[Row] = &[
         group: Group::Backbone,
         change: Change::Training(|config| config.network.backbone = "vgg13_bn".to_owned()),
         fields: BACKBONE,
-        published: &[COMPARABLE, SLOWER],
+        published: &[COMPARABLE],
     },
     Row {
         name: "vgg16-bn",
@@ -182,7 +182,7 @@ pub(super) const ROWS: &[Row] = &[
         group: Group::Backbone,
         change: Change::Training(|config| config.network.backbone = "vgg16_bn".to_owned()),
         fields: BACKBONE,
-        published: &[COMPARABLE, SLOWER],
+        published: &[COMPARABLE],
     },
     Row {
         name: "vgg19-bn",
@@ -190,7 +190,7 @@ pub(super) const ROWS: &[Row] = &[
         group: Group::Backbone,
         change: Change::Training(|config| config.network.backbone = "vgg19_bn".to_owned()),
         fields: BACKBONE,
-        published: &[COMPARABLE, SLOWER],
+        published: &[COMPARABLE],
     },
     Row {
         name: "shufflenet-v2",
