@@ -12,6 +12,9 @@ use evpose_pose::JointFrame;
 
 use crate::commands::opening::FileOpeningArgs;
 
+/// Names of files beside sequences, which a sequence cannot have.
+const RESERVED: [&str; 2] = ["run", "config"];
+
 /// Recordings and label files, in the same order.
 #[derive(Debug, clap::Args)]
 pub(crate) struct OwnRecordingArgs {
@@ -48,6 +51,13 @@ impl OwnRecordingArgs {
             if pairs.iter().any(|(_, _, other)| other == name) {
                 bail!("two recordings are called `{name}`: rename one, or give it another --out");
             }
+            // `run.toml` beside the sequences says how they were made.
+            if RESERVED.contains(&name) {
+                bail!(
+                    "{}: `{name}.toml` is a record of the directory: rename it",
+                    recording.display()
+                );
+            }
             pairs.push((recording, labels, name.to_owned()));
         }
         Ok(pairs)
@@ -77,7 +87,7 @@ pub(crate) enum CountBy {
     mpii       MPII's MAT-file, with --fps\n\n\
     Examples:\n  \
     evpose prepare people walk.aedat4 --labels walk.csv --out data/own\n  \
-    evpose prepare people walk.raw --labels coco.json --fps 30 --start-us 1200000 --out data/own\n  \
+    evpose prepare people jump.raw --labels coco.json --fps 30 --start-us 1200000 --out data/own\n  \
     evpose check-labels data/own\n  \
     evpose train body-wide --data data/own --start-from checkpoints/body-quick.bpk --out runs/own\n\n\
     docs/guide/own-labels.md has more.")]
@@ -206,4 +216,23 @@ fn hand_scale(text: &str) -> Result<HandScale, String> {
     }
     let value = text.parse().ok().filter(|value| (0.3..=3.0).contains(value));
     value.map(HandScale::Given).ok_or_else(|| "expected `fit` or a value from 0.3 to 3".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sequences_are_not_called_as_records_of_the_directory() {
+        let of = |recording: &str| OwnRecordingArgs {
+            recordings: vec![recording.into()],
+            labels: vec!["labels.csv".into()],
+            out: "out".into(),
+            start_us: 0,
+            max_gap_ms: 100,
+        };
+        assert!(of("jump.raw").pairs().is_ok());
+        let message = of("run.raw").pairs().map(|_| ()).unwrap_err().to_string();
+        assert!(message.contains("`run.toml` is a record"), "{message}");
+    }
 }
