@@ -19,6 +19,20 @@ pub struct PosedBody {
 }
 
 impl PosedBody {
+    /// Turns the body about the vertical axis through the origin by an angle in radians, from z to x.
+    pub fn turn(&mut self, angle_rad: f32) {
+        let turn = Affine3A::from_rotation_y(angle_rad);
+        for vertex_m in &mut self.vertices_m {
+            *vertex_m = turn.transform_point3(*vertex_m);
+        }
+        for normal in &mut self.normals {
+            *normal = turn.transform_vector3(*normal);
+        }
+        for joint in &mut self.joints {
+            *joint = turn * *joint;
+        }
+    }
+
     /// The points that are evaluated, in the order of [`EVALUATION_JOINTS`], in metres.
     pub fn evaluation_points(&self, model: &BodyModel) -> [Vec3; EVALUATION_JOINTS.len()] {
         let tips = 1 + model.fingertips.len();

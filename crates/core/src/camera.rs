@@ -6,8 +6,10 @@ use serde::{Deserialize, Serialize};
 use crate::SensorSize;
 
 mod lens;
+mod placed;
 
 pub use lens::{Distortion, LensCamera, ViewingRay};
+pub use placed::PlacedCamera;
 
 /// A pinhole camera without distortion. Camera space is OpenGL's: x right, y up, looking along -z.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use evpose_core::SensorSize;
 use evpose_sim::config::SensorChoice;
-use evpose_sim::person::{People, PeopleConfig, PoseTable, record_people};
+use evpose_sim::person::{People, PeopleConfig, PersonInfo, PoseTable, record_people};
 use evpose_sim::set::verify;
 use evpose_sim::{Shard, SimError};
 
@@ -161,4 +161,80 @@ fn what_nobody_can_do_is_refused_with_what_there_is() {
     assert!(message.contains("flying") && message.contains("boxing"), "{message}");
     let config = PeopleConfig { label_hz: 70, ..self::config() };
     assert!(People::new(&config, 1).unwrap_err().to_string().contains("label_hz"));
+}
+
+fn several_cameras() -> PeopleConfig {
+    let camera_angles_deg = vec![-45.0, 0.0, 90.0];
+    PeopleConfig { camera_angles_deg, sequences: 6, ..config() }
+}
+
+#[test]
+fn cameras_of_a_scene_see_the_same_person_from_their_angles() {
+    let people = People::new(&several_cameras(), 5).unwrap();
+    let directory = tempfile::tempdir().unwrap();
+    record_people(&people, directory.path(), Shard::WHOLE, &|_| {}).unwrap();
+    let of = |sequence: u64| {
+        let stem = directory.path().join(format!("{sequence:04}"));
+        let info = PersonInfo::read(&stem.with_extension("toml")).unwrap();
+        (info, PoseTable::read(&stem.with_extension("poses.csv")).unwrap())
+    };
+    let (first, table) = of(0);
+    for (sequence, angle_deg) in [(0, -45.0_f64), (1, 0.0), (2, 90.0)] {
+        let (info, own) = of(sequence);
+        assert_eq!((info.scene, &info.betas), (Some(0), &first.betas));
+        let camera = info.camera.unwrap();
+        let eye_m = camera.camera_from_world.inverse().translation;
+        let seen_deg = eye_m.x.atan2(eye_m.z).to_degrees();
+        assert!((seen_deg - angle_deg).abs() < 25.0, "{seen_deg} for {angle_deg}");
+        let mut visible = 0;
+        for (row, shared) in own.rows.iter().zip(&table.rows) {
+            for ((at_m, shared_m), at_px) in
+                row.joints_m.iter().zip(&shared.joints_m).zip(row.joints_px)
+            {
+                assert!(at_m.distance(*shared_m) < 2e-5, "{at_m} {shared_m}");
+                let Some(at_px) = at_px else { continue };
+                let projected = camera.image_from_world(at_m.as_dvec3()).unwrap();
+                assert!(projected.as_vec2().distance(at_px) < 0.05, "{projected} {at_px}");
+                visible += 1;
+            }
+        }
+        assert!(visible > 100, "{visible}");
+    }
+    assert_ne!(of(3).0.betas, first.betas);
+    assert_eq!(of(3).0.scene, Some(1));
+}
+
+/// The first camera alone sees what it would see without the others, if it stands before the person.
+#[test]
+fn a_camera_before_the_person_is_that_of_a_single_one() {
+    let single = PeopleConfig { sequences: 1, ..config() };
+    let several = PeopleConfig { camera_angles_deg: vec![0.0, 60.0], sequences: 2, ..config() };
+    let light = |config: &PeopleConfig, sequence: u64| {
+        let mut luminance = Vec::new();
+        let people = People::new(config, 5).unwrap();
+        people
+            .play::<SimError>(sequence, |step| {
+                luminance.extend_from_slice(step.luminance.data());
+                Ok(())
+            })
+            .unwrap();
+        luminance
+    };
+    assert!(light(&single, 0) == light(&several, 0));
+    assert!(light(&single, 0) != light(&several, 1));
+}
+
+#[test]
+fn fields_that_contradict_several_cameras_are_named() {
+    let refused = |config: PeopleConfig| People::new(&config, 1).unwrap_err().to_string();
+    let base = several_cameras;
+    for (config, field) in [
+        (PeopleConfig { sequences: 4, ..base() }, "sequences"),
+        (PeopleConfig { moving_cameras: 0.1, ..base() }, "moving_cameras"),
+        (PeopleConfig { companions: 1, ..base() }, "companions"),
+        (PeopleConfig { camera_angles_deg: vec![200.0], ..base() }, "camera_angles_deg"),
+    ] {
+        let message = refused(config);
+        assert!(message.contains(field), "{message}");
+    }
 }

@@ -150,6 +150,8 @@ fn write_info(sensor: SensorSize, path: &Path) -> Result<(), ImportError> {
         activity: ACTIVITY.to_owned(),
         betas: Vec::new(),
         threshold_offset: 0.0,
+        scene: None,
+        camera: None,
     };
     let text = toml::to_string(&info)
         .map_err(|error| ImportError::malformed(path, "description", error.to_string()))?;

@@ -70,9 +70,14 @@ impl CameraPath {
         &self.at_rest
     }
 
+    /// Whether the camera stands still.
+    pub(super) fn is_at_rest(&self) -> bool {
+        self.amplitudes == [0.0; 3]
+    }
+
     /// Camera pose at `t_s` seconds.
     pub(super) fn at(&self, t_s: f32) -> LookAt {
-        if self.amplitudes == [0.0; 3] {
+        if self.is_at_rest() {
             return self.at_rest;
         }
         let angle = |axis: usize| {

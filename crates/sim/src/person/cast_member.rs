@@ -32,6 +32,8 @@ pub(super) struct CastMember {
     clothes: CounterRng,
     /// Position of the person, relative to the origin.
     pub(super) place_m: Vec3,
+    /// Rotation of the person about the vertical axis through the origin, in radians.
+    pub(super) turn_rad: f32,
     renderer: Option<Renderer>,
 }
 
@@ -63,6 +65,7 @@ impl CastMember {
             posed: PosedBody::default(),
             clothes: streams.clothes,
             place_m,
+            turn_rad: 0.0,
             renderer: None,
         }
     }
@@ -94,6 +97,9 @@ impl CastMember {
         let mut pose = figure.pose(body, &self.shaped, &mut self.posed);
         pose.translation_m += self.place_m;
         body.pose(&self.shaped, &pose, &mut self.posed);
+        if self.turn_rad != 0.0 {
+            self.posed.turn(self.turn_rad);
+        }
     }
 
     /// Renders the person before a backdrop of which `rect` has changed: `paint` writes it.
@@ -121,7 +127,7 @@ impl CastMember {
         })
     }
 
-    /// Joints of the last posture in the world, in metres.
+    /// Joints of the last posture in metres, turned like the person.
     pub(super) fn joints_m(&self) -> BodyJoints3 {
         joints_m(&self.posed)
     }

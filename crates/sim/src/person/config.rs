@@ -16,7 +16,7 @@ const MAX_COUNT: usize = 256;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PeopleConfig {
-    /// Sequence count.
+    /// Sequence count, over all cameras.
     pub sequences: usize,
     /// Length of a sequence in seconds.
     pub seconds: f64,
@@ -54,6 +54,12 @@ pub struct PeopleConfig {
     pub moving_cameras: f32,
     /// Standard deviation of a hand-held camera's rotation, in degrees.
     pub camera_turn_deg: f32,
+    /// Several calibrated cameras of every scene: their angles about the person in degrees, 0 before
+    /// the person, positive to the person's left; DHP19 has -90, -45, 45 and 90. Every camera makes a
+    /// sequence of its own, those of a scene one after another. Cameras stand still, there are no
+    /// companions, and every camera sees a wall of its own behind the person.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub camera_angles_deg: Vec<f32>,
     /// Lights on people.
     pub lights: LightConfig,
     /// Light on everything, relative to the usual.
@@ -129,6 +135,7 @@ impl Default for PeopleConfig {
             outfits: 0,
             moving_cameras: 0.15,
             camera_turn_deg: 2.0,
+            camera_angles_deg: Vec::new(),
             lights: LightConfig::default(),
             light_level: 1.0,
             surroundings: SurroundingsConfig::default(),
@@ -229,8 +236,45 @@ impl PeopleConfig {
         if matches!(self.surroundings.source, BackgroundSource::Procedural(0)) {
             return refuse("surroundings.source", "0".to_owned(), "at least one image");
         }
+        self.validate_cameras()?;
         crate::EventFormat::of_people(self)?;
         Ok(())
+    }
+
+    /// Checks the fields that several cameras need.
+    fn validate_cameras(&self) -> Result<(), SimError> {
+        let refuse = |field, value: String, reason| Err(SimError::Config { field, value, reason });
+        let angles = &self.camera_angles_deg;
+        if angles.is_empty() {
+            return Ok(());
+        }
+        if angles.len() > MAX_COUNT || !angles.iter().all(|angle| angle.abs() <= 180.0) {
+            let reason = "at most 256 angles from -180 to 180";
+            return refuse("camera_angles_deg", format!("{angles:?}"), reason);
+        }
+        if !self.sequences.is_multiple_of(angles.len()) {
+            let reason = "a multiple of the number of cameras: each makes a sequence of a scene";
+            return refuse("sequences", self.sequences.to_string(), reason);
+        }
+        if self.moving_cameras > 0.0 {
+            let reason = "0 with camera_angles_deg: calibrated cameras stand still";
+            return refuse("moving_cameras", self.moving_cameras.to_string(), reason);
+        }
+        if self.companions > 0 {
+            let reason = "0 with camera_angles_deg: nobody else may stand before a camera";
+            return refuse("companions", self.companions.to_string(), reason);
+        }
+        Ok(())
+    }
+
+    /// Number of cameras of a scene.
+    pub fn cameras(&self) -> u64 {
+        self.camera_angles_deg.len().max(1) as u64
+    }
+
+    /// The scene of a sequence, and the camera in it.
+    pub fn scene_of(&self, sequence: u64) -> (u64, u64) {
+        (sequence / self.cameras(), sequence % self.cameras())
     }
 
     /// Time from one step to the next.

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use evpose_core::{SensorSize, atomic_write};
+use evpose_core::{PlacedCamera, SensorSize, atomic_write};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -26,6 +26,27 @@ pub struct PersonInfo {
     /// Offset of the sensor's contrast thresholds, in natural-log intensity.
     #[serde(default)]
     pub threshold_offset: f64,
+    /// The scene, where several cameras see it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scene: Option<u64>,
+    /// The camera in the world of the labels; none where it moves or is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub camera: Option<PlacedCamera>,
+}
+
+impl PersonInfo {
+    /// Reads the metadata of a sequence.
+    ///
+    /// # Errors
+    /// If the file cannot be read or is none.
+    pub fn read(path: &Path) -> Result<Self, SimError> {
+        let text =
+            std::fs::read_to_string(path).map_err(|source| SimError::file(path, "read", source))?;
+        toml::from_str(&text).map_err(|error| SimError::SequenceInfo {
+            path: path.to_owned(),
+            reason: error.to_string(),
+        })
+    }
 }
 
 /// The sequences of a run, or of a part of one, on disk.
@@ -100,6 +121,8 @@ fn record(
         activity: simulator.activity().to_owned(),
         betas: simulator.betas().to_vec(),
         threshold_offset: simulator.threshold_offset(),
+        scene: (people.config().cameras() > 1).then_some(people.config().scene_of(sequence).0),
+        camera: simulator.placed_camera(),
     };
     let format = EventFormat::of_people(people.config())?;
     let mut events = StepWriter::create(&stem, format, info.sensor)?;

@@ -1,14 +1,17 @@
 //! The scene of one sequence: people with activities, a background plane, objects and a camera.
 
 use evpose_body::activity::{ACTIVITIES, Activity, activity_by_name};
-use evpose_core::{CounterRng, LookAt, Pinhole, Plane};
-use glam::{Vec2, Vec3};
+use evpose_core::{
+    CounterRng, Distortion, LensCamera, LookAt, Pinhole, PlacedCamera, Plane, seed_for,
+};
+use evpose_pose::body::BodyPoints;
+use glam::{Affine3A, DAffine3, DVec2, Vec2, Vec3};
 
 use super::background_plane::BackgroundPlane;
 use super::camera_path::CameraPath;
 use super::cast_member::{CastMember, MemberStreams, whole_image};
 use super::config::{Framing, PeopleConfig};
-use super::joints::BodyJoints3;
+use super::joints::{BodyJoints3, joints_px};
 use super::shared::Shared;
 use crate::raster::Camera;
 
@@ -36,19 +39,30 @@ pub(super) struct SceneInstance {
     background: BackgroundPlane,
     foreground: Option<BackgroundPlane>,
     luminance: Plane<f32>,
+    /// Angle of the camera about the person in radians. The scene is rendered as if the camera were
+    /// before the person, and the person turned by as much the other way.
+    angle_rad: f32,
 }
 
 impl SceneInstance {
-    /// Draws scene `index`, which lasts `seconds`. Each part has a random stream of its own.
+    /// Draws scene `index`, which lasts `seconds`, before one of its cameras. Each part has a random
+    /// stream of its own; those of the camera and of all that is around the person differ from camera
+    /// to camera.
     pub(super) fn draw(
         shared: &Shared,
         config: &PeopleConfig,
         seed: u64,
-        index: u64,
+        (index, camera_number): (u64, u64),
         seconds: f32,
     ) -> Self {
         let images = &shared.images;
         let part = |name| CounterRng::new(seed, name, index);
+        let part_of_camera = |name| match camera_number {
+            0 => part(name),
+            other => CounterRng::new(seed_for(seed, name, other), name, index),
+        };
+        let angle_deg = config.camera_angles_deg.get(camera_number as usize).copied();
+        let angle_rad = angle_deg.unwrap_or(0.0).to_radians();
         let name = &config.activities[index as usize % config.activities.len()];
         // `PeopleConfig::validate` has checked the name.
         let activity = activity_by_name(name).unwrap_or(&ACTIVITIES[0]);
@@ -60,9 +74,10 @@ impl SceneInstance {
         };
         let mut person = CastMember::draw(shared, config, activity, seconds, Vec3::ZERO, streams);
         let height_m = shared.height_m(&person.shaped);
-        let (path, pinhole) = CameraPath::draw(config, height_m, &mut part("person camera"));
+        let (path, pinhole) =
+            CameraPath::draw(config, height_m, &mut part_of_camera("person camera"));
         let placement = *path.at_rest();
-        let mut around = part("person surroundings");
+        let mut around = part_of_camera("person surroundings");
         let mut companions = companions(shared, config, seed, index, seconds);
         // A person's reach to the depth of a large room, and behind everybody.
         let farthest_m = companions.iter().map(|one| -one.place_m.z).fold(0.0, f32::max);
@@ -76,11 +91,18 @@ impl SceneInstance {
         let foreground = (config.occluders > 0).then(|| {
             let z_m = OCCLUDER_DEPTH * placement.eye_m.z;
             let view = BackgroundPlane::view(z_m, &placement, &pinhole, size_px);
-            let mut rng = part("person occluders");
+            let mut rng = part_of_camera("person occluders");
             BackgroundPlane::foreground(images, z_m, &view, level, config.occluders, &mut rng)
         });
         let camera = Camera::new(sensor, pinhole, &placement, NEAR_M);
-        let lighting = config.lights.draw(&mut part("person lights"));
+        let mut lighting = config.lights.draw(&mut part("person lights"));
+        if angle_rad != 0.0 {
+            person.turn_rad = -angle_rad;
+            let turn = Affine3A::from_rotation_y(-angle_rad);
+            for light in &mut lighting.lights {
+                light.direction = turn.transform_vector3a(light.direction);
+            }
+        }
         for one in companions.iter_mut().chain([&mut person]) {
             let px_per_m = pinhole.focal_px / (placement.eye_m.z - one.place_m.z);
             one.dress(shared, camera, px_per_m, lighting, level);
@@ -96,6 +118,7 @@ impl SceneInstance {
             background,
             foreground,
             luminance: Plane::for_sensor(sensor, 0.0),
+            angle_rad,
         }
     }
 
@@ -142,19 +165,38 @@ impl SceneInstance {
         &self.luminance
     }
 
-    /// Camera of the last frame.
-    pub(super) fn camera(&self) -> &Camera {
-        &self.camera
-    }
-
     /// Shape coefficients of the person with labels.
     pub(super) fn betas(&self) -> &[f32] {
         &self.person.betas
     }
 
+    /// Joints of the last frame on the image; none outside of it.
+    pub(super) fn joints_px(&self) -> Option<BodyPoints> {
+        self.is_present.then(|| joints_px(&self.person.joints_m(), &self.camera))
+    }
+
     /// Joints of the last frame in the world, in metres; none if nobody is there.
     pub(super) fn joints_m(&self) -> Option<BodyJoints3> {
-        self.is_present.then(|| self.person.joints_m())
+        let back = Affine3A::from_rotation_y(self.angle_rad);
+        let in_world = |joint_m: Vec3| match self.angle_rad {
+            0.0 => joint_m,
+            _ => back.transform_point3(joint_m),
+        };
+        self.is_present.then(|| self.person.joints_m().map(in_world))
+    }
+
+    /// The camera in the world; none if it moves.
+    pub(super) fn placed_camera(&self) -> Option<PlacedCamera> {
+        let Pinhole { focal_px, principal_px } = self.pinhole;
+        let lens = LensCamera {
+            focal_px: DVec2::splat(focal_px.into()),
+            principal_px: principal_px.as_dvec2(),
+            distortion: Distortion::default(),
+        };
+        let camera_from_turned = self.path.at_rest().camera_from_world().as_dmat4();
+        let turned_from_world = DAffine3::from_rotation_y(-f64::from(self.angle_rad));
+        let camera_from_world = DAffine3::from_mat4(camera_from_turned) * turned_from_world;
+        self.path.is_at_rest().then_some(PlacedCamera { lens, camera_from_world })
     }
 }
 
@@ -167,7 +209,7 @@ fn companions(
     seconds: f32,
 ) -> Vec<CastMember> {
     let member = |k: usize| {
-        let part = |name| CounterRng::new(evpose_core::seed_for(seed, name, index), name, k as u64);
+        let part = |name| CounterRng::new(seed_for(seed, name, index), name, k as u64);
         let mut place = part("companion place");
         let activity = &ACTIVITIES[place.below(ACTIVITIES.len())];
         let uniform = |rng: &mut CounterRng, [low, high]: [f32; 2]| rng.uniform(low, high);

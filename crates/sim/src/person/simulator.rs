@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use evpose_core::{CounterRng, EventStream, Micros, Plane, SensorSize, seed_for};
+use evpose_core::{CounterRng, EventStream, Micros, PlacedCamera, Plane, SensorSize, seed_for};
 use evpose_pose::body::{BODY_JOINTS, BodyPoints};
 use evpose_sensor::SensorRun;
 use glam::Vec3;
 
 use super::config::PeopleConfig;
-use super::joints::{BodyJoints3, joints_px};
+use super::joints::BodyJoints3;
 use super::scene_instance::SceneInstance;
 use super::shared::{Shared, sensor_model};
 use crate::SimError;
@@ -50,8 +50,10 @@ pub struct PersonStep<'a> {
 impl PersonSimulator {
     pub(super) fn new(shared: Arc<Shared>, index: u64) -> Result<Self, SimError> {
         let seed = seed_for(shared.seed, SEQUENCE_STREAM, 0);
-        let config = shared.config_of(seed, index)?;
-        let scene = SceneInstance::draw(&shared, &config, seed, index, config.seconds as f32);
+        let scene_and_camera = shared.config.scene_of(index);
+        let config = shared.config_of(seed, scene_and_camera.0)?;
+        let seconds = config.seconds as f32;
+        let scene = SceneInstance::draw(&shared, &config, seed, scene_and_camera, seconds);
         let normal = CounterRng::new(seed, "person threshold", index).normal();
         let threshold_offset = config.threshold_sd * f64::from(normal);
         let sensor = sensor_model(&config, threshold_offset)?
@@ -72,13 +74,12 @@ impl PersonSimulator {
         let events = self.sensor.expose(&self.luminance, t)?;
         self.next += 1;
         let joints_m = self.scene.joints_m();
-        let in_view = joints_m.map(|joints_m| joints_px(&joints_m, self.scene.camera()));
         Ok(PersonStep {
             frame,
             t,
             luminance: &self.luminance,
             events,
-            joints_px: in_view.unwrap_or_default(),
+            joints_px: self.scene.joints_px().unwrap_or_default(),
             joints_m: joints_m.unwrap_or([Vec3::NAN; BODY_JOINTS]),
             is_labelled: frame.is_multiple_of(config.steps_per_label()),
         })
@@ -92,6 +93,11 @@ impl PersonSimulator {
     /// Name of the activity.
     pub fn activity(&self) -> &'static str {
         self.scene.activity.name
+    }
+
+    /// The camera in the world of the labels; none if it moves.
+    pub fn placed_camera(&self) -> Option<PlacedCamera> {
+        self.scene.placed_camera()
     }
 
     /// Shape coefficients of the person.

@@ -3,7 +3,6 @@
 use evpose_core::{CounterRng, Micros, Plane, seed_for};
 use evpose_pose::body::BodyPoints;
 
-use super::joints::joints_px;
 use super::luminance_image::encoded;
 use super::scene_instance::SceneInstance;
 use super::shared::Shared;
@@ -26,11 +25,10 @@ pub struct Still {
 pub(super) fn still(shared: &Shared, index: u64) -> Result<Still, SimError> {
     let seed = seed_for(shared.seed, "people stills", 0);
     let config = shared.config_of(seed, index)?;
-    let mut scene = SceneInstance::draw(shared, &config, seed, index, TIMES_S[1]);
+    let mut scene = SceneInstance::draw(shared, &config, seed, (index, 0), TIMES_S[1]);
     let t_s = CounterRng::new(seed, "still time", index).uniform(TIMES_S[0], TIMES_S[1]);
     let grey = photograph(shared, &mut scene, t_s);
-    let joints_px = scene.joints_m().map(|joints_m| joints_px(&joints_m, scene.camera()));
-    Ok(Still { grey, joints_px: joints_px.unwrap_or_default() })
+    Ok(Still { grey, joints_px: scene.joints_px().unwrap_or_default() })
 }
 
 /// Renders photographs of a sequence at `times`.
@@ -40,9 +38,10 @@ pub(super) fn photographs(
     times: &[Micros],
 ) -> Result<Vec<Plane<u8>>, SimError> {
     let seed = seed_for(shared.seed, SEQUENCE_STREAM, 0);
-    let config = shared.config_of(seed, sequence)?;
+    let scene_and_camera = shared.config.scene_of(sequence);
+    let config = shared.config_of(seed, scene_and_camera.0)?;
     let seconds = config.seconds as f32;
-    let mut scene = SceneInstance::draw(shared, &config, seed, sequence, seconds);
+    let mut scene = SceneInstance::draw(shared, &config, seed, scene_and_camera, seconds);
     Ok(times.iter().map(|t| photograph(shared, &mut scene, t.as_seconds() as f32)).collect())
 }
 
