@@ -31,3 +31,4 @@ mod represent;
 mod resume;
 mod sensor;
 mod shards;
+mod tune;

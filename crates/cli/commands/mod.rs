@@ -28,6 +28,7 @@ mod represent;
 mod sensor;
 mod simulate;
 mod train;
+mod tune;
 mod view;
 
 use std::process::ExitCode;
@@ -84,6 +85,8 @@ commands! {
     CheckLabels(check_labels::CheckLabelsArgs) => check_labels::run,
     /// Train a network of hands or bodies
     Train(evpose_commands::args::TrainArgs) => train::run,
+    /// Search for hyper-parameters: random or successive halving
+    Tune(evpose_tune::TuneArgs) => tune::run,
     /// Evaluate a checkpoint on sequences with known poses
     Eval(evpose_commands::args::EvalArgs) => eval::run,
     /// Predict the poses of a recording

@@ -42,7 +42,7 @@ use anyhow::{Context, Result, bail, ensure};
 use evpose_app::args::{ConfigArgs, DeviceArgs};
 use evpose_app::shipped::{checkpoint_path, unknown_checkpoint};
 
-pub use experiment::PoseExperiment;
+pub use experiment::{PoseExperiment, StartWeights};
 pub use scores::{EvaluationScores, Metric, RecordingScores};
 pub use task::{DataSetInfo, PoseModel, PoseTask, PrecisionScores};
 
@@ -83,10 +83,10 @@ pub fn open(checkpoint: &Path, device: &DeviceArgs) -> Result<Box<dyn PoseModel>
 /// If no task has such a config.
 pub fn experiment(
     config: &ConfigArgs,
-    start_from: Option<&Path>,
+    start: StartWeights<'_>,
 ) -> Result<(&'static dyn PoseTask, Box<dyn PoseExperiment>)> {
     for task in TASKS.iter().copied() {
-        if let Some(experiment) = task.experiment(config, start_from)? {
+        if let Some(experiment) = task.experiment(config, start)? {
             return Ok((task, experiment));
         }
     }

@@ -11,7 +11,7 @@ use evpose_nn::graph::Graph;
 use evpose_sim::SequenceSet;
 
 use crate::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
-use crate::experiment::PoseExperiment;
+use crate::experiment::{PoseExperiment, StartWeights};
 use crate::online::{OnlineOptions, OnlineStream};
 use crate::scores::EvaluationScores;
 
@@ -62,15 +62,15 @@ pub trait PoseTask: Sync {
     /// Name of the embedded config that trains on recordings in minutes.
     fn quick_config(&self) -> &'static str;
 
-    /// The experiment of a config, from initial weights or from those of the run `start_from`. None
-    /// if the config is of another task.
+    /// The experiment of a config, its training from the weights `start`. None if the config is of
+    /// another task.
     ///
     /// # Errors
     /// If it is of this task and not valid, or the task's networks do not start from others.
     fn experiment(
         &self,
         config: &ConfigArgs,
-        start_from: Option<&Path>,
+        start: StartWeights<'_>,
     ) -> Result<Option<Box<dyn PoseExperiment>>>;
 
     /// Simulates a recording at `rate` events a second into `directory`: for benchmarks. Returns

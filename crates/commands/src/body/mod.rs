@@ -35,7 +35,7 @@ use evpose_view::Calibration;
 
 use crate::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
 use crate::benchmark_recording;
-use crate::experiment::PoseExperiment;
+use crate::experiment::{PoseExperiment, StartWeights};
 use crate::online::{OnlineOptions, OnlineStream, TaskStream};
 use crate::scores::EvaluationScores;
 use crate::task::{DataSetInfo, PoseModel, PoseTask, PrecisionScores};
@@ -118,10 +118,10 @@ impl PoseTask for Body {
     fn experiment(
         &self,
         config: &ConfigArgs,
-        start_from: Option<&Path>,
+        start: StartWeights<'_>,
     ) -> Result<Option<Box<dyn PoseExperiment>>> {
         let Some(config) = body_config::config(config)? else { return Ok(None) };
-        let start_from = start_from.map(Path::to_owned);
+        let start_from = start.field(config.start_from.clone());
         Ok(Some(Box::new(BodyConfig { start_from, ..config })))
     }
 

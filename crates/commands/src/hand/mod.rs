@@ -32,7 +32,7 @@ use evpose_train::{HandDataset, untrained};
 
 use crate::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
 use crate::benchmark_recording;
-use crate::experiment::PoseExperiment;
+use crate::experiment::{PoseExperiment, StartWeights};
 use crate::online::{OnlineOptions, OnlineStream, TaskStream};
 use crate::scores::EvaluationScores;
 use crate::task::{DataSetInfo, PoseModel, PoseTask, PrecisionScores};
@@ -103,10 +103,10 @@ impl PoseTask for Hand {
     fn experiment(
         &self,
         config: &ConfigArgs,
-        start_from: Option<&Path>,
+        start: StartWeights<'_>,
     ) -> Result<Option<Box<dyn PoseExperiment>>> {
         let config = hand_config::load(&config.config, &config.overrides)?;
-        let start_from = start_from.map(Path::to_owned);
+        let start_from = start.field(config.start_from.clone());
         Ok(Some(Box::new(HandConfig { start_from, ..config })))
     }
 

@@ -34,6 +34,7 @@ pub use evaluation::{
     mean_pose_of_recordings,
 };
 pub use frames::{BodyFrame, BodyFrames};
+pub use learner::body_values;
 pub use propagation::{PropagatedPose, PropagationResults, evaluate_propagation, propagated_poses};
 pub use recordings::{BodyRecordings, PoseTrack};
 pub use spatial::{CalibratedScene, calibrated_scenes, evaluate_spatial};
