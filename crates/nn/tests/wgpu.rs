@@ -129,8 +129,8 @@ fn every_network_trains_as_on_the_cpu() {
     for name in Network::names() {
         let (ours, cpus) = (step(name, &gpu), step(name, &Device::flex()));
         assert!(!cpus[1].is_empty() && !cpus[2].is_empty());
-        let found: Vec<f64> = ours.iter().zip(&cpus).map(|(a, b)| difference(a, b)).collect();
-        println!("{name:<20} objective, gradients, running statistics {found:?}");
-        assert!(found.iter().all(|difference| *difference < TOLERANCE), "{name}: {found:?}");
+        let differences: Vec<f64> = ours.iter().zip(&cpus).map(|(a, b)| difference(a, b)).collect();
+        println!("{name:<20} objective, gradients, running statistics {differences:?}");
+        assert!(differences.iter().all(|value| *value < TOLERANCE), "{name}: {differences:?}");
     }
 }
