@@ -13,6 +13,7 @@ mod cli;
 mod conditions;
 mod demo;
 mod detections;
+mod devices;
 mod events;
 mod examples;
 mod export;

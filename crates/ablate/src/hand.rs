@@ -15,11 +15,11 @@ use super::{networks_table, page, table, trial};
 use evpose_app::hand_config;
 use evpose_app::machine::Machine;
 use evpose_app::progress::{note, say};
-use evpose_app::threads::use_threads;
 
 pub(super) fn run(args: &AblateHandArgs) -> Result<()> {
     let started = Instant::now();
-    use_threads(args.device.threads)?;
+    // An error now rather than after the simulation.
+    args.device.open()?;
     let mut base = hand_config::load(&args.config, &args.overrides)?;
     rows::check(&base)?;
     // All rows are evaluated on the same poses: from the first full window of the longest.

@@ -9,6 +9,7 @@ mod completions;
 mod convert;
 mod data_set;
 mod demo;
+mod devices;
 mod eval;
 mod events;
 mod export;
@@ -112,7 +113,7 @@ commands! {
     /// Ablation studies: retrain with one change at a time
     #[command(subcommand)]
     Ablate(evpose_ablate::AblateCommand) => evpose_ablate::run,
-    /// Describe recordings, checkpoints, body models and data sets
+    /// Describe recordings, checkpoints, body models, data sets and devices
     Info(info::InfoArgs) => info::run,
     /// Convert a recording to another format
     Convert(convert::ConvertArgs) => convert::run,

@@ -62,15 +62,16 @@ pub fn task_by_name(name: &str) -> Result<&'static dyn PoseTask> {
     })
 }
 
-/// The model of a checkpoint, of whichever task it is.
+/// The model of a checkpoint on a device, of whichever task it is. Sets the thread count.
 ///
 /// # Errors
-/// If no task can read it.
+/// If no task can read it, or this build or this machine lacks the device.
 pub fn open(checkpoint: &Path, device: &DeviceArgs) -> Result<Box<dyn PoseModel>> {
     let checkpoint = &checkpoint_path(checkpoint)?;
     ensure!(checkpoint.exists(), unknown_checkpoint(checkpoint));
+    let device = device.open()?;
     for task in TASKS {
-        if let Some(model) = task.open(checkpoint, device)? {
+        if let Some(model) = task.open(checkpoint, &device)? {
             return Ok(model);
         }
     }

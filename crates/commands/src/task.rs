@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::Result;
 use burn::tensor::Device;
-use evpose_app::args::{ConfigArgs, DeviceArgs};
+use evpose_app::args::ConfigArgs;
 use evpose_core::SensorSize;
 use evpose_infer::Precision;
 use evpose_nn::graph::Graph;
@@ -21,12 +21,12 @@ pub trait PoseTask: Sync {
     /// Name, as `--task` takes it.
     fn name(&self) -> &'static str;
 
-    /// The model of a checkpoint: a run directory or a file of weights. None if it is of another
-    /// task.
+    /// The model of a checkpoint, a run directory or a file of weights, on `device`. None if it is of
+    /// another task.
     ///
     /// # Errors
     /// If it is of this task and cannot be read.
-    fn open(&self, checkpoint: &Path, device: &DeviceArgs) -> Result<Option<Box<dyn PoseModel>>>;
+    fn open(&self, checkpoint: &Path, device: &Device) -> Result<Option<Box<dyn PoseModel>>>;
 
     /// A model with the initial weights of a config. None if the config is of another task.
     ///
@@ -35,11 +35,11 @@ pub trait PoseTask: Sync {
     fn untrained(&self, config: &ConfigArgs, device: &Device)
     -> Result<Option<Box<dyn PoseModel>>>;
 
-    /// A model of the published size with random weights: for benchmarks.
+    /// A model of the published size with random weights on `device`: for benchmarks.
     ///
     /// # Errors
     /// If the network cannot be initialised.
-    fn published(&self) -> Result<Box<dyn PoseModel>>;
+    fn published(&self, device: &Device) -> Result<Box<dyn PoseModel>>;
 
     /// Runs `evpose simulate`. Returns false if the config is of another task.
     ///

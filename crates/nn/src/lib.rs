@@ -9,7 +9,8 @@
 //! * [`Network`]: either of them by name.
 //! * [`Graph`](graph::Graph): the graph of a network, for engines that compile it.
 //! * [`HandLoss`], [`BodyLoss`]: their losses.
-//! * [`DeviceKind`]: the devices that networks are computed on, chosen by name at run time.
+//! * [`DeviceKind`]: the devices that networks are computed on, chosen by name at run time;
+//!   [`Availability`]: those of this machine.
 //! * [`set_training_kernels`]: training on the CPU with our kernels or with Burn's.
 //! * [`weights`]: our checkpoints and PyTorch's.
 //!
@@ -54,7 +55,7 @@ pub mod parameters;
 pub mod weights;
 
 pub use backbone::{BACKBONES, BackboneEntry, backbone_by_name};
-pub use device::DeviceKind;
+pub use device::{Adapter, Availability, DeviceKind, adapter_name};
 pub use error::NnError;
 pub use hand_output::RotationOutput;
 pub use hand_regressor::{HandRegressor, HandRegressorConfig};

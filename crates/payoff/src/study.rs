@@ -4,13 +4,12 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
-use evpose_app::args::{ConfigArgs, DeviceArgs};
+use evpose_app::args::ConfigArgs;
 use evpose_app::bad_input::BadInput;
 use evpose_app::json::write_json;
 use evpose_app::machine::Machine;
 use evpose_app::progress::{say, training_bar};
 use evpose_app::run_info::{COMMIT, CONFIG};
-use evpose_app::threads::use_threads;
 use evpose_commands::{
     EvaluationScores, PoseExperiment, PoseTask, StartWeights, experiment, task_by_name,
 };
@@ -81,7 +80,8 @@ impl Payoff {
 pub fn run(args: &PayoffArgs) -> Result<()> {
     let started = Instant::now();
     evpose_kernels::keep_freed_memory();
-    use_threads(args.device.threads)?;
+    // An error now rather than after the simulation.
+    args.device.open()?;
     let models = Models::load(args)?;
     if let Some(data) = args.data.as_ref().filter(|data| !data.is_dir()) {
         let problem = anyhow!("{}: no directory of recordings", data.display());
@@ -229,9 +229,7 @@ impl Trial<'_> {
         trained.with_context(|| format!("training in {}", network.display()))?;
         say(format!("    {:.0} s", began.elapsed().as_secs_f64()));
         say(format!("model {name}, seed {seed}: evaluating on {}", recordings.display()));
-        // The thread pool is running.
-        let device = DeviceArgs { threads: None, ..self.args.device };
-        let opened = self.task.open(&network, &device)?;
+        let opened = self.task.open(&network, &self.args.device.device.resolve()?)?;
         let opened = opened.with_context(|| format!("{}: of another task", network.display()))?;
         opened.scores(recordings, self.args.stride_ms)
     }

@@ -66,6 +66,7 @@ const STEPS: &[&str] = &[
 
 const HARDWARE: Change = Skip("needs a camera");
 const GPU: Change = Skip("needs a GPU and the feature cuda");
+const WGPU: Change = Skip("needs the feature wgpu and an adapter");
 const RERUN: Change = Skip("needs the feature rerun, whose SDK builds for minutes");
 const DOWNLOAD: Change = Skip("downloads");
 const PEERS: Change = Skip("needs the feature peers and libraries of others");
@@ -84,6 +85,9 @@ pub(crate) const RULES: &[Rule] = &[
     rule("", "--rerun", RERUN),
     rule("", "--source camera", HARDWARE),
     rule("", "--device cuda", GPU),
+    rule("", "--device wgpu", WGPU),
+    rule("gpu.md", "cargo build", Skip("builds for minutes")),
+    rule("gpu.md", "target/release/evpose", Replace("target/release/evpose", "evpose")),
     rule("", "evpose gap run", VERDICT),
     rule("", "evpose simulate quick", Append("{hand}")),
     rule("", "evpose train quick", Append("{hand} --plain")),

@@ -25,7 +25,6 @@ use evpose_app::body_config;
 use evpose_app::machine::Machine;
 use evpose_app::progress::say;
 use evpose_app::run_info;
-use evpose_app::threads::use_threads;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  evpose ablate body --out runs/ablation-body\n  \
@@ -103,7 +102,7 @@ impl Stages {
 pub(super) fn run(args: &AblateBodyArgs) -> Result<()> {
     evpose_kernels::keep_freed_memory();
     let started = Instant::now();
-    use_threads(args.device.threads)?;
+    let device = args.device.open()?;
     let stages = Stages::load(args)?;
     if args.out.read_dir().is_ok_and(|mut entries| entries.next().is_some()) && !args.resume {
         bail!("{} is not empty: add --resume, or choose another --out", args.out.display());
@@ -126,7 +125,7 @@ pub(super) fn run(args: &AblateBodyArgs) -> Result<()> {
         let mut of_row = Vec::new();
         for (stages, seed) in all.iter().zip(&seeds) {
             say(format!("row {}/{}: {}, seed {seed}", index + 1, chosen.len(), row.name));
-            let trial = trial::run(&args.out, row, stages)?;
+            let trial = trial::run(&args.out, row, stages, &device)?;
             say(format!("    PCK@0.4 {:.3}, PCK@0.8 {:.3}", trial.pck_40, trial.pck_80));
             of_row.push(trial);
         }

@@ -10,14 +10,14 @@ use crate::experiment::PoseExperiment as _;
 use crate::learning_curves;
 use evpose_app::progress::say;
 use evpose_app::shipped::checkpoint_path;
-use evpose_app::threads::use_threads;
 use evpose_app::{recorded, run_info};
 
 /// Directory of simulated data in a run, without --data.
 const DATA: &str = "data";
 
 pub(super) fn run(mut config: BodyConfig, args: &TrainArgs) -> Result<()> {
-    use_threads(args.device.threads)?;
+    // An error now rather than after the simulation.
+    args.device.open()?;
     if let Some(start) = &args.start_from {
         config.start_from = Some(checkpoint_path(start)?);
     }

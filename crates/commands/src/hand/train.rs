@@ -3,7 +3,6 @@
 use anyhow::{Result, bail};
 use evpose_app::progress::say;
 use evpose_app::shipped::checkpoint_path;
-use evpose_app::threads::use_threads;
 use evpose_app::{hand_config, run_info};
 use evpose_train::{TrainOptions, train_hand};
 
@@ -19,7 +18,8 @@ pub(super) fn run(args: &TrainArgs) -> Result<()> {
     if let Some(start) = &args.start_from {
         config.start_from = Some(checkpoint_path(start)?);
     }
-    use_threads(args.device.threads)?;
+    // An error now rather than after the simulation.
+    args.device.open()?;
     let options = TrainOptions {
         device: args.device.device,
         resume: args.resume,
