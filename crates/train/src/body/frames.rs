@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use evpose_core::{Micros, Plane, SensorSize};
-use evpose_pose::body::{BodyLabel, BodyPoints, Keypoint, Visibility};
+use evpose_pose::body::{BODY_JOINTS, BodyLabel, BodyPoints, Keypoint, Visibility};
 use evpose_pose::metric::body::MeanBody;
 use evpose_repr::ErosLikeWork;
 use evpose_sim::person::People;
@@ -25,6 +25,22 @@ pub struct BodyFrame {
     pub sequence: u64,
     /// Time stamp in its recording.
     pub t: Micros,
+}
+
+impl BodyFrame {
+    /// Width and height of the image, in pixels.
+    pub fn size_px(&self) -> Vec2 {
+        Vec2::new(self.image.width() as f32, self.image.height() as f32)
+    }
+
+    /// Labelled joints in pixels of the image.
+    pub fn joints_px(&self) -> BodyPoints {
+        let mut joints_px = [None; BODY_JOINTS];
+        for (joint, keypoint) in joints_px.iter_mut().zip(&self.label.keypoints) {
+            *joint = keypoint.is_labelled().then(|| keypoint.position * self.size_px());
+        }
+        joints_px
+    }
 }
 
 /// Images with labels.
@@ -151,8 +167,6 @@ pub(super) fn label_of(joints_px: &BodyPoints, sensor: SensorSize) -> BodyLabel 
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
-
-    use evpose_pose::body::BODY_JOINTS;
 
     use super::*;
 

@@ -28,8 +28,8 @@ pub use augmentation::BodyView;
 pub use batch::BodyBatch;
 pub use detections::DetectionCounts;
 pub use evaluation::{
-    BodyRecordingResult, BodyResults, evaluate_body, evaluate_frames, ground_truth,
-    mean_pose_of_recordings,
+    BodyRecordingResult, BodyResults, evaluate_body, evaluate_frames, evaluate_frames_with,
+    ground_truth, mean_pose_of_recordings,
 };
 pub use frames::{BodyFrame, BodyFrames};
 pub use propagation::{PropagatedPose, PropagationResults, evaluate_propagation, propagated_poses};
