@@ -33,7 +33,7 @@ pub(super) fn frames(
             .map_err(|error| problem(error.to_string()))?;
         progress(1);
         let t = Micros::from_seconds(annotation.t_s.unwrap_or(0.0));
-        Ok(BodyFrame { image, label: annotation.label.clone(), sequence, t })
+        Ok(BodyFrame { image, label: annotation.label.clone(), sequence, t, camera: None })
     };
     let mut frames = annotations
         .par_iter()

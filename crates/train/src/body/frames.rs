@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use evpose_core::{Micros, Plane, SensorSize};
+use evpose_core::{LensCamera, Micros, Plane, SensorSize};
 use evpose_pose::body::{BODY_JOINTS, BodyLabel, BodyPoints, Keypoint, Visibility};
 use evpose_pose::metric::body::MeanBody;
 use evpose_repr::ErosLikeWork;
 use evpose_sim::person::People;
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::recordings::BodyRecordings;
@@ -25,6 +25,20 @@ pub struct BodyFrame {
     pub sequence: u64,
     /// Time stamp in its recording.
     pub t: Micros,
+    /// The joints in the camera, where the recording says where it stands.
+    pub camera: Option<CameraJoints>,
+}
+
+/// The joints of a person in a camera.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CameraJoints {
+    /// Joints in metres in camera space: x right, y up, looking along -z; not finite where they are
+    /// not known.
+    pub joints_m: [Vec3; BODY_JOINTS],
+    /// The camera.
+    pub lens: LensCamera,
+    /// Its sensor.
+    pub sensor: SensorSize,
 }
 
 impl BodyFrame {
@@ -102,7 +116,7 @@ impl BodyFrames {
             };
             progress(1);
             let label = label_of(&still.joints_px, sensor);
-            Ok(BodyFrame { image, label, sequence: index, t: Micros(0) })
+            Ok(BodyFrame { image, label, sequence: index, t: Micros(0), camera: None })
         };
         let frames = (0..config.data.stills)
             .into_par_iter()
@@ -180,6 +194,7 @@ mod tests {
                 label: label_of(&joints_px, sensor),
                 sequence,
                 t: Micros(k as i64),
+                camera: None,
             }
         };
         BodyFrames { frames: sequences.iter().enumerate().map(frame).collect() }

@@ -31,8 +31,10 @@ pub use evaluation::{
     BodyRecordingResult, BodyResults, evaluate_body, evaluate_frames, evaluate_frames_with,
     ground_truth, mean_pose_of_recordings,
 };
-pub use frames::{BodyFrame, BodyFrames};
+pub use frames::{BodyFrame, BodyFrames, CameraJoints};
 pub use propagation::{PropagatedPose, PropagationResults, evaluate_propagation, propagated_poses};
 pub use recordings::{BodyRecordings, PoseTrack};
+pub(crate) use recordings::{in_camera, placed_camera};
 pub use targets::{BodyGrid, BodyTargetSlices};
+pub(crate) use training::digest_of;
 pub use training::{first_network, train_body};
