@@ -62,8 +62,6 @@ pub struct CompareBodyArgs {
 }
 
 fn names() -> PossibleValuesParser {
-    let value = |system: &crate::system::System| {
-        PossibleValue::new(system.name).help(system.about)
-    };
+    let value = |system: &crate::system::System| PossibleValue::new(system.name).help(system.about);
     PossibleValuesParser::new(SYSTEMS.iter().map(value))
 }

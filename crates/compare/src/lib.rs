@@ -6,6 +6,7 @@
 //!
 //! * `system`: the registry of systems, with their published figures.
 //! * `ordering`: the registry of published orderings, and their tests.
+//! * `baselines`: networks of others that are trained here.
 //! * `data`: recordings or images to train on and to evaluate on.
 //! * `predictor`: a system ready to predict poses.
 //! * `trial`: one system under one seed: evaluated and timed.
@@ -31,6 +32,7 @@
 //! ```
 
 mod args;
+mod baselines;
 mod data;
 mod measure;
 mod ordering;

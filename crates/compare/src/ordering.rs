@@ -52,9 +52,15 @@ pub(crate) const ORDERINGS: &[Ordering] = &[
     worse("openpose-pim", MOVE_ENET, Measure::Pck80, DataSet::Eh36m),
     comparable("openpose-grey", Measure::Pck80),
     comparable("move-enet-fixed-count", Measure::Pck80),
+    worse("lift-mono", MOVE_ENET, Measure::Pck40, DataSet::Dhp19),
+    worse("lift-mono", MOVE_ENET, Measure::Pck60, DataSet::Dhp19),
+    worse("lift-mono", MOVE_ENET, Measure::MpjpePx, DataSet::Dhp19),
+    worse("dhp19-cnn", MOVE_ENET, Measure::MpjpePx, DataSet::Dhp19),
+    worse("lift-mono", "dhp19-cnn", Measure::MpjpePx, DataSet::Dhp19),
     worse("move-enet-wo-finetune", MOVE_ENET, Measure::Pck40, DataSet::Eh36m),
     worse("move-enet-wo-pretrain", MOVE_ENET, Measure::Pck40, DataSet::Eh36m),
     slower("openpose-grey"),
+    slower("lift-mono"),
 ];
 
 /// An ordering, tested.
@@ -113,7 +119,11 @@ mod tests {
             let Some((system, other)) = figures else {
                 panic!("{}: no figure", ordering.statement());
             };
-            let difference = Interval { estimate: system - other, low: Some(system - other), high: Some(system - other) };
+            let difference = Interval {
+                estimate: system - other,
+                low: Some(system - other),
+                high: Some(system - other),
+            };
             assert_eq!(ordering.verdict(&difference), Verdict::Found, "{}", ordering.statement());
         }
     }
@@ -121,7 +131,8 @@ mod tests {
     #[test]
     fn a_larger_error_is_worse() {
         let ordering = worse("a", "b", Measure::MpjpePx, DataSet::Dhp19);
-        let difference = |low, high| Interval { estimate: 0.5 * (low + high), low: Some(low), high: Some(high) };
+        let difference =
+            |low, high| Interval { estimate: 0.5 * (low + high), low: Some(low), high: Some(high) };
         assert_eq!(ordering.verdict(&difference(1.0, 2.0)), Verdict::Found);
         assert_eq!(ordering.verdict(&difference(-2.0, -1.0)), Verdict::Reversed);
         assert_eq!(ordering.verdict(&difference(-1.0, 2.0)), Verdict::WithinNoise);

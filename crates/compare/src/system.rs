@@ -46,10 +46,19 @@ pub(crate) enum Images {
 pub(crate) enum Weights {
     /// A network of MoveEnet, trained here.
     MoveEnet(Network),
+    /// A network of others, trained here.
+    Baseline(BaselineKind),
     /// An ONNX file of the user.
     File(FileKind),
     /// The mean of all training poses.
     MeanPose,
+}
+
+/// Networks of others that are trained here.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum BaselineKind {
+    Dhp19Cnn,
+    LiftMono,
 }
 
 /// Kinds of networks that are run from files.
@@ -110,6 +119,25 @@ pub(crate) const SYSTEMS: &[System] = &[
         images: Images::Eros,
         weights: Weights::MoveEnet(Network::Scratch),
         published: &[eh36m(Measure::Pck40, 0.59), eh36m(Measure::Pck80, 0.81)],
+    },
+    System {
+        name: "dhp19-cnn",
+        about: "the network of DHP19 on frames of 7500 events: a heatmap for each joint",
+        images: Images::FixedCount,
+        weights: Weights::Baseline(BaselineKind::Dhp19Cnn),
+        published: &[dhp19(Measure::MpjpePx, 7.03)],
+    },
+    System {
+        name: "lift-mono",
+        about: "LiftMono-HPE on frames of 7500 events: heatmaps on three planes, joints in space",
+        images: Images::FixedCount,
+        weights: Weights::Baseline(BaselineKind::LiftMono),
+        published: &[
+            dhp19(Measure::Pck40, 0.28),
+            dhp19(Measure::Pck60, 0.51),
+            dhp19(Measure::MpjpePx, 26.79),
+            online(2.0),
+        ],
     },
     System {
         name: "openpose-grey",

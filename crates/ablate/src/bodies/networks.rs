@@ -112,7 +112,7 @@ fn queue(out: &Path, networks: &[Network], stages: &[Stages]) -> VecDeque<Chain>
     }
     chains.sort_by_key(|chain| std::cmp::Reverse(chain.len()));
     let missing = |chain: &[Network], seed: u64| -> Vec<Network> {
-        let is_missing = |n: &Network| !directory(out, *n, seed).join(TRAINED).exists();
+        let is_missing = |n: &Network| !is_finished(&directory(out, n.name(), seed));
         chain.iter().copied().filter(is_missing).collect()
     };
     chains
@@ -140,9 +140,10 @@ impl TrainingQueue<'_> {
     fn train(&self, network: Network, stages: &Stages) -> Result<()> {
         let began = Instant::now();
         let seed = stages.finetune.seed;
-        let run = directory(self.out, network, seed);
+        let run = directory(self.out, network.name(), seed);
         let mut config = network.config(stages);
-        config.start_from = network.starts_from().map(|first| directory(self.out, first, seed));
+        config.start_from =
+            network.starts_from().map(|first| directory(self.out, first.name(), seed));
         let data = self.given.map_or_else(|| train_data(self.out, seed), Path::to_owned);
         let frames = BodyFrames::load(&config, &data, &|_| {})?;
         let options = TrainOptions {
@@ -154,8 +155,7 @@ impl TrainingQueue<'_> {
         let summary = train_body(&config, frames, &run, &options)
             .with_context(|| format!("training {}", run.display()))?;
         let all = config.training.steps as f64 * config.training.batch_size as f64;
-        let seconds = (summary.samples > 0).then(|| all / summary.samples_per_second);
-        write_result(&run.join(TRAINED), &Trained { seconds })?;
+        mark_finished(&run, (summary.samples > 0).then(|| all / summary.samples_per_second))?;
         self.progress.suspend(|| {
             say(format!(
                 "    {}, seed {seed}: trained in {:.1} min, {:.0} images/s",
@@ -180,8 +180,8 @@ impl TrainingQueue<'_> {
 
 /// Directory of a network's run.
 #[must_use]
-pub fn directory(out: &Path, network: Network, seed: u64) -> PathBuf {
-    out.join("networks").join(network.name()).join(format!("seed-{seed}"))
+pub fn directory(out: &Path, network: &str, seed: u64) -> PathBuf {
+    out.join("networks").join(network).join(format!("seed-{seed}"))
 }
 
 /// Directory of the recordings to train on, of a seed.
@@ -196,6 +196,20 @@ const TRAINED: &str = "trained.json";
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Trained {
     seconds: Option<f64>,
+}
+
+/// Whether a network is finished.
+#[must_use]
+pub fn is_finished(run: &Path) -> bool {
+    run.join(TRAINED).exists()
+}
+
+/// Marks a network as finished, with the duration of its training in seconds.
+///
+/// # Errors
+/// If the mark cannot be written.
+pub fn mark_finished(run: &Path, seconds: Option<f64>) -> Result<()> {
+    write_result(&run.join(TRAINED), &Trained { seconds })
 }
 
 /// Duration of the training of a finished network in seconds; none if it was interrupted.

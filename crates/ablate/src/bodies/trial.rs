@@ -44,7 +44,7 @@ pub(super) fn run(out: &Path, row: &Row, stages: &Stages) -> Result<Trial> {
     if let Some(trial) = read_result(&path)? {
         return Ok(trial);
     }
-    let run = networks::directory(out, row.network, seed);
+    let run = networks::directory(out, row.network.name(), seed);
     let checkpoint = BodyCheckpoint::load(&run, &Device::flex())?;
     let data = recordings(out, row.evaluated_on, stages)?;
     let config = evaluation_config(row.network, row.evaluated_on, stages);

@@ -10,7 +10,7 @@ use evpose_stats::interval::Interval;
 use evpose_task::body::{BodyCheckpoint, BodyPredictor, BodyPredictorOptions, PropagationConfig};
 use evpose_train::body::{
     BodyRecordingResult, BodyRecordings, BodyResults, DetectionCounts, evaluate_body,
-    evaluate_propagation, mean_pose_of_recordings,
+    evaluate_propagation, holds_annotations, mean_pose_of_recordings,
 };
 use serde::Serialize;
 
@@ -69,7 +69,7 @@ pub(super) fn run(model: &BodyModel, args: &EvalArgs) -> Result<()> {
         );
     }
     if let Some(data) = &args.data {
-        if is_image_set(data) {
+        if holds_annotations(data) {
             images::run(model, args, data)?;
         } else {
             evaluate(model, args, data)?;
@@ -82,12 +82,6 @@ pub(super) fn run(model: &BodyModel, args: &EvalArgs) -> Result<()> {
         evaluate(model, args, directory)?;
     }
     Ok(())
-}
-
-/// Whether a path is one of images with annotations, not of recordings.
-fn is_image_set(data: &Path) -> bool {
-    let is_json = data.extension().is_some_and(|ending| ending == "json");
-    is_json || ["poses.json", "train.json"].iter().any(|name| data.join(name).is_file())
 }
 
 /// Evaluates a model on the recordings of a directory.

@@ -44,6 +44,12 @@ pub(super) fn frames(
     Ok(BodyFrames { frames })
 }
 
+/// Whether a path is an annotation file or a directory with one, not recordings.
+pub fn holds_annotations(data: &Path) -> bool {
+    let is_json = data.extension().is_some_and(|ending| ending == "json");
+    is_json || SETS.iter().any(|(file, _)| data.join(file).is_file())
+}
+
 /// The annotation file and the folder of its images.
 fn find(data: &Path) -> Result<(PathBuf, PathBuf), TrainError> {
     let problem = |message: &str| {

@@ -24,6 +24,7 @@ mod targets;
 mod training;
 
 pub use accuracy::{BodyAccuracy, BodyAccuracyConfig, BodyMeasure};
+pub use annotated::holds_annotations;
 pub use augmentation::BodyView;
 pub use batch::BodyBatch;
 pub use detections::DetectionCounts;
