@@ -20,6 +20,7 @@ files! {
     "body/finetune.toml",
     "body/pretrain-full.toml",
     "body/pretrain.toml",
+    "body/studio.toml",
     "body/wide.toml",
     "condition/dark-noisy.toml",
     "condition/dark.toml",

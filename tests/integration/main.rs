@@ -25,6 +25,7 @@ mod live;
 mod models;
 mod own_labels;
 mod payoff;
+mod people_in_the_world;
 mod prepare;
 mod quantize;
 mod represent;

@@ -13,6 +13,7 @@ const EMBEDDED: &[(&str, &str)] = &[
     ("pretrain", text("body/pretrain.toml")),
     ("finetune", text("body/finetune.toml")),
     ("body-wide", text("body/wide.toml")),
+    ("studio", text("body/studio.toml")),
     ("pretrain-full", text("body/pretrain-full.toml")),
     ("finetune-full", text("body/finetune-full.toml")),
 ];

@@ -1,6 +1,6 @@
 //! Arguments of the commands that tasks implement.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use evpose_app::args::{ConfigArgs, DeviceArgs};
 use evpose_infer::Precision;
@@ -175,14 +175,21 @@ impl EvalArgs {
 #[command(after_help = "Examples:\n  evpose infer --checkpoint runs/hand \
     --events hand.evc --out poses.csv --joints joints.csv\n  evpose infer --checkpoint runs/hand \
     --events slow.npz --out poses.csv --mode slow-motion\n  evpose infer --checkpoint runs/hand \
-    --events rec.aedat4 --camera calibration.yaml \\\n      --out poses.csv --joints joints.csv")]
+    --events rec.aedat4 --camera calibration.yaml \\\n      --out poses.csv --joints joints.csv\n  \
+    evpose infer --checkpoint body --events left.raw right.raw --cameras rig.toml \\\n      \
+    --out people.csv")]
 pub struct InferArgs {
     /// A run directory, a .bpk file, or the name of a shipped network: `hand`, `body`, …
     #[arg(long)]
     pub checkpoint: PathBuf,
-    /// Recording, in any supported format
-    #[arg(long)]
-    pub events: PathBuf,
+    /// Recording, in any supported format; bodies: several, of calibrated cameras with one clock, for
+    /// joints in the world
+    #[arg(long, num_args = 1.., required = true)]
+    pub events: Vec<PathBuf>,
+    /// Bodies: the calibrated cameras of several recordings, a TOML file with a [[camera]] for each
+    /// [default: the metadata that `evpose simulate` writes beside each]
+    #[arg(long, value_name = "FILE")]
+    pub cameras: Option<PathBuf>,
     /// Sensor, camera of the file, ticks, damage.
     #[command(flatten)]
     pub opening: OpeningArgs,
@@ -221,7 +228,7 @@ pub struct InferArgs {
     /// Bodies: also write poses at 500 Hz, propagated from each inference by velocities from events
     #[arg(long, value_name = "FILE")]
     pub fused: Option<PathBuf>,
-    /// Hands: write the poses of the network without the Kalman filter
+    /// Hands, and bodies of several cameras: write poses without the Kalman filter
     #[arg(long)]
     pub unfiltered: bool,
     /// Precision of the inference: f32, bf16, or int8 after `evpose quantize`
@@ -248,4 +255,19 @@ fn written_format(name: &str) -> Result<&'static PoseFormat, String> {
 pub fn score(text: &str) -> Result<f32, String> {
     let score = text.parse().ok().filter(|score| (0.0..=1.0).contains(score));
     score.ok_or_else(|| "expected a score from 0 to 1".to_owned())
+}
+
+impl InferArgs {
+    /// The only recording.
+    ///
+    /// # Errors
+    /// If there are several.
+    pub fn recording(&self) -> anyhow::Result<&Path> {
+        match &self.events[..] {
+            [one] if self.cameras.is_none() => Ok(one),
+            _ => {
+                anyhow::bail!("one recording is expected: several, with --cameras, are for bodies")
+            }
+        }
+    }
 }

@@ -19,6 +19,7 @@ pub enum CompareCommand {
 /// Arguments of `evpose compare body`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  evpose compare body --out runs/compare\n  \
+    evpose compare body --finetune studio --out runs/studio\n  \
     evpose compare body --systems move-enet,move-enet-fixed-count --steps 800 --out runs/two\n  \
     evpose compare body --openpose body_25.onnx --movenet lightning.onnx --out runs/compare --resume\n  \
     evpose compare body --data data/test --train data/train --out runs/own\n\n\

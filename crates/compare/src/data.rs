@@ -7,10 +7,11 @@ use evpose_ablate::{Stages, networks};
 use evpose_app::json::{read_result, write_result};
 use evpose_app::recorded;
 use evpose_task::body::{BodyConfig, BodySourceKind};
-use evpose_train::body::{BodyFrames, holds_annotations};
+use evpose_train::body::{BodyFrames, BodyRecordings, holds_annotations};
 use serde::{Deserialize, Serialize};
 
 use crate::args::CompareBodyArgs;
+use crate::spatial::Scenes;
 use crate::system::{Images, System, Weights};
 
 /// Directories to train on and to evaluate on.
@@ -107,6 +108,14 @@ impl Data {
                 recorded::prepare(&stages.finetune.held_out(), &data)?;
                 Ok(data)
             }
+        }
+    }
+
+    /// Scenes of the recordings to evaluate on that several calibrated cameras show.
+    pub(crate) fn scenes(&self, out: &Path, stages: &Stages) -> Result<Scenes> {
+        match self {
+            Self::Given { has_images: true, .. } => Ok(Scenes::default()),
+            _ => Scenes::new(&BodyRecordings::open(&self.test(out, stages)?)?),
         }
     }
 

@@ -9,6 +9,7 @@
 //! * `baselines`: networks of others that are trained here.
 //! * `data`: recordings or images to train on and to evaluate on.
 //! * `predictor`: a system ready to predict poses.
+//! * `spatial`: joints in space, of two calibrated cameras.
 //! * `trial`: one system under one seed: evaluated and timed.
 //! * `outcome`: means over seeds with intervals; `table` and `page` render them.
 //!
@@ -39,6 +40,7 @@ mod ordering;
 mod outcome;
 mod page;
 mod predictor;
+mod spatial;
 mod study;
 mod system;
 mod table;

@@ -60,8 +60,9 @@ pub(crate) fn legend(outcome: &Outcome) -> String {
     let seeds: Vec<String> = outcome.seeds.iter().map(u64::to_string).collect();
     format!(
         "Evaluated on {}. Means over seeds {} with 95% intervals of Student's t. PCK: share of the 13 \
-         joints within a fraction of the torso's diagonal; MPJPE in pixels of the images, in mm of \
-         systems that estimate depth. poses/s: from image to joints on one thread of {}, the \
+         joints within a fraction of the torso's diagonal; MPJPE in pixels of the images; in mm \
+         of one camera for systems that estimate depth, of others triangulated where the recordings \
+         have two calibrated cameras. poses/s: from image to joints on one thread of {}, the \
          representation not included. Published figures are of other data. Verdicts follow from the \
          interval of the difference of both systems, seed by seed: found where all of it agrees with \
          what was published, reversed where all of it contradicts, else within noise.",

@@ -21,6 +21,7 @@ use sha2::{Digest as _, Sha256};
 use crate::data::Data;
 use crate::measure::{Measure, PERCENTS};
 use crate::predictor::{ReadySystem, SystemPose};
+use crate::spatial::SeenJoints;
 use crate::system::{System, Weights};
 
 /// Poses that are timed at most, and seconds that it takes at most.
@@ -45,7 +46,8 @@ pub(crate) struct Trial {
     pub(crate) auc: f64,
     /// None if no joint was detected.
     pub(crate) mpjpe_px: Option<f64>,
-    /// None of systems that know no depth.
+    /// Of one camera where the system estimates depth, else triangulated where the data have two
+    /// calibrated cameras.
     pub(crate) mpjpe_mm: Option<f64>,
     /// Poses per second on one thread, from image to joints: the median.
     pub(crate) poses_per_s: Option<f64>,
@@ -93,7 +95,7 @@ pub(crate) fn run(
     let experiment = experiment(system, stages);
     let ready = ready(out, data, candidate, stages)?;
     let frames = data.test_frames(out, stages, experiment)?;
-    let errors_m = Mutex::new(Vec::new());
+    let (errors_m, seen) = (Mutex::new(Vec::new()), Mutex::new(Vec::new()));
     let evaluation = evaluate_frames_with(
         &frames,
         || ready.start(),
@@ -101,9 +103,20 @@ pub(crate) fn run(
             let pose = predictor.predict(frame)?;
             let mut errors_m = errors_m.lock().unwrap_or_else(PoisonError::into_inner);
             errors_m.extend(errors_of(frame, &pose));
+            drop(errors_m);
+            let mut seen = seen.lock().unwrap_or_else(PoisonError::into_inner);
+            seen.extend(SeenJoints::new(frame, pose.prediction.joints_px));
             Ok(pose.prediction)
         },
     )?;
+    let of_one_camera = mean_mm(errors_m.into_inner().unwrap_or_else(PoisonError::into_inner));
+    let mpjpe_mm = match of_one_camera {
+        Some(mm) => Some(mm),
+        None => {
+            let seen = seen.into_inner().unwrap_or_else(PoisonError::into_inner);
+            mean(&data.scenes(out, stages)?.errors_m(&seen)).map(|m| 1e3 * m)
+        }
+    };
     // Intervals come from seeds, not from sequences.
     let bootstrap = BootstrapConfig { resamples: 0, seed: 0 };
     let scores = evaluation.summary(&PERCENTS, &bootstrap)?.raw;
@@ -124,7 +137,7 @@ pub(crate) fn run(
         curve: scores.curve,
         auc: estimate(scores.auc).context("no pose could be evaluated")?,
         mpjpe_px: estimate(scores.mpjpe_px),
-        mpjpe_mm: mean_mm(errors_m.into_inner().unwrap_or_else(PoisonError::into_inner)),
+        mpjpe_mm,
         poses_per_s: match system.weights {
             Weights::MeanPose => None,
             _ => Some(poses_per_s(&ready, &frames)?),
@@ -197,9 +210,13 @@ fn errors_of(frame: &BodyFrame, pose: &SystemPose) -> Vec<((u64, i64), Vec<f32>)
 /// Mean in millimetres, in the order of images: the same on any number of threads.
 fn mean_mm(mut errors_m: Vec<((u64, i64), Vec<f32>)>) -> Option<f64> {
     errors_m.sort_by_key(|(image, _)| *image);
-    let errors = || errors_m.iter().flat_map(|(_, errors)| errors);
-    let count = errors().count();
-    (count > 0).then(|| 1e3 * errors().map(|&m| f64::from(m)).sum::<f64>() / count as f64)
+    let errors_m: Vec<f32> = errors_m.into_iter().flat_map(|(_, errors)| errors).collect();
+    mean(&errors_m).map(|m| 1e3 * m)
+}
+
+fn mean(values: &[f32]) -> Option<f64> {
+    let sum: f64 = values.iter().map(|&value| f64::from(value)).sum();
+    (!values.is_empty()).then(|| sum / values.len() as f64)
 }
 
 /// Poses per second on one thread, from the median of some poses.

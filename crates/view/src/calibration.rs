@@ -53,6 +53,8 @@ pub static NAMED_CAMERAS: [NamedCamera; 7] = [
 pub enum CalibrationSource {
     /// A file.
     File(String),
+    /// The camera of a rig, or of a simulation.
+    Lens,
     /// The name of a camera.
     Named(&'static str),
     /// A vertical field of view in degrees.
@@ -109,6 +111,11 @@ impl Calibration {
     pub fn from_vertical_fov(sensor: SensorSize, degrees: f64) -> Self {
         let focal_px = focal_of_fov(sensor, degrees);
         Self::ideal(sensor, focal_px, CalibrationSource::FieldOfView(degrees))
+    }
+
+    /// A calibrated camera.
+    pub fn of_lens(sensor: SensorSize, camera: LensCamera) -> Self {
+        Self { sensor, camera, source: CalibrationSource::Lens, note: None }
     }
 
     /// A camera of which nothing is known.

@@ -5,6 +5,7 @@
 //!
 //! * [`Calibration`]: what is known of a camera, from a file of OpenCV, ROS, dv-processing or this
 //!   project, from a camera's name, from a field of view, or guessed, which a note says;
+//! * [`read_rig`]: several cameras and their places;
 //! * [`ViewAdaptor`]: events from the sensor's pixels to those of the canonical view, pooled so that
 //!   an edge makes about as many events per canonical pixel whatever the resolution, and image
 //!   positions of poses back to the sensor's pixels;
@@ -28,9 +29,11 @@ mod canonical;
 mod denoise;
 mod error;
 mod file_formats;
+mod rig;
 
 pub use adaptor::ViewAdaptor;
 pub use calibration::{Calibration, CalibrationSource, NAMED_CAMERAS};
 pub use canonical::CanonicalView;
 pub use denoise::{Denoise, DenoiseFilter};
 pub use error::CalibrationError;
+pub use rig::read_rig;

@@ -14,6 +14,7 @@ use evpose_train::body::{
 };
 use serde::Serialize;
 
+use super::world::{self, WorldScores};
 use super::{BodyModel, images};
 use crate::args::EvalArgs;
 use evpose_app::json::write_json;
@@ -40,6 +41,9 @@ struct Report {
     detections: DetectionCounts,
     #[serde(skip_serializing_if = "Option::is_none")]
     fusion: Option<Fusion>,
+    /// Joints in the world, where several calibrated cameras saw a scene.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    world: Option<WorldScores>,
 }
 
 /// Scores of poses at the output rate: held constant after each inference, and propagated.
@@ -128,6 +132,7 @@ fn evaluate(model: &BodyModel, args: &EvalArgs, data: &Path) -> Result<()> {
         mean_pose,
         detections: evaluated.detections(),
         fusion: None,
+        world: world::evaluate(checkpoint, &predictor, &recordings, every)?,
     };
     if args.fusion {
         report.fusion = Some(evaluate_fusion(checkpoint, &predictor, &recordings)?);

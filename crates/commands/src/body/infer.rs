@@ -13,12 +13,16 @@ use evpose_task::body::{BodyPredictorOptions, BodyRecordingStream, PropagationCo
 use evpose_train::body::propagated_poses;
 use evpose_view::Calibration;
 
-use super::BodyModel;
+use super::{BodyModel, infer_cameras};
 use crate::args::InferArgs;
 use evpose_app::progress::{bar, note, say};
 
 pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
     let checkpoint = &model.checkpoint;
+    if args.events.len() > 1 {
+        return infer_cameras::run(model, args);
+    }
+    let events = args.recording()?;
     if args.mode != "plain" || args.joints.is_some() {
         bail!("--mode and --joints are for hands; bodies have --skeletons and --fused");
     }
@@ -28,9 +32,9 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
         confidence: args.confidence,
     };
     let predictor = model.predictor(options)?;
-    let opening = args.opening.options_with_sensor(&args.events)?;
+    let opening = args.opening.options_with_sensor(events)?;
     let open = |propagation: Option<&PropagationConfig>| -> Result<BodyRecordingStream> {
-        let windows = Windows::open(&args.events, &opening)?;
+        let windows = Windows::open(events, &opening)?;
         let calibration = Calibration::choose(args.camera.as_deref(), windows.sensor())?;
         let predictor = predictor.another();
         let of = BodyRecordingStream::of_camera;
@@ -41,7 +45,7 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
         })
     };
     let mut recording = open(None)?;
-    let Some(start) = recording.start() else { bail!("{}: no events", args.events.display()) };
+    let Some(start) = recording.start() else { bail!("{}: no events", events.display()) };
     let end = recording.end()?;
     let stride_ms = args.stride_ms.unwrap_or(checkpoint.config.evaluation.every_ms);
     let step = Micros(1_000 * i64::from(stride_ms.max(1)));
@@ -49,7 +53,7 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
         start + step <= end,
         "{} lasts {:.1} ms, and the first pose is at {stride_ms} ms: record for longer, or set a \
          smaller --stride-ms",
-        args.events.display(),
+        events.display(),
         1e3 * (end - start).as_seconds()
     );
     let mut poses = PoseSequence::new(PoseKind::Body);
@@ -69,7 +73,7 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
     progress.finish_and_clear();
     write_poses(&args.out, &poses, args.format)?;
     for warning in recording.warnings() {
-        note(format!("warning: {}: {warning}", args.events.display()));
+        note(format!("warning: {}: {warning}", events.display()));
     }
     let inferred = poses.poses.len() as u64;
     if inferred < count {
@@ -108,13 +112,14 @@ fn write_propagated(
     open: &dyn Fn(Option<&PropagationConfig>) -> Result<BodyRecordingStream>,
     stride_ms: u32,
 ) -> Result<()> {
+    let events = args.recording()?;
     let config = PropagationConfig {
         network_hz: 1e3 / f64::from(stride_ms.max(1)),
         latency_ms: 0.0,
         ..PropagationConfig::default()
     };
     let mut recording = open(Some(&config))?;
-    let Some(start) = recording.start() else { bail!("{}: no events", args.events.display()) };
+    let Some(start) = recording.start() else { bail!("{}: no events", events.display()) };
     let end = recording.end()?;
     let mut poses = PoseSequence::new(PoseKind::Body);
     for pose in propagated_poses(&mut recording, &config, (start, end))? {

@@ -4,9 +4,11 @@ mod eval;
 mod experiment;
 mod images;
 mod infer;
+mod infer_cameras;
 mod precision;
 mod simulate;
 mod train;
+mod world;
 
 use std::path::{Path, PathBuf};
 

@@ -22,10 +22,10 @@ const PACKET: Micros = Micros(100_000);
 
 pub(super) fn run(model: &HandModel, args: &InferArgs) -> Result<()> {
     let config = &model.checkpoint.config;
-    let recording =
-        evpose_io::open_as(&args.events, &args.opening.options_with_sensor(&args.events)?)?;
-    warn(&args.events, &recording);
-    note_if_short(config, args, &recording.stream)?;
+    let path = args.recording()?;
+    let recording = evpose_io::open_as(path, &args.opening.options_with_sensor(path)?)?;
+    warn(path, &recording);
+    note_if_short(config, path, &recording.stream)?;
     let mut adaptor = adaptor(config, recording.stream.sensor(), args.camera.as_deref())?;
     let mut events = EventStream::empty(adaptor.view().sensor);
     adaptor.push(&recording.stream, &mut events);
@@ -42,7 +42,7 @@ pub(super) fn run(model: &HandModel, args: &InferArgs) -> Result<()> {
     if poses.is_empty() {
         bail!(
             "{}: no pose: no window of {} ms has the events that {} needs",
-            args.events.display(),
+            path.display(),
             config.representation.window_ms,
             args.mode
         );
@@ -90,8 +90,8 @@ fn warn(path: &Path, recording: &Recording) {
 ///
 /// # Errors
 /// If it holds no event.
-fn note_if_short(config: &HandConfig, args: &InferArgs, events: &EventStream) -> Result<()> {
-    let path = args.events.display();
+fn note_if_short(config: &HandConfig, path: &Path, events: &EventStream) -> Result<()> {
+    let path = path.display();
     let (Some(&first), Some(&last)) = (events.t().first(), events.t().last()) else {
         bail!("{path}: no events: there is nothing to infer from");
     };

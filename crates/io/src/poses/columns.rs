@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use evpose_pose::{JointFrame, PARAMETER_NAMES};
 
-use super::{PoseKind, TimedPose};
+use super::{PoseKind, PoseSequence, TimedPose};
 
 /// Suffixes of the columns of a joint.
 pub(super) const PIXELS: [&str; 2] = ["_u_px", "_v_px"];
@@ -16,12 +16,24 @@ pub(super) const METRES: [&str; 3] = ["_x_m", "_y_m", "_z_m"];
 pub struct PoseColumns {
     kind: PoseKind,
     has_params: bool,
+    /// Frame of positions in metres; without one there are no such columns.
+    frame: Option<JointFrame>,
 }
 
 impl PoseColumns {
     /// All columns of a kind of poses.
     pub fn of(kind: PoseKind) -> Self {
-        Self { kind, has_params: kind == PoseKind::Hand }
+        let (has_params, frame) = match kind {
+            PoseKind::Body => (false, None),
+            PoseKind::Hand => (true, Some(JointFrame::Camera)),
+        };
+        Self { kind, has_params, frame }
+    }
+
+    /// All columns of a sequence: of people, those in metres are there if it has a frame.
+    pub fn of_sequence(sequence: &PoseSequence) -> Self {
+        let own = Self::of(sequence.kind);
+        Self { frame: sequence.frame.or(own.frame), ..own }
     }
 
     /// The same without parameters of hands: joints alone.
@@ -33,7 +45,7 @@ impl PoseColumns {
     /// The header line, with its end.
     pub fn header(self) -> String {
         let mut line = "t_us,origin,latency_ms,score".to_owned();
-        if self.kind == PoseKind::Hand {
+        if self.frame.is_some() {
             line.push_str(",frame");
         }
         for name in PARAMETER_NAMES.iter().filter(|_| self.has_params) {
@@ -43,30 +55,25 @@ impl PoseColumns {
             for suffix in PIXELS {
                 let _ = write!(line, ",{joint}{suffix}");
             }
-            match self.kind {
-                PoseKind::Body => {
-                    let _ = write!(line, ",{joint}{SCORE}");
-                }
-                PoseKind::Hand => {
-                    for suffix in METRES {
-                        let _ = write!(line, ",{joint}{suffix}");
-                    }
-                }
+            if self.kind == PoseKind::Body {
+                let _ = write!(line, ",{joint}{SCORE}");
+            }
+            for suffix in METRES.iter().filter(|_| self.frame.is_some()) {
+                let _ = write!(line, ",{joint}{suffix}");
             }
         }
         line + "\n"
     }
 
-    /// Appends the line of a pose, with its end. Positions in metres are in the camera's frame.
+    /// Appends the line of a pose, with its end.
     pub fn push_line(self, text: &mut String, pose: &TimedPose) {
         let _ = write!(text, "{}", pose.t.0);
         text.push(',');
         text.push_str(pose.origin.map_or("", |origin| origin.name()));
         push(text, pose.latency_ms.map(|ms| format!("{ms:.3}")));
         push(text, score(pose.score));
-        if self.kind == PoseKind::Hand {
-            text.push(',');
-            text.push_str(JointFrame::Camera.name());
+        if let Some(frame) = self.frame {
+            push(text, Some(frame.name().to_owned()));
         }
         if self.has_params {
             let values = pose.params.map(|params| params.to_array());
@@ -78,13 +85,13 @@ impl PoseColumns {
             let at = joint.image_px.filter(|at| at.is_finite());
             push(text, at.map(|at| format!("{:.3}", at.x)));
             push(text, at.map(|at| format!("{:.3}", at.y)));
-            match self.kind {
-                PoseKind::Body => push(text, score(joint.score)),
-                PoseKind::Hand => {
-                    let at = joint.position_m.filter(|at| at.is_finite());
-                    for k in 0..METRES.len() {
-                        push(text, at.map(|at| format!("{:.5}", at[k])));
-                    }
+            if self.kind == PoseKind::Body {
+                push(text, score(joint.score));
+            }
+            if self.frame.is_some() {
+                let at = joint.position_m.filter(|at| at.is_finite());
+                for k in 0..METRES.len() {
+                    push(text, at.map(|at| format!("{:.5}", at[k])));
                 }
             }
         }

@@ -23,13 +23,18 @@ pub(super) static FORMAT: PoseFormat = PoseFormat {
     detect: |start| start.trim_ascii_start().starts_with(b"{") && !start.contains(&b'['),
     read: |path, bytes| read(path, bytes, joint_of, params_of),
     write: Some(|path, sequence| {
-        let lines = sequence.poses.iter().map(|pose| json_line(sequence.kind, pose));
+        let PoseSequence { kind, frame, poses } = sequence;
+        let lines = poses.iter().map(|pose| line_of(*kind, *frame, pose));
         write_text(path, &lines.collect::<String>())
     }),
 };
 
 /// A pose as a line of JSON, with its end. Positions in metres are in the camera's frame.
 pub fn json_line(kind: PoseKind, pose: &TimedPose) -> String {
+    line_of(kind, None, pose)
+}
+
+fn line_of(kind: PoseKind, frame: Option<JointFrame>, pose: &TimedPose) -> String {
     let mut line = format!("{{\"t_us\":{}", pose.t.0);
     if let Some(origin) = pose.origin {
         let _ = write!(line, ",\"origin\":\"{}\"", origin.name());
@@ -41,9 +46,8 @@ pub fn json_line(kind: PoseKind, pose: &TimedPose) -> String {
     };
     value("latency_ms", pose.latency_ms.map(|ms| rounded(ms, 3)));
     value("score", pose.score.filter(|s| s.is_finite()).map(|s| rounded(s.into(), 4)));
-    if kind == PoseKind::Hand {
-        value("frame", Some(format!("\"{}\"", JointFrame::Camera.name())));
-    }
+    let of_hands = (kind == PoseKind::Hand).then_some(JointFrame::Camera);
+    value("frame", frame.or(of_hands).map(|frame| format!("\"{}\"", frame.name())));
     let params = pose.params.map(HandParams::to_array).filter(|v| v.iter().all(|v| v.is_finite()));
     value(
         "params",
@@ -116,7 +120,7 @@ pub(super) fn read(
 }
 
 fn kind_of(line: &Map<String, Value>) -> Option<PoseKind> {
-    if line.contains_key("params") || line.contains_key("frame") {
+    if line.contains_key("params") {
         return Some(PoseKind::Hand);
     }
     let joints = line.get("joints")?.as_object()?;

@@ -27,7 +27,7 @@ pub(super) static FORMAT: PoseFormat = PoseFormat {
     },
     read,
     write: Some(|path, sequence| {
-        let columns = PoseColumns::of(sequence.kind);
+        let columns = PoseColumns::of_sequence(sequence);
         let mut text = columns.header();
         sequence.poses.iter().for_each(|pose| columns.push_line(&mut text, pose));
         write_text(path, &text)

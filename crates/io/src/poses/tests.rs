@@ -31,6 +31,15 @@ fn people() -> PoseSequence {
     PoseSequence { poses, ..PoseSequence::new(PoseKind::Body) }
 }
 
+/// The same in the world, in metres.
+fn people_in_the_world() -> PoseSequence {
+    let mut sequence = PoseSequence { frame: Some(JointFrame::World), ..people() };
+    for (k, joint) in sequence.poses[0].joints.iter_mut().enumerate() {
+        joint.position_m = joint.image_px.map(|_| Vec3::new(0.25, 1.5, -0.125 * k as f32));
+    }
+    sequence
+}
+
 /// A hand with a joint that is behind the camera.
 fn hand() -> PoseSequence {
     let mut image_px = [Some(Vec2::new(100.125, 50.5)); 21];
@@ -62,11 +71,9 @@ fn through(sequence: &PoseSequence, format: &str) -> (String, PoseSequence) {
 
 #[test]
 fn tables_and_json_hold_all_of_a_pose() {
-    for sequence in [people(), hand()] {
+    for sequence in [people(), people_in_the_world(), hand()] {
         let (text, back) = through(&sequence, "table");
         let mut want = sequence.clone();
-        // Of a person, there is no frame to state.
-        want.frame = sequence.frame.filter(|_| sequence.kind == PoseKind::Hand);
         assert_eq!(back, want, "{text}");
         let (text, back) = through(&sequence, "json");
         for pose in &mut want.poses {

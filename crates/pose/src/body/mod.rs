@@ -9,6 +9,7 @@
 //! * [`fusion`]: detections fused with velocities measured from events; [`BodyFollower`] does both.
 //! * [`pose_score`], [`PresenceScore`]: whether somebody is there.
 //! * [`positions`], [`positions_and_scores`]: joints as rows of plain values.
+//! * [`triangulation`]: points in the world from several cameras, and [`SpatialFilter`] over time.
 //! * [`velocity`]: velocities of joints, measured from events.
 
 mod coco;
@@ -22,6 +23,8 @@ mod movenet;
 mod openpose;
 mod score;
 mod skeleton;
+mod spatial_filter;
+pub mod triangulation;
 pub mod velocity;
 
 pub use coco::{COCO_KEYPOINTS, joints_of_coco};
@@ -37,3 +40,4 @@ pub use skeleton::{
     BODY_JOINTS, BodyPoints, JOINT_NAMES, LIMBS, MIRRORED, file_from_network, network_from_file,
     number, torso,
 };
+pub use spatial_filter::{SpatialFilter, SpatialFilterConfig, WorldJoints};

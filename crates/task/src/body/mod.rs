@@ -11,6 +11,7 @@ mod propagation;
 mod reader;
 mod recording_stream;
 mod resample;
+mod spatial;
 
 pub use augmentation::BodyAugmentation;
 pub use checkpoint::BodyCheckpoint;
@@ -27,3 +28,4 @@ pub use propagation::PropagationConfig;
 pub use reader::RepresentationReader;
 pub use recording_stream::BodyRecordingStream;
 pub use resample::{Interpolation, resize_grey, sample};
+pub use spatial::{PlacedRecording, SpatialConfig, SpatialPose, SpatialRecordings};

@@ -3,6 +3,7 @@
 //! * [`BodyFrames`], [`BodyRecordings`]: images with labels, from recordings or from photographs.
 //! * [`train_body`]: a run in its directory, resumable to the bit.
 //! * [`evaluate_body`]: evaluation of a network.
+//! * [`evaluate_spatial`]: evaluation of joints in the world, from several cameras.
 //! * [`BodyView`]: images and labels, each time a little different.
 //! * [`BodyGrid`]: what the maps of a network should be for a label.
 //! * [`BodyBatch`]: the same for many labels, and as tensors.
@@ -20,6 +21,7 @@ mod learner;
 mod loader;
 mod propagation;
 mod recordings;
+mod spatial;
 mod targets;
 mod training;
 
@@ -36,6 +38,7 @@ pub use frames::{BodyFrame, BodyFrames, CameraJoints};
 pub use propagation::{PropagatedPose, PropagationResults, evaluate_propagation, propagated_poses};
 pub use recordings::{BodyRecordings, PoseTrack};
 pub(crate) use recordings::{in_camera, placed_camera};
+pub use spatial::{CalibratedScene, calibrated_scenes, evaluate_spatial};
 pub use targets::{BodyGrid, BodyTargetSlices};
 pub(crate) use training::digest_of;
 pub use training::{first_network, train_body};

@@ -8,6 +8,7 @@
 //!   predictions; [`BodyEvaluation`]: of all of them, and [`BodySummary`] the table.
 //! * [`BodyErrors`]: joint by joint [`BodyPck`], MPJPE and [`RootMeanSquare`]; they add up over sequences.
 //! * [`VelocityErrors`]: errors of velocities, smoothed by [`SavitzkyGolay`].
+//! * [`SpatialErrors`], [`SpatialSummary`]: MPJPE in millimetres of joints in the world.
 //! * [`MeanBody`]: the baseline that ignores the events.
 
 mod errors;
@@ -20,6 +21,7 @@ mod root_mean_square;
 mod sample;
 mod savitzky_golay;
 mod sequence;
+mod spatial;
 mod summary;
 mod track;
 mod velocity;
@@ -32,5 +34,6 @@ pub use root_mean_square::RootMeanSquare;
 pub use sample::{BodyPrediction, BodyTruth};
 pub use savitzky_golay::SavitzkyGolay;
 pub use sequence::BodySequence;
+pub use spatial::{SpatialErrors, SpatialJoint, SpatialSummary};
 pub use summary::{BodyEvaluation, BodyScores, BodySummary, JointScores};
 pub use velocity::{PredictedVelocity, VelocityErrors, VelocityProtocol};
