@@ -69,7 +69,7 @@ impl Data {
     }
 
     /// Why a system cannot be run on these data.
-    pub(crate) fn lack(&self, system: &System) -> Option<String> {
+    pub(crate) fn missing_input(&self, system: &System) -> Option<String> {
         let Self::Given { has_images, test, .. } = self else { return None };
         let test = test.display();
         match system.images {

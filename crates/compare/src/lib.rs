@@ -1,6 +1,6 @@
 //! `evpose compare`: the systems that MoveEnet was compared with, under one protocol.
 //!
-//! What can be trained is trained here, on the same people; networks of others run from the ONNX
+//! MoveEnet, the networks of DHP19 and LiftMono-HPE are trained here, on the same people; networks of others run from the ONNX
 //! files that the user names. All are evaluated on the same held-out recordings, each on images of its
 //! own representation, and every published ordering of two systems is tested.
 //!

@@ -106,7 +106,7 @@ fn missing(
 ) -> Result<Vec<(&'static str, String)>> {
     let mut missing = Vec::new();
     for system in systems {
-        let lack = match (system.weights, file_of(args, system)) {
+        let missing_file = match (system.weights, file_of(args, system)) {
             (Weights::File(kind), None) => Some(kind.how_to_get().to_owned()),
             (Weights::File(kind), Some(path)) => {
                 ReadySystem::file(kind, path)?;
@@ -114,7 +114,7 @@ fn missing(
             }
             _ => None,
         };
-        if let Some(reason) = lack.or_else(|| data.lack(system)) {
+        if let Some(reason) = missing_file.or_else(|| data.missing_input(system)) {
             missing.push((system.name, reason));
         }
     }

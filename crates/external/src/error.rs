@@ -32,22 +32,22 @@ pub enum ExternalError {
         reason: String,
     },
     /// A network takes something else than one image of three channels.
-    #[error("{}: its input is {found}; one image of three channels is needed, [1, 3, height, width] or [1, height, width, 3]", path.display())]
+    #[error("{}: its input is {shape}; one image of three channels is needed, [1, 3, height, width] or [1, height, width, 3]", path.display())]
     Input {
         /// The file.
         path: PathBuf,
         /// Its input, in words.
-        found: String,
+        shape: String,
     },
     /// A network outputs something else than its kind does.
-    #[error("{}: no network of {system}: its outputs are {found}; needed: {needed}", path.display())]
+    #[error("{}: no network of {system}: its outputs are {shape}; needed: {needed}", path.display())]
     Output {
         /// The file.
         path: PathBuf,
         /// The kind of network.
         system: &'static str,
         /// Shapes of its outputs, in words.
-        found: String,
+        shape: String,
         /// Shapes of the outputs of this kind, in words.
         needed: &'static str,
     },

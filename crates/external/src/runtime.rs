@@ -46,7 +46,7 @@ impl OnnxModel {
         let model =
             onnx().model_for_path(path).map_err(|error| unreadable(format!("{error:#}")))?;
         let (input, element) = input_of(&model, open_px)
-            .map_err(|found| ExternalError::Input { path: path.to_owned(), found })?;
+            .map_err(|shape| ExternalError::Input { path: path.to_owned(), shape })?;
         let compiled = compile(model, input, element);
         let (model, output_shapes) = compiled.map_err(|error| unreadable(format!("{error:#}")))?;
         Ok(Self { path: path.to_owned(), model, input, element, output_shapes })
@@ -68,9 +68,9 @@ impl OnnxModel {
         system: &'static str,
         needed: &'static str,
     ) -> ExternalError {
-        let found: Vec<String> =
+        let shapes: Vec<String> =
             self.output_shapes.iter().map(|shape| format!("{shape:?}")).collect();
-        ExternalError::Output { path: self.path.clone(), system, found: found.join(", "), needed }
+        ExternalError::Output { path: self.path.clone(), system, shape: shapes.join(", "), needed }
     }
 
     /// The outputs for a grey image, row by row, the same in each channel.

@@ -21,8 +21,8 @@ impl FineMap {
 /// A map of `rows` by `columns`, `factor` times as large along either side. A pixel is a square, its
 /// value that of its middle; the map goes on as it ends.
 pub(super) fn upsample(map: &[f32], [rows, columns]: [usize; 2], factor: usize) -> FineMap {
-    let across = Taps::new(columns, factor);
-    let down = Taps::new(rows, factor);
+    let across = InterpolationWeights::new(columns, factor);
+    let down = InterpolationWeights::new(rows, factor);
     let mut wide = Vec::with_capacity(rows * columns * factor);
     for row in map.chunks_exact(columns) {
         let value = |(at, weights): (&[usize; 4], &[f32; 4])| -> f32 {
@@ -42,9 +42,9 @@ pub(super) fn upsample(map: &[f32], [rows, columns]: [usize; 2], factor: usize) 
 }
 
 /// The four pixels that each pixel of an upsampled line is made of, and their weights.
-struct Taps(Vec<([usize; 4], [f32; 4])>);
+struct InterpolationWeights(Vec<([usize; 4], [f32; 4])>);
 
-impl Taps {
+impl InterpolationWeights {
     fn new(length: usize, factor: usize) -> Self {
         let tap = |fine: usize| {
             let at = (fine as f32 + 0.5) / factor as f32 - 0.5;
