@@ -43,6 +43,7 @@ fn published(system: &SystemOutcome) -> String {
 pub(crate) fn verdict(ordering: &TestedOrdering) -> String {
     match ordering.verdict {
         Some(verdict) => verdict.to_string(),
+        None if ordering.missing.is_empty() => "not tested: nothing was measured".to_owned(),
         None => format!("not tested: {} did not run", ordering.missing.join(" and ")),
     }
 }
