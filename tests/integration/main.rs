@@ -10,6 +10,7 @@ mod calibrate;
 mod cameras;
 mod checkpoints;
 mod cli;
+mod compare;
 mod conditions;
 mod demo;
 mod detections;

@@ -8,10 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use evpose_core::atomic_write;
 use evpose_task::hand::HandConfig;
-use serde::Serialize;
-use serde::de::DeserializeOwned;
 
 use evpose_app::progress::say;
 use evpose_app::recorded;
@@ -94,21 +91,4 @@ impl<'a> StudyDirectory<'a> {
         }
         Ok(())
     }
-}
-
-/// Reads a JSON file of an ablation; none where it is absent.
-pub(super) fn read<T: DeserializeOwned>(path: &Path) -> Result<Option<T>> {
-    if !path.exists() {
-        return Ok(None);
-    }
-    let text = fs::read(path).with_context(|| format!("reading {}", path.display()))?;
-    serde_json::from_slice(&text).map(Some).with_context(|| {
-        format!("{}: not written by this version; remove it to do it again", path.display())
-    })
-}
-
-/// Writes a JSON file atomically.
-pub(super) fn write<T: Serialize>(path: &Path, value: &T) -> Result<()> {
-    let text = serde_json::to_string_pretty(value)? + "\n";
-    atomic_write(path, text.as_bytes()).with_context(|| format!("writing {}", path.display()))
 }

@@ -23,7 +23,7 @@ pub(crate) struct Finding {
 /// Published relation of a row to another one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub(crate) enum Relation {
+pub enum Relation {
     /// Its poses are worse.
     Worse,
     /// Its poses are about as good.
@@ -35,7 +35,7 @@ pub(crate) enum Relation {
 /// Outcome of the test of a published statement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub(crate) enum Verdict {
+pub enum Verdict {
     /// The whole interval agrees with the statement.
     Found,
     /// The interval allows both.
@@ -50,7 +50,8 @@ pub(crate) enum Verdict {
 
 impl Relation {
     /// In front of the other row's name.
-    pub(crate) fn words(self) -> &'static str {
+    #[must_use]
+    pub fn words(self) -> &'static str {
         match self {
             Self::Worse => "worse than",
             Self::Comparable => "comparable to",
@@ -59,7 +60,8 @@ impl Relation {
     }
 
     /// The verdict from the difference "row minus other row" of something that is good if large.
-    pub(crate) fn verdict(self, difference: &Interval) -> Verdict {
+    #[must_use]
+    pub fn verdict(self, difference: &Interval) -> Verdict {
         let (Some(low), Some(high)) = (difference.low, difference.high) else {
             return Verdict::OneSeed;
         };

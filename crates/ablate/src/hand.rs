@@ -7,12 +7,13 @@ use evpose_core::atomic_write;
 use evpose_task::hand::HandConfig;
 
 use super::args::AblateHandArgs;
-use super::directories::{self, StudyDirectory};
+use super::directories::StudyDirectory;
 use super::outcome::{Outcome, Trials};
 use super::rows::{self, Row};
 use super::selection::selected;
 use super::{networks_table, page, table, trial};
 use evpose_app::hand_config;
+use evpose_app::json::write_result;
 use evpose_app::machine::Machine;
 use evpose_app::progress::{note, say};
 
@@ -88,7 +89,7 @@ const RESULTS: [&str; 3] = ["ablation.json", "ablation.md", "ablation.html"];
 
 fn write(directory: &StudyDirectory<'_>, base: &HandConfig, outcome: &Outcome) -> Result<()> {
     let [json, markdown, html] = RESULTS.map(|name| directory.result(name));
-    directories::write(&json, outcome)?;
+    write_result(&json, outcome)?;
     let texts =
         [(markdown, table::markdown(outcome)), (html, page::html(outcome, &base.to_toml()?)?)];
     for (path, text) in texts {

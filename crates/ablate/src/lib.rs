@@ -7,7 +7,8 @@
 //! * `finding`: the test of a published statement.
 //! * `directories`: files of a study, and which of its steps are finished.
 //! * `trial`: one row under one seed: trained, evaluated, timed.
-//! * `hand`, `bodies`: all rows under all seeds.
+//! * `hand`, `bodies`: all rows under all seeds. [`Stages`], [`Network`], [`networks`]: what bodies are trained
+//!   with, which comparisons with other systems share.
 //! * `outcome`: means over seeds with intervals; `table`, `networks_table` and `page` render them.
 //!
 //! ```
@@ -47,6 +48,8 @@ mod trial;
 use anyhow::Result;
 
 pub use args::AblateCommand;
+pub use bodies::{Network, StageArgs, Stages, networks};
+pub use finding::{Relation, Verdict};
 
 /// Runs an ablation.
 ///

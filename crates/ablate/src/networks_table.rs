@@ -7,7 +7,8 @@
 
 use super::outcome::{Outcome, RowOutcome};
 use super::rows::{FULL, Group};
-use super::table::{align, thousands, with_interval};
+use super::table::{align, thousands};
+use evpose_report::format::with_interval;
 
 /// Published statements about a network.
 struct PublishedNetwork {

@@ -4,6 +4,7 @@ use evpose_stats::interval::Interval;
 
 use super::networks_table;
 use super::outcome::{FindingOutcome, Means, Outcome, RowOutcome};
+use evpose_report::format::with_interval;
 
 /// Metrics of the table: heading, name of the figure, digits.
 const METRICS: [(&str, &str, usize); 4] = [
@@ -54,15 +55,6 @@ fn finding_text(finding: &FindingOutcome) -> String {
     let checks: Vec<String> =
         checks.map(|check| format!("{} {}", check.measure, check.verdict)).collect();
     format!("{} {}: {}", finding.relation.words(), finding.than, checks.join(", "))
-}
-
-/// `0.612 ± 0.013`.
-pub(super) fn with_interval(interval: &Interval, digits: usize) -> String {
-    let estimate = interval.estimate;
-    match interval.high {
-        Some(high) => format!("{estimate:.digits$} ± {:.digits$}", high - estimate),
-        None => format!("{estimate:.digits$}"),
-    }
 }
 
 /// `11,182,725`.

@@ -16,8 +16,9 @@ use evpose_train::{
 };
 use serde::{Deserialize, Serialize};
 
-use super::directories::{self, StudyDirectory};
+use super::directories::StudyDirectory;
 use super::progress;
+use evpose_app::json::{read_result, write_result};
 use evpose_app::latency::{self, Runner};
 use evpose_app::machine::Machine;
 use evpose_app::progress::bar;
@@ -119,8 +120,8 @@ pub(super) fn run(
     let device = &kind.resolve()?;
     let dir = directory.run(row, config.seed);
     let (trial_path, trained_path) = (dir.join("trial.json"), dir.join("trained.json"));
-    let kept: Option<Trial> = directories::read(&trial_path)?;
-    let trained: Option<Trained> = directories::read(&trained_path)?;
+    let kept: Option<Trial> = read_result(&trial_path)?;
+    let trained: Option<Trained> = read_result(&trained_path)?;
     if trained.is_some() && HandConfig::load(&dir.join("config.toml"), &[])? != *config {
         bail!("{} is of another config: remove it, or choose another --out", dir.display());
     }
@@ -144,7 +145,7 @@ pub(super) fn run(
             // A resumed training was timed in part; its full duration follows from its speed.
             let seconds = (summary.samples > 0).then(|| all / summary.samples_per_second);
             let trained = Trained { seconds };
-            directories::write(&trained_path, &trained)?;
+            write_result(&trained_path, &trained)?;
             trained
         }
     };
@@ -173,7 +174,7 @@ pub(super) fn run(
         unfiltered,
         mean_pose,
     };
-    directories::write(&trial_path, &trial)?;
+    write_result(&trial_path, &trial)?;
     Ok(trial)
 }
 

@@ -5,13 +5,35 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use evpose_core::atomic_write;
 use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 /// Writes `report` to `path`, if the user gave one.
 ///
 /// # Errors
 /// If the file cannot be written.
 pub fn write_json(path: Option<&Path>, report: &impl Serialize) -> Result<()> {
-    let Some(path) = path else { return Ok(()) };
-    let text = serde_json::to_string_pretty(report)? + "\n";
+    path.map_or(Ok(()), |path| write_result(path, report))
+}
+
+/// Writes a result of a study, atomically.
+///
+/// # Errors
+/// If the file cannot be written.
+pub fn write_result(path: &Path, result: &impl Serialize) -> Result<()> {
+    let text = serde_json::to_string_pretty(result)? + "\n";
     atomic_write(path, text.as_bytes()).with_context(|| format!("writing {}", path.display()))
+}
+
+/// Reads a result of a study; none where it is absent.
+///
+/// # Errors
+/// If the file cannot be read, or was not written by this version.
+pub fn read_result<T: DeserializeOwned>(path: &Path) -> Result<Option<T>> {
+    if !path.exists() {
+        return Ok(None);
+    }
+    let text = std::fs::read(path).with_context(|| format!("reading {}", path.display()))?;
+    serde_json::from_slice(&text).map(Some).with_context(|| {
+        format!("{}: not written by this version; remove it to do it again", path.display())
+    })
 }

@@ -26,7 +26,9 @@ fn check(words: &[String]) -> Result<(), String> {
     }
     let Some(overrides) = texts(leaf, "overrides") else { return Ok(()) };
     let configs = match names.as_slice() {
-        ["ablate", "body"] => ["pretrain", "finetune"].map(|id| text(leaf, id)).to_vec(),
+        ["ablate" | "compare", "body"] => {
+            ["pretrain", "finetune"].map(|id| text(leaf, id)).to_vec()
+        }
         ["gap", "payoff"] => vec![text(leaf, "config").or(Some("quick".to_owned()))],
         _ => vec![text(leaf, "config")],
     };

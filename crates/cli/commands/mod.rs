@@ -113,6 +113,9 @@ commands! {
     /// Ablation studies: retrain with one change at a time
     #[command(subcommand)]
     Ablate(evpose_ablate::AblateCommand) => evpose_ablate::run,
+    /// Compare systems of others with MoveEnet, under one protocol
+    #[command(subcommand)]
+    Compare(evpose_compare::CompareCommand) => evpose_compare::run,
     /// Describe recordings, checkpoints, body models, data sets and devices
     Info(info::InfoArgs) => info::run,
     /// Convert a recording to another format

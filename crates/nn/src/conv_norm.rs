@@ -30,8 +30,8 @@ pub struct ConvNormConfig {
 }
 
 /// PyTorch's default.
-const EPSILON: f64 = 1e-5;
-/// Ids of the running statistics, the same in every layer: see [`ConvNormConfig::init`].
+pub(crate) const EPSILON: f64 = 1e-5;
+/// Ids of the running statistics, the same in every layer: see [`batch_norm`].
 const MEAN: u64 = 1;
 const VARIANCE: u64 = 2;
 
@@ -94,13 +94,18 @@ impl ConvNormConfig {
             .with_bias(bias)
             .with_initializer(Initializer::Zeros)
             .init(device);
-        let mut norm = BatchNormConfig::new(channels_out).with_epsilon(epsilon).init(device);
-        // Burn draws the ids of running statistics at random and never changes them afterwards.
-        // No optimiser asks for them; fixed ones make checkpoints the same bytes in every run.
-        norm.running_mean = RunningState::with_id(MEAN.into(), norm.running_mean.value());
-        norm.running_var = RunningState::with_id(VARIANCE.into(), norm.running_var.value());
-        ConvNorm { conv, norm }
+        ConvNorm { conv, norm: batch_norm(channels_out, epsilon, device) }
     }
+}
+
+/// A batch normalisation of so many channels, with fixed ids of its running statistics.
+pub(crate) fn batch_norm(channels: usize, epsilon: f64, device: &Device) -> BatchNorm {
+    let mut norm = BatchNormConfig::new(channels).with_epsilon(epsilon).init(device);
+    // Burn draws the ids of running statistics at random and never changes them afterwards.
+    // No optimiser asks for them; fixed ones make checkpoints the same bytes in every run.
+    norm.running_mean = RunningState::with_id(MEAN.into(), norm.running_mean.value());
+    norm.running_var = RunningState::with_id(VARIANCE.into(), norm.running_var.value());
+    norm
 }
 
 impl ConvNorm {

@@ -56,6 +56,22 @@ impl Initializer {
         Self::Normal { deviation: (2.0 / fan_in as f32).sqrt() }
     }
 
+    /// Xavier uniform, the default of Keras.
+    ///
+    /// # Model
+    /// Within `sqrt(6 / (fan_in + fan_out))`, the fans the channels times the kernel's area.
+    ///
+    /// # Source
+    /// Glorot, Bengio: *Understanding the difficulty of training deep feedforward neural networks*,
+    /// AISTATS 2010.
+    pub fn xavier_uniform(weight_shape: &[usize]) -> Self {
+        let [channels_out, channels_in, kernel_y, kernel_x] = *weight_shape else {
+            return Self::Constant(0.0);
+        };
+        let fans = (channels_out + channels_in) * kernel_y * kernel_x;
+        Self::Uniform { bound: (6.0 / fans as f32).sqrt() }
+    }
+
     /// PyTorch's default for the weight and bias of linear layers and convolutions.
     pub fn torch_default(fan_in: usize) -> Self {
         Self::Uniform { bound: 1.0 / (fan_in as f32).sqrt() }

@@ -7,8 +7,10 @@
 //! * [`MoveEnetConfig`], [`MoveEnet`]: the MoveEnet network, event images to the maps of a body's
 //!   joints.
 //! * [`Network`]: either of them by name.
+//! * [`BaselineNetwork`]: the networks that MoveEnet is compared with, [`Dhp19Cnn`] and
+//!   [`LiftMono`].
 //! * [`Graph`](graph::Graph): the graph of a network, for engines that compile it.
-//! * [`HandLoss`], [`BodyLoss`]: their losses.
+//! * [`HandLoss`], [`BodyLoss`], [`heatmap_loss`], [`marginal_loss`]: their losses.
 //! * [`DeviceKind`]: the devices that networks are computed on, chosen by name at run time;
 //!   [`Availability`]: those of this machine.
 //! * [`set_training_kernels`]: training on the CPU with our kernels or with Burn's.
@@ -37,14 +39,18 @@
 //! ```
 
 pub mod backbone;
+mod baseline;
 mod channels;
 mod conv_norm;
 mod device;
+mod dhp19_cnn;
 mod error;
 pub mod graph;
 mod hand_output;
 mod hand_regressor;
 mod initializer;
+mod joint_order;
+mod lift_mono;
 mod linear;
 mod loss;
 mod move_enet;
@@ -52,15 +58,20 @@ mod net_ops;
 mod network;
 mod ops;
 pub mod parameters;
+mod plane_ops;
 pub mod weights;
 
 pub use backbone::{BACKBONES, BackboneEntry, backbone_by_name};
+pub use baseline::{BaselineNetwork, BaselineNetworkConfig};
 pub use device::{Adapter, Availability, DeviceKind, adapter_name};
+pub use dhp19_cnn::{Dhp19Cnn, Dhp19CnnConfig};
 pub use error::NnError;
 pub use hand_output::RotationOutput;
 pub use hand_regressor::{HandRegressor, HandRegressorConfig};
+pub use lift_mono::{LiftMono, LiftMonoConfig, MarginalMaps};
 pub use loss::{
     BodyLoss, BodyLossConfig, BodyLossParts, BodyTargets, HandLoss, HandLossConfig, HandLossParts,
+    HeatmapTargets, MarginalLossParts, MarginalTargets, heatmap_loss, marginal_loss,
 };
 pub use move_enet::{MoveEnet, MoveEnetConfig};
 pub use network::{MOVE_ENET, Network};

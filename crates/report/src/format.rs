@@ -1,5 +1,7 @@
 //! Values as text, in tables, charts and sentences.
 
+use evpose_stats::interval::Interval;
+
 /// A value with three significant digits.
 pub fn short(value: f64) -> String {
     let size = value.abs();
@@ -22,6 +24,15 @@ pub fn short(value: f64) -> String {
 /// A share in percent.
 pub fn percent(share: f64) -> String {
     if share.is_finite() { format!("{:.0}%", 100.0 * share) } else { "unknown".to_owned() }
+}
+
+/// A value with half the width of its interval, if it has one: `0.612 ± 0.013`.
+pub fn with_interval(interval: &Interval, digits: usize) -> String {
+    let estimate = interval.estimate;
+    match interval.high {
+        Some(high) => format!("{estimate:.digits$} ± {:.digits$}", high - estimate),
+        None => format!("{estimate:.digits$}"),
+    }
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 //! * [`PoseStream`](evpose_pose::stream::PoseStream): events → representation → network → decoding
 //!   → filter → pose.
 //! * [`hand`], [`body`]: configs, checkpoints, predictors and front ends of the two tasks.
+//! * [`baseline`]: the same of the networks that MoveEnet is compared with.
 //! * [`QuantizationRanges`]: calibration of int8 inference, for any network.
 //! * [`schedule`]: learning rates over a training, early stopping.
 //! * [`FieldDifference`]: the fields in which two configs differ.
@@ -28,6 +29,7 @@
 //! # }
 //! ```
 
+pub mod baseline;
 pub mod body;
 mod differences;
 mod error;

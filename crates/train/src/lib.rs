@@ -6,6 +6,7 @@
 //! * [`evaluate_slow_motion`]: the same for the slow-motion mode.
 //! * [`Condition`]: slow hands, little light: other sequences to evaluate on.
 //! * [`body`]: the same for bodies: images, targets, training, evaluation.
+//! * [`baseline`]: the same for the networks that MoveEnet is compared with.
 //!
 //! ```
 //! use evpose_nn::DeviceKind;
@@ -43,6 +44,8 @@
 //! ```
 
 mod barrier;
+pub mod baseline;
+mod batch_loader;
 pub mod body;
 mod camera_turn;
 mod checkpoint;

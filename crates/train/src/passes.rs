@@ -5,6 +5,8 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use crate::order::SampleOrder;
+
 /// Length of a training.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct TrainingSpan {
@@ -52,6 +54,14 @@ impl Passes {
                 (interval, position(interval - 1)..position(interval))
             }
             Self::Validation { samples } => (1, 0..*samples),
+        }
+    }
+
+    /// The sample of `len` at a position: in the order of a training, evenly spread in validation.
+    pub(crate) fn sample(&self, order: &SampleOrder, len: usize, position: u64) -> usize {
+        match self {
+            Self::Training { .. } => order.at(position) as usize,
+            Self::Validation { samples } => (position * len as u64 / samples) as usize,
         }
     }
 

@@ -152,6 +152,20 @@ pub(crate) const RULES: &[Rule] = &[
     rule("bodies.md", "evpose simulate finetune", Append("{body}")),
     rule("bodies.md", "evpose ablate body", Append("{body} --steps 2 --seeds 1 --rows pim")),
     rule("bodies.md", "data.source=annotations", LICENCE),
+    // compare.md
+    rule("compare.md", "cargo build --release --features onnx", Skip("builds the program again")),
+    rule("compare.md", ".onnx", LICENCE),
+    rule(
+        "compare.md",
+        "evpose compare body --out",
+        Append("{body} --steps 2 --seeds 1 --systems move-enet,dhp19-cnn,mean-pose"),
+    ),
+    rule(
+        "compare.md",
+        "--finetune studio",
+        Append("{body} --set simulation.sequences=4 --steps 2 --seeds 1 --systems dhp19-cnn"),
+    ),
+    rule("compare.md", "--out runs/two", Append("{body} --steps 2 --seeds 1")),
     // calibrate.md
     rule("calibrate.md", "--fps 60", Replace("--fps 60", "--fps 1000")),
     rule("calibrate.md", "--skip 0.5", Replace("--skip 0.5", "--skip 0.2")),

@@ -1,13 +1,16 @@
 //! `evpose ablate body`: ablation study of the body method.
 //!
-//! * [`rows`]: the registry of rows, of the networks that they need, and of the test sets.
-//! * [`networks`]: training of the required networks, several at once.
+//! * [`Stages`]: configs of both stages of the method.
+//! * [`Network`], [`networks`]: networks, and their training, several at once.
+//! * [`rows`]: the registry of rows and of the test sets.
 //! * [`trial`]: one row under one seed, evaluated.
 //! * [`outcome`]: means over seeds, compared with the published results; as a table and a page.
 
-mod networks;
+mod network;
+pub mod networks;
 mod outcome;
 mod rows;
+mod stages;
 mod trial;
 
 use std::path::PathBuf;
@@ -15,16 +18,13 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use evpose_core::atomic_write;
-use evpose_nn::DeviceKind;
-use evpose_task::body::BodyConfig;
 
-use super::directories::write;
-use evpose_app::args::ConfigArgs;
 use evpose_app::args::DeviceArgs;
-use evpose_app::body_config;
+use evpose_app::json::write_result;
 use evpose_app::machine::Machine;
 use evpose_app::progress::say;
-use evpose_app::run_info;
+pub use network::Network;
+pub use stages::{StageArgs, Stages};
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  evpose ablate body --out runs/ablation-body\n  \
@@ -33,18 +33,8 @@ use evpose_app::run_info;
     People are simulated once for each seed and shared by all rows; networks that several rows need are \
     trained once. The full method always runs, since every row is held against it.")]
 pub struct AblateBodyArgs {
-    /// The first stage: a TOML file, or an embedded config
-    #[arg(long, default_value = "pretrain")]
-    pretrain: String,
-    /// The second stage: a TOML file, or an embedded config
-    #[arg(long, default_value = "finetune")]
-    finetune: String,
-    /// Change one field of both stages, for example --set training.batch_size=16 (may be repeated)
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    overrides: Vec<String>,
-    /// Optimiser steps of every training, instead of the configs'
-    #[arg(long, default_value_t = 1_500, value_parser = clap::value_parser!(u64).range(1..))]
-    steps: u64,
+    #[command(flatten)]
+    stages: StageArgs,
     /// Rows to run, comma-separated [default: all]
     #[arg(long, value_delimiter = ',', value_parser = rows::names())]
     rows: Vec<String>,
@@ -65,60 +55,23 @@ pub struct AblateBodyArgs {
     device: DeviceArgs,
 }
 
-/// Both stages of the full method.
-#[derive(Debug, Clone)]
-struct Stages {
-    pretrain: BodyConfig,
-    finetune: BodyConfig,
-}
-
-impl Stages {
-    fn load(args: &AblateBodyArgs) -> Result<Self> {
-        let load = |config: &str| -> Result<BodyConfig> {
-            let given = ConfigArgs { config: config.to_owned(), overrides: args.overrides.clone() };
-            let mut config = body_config::config(&given)?
-                .with_context(|| format!("{config}: no config of bodies"))?;
-            config.training.steps = args.steps;
-            config.training.steps_per_validation =
-                config.training.steps_per_validation.min(args.steps);
-            // Evaluated at the rate of the training labels.
-            config.evaluation.every_ms = config.data.every_ms;
-            Ok(config)
-        };
-        let (pretrain, finetune) = (load(&args.pretrain)?, load(&args.finetune)?);
-        if pretrain.network != finetune.network || pretrain.image.side_px != finetune.image.side_px
-        {
-            bail!("both stages must have the same [network] and image.side_px");
-        }
-        Ok(Self { pretrain, finetune })
-    }
-
-    fn with_seed(&self, seed: u64) -> Self {
-        let of = |config: &BodyConfig| BodyConfig { seed, ..config.clone() };
-        Self { pretrain: of(&self.pretrain), finetune: of(&self.finetune) }
-    }
-}
-
 pub(super) fn run(args: &AblateBodyArgs) -> Result<()> {
     evpose_kernels::keep_freed_memory();
     let started = Instant::now();
     let device = args.device.open()?;
-    let stages = Stages::load(args)?;
+    let stages = Stages::load(&args.stages)?;
     if args.out.read_dir().is_ok_and(|mut entries| entries.next().is_some()) && !args.resume {
         bail!("{} is not empty: add --resume, or choose another --out", args.out.display());
     }
-    claim(args, &stages)?;
+    stages.claim(&args.out)?;
     let chosen = rows::selected(&args.rows);
     let seeds: Vec<u64> = (0..args.seeds).map(|i| stages.finetune.seed.saturating_add(i)).collect();
     say(format!("machine: {}", Machine::this()));
     say(format!("output:  {}", args.out.display()));
     let all: Vec<Stages> = seeds.iter().map(|&seed| stages.with_seed(seed)).collect();
-    let at_once = match (args.jobs, args.device.device) {
-        (Some(jobs), _) => usize::from(jobs),
-        (None, DeviceKind::Flex) => rayon::current_num_threads().min(4),
-        (None, _) => 1,
-    };
-    networks::train_all(&args.out, &chosen, &all, at_once, args.device.device)?;
+    let at_once = networks::concurrent(args.jobs, args.device.device);
+    let networks: Vec<Network> = chosen.iter().map(|row| row.network).collect();
+    networks::train_all(&args.out, &networks, &all, (at_once, args.device.device), None)?;
     let mut trials = outcome::Trials::new();
     for (index, row) in chosen.iter().enumerate() {
         let begun = Instant::now();
@@ -155,8 +108,8 @@ fn report(
 ) -> Result<()> {
     let outcome = outcome::Outcome::new(seeds, rows, trials)?;
     let [json, markdown, html] = RESULTS.map(|name| args.out.join(name));
-    write(&json, &outcome)?;
-    let configs = format!("{}\n{}", stages.pretrain.to_toml()?, stages.finetune.to_toml()?);
+    write_result(&json, &outcome)?;
+    let configs = stages.to_toml()?;
     let texts =
         [(markdown, outcome::markdown(&outcome)), (html, outcome::html(&outcome, &configs)?)];
     for (path, text) in texts {
@@ -164,28 +117,4 @@ fn report(
             .with_context(|| format!("writing {}", path.display()))?;
     }
     Ok(())
-}
-
-/// Claims the directory for these stages.
-fn claim(args: &AblateBodyArgs, stages: &Stages) -> Result<()> {
-    for (name, config) in [("pretrain.toml", &stages.pretrain), ("finetune.toml", &stages.finetune)]
-    {
-        let path = args.out.join(name);
-        if path.exists() {
-            let there = BodyConfig::read(&path)?;
-            let fields = config.differences(&there)?;
-            if !fields.is_empty() {
-                return Err(evpose_train::TrainError::ConfigDiffers { path, fields }.into());
-            }
-        } else {
-            std::fs::create_dir_all(&args.out)
-                .with_context(|| format!("creating {}", args.out.display()))?;
-            atomic_write(&path, config.to_toml()?.as_bytes())
-                .with_context(|| format!("writing {}", path.display()))?;
-        }
-    }
-    if args.out.join("run.toml").exists() {
-        return Ok(());
-    }
-    run_info::write(&args.out, stages.finetune.seed, None)
 }

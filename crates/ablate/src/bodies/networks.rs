@@ -1,4 +1,4 @@
-//! Training of the networks of the rows, several at once.
+//! Training of networks of bodies, several at once.
 //!
 //! One training does not use many cores well: the work between its large operations is
 //! single-threaded. Two trainings on one thread each finish a quarter sooner than one after the
@@ -16,9 +16,9 @@ use evpose_train::{ProgressCallback, TrainOptions};
 use indicatif::ProgressBar;
 use serde::{Deserialize, Serialize};
 
+use super::Network;
 use super::Stages;
-use super::rows::{Network, Row};
-use crate::directories::{read, write};
+use evpose_app::json::{read_result, write_result};
 use evpose_app::progress::{bar, say};
 use evpose_app::recorded;
 
@@ -28,27 +28,35 @@ type Chain = (Vec<Network>, Stages);
 /// State shared by the workers.
 struct TrainingQueue<'a> {
     out: &'a Path,
+    /// Data to train on, instead of that of a seed.
+    given: Option<&'a Path>,
     device: DeviceKind,
     /// Progress in images over all trainings.
     progress: ProgressBar,
     queue: Mutex<VecDeque<Chain>>,
 }
 
-/// Trains the networks of `rows` under the seeds of `stages`, `jobs` at once. Finished networks are
-/// kept.
-pub(super) fn train_all(
+/// Trains networks, and those that they start from, under the seeds of `stages`, `jobs` at once.
+/// Finished networks are kept. The second stage is trained on `given`, or on the recordings of a seed,
+/// which are simulated where they are missing.
+///
+/// # Errors
+/// If a network cannot be trained, or the directory is of another config.
+pub fn train_all(
     out: &Path,
-    rows: &[&Row],
+    networks: &[Network],
     stages: &[Stages],
-    jobs: usize,
-    device: DeviceKind,
+    (jobs, device): (usize, DeviceKind),
+    given: Option<&Path>,
 ) -> Result<()> {
-    for stages in stages {
-        recorded::prepare(&stages.finetune, &train_data(out, stages.finetune.seed))?;
+    if given.is_none() {
+        for stages in stages {
+            recorded::prepare(&stages.finetune, &train_data(out, stages.finetune.seed))?;
+        }
     }
-    let queue = queue(out, rows, stages);
-    let networks: Vec<&Network> = queue.iter().flat_map(|(chain, _)| chain).collect();
-    if networks.is_empty() {
+    let queue = queue(out, networks, stages);
+    let missing: Vec<&Network> = queue.iter().flat_map(|(chain, _)| chain).collect();
+    if missing.is_empty() {
         return Ok(());
     }
     let images = |stages: &Stages, network: Network| {
@@ -58,12 +66,9 @@ pub(super) fn train_all(
     let all = queue.iter().flat_map(|(chain, s)| chain.iter().map(|n| images(s, *n))).sum();
     let jobs = jobs.clamp(1, queue.len());
     let threads = (rayon::current_num_threads() / jobs).max(1);
-    say(format!(
-        "{} networks to train, {jobs} at once, threads of each: {threads}",
-        networks.len()
-    ));
+    say(format!("{} networks to train, {jobs} at once, threads of each: {threads}", missing.len()));
     let progress = bar("training", all, "images");
-    let trainings = TrainingQueue { out, device, progress, queue: Mutex::new(queue) };
+    let trainings = TrainingQueue { out, given, device, progress, queue: Mutex::new(queue) };
     let results: Vec<Result<()>> = std::thread::scope(|scope| {
         let worker = || {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
@@ -77,12 +82,23 @@ pub(super) fn train_all(
     results.into_iter().collect()
 }
 
+/// Number of concurrent trainings: as asked for, else one per thread of the CPU, at most four, and one
+/// on other devices.
+#[must_use]
+pub fn concurrent(jobs: Option<u16>, device: DeviceKind) -> usize {
+    match (jobs, device) {
+        (Some(jobs), _) => usize::from(jobs),
+        (None, DeviceKind::Flex) => rayon::current_num_threads().min(4),
+        (None, _) => 1,
+    }
+}
+
 /// Chains of untrained networks, the longest first, which shortens the time in which workers are
 /// idle.
-fn queue(out: &Path, rows: &[&Row], stages: &[Stages]) -> VecDeque<Chain> {
+fn queue(out: &Path, networks: &[Network], stages: &[Stages]) -> VecDeque<Chain> {
     let mut chains: Vec<Vec<Network>> = Vec::new();
-    for row in rows {
-        let first = row.network.starts_from().unwrap_or(row.network);
+    for &network in networks {
+        let first = network.starts_from().unwrap_or(network);
         let chain = match chains.iter_mut().find(|chain| chain[0] == first) {
             Some(chain) => chain,
             None => {
@@ -90,13 +106,13 @@ fn queue(out: &Path, rows: &[&Row], stages: &[Stages]) -> VecDeque<Chain> {
                 chains.last_mut().expect("just pushed")
             }
         };
-        if !chain.contains(&row.network) {
-            chain.push(row.network);
+        if !chain.contains(&network) {
+            chain.push(network);
         }
     }
     chains.sort_by_key(|chain| std::cmp::Reverse(chain.len()));
     let missing = |chain: &[Network], seed: u64| -> Vec<Network> {
-        let is_missing = |n: &Network| !directory(out, *n, seed).join(TRAINED).exists();
+        let is_missing = |n: &Network| !is_finished(&directory(out, n.name(), seed));
         chain.iter().copied().filter(is_missing).collect()
     };
     chains
@@ -124,10 +140,12 @@ impl TrainingQueue<'_> {
     fn train(&self, network: Network, stages: &Stages) -> Result<()> {
         let began = Instant::now();
         let seed = stages.finetune.seed;
-        let run = directory(self.out, network, seed);
+        let run = directory(self.out, network.name(), seed);
         let mut config = network.config(stages);
-        config.start_from = network.starts_from().map(|first| directory(self.out, first, seed));
-        let frames = BodyFrames::load(&config, &train_data(self.out, seed), &|_| {})?;
+        config.start_from =
+            network.starts_from().map(|first| directory(self.out, first.name(), seed));
+        let data = self.given.map_or_else(|| train_data(self.out, seed), Path::to_owned);
+        let frames = BodyFrames::load(&config, &data, &|_| {})?;
         let options = TrainOptions {
             device: self.device,
             resume: true,
@@ -138,8 +156,7 @@ impl TrainingQueue<'_> {
         let summary = train_body(&config, frames, &run, &options)
             .with_context(|| format!("training {}", run.display()))?;
         let all = config.training.steps as f64 * config.training.batch_size as f64;
-        let seconds = (summary.samples > 0).then(|| all / summary.samples_per_second);
-        write(&run.join(TRAINED), &Trained { seconds })?;
+        mark_finished(&run, (summary.samples > 0).then(|| all / summary.samples_per_second))?;
         self.progress.suspend(|| {
             say(format!(
                 "    {}, seed {seed}: trained in {:.1} min, {:.0} images/s",
@@ -163,12 +180,14 @@ impl TrainingQueue<'_> {
 }
 
 /// Directory of a network's run.
-pub(super) fn directory(out: &Path, network: Network, seed: u64) -> PathBuf {
-    out.join("networks").join(network.name()).join(format!("seed-{seed}"))
+#[must_use]
+pub fn directory(out: &Path, network: &str, seed: u64) -> PathBuf {
+    out.join("networks").join(network).join(format!("seed-{seed}"))
 }
 
-/// Recordings to train on.
-fn train_data(out: &Path, seed: u64) -> PathBuf {
+/// Directory of the recordings to train on, of a seed.
+#[must_use]
+pub fn train_data(out: &Path, seed: u64) -> PathBuf {
     out.join("data").join(format!("seed-{seed}")).join("train")
 }
 
@@ -180,9 +199,26 @@ struct Trained {
     seconds: Option<f64>,
 }
 
+/// Whether a network is finished.
+#[must_use]
+pub fn is_finished(run: &Path) -> bool {
+    run.join(TRAINED).exists()
+}
+
+/// Marks a network as finished, with the duration of its training in seconds.
+///
+/// # Errors
+/// If the mark cannot be written.
+pub fn mark_finished(run: &Path, seconds: Option<f64>) -> Result<()> {
+    write_result(&run.join(TRAINED), &Trained { seconds })
+}
+
 /// Duration of the training of a finished network in seconds; none if it was interrupted.
-pub(super) fn training_s(run: &Path) -> Result<Option<f64>> {
-    let trained: Option<Trained> = read(&run.join(TRAINED))?;
+///
+/// # Errors
+/// If its file cannot be read.
+pub fn training_s(run: &Path) -> Result<Option<f64>> {
+    let trained: Option<Trained> = read_result(&run.join(TRAINED))?;
     Ok(trained.and_then(|trained| trained.seconds))
 }
 
@@ -197,7 +233,8 @@ mod tests {
             pretrain: evpose_task::body::BodyConfig::default(),
             finetune: evpose_task::body::BodyConfig::default(),
         };
-        let queue = queue(Path::new("nowhere"), &rows::selected(&[]), &[stages]);
+        let networks: Vec<Network> = rows::ROWS.iter().map(|row| row.network).collect();
+        let queue = queue(Path::new("nowhere"), &networks, &[stages]);
         let mut before: Vec<Network> = Vec::new();
         for (chain, _) in queue {
             for network in chain {

@@ -9,9 +9,9 @@ use serde::Serialize;
 use super::rows::{FULL, Row};
 use super::trial::Trial;
 use crate::finding::Verdict;
-use crate::table::with_interval;
 use evpose_report::chart::{self, Series};
 use evpose_report::colour::{Colour, PALETTE};
+use evpose_report::format::with_interval;
 use evpose_report::html::{HtmlPage, escape};
 
 /// The trials of every row, by its name, in the order of the seeds.

@@ -6,13 +6,10 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use evpose_core::SensorSize;
-use evpose_task::body::{BodyConfig, BodySourceKind, LabelTime};
+use evpose_task::body::BodyConfig;
 
-use super::Stages;
+use super::{Network, Stages};
 use crate::finding::Relation;
-
-/// Events of a frame of fixed count.
-const FIXED_COUNT: usize = 7_500;
 
 /// The full method, with which every row is compared.
 pub(super) const FULL: &str = "full";
@@ -29,24 +26,6 @@ pub(super) struct Row {
     pub(super) published: Option<[f64; 2]>,
     /// Published relation to the full method.
     pub(super) expected: Option<Relation>,
-}
-
-/// A network and how it is trained.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Network {
-    /// EROS-like stills alone.
-    Pretrained,
-    /// Stills, then recordings as EROS.
-    Full,
-    /// Recordings as EROS alone.
-    Scratch,
-    /// Recordings as frames of a fixed number of events, labelled at their mean time.
-    FixedCount,
-    /// Recordings as integrated polarities.
-    Pim,
-    /// Stills, then grey frames at the same times as the recordings.
-    GreyPretrained,
-    Grey,
 }
 
 /// Test set: the held-out people of the second stage.
@@ -150,53 +129,6 @@ pub(super) fn selected(names: &[String]) -> Vec<&'static Row> {
         row.name == FULL || names.is_empty() || names.iter().any(|name| name == row.name)
     };
     ROWS.iter().filter(is_chosen).collect()
-}
-
-impl Network {
-    /// Name of its directory.
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Self::Pretrained => "pretrained",
-            Self::Full => "full",
-            Self::Scratch => "scratch",
-            Self::FixedCount => "fixed-count",
-            Self::Pim => "pim",
-            Self::GreyPretrained => "grey-pretrained",
-            Self::Grey => "grey",
-        }
-    }
-
-    /// The network that it starts from.
-    pub(super) fn starts_from(self) -> Option<Self> {
-        match self {
-            Self::Full => Some(Self::Pretrained),
-            Self::Grey => Some(Self::GreyPretrained),
-            _ => None,
-        }
-    }
-
-    /// Its training.
-    pub(super) fn config(self, stages: &Stages) -> BodyConfig {
-        let mut config = match self {
-            Self::Pretrained | Self::GreyPretrained => stages.pretrain.clone(),
-            _ => stages.finetune.clone(),
-        };
-        config.start_from = None;
-        match self {
-            Self::Pretrained | Self::Full | Self::Scratch => {}
-            Self::FixedCount => {
-                config.image.representation = format!("fixed-count:n={FIXED_COUNT}");
-                config.data.label_at = LabelTime::MeanOf(FIXED_COUNT);
-            }
-            Self::Pim => config.image.representation = "pim".to_owned(),
-            Self::GreyPretrained => config.data.source = BodySourceKind::GreyStills,
-            Self::Grey => config.data.source = BodySourceKind::GreyRecordings,
-        }
-        if matches!(self, Self::GreyPretrained | Self::Grey) {
-            config.image.blur = None;
-        }
-        config
-    }
 }
 
 impl Test {

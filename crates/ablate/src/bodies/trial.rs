@@ -11,10 +11,10 @@ use evpose_task::body::{BodyCheckpoint, BodyConfig, BodyPredictor, BodyPredictor
 use evpose_train::body::evaluate_frames;
 use serde::{Deserialize, Serialize};
 
-use super::Stages;
 use super::networks;
-use super::rows::{Network, Row, Test};
-use crate::directories::{read, write};
+use super::rows::{Row, Test};
+use super::{Network, Stages};
+use evpose_app::json::{read_result, write_result};
 use evpose_app::recorded;
 use evpose_app::run_info::COMMIT;
 
@@ -42,10 +42,10 @@ pub(super) struct Trial {
 pub(super) fn run(out: &Path, row: &Row, stages: &Stages, device: &Device) -> Result<Trial> {
     let seed = stages.finetune.seed;
     let path = out.join("rows").join(row.name).join(format!("seed-{seed}.json"));
-    if let Some(trial) = read(&path)? {
+    if let Some(trial) = read_result(&path)? {
         return Ok(trial);
     }
-    let run = networks::directory(out, row.network, seed);
+    let run = networks::directory(out, row.network.name(), seed);
     let checkpoint = BodyCheckpoint::load(&run, device)?;
     let data = recordings(out, row.evaluated_on, stages)?;
     let config = evaluation_config(row.network, row.evaluated_on, stages);
@@ -73,7 +73,7 @@ pub(super) fn run(out: &Path, row: &Row, stages: &Stages, device: &Device) -> Re
     };
     std::fs::create_dir_all(path.parent().unwrap_or(out))
         .with_context(|| format!("creating {}", path.display()))?;
-    write(&path, &trial)?;
+    write_result(&path, &trial)?;
     Ok(trial)
 }
 

@@ -10,7 +10,7 @@ use evpose_stats::interval::Interval;
 use evpose_task::body::{BodyCheckpoint, BodyPredictor, BodyPredictorOptions, PropagationConfig};
 use evpose_train::body::{
     BodyRecordingResult, BodyRecordings, BodyResults, DetectionCounts, evaluate_body,
-    evaluate_propagation, mean_pose_of_recordings,
+    evaluate_propagation, holds_annotations, mean_pose_of_recordings,
 };
 use serde::Serialize;
 
@@ -73,7 +73,7 @@ pub(super) fn run(model: &BodyModel, args: &EvalArgs) -> Result<()> {
         );
     }
     if let Some(data) = &args.data {
-        if is_image_set(data) {
+        if holds_annotations(data) {
             images::run(model, args, data)?;
         } else {
             evaluate(model, args, data)?;
@@ -88,12 +88,6 @@ pub(super) fn run(model: &BodyModel, args: &EvalArgs) -> Result<()> {
     Ok(())
 }
 
-/// Whether a path is one of images with annotations, not of recordings.
-fn is_image_set(data: &Path) -> bool {
-    let is_json = data.extension().is_some_and(|ending| ending == "json");
-    is_json || ["poses.json", "train.json"].iter().any(|name| data.join(name).is_file())
-}
-
 /// Evaluates a model on the recordings of a directory.
 fn evaluate(model: &BodyModel, args: &EvalArgs, data: &Path) -> Result<()> {
     let checkpoint = &model.checkpoint;
@@ -103,7 +97,7 @@ fn evaluate(model: &BodyModel, args: &EvalArgs, data: &Path) -> Result<()> {
     let recordings = BodyRecordings::open(data)?;
     let mean = match checkpoint.mean_pose {
         Some(mean) => mean,
-        None => mean_pose_of_recordings(&recordings, checkpoint)?,
+        None => mean_pose_of_recordings(&recordings, &checkpoint.config.image)?,
     };
     let every_ms = args.stride_ms.unwrap_or(checkpoint.config.evaluation.every_ms);
     let every = Micros(1_000 * i64::from(every_ms));

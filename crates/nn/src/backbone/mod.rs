@@ -9,7 +9,7 @@ mod inception_v3;
 mod mnasnet;
 mod mobilenet_v2;
 mod registry;
-mod resnet;
+pub(crate) mod resnet;
 mod shufflenet_v2;
 mod spec;
 mod vgg;

@@ -60,7 +60,7 @@ pub(crate) struct ResNet {
 
 /// Two 3x3 convolutions around which the input is added.
 #[derive(Module, Debug)]
-struct BasicBlock {
+pub(crate) struct BasicBlock {
     first: ConvNorm,
     second: ConvNorm,
     /// A 1x1 convolution where the block changes the size; nothing elsewhere.
@@ -75,27 +75,40 @@ impl ResNetConfig {
 
     /// The network with all weights zero.
     fn init(self, device: &Device) -> ResNet {
-        let stage = |index: usize| {
-            let channels = self.channels << index;
-            let first = match index {
-                0 => BasicBlock::new(channels, channels, 1, device),
-                _ => BasicBlock::new(channels / 2, channels, 2, device),
-            };
-            let rest = 1..self.blocks[index];
-            let rest = rest.map(|_| BasicBlock::new(channels, channels, 1, device));
-            std::iter::once(first).chain(rest).collect()
-        };
+        let stage =
+            |index: usize| stage(self.channels << index, self.blocks[index], index > 0, device);
         ResNet {
             stem: ConvNormConfig::new(3, self.channels, 7).with_stride(2).init(device),
-            pool: MaxPool2dConfig::new([3, 3])
-                .with_strides([2, 2])
-                .with_padding(PaddingConfig2d::Explicit(1, 1, 1, 1))
-                .init(),
+            pool: stem_pool(),
             stages: (0..4).map(stage).collect(),
             mean: AdaptiveAvgPool2dConfig::new([1, 1]).init(),
             head: linear(self.channels * 8, self.outputs, device),
         }
     }
+}
+
+/// The pooling behind the first layer: 3x3 pixels, stride 2.
+pub(crate) fn stem_pool() -> MaxPool2d {
+    MaxPool2dConfig::new([3, 3])
+        .with_strides([2, 2])
+        .with_padding(PaddingConfig2d::Explicit(1, 1, 1, 1))
+        .init()
+}
+
+/// A stage of so many blocks of `channels` channels. One that is `halved` halves the size of
+/// images, which have half as many channels before it.
+pub(crate) fn stage(
+    channels: usize,
+    blocks: usize,
+    halved: bool,
+    device: &Device,
+) -> Vec<BasicBlock> {
+    let first = match halved {
+        false => BasicBlock::new(channels, channels, 1, device),
+        true => BasicBlock::new(channels / 2, channels, 2, device),
+    };
+    let rest = (1..blocks).map(|_| BasicBlock::new(channels, channels, 1, device));
+    std::iter::once(first).chain(rest).collect()
 }
 
 impl BackboneNet for ResNet {
@@ -135,7 +148,7 @@ impl BasicBlock {
     /// # Shapes
     /// - input: `[batch, channels_in, height, width]`
     /// - output: `[batch, channels_out, ceil(height / stride), ceil(width / stride)]`
-    fn forward<N: NetOps>(&self, input: N) -> N {
+    pub(crate) fn forward<N: NetOps>(&self, input: N) -> N {
         let x = self.second.forward(self.first.forward_relu(input.clone()));
         let shortcut = match &self.shortcut {
             Some(shortcut) => shortcut.forward(input),
@@ -146,7 +159,7 @@ impl BasicBlock {
 }
 
 /// `stages.0.1.first.conv.x` is `layer1.1.conv1.x`.
-fn torchvision_path(path: &str) -> String {
+pub(crate) fn torchvision_path(path: &str) -> String {
     let parts: Vec<&str> = path.split('.').collect();
     match *parts.as_slice() {
         ["stem", "conv", name] => format!("conv1.{name}"),

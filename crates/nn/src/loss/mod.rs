@@ -1,7 +1,11 @@
-//! The losses of the two networks.
+//! The losses of the networks.
 
 mod body;
 mod hand;
+mod heatmap;
+mod marginal;
 
 pub use body::{BodyLoss, BodyLossConfig, BodyLossParts, BodyTargets};
 pub use hand::{HandLoss, HandLossConfig, HandLossParts};
+pub use heatmap::{HeatmapTargets, heatmap_loss};
+pub use marginal::{MarginalLossParts, MarginalTargets, marginal_loss};

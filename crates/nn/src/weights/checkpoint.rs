@@ -13,15 +13,17 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::strict::{Layout, Stored, fill_strictly};
-use super::{BodyCard, ModelCard};
+use super::{BaselineCard, BodyCard, ModelCard};
 use crate::parameters::read;
-use crate::{HandRegressor, MoveEnet, NnError};
+use crate::{BaselineNetwork, HandRegressor, MoveEnet, NnError};
 
 const FORMAT: &str = "burnpack";
 /// Key of the card among the container's metadata.
 const CARD_KEY: &str = "evpose.model";
 /// The same for the config of a body's network.
 const BODY_KEY: &str = "evpose.body";
+/// The same for the config of a baseline.
+const BASELINE_KEY: &str = "evpose.baseline";
 
 /// Writes `network` to `path`, whole or not at all.
 ///
@@ -60,6 +62,32 @@ pub fn save_body(path: &Path, network: &MoveEnet, card: &BodyCard) -> Result<(),
 /// As there.
 pub fn load_body(path: &Path, device: &Device) -> Result<(MoveEnet, BodyCard), NnError> {
     let (reader, card) = open::<BodyCard>(path, BODY_KEY)?;
+    let network = card.network.zeros(device)?;
+    Ok((filled(path, reader, network)?, card))
+}
+
+/// As [`save`], of a baseline; the card's `network` is replaced by what it was built from.
+///
+/// # Errors
+/// [`NnError::Io`] if the file cannot be written.
+pub fn save_baseline(
+    path: &Path,
+    network: &BaselineNetwork,
+    card: &BaselineCard,
+) -> Result<(), NnError> {
+    let card = BaselineCard { network: network.config(), ..card.clone() };
+    write(path, network, BASELINE_KEY, &card)
+}
+
+/// As [`load`], of a baseline.
+///
+/// # Errors
+/// As there.
+pub fn load_baseline(
+    path: &Path,
+    device: &Device,
+) -> Result<(BaselineNetwork, BaselineCard), NnError> {
+    let (reader, card) = open::<BaselineCard>(path, BASELINE_KEY)?;
     let network = card.network.zeros(device)?;
     Ok((filled(path, reader, network)?, card))
 }
@@ -172,6 +200,25 @@ mod tests {
         assert!(holds_body(&path) && !holds_body(folder.path()));
         save(&path, &network(5, &device), &ModelCard::default()).unwrap();
         assert!(!holds_body(&path));
+    }
+
+    #[test]
+    fn a_baseline_comes_back_whichever_it_is() {
+        use crate::{BaselineNetworkConfig, Dhp19CnnConfig, LiftMonoConfig};
+        let (folder, device) = (tempfile::tempdir().unwrap(), Device::flex());
+        let path = folder.path().join("baseline.bpk");
+        let lift = LiftMonoConfig { joints: 2, width: 0.0625, stages: 2 };
+        for config in [
+            BaselineNetworkConfig::Dhp19Cnn(Dhp19CnnConfig { joints: 3, width: 0.125 }),
+            BaselineNetworkConfig::LiftMono(lift),
+        ] {
+            let saved = config.init(7, &device).unwrap();
+            save_baseline(&path, &saved, &BaselineCard::default()).unwrap();
+            let (back, card) = load_baseline(&path, &device).unwrap();
+            assert_eq!((&card.network, back.config()), (&config, config.clone()));
+            assert_eq!(read(&back), read(&saved));
+            assert!(matches!(load_body(&path, &device), Err(NnError::Card { .. })));
+        }
     }
 
     #[test]

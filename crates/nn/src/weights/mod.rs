@@ -1,22 +1,26 @@
 //! Weight files: our own checkpoints, which describe their network, and PyTorch's.
 //!
 //! * [`save`], [`load`]: a `.bpk` file with a [`ModelCard`] inside; [`save_body`], [`load_body`]:
-//!   the same of bodies; [`holds_body`]: whether a file is one of the latter.
+//!   the same of bodies; [`holds_body`]: whether a file is one of the latter; [`save_baseline`],
+//!   [`load_baseline`]: the same of baselines.
 //! * [`load_pytorch`], [`load_move_enet`]: `.pth` and Lightning `.ckpt` files of the published
 //!   networks.
+//! * [`load_dhp19_cnn`], [`load_lift_mono`]: those of the networks that MoveEnet is compared with.
 //! * [`save_safetensors`]: a MoveEnet under its names in PyTorch.
 //!
 //! Loading is strict: a parameter missing, left over or of another shape is an error that names it.
 
 mod checkpoint;
+mod keras;
 mod model_card;
 mod pytorch;
 mod safetensors;
 mod strict;
 
-pub use checkpoint::{holds_body, load, load_body, save, save_body};
-pub use model_card::{BodyCard, InputConfig, ModelCard};
-pub use pytorch::{load_move_enet, load_pytorch};
+pub use checkpoint::{holds_body, load, load_baseline, load_body, save, save_baseline, save_body};
+pub use keras::load_dhp19_cnn;
+pub use model_card::{BaselineCard, BodyCard, InputConfig, ModelCard};
+pub use pytorch::{load_lift_mono, load_move_enet, load_pytorch};
 pub use safetensors::save_safetensors;
 
 pub use crate::error::Mismatch;

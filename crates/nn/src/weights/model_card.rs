@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::{HandRegressorConfig, MoveEnetConfig};
+use crate::{BaselineNetworkConfig, HandRegressorConfig, MoveEnetConfig};
 
 /// The network a weight file holds and the images it was made for, kept inside the file as TOML.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -26,6 +26,17 @@ pub struct BodyCard {
     /// The network.
     pub network: MoveEnetConfig,
     /// The origin of the weights: configuration, mean pose, data.
+    #[serde(default)]
+    pub provenance: BTreeMap<String, String>,
+}
+
+/// The network of a baseline that a weight file holds, kept inside the file as TOML.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BaselineCard {
+    /// The network.
+    pub network: BaselineNetworkConfig,
+    /// The origin of the weights: configuration, torso, data.
     #[serde(default)]
     pub provenance: BTreeMap<String, String>,
 }

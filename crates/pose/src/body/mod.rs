@@ -5,29 +5,36 @@
 //! * [`BodyLabel`]: the annotation of the person in an image.
 //! * [`BodyMaps`]: heatmaps, centres, regressions and offsets.
 //! * [`BodyDecoder`]: from maps to [`BodyJoint`]s.
+//! * [`OpenPoseDecoder`], [`movenet_joints`], [`joints_of_coco`]: outputs of networks of others.
 //! * [`fusion`]: detections fused with velocities measured from events; [`BodyFollower`] does both.
 //! * [`pose_score`], [`PresenceScore`]: whether somebody is there.
 //! * [`positions`], [`positions_and_scores`]: joints as rows of plain values.
 //! * [`triangulation`]: points in the world from several cameras, and [`SpatialFilter`] over time.
 //! * [`velocity`]: velocities of joints, measured from events.
 
+mod coco;
 mod decoder;
 mod follower;
 pub mod fusion;
 mod joint;
 mod label;
 mod maps;
+mod movenet;
+mod openpose;
 mod score;
 mod skeleton;
 mod spatial_filter;
 pub mod triangulation;
 pub mod velocity;
 
+pub use coco::{COCO_KEYPOINTS, joints_of_coco};
 pub use decoder::{BodyDecoder, DEFAULT_SOFTENING, DEFAULT_THRESHOLD};
 pub use follower::BodyFollower;
 pub use joint::{BodyJoint, positions, positions_and_scores};
 pub use label::{BodyLabel, Keypoint, Visibility};
 pub use maps::BodyMaps;
+pub use movenet::{MOVENET_VALUES, movenet_joints};
+pub use openpose::{OpenPoseDecoder, OpenPoseModel, OpenPoseOptions, OpenPosePerson};
 pub use score::{PresenceScore, pose_score};
 pub use skeleton::{
     BODY_JOINTS, BodyPoints, JOINT_NAMES, LIMBS, MIRRORED, file_from_network, network_from_file,

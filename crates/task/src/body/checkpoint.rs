@@ -40,12 +40,7 @@ impl BodyCheckpoint {
         let mut card = BodyCard { network: self.network.config().clone(), ..BodyCard::default() };
         card.provenance.insert(CONFIG.to_owned(), self.config.to_toml()?);
         if let Some(mean) = &self.mean_pose {
-            let joint = |joint: &Option<Vec2>| match joint {
-                Some(at) => format!("{} {}", at.x, at.y),
-                None => "- -".to_owned(),
-            };
-            let joints: Vec<String> = mean.iter().map(joint).collect();
-            card.provenance.insert(MEAN_POSE.to_owned(), joints.join(" "));
+            card.provenance.insert(MEAN_POSE.to_owned(), pose_as_text(mean));
         }
         if let Some(data) = &self.data {
             card.provenance.insert(DATA.to_owned(), data.clone());
@@ -81,12 +76,23 @@ impl BodyCheckpoint {
             Some(text) => BodyConfig::parse(text, &[])?,
             None => BodyConfig { network: card.network, ..BodyConfig::default() },
         };
-        let mean_pose = card.provenance.get(MEAN_POSE).and_then(|text| read_pose(text));
+        let mean_pose = card.provenance.get(MEAN_POSE).and_then(|text| pose_from_text(text));
         Ok(Self { config, network, mean_pose, data: card.provenance.get(DATA).cloned() })
     }
 }
 
-fn read_pose(text: &str) -> Option<BodyPoints> {
+/// A pose as weight files keep it: x and y of every joint, dashes where it is not known.
+pub(crate) fn pose_as_text(pose: &BodyPoints) -> String {
+    let joint = |joint: &Option<Vec2>| match joint {
+        Some(at) => format!("{} {}", at.x, at.y),
+        None => "- -".to_owned(),
+    };
+    let joints: Vec<String> = pose.iter().map(joint).collect();
+    joints.join(" ")
+}
+
+/// The pose of a text of [`pose_as_text`]; none if it is another.
+pub(crate) fn pose_from_text(text: &str) -> Option<BodyPoints> {
     let values: Vec<Option<f32>> = text.split(' ').map(|value| value.parse().ok()).collect();
     let pairs = values.as_chunks::<2>().0;
     (pairs.len() == BODY_JOINTS).then(|| {

@@ -18,6 +18,7 @@ mod spatial;
 pub use augmentation::BodyAugmentation;
 pub use batch::ImageBatch;
 pub use checkpoint::BodyCheckpoint;
+pub(crate) use checkpoint::{pose_as_text, pose_from_text};
 pub use config::{
     BodyConfig, BodyDataConfig, BodyDecodingConfig, BodyEvaluationConfig, BodyImageConfig,
     BodySourceKind, BodyTargetConfig, BodyTrainingConfig, BodyViewKind, LabelTime, NoiseHistory,

@@ -71,6 +71,11 @@ impl RepresentationReader {
         self.canonical.view_points(sensor_px)
     }
 
+    /// Joints on the sensor of joints in the images, both in pixels; none beyond the sensor.
+    pub fn sensor_points(&self, image_px: &BodyPoints) -> BodyPoints {
+        self.canonical.sensor_points(image_px)
+    }
+
     /// When the recording begins; none if it is empty.
     pub fn start(&self) -> Option<Micros> {
         self.windows.start()

@@ -33,7 +33,7 @@ pub(super) fn frames(
             .map_err(|error| problem(error.to_string()))?;
         progress(1);
         let t = Micros::from_seconds(annotation.t_s.unwrap_or(0.0));
-        Ok(BodyFrame { image, label: annotation.label.clone(), sequence, t })
+        Ok(BodyFrame { image, label: annotation.label.clone(), sequence, t, camera: None })
     };
     let mut frames = annotations
         .par_iter()
@@ -42,6 +42,12 @@ pub(super) fn frames(
         .collect::<Result<Vec<_>, TrainError>>()?;
     frames.sort_by_key(|frame| (frame.sequence, frame.t));
     Ok(BodyFrames { frames })
+}
+
+/// Whether a path is an annotation file or a directory with one, not recordings.
+pub fn holds_annotations(data: &Path) -> bool {
+    let is_json = data.extension().is_some_and(|ending| ending == "json");
+    is_json || SETS.iter().any(|(file, _)| data.join(file).is_file())
 }
 
 /// The annotation file and the folder of its images.

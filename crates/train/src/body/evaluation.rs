@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use evpose_core::Micros;
-use evpose_pose::body::{BODY_JOINTS, BodyPoints};
+use evpose_pose::PoseError;
+use evpose_pose::body::BodyPoints;
 use evpose_pose::metric::body::{
     BodyEvaluation, BodyPrediction, BodyProtocol, BodySequence, BodyTruth, MeanBody,
 };
@@ -15,7 +16,7 @@ use super::detections::DetectionCounts;
 use super::frames::{BodyFrame, BodyFrames, label_of};
 use super::recordings::{BodyRecordings, PoseTrack};
 use crate::TrainError;
-use evpose_task::body::BodyCheckpoint;
+use evpose_task::body::{BodyCheckpoint, BodyImageConfig};
 use evpose_task::body::{BodyPredictor, BodyRecordingStream, RepresentationReader};
 
 /// Ground truth, predictions and scores of one recording.
@@ -119,33 +120,47 @@ pub fn evaluate_frames(
     frames: &BodyFrames,
     mean_pose: &BodyPoints,
 ) -> Result<(BodyEvaluation, BodyEvaluation), TrainError> {
+    let network = evaluate_frames_with(
+        frames,
+        || predictor.another(),
+        |predictor, frame| {
+            Ok::<_, TrainError>(predictor.predict(frame.t.as_seconds(), &frame.image))
+        },
+    )?;
+    let constant = |frame: &BodyFrame| {
+        let size_px = frame.size_px();
+        let joints_px = mean_pose.map(|joint| joint.map(|at| at * size_px));
+        BodyPrediction { t_s: frame.t.as_seconds(), delay_s: 0.0, joints_px }
+    };
+    let mean_pose =
+        evaluate_frames_with(frames, || (), |(), frame| Ok::<_, TrainError>(constant(frame)))?;
+    Ok((network, mean_pose))
+}
+
+/// Evaluates any predictor on images with labels: `start` makes one for each sequence, `predict` runs
+/// it on the images in their order.
+///
+/// # Errors
+/// Those of `predict`, or if a label is not finite.
+pub fn evaluate_frames_with<P, E: From<PoseError> + Send>(
+    frames: &BodyFrames,
+    start: impl Fn() -> P + Sync,
+    predict: impl Fn(&mut P, &BodyFrame) -> Result<BodyPrediction, E> + Sync,
+) -> Result<BodyEvaluation, E> {
     let sequences: Vec<&[BodyFrame]> =
         frames.frames.chunk_by(|a, b| a.sequence == b.sequence).collect();
-    let one = |predictor: &mut BodyPredictor, frames: &&[BodyFrame]| {
-        let (mut truth, mut predictions, mut constant) = (Vec::new(), Vec::new(), Vec::new());
-        for frame in *frames {
-            let t_s = frame.t.as_seconds();
-            let size_px = Vec2::new(frame.image.width() as f32, frame.image.height() as f32);
-            let mut joints_px = [None; BODY_JOINTS];
-            for (joint, keypoint) in joints_px.iter_mut().zip(&frame.label.keypoints) {
-                *joint = keypoint.is_labelled().then(|| keypoint.position * size_px);
-            }
-            truth.push(BodyTruth::by_torso(t_s, joints_px));
-            predictions.push(predictor.predict(t_s, &frame.image));
-            let joints_px = mean_pose.map(|joint| joint.map(|at| at * size_px));
-            constant.push(BodyPrediction { t_s, delay_s: 0.0, joints_px });
-        }
-        let protocol = BodyProtocol::default();
-        let score =
-            |predictions: &[BodyPrediction]| BodySequence::evaluate(&truth, predictions, &protocol);
-        Ok((score(&predictions)?, score(&constant)?))
+    let one = |frames: &&[BodyFrame]| {
+        let mut predictor = start();
+        let truth: Vec<BodyTruth> = frames
+            .iter()
+            .map(|frame| BodyTruth::by_torso(frame.t.as_seconds(), frame.joints_px()))
+            .collect();
+        let predictions: Vec<BodyPrediction> =
+            frames.iter().map(|frame| predict(&mut predictor, frame)).collect::<Result<_, E>>()?;
+        Ok(BodySequence::evaluate(&truth, &predictions, &BodyProtocol::default())?)
     };
-    let scores: Vec<(BodySequence, BodySequence)> = sequences
-        .par_iter()
-        .map_init(|| predictor.another(), one)
-        .collect::<Result<_, TrainError>>()?;
-    let (network, mean_pose) = scores.into_iter().unzip();
-    Ok((BodyEvaluation { sequences: network }, BodyEvaluation { sequences: mean_pose }))
+    let sequences = sequences.par_iter().map(one).collect::<Result<_, E>>()?;
+    Ok(BodyEvaluation { sequences })
 }
 
 /// The ground truth of a table of poses: the scale of each pose is its own torso.
@@ -160,11 +175,11 @@ pub fn ground_truth(table: &PoseTable) -> Vec<BodyTruth> {
 /// If a table cannot be read.
 pub fn mean_pose_of_recordings(
     recordings: &BodyRecordings,
-    checkpoint: &BodyCheckpoint,
+    image: &BodyImageConfig,
 ) -> Result<BodyPoints, TrainError> {
     let mut mean = MeanBody::default();
     for (events, poses) in &recordings.files {
-        let sensor = RepresentationReader::open(events, &checkpoint.config.image)?.sensor();
+        let sensor = RepresentationReader::open(events, image)?.sensor();
         for row in PoseTable::read(poses)?.rows {
             mean.push(&label_of(&row.joints_px, sensor));
         }

@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use evpose_core::{Micros, Plane, SensorSize};
-use evpose_pose::body::{BodyLabel, BodyPoints, Keypoint, Visibility};
+use evpose_core::{LensCamera, Micros, Plane, SensorSize};
+use evpose_pose::body::{BODY_JOINTS, BodyLabel, BodyPoints, Keypoint, Visibility};
 use evpose_pose::metric::body::MeanBody;
 use evpose_repr::ErosLikeWork;
 use evpose_sim::person::People;
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::recordings::BodyRecordings;
@@ -25,6 +25,36 @@ pub struct BodyFrame {
     pub sequence: u64,
     /// Time stamp in its recording.
     pub t: Micros,
+    /// The joints in the camera, where the recording says where it stands.
+    pub camera: Option<CameraJoints>,
+}
+
+/// The joints of a person in a camera.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CameraJoints {
+    /// Joints in metres in camera space: x right, y up, looking along -z; not finite where they are
+    /// not known.
+    pub joints_m: [Vec3; BODY_JOINTS],
+    /// The camera.
+    pub lens: LensCamera,
+    /// Its sensor.
+    pub sensor: SensorSize,
+}
+
+impl BodyFrame {
+    /// Width and height of the image, in pixels.
+    pub fn size_px(&self) -> Vec2 {
+        Vec2::new(self.image.width() as f32, self.image.height() as f32)
+    }
+
+    /// Labelled joints in pixels of the image.
+    pub fn joints_px(&self) -> BodyPoints {
+        let mut joints_px = [None; BODY_JOINTS];
+        for (joint, keypoint) in joints_px.iter_mut().zip(&self.label.keypoints) {
+            *joint = keypoint.is_labelled().then(|| keypoint.position * self.size_px());
+        }
+        joints_px
+    }
 }
 
 /// Images with labels.
@@ -86,7 +116,7 @@ impl BodyFrames {
             };
             progress(1);
             let label = label_of(&still.joints_px, sensor);
-            Ok(BodyFrame { image, label, sequence: index, t: Micros(0) })
+            Ok(BodyFrame { image, label, sequence: index, t: Micros(0), camera: None })
         };
         let frames = (0..config.data.stills)
             .into_par_iter()
@@ -152,8 +182,6 @@ pub(super) fn label_of(joints_px: &BodyPoints, sensor: SensorSize) -> BodyLabel 
 mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
 
-    use evpose_pose::body::BODY_JOINTS;
-
     use super::*;
 
     fn frames(sequences: &[u64]) -> BodyFrames {
@@ -166,6 +194,7 @@ mod tests {
                 label: label_of(&joints_px, sensor),
                 sequence,
                 t: Micros(k as i64),
+                camera: None,
             }
         };
         BodyFrames { frames: sequences.iter().enumerate().map(frame).collect() }

@@ -1,28 +1,22 @@
-//! Batches of images in an order that depends on nothing but the config, so that a resumed run sees
-//! the same.
+//! Images with targets as batches, each time a little different.
 
 use std::ops::Range;
 use std::sync::Arc;
-use std::time::Instant;
 
-use burn::data::dataloader::{DataLoader, DataLoaderIterator, Progress};
-use burn::data::dataset::DatasetError;
 use burn::tensor::{Device, Tensor, TensorData};
 use evpose_core::seed_for;
 use evpose_nn::BodyTargets;
 use evpose_pose::body::BodyLabel;
+use evpose_task::body::{BodyAugmentation, BodyConfig, Interpolation};
 use rayon::prelude::*;
 
 use super::augmentation::{self, BodyView};
 use super::batch::BodyBatch;
 use super::frames::BodyFrames;
 use super::targets::BodyGrid;
+use crate::batch_loader::BatchSource;
 use crate::order::SampleOrder;
-use crate::passes::{Passes, TrainingSpan};
-use crate::prefetch::Prefetch;
-use crate::waiting::{DataWait, WaitMeter};
-use evpose_task::body::BodyConfig;
-use evpose_task::body::{BodyAugmentation, Interpolation};
+use crate::passes::Passes;
 
 /// Channels of the network's input, all the same.
 const CHANNELS: usize = 3;
@@ -40,75 +34,58 @@ pub(super) struct BodyItem {
     pub(super) step: u64,
 }
 
-/// Images as batches for Burn.
+/// Images that become batches: augmented in training, as they are in validation.
 #[derive(Clone)]
-pub(super) struct BodyLoader {
+pub(super) struct BodyBatches {
     data: Arc<BodyFrames>,
-    batch_size: usize,
     side_px: usize,
     seed: u64,
     order: SampleOrder,
     grid: Arc<BodyGrid>,
     augmentation: Arc<BodyAugmentation>,
     interpolation: Interpolation,
-    passes: Passes,
-    meter: Option<WaitMeter>,
-    device: Device,
 }
 
-impl BodyLoader {
-    fn new(data: Arc<BodyFrames>, config: &BodyConfig, passes: Passes, device: Device) -> Self {
+/// A batch in the memory of the host, not yet on the device.
+pub(super) struct HostBatch {
+    images: Vec<f32>,
+    batch: BodyBatch,
+    labels: Vec<BodyLabel>,
+}
+
+impl BodyBatches {
+    pub(super) fn new(data: Arc<BodyFrames>, config: &BodyConfig) -> Self {
         let side_px = config.image.side_px;
         Self {
             order: SampleOrder::new(data.len() as u64, seed_for(config.seed, "body order", 0)),
             data,
-            batch_size: config.training.batch_size,
             side_px,
             seed: seed_for(config.seed, "body views", 0),
             grid: Arc::new(BodyGrid::new(side_px / CELL_PX, config.targets.parity)),
             augmentation: Arc::new(config.augmentation.clone()),
             interpolation: config.image.interpolation,
-            passes,
-            meter: None,
-            device,
         }
-    }
-
-    /// Batches for training, starting with interval `interval` (from 1).
-    pub(super) fn training(
-        data: Arc<BodyFrames>,
-        config: &BodyConfig,
-        (interval, span): (usize, TrainingSpan),
-        device: Device,
-        meter: WaitMeter,
-    ) -> Self {
-        let passes = Passes::training(interval, span);
-        Self { meter: Some(meter), ..Self::new(data, config, passes, device) }
-    }
-
-    /// The same batches at every validation.
-    pub(super) fn validation(data: Arc<BodyFrames>, config: &BodyConfig, device: Device) -> Self {
-        let samples = config.training.validation_samples.min(data.len() as u64);
-        Self::new(data, config, Passes::Validation { samples }, device)
     }
 
     /// The image of the sample at a position, and its view.
-    fn view(&self, position: u64) -> (usize, BodyView) {
-        match self.passes {
+    fn view(&self, passes: &Passes, position: u64) -> (usize, BodyView) {
+        let index = passes.sample(&self.order, self.data.len(), position);
+        let label = &self.data.frames[index].label;
+        let view = match passes {
             Passes::Training { .. } => {
-                let index = self.order.at(position) as usize;
-                let label = &self.data.frames[index].label;
-                (index, augmentation::draw(&self.augmentation, self.seed, position, label))
+                augmentation::draw(&self.augmentation, self.seed, position, label)
             }
-            Passes::Validation { samples } => {
-                let index = (position * self.data.len() as u64 / samples) as usize;
-                let label = &self.data.frames[index].label;
-                (index, BodyView::plain(label, self.interpolation))
-            }
-        }
+            Passes::Validation { .. } => BodyView::plain(label, self.interpolation),
+        };
+        (index, view)
     }
+}
 
-    fn host_batch(&self, positions: Range<u64>) -> HostBatch {
+impl BatchSource for BodyBatches {
+    type Host = HostBatch;
+    type Item = BodyItem;
+
+    fn host_batch(&self, passes: &Passes, positions: Range<u64>) -> HostBatch {
         let count = (positions.end - positions.start) as usize;
         let pixels = self.side_px * self.side_px;
         let mut images = vec![0.0; count * CHANNELS * pixels];
@@ -119,7 +96,7 @@ impl BodyLoader {
             .zip(batch.samples_mut())
             .enumerate()
             .map(|(k, (image, mut targets))| {
-                let (index, view) = self.view(positions.start + k as u64);
+                let (index, view) = self.view(passes, positions.start + k as u64);
                 let (first, others) = image.split_at_mut(pixels);
                 view.render(&self.data.frames[index].image, self.side_px, first);
                 others.chunks_mut(pixels).for_each(|channel| channel.copy_from_slice(first));
@@ -130,90 +107,13 @@ impl BodyLoader {
         HostBatch { images, batch, labels }
     }
 
-    fn item(&self, host: HostBatch, step: u64) -> BodyItem {
+    fn item(&self, host: HostBatch, step: u64, device: &Device) -> BodyItem {
         let shape = [host.labels.len(), CHANNELS, self.side_px, self.side_px];
         BodyItem {
-            images: Tensor::from_data(TensorData::new(host.images, shape), &self.device),
-            targets: host.batch.into_tensors(&self.device),
+            images: Tensor::from_data(TensorData::new(host.images, shape), device),
+            targets: host.batch.into_tensors(device),
             labels: host.labels,
             step,
         }
-    }
-}
-
-/// A batch in the memory of the host, not yet on the device.
-struct HostBatch {
-    images: Vec<f32>,
-    batch: BodyBatch,
-    labels: Vec<BodyLabel>,
-}
-
-/// A pass in progress.
-struct Batches<'a> {
-    loader: &'a BodyLoader,
-    interval: usize,
-    pass: Range<u64>,
-    next: u64,
-    batches: Prefetch<HostBatch>,
-    started: Instant,
-}
-
-impl Iterator for Batches<'_> {
-    type Item = Result<BodyItem, DatasetError>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        let batch = self.batches.next()?;
-        self.next += batch.labels.len() as u64;
-        let step = self.next / self.loader.batch_size as u64;
-        Some(Ok(self.loader.item(batch, step)))
-    }
-}
-
-impl Drop for Batches<'_> {
-    fn drop(&mut self) {
-        if let Some(meter) = &self.loader.meter {
-            let wait = DataWait { training: self.started.elapsed(), waited: self.batches.waited() };
-            meter.add(self.interval, wait);
-        }
-    }
-}
-
-impl DataLoaderIterator<BodyItem> for Batches<'_> {
-    fn progress(&self) -> Progress {
-        let items = |end: u64| (end - self.pass.start) as usize;
-        Progress::new(items(self.next), items(self.pass.end), Some("samples".to_owned()))
-    }
-}
-
-impl DataLoader<BodyItem> for BodyLoader {
-    fn iter<'a>(&'a self) -> Box<dyn DataLoaderIterator<BodyItem> + 'a> {
-        let (interval, pass) = self.passes.start();
-        let (loader, end) = (self.clone(), pass.end);
-        let starts = pass.clone().step_by(self.batch_size);
-        let size = self.batch_size as u64;
-        let batches = Prefetch::new(
-            starts.map(move |start| loader.host_batch(start..(start + size).min(end))),
-        );
-        Box::new(Batches {
-            loader: self,
-            interval,
-            next: pass.start,
-            pass,
-            batches,
-            started: Instant::now(),
-        })
-    }
-
-    fn num_items(&self) -> usize {
-        self.passes.samples() as usize
-    }
-
-    fn to_device(&self, device: &Device) -> Arc<dyn DataLoader<BodyItem>> {
-        Arc::new(Self { device: device.clone(), ..self.clone() })
-    }
-
-    /// Bodies train on one device.
-    fn slice(&self, _: usize, _: usize) -> Arc<dyn DataLoader<BodyItem>> {
-        Arc::new(self.clone())
     }
 }

@@ -26,17 +26,20 @@ mod targets;
 mod training;
 
 pub use accuracy::{BodyAccuracy, BodyAccuracyConfig, BodyMeasure};
+pub use annotated::holds_annotations;
 pub use augmentation::BodyView;
 pub use batch::BodyBatch;
 pub use detections::DetectionCounts;
 pub use evaluation::{
-    BodyRecordingResult, BodyResults, evaluate_body, evaluate_frames, ground_truth,
-    mean_pose_of_recordings,
+    BodyRecordingResult, BodyResults, evaluate_body, evaluate_frames, evaluate_frames_with,
+    ground_truth, mean_pose_of_recordings,
 };
-pub use frames::{BodyFrame, BodyFrames};
+pub use frames::{BodyFrame, BodyFrames, CameraJoints};
 pub use learner::body_values;
 pub use propagation::{PropagatedPose, PropagationResults, evaluate_propagation, propagated_poses};
 pub use recordings::{BodyRecordings, PoseTrack};
+pub(crate) use recordings::{in_camera, placed_camera};
 pub use spatial::{CalibratedScene, calibrated_scenes, evaluate_spatial};
 pub use targets::{BodyGrid, BodyTargetSlices};
+pub(crate) use training::digest_of;
 pub use training::{first_network, train_body};

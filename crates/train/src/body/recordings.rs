@@ -3,13 +3,13 @@
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 
-use evpose_core::{CounterRng, EventStream, Micros};
-use evpose_pose::body::BodyPoints;
-use evpose_sim::person::{People, PoseTable};
-use glam::Vec2;
+use evpose_core::{CounterRng, EventStream, Micros, PlacedCamera};
+use evpose_pose::body::{BODY_JOINTS, BodyPoints};
+use evpose_sim::person::{People, PersonInfo, PoseRow, PoseTable};
+use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use super::frames::{BodyFrame, BodyFrames, label_of, size_of};
+use super::frames::{BodyFrame, BodyFrames, CameraJoints, label_of, size_of};
 use crate::TrainError;
 use evpose_task::body::RepresentationReader;
 use evpose_task::body::{BodyConfig, LabelTime, NoiseHistory};
@@ -105,7 +105,7 @@ impl BodyRecordings {
             let images = people.photographs(sequence as u64, &times)?;
             let frames = times.into_iter().zip(images).filter_map(|(t, image)| {
                 let label = label_of(&track.at(t)?, size_of(&image));
-                Some(BodyFrame { image, label, sequence: sequence as u64, t })
+                Some(BodyFrame { image, label, sequence: sequence as u64, t, camera: None })
             });
             let frames: Vec<BodyFrame> = frames.collect();
             progress(1);
@@ -134,6 +134,7 @@ fn frames_of(
         let seed = evpose_core::seed_for(config.seed, "noise history", sequence);
         reader.add_noise_history(events_per_pixel, seed);
     }
+    let placed = placed_camera(poses);
     let counted = match config.data.label_at {
         LabelTime::Now => 0,
         LabelTime::MeanOf(events) => events,
@@ -146,11 +147,27 @@ fn frames_of(
         let labelled_at = recent.mean().unwrap_or(t);
         if let Some(joints_px) = track.at(labelled_at) {
             let label = label_of(&reader.image_points(&joints_px), reader.image_size());
-            frames.push(BodyFrame { image, label, sequence, t });
+            let camera = placed.zip(track.at_m(labelled_at)).map(|(camera, joints_m)| {
+                let joints_m = joints_m.map(|at_m| in_camera(&camera, at_m));
+                CameraJoints { joints_m, lens: camera.lens, sensor: reader.sensor() }
+            });
+            frames.push(BodyFrame { image, label, sequence, t, camera });
         }
         t = t + step;
     }
     Ok(frames)
+}
+
+/// The camera of the recording whose table of poses is `poses`; none where it moves, or the file
+/// beside the table does not say.
+pub(crate) fn placed_camera(poses: &Path) -> Option<PlacedCamera> {
+    let stem = poses.to_str()?.strip_suffix(POSES)?;
+    PersonInfo::read(Path::new(&format!("{stem}.toml"))).ok()?.camera
+}
+
+/// A point of the world in camera space, both in metres.
+pub(crate) fn in_camera(camera: &PlacedCamera, at_m: Vec3) -> Vec3 {
+    camera.camera_from_world.transform_point3(at_m.as_dvec3()).as_vec3()
 }
 
 /// Draws how much noise there was before a recording.
@@ -173,18 +190,30 @@ impl PoseTrack {
     /// The joints at a time, linearly interpolated; a joint that either of the poses around it
     /// lacks is missing. None outside of the table.
     pub fn at(&self, t: Micros) -> Option<BodyPoints> {
-        let rows = &self.0.rows;
-        let next = rows.partition_point(|row| row.t < t);
-        let after = rows.get(next)?;
-        if after.t == t {
-            return Some(after.joints_px);
-        }
-        let before = rows.get(next.checked_sub(1)?)?;
-        let share = (t.0 - before.t.0) as f32 / (after.t.0 - before.t.0) as f32;
+        let (before, after, share) = self.around(t)?;
         Some(std::array::from_fn(|joint| {
             let (from, to): (Vec2, Vec2) = before.joints_px[joint].zip(after.joints_px[joint])?;
             Some(from.lerp(to, share))
         }))
+    }
+
+    /// The joints at a time in the world, in metres, likewise; not finite where one is not known.
+    pub fn at_m(&self, t: Micros) -> Option<[Vec3; BODY_JOINTS]> {
+        let (before, after, share) = self.around(t)?;
+        Some(std::array::from_fn(|joint| before.joints_m[joint].lerp(after.joints_m[joint], share)))
+    }
+
+    /// The rows around a time and how far it is from the first to the second; twice the same row at
+    /// the time of one.
+    fn around(&self, t: Micros) -> Option<(&PoseRow, &PoseRow, f32)> {
+        let rows = &self.0.rows;
+        let next = rows.partition_point(|row| row.t < t);
+        let after = rows.get(next)?;
+        if after.t == t {
+            return Some((after, after, 0.0));
+        }
+        let before = rows.get(next.checked_sub(1)?)?;
+        Some((before, after, (t.0 - before.t.0) as f32 / (after.t.0 - before.t.0) as f32))
     }
 }
 
@@ -219,9 +248,6 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
 
     use evpose_core::{Event, Polarity, SensorSize};
-    use evpose_pose::body::BODY_JOINTS;
-    use evpose_sim::person::PoseRow;
-    use glam::Vec3;
 
     use super::*;
 
@@ -241,6 +267,19 @@ mod tests {
         assert_eq!(at(25_000), Some(None), "the later one does not know it");
         assert_eq!((at(9_999), at(30_001)), (None, None));
         assert_eq!(track.end(), Micros(30_000));
+    }
+
+    #[test]
+    fn positions_in_the_world_are_interpolated_likewise() {
+        let rows = [10, 20].map(|t_ms: i64| {
+            let joints_m = [Vec3::new(t_ms as f32, 1.0, -2.0); BODY_JOINTS];
+            PoseRow { joints_m, ..row(t_ms, None) }
+        });
+        let track = PoseTrack(PoseTable { rows: rows.into() });
+        let at = |t_us: i64| track.at_m(Micros(t_us)).map(|joints| joints[7]);
+        assert_eq!(at(12_500), Some(Vec3::new(12.5, 1.0, -2.0)));
+        assert_eq!(at(20_000), Some(Vec3::new(20.0, 1.0, -2.0)));
+        assert_eq!(at(20_001), None);
     }
 
     #[test]

@@ -18,8 +18,9 @@ use sha2::{Digest, Sha256};
 use super::confidence::calibrate_confidence;
 use super::frames::BodyFrames;
 use super::learner::{BODY_FIELDS, BodyLearner, BodyScalars};
-use super::loader::{BodyItem, BodyLoader};
+use super::loader::{BodyBatches, BodyItem};
 use crate::TrainError;
+use crate::batch_loader::BatchLoader;
 use crate::devices::DeviceGroup;
 use crate::guard::Guard;
 use crate::metric::Field;
@@ -73,15 +74,16 @@ pub fn train_body(
         return Err(TrainError::Field { field: "data.validation_share", message });
     }
     let device = devices.main().clone();
-    let train = BodyLoader::training(
-        Arc::new(train),
-        config,
+    let train = BatchLoader::training(
+        BodyBatches::new(Arc::new(train), config),
         (run.first_interval(), span),
         device.clone().autodiff(),
         run.meter().clone(),
     );
     let valid = Arc::new(valid);
-    let loader = BodyLoader::validation(Arc::clone(&valid), config, device);
+    let samples = training.validation_samples.min(valid.len() as u64);
+    let batches = BodyBatches::new(Arc::clone(&valid), config);
+    let loader = BatchLoader::validation(batches, training.batch_size, samples, device);
     let mut summary =
         run.train(&task, &devices, Loaders { train: Arc::new(train), valid: Arc::new(loader) })?;
     if training.calibrate_confidence && !summary.is_paused {
@@ -93,7 +95,7 @@ pub fn train_body(
 }
 
 /// A digest of all images and labels.
-fn digest_of(frames: &BodyFrames) -> String {
+pub(crate) fn digest_of(frames: &BodyFrames) -> String {
     let mut hash = Sha256::new();
     for frame in &frames.frames {
         hash.update(frame.image.data());

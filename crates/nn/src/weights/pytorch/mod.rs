@@ -16,8 +16,11 @@ use burn::module::Module;
 use burn::tensor::Device;
 
 use super::strict::{Layout, Stored, fill_strictly};
+use crate::joint_order::NETWORK_FROM_DHP19;
 use crate::parameters::Slot;
-use crate::{HandRegressor, HandRegressorConfig, MoveEnet, MoveEnetConfig, NnError};
+use crate::{
+    HandRegressor, HandRegressorConfig, LiftMono, LiftMonoConfig, MoveEnet, MoveEnetConfig, NnError,
+};
 use container::Container;
 use view::View;
 
@@ -54,6 +57,26 @@ pub fn load_move_enet(
     read(path, config.zeros(device)?)
 }
 
+/// Reads the weights of a network of shape `config` from a PyTorch file as LiftMono-HPE's published
+/// code writes them: checkpoints of Lightning. The joints are brought into the order of our
+/// networks.
+///
+/// # Errors
+/// As [`load_pytorch`].
+pub fn load_lift_mono(
+    path: &Path,
+    config: &LiftMonoConfig,
+    device: &Device,
+) -> Result<LiftMono, NnError> {
+    let network = read(path, config.zeros(device)?)?;
+    Ok(match config.joints {
+        joints if joints == NETWORK_FROM_DHP19.len() => {
+            network.with_joint_order(&NETWORK_FROM_DHP19)
+        }
+        _ => network,
+    })
+}
+
 /// A network whose tensors have names in PyTorch.
 pub(super) trait PyTorchNames: Module {
     /// The name of the tensor in `slot` in the published checkpoints.
@@ -67,6 +90,12 @@ impl PyTorchNames for HandRegressor {
 }
 
 impl PyTorchNames for MoveEnet {
+    fn pytorch_name(&self, slot: &Slot) -> String {
+        Self::pytorch_name(self, slot)
+    }
+}
+
+impl PyTorchNames for LiftMono {
     fn pytorch_name(&self, slot: &Slot) -> String {
         Self::pytorch_name(self, slot)
     }

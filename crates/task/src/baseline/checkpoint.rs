@@ -1,0 +1,151 @@
+//! Finished baselines on disk, with everything needed to use them.
+
+use std::path::Path;
+
+use burn::tensor::Device;
+use evpose_nn::weights::{self, BaselineCard};
+use evpose_nn::{BaselineNetwork, Dhp19CnnConfig, LiftMonoConfig};
+use evpose_pose::body::BodyPoints;
+
+use super::config::BaselineConfig;
+use crate::TaskError;
+use crate::body::{pose_as_text, pose_from_text};
+use crate::hand::BEST;
+
+/// The torso of LiftMono-HPE in metres, the mean of DHP19's people.
+pub const PUBLISHED_TORSO_M: f32 = 0.453_524_23;
+
+/// Keys of the provenance in a weight file.
+const CONFIG: &str = "config";
+const TORSO: &str = "torso_m";
+const MEAN_POSE: &str = "mean_pose";
+const DATA: &str = "data";
+
+/// A baseline together with the experiment it came from.
+#[derive(Debug, Clone)]
+pub struct BaselineCheckpoint {
+    /// The experiment; the published setting for weights from elsewhere.
+    pub config: BaselineConfig,
+    /// The network.
+    pub network: BaselineNetwork,
+    /// Mean torso of the people it was trained on, in metres, by which joints in three dimensions
+    /// are scaled; none where it is not known.
+    pub torso_m: Option<f32>,
+    /// Mean of the poses it was trained on, relative to the image; not known for weights from
+    /// elsewhere.
+    pub mean_pose: Option<BodyPoints>,
+    /// Digest of the data that it was trained on.
+    pub data: Option<String>,
+}
+
+impl BaselineCheckpoint {
+    /// Writes one self-describing file.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn save(&self, path: &Path) -> Result<(), TaskError> {
+        let mut card = BaselineCard { network: self.network.config(), ..BaselineCard::default() };
+        let mut add = |key: &str, value: Option<String>| {
+            value.map(|value| card.provenance.insert(key.to_owned(), value));
+        };
+        add(CONFIG, Some(self.config.to_toml()?));
+        add(TORSO, self.torso_m.map(|torso_m| torso_m.to_string()));
+        add(MEAN_POSE, self.mean_pose.as_ref().map(pose_as_text));
+        add(DATA, self.data.clone());
+        Ok(weights::save_baseline(path, &self.network, &card)?)
+    }
+
+    /// Reads a run directory (its best network), a `.bpk` file, the distributed weights of DHP19's
+    /// network (`DHP_CNN.model`, or another ending of HDF5), or those of LiftMono-HPE as its code
+    /// writes them (`.ckpt`, `.pth`).
+    ///
+    /// # Errors
+    /// If there is no network at `path`, or it is damaged or of another shape than it says.
+    pub fn load(path: &Path, device: &Device) -> Result<Self, TaskError> {
+        if path.is_dir() {
+            let best = path.join(BEST);
+            if !best.exists() {
+                let message = format!(
+                    "no {BEST} here: a run writes it when it ends; resume the training, or give a .bpk, \
+                     .model or .ckpt file"
+                );
+                return Err(TaskError::Config { path: path.to_path_buf(), message });
+            }
+            return Self::load(&best, device);
+        }
+        let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+        let is_one = |known: &[&str]| known.iter().any(|known| extension == *known);
+        if is_one(&["model", "h5", "hdf5"]) {
+            let network = weights::load_dhp19_cnn(path, &Dhp19CnnConfig::default(), device)?;
+            let network = BaselineNetwork::Dhp19Cnn(network);
+            return Ok(Self::from_elsewhere(BaselineConfig::dhp19_cnn(), network));
+        }
+        if is_one(&["ckpt", "pth", "pt"]) {
+            let network = weights::load_lift_mono(path, &LiftMonoConfig::default(), device)?;
+            let network = BaselineNetwork::LiftMono(network);
+            return Ok(Self::from_elsewhere(BaselineConfig::lift_mono(), network));
+        }
+        let (network, card) = weights::load_baseline(path, device)?;
+        let value = |key: &str| card.provenance.get(key);
+        let config = match value(CONFIG) {
+            Some(text) => BaselineConfig::parse(text, &[])?,
+            None => BaselineConfig { network: network.config(), ..BaselineConfig::default() },
+        };
+        Ok(Self {
+            config,
+            torso_m: value(TORSO).and_then(|text| text.parse().ok()),
+            mean_pose: value(MEAN_POSE).and_then(|text| pose_from_text(text)),
+            data: value(DATA).cloned(),
+            network,
+        })
+    }
+
+    fn from_elsewhere(config: BaselineConfig, network: BaselineNetwork) -> Self {
+        let torso_m = match network {
+            BaselineNetwork::Dhp19Cnn(_) => None,
+            BaselineNetwork::LiftMono(_) => Some(PUBLISHED_TORSO_M),
+        };
+        Self { config, network, torso_m, mean_pose: None, data: None }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use evpose_nn::BaselineNetworkConfig;
+    use evpose_pose::body::BODY_JOINTS;
+    use glam::Vec2;
+
+    use super::*;
+
+    #[test]
+    fn a_checkpoint_comes_back_with_everything_it_knows() {
+        let (folder, device) = (tempfile::tempdir().unwrap(), Device::flex());
+        let network = LiftMonoConfig { width: 0.0625, stages: 1, ..LiftMonoConfig::default() };
+        let network = BaselineNetworkConfig::LiftMono(network);
+        let mut config = BaselineConfig::lift_mono().with_size(64, 48);
+        config.network = network.clone();
+        let mut mean_pose = [Some(Vec2::new(0.25, 0.5)); BODY_JOINTS];
+        mean_pose[4] = None;
+        let saved = BaselineCheckpoint {
+            config,
+            network: network.init(3, &device).unwrap(),
+            torso_m: Some(0.47),
+            mean_pose: Some(mean_pose),
+            data: Some("digest".to_owned()),
+        };
+        let path = folder.path().join(BEST);
+        saved.save(&path).unwrap();
+        let back = BaselineCheckpoint::load(folder.path(), &device).unwrap();
+        assert_eq!(back.config, saved.config);
+        assert_eq!((back.torso_m, back.mean_pose), (saved.torso_m, saved.mean_pose));
+        assert_eq!((back.data, back.network.config()), (saved.data, network));
+    }
+
+    #[test]
+    fn a_directory_without_a_network_says_what_to_give() {
+        let folder = tempfile::tempdir().unwrap();
+        let error = BaselineCheckpoint::load(folder.path(), &Device::flex()).unwrap_err();
+        assert!(error.to_string().contains("DHP") || error.to_string().contains(".model"));
+    }
+}

@@ -1,0 +1,386 @@
+//! The file that describes an experiment with a baseline.
+
+use std::path::{Path, PathBuf};
+
+use evpose_nn::{BaselineNetworkConfig, Dhp19CnnConfig, LiftMonoConfig};
+use evpose_repr::representation_by_name;
+use evpose_view::Denoise;
+use serde::{Deserialize, Serialize};
+
+use crate::body::{
+    BodyConfig, BodyDataConfig, BodyImageConfig, BodySourceKind, BodyTrainingConfig, BodyViewKind,
+    Interpolation, LabelTime,
+};
+use crate::schedule::{EarlyStop, Schedule};
+use crate::{FieldDifference, TaskError, toml_text};
+
+/// The value of `task` in such files.
+const TASK: &str = "baseline";
+/// Events of an image, as published.
+const EVENTS: usize = 7_500;
+/// Columns and rows of the input of DHP19's network, as published.
+const DHP19_SIZE_PX: [usize; 2] = [344, 260];
+/// Columns and rows of the input of LiftMono-HPE, as published for DHP19's cameras.
+const LIFT_MONO_SIZE_PX: [usize; 2] = [346, 260];
+/// Standard deviation of the heatmaps of DHP19 in pixels, as published.
+const DHP19_SIGMA_PX: f32 = 4.0;
+/// The smallest score of a joint that is believed.
+const CONFIDENCE: f32 = 0.1;
+
+/// Everything about an experiment with a baseline.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct BaselineConfig {
+    /// `"baseline"`.
+    pub task: String,
+    /// Seed of every random stream of the experiment.
+    pub seed: u64,
+    /// Directory of the run, unless the command line gives another.
+    pub out: PathBuf,
+    /// A finished run, or a file of weights, to begin with.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub start_from: Option<PathBuf>,
+    /// Training data: recordings.
+    pub data: BodyDataConfig,
+    /// Input of the network.
+    pub image: BaselineImageConfig,
+    /// Which network, and its shape.
+    pub network: BaselineNetworkConfig,
+    /// The target heatmaps.
+    pub loss: BaselineLossConfig,
+    /// Decoding of the heatmaps.
+    pub decoding: BaselineDecodingConfig,
+    /// Optimiser and duration. The optimiser is Adam; DHP19's authors took RMSprop.
+    pub training: BodyTrainingConfig,
+}
+
+/// The input of the network.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct BaselineImageConfig {
+    /// A name from the registry of representations, with its parameters.
+    pub representation: String,
+    /// The events that the representation is made of.
+    pub view: BodyViewKind,
+    /// Filter of those events; none keeps them all.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub denoise: Option<Denoise>,
+    /// Interpolation of resizing.
+    pub interpolation: Interpolation,
+    /// Columns of the network's input.
+    pub width_px: usize,
+    /// Rows of the network's input.
+    pub height_px: usize,
+}
+
+/// The target heatmaps.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct BaselineLossConfig {
+    /// Standard deviation of a joint on the heatmaps, in pixels of the input for `dhp19-cnn`, in
+    /// cells of the maps for `lift-mono`.
+    pub sigma_px: f32,
+}
+
+/// Decoding of the heatmaps.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct BaselineDecodingConfig {
+    /// Of `dhp19-cnn`: a joint of a lower score stays where it was found last.
+    pub confidence: f32,
+}
+
+impl Default for BaselineConfig {
+    /// [`Self::dhp19_cnn`].
+    fn default() -> Self {
+        Self {
+            task: TASK.to_owned(),
+            seed: 1,
+            out: PathBuf::from("runs/body/dhp19-cnn"),
+            start_from: None,
+            data: BodyDataConfig {
+                label_at: LabelTime::MeanOf(EVENTS),
+                ..BodyDataConfig::default()
+            },
+            image: BaselineImageConfig::default(),
+            network: BaselineNetworkConfig::default(),
+            loss: BaselineLossConfig::default(),
+            decoding: BaselineDecodingConfig::default(),
+            training: BodyTrainingConfig {
+                batch_size: 16,
+                learning_rate: 1e-3,
+                schedule: Schedule::constant(),
+                weight_decay: 0.0,
+                early_stop: EarlyStop::default(),
+                ..BodyTrainingConfig::default()
+            },
+        }
+    }
+}
+
+impl Default for BaselineImageConfig {
+    fn default() -> Self {
+        let [width_px, height_px] = DHP19_SIZE_PX;
+        Self {
+            representation: format!("fixed-count:n={EVENTS}"),
+            view: BodyViewKind::Sensor,
+            denoise: None,
+            interpolation: Interpolation::Area,
+            width_px,
+            height_px,
+        }
+    }
+}
+
+impl Default for BaselineLossConfig {
+    fn default() -> Self {
+        Self { sigma_px: DHP19_SIGMA_PX }
+    }
+}
+
+impl Default for BaselineDecodingConfig {
+    fn default() -> Self {
+        Self { confidence: CONFIDENCE }
+    }
+}
+
+impl BaselineConfig {
+    /// The network of DHP19 as published.
+    ///
+    /// # Source
+    /// Calabrese et al.: *DHP19*, CVPRW 2019.
+    pub fn dhp19_cnn() -> Self {
+        Self::default()
+    }
+
+    /// LiftMono-HPE as published: three stages, Adam at 3e-4, a tenth of it after every tenth of
+    /// the training.
+    ///
+    /// # Source
+    /// Scarpellini et al.: *Lifting Monocular Events to 3D Human Poses*, CVPRW 2021, and its
+    /// published configs.
+    pub fn lift_mono() -> Self {
+        let [width_px, height_px] = LIFT_MONO_SIZE_PX;
+        let dhp19 = Self::default();
+        let milestones = (1..10).map(|tenth| 0.1 * f64::from(tenth)).collect();
+        Self {
+            out: PathBuf::from("runs/body/lift-mono"),
+            image: BaselineImageConfig { width_px, height_px, ..dhp19.image },
+            network: BaselineNetworkConfig::LiftMono(LiftMonoConfig::default()),
+            loss: BaselineLossConfig { sigma_px: 1.0 },
+            training: BodyTrainingConfig {
+                batch_size: 32,
+                learning_rate: 3e-4,
+                schedule: Schedule { milestones, ..Schedule::default() },
+                ..dhp19.training
+            },
+            ..dhp19
+        }
+    }
+
+    /// The same at another size of the input. The heatmaps of `dhp19-cnn` keep their size relative
+    /// to it.
+    #[must_use]
+    pub fn with_size(mut self, width_px: usize, height_px: usize) -> Self {
+        if matches!(self.network, BaselineNetworkConfig::Dhp19Cnn(_)) {
+            self.loss.sigma_px *= height_px as f32 / self.image.height_px as f32;
+        }
+        self.image = BaselineImageConfig { width_px, height_px, ..self.image };
+        self
+    }
+
+    /// The same with the seed, the recordings, and the length of the training of an experiment with
+    /// MoveEnet, for comparisons.
+    #[must_use]
+    pub fn of_experiment(self, experiment: &BodyConfig) -> Self {
+        let training = &experiment.training;
+        Self {
+            seed: experiment.seed,
+            data: BodyDataConfig {
+                source: BodySourceKind::Recordings,
+                label_at: self.data.label_at,
+                noise_history: None,
+                ..experiment.data.clone()
+            },
+            training: BodyTrainingConfig {
+                batch_size: training.batch_size,
+                steps: training.steps,
+                steps_per_validation: training.steps_per_validation,
+                validation_samples: training.validation_samples,
+                early_stop: training.early_stop,
+                ..self.training
+            },
+            ..self
+        }
+    }
+
+    /// The recordings of this experiment as those of an experiment with MoveEnet.
+    pub fn body(&self) -> BodyConfig {
+        let BaselineImageConfig { representation, view, denoise, interpolation, .. } = &self.image;
+        BodyConfig {
+            seed: self.seed,
+            data: self.data.clone(),
+            image: BodyImageConfig {
+                representation: representation.clone(),
+                blur: None,
+                interpolation: *interpolation,
+                view: *view,
+                denoise: *denoise,
+                ..BodyImageConfig::default()
+            },
+            ..BodyConfig::default()
+        }
+    }
+
+    /// Whether a text is such a file.
+    pub fn is_one(text: &str) -> bool {
+        text.parse::<toml::Table>()
+            .is_ok_and(|table| table.get("task").and_then(toml::Value::as_str) == Some(TASK))
+    }
+
+    /// Reads a TOML file and checks it. `overrides` are `dotted.key=value` as on the command line.
+    ///
+    /// # Errors
+    /// If the file cannot be read, has unknown or wrongly typed fields, or values that make no
+    /// sense; the error names the field.
+    pub fn load(path: &Path, overrides: &[String]) -> Result<Self, TaskError> {
+        toml_text::load(path, |text| Self::parse(text, overrides))
+    }
+
+    /// Reads the config of a directory, defaults filled in and nothing checked.
+    ///
+    /// # Errors
+    /// If the file cannot be read, or has unknown or wrongly typed fields.
+    pub fn read(path: &Path) -> Result<Self, TaskError> {
+        toml_text::load(path, |text| toml_text::parse(text, &[]))
+    }
+
+    /// As [`Self::load`], from text.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn parse(text: &str, overrides: &[String]) -> Result<Self, TaskError> {
+        let config: Self = toml_text::parse(text, overrides)?;
+        config.validate()?;
+        Ok(config)
+    }
+
+    /// The whole config as TOML, defaults included.
+    ///
+    /// # Errors
+    /// If a value cannot be written as TOML.
+    pub fn to_toml(&self) -> Result<String, TaskError> {
+        toml_text::written(self)
+    }
+
+    /// The fields in which the config of a directory differs from this one.
+    ///
+    /// # Errors
+    /// If one of the two cannot be written as TOML.
+    pub fn differences(&self, there: &Self) -> Result<Vec<FieldDifference>, TaskError> {
+        FieldDifference::between(self, there)
+    }
+
+    /// Checks ranges and combinations of values.
+    ///
+    /// # Errors
+    /// The first field that makes no sense.
+    pub fn validate(&self) -> Result<(), TaskError> {
+        let fail =
+            |field, message: &str| Err(TaskError::Field { field, message: message.to_owned() });
+        if self.task != TASK {
+            return fail("task", "must be \"baseline\"");
+        }
+        if representation_by_name(&self.image.representation)?.channels() != 1 {
+            return fail("image.representation", "must have one channel");
+        }
+        if self.data.source != BodySourceKind::Recordings {
+            return fail("data.source", "must be \"recordings\"");
+        }
+        // Whatever an experiment with MoveEnet checks: data, training, denoising.
+        self.body_checks()?;
+        let step = match &self.network {
+            BaselineNetworkConfig::Dhp19Cnn(_) => Dhp19CnnConfig::SIDE_STEP_PX,
+            BaselineNetworkConfig::LiftMono(_) => 1,
+        };
+        let sides = [self.image.width_px, self.image.height_px];
+        if sides.iter().any(|side| *side < 16 || !side.is_multiple_of(step)) {
+            return fail(
+                "image",
+                "width_px and height_px must be at least 16, and multiples of 4 for dhp19-cnn",
+            );
+        }
+        if self.network.joints() != evpose_pose::body::BODY_JOINTS {
+            return fail("network.joints", "labels have 13 joints");
+        }
+        if !(self.loss.sigma_px > 0.0 && self.loss.sigma_px.is_finite()) {
+            return fail("loss.sigma_px", "must be above 0");
+        }
+        if !(0.0..=1.0).contains(&self.decoding.confidence) {
+            return fail("decoding.confidence", "must be 0 to 1");
+        }
+        if self.training.calibrate_confidence {
+            return fail("training.calibrate_confidence", "is for networks of MoveEnet");
+        }
+        Ok(())
+    }
+
+    fn body_checks(&self) -> Result<(), TaskError> {
+        let body = self.body();
+        BodyConfig { training: self.training.clone(), ..body }.validate()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use super::*;
+
+    #[test]
+    fn published_settings_make_sense_and_come_back_from_text() {
+        for config in [
+            BaselineConfig::dhp19_cnn(),
+            BaselineConfig::lift_mono(),
+            BaselineConfig::lift_mono().with_size(96, 72),
+        ] {
+            config.validate().unwrap();
+            let text = config.to_toml().unwrap();
+            assert!(BaselineConfig::is_one(&text) && !BodyConfig::is_one(&text), "{text}");
+            assert_eq!(BaselineConfig::parse(&text, &[]).unwrap(), config);
+        }
+    }
+
+    #[test]
+    fn heatmaps_of_smaller_inputs_are_smaller() {
+        let config = BaselineConfig::dhp19_cnn().with_size(172, 130);
+        assert_eq!(config.loss.sigma_px, 2.0);
+        assert_eq!(BaselineConfig::lift_mono().with_size(128, 96).loss.sigma_px, 1.0);
+    }
+
+    #[test]
+    fn faults_are_named_by_their_field() {
+        let fault = |set: &str| {
+            let message = BaselineConfig::parse("", &[set.to_owned()]).unwrap_err().to_string();
+            message.split('`').nth(1).unwrap_or(&message).to_owned()
+        };
+        assert_eq!(fault("image.width_px=345"), "image");
+        assert_eq!(fault("loss.sigma_px=0"), "loss.sigma_px");
+        assert_eq!(fault("decoding.confidence=2"), "decoding.confidence");
+        assert_eq!(fault("data.source=\"stills\""), "data.source");
+        assert_eq!(fault("training.steps=0"), "training");
+        let text = "[network]\nkind = \"dhp19-cnn\"\nstages = 3";
+        let message = BaselineConfig::parse(text, &[]).unwrap_err().to_string();
+        assert!(message.contains("stages"), "{message}");
+    }
+
+    #[test]
+    fn an_experiment_gives_its_data_and_its_length_but_not_its_labels() {
+        let mut experiment = BodyConfig { seed: 7, ..BodyConfig::default() };
+        (experiment.training.steps, experiment.data.every_ms) = (30, 20);
+        let config = BaselineConfig::lift_mono().of_experiment(&experiment);
+        assert_eq!((config.seed, config.training.steps, config.data.every_ms), (7, 30, 20));
+        assert_eq!(config.data.label_at, LabelTime::MeanOf(EVENTS));
+        assert_eq!(config.training.learning_rate, 3e-4);
+        config.validate().unwrap();
+    }
+}

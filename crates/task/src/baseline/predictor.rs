@@ -1,0 +1,194 @@
+//! A baseline at work: images in, joints out.
+
+use burn::module::Module;
+use burn::tensor::{Device, Tensor, TensorData};
+use evpose_core::Plane;
+use evpose_nn::BaselineNetwork;
+use evpose_pose::body::{BODY_JOINTS, BodyPoints};
+use glam::Vec2;
+
+use super::checkpoint::BaselineCheckpoint;
+use super::input::BaselineInput;
+
+/// The joints of an image.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BaselineJoints {
+    /// Positions relative to the image, 0 to 1; none where a joint was never found.
+    pub points: BodyPoints,
+    /// Scores, 0 to 1.
+    pub scores: [f32; BODY_JOINTS],
+    /// Depth coordinates, see [`LiftGeometry`](super::LiftGeometry); of `lift-mono` only.
+    pub depths: Option<[f32; BODY_JOINTS]>,
+}
+
+/// Finds joints on images.
+///
+/// # Model
+/// `dhp19-cnn`: a joint is where its heatmap is largest, and that is its score. A joint whose score
+/// is below the confidence of the config stays where it was found last, since limbs that rest make
+/// no events. `lift-mono`: a joint is the expected position of its heatmaps.
+///
+/// # Source
+/// Calabrese et al.: *DHP19*, CVPRW 2019, section 4; Scarpellini et al.: *Lifting Monocular Events
+/// to 3D Human Poses*, CVPRW 2021.
+#[derive(Debug, Clone)]
+pub struct BaselinePredictor {
+    network: BaselineNetwork,
+    device: Device,
+    image: BaselineInput,
+    confidence: f32,
+    last: BodyPoints,
+    input: Vec<f32>,
+}
+
+impl BaselinePredictor {
+    /// Of a network, on the device that it was loaded to.
+    pub fn new(checkpoint: &BaselineCheckpoint) -> Self {
+        let image = BaselineInput::new(&checkpoint.config.image);
+        let network = checkpoint.network.clone();
+        let device = network.devices().into_iter().next().unwrap_or_else(Device::flex);
+        Self {
+            network,
+            device,
+            image,
+            confidence: checkpoint.config.decoding.confidence,
+            last: BodyPoints::default(),
+            input: vec![0.0; image.pixels()],
+        }
+    }
+
+    /// Forgets where joints were found last.
+    pub fn reset(&mut self) {
+        self.last = BodyPoints::default();
+    }
+
+    /// The joints of the person on an image.
+    pub fn predict(&mut self, image: &Plane<u8>) -> BaselineJoints {
+        self.image.fill(image, &mut self.input);
+        let [width, height] = self.image.size_px();
+        let data = TensorData::new(self.input.clone(), [1, 1, height, width]);
+        let images = Tensor::<4>::from_data(data, &self.device);
+        let shown = self.image.shown([image.width(), image.height()]);
+        let mut joints = match &self.network {
+            BaselineNetwork::Dhp19Cnn(network) => {
+                let maps: Vec<f32> = network.forward(images).into_data().iter().collect();
+                self.peaks(&maps)
+            }
+            BaselineNetwork::LiftMono(network) => {
+                let stages = network.forward(images);
+                let maps = stages.last().unwrap_or_else(|| unreachable!("a stage at least"));
+                let positions: Vec<f32> = maps.positions().into_data().iter().collect();
+                let scores: Vec<f32> = maps.scores().into_data().iter().collect();
+                expected(&positions, &scores)
+            }
+        };
+        joints.points = joints.points.map(|point| Some(point? * shown));
+        joints
+    }
+
+    /// Joints of heatmaps, relative to the input.
+    fn peaks(&mut self, maps: &[f32]) -> BaselineJoints {
+        let mut scores = [0.0; BODY_JOINTS];
+        for (joint, map) in maps.chunks_exact(self.image.pixels()).enumerate().take(BODY_JOINTS) {
+            let (at, score) = peak(map, self.image.size_px());
+            scores[joint] = score.clamp(0.0, 1.0);
+            if score > 0.0 && score >= self.confidence {
+                self.last[joint] = Some(at);
+            }
+        }
+        BaselineJoints { points: self.last, scores, depths: None }
+    }
+}
+
+/// The middle of the cell of the largest value, relative to the map, and that value; the first one
+/// of equal values.
+fn peak(map: &[f32], [width, height]: [usize; 2]) -> (Vec2, f32) {
+    let largest = map.iter().enumerate().fold((0, f32::NEG_INFINITY), |best, (k, &value)| {
+        if value > best.1 { (k, value) } else { best }
+    });
+    let (index, value) = largest;
+    let cell = Vec2::new((index % width) as f32, (index / width) as f32);
+    ((cell + 0.5) / Vec2::new(width as f32, height as f32), value)
+}
+
+/// Joints of expected positions, -1 to 1, relative to the input.
+fn expected(positions: &[f32], scores: &[f32]) -> BaselineJoints {
+    let mut joints =
+        BaselineJoints { points: BodyPoints::default(), scores: [0.0; BODY_JOINTS], depths: None };
+    let mut depths = [0.0; BODY_JOINTS];
+    for (joint, [x, y, z]) in positions.as_chunks::<3>().0.iter().enumerate().take(BODY_JOINTS) {
+        joints.points[joint] = Some(0.5 * (Vec2::new(*x, *y) + 1.0));
+        joints.scores[joint] = scores.get(joint).copied().unwrap_or_default();
+        depths[joint] = *z;
+    }
+    joints.depths = Some(depths);
+    joints
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use evpose_nn::{BaselineNetworkConfig, Dhp19CnnConfig, LiftMonoConfig};
+
+    use super::*;
+    use crate::baseline::BaselineConfig;
+
+    fn predictor(config: BaselineConfig) -> BaselinePredictor {
+        let network = config.network.init(5, &Device::flex()).unwrap();
+        BaselinePredictor::new(&BaselineCheckpoint {
+            config,
+            network,
+            torso_m: None,
+            mean_pose: None,
+            data: None,
+        })
+    }
+
+    fn cnn(confidence: f32) -> BaselinePredictor {
+        let mut config = BaselineConfig::dhp19_cnn().with_size(32, 24);
+        config.decoding.confidence = confidence;
+        let network = Dhp19CnnConfig { width: 0.125, ..Dhp19CnnConfig::default() };
+        config.network = BaselineNetworkConfig::Dhp19Cnn(network);
+        predictor(config)
+    }
+
+    #[test]
+    fn a_joint_that_is_not_sure_stays_where_it_was() {
+        let mut predictor = cnn(0.5);
+        let maps = |height: f32, index: usize| {
+            let mut maps = vec![0.0; BODY_JOINTS * 32 * 24];
+            maps[2 * 32 * 24 + index] = height;
+            maps
+        };
+        let first = predictor.peaks(&maps(0.4, 35));
+        assert_eq!((first.points[2], first.scores[2]), (None, 0.4));
+        let at = Some(Vec2::new(3.5 / 32.0, 1.5 / 24.0));
+        assert_eq!(predictor.peaks(&maps(0.9, 35)).points[2], at);
+        let later = predictor.peaks(&maps(0.3, 400));
+        assert_eq!((later.points[2], later.scores[2]), (at, 0.3));
+        assert_ne!(predictor.peaks(&maps(0.5, 400)).points[2], at);
+        predictor.reset();
+        assert_eq!(predictor.peaks(&maps(0.4, 35)).points[2], None);
+    }
+
+    #[test]
+    fn a_black_image_has_no_joints_for_dhp19_at_any_confidence() {
+        // No layer has a bias: nothing in, nothing out.
+        let joints = cnn(0.0).predict(&Plane::filled(32, 24, 0));
+        assert_eq!((joints.points, joints.scores), (BodyPoints::default(), [0.0; BODY_JOINTS]));
+    }
+
+    #[test]
+    fn lift_mono_finds_every_joint_within_the_image_and_its_depth() {
+        let mut config = BaselineConfig::lift_mono().with_size(64, 48);
+        let network = LiftMonoConfig { width: 0.0625, stages: 2, ..LiftMonoConfig::default() };
+        config.network = BaselineNetworkConfig::LiftMono(network);
+        let mut predictor = predictor(config);
+        let joints = predictor.predict(&Plane::filled(320, 240, 90));
+        let within = |at: Vec2| at.cmpge(Vec2::ZERO).all() && at.cmple(Vec2::ONE).all();
+        assert!(joints.points.iter().all(|point| point.is_some_and(within)), "{joints:?}");
+        assert!(joints.depths.unwrap().iter().all(|depth| depth.abs() <= 1.0));
+        assert!(joints.scores.iter().all(|score| (0.0..=1.0).contains(score)));
+        assert_eq!(predictor.predict(&Plane::filled(320, 240, 90)), joints);
+    }
+}

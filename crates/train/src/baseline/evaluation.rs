@@ -1,0 +1,108 @@
+//! Evaluation of baselines on recordings with ground truth, on the image and in metres.
+
+use std::path::PathBuf;
+
+use evpose_core::Micros;
+use evpose_pose::body::BodyPoints;
+use evpose_pose::metric::body::{BodyPrediction, BodyProtocol, BodySequence};
+use evpose_sim::person::PoseTable;
+use evpose_task::baseline::{BaselineCheckpoint, BaselinePose, BaselineStream};
+use glam::Vec2;
+use rayon::prelude::*;
+
+use crate::TrainError;
+use crate::body::{
+    BodyRecordingResult, BodyRecordings, BodyResults, DetectionCounts, PoseTrack, ground_truth,
+    in_camera, placed_camera,
+};
+
+/// Results of an evaluation, recording by recording.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct BaselineResults {
+    /// Scores on the image, as those of MoveEnet.
+    pub body: BodyResults,
+    /// The poses of each recording.
+    pub poses: Vec<Vec<BaselinePose>>,
+    /// Distances of joints from the truth in the camera, in metres, of each recording: one for each
+    /// pose and joint where both are known. Empty where the camera is not known, and of
+    /// `dhp19-cnn`.
+    pub errors_m: Vec<Vec<f32>>,
+}
+
+impl BaselineResults {
+    /// The mean distance of joints from the truth in the camera, in metres; none where no joint has
+    /// a position in metres.
+    pub fn mpjpe_m(&self) -> Option<f64> {
+        let errors = || self.errors_m.iter().flatten();
+        let count = errors().count();
+        (count > 0).then(|| errors().map(|&error| f64::from(error)).sum::<f64>() / count as f64)
+    }
+}
+
+/// Evaluates a network on recordings: a pose every `every` from the first sample of its config on,
+/// and for comparison the mean pose. Cameras are those that the recordings say. `progress`
+/// receives 1 after each recording.
+///
+/// # Errors
+/// If a recording cannot be read.
+pub fn evaluate_baseline(
+    checkpoint: &BaselineCheckpoint,
+    recordings: &BodyRecordings,
+    every: Micros,
+    mean_pose: &BodyPoints,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Result<BaselineResults, TrainError> {
+    let one = |(events, poses): &(PathBuf, PathBuf)| {
+        let track = PoseTrack(PoseTable::read(poses)?);
+        let truth = ground_truth(&track.0);
+        let camera = placed_camera(poses);
+        let mut stream =
+            BaselineStream::open(events, checkpoint, camera.map(|camera| camera.lens))?;
+        let mut t = Micros(1_000 * i64::from(checkpoint.config.data.first_ms));
+        let (mut predicted, mut errors_m) = (Vec::new(), Vec::new());
+        while t <= track.end() {
+            let pose = stream.pose(t)?;
+            if let Some((camera, joints_m)) = camera.zip(track.at_m(t)) {
+                let truth = joints_m.map(|at_m| in_camera(&camera, at_m));
+                let errors = pose.joints_m.iter().zip(truth).filter_map(|(joint, truth)| {
+                    Some(joint.as_ref()?.distance(truth)).filter(|error| error.is_finite())
+                });
+                errors_m.extend(errors);
+            }
+            predicted.push(pose);
+            t = t + every;
+        }
+        let predictions: Vec<BodyPrediction> =
+            predicted.iter().map(BaselinePose::prediction).collect();
+        let sensor = stream.sensor();
+        let size_px = Vec2::new(f32::from(sensor.width), f32::from(sensor.height));
+        let constant: Vec<BodyPrediction> = predictions
+            .iter()
+            .map(|prediction| BodyPrediction {
+                joints_px: mean_pose.map(|joint| joint.map(|at| at * size_px)),
+                delay_s: 0.0,
+                ..*prediction
+            })
+            .collect();
+        let protocol = BodyProtocol::default();
+        let result = BodyRecordingResult {
+            events: events.clone(),
+            detections: DetectionCounts::of(&track, &predictions, every),
+            network: BodySequence::evaluate(&truth, &predictions, &protocol)?,
+            mean_pose: BodySequence::evaluate(&truth, &constant, &protocol)?,
+            truth,
+            predictions,
+        };
+        progress(1);
+        Ok((result, predicted, errors_m))
+    };
+    let all: Vec<(BodyRecordingResult, Vec<BaselinePose>, Vec<f32>)> =
+        recordings.files.par_iter().map(one).collect::<Result<_, TrainError>>()?;
+    let mut results = BaselineResults::default();
+    for (result, poses, errors_m) in all {
+        results.body.recordings.push(result);
+        results.poses.push(poses);
+        results.errors_m.push(errors_m);
+    }
+    Ok(results)
+}

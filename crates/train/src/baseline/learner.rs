@@ -1,0 +1,162 @@
+//! A baseline with its loss: training and validation steps for Burn.
+
+use burn::module::Module;
+use burn::tensor::{Int, Tensor};
+use burn_train::metric::{Adaptor, ItemLazy};
+use burn_train::{InferenceStep, TrainOutput, TrainStep};
+use evpose_nn::{BaselineNetwork, heatmap_loss, marginal_loss};
+use evpose_pose::body::{BODY_JOINTS, BodyPoints};
+use glam::Vec2;
+
+use super::batches::{BaselineItem, BaselineTargets};
+use crate::guard::Guard;
+use crate::metric::{Field, LOSS, Scalars};
+
+/// The logged values of a batch.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct BaselineScalars {
+    batch_size: usize,
+    loss: f64,
+    /// Mean distance of joints in view from where they should be, in pixels of the input.
+    error_px: f64,
+}
+
+impl ItemLazy for BaselineScalars {
+    fn sync(self) -> Result<Self, burn::tensor::ExecutionError> {
+        Ok(self)
+    }
+}
+
+impl Adaptor<Self> for BaselineScalars {
+    fn adapt(&self) -> Self {
+        *self
+    }
+}
+
+impl Scalars for BaselineScalars {
+    fn batch_size(&self) -> usize {
+        self.batch_size
+    }
+}
+
+/// The values logged per step.
+pub(super) const BASELINE_FIELDS: [Field<BaselineScalars>; 2] = [
+    Field { name: LOSS, unit: "", higher_is_better: false, get: |s| s.loss },
+    Field { name: "error_px", unit: "px", higher_is_better: false, get: |s| s.error_px },
+];
+
+/// The network with its loss.
+#[derive(Module, Debug)]
+pub(super) struct BaselineLearner {
+    pub(super) network: BaselineNetwork,
+    #[module(skip)]
+    sigma_cells: f32,
+    #[module(skip)]
+    guard: Guard,
+}
+
+impl BaselineLearner {
+    pub(super) fn new(network: BaselineNetwork, sigma_cells: f32, guard: Guard) -> Self {
+        Self { network, sigma_cells, guard }
+    }
+
+    fn measure(&self, item: BaselineItem) -> (Tensor<1>, BaselineScalars) {
+        let [batch_size, _, height, width] = item.images.dims();
+        let size_px = Vec2::new(width as f32, height as f32);
+        let (loss, joints_px) = match (&self.network, &item.targets) {
+            (BaselineNetwork::Dhp19Cnn(network), BaselineTargets::Heatmaps(targets)) => {
+                let maps = network.forward(item.images);
+                let joints_px = peaks_px(&maps);
+                (heatmap_loss(maps, targets), joints_px)
+            }
+            (BaselineNetwork::LiftMono(network), BaselineTargets::Marginals(targets)) => {
+                let stages = network.forward(item.images);
+                let positions = stages.last().map(|maps| maps.positions());
+                let joints_px = positions.map_or_else(Vec::new, |at| positions_px(at, size_px));
+                (marginal_loss(&stages, targets, self.sigma_cells).total, joints_px)
+            }
+            _ => unreachable!("batches are those of the network"),
+        };
+        let scalars = BaselineScalars {
+            batch_size,
+            loss: f64::from(loss.clone().into_scalar::<f32>()),
+            error_px: mean_error_px(&joints_px, &item.joints_px),
+        };
+        (loss, scalars)
+    }
+}
+
+/// The middles of the pixels at which heatmaps are largest, joint by joint.
+fn peaks_px(maps: &Tensor<4>) -> Vec<Vec2> {
+    let [batch, joints, height, width] = maps.dims();
+    let flat = maps.clone().detach().reshape([batch, joints, height * width]);
+    let cells: Tensor<3, Int> = flat.argmax(2);
+    let cell = |index: i64| {
+        let (row, column) = (index / width as i64, index % width as i64);
+        Vec2::new(column as f32, row as f32) + 0.5
+    };
+    cells.into_data().iter::<i64>().map(cell).collect()
+}
+
+/// Positions from -1 to 1 in pixels of an input, joint by joint.
+fn positions_px(positions: Tensor<3>, size_px: Vec2) -> Vec<Vec2> {
+    let values: Vec<f32> = positions.detach().into_data().iter().collect();
+    let pixels = |[x, y, _]: &[f32; 3]| 0.5 * (Vec2::new(*x, *y) + 1.0) * size_px;
+    values.as_chunks::<3>().0.iter().map(pixels).collect()
+}
+
+/// The mean distance over joints in view; 0 if none is.
+fn mean_error_px(joints_px: &[Vec2], labels_px: &[BodyPoints]) -> f64 {
+    let (mut sum, mut count) = (0.0, 0u64);
+    for (joints_px, labels_px) in joints_px.chunks(BODY_JOINTS).zip(labels_px) {
+        for (joint, label) in joints_px.iter().zip(labels_px) {
+            let Some(label) = label else { continue };
+            sum += f64::from(joint.distance(*label));
+            count += 1;
+        }
+    }
+    sum / count.max(1) as f64
+}
+
+impl TrainStep for BaselineLearner {
+    type Input = BaselineItem;
+    type Output = BaselineScalars;
+
+    fn step(&self, item: BaselineItem) -> TrainOutput<BaselineScalars> {
+        let step = item.step;
+        let (loss, measured) = self.measure(item);
+        self.guard.check(measured.loss, step);
+        TrainOutput::new(self, loss.backward(), measured)
+    }
+}
+
+impl InferenceStep for BaselineLearner {
+    type Input = BaselineItem;
+    type Output = BaselineScalars;
+
+    fn step(&self, item: BaselineItem) -> BaselineScalars {
+        self.measure(item).1
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use burn::tensor::{Device, TensorData};
+
+    use super::*;
+
+    #[test]
+    fn joints_are_read_in_pixels_and_those_out_of_view_do_not_count() {
+        let mut values = vec![0.0f32; 2 * 3 * 4];
+        (values[6], values[12 + 11]) = (1.0, 2.0);
+        let maps = Tensor::<4>::from_data(TensorData::new(values, [1, 2, 3, 4]), &Device::flex());
+        assert_eq!(peaks_px(&maps), [Vec2::new(2.5, 1.5), Vec2::new(3.5, 2.5)]);
+        let at = TensorData::new(vec![0.0f32, -1.0, 0.3], [1, 1, 3]);
+        let at = Tensor::<3>::from_data(at, &Device::flex());
+        assert_eq!(positions_px(at, Vec2::new(8.0, 4.0)), [Vec2::new(4.0, 0.0)]);
+        let mut label = BodyPoints::default();
+        label[1] = Some(Vec2::new(3.0, 4.0));
+        let error = mean_error_px(&[Vec2::ZERO; BODY_JOINTS], &[label]);
+        assert_eq!(error, 5.0);
+    }
+}

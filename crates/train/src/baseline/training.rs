@@ -1,0 +1,197 @@
+//! Training of the baselines.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use burn::optim::AdamConfig;
+use burn::optim::decay::WeightDecayConfig;
+use burn::optim::lr_scheduler::module_lr_scheduler::ModuleLrScheduler;
+use burn::tensor::Device;
+use evpose_core::seed_for;
+use evpose_nn::{BaselineNetwork, BaselineNetworkConfig};
+use evpose_pose::body::BodyPoints;
+use evpose_task::baseline::{BaselineCheckpoint, BaselineConfig, LiftGeometry, torso_m};
+use evpose_task::schedule::EarlyStop;
+use evpose_task::{FieldDifference, TaskError};
+
+use super::batches::{BaselineBatches, BaselineItem};
+use super::learner::{BASELINE_FIELDS, BaselineLearner, BaselineScalars};
+use crate::TrainError;
+use crate::batch_loader::BatchLoader;
+use crate::body::{BodyFrames, digest_of};
+use crate::devices::DeviceGroup;
+use crate::guard::Guard;
+use crate::metric::Field;
+use crate::passes::TrainingSpan;
+use crate::training::{
+    ADAM_EPSILON, Loaders, Run, RunConfig, TrainOptions, TrainSummary, TrainingTask, check_shape,
+};
+
+/// The images of the recordings in `data` from which the network of `config` learns: for
+/// `lift-mono` those of cameras that stand still and are known. `progress` receives 1 after each
+/// recording.
+///
+/// # Errors
+/// If files cannot be read, or there is nothing to train on.
+pub fn baseline_frames(
+    config: &BaselineConfig,
+    data: &Path,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Result<BodyFrames, TrainError> {
+    let mut frames = BodyFrames::load(&config.body(), data, progress)?;
+    if matches!(config.network, BaselineNetworkConfig::LiftMono(_)) {
+        frames.frames.retain(|frame| {
+            frame.camera.is_some_and(|camera| {
+                LiftGeometry::new(camera.lens, camera.sensor).depths(&camera.joints_m).is_some()
+            })
+        });
+        if frames.is_empty() {
+            let message =
+                "lift-mono learns depths, and no recording here says where its camera stands: \
+                 simulate with simulation.moving_cameras = 0, or use a calibrated data set"
+                    .to_owned();
+            return Err(TrainError::Config { path: data.to_owned(), message });
+        }
+    }
+    Ok(frames)
+}
+
+/// Trains the network of `config` on `frames`, those of [`baseline_frames`]. Writes to the
+/// directory `run` what [`train_body`](crate::body::train_body) writes.
+///
+/// # Errors
+/// If the directory cannot be used, if it holds another run, or if the loss stops being finite;
+/// checkpoints written before stay.
+pub fn train_baseline(
+    config: &BaselineConfig,
+    frames: BodyFrames,
+    run: &Path,
+    options: &TrainOptions,
+) -> Result<TrainSummary<BaselineCheckpoint>, TrainError> {
+    config.validate()?;
+    let training = &config.training;
+    let devices = DeviceGroup::single(options.device)?;
+    let span = TrainingSpan {
+        batch_size: training.batch_size,
+        steps: training.steps,
+        steps_per_interval: training.steps_per_validation,
+    };
+    let run = Run::open(run, config, span, options)?;
+    let task = BaselineTask {
+        config,
+        torso_m: mean_torso_m(&frames),
+        mean_pose: frames.mean_pose(),
+        data: digest_of(&frames),
+    };
+    let (train, valid) = frames.split(config.data.validation_share);
+    if train.is_empty() || valid.is_empty() {
+        let message = format!(
+            "{} images to train on and {} to validate with: more recordings are needed",
+            train.len(),
+            valid.len()
+        );
+        return Err(TrainError::Field { field: "data.validation_share", message });
+    }
+    let device = devices.main().clone();
+    let train = BatchLoader::training(
+        BaselineBatches::new(Arc::new(train), config),
+        (run.first_interval(), span),
+        device.clone().autodiff(),
+        run.meter().clone(),
+    );
+    let samples = training.validation_samples.min(valid.len() as u64);
+    let batches = BaselineBatches::new(Arc::new(valid), config);
+    let valid = BatchLoader::validation(batches, training.batch_size, samples, device);
+    run.train(&task, &devices, Loaders { train: Arc::new(train), valid: Arc::new(valid) })
+}
+
+/// The mean torso of the people on the images; none where joints in metres are not known.
+fn mean_torso_m(frames: &BodyFrames) -> Option<f32> {
+    let torsos: Vec<f64> = frames
+        .frames
+        .iter()
+        .filter_map(|frame| torso_m(&frame.camera?.joints_m).map(f64::from))
+        .collect();
+    (!torsos.is_empty()).then(|| (torsos.iter().sum::<f64>() / torsos.len() as f64) as f32)
+}
+
+struct BaselineTask<'a> {
+    config: &'a BaselineConfig,
+    torso_m: Option<f32>,
+    mean_pose: BodyPoints,
+    /// Digest of the data.
+    data: String,
+}
+
+impl RunConfig for BaselineConfig {
+    fn to_toml(&self) -> Result<String, TaskError> {
+        Self::to_toml(self)
+    }
+
+    fn differences_from(&self, path: &Path) -> Result<Vec<FieldDifference>, TaskError> {
+        self.differences(&Self::read(path)?)
+    }
+}
+
+impl TrainingTask for BaselineTask<'_> {
+    type Batch = BaselineItem;
+    type Scalars = BaselineScalars;
+    type Network = BaselineNetwork;
+    type Learner = BaselineLearner;
+    type Checkpoint = BaselineCheckpoint;
+
+    const FIELDS: &'static [Field<BaselineScalars>] = &BASELINE_FIELDS;
+
+    fn untrained(&self, device: &Device) -> Result<BaselineNetwork, TrainError> {
+        Ok(self.config.network.init(0, device)?)
+    }
+
+    fn initial_network(&self, device: &Device) -> Result<BaselineNetwork, TrainError> {
+        let Some(path) = &self.config.start_from else {
+            return Ok(self
+                .config
+                .network
+                .init(seed_for(self.config.seed, "weights", 0), device)?);
+        };
+        let start = BaselineCheckpoint::load(path, device)?;
+        check_shape(path, &start.network.config(), &self.config.network)?;
+        Ok(start.network)
+    }
+
+    fn learner(&self, network: BaselineNetwork, guard: Guard) -> BaselineLearner {
+        BaselineLearner::new(network, self.config.loss.sigma_px, guard)
+    }
+
+    fn network(learner: BaselineLearner) -> BaselineNetwork {
+        learner.network
+    }
+
+    fn optimizer(&self) -> AdamConfig {
+        let decay = self.config.training.weight_decay;
+        let decay = (decay > 0.0).then(|| WeightDecayConfig::new(decay));
+        AdamConfig::new().with_epsilon(ADAM_EPSILON).with_weight_decay(decay)
+    }
+
+    fn learning_rate(&self) -> ModuleLrScheduler {
+        let training = &self.config.training;
+        training.schedule.rate(training.learning_rate, training.steps).into()
+    }
+
+    fn early_stop(&self) -> Option<EarlyStop> {
+        Some(self.config.training.early_stop)
+    }
+
+    fn checkpoint(&self, network: BaselineNetwork) -> BaselineCheckpoint {
+        BaselineCheckpoint {
+            config: self.config.clone(),
+            network,
+            torso_m: self.torso_m,
+            mean_pose: Some(self.mean_pose),
+            data: Some(self.data.clone()),
+        }
+    }
+
+    fn save(checkpoint: &BaselineCheckpoint, path: &Path) -> Result<(), TrainError> {
+        Ok(checkpoint.save(path)?)
+    }
+}

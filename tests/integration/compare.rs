@@ -1,0 +1,143 @@
+//! The comparison of systems, small.
+
+use crate::body::tiny;
+use crate::harness::{Sandbox, bytes};
+
+#[cfg(feature = "onnx")]
+#[path = "../../crates/external/tests/files/onnx.rs"]
+#[allow(dead_code, reason = "other tests use the rest")]
+mod onnx;
+
+const SYSTEMS: &str = "move-enet,move-enet-fixed-count,dhp19-cnn,lift-mono,openpose-grey,mean-pose";
+
+fn compare<'a>(out: &'a str, systems: &'a str, more: &[&'a str]) -> Vec<&'a str> {
+    let steps = ["--steps", "2", "--seeds", "2", "--jobs", "2", "--out", out];
+    let mut args = tiny(&["compare", "body", "--systems", systems]);
+    // Cameras on tripods, whose places are known, as LiftMono-HPE needs them.
+    args.extend([
+        "--set",
+        "simulation.moving_cameras=0.0",
+        "--set",
+        "evaluation.moving_cameras=0.0",
+    ]);
+    args.extend(steps);
+    args.extend(more);
+    args
+}
+
+fn outcome(sandbox: &Sandbox, out: &str) -> serde_json::Value {
+    serde_json::from_slice(&bytes(&sandbox.path(out).join("comparison.json"))).expect("JSON")
+}
+
+fn system<'a>(outcome: &'a serde_json::Value, name: &str) -> &'a serde_json::Value {
+    let mut systems = outcome["systems"].as_array().expect("systems").iter();
+    systems.find(|system| system["name"] == name).expect("a system")
+}
+
+#[test]
+fn systems_are_trained_evaluated_and_compared_and_kept() {
+    let sandbox = Sandbox::new();
+    let said = sandbox.ok(&compare("cmp", SYSTEMS, &[]));
+    assert!(said.contains("6 networks to train, 2 at once"), "{said}");
+    assert!(said.contains("openpose-grey does not run: give --openpose"), "{said}");
+    let comparison = outcome(&sandbox, "cmp");
+    for name in ["move-enet", "move-enet-fixed-count", "dhp19-cnn", "lift-mono", "mean-pose"] {
+        let system = system(&comparison, name);
+        assert_eq!(system["per_seed"].as_array().map(Vec::len), Some(2), "{system}");
+        assert_eq!(system["curve"].as_array().map(Vec::len), Some(100), "{system}");
+        assert!(system["missing"].is_null(), "{system}");
+    }
+    let measures = |name: &str| -> Vec<String> {
+        let means = system(&comparison, name)["means"].as_array().expect("means");
+        means.iter().map(|mean| mean["measure"].as_str().expect("a name").to_owned()).collect()
+    };
+    // Only one estimates depth; the mean pose takes no time.
+    assert!(measures("lift-mono").contains(&"mpjpe_mm".to_owned()));
+    assert!(!measures("move-enet").contains(&"mpjpe_mm".to_owned()));
+    assert!(measures("dhp19-cnn").contains(&"poses_per_s".to_owned()));
+    assert!(!measures("mean-pose").contains(&"poses_per_s".to_owned()));
+    // No figure stands for a system that did not run.
+    let missing = system(&comparison, "openpose-grey");
+    assert_eq!(missing["means"].as_array().map(Vec::len), Some(0), "{missing}");
+    let orderings = comparison["orderings"].as_array().expect("orderings");
+    let verdict = |start: &str| {
+        let is_it =
+            |o: &&serde_json::Value| o["statement"].as_str().unwrap_or("").starts_with(start);
+        orderings.iter().find(is_it).map(|ordering| ordering["verdict"].clone())
+    };
+    assert!(
+        verdict("lift-mono worse than move-enet: PCK@0.4")
+            .is_some_and(|verdict| verdict.is_string())
+    );
+    assert!(verdict("move-enet worse than openpose-grey").is_some_and(|verdict| verdict.is_null()));
+    let page = String::from_utf8(bytes(&sandbox.path("cmp/comparison.html"))).expect("text");
+    assert!(page.contains("<svg") && page.contains("lift-mono worse than move-enet"));
+    let markdown = String::from_utf8(bytes(&sandbox.path("cmp/comparison.md"))).expect("text");
+    assert!(markdown.contains("| dhp19-cnn | 7500 events |"), "{markdown}");
+
+    let refused = sandbox.fails(&compare("cmp", SYSTEMS, &[]));
+    assert!(refused.contains("--resume"), "{refused}");
+    let before = bytes(&sandbox.path("cmp/comparison.json"));
+    let again = sandbox.ok(&compare("cmp", SYSTEMS, &["--resume"]));
+    assert!(!again.contains("networks to train") && !again.contains("trained,"), "{again}");
+    assert_eq!(bytes(&sandbox.path("cmp/comparison.json")), before);
+
+    // The same recordings, given as directories: the networks of another comparison.
+    let [train, test] = ["train", "held-out"].map(|set| format!("cmp/data/seed-1/{set}"));
+    let given = ["--train", train.as_str(), "--data", test.as_str()];
+    let refused =
+        sandbox.fails(&compare("cmp", "mean-pose", &[&given[..], &["--resume"]].concat()));
+    assert!(refused.contains("data.json") && refused.contains("other data"), "{refused}");
+    sandbox.ok(&compare("given", "mean-pose", &given));
+    let of =
+        |outcome: &serde_json::Value| system(outcome, "mean-pose")["per_seed"][0]["pck"].clone();
+    assert_eq!(of(&outcome(&sandbox, "given")), of(&comparison));
+}
+
+#[test]
+fn what_cannot_be_compared_is_said_before_anything_is_done() {
+    let sandbox = Sandbox::new();
+    let message = sandbox.fails(&compare("x", "no-such-system", &[]));
+    assert!(message.contains("openpose-pim") && message.contains("dhp19-cnn"), "{message}");
+    let message = sandbox.fails(&compare("x", "movenet-grey,openpose-pim", &[]));
+    assert!(message.contains("no system can be run") && message.contains("--movenet"), "{message}");
+    let message = sandbox.fails(&compare("x", "movenet-grey", &["--movenet", "no.onnx"]));
+    let wanted = if cfg!(feature = "onnx") { "no.onnx: " } else { "--features onnx" };
+    assert!(message.contains(wanted), "{message}");
+    assert!(!sandbox.path("x").exists());
+    assert!(sandbox.ok(&["compare", "body", "--help"]).contains("evpose compare body"));
+}
+
+#[cfg(feature = "onnx")]
+#[test]
+fn networks_of_others_run_from_their_files() {
+    use evpose_pose::body::OpenPoseModel;
+
+    let sandbox = Sandbox::new();
+    let file =
+        |name: &str, bytes: &[u8]| std::fs::write(sandbox.path(name), bytes).expect("written");
+    file("movenet.onnx", &onnx::movenet(16, true));
+    file("openpose.onnx", &onnx::openpose(OpenPoseModel::Coco18, onnx::Maps::Apart, 0.5));
+    let systems = "openpose-grey,openpose-pim,movenet-grey";
+    let files = ["--openpose", "openpose.onnx", "--movenet", "movenet.onnx"];
+    sandbox.ok(&compare("cmp", systems, &files));
+    let comparison = outcome(&sandbox, "cmp");
+    for name in ["openpose-grey", "openpose-pim", "movenet-grey"] {
+        let system = system(&comparison, name);
+        assert!(system["missing"].is_null(), "{system}");
+        assert!(system["per_seed"][0]["poses_per_s"].as_f64().is_some_and(|hz| hz > 0.0));
+        let digest = system["per_seed"][0]["weights"].as_str();
+        assert!(digest.is_some_and(|digest| digest.len() == 64), "{system}");
+    }
+    // OpenPose of the test sees people of the same place in whatever is mid-grey, as integrated
+    // polarities are where nothing happens.
+    let curve = |name: &str| system(&comparison, name)["curve"].clone();
+    assert_ne!(curve("openpose-grey"), curve("movenet-grey"));
+    // Another file is another network.
+    file("movenet.onnx", &onnx::movenet(32, true));
+    sandbox.ok(&compare("cmp", systems, &[&files[..], &["--resume"]].concat()));
+    assert_ne!(
+        system(&outcome(&sandbox, "cmp"), "movenet-grey")["per_seed"][0]["weights"],
+        system(&comparison, "movenet-grey")["per_seed"][0]["weights"]
+    );
+}
