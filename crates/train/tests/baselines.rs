@@ -59,7 +59,10 @@ fn cnn(steps: u64) -> BaselineConfig {
 
 fn lift(steps: u64) -> BaselineConfig {
     let network = LiftMonoConfig { width: 0.125, stages: 2, ..LiftMonoConfig::default() };
-    small(BaselineConfig::lift_mono(), BaselineNetworkConfig::LiftMono(network), steps)
+    let mut config =
+        small(BaselineConfig::lift_mono(), BaselineNetworkConfig::LiftMono(network), steps);
+    config.training.learning_rate = 3e-3;
+    config
 }
 
 fn train(config: &BaselineConfig, run: &Path, resume: bool) -> BaselineCheckpoint {
@@ -94,12 +97,12 @@ fn in_training(run: &Path, field: &str) -> [f64; 2] {
 fn a_network_of_dhp19_learns_and_finds_joints_on_the_sensor() {
     let folder = tempfile::tempdir().unwrap();
     let run = folder.path().join("cnn");
-    train(&cnn(40), &run, false);
+    train(&cnn(24), &run, false);
     // Black heatmaps are nearly right: what is learnt first shows in where they are largest.
     let [first, second] = in_training(&run, "error_px");
     assert!(second < first, "{first} to {second}");
     let mut checkpoint = BaselineCheckpoint::load(&run, &Device::flex()).unwrap();
-    assert_eq!(checkpoint.config, cnn(40));
+    assert_eq!(checkpoint.config, cnn(24));
     // After so few steps no heatmap reaches its threshold.
     checkpoint.config.decoding.confidence = 0.0;
     let (_, data, _) = recordings();
@@ -146,7 +149,7 @@ fn lift_mono_learns_and_places_joints_in_metres() {
 #[test]
 fn a_run_that_was_stopped_ends_with_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();
-    for (name, config) in [("cnn", cnn(6)), ("lift", lift(6))] {
+    for (name, config) in [("cnn", cnn(4)), ("lift", lift(2))] {
         let [whole, stopped] = ["whole", "stopped"].map(|kind| folder.path().join(name).join(kind));
         train(&config, &whole, false);
         std::fs::create_dir_all(stopped.join("checkpoint")).unwrap();
