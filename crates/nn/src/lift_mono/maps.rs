@@ -37,7 +37,7 @@ impl MarginalMaps {
     /// # Source
     /// Nibali et al.: *Numerical Coordinate Regression with Convolutional Neural Networks*, 2018.
     pub fn positions(&self) -> Tensor<3> {
-        let [xy, zy, xz] = [&self.xy, &self.zy, &self.xz].map(|map| expectation(map.clone()));
+        let [xy, zy, xz] = [&self.xy, &self.zy, &self.xz].map(expectation);
         let z = (zy.narrow(2, 0, 1) + xz.narrow(2, 1, 1)) * 0.5;
         Tensor::cat(vec![xy, z], 2)
     }
@@ -58,7 +58,7 @@ impl MarginalMaps {
 ///
 /// # Shapes
 /// - map: `[batch, joints, height, width]`, output: `[batch, joints, 2]`
-fn expectation(map: Tensor<4>) -> Tensor<3> {
+fn expectation(map: &Tensor<4>) -> Tensor<3> {
     let [batch, joints, height, width] = map.dims();
     let device = map.device();
     let along = |dim: usize, cells: usize| {
