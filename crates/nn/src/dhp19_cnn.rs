@@ -17,9 +17,7 @@ use crate::NnError;
 use crate::channels::scaled;
 use crate::initializer::{Initializer, seeded};
 use crate::joint_order::{JointAxes, reordered};
-use crate::ops::{self, Blocked};
 use crate::parameters::trained_count;
-use crate::plane_ops::PlaneOps;
 
 /// Channels of the three resolutions as published, the finest first.
 const CHANNELS: [usize; 3] = [16, 32, 64];
@@ -145,21 +143,15 @@ impl Dhp19Cnn {
     ///   published
     /// - output: `[batch, joints, height, width]`
     pub fn forward(&self, images: Tensor<4>) -> Tensor<4> {
-        if ops::is_ours(&images) {
-            return self.forward_ops(Blocked::from_planes(images)).into_planes();
-        }
-        self.forward_ops(images)
-    }
-
-    fn forward_ops<F: PlaneOps>(&self, images: F) -> F {
-        let through =
-            |x: F, layers: &[&Conv2d]| layers.iter().fold(x, |x, layer| x.conv(layer).relu());
-        let x = through(images, &[&self.conv1]).max_pool(&self.pool);
-        let x = through(x, &[&self.conv2a, &self.conv2b, &self.conv2d]).max_pool(&self.pool);
+        let through = |x: Tensor<4>, layers: &[&Conv2d]| {
+            layers.iter().fold(x, |x, layer| relu(layer.forward(x)))
+        };
+        let x = self.pool.forward(through(images, &[&self.conv1]));
+        let x = self.pool.forward(through(x, &[&self.conv2a, &self.conv2b, &self.conv2d]));
         let x = through(x, &[&self.conv3a, &self.conv3b, &self.conv3c, &self.conv3d]);
-        let x = x.in_planes(|x| doubled(&self.conv3_up, x));
+        let x = doubled(&self.conv3_up, x);
         let x = through(x, &[&self.conv4a, &self.conv4b, &self.conv4c, &self.conv4d]);
-        let x = x.in_planes(|x| doubled(&self.conv4_up, x));
+        let x = doubled(&self.conv4_up, x);
         through(x, &[&self.conv5a, &self.conv5d, &self.pred_cube])
     }
 
@@ -196,23 +188,17 @@ mod tests {
     }
 
     #[test]
-    fn heatmaps_are_as_large_as_images_whichever_kernels_compute_them() {
+    fn heatmaps_are_as_large_as_images_and_without_events_black() {
         let config = Dhp19CnnConfig { joints: 3, width: 0.25 };
         let network = config.init(3, &Device::flex()).unwrap();
-        let values: Vec<f32> = (0..2 * 20 * 28).map(|k| (k * k % 97) as f32).collect();
-        let images = |device: &Device| {
-            let data = burn::tensor::TensorData::new(values.clone(), [2, 1, 20, 28]);
-            Tensor::<4>::from_data(data, device)
+        let largest = |grey: f32| -> f32 {
+            let images = Tensor::<4>::full([2, 1, 20, 28], grey, &Device::flex());
+            let maps = network.forward(images);
+            assert_eq!(maps.dims(), [2, 3, 20, 28]);
+            maps.max().into_scalar()
         };
-        let maps = network.forward(images(&Device::flex()));
-        assert_eq!(maps.dims(), [2, 3, 20, 28]);
-        let device = Device::flex().autodiff();
-        let trained = config.init(3, &device).unwrap().forward(images(&device));
-        let values = |maps: Tensor<4>| -> Vec<f32> { maps.into_data().iter().collect() };
-        let (plain, ours) = (values(maps), values(trained));
-        let largest = plain.iter().fold(0.0f32, |a, b| a.max(*b));
-        assert!(largest > 0.1, "{largest}");
-        assert!(plain.iter().zip(&ours).all(|(a, b)| (a - b).abs() < 1e-4 * largest));
+        assert_eq!(largest(0.0), 0.0);
+        assert!(largest(90.0) > 1e-3);
     }
 
     #[test]

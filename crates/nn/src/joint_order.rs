@@ -67,7 +67,7 @@ mod tests {
     }
 
     /// The maps of joints in the order of [`ORDER`].
-    fn in_order(maps: Tensor<4>) -> Vec<f32> {
+    fn in_order(maps: &Tensor<4>) -> Vec<f32> {
         ORDER.iter().flat_map(|&joint| values(maps.clone().narrow(1, joint, 1))).collect()
     }
 
@@ -75,7 +75,7 @@ mod tests {
     fn reordered_networks_have_the_same_maps_in_another_order() {
         let device = Device::flex();
         let cnn = Dhp19CnnConfig { joints: 3, width: 0.125 }.init(3, &device).unwrap();
-        let want = in_order(cnn.forward(images()));
+        let want = in_order(&cnn.forward(images()));
         assert!(want.iter().any(|value| *value > 0.0));
         assert_eq!(values(cnn.with_joint_order(&ORDER).forward(images())), want);
 
@@ -83,13 +83,17 @@ mod tests {
         let lift = config.init(3, &device).unwrap();
         let want = lift.forward(images());
         let ours = lift.with_joint_order(&ORDER).forward(images());
+        let largest =
+            |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        let (mut same, mut other) = (0.0f32, 0.0f32);
         for (ours, want) in ours.into_iter().zip(want) {
             for (ours, want) in ours.into_array().into_iter().zip(want.into_array()) {
-                let (ours, want) = (values(ours), in_order(want));
+                let (ours, want) = (values(ours), in_order(&want));
                 // Sums over joints are in another order, too.
-                assert!(ours.iter().zip(&want).all(|(a, b)| (a - b).abs() < 1e-5));
-                assert!(want[..48].iter().zip(&want[48..]).any(|(a, b)| (a - b).abs() > 1e-3));
+                same = same.max(largest(&ours, &want));
+                other = other.max(largest(&want[..48], &want[48..]));
             }
         }
+        assert!(same < 1e-4 && other > 0.1, "{same} {other}");
     }
 }

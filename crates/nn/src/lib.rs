@@ -58,7 +58,6 @@ mod net_ops;
 mod network;
 mod ops;
 pub mod parameters;
-mod plane_ops;
 pub mod weights;
 
 pub use backbone::{BACKBONES, BackboneEntry, backbone_by_name};

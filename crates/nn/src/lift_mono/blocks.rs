@@ -9,7 +9,6 @@ use burn::tensor::{Device, Tensor};
 
 use crate::conv_norm::{ConvNorm, ConvNormConfig, EPSILON, batch_norm};
 use crate::ops::{self, Activation};
-use crate::plane_ops::PlaneOps;
 
 /// Two 3x3 convolutions with a ReLU behind each, around which a 1x1 convolution of the input is
 /// added.
@@ -38,9 +37,9 @@ impl ResidualBlock {
     /// # Shapes
     /// - input: `[batch, channels_in, height, width]`
     /// - output: `[batch, channels_out, ceil(height / stride), ceil(width / stride)]`
-    pub(super) fn forward<F: PlaneOps>(&self, input: F) -> F {
+    pub(super) fn forward(&self, input: Tensor<4>) -> Tensor<4> {
         let main = self.second.forward_relu(self.first.forward_relu(input.clone()));
-        main.add(self.shortcut.forward(input))
+        main + self.shortcut.forward(input)
     }
 }
 
@@ -64,10 +63,10 @@ impl UpsamplingBlock {
     /// # Shapes
     /// - input: `[batch, channels_in, ceil(height / 2), ceil(width / 2)]`
     /// - output: `[batch, channels_out, height, width]`, its size as given
-    pub(super) fn forward<F: PlaneOps>(&self, input: F, size: [usize; 2]) -> F {
+    pub(super) fn forward(&self, input: Tensor<4>, size: [usize; 2]) -> Tensor<4> {
         let main = self.first.forward(input.clone(), size, Activation::Relu);
         let shortcut = self.shortcut.forward(input, size, Activation::Identity);
-        self.second.forward_relu(main).add(shortcut)
+        self.second.forward_relu(main) + shortcut
     }
 }
 
@@ -89,11 +88,7 @@ impl TransposedNorm {
         Self { conv, norm: batch_norm(channels_out, EPSILON, device) }
     }
 
-    fn forward<F: PlaneOps>(&self, input: F, size: [usize; 2], activation: Activation) -> F {
-        input.in_planes(|x| self.forward_planes(x, size, activation))
-    }
-
-    fn forward_planes(
+    fn forward(
         &self,
         input: Tensor<4>,
         [height, width]: [usize; 2],

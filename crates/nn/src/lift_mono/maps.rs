@@ -8,28 +8,26 @@ use burn::tensor::{Device, Tensor, TensorData};
 /// # Shapes
 /// All `[batch, joints, height, width]`.
 #[derive(Debug, Clone)]
-pub struct MarginalMaps<T = Tensor<4>> {
+pub struct MarginalMaps {
     /// Columns are x, rows are y.
-    pub xy: T,
+    pub xy: Tensor<4>,
     /// Columns are z, rows are y.
-    pub zy: T,
+    pub zy: Tensor<4>,
     /// Columns are x, rows are z.
-    pub xz: T,
+    pub xz: Tensor<4>,
 }
 
-impl<T> MarginalMaps<T> {
+impl MarginalMaps {
     /// In the order of the fields.
-    pub fn into_array(self) -> [T; 3] {
+    pub fn into_array(self) -> [Tensor<4>; 3] {
         [self.xy, self.zy, self.xz]
     }
 
     /// In the order of the fields.
-    pub fn from_array([xy, zy, xz]: [T; 3]) -> Self {
+    pub fn from_array([xy, zy, xz]: [Tensor<4>; 3]) -> Self {
         Self { xy, zy, xz }
     }
-}
 
-impl MarginalMaps {
     /// The positions of joints, -1 to 1 from one border of the maps to the other: x and y are the
     /// expected values on `xy`, z is the mean of those on the other two.
     ///
@@ -39,7 +37,7 @@ impl MarginalMaps {
     /// # Source
     /// Nibali et al.: *Numerical Coordinate Regression with Convolutional Neural Networks*, 2018.
     pub fn positions(&self) -> Tensor<3> {
-        let [xy, zy, xz] = [&self.xy, &self.zy, &self.xz].map(|map| expectation(map.clone()));
+        let [xy, zy, xz] = [&self.xy, &self.zy, &self.xz].map(expectation);
         let z = (zy.narrow(2, 0, 1) + xz.narrow(2, 1, 1)) * 0.5;
         Tensor::cat(vec![xy, z], 2)
     }
@@ -60,7 +58,7 @@ impl MarginalMaps {
 ///
 /// # Shapes
 /// - map: `[batch, joints, height, width]`, output: `[batch, joints, 2]`
-fn expectation(map: Tensor<4>) -> Tensor<3> {
+fn expectation(map: &Tensor<4>) -> Tensor<3> {
     let [batch, joints, height, width] = map.dims();
     let device = map.device();
     let along = |dim: usize, cells: usize| {

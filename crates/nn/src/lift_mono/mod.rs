@@ -31,9 +31,8 @@ use crate::channels::scaled;
 use crate::conv_norm::{ConvNorm, ConvNormConfig};
 use crate::initializer::{Initializer, seeded};
 use crate::joint_order::{JointAxes, reordered};
-use crate::ops::{self, Blocked};
+use crate::net_ops::NetOps;
 use crate::parameters::{Slot, trained_count};
-use crate::plane_ops::PlaneOps;
 use blocks::ResidualBlock;
 use plane::{PlaneChannels, PlaneNet};
 
@@ -148,28 +147,17 @@ impl LiftMono {
     /// - images: `[batch, 1, height, width]`, values 0 to 255; 260x346 as published
     /// - output: `[batch, joints, ceil(height / 8), ceil(width / 8)]`, each of `stages` times three
     pub fn forward(&self, images: Tensor<4>) -> Vec<MarginalMaps> {
-        if ops::is_ours(&images) {
-            let stages = self.forward_ops(Blocked::from_planes(images)).into_iter();
-            let planes = |maps: MarginalMaps<Blocked>| {
-                MarginalMaps::from_array(maps.into_array().map(Blocked::into_planes))
-            };
-            return stages.map(planes).collect();
-        }
-        self.forward_ops(images)
-    }
-
-    fn forward_ops<F: PlaneOps>(&self, images: F) -> Vec<MarginalMaps<F>> {
         let x = self.stem.forward_relu(images.affine(1.0 / 255.0, 0.0)).max_pool(&self.pool);
         let features = self.features.iter().flatten().fold(x, |x, block| block.forward(x));
-        let mut stages: Vec<MarginalMaps<F>> = Vec::new();
+        let mut stages: Vec<MarginalMaps> = Vec::new();
         let mut input = features;
         for (index, xy) in self.xy.iter().enumerate() {
             if let Some(before) = stages.last() {
-                let seen = F::concat(before.clone().into_array().into());
-                input = input.add(self.combiners[index - 1].forward(seen));
+                let seen = Tensor::cat(before.clone().into_array().into(), 1);
+                input = input + self.combiners[index - 1].forward(seen);
             }
             let nets = [xy, &self.zy[index], &self.xz[index]];
-            let maps = nets.map(|net| net.forward(input.clone()).in_planes(maps::softmax));
+            let maps = nets.map(|net| maps::softmax(net.forward(input.clone())));
             stages.push(MarginalMaps::from_array(maps));
         }
         stages
@@ -206,8 +194,6 @@ impl LiftMono {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
-    use burn::tensor::TensorData;
-
     use super::*;
 
     #[test]
@@ -221,26 +207,6 @@ mod tests {
             assert_eq!(maps.positions().dims(), [2, 5, 3]);
             assert!(maps.into_array().iter().all(|map| map.dims() == [2, 5, 5, 10]));
         }
-    }
-
-    #[test]
-    fn our_kernels_train_what_burn_trains() {
-        let config = LiftMonoConfig { joints: 2, width: 0.125, stages: 2 };
-        let values: Vec<f32> = (0..2 * 48 * 64).map(|k| (k * k % 251) as f32).collect();
-        let outputs = |ours: bool| -> Vec<f32> {
-            let device = Device::flex().autodiff();
-            let network = config.init(3, &device).unwrap();
-            let data = TensorData::new(values.clone(), [2, 1, 48, 64]);
-            let images = Tensor::<4>::from_data(data, &device);
-            let stages = match ours {
-                true => network.forward(images),
-                false => network.forward_ops(images),
-            };
-            stages[1].positions().into_data().iter().collect()
-        };
-        let (ours, burns) = (outputs(true), outputs(false));
-        assert!(ours.iter().any(|value| value.abs() > 1e-3), "{ours:?}");
-        assert!(ours.iter().zip(&burns).all(|(a, b)| (a - b).abs() < 1e-4), "{ours:?} {burns:?}");
     }
 
     #[test]

@@ -1,10 +1,9 @@
 //! The network of one plane: features to the scores of each joint on it.
 
 use burn::module::Module;
-use burn::tensor::Device;
+use burn::tensor::{Device, Tensor};
 
 use super::blocks::{ResidualBlock, UpsamplingBlock};
-use crate::plane_ops::PlaneOps;
 
 /// An hourglass of residual blocks: to half the size and back.
 #[derive(Module, Debug)]
@@ -49,10 +48,10 @@ impl PlaneNet {
     /// # Shapes
     /// - features: `[batch, channels, height, width]`
     /// - output: `[batch, joints, height, width]`
-    pub(super) fn forward<F: PlaneOps>(&self, features: F) -> F {
-        let size = features.size();
+    pub(super) fn forward(&self, features: Tensor<4>) -> Tensor<4> {
+        let [_, _, height, width] = features.dims();
         let x = self.down.iter().chain(&self.middle).fold(features, |x, block| block.forward(x));
-        let x = self.upsampling.forward(x, size);
+        let x = self.upsampling.forward(x, [height, width]);
         self.up.iter().fold(x, |x, block| block.forward(x))
     }
 }

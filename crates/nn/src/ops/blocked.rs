@@ -99,11 +99,6 @@ impl LazySum {
 }
 
 impl Blocked {
-    /// Rows and columns.
-    pub(crate) fn image_size(&self) -> [usize; 2] {
-        [self.shape.height, self.shape.width]
-    }
-
     /// From `[batch, channels, height, width]`.
     pub(crate) fn from_planes(planes: Tensor<4>) -> Self {
         let [batch, channels, height, width] = planes.dims();
@@ -147,8 +142,7 @@ impl Blocked {
         }
     }
 
-    /// `layer(self)`, computed by Burn.
-    pub(crate) fn through_planes(self, layer: impl FnOnce(Tensor<4>) -> Tensor<4>) -> Self {
+    fn through_planes(self, layer: impl FnOnce(Tensor<4>) -> Tensor<4>) -> Self {
         Self::from_planes(layer(self.into_planes()))
     }
 

@@ -14,10 +14,13 @@ use crate::hand::BEST;
 
 /// The torso of LiftMono-HPE in metres, the mean of DHP19's people.
 pub const PUBLISHED_TORSO_M: f32 = 0.453_524_23;
+/// The depths of LiftMono-HPE in metres.
+const PUBLISHED_DEPTHS_M: [f32; 2] = [2.0, 5.0];
 
 /// Keys of the provenance in a weight file.
 const CONFIG: &str = "config";
 const TORSO: &str = "torso_m";
+const DEPTHS: &str = "depths_m";
 const MEAN_POSE: &str = "mean_pose";
 const DATA: &str = "data";
 
@@ -31,6 +34,9 @@ pub struct BaselineCheckpoint {
     /// Mean torso of the people it was trained on, in metres, by which joints in three dimensions
     /// are scaled; none where it is not known.
     pub torso_m: Option<f32>,
+    /// The smallest and the largest depth of their heads in metres, between which people are
+    /// placed; none where they are not known.
+    pub depths_m: Option<[f32; 2]>,
     /// Mean of the poses it was trained on, relative to the image; not known for weights from
     /// elsewhere.
     pub mean_pose: Option<BodyPoints>,
@@ -50,6 +56,7 @@ impl BaselineCheckpoint {
         };
         add(CONFIG, Some(self.config.to_toml()?));
         add(TORSO, self.torso_m.map(|torso_m| torso_m.to_string()));
+        add(DEPTHS, self.depths_m.map(|[nearest, farthest]| format!("{nearest} {farthest}")));
         add(MEAN_POSE, self.mean_pose.as_ref().map(pose_as_text));
         add(DATA, self.data.clone());
         Ok(weights::save_baseline(path, &self.network, &card)?)
@@ -94,6 +101,10 @@ impl BaselineCheckpoint {
         Ok(Self {
             config,
             torso_m: value(TORSO).and_then(|text| text.parse().ok()),
+            depths_m: value(DEPTHS).and_then(|text| {
+                let (nearest, farthest) = text.split_once(' ')?;
+                Some([nearest.parse().ok()?, farthest.parse().ok()?])
+            }),
             mean_pose: value(MEAN_POSE).and_then(|text| pose_from_text(text)),
             data: value(DATA).cloned(),
             network,
@@ -101,11 +112,11 @@ impl BaselineCheckpoint {
     }
 
     fn from_elsewhere(config: BaselineConfig, network: BaselineNetwork) -> Self {
-        let torso_m = match network {
-            BaselineNetwork::Dhp19Cnn(_) => None,
-            BaselineNetwork::LiftMono(_) => Some(PUBLISHED_TORSO_M),
+        let (torso_m, depths_m) = match network {
+            BaselineNetwork::Dhp19Cnn(_) => (None, None),
+            BaselineNetwork::LiftMono(_) => (Some(PUBLISHED_TORSO_M), Some(PUBLISHED_DEPTHS_M)),
         };
-        Self { config, network, torso_m, mean_pose: None, data: None }
+        Self { config, network, torso_m, depths_m, mean_pose: None, data: None }
     }
 }
 
@@ -131,6 +142,7 @@ mod tests {
             config,
             network: network.init(3, &device).unwrap(),
             torso_m: Some(0.47),
+            depths_m: Some([1.5, 6.25]),
             mean_pose: Some(mean_pose),
             data: Some("digest".to_owned()),
         };
@@ -138,7 +150,8 @@ mod tests {
         saved.save(&path).unwrap();
         let back = BaselineCheckpoint::load(folder.path(), &device).unwrap();
         assert_eq!(back.config, saved.config);
-        assert_eq!((back.torso_m, back.mean_pose), (saved.torso_m, saved.mean_pose));
+        assert_eq!((back.torso_m, back.depths_m), (saved.torso_m, saved.depths_m));
+        assert_eq!(back.mean_pose, saved.mean_pose);
         assert_eq!((back.data, back.network.config()), (saved.data, network));
     }
 
@@ -146,6 +159,6 @@ mod tests {
     fn a_directory_without_a_network_says_what_to_give() {
         let folder = tempfile::tempdir().unwrap();
         let error = BaselineCheckpoint::load(folder.path(), &Device::flex()).unwrap_err();
-        assert!(error.to_string().contains("DHP") || error.to_string().contains(".model"));
+        assert!(error.to_string().contains(".model or .ckpt"), "{error}");
     }
 }

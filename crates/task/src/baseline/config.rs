@@ -44,7 +44,7 @@ pub struct BaselineConfig {
     pub data: BodyDataConfig,
     /// Input of the network.
     pub image: BaselineImageConfig,
-    /// Which network, and its shape.
+    /// Kind and shape of the network.
     pub network: BaselineNetworkConfig,
     /// The target heatmaps.
     pub loss: BaselineLossConfig,

@@ -14,19 +14,21 @@ const LENS_STEPS: u32 = 20;
 /// d)`, 0 at the reference, with `a = (1 + sqrt(1 + e²)) / e` and `e` the larger side of what the
 /// image shows at distance one. So -1 and 1 are as far apart in metres as the sides of the image at
 /// the reference. Across the image, coordinates are those on it. The reference depth is not seen;
-/// joints are scaled so that the torso, from the middle of the hips to that of the shoulders, has a
-/// known length.
+/// joints are scaled so that the torso has a known length, as far as the reference stays within
+/// known depths.
 ///
 /// # Source
 /// Scarpellini et al.: *Lifting Monocular Events to 3D Human Poses*, CVPRW 2021; the projection is
 /// that of Nibali's `pose3d-utils`, there with the principal point in the middle of the image. The
-/// published depth is searched for between 2 and 5 m; here it has a closed form, since joints at
-/// fixed coordinates are in proportion to it.
+/// published depth is searched for; here it has a closed form, since joints at fixed coordinates
+/// are in proportion to it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LiftGeometry {
     camera: LensCamera,
     /// `a` of the model.
     depth_scale: f64,
+    /// The smallest and the largest reference depth.
+    reference_m: [f32; 2],
 }
 
 impl LiftGeometry {
@@ -34,7 +36,18 @@ impl LiftGeometry {
     pub fn new(camera: LensCamera, sensor: SensorSize) -> Self {
         let size = DVec2::new(f64::from(sensor.width), f64::from(sensor.height));
         let extent = (size / camera.focal_px).max_element();
-        Self { camera, depth_scale: (1.0 + (1.0 + extent * extent).sqrt()) / extent }
+        Self {
+            camera,
+            depth_scale: (1.0 + (1.0 + extent * extent).sqrt()) / extent,
+            reference_m: [0.0, f32::INFINITY],
+        }
+    }
+
+    /// The same for people whose heads are between these depths, in metres: nobody is placed nearer
+    /// or farther, however small or large the torso.
+    #[must_use]
+    pub fn within_depths(self, reference_m: [f32; 2]) -> Self {
+        Self { reference_m, ..self }
     }
 
     /// The depth coordinates of joints in camera space (x right, y up, looking along -z), in
@@ -68,11 +81,10 @@ impl LiftGeometry {
             let at = glam::DVec3::new(at.x, -at.y, -depth).as_vec3();
             (relative > 0.0 && at.is_finite()).then_some(at)
         });
-        let reference_m = torso_of(&unit).map(|length| torso_m / length);
-        match reference_m.filter(|reference| reference.is_finite()) {
-            Some(reference_m) => unit.map(|joint| Some(joint? * reference_m)),
-            None => [None; BODY_JOINTS],
-        }
+        let Some(length) = torso_of(&unit) else { return [None; BODY_JOINTS] };
+        let [nearest_m, farthest_m] = self.reference_m;
+        let reference_m = (torso_m / length).max(nearest_m).min(farthest_m);
+        unit.map(|joint| Some(joint? * reference_m).filter(|at_m| at_m.is_finite()))
     }
 }
 
@@ -141,12 +153,18 @@ mod tests {
                 Some(Vec2::new(at.x as f32, at.y as f32))
             });
             let depths = geometry.depths(&person).unwrap();
-            let back = geometry.joints_m(&joints_px, &depths, torso_m(&person).unwrap());
+            let torso_m = torso_m(&person).unwrap();
+            let back = geometry.joints_m(&joints_px, &depths, torso_m);
             for (back, joint) in back.iter().zip(person) {
                 assert!(back.unwrap().distance(joint) < 1e-3, "{back:?} {joint}");
             }
-            let larger = geometry.joints_m(&joints_px, &depths, 2.0 * torso_m(&person).unwrap());
+            let larger = geometry.joints_m(&joints_px, &depths, 2.0 * torso_m);
             assert!((larger[3].unwrap() - 2.0 * person[3]).length() < 2e-3);
+            // No farther than anybody is, whatever the torso.
+            let head_m = -person[number::HEAD].z;
+            let bounded = geometry.within_depths([1.0, head_m]);
+            let bounded = bounded.joints_m(&joints_px, &depths, 2.0 * torso_m);
+            assert!((bounded[3].unwrap() - person[3]).length() < 1e-3);
         }
     }
 
@@ -156,6 +174,9 @@ mod tests {
         let mut joints_px = [Some(Vec2::new(100.0, 90.0)); BODY_JOINTS];
         joints_px[number::HIP_L] = None;
         assert_eq!(geometry.joints_m(&joints_px, &[0.0; BODY_JOINTS], 0.5), [None; BODY_JOINTS]);
+        // Nor where all joints of the torso are in one place.
+        let point = [Some(Vec2::new(100.0, 90.0)); BODY_JOINTS];
+        assert_eq!(geometry.joints_m(&point, &[0.0; BODY_JOINTS], 0.5), [None; BODY_JOINTS]);
         let mut person = person();
         person[number::HEAD] = Vec3::NAN;
         assert_eq!(geometry.depths(&person), None);

@@ -139,6 +139,7 @@ mod tests {
             config,
             network,
             torso_m: None,
+            depths_m: None,
             mean_pose: None,
             data: None,
         })

@@ -61,10 +61,14 @@ impl BaselineStream {
         let reader = RepresentationReader::open(path, &checkpoint.config.body().image)?;
         let sensor = reader.sensor();
         let camera = camera.unwrap_or_else(|| Calibration::guessed(sensor).camera);
+        let geometry = LiftGeometry::new(camera, sensor);
         Ok(Self {
             reader,
             predictor: BaselinePredictor::new(checkpoint),
-            geometry: LiftGeometry::new(camera, sensor),
+            geometry: match checkpoint.depths_m {
+                Some(depths_m) => geometry.within_depths(depths_m),
+                None => geometry,
+            },
             torso_m: checkpoint.torso_m.unwrap_or(PUBLISHED_TORSO_M),
         })
     }

@@ -29,7 +29,7 @@ pub(super) struct BaselineItem {
     pub(super) step: u64,
 }
 
-/// What the outputs of a network should be.
+/// The targets of a network.
 #[derive(Debug, Clone)]
 pub(super) enum BaselineTargets {
     /// Of `dhp19-cnn`.

@@ -9,7 +9,7 @@ use burn::optim::lr_scheduler::module_lr_scheduler::ModuleLrScheduler;
 use burn::tensor::Device;
 use evpose_core::seed_for;
 use evpose_nn::{BaselineNetwork, BaselineNetworkConfig};
-use evpose_pose::body::BodyPoints;
+use evpose_pose::body::{BodyPoints, number};
 use evpose_task::baseline::{BaselineCheckpoint, BaselineConfig, LiftGeometry, torso_m};
 use evpose_task::schedule::EarlyStop;
 use evpose_task::{FieldDifference, TaskError};
@@ -77,9 +77,11 @@ pub fn train_baseline(
         steps_per_interval: training.steps_per_validation,
     };
     let run = Run::open(run, config, span, options)?;
+    let (torso_m, depths_m) = torso_and_depths_m(&frames).unzip();
     let task = BaselineTask {
         config,
-        torso_m: mean_torso_m(&frames),
+        torso_m,
+        depths_m,
         mean_pose: frames.mean_pose(),
         data: digest_of(&frames),
     };
@@ -105,19 +107,24 @@ pub fn train_baseline(
     run.train(&task, &devices, Loaders { train: Arc::new(train), valid: Arc::new(valid) })
 }
 
-/// The mean torso of the people on the images; none where joints in metres are not known.
-fn mean_torso_m(frames: &BodyFrames) -> Option<f32> {
-    let torsos: Vec<f64> = frames
-        .frames
-        .iter()
-        .filter_map(|frame| torso_m(&frame.camera?.joints_m).map(f64::from))
-        .collect();
-    (!torsos.is_empty()).then(|| (torsos.iter().sum::<f64>() / torsos.len() as f64) as f32)
+/// The mean torso of the people on the images, and the smallest and the largest depth of their
+/// heads, in metres; none where joints in metres are not known.
+fn torso_and_depths_m(frames: &BodyFrames) -> Option<(f32, [f32; 2])> {
+    let (mut sum_m, mut count, mut depths_m) = (0.0, 0u64, [f32::INFINITY, 0.0f32]);
+    for joints_m in frames.frames.iter().filter_map(|frame| Some(frame.camera?.joints_m)) {
+        let head_m = -joints_m[number::HEAD].z;
+        let Some(torso_m) = torso_m(&joints_m).filter(|_| head_m > 0.0) else { continue };
+        sum_m += f64::from(torso_m);
+        count += 1;
+        depths_m = [depths_m[0].min(head_m), depths_m[1].max(head_m)];
+    }
+    (count > 0).then(|| ((sum_m / count as f64) as f32, depths_m))
 }
 
 struct BaselineTask<'a> {
     config: &'a BaselineConfig,
     torso_m: Option<f32>,
+    depths_m: Option<[f32; 2]>,
     mean_pose: BodyPoints,
     /// Digest of the data.
     data: String,
@@ -186,6 +193,7 @@ impl TrainingTask for BaselineTask<'_> {
             config: self.config.clone(),
             network,
             torso_m: self.torso_m,
+            depths_m: self.depths_m,
             mean_pose: Some(self.mean_pose),
             data: Some(self.data.clone()),
         }
