@@ -323,8 +323,14 @@ fn table(exchanged: std::ops::Range<usize>) -> PoseTable {
 fn labels_are_checked_and_the_exit_code_reports_faults() {
     let sandbox = Sandbox::new();
     let sensor = evpose_core::SensorSize { width: 346, height: 260 };
-    let info =
-        PersonInfo { sensor, activity: "walking".into(), betas: vec![], threshold_offset: 0.0 };
+    let info = PersonInfo {
+        sensor,
+        activity: "walking".into(),
+        betas: vec![],
+        threshold_offset: 0.0,
+        scene: None,
+        camera: None,
+    };
     for (name, exchanged) in [("0000", 0..0), ("0001", 20..30)] {
         table(exchanged).write(&sandbox.path(&format!("{name}.poses.csv"))).unwrap();
         let toml = toml::to_string(&info).unwrap();
