@@ -37,6 +37,7 @@ fn main() -> Result<()> {
         resume: false,
         plain: true,
         progress: Some(evpose_train::ProgressCallback::new(|_| {})),
+        pause_after: None,
     };
     let summary = train_hand(&config, &data, &run, &options)?;
     println!("trained on {} windows, {:.0} a second", summary.samples, summary.samples_per_second);

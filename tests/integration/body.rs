@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use evpose_io::poses::read_poses;
+use evpose_io::poses::{TimedPose, read_poses};
 use evpose_pose::PoseOrigin;
 
 use crate::harness::{Sandbox, bytes};
@@ -98,6 +98,20 @@ fn evaluate_recordings(sandbox: &Sandbox) {
     }
 }
 
+/// Batches of images change no pose, nor does the last one, which is not full.
+fn infer_in_batches(sandbox: &Sandbox) {
+    let infer = ["infer", "--checkpoint", "fine/best.bpk", "--events", "held/0000.raw"];
+    let batched = ["--stride-ms", "20", "--batch", "7", "--out", "batched.csv"];
+    let output = sandbox.ok(&[&infer[..], &batched].concat());
+    assert!(output.contains("in batches of 7"), "{output}");
+    let poses = ["poses.csv", "batched.csv"].map(|name| {
+        let poses = read_poses(&sandbox.path(name)).unwrap().poses;
+        let without_latency = poses.into_iter().map(|pose| TimedPose { latency_ms: None, ..pose });
+        without_latency.collect::<Vec<_>>()
+    });
+    assert!(poses[0] == poses[1]);
+}
+
 /// Infers the poses of a recording and draws them.
 fn infer_recording(sandbox: &Sandbox) {
     sandbox.ok(&[
@@ -115,6 +129,7 @@ fn infer_recording(sandbox: &Sandbox) {
         "--fused",
         "fused.csv",
     ]);
+    infer_in_batches(sandbox);
     let text = String::from_utf8(bytes(&sandbox.path("poses.csv"))).unwrap();
     assert!(text.starts_with("t_us,origin,latency_ms,score,head_u_px,head_v_px,head_score,"));
     assert!(text.lines().all(|line| line.split(',').count() == 4 + 3 * 13), "{text}");

@@ -86,6 +86,25 @@ fn a_recording_becomes_poses_with_their_latency_and_a_report() {
 }
 
 #[test]
+fn batches_of_bodies_have_the_poses_of_single_images() {
+    let sandbox = Sandbox::new();
+    recorded(&sandbox);
+    let network = shipped("body-quick.bpk");
+    let [single, batched] = ["1", "4"].map(|batch| {
+        let live = ["live", "--source", "held/0001.raw", "--speed", "max", "--stride-ms", "20"];
+        let to = ["--checkpoint", &network, "--batch", batch, "--json", "poses.jsonl"];
+        sandbox.ok(&[&live[..], &to].concat());
+        let by_network = lines(&sandbox, "poses.jsonl").into_iter();
+        let by_network = by_network.filter(|pose| pose["origin"] == "network");
+        by_network.map(|pose| [pose["t_us"].clone(), pose["joints"].clone()]).collect::<Vec<_>>()
+    });
+    assert!(batched.len() >= 8 && batched.len() % 4 == 0, "{}", batched.len());
+    // The last images do not fill a batch.
+    assert_eq!(batched[..], single[..batched.len()]);
+    assert!(single.len() - batched.len() < 4);
+}
+
+#[test]
 fn events_come_over_a_socket_and_poses_leave_over_another() {
     let sandbox = Sandbox::new();
     recorded(&sandbox);

@@ -152,7 +152,33 @@ const SLOW: &[Step] = &[
         ],
         env: &[],
     },
-    Step { why: "wgpu compiles", args: &["check", "--features", "wgpu"], env: &[] },
+    Step {
+        // Nothing is installed: without an adapter, each test says what is missing and how to get it.
+        why: "every network infers and trains on wgpu as on the CPU",
+        args: &[
+            "test",
+            "--package=evpose-nn",
+            "--features=wgpu",
+            "--test=wgpu",
+            "--",
+            "--nocapture",
+            "--test-threads=1",
+        ],
+        env: &[],
+    },
+    Step {
+        why: "programs on wgpu: poses of the CPU, trainings from device to device, a missing driver",
+        args: &[
+            "test",
+            "--features=wgpu",
+            "--test=integration",
+            "devices::",
+            "--",
+            "--nocapture",
+            "--test-threads=1",
+        ],
+        env: &[],
+    },
     Step {
         // A dependency fetches a compiler when it builds, except for documentation.
         why: "cuda compiles",
@@ -166,7 +192,8 @@ const USAGE: &str = "usage: cargo xtask ci|slow|words [CRATE…] [--list]|circle
   ci    formatting, lints, documentation, all tests, what the benchmark is built from (what CI runs)
   slow  twelve blind recordings; all commands of the guides; an installed program; the ndarray
         agreement test; files for Rerun; packets of cameras; networks in tract; kernels under
-        AddressSanitizer; packages of all crates; peers, fuzz targets, wgpu and cuda compile
+        AddressSanitizer; packages of all crates; networks and programs on wgpu, a GPU's or Mesa's
+        software; peers, fuzz targets and cuda compile
   words  words that docs/glossary.md replaces: counts by crate, by file for a PATH or crate;
          --list shows each use and the standard word
   circles  files of a crate that import each other; every circle of the crates that are named

@@ -6,6 +6,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser};
 
 use super::bodies::AblateBodyArgs;
 use super::rows::ROWS;
+use super::selection::BACKBONES;
 use evpose_app::args::DeviceArgs;
 
 /// The ablation studies.
@@ -22,10 +23,12 @@ pub enum AblateCommand {
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  evpose ablate hand --out runs/ablation\n  \
     evpose ablate hand --out runs/ablation --resume\n  \
-    evpose ablate hand --rows lnes-33,eoi,no-filter --seeds 5 --out runs/inputs\n\n\
+    evpose ablate hand --rows lnes-33,eoi,no-filter --seeds 5 --out runs/inputs\n  \
+    evpose ablate hand --rows backbones --set simulation.image_scale=0.42 --seeds 1 --out runs/networks\n\n\
     Every row is the full method with one thing changed. Sequences are simulated once for each seed \
     and shared by all rows; the full method always runs, since every row is compared with it. More \
-    rows and seeds can be added to a directory later, with --resume.")]
+    rows and seeds can be added to a directory later, with --resume. `backbones` stands for all rows of \
+    other networks; Inception v3 is left out where images have less than 75 pixels a side.")]
 pub struct AblateHandArgs {
     /// A TOML file, or an embedded config: `ablation`, `quick`, `eventhands`
     #[arg(long, default_value = "ablation")]
@@ -53,5 +56,7 @@ pub struct AblateHandArgs {
 }
 
 fn row_names() -> PossibleValuesParser {
-    PossibleValuesParser::new(ROWS.iter().map(|row| PossibleValue::new(row.name).help(row.about)))
+    let group = PossibleValue::new(BACKBONES).help("every row of another network");
+    let rows = ROWS.iter().map(|row| PossibleValue::new(row.name).help(row.about));
+    PossibleValuesParser::new(rows.chain([group]).collect::<Vec<_>>())
 }

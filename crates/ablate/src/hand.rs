@@ -10,21 +10,29 @@ use super::args::AblateHandArgs;
 use super::directories::StudyDirectory;
 use super::outcome::{Outcome, Trials};
 use super::rows::{self, Row};
-use super::{page, table, trial};
+use super::selection::selected;
+use super::{networks_table, page, table, trial};
 use evpose_app::hand_config;
 use evpose_app::json::write_result;
 use evpose_app::machine::Machine;
-use evpose_app::progress::say;
-use evpose_app::threads::use_threads;
+use evpose_app::progress::{note, say};
 
 pub(super) fn run(args: &AblateHandArgs) -> Result<()> {
     let started = Instant::now();
-    use_threads(args.device.threads)?;
+    // An error now rather than after the simulation.
+    args.device.open()?;
     let mut base = hand_config::load(&args.config, &args.overrides)?;
     rows::check(&base)?;
     // All rows are evaluated on the same poses: from the first full window of the longest.
     base.evaluation.first_ms = base.evaluation.first_ms.max(rows::longest_window_ms(&base));
-    let rows = rows::selected(&args.rows);
+    let (rows, too_small) = selected(&args.rows, &base);
+    for row in too_small {
+        note(format!(
+            "note: row {} is left out: images have {}; choose a larger simulation.image_scale",
+            row.name,
+            base.network_size()
+        ));
+    }
     for row in &rows {
         row.config(&base).validate().with_context(|| format!("row {}", row.name))?;
     }
@@ -63,6 +71,11 @@ pub(super) fn run(args: &AblateHandArgs) -> Result<()> {
     say("");
     say(table::aligned(&outcome));
     say(table::legend(&outcome));
+    if let Some(networks) = networks_table::aligned(&outcome) {
+        say("");
+        say(networks);
+        say(networks_table::LEGEND);
+    }
     say("");
     say(format!("done in {:.1} minutes", started.elapsed().as_secs_f64() / 60.0));
     for name in RESULTS {

@@ -3,13 +3,13 @@
 //! Every row of a study retrains the full method with one change, under several seeds, and compares
 //! the result with the published statement about that change.
 //!
-//! * `rows`: the registry of changes, with the published statements.
+//! * `rows`: the registry of changes, with the published statements; `selection`: rows by name.
 //! * `finding`: the test of a published statement.
 //! * `directories`: files of a study, and which of its steps are finished.
 //! * `trial`: one row under one seed: trained, evaluated, timed.
 //! * `hand`, `bodies`: all rows under all seeds. [`Stages`], [`Network`], [`networks`]: what bodies are trained
 //!   with, which comparisons with other systems share.
-//! * `outcome`: means over seeds with intervals; `table` and `page` render them.
+//! * `outcome`: means over seeds with intervals; `table`, `networks_table` and `page` render them.
 //!
 //! ```
 //! use clap::{FromArgMatches as _, Subcommand as _};
@@ -36,10 +36,12 @@ mod bodies;
 mod directories;
 mod finding;
 mod hand;
+mod networks_table;
 mod outcome;
 mod page;
 mod progress;
 mod rows;
+mod selection;
 mod table;
 mod trial;
 

@@ -54,6 +54,7 @@ pub(super) struct RowOutcome {
     pub(super) parameters_as_published: usize,
     pub(super) poses_per_s: Interval,
     pub(super) training_s: Option<Interval>,
+    pub(super) validation_loss: Option<Interval>,
     pub(super) findings: Vec<FindingOutcome>,
     per_seed: Vec<Metrics>,
     pub(super) pck_2d: Vec<f64>,
@@ -141,6 +142,7 @@ fn row_outcome(row: &'static Row, done: &[&Row], trials: &Trials) -> Result<RowO
     let per_seed: Vec<Metrics> = ours.iter().map(|trial| scores(row, trial).figures).collect();
     let speeds: Vec<f64> = ours.iter().map(|trial| trial.poses_per_s).collect();
     let seconds: Vec<f64> = ours.iter().filter_map(|trial| trial.training_s).collect();
+    let losses: Vec<f64> = ours.iter().filter_map(|trial| trial.validation_loss).collect();
     let curve = |get: fn(&Scores) -> &[f64]| {
         let curves: Vec<&[f64]> = ours.iter().map(|trial| get(scores(row, trial))).collect();
         let at = |i: usize| curves.iter().map(|c| c[i]).sum::<f64>() / curves.len() as f64;
@@ -158,6 +160,7 @@ fn row_outcome(row: &'static Row, done: &[&Row], trials: &Trials) -> Result<RowO
         parameters_as_published: first.parameters_as_published,
         poses_per_s: t_interval(&speeds).context("no speed was measured")?,
         training_s: t_interval(&seconds),
+        validation_loss: t_interval(&losses),
         findings: findings
             .map(|finding| {
                 let other = done.iter().find(|other| other.name == finding.than);
@@ -205,7 +208,10 @@ fn check(row: &Row, other: &Row, finding: &Finding, trials: &Trials) -> Result<F
 
 #[cfg(test)]
 pub(super) mod tests {
-    use super::super::rows::{ROWS, selected};
+    use evpose_task::hand::HandConfig;
+
+    use super::super::rows::ROWS;
+    use super::super::selection::selected;
     use super::*;
 
     /// Trials of one row whose areas are these, one a seed; unfiltered ones are 0.1 lower.
@@ -224,7 +230,7 @@ pub(super) mod tests {
                 "row": row, "seed": seed, "stride_ms": 1,
                 "made": { "commit": "test", "machine": "one", "device": "flex" },
                 "parameters": 7, "parameters_as_published": 70,
-                "training_s": 60.0, "poses_per_s": poses_per_s,
+                "training_s": 60.0, "validation_loss": 1.0 - auc, "poses_per_s": poses_per_s,
                 "filtered": scores(auc), "unfiltered": scores(auc - 0.1),
                 "mean_pose": scores(0.1),
             }))
@@ -285,7 +291,11 @@ pub(super) mod tests {
             .map(|row| (row, trials(row, &[0.5, 0.6], 500.0)))
             .into_iter()
             .collect();
-        let rows = selected(&["no-augmentation".to_owned(), "resnet34".to_owned()]);
+        let rows = selected(
+            &["no-augmentation".to_owned(), "resnet34".to_owned()],
+            &HandConfig::default(),
+        )
+        .0;
         let outcome = Outcome::new("test", &[1, 2], 1, &rows, &trials)?;
         assert_eq!(outcome.rows.len(), 2);
         assert_eq!(verdicts(&outcome, "no-augmentation").len(), 1);
@@ -294,7 +304,7 @@ pub(super) mod tests {
 
     #[test]
     fn a_network_is_slower_by_its_speed_and_not_by_its_accuracy() -> Result<()> {
-        let rows = selected(&["resnet34".to_owned()]);
+        let rows = selected(&["resnet34".to_owned()], &HandConfig::default()).0;
         let trials: Trials = [
             (FULL, trials(FULL, &[0.5, 0.6, 0.7], 900.0)),
             ("resnet34", trials("resnet34", &[0.501, 0.6, 0.7], 400.0)),
@@ -309,7 +319,7 @@ pub(super) mod tests {
 
     #[test]
     fn speeds_of_two_machines_are_not_compared_and_both_are_named() -> Result<()> {
-        let rows = selected(&["resnet34".to_owned()]);
+        let rows = selected(&["resnet34".to_owned()], &HandConfig::default()).0;
         let mut elsewhere = trials("resnet34", &[0.2, 0.3, 0.4], 400.0);
         elsewhere[1].made.machine = "another".to_owned();
         let trials: Trials =

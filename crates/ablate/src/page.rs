@@ -3,6 +3,7 @@
 use anyhow::Result;
 use evpose_pose::metric::Pck;
 
+use super::networks_table;
 use super::outcome::{Outcome, RowOutcome};
 use super::rows::Group;
 use super::table;
@@ -46,6 +47,12 @@ pub(super) fn html(outcome: &Outcome, config: &str) -> Result<String> {
          compared with.",
     );
     page.table(&["row", "published", "measure", "difference", "here"], &findings(outcome));
+
+    if let Some(rows) = networks_table::rows(outcome) {
+        page.section("The networks", networks_table::LEGEND);
+        let escaped = |row: Vec<String>| row.iter().map(|cell| escape(cell)).collect();
+        page.table(&networks_table::HEADER, &rows.into_iter().map(escaped).collect::<Vec<_>>());
+    }
 
     for (group, heading, text) in CHARTS {
         let shown = |row: &&RowOutcome| row.row.group == group || row.row.group == Group::Full;

@@ -208,6 +208,14 @@ pub(super) const ROWS: &[Row] = &[
         fields: BACKBONE,
         published: &[Finding { words: NOT_COMPARABLE, ..WORSE }],
     },
+    Row {
+        name: "inception-v3",
+        about: "Inception v3 instead of ResNet-18; images of at least 75 pixels a side",
+        group: Group::Backbone,
+        change: Change::Training(|config| config.network.backbone = "inception_v3".to_owned()),
+        fields: BACKBONE,
+        published: &[Finding { words: NOT_COMPARABLE, ..WORSE }],
+    },
 ];
 
 const NOT_COMPARABLE: &str = "not comparable to ResNet-18 in validation loss";
@@ -250,15 +258,6 @@ impl Row {
     }
 }
 
-/// The rows of these names, or all where there are none, in the order of the registry; the full
-/// method is always among them.
-pub(super) fn selected(names: &[String]) -> Vec<&'static Row> {
-    let asked = |row: &&Row| {
-        names.is_empty() || row.name == FULL || names.iter().any(|name| name == row.name)
-    };
-    ROWS.iter().filter(asked).collect()
-}
-
 /// The longest window that any row is evaluated with, in milliseconds.
 pub(super) fn longest_window_ms(base: &HandConfig) -> u32 {
     ROWS.iter().map(|row| row.config(base).representation.window_ms).max().unwrap_or(0)
@@ -295,6 +294,8 @@ mod tests {
     use super::*;
     use evpose_app::hand_config;
 
+    use super::super::selection::selected;
+
     fn fields(config: &HandConfig) -> Result<BTreeMap<String, toml::Value>> {
         fn walk(prefix: &str, table: &toml::Table, out: &mut BTreeMap<String, toml::Value>) {
             for (key, value) in table {
@@ -318,7 +319,9 @@ mod tests {
             let base = hand_config::load(config, &[])?;
             check(&base)?;
             let before = fields(&base)?;
-            for row in ROWS {
+            let (rows, too_small) = selected(&[], &base);
+            assert_eq!(too_small.len(), usize::from(config != "eventhands"), "{config}");
+            for row in rows {
                 let changed = row.config(&base);
                 changed.validate()?;
                 let after = fields(&changed)?;
@@ -367,14 +370,6 @@ mod tests {
         }
         let silent: Vec<_> = ROWS.iter().filter(|row| row.published.is_empty()).collect();
         assert!(matches!(silent[..], [full] if full.name == FULL));
-    }
-
-    #[test]
-    fn the_full_method_is_always_chosen() {
-        let names = |chosen: Vec<&Row>| chosen.into_iter().map(|row| row.name).collect::<Vec<_>>();
-        let asked = ["no-filter".to_owned(), "eoi".to_owned()];
-        assert_eq!(names(selected(&asked)), [FULL, "eoi", "no-filter"]);
-        assert_eq!(selected(&[]).len(), ROWS.len());
     }
 
     #[test]

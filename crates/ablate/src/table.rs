@@ -2,6 +2,7 @@
 
 use evpose_stats::interval::Interval;
 
+use super::networks_table;
 use super::outcome::{FindingOutcome, Means, Outcome, RowOutcome};
 use evpose_report::format::with_interval;
 
@@ -57,7 +58,7 @@ fn finding_text(finding: &FindingOutcome) -> String {
 }
 
 /// `11,182,725`.
-fn thousands(count: usize) -> String {
+pub(super) fn thousands(count: usize) -> String {
     let digits = count.to_string();
     let mut out = String::new();
     for (index, digit) in digits.chars().enumerate() {
@@ -71,10 +72,14 @@ fn thousands(count: usize) -> String {
 
 /// The table as Markdown whose columns are aligned, for reading as it is.
 pub(super) fn aligned(outcome: &Outcome) -> String {
-    let header: Vec<String> = header().into_iter().map(str::to_owned).collect();
-    let rows = rows(outcome);
+    align(&header(), &rows(outcome))
+}
+
+/// Rows as Markdown whose columns are aligned.
+pub(super) fn align(header: &[&str], rows: &[Vec<String>]) -> String {
+    let header: Vec<String> = header.iter().map(|&cell| cell.to_owned()).collect();
     let width = |column: usize| {
-        std::iter::once(&header).chain(&rows).map(|row| row[column].chars().count()).max()
+        std::iter::once(&header).chain(rows).map(|row| row[column].chars().count()).max()
     };
     let widths: Vec<usize> = (0..header.len()).map(|i| width(i).unwrap_or(0)).collect();
     let line = |cells: &[String]| {
@@ -116,6 +121,9 @@ pub(super) fn markdown(outcome: &Outcome) -> String {
                 );
             }
         }
+    }
+    if let Some(networks) = networks_table::aligned(outcome) {
+        text += &format!("\n## The networks\n\n{networks}\n{}\n", networks_table::LEGEND);
     }
     text
 }

@@ -1,5 +1,7 @@
 //! One row under one seed: trained, evaluated on held-out sequences, timed.
 
+use std::path::Path;
+
 use anyhow::{Context, Result, bail};
 use burn::tensor::Device;
 use evpose_nn::parameters::trained_count;
@@ -8,7 +10,10 @@ use evpose_pose::metric::HandEvaluation;
 use evpose_stats::bootstrap::BootstrapConfig;
 use evpose_stats::interval::Interval;
 use evpose_task::hand::{ConstantPose, HandCheckpoint, HandConfig};
-use evpose_train::{HandDataset, Method, TrainOptions, evaluate, evaluated_pose_count, train_hand};
+use evpose_train::{
+    HandDataset, Method, TrainOptions, evaluate, evaluated_pose_count, read_history, train_hand,
+    validation_losses,
+};
 use serde::{Deserialize, Serialize};
 
 use super::directories::StudyDirectory;
@@ -40,6 +45,9 @@ pub(super) struct Trial {
     pub(super) parameters_as_published: usize,
     /// None where the training was resumed after its last step.
     pub(super) training_s: Option<f64>,
+    /// Lowest validation loss of the training; none for trials of earlier versions.
+    #[serde(default)]
+    pub(super) validation_loss: Option<f64>,
     /// Throughput of the network alone, at batch size 1.
     pub(super) poses_per_s: f64,
     pub(super) filtered: Scores,
@@ -124,8 +132,13 @@ pub(super) fn run(
         Some(trained) => trained,
         None => {
             let (progress, callback) = progress::training_bar(row, seeds);
-            let options =
-                TrainOptions { device: kind, resume: true, plain: true, progress: Some(callback) };
+            let options = TrainOptions {
+                device: kind,
+                resume: true,
+                plain: true,
+                progress: Some(callback),
+                pause_after: None,
+            };
             let summary = train_hand(config, &directory.train(config.seed), &dir, &options)?;
             progress.finish_and_clear();
             let all = config.training.steps as f64 * config.training.batch_size as f64;
@@ -155,6 +168,7 @@ pub(super) fn run(
         parameters,
         parameters_as_published: published.parameter_count()?,
         training_s: trained.seconds,
+        validation_loss: lowest_validation_loss(&dir)?,
         poses_per_s: 1e3 / nearest_rank(&times_ms, 0.5),
         filtered,
         unfiltered,
@@ -162,6 +176,12 @@ pub(super) fn run(
     };
     write_result(&trial_path, &trial)?;
     Ok(trial)
+}
+
+/// The validation loss of the checkpoint that the training in `run` kept.
+fn lowest_validation_loss(run: &Path) -> Result<Option<f64>> {
+    let losses = validation_losses(&read_history(&run.join("metrics.jsonl"))?);
+    Ok(losses.into_values().filter(|loss| loss.is_finite()).reduce(f64::min))
 }
 
 /// Scores of the network with and without the filter, and of the mean pose.

@@ -20,7 +20,8 @@ pub struct ConfigArgs {
 /// The device to compute on.
 #[derive(Debug, Clone, Copy, clap::Args)]
 pub struct DeviceArgs {
-    /// flex (CPU), ndarray, wgpu or cuda; all but flex need the Cargo feature of that name
+    /// flex (CPU), ndarray, wgpu or cuda, of several GPUs wgpu:1; all but flex need the Cargo feature of
+    /// that name, and `evpose info --devices` lists what there is
     #[arg(long, default_value = "flex")]
     pub device: DeviceKind,
     /// CPU threads; all cores by default
@@ -32,7 +33,8 @@ impl DeviceArgs {
     /// Opens the device and sets the thread count.
     ///
     /// # Errors
-    /// If the device is not part of this build, or the thread pool is already running.
+    /// If the device is not part of this build or of this machine, or the thread pool is already
+    /// running.
     pub fn open(&self) -> Result<Device> {
         use_threads(self.threads)?;
         Ok(self.device.resolve()?)

@@ -3,8 +3,10 @@
 
 use std::fmt::Display;
 use std::io::{IsTerminal as _, Write as _};
+use std::sync::Once;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use evpose_train::ProgressCallback;
 use indicatif::{ProgressBar, ProgressStyle};
 
 /// A progress bar over `total` units with the name `unit`; hidden unless standard error is a
@@ -17,6 +19,22 @@ pub fn bar(what: &str, total: u64, unit: &str) -> ProgressBar {
     let style = ProgressStyle::with_template(&template)
         .map_or_else(|_| ProgressStyle::default_bar(), |style| style.progress_chars("=> "));
     ProgressBar::new(total).with_style(style).with_prefix(what.to_owned())
+}
+
+/// A progress bar of a training with the name `label`, and the callback that advances it.
+pub fn training_bar(label: &str) -> (ProgressBar, ProgressCallback) {
+    let progress = bar(label, 0, "samples");
+    let (handle, began) = (progress.clone(), Once::new());
+    let callback = ProgressCallback::new(move |done| {
+        began.call_once(|| {
+            handle.set_length(done.total_samples);
+            handle.set_position(done.samples);
+            // Samples of an earlier process carry no information about the speed of this one.
+            handle.reset_eta();
+        });
+        handle.set_position(done.samples);
+    });
+    (progress, callback)
 }
 
 /// A status line; hidden unless standard error is a terminal.

@@ -87,6 +87,18 @@ pub fn write(dir: &Path, seed: u64, config: Option<&HandConfig>) -> Result<()> {
     }
 }
 
+/// Writes `run.toml` without the command, for a directory of several processes, and refuses that of
+/// another build of the program or another seed.
+///
+/// # Errors
+/// If the file is of another build, or cannot be read or written.
+pub fn claim_origin(dir: &Path, seed: u64) -> Result<()> {
+    if !dir.join(RUN).exists() {
+        write_file(&dir.join(RUN), &origin(seed)?.to_string())?;
+    }
+    check_origin(dir, seed)
+}
+
 /// As [`write()`], for a directory that several processes share: without the command, which differs
 /// between them. `config.toml` is written last, so that its existence implies that of `run.toml`.
 pub fn write_shared(dir: &Path, config: &impl RunConfig) -> Result<()> {
@@ -102,12 +114,16 @@ pub fn check_shared<C: RunConfig>(dir: &Path, config: &C) -> Result<()> {
     if !fields.is_empty() {
         return Err(TrainError::ConfigDiffers { path, fields }.into());
     }
+    check_origin(dir, config.seed())
+}
+
+fn check_origin(dir: &Path, seed: u64) -> Result<()> {
     let path = dir.join(RUN);
     let text =
         std::fs::read_to_string(&path).with_context(|| format!("reading {}", path.display()))?;
     let there: toml::Table =
         toml::from_str(&text).with_context(|| format!("reading {}", path.display()))?;
-    for (key, here) in origin(config.seed())? {
+    for (key, here) in origin(seed)? {
         if there.get(&key) != Some(&here) {
             bail!(
                 "{}: the directory was begun by another program ({key} is {}, and this one's is \

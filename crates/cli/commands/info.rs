@@ -1,10 +1,10 @@
-//! `evpose info`: descriptions of files and data sets.
+//! `evpose info`: descriptions of files, data sets and devices.
 
 use anyhow::{Result, bail};
 use evpose_body::files::ModelFile;
 
 use super::opening::FileOpeningArgs;
-use super::{checkpoint_info, data_set};
+use super::{checkpoint_info, data_set, devices};
 use evpose_app::progress::say;
 use std::path::PathBuf;
 
@@ -12,21 +12,27 @@ use std::path::PathBuf;
 #[command(
     after_help = "Examples:\n  evpose info data/train/0000.evc\n  evpose info MANO_RIGHT.pkl\n  \
     evpose info checkpoints/body-quick.bpk\n  \
-    evpose info --verify data/train"
+    evpose info --verify data/train\n  evpose info --devices"
 )]
 pub(crate) struct InfoArgs {
     /// Recordings of any format, checkpoints (.bpk), hand and body models (.pkl, .npz), all recognised by
     /// content; directories of sequences
-    #[arg(required = true)]
+    #[arg(required_unless_present = "devices")]
     pub(crate) files: Vec<PathBuf>,
     /// Read every file of a directory of sequences and compare it with its digest
     #[arg(long)]
     pub(crate) verify: bool,
+    /// List the devices that networks can be computed on, and why others cannot
+    #[arg(long, conflicts_with_all = ["files", "verify"])]
+    pub(crate) devices: bool,
     #[command(flatten)]
     pub(crate) opening: FileOpeningArgs,
 }
 
 pub(crate) fn run(args: &InfoArgs) -> Result<()> {
+    if args.devices {
+        say(devices::describe());
+    }
     for (i, file) in args.files.iter().enumerate() {
         if i > 0 {
             say("");

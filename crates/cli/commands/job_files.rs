@@ -11,6 +11,7 @@ use evpose_app::hand_config;
 const SLURM: &str = include_str!("../../../configs/jobs/simulate.slurm");
 const KUBERNETES: &str = include_str!("../../../configs/jobs/simulate.k8s.yaml");
 const TRAIN: &str = include_str!("../../../configs/jobs/train.slurm");
+const TUNE: &str = include_str!("../../../configs/jobs/tune.slurm");
 
 /// The command lines of `text` that begin with one of `prompts`, continued lines joined.
 fn commands(text: &str, prompts: &[&str]) -> Vec<String> {
@@ -35,6 +36,7 @@ fn parse(command: &str, values: &[(&str, &str)]) -> Result<Command, String> {
     match &args.command {
         Command::Simulate(args) => read(&args.config).map(|_| ()),
         Command::Train(args) => read(&args.config).map(|_| ()),
+        Command::Tune(args) => read(&args.config).map(|_| ()),
         _ => Ok(()),
     }
     .map_err(|error| format!("{text}: {error:#}"))?;
@@ -78,6 +80,34 @@ fn the_tasks_of_both_array_jobs_record_every_sequence_once() {
         assert_eq!(recorded, (0..sequences as u64).collect::<Vec<_>>());
         assert_eq!(SequenceSet::new("data", sequences).unfinished(Shard::WHOLE), recorded);
     }
+}
+
+#[test]
+fn the_tasks_of_a_search_train_every_trial_once() {
+    let shards = number_behind(TUNE, "--array=1-").unwrap_or_default();
+    assert_eq!(number_behind(TUNE, "SHARDS="), Some(shards), "the two counts differ");
+    let commands = commands(TUNE, &["srun "]);
+    assert_eq!(commands.len(), 1, "{commands:?}");
+    let (mut trained, mut trials) = (Vec::new(), 0);
+    for task in 1..=shards {
+        let (task, shards) = (task.to_string(), shards.to_string());
+        let values = [
+            ("$SLURM_ARRAY_TASK_ID", task.as_str()),
+            ("$SLURM_CPUS_PER_TASK", "4"),
+            ("$SHARDS", &shards),
+            ("$OVER", "over.toml"),
+            ("$DATA", "data"),
+            ("$OUT", "search"),
+        ];
+        let command = parse(&commands[0], &values);
+        let Ok(Command::Tune(args)) = command else { panic!("{command:?}") };
+        assert!(args.resume && args.data.is_some());
+        let Some(shard) = args.shard else { panic!("no shard") };
+        trials = args.trials;
+        trained.extend(shard.sequences_of(trials));
+    }
+    trained.sort_unstable();
+    assert_eq!(trained, (0..trials).collect::<Vec<_>>());
 }
 
 #[test]

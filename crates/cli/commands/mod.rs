@@ -9,6 +9,7 @@ mod completions;
 mod convert;
 mod data_set;
 mod demo;
+mod devices;
 mod eval;
 mod events;
 mod export;
@@ -28,6 +29,7 @@ mod represent;
 mod sensor;
 mod simulate;
 mod train;
+mod tune;
 mod view;
 
 use std::process::ExitCode;
@@ -84,6 +86,8 @@ commands! {
     CheckLabels(check_labels::CheckLabelsArgs) => check_labels::run,
     /// Train a network of hands or bodies
     Train(evpose_commands::args::TrainArgs) => train::run,
+    /// Search for hyper-parameters: random or successive halving
+    Tune(evpose_tune::TuneArgs) => tune::run,
     /// Evaluate a checkpoint on sequences with known poses
     Eval(evpose_commands::args::EvalArgs) => eval::run,
     /// Predict the poses of a recording
@@ -112,7 +116,7 @@ commands! {
     /// Compare systems of others with MoveEnet, under one protocol
     #[command(subcommand)]
     Compare(evpose_compare::CompareCommand) => evpose_compare::run,
-    /// Describe recordings, checkpoints, body models and data sets
+    /// Describe recordings, checkpoints, body models, data sets and devices
     Info(info::InfoArgs) => info::run,
     /// Convert a recording to another format
     Convert(convert::ConvertArgs) => convert::run,

@@ -215,6 +215,9 @@ pub struct InferArgs {
     /// Bodies: milliseconds between poses [the config's]
     #[arg(long)]
     pub stride_ms: Option<u32>,
+    /// Bodies: images per call of the network; hands have 64 [default: 1 on the CPU, 16 on other devices]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub batch: Option<u16>,
     /// Bodies: minimum score of a pose and of a joint, 0 to 1; below it, positions are empty [poses and
     /// joints: the checkpoint's]
     #[arg(long, value_name = "SCORE", value_parser = score)]

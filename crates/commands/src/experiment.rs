@@ -1,13 +1,36 @@
 //! The experiment of a config, step by step: what a study repeats with one thing changed.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use evpose_app::run_info::{CONFIG, RunConfig};
+use evpose_report::learning::TrainingLength;
 use evpose_sensor::SensorConfig;
 use evpose_stats::bootstrap::BootstrapConfig;
 use evpose_task::hand::BEST;
-use evpose_train::TrainOptions;
+use evpose_train::{LoggedValue, TrainOptions};
+
+/// The weights that a training starts from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StartWeights<'a> {
+    /// Initial ones, whatever the config says.
+    Initial,
+    /// Those of `start_from` of the config, or else initial ones.
+    OfConfig,
+    /// Those of a run, or of a file.
+    Run(&'a Path),
+}
+
+impl StartWeights<'_> {
+    /// The field `start_from` of a config that has `there` in it.
+    pub(crate) fn field(self, there: Option<PathBuf>) -> Option<PathBuf> {
+        match self {
+            Self::Initial => None,
+            Self::OfConfig => there,
+            Self::Run(path) => Some(path.to_owned()),
+        }
+    }
+}
 
 /// Simulation and training of a config.
 ///
@@ -35,6 +58,15 @@ pub trait PoseExperiment {
     /// The network and the length of its training, in a few words.
     fn description(&self) -> String;
 
+    /// The length of its training.
+    fn length(&self) -> TrainingLength;
+
+    /// The values that its training logs for each batch, the loss first.
+    fn logged_values(&self) -> Vec<LoggedValue>;
+
+    /// Whether it trains on a directory of recordings, which [`Self::simulate`] makes.
+    fn trains_on_recordings(&self) -> bool;
+
     /// Resamples of confidence intervals.
     fn bootstrap(&self) -> BootstrapConfig;
 
@@ -46,7 +78,7 @@ pub trait PoseExperiment {
     fn simulate(&self, directory: &Path, label: &str) -> Result<String>;
 
     /// Trains on the sequences of `data` in the directory `run`, and leaves its best checkpoint
-    /// there.
+    /// there, unless it pauses before.
     ///
     /// # Errors
     /// If the data cannot be read, the training fails, or `run` is of another config.

@@ -42,7 +42,7 @@ use anyhow::{Context, Result, bail, ensure};
 use evpose_app::args::{ConfigArgs, DeviceArgs};
 use evpose_app::shipped::{checkpoint_path, unknown_checkpoint};
 
-pub use experiment::PoseExperiment;
+pub use experiment::{PoseExperiment, StartWeights};
 pub use scores::{EvaluationScores, Metric, RecordingScores};
 pub use task::{DataSetInfo, PoseModel, PoseTask, PrecisionScores};
 
@@ -62,15 +62,16 @@ pub fn task_by_name(name: &str) -> Result<&'static dyn PoseTask> {
     })
 }
 
-/// The model of a checkpoint, of whichever task it is.
+/// The model of a checkpoint on a device, of whichever task it is. Sets the thread count.
 ///
 /// # Errors
-/// If no task can read it.
+/// If no task can read it, or this build or this machine lacks the device.
 pub fn open(checkpoint: &Path, device: &DeviceArgs) -> Result<Box<dyn PoseModel>> {
     let checkpoint = &checkpoint_path(checkpoint)?;
     ensure!(checkpoint.exists(), unknown_checkpoint(checkpoint));
+    let device = device.open()?;
     for task in TASKS {
-        if let Some(model) = task.open(checkpoint, device)? {
+        if let Some(model) = task.open(checkpoint, &device)? {
             return Ok(model);
         }
     }
@@ -83,10 +84,10 @@ pub fn open(checkpoint: &Path, device: &DeviceArgs) -> Result<Box<dyn PoseModel>
 /// If no task has such a config.
 pub fn experiment(
     config: &ConfigArgs,
-    start_from: Option<&Path>,
+    start: StartWeights<'_>,
 ) -> Result<(&'static dyn PoseTask, Box<dyn PoseExperiment>)> {
     for task in TASKS.iter().copied() {
-        if let Some(experiment) = task.experiment(config, start_from)? {
+        if let Some(experiment) = task.experiment(config, start)? {
             return Ok((task, experiment));
         }
     }

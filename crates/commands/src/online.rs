@@ -1,12 +1,21 @@
 //! The streams of any task, for the online pipeline.
 
 use anyhow::Result;
+use burn::tensor::Device;
 use evpose_infer::Precision;
 use evpose_live::page::{HandMesh, Skeleton};
 use evpose_live::sink::Sinks;
 use evpose_live::source::Source;
 use evpose_live::{Control, LiveError, LiveOptions, Report};
 use evpose_pose::stream::{InferenceWorker, PoseStream, StreamFrontend};
+
+/// Inputs per inference on devices other than the CPU, as EventHands published.
+const DEVICE_BATCH: usize = 16;
+
+/// Inputs per inference: as asked for, or else 1 on the CPU and [`DEVICE_BATCH`] on other devices.
+pub(crate) fn batch(asked: Option<u16>, device: &Device) -> usize {
+    asked.map_or(if *device == Device::flex() { 1 } else { DEVICE_BATCH }, usize::from)
+}
 
 /// Options of an online stream.
 #[derive(Debug, Clone)]
@@ -15,7 +24,7 @@ pub struct OnlineOptions {
     pub camera: Option<String>,
     /// Precision of the network.
     pub precision: Precision,
-    /// Inputs per inference, for tasks that batch; the task's default if none.
+    /// Inputs per inference; the task's default if none.
     pub batch: Option<u16>,
     /// Minimum score of poses and joints, for tasks that score them; the checkpoint's if none.
     pub min_score: Option<f32>,

@@ -4,14 +4,14 @@ use std::path::Path;
 
 use anyhow::Result;
 use burn::tensor::Device;
-use evpose_app::args::{ConfigArgs, DeviceArgs};
+use evpose_app::args::ConfigArgs;
 use evpose_core::SensorSize;
 use evpose_infer::Precision;
 use evpose_nn::graph::Graph;
 use evpose_sim::SequenceSet;
 
 use crate::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
-use crate::experiment::PoseExperiment;
+use crate::experiment::{PoseExperiment, StartWeights};
 use crate::online::{OnlineOptions, OnlineStream};
 use crate::scores::EvaluationScores;
 
@@ -21,12 +21,12 @@ pub trait PoseTask: Sync {
     /// Name, as `--task` takes it.
     fn name(&self) -> &'static str;
 
-    /// The model of a checkpoint: a run directory or a file of weights. None if it is of another
-    /// task.
+    /// The model of a checkpoint, a run directory or a file of weights, on `device`. None if it is of
+    /// another task.
     ///
     /// # Errors
     /// If it is of this task and cannot be read.
-    fn open(&self, checkpoint: &Path, device: &DeviceArgs) -> Result<Option<Box<dyn PoseModel>>>;
+    fn open(&self, checkpoint: &Path, device: &Device) -> Result<Option<Box<dyn PoseModel>>>;
 
     /// A model with the initial weights of a config. None if the config is of another task.
     ///
@@ -35,11 +35,11 @@ pub trait PoseTask: Sync {
     fn untrained(&self, config: &ConfigArgs, device: &Device)
     -> Result<Option<Box<dyn PoseModel>>>;
 
-    /// A model of the published size with random weights: for benchmarks.
+    /// A model of the published size with random weights on `device`: for benchmarks.
     ///
     /// # Errors
     /// If the network cannot be initialised.
-    fn published(&self) -> Result<Box<dyn PoseModel>>;
+    fn published(&self, device: &Device) -> Result<Box<dyn PoseModel>>;
 
     /// Runs `evpose simulate`. Returns false if the config is of another task.
     ///
@@ -62,15 +62,15 @@ pub trait PoseTask: Sync {
     /// Name of the embedded config that trains on recordings in minutes.
     fn quick_config(&self) -> &'static str;
 
-    /// The experiment of a config, from initial weights or from those of the run `start_from`. None
-    /// if the config is of another task.
+    /// The experiment of a config, its training from the weights `start`. None if the config is of
+    /// another task.
     ///
     /// # Errors
     /// If it is of this task and not valid, or the task's networks do not start from others.
     fn experiment(
         &self,
         config: &ConfigArgs,
-        start_from: Option<&Path>,
+        start: StartWeights<'_>,
     ) -> Result<Option<Box<dyn PoseExperiment>>>;
 
     /// Simulates a recording at `rate` events a second into `directory`: for benchmarks. Returns

@@ -75,7 +75,13 @@ pub(crate) fn train(
         shown.set_length(done.total_samples);
         shown.set_position(done.samples);
     });
-    let options = TrainOptions { device, resume: true, plain: true, progress: Some(callback) };
+    let options = TrainOptions {
+        device,
+        resume: true,
+        plain: true,
+        progress: Some(callback),
+        pause_after: None,
+    };
     let summary = train_baseline(&config, frames, &run, &options)
         .with_context(|| format!("training {}", run.display()))?;
     progress.finish_and_clear();

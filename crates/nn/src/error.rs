@@ -6,7 +6,10 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 pub enum NnError {
     /// An unknown name of a device.
-    #[error("no device is called `{name}`: choose one of flex, ndarray, wgpu, cuda")]
+    #[error(
+        "no device is called `{name}`: choose one of flex, ndarray, wgpu, cuda, or of several GPUs \
+         wgpu:1; `evpose info --devices` lists them"
+    )]
     UnknownDevice {
         /// The unknown name.
         name: String,
@@ -16,6 +19,24 @@ pub enum NnError {
     DeviceNotBuilt {
         /// The device, which is also the name of its Cargo feature.
         device: &'static str,
+    },
+    /// A device that this machine does not have.
+    #[error("no {device} device: {reason}; `evpose info --devices` lists what there is")]
+    DeviceMissing {
+        /// The kind of device.
+        device: &'static str,
+        /// The missing part, and the remedy.
+        reason: String,
+    },
+    /// An index beyond the adapters of this machine.
+    #[error(
+        "no device {device}: there are {available}, counted from 0; `evpose info --devices` lists them"
+    )]
+    NoAdapter {
+        /// The device with its index.
+        device: String,
+        /// Devices of this kind on this machine.
+        available: usize,
     },
     /// The machine has fewer devices of a kind than were asked for.
     #[error(

@@ -11,7 +11,8 @@
 //!   [`LiftMono`].
 //! * [`Graph`](graph::Graph): the graph of a network, for engines that compile it.
 //! * [`HandLoss`], [`BodyLoss`], [`heatmap_loss`], [`marginal_loss`]: their losses.
-//! * [`DeviceKind`]: the devices that networks are computed on, chosen by name at run time.
+//! * [`DeviceKind`]: the devices that networks are computed on, chosen by name at run time;
+//!   [`Availability`]: those of this machine.
 //! * [`set_training_kernels`]: training on the CPU with our kernels or with Burn's.
 //! * [`weights`]: our checkpoints and PyTorch's.
 //!
@@ -62,7 +63,7 @@ pub mod weights;
 
 pub use backbone::{BACKBONES, BackboneEntry, backbone_by_name};
 pub use baseline::{BaselineNetwork, BaselineNetworkConfig};
-pub use device::DeviceKind;
+pub use device::{Adapter, Availability, DeviceKind, adapter_name};
 pub use dhp19_cnn::{Dhp19Cnn, Dhp19CnnConfig};
 pub use error::NnError;
 pub use hand_output::RotationOutput;

@@ -12,8 +12,8 @@ use burn::nn::conv::Conv2d;
 use burn::nn::pool::{AdaptiveAvgPool2d, MaxPool2d};
 use burn::tensor::Tensor;
 use burn::tensor::activation::{relu, sigmoid};
-use burn::tensor::module::{avg_pool2d, interpolate};
-use burn::tensor::ops::{AvgPoolOptions, InterpolateMode, InterpolateOptions};
+use burn::tensor::module::avg_pool2d;
+use burn::tensor::ops::AvgPoolOptions;
 
 use crate::conv_norm::ConvNorm;
 use crate::ops::{self, Activation};
@@ -128,11 +128,7 @@ impl NetOps for Tensor<4> {
     }
 
     fn upsample(self) -> Self {
-        let [_, _, height, width] = self.dims();
-        let options = InterpolateOptions::new(InterpolateMode::Bilinear)
-            .with_align_corners(false)
-            .with_output_size([2 * height, 2 * width]);
-        interpolate(self, options)
+        ops::upsample(self)
     }
 
     fn sigmoid(self) -> Self {

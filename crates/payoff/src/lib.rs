@@ -36,7 +36,6 @@ mod args;
 mod directory;
 mod models;
 mod page;
-mod progress;
 mod study;
 pub mod table;
 mod text;

@@ -3,15 +3,16 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use anyhow::{Context, Result, anyhow, bail};
-use evpose_app::args::{ConfigArgs, DeviceArgs};
+use anyhow::{Context, Result, anyhow, bail, ensure};
+use evpose_app::args::ConfigArgs;
 use evpose_app::bad_input::BadInput;
 use evpose_app::json::write_json;
 use evpose_app::machine::Machine;
-use evpose_app::progress::say;
+use evpose_app::progress::{say, training_bar};
 use evpose_app::run_info::{COMMIT, CONFIG};
-use evpose_app::threads::use_threads;
-use evpose_commands::{EvaluationScores, PoseExperiment, PoseTask, experiment, task_by_name};
+use evpose_commands::{
+    EvaluationScores, PoseExperiment, PoseTask, StartWeights, experiment, task_by_name,
+};
 use evpose_core::atomic_write;
 use evpose_train::TrainOptions;
 use serde::Serialize;
@@ -19,7 +20,6 @@ use serde::Serialize;
 use crate::args::PayoffArgs;
 use crate::directory::StudyDirectory;
 use crate::models::{CAMERA, Findings, Models, NamedModel};
-use crate::progress::training_bar;
 use crate::table::{ModelScores, PairedTable};
 use crate::{page, text};
 
@@ -80,13 +80,18 @@ impl Payoff {
 pub fn run(args: &PayoffArgs) -> Result<()> {
     let started = Instant::now();
     evpose_kernels::keep_freed_memory();
-    use_threads(args.device.threads)?;
+    // An error now rather than after the simulation.
+    args.device.open()?;
     let models = Models::load(args)?;
     if let Some(data) = args.data.as_ref().filter(|data| !data.is_dir()) {
         let problem = anyhow!("{}: no directory of recordings", data.display());
         return Err(problem.context(BadInput));
     }
     let (task, base) = experiment_of(args)?;
+    ensure!(
+        base.trains_on_recordings(),
+        "config field `data.source`: a network that is to learn from events trains on recordings"
+    );
     let seeds: Option<Vec<u64>> = (0..args.seeds).map(|i| base.seed().checked_add(i)).collect();
     let seeds = seeds.context("config field `seed`: too large to count on from")?;
     let inputs = inputs(&*base, &models)?;
@@ -140,15 +145,15 @@ pub fn run(args: &PayoffArgs) -> Result<()> {
 fn experiment_of(args: &PayoffArgs) -> Result<(&'static dyn PoseTask, Box<dyn PoseExperiment>)> {
     /// The task without --task and --config.
     const USUAL: &str = "hand";
-    let start_from = args.start_from.as_deref();
+    let start = args.start_from.as_deref().map_or(StartWeights::Initial, StartWeights::Run);
     let config_args =
         |config: &str| ConfigArgs { config: config.to_owned(), overrides: args.overrides.clone() };
     match (&args.task, &args.config) {
-        (None, Some(config)) => experiment(&config_args(config), start_from),
+        (None, Some(config)) => experiment(&config_args(config), start),
         (task, config) => {
             let task = task_by_name(task.as_deref().unwrap_or(USUAL))?;
             let config = config_args(config.as_deref().unwrap_or(task.quick_config()));
-            match task.experiment(&config, start_from)? {
+            match task.experiment(&config, start)? {
                 Some(experiment) => Ok((task, experiment)),
                 None => bail!("{} is not a config of the task `{}`", config.config, task.name()),
             }
@@ -217,15 +222,14 @@ impl Trial<'_> {
             resume: true,
             plain: true,
             progress: Some(callback),
+            pause_after: None,
         };
         let trained = experiment.train(&data, &network, &options);
         progress.finish_and_clear();
         trained.with_context(|| format!("training in {}", network.display()))?;
         say(format!("    {:.0} s", began.elapsed().as_secs_f64()));
         say(format!("model {name}, seed {seed}: evaluating on {}", recordings.display()));
-        // The thread pool is running.
-        let device = DeviceArgs { threads: None, ..self.args.device };
-        let opened = self.task.open(&network, &device)?;
+        let opened = self.task.open(&network, &self.args.device.device.resolve()?)?;
         let opened = opened.with_context(|| format!("{}: of another task", network.display()))?;
         opened.scores(recordings, self.args.stride_ms)
     }

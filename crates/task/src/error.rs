@@ -16,6 +16,14 @@ pub enum TaskError {
     /// A network that cannot be compiled.
     #[error(transparent)]
     Engine(#[from] evpose_infer::InferError),
+    /// A precision that only our engine computes in.
+    #[error(
+        "--precision {precision} is for our engine, on --device flex: other devices compute in f32"
+    )]
+    Precision {
+        /// The precision.
+        precision: evpose_infer::Precision,
+    },
     /// A config or a checkpoint that cannot be read.
     #[error("{}: {message}", path.display())]
     Config {

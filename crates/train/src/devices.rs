@@ -34,7 +34,8 @@ impl DeviceGroup {
     /// If the machine has fewer, or they cannot work together as asked.
     pub(crate) fn new(kind: DeviceKind, config: &TrainingConfig) -> Result<Self, TrainError> {
         let (count, strategy) = (config.devices, config.strategy);
-        if count > 1 && strategy == DeviceStrategy::Ddp && kind != DeviceKind::Cuda {
+        if count > 1 && strategy == DeviceStrategy::Ddp && !matches!(kind, DeviceKind::Cuda { .. })
+        {
             return Err(TrainError::Field {
                 field: "training.strategy",
                 message: format!(
@@ -50,7 +51,7 @@ impl DeviceGroup {
     /// One device of kind `kind`.
     ///
     /// # Errors
-    /// If this build lacks it.
+    /// If this build or this machine lacks it.
     pub(crate) fn single(kind: DeviceKind) -> Result<Self, TrainError> {
         Ok(Self { devices: vec![kind.resolve()?], strategy: DeviceStrategy::default() })
     }

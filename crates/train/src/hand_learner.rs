@@ -7,7 +7,7 @@ use burn_train::{InferenceStep, TrainOutput, TrainStep};
 use evpose_nn::{HandLoss, HandLossParts, HandRegressor};
 
 use crate::guard::Guard;
-use crate::metric::{Field, LOSS, Scalars};
+use crate::metric::{Field, LOSS, LoggedValue, Scalars};
 
 /// Inputs and the poses at the ends of their windows.
 #[derive(Debug, Clone)]
@@ -60,6 +60,11 @@ pub(crate) const HAND_FIELDS: [Field<HandScalars>; 4] = [
     field("translation", "mm", |s| s.translation_mm),
     field("rotation", "deg", |s| s.rotation_deg),
 ];
+
+/// The values that trainings of hands log for each batch, the loss first.
+pub fn hand_values() -> Vec<LoggedValue> {
+    HAND_FIELDS.iter().map(Field::logged).collect()
+}
 
 const fn field(
     name: &'static str,

@@ -87,7 +87,7 @@ pub fn train_hand(
         HandLoader::validation(Arc::new(valid), training.batch_size, samples, device.clone());
     let mut summary =
         run.train(&task, &devices, Loaders { train: Arc::new(train), valid: Arc::new(loader) })?;
-    if training.estimate_filter {
+    if training.estimate_filter && !summary.is_paused {
         estimate_filter(&mut summary.best, &filter, &device)?;
         summary.best.save(&summary.path)?;
     }
@@ -209,8 +209,13 @@ mod tests {
         let (data, run) = (directory.path().join("data"), directory.path().join("run"));
         record_all(&Simulation::new(&simulation, config.seed).unwrap(), &data, &|_| {}).unwrap();
         assert!(data.join("0000.raw").exists() && !data.join("0000.evc").exists());
-        let options =
-            TrainOptions { device: DeviceKind::Flex, resume: false, plain: true, progress: None };
+        let options = TrainOptions {
+            device: DeviceKind::Flex,
+            resume: false,
+            plain: true,
+            progress: None,
+            pause_after: None,
+        };
         let summary = train_hand(&config, &data, &run, &options).unwrap();
         assert_eq!(summary.samples, 8);
         let data = HandDataset::open(&data, &config).unwrap();
@@ -220,5 +225,50 @@ mod tests {
         let mut methods = [Method { name: "trained", predictor: &mut trained, filtered: None }];
         let results = evaluate(&config, &data, &mut methods, 50, &mut |_| {}).unwrap();
         assert_eq!(results[0].tracks[0].frames, [200, 250, 300, 350]);
+    }
+
+    #[test]
+    fn a_run_that_was_paused_ends_with_the_bytes_of_one_that_was_not() {
+        let mut config = HandConfig::default();
+        config.simulation.image_scale = 0.15;
+        config.simulation.sequences = 1;
+        config.simulation.seconds = 0.4;
+        config.simulation.skin.texels = 64;
+        config.network.width = 0.0625;
+        config.training.batch_size = 2;
+        config.training.steps = 6;
+        config.training.steps_per_validation = 2;
+        config.training.validation_s = 0.15;
+        config.training.validation_samples = 4;
+        // The rate at each step is that of the whole run.
+        config.training.schedule.cosine = true;
+        let directory = tempfile::tempdir().unwrap();
+        let [data, whole, paused] = ["data", "whole", "paused"].map(|n| directory.path().join(n));
+        record_all(&Simulation::new(&config.simulation, 1).unwrap(), &data, &|_| {}).unwrap();
+        let train = |run: &Path, pause_after| {
+            let options = TrainOptions {
+                device: DeviceKind::Flex,
+                resume: true,
+                plain: true,
+                progress: None,
+                pause_after,
+            };
+            train_hand(&config, &data, run, &options).unwrap()
+        };
+        assert!(!train(&whole, None).is_paused);
+        // Rounded up to a validation; twice, as by a process that was killed before it could say so.
+        for (pause, samples) in [(3, 8), (3, 0)] {
+            let summary = train(&paused, Some(pause));
+            assert!(summary.is_paused && !summary.ended_early);
+            assert_eq!(summary.samples, samples);
+            assert!(summary.path.exists(), "{}", summary.path.display());
+            assert!(!paused.join("best.bpk").exists() && !paused.join("last.bpk").exists());
+        }
+        let summary = train(&paused, Some(100));
+        assert_eq!((summary.is_paused, summary.samples), (false, 4));
+        for file in ["best.bpk", "last.bpk", "metrics.jsonl", "checkpoint/optimizer-3.bpk"] {
+            let [one, other] = [&whole, &paused].map(|run| std::fs::read(run.join(file)).unwrap());
+            assert!(one == other, "{file} differs");
+        }
     }
 }

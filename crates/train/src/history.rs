@@ -83,10 +83,15 @@ fn parse<'a>(path: &Path, text: &'a str) -> Result<Vec<(&'a str, HistoryLine)>, 
 
 /// Mean validation loss of every interval that has one.
 pub fn validation_losses(history: &[HistoryLine]) -> BTreeMap<usize, f64> {
+    validation_means(history, LOSS)
+}
+
+/// Mean over the validation of every interval that has one, of the logged value `name`.
+pub fn validation_means(history: &[HistoryLine], name: &str) -> BTreeMap<usize, f64> {
     let mut sums: BTreeMap<usize, (f64, usize)> = BTreeMap::new();
     for line in history.iter().filter(|line| line.part == HistorySplit::Valid) {
         let (sum, samples) = sums.entry(line.interval).or_default();
-        *sum += line.values.get(LOSS).copied().unwrap_or(f64::NAN) * line.samples as f64;
+        *sum += line.values.get(name).copied().unwrap_or(f64::NAN) * line.samples as f64;
         *samples += line.samples;
     }
     sums.into_iter().map(|(interval, (sum, n))| (interval, sum / n as f64)).collect()

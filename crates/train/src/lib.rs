@@ -34,6 +34,7 @@
 //!     resume: false,
 //!     plain: true,
 //!     progress: Some(ProgressCallback::new(|progress| assert!(progress.samples <= 8))),
+//!     pause_after: None,
 //! };
 //! let summary = train_hand(&config, &data, &run, &options)?;
 //! assert_eq!(summary.samples, 8);
@@ -78,8 +79,10 @@ pub use condition::{CONDITIONS, Condition};
 pub use dataset::{HandDataset, HandLabelTrack, HandSequence, Sample};
 pub use error::TrainError;
 pub use evaluation::{HandPoseTrack, Method, MethodResults, evaluate, evaluated_pose_count};
+pub use hand_learner::hand_values;
 pub use hand_training::{train_hand, untrained};
-pub use history::{HistoryLine, HistorySplit, read_history, validation_losses};
+pub use history::{HistoryLine, HistorySplit, read_history, validation_losses, validation_means};
+pub use metric::{LOSS, LoggedValue};
 pub use progress_renderer::{Progress, ProgressCallback};
 pub use slow_motion::{SlowMotionResults, SlowMotionUsage, evaluate_slow_motion};
 pub use training::{TrainOptions, TrainSummary};

@@ -9,8 +9,19 @@ use burn_train::metric::{
     NumericAttributes, NumericEntry, SerializedEntry,
 };
 
-/// The field that checkpoints are ranked by, the first of all.
-pub(crate) const LOSS: &str = "loss";
+/// The logged value that checkpoints are ranked by, the first of all.
+pub const LOSS: &str = "loss";
+
+/// A value that a training logs for each batch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LoggedValue {
+    /// Its name in `metrics.jsonl`.
+    pub name: &'static str,
+    /// Its unit, empty where it has none.
+    pub unit: &'static str,
+    /// Whether more of it is better.
+    pub higher_is_better: bool,
+}
 
 /// The logged values of a batch, on the host.
 pub(crate) trait Scalars: ItemLazy + Adaptor<Self> + Copy + Send + Sync + 'static {
@@ -29,6 +40,14 @@ pub(crate) struct Field<S> {
     pub higher_is_better: bool,
     /// Reads the value.
     pub get: fn(&S) -> f64,
+}
+
+impl<S> Field<S> {
+    /// Its description, for studies that read the log.
+    pub(crate) fn logged(&self) -> LoggedValue {
+        let Self { name, unit, higher_is_better, .. } = *self;
+        LoggedValue { name, unit, higher_is_better }
+    }
 }
 
 /// A running mean of one [`Field`], as Burn wants it.

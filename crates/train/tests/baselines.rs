@@ -65,7 +65,13 @@ fn lift(steps: u64) -> BaselineConfig {
 fn train(config: &BaselineConfig, run: &Path, resume: bool) -> BaselineCheckpoint {
     let (_, data, _) = recordings();
     let frames = baseline_frames(config, data, &|_| {}).unwrap();
-    let options = TrainOptions { device: DeviceKind::Flex, resume, plain: true, progress: None };
+    let options = TrainOptions {
+        device: DeviceKind::Flex,
+        resume,
+        plain: true,
+        progress: None,
+        pause_after: None,
+    };
     train_baseline(config, frames, run, &options).unwrap().best
 }
 

@@ -66,6 +66,7 @@ const STEPS: &[&str] = &[
 
 const HARDWARE: Change = Skip("needs a camera");
 const GPU: Change = Skip("needs a GPU and the feature cuda");
+const WGPU: Change = Skip("needs the feature wgpu and an adapter");
 const RERUN: Change = Skip("needs the feature rerun, whose SDK builds for minutes");
 const DOWNLOAD: Change = Skip("downloads");
 const PEERS: Change = Skip("needs the feature peers and libraries of others");
@@ -84,6 +85,9 @@ pub(crate) const RULES: &[Rule] = &[
     rule("", "--rerun", RERUN),
     rule("", "--source camera", HARDWARE),
     rule("", "--device cuda", GPU),
+    rule("", "--device wgpu", WGPU),
+    rule("gpu.md", "cargo build", Skip("builds for minutes")),
+    rule("gpu.md", "target/release/evpose", Replace("target/release/evpose", "evpose")),
     rule("", "evpose gap run", VERDICT),
     rule("", "evpose simulate quick", Append("{hand}")),
     rule("", "evpose train quick", Append("{hand} --plain")),
@@ -245,6 +249,13 @@ pub(crate) const RULES: &[Rule] = &[
     rule("own-labels.md", "evpose view data/own", Replace("data/own/0001", "data/own/0000")),
     // precision.md
     rule("precision.md", "evpose quantize", Append("--windows 4")),
+    // tune.md
+    rule("tune.md", "evpose tune quick", Append("{hand}")),
+    rule("tune.md", "--trials 12", Replace("--trials 12", "--trials 2")),
+    rule("tune.md", "--trials 8", Replace("--trials 8", "--trials 2")),
+    rule("tune.md", "--method halving", Append("--eta 2 --rungs 2")),
+    rule("tune.md", "evpose tune pretrain", Append("{body}")),
+    rule("tune.md", "--trials 6", Replace("--trials 6", "--trials 2")),
     // scale.md
     rule("scale.md", "evpose simulate eventhands", Append("{hand}")),
     rule("scale.md", "--sequences 1 --seconds 60", Replace("--seconds 60", "--seconds 0.4")),
@@ -345,5 +356,8 @@ pub(crate) const INPUTS: &[(&str, &[(&str, &str)])] = &[
 ];
 
 /// Files whose content a page has, in its first block of this language.
-pub(crate) const FROM_PAGE: &[(&str, &str, &str)] =
-    &[("gap.md", "camera.toml", "toml"), ("hands-conditions.md", "dimmed.toml", "toml")];
+pub(crate) const FROM_PAGE: &[(&str, &str, &str)] = &[
+    ("gap.md", "camera.toml", "toml"),
+    ("hands-conditions.md", "dimmed.toml", "toml"),
+    ("tune.md", "over.toml", "toml"),
+];

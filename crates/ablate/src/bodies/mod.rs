@@ -23,7 +23,6 @@ use evpose_app::args::DeviceArgs;
 use evpose_app::json::write_result;
 use evpose_app::machine::Machine;
 use evpose_app::progress::say;
-use evpose_app::threads::use_threads;
 pub use network::Network;
 pub use stages::{StageArgs, Stages};
 
@@ -59,7 +58,7 @@ pub struct AblateBodyArgs {
 pub(super) fn run(args: &AblateBodyArgs) -> Result<()> {
     evpose_kernels::keep_freed_memory();
     let started = Instant::now();
-    use_threads(args.device.threads)?;
+    let device = args.device.open()?;
     let stages = Stages::load(&args.stages)?;
     if args.out.read_dir().is_ok_and(|mut entries| entries.next().is_some()) && !args.resume {
         bail!("{} is not empty: add --resume, or choose another --out", args.out.display());
@@ -79,7 +78,7 @@ pub(super) fn run(args: &AblateBodyArgs) -> Result<()> {
         let mut of_row = Vec::new();
         for (stages, seed) in all.iter().zip(&seeds) {
             say(format!("row {}/{}: {}, seed {seed}", index + 1, chosen.len(), row.name));
-            let trial = trial::run(&args.out, row, stages)?;
+            let trial = trial::run(&args.out, row, stages, &device)?;
             say(format!("    PCK@0.4 {:.3}, PCK@0.8 {:.3}", trial.pck_40, trial.pck_80));
             of_row.push(trial);
         }

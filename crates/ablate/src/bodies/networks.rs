@@ -151,6 +151,7 @@ impl TrainingQueue<'_> {
             resume: true,
             plain: true,
             progress: Some(self.progress_callback()),
+            pause_after: None,
         };
         let summary = train_body(&config, frames, &run, &options)
             .with_context(|| format!("training {}", run.display()))?;

@@ -37,15 +37,16 @@ pub(super) struct Trial {
     pub(super) training_s: Option<f64>,
 }
 
-/// Evaluates the trained network of `row` under the seed of `stages`, unless results are stored.
-pub(super) fn run(out: &Path, row: &Row, stages: &Stages) -> Result<Trial> {
+/// Evaluates the trained network of `row` under the seed of `stages` on `device`, unless results are
+/// stored.
+pub(super) fn run(out: &Path, row: &Row, stages: &Stages, device: &Device) -> Result<Trial> {
     let seed = stages.finetune.seed;
     let path = out.join("rows").join(row.name).join(format!("seed-{seed}.json"));
     if let Some(trial) = read_result(&path)? {
         return Ok(trial);
     }
     let run = networks::directory(out, row.network.name(), seed);
-    let checkpoint = BodyCheckpoint::load(&run, &Device::flex())?;
+    let checkpoint = BodyCheckpoint::load(&run, device)?;
     let data = recordings(out, row.evaluated_on, stages)?;
     let config = evaluation_config(row.network, row.evaluated_on, stages);
     let frames = recorded::frames(&config, &data)?;

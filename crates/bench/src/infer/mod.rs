@@ -24,7 +24,7 @@ use evpose_app::progress::say;
 use evpose_app::run_info::COMMIT;
 use evpose_app::threads::use_threads;
 use evpose_infer::Precision;
-use evpose_nn::DeviceKind;
+use evpose_nn::{DeviceKind, adapter_name};
 use peers::PeerName;
 use std::path::PathBuf;
 
@@ -73,7 +73,8 @@ pub struct BenchInferArgs {
     /// Where to write the results as JSON
     #[arg(long)]
     pub(crate) json: Option<PathBuf>,
-    /// flex (CPU), ndarray, wgpu or cuda; all but flex need the Cargo feature of that name
+    /// flex (CPU), ndarray, wgpu or cuda, of several GPUs wgpu:1; all but flex need the Cargo feature of
+    /// that name, and `evpose info --devices` lists what there is
     #[arg(long, default_value = "flex")]
     pub(crate) device: DeviceKind,
 }
@@ -84,6 +85,8 @@ struct Report {
     machine: Machine,
     commit: &'static str,
     device: String,
+    /// The hardware of the device, if it is a GPU.
+    adapter: Option<String>,
     seed: u64,
     peaks: Vec<Peak>,
     cases: Vec<Case>,
@@ -103,8 +106,14 @@ pub(crate) fn run(args: &BenchInferArgs) -> Result<()> {
     let device = args.device.resolve()?;
     let is_engine = !args.burn && device == Device::flex();
     ensure!(
-        is_engine || args.threads.len() <= 1 && args.against.is_empty(),
-        "several thread counts and --against are for our engine, on the device flex"
+        is_engine
+            || args.threads.len() <= 1
+                && args.against.is_empty()
+                && args.precision == [Precision::F32]
+                && args.level.is_none()
+                && !args.layers,
+        "several thread counts, --precision, --level, --layers and --against are for our engine, on \
+         --device flex without --burn"
     );
     ensure!(
         args.against.is_empty() || args.batch == 1,
@@ -121,11 +130,15 @@ pub(crate) fn run(args: &BenchInferArgs) -> Result<()> {
     let mut report = Report {
         machine,
         commit: COMMIT,
-        device: args.device.name().to_owned(),
+        device: args.device.to_string(),
+        adapter: adapter_name(&device),
         seed: config.seed,
         peaks: Vec::new(),
         cases: Vec::new(),
     };
+    if let Some(adapter) = &report.adapter {
+        say(format!("device    {}: {adapter}", report.device));
+    }
     if is_engine {
         report.peaks = threads.iter().map(|threads| Peak::measure(*threads, level)).collect();
     }

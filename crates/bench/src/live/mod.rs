@@ -17,11 +17,11 @@ use serde::Serialize;
 
 pub(crate) use args::BenchLiveArgs;
 
+use evpose_app::args::DeviceArgs;
 use evpose_app::json::write_json;
 use evpose_app::machine::Machine;
 use evpose_app::progress::{note, say};
 use evpose_app::run_info::COMMIT;
-use evpose_app::threads::use_threads;
 use evpose_commands::online::{OnlineOptions, OnlineStream};
 use memory::{Memory, MemorySamples};
 use no_task::NoTask;
@@ -63,7 +63,7 @@ struct Bench<'a> {
 }
 
 pub(crate) fn run(args: &BenchLiveArgs) -> Result<()> {
-    use_threads(args.device.threads)?;
+    args.device.open()?;
     let machine = Machine::this();
     say(format!("machine    {machine}"));
     let folder = tempfile::tempdir().context("making a folder for the recording")?;
@@ -257,9 +257,11 @@ impl<'a> Bench<'a> {
             min_score: None,
             confidence: Some(MIN_CONFIDENCE),
         };
+        // The thread pool is running.
+        let device = DeviceArgs { threads: None, ..self.args.device };
         let model = match &self.args.checkpoint {
-            Some(checkpoint) => evpose_commands::open(checkpoint, &self.args.device)?,
-            None => evpose_commands::task_by_name(&self.args.task)?.published()?,
+            Some(checkpoint) => evpose_commands::open(checkpoint, &device)?,
+            None => evpose_commands::task_by_name(&self.args.task)?.published(&device.open()?)?,
         };
         model.stream(self.sensor, &options)
     }

@@ -9,7 +9,7 @@ use anyhow::Result;
 use burn::module::Module as BurnModule;
 use burn::optim::{AdamConfig, GradientsParams, ModuleOptimizer};
 use burn::tensor::{Device, Tensor, TensorData};
-use evpose_nn::{HandLoss, MOVE_ENET, Network, set_training_kernels};
+use evpose_nn::{DeviceKind, HandLoss, MOVE_ENET, Network, adapter_name, set_training_kernels};
 use evpose_task::hand::HandConfig;
 use evpose_train::untrained;
 use serde::Serialize;
@@ -64,6 +64,8 @@ struct Report {
     parameters: usize,
     input: [usize; 4],
     device: String,
+    /// The hardware of the device, if it is a GPU.
+    adapter: Option<String>,
     machine: Machine,
     commit: &'static str,
     /// Implementation: our kernels or Burn.
@@ -119,6 +121,7 @@ pub(crate) fn run(args: &BenchTrainArgs) -> Result<()> {
     } else {
         of_hand(args, &config, &target)?
     };
+    let report = Report { adapter: adapter_name(&target), ..report };
     print(&report);
     write_json(args.json.as_deref(), &report)
 }
@@ -188,7 +191,7 @@ fn measured<M: BurnModule>(
     let [step, forward, backward, update] = phases;
     let mut sorted = step.clone();
     sorted.sort_by(f64::total_cmp);
-    let ours = !args.burn && args.device.device.name() == "flex";
+    let ours = !args.burn && args.device.device == DeviceKind::Flex;
     let [step, forward, backward, update] =
         [step, forward, backward, update].map(Times::from_samples);
     Report {
@@ -196,7 +199,8 @@ fn measured<M: BurnModule>(
         width: config.network.width,
         parameters,
         input,
-        device: args.device.device.name().to_owned(),
+        device: args.device.device.to_string(),
+        adapter: None,
         machine: Machine::this(),
         commit: COMMIT,
         by: if ours { "our kernels" } else { "Burn" },
@@ -215,6 +219,9 @@ fn measured<M: BurnModule>(
 
 fn print(report: &Report) {
     say(format!("machine   {}", report.machine));
+    if let Some(adapter) = &report.adapter {
+        say(format!("device    {}: {adapter}", report.device));
+    }
     say(format!(
         "network   {} of width {}, {} parameters, input {:?}, on {} by {}",
         report.network, report.width, report.parameters, report.input, report.device, report.by

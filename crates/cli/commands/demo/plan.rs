@@ -52,7 +52,8 @@ impl Speeds {
         let (data, run) = (directory.path().join("data"), directory.path().join("run"));
         let simulated = recorded::record(&probe, &data, "measuring")?;
         let progress = Some(evpose_train::ProgressCallback::new(|_| {}));
-        let options = TrainOptions { device, resume: false, plain: true, progress };
+        let options =
+            TrainOptions { device, resume: false, plain: true, progress, pause_after: None };
         let trained = train_hand(&probe, &data, &run, &options)?;
 
         let device = device.resolve()?;

@@ -61,7 +61,8 @@ pub(crate) struct LiveArgs {
     /// Minimum event time from one inference to the next, in milliseconds
     #[arg(long, default_value_t = 1.0)]
     pub(crate) stride_ms: f64,
-    /// Batch size of hands [default: 1 on the CPU, 16 on other devices]
+    /// Inputs per call of the network, one of each stride; poses wait for the last one of theirs
+    /// [default: 1; hands on other devices than the CPU 16]
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=256))]
     pub(crate) batch: Option<u16>,
     /// The camera: a calibration file of OpenCV, ROS, dv-processing or this project, a name such as

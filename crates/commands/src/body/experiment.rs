@@ -2,18 +2,21 @@
 
 use std::path::Path;
 
-use anyhow::{Result, ensure};
+use anyhow::Result;
 use evpose_app::progress::bar;
 use evpose_app::recorded::{self, claim, record_people_of, summary_of_people};
 use evpose_core::Micros;
 use evpose_pose::metric::body::{BodySequence, JointErrors};
+use evpose_report::learning::TrainingLength;
 use evpose_sensor::SensorConfig;
 use evpose_sim::config::SensorChoice;
 use evpose_sim::{SequenceSet, Shard};
 use evpose_stats::bootstrap::{BootstrapConfig, Totals};
 use evpose_task::body::{BodyConfig, BodyPredictorOptions};
-use evpose_train::TrainOptions;
-use evpose_train::body::{BodyRecordings, evaluate_body, mean_pose_of_recordings, train_body};
+use evpose_train::body::{
+    BodyRecordings, body_values, evaluate_body, mean_pose_of_recordings, train_body,
+};
+use evpose_train::{LoggedValue, TrainOptions};
 
 use super::BodyModel;
 use crate::experiment::{PoseExperiment, is_trained};
@@ -62,6 +65,23 @@ impl PoseExperiment for BodyConfig {
         )
     }
 
+    fn length(&self) -> TrainingLength {
+        let training = &self.training;
+        TrainingLength {
+            batch_size: training.batch_size,
+            steps_per_validation: training.steps_per_validation,
+            steps: training.steps,
+        }
+    }
+
+    fn logged_values(&self) -> Vec<LoggedValue> {
+        body_values()
+    }
+
+    fn trains_on_recordings(&self) -> bool {
+        self.data.source.is_recorded()
+    }
+
     fn bootstrap(&self) -> BootstrapConfig {
         self.evaluation.bootstrap
     }
@@ -73,10 +93,6 @@ impl PoseExperiment for BodyConfig {
     }
 
     fn train(&self, data: &Path, run: &Path, options: &TrainOptions) -> Result<()> {
-        ensure!(
-            self.data.source.is_recorded(),
-            "config field `data.source`: a network that is to learn from events trains on recordings"
-        );
         if !is_trained(self, run)? {
             train_body(self, recorded::frames(self, data)?, run, options)?;
         }

@@ -3,18 +3,22 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
+use burn::tensor::Device;
 use evpose_core::Micros;
 use evpose_io::Windows;
 use evpose_io::poses::{
     PoseFormat, PoseKind, PoseSequence, TimedPose, pose_format_by_name, write_poses,
 };
 use evpose_pose::PoseOrigin;
-use evpose_task::body::{BodyPredictorOptions, BodyRecordingStream, PropagationConfig};
+use evpose_task::body::{
+    BodyPredictorOptions, BodyRecordingStream, PropagationConfig, TimedEstimates,
+};
 use evpose_train::body::propagated_poses;
 use evpose_view::Calibration;
 
 use super::{BodyModel, infer_cameras};
 use crate::args::InferArgs;
+use crate::online;
 use evpose_app::progress::{bar, note, say};
 
 pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
@@ -31,7 +35,11 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
         threads: rayon::current_num_threads(),
         confidence: args.confidence,
     };
-    let predictor = model.predictor(options)?;
+    let mut predictor = model.predictor(options)?;
+    let batch = online::batch(args.batch, &model.device);
+    if model.device != Device::flex() {
+        predictor.warm_up(batch);
+    }
     let opening = args.opening.options_with_sensor(events)?;
     let open = |propagation: Option<&PropagationConfig>| -> Result<BodyRecordingStream> {
         let windows = Windows::open(events, &opening)?;
@@ -39,6 +47,8 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
         let predictor = predictor.another();
         let of = BodyRecordingStream::of_camera;
         let stream = of(windows, &calibration, checkpoint, propagation, predictor)?;
+        // Propagation goes on from one pose to the next.
+        let stream = if propagation.is_none() { stream.with_batch(batch) } else { stream };
         Ok(match args.min_score {
             Some(min_score) => stream.with_min_score(min_score),
             None => stream,
@@ -59,17 +69,22 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
     let mut poses = PoseSequence::new(PoseKind::Body);
     let progress = bar("inferring", (end - start).0 as u64 / 1_000, "ms");
     let (mut t, mut count, mut delay_s) = (start + step, 0u64, 0.0);
-    while t <= end {
-        let (estimate, own_s) = recording.pose(t)?;
-        (count, delay_s) = (count + 1, delay_s + own_s);
-        poses.poses.extend(estimate.map(|estimate| TimedPose {
+    let mut take = |(estimates, own_s): (TimedEstimates, f64)| {
+        delay_s += own_s;
+        poses.poses.extend(estimates.into_iter().map(|(t, estimate)| TimedPose {
             origin: Some(PoseOrigin::Network),
+            // A pose is known when its whole batch is.
             latency_ms: Some(1e3 * own_s),
             ..TimedPose::new(t, &estimate)
         }));
+    };
+    while t <= end {
+        take(recording.poses(t)?);
+        count += 1;
         progress.set_position((t - start).0 as u64 / 1_000);
         t = t + step;
     }
+    take(recording.rest()?);
     progress.finish_and_clear();
     write_poses(&args.out, &poses, args.format)?;
     for warning in recording.warnings() {
@@ -85,8 +100,9 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
         0 => String::new(),
         nobody => format!(", {nobody} of them of nobody"),
     };
+    let together = if batch > 1 { format!(" in batches of {batch}") } else { String::new() };
     say(format!(
-        "{inferred} poses{nobody}, {:.2} ms each: {}",
+        "{inferred} poses{nobody}, {:.2} ms each{together}: {}",
         1e3 * delay_s / count.max(1) as f64,
         args.out.display()
     ));

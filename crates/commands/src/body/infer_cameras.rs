@@ -19,10 +19,14 @@ use crate::args::InferArgs;
 use evpose_app::progress::{bar, note, say};
 
 pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
-    if args.skeletons.is_some() || args.fused.is_some() || args.camera.is_some() {
+    let is_for_one = args.skeletons.is_some()
+        || args.fused.is_some()
+        || args.camera.is_some()
+        || args.batch.is_some();
+    if is_for_one {
         bail!(
-            "--skeletons, --fused and --camera are for one recording; several have --cameras, a \
-             file of calibrated cameras"
+            "--skeletons, --fused, --batch and --camera are for one recording; several have \
+             --cameras, a file of calibrated cameras"
         );
     }
     let checkpoint = &model.checkpoint;

@@ -15,9 +15,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 use burn::module::Module;
 use burn::tensor::Device;
-use evpose_app::args::{ConfigArgs, DeviceArgs};
+use evpose_app::args::ConfigArgs;
 use evpose_app::body_config;
-use evpose_app::threads::use_threads;
 use evpose_core::SensorSize;
 use evpose_infer::{CalibrationRanges, Precision};
 use evpose_live::page::Skeleton;
@@ -35,7 +34,7 @@ use evpose_view::Calibration;
 
 use crate::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
 use crate::benchmark_recording;
-use crate::experiment::PoseExperiment;
+use crate::experiment::{PoseExperiment, StartWeights};
 use crate::online::{OnlineOptions, OnlineStream, TaskStream};
 use crate::scores::EvaluationScores;
 use crate::task::{DataSetInfo, PoseModel, PoseTask, PrecisionScores};
@@ -53,9 +52,8 @@ impl PoseTask for Body {
         "body"
     }
 
-    fn open(&self, path: &Path, device: &DeviceArgs) -> Result<Option<Box<dyn PoseModel>>> {
-        let flex = Device::flex();
-        let checkpoint = match BodyCheckpoint::load(path, &flex) {
+    fn open(&self, path: &Path, device: &Device) -> Result<Option<Box<dyn PoseModel>>> {
+        let checkpoint = match BodyCheckpoint::load(path, device) {
             Ok(checkpoint) => checkpoint,
             Err(error) if is_body(path) => {
                 return Err(error).with_context(|| format!("the body network {}", path.display()));
@@ -63,8 +61,8 @@ impl PoseTask for Body {
             // A file of another kind may be of another task, whose reader reports its errors.
             Err(_) => return Ok(None),
         };
-        use_threads(device.threads)?;
-        Ok(Some(Box::new(BodyModel { checkpoint, path: Some(path.to_owned()) })))
+        let (path, device) = (Some(path.to_owned()), device.clone());
+        Ok(Some(Box::new(BodyModel { checkpoint, path, device })))
     }
 
     fn untrained(
@@ -75,14 +73,14 @@ impl PoseTask for Body {
         let Some(config) = body_config::config(config)? else { return Ok(None) };
         let network = config.network.init(config.seed, device)?;
         let checkpoint = BodyCheckpoint { config, network, mean_pose: None, data: None };
-        Ok(Some(Box::new(BodyModel { checkpoint, path: None })))
+        Ok(Some(Box::new(BodyModel { checkpoint, path: None, device: device.clone() })))
     }
 
-    fn published(&self) -> Result<Box<dyn PoseModel>> {
-        let network = MoveEnetConfig::default().init(1, &Device::flex())?;
+    fn published(&self, device: &Device) -> Result<Box<dyn PoseModel>> {
+        let network = MoveEnetConfig::default().init(1, device)?;
         let config = BodyConfig::default();
         let checkpoint = BodyCheckpoint { config, network, mean_pose: None, data: None };
-        Ok(Box::new(BodyModel { checkpoint, path: None }))
+        Ok(Box::new(BodyModel { checkpoint, path: None, device: device.clone() }))
     }
 
     fn simulate(&self, args: &SimulateArgs) -> Result<bool> {
@@ -118,10 +116,10 @@ impl PoseTask for Body {
     fn experiment(
         &self,
         config: &ConfigArgs,
-        start_from: Option<&Path>,
+        start: StartWeights<'_>,
     ) -> Result<Option<Box<dyn PoseExperiment>>> {
         let Some(config) = body_config::config(config)? else { return Ok(None) };
-        let start_from = start_from.map(Path::to_owned);
+        let start_from = start.field(config.start_from.clone());
         Ok(Some(Box::new(BodyConfig { start_from, ..config })))
     }
 
@@ -141,6 +139,8 @@ pub(crate) struct BodyModel {
     checkpoint: BodyCheckpoint,
     /// The checkpoint; none for weights that were not read.
     path: Option<PathBuf>,
+    /// The device of the weights.
+    device: Device,
 }
 
 impl BodyModel {
@@ -238,16 +238,22 @@ impl PoseModel for BodyModel {
     }
 
     fn stream(&self, sensor: SensorSize, options: &OnlineOptions) -> Result<Box<dyn OnlineStream>> {
-        let predictor = self.predictor(BodyPredictorOptions {
+        let mut predictor = self.predictor(BodyPredictorOptions {
             precision: options.precision,
             confidence: options.confidence,
             ..BodyPredictorOptions::default()
         })?;
+        // Every image of a batch but the last waits, so that only who asks for it gets one.
+        let batch = options.batch.map_or(1, usize::from);
+        if self.device != Device::flex() {
+            predictor.warm_up(batch);
+        }
         let propagation = PropagationConfig::default();
         // Nothing in 2D follows from the focal length: a guess needs no note.
         let calibration = Calibration::choose(options.camera.as_deref(), sensor)?;
         let mut stream =
             body_stream(&self.checkpoint, &calibration, Some(&propagation), predictor)?;
+        stream.frontend = stream.frontend.with_batch(batch);
         if let Some(min_score) = options.min_score {
             stream.frontend = stream.frontend.with_min_score(min_score);
         }

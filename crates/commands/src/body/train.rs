@@ -1,23 +1,23 @@
 //! `evpose train` of bodies.
 
 use anyhow::{Context, Result};
-use evpose_report::learning::TrainingLength;
 use evpose_task::body::{BodyCheckpoint, BodyConfig};
 use evpose_train::body::train_body;
 use evpose_train::{TrainOptions, TrainSummary};
 
 use crate::args::TrainArgs;
+use crate::experiment::PoseExperiment as _;
 use crate::learning_curves;
 use evpose_app::progress::say;
 use evpose_app::shipped::checkpoint_path;
-use evpose_app::threads::use_threads;
 use evpose_app::{recorded, run_info};
 
 /// Directory of simulated data in a run, without --data.
 const DATA: &str = "data";
 
 pub(super) fn run(mut config: BodyConfig, args: &TrainArgs) -> Result<()> {
-    use_threads(args.device.threads)?;
+    // An error now rather than after the simulation.
+    args.device.open()?;
     if let Some(start) = &args.start_from {
         config.start_from = Some(checkpoint_path(start)?);
     }
@@ -32,16 +32,11 @@ pub(super) fn run(mut config: BodyConfig, args: &TrainArgs) -> Result<()> {
         resume: args.resume,
         plain: args.plain,
         progress: None,
+        pause_after: None,
     };
     let trained = train_body(&config, frames, &out, &options);
-    let training = &config.training;
-    let length = TrainingLength {
-        batch_size: training.batch_size,
-        steps_per_validation: training.steps_per_validation,
-        steps: training.steps,
-    };
     // A training that failed is the worse fault.
-    let curves = learning_curves::write_after(&trained, &out, length);
+    let curves = learning_curves::write_after(&trained, &out, config.length());
     let summary = trained.with_context(|| format!("training in {}", out.display()))?;
     curves?;
     run_info::write(&out, config.seed, None)?;

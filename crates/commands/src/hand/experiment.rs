@@ -6,12 +6,16 @@ use anyhow::Result;
 use evpose_app::progress::bar;
 use evpose_app::recorded::{claim, held_out, record_shard_of};
 use evpose_pose::metric::SequenceScores;
+use evpose_report::learning::TrainingLength;
 use evpose_sensor::SensorConfig;
 use evpose_sim::config::SensorChoice;
 use evpose_sim::{SequenceSet, Shard};
 use evpose_stats::bootstrap::{BootstrapConfig, Totals};
 use evpose_task::hand::HandConfig;
-use evpose_train::{HandDataset, Method, TrainOptions, evaluate, evaluated_pose_count, train_hand};
+use evpose_train::{
+    HandDataset, LoggedValue, Method, TrainOptions, evaluate, evaluated_pose_count, hand_values,
+    train_hand,
+};
 
 use super::HandModel;
 use crate::experiment::{PoseExperiment, is_trained};
@@ -69,6 +73,23 @@ impl PoseExperiment for HandConfig {
             "hands: {} of width {}, {} steps of {} windows",
             network.backbone, network.width, training.steps, training.batch_size
         )
+    }
+
+    fn length(&self) -> TrainingLength {
+        let training = &self.training;
+        TrainingLength {
+            batch_size: training.batch_size,
+            steps_per_validation: training.steps_per_validation,
+            steps: training.steps,
+        }
+    }
+
+    fn logged_values(&self) -> Vec<LoggedValue> {
+        hand_values()
+    }
+
+    fn trains_on_recordings(&self) -> bool {
+        true
     }
 
     fn bootstrap(&self) -> BootstrapConfig {

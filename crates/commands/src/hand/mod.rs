@@ -16,15 +16,15 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, bail};
 use burn::module::Module;
 use burn::tensor::Device;
-use evpose_app::args::{ConfigArgs, DeviceArgs};
+use evpose_app::args::ConfigArgs;
 use evpose_app::hand_config;
 use evpose_app::json::write_json;
 use evpose_body::PosedBody;
 use evpose_core::SensorSize;
 use evpose_infer::{CalibrationRanges, Precision};
 use evpose_live::page::{HandMesh, Skeleton};
+use evpose_nn::HandRegressorConfig;
 use evpose_nn::graph::Graph;
-use evpose_nn::{DeviceKind, HandRegressorConfig};
 use evpose_pose::HandParams;
 use evpose_sim::SequenceSet;
 use evpose_task::hand::{HandCheckpoint, HandConfig, HandView, NetworkPredictor, hand_stream};
@@ -32,13 +32,11 @@ use evpose_train::{HandDataset, untrained};
 
 use crate::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
 use crate::benchmark_recording;
-use crate::experiment::PoseExperiment;
-use crate::online::{OnlineOptions, OnlineStream, TaskStream};
+use crate::experiment::{PoseExperiment, StartWeights};
+use crate::online::{self, OnlineOptions, OnlineStream, TaskStream};
 use crate::scores::EvaluationScores;
 use crate::task::{DataSetInfo, PoseModel, PoseTask, PrecisionScores};
 
-/// Inputs per inference on devices other than the CPU, as published.
-const DEVICE_BATCH: usize = 16;
 /// Propagated poses per second.
 const PROPAGATE_HZ: f64 = 1_000.0;
 /// Hands and scores.
@@ -53,10 +51,10 @@ impl PoseTask for Hand {
         "hand"
     }
 
-    fn open(&self, path: &Path, device: &DeviceArgs) -> Result<Option<Box<dyn PoseModel>>> {
-        let device = device.open()?;
-        let checkpoint = HandCheckpoint::load(path, &device)?;
-        Ok(Some(Box::new(HandModel { checkpoint, path: Some(path.to_owned()), device })))
+    fn open(&self, path: &Path, device: &Device) -> Result<Option<Box<dyn PoseModel>>> {
+        let checkpoint = HandCheckpoint::load(path, device)?;
+        let (path, device) = (Some(path.to_owned()), device.clone());
+        Ok(Some(Box::new(HandModel { checkpoint, path, device })))
     }
 
     fn untrained(
@@ -70,11 +68,10 @@ impl PoseTask for Hand {
         Ok(Some(Box::new(HandModel { checkpoint, path: None, device: device.clone() })))
     }
 
-    fn published(&self) -> Result<Box<dyn PoseModel>> {
-        let device = Device::flex();
-        let network = HandRegressorConfig::default().init(1, &device)?;
+    fn published(&self, device: &Device) -> Result<Box<dyn PoseModel>> {
+        let network = HandRegressorConfig::default().init(1, device)?;
         let checkpoint = HandCheckpoint { config: HandConfig::default(), network, mean_pose: None };
-        Ok(Box::new(HandModel { checkpoint, path: None, device }))
+        Ok(Box::new(HandModel { checkpoint, path: None, device: device.clone() }))
     }
 
     fn simulate(&self, args: &SimulateArgs) -> Result<bool> {
@@ -103,10 +100,10 @@ impl PoseTask for Hand {
     fn experiment(
         &self,
         config: &ConfigArgs,
-        start_from: Option<&Path>,
+        start: StartWeights<'_>,
     ) -> Result<Option<Box<dyn PoseExperiment>>> {
         let config = hand_config::load(&config.config, &config.overrides)?;
-        let start_from = start_from.map(Path::to_owned);
+        let start_from = start.field(config.start_from.clone());
         Ok(Some(Box::new(HandConfig { start_from, ..config })))
     }
 
@@ -218,8 +215,12 @@ impl PoseModel for HandModel {
     }
 
     fn infer(&self, args: &InferArgs) -> Result<()> {
-        if args.skeletons.is_some() || args.fused.is_some() || args.stride_ms.is_some() {
-            bail!("--skeletons, --fused and --stride-ms are for bodies");
+        let is_for_bodies = args.skeletons.is_some()
+            || args.fused.is_some()
+            || args.stride_ms.is_some()
+            || args.batch.is_some();
+        if is_for_bodies {
+            bail!("--skeletons, --fused, --stride-ms and --batch are for bodies");
         }
         if args.min_score.is_some() {
             bail!(NO_SCORE);
@@ -233,8 +234,7 @@ impl PoseModel for HandModel {
         }
         let config = self.checkpoint.config.clone();
         let adaptor = infer::adaptor(&config, sensor, options.camera.as_deref())?;
-        let is_cpu = self.device == DeviceKind::Flex.resolve()?;
-        let batch = options.batch.map_or(if is_cpu { 1 } else { DEVICE_BATCH }, usize::from);
+        let batch = online::batch(options.batch, &self.device);
         let stream =
             hand_stream(&config, self.predictor(options.precision)?, adaptor.calibration(), batch)?;
         let mesh = move || hand_mesh(&config);

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use anyhow::{Result, ensure};
+use anyhow::Result;
 use burn::tensor::Device;
 use evpose_infer::Precision;
-use evpose_task::QuantizationRanges;
 use evpose_task::hand::{HandCheckpoint, NetworkPredictor};
+use evpose_task::{QuantizationRanges, TaskError};
 
 /// Predictor of a checkpoint's network, at the given precision.
 ///
@@ -22,10 +22,9 @@ pub(super) fn predictor(
     if precision == Precision::F32 {
         return Ok(checkpoint.predictor(device)?);
     }
-    ensure!(
-        device == Device::flex(),
-        "--precision {precision} is for our engine, on the device flex"
-    );
+    if device != Device::flex() {
+        return Err(TaskError::Precision { precision }.into());
+    }
     let HandCheckpoint { config, network, .. } = checkpoint;
     let ranges = match precision {
         Precision::Int8 => {

@@ -3,12 +3,11 @@
 use anyhow::{Result, bail};
 use evpose_app::progress::say;
 use evpose_app::shipped::checkpoint_path;
-use evpose_app::threads::use_threads;
 use evpose_app::{hand_config, run_info};
-use evpose_report::learning::TrainingLength;
 use evpose_train::{TrainOptions, train_hand};
 
 use crate::args::TrainArgs;
+use crate::experiment::PoseExperiment as _;
 use crate::learning_curves;
 
 pub(super) fn run(args: &TrainArgs) -> Result<()> {
@@ -19,22 +18,18 @@ pub(super) fn run(args: &TrainArgs) -> Result<()> {
     if let Some(start) = &args.start_from {
         config.start_from = Some(checkpoint_path(start)?);
     }
-    use_threads(args.device.threads)?;
+    // An error now rather than after the simulation.
+    args.device.open()?;
     let options = TrainOptions {
         device: args.device.device,
         resume: args.resume,
         plain: args.plain,
         progress: None,
+        pause_after: None,
     };
     let trained = train_hand(&config, data, out, &options);
-    let training = &config.training;
-    let length = TrainingLength {
-        batch_size: training.batch_size,
-        steps_per_validation: training.steps_per_validation,
-        steps: training.steps,
-    };
     // A training that failed is the worse fault.
-    let curves = learning_curves::write_after(&trained, out, length);
+    let curves = learning_curves::write_after(&trained, out, config.length());
     let summary = trained?;
     curves?;
     run_info::write(out, config.seed, None)?;

@@ -9,6 +9,7 @@
 //! * [`gradients`]: their gradients.
 //! * [`layer`], [`unary`]: convolutions and operations of one input, by kind.
 //! * [`seven`]: the first layer of ResNets on Burn's own arithmetic.
+//! * [`upsample`]: upsampling that trains on GPUs.
 
 mod backend;
 mod blocked;
@@ -16,6 +17,7 @@ mod gradients;
 mod layer;
 mod seven;
 mod unary;
+mod upsample;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -27,6 +29,7 @@ use burn::tensor::{DType, Device, Tensor};
 pub(crate) use evpose_kernels::training::Activation;
 
 pub(crate) use blocked::Blocked;
+pub(crate) use upsample::upsample;
 
 static ENABLED: AtomicBool = AtomicBool::new(true);
 

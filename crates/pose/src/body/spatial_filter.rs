@@ -32,7 +32,7 @@ pub struct SpatialFilterConfig {
 
 impl Default for SpatialFilterConfig {
     fn default() -> Self {
-        Self { acceleration_m2_s3: 4.0, first_velocity_m_s: 1.0, gate: 4.0, max_gap_s: 0.3 }
+        Self { acceleration_m2_s3: 40.0, first_velocity_m_s: 1.0, gate: 4.0, max_gap_s: 0.3 }
     }
 }
 

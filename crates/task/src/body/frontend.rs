@@ -10,6 +10,7 @@ use evpose_repr::{
     BlurWork, ChannelOrder, GaussianKernel, Representation, StreamWindow, representation_by_name,
 };
 
+use super::batch::ImageBatch;
 use super::canonical_events::CanonicalEvents;
 use super::checkpoint::BodyCheckpoint;
 use super::config::BodyImageConfig;
@@ -33,23 +34,28 @@ pub(super) fn start_representation(
     Ok(representation_by_name(&image.representation)?.start(window))
 }
 
-/// The blur of the representation's image, if the config has one.
+/// The blur of the representation's images, if the config has one.
 #[derive(Debug)]
 pub(super) struct Blur {
     kernel: Option<GaussianKernel>,
     work: BlurWork,
-    blurred: Plane<u8>,
+    blurred: Vec<Plane<u8>>,
 }
 
 impl Blur {
     pub(super) fn new(kernel: Option<GaussianKernel>) -> Self {
-        Self { kernel, work: BlurWork::default(), blurred: Plane::filled(0, 0, 0) }
+        Self { kernel, work: BlurWork::default(), blurred: Vec::new() }
     }
 
-    pub(super) fn apply<'a>(&'a mut self, image: &'a Plane<u8>) -> &'a Plane<u8> {
-        let Some(kernel) = self.kernel else { return image };
-        kernel.blur(image, &mut self.work, &mut self.blurred);
-        &self.blurred
+    /// The images, blurred.
+    pub(super) fn apply<'a>(&'a mut self, images: &'a [Plane<u8>]) -> Vec<&'a Plane<u8>> {
+        let Some(kernel) = self.kernel else { return images.iter().collect() };
+        let count = self.blurred.len().max(images.len());
+        self.blurred.resize_with(count, || Plane::filled(0, 0, 0));
+        for (image, blurred) in images.iter().zip(&mut self.blurred) {
+            kernel.blur(image, &mut self.work, blurred);
+        }
+        self.blurred[..images.len()].iter().collect()
     }
 }
 
@@ -84,6 +90,8 @@ pub fn body_stream(
         events: 0,
         follower,
         last_detection: None,
+        batch: 1,
+        pending: ImageBatch::default(),
     };
     Ok(PoseStream::new(frontend, BodyWorker { predictor, blur: Blur::new(image.blur) }))
 }
@@ -104,9 +112,57 @@ pub struct BodyFrontend {
     /// None if poses are not propagated.
     follower: Option<BodyFollower>,
     last_detection: Option<(ScoredPoints, f32)>,
+    /// Images per inference, and those of the next one.
+    batch: usize,
+    pending: ImageBatch,
 }
 
 impl BodyFrontend {
+    /// The same with `batch` images per inference, one of each stride: poses wait for the last one.
+    #[must_use]
+    pub fn with_batch(self, batch: usize) -> Self {
+        Self { batch: batch.max(1), ..self }
+    }
+
+    /// The images of a batch that will not be full: the recording ends. None if there are none.
+    pub fn rest(&mut self) -> Option<ImageBatch> {
+        let rest = std::mem::take(&mut self.pending);
+        (!rest.is_empty()).then_some(rest)
+    }
+
+    /// Adds the image at `t` to the batch, once there have been enough events.
+    fn sample(&mut self, t: Micros) {
+        if self.events < self.min_events {
+            return;
+        }
+        self.representation.advance(t);
+        let image = self.pending.add(self.canonical.size(), t);
+        self.representation.render_u8(image.data_mut());
+    }
+
+    /// Takes the joints of the image of `t`, known at `now`.
+    fn accept_one(
+        &mut self,
+        t: Micros,
+        joints: &[BodyJoint],
+        now: Micros,
+    ) -> (Micros, (ScoredPoints, f32)) {
+        let mut detection = ScoredPoints::in_image(joints, self.canonical.size());
+        detection.points = self.canonical.sensor_points(&detection.points);
+        let score = self.presence.update(t, pose_score(&detection.scores));
+        let detection = self.reported(detection, score);
+        if let Some(follower) = &mut self.follower {
+            if detection.points.iter().any(Option::is_some) {
+                follower.detection(t, &detection, now);
+            } else {
+                // Somebody who comes back is somewhere else.
+                follower.forget_detections();
+            }
+        }
+        self.last_detection = Some((detection, score));
+        (t, (detection, score))
+    }
+
     /// The same with a minimum score of poses, instead of the checkpoint's, and of joints.
     #[must_use]
     pub fn with_min_score(self, min_score: f32) -> Self {
@@ -124,8 +180,8 @@ impl BodyFrontend {
 }
 
 impl StreamFrontend for BodyFrontend {
-    type Input = Plane<u8>;
-    type Output = Vec<BodyJoint>;
+    type Input = ImageBatch;
+    type Output = Vec<Vec<BodyJoint>>;
     /// With the score of the pose.
     type Pose = (ScoredPoints, f32);
 
@@ -139,37 +195,38 @@ impl StreamFrontend for BodyFrontend {
         Ok(())
     }
 
-    fn input(&mut self, t: Micros, memory: Option<Plane<u8>>) -> Option<Plane<u8>> {
-        if self.events < self.min_events {
+    fn stride(&mut self, t: Micros) {
+        if self.batch > 1 {
+            // The network had no time for a full batch: newer images replace it.
+            if self.pending.len() >= self.batch {
+                self.pending.clear();
+            }
+            self.sample(t);
+        }
+    }
+
+    fn input(&mut self, t: Micros, memory: Option<ImageBatch>) -> Option<ImageBatch> {
+        if self.batch == 1 {
+            self.pending.clear();
+            self.sample(t);
+        }
+        if self.pending.len() < self.batch {
             return None;
         }
-        let mut image = memory.unwrap_or_else(|| Plane::for_sensor(self.canonical.size(), 0));
-        self.representation.advance(t);
-        self.representation.render_u8(image.data_mut());
-        Some(image)
+        let mut next = memory.unwrap_or_default();
+        next.clear();
+        Some(std::mem::replace(&mut self.pending, next))
     }
 
     fn accept(
         &mut self,
-        t: Micros,
-        _input: &Plane<u8>,
-        joints: Vec<BodyJoint>,
+        _t: Micros,
+        batch: &ImageBatch,
+        joints: Vec<Vec<BodyJoint>>,
         now: Micros,
     ) -> Vec<(Micros, Self::Pose)> {
-        let mut detection = ScoredPoints::in_image(&joints, self.canonical.size());
-        detection.points = self.canonical.sensor_points(&detection.points);
-        let score = self.presence.update(t, pose_score(&detection.scores));
-        let detection = self.reported(detection, score);
-        if let Some(follower) = &mut self.follower {
-            if detection.points.iter().any(Option::is_some) {
-                follower.detection(t, &detection, now);
-            } else {
-                // Somebody who comes back is somewhere else.
-                follower.forget_detections();
-            }
-        }
-        self.last_detection = Some((detection, score));
-        vec![(t, (detection, score))]
+        let each = batch.times().iter().zip(joints);
+        each.map(|(t, joints)| self.accept_one(*t, &joints, now)).collect()
     }
 
     fn estimate(&self, (detection, score): &Self::Pose) -> PoseEstimate {
@@ -192,6 +249,7 @@ impl StreamFrontend for BodyFrontend {
             follower.reset();
         }
         self.last_detection = None;
+        self.pending.clear();
     }
 }
 
@@ -202,10 +260,10 @@ pub struct BodyWorker {
 }
 
 impl InferenceWorker for BodyWorker {
-    type Input = Plane<u8>;
-    type Output = Vec<BodyJoint>;
+    type Input = ImageBatch;
+    type Output = Vec<Vec<BodyJoint>>;
 
-    fn infer(&mut self, image: &Plane<u8>) -> Result<Vec<BodyJoint>, StreamError> {
-        Ok(self.predictor.joints(self.blur.apply(image)))
+    fn infer(&mut self, batch: &ImageBatch) -> Result<Vec<Vec<BodyJoint>>, StreamError> {
+        Ok(self.predictor.joints_of(&self.blur.apply(batch.images())))
     }
 }

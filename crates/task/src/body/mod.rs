@@ -1,11 +1,13 @@
 //! The body task: MoveEnet.
 
 mod augmentation;
+mod batch;
 mod canonical_events;
 mod checkpoint;
 mod config;
 mod detection;
 mod frontend;
+mod inference;
 mod predictor;
 mod propagation;
 mod reader;
@@ -14,6 +16,7 @@ mod resample;
 mod spatial;
 
 pub use augmentation::BodyAugmentation;
+pub use batch::ImageBatch;
 pub use checkpoint::BodyCheckpoint;
 pub(crate) use checkpoint::{pose_as_text, pose_from_text};
 pub use config::{
@@ -26,6 +29,6 @@ pub use frontend::{BodyFrontend, BodyWorker, body_stream};
 pub use predictor::{BodyPredictor, BodyPredictorOptions, joints_in_pixels};
 pub use propagation::PropagationConfig;
 pub use reader::RepresentationReader;
-pub use recording_stream::BodyRecordingStream;
+pub use recording_stream::{BodyRecordingStream, TimedEstimates};
 pub use resample::{Interpolation, resize_grey, sample};
 pub use spatial::{PlacedRecording, SpatialConfig, SpatialPose, SpatialRecordings};

@@ -3,13 +3,14 @@
 use std::time::Instant;
 
 use evpose_core::{Plane, SensorSize};
-use evpose_infer::{CalibrationRanges, Engine, EngineOptions, Precision};
-use evpose_pose::body::{BODY_JOINTS, BodyDecoder, BodyJoint, BodyMaps, BodyPoints, MIRRORED};
+use evpose_infer::{CalibrationRanges, EngineOptions, Precision};
+use evpose_pose::body::{BODY_JOINTS, BodyDecoder, BodyJoint, BodyPoints, MIRRORED};
 use evpose_pose::metric::body::BodyPrediction;
 use glam::{DAffine2, DVec2, Vec2};
 
 use super::checkpoint::BodyCheckpoint;
 use super::config::SecondPass;
+use super::inference::BodyInference;
 use super::resample::{Interpolation, sample};
 use crate::TaskError;
 
@@ -31,21 +32,22 @@ const SAME_JOINT: f32 = 0.06;
 /// Crops about the person of the frame before are from MoveNet (Votel & Li, 2021). Here the crop
 /// follows from the same image, so that a pose depends on nothing before it.
 pub struct BodyPredictor {
-    engine: Engine,
+    inference: BodyInference,
     decoder: BodyDecoder,
     side_px: usize,
     interpolation: Interpolation,
     second_pass: Option<SecondPass>,
     mirror_average: bool,
-    input: Vec<f32>,
+    /// `[images][3][side][side]`, at least one image.
+    inputs: Vec<f32>,
 }
 
 /// How to look for joints.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BodyPredictorOptions {
-    /// Bits that the network computes in.
+    /// Precision that the network computes in; f32 on devices other than the CPU.
     pub precision: Precision,
-    /// Threads of the network.
+    /// Threads of the network, on the CPU.
     pub threads: usize,
     /// Joints of a lower score are not found; that of the checkpoint if none.
     pub confidence: Option<f32>,
@@ -59,10 +61,12 @@ impl Default for BodyPredictorOptions {
 }
 
 impl BodyPredictor {
-    /// Compiles a network.
+    /// Compiles a network for the CPU, or takes it on the device of its weights, where Burn computes
+    /// it.
     ///
     /// # Errors
-    /// If it cannot be compiled in the precision asked for; 8 bits need `ranges`.
+    /// If it cannot be compiled in the precision asked for; 8 bits need `ranges`. Devices other than
+    /// the CPU compute in f32 only.
     pub fn new(
         checkpoint: &BodyCheckpoint,
         options: BodyPredictorOptions,
@@ -70,23 +74,25 @@ impl BodyPredictor {
     ) -> Result<Self, TaskError> {
         let image = &checkpoint.config.image;
         let side_px = image.side_px;
-        let engine_options = EngineOptions::default()
-            .with_threads(options.threads)
-            .with_precision(options.precision);
-        let shape = [CHANNELS, side_px, side_px];
-        let graph = checkpoint.network.graph();
+        let inference = BodyInference::new(
+            &checkpoint.network,
+            [CHANNELS, side_px, side_px],
+            EngineOptions::default().with_threads(options.threads),
+            options.precision,
+            ranges,
+        )?;
         let confidence = options.confidence.unwrap_or(checkpoint.config.decoding.confidence);
         let decoder = BodyDecoder::new([side_px / CELL_PX; 2], confidence)
             .softened_by(checkpoint.config.decoding.softening_cells);
         let is_published = checkpoint.config.targets.parity;
         Ok(Self {
-            engine: Engine::compile_with(&graph, shape, engine_options, ranges)?,
+            inference,
             decoder: if is_published { decoder.as_published() } else { decoder },
             side_px,
             interpolation: image.interpolation,
             second_pass: checkpoint.config.decoding.second_pass,
             mirror_average: checkpoint.config.decoding.mirror_average,
-            input: vec![0.0; CHANNELS * side_px * side_px],
+            inputs: vec![0.0; CHANNELS * side_px * side_px],
         })
     }
 
@@ -94,53 +100,88 @@ impl BodyPredictor {
     #[must_use]
     pub fn another(&self) -> Self {
         Self {
-            engine: self.engine.another(),
+            inference: self.inference.another(),
             decoder: self.decoder.clone(),
             side_px: self.side_px,
             interpolation: self.interpolation,
             second_pass: self.second_pass,
             mirror_average: self.mirror_average,
-            input: self.input.clone(),
+            inputs: self.inputs.clone(),
         }
     }
 
     /// The network's input for an image, `[3][side][side]`: the resized image in each channel.
     pub fn input(&mut self, image: &Plane<u8>) -> &[f32] {
-        self.fill_input(image, DAffine2::IDENTITY);
-        &self.input
+        self.fill_inputs(&[image]);
+        &self.inputs
     }
 
     /// The input of the second pass for an image, of the same shape; that of the first without a
     /// second pass, or where the first found nothing.
     pub fn second_input(&mut self, image: &Plane<u8>) -> &[f32] {
-        let Some(second) = self.second_pass else { return self.input(image) };
-        let joints = self.pass(image, DAffine2::IDENTITY);
-        if let Some(crop) = crop_about(&joints, second) {
-            self.fill_input(image, crop);
+        self.fill_inputs(&[image]);
+        if let Some(second) = self.second_pass {
+            let joints = self.infer();
+            if let Some(crop) = joints.first().and_then(|joints| crop_about(joints, second)) {
+                self.fill_input(0, image, crop);
+            }
         }
-        &self.input
+        &self.inputs
     }
 
-    fn fill_input(&mut self, image: &Plane<u8>, image_from_input: DAffine2) {
-        let (first, others) = self.input.split_at_mut(self.side_px * self.side_px);
+    /// Values of an input.
+    fn size(&self) -> usize {
+        CHANNELS * self.side_px * self.side_px
+    }
+
+    /// Fills as many inputs as there are images with all of each.
+    fn fill_inputs(&mut self, images: &[&Plane<u8>]) {
+        self.inputs.resize(images.len() * self.size(), 0.0);
+        for (index, image) in images.iter().enumerate() {
+            self.fill_input(index, image, DAffine2::IDENTITY);
+        }
+    }
+
+    /// Fills an input with the part of an image that a map leads to.
+    fn fill_input(&mut self, index: usize, image: &Plane<u8>, image_from_input: DAffine2) {
+        let size = self.size();
+        let input = &mut self.inputs[index * size..][..size];
+        let (first, others) = input.split_at_mut(self.side_px * self.side_px);
         sample(image, image_from_input, self.interpolation, [self.side_px; 2], first);
         others.chunks_mut(first.len()).for_each(|channel| channel.copy_from_slice(first));
     }
 
+    /// Infers `batch` images of nothing: the first inference on a GPU compiles its kernels, which
+    /// takes seconds.
+    pub fn warm_up(&mut self, batch: usize) {
+        let image = Plane::filled(1, 1, 0);
+        self.joints_of(&vec![&image; batch.max(1)]);
+    }
+
     /// The joints of the person on an image.
     pub fn joints(&mut self, image: &Plane<u8>) -> Vec<BodyJoint> {
-        let mut joints = self.pass(image, DAffine2::IDENTITY);
-        let crop = self.second_pass.and_then(|second| crop_about(&joints, second));
-        if let Some(crop) = crop {
-            joints = self.pass(image, crop);
+        self.joints_of(&[image]).pop().unwrap_or_default()
+    }
+
+    /// The joints of the person on each of several images, which a GPU infers together.
+    pub fn joints_of(&mut self, images: &[&Plane<u8>]) -> Vec<Vec<BodyJoint>> {
+        self.fill_inputs(images);
+        let mut joints = self.infer();
+        let mut crops = vec![None; images.len()];
+        if let Some(second) = self.second_pass {
+            crops = joints.iter().map(|joints| crop_about(joints, second)).collect();
+            self.infer_crops(images, &crops, &mut joints);
         }
         if self.mirror_average {
-            // The input of the last pass, turned over.
-            self.input.chunks_exact_mut(self.side_px).for_each(<[f32]>::reverse);
-            average(&mut joints, &mirrored(&self.infer()));
+            // The inputs of the last pass, turned over.
+            self.inputs.chunks_exact_mut(self.side_px).for_each(<[f32]>::reverse);
+            for (joints, others) in joints.iter_mut().zip(self.infer()) {
+                average(joints, &mirrored(&others));
+            }
         }
-        if let Some(crop) = crop {
-            for joint in &mut joints {
+        for (joints, crop) in joints.iter_mut().zip(&crops) {
+            let Some(crop) = crop else { continue };
+            for joint in joints {
                 joint.position =
                     joint.position.map(|at| crop.transform_point2(at.as_dvec2()).as_vec2());
             }
@@ -148,22 +189,46 @@ impl BodyPredictor {
         joints
     }
 
-    /// The joints in the part of an image that a map leads to, relative to that part.
-    fn pass(&mut self, image: &Plane<u8>, image_from_input: DAffine2) -> Vec<BodyJoint> {
-        self.fill_input(image, image_from_input);
-        self.infer()
+    /// Infers the images that have a crop once more, and replaces their joints by those in it.
+    fn infer_crops(
+        &mut self,
+        images: &[&Plane<u8>],
+        crops: &[Option<DAffine2>],
+        joints: &mut [Vec<BodyJoint>],
+    ) {
+        let cropped: Vec<usize> = (0..images.len()).filter(|k| crops[*k].is_some()).collect();
+        for (index, crop) in crops.iter().enumerate() {
+            if let Some(crop) = crop {
+                self.fill_input(index, images[index], *crop);
+            }
+        }
+        // Inputs without a crop stay as they are, for the mirror image.
+        let found = if cropped.len() == images.len() {
+            self.infer()
+        } else {
+            let size = self.size();
+            let inputs: Vec<f32> = cropped
+                .iter()
+                .flat_map(|index| &self.inputs[index * size..][..size])
+                .copied()
+                .collect();
+            let all = std::mem::replace(&mut self.inputs, inputs);
+            let found = self.infer();
+            self.inputs = all;
+            found
+        };
+        for (index, found) in cropped.into_iter().zip(found) {
+            joints[index] = found;
+        }
     }
 
-    /// The joints in the network's input.
-    fn infer(&mut self) -> Vec<BodyJoint> {
-        match self.engine.run(&self.input) {
-            [heatmaps, centers, regs, offsets] => {
-                let maps = [heatmaps, centers, regs, offsets].map(Vec::as_slice);
-                self.decoder.decode(&BodyMaps::from_array(maps))
-            }
-            // Graphs of bodies have four outputs.
-            _ => Vec::new(),
-        }
+    /// The joints in each of the network's inputs.
+    fn infer(&mut self) -> Vec<Vec<BodyJoint>> {
+        let shape = [CHANNELS, self.side_px, self.side_px];
+        let mut joints = Vec::with_capacity(self.inputs.len() / self.size());
+        let Self { inference, decoder, inputs, .. } = self;
+        inference.for_each(inputs, shape, |maps| joints.push(decoder.decode(maps)));
+        joints
     }
 
     /// The same in pixels of the image, and how long it took.

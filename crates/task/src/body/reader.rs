@@ -129,7 +129,7 @@ impl RepresentationReader {
         self.representation.advance(t);
         let mut image = Plane::for_sensor(self.image_size(), 0);
         self.representation.render_u8(image.data_mut());
-        Ok(self.blur.apply(&image).clone())
+        Ok(self.blur.apply(std::slice::from_ref(&image))[0].clone())
     }
 }
 

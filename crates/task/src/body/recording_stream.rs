@@ -8,7 +8,7 @@ use evpose_io::{OpenOptions, Windows};
 use evpose_pose::PoseEstimate;
 use evpose_pose::body::BodyPoints;
 use evpose_pose::metric::body::BodyPrediction;
-use evpose_pose::stream::{PoseStream, StreamFrontend};
+use evpose_pose::stream::{InferenceWorker, PoseStream, StreamFrontend};
 
 use super::checkpoint::BodyCheckpoint;
 use super::frontend::{BodyFrontend, BodyWorker, body_stream};
@@ -16,6 +16,9 @@ use super::predictor::BodyPredictor;
 use super::propagation::PropagationConfig;
 use crate::TaskError;
 use evpose_view::Calibration;
+
+/// Poses with their time stamps.
+pub type TimedEstimates = Vec<(Micros, PoseEstimate)>;
 
 /// A recording, read forwards in time through the stream from events to poses.
 pub struct BodyRecordingStream {
@@ -63,6 +66,13 @@ impl BodyRecordingStream {
     #[must_use]
     pub fn with_min_score(mut self, min_score: f32) -> Self {
         self.stream.frontend = self.stream.frontend.with_min_score(min_score);
+        self
+    }
+
+    /// The same with `batch` images per call of the network: see [`Self::poses`].
+    #[must_use]
+    pub fn with_batch(mut self, batch: usize) -> Self {
+        self.stream.frontend = self.stream.frontend.with_batch(batch);
         self
     }
 
@@ -130,12 +140,42 @@ impl BodyRecordingStream {
     /// # Errors
     /// As [`Self::predict`].
     pub fn pose(&mut self, t: Micros) -> Result<(Option<PoseEstimate>, f64), TaskError> {
+        let (poses, delay_s) = self.poses(t)?;
+        Ok((poses.into_iter().next().map(|(_, estimate)| estimate), delay_s))
+    }
+
+    /// Takes the image at `t`, which is not before the last one. Returns the poses that became known
+    /// with their time stamps, none while a batch is not full, and how long they took in seconds.
+    ///
+    /// # Errors
+    /// As [`Self::predict`].
+    pub fn poses(&mut self, t: Micros) -> Result<(TimedEstimates, f64), TaskError> {
         self.advance(t)?;
         let begin = Instant::now();
+        self.stream.frontend.stride(t);
         let poses = self.stream.infer(t)?;
-        let delay_s = begin.elapsed().as_secs_f64();
-        let estimate = poses.first().map(|(_, pose)| self.stream.frontend.estimate(pose));
-        Ok((estimate, delay_s))
+        Ok((self.estimates(&poses), begin.elapsed().as_secs_f64()))
+    }
+
+    /// The poses of the last batch, which is not full, and how long they took in seconds.
+    ///
+    /// # Errors
+    /// If the network fails.
+    pub fn rest(&mut self) -> Result<(TimedEstimates, f64), TaskError> {
+        let begin = Instant::now();
+        let PoseStream { frontend, worker, .. } = &mut self.stream;
+        let Some(batch) = frontend.rest() else { return Ok((Vec::new(), 0.0)) };
+        let output = worker.infer(&batch)?;
+        let last = batch.times().last().copied().unwrap_or_default();
+        let poses = frontend.accept(last, &batch, output, last);
+        Ok((self.estimates(&poses), begin.elapsed().as_secs_f64()))
+    }
+
+    fn estimates(
+        &self,
+        poses: &[(Micros, <BodyFrontend as StreamFrontend>::Pose)],
+    ) -> TimedEstimates {
+        poses.iter().map(|(t, pose)| (*t, self.stream.frontend.estimate(pose))).collect()
     }
 
     /// The stream, at the last time it was advanced to: for schedules of the caller.

@@ -10,7 +10,7 @@ use evpose_pose::body::{BodyDecoder, BodyLabel, BodyMaps, DEFAULT_THRESHOLD};
 use super::accuracy::{BodyAccuracy, BodyAccuracyConfig};
 use super::loader::BodyItem;
 use crate::guard::Guard;
-use crate::metric::{Field, LOSS, Scalars};
+use crate::metric::{Field, LOSS, LoggedValue, Scalars};
 
 /// The logged values of a batch.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -54,6 +54,11 @@ pub(super) const BODY_FIELDS: [Field<BodyScalars>; 7] = [
     field("offsets", false, |s| s.offsets),
     field("accuracy", true, |s| s.accuracy),
 ];
+
+/// The values that trainings of bodies log for each batch, the loss first.
+pub fn body_values() -> Vec<LoggedValue> {
+    BODY_FIELDS.iter().map(Field::logged).collect()
+}
 
 const fn field(
     name: &'static str,

@@ -35,6 +35,7 @@ pub use evaluation::{
     ground_truth, mean_pose_of_recordings,
 };
 pub use frames::{BodyFrame, BodyFrames, CameraJoints};
+pub use learner::body_values;
 pub use propagation::{PropagatedPose, PropagationResults, evaluate_propagation, propagated_poses};
 pub use recordings::{BodyRecordings, PoseTrack};
 pub(crate) use recordings::{in_camera, placed_camera};

@@ -63,14 +63,18 @@ pub struct TrainOptions {
     pub plain: bool,
     /// Receives the progress, in place of lines and dashboard.
     pub progress: Option<ProgressCallback>,
+    /// Pause after this many optimiser steps, rounded up to the next validation, so that the same
+    /// run can go on from there with `resume`; none trains to the end. The learning rate is that of
+    /// the whole run: a run that was paused ends with the weights of one that was not.
+    pub pause_after: Option<u64>,
 }
 
-/// The result of a run that came to its end.
+/// The result of a run that came to its end, or to its pause.
 #[derive(Debug)]
 pub struct TrainSummary<C> {
     /// The network of the best validation, with the experiment it came from.
     pub best: C,
-    /// Its file.
+    /// Its file; that of a checkpoint while the run is paused.
     pub path: PathBuf,
     /// Training samples of this process.
     pub samples: u64,
@@ -82,6 +86,8 @@ pub struct TrainSummary<C> {
     pub data_wait: DataWait,
     /// Whether it ended before all of its steps, because the validation loss had stopped falling.
     pub ended_early: bool,
+    /// Whether it paused at [`TrainOptions::pause_after`] and steps are left.
+    pub is_paused: bool,
 }
 
 /// A run whose directory is ready.
@@ -127,7 +133,8 @@ impl<'a> Run<'a> {
         &self.meter
     }
 
-    /// Trains to the end, and writes the last and the best network.
+    /// Trains to the end, and writes the last and the best network; or to the pause, which leaves
+    /// checkpoints alone.
     ///
     /// # Errors
     /// If a batch or a file cannot be read or written, if the loss stops being finite, or if the
@@ -157,18 +164,26 @@ impl<'a> Run<'a> {
         let interruption = result.interrupted.map(|interruption| interruption.reason);
         self.check_end(&guard, result.error.map(|error| error.to_string()), interruption)?;
 
-        let last = task.checkpoint(T::network(result.model));
-        T::save(&last, &self.directory.0.join(LAST))?;
         let losses = history.validation_losses();
-        let best = match best_interval(&losses) {
+        let intervals = self.span.intervals();
+        let done = losses.keys().last().copied().unwrap_or(intervals);
+        let is_over = task.early_stop().is_some_and(|rule| rule.ends(&losses, done));
+        let is_paused = done < intervals && done >= self.last_interval() && !is_over;
+        let best_interval = best_interval(&losses);
+        let mut path = self.directory.0.join(BEST);
+        let last = task.checkpoint(T::network(result.model));
+        if is_paused {
+            path = weights_path(&self.directory.checkpoints(), best_interval.unwrap_or(done));
+        } else {
+            T::save(&last, &self.directory.0.join(LAST))?;
+        }
+        let best = match best_interval {
             Some(best) => task.checkpoint(self.restore(task, best, devices.main())?),
             None => last,
         };
-        let path = self.directory.0.join(BEST);
-        T::save(&best, &path)?;
-
-        let intervals = self.span.intervals();
-        let done = losses.keys().last().copied().unwrap_or(intervals);
+        if !is_paused {
+            T::save(&best, &path)?;
+        }
         let steps = self.span.steps_by(done) - self.span.steps_by(self.resumed.min(done));
         let samples = steps * self.span.batch_size as u64;
         Ok(TrainSummary {
@@ -178,8 +193,16 @@ impl<'a> Run<'a> {
             samples_per_second: samples as f64 / elapsed.as_secs_f64(),
             elapsed,
             data_wait: self.meter.total()?,
-            ended_early: done < intervals,
+            ended_early: done < intervals && !is_paused,
+            is_paused,
         })
+    }
+
+    /// The validation interval that the run ends or pauses after.
+    fn last_interval(&self) -> usize {
+        let intervals = self.span.intervals();
+        let pause = |steps: u64| steps.div_ceil(self.span.steps_per_interval).max(1) as usize;
+        self.options.pause_after.map_or(intervals, |steps| pause(steps).min(intervals))
     }
 
     fn supervised<T: TrainingTask>(
@@ -193,7 +216,7 @@ impl<'a> Run<'a> {
             AtomicCheckpointer::parts(&self.directory.checkpoints());
         let mut supervised =
             SupervisedTraining::new(self.directory.0, loaders.train, loaders.valid)
-                .num_epochs(self.span.intervals())
+                .num_epochs(self.last_interval())
                 .with_interrupter(self.interrupter.clone())
                 .with_metric_logger(history.clone())
                 .with_checkpointing_strategy(LastTwoAndBest::new(history.clone()))
@@ -222,7 +245,9 @@ impl<'a> Run<'a> {
     fn renderer(&self) -> Box<dyn MetricsRenderer> {
         use std::io::IsTerminal as _;
         if let Some(callback) = &self.options.progress {
-            return Box::new(ProgressRenderer::new(callback.clone(), self.span));
+            let steps = self.span.steps_by(self.last_interval());
+            let span = TrainingSpan { steps, ..self.span };
+            return Box::new(ProgressRenderer::new(callback.clone(), span));
         }
         if !self.options.plain && cfg!(feature = "tui") && stdout().is_terminal() {
             default_renderer(self.interrupter.clone(), None)

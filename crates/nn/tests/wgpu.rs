@@ -1,0 +1,136 @@
+//! Every network on wgpu: outputs and a training step, against the CPU.
+//!
+//! Without an adapter these tests are skipped, with the reason; Mesa's lavapipe is one on any Linux
+//! machine. `cargo test -p evpose-nn --features wgpu --test wgpu -- --nocapture` shows the differences.
+#![cfg(feature = "wgpu")]
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
+
+mod golden;
+
+use burn::module::{Module, ModuleVisitor, Param};
+use burn::tensor::{Device, Gradients, Tensor, TensorData};
+use evpose_nn::parameters::{read, with_matched_variances};
+use evpose_nn::{
+    Availability, DeviceKind, HandLoss, HandRegressor, MoveEnet, Network, backbone_by_name,
+};
+use golden::{hashed, targets};
+
+const WGPU: DeviceKind = DeviceKind::Wgpu { adapter: None };
+/// Largest difference between devices, relative to the largest value, at least 1.
+const TOLERANCE: f64 = 1e-3;
+const BATCH: usize = 3;
+const SEED: u64 = 3;
+
+/// The wgpu device, or none with the reason printed.
+fn wgpu() -> Option<Device> {
+    match WGPU.resolve() {
+        Ok(device) => {
+            println!("wgpu: {:?}", Availability::of(WGPU));
+            Some(device)
+        }
+        Err(error) => {
+            println!("skipped: {error}");
+            None
+        }
+    }
+}
+
+/// Rows and columns of the images of a network. At Inception v3's smallest, 75, its last normalisations
+/// have three values a channel, and gradients of thousands follow from how they were rounded.
+fn side(name: &str) -> usize {
+    let smallest_px = backbone_by_name(name).map_or(0, |entry| entry.smallest_px);
+    if smallest_px > 64 { smallest_px + 32 } else { 64 }
+}
+
+fn images(network: &Network, side: usize, device: &Device) -> Tensor<4> {
+    let shape = [BATCH, network.input()[0], side, side];
+    let values = hashed(shape.iter().product(), 1000).into_iter();
+    let values = values.map(|u| if u > 0.5 { u as f32 * network.max_input() } else { 0.0 });
+    Tensor::from_data(TensorData::new(values.collect::<Vec<f32>>(), shape), device)
+}
+
+fn values_of<const D: usize>(tensor: Tensor<D>) -> Vec<f64> {
+    tensor.into_data().iter::<f64>().collect()
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |largest, value| largest.max(value.abs()))
+}
+
+/// The largest difference, relative to the largest value.
+fn difference(a: &[f64], b: &[f64]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    assert!(a.iter().chain(b).all(|value| value.is_finite()));
+    let differences: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
+    largest(&differences) / largest(b).max(1.0)
+}
+
+#[test]
+fn every_network_infers_as_on_the_cpu() {
+    let Some(gpu) = wgpu() else { return };
+    for name in Network::names() {
+        let outputs = |device: &Device| {
+            let network = match Network::untrained(name, 0.125, SEED, device).unwrap() {
+                Network::Hand(hand) => Network::Hand(Box::new(with_matched_variances(*hand))),
+                Network::Body(body) => Network::Body(Box::new(with_matched_variances(*body))),
+            };
+            let values = network.outputs(images(&network, side(name), device)).concat();
+            values.into_iter().map(f64::from).collect::<Vec<f64>>()
+        };
+        let difference = difference(&outputs(&gpu), &outputs(&Device::flex()));
+        println!("{name:<20} outputs {difference:.1e}");
+        assert!(difference < TOLERANCE, "{name}: {difference}");
+    }
+}
+
+/// Gradients of all trained parameters.
+struct Flattened<'a> {
+    gradients: &'a Gradients,
+    list: Vec<f64>,
+}
+
+impl ModuleVisitor for Flattened<'_> {
+    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
+        if let Some(gradient) = param.val().grad(self.gradients) {
+            self.list.extend(values_of(gradient));
+        }
+    }
+}
+
+/// Objective, gradients and running statistics of a step.
+fn step(name: &str, device: &Device) -> [Vec<f64>; 3] {
+    let device = &device.clone().autodiff();
+    let network = Network::untrained(name, 0.125, SEED, device).unwrap();
+    let images = images(&network, side(name), device);
+    match network {
+        Network::Hand(network) => after_step(*network, |network: &HandRegressor| {
+            HandLoss::default().forward(network.forward(images), targets(BATCH, device)).objective
+        }),
+        Network::Body(network) => after_step(*network, |network: &MoveEnet| {
+            let maps = network.forward(images).into_array();
+            maps.map(|map| map.square().mean()).into_iter().reduce(|sum, map| sum + map).unwrap()
+        }),
+    }
+}
+
+fn after_step<M: Module>(network: M, objective: impl FnOnce(&M) -> Tensor<1>) -> [Vec<f64>; 3] {
+    let objective = objective(&network);
+    let gradients = objective.backward();
+    let mut flattened = Flattened { gradients: &gradients, list: Vec::new() };
+    network.visit(&mut flattened);
+    let is_running = read(&network).into_iter().filter(|(slot, _)| !slot.is_trained());
+    let running = is_running.flat_map(|(_, values)| values).map(f64::from).collect();
+    [values_of(objective), flattened.list, running]
+}
+
+#[test]
+fn every_network_trains_as_on_the_cpu() {
+    let Some(gpu) = wgpu() else { return };
+    for name in Network::names() {
+        let (ours, cpus) = (step(name, &gpu), step(name, &Device::flex()));
+        assert!(!cpus[1].is_empty() && !cpus[2].is_empty());
+        let differences: Vec<f64> = ours.iter().zip(&cpus).map(|(a, b)| difference(a, b)).collect();
+        println!("{name:<20} objective, gradients, running statistics {differences:?}");
+        assert!(differences.iter().all(|value| *value < TOLERANCE), "{name}: {differences:?}");
+    }
+}

@@ -1,0 +1,49 @@
+//! Images that are inferred together.
+
+use evpose_core::{Micros, Plane, SensorSize};
+
+/// Images with their time stamps. Memory of removed images is reused.
+#[derive(Debug, Default, Clone)]
+pub struct ImageBatch {
+    /// Those of `times`, then spare ones.
+    images: Vec<Plane<u8>>,
+    times: Vec<Micros>,
+}
+
+impl ImageBatch {
+    /// Adds an image of `size` with the time stamp `t`, to be filled: its content is that of an
+    /// earlier one.
+    pub fn add(&mut self, size: SensorSize, t: Micros) -> &mut Plane<u8> {
+        let index = self.times.len();
+        self.times.push(t);
+        if index == self.images.len() {
+            self.images.push(Plane::for_sensor(size, 0));
+        }
+        &mut self.images[index]
+    }
+
+    /// The images.
+    pub fn images(&self) -> &[Plane<u8>] {
+        &self.images[..self.times.len()]
+    }
+
+    /// Time stamps of the images.
+    pub fn times(&self) -> &[Micros] {
+        &self.times
+    }
+
+    /// Number of images.
+    pub fn len(&self) -> usize {
+        self.times.len()
+    }
+
+    /// Whether there are no images.
+    pub fn is_empty(&self) -> bool {
+        self.times.is_empty()
+    }
+
+    /// Removes all images.
+    pub fn clear(&mut self) {
+        self.times.clear();
+    }
+}
