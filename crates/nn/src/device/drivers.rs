@@ -24,8 +24,8 @@ const VULKAN_DRIVERS: [&str; 3] =
 pub(super) fn has_library(name: &str) -> bool {
     let given = std::env::var_os("LD_LIBRARY_PATH").unwrap_or_default();
     let given: Vec<PathBuf> = std::env::split_paths(&given).collect();
-    let folders = LIBRARIES.iter().map(Path::new).chain(given.iter().map(PathBuf::as_path));
-    folders.into_iter().any(|folder| folder.join(name).exists())
+    let mut folders = LIBRARIES.iter().map(Path::new).chain(given.iter().map(PathBuf::as_path));
+    folders.any(|folder| folder.join(name).exists())
 }
 
 /// The reason why Vulkan has no device, and the remedy.

@@ -84,7 +84,7 @@ impl DeviceKind {
             // One of several.
             #[allow(unreachable_patterns, reason = "without devices of several adapters")]
             chosen => {
-                let device = chosen.from_chosen().into_iter().next();
+                let device = chosen.chosen_and_later().into_iter().next();
                 device
                     .ok_or_else(|| NnError::NoAdapter { device: chosen.to_string(), available: 0 })
             }
@@ -100,7 +100,7 @@ impl DeviceKind {
         self.checked(count)?;
         match self {
             Self::Flex | Self::Ndarray => Ok(vec![self.resolve()?; count]),
-            _ => Ok(self.from_chosen().into_iter().take(count).collect()),
+            _ => Ok(self.chosen_and_later().into_iter().take(count).collect()),
         }
     }
 
@@ -129,7 +129,7 @@ impl DeviceKind {
     }
 
     /// The devices of this kind from the chosen adapter on, in the order of [`Availability`].
-    fn from_chosen(self) -> Vec<Device> {
+    fn chosen_and_later(self) -> Vec<Device> {
         let devices: Vec<Device> = match self {
             #[cfg(feature = "wgpu")]
             Self::Wgpu { .. } => Device::enumerate(burn::tensor::DeviceType::Wgpu).into_vec(),
@@ -142,14 +142,15 @@ impl DeviceKind {
 }
 
 /// The name of the hardware behind a GPU's device, which is opened for it; none on the CPU.
+#[cfg(any(feature = "wgpu", feature = "cuda"))]
 pub fn adapter_name(device: &Device) -> Option<String> {
-    #[cfg(any(feature = "wgpu", feature = "cuda"))]
-    return device.identity().map(|identity| identity.name);
-    #[cfg(not(any(feature = "wgpu", feature = "cuda")))]
-    return {
-        let _ = device;
-        None
-    };
+    device.clone().without_autodiff().identity().map(|identity| identity.name)
+}
+
+/// The name of the hardware behind a GPU's device; none on the CPU, the only one of this build.
+#[cfg(not(any(feature = "wgpu", feature = "cuda")))]
+pub fn adapter_name(_: &Device) -> Option<String> {
+    None
 }
 
 impl fmt::Display for DeviceKind {
