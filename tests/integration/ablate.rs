@@ -93,6 +93,9 @@ fn what_cannot_be_run_is_said_before_anything_is() {
     let args = tiny(&["ablate", "hand", "--rows", "vgg11-bn", "--out", "x"]);
     let message = sandbox.fails(&args);
     assert!(message.contains("row vgg11-bn") && message.contains("network.backbone"), "{message}");
+    let args = tiny(&["ablate", "hand", "--rows", "inception-v3", "--out", "x"]);
+    let message = sandbox.fails(&args);
+    assert!(message.contains("row inception-v3") && message.contains("75 pixels"), "{message}");
     let message = sandbox.fails(&["ablate", "hand", "--rows", "lnes-99", "--out", "x"]);
     assert!(message.contains("lnes-100") && message.contains("mnasnet"), "{message}");
     let other = ["ablate", "hand", "--set", "representation.window_ms=50", "--out", "x"];

@@ -26,6 +26,32 @@ fn a_network_is_exported_before_and_after_training() {
 }
 
 #[test]
+fn every_backbone_is_exported() {
+    let sandbox = Sandbox::new();
+    for name in [
+        "resnet18",
+        "resnet34",
+        "mobilenet_v2",
+        "vgg11_bn",
+        "vgg13_bn",
+        "vgg16_bn",
+        "vgg19_bn",
+        "shufflenet_v2",
+        "mnasnet",
+        "inception_v3",
+    ] {
+        let backbone = format!("network.backbone={name}");
+        let changes = [&backbone, "network.width=0.0625", "simulation.image_scale=0.42"];
+        let mut args = vec!["export", "eventhands", "--onnx", "a.onnx"];
+        args.extend(changes.iter().flat_map(|change| ["--set", change]));
+        let said = sandbox.ok(&args);
+        assert!(said.contains(name) && said.contains("input 1x2x76x101"), "{said}");
+        let graph = ModelProto::decode(&*bytes(&sandbox.path("a.onnx"))).unwrap().graph.unwrap();
+        assert!(graph.node.len() >= 30, "{name}: {} operators", graph.node.len());
+    }
+}
+
+#[test]
 fn there_is_nothing_to_export_without_a_network() {
     let sandbox = Sandbox::new();
     let message = sandbox.fails(&["export", "--onnx", "a.onnx"]);

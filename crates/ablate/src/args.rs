@@ -24,7 +24,9 @@ pub enum AblateCommand {
 #[command(after_help = "Examples:\n  evpose ablate hand --out runs/ablation\n  \
     evpose ablate hand --out runs/ablation --resume\n  \
     evpose ablate hand --rows lnes-33,eoi,no-filter --seeds 5 --out runs/inputs\n  \
-    evpose ablate hand --rows backbones --set simulation.image_scale=0.42 --seeds 1 --out runs/networks\n\n\
+    evpose ablate hand --rows backbones --seeds 1 --stride-ms 5 --out runs/networks \\\n      \
+    --set simulation.image_scale=0.42 --set simulation.sequences=240 --set network.width=0.0625 \\\n      \
+    --set training.steps=1000 --set training.steps_per_validation=100\n\n\
     Every row is the full method with one thing changed. Sequences are simulated once for each seed \
     and shared by all rows; the full method always runs, since every row is compared with it. More \
     rows and seeds can be added to a directory later, with --resume. `backbones` stands for all rows of \
