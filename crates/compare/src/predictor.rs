@@ -51,9 +51,12 @@ impl ReadySystem {
     pub(crate) fn baseline(run: &Path) -> Result<Self> {
         let checkpoint = BaselineCheckpoint::load(run, &Device::flex())?;
         let torso_m = checkpoint.torso_m.unwrap_or(PUBLISHED_TORSO_M);
+        let depths_m = checkpoint.depths_m;
         let mut predictor = BaselinePredictor::new(&checkpoint);
         predictor.reset();
-        Ok(Self(Box::new(move || Box::new(Baseline { predictor: predictor.clone(), torso_m }))))
+        Ok(Self(Box::new(move || {
+            Box::new(Baseline { predictor: predictor.clone(), torso_m, depths_m })
+        })))
     }
 
     /// A network from an ONNX file.
@@ -83,6 +86,8 @@ impl SystemPredictor for MoveEnet {
 struct Baseline {
     predictor: BaselinePredictor,
     torso_m: f32,
+    /// Depths of heads in the training, in metres.
+    depths_m: Option<[f32; 2]>,
 }
 
 impl SystemPredictor for Baseline {
@@ -96,11 +101,14 @@ impl SystemPredictor for Baseline {
             sensor == [frame.image.width(), frame.image.height()]
         });
         let joints_m = match camera.zip(joints.depths) {
-            Some((camera, depths)) => LiftGeometry::new(camera.lens, camera.sensor).joints_m(
-                &pose.joints_px,
-                &depths,
-                self.torso_m,
-            ),
+            Some((camera, depths)) => {
+                let geometry = LiftGeometry::new(camera.lens, camera.sensor);
+                let geometry = match self.depths_m {
+                    Some(depths_m) => geometry.within_depths(depths_m),
+                    None => geometry,
+                };
+                geometry.joints_m(&pose.joints_px, &depths, self.torso_m)
+            }
             None => [None; BODY_JOINTS],
         };
         Ok(SystemPose { prediction: pose, joints_m })

@@ -8,7 +8,6 @@ use evpose_ablate::{Network, Stages, networks};
 use evpose_app::json::write_result;
 use evpose_app::machine::Machine;
 use evpose_app::progress::say;
-use evpose_app::threads::use_threads;
 use evpose_core::atomic_write;
 
 use crate::args::CompareBodyArgs;
@@ -27,7 +26,8 @@ const RESULTS: [&str; 3] = ["comparison.json", "comparison.md", "comparison.html
 pub(crate) fn run(args: &CompareBodyArgs) -> Result<()> {
     evpose_kernels::keep_freed_memory();
     let started = Instant::now();
-    use_threads(args.device.threads)?;
+    // A device that is missing, before anything is simulated.
+    args.device.open()?;
     let data = Data::new(args)?;
     let stages = data.stages(Stages::load(&args.stages)?);
     let chosen = selected(&args.systems);

@@ -7,7 +7,6 @@ use anyhow::{Context, Result, anyhow};
 use evpose_app::bad_input::BadInput;
 use evpose_app::machine::Machine;
 use evpose_app::progress::{say, training_bar};
-use evpose_app::threads::use_threads;
 use evpose_sim::Shard;
 use evpose_task::hand::BEST;
 use evpose_train::{TrainError, TrainOptions};
@@ -28,7 +27,8 @@ use crate::trials::TrialConfigs;
 /// If the config or the ranges make no sense, the data cannot be read, a training fails other than
 /// by diverging, or `--out` holds another search.
 pub fn run(args: &TuneArgs) -> Result<()> {
-    use_threads(args.device.threads)?;
+    // A device that is missing, before anything is simulated.
+    args.device.open()?;
     let space = SearchSpace::load(&args.over)?;
     let configs = TrialConfigs::new(args, &space)?;
     let higher_is_better = configs.rank(&args.rank)?;

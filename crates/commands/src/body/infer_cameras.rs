@@ -123,7 +123,7 @@ fn camera_beside(events: &Path) -> Result<PlacedCamera> {
 /// the first camera.
 fn timed(t: Micros, pose: &SpatialPose, first: &PlacedCamera) -> TimedPose {
     let seen: Vec<TimedPose> =
-        pose.seen.iter().flatten().map(|estimate| TimedPose::new(t, estimate)).collect();
+        pose.estimates.iter().flatten().map(|estimate| TimedPose::new(t, estimate)).collect();
     let mut timed = TimedPose::empty(PoseKind::Body, t);
     timed.origin = Some(PoseOrigin::Network);
     timed.latency_ms = Some(1e3 * pose.delay_s);

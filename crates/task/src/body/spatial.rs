@@ -21,7 +21,7 @@ use crate::TaskError;
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SpatialConfig {
-    /// Which detections meet in a point.
+    /// Accuracy of detections, and their agreement.
     pub triangulation: TriangulationConfig,
     /// The filter; none for the points themselves.
     pub filter: Option<SpatialFilterConfig>,
@@ -43,7 +43,7 @@ pub struct SpatialPose {
     /// Triangulated joints.
     pub points: [Option<TriangulatedPoint>; BODY_JOINTS],
     /// The estimate of each camera; none before it has shown enough events.
-    pub seen: Vec<Option<PoseEstimate>>,
+    pub estimates: Vec<Option<PoseEstimate>>,
     /// Time that inference took, in seconds, over all cameras.
     pub delay_s: f64,
 }
@@ -132,7 +132,7 @@ impl SpatialRecordings {
             Some(filter) => filter.update(t, &points),
             None => positions(),
         };
-        Ok(SpatialPose { joints_m, points, seen, delay_s })
+        Ok(SpatialPose { joints_m, points, estimates: seen, delay_s })
     }
 
     fn points(&self, seen: &[Option<PoseEstimate>]) -> [Option<TriangulatedPoint>; BODY_JOINTS] {

@@ -57,7 +57,7 @@ pub(super) fn assemble(
             }
             (Some(one), Some(other)) if one == other => people[one].score += connection.score,
             (Some(one), Some(other)) => {
-                merge(&mut people, one.min(other), one.max(other), connection.score)
+                merge(&mut people, one.min(other), one.max(other), connection.score);
             }
             _ => {}
         }

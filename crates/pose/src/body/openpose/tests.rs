@@ -105,8 +105,8 @@ fn maps(model: OpenPoseModel) -> (Vec<f32>, Vec<f32>) {
             }
         }
     }
-    for cell in 0..cells {
-        heatmaps[cell] = heatmaps[cell].max(hill(STRAY_NOSE.0, STRAY_NOSE.1, cell));
+    for (cell, value) in heatmaps.iter_mut().enumerate().take(cells) {
+        *value = value.max(hill(STRAY_NOSE.0, STRAY_NOSE.1, cell));
     }
     let single = |maps: Vec<f64>| maps.into_iter().map(|value| value as f32).collect();
     (single(heatmaps), single(fields))

@@ -68,7 +68,7 @@ impl SpatialSummary {
             });
             totals
         };
-        let share = |missing: u64, found: u64| missing as f64 / (missing + found).max(1) as f64;
+        let share = |missing: u64, count: u64| missing as f64 / (missing + count).max(1) as f64;
         let joint = |k: usize| {
             let (mut all, mut missing) = (Totals::default(), 0);
             for errors in sequences {
