@@ -84,7 +84,7 @@ const fn online(value: f64) -> Figure {
 pub(crate) const MOVE_ENET: &str = "move-enet";
 
 /// The registry.
-#[expect(clippy::approx_constant, reason = "6.28 pixels are what was published")]
+#[allow(clippy::approx_constant, reason = "6.28 is a published error in pixels")]
 pub(crate) const SYSTEMS: &[System] = &[
     System {
         name: MOVE_ENET,
