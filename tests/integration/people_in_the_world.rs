@@ -4,7 +4,7 @@ use std::path::Path;
 
 use evpose_io::poses::read_poses;
 use evpose_pose::JointFrame;
-use evpose_sim::person::{PersonInfo, PoseTable};
+use evpose_sim::person::{PoseTable, RecordingPlace};
 
 use crate::harness::{Sandbox, stderr};
 
@@ -47,7 +47,7 @@ fn two_cameras_give_joints_in_metres_near_the_true_ones() {
     // The same cameras as a file of a rig.
     let mut rig = String::new();
     for sequence in ["0000", "0001"] {
-        let info = PersonInfo::read(&sandbox.path(&format!("room/{sequence}.toml"))).unwrap();
+        let info = RecordingPlace::read(&sandbox.path(&format!("room/{sequence}.toml"))).unwrap();
         rig += "[[camera]]\n";
         rig += &toml::to_string(&info.camera.unwrap()).unwrap();
     }

@@ -8,7 +8,9 @@ use std::path::Path;
 
 use evpose_core::SensorSize;
 use evpose_sim::config::SensorChoice;
-use evpose_sim::person::{People, PeopleConfig, PersonInfo, PoseTable, record_people};
+use evpose_sim::person::{
+    People, PeopleConfig, PersonInfo, PoseTable, RecordingPlace, record_people,
+};
 use evpose_sim::set::verify;
 use evpose_sim::{Shard, SimError};
 
@@ -175,7 +177,10 @@ fn cameras_of_a_scene_see_the_same_person_from_their_angles() {
     record_people(&people, directory.path(), Shard::WHOLE, &|_| {}).unwrap();
     let of = |sequence: u64| {
         let stem = directory.path().join(format!("{sequence:04}"));
-        let info = PersonInfo::read(&stem.with_extension("toml")).unwrap();
+        let path = stem.with_extension("toml");
+        let info: PersonInfo = toml::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
+        let place = RecordingPlace::read(&path).unwrap();
+        assert_eq!((place.scene, place.camera), (info.scene, info.camera));
         (info, PoseTable::read(&stem.with_extension("poses.csv")).unwrap())
     };
     let (first, table) = of(0);

@@ -8,7 +8,7 @@ use evpose_io::Windows;
 use evpose_io::poses::{PoseKind, PoseSequence, TimedPose, write_poses};
 use evpose_pose::body::BODY_JOINTS;
 use evpose_pose::{JointFrame, PoseOrigin};
-use evpose_sim::person::PersonInfo;
+use evpose_sim::person::RecordingPlace;
 use evpose_task::body::{
     BodyPredictorOptions, PlacedRecording, SpatialConfig, SpatialPose, SpatialRecordings,
 };
@@ -115,8 +115,7 @@ fn camera_beside(events: &Path) -> Result<PlacedCamera> {
             path.display()
         )
     };
-    let info = PersonInfo::read(&path).with_context(needed)?;
-    info.camera.with_context(needed)
+    RecordingPlace::read(&path)?.camera.with_context(needed)
 }
 
 /// A pose with the mean score of the cameras that saw each joint; positions on the image are those of

@@ -34,21 +34,6 @@ pub struct PersonInfo {
     pub camera: Option<PlacedCamera>,
 }
 
-impl PersonInfo {
-    /// Reads the metadata of a sequence.
-    ///
-    /// # Errors
-    /// If the file cannot be read or is none.
-    pub fn read(path: &Path) -> Result<Self, SimError> {
-        let text =
-            std::fs::read_to_string(path).map_err(|source| SimError::file(path, "read", source))?;
-        toml::from_str(&text).map_err(|error| SimError::SequenceInfo {
-            path: path.to_owned(),
-            reason: error.to_string(),
-        })
-    }
-}
-
 /// The sequences of a run, or of a part of one, on disk.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RecordedPeople {

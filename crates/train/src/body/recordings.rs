@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use evpose_core::{CounterRng, EventStream, Micros, PlacedCamera};
 use evpose_pose::body::{BODY_JOINTS, BodyPoints};
-use evpose_sim::person::{People, PersonInfo, PoseRow, PoseTable};
+use evpose_sim::person::{People, PoseRow, PoseTable, RecordingPlace};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
@@ -162,7 +162,7 @@ fn frames_of(
 /// beside the table does not say.
 pub(crate) fn placed_camera(poses: &Path) -> Option<PlacedCamera> {
     let stem = poses.to_str()?.strip_suffix(POSES)?;
-    PersonInfo::read(Path::new(&format!("{stem}.toml"))).ok()?.camera
+    RecordingPlace::read(Path::new(&format!("{stem}.toml"))).ok()?.camera
 }
 
 /// A point of the world in camera space, both in metres.

@@ -7,7 +7,7 @@ use evpose_core::{Micros, PlacedCamera};
 use evpose_io::{OpenOptions, Windows};
 use evpose_pose::body::WorldJoints;
 use evpose_pose::metric::body::SpatialErrors;
-use evpose_sim::person::{PersonInfo, PoseTable};
+use evpose_sim::person::{PoseTable, RecordingPlace};
 use evpose_task::body::{
     BodyCheckpoint, BodyPredictor, PlacedRecording, SpatialConfig, SpatialRecordings,
 };
@@ -32,12 +32,9 @@ pub struct CalibratedScene {
 pub fn calibrated_scenes(recordings: &BodyRecordings) -> Result<Vec<CalibratedScene>, TrainError> {
     let mut scenes: BTreeMap<u64, Vec<_>> = BTreeMap::new();
     for (events, poses) in &recordings.files {
-        let path = events.with_extension("toml");
-        if !path.is_file() {
-            continue;
-        }
-        let info = PersonInfo::read(&path)?;
-        if let Some((scene, camera)) = info.scene.zip(info.camera) {
+        let RecordingPlace { scene, camera } =
+            RecordingPlace::read(&events.with_extension("toml"))?;
+        if let Some((scene, camera)) = scene.zip(camera) {
             scenes.entry(scene).or_default().push((events.clone(), poses.clone(), camera));
         }
     }
