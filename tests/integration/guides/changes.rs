@@ -147,12 +147,25 @@ pub(crate) const RULES: &[Rule] = &[
     rule("bench-infer.md", "--against", PEERS),
     rule("bench-infer.md", "pip download", DOWNLOAD),
     rule("bench-infer.md", "unzip", DOWNLOAD),
+    // networks.md
+    rule("networks.md", "--rows backbones", Skip("takes ten minutes: all backbones")),
+    // people-3d.md
+    rule("people-3d.md", "evpose simulate studio", Append("{people}")),
+    rule(
+        "people-3d.md",
+        "left.raw",
+        Replace(
+            "left.raw right.raw --cameras rig.toml",
+            "data/studio/0000.raw data/studio/0001.raw",
+        ),
+    ),
     // bodies.md
     rule("bodies.md", "evpose train configs/body", Append("{body} --plain")),
     rule("bodies.md", "evpose simulate finetune", Append("{body}")),
     rule("bodies.md", "evpose ablate body", Append("{body} --steps 2 --seeds 1 --rows pim")),
     rule("bodies.md", "data.source=annotations", LICENCE),
     // compare.md
+    rule("compare.md", "--out runs/studio", Skip("takes ten minutes: a small comparison, whole")),
     rule("compare.md", "cargo build --release --features onnx", Skip("builds the program again")),
     rule("compare.md", ".onnx", LICENCE),
     rule(
