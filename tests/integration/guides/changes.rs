@@ -150,7 +150,8 @@ pub(crate) const RULES: &[Rule] = &[
     // networks.md
     rule("networks.md", "--rows backbones", Skip("takes ten minutes: all backbones")),
     // people-3d.md
-    rule("people-3d.md", "evpose simulate studio", Append("{people}")),
+    rule("people-3d.md", "--held-out", Append("{people}")),
+    rule("people-3d.md", "data/four", Replace("--sequences 8", "--sequences 4 --seconds 0.7")),
     rule(
         "people-3d.md",
         "left.raw",
