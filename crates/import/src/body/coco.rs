@@ -11,7 +11,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use evpose_core::Micros;
-use evpose_pose::body::BodyPoints;
+use evpose_pose::body::{BodyPoints, COCO_KEYPOINT_NAMES};
 use glam::Vec2;
 use serde::Deserialize;
 
@@ -27,27 +27,6 @@ pub(super) static FORMAT: BodyLabelFormat = BodyLabelFormat {
     detect: |path, start| has_ending(path, "json") && first_character(start) == Some(b'{'),
     read,
 };
-
-/// COCO's keypoints, for files that do not name theirs.
-const COCO_KEYPOINTS: [&str; 17] = [
-    "nose",
-    "left_eye",
-    "right_eye",
-    "left_ear",
-    "right_ear",
-    "left_shoulder",
-    "right_shoulder",
-    "left_elbow",
-    "right_elbow",
-    "left_wrist",
-    "right_wrist",
-    "left_hip",
-    "right_hip",
-    "left_knee",
-    "right_knee",
-    "left_ankle",
-    "right_ankle",
-];
 
 #[derive(Debug, Deserialize)]
 struct File {
@@ -91,7 +70,7 @@ fn read(path: &Path) -> Result<Vec<LabelledImage>, ImportError> {
     let text = std::fs::read_to_string(path).map_err(ImportError::io(path, "read"))?;
     let file: File = serde_json::from_str(&text).map_err(json_fault(path))?;
     let standard: Vec<Option<Keypoint>> =
-        COCO_KEYPOINTS.iter().map(|name| keypoint_by_name(name)).collect();
+        COCO_KEYPOINT_NAMES.iter().map(|name| keypoint_by_name(name)).collect();
     let named = file.categories.iter().filter(|category| !category.keypoints.is_empty());
     let named: HashMap<i64, Vec<Option<Keypoint>>> = named
         .map(|category| {

@@ -41,31 +41,31 @@ fn head(face: &[BodyJoint]) -> BodyJoint {
     BodyJoint { position: Some(position), score }
 }
 
+/// COCO's names of its keypoints, as in its annotation files.
+pub const COCO_KEYPOINT_NAMES: [&str; COCO_KEYPOINTS] = [
+    "nose",
+    "left_eye",
+    "right_eye",
+    "left_ear",
+    "right_ear",
+    "left_shoulder",
+    "right_shoulder",
+    "left_elbow",
+    "right_elbow",
+    "left_wrist",
+    "right_wrist",
+    "left_hip",
+    "right_hip",
+    "left_knee",
+    "right_knee",
+    "left_ankle",
+    "right_ankle",
+];
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::body::JOINT_NAMES;
-
-    /// COCO's names, as in its annotation files.
-    const NAMES: [&str; COCO_KEYPOINTS] = [
-        "nose",
-        "left_eye",
-        "right_eye",
-        "left_ear",
-        "right_ear",
-        "left_shoulder",
-        "right_shoulder",
-        "left_elbow",
-        "right_elbow",
-        "left_wrist",
-        "right_wrist",
-        "left_hip",
-        "right_hip",
-        "left_knee",
-        "right_knee",
-        "left_ankle",
-        "right_ankle",
-    ];
 
     fn keypoints() -> [BodyJoint; COCO_KEYPOINTS] {
         std::array::from_fn(|k| BodyJoint {
@@ -80,7 +80,7 @@ mod tests {
         for (joint, name) in joints.iter().zip(JOINT_NAMES).skip(1) {
             let (part, side) = name.rsplit_once('_').unwrap_or((name, ""));
             let coco = format!("{}_{part}", if side == "l" { "left" } else { "right" });
-            let at = NAMES.iter().position(|name| *name == coco);
+            let at = COCO_KEYPOINT_NAMES.iter().position(|name| *name == coco);
             assert_eq!(joint.position.map(|position| position.x as usize), at, "{name}");
         }
     }

@@ -27,7 +27,7 @@ mod spatial_filter;
 pub mod triangulation;
 pub mod velocity;
 
-pub use coco::{COCO_KEYPOINTS, joints_of_coco};
+pub use coco::{COCO_KEYPOINT_NAMES, COCO_KEYPOINTS, joints_of_coco};
 pub use decoder::{BodyDecoder, DEFAULT_SOFTENING, DEFAULT_THRESHOLD};
 pub use follower::BodyFollower;
 pub use joint::{BodyJoint, positions, positions_and_scores};

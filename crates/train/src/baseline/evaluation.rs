@@ -7,13 +7,12 @@ use evpose_pose::body::BodyPoints;
 use evpose_pose::metric::body::{BodyPrediction, BodyProtocol, BodySequence};
 use evpose_sim::person::PoseTable;
 use evpose_task::baseline::{BaselineCheckpoint, BaselinePose, BaselineStream};
-use glam::Vec2;
 use rayon::prelude::*;
 
 use crate::TrainError;
 use crate::body::{
-    BodyRecordingResult, BodyRecordings, BodyResults, DetectionCounts, PoseTrack, ground_truth,
-    in_camera, placed_camera,
+    BodyRecordingResult, BodyRecordings, BodyResults, DetectionCounts, PoseTrack,
+    constant_predictions, ground_truth, in_camera, placed_camera,
 };
 
 /// Results of an evaluation, recording by recording.
@@ -74,16 +73,7 @@ pub fn evaluate_baseline(
         }
         let predictions: Vec<BodyPrediction> =
             predicted.iter().map(BaselinePose::prediction).collect();
-        let sensor = stream.sensor();
-        let size_px = Vec2::new(f32::from(sensor.width), f32::from(sensor.height));
-        let constant: Vec<BodyPrediction> = predictions
-            .iter()
-            .map(|prediction| BodyPrediction {
-                joints_px: mean_pose.map(|joint| joint.map(|at| at * size_px)),
-                delay_s: 0.0,
-                ..*prediction
-            })
-            .collect();
+        let constant = constant_predictions(&predictions, mean_pose, stream.sensor());
         let protocol = BodyProtocol::default();
         let result = BodyRecordingResult {
             events: events.clone(),

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use evpose_core::Micros;
+use evpose_core::{Micros, SensorSize};
 use evpose_pose::PoseError;
 use evpose_pose::body::BodyPoints;
 use evpose_pose::metric::body::{
@@ -88,16 +88,7 @@ pub fn evaluate_body(
             predictions.push(stream.predict(t)?);
             t = t + every;
         }
-        let sensor = stream.sensor();
-        let size_px = Vec2::new(f32::from(sensor.width), f32::from(sensor.height));
-        let constant: Vec<BodyPrediction> = predictions
-            .iter()
-            .map(|prediction| BodyPrediction {
-                joints_px: mean_pose.map(|joint| joint.map(|at| at * size_px)),
-                delay_s: 0.0,
-                ..*prediction
-            })
-            .collect();
+        let constant = constant_predictions(&predictions, mean_pose, stream.sensor());
         let detections = DetectionCounts::of(&track, &predictions, every);
         let protocol = BodyProtocol::default();
         let network = BodySequence::evaluate(&truth, &predictions, &protocol)?;
@@ -108,6 +99,19 @@ pub fn evaluate_body(
     };
     let recordings = recordings.files.par_iter().map(one).collect::<Result<_, TrainError>>()?;
     Ok(BodyResults { recordings })
+}
+
+/// The same pose, relative to the image of a sensor, at the times of predictions.
+pub(crate) fn constant_predictions(
+    predictions: &[BodyPrediction],
+    pose: &BodyPoints,
+    sensor: SensorSize,
+) -> Vec<BodyPrediction> {
+    let size_px = Vec2::new(f32::from(sensor.width), f32::from(sensor.height));
+    let joints_px = pose.map(|joint| joint.map(|at| at * size_px));
+    let constant =
+        |prediction: &BodyPrediction| BodyPrediction { joints_px, delay_s: 0.0, ..*prediction };
+    predictions.iter().map(constant).collect()
 }
 
 /// Evaluates a network, and for comparison the mean pose, on images with labels. Returns the scores

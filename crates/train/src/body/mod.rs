@@ -30,6 +30,7 @@ pub use annotated::holds_annotations;
 pub use augmentation::BodyView;
 pub use batch::BodyBatch;
 pub use detections::DetectionCounts;
+pub(crate) use evaluation::constant_predictions;
 pub use evaluation::{
     BodyRecordingResult, BodyResults, evaluate_body, evaluate_frames, evaluate_frames_with,
     ground_truth, mean_pose_of_recordings,
