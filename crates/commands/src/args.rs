@@ -186,7 +186,7 @@ pub struct InferArgs {
     /// joints in the world
     #[arg(long, num_args = 1.., required = true)]
     pub events: Vec<PathBuf>,
-    /// Bodies: the calibrated cameras of several recordings, a TOML file with a [[camera]] for each
+    /// Bodies: the calibrated cameras of several recordings, a TOML file with a `[[camera]]` for each
     /// [default: the metadata that `evpose simulate` writes beside each]
     #[arg(long, value_name = "FILE")]
     pub cameras: Option<PathBuf>,
