@@ -33,6 +33,7 @@
 
 mod activation;
 pub mod blocked;
+mod cache;
 mod memory;
 mod simd;
 pub mod training;

@@ -233,7 +233,8 @@ fn fold(norm: &BatchNorm, weight: &mut [f32], bias: &mut [f32]) {
 }
 
 fn values<const D: usize>(tensor: Tensor<D>) -> Vec<f32> {
-    tensor.into_data().iter::<f32>().collect()
+    let values = tensor.into_data().try_into_vec();
+    values.unwrap_or_else(|error| unreachable!("weights are f32: {error:?}"))
 }
 
 impl NetOps for TracedNode {

@@ -75,7 +75,13 @@ pub fn read<M: Module>(module: &M) -> Vec<(Slot, Vec<f32>)> {
 ///
 /// # Panics
 /// If `source` returns another number of values than the slot holds.
-pub fn fill<M: Module>(module: M, source: impl FnMut(&Slot) -> Vec<f32>) -> M {
+pub fn fill<M: Module>(module: M, mut source: impl FnMut(&Slot) -> Vec<f32>) -> M {
+    fill_with_data(module, |slot| TensorData::new(source(slot), slot.shape.clone()))
+}
+
+/// [`fill`] with the tensors' data, of any shape: on the CPU a tensor keeps the memory of its data, such as
+/// a mapped file, until it is written to.
+pub(crate) fn fill_with_data<M: Module>(module: M, source: impl FnMut(&Slot) -> TensorData) -> M {
     module.map(&mut Fill { position: Position::default(), source })
 }
 
@@ -207,7 +213,7 @@ struct Fill<F> {
     source: F,
 }
 
-impl<F: FnMut(&Slot) -> Vec<f32>> ModuleMapper for Fill<F> {
+impl<F: FnMut(&Slot) -> TensorData> ModuleMapper for Fill<F> {
     fn enter_module(&mut self, name: &str, container: &str) {
         self.position.enter(name, container);
     }
@@ -219,8 +225,8 @@ impl<F: FnMut(&Slot) -> Vec<f32>> ModuleMapper for Fill<F> {
     fn map_float<const D: usize>(&mut self, param: Param<Tensor<D>>) -> Param<Tensor<D>> {
         let (_, old, mapper) = param.consume();
         let slot = self.position.slot(&old.dims());
-        let values = (self.source)(&slot);
-        let data = TensorData::new(values, old.dims());
+        let (bytes, _, dtype) = (self.source)(&slot).into_parts();
+        let data = TensorData::from_bytes(bytes, old.dims(), dtype);
         let new = Tensor::from_data(data, &old.device()).set_require_grad(old.is_require_grad());
         Param::from_mapped_value(id_of(&slot.path), new, mapper)
     }

@@ -3,29 +3,19 @@
 use evpose_kernels::Level;
 use evpose_kernels::blocked::{
     Conv, ConvShape, Depthwise, DepthwiseShape, LowPrecisionConv, LowPrecisionDepthwise, MaxPool,
-    NchwConv, TileSize, Winograd,
+    NchwConv, Winograd,
 };
 use evpose_nn::graph::{Activation, ConvLayer, LinearLayer, Node, Operation};
 
 use super::Step;
+use super::algorithm::winograd_tile;
 use crate::InferError;
 use crate::buffer::StorageType;
 use crate::shapes::Shape;
 
-/// Input channels from which transforming the weights to F(4, 3) takes longer than it saves, if
-/// there are few tiles.
-const TRANSFORM_BOUND_CHANNELS: usize = 512;
-/// Tiles of F(4, 3) from which it is faster for any number of channels.
-const ENOUGH_TILES: usize = 12;
-/// Smallest number of tiles for which Winograd is faster than direct convolution.
-const MIN_TILES: usize = 6;
 /// Largest number of channels of an input in nchw: in nChw16c it would be at least four times as
 /// large.
 const MAX_NCHW_CHANNELS: usize = 4;
-/// Smallest number of channels for Winograd: convolutions of fewer have too few multiplications to
-/// save.
-const MIN_CHANNELS: usize = 16;
-
 impl Step {
     /// Step of a node without fusion.
     ///
@@ -166,22 +156,5 @@ impl Step {
         }
         (is_plain && is_f32 && channels_in <= MAX_NCHW_CHANNELS && matches!(shape.stride, 1 | 2))
             .then(|| Self::Conv(Conv::new(shape, &conv.weight, &conv.bias, level), activation))
-    }
-}
-
-/// Tile size of the fastest Winograd algorithm for a convolution; none if direct convolution is
-/// faster.
-fn winograd_tile(shape: ConvShape, [_, height, width]: Shape) -> Option<TileSize> {
-    let is_small = shape.channels_in.min(shape.channels_out) < MIN_CHANNELS;
-    if shape.square_side() != Some(3) || shape.stride != 1 || is_small {
-        return None;
-    }
-    let tiles = |side: usize| height.div_ceil(side) * width.div_ceil(side);
-    if tiles(4) >= MIN_TILES
-        && (tiles(4) >= ENOUGH_TILES || shape.channels_in < TRANSFORM_BOUND_CHANNELS)
-    {
-        Some(TileSize::Four)
-    } else {
-        (tiles(2) >= MIN_TILES).then_some(TileSize::Two)
     }
 }

@@ -4,6 +4,7 @@
 //!   algorithms.
 //! * `run`: execution on the buffers of a plan.
 
+mod algorithm;
 mod build;
 mod run;
 
@@ -56,6 +57,7 @@ impl Step {
             Self::Winograd(conv, _) => match conv.size() {
                 TileSize::Two => "winograd 2",
                 TileSize::Four => "winograd 4",
+                TileSize::TwoByFour => "winograd 2x4",
             },
             Self::LowPrecisionConv(_, LowPrecisionType::Bf16, _) => "direct bf16",
             Self::LowPrecisionConv(_, LowPrecisionType::Uint8(_), _) => "direct int8",

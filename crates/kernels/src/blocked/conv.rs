@@ -10,6 +10,7 @@ use super::blocks::{block_groups, pad_to_blocks};
 use super::conv_shape::ConvShape;
 use super::image::{Image, Line};
 use super::nchw::NchwImage;
+use super::pack::pack;
 use super::thread_pool::{Part, ThreadPool};
 use super::tile::{AccumulatorInit, Activation, Epilogue, InputWindow, tile};
 use super::views::{F32Dst, F32Src};
@@ -47,29 +48,14 @@ impl Conv {
         assert_eq!(bias.len(), channels_out, "bias");
         let blocks_per_group = if level.has_room_for_two_blocks() { 2 } else { 1 };
         let bias = pad_to_blocks(bias);
-        let mut conv = Self { shape, level, blocks_per_group, weights: Vec::new(), bias };
-        for blocks in conv.block_groups() {
-            for channel_in_block in 0..shape.blocks_in() {
-                let first = channel_in_block * LANES;
-                let channels = LANES.min(channels_in - first);
-                for tap in 0..taps {
-                    for channel_in in first..first + channels {
-                        for block in blocks.clone() {
-                            let mut line = Line::ZERO;
-                            for (lane, value) in line.0.iter_mut().enumerate() {
-                                let channel = block * LANES + lane;
-                                if channel < channels_out {
-                                    let row = channel * channels_in + channel_in;
-                                    *value = weight[row * taps + tap];
-                                }
-                            }
-                            conv.weights.push(line);
-                        }
-                    }
-                }
-            }
-        }
-        conv
+        // `[input block][ky][kx][channel]`, the last block with as many channels as there are.
+        let position = |channel_in: usize, tap: usize| {
+            let first = channel_in / LANES * LANES;
+            let channels = LANES.min(channels_in - first);
+            first * taps + tap * channels + (channel_in - first)
+        };
+        let weights = pack(weight, [channels_out, channels_in, taps], blocks_per_group, position);
+        Self { shape, level, blocks_per_group, weights, bias }
     }
 
     /// Shape of the convolution.

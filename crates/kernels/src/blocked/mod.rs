@@ -32,6 +32,7 @@ mod image;
 mod low_precision;
 mod nchw;
 mod nchw_conv;
+mod pack;
 mod peak;
 mod pool;
 mod thread_pool;

@@ -184,7 +184,9 @@ proptest! {
         let thread_pool = ThreadPool::new(threads);
         let mut scratch = Scratch::default();
         for level in Level::available() {
-            for (tile, most) in [(TileSize::Two, 1e-6), (TileSize::Four, 5e-6)] {
+            for (tile, most) in
+                [(TileSize::Two, 1e-6), (TileSize::Four, 5e-6), (TileSize::TwoByFour, 5e-6)]
+            {
                 let conv = Winograd::with_transform(channels, &weight, &bias, tile, level, is_plain);
                 let mut output = Image::zeros(channels_out, size[0], size[1], 1);
                 let residual = residual.as_ref();

@@ -12,6 +12,7 @@ use evpose_core::atomic_write;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use super::mapped::map;
 use super::strict::{Layout, Stored, fill_strictly};
 use super::{BaselineCard, BodyCard, ModelCard};
 use crate::parameters::read;
@@ -94,9 +95,8 @@ pub fn load_baseline(
 
 /// Whether `path` is a weight file of a body's network, by its card; the card may be damaged.
 pub fn holds_body(path: &Path) -> bool {
-    std::fs::read(path).is_ok_and(|bytes| {
-        Reader::from_bytes(Bytes::from_bytes_vec(bytes))
-            .is_ok_and(|reader| reader.metadata().contains_key(BODY_KEY))
+    map(path).is_ok_and(|bytes| {
+        Reader::from_bytes(bytes).is_ok_and(|reader| reader.metadata().contains_key(BODY_KEY))
     })
 }
 
@@ -121,10 +121,8 @@ fn write<M: Module>(
 
 /// A container and the card inside.
 fn open<C: DeserializeOwned>(path: &Path, key: &str) -> Result<(Reader, C), NnError> {
-    let bytes =
-        std::fs::read(path).map_err(|source| NnError::Io { path: path.to_owned(), source })?;
-    let reader = Reader::from_bytes(Bytes::from_bytes_vec(bytes))
-        .map_err(|error| unreadable(path, &error))?;
+    let bytes = map(path).map_err(|source| NnError::Io { path: path.to_owned(), source })?;
+    let reader = Reader::from_bytes(bytes).map_err(|error| unreadable(path, &error))?;
     let without_card = |reason: String| NnError::Card { path: path.to_owned(), reason };
     let card = reader.metadata().get(key);
     let card = card.ok_or_else(|| without_card(format!("no `{key}` entry")))?;
@@ -150,7 +148,7 @@ fn stored(tensor: PackTensor) -> Stored {
         if dtype != DType::F32 {
             return Err(format!("{dtype:?} values where F32 are written"));
         }
-        Ok(TensorData::from_bytes(bytes, shape, dtype).iter::<f32>().collect())
+        Ok(TensorData::from_bytes(bytes, shape, dtype))
     };
     Stored { shape, read: Box::new(read) }
 }

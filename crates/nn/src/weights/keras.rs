@@ -82,7 +82,7 @@ mod imp {
                 let values = kernel.read_array::<f32>().map_err(|error| error.to_string())?;
                 Ok(values.iter().copied().collect())
             };
-            tensors.insert(name, Stored { shape, read: Box::new(read) });
+            tensors.insert(name, Stored::new(shape, read));
         }
         Ok(tensors)
     }
@@ -102,15 +102,15 @@ mod imp {
             }
         }
 
-        fn adopt(&self, slot: &Slot, values: Vec<f32>) -> Vec<f32> {
-            let [first, second, rows, columns] = *slot.shape.as_slice() else { return values };
+        fn reordered(&self, slot: &Slot, values: &[f32]) -> Option<Vec<f32>> {
+            let [first, second, rows, columns] = *slot.shape.as_slice() else { return None };
             let area = rows * columns;
             let at = |index: usize| {
                 let (cell, second_index, first_index) =
                     (index % area, index / area % second, index / area / second);
                 values[(cell * second + second_index) * first + first_index]
             };
-            (0..values.len()).map(at).collect()
+            Some((0..values.len()).map(at).collect())
         }
     }
 }

@@ -12,6 +12,7 @@
 
 mod checkpoint;
 mod keras;
+mod mapped;
 mod model_card;
 mod pytorch;
 mod safetensors;

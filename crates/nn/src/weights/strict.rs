@@ -4,17 +4,33 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use burn::module::Module;
+use burn::tensor::TensorData;
 
 use crate::NnError;
 use crate::error::Mismatch;
-use crate::parameters::{Slot, fill, slots};
+use crate::parameters::{Slot, fill_with_data, slots};
 
 /// A tensor of a file, its values not yet read.
 pub(super) struct Stored {
     /// Its shape in the file.
     pub(super) shape: Vec<usize>,
-    /// Reads its values in row-major order; the error is the reason.
-    pub(super) read: Box<dyn FnOnce() -> Result<Vec<f32>, String>>,
+    /// Reads its values, `f32` in row-major order; the error is the reason.
+    pub(super) read: Box<dyn FnOnce() -> Result<TensorData, String>>,
+}
+
+impl Stored {
+    /// A tensor whose values `read` brings into memory.
+    pub(super) fn new(
+        shape: Vec<usize>,
+        read: impl FnOnce() -> Result<Vec<f32>, String> + 'static,
+    ) -> Self {
+        let read = move || {
+            let values = read()?;
+            let count = values.len();
+            Ok(TensorData::new(values, [count]))
+        };
+        Self { shape, read: Box::new(read) }
+    }
 }
 
 /// Names, shapes and order of a network's tensors in a file format. The defaults are our own.
@@ -29,9 +45,9 @@ pub(super) trait Layout {
         slot.shape.clone()
     }
 
-    /// The values of a tensor in the order of the network.
-    fn adopt(&self, _slot: &Slot, values: Vec<f32>) -> Vec<f32> {
-        values
+    /// The values of a tensor in the order of the network, where the file has another.
+    fn reordered(&self, _slot: &Slot, _values: &[f32]) -> Option<Vec<f32>> {
+        None
     }
 }
 
@@ -69,9 +85,16 @@ pub(super) fn fill_strictly<M: Module>(
     let mut values = BTreeMap::new();
     for (slot, name, stored) in matched {
         let count: usize = slot.shape.iter().product();
-        let read = (stored.read)().and_then(|read| match read.len() {
-            length if length == count => Ok(layout.adopt(&slot, read)),
-            length => Err(format!("{length} values for {count}")),
+        let read = (stored.read)().and_then(|data| {
+            let length = data.num_elements();
+            if length != count {
+                return Err(format!("{length} values for {count}"));
+            }
+            let values = data.as_slice::<f32>().map_err(|error| format!("{error:?}"))?;
+            Ok(match layout.reordered(&slot, values) {
+                Some(values) => TensorData::new(values, slot.shape.clone()),
+                None => data,
+            })
         });
         let read = read.map_err(|reason| NnError::Unreadable {
             path: path.to_owned(),
@@ -80,6 +103,9 @@ pub(super) fn fill_strictly<M: Module>(
         })?;
         values.insert(slot.path, read);
     }
-    // Every slot was matched and counted above.
-    Ok(fill(network, |slot| values.remove(&slot.path).unwrap_or_default()))
+    let value = |slot: &Slot| {
+        let value = values.remove(&slot.path);
+        value.unwrap_or_else(|| unreachable!("every slot was matched and counted"))
+    };
+    Ok(fill_with_data(network, value))
 }

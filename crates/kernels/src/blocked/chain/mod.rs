@@ -22,11 +22,12 @@ use super::pool::MaxPool;
 use super::thread_pool::ThreadPool;
 use super::tile::Activation;
 use super::winograd::Scratch;
+use crate::cache::l2_share_bytes;
 use crate::simd::{LANES, Level};
 use execution::{BandMemory, ChainExec};
 
-/// Bytes of all bands of a thread: they stay in an L2 cache of 1 MiB beside the weights.
-const L2_BAND_BYTES: usize = 400 << 10;
+/// Share of an L2 cache for all bands of a thread: they stay there beside the weights.
+const L2_BAND_SHARE: f64 = 0.39;
 /// Largest number of rows of the last layer that are computed at once.
 const MAX_ROWS: usize = 8;
 
@@ -162,7 +163,9 @@ impl Chain {
         // The more rows at once, the fewer are moved in the bands: as many as fit in the cache.
         loop {
             chain.bands = chain.bands_for(chain.rows_at_once);
-            if chain.rows_at_once == 1 || chain.lines() * size_of::<Line>() <= L2_BAND_BYTES {
+            if chain.rows_at_once == 1
+                || chain.lines() * size_of::<Line>() <= l2_share_bytes(L2_BAND_SHARE)
+            {
                 return chain;
             }
             chain.rows_at_once -= 1;

@@ -27,24 +27,27 @@ use super::image::{Image, Line};
 use super::thread_pool::{Part, ThreadPool};
 use super::tile::Activation;
 use super::views::F32Dst;
+use crate::cache::l2_share_bytes;
 use crate::simd::{LANES, Level};
 use tiles::{Tiles, pitch};
 use transform::F2x3;
 pub(crate) use transform::{F4x3, MAX_INPUTS, WinogradTransform};
 use weights::WinogradWeights;
 
-/// Scratch of a thread, in bytes: it stays in an L2 cache of 1 MiB beside a part of the weights.
-const L2_SCRATCH_BYTES: usize = 760 << 10;
+/// Share of an L2 cache for the scratch of a thread: it stays there beside a part of the weights.
+const L2_SCRATCH_SHARE: f64 = 0.74;
 /// Tiles per register tile of the GEMM on AVX-512; batches are multiples of it.
 const TILE_BLOCK: usize = 12;
 
-/// Outputs of a tile along one side.
+/// Outputs of a tile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum TileSize {
     /// F(2x2, 3x3): 16 multiplications instead of 36.
     Two,
     /// F(4x4, 3x3): 36 multiplications instead of 144.
     Four,
+    /// F(2x4, 3x3), two rows of four: 24 multiplications instead of 72.
+    TwoByFour,
 }
 
 /// A 3x3 convolution of stride 1 with its weights packed for Winograd's algorithm.
@@ -87,7 +90,7 @@ impl Winograd {
         level: Level,
     ) -> Self {
         let shape = ConvShape::square(channels_in, channels_out, 3, 1);
-        let are_large = WinogradWeights::are_large(shape, size.inputs());
+        let are_large = Self::transforms_weights_on_the_fly(shape, size);
         Self::with_transform([channels_in, channels_out], weight, bias, size, level, are_large)
     }
 
@@ -105,11 +108,18 @@ impl Winograd {
         assert_eq!(bias.len(), channels_out, "bias");
         let blocks_per_group = if level.has_room_for_two_blocks() { 2 } else { 1 };
         let pack = match size {
-            TileSize::Two => WinogradWeights::new::<F2x3>,
-            TileSize::Four => WinogradWeights::new::<F4x3>,
+            TileSize::Two => WinogradWeights::new::<F2x3, F2x3>,
+            TileSize::Four => WinogradWeights::new::<F4x3, F4x3>,
+            TileSize::TwoByFour => WinogradWeights::new::<F2x3, F4x3>,
         };
         let weights = pack(shape, blocks_per_group, weight, is_on_the_fly);
         Self { shape, level, size, blocks_per_group, weights, bias: pad_to_blocks(bias) }
+    }
+
+    /// Whether weights are transformed for every image, since the transformed ones exceed the L2 cache of
+    /// this machine.
+    pub fn transforms_weights_on_the_fly(shape: ConvShape, size: TileSize) -> bool {
+        WinogradWeights::are_large(shape, size.points())
     }
 
     /// Shape of the convolution.
@@ -146,8 +156,9 @@ impl Winograd {
         let dst = output.dst();
         let exec = WinogradExec { conv: self, input, residual, activation, dst, size: size(input) };
         match self.size {
-            TileSize::Two => exec.run::<F2x3>(thread_pool, scratch),
-            TileSize::Four => exec.run::<F4x3>(thread_pool, scratch),
+            TileSize::Two => exec.run::<F2x3, F2x3>(thread_pool, scratch),
+            TileSize::Four => exec.run::<F4x3, F4x3>(thread_pool, scratch),
+            TileSize::TwoByFour => exec.run::<F2x3, F4x3>(thread_pool, scratch),
         }
     }
 }
@@ -181,27 +192,36 @@ struct Batches<'a> {
 }
 
 impl WinogradExec<'_> {
-    fn run<S: WinogradTransform>(self, thread_pool: &ThreadPool, scratch: &mut Scratch) {
+    fn run<R: WinogradTransform, C: WinogradTransform>(
+        self,
+        thread_pool: &ThreadPool,
+        scratch: &mut Scratch,
+    ) {
         let threads = thread_pool.threads();
-        let batches = Batches::new::<S>(self, threads);
+        let batches = Batches::new::<R, C>(self, threads);
         let scratch = ScratchPtr(scratch.lines(batches.scratch_lines(threads)));
         if batches.is_single() {
-            batches.run_single::<S>(thread_pool, &scratch);
+            batches.run_single::<R, C>(thread_pool, &scratch);
         } else {
-            batches.run_all::<S>(thread_pool, &scratch);
+            batches.run_all::<R, C>(thread_pool, &scratch);
         }
     }
 }
 
 impl<'a> Batches<'a> {
-    fn new<S: WinogradTransform>(exec: WinogradExec<'a>, threads: usize) -> Self {
-        let [rows, columns] = exec.size.map(|side| side.div_ceil(S::OUT));
+    fn new<R: WinogradTransform, C: WinogradTransform>(
+        exec: WinogradExec<'a>,
+        threads: usize,
+    ) -> Self {
+        let [height, width] = exec.size;
+        let [rows, columns] = [height.div_ceil(R::OUT), width.div_ceil(C::OUT)];
         let tiles = rows * columns;
         let Winograd { shape, blocks_per_group, weights, .. } = exec.conv;
         let blocks_in = shape.channels_in.div_ceil(LANES);
-        let points = S::IN * S::IN;
+        let points = R::IN * C::IN;
         let lines_per_tile = points * (blocks_in + blocks_per_group);
-        let scratch_lines = weights.scratch_bytes(L2_SCRATCH_BYTES) / size_of::<Line>();
+        let scratch_lines =
+            weights.scratch_bytes(l2_share_bytes(L2_SCRATCH_SHARE)) / size_of::<Line>();
         let max_batch = (scratch_lines / lines_per_tile).max(TILE_BLOCK);
         // A single batch is shared by the threads. Otherwise each thread gets as many batches.
         let count = match tiles.div_ceil(max_batch) {
@@ -237,13 +257,13 @@ impl<'a> Batches<'a> {
     }
 
     /// `count` tiles from `first` on, with the scratch of a thread.
-    fn tiles<S>(
+    fn tiles<R, C>(
         &self,
         scratch: &ScratchPtr,
         thread: usize,
         first: usize,
         count: usize,
-    ) -> Tiles<'a, S> {
+    ) -> Tiles<'a, R, C> {
         let (inputs, own) = if self.is_single() {
             (0, self.input_lines + thread * self.thread_lines)
         } else {
@@ -254,8 +274,8 @@ impl<'a> Batches<'a> {
         let [inputs, sums, weight_scratch] =
             unsafe { [inputs, own, own + self.sum_lines].map(|line| scratch.at(line)) };
         let Self { exec, columns, blocks_in, .. } = *self;
-        let transform = PhantomData;
-        Tiles { exec, columns, first, count, inputs, sums, weight_scratch, blocks_in, transform }
+        let transforms = PhantomData;
+        Tiles { exec, columns, first, count, inputs, sums, weight_scratch, blocks_in, transforms }
     }
 
     /// Groups of output channels.
@@ -265,10 +285,14 @@ impl<'a> Batches<'a> {
     }
 
     /// Runs a single batch: threads split its channels, with a barrier after the input transform.
-    fn run_single<S: WinogradTransform>(&self, thread_pool: &ThreadPool, scratch: &ScratchPtr) {
+    fn run_single<R: WinogradTransform, C: WinogradTransform>(
+        &self,
+        thread_pool: &ThreadPool,
+        scratch: &ScratchPtr,
+    ) {
         let (level, groups, threads) = (self.exec.conv.level, self.groups(), thread_pool.threads());
         thread_pool.run(&|part: Part| {
-            let tiles = self.tiles::<S>(scratch, part.index, 0, self.tiles);
+            let tiles = self.tiles::<R, C>(scratch, part.index, 0, self.tiles);
             // SAFETY: sizes were compared, parts write channel blocks of their own, and the level
             // is one of this processor's.
             unsafe { level.run(&tiles.input_transform(part.chunk(self.blocks_in))) };
@@ -279,7 +303,7 @@ impl<'a> Batches<'a> {
             splits => splits.clamp(1, threads),
         };
         thread_pool.run(&|part: Part| {
-            let all = self.tiles::<S>(scratch, part.index, 0, self.tiles);
+            let all = self.tiles::<R, C>(scratch, part.index, 0, self.tiles);
             for unit in part.chunk(groups * splits) {
                 let split = Part { index: unit % splits, count: splits }.chunk(self.tiles);
                 // SAFETY: as above; sums are the thread's own, and outputs of the units disjoint.
@@ -289,13 +313,17 @@ impl<'a> Batches<'a> {
     }
 
     /// Runs several batches: each thread takes whole batches, without barriers between them.
-    fn run_all<S: WinogradTransform>(&self, thread_pool: &ThreadPool, scratch: &ScratchPtr) {
+    fn run_all<R: WinogradTransform, C: WinogradTransform>(
+        &self,
+        thread_pool: &ThreadPool,
+        scratch: &ScratchPtr,
+    ) {
         let (level, groups) = (self.exec.conv.level, self.groups());
         thread_pool.run(&|part: Part| {
             for batch in part.chunk(self.count) {
                 let first = batch * self.batch;
                 let count = self.batch.min(self.tiles - first);
-                let tiles = self.tiles::<S>(scratch, part.index, first, count);
+                let tiles = self.tiles::<R, C>(scratch, part.index, first, count);
                 // SAFETY: as above; the scratch is this thread's.
                 unsafe {
                     level.run(&tiles.input_transform(0..self.blocks_in));
@@ -309,12 +337,18 @@ impl<'a> Batches<'a> {
 }
 
 impl TileSize {
-    /// Inputs of a tile along one side.
-    fn inputs(self) -> usize {
+    /// Rows and columns.
+    pub fn outputs(self) -> [usize; 2] {
         match self {
-            Self::Two => F2x3::IN,
-            Self::Four => F4x3::IN,
+            Self::Two => [F2x3::OUT; 2],
+            Self::Four => [F4x3::OUT; 2],
+            Self::TwoByFour => [F2x3::OUT, F4x3::OUT],
         }
+    }
+
+    /// Multiplications per channel of input and output: points in the Winograd domain.
+    pub fn points(self) -> usize {
+        self.outputs().iter().map(|outputs| outputs + 2).product()
     }
 }
 

@@ -14,7 +14,7 @@ use crate::blocked::tile::{AccumulatorInit, InputWindow, activated};
 use crate::simd::{Kernel, LANES, Lanes};
 
 /// A batch of tiles, with scratch for their transformed inputs and sums.
-pub(super) struct Tiles<'a, S> {
+pub(super) struct Tiles<'a, R, C> {
     pub(super) exec: WinogradExec<'a>,
     /// Tiles per row of the image.
     pub(super) columns: usize,
@@ -30,15 +30,15 @@ pub(super) struct Tiles<'a, S> {
     pub(super) weight_scratch: *mut f32,
     /// Blocks of input channels.
     pub(super) blocks_in: usize,
-    pub(super) transform: PhantomData<S>,
+    pub(super) transforms: PhantomData<(R, C)>,
 }
 
 /// Kernel: input transform of a range of channel blocks.
-pub(super) struct InputTransform<'a, S>(&'a Tiles<'a, S>, Range<usize>);
+pub(super) struct InputTransform<'a, R, C>(&'a Tiles<'a, R, C>, Range<usize>);
 
 /// Kernel: batched GEMM and output transform of a group of output channels, for a range of the
 /// tiles.
-pub(super) struct GroupKernel<'a, S>(&'a Tiles<'a, S>, usize, Range<usize>);
+pub(super) struct GroupKernel<'a, R, C>(&'a Tiles<'a, R, C>, usize, Range<usize>);
 
 /// Lines from a point to the next in the scratch. One line more than needed, so that points do not
 /// alias in the cache.
@@ -46,23 +46,23 @@ pub(super) fn pitch(blocks: usize, tiles: usize) -> usize {
     blocks * tiles + 1
 }
 
-impl<S: WinogradTransform> Tiles<'_, S> {
-    pub(super) fn input_transform(&self, blocks: Range<usize>) -> InputTransform<'_, S> {
+impl<R: WinogradTransform, C: WinogradTransform> Tiles<'_, R, C> {
+    pub(super) fn input_transform(&self, blocks: Range<usize>) -> InputTransform<'_, R, C> {
         InputTransform(self, blocks)
     }
 
-    pub(super) fn group_kernel(&self, group: usize, tiles: Range<usize>) -> GroupKernel<'_, S> {
+    pub(super) fn group_kernel(&self, group: usize, tiles: Range<usize>) -> GroupKernel<'_, R, C> {
         GroupKernel(self, group, tiles)
     }
 
     /// Row and column of the first output of a tile.
     fn tile_origin(&self, tile: usize) -> [usize; 2] {
         let tile = self.first + tile;
-        [tile / self.columns * S::OUT, tile % self.columns * S::OUT]
+        [tile / self.columns * R::OUT, tile % self.columns * C::OUT]
     }
 }
 
-impl<S: WinogradTransform> Kernel for InputTransform<'_, S> {
+impl<R: WinogradTransform, C: WinogradTransform> Kernel for InputTransform<'_, R, C> {
     #[inline(always)]
     unsafe fn run<V: Lanes>(&self) {
         let Self(tiles, blocks) = self;
@@ -78,18 +78,18 @@ impl<S: WinogradTransform> Kernel for InputTransform<'_, S> {
                     let to = tiles.inputs.add((block * tiles.count + tile) * LANES);
                     let zero = V::splat(0.0);
                     let mut columns = [[zero; MAX_INPUTS]; MAX_INPUTS];
-                    for (x, column) in columns.iter_mut().enumerate().take(S::IN) {
+                    for (x, column) in columns.iter_mut().enumerate().take(C::IN) {
                         let mut d = [zero; MAX_INPUTS];
-                        for (y, d) in d.iter_mut().enumerate().take(S::IN) {
+                        for (y, d) in d.iter_mut().enumerate().take(R::IN) {
                             *d = V::load(from.add(y * row_pitch + x * LANES));
                         }
-                        *column = S::input(d);
+                        *column = R::input(d);
                     }
-                    for y in 0..S::IN {
-                        let row = S::input(std::array::from_fn(|x| columns[x][y]));
-                        for (x, value) in row.iter().enumerate().take(S::IN) {
-                            let factor = V::splat(S::G_SCALES[y] * S::G_SCALES[x]);
-                            value.mul(factor).store(to.add((y * S::IN + x) * pitch));
+                    for y in 0..R::IN {
+                        let row = C::input(std::array::from_fn(|x| columns[x][y]));
+                        for (x, value) in row.iter().enumerate().take(C::IN) {
+                            let factor = V::splat(R::G_SCALES[y] * C::G_SCALES[x]);
+                            value.mul(factor).store(to.add((y * C::IN + x) * pitch));
                         }
                     }
                 }
@@ -98,7 +98,7 @@ impl<S: WinogradTransform> Kernel for InputTransform<'_, S> {
     }
 }
 
-impl<S: WinogradTransform> Kernel for GroupKernel<'_, S> {
+impl<R: WinogradTransform, C: WinogradTransform> Kernel for GroupKernel<'_, R, C> {
     #[inline(always)]
     unsafe fn run<V: Lanes>(&self) {
         let Self(tiles, group, _) = self;
@@ -122,9 +122,9 @@ impl<S: WinogradTransform> Kernel for GroupKernel<'_, S> {
     }
 }
 
-impl<S: WinogradTransform> GroupKernel<'_, S> {
+impl<R: WinogradTransform, C: WinogradTransform> GroupKernel<'_, R, C> {
     /// For every point, multiplies the transformed inputs `[tile][channel]` by the transformed
-    /// weights `[channel][B * 16]`: a batch of `IN * IN` matrix products.
+    /// weights `[channel][B * 16]`: a batch of matrix products.
     ///
     /// # Safety
     /// That of [`Kernel::run`].
@@ -147,10 +147,11 @@ impl<S: WinogradTransform> GroupKernel<'_, S> {
             // SAFETY: the caller's; the points of these tiles are in the scratch.
             unsafe {
                 let all =
-                    weights.transformed::<V, S, B>(*group, blocks.clone(), tiles.weight_scratch);
-                for point in 0..S::IN * S::IN {
-                    let prefetch = &prefetch
-                        [Part { index: point, count: S::IN * S::IN }.chunk(prefetch.len())];
+                    weights.transformed::<V, R, C, B>(*group, blocks.clone(), tiles.weight_scratch);
+                let points = R::IN * C::IN;
+                for point in 0..points {
+                    let share = Part { index: point, count: points }.chunk(prefetch.len());
+                    let prefetch = &prefetch[share];
                     let mut window = InputWindow {
                         blocks: blocks_in,
                         block_pitch,
@@ -193,7 +194,7 @@ impl<S: WinogradTransform> GroupKernel<'_, S> {
         for (k, block) in blocks.enumerate() {
             for (at, tile) in range.clone().enumerate() {
                 let [y0, x0] = tiles.tile_origin(tile);
-                let (rows, columns) = (S::OUT.min(height - y0), S::OUT.min(width - x0));
+                let (rows, columns) = (R::OUT.min(height - y0), C::OUT.min(width - x0));
                 let residual = exec
                     .residual
                     .map(|image| (image.tap(block, y0, x0, 0), image.row_pitch() * LANES));
@@ -202,15 +203,15 @@ impl<S: WinogradTransform> GroupKernel<'_, S> {
                     let from = tiles.sums.add((k * range.len() + at) * LANES);
                     let bias = V::load(exec.conv.bias[block].0.as_ptr());
                     let mut halves = [[V::splat(0.0); 4]; MAX_INPUTS];
-                    for (x, half) in halves.iter_mut().enumerate().take(S::IN) {
+                    for (x, half) in halves.iter_mut().enumerate().take(C::IN) {
                         let mut m = [V::splat(0.0); MAX_INPUTS];
-                        for (y, m) in m.iter_mut().enumerate().take(S::IN) {
-                            *m = V::load(from.add((y * S::IN + x) * pitch));
+                        for (y, m) in m.iter_mut().enumerate().take(R::IN) {
+                            *m = V::load(from.add((y * C::IN + x) * pitch));
                         }
-                        *half = S::output(m);
+                        *half = R::output(m);
                     }
                     for y in 0..rows {
-                        let row = S::output(std::array::from_fn(|x| halves[x][y]));
+                        let row = C::output(std::array::from_fn(|x| halves[x][y]));
                         let to = exec.dst.pixel(block, y0 + y, x0);
                         for (x, value) in row.iter().enumerate().take(columns) {
                             let mut sum = value.add(bias);

@@ -3,22 +3,23 @@
 use std::ops::Range;
 
 use super::transform::{MAX_INPUTS, WinogradTransform};
-use crate::blocked::blocks::block_groups;
 use crate::blocked::conv_shape::ConvShape;
 use crate::blocked::image::Line;
+use crate::blocked::pack::pack;
+use crate::cache::l2_share_bytes;
 use crate::simd::{LANES, Lanes};
 
 /// Taps of a 3x3 kernel.
 const TAPS: usize = 9;
-/// Largest transformed weights, in bytes, that stay in an L2 cache of 1 MiB beside a part of the
+/// Share of an L2 cache that transformed weights may take, so that they stay there beside a part of the
 /// scratch.
-const L2_WEIGHT_BYTES: usize = 640 << 10;
+const L2_WEIGHT_SHARE: f64 = 0.625;
 /// Blocks of input channels whose weights are transformed at once on the fly: more would leave the
 /// L2 cache.
 const MAX_ON_THE_FLY_BLOCKS: usize = 2;
-/// Scratch of a thread, in bytes, where weights are transformed on the fly: larger than otherwise,
+/// Scratch of a thread over the L2 cache where weights are transformed on the fly: larger than otherwise,
 /// since weights are transformed once per batch of tiles.
-const ON_THE_FLY_SCRATCH_BYTES: usize = 1280 << 10;
+const ON_THE_FLY_SCRATCH_SHARE: f64 = 1.25;
 
 /// The weights of a convolution, packed group by group of output channel blocks: transformed in
 /// advance, as `[group][point][channel][block][16]`, or untransformed, as
@@ -31,7 +32,7 @@ pub(super) struct WinogradWeights {
     /// Blocks of output channels per group.
     blocks_per_group: usize,
     shape: ConvShape,
-    /// Points of a tile in the Winograd domain, `IN * IN`.
+    /// Points of a tile in the Winograd domain.
     points: usize,
 }
 
@@ -46,48 +47,30 @@ pub(super) struct TransformedWeights {
 
 impl WinogradWeights {
     /// Whether the transformed weights of a convolution exceed the L2 cache.
-    pub(super) fn are_large(shape: ConvShape, inputs: usize) -> bool {
+    pub(super) fn are_large(shape: ConvShape, points: usize) -> bool {
         let blocks_out = shape.channels_out.div_ceil(LANES);
-        inputs * inputs * shape.channels_in * blocks_out * size_of::<Line>() > L2_WEIGHT_BYTES
+        let bytes = points * shape.channels_in * blocks_out * size_of::<Line>();
+        bytes > l2_share_bytes(L2_WEIGHT_SHARE)
     }
 
     /// Packs `weight`, `[channels_out][channels_in][3][3]`.
-    pub(super) fn new<S: WinogradTransform>(
+    pub(super) fn new<R: WinogradTransform, C: WinogradTransform>(
         shape: ConvShape,
         blocks_per_group: usize,
         weight: &[f32],
         is_on_the_fly: bool,
     ) -> Self {
-        let taps = if is_on_the_fly { weight.to_vec() } else { transform_weights::<S>(weight) };
-        let values_per_kernel = taps.len() * TAPS / weight.len();
-        let line = |block: usize, channel_in: usize, tap: usize| {
-            let value = |lane: usize| {
-                let channel = block * LANES + lane;
-                let kernel = channel * shape.channels_in + channel_in;
-                if channel < shape.channels_out {
-                    taps[kernel * values_per_kernel + tap]
-                } else {
-                    0.0
-                }
-            };
-            Line(std::array::from_fn(value))
+        let [channels_out, channels_in] = [shape.channels_out, shape.channels_in];
+        let points = R::IN * C::IN;
+        let lines = if is_on_the_fly {
+            let position = |channel_in: usize, tap: usize| channel_in * TAPS + tap;
+            pack(weight, [channels_out, channels_in, TAPS], blocks_per_group, position)
+        } else {
+            let position = |channel_in: usize, point: usize| point * channels_in + channel_in;
+            let weight = transform_weights::<R, C>(weight);
+            pack(&weight, [channels_out, channels_in, points], blocks_per_group, position)
         };
-        let mut lines = Vec::new();
-        for blocks in block_groups(shape.channels_out, blocks_per_group) {
-            let [slow, fast] = if is_on_the_fly {
-                [shape.channels_in, TAPS]
-            } else {
-                [values_per_kernel, shape.channels_in]
-            };
-            for outer in 0..slow {
-                for inner in 0..fast {
-                    let (channel, tap) =
-                        if is_on_the_fly { (outer, inner) } else { (inner, outer) };
-                    lines.extend(blocks.clone().map(|block| line(block, channel, tap)));
-                }
-            }
-        }
-        Self { lines, is_on_the_fly, blocks_per_group, shape, points: S::IN * S::IN }
+        Self { lines, is_on_the_fly, blocks_per_group, shape, points }
     }
 
     /// Whether weights are transformed where they are used.
@@ -97,7 +80,7 @@ impl WinogradWeights {
 
     /// Bytes of scratch for the transformed inputs and sums of a thread.
     pub(super) fn scratch_bytes(&self, default: usize) -> usize {
-        if self.is_on_the_fly { ON_THE_FLY_SCRATCH_BYTES } else { default }
+        if self.is_on_the_fly { l2_share_bytes(ON_THE_FLY_SCRATCH_SHARE) } else { default }
     }
 
     /// Blocks of input channels per chunk of the batched GEMM.
@@ -129,7 +112,12 @@ impl WinogradWeights {
     /// The processor has the instructions of `V`; [`scratch_lines`](Self::scratch_lines) are
     /// writable at `scratch`.
     #[inline(always)]
-    pub(super) unsafe fn transformed<V: Lanes, S: WinogradTransform, const B: usize>(
+    pub(super) unsafe fn transformed<
+        V: Lanes,
+        R: WinogradTransform,
+        C: WinogradTransform,
+        const B: usize,
+    >(
         &self,
         group: usize,
         blocks_in: Range<usize>,
@@ -156,12 +144,12 @@ impl WinogradWeights {
                     let mut columns = [[V::splat(0.0); MAX_INPUTS]; 3];
                     for (x, column) in columns.iter_mut().enumerate() {
                         let tap = |y: usize| V::load(from.add(((3 * y + x) * B + block) * LANES));
-                        *column = S::weights([tap(0), tap(1), tap(2)]);
+                        *column = R::weights([tap(0), tap(1), tap(2)]);
                     }
-                    for y in 0..S::IN {
-                        let row = S::weights(columns.map(|column| column[y]));
-                        for (x, value) in row.iter().enumerate().take(S::IN) {
-                            value.store(to.add((y * S::IN + x) * pitch));
+                    for y in 0..R::IN {
+                        let row = C::weights(columns.map(|column| column[y]));
+                        for (x, value) in row.iter().enumerate().take(C::IN) {
+                            value.store(to.add((y * C::IN + x) * pitch));
                         }
                     }
                 }
@@ -193,16 +181,16 @@ fn pitch(blocks: usize) -> usize {
 }
 
 /// Transforms 3x3 weights to `[kernel][point]`, in double precision until the last step.
-fn transform_weights<S: WinogradTransform>(weight: &[f32]) -> Vec<f32> {
+fn transform_weights<R: WinogradTransform, C: WinogradTransform>(weight: &[f32]) -> Vec<f32> {
     let (kernels, _) = weight.as_chunks::<TAPS>();
-    let mut all = Vec::with_capacity(kernels.len() * S::IN * S::IN);
+    let mut all = Vec::with_capacity(kernels.len() * R::IN * C::IN);
     for kernel in kernels {
         let tap = |y: usize, x: usize| f64::from(kernel[3 * y + x]);
         let columns: [[f64; MAX_INPUTS]; 3] =
-            std::array::from_fn(|x| transform_taps::<S>(std::array::from_fn(|y| tap(y, x))));
-        for y in 0..S::IN {
-            let row = transform_taps::<S>(std::array::from_fn(|x| columns[x][y]));
-            all.extend(row[..S::IN].iter().map(|value| *value as f32));
+            std::array::from_fn(|x| transform_taps::<R>(std::array::from_fn(|y| tap(y, x))));
+        for y in 0..R::IN {
+            let row = transform_taps::<C>(std::array::from_fn(|x| columns[x][y]));
+            all.extend(row[..C::IN].iter().map(|value| *value as f32));
         }
     }
     all

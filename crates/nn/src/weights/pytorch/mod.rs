@@ -123,7 +123,7 @@ fn state_dict(container: Container) -> BTreeMap<String, Stored> {
         let (view, container) = (View::from_pickle(pickle, tensor)?, Rc::clone(&container));
         let shape = view.shape.clone();
         let read = move || view.values(&container);
-        Some((name.to_owned(), Stored { shape, read: Box::new(read) }))
+        Some((name.to_owned(), Stored::new(shape, read)))
     });
     tensors.collect()
 }
@@ -146,12 +146,12 @@ impl<M: PyTorchNames> Layout for PyTorch<M> {
         shape
     }
 
-    fn adopt(&self, slot: &Slot, values: Vec<f32>) -> Vec<f32> {
-        match *slot.shape.as_slice() {
-            [inputs, outputs] if slot.is_linear_weight() => (0..inputs)
+    fn reordered(&self, slot: &Slot, values: &[f32]) -> Option<Vec<f32>> {
+        let [inputs, outputs] = *slot.shape.as_slice() else { return None };
+        slot.is_linear_weight().then(|| {
+            (0..inputs)
                 .flat_map(|input| values[input..].iter().step_by(inputs).take(outputs).copied())
-                .collect(),
-            _ => values,
-        }
+                .collect()
+        })
     }
 }
