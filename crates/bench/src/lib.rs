@@ -24,6 +24,7 @@
 //! # }
 //! ```
 
+mod all;
 mod cameras;
 pub mod gap;
 mod infer;
@@ -76,6 +77,8 @@ benchmarks! {
     Repr(repr::BenchReprArgs) => repr::run,
     /// Throughput and latency of the online pipeline at the event rates of busy cameras
     Live(live::BenchLiveArgs) => live::run,
+    /// All speeds beside peers and the limits of the machine, as a page
+    All(all::BenchAllArgs) => all::run,
     /// Accuracy of a network on the same scenes before seven sensors
     Cameras(cameras::BenchCamerasArgs) => cameras::run,
 }

@@ -63,13 +63,17 @@ impl Planner<'_> {
         let chain = Step::Chain(Chain::new(links, input, self.level));
         let layers = steps.iter().map(|step| &step.layer);
         let macs = layers.clone().map(|layer| layer.macs).sum();
+        let weights = layers.clone().map(|layer| layer.weights).sum();
         let names: Vec<&str> = layers.map(|layer| layer.name.as_str()).collect();
         let name = chain_name(&names);
         let mut inputs = vec![steps[0].inputs[0]];
         let Some(last) = steps.pop() else { unreachable!("there are several") };
         inputs.extend(last.inputs.get(1));
         let output = last.layer.output;
-        let layer = Layer { name, algorithm: chain.algorithm(), output, macs };
+        // Values between the steps stay in the cache.
+        let values = input.iter().product::<usize>() + output.iter().product::<usize>();
+        let bytes = size_of::<f32>() as u64 * (weights + values as u64);
+        let layer = Layer { name, algorithm: chain.algorithm(), output, macs, weights, bytes };
         PlannedStep { step: chain, inputs, output: last.output, layer }
     }
 }

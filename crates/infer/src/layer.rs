@@ -11,4 +11,8 @@ pub struct Layer {
     pub output: [usize; 3],
     /// Multiply-accumulates by the definition of the layer, whatever the algorithm needs.
     pub macs: u64,
+    /// Weights and biases.
+    pub weights: u64,
+    /// Bytes of weights, inputs and output, each moved once, in f32.
+    pub bytes: u64,
 }

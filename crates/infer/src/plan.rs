@@ -328,6 +328,14 @@ impl<'a> Planner<'a> {
             Operation::Linear(linear) if step.is_conv() => linear.weight.len() as u64,
             _ => 0,
         };
-        Layer { name: node.name.clone(), algorithm: step.algorithm(), output, macs }
+        let weights = match &node.operation {
+            Operation::Conv(conv) if step.is_conv() => conv.weight.len() + conv.bias.len(),
+            Operation::Linear(linear) if step.is_conv() => linear.weight.len() + linear.bias.len(),
+            _ => 0,
+        } as u64;
+        let values = inputs.iter().map(|input| self.values[*input].node).chain([id]);
+        let values: usize = values.map(|id| self.shapes[id].iter().product::<usize>()).sum();
+        let bytes = size_of::<f32>() as u64 * (weights + values as u64);
+        Layer { name: node.name.clone(), algorithm: step.algorithm(), output, macs, weights, bytes }
     }
 }

@@ -50,11 +50,6 @@ impl Figure {
         }
     }
 
-    /// With the value that the machine allows.
-    pub(crate) fn limited_to(self, limit: f64) -> Self {
-        Self { limit: Some(limit), ..self }
-    }
-
     /// Adds a peer by its value.
     pub(crate) fn beside(mut self, name: impl Into<String>, value: f64) -> Self {
         let ratio = self.speed_over(value);

@@ -17,6 +17,7 @@ use serde::Serialize;
 use super::noise::Noise;
 use super::peers::{Job, Peer, PeerName, peer};
 use super::precision::tolerance;
+use crate::all::PeerFigure;
 use evpose_app::progress::say;
 use evpose_stats::quantile;
 
@@ -47,6 +48,13 @@ pub(super) struct Comparison {
     ratio: Interval,
     ours_noise: Noise,
     theirs_noise: Noise,
+}
+
+impl Comparison {
+    /// The peer's figure.
+    pub(super) fn figure(&self) -> PeerFigure {
+        PeerFigure { name: self.peer.clone(), value: self.theirs_ms, ratio: self.ratio.estimate }
+    }
 }
 
 /// A network and an input to compare on.

@@ -11,6 +11,7 @@ use super::layers::{self, LayerTime};
 use super::networks::Network;
 use super::noise::Noise;
 use super::start::StartTime;
+use crate::all::Figure;
 use evpose_app::latency::{self, Runner};
 use evpose_app::progress::say;
 use evpose_stats::quantile::nearest_rank;
@@ -46,6 +47,13 @@ pub(super) struct Case {
     start: Option<StartTime>,
     layers: Vec<LayerTime>,
     against: Vec<Comparison>,
+}
+
+/// The layers of a case.
+pub(crate) struct MeasuredLayers {
+    pub(crate) network: String,
+    pub(crate) threads: usize,
+    pub(crate) layers: Vec<LayerTime>,
 }
 
 /// Settings shared by the cases of a network.
@@ -134,6 +142,28 @@ impl Setting<'_> {
 }
 
 impl Case {
+    /// The median time beside peers, whose ratios are those of interleaved pairs. Its limit is the arithmetic of
+    /// the network as defined, at the peak: algorithms with fewer multiplications may be faster.
+    pub(super) fn figure(&self) -> Figure {
+        let work = format!("{}, {}, {} threads", self.network, self.precision, self.threads);
+        let mut figure = Figure::time("infer", work, "ms", self.p50_ms);
+        figure.limit = self.of_peak.map(|of_peak| self.p50_ms * of_peak);
+        figure.peers = self.against.iter().map(Comparison::figure).collect();
+        figure
+    }
+
+    pub(super) fn has_layers(&self) -> bool {
+        !self.layers.is_empty()
+    }
+
+    pub(super) fn take_layers(&mut self) -> MeasuredLayers {
+        MeasuredLayers {
+            network: self.network.clone(),
+            threads: self.threads,
+            layers: std::mem::take(&mut self.layers),
+        }
+    }
+
     /// Prints the results.
     fn say(&self) {
         let [batch, channels, height, width] = self.input;

@@ -11,17 +11,19 @@ const RUNS: usize = 25;
 
 /// A layer and its median time.
 #[derive(Debug, Serialize)]
-pub(super) struct LayerTime {
+pub(crate) struct LayerTime {
     name: String,
     algorithm: &'static str,
     /// Channels, rows and columns of the output.
     output: [usize; 3],
     /// Millions of multiply-accumulates of the layer as defined.
     macs_m: f64,
+    /// Operations over bytes of weights, inputs and output, each moved once.
+    pub(crate) flop_per_byte: f64,
     median_ms: f64,
     /// Of the layer as defined: an algorithm with fewer MACs may exceed the peak of the processor
     /// can do.
-    gflop_per_s: f64,
+    pub(crate) gflop_per_s: f64,
     /// The same over what the processor can do at best.
     of_peak: f64,
 }
@@ -45,6 +47,7 @@ pub(super) fn timed(
             algorithm: layer.algorithm,
             output: layer.output,
             macs_m: layer.macs as f64 / 1e6,
+            flop_per_byte: 2.0 * layer.macs as f64 / layer.bytes as f64,
             median_ms: median_s * 1e3,
             gflop_per_s,
             of_peak: gflop_per_s / peak,

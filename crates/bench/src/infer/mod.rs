@@ -15,6 +15,8 @@ use evpose_infer::{EngineOptions, Level};
 use evpose_kernels::blocked::{ThreadPool, peak_gflop_per_s};
 use serde::Serialize;
 
+use crate::all::Figure;
+pub(crate) use case::MeasuredLayers;
 use case::{Case, Setting};
 use evpose_app::args::parse_threads;
 use evpose_app::hand_config;
@@ -102,6 +104,18 @@ struct Peak {
 }
 
 pub(crate) fn run(args: &BenchInferArgs) -> Result<()> {
+    write_json(args.json.as_deref(), &measure(args)?)
+}
+
+/// Figures of the cases, and the layers of those that were measured layer by layer, by network and threads.
+pub(crate) fn figures(args: &BenchInferArgs) -> Result<(Vec<Figure>, Vec<MeasuredLayers>)> {
+    let mut report = measure(args)?;
+    let figures = report.cases.iter().map(Case::figure).collect();
+    let layers = report.cases.iter_mut().filter(|case| case.has_layers()).map(Case::take_layers);
+    Ok((figures, layers.collect()))
+}
+
+fn measure(args: &BenchInferArgs) -> Result<Report> {
     let config = hand_config::load(&args.config, &[])?;
     let device = args.device.resolve()?;
     let is_engine = !args.burn && device == Device::flex();
@@ -158,7 +172,7 @@ pub(crate) fn run(args: &BenchInferArgs) -> Result<()> {
             }
         }
     }
-    write_json(args.json.as_deref(), &report)
+    Ok(report)
 }
 
 impl Peak {

@@ -8,6 +8,7 @@ mod rivals;
 use anyhow::{Context, Result};
 use serde::Serialize;
 
+use crate::all::Figure;
 use crate::peer_bench::{Case, CaseResult, is_named, matching, run_peers, time, warn_under_load};
 use crate::peer_bench::{PEERS, PeerCommand};
 use evpose_app::json::write_json;
@@ -60,6 +61,15 @@ struct Report {
 }
 
 pub(crate) fn run(args: &BenchIoArgs) -> Result<()> {
+    write_json(args.json.as_deref(), &measure(args)?)
+}
+
+/// Figures of the cases.
+pub(crate) fn figures(args: &BenchIoArgs) -> Result<Vec<Figure>> {
+    Ok(measure(args)?.cases.iter().map(|case| case.figure("io")).collect())
+}
+
+fn measure(args: &BenchIoArgs) -> Result<Report> {
     let scratch = match &args.scratch {
         Some(folder) => tempfile::tempdir_in(folder),
         None => tempfile::tempdir(),
@@ -85,5 +95,5 @@ pub(crate) fn run(args: &BenchIoArgs) -> Result<()> {
     run_peers(&args.peers, scratch.path(), &mut lines)?;
     warn_under_load(&lines);
     let report = Report { machine, commit: COMMIT, frames: args.frames, cases: lines };
-    write_json(args.json.as_deref(), &report)
+    Ok(report)
 }

@@ -9,6 +9,7 @@ use serde::Serialize;
 
 pub use command::PeerCommand;
 
+use crate::all::Figure;
 use evpose_app::progress::say;
 use evpose_stats::quantile::{nearest_rank, outlier_count};
 
@@ -188,6 +189,15 @@ pub(crate) fn warn_under_load(lines: &[CaseResult]) {
 }
 
 impl CaseResult {
+    /// The result as a figure of `benchmark`.
+    pub(crate) fn figure(&self, benchmark: &str) -> Figure {
+        let figure = match self.kind {
+            Unit::Events(_) => Figure::rate(benchmark, &self.case, self.unit, self.value),
+            Unit::Image => Figure::time(benchmark, &self.case, self.unit, self.value),
+        };
+        self.peers.iter().fold(figure, |figure, peer| figure.beside(&peer.name, peer.value))
+    }
+
     /// Whether this is the result of a case.
     pub(crate) fn is_of(&self, case: &str) -> bool {
         self.case == case

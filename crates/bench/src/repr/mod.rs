@@ -16,6 +16,7 @@ use evpose_repr::{
 };
 use serde::Serialize;
 
+use crate::all::Figure;
 use crate::peer_bench::{Case, CaseResult, Run, matching, run_peers, time, warn_under_load};
 use crate::peer_bench::{PEERS, PeerCommand};
 use evpose_app::json::write_json;
@@ -63,6 +64,15 @@ struct Report {
 }
 
 pub(crate) fn run(args: &BenchReprArgs) -> Result<()> {
+    write_json(args.json.as_deref(), &measure(args)?)
+}
+
+/// Figures of the cases.
+pub(crate) fn figures(args: &BenchReprArgs) -> Result<Vec<Figure>> {
+    Ok(measure(args)?.cases.iter().map(|case| case.figure("repr")).collect())
+}
+
+fn measure(args: &BenchReprArgs) -> Result<Report> {
     let machine = Machine { threads: 1, ..Machine::this() };
     say(format!("machine   {machine}"));
     say(format!(
@@ -83,7 +93,7 @@ pub(crate) fn run(args: &BenchReprArgs) -> Result<()> {
     }
     warn_under_load(&lines);
     let report = Report { machine, commit: COMMIT, events: args.events, cases: lines };
-    write_json(args.json.as_deref(), &report)
+    Ok(report)
 }
 
 /// Updates by a stream that goes on, images of it, whole windows at once, and images made like

@@ -11,6 +11,7 @@ use evpose_io::frames::write_codes;
 use evpose_sensor::{SensorConfig, SensorModel};
 use serde::Serialize;
 
+use crate::all::Figure;
 use evpose_app::json::write_json;
 use evpose_app::machine::Machine;
 use evpose_app::progress::say;
@@ -77,6 +78,19 @@ struct PeerTime {
 }
 
 pub(crate) fn run(args: &BenchSensorArgs) -> Result<()> {
+    write_json(args.json.as_deref(), &measure_all(args)?)
+}
+
+/// Figures of the settings.
+pub(crate) fn figures(args: &BenchSensorArgs) -> Result<Vec<Figure>> {
+    let figure = |measured: &Measured| {
+        let figure = Figure::time("sensor", measured.setting, "ns/pixel/step", measured.median_ns);
+        measured.peers.iter().fold(figure, |figure, peer| figure.beside(&peer.name, peer.ns))
+    };
+    Ok(measure_all(args)?.settings.iter().map(figure).collect())
+}
+
+fn measure_all(args: &BenchSensorArgs) -> Result<Report> {
     let peers = args.peer.iter().map(|text| Peer::parse(text)).collect::<Result<Vec<_>>>()?;
     let frames = scene::frames();
     // One step is one pass of one thread, whatever the machine has.
@@ -112,7 +126,7 @@ pub(crate) fn run(args: &BenchSensorArgs) -> Result<()> {
     if report.settings.iter().any(|measured| measured.outliers * 10 > measured.passes) {
         say("warning   many passes were outliers: the machine was busy, measure again");
     }
-    write_json(args.json.as_deref(), &report)
+    Ok(report)
 }
 
 /// Shows the frames over and over, a pass at a time.

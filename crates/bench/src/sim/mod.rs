@@ -14,6 +14,7 @@ use evpose_sim::{Simulation, SimulationConfig, SimulationPart, record};
 use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::all::Figure;
 use evpose_app::hand_config;
 use evpose_app::json::write_json;
 use evpose_app::machine::Machine;
@@ -101,6 +102,20 @@ struct Timed {
 }
 
 pub(crate) fn run(args: &BenchSimArgs) -> Result<()> {
+    write_json(args.json.as_deref(), &measure_all(args)?)
+}
+
+/// Figures of the meshes.
+pub(crate) fn figures(args: &BenchSimArgs) -> Result<Vec<Figure>> {
+    let report = measure_all(args)?;
+    let figure = |measured: &Measured| {
+        let work = format!("{} hand, {} threads", measured.mesh, report.machine.threads);
+        Figure::rate("sim", work, "steps/s", measured.median_steps_per_s)
+    };
+    Ok(report.meshes.iter().map(figure).collect())
+}
+
+fn measure_all(args: &BenchSimArgs) -> Result<Report> {
     use_threads(args.threads)?;
     let mut config = hand_config::load(&args.config, &[])?;
     let (sequences, seconds) = if args.quick { QUICK } else { (args.sequences, args.seconds) };
@@ -136,7 +151,7 @@ pub(crate) fn run(args: &BenchSimArgs) -> Result<()> {
         measured.say(report.machine.threads, &report.image);
         report.meshes.push(measured);
     }
-    write_json(args.json.as_deref(), &report)
+    Ok(report)
 }
 
 fn measure(

@@ -14,6 +14,7 @@ use evpose_task::hand::HandConfig;
 use evpose_train::untrained;
 use serde::Serialize;
 
+use crate::all::Figure;
 use evpose_app::args::DeviceArgs;
 use evpose_app::hand_config;
 use evpose_app::json::write_json;
@@ -110,6 +111,18 @@ impl Times {
 }
 
 pub(crate) fn run(args: &BenchTrainArgs) -> Result<()> {
+    write_json(args.json.as_deref(), &measure(args)?)
+}
+
+/// The figure of a step.
+pub(crate) fn figure(args: &BenchTrainArgs) -> Result<Figure> {
+    let report = measure(args)?;
+    let [batch, ..] = report.input;
+    let work = format!("{}, a step of {batch}, {} threads", report.network, report.machine.threads);
+    Ok(Figure::time("train", work, "ms", report.step.median_ms))
+}
+
+fn measure(args: &BenchTrainArgs) -> Result<Report> {
     let mut config = hand_config::load(&args.config, &[])?;
     let target = args.device.open()?.autodiff();
     set_training_kernels(!args.burn);
@@ -123,7 +136,7 @@ pub(crate) fn run(args: &BenchTrainArgs) -> Result<()> {
     };
     let report = Report { adapter: adapter_name(&target), ..report };
     print(&report);
-    write_json(args.json.as_deref(), &report)
+    Ok(report)
 }
 
 /// A step of a hand's network: its loss against random poses.

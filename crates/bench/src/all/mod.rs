@@ -1,0 +1,214 @@
+//! `evpose bench all`: every speed beside peers and the limits of the machine, as a page.
+
+mod figure;
+mod limits;
+mod page;
+mod stored;
+
+use std::path::PathBuf;
+
+use anyhow::{Context, Result};
+use evpose_app::args::DeviceArgs;
+use evpose_app::json::write_json;
+use evpose_app::machine::Machine;
+use evpose_app::progress::say;
+use evpose_app::run_info::COMMIT;
+use evpose_core::atomic_write;
+use evpose_infer::Precision;
+use evpose_nn::{DeviceKind, MOVE_ENET};
+
+pub(crate) use figure::{Figure, PeerFigure};
+
+use crate::infer::peers::PeerName;
+use crate::infer::{BenchInferArgs, MeasuredLayers};
+use crate::io::BenchIoArgs;
+use crate::repr::BenchReprArgs;
+use crate::sensor::BenchSensorArgs;
+use crate::sim::BenchSimArgs;
+use crate::train::BenchTrainArgs;
+use limits::MachineLimits;
+use stored::StoredRun;
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  evpose bench all --html bench.html\n  \
+    evpose bench all --json benches/machines/epyc.json --before benches/machines/epyc.json\n  \
+    ORT_DYLIB_PATH=libonnxruntime.so evpose bench all --html bench.html\n\n\
+    Takes about ten minutes. Other runtimes are timed where a program built with --features peers finds their \
+    libraries, as `evpose bench infer` does.")]
+pub struct BenchAllArgs {
+    /// Where to write the page, one file with charts inside
+    #[arg(long, value_name = "FILE", default_value = "bench.html")]
+    pub(crate) html: PathBuf,
+    /// Where to write the figures as JSON
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
+    /// Figures of an earlier run, written with --json: changes of more than 10 % are listed
+    #[arg(long, value_name = "FILE")]
+    pub(crate) before: Option<PathBuf>,
+    /// Shorter measurements: noisier figures in about two minutes
+    #[arg(long)]
+    pub(crate) quick: bool,
+}
+
+/// How long each benchmark measures.
+struct Effort {
+    infer_runs: usize,
+    infer_pairs: u32,
+    train_steps: usize,
+    seconds: f64,
+    passes: usize,
+    events: usize,
+}
+
+impl Effort {
+    const WHOLE: Self = Self {
+        infer_runs: 100,
+        infer_pairs: 20,
+        train_steps: 15,
+        seconds: 3.0,
+        passes: 9,
+        events: 1_000_000,
+    };
+    const QUICK: Self = Self {
+        infer_runs: 10,
+        infer_pairs: 20,
+        train_steps: 2,
+        seconds: 0.2,
+        passes: 2,
+        events: 100_000,
+    };
+}
+
+pub(crate) fn run(args: &BenchAllArgs) -> Result<()> {
+    let before = args.before.as_deref().map(StoredRun::read).transpose()?;
+    let effort = if args.quick { Effort::QUICK } else { Effort::WHOLE };
+    let machine = Machine::this();
+    let mut counts = vec![1, machine.threads];
+    counts.dedup();
+    let limits: Vec<_> = counts.iter().map(|threads| MachineLimits::measure(*threads)).collect();
+
+    heading("inference");
+    let (mut figures, layers) = inference(&effort, &counts)?;
+    heading("training");
+    for network in [None, Some(MOVE_ENET)] {
+        figures.push(crate::train::figure(&training(&effort, network))?);
+    }
+    heading("sensor");
+    let sensor = BenchSensorArgs { seconds: effort.seconds, peer: Vec::new(), json: None };
+    figures.extend(crate::sensor::figures(&sensor)?);
+    heading("simulation");
+    figures.extend(crate::sim::figures(&simulation(args.quick))?);
+    heading("representations");
+    figures.extend(crate::repr::figures(&representations(&effort))?);
+    heading("files");
+    figures.extend(crate::io::figures(&files(&effort))?);
+
+    let run = StoredRun { machine: machine.into(), commit: COMMIT.to_owned(), limits, figures };
+    write_json(args.json.as_deref(), &run)?;
+    let page = page::html(&run, &layers, before.as_ref())?;
+    atomic_write(&args.html, page.as_bytes())
+        .with_context(|| format!("writing {}", args.html.display()))?;
+    say(format!("page      {}", args.html.display()));
+    if let Some(before) = &before {
+        stored::changes(&run, before).iter().for_each(say);
+    }
+    Ok(())
+}
+
+fn heading(text: &str) {
+    say(format!("\n== {text}"));
+}
+
+/// Both networks in f32 beside peers that are found, with their layers, and quantised.
+fn inference(effort: &Effort, counts: &[usize]) -> Result<(Vec<Figure>, Vec<MeasuredLayers>)> {
+    let peers = found_peers();
+    if peers.is_empty() {
+        say(
+            "peers     none: a program built with --features peers times ONNX Runtime, OpenVINO and tract",
+        );
+    }
+    let args = |precision, against: &[PeerName], layers| BenchInferArgs {
+        config: "eventhands".to_owned(),
+        network: vec!["resnet18".to_owned(), MOVE_ENET.to_owned()],
+        precision: vec![precision],
+        threads: counts.to_vec(),
+        level: None,
+        runs: effort.infer_runs,
+        batch: 1,
+        burn: false,
+        layers,
+        against: against.to_vec(),
+        pairs: effort.infer_pairs,
+        json: None,
+        device: DeviceKind::Flex,
+    };
+    let (mut figures, layers) = crate::infer::figures(&args(Precision::F32, &peers, true))?;
+    // Its default precision is what OpenVINO has to offer against 8 bits.
+    let openvino = peers.contains(&PeerName::Openvino);
+    let peers = if openvino { vec![PeerName::OpenvinoDefault] } else { Vec::new() };
+    figures.extend(crate::infer::figures(&args(Precision::Int8, &peers, false))?.0);
+    Ok((figures, layers))
+}
+
+/// Runtimes whose libraries the environment names, and the one that is built in.
+fn found_peers() -> Vec<PeerName> {
+    if !cfg!(feature = "peers") {
+        return Vec::new();
+    }
+    let is_set = |name: &str| std::env::var_os(name).is_some();
+    let known = [
+        (PeerName::Onnxruntime, is_set("ORT_DYLIB_PATH")),
+        (PeerName::Openvino, is_set("OPENVINO_DYLIB_PATH")),
+        (PeerName::Tract, true),
+    ];
+    known.into_iter().filter(|(_, is_found)| *is_found).map(|(name, _)| name).collect()
+}
+
+fn training(effort: &Effort, network: Option<&str>) -> BenchTrainArgs {
+    BenchTrainArgs {
+        config: "eventhands".to_owned(),
+        network: network.map(str::to_owned),
+        steps: effort.train_steps,
+        batch: 16,
+        burn: false,
+        json: None,
+        device: DeviceArgs { device: DeviceKind::Flex, threads: None },
+    }
+}
+
+fn simulation(quick: bool) -> BenchSimArgs {
+    BenchSimArgs {
+        config: "eventhands".to_owned(),
+        sequences: 4,
+        seconds: 10.0,
+        quick,
+        threads: None,
+        scratch: None,
+        json: None,
+    }
+}
+
+fn representations(effort: &Effort) -> BenchReprArgs {
+    BenchReprArgs {
+        events: effort.events,
+        passes: effort.passes,
+        only: vec!["240x180".to_owned()],
+        image: None,
+        peers: Vec::new(),
+        json: None,
+    }
+}
+
+fn files(effort: &Effort) -> BenchIoArgs {
+    BenchIoArgs {
+        frames: (effort.events / 20) as u64,
+        events_per_frame: 200,
+        passes: effort.passes,
+        events: effort.events,
+        only: Vec::new(),
+        files: Vec::new(),
+        peers: Vec::new(),
+        scratch: None,
+        json: None,
+    }
+}

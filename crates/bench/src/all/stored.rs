@@ -1,0 +1,104 @@
+//! The figures of a run as a file, and what changed since another.
+
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use evpose_app::machine::Machine;
+use serde::{Deserialize, Serialize};
+
+use super::figure::Figure;
+use super::limits::MachineLimits;
+
+/// Relative change below which figures count as equal: the noise of a quiet machine.
+const NOISE: f64 = 0.1;
+
+/// A run of all benchmarks on one machine.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct StoredRun {
+    pub(crate) machine: MachineName,
+    pub(crate) commit: String,
+    pub(crate) limits: Vec<MachineLimits>,
+    pub(crate) figures: Vec<Figure>,
+}
+
+/// The machine, as text.
+#[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct MachineName {
+    pub(crate) cpu: String,
+    pub(crate) threads: usize,
+    pub(crate) system: String,
+}
+
+impl From<Machine> for MachineName {
+    fn from(Machine { cpu, threads, system }: Machine) -> Self {
+        Self { cpu, threads, system }
+    }
+}
+
+impl StoredRun {
+    /// Reads a run that `--json` wrote.
+    ///
+    /// # Errors
+    /// If the file cannot be read or is no such file.
+    pub(crate) fn read(path: &Path) -> Result<Self> {
+        let text = std::fs::read_to_string(path)
+            .with_context(|| format!("reading the figures in {}", path.display()))?;
+        serde_json::from_str(&text).with_context(|| {
+            format!("{}: not the figures that `evpose bench all --json` writes", path.display())
+        })
+    }
+
+    /// Speed relative to the same figure of an earlier run.
+    pub(crate) fn speed_over(before: &Self, figure: &Figure) -> Option<f64> {
+        let before = before.figures.iter().find(|other| other.is_same_work(figure))?;
+        Some(figure.speed_over(before.value))
+    }
+}
+
+/// What became faster or slower, as lines.
+pub(crate) fn changes(run: &StoredRun, before: &StoredRun) -> Vec<String> {
+    let mut lines = Vec::new();
+    if run.machine != before.machine {
+        lines.push(format!(
+            "warning   the earlier figures are of another machine: {}, {} threads",
+            before.machine.cpu, before.machine.threads
+        ));
+    }
+    let mut changed = 0;
+    for figure in &run.figures {
+        let Some(speed) = StoredRun::speed_over(before, figure) else { continue };
+        if (speed - 1.0).abs() > NOISE {
+            changed += 1;
+            let word = if speed < 1.0 { "slower" } else { "faster" };
+            lines.push(format!(
+                "{word:9} {:.2} times as fast as before: {}, {} ({:.3} {})",
+                speed, figure.benchmark, figure.work, figure.value, figure.unit
+            ));
+        }
+    }
+    if changed == 0 {
+        lines.push("no figure changed by more than 10 %".to_owned());
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn run(value: f64) -> StoredRun {
+        let machine = MachineName { cpu: "a".into(), threads: 2, system: "b".into() };
+        let figures = vec![Figure::time("infer", "a network", "ms", value)];
+        StoredRun { machine, commit: "c".into(), limits: Vec::new(), figures }
+    }
+
+    #[test]
+    fn a_slower_figure_is_listed_and_noise_is_not() {
+        assert_eq!(changes(&run(1.05), &run(1.0)), ["no figure changed by more than 10 %"]);
+        let lines = changes(&run(2.0), &run(1.0));
+        assert!(lines[0].starts_with("slower") && lines[0].contains("0.50 times"), "{lines:?}");
+        let mut other = run(1.0);
+        other.machine.cpu = "another".into();
+        assert!(changes(&run(1.0), &other)[0].starts_with("warning"));
+    }
+}
