@@ -9,6 +9,7 @@ use std::ops::Range;
 use super::blocks::{block_groups, pad_to_blocks};
 use super::conv_shape::ConvShape;
 use super::image::{Image, Line};
+use super::lines::Lines;
 use super::nchw::NchwImage;
 use super::pack::pack;
 use super::thread_pool::{Part, ThreadPool};
@@ -31,7 +32,7 @@ pub struct Conv {
     /// is a group of its own.
     blocks_per_group: usize,
     /// `[group][input block][ky][kx][channel][block][16]`.
-    weights: Vec<Line>,
+    weights: Lines,
     bias: Vec<Line>,
 }
 

@@ -1,5 +1,6 @@
 //! Images in the blocked layout nChw16c.
 
+use super::lines::Lines;
 use super::views::{F32Dst, F32Src};
 use crate::simd::LANES;
 
@@ -34,14 +35,14 @@ pub struct Image {
     height: usize,
     width: usize,
     border: usize,
-    lines: Vec<Line>,
+    lines: Lines,
 }
 
 impl Image {
     /// A zero image with `border` pixels on each side.
     pub fn zeros(channels: usize, height: usize, width: usize, border: usize) -> Self {
-        let mut image = Self { channels, height, width, border, lines: Vec::new() };
-        image.lines = vec![Line::ZERO; image.blocks() * image.block_pitch()];
+        let mut image = Self { channels, height, width, border, lines: Lines::default() };
+        image.lines = Lines::zeros(image.blocks() * image.block_pitch());
         image
     }
 
@@ -67,7 +68,7 @@ impl Image {
 
     /// Memory of the image in bytes, its border included.
     pub fn bytes(&self) -> usize {
-        size_of_val(self.lines.as_slice())
+        size_of_val(&self.lines[..])
     }
 
     /// Number of channel blocks.
@@ -131,7 +132,7 @@ impl Image {
         self.copy_to_nchw(&mut values);
         let mut inside = Self::zeros(self.channels, self.height, self.width, self.border);
         inside.copy_from_nchw(&values);
-        inside.lines == self.lines
+        inside.lines[..] == self.lines[..]
     }
 
     pub(super) fn lines(&self) -> &[Line] {

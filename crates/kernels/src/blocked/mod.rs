@@ -29,6 +29,7 @@ mod conv_shape;
 mod depthwise;
 mod elementwise;
 mod image;
+mod lines;
 mod low_precision;
 mod nchw;
 mod nchw_conv;

@@ -1,10 +1,9 @@
 //! Packing of weights: output channels in blocks, group by group.
 
-use std::mem::MaybeUninit;
-
 use rayon::prelude::*;
 
 use super::image::Line;
+use super::lines::Lines;
 use crate::simd::LANES;
 
 /// Packs `weight`, `[channels_out][channels_in][taps]`, for groups of `blocks_per_group` output channel blocks: a
@@ -17,14 +16,13 @@ pub(super) fn pack(
     [channels_out, channels_in, taps]: [usize; 3],
     blocks_per_group: usize,
     position: impl Fn(usize, usize) -> usize + Sync,
-) -> Vec<Line> {
+) -> Lines {
     let positions = channels_in * taps;
     assert_eq!(weight.len(), channels_out * positions, "weights");
     let count = channels_out.div_ceil(LANES) * positions;
-    let mut lines: Vec<Line> = Vec::with_capacity(count);
-    let groups = lines.spare_capacity_mut()[..count]
-        .par_chunks_mut((positions * blocks_per_group).max(1))
-        .enumerate();
+    // Positions are one to one, so that every line of every group and block is written.
+    let mut lines = Lines::unspecified(count);
+    let groups = lines.par_chunks_mut((positions * blocks_per_group).max(1)).enumerate();
     let zeros = vec![0.0; positions];
     groups.for_each(|(group, lines)| {
         let blocks = lines.len() / positions;
@@ -39,13 +37,11 @@ pub(super) fn pack(
                 for tap in 0..taps {
                     let line = std::array::from_fn(|lane| rows[lane][channel_in * taps + tap]);
                     let at = position(channel_in, tap) * blocks + block;
-                    lines[at] = MaybeUninit::new(Line(line));
+                    lines[at] = Line(line);
                 }
             }
         }
     });
-    // SAFETY: positions are one to one, so that every line of every group and block was written.
-    unsafe { lines.set_len(count) };
     lines
 }
 

@@ -8,6 +8,7 @@ use super::view::{DstView, SrcView, TensorView, TensorViewMut};
 use crate::blocked::blocks::{block_groups, pad_to_blocks};
 use crate::blocked::conv_shape::ConvShape;
 use crate::blocked::image::Line;
+use crate::blocked::lines::Lines;
 use crate::blocked::thread_pool::{Part, ThreadPool};
 use crate::blocked::tile::{Activation, activated};
 use crate::simd::dots::{Bf16, DotProduct, ReducedPrecision, weight_vector_bytes};
@@ -30,7 +31,7 @@ pub struct LowPrecisionConv {
     blocks_per_group: usize,
     /// `[group][input block][ky][kx][channel step][block][16][channel]`; the innermost channels are
     /// those that one dot-product instruction adds up.
-    weights: Vec<Line>,
+    weights: Lines,
     /// Scale and bias of the sums, per output channel.
     scales: Vec<Line>,
     bias: Vec<Line>,
@@ -60,7 +61,7 @@ impl LowPrecisionConv {
             level,
             input,
             blocks_per_group,
-            weights: Vec::new(),
+            weights: Lines::default(),
             scales: Vec::new(),
             bias: Vec::new(),
         };
@@ -112,7 +113,7 @@ impl LowPrecisionConv {
             }
         }
         let bytes = all.len() * size_of::<S::Weight>();
-        self.weights = vec![Line::ZERO; bytes.div_ceil(size_of::<Line>())];
+        self.weights = Lines::zeros(bytes.div_ceil(size_of::<Line>()));
         let to: *mut S::Weight = self.weights.as_mut_ptr().cast();
         for (at, weight) in all.into_iter().enumerate() {
             if let Some(weight) = weight {
@@ -207,7 +208,7 @@ impl ConvExec<'_> {
             let bytes =
                 steps * self.conv.shape.taps() * blocks.len() * weight_vector_bytes::<S>(per);
             if groups.contains(&group) {
-                let all = size_of_val(self.conv.weights.as_slice());
+                let all = size_of_val(&self.conv.weights[..]);
                 let weights = self.conv.weights.as_ptr().cast::<u8>().wrapping_add(first);
                 let prefetch_lines = bytes.min(all - first - bytes) / size_of::<Line>();
                 let (block, rows) = (blocks.start, rows.clone());

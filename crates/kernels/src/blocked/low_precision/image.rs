@@ -1,6 +1,7 @@
 //! Images of bf16 or quantised uint8.
 
 use crate::blocked::image::{Line, OVERREAD};
+use crate::blocked::lines::Lines;
 use crate::simd::LANES;
 use crate::simd::dots::ReducedPrecision;
 
@@ -57,7 +58,7 @@ pub struct LowPrecisionImage {
     width: usize,
     border: usize,
     element_type: LowPrecisionType,
-    lines: Vec<Line>,
+    lines: Lines,
 }
 
 impl LowPrecisionImage {
@@ -67,14 +68,16 @@ impl LowPrecisionImage {
         border: usize,
         element_type: LowPrecisionType,
     ) -> Self {
-        let mut image = Self { channels, height, width, border, element_type, lines: Vec::new() };
+        let mut image =
+            Self { channels, height, width, border, element_type, lines: Lines::default() };
         let bytes = image.blocks() * image.block_pitch() * image.pixel_bytes();
         let fill = match element_type {
             LowPrecisionType::Bf16 => 0,
             LowPrecisionType::Uint8(params) => params.zero_point,
         };
         let fill = f32::from_ne_bytes([fill; 4]);
-        image.lines = vec![Line([fill; LANES]); bytes.div_ceil(size_of::<Line>())];
+        image.lines = Lines::unspecified(bytes.div_ceil(size_of::<Line>()));
+        image.lines.fill(Line([fill; LANES]));
         image
     }
 
@@ -108,7 +111,7 @@ impl LowPrecisionImage {
 
     /// Memory of the image in bytes, its border included.
     pub fn bytes(&self) -> usize {
-        size_of_val(self.lines.as_slice())
+        size_of_val(&self.lines[..])
     }
 
     /// Number of channel blocks.

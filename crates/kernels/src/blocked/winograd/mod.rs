@@ -24,6 +24,7 @@ use std::marker::PhantomData;
 use super::blocks::{block_groups, pad_to_blocks};
 use super::conv_shape::ConvShape;
 use super::image::{Image, Line};
+use super::lines::Lines;
 use super::thread_pool::{Part, ThreadPool};
 use super::tile::Activation;
 use super::views::F32Dst;
@@ -65,13 +66,13 @@ pub struct Winograd {
 
 /// Scratch memory of layers, which grows to the size that the largest of them needs.
 #[derive(Debug, Clone, Default)]
-pub struct Scratch(Vec<Line>);
+pub struct Scratch(Lines);
 
 impl Scratch {
     /// Pointer to `lines` lines of unspecified content.
     pub(super) fn lines(&mut self, lines: usize) -> *mut Line {
         if self.0.len() < lines {
-            self.0.resize(lines, Line::ZERO);
+            self.0 = Lines::unspecified(lines);
         }
         self.0.as_mut_ptr()
     }

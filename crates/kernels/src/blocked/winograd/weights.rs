@@ -5,6 +5,7 @@ use std::ops::Range;
 use super::transform::{MAX_INPUTS, WinogradTransform};
 use crate::blocked::conv_shape::ConvShape;
 use crate::blocked::image::Line;
+use crate::blocked::lines::Lines;
 use crate::blocked::pack::pack;
 use crate::cache::l2_share_bytes;
 use crate::simd::{LANES, Lanes};
@@ -26,7 +27,7 @@ const ON_THE_FLY_SCRATCH_SHARE: f64 = 1.25;
 /// `[group][channel][tap][block][16]`.
 #[derive(Debug, Clone)]
 pub(super) struct WinogradWeights {
-    lines: Vec<Line>,
+    lines: Lines,
     /// Whether they are transformed where they are used.
     is_on_the_fly: bool,
     /// Blocks of output channels per group.
