@@ -68,6 +68,11 @@ impl Figure {
     }
 }
 
+/// A number of threads, in words.
+pub(crate) fn threads(count: usize) -> String {
+    if count == 1 { "1 thread".to_owned() } else { format!("{count} threads") }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

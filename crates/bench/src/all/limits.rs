@@ -34,8 +34,10 @@ impl MachineLimits {
             bandwidth_gb_per_s: bandwidth_gb_per_s(threads),
         };
         say(format!(
-            "limits    {threads} threads: {:.0} GFLOP/s in f32, {:.1} GB/s of memory",
-            limits.peak_gflop_per_s, limits.bandwidth_gb_per_s
+            "limits    {}: {:.0} GFLOP/s in f32, {:.1} GB/s of memory",
+            super::threads(threads),
+            limits.peak_gflop_per_s,
+            limits.bandwidth_gb_per_s
         ));
         limits
     }

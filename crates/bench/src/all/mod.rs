@@ -17,7 +17,7 @@ use evpose_core::atomic_write;
 use evpose_infer::Precision;
 use evpose_nn::{DeviceKind, MOVE_ENET};
 
-pub(crate) use figure::{Figure, PeerFigure};
+pub(crate) use figure::{Figure, PeerFigure, threads};
 
 use crate::infer::peers::PeerName;
 use crate::infer::{BenchInferArgs, MeasuredLayers};

@@ -6,7 +6,7 @@ use evpose_report::chart::{self, Chart, ChartAxis, Mark, Series};
 use evpose_report::colour::{Colour, palette};
 use evpose_report::html::{HtmlPage, escape};
 
-use super::figure::Figure;
+use super::figure::{Figure, threads};
 use super::limits::MachineLimits;
 use super::stored::StoredRun;
 use crate::infer::MeasuredLayers;
@@ -77,9 +77,9 @@ pub(crate) fn html(
 
 fn limit_text(limits: &MachineLimits) -> String {
     format!(
-        "{} threads: {:.0} GFLOP/s of fused multiply-adds in f32, {:.1} GB/s copied in memory; arithmetic is the \
+        "{}: {:.0} GFLOP/s of fused multiply-adds in f32, {:.1} GB/s copied in memory; arithmetic is the \
          limit from {:.1} operations per byte on.",
-        limits.threads,
+        threads(limits.threads),
         limits.peak_gflop_per_s,
         limits.bandwidth_gb_per_s,
         limits.ridge()
@@ -97,7 +97,7 @@ fn row(figure: &Figure, before: Option<&StoredRun>) -> Vec<String> {
         short(figure.value),
         escape(&figure.unit),
         figure.limit.map(short).unwrap_or_default(),
-        escape(&peers.collect::<Vec<_>>().join(", ")),
+        format!("<span class=\"words\">{}</span>", escape(&peers.collect::<Vec<_>>().join(", "))),
     ];
     if let Some(before) = before {
         let speed = StoredRun::speed_over(before, figure);
@@ -134,7 +134,7 @@ fn beside_peers(figures: &[Figure]) -> Result<Option<String>> {
         is_log: true,
         mark: Some((1.0, "equal")),
         labels: 225.0,
-        notes: 190.0,
+        notes: 240.0,
         length: 440.0,
     };
     Ok(Some(bars::svg(&rows, &along)?))
@@ -152,7 +152,7 @@ fn roofline(measured: &MeasuredLayers, limits: &MachineLimits) -> Result<String>
         .map(|layer| (layer.flop_per_byte, layer.gflop_per_s))
         .collect();
     let chart = Chart {
-        title: format!("{}, {} threads", measured.network, measured.threads),
+        title: format!("{}, {}", measured.network, threads(measured.threads)),
         x: ChartAxis::log("operations per byte"),
         y: ChartAxis::log("GFLOP/s"),
         series: vec![

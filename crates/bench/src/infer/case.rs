@@ -11,7 +11,7 @@ use super::layers::{self, LayerTime};
 use super::networks::Network;
 use super::noise::Noise;
 use super::start::StartTime;
-use crate::all::Figure;
+use crate::all::{Figure, threads};
 use evpose_app::latency::{self, Runner};
 use evpose_app::progress::say;
 use evpose_stats::quantile::nearest_rank;
@@ -145,7 +145,7 @@ impl Case {
     /// The median time beside peers, whose ratios are those of interleaved pairs. Its limit is the arithmetic of
     /// the network as defined, at the peak: algorithms with fewer multiplications may be faster.
     pub(super) fn figure(&self) -> Figure {
-        let work = format!("{}, {}, {} threads", self.network, self.precision, self.threads);
+        let work = format!("{}, {}, {}", self.network, self.precision, threads(self.threads));
         let mut figure = Figure::time("infer", work, "ms", self.p50_ms);
         figure.limit = self.of_peak.map(|of_peak| self.p50_ms * of_peak);
         figure.peers = self.against.iter().map(Comparison::figure).collect();

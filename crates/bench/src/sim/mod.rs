@@ -14,7 +14,7 @@ use evpose_sim::{Simulation, SimulationConfig, SimulationPart, record};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::all::Figure;
+use crate::all::{Figure, threads};
 use evpose_app::hand_config;
 use evpose_app::json::write_json;
 use evpose_app::machine::Machine;
@@ -109,7 +109,7 @@ pub(crate) fn run(args: &BenchSimArgs) -> Result<()> {
 pub(crate) fn figures(args: &BenchSimArgs) -> Result<Vec<Figure>> {
     let report = measure_all(args)?;
     let figure = |measured: &Measured| {
-        let work = format!("{} hand, {} threads", measured.mesh, report.machine.threads);
+        let work = format!("{} hand, {}", measured.mesh, threads(report.machine.threads));
         Figure::rate("sim", work, "steps/s", measured.median_steps_per_s)
     };
     Ok(report.meshes.iter().map(figure).collect())

@@ -14,7 +14,7 @@ use evpose_task::hand::HandConfig;
 use evpose_train::untrained;
 use serde::Serialize;
 
-use crate::all::Figure;
+use crate::all::{Figure, threads};
 use evpose_app::args::DeviceArgs;
 use evpose_app::hand_config;
 use evpose_app::json::write_json;
@@ -118,7 +118,8 @@ pub(crate) fn run(args: &BenchTrainArgs) -> Result<()> {
 pub(crate) fn figure(args: &BenchTrainArgs) -> Result<Figure> {
     let report = measure(args)?;
     let [batch, ..] = report.input;
-    let work = format!("{}, a step of {batch}, {} threads", report.network, report.machine.threads);
+    let threads = threads(report.machine.threads);
+    let work = format!("{}, a step of {batch}, {threads}", report.network);
     Ok(Figure::time("train", work, "ms", report.step.median_ms))
 }
 
