@@ -1,0 +1,22 @@
+//! Which bits of a mask are set, eight at a time.
+
+/// For every byte, which of its bits are set, from the lowest up; what is behind them is
+/// overwritten.
+pub(super) static BITS: [[u16; 8]; 256] = bits();
+
+const fn bits() -> [[u16; 8]; 256] {
+    let mut table = [[0; 8]; 256];
+    let mut byte = 0;
+    while byte < 256 {
+        let (mut bit, mut count) = (0, 0);
+        while bit < 8 {
+            if byte >> bit & 1 == 1 {
+                table[byte][count] = bit;
+                count += 1;
+            }
+            bit += 1;
+        }
+        byte += 1;
+    }
+    table
+}
