@@ -1,10 +1,11 @@
 //! One numeric array, column by column, without trusting its header.
 
-use std::io::{self, BufReader, Read};
+use std::io::{self, Read};
 
 use npyz::{DType, Endianness, NpyHeader, Order, TypeChar, TypeStr};
 
 use super::NpzFault;
+use crate::fill::fill_to_fault;
 
 /// NumPy writes 128 bytes, more for records. A longer header is no recording's.
 const LONGEST_HEADER: u16 = 4096;
@@ -17,10 +18,14 @@ const MAX_COLUMNS: u64 = 16;
 /// Bytes that are taken at a time.
 const PIECE: usize = 1 << 16;
 
-/// A column of values.
+/// A column of values, of the types that events have as they lie in the file.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Column {
-    /// Integers.
+    /// `u1` and `bool`.
+    Bytes(Vec<u8>),
+    /// `u2`.
+    Short(Vec<u16>),
+    /// All other integers.
     Whole(Vec<i64>),
     /// Values that need not be integers.
     Real(Vec<f64>),
@@ -38,6 +43,8 @@ pub(super) struct Array {
 impl Column {
     pub(super) fn len(&self) -> usize {
         match self {
+            Self::Bytes(values) => values.len(),
+            Self::Short(values) => values.len(),
             Self::Whole(values) => values.len(),
             Self::Real(values) => values.len(),
         }
@@ -46,6 +53,8 @@ impl Column {
     /// A value as a number that is not exact beyond 2^53.
     pub(super) fn real(&self, k: usize) -> f64 {
         match self {
+            Self::Bytes(values) => f64::from(values[k]),
+            Self::Short(values) => f64::from(values[k]),
             Self::Whole(values) => values[k] as f64,
             Self::Real(values) => values[k],
         }
@@ -54,6 +63,8 @@ impl Column {
     /// A value as an integer, if it is one.
     pub(super) fn whole(&self, k: usize) -> Option<i64> {
         match self {
+            Self::Bytes(values) => Some(values[k].into()),
+            Self::Short(values) => Some(values[k].into()),
             Self::Whole(values) => Some(values[k]),
             Self::Real(values) => {
                 let value = values[k];
@@ -63,8 +74,10 @@ impl Column {
     }
 
     fn with_kind(kind: Kind) -> Self {
-        match kind.letter {
-            TypeChar::Float => Self::Real(Vec::new()),
+        match (kind.letter, kind.bytes) {
+            (TypeChar::Float, _) => Self::Real(Vec::new()),
+            (TypeChar::Uint | TypeChar::Bool, 1) => Self::Bytes(Vec::new()),
+            (TypeChar::Uint, 2) => Self::Short(Vec::new()),
             _ => Self::Whole(Vec::new()),
         }
     }
@@ -80,22 +93,55 @@ impl Column {
         }
     }
 
+    #[inline(always)]
     fn extend_by<const BYTES: usize>(
         &mut self,
         kind: Kind,
         rows: &Rows,
         at: usize,
     ) -> Result<(), (NpzFault, usize)> {
-        let raw = rows.bytes.chunks_exact(rows.length).filter_map(|row| {
-            let mut value: [u8; BYTES] = *row[at..].first_chunk()?;
-            if kind.is_big {
-                value.reverse();
-            }
+        // A column by itself is copied, which rows of a length that is not known are not.
+        if rows.length == BYTES {
+            return self.extend_with(kind, rows.bytes.as_chunks::<BYTES>().0.iter().copied());
+        }
+        let values = rows.bytes.chunks_exact(rows.length);
+        self.extend_with(kind, values.map(|row| *row[at..].first_chunk().unwrap_or(&[0; BYTES])))
+    }
+
+    #[inline(always)]
+    fn extend_with<const BYTES: usize>(
+        &mut self,
+        kind: Kind,
+        values: impl ExactSizeIterator<Item = [u8; BYTES]>,
+    ) -> Result<(), (NpzFault, usize)> {
+        if kind.is_big {
+            self.extend_ordered(
+                kind,
+                values.map(|mut value| {
+                    value.reverse();
+                    value
+                }),
+            )
+        } else {
+            self.extend_ordered(kind, values)
+        }
+    }
+
+    /// Takes values whose first byte is the lowest.
+    #[inline(always)]
+    fn extend_ordered<const BYTES: usize>(
+        &mut self,
+        kind: Kind,
+        values: impl ExactSizeIterator<Item = [u8; BYTES]>,
+    ) -> Result<(), (NpzFault, usize)> {
+        let raw = values.map(|value| {
             let mut wide = [0; 8];
             wide[..BYTES].copy_from_slice(&value);
-            Some(u64::from_le_bytes(wide))
+            u64::from_le_bytes(wide)
         });
         match self {
+            Self::Bytes(values) => values.extend(raw.map(|raw| raw as u8)),
+            Self::Short(values) => values.extend(raw.map(|raw| raw as u16)),
             Self::Real(values) if BYTES == 4 => {
                 values.extend(raw.map(|raw| f64::from(f32::from_bits(raw as u32))));
             }
@@ -116,6 +162,20 @@ impl Column {
         }
         Ok(())
     }
+
+    /// A column of values as columns that lie one behind the other, of `of_each` values.
+    fn apart(&self, of_each: usize) -> Vec<Self> {
+        match self {
+            Self::Bytes(values) => parts(values, of_each, Self::Bytes),
+            Self::Short(values) => parts(values, of_each, Self::Short),
+            Self::Whole(values) => parts(values, of_each, Self::Whole),
+            Self::Real(values) => parts(values, of_each, Self::Real),
+        }
+    }
+}
+
+fn parts<T: Clone>(values: &[T], of_each: usize, column: fn(Vec<T>) -> Column) -> Vec<Column> {
+    values.chunks(of_each.max(1)).map(|part| column(part.to_vec())).collect()
 }
 
 /// Whole rows of an array.
@@ -146,23 +206,21 @@ impl Kind {
     }
 }
 
-/// Takes an array, value by value, so that memory grows with the data rather than with what the
+/// Takes an array, piece by piece, so that memory grows with the data rather than with what the
 /// header claims. A fault comes with the number of values before it.
-pub(super) fn read(entry: impl Read) -> Result<Array, (NpzFault, usize)> {
-    let mut entry = BufReader::with_capacity(PIECE, entry);
+pub(super) fn read(mut entry: impl Read) -> Result<Array, (NpzFault, usize)> {
     let header = header(&mut entry).map_err(|fault| (fault, 0))?;
     let layout = Layout::from_header(&header).map_err(|fault| (fault, 0))?;
     let mut columns: Vec<Column> =
         layout.kinds.iter().map(|kind| Column::with_kind(*kind)).collect();
     let length: usize = layout.kinds.iter().map(|kind| kind.bytes).sum();
     let most = (PIECE / length).max(1) as u64;
-    let (mut bytes, mut before) = (Vec::new(), 0);
+    let (mut piece, mut before) = (vec![0; most as usize * length], 0);
     while before < layout.rows {
-        let wanted = most.min(layout.rows - before) as usize * length;
-        bytes.clear();
-        let got = (&mut entry).take(wanted as u64).read_to_end(&mut bytes);
-        let whole = bytes.len() / length;
-        let rows = Rows { bytes: &bytes[..whole * length], length };
+        let piece = &mut piece[..most.min(layout.rows - before) as usize * length];
+        let (filled, failed) = fill_to_fault(&mut entry, piece);
+        let whole = filled / length;
+        let rows = Rows { bytes: &piece[..whole * length], length };
         let mut at = 0;
         for (column, kind) in columns.iter_mut().zip(&layout.kinds) {
             let extended = column.extend(*kind, &rows, at);
@@ -170,9 +228,9 @@ pub(super) fn read(entry: impl Read) -> Result<Array, (NpzFault, usize)> {
             at += kind.bytes;
         }
         before += whole as u64;
-        got.map_err(|e| (unreadable(&e), before as usize))?;
-        if bytes.len() < wanted {
-            return Err((unreadable(&io::ErrorKind::UnexpectedEof.into()), before as usize));
+        if filled < piece.len() {
+            let end = || io::ErrorKind::UnexpectedEof.into();
+            return Err((unreadable(&failed.unwrap_or_else(end)), before as usize));
         }
     }
     // The archive compares its checksum only where an entry ends.
@@ -181,22 +239,9 @@ pub(super) fn read(entry: impl Read) -> Result<Array, (NpzFault, usize)> {
         Ok(_) => return Err((NpzFault::Trailing, layout.rows as usize)),
         Err(e) => return Err((unreadable(&e), 0)),
     }
-    let columns =
-        if layout.is_one_after_another { apart(columns, layout.of_each) } else { columns };
-    Ok(Array { names: layout.names, columns })
-}
-
-/// A single column of values as columns that lie one behind the other.
-fn apart(columns: Vec<Column>, of_each: usize) -> Vec<Column> {
-    let of_each = of_each.max(1);
-    match columns.into_iter().next() {
-        Some(Column::Whole(values)) => {
-            values.chunks(of_each).map(|part| Column::Whole(part.to_vec())).collect()
-        }
-        Some(Column::Real(values)) => {
-            values.chunks(of_each).map(|part| Column::Real(part.to_vec())).collect()
-        }
-        None => Vec::new(),
+    match (layout.is_one_after_another, columns.as_slice()) {
+        (true, [all]) => Ok(Array { names: layout.names, columns: all.apart(layout.of_each) }),
+        _ => Ok(Array { names: layout.names, columns }),
     }
 }
 
