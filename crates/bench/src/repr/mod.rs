@@ -1,6 +1,7 @@
 //! `evpose bench repr`: how fast representations take events in and are drawn, on one core.
 
 mod events;
+mod image_share;
 mod photograph;
 mod plain;
 
@@ -16,8 +17,12 @@ use evpose_repr::{
 };
 use serde::Serialize;
 
+use image_share::ImageShare;
+
 use crate::all::Figure;
-use crate::peer_bench::{Case, CaseResult, Run, matching, run_peers, time, warn_under_load};
+use crate::peer_bench::{
+    Case, CaseResult, Run, is_named, matching, run_peers, time, warn_under_load,
+};
 use crate::peer_bench::{PEERS, PeerCommand};
 use evpose_app::json::write_json;
 use evpose_app::machine::Machine;
@@ -28,6 +33,7 @@ use std::path::PathBuf;
 #[derive(Debug, clap::Args)]
 #[command(after_help = format!("Examples:\n  evpose bench repr\n  \
     evpose bench repr --only eros --only 640x480 --json repr.json\n  \
+    evpose bench repr --only 'image share'\n  \
     evpose bench repr --peer 'tonic=python3 peer.py'\n\n{PEERS}"))]
 pub struct BenchReprArgs {
     /// Events in 100 ms
@@ -61,6 +67,7 @@ struct Report {
     commit: &'static str,
     events: usize,
     cases: Vec<CaseResult>,
+    image_shares: Vec<ImageShare>,
 }
 
 pub(crate) fn run(args: &BenchReprArgs) -> Result<()> {
@@ -81,7 +88,13 @@ fn measure(args: &BenchReprArgs) -> Result<Report> {
         WINDOW.0 / 1000
     ));
     let cases = cases(args.events, args.image.as_deref())?;
-    let mut lines = time(matching(cases, &args.only)?, args.passes)?;
+    let has_shares = image_share::are_named(&args.only);
+    let has_cases = cases.iter().any(|case| is_named(&case.name, &args.only));
+    let mut lines = match has_cases || !has_shares {
+        true => time(matching(cases, &args.only)?, args.passes)?,
+        false => Vec::new(),
+    };
+    let image_shares = image_share::measure(args.events, args.passes, &args.only)?;
     if !args.peers.is_empty() {
         let folder = tempfile::tempdir().context("making a folder for the events")?;
         for sensor in SENSORS {
@@ -92,8 +105,7 @@ fn measure(args: &BenchReprArgs) -> Result<Report> {
         run_peers(&args.peers, folder.path(), &mut lines)?;
     }
     warn_under_load(&lines);
-    let report = Report { machine, commit: COMMIT, events: args.events, cases: lines };
-    Ok(report)
+    Ok(Report { machine, commit: COMMIT, events: args.events, cases: lines, image_shares })
 }
 
 /// Updates by a stream that goes on, images of it, whole windows at once, and images made like
