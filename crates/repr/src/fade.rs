@@ -40,7 +40,7 @@ impl Fade {
         Self { per_us: -std::f64::consts::LOG2_E / tau_us }
     }
 
-    /// What is left of 1 after `age_us`, from 0 on.
+    /// Remainder of 1 after `age_us`, from 0 on.
     #[inline(always)]
     pub(crate) fn after(self, age_us: i32) -> f32 {
         let power = f64::from(age_us) * self.per_us;

@@ -44,7 +44,7 @@ impl Sliding {
         self.events.back().copied()
     }
 
-    /// Some events, by their numbers.
+    /// Events `range.start` up to `range.end` of the window.
     pub(crate) fn range(&self, range: Range<usize>) -> impl Iterator<Item = Placed> + '_ {
         self.events.range(range).copied()
     }

@@ -3,7 +3,8 @@
 //! # Model
 //! Per pixel and polarity, with `t_last` the time of its latest event: `exp(-(t_now - t_last)/τ)`,
 //! 1 for an event that happens now, 0 where there was none. Windows are ignored: what is older than
-//! some τ is gone anyway (and what is older than 18 minutes is dropped).
+//! some τ is gone anyway (and what is older than 18 minutes is dropped). A value is the nearest `f32`
+//! or the one next to it.
 //!
 //! # Borders
 //! None: an event changes its own pixel only.

@@ -214,8 +214,11 @@ mod tests {
 
         use super::*;
 
-        /// What a frame becomes without the library, and with it.
-        fn both(frame: &[u8]) -> [(Result<(), Cow<'static, str>>, Vec<u8>); 2] {
+        /// Whether a frame is read, and its bytes.
+        type Read = (Result<(), Cow<'static, str>>, Vec<u8>);
+
+        /// A frame read without the library, and with it.
+        fn both(frame: &[u8]) -> [Read; 2] {
             let rust = Inflater { libzstd: None, ..Inflater::new() };
             [rust, Inflater::new()].map(|mut inflater| {
                 let result = inflater.inflate(Compression::Zstd, frame);

@@ -1,6 +1,6 @@
-//! Which bits of a mask are set, eight at a time.
+//! Positions of the set bits of a mask, eight at a time.
 
-/// For every byte, which of its bits are set, from the lowest up; what is behind them is
+/// Of every byte, the positions of its set bits from the lowest up; zeros behind them are
 /// overwritten.
 pub(super) static BITS: [[u16; 8]; 256] = bits();
 

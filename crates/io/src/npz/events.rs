@@ -3,7 +3,8 @@
 use evpose_core::{Micros, Polarity};
 
 use super::NpzFault;
-use super::array::{Array, Column};
+use super::array::Array;
+use super::column::Column;
 use crate::Columns;
 use crate::sniff::is_time;
 

@@ -7,7 +7,8 @@ use evpose_core::SensorSize;
 use zip::ZipArchive;
 
 use super::NpzFault;
-use super::array::{self, Array, Column};
+use super::array::{self, Array};
+use super::column::Column;
 use super::events::{Named, REQUIRED, array_by_name};
 use crate::{Columns, EventSource, Header, Input, IoError, MemorySource, OpenOptions, ReadSeek};
 

@@ -8,8 +8,7 @@
 //! those up to an inner border are made for an image, from a copy up to an event nearby.
 //!
 //! Both sums are one integer, `Σ p·(2^40 + t)`, with times from an origin. It may wrap around:
-//! differences are exact, and what they are made of is told apart by a division. An image is
-//! rounded once.
+//! differences are exact, and a division separates counts from times. An image is rounded once.
 
 use std::cell::RefCell;
 use std::collections::VecDeque;

@@ -120,7 +120,7 @@ proptest! {
     }
 }
 
-/// More events of one pixel than a sum holds, and times further apart than it tells.
+/// More events of one pixel than a sum holds, and times that are further apart.
 #[test]
 fn sums_that_would_overflow_are_not_used() {
     let sensor = SensorSize { width: 1, height: 1 };
