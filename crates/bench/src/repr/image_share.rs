@@ -110,3 +110,34 @@ fn packets(window: &EventStream, start: Micros) -> Result<Vec<EventStream>> {
     }
     Ok(packets)
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+
+    use super::*;
+
+    #[test]
+    fn packets_are_the_window_later_and_every_millisecond_another() {
+        let window = events::wandering(SensorSize::DAVIS240C, 3000);
+        let packets = packets(&window, WINDOW).unwrap();
+        assert_eq!(packets.len(), 100);
+        let all = packets.iter().flat_map(EventStream::iter);
+        assert!(all.eq(window.iter().map(|mut event| {
+            event.t = Micros(event.t.0 + WINDOW.0);
+            event
+        })));
+    }
+
+    #[test]
+    fn every_representation_has_a_share_on_every_sensor_and_words_choose_among_them() {
+        assert_eq!(measure(200, 1, &[]).unwrap().len(), 2 * REPRESENTATIONS.iter().count());
+        let words = ["voxel-grid image share".to_owned(), "240x180".to_owned()];
+        assert!(are_named(&words) && !are_named(&["update".to_owned()]));
+        let shares = measure(200, 2, &words).unwrap();
+        let [share] = shares.as_slice() else { panic!("{shares:?}") };
+        assert_eq!(share.representation, "voxel-grid");
+        let percent = 100.0 * share.image_us / share.update_us;
+        assert!(share.image_us > 0.0 && (share.image_percent - percent).abs() < 1e-9);
+    }
+}
