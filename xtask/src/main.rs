@@ -40,12 +40,12 @@ const CI: &[Step] = &[
     },
     Step { why: "tests", args: &["test", "--workspace", "--no-fail-fast"], env: &[] },
     Step {
-        why: "optional features: HDF5 recordings, hands of glTF files",
+        why: "optional features: HDF5 recordings, Zstandard's library, hands of glTF files",
         args: &[
             "test",
             "--package=evpose-io",
             "--package=evpose-body",
-            "--features=evpose-io/hdf5,evpose-body/gltf",
+            "--features=evpose-io/hdf5,evpose-io/zstd,evpose-body/gltf",
             "--no-fail-fast",
         ],
         env: &[],

@@ -32,8 +32,6 @@ pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
 #[derive(Debug, Clone)]
 pub struct Binary {
     last_times: LastTimes,
-    /// Both polarities, before they are joined.
-    pixels: usize,
 }
 
 const PEAK: f32 = 255.0;
@@ -41,7 +39,7 @@ const PEAK: f32 = 255.0;
 impl Binary {
     /// An image without events.
     pub fn new(window: StreamWindow) -> Self {
-        Self { last_times: LastTimes::new(window), pixels: window.sensor.pixels() }
+        Self { last_times: LastTimes::new(window) }
     }
 }
 
@@ -59,13 +57,7 @@ impl Representation for Binary {
     }
 
     fn render(&self, out: &mut [f32]) {
-        assert_eq!(out.len(), self.pixels, "planes of another size");
-        let mut both = vec![0.0; 2 * self.pixels];
-        self.last_times.render(&mut both, |left_us| if left_us > 0 { PEAK } else { 0.0 });
-        let (first, second) = both.split_at(self.pixels);
-        for (out, (a, b)) in out.iter_mut().zip(first.iter().zip(second)) {
-            *out = a.max(*b);
-        }
+        self.last_times.render_joined(out, |left_us| if left_us > 0 { PEAK } else { 0.0 });
     }
 
     fn grey(&self) -> Grey {

@@ -15,7 +15,7 @@ use evpose_core::{EventStream, Micros};
 
 use crate::counts::Counts;
 use crate::spec::{Memory, PolarityUse, RepresentationSpec};
-use crate::three_sigma::{scaled, three_sigma_scale};
+use crate::three_sigma::{three_sigma_scale, write_scaled};
 use crate::{Counting, Grey, Representation, StreamWindow};
 
 /// The registry entry of `event-count`.
@@ -60,9 +60,7 @@ impl Representation for EventCount {
     fn render(&self, out: &mut [f32]) {
         assert_eq!(2 * out.len(), self.counts.per_polarity().len(), "planes of another size");
         let scale = three_sigma_scale(self.counts.per_pixel());
-        for (out, count) in out.iter_mut().zip(self.counts.per_pixel()) {
-            *out = scaled(count, scale).trunc() as f32;
-        }
+        write_scaled(out, self.counts.per_pixel(), scale, f64::trunc);
     }
 
     fn grey(&self) -> Grey {

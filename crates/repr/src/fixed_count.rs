@@ -23,7 +23,7 @@ use evpose_core::{EventStream, Micros, SensorSize};
 use crate::clock::StreamClock;
 use crate::parameter::{Parameter, ParameterKind};
 use crate::spec::{Memory, PolarityUse, RepresentationSpec};
-use crate::three_sigma::{scaled, three_sigma_scale};
+use crate::three_sigma::{three_sigma_scale, write_scaled};
 use crate::{Grey, Representation};
 
 /// The registry entry of `fixed-count`.
@@ -131,9 +131,7 @@ impl Representation for FixedCount {
     fn render(&self, out: &mut [f32]) {
         assert_eq!(out.len(), self.counts.len(), "planes of another size");
         let scale = three_sigma_scale(self.counts.iter().copied());
-        for (out, &count) in out.iter_mut().zip(&self.counts) {
-            *out = scaled(count, scale) as f32;
-        }
+        write_scaled(out, self.counts.iter().copied(), scale, |grey| grey);
     }
 
     fn grey(&self) -> Grey {

@@ -71,21 +71,13 @@ impl LastTimes {
         self.window.length_us
     }
 
-    /// Writes `value(left)` for every pixel, where `left` is the time in microseconds until its
-    /// latest event leaves the window: its length for an event that happens now, 0 where it shows
-    /// none.
+    /// Writes `value(left)` for every pixel and polarity, where `left` is the time in microseconds
+    /// until its latest event leaves the window: its length for an event that happens now, 0 where
+    /// it shows none.
     #[inline(always)]
     pub(crate) fn render(&self, out: &mut [f32], value: impl Fn(i32) -> f32 + Copy) {
         assert_eq!(out.len(), self.last_us.len(), "planes of another size");
-        let length_us = self.window.length_us;
-        let now_us = match (self.clock.now, self.origin) {
-            // At most `FURTHEST_US`: the origin has been moved.
-            (Some(now), Some(origin)) => now.0.saturating_sub(origin.0) as i32,
-            _ => 0,
-        };
-        // Times left are times of events plus this: what was so long ago is below zero by then.
-        let offset_us = length_us - now_us;
-        let last_us = self.last_us.as_slice();
+        let (offset_us, last_us) = (self.offset_us(), self.last_us.as_slice());
         vectorize(
             // What is captured by reference might be among the values: it would be read again and
             // again.
@@ -96,6 +88,31 @@ impl LastTimes {
                 }
             },
         );
+    }
+
+    /// As [`Self::render`], of the latest event of either polarity, `[height][width]`.
+    #[inline(always)]
+    pub(crate) fn render_joined(&self, out: &mut [f32], value: impl Fn(i32) -> f32 + Copy) {
+        assert_eq!(2 * out.len(), self.last_us.len(), "planes of another size");
+        let (offset_us, (first, second)) = (self.offset_us(), self.last_us.split_at(out.len()));
+        vectorize(
+            #[inline(always)]
+            move || {
+                for (out, (&first, &second)) in out.iter_mut().zip(first.iter().zip(second)) {
+                    *out = value((first.max(second) + offset_us).max(0));
+                }
+            },
+        );
+    }
+
+    /// Times left are times of events plus this: what was so long ago is below zero by then.
+    fn offset_us(&self) -> i32 {
+        let now_us = match (self.clock.now, self.origin) {
+            // At most `FURTHEST_US`: the origin has been moved.
+            (Some(now), Some(origin)) => now.0.saturating_sub(origin.0) as i32,
+            _ => 0,
+        };
+        self.window.length_us - now_us
     }
 
     /// A time after the origin, which moves there if the time is too far from it.

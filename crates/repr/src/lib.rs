@@ -50,6 +50,7 @@ mod eros;
 mod eros_like;
 mod error;
 mod event_count;
+mod fade;
 mod fixed_count;
 mod frame;
 mod grey;

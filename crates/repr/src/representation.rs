@@ -27,7 +27,8 @@ pub trait Representation: Debug + Send {
     /// Moves `now` on to `t`; an earlier `t` changes nothing.
     fn advance(&mut self, t: Micros);
 
-    /// Writes the planes, `[channels][height][width]`.
+    /// Writes the planes, `[channels][height][width]`. Planes in a vector of their own become a
+    /// tensor without a copy: Burn's `TensorData::new` takes its memory over.
     ///
     /// # Panics
     /// If `out` has another length.

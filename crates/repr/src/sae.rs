@@ -12,6 +12,7 @@
 //! Benosman et al., *Event-Based Visual Flow*, TNNLS 2014; hpe-core, class `SAE`.
 
 use evpose_core::{EventStream, Micros, SensorSize};
+use evpose_simd::vectorize;
 
 use crate::clock::StreamClock;
 use crate::spec::{Memory, PolarityUse, RepresentationSpec};
@@ -78,9 +79,15 @@ impl Representation for Sae {
 
     fn render(&self, out: &mut [f32]) {
         assert_eq!(out.len(), self.last.len(), "planes of another size");
-        for (out, t) in out.iter_mut().zip(self.times()) {
-            *out = t.map_or(0.0, |t| t.as_seconds() as f32);
-        }
+        let last = self.last.as_slice();
+        vectorize(
+            #[inline(always)]
+            move || {
+                for (out, &t) in out.iter_mut().zip(last) {
+                    *out = if t == NEVER { 0.0 } else { t.as_seconds() as f32 };
+                }
+            },
+        );
     }
 
     fn grey(&self) -> Grey {

@@ -1,6 +1,7 @@
 //! The events of a window that slides.
 
 use std::collections::VecDeque;
+use std::ops::Range;
 
 use evpose_core::{EventStream, Micros};
 
@@ -24,8 +25,33 @@ impl Sliding {
     /// Removes the events that are out of the window at `now`, and shows their indices to `gone`.
     pub(crate) fn expire(&mut self, window: &StreamWindow, now: Micros, gone: impl FnMut(u32)) {
         let oldest = Micros(now.0.saturating_sub(window.length_us.into()));
-        let out = self.events.partition_point(|&(t, _)| t <= oldest);
+        let out = self.partition_point(|t| t <= oldest);
         self.events.drain(..out).map(|(_, index)| index).for_each(gone);
+    }
+
+    /// Count of events.
+    pub(crate) fn len(&self) -> usize {
+        self.events.len()
+    }
+
+    /// Event number `index`.
+    pub(crate) fn get(&self, index: usize) -> Option<Placed> {
+        self.events.get(index).copied()
+    }
+
+    /// The last event.
+    pub(crate) fn last(&self) -> Option<Placed> {
+        self.events.back().copied()
+    }
+
+    /// Events `range.start` up to `range.end` of the window.
+    pub(crate) fn range(&self, range: Range<usize>) -> impl Iterator<Item = Placed> + '_ {
+        self.events.range(range).copied()
+    }
+
+    /// How many events are before the first whose time is not `early`.
+    pub(crate) fn partition_point(&self, early: impl Fn(Micros) -> bool) -> usize {
+        self.events.partition_point(|&(t, _)| early(t))
     }
 
     /// The events of the window: the older ones, then the newer ones.

@@ -9,16 +9,24 @@
 //! Calabrese et al., *DHP19*, CVPRW 2019; hpe-core, class `eventFrame` in Python (which keeps
 //! fractions) and `varianceNormalisation` in C++ (which drops them).
 
+use evpose_simd::vectorize;
+
 /// The factor from counts to grey values; sums are exact, so the order of the pixels does not
 /// matter.
 pub(crate) fn three_sigma_scale(counts: impl Iterator<Item = u32>) -> f64 {
-    let (mut fired, mut sum, mut squares) = (0u64, 0u64, 0u64);
-    for count in counts {
-        fired += u64::from(count > 0);
-        sum += u64::from(count);
-        // At most the square of the number of events, of which memory does not hold 2³².
-        squares += u64::from(count) * u64::from(count);
-    }
+    let (fired, sum, squares) = vectorize(
+        #[inline(always)]
+        || {
+            let (mut fired, mut sum, mut squares) = (0u64, 0u64, 0u64);
+            for count in counts {
+                fired += u64::from(count > 0);
+                sum += u64::from(count);
+                // At most the square of the number of events, of which memory does not hold 2³².
+                squares += u64::from(count) * u64::from(count);
+            }
+            (fired, sum, squares)
+        },
+    );
     // No pixel has fired: nothing will be scaled.
     let fired = fired.max(1);
     // n²·σ², an integer.
@@ -27,8 +35,27 @@ pub(crate) fn three_sigma_scale(counts: impl Iterator<Item = u32>) -> f64 {
     255.0 / (3.0 * sigma.max(0.1 / 255.0))
 }
 
+/// Writes counts as grey values, `rounded` from what they are exactly.
+#[inline(always)]
+pub(crate) fn write_scaled(
+    out: &mut [f32],
+    counts: impl Iterator<Item = u32>,
+    scale: f64,
+    rounded: impl Fn(f64) -> f64,
+) {
+    vectorize(
+        #[inline(always)]
+        || {
+            for (out, count) in out.iter_mut().zip(counts) {
+                *out = rounded(scaled(count, scale)) as f32;
+            }
+        },
+    );
+}
+
 /// A count as a grey value.
-pub(crate) fn scaled(count: u32, scale: f64) -> f64 {
+#[inline(always)]
+fn scaled(count: u32, scale: f64) -> f64 {
     (f64::from(count) * scale).min(255.0)
 }
 

@@ -3,7 +3,8 @@
 //! # Model
 //! Per pixel and polarity, with `t_last` the time of its latest event: `exp(-(t_now - t_last)/τ)`,
 //! 1 for an event that happens now, 0 where there was none. Windows are ignored: what is older than
-//! some τ is gone anyway (and what is older than 18 minutes is dropped).
+//! some τ is gone anyway (and what is older than 18 minutes is dropped). A value is the nearest `f32`
+//! or the one next to it.
 //!
 //! # Borders
 //! None: an event changes its own pixel only.
@@ -14,6 +15,7 @@
 
 use evpose_core::{EventStream, Micros};
 
+use crate::fade::Fade;
 use crate::last_times::LastTimes;
 use crate::parameter::{Parameter, ParameterKind};
 use crate::spec::{Memory, PolarityUse, RepresentationSpec};
@@ -65,7 +67,7 @@ impl Default for TimeSurfaceConfig {
 #[derive(Debug, Clone)]
 pub struct TimeSurface {
     last_times: LastTimes,
-    tau_us: f64,
+    fade: Fade,
 }
 
 impl TimeSurface {
@@ -75,7 +77,7 @@ impl TimeSurface {
     /// If the time constant is not above 0.
     pub fn new(window: StreamWindow, config: TimeSurfaceConfig) -> Self {
         assert!(config.tau_ms > 0.0, "a time constant of {} ms", config.tau_ms);
-        Self { last_times: LastTimes::new(window.longest()), tau_us: config.tau_ms * 1e3 }
+        Self { last_times: LastTimes::new(window.longest()), fade: Fade::new(config.tau_ms * 1e3) }
     }
 }
 
@@ -93,11 +95,16 @@ impl Representation for TimeSurface {
     }
 
     fn render(&self, out: &mut [f32]) {
-        let (length_us, rate) = (self.last_times.length_us(), -1.0 / self.tau_us);
-        self.last_times.render(out, move |left_us| match left_us {
-            0 => 0.0,
-            left_us => (f64::from(length_us - left_us) * rate).exp() as f32,
-        });
+        let (length_us, fade) = (self.last_times.length_us(), self.fade);
+        self.last_times.render(
+            out,
+            #[inline(always)]
+            move |left_us| {
+                // A product, not a branch: no vector takes both ways of one.
+                let is_shown = f32::from(u8::from(left_us > 0));
+                is_shown * fade.after(length_us - left_us)
+            },
+        );
     }
 
     fn grey(&self) -> Grey {

@@ -6,6 +6,9 @@
 //! either side, `1 - |b - t*|` of it to bin `b`. Where all events happen at once they are in the
 //! first bin.
 //!
+//! A window of fewer events than an image has values is summed event by event, in `f32`; one of
+//! more by sums that are kept from push to push and are exact. The two differ by rounding.
+//!
 //! # Borders
 //! None: an event changes its own pixel only. Along time, the first event is in the first bin as a
 //! whole, the last in the last.
@@ -21,6 +24,9 @@ use crate::parameter::{Parameter, ParameterKind};
 use crate::sliding::{Placed, Sliding, first_shown};
 use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::{Grey, Representation, StreamWindow};
+
+mod prefix_sums;
+use prefix_sums::PrefixSums;
 
 /// The registry entry of `voxel-grid`.
 pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
@@ -71,6 +77,8 @@ pub struct VoxelGrid {
     bins: usize,
     /// Positions in planes of two channels, OFF first.
     events: Sliding,
+    /// Sums, once there were many events.
+    sums: Option<PrefixSums>,
     clock: StreamClock,
 }
 
@@ -83,7 +91,7 @@ impl VoxelGrid {
         assert!(config.bins > 0, "a grid without bins");
         let window = window.off_first();
         let (bins, events) = (config.bins as usize, Sliding::default());
-        Self { window, bins, events, clock: StreamClock::default() }
+        Self { window, bins, events, sums: None, clock: StreamClock::default() }
     }
 }
 
@@ -111,15 +119,9 @@ impl Representation for VoxelGrid {
     fn render(&self, out: &mut [f32]) {
         let pixels = self.window.sensor.pixels();
         assert_eq!(out.len(), self.bins * pixels, "planes of another size");
-        out.fill(0.0);
-        let (older, newer) = self.events.as_slices();
-        let both = [older, newer];
-        let mut all = both.iter().flat_map(|part| [part.first(), part.last()]).flatten();
-        let Some(&(first, _)) = all.next() else { return };
-        let last = all.next_back().map_or(first, |&(t, _)| t);
-        let span_us = (last.0 - first.0).max(1);
-        for part in both {
-            spread(part, first, span_us, pixels, self.bins, out);
+        let summed = self.sums.as_ref().filter(|_| self.has_many());
+        if !summed.is_some_and(|sums| sums.render(&self.events, self.bins, out)) {
+            self.add_events(out);
         }
     }
 
@@ -129,6 +131,9 @@ impl Representation for VoxelGrid {
 
     fn reset(&mut self) {
         self.events.clear();
+        if let Some(sums) = &mut self.sums {
+            sums.reset();
+        }
         self.clock = StreamClock::default();
     }
 }
@@ -136,7 +141,33 @@ impl Representation for VoxelGrid {
 impl VoxelGrid {
     fn expire(&mut self) {
         let Some(now) = self.clock.now else { return };
+        let before = self.events.len();
         self.events.expire(&self.window, now, |_| ());
+        if let Some(sums) = &mut self.sums {
+            sums.remove_first(before - self.events.len());
+        }
+        if self.has_many() {
+            let pixels = self.window.sensor.pixels();
+            self.sums.get_or_insert_with(|| PrefixSums::new(pixels)).follow(&self.events);
+        }
+    }
+
+    /// Whether events cost more than the pixels of as many sums as there are bins.
+    fn has_many(&self) -> bool {
+        self.bins > 1 && self.events.len() > self.bins * self.window.sensor.pixels()
+    }
+
+    /// Writes the planes, event by event.
+    fn add_events(&self, out: &mut [f32]) {
+        out.fill(0.0);
+        let Some(((first, _), (last, _))) = self.events.get(0).zip(self.events.last()) else {
+            return;
+        };
+        let (pixels, span_us) = (self.window.sensor.pixels(), (last.0 - first.0).max(1));
+        let (older, newer) = self.events.as_slices();
+        for part in [older, newer] {
+            spread(part, first, span_us, pixels, self.bins, out);
+        }
     }
 }
 
@@ -184,44 +215,4 @@ fn spread(
 }
 
 #[cfg(test)]
-mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
-    use evpose_core::{Event, Polarity, SensorSize};
-
-    use super::*;
-    use crate::ChannelOrder;
-
-    const SENSOR: SensorSize = SensorSize { width: 2, height: 1 };
-
-    fn grid(bins: u32, events: &[(i64, u16, bool)]) -> Vec<f32> {
-        let window = StreamWindow::new(SENSOR, Micros(1000), ChannelOrder::OnFirst).unwrap();
-        let mut grid = VoxelGrid::new(window, VoxelGridConfig { bins });
-        let event = |&(t, x, on): &(i64, u16, bool)| Event {
-            t: Micros(t),
-            x,
-            y: 0,
-            polarity: Polarity::from_on(on),
-        };
-        grid.push(&EventStream::from_events(SENSOR, events.iter().map(event)).unwrap());
-        let mut out = vec![f32::NAN; bins as usize * SENSOR.pixels()];
-        grid.render(&mut out);
-        out
-    }
-
-    /// By hand: three bins over 200 µs, one every 100 µs.
-    #[test]
-    fn an_event_is_shared_by_the_bins_on_either_side() {
-        let events = [(50, 0, true), (75, 0, false), (200, 1, true), (250, 1, false)];
-        let want = [1.0 - 0.75, 0.0, -0.25, 0.5, 0.0, 0.5 - 1.0];
-        assert_eq!(grid(3, &events), want);
-        assert_eq!(grid(1, &events), [0.0, 0.0]);
-    }
-
-    #[test]
-    fn events_at_one_time_and_events_before_the_window_make_no_others() {
-        assert_eq!(grid(2, &[(7, 0, true), (7, 1, false)]), [1.0, -1.0, 0.0, 0.0]);
-        assert_eq!(grid(2, &[(7, 0, true), (2000, 1, false)]), [0.0, -1.0, 0.0, 0.0]);
-        assert_eq!(grid(2, &[]), [0.0; 4]);
-    }
-}
+mod tests;

@@ -1,6 +1,7 @@
 //! `evpose bench repr`: how fast representations take events in and are drawn, on one core.
 
 mod events;
+mod image_share;
 mod photograph;
 mod plain;
 
@@ -16,8 +17,12 @@ use evpose_repr::{
 };
 use serde::Serialize;
 
+use image_share::ImageShare;
+
 use crate::all::Figure;
-use crate::peer_bench::{Case, CaseResult, Run, matching, run_peers, time, warn_under_load};
+use crate::peer_bench::{
+    Case, CaseResult, Run, is_named, matching, run_peers, time, warn_under_load,
+};
 use crate::peer_bench::{PEERS, PeerCommand};
 use evpose_app::json::write_json;
 use evpose_app::machine::Machine;
@@ -28,6 +33,7 @@ use std::path::PathBuf;
 #[derive(Debug, clap::Args)]
 #[command(after_help = format!("Examples:\n  evpose bench repr\n  \
     evpose bench repr --only eros --only 640x480 --json repr.json\n  \
+    evpose bench repr --only 'image share'\n  \
     evpose bench repr --peer 'tonic=python3 peer.py'\n\n{PEERS}"))]
 pub struct BenchReprArgs {
     /// Events in 100 ms
@@ -61,10 +67,13 @@ struct Report {
     commit: &'static str,
     events: usize,
     cases: Vec<CaseResult>,
+    image_shares: Vec<ImageShare>,
 }
 
 pub(crate) fn run(args: &BenchReprArgs) -> Result<()> {
-    write_json(args.json.as_deref(), &measure(args)?)
+    let mut report = measure(args)?;
+    report.image_shares = image_share::measure(args.events, args.passes, &args.only)?;
+    write_json(args.json.as_deref(), &report)
 }
 
 /// Figures of the cases.
@@ -72,6 +81,7 @@ pub(crate) fn figures(args: &BenchReprArgs) -> Result<Vec<Figure>> {
     Ok(measure(args)?.cases.iter().map(|case| case.figure("repr")).collect())
 }
 
+/// Times the cases; shares of images are left out.
 fn measure(args: &BenchReprArgs) -> Result<Report> {
     let machine = Machine { threads: 1, ..Machine::this() };
     say(format!("machine   {machine}"));
@@ -81,7 +91,12 @@ fn measure(args: &BenchReprArgs) -> Result<Report> {
         WINDOW.0 / 1000
     ));
     let cases = cases(args.events, args.image.as_deref())?;
-    let mut lines = time(matching(cases, &args.only)?, args.passes)?;
+    let has_shares = image_share::are_named(&args.only);
+    let has_cases = cases.iter().any(|case| is_named(&case.name, &args.only));
+    let mut lines = match has_cases || !has_shares {
+        true => time(matching(cases, &args.only)?, args.passes)?,
+        false => Vec::new(),
+    };
     if !args.peers.is_empty() {
         let folder = tempfile::tempdir().context("making a folder for the events")?;
         for sensor in SENSORS {
@@ -92,8 +107,8 @@ fn measure(args: &BenchReprArgs) -> Result<Report> {
         run_peers(&args.peers, folder.path(), &mut lines)?;
     }
     warn_under_load(&lines);
-    let report = Report { machine, commit: COMMIT, events: args.events, cases: lines };
-    Ok(report)
+    let (events, image_shares) = (args.events, Vec::new());
+    Ok(Report { machine, commit: COMMIT, events, cases: lines, image_shares })
 }
 
 /// Updates by a stream that goes on, images of it, whole windows at once, and images made like

@@ -7,6 +7,8 @@ use std::io::{self, Write};
 use lz4_flex::frame::{BlockMode, BlockSize, FrameEncoder, FrameInfo};
 use zrip::{DecompressContext, DecompressError};
 
+#[cfg(feature = "zstd")]
+use super::libzstd::LibZstd;
 use super::lz4;
 
 /// Bytes that a packet may become: a file of a few bytes must not fill the memory.
@@ -132,12 +134,19 @@ pub(super) const TOO_LONG: &str = "a packet of more than 256 MiB";
 /// Decompresses packets.
 pub(super) struct Inflater {
     zstd: DecompressContext,
+    #[cfg(feature = "zstd")]
+    libzstd: Option<LibZstd>,
     pub(super) out: Scratch,
 }
 
 impl Inflater {
     pub(super) fn new() -> Self {
-        Self { zstd: DecompressContext::new(), out: Scratch::default() }
+        Self {
+            zstd: DecompressContext::new(),
+            #[cfg(feature = "zstd")]
+            libzstd: LibZstd::new(),
+            out: Scratch::default(),
+        }
     }
 
     /// Replaces what is in `out` by what `bytes` were compressed from; after a fault it is the part
@@ -159,6 +168,13 @@ impl Inflater {
         // A few bytes must not fill the memory.
         let limit = bytes.len().saturating_mul(MAX_RATIO).min(MAX_BYTES);
         let out = &mut self.out;
+        #[cfg(feature = "zstd")]
+        if let Some(library) = &mut self.libzstd
+            && library.decompress(bytes, limit, &mut out.bytes)
+        {
+            out.filled = out.bytes.len();
+            return Ok(());
+        }
         out.bytes.clear();
         let whole = self.zstd.decompress_into_with_limit(bytes, &mut out.bytes, limit);
         out.filled = out.bytes.len();
@@ -188,6 +204,55 @@ mod tests {
             let mut inflater = Inflater::new();
             inflater.inflate(Compression::Zstd, &frame).unwrap();
             assert!(inflater.out.filled() == &bytes[..size]);
+        }
+    }
+
+    /// The library as `zrip`, whole frames and frames with a fault.
+    #[cfg(feature = "zstd")]
+    mod library {
+        use proptest::prelude::*;
+
+        use super::*;
+
+        /// Whether a frame is read, and its bytes.
+        type Read = (Result<(), Cow<'static, str>>, Vec<u8>);
+
+        /// A frame read without the library, and with it.
+        fn both(frame: &[u8]) -> [Read; 2] {
+            let rust = Inflater { libzstd: None, ..Inflater::new() };
+            [rust, Inflater::new()].map(|mut inflater| {
+                let result = inflater.inflate(Compression::Zstd, frame);
+                (result, inflater.out.filled().to_vec())
+            })
+        }
+
+        proptest! {
+            #[test]
+            fn reads_the_same(
+                runs in prop::collection::vec((any::<u8>(), 1..300_usize), 0..200),
+                cut in any::<prop::sample::Index>(),
+                changed in any::<prop::sample::Index>(),
+                by in 1..=255_u8,
+                frames in 1..3_usize,
+            ) {
+                let bytes: Vec<u8> = runs
+                    .iter()
+                    .flat_map(|&(value, count)| (0..count).map(move |k| value ^ (k / 9) as u8))
+                    .collect();
+                let mut frame = Vec::new();
+                deflate(Compression::Zstd, &bytes, &mut frame).unwrap();
+                let whole = frame.repeat(frames);
+                let [rust, library] = both(&whole);
+                prop_assert_eq!(&rust.1, &bytes.repeat(frames));
+                prop_assert_eq!(rust, library);
+                let [rust, library] = both(&whole[..cut.index(whole.len())]);
+                prop_assert_eq!(rust, library);
+                let mut damaged = whole;
+                let at = changed.index(damaged.len());
+                damaged[at] ^= by;
+                let [rust, library] = both(&damaged);
+                prop_assert_eq!(rust, library);
+            }
         }
     }
 }

@@ -10,9 +10,11 @@
 //! <https://docs.prophesee.ai/stable/data/encoding_formats/evt21.html>; for what that leaves open,
 //! OpenEB's `hal/cpp/include/metavision/hal/decoders/evt21`.
 
-use super::batch::Batch;
-use super::evt2::{CONTINUED, EXT_TRIGGER, LOW_BITS, ON, OTHERS, TIME_HIGH, trigger};
+use evpose_simd::vectorize;
+
+use super::evt2::{CONTINUED, EXT_TRIGGER, ON, OTHERS, TIME_HIGH, trigger};
 use super::time_high::TimeHigh;
+use super::words::Words;
 use super::{ExtTrigger, SkippedRecords, WordDecoder};
 use crate::{Columns, DecodeFault, Decoder};
 
@@ -65,23 +67,37 @@ impl WordDecoder for Evt21Decoder {
         triggers: &mut Vec<ExtTrigger>,
     ) -> usize {
         let (words, _) = bytes.as_chunks::<8>();
-        let mut batch = Batch::new();
-        for &word in words {
+        let mut rest = words;
+        while !self.time_high.is_set()
+            && let Some((&word, behind)) = rest.split_first()
+        {
             let (upper, mask) = halves(word, self.is_legacy);
             match upper >> 28 {
-                0 | ON if !self.time_high.is_set() => {
-                    self.skipped.untimed += u64::from(mask.count_ones());
-                }
-                kind @ (0 | ON) => {
-                    let t = self.time_high.value() << LOW_BITS | i64::from(upper >> 22 & 0x3F);
-                    let (x, y) = ((upper >> 11 & 0x7FF) as u16, (upper & 0x7FF) as u16);
-                    batch.spread::<4>((t, x, y), kind == ON, mask, columns);
-                }
+                0 | ON => self.skipped.untimed += u64::from(mask.count_ones()),
                 TIME_HIGH => _ = self.time_high.advance((upper & 0x0FFF_FFFF).into()),
                 _ => self.other(upper, triggers),
             }
+            rest = behind;
         }
-        batch.flush(columns);
+        let mut batch = Words::new();
+        batch.set_high(self.time_high.value(), columns);
+        vectorize(
+            #[inline(always)]
+            || {
+                for &word in rest {
+                    let (upper, mask) = halves(word, self.is_legacy);
+                    match upper >> 28 {
+                        0 | ON => batch.spread(upper, mask, columns),
+                        TIME_HIGH => {
+                            let high = self.time_high.advance((upper & 0x0FFF_FFFF).into());
+                            batch.set_high(high, columns);
+                        }
+                        _ => self.other(upper, triggers),
+                    }
+                }
+                batch.flush(columns);
+            },
+        );
         words.as_flattened().len()
     }
 }

@@ -19,12 +19,14 @@ mod evt21;
 mod evt3;
 mod format;
 pub(crate) mod header;
+mod mask_bits;
 mod skipped;
 mod states;
 pub mod synthetic;
 mod time_high;
 mod trigger;
 mod word_decoder;
+mod words;
 mod writer;
 
 pub use encode2::Evt2Encoder;

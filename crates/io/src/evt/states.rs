@@ -12,7 +12,7 @@
 use evpose_core::{Micros, Polarity};
 use evpose_simd::vectorize;
 
-use super::batch::BITS;
+use super::mask_bits::BITS;
 use crate::Columns;
 
 /// Places for events.

@@ -1,10 +1,12 @@
 //! One numeric array, column by column, without trusting its header.
 
-use std::io::{self, BufReader, Read};
+use std::io::{self, Read};
 
-use npyz::{DType, Endianness, NpyHeader, Order, TypeChar, TypeStr};
+use npyz::{DType, NpyHeader, Order};
 
 use super::NpzFault;
+use super::column::{Column, Kind, Rows};
+use crate::fill::fill_to_fault;
 
 /// NumPy writes 128 bytes, more for records. A longer header is no recording's.
 const LONGEST_HEADER: u16 = 4096;
@@ -17,15 +19,6 @@ const MAX_COLUMNS: u64 = 16;
 /// Bytes that are taken at a time.
 const PIECE: usize = 1 << 16;
 
-/// A column of values.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum Column {
-    /// Integers.
-    Whole(Vec<i64>),
-    /// Values that need not be integers.
-    Real(Vec<f64>),
-}
-
 /// An array: one column, or several beside each other.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Array {
@@ -35,134 +28,21 @@ pub(super) struct Array {
     pub(super) columns: Vec<Column>,
 }
 
-impl Column {
-    pub(super) fn len(&self) -> usize {
-        match self {
-            Self::Whole(values) => values.len(),
-            Self::Real(values) => values.len(),
-        }
-    }
-
-    /// A value as a number that is not exact beyond 2^53.
-    pub(super) fn real(&self, k: usize) -> f64 {
-        match self {
-            Self::Whole(values) => values[k] as f64,
-            Self::Real(values) => values[k],
-        }
-    }
-
-    /// A value as an integer, if it is one.
-    pub(super) fn whole(&self, k: usize) -> Option<i64> {
-        match self {
-            Self::Whole(values) => Some(values[k]),
-            Self::Real(values) => {
-                let value = values[k];
-                (value.fract() == 0.0 && value.abs() < 9e15).then_some(value as i64)
-            }
-        }
-    }
-
-    fn with_kind(kind: Kind) -> Self {
-        match kind.letter {
-            TypeChar::Float => Self::Real(Vec::new()),
-            _ => Self::Whole(Vec::new()),
-        }
-    }
-
-    /// Takes the value of every row that begins `at` so many bytes. A fault comes with the number
-    /// of values before it.
-    fn extend(&mut self, kind: Kind, rows: &Rows, at: usize) -> Result<(), (NpzFault, usize)> {
-        match kind.bytes {
-            1 => self.extend_by::<1>(kind, rows, at),
-            2 => self.extend_by::<2>(kind, rows, at),
-            4 => self.extend_by::<4>(kind, rows, at),
-            _ => self.extend_by::<8>(kind, rows, at),
-        }
-    }
-
-    fn extend_by<const BYTES: usize>(
-        &mut self,
-        kind: Kind,
-        rows: &Rows,
-        at: usize,
-    ) -> Result<(), (NpzFault, usize)> {
-        let raw = rows.bytes.chunks_exact(rows.length).filter_map(|row| {
-            let mut value: [u8; BYTES] = *row[at..].first_chunk()?;
-            if kind.is_big {
-                value.reverse();
-            }
-            let mut wide = [0; 8];
-            wide[..BYTES].copy_from_slice(&value);
-            Some(u64::from_le_bytes(wide))
-        });
-        match self {
-            Self::Real(values) if BYTES == 4 => {
-                values.extend(raw.map(|raw| f64::from(f32::from_bits(raw as u32))));
-            }
-            Self::Real(values) => values.extend(raw.map(f64::from_bits)),
-            Self::Whole(values) if kind.letter == TypeChar::Int => {
-                // The sign is in the first bit of as many bytes as there are.
-                let unused = 64 - 8 * BYTES as u32;
-                values.extend(raw.map(|raw| (raw << unused) as i64 >> unused));
-            }
-            Self::Whole(values) => {
-                let before = values.len();
-                values.extend(raw.map(|raw| raw as i64));
-                if let Some(fits) = values[before..].iter().position(|value| *value < 0) {
-                    let fault = NpzFault::Unreadable("a value beyond 64 bits".to_owned());
-                    return Err((fault, fits));
-                }
-            }
-        }
-        Ok(())
-    }
-}
-
-/// Whole rows of an array.
-struct Rows<'a> {
-    bytes: &'a [u8],
-    /// Bytes of a row.
-    length: usize,
-}
-
-/// Storage type of values.
-#[derive(Debug, Clone, Copy)]
-struct Kind {
-    letter: TypeChar,
-    bytes: usize,
-    is_big: bool,
-}
-
-impl Kind {
-    fn from_type(kind: &TypeStr) -> Option<Self> {
-        let (letter, bytes) = (kind.type_char(), kind.num_bytes()?);
-        let is_known = match letter {
-            TypeChar::Int | TypeChar::Uint => [1, 2, 4, 8].contains(&bytes),
-            TypeChar::Float => [4, 8].contains(&bytes),
-            TypeChar::Bool => bytes == 1,
-            _ => false,
-        };
-        is_known.then_some(Self { letter, bytes, is_big: kind.endianness() == Endianness::Big })
-    }
-}
-
-/// Takes an array, value by value, so that memory grows with the data rather than with what the
+/// Takes an array, piece by piece, so that memory grows with the data rather than with what the
 /// header claims. A fault comes with the number of values before it.
-pub(super) fn read(entry: impl Read) -> Result<Array, (NpzFault, usize)> {
-    let mut entry = BufReader::with_capacity(PIECE, entry);
+pub(super) fn read(mut entry: impl Read) -> Result<Array, (NpzFault, usize)> {
     let header = header(&mut entry).map_err(|fault| (fault, 0))?;
     let layout = Layout::from_header(&header).map_err(|fault| (fault, 0))?;
     let mut columns: Vec<Column> =
         layout.kinds.iter().map(|kind| Column::with_kind(*kind)).collect();
     let length: usize = layout.kinds.iter().map(|kind| kind.bytes).sum();
     let most = (PIECE / length).max(1) as u64;
-    let (mut bytes, mut before) = (Vec::new(), 0);
+    let (mut piece, mut before) = (vec![0; most as usize * length], 0);
     while before < layout.rows {
-        let wanted = most.min(layout.rows - before) as usize * length;
-        bytes.clear();
-        let got = (&mut entry).take(wanted as u64).read_to_end(&mut bytes);
-        let whole = bytes.len() / length;
-        let rows = Rows { bytes: &bytes[..whole * length], length };
+        let piece = &mut piece[..most.min(layout.rows - before) as usize * length];
+        let (filled, failed) = fill_to_fault(&mut entry, piece);
+        let whole = filled / length;
+        let rows = Rows { bytes: &piece[..whole * length], length };
         let mut at = 0;
         for (column, kind) in columns.iter_mut().zip(&layout.kinds) {
             let extended = column.extend(*kind, &rows, at);
@@ -170,9 +50,9 @@ pub(super) fn read(entry: impl Read) -> Result<Array, (NpzFault, usize)> {
             at += kind.bytes;
         }
         before += whole as u64;
-        got.map_err(|e| (unreadable(&e), before as usize))?;
-        if bytes.len() < wanted {
-            return Err((unreadable(&io::ErrorKind::UnexpectedEof.into()), before as usize));
+        if filled < piece.len() {
+            let end = || io::ErrorKind::UnexpectedEof.into();
+            return Err((unreadable(&failed.unwrap_or_else(end)), before as usize));
         }
     }
     // The archive compares its checksum only where an entry ends.
@@ -181,22 +61,9 @@ pub(super) fn read(entry: impl Read) -> Result<Array, (NpzFault, usize)> {
         Ok(_) => return Err((NpzFault::Trailing, layout.rows as usize)),
         Err(e) => return Err((unreadable(&e), 0)),
     }
-    let columns =
-        if layout.is_one_after_another { apart(columns, layout.of_each) } else { columns };
-    Ok(Array { names: layout.names, columns })
-}
-
-/// A single column of values as columns that lie one behind the other.
-fn apart(columns: Vec<Column>, of_each: usize) -> Vec<Column> {
-    let of_each = of_each.max(1);
-    match columns.into_iter().next() {
-        Some(Column::Whole(values)) => {
-            values.chunks(of_each).map(|part| Column::Whole(part.to_vec())).collect()
-        }
-        Some(Column::Real(values)) => {
-            values.chunks(of_each).map(|part| Column::Real(part.to_vec())).collect()
-        }
-        None => Vec::new(),
+    match (layout.is_one_after_another, columns.as_slice()) {
+        (true, [all]) => Ok(Array { names: layout.names, columns: all.apart(layout.of_each) }),
+        _ => Ok(Array { names: layout.names, columns }),
     }
 }
 

@@ -3,7 +3,8 @@
 use evpose_core::{Micros, Polarity};
 
 use super::NpzFault;
-use super::array::{Array, Column};
+use super::array::Array;
+use super::column::Column;
 use crate::Columns;
 use crate::sniff::is_time;
 
@@ -25,7 +26,10 @@ pub(crate) const ORDERS: [([usize; 4], &str); 4] = [
 const LONGEST_S: f64 = 1e5;
 
 /// The columns of events: times, columns, rows, polarities.
-pub(super) struct Named<'a>(pub(super) [&'a Column; 4]);
+pub(super) struct Named(pub(super) [Column; 4]);
+
+/// A fault and the number of values before it.
+type Fault = (NpzFault, usize);
 
 /// The first of `names` that is a usual one of column `what` (0 time, 1 column, 2 row, 3 polarity).
 pub(crate) fn array_by_name<'n>(
@@ -38,103 +42,142 @@ pub(crate) fn array_by_name<'n>(
 /// Columns of time, column, row and polarity of a recording.
 pub(crate) const REQUIRED: [&str; 4] = ["t", "x", "y", "p"];
 
-impl<'a> Named<'a> {
+impl Named {
     /// The columns of one array that holds all.
-    pub(super) fn of_table(table: &'a Array) -> Result<Self, NpzFault> {
-        if !table.names.is_empty() {
-            let mut places = [0; 4];
-            for (what, place) in places.iter_mut().enumerate() {
-                let names = table.names.iter().map(String::as_str);
-                let name = array_by_name(what, &names).ok_or_else(|| {
-                    let (missing, found) = (REQUIRED[what], table.names.join(", "));
-                    NpzFault::Columns(format!("no field {missing} (found: {found})"))
-                })?;
-                *place = names.clone().position(|found| found == name).unwrap_or(0);
-            }
-            return Ok(Self(places.map(|place| &table.columns[place])));
-        }
-        if table.columns.len() < 4 {
-            return Err(NpzFault::Columns(format!(
-                "{} columns, an event has four: t, x, y, p",
-                table.columns.len()
-            )));
-        }
-        let values = |column: &'a Column| (0..column.len()).map(|k| column.real(k));
-        let fits = |(order, _): &&([usize; 4], &str)| {
-            let [t, x, y, p] = order.map(|place| &table.columns[place]);
-            let is_pixel = |column| values(column).all(|v| (0.0..65_536.0).contains(&v));
-            values(p).all(|value| [0.0, 1.0, -1.0].contains(&value))
-                && is_pixel(x)
-                && is_pixel(y)
-                && is_time(&values(t))
+    pub(super) fn of_table(mut table: Array) -> Result<Self, NpzFault> {
+        let places = match table.names.as_slice() {
+            [] => places_by_content(&table)?,
+            names => places_by_name(names)?,
         };
-        // Of several that fit, the one whose times reach furthest: few columns go from one end of
-        // a sensor to the other.
-        let span = |(order, _): &([usize; 4], &str)| {
-            let t = &table.columns[order[0]];
-            let ends = |pick: fn(f64, f64) -> f64, from| values(t).fold(from, pick);
-            ends(f64::max, f64::MIN) - ends(f64::min, f64::MAX)
-        };
-        let fitting = ORDERS.iter().rev().filter(fits);
-        let found = fitting.max_by(|a, b| span(a).total_cmp(&span(b))).ok_or_else(|| {
-            let known = ORDERS.map(|(_, name)| name).join("; ");
-            NpzFault::Columns(format!("its columns are in none of the usual orders: {known}"))
-        })?;
-        Ok(Self(found.0.map(|place| &table.columns[place])))
+        // No name is that of two, and no place in an order either.
+        let mut column =
+            |place: usize| std::mem::replace(&mut table.columns[place], Column::Bytes(Vec::new()));
+        Ok(Self(places.map(&mut column)))
     }
 
     /// The events. A fault comes with the place of its column and the number of values before it.
     ///
     /// Times are microseconds if they are integers, or floats that all have no fraction; else
     /// seconds, unless that were days.
-    pub(super) fn events(&self) -> Result<Columns, (usize, NpzFault, usize)> {
-        let [t, x, y, p] = self.0;
+    pub(super) fn events(self) -> Result<Columns, (usize, NpzFault, usize)> {
+        let of = self.0[0].len();
         for (what, column) in self.0.iter().enumerate() {
-            if column.len() != t.len() {
-                let fault = NpzFault::Length { got: column.len(), of: t.len() };
-                return Err((what, fault, column.len().min(t.len())));
+            let got = column.len();
+            if got != of {
+                return Err((what, NpzFault::Length { got, of }, got.min(of)));
             }
         }
-        let n = t.len();
-        let is_whole = (0..n).all(|k| t.whole(k).is_some());
-        let longest = (0..n).map(|k| t.real(k).abs()).fold(0.0, f64::max);
-        let unit_us = if is_whole || longest > LONGEST_S { 1.0 } else { 1e6 };
-        let time = |k: usize| match t.whole(k).filter(|_| is_whole) {
-            Some(us) => Some(Micros(us)),
-            None => {
-                let us = (t.real(k) * unit_us).round();
-                (us.abs() < 9e18).then_some(Micros(us as i64))
-            }
-        };
-        // A coordinate that fits no sensor becomes one that lies outside every sensor.
-        let place = |column: &Column, k: usize| {
-            column.whole(k).map(|value| u16::try_from(value).unwrap_or(u16::MAX))
-        };
-        let polarity = |k: usize| match p.whole(k) {
-            Some(0 | -1) => Some(Polarity::Off),
-            Some(1) => Some(Polarity::On),
-            _ => None,
-        };
-        let read = || {
-            let (t, x) = (all(0, n, time)?, all(1, n, |k| place(x, k))?);
-            let (y, polarity) = (all(2, n, |k| place(y, k))?, all(3, n, polarity)?);
-            Ok(Columns { t, x, y, polarity })
-        };
-        read().map_err(|(what, k): (usize, usize)| {
-            let fault = match self.0[what].whole(k) {
-                Some(value) => NpzFault::Value(value),
-                None => NpzFault::Real(self.0[what].real(k).to_string()),
-            };
-            (what, fault, k)
+        let [t, x, y, p] = self.0;
+        let of_column = |what| move |(fault, values): Fault| (what, fault, values);
+        Ok(Columns {
+            t: times(t).map_err(of_column(0))?,
+            x: coordinates(x).map_err(of_column(1))?,
+            y: coordinates(y).map_err(of_column(2))?,
+            polarity: polarities(p).map_err(of_column(3))?,
         })
     }
 }
 
-/// All `n` values of a column, or which of them is none.
-fn all<T>(
-    what: usize,
-    n: usize,
-    value: impl Fn(usize) -> Option<T>,
-) -> Result<Vec<T>, (usize, usize)> {
-    (0..n).map(|k| value(k).ok_or((what, k))).collect()
+fn places_by_name(names: &[String]) -> Result<[usize; 4], NpzFault> {
+    let mut places = [0; 4];
+    for (what, place) in places.iter_mut().enumerate() {
+        let known = names.iter().map(String::as_str);
+        let name = array_by_name(what, &known).ok_or_else(|| {
+            let (missing, found) = (REQUIRED[what], names.join(", "));
+            NpzFault::Columns(format!("no field {missing} (found: {found})"))
+        })?;
+        *place = names.iter().position(|found| found == name).unwrap_or(0);
+    }
+    Ok(places)
+}
+
+fn places_by_content(table: &Array) -> Result<[usize; 4], NpzFault> {
+    if table.columns.len() < 4 {
+        let columns = table.columns.len();
+        return Err(NpzFault::Columns(format!("{columns} columns, an event has four: t, x, y, p")));
+    }
+    let values = |column: usize| {
+        let column = &table.columns[column];
+        (0..column.len()).map(|k| column.real(k))
+    };
+    let fits = |(order, _): &&([usize; 4], &str)| {
+        let [t, x, y, p] = *order;
+        let is_pixel = |column| values(column).all(|v| (0.0..65_536.0).contains(&v));
+        values(p).all(|value| [0.0, 1.0, -1.0].contains(&value))
+            && is_pixel(x)
+            && is_pixel(y)
+            && is_time(&values(t))
+    };
+    // Of several that fit, the one whose times reach furthest: few columns go from one end of
+    // a sensor to the other.
+    let span = |(order, _): &([usize; 4], &str)| {
+        let ends = |pick: fn(f64, f64) -> f64, from| values(order[0]).fold(from, pick);
+        ends(f64::max, f64::MIN) - ends(f64::min, f64::MAX)
+    };
+    let fitting = ORDERS.iter().rev().filter(fits);
+    let found = fitting.max_by(|a, b| span(a).total_cmp(&span(b))).ok_or_else(|| {
+        let known = ORDERS.map(|(_, name)| name).join("; ");
+        NpzFault::Columns(format!("its columns are in none of the usual orders: {known}"))
+    })?;
+    Ok(found.0)
+}
+
+fn times(column: Column) -> Result<Vec<Micros>, Fault> {
+    let seconds = match column {
+        // The same memory, of another type.
+        Column::Whole(values) => return Ok(values.into_iter().map(Micros).collect()),
+        Column::Real(values) => values,
+        other => return all(&other, |us| us.map(Micros)),
+    };
+    let column = Column::Real(seconds);
+    let n = column.len();
+    let is_whole = (0..n).all(|k| column.whole(k).is_some());
+    let longest = (0..n).map(|k| column.real(k).abs()).fold(0.0, f64::max);
+    if is_whole {
+        return all(&column, |us| us.map(Micros));
+    }
+    let unit_us = if longest > LONGEST_S { 1.0 } else { 1e6 };
+    let time = |k: usize| {
+        let us = (column.real(k) * unit_us).round();
+        (us.abs() < 9e18).then_some(Micros(us as i64)).ok_or_else(|| fault(&column, k))
+    };
+    (0..n).map(time).collect()
+}
+
+/// A coordinate that fits no sensor becomes one that lies outside every sensor.
+fn coordinates(column: Column) -> Result<Vec<u16>, Fault> {
+    let outside = |value: i64| u16::try_from(value).unwrap_or(u16::MAX);
+    match column {
+        Column::Short(values) => Ok(values),
+        Column::Whole(values) => Ok(values.iter().map(|&value| outside(value)).collect()),
+        other => all(&other, |value| value.map(outside)),
+    }
+}
+
+fn polarities(column: Column) -> Result<Vec<Polarity>, Fault> {
+    match column {
+        Column::Bytes(values) if values.iter().fold(0, |any, &value| any | value) <= 1 => {
+            Ok(values.into_iter().map(|value| Polarity::from_on(value == 1)).collect())
+        }
+        other => all(&other, |value| match value {
+            Some(0 | -1) => Some(Polarity::Off),
+            Some(1) => Some(Polarity::On),
+            _ => None,
+        }),
+    }
+}
+
+/// All values of a column, or the fault of the first that is none.
+fn all<T>(column: &Column, value: impl Fn(Option<i64>) -> Option<T>) -> Result<Vec<T>, Fault> {
+    let value = |k| value(column.whole(k)).ok_or_else(|| fault(column, k));
+    (0..column.len()).map(value).collect()
+}
+
+/// The fault of value number `k`.
+fn fault(column: &Column, k: usize) -> Fault {
+    let fault = match column.whole(k) {
+        Some(value) => NpzFault::Value(value),
+        None => NpzFault::Real(column.real(k).to_string()),
+    };
+    (fault, k)
 }

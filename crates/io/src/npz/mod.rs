@@ -17,6 +17,7 @@
 //! of `t` (`<i8`), `x`, `y` (`<u2`) and `p` (`|u1`), and states no sensor.
 
 mod array;
+mod column;
 mod events;
 mod fault;
 mod header_writer;

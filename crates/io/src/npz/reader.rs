@@ -7,7 +7,8 @@ use evpose_core::SensorSize;
 use zip::ZipArchive;
 
 use super::NpzFault;
-use super::array::{self, Array, Column};
+use super::array::{self, Array};
+use super::column::Column;
 use super::events::{Named, REQUIRED, array_by_name};
 use crate::{Columns, EventSource, Header, Input, IoError, MemorySource, OpenOptions, ReadSeek};
 
@@ -85,7 +86,7 @@ fn of_array(input: Input) -> Result<Columns, IoError> {
         values,
     };
     let table = array::read(bytes).map_err(|(what, values)| fault(what, values))?;
-    let columns = Named::of_table(&table).map_err(|what| fault(what, 0))?;
+    let columns = Named::of_table(table).map_err(|what| fault(what, 0))?;
     columns.events().map_err(|(_, what, values)| fault(what, values))
 }
 
@@ -129,30 +130,30 @@ impl Archive {
 
     /// Events whose times, columns, rows and polarities are arrays of these names.
     fn columns(&mut self, names: [Option<&str>; 4]) -> Result<Columns, IoError> {
-        let mut found = Vec::new();
+        let (mut found, mut read) = (Vec::new(), Vec::new());
         for name in names.into_iter().flatten() {
             let (array, byte) = self.array(name)?;
             let mut columns = array.columns;
             match (columns.pop(), columns.is_empty()) {
-                (Some(column), true) => found.push((name, byte, column)),
+                (Some(column), true) => read.push(column),
                 _ => return Err(self.fault(name, byte, NpzFault::Shape, 0)),
             }
+            found.push((name, byte));
         }
-        let columns: Vec<&Column> = found.iter().map(|(_, _, column)| column).collect();
-        let columns: [&Column; 4] = columns.try_into().map_err(|_| {
+        let columns: [Column; 4] = read.try_into().map_err(|_| {
             let (path, missing) = (self.path.clone(), REQUIRED.to_vec());
             IoError::MissingArrays { path, missing, present: Vec::new() }
         })?;
         Named(columns).events().map_err(|(what, fault, values)| {
-            let (name, byte, _) = &found[what];
-            self.fault(name, *byte, fault, values)
+            let (name, byte) = found[what];
+            self.fault(name, byte, fault, values)
         })
     }
 
     /// Events that are the rows of one array.
     fn table(&mut self, name: &str) -> Result<Columns, IoError> {
         let (table, byte) = self.array(name)?;
-        let columns = Named::of_table(&table).map_err(|fault| self.fault(name, byte, fault, 0))?;
+        let columns = Named::of_table(table).map_err(|fault| self.fault(name, byte, fault, 0))?;
         columns.events().map_err(|(_, fault, values)| self.fault(name, byte, fault, values))
     }
 

@@ -35,8 +35,8 @@ fn archive(arrays: &[Array<'_>]) -> Vec<u8> {
         let header = format!(
             "{{'descr': {quote}{descr}{quote}, 'fortran_order': False, 'shape': {shape}, }}"
         );
-        zip.write_all(b"\x93NUMPY\x01\x00\x76\x00").unwrap();
-        zip.write_all(format!("{header:<117}\n").as_bytes()).unwrap();
+        zip.write_all(b"\x93NUMPY\x01\x00\xf6\x00").unwrap();
+        zip.write_all(format!("{header:<245}\n").as_bytes()).unwrap();
         zip.write_all(data).unwrap();
     }
     zip.finish().unwrap();
@@ -71,6 +71,64 @@ fn the_types_numpy_writes_are_read() {
     assert_eq!(recording.stream, EventStream::from_events(SensorSize::DAVIS240C, want).unwrap());
     assert_eq!(recording.sensor_origin, SensorOrigin::Stated);
     assert_eq!(recording.rejected, Rejected::default());
+}
+
+/// More than a piece of them, in every type that each column may have.
+#[test]
+fn the_type_of_a_column_does_not_matter() {
+    const EVENTS: i64 = 70_000;
+    let bytes = |descr: &str, values: &dyn Fn(i64) -> i64| -> Vec<u8> {
+        let size: usize = descr[2..].parse().unwrap();
+        let value = |k| {
+            let mut bytes = match (&descr[1..2], size) {
+                ("f", 4) => (values(k) as f32).to_le_bytes().to_vec(),
+                ("f", _) => (values(k) as f64).to_le_bytes().to_vec(),
+                _ => values(k).to_le_bytes()[..size].to_vec(),
+            };
+            if descr.starts_with('>') {
+                bytes.reverse();
+            }
+            bytes
+        };
+        (0..EVENTS).flat_map(value).collect()
+    };
+    let (t, x, y, p) = (|k| k / 2, |k| k % 120, |k| 7 * k % 100, |k| k % 3 % 2);
+    let event = |k| {
+        let (x, y) = (x(k) as u16, y(k) as u16);
+        Event { t: Micros(t(k)), x, y, polarity: Polarity::from_on(p(k) == 1) }
+    };
+    let sensor = SensorSize { width: 120, height: 100 };
+    let want = EventStream::from_events(sensor, (0..EVENTS).map(event)).unwrap();
+    let times = ["<i8", ">i8", "<i4", "<u4", ">u8", "<f8", "<f4", ">f4"];
+    let places = ["<u2", ">u2", "<i2", "|u1", "|i1", "<i8", "<f4", ">f8"];
+    let polarities = ["|u1", "|b1", "|i1", "<i2", ">u2", "<i8", "<f4", "<u4"];
+    for ((t_type, place), polarity) in times.into_iter().zip(places).zip(polarities) {
+        let columns = [
+            ("t", t_type, bytes(t_type, &t)),
+            ("x", place, bytes(place, &x)),
+            ("y", place, bytes(place, &y)),
+            ("p", polarity, bytes(polarity, &p)),
+        ];
+        let shape = format!("({EVENTS},)");
+        let arrays: Vec<Array<'_>> = columns
+            .iter()
+            .map(|(name, descr, bytes)| (*name, *descr, shape.as_str(), bytes.clone()))
+            .collect();
+        let (_directory, path) = file(&archive(&arrays));
+        assert!(open(&path).unwrap().stream == want, "{t_type} {place} {polarity}");
+        // The same as records, whose fields lie between each other.
+        let descr = columns.iter().map(|(name, descr, _)| format!("('{name}', '{descr}')"));
+        let descr = format!("[{}]", descr.collect::<Vec<_>>().join(", "));
+        let mut records = Vec::new();
+        for k in 0..EVENTS as usize {
+            for (_, _, bytes) in &columns {
+                let size = bytes.len() / EVENTS as usize;
+                records.extend_from_slice(&bytes[k * size..][..size]);
+            }
+        }
+        let (_directory, path) = file(&archive(&[("events", &descr, &shape, records)]));
+        assert!(open(&path).unwrap().stream == want, "{descr}");
+    }
 }
 
 #[test]

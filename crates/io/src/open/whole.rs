@@ -19,7 +19,7 @@ pub(super) fn read(
     source: &mut dyn EventSource,
     options: &OpenOptions,
 ) -> Result<Recording, IoError> {
-    let mut columns = Columns::new();
+    let mut columns = source.take_all().unwrap_or_default();
     let mut remarks = Vec::new();
     loop {
         let before = columns.len();

@@ -39,6 +39,10 @@ impl EventSource for MemorySource {
         Ok(())
     }
 
+    fn take_all(&mut self) -> Option<Columns> {
+        (self.next == 0).then(|| std::mem::take(&mut self.columns))
+    }
+
     fn seek(&mut self, t: Micros) -> Result<(), IoError> {
         let found = self.columns.t.iter().position(|&at| at >= t);
         self.next = found.unwrap_or(self.columns.len());
@@ -47,5 +51,28 @@ impl EventSource for MemorySource {
 
     fn remarks(&self) -> Vec<String> {
         self.remarks.clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+
+    use evpose_core::{Event, Polarity};
+
+    use super::*;
+
+    #[test]
+    fn all_is_handed_over_once_and_only_before_anything_was_read() {
+        let event = |t| Event { t: Micros(t), x: 1, y: 2, polarity: Polarity::On };
+        let events: Columns = (0..5).map(event).collect();
+        let mut source = MemorySource::new(Header::default(), events.clone(), Vec::new());
+        assert_eq!(source.take_all(), Some(events.clone()));
+        let mut rest = Columns::new();
+        source.next(&mut rest).unwrap();
+        assert!(rest.is_empty());
+        let mut source = MemorySource::new(Header::default(), events, Vec::new());
+        source.next(&mut rest).unwrap();
+        assert_eq!((rest.len(), source.take_all()), (5, None));
     }
 }

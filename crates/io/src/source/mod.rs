@@ -50,6 +50,12 @@ pub trait EventSource: Send {
     /// damage has been appended then, by this call or by those before.
     fn next(&mut self, columns: &mut Columns) -> Result<(), IoError>;
 
+    /// Hands over the recording as a whole if it lies in memory and none of it has been read: the
+    /// source is empty from then on. Readers of whole recordings save a copy by it.
+    fn take_all(&mut self) -> Option<Columns> {
+        None
+    }
+
     /// Goes to a place from which reading on gives every event at `t` or later whose predecessors
     /// are all earlier than `t`, and possibly some before it.
     ///

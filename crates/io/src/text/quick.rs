@@ -6,6 +6,7 @@
 //! [`super::line`], which gives the same for every line that is read here.
 
 use evpose_core::{Micros, Polarity};
+use evpose_simd::vectorize;
 
 use super::line::{Known, TIME_LAST, TimeUnit, USUAL};
 use crate::Columns;
@@ -46,9 +47,17 @@ pub(super) fn read(bytes: &[u8], known: &Known, columns: &mut Columns) -> Progre
     }
 }
 
-/// As [`read`], compiled for each shape.
+/// As [`read`], compiled for each shape, and for processors that shift by any register.
 #[inline(always)]
 fn run(bytes: &[u8], shape: Shape, columns: &mut Columns) -> Progress {
+    vectorize(
+        #[inline(always)]
+        || run_lines(bytes, shape, columns),
+    )
+}
+
+#[inline(always)]
+fn run_lines(bytes: &[u8], shape: Shape, columns: &mut Columns) -> Progress {
     let mut progress = Progress::default();
     loop {
         let mut t = [Micros(0); BATCH];

@@ -124,7 +124,108 @@ fn every_parameter_takes_its_bounds_and_is_named_in_what_a_choice_displays() {
     }
 }
 
+/// Planes by the definitions, of what depends on a pixel's own events alone; none of the others.
+fn defined(
+    choice: &RepresentationChoice,
+    events: &[Event],
+    (length_us, now): (i64, i64),
+    order: ChannelOrder,
+) -> Option<Vec<f64>> {
+    let pixels = SENSOR.pixels();
+    let at = |event: &Event| usize::from(event.y) * 4 + usize::from(event.x);
+    let shown: Vec<&Event> = match choice.spec().memory {
+        Memory::Window => events.iter().filter(|event| event.t.0 > now - length_us).collect(),
+        Memory::Own => events.iter().collect(),
+        Memory::Count => {
+            let n = choice.values().whole("n") as usize;
+            events[events.len().saturating_sub(n)..].iter().collect()
+        }
+    };
+    let mut planes = vec![0.0; choice.channels() * pixels];
+    let both = |event: &Event| order.channel(event.polarity) * pixels + at(event);
+    let sign = |event: &Event| if event.polarity.is_on() { 1.0 } else { -1.0 };
+    let fading = |rate: f64, event: &Event| (-rate * (now - event.t.0) as f64 * 1e-6).exp();
+    // Later events come later.
+    match choice.spec().name {
+        "lnes" => shown.iter().for_each(|event| {
+            planes[both(event)] = (event.t.0 - now + length_us) as f64 / length_us as f64;
+        }),
+        "eoi" => shown.iter().for_each(|event| planes[both(event)] = 1.0),
+        "binary" => shown.iter().for_each(|event| planes[at(event)] = 255.0),
+        "eci" => shown.iter().for_each(|event| planes[both(event)] += 1.0),
+        "eci-s" => shown.iter().for_each(|event| planes[at(event)] += 1.0),
+        "sae" => shown.iter().for_each(|event| planes[at(event)] = event.t.as_seconds()),
+        "pim" => shown.iter().for_each(|event| {
+            planes[at(event)] += sign(event) * fading(choice.values().number("rate"), event);
+        }),
+        "time-surface" => shown.iter().for_each(|event| {
+            planes[both(event)] = fading(1e3 / choice.values().number("tau_ms"), event);
+        }),
+        "voxel-grid" => {
+            let bins = planes.len() / pixels;
+            let (Some(first), Some(last)) = (shown.first(), shown.last()) else {
+                return Some(planes);
+            };
+            let bins_per_us = (bins - 1) as f64 / (last.t.0 - first.t.0).max(1) as f64;
+            for event in &shown {
+                let place = (event.t.0 - first.t.0) as f64 * bins_per_us;
+                for bin in 0..bins {
+                    let share = (1.0 - (bin as f64 - place).abs()).max(0.0);
+                    planes[bin * pixels + at(event)] += sign(event) * share;
+                }
+            }
+        }
+        name @ ("event-count" | "fixed-count") => {
+            shown.iter().for_each(|event| planes[at(event)] += 1.0);
+            let fired: Vec<f64> = planes.iter().copied().filter(|&count| count > 0.0).collect();
+            let n = fired.len().max(1) as f64;
+            let mean = fired.iter().sum::<f64>() / n;
+            let variance = fired.iter().map(|count| (count - mean).powi(2)).sum::<f64>() / n;
+            let scale = 255.0 / (3.0 * variance.sqrt().max(0.1 / 255.0));
+            for count in &mut planes {
+                let grey = (*count * scale).min(255.0);
+                let is_whole = grey % 255.0 > 0.0 && (grey - grey.round()).abs() < 1e-9;
+                *count = match name {
+                    // But for rounding: it may become the integer below.
+                    "event-count" if is_whole => f64::NAN,
+                    "event-count" => grey.trunc(),
+                    _ => grey,
+                };
+            }
+        }
+        _ => return None,
+    }
+    Some(planes)
+}
+
 proptest! {
+    /// With an image in the midst, after which the stream goes on.
+    #[test]
+    fn planes_are_what_their_definitions_say(
+        events in events(6_000), cut in 0usize..80, later in 0i64..500, length_us in 1i64..8_000,
+        order in order(),
+    ) {
+        let window = StreamWindow::new(SENSOR, Micros(length_us), order)?;
+        let mut compared = 0;
+        for choice in choices() {
+            let mut representation = choice.start(window);
+            let cut = cut.min(events.len());
+            representation.push(&stream(&events[..cut]));
+            rendered(representation.as_ref());
+            representation.push(&stream(&events[cut..]));
+            let now = events.last().map_or(0, |event| event.t.0) + later;
+            representation.advance(Micros(now));
+            let Some(want) = defined(&choice, &events, (length_us, now), order) else { continue };
+            compared += 1;
+            let largest = want.iter().fold(1.0, |most: f64, value| value.abs().max(most));
+            for (ours, want) in rendered(representation.as_ref()).into_iter().zip(want) {
+                let apart = (f64::from(ours) - want).abs();
+                prop_assert!(want.is_nan() || apart <= 1e-6 * largest, "{}: {} {}", choice, ours, want);
+            }
+        }
+        prop_assert_eq!(compared, 15);
+    }
+
     #[test]
     fn however_events_are_cut_into_pushes_the_planes_are_the_same(
         events in events(6_000), cuts in prop::collection::vec(0usize..80, 0..6),

@@ -65,3 +65,36 @@ pub fn render_channels(input: &mut [f32], channels: usize, render: impl FnOnce(&
     render(own);
     copy.copy_from_slice(&own[..copy.len()]);
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+
+    use burn::tensor::{Device, Tensor, TensorData};
+    use evpose_core::{Event, EventStream, Polarity};
+    use evpose_repr::{ChannelOrder, REPRESENTATIONS, StreamWindow};
+
+    use super::*;
+
+    #[test]
+    fn planes_of_every_representation_become_a_tensor_without_a_copy() {
+        let sensor = SensorSize { width: 24, height: 18 };
+        let window = StreamWindow::new(sensor, Micros(1000), ChannelOrder::OffFirst).unwrap();
+        let event = |t| Event { t: Micros(t), x: 3, y: 2, polarity: Polarity::On };
+        let events = EventStream::from_events(sensor, (0..50).map(event)).unwrap();
+        for spec in &REPRESENTATIONS {
+            let mut representation = spec.with_defaults().start(window);
+            representation.push(&events);
+            let channels = representation.channels();
+            let mut planes = vec![0.0; channels * sensor.pixels()];
+            representation.render(&mut planes);
+            let (memory, values) = (planes.as_ptr(), planes.clone());
+            let data = TensorData::new(planes, [1, channels, 18, 24]);
+            let tensor = Tensor::<4>::from_data(data, &Device::flex());
+            let back = tensor.into_data();
+            let back = back.as_slice::<f32>().unwrap();
+            assert_eq!(back, values, "{}", spec.name);
+            assert_eq!(back.as_ptr(), memory, "{}", spec.name);
+        }
+    }
+}
