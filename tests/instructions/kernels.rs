@@ -41,7 +41,7 @@ pub(crate) const KERNELS: &[CountedKernel] = &[
 
 const SENSOR: SensorSize = SensorSize::DAVIS240C;
 
-/// Where callgrind counts: it finds the function by its name.
+/// The function inside which callgrind counts, which finds it by its name.
 #[inline(never)]
 pub(crate) fn measured(run: &mut dyn FnMut()) {
     run();

@@ -1,4 +1,4 @@
-//! What this machine can do at best, measured: arithmetic and memory.
+//! Limits of the machine, measured: arithmetic and memory.
 
 use std::hint::black_box;
 use std::time::Instant;

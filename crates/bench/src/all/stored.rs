@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::figure::Figure;
 use super::limits::MachineLimits;
 
-/// Relative change below which figures count as equal: the noise of a quiet machine.
+/// Relative change below which figures count as equal: the noise of an idle machine.
 const NOISE: f64 = 0.1;
 
 /// A run of all benchmarks on one machine.
@@ -55,7 +55,7 @@ impl StoredRun {
     }
 }
 
-/// What became faster or slower, as lines.
+/// Figures that became faster or slower, as lines.
 pub(crate) fn changes(run: &StoredRun, before: &StoredRun) -> Vec<String> {
     let mut lines = Vec::new();
     if run.machine != before.machine {
