@@ -170,7 +170,7 @@ fn denormal_values_count_as_zero() {
 }
 
 #[test]
-fn loads_may_overlap_and_stores_leave_what_is_between_rows() {
+fn loads_may_overlap_and_stores_leave_gaps_as_they_are() {
     let bytes = random_bytes(5);
     let mut stored = [0xAA_u8; 3 * 20];
     // SAFETY: an emulation; rows of 12 bytes, 5 and 20 apart, are inside.
