@@ -216,6 +216,14 @@ impl Engine {
         &self.layers
     }
 
+    /// The instruction set that the network was compiled for, such as `avx512`; `avx512 and amx`
+    /// if tiles of AMX compute some of its layers.
+    pub fn instructions(&self) -> String {
+        let uses_amx = self.steps.iter().any(|step| step.step.uses_amx());
+        let amx = if uses_amx { " and amx" } else { "" };
+        format!("{}{amx}", self.level)
+    }
+
     /// Number of threads, the caller's included.
     pub fn threads(&self) -> usize {
         self.thread_pool.threads()

@@ -87,6 +87,12 @@ fn every_network_is_near_f32_at_low_precision() {
                     assert_eq!(&ours, bits, "{what}");
                     assert_eq!(engine.another().run(&input), bits, "{what}");
                     let algorithms = engine.layers().iter().map(|layer| layer.algorithm);
+                    let amx = if algorithms.clone().any(|name| name.starts_with("amx")) {
+                        " and amx"
+                    } else {
+                        ""
+                    };
+                    assert_eq!(engine.instructions(), format!("{level}{amx}"), "{what}");
                     let word = precision.to_string();
                     assert!(algorithms.filter(|name| name.ends_with(&word)).count() > 5, "{what}");
                 }

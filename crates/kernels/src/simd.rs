@@ -8,3 +8,14 @@ pub(crate) use evpose_simd::{
 pub(crate) mod dots {
     pub(crate) use evpose_simd::{Bf16, DotProduct, ReducedPrecision, weight_vector_bytes};
 }
+
+/// Matrix products on tiles.
+pub(crate) mod tiles {
+    #[cfg(target_arch = "x86_64")]
+    pub(crate) use evpose_simd::Amx;
+    #[cfg(test)]
+    pub(crate) use evpose_simd::EmulatedTiles;
+    pub(crate) use evpose_simd::{
+        TILE_ROW_BYTES, TILE_ROWS, TileConfig, TileElement, TileShape, TileUnit,
+    };
+}

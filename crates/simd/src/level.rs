@@ -2,6 +2,9 @@
 
 use std::fmt;
 
+#[cfg(target_arch = "x86_64")]
+use crate::tiles::AmxFeatures;
+
 /// Instructions that kernels are compiled for.
 ///
 /// ```
@@ -65,6 +68,24 @@ impl Level {
         return self == Self::Avx512
             && is_x86_feature_detected!("avx512vnni")
             && is_x86_feature_detected!("avx512bw");
+        #[cfg(not(target_arch = "x86_64"))]
+        false
+    }
+
+    /// Whether tiles multiply bytes (AMX-INT8) beside this level's instructions.
+    #[inline]
+    pub(crate) fn has_amx_int8(self) -> bool {
+        #[cfg(target_arch = "x86_64")]
+        return self == Self::Avx512 && AmxFeatures::of_this_process().int8;
+        #[cfg(not(target_arch = "x86_64"))]
+        false
+    }
+
+    /// Whether tiles multiply bfloat16 values (AMX-BF16) beside this level's instructions.
+    #[inline]
+    pub(crate) fn has_amx_bf16(self) -> bool {
+        #[cfg(target_arch = "x86_64")]
+        return self == Self::Avx512 && AmxFeatures::of_this_process().bf16;
         #[cfg(not(target_arch = "x86_64"))]
         false
     }

@@ -8,6 +8,8 @@
 //!   multiply-add where the processor has one.
 //! * [`Bf16`], [`ReducedPrecision`], [`DotProduct`]: values of 16 and 8 bits, and the instructions that
 //!   multiply and add several of them at once.
+//! * [`TileUnit`], [`TileElement`], [`TileConfig`]: matrix products on the tiles of AMX, and
+//!   [`EmulatedTiles`], which tests take elsewhere.
 //!
 //! A kernel's `run` and everything that it calls must be `#[inline(always)]`: a function that is
 //! not inlined is compiled for the baseline of the target.
@@ -42,8 +44,8 @@
 //! # Unsafe code
 //! Vector instructions need it: a processor without an instruction has no defined behaviour for it,
 //! and vectors of 16 lanes are read and written through pointers. [`Level`] and the tokens of
-//! `pulp` prove that the instructions exist; the contracts about memory are written at [`Lanes16`]
-//! and [`DotProduct`].
+//! `pulp` prove that the instructions exist; the contracts about memory are written at [`Lanes16`],
+//! [`DotProduct`] and [`TileUnit`].
 
 #![allow(unsafe_code, reason = "vector instructions; contracts are written at each trait")]
 
@@ -51,6 +53,7 @@ mod lanes16;
 mod lanes8;
 mod level;
 mod reduced;
+mod tiles;
 mod vectorize;
 
 pub use lanes8::{Kernel8, LANES_8, Lanes8, dispatch};
@@ -58,5 +61,10 @@ pub use lanes16::{Kernel16, LANES_16, Lanes16};
 pub use level::Level;
 pub use reduced::{
     Bf16, DotProduct, ReducedDispatch, ReducedKernel, ReducedPrecision, weight_vector_bytes,
+};
+#[cfg(target_arch = "x86_64")]
+pub use tiles::Amx;
+pub use tiles::{
+    EmulatedTiles, TILE_ROW_BYTES, TILE_ROWS, TileConfig, TileElement, TileShape, TileUnit,
 };
 pub use vectorize::vectorize;

@@ -27,7 +27,7 @@ pub(super) struct Case {
     /// The runtime: our engine or Burn.
     by: &'static str,
     precision: Precision,
-    /// Instruction set of the engine.
+    /// Instruction set of the engine, with AMX if it is used.
     level: Option<String>,
     threads: usize,
     runs: usize,
@@ -77,13 +77,14 @@ impl Setting<'_> {
     /// If another runtime is not available, or its outputs differ.
     pub(super) fn engine(&self, engine: Engine, precision: Precision, peak: &Peak) -> Result<Case> {
         let macs: u64 = engine.layers().iter().map(|layer| layer.macs).sum();
+        let instructions = engine.instructions();
         let mut runner = Runner::Engine(Box::new(engine));
         let mut case = self.timed(&mut runner, precision, peak.threads);
         let gflop = 2e-9 * macs as f64 * self.args.batch as f64;
         let gflop_per_s = gflop / (case.p50_ms * 1e-3);
         case.gflop_per_s = Some(gflop_per_s);
         case.of_peak = Some(gflop_per_s / peak.gflop_per_s);
-        case.level = Some(peak.level.clone());
+        case.level = Some(instructions);
         case.say();
         if precision == Precision::F32 {
             let level = self.args.level.unwrap_or_else(Level::best);

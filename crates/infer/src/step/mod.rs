@@ -59,8 +59,14 @@ impl Step {
                 TileSize::Four => "winograd 4",
                 TileSize::TwoByFour => "winograd 2x4",
             },
-            Self::LowPrecisionConv(_, LowPrecisionType::Bf16, _) => "direct bf16",
-            Self::LowPrecisionConv(_, LowPrecisionType::Uint8(_), _) => "direct int8",
+            Self::LowPrecisionConv(conv, element_type, _) => {
+                match (element_type, conv.uses_amx()) {
+                    (LowPrecisionType::Bf16, false) => "direct bf16",
+                    (LowPrecisionType::Uint8(_), false) => "direct int8",
+                    (LowPrecisionType::Bf16, true) => "amx bf16",
+                    (LowPrecisionType::Uint8(_), true) => "amx int8",
+                }
+            }
             Self::Depthwise(..) => "depthwise",
             Self::LowPrecisionDepthwise(_, LowPrecisionType::Bf16, _) => "depthwise bf16",
             Self::LowPrecisionDepthwise(_, LowPrecisionType::Uint8(_), _) => "depthwise int8",
@@ -73,6 +79,11 @@ impl Step {
             Self::Sigmoid => "sigmoid",
             Self::Affine(_) => "affine",
         }
+    }
+
+    /// Whether it multiplies on tiles of AMX.
+    pub(crate) fn uses_amx(&self) -> bool {
+        matches!(self, Self::LowPrecisionConv(conv, ..) if conv.uses_amx())
     }
 
     /// Whether it is a convolution.

@@ -8,7 +8,7 @@
 //! * [`reorder_from_nchw`], [`reorder_to_nchw`]: layout conversions from and to nchw.
 //!
 //! Less memory is read, and processors with AVX512-VNNI or AVX512-BF16 multiply four or two values
-//! where they multiply one `f32`.
+//! where they multiply one `f32`. Those with AMX multiply tiles of 16 pixels by 16 output channels.
 
 mod add;
 mod conv;

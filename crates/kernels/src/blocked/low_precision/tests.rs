@@ -13,6 +13,8 @@ use crate::blocked::{
 };
 use crate::simd::dots::{Bf16, ReducedPrecision as _};
 
+mod amx;
+
 /// Element types for values between -1 and 1.
 fn element_types() -> impl Strategy<Value = LowPrecisionType> {
     prop_oneof![
