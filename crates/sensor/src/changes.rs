@@ -2,8 +2,9 @@
 //!
 //! # Model
 //! Without memory, noise and leaks in front of the detector, a pixel that sees the same light has
-//! the same voltage, and one that had nothing to say to this voltage has nothing to say again. In
-//! front of a still background most pixels are passed over, and the events are the same.
+//! the same voltage, and one that had nothing to say to this voltage has nothing to say again,
+//! whatever its thresholds are. In front of a still background most pixels are passed over, and the
+//! events are the same.
 
 use std::ops::Range;
 
@@ -24,8 +25,6 @@ pub(crate) enum Task {
 /// State of a strip of pixels.
 #[derive(Debug, Clone, Copy)]
 struct Strip {
-    /// Whether its voltage at the step before is not that of two steps before.
-    is_new: bool,
     /// Whether a pixel of it spoke, or may have, when it was looked at last.
     is_awake: bool,
     /// Whether its light has to be taken anew whatever it is.
@@ -42,7 +41,7 @@ pub(crate) struct Changes {
 
 impl Changes {
     pub(crate) fn new(pixels: usize) -> Self {
-        let unknown = Strip { is_new: true, is_awake: true, is_unknown: true };
+        let unknown = Strip { is_awake: true, is_unknown: true };
         Self {
             light: vec![0.0; pixels],
             strips: vec![unknown; pixels.div_ceil(STRIP)],
@@ -68,16 +67,9 @@ impl Changes {
         }
     }
 
-    /// Compares `luminance` with that of the last step. The voltages of what is passed over, or
-    /// only scanned, are carried over from the step `before`. Gives the work in order, each piece
-    /// no longer than `longest` pixels, or than a strip.
-    pub(crate) fn tasks(
-        &mut self,
-        luminance: &[f32],
-        before: &[f32],
-        voltage: &mut [f32],
-        longest: usize,
-    ) -> Vec<(Range<usize>, Task)> {
+    /// Compares `luminance` with that of the last step. Gives the work in order, each piece no longer
+    /// than `longest` pixels, or than a strip.
+    pub(crate) fn tasks(&mut self, luminance: &[f32], longest: usize) -> Vec<(Range<usize>, Task)> {
         let mut tasks = std::mem::take(&mut self.tasks);
         tasks.clear();
         vectorize(
@@ -90,13 +82,9 @@ impl Changes {
                     let known = &mut self.light[pixels.clone()];
                     let task = if strip.is_unknown || differ(shown, known) {
                         known.copy_from_slice(shown);
-                        *strip = Strip { is_new: true, is_awake: false, is_unknown: false };
+                        *strip = Strip { is_awake: false, is_unknown: false };
                         Task::Sense
                     } else {
-                        if strip.is_new {
-                            voltage[pixels.clone()].copy_from_slice(&before[pixels.clone()]);
-                            strip.is_new = false;
-                        }
                         if !strip.is_awake {
                             continue;
                         }
@@ -198,6 +186,12 @@ mod tests {
         coded.effects.splice(0..0, stages);
         assert!(rests(&coded));
         configs.push(("coded", coded));
+        // Pixels that differ, and some that are dead or hot.
+        let mut uneven = SensorConfig::preset("ideal").unwrap();
+        uneven.effects.push(EffectConfig::new("threshold_mismatch").with("sigma", 0.02));
+        uneven.effects.push(EffectConfig::new("dead_pixels").with("fraction", 0.1));
+        assert!(rests(&uneven));
+        configs.push(("uneven", uneven));
         for (name, config) in configs {
             let (events, repaired) = run(&config, true);
             assert!(events.len() > 1_000, "{name}: {}", events.len());
@@ -209,6 +203,14 @@ mod tests {
     fn what_remembers_or_is_noisy_in_front_is_never_passed_over() {
         for preset in ["v2e-noisy", "davis346", "dvs-voltmeter"] {
             assert!(!rests(&SensorConfig::preset(preset).unwrap()), "{preset}");
+        }
+        let jitter = EffectConfig::new("threshold_temporal_noise").with("sigma", 0.02);
+        let leak = EffectConfig::new("leak_on").with("rate_hz", 0.1);
+        let refractory = EffectConfig::new("refractory").with("period_us", 500.0);
+        for effect in [jitter, leak, refractory] {
+            let mut config = SensorConfig::preset("ideal").unwrap();
+            config.effects.push(effect);
+            assert!(!rests(&config), "{config:?}");
         }
     }
 }
