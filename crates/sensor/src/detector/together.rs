@@ -23,17 +23,18 @@ const MAX_EVENTS: usize = 2;
 /// Pixels at the start of a step.
 #[derive(Debug, Default)]
 struct Lanes {
-    /// Voltage and leak at the start of the step and at its end, ln.
-    from: [f64; LANES],
-    to: [f64; LANES],
-    memory: [f64; LANES],
-    threshold_on: [f64; LANES],
-    threshold_off: [f64; LANES],
+    /// Voltage at the start of the step and at its end, ln.
+    before: [f32; LANES],
+    after: [f32; LANES],
+    memory: [f32; LANES],
+    threshold_on: [f32; LANES],
+    threshold_off: [f32; LANES],
+    /// Steady leak, ln per second, and what else leaks in the step, ln.
+    leak_per_s: [f32; LANES],
+    seeped: [f32; LANES],
     /// Refractory before this time, and with a memory that follows the voltage until that one.
     free_s: [f64; LANES],
     follows_until_s: [f64; LANES],
-    /// What leaks in the step, ln.
-    drained: [f64; LANES],
 }
 
 /// The same pixels at its end.
@@ -63,6 +64,8 @@ struct Common {
     start_s: f64,
     end_s: f64,
     per_s: f64,
+    /// When no leak had been taken off the voltage.
+    anchor_s: f64,
     /// Both are minus infinity where events leave no such state behind.
     refractory_s: f64,
     follows_s: f64,
@@ -91,6 +94,7 @@ impl PixelArray {
             start_s: step.tick.start_s,
             end_s: step.tick.end_s,
             per_s: step.per_s,
+            anchor_s: self.anchor_s,
             refractory_s: time_or_never(recovery.refractory_s),
             follows_s: time_or_never(recovery.follows_s),
             short_fraction: recovery.short_fraction,
@@ -127,16 +131,18 @@ impl PixelArray {
 
     #[inline(always)]
     fn take_lane(&self, step: Step<'_>, pixel: usize, lane: usize, lanes: &mut Lanes) {
-        let (start_s, end_s) = (step.tick.start_s, step.tick.end_s);
-        let leak = self.leak_per_s.get(pixel).map_or(0.0, |&leak| f64::from(leak));
-        let seeped = self.seeped.get(pixel).map_or(0.0, |&seeped| f64::from(seeped));
         let Cell { memory, threshold_on, threshold_off, .. } = self.cells[pixel];
-        lanes.from[lane] = f64::from(step.before[pixel]) + leak * (start_s - self.anchor_s);
-        lanes.to[lane] = f64::from(step.after(pixel)) + leak * (end_s - self.anchor_s);
-        lanes.memory[lane] = f64::from(memory);
-        lanes.threshold_on[lane] = f64::from(threshold_on);
-        lanes.threshold_off[lane] = f64::from(threshold_off);
-        lanes.drained[lane] = leak * (end_s - start_s) + seeped;
+        lanes.before[lane] = step.before[pixel];
+        lanes.after[lane] = step.after(pixel);
+        lanes.memory[lane] = memory;
+        lanes.threshold_on[lane] = threshold_on;
+        lanes.threshold_off[lane] = threshold_off;
+        if let Some(&leak_per_s) = self.leak_per_s.get(pixel) {
+            lanes.leak_per_s[lane] = leak_per_s;
+        }
+        if let Some(&seeped) = self.seeped.get(pixel) {
+            lanes.seeped[lane] = seeped;
+        }
         if let Some(state) = self.refractory_states.get(pixel) {
             lanes.free_s[lane] = state.free_s;
             lanes.follows_until_s[lane] = state.follows_until_s;
@@ -196,12 +202,20 @@ impl PixelArray {
 /// Without `RECOVERS` events leave no state behind but the memory.
 #[inline(always)]
 fn cross<const RECOVERS: bool>(lanes: &Lanes, common: Common) -> Crossed {
-    let Common { start_s, end_s, per_s, refractory_s, follows_s, short_fraction } = common;
-    let Lanes { from, to, mut memory, threshold_on, threshold_off, drained, .. } = *lanes;
+    let Common { start_s, end_s, per_s, anchor_s, refractory_s, follows_s, .. } = common;
     let Lanes { mut free_s, mut follows_until_s, .. } = *lanes;
-    let mut change = [0.0; LANES];
+    let (mut from, mut to, mut change) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+    let (mut drained, mut memory) = ([0.0; LANES], [0.0; LANES]);
+    let (mut threshold_on, mut threshold_off) = ([0.0; LANES], [0.0; LANES]);
     for k in 0..LANES {
+        let leak = f64::from(lanes.leak_per_s[k]);
+        from[k] = f64::from(lanes.before[k]) + leak * (start_s - anchor_s);
+        to[k] = f64::from(lanes.after[k]) + leak * (end_s - anchor_s);
         change[k] = to[k] - from[k];
+        drained[k] = leak * (end_s - start_s) + f64::from(lanes.seeped[k]);
+        memory[k] = f64::from(lanes.memory[k]);
+        threshold_on[k] = f64::from(lanes.threshold_on[k]);
+        threshold_off[k] = f64::from(lanes.threshold_off[k]);
     }
     let at = |k: usize, t_s: f64| {
         let within = from[k] + change[k] * ((t_s - start_s) * per_s);
@@ -246,7 +260,7 @@ fn cross<const RECOVERS: bool>(lanes: &Lanes, common: Common) -> Crossed {
             let way = (level - from[k]) / change[k];
             t_s[k] = sooner(later(start_s + (end_s - start_s) * way, now_s[k]), end_s);
             count[k] += fires & 1;
-            let mut memory_then = level - short_fraction * threshold[k];
+            let mut memory_then = level - common.short_fraction * threshold[k];
             now_s[k] = t_s[k];
             if RECOVERS {
                 let free_then_s = t_s[k] + refractory_s;
@@ -274,7 +288,7 @@ fn cross<const RECOVERS: bool>(lanes: &Lanes, common: Common) -> Crossed {
     // As every pixel is armed: it wakes a little early, and in every step with a state.
     let mut wake_on = memory.map(|memory| memory as f32);
     let mut wake_off = wake_on;
-    let (on, off) = (threshold_on.map(|on| on as f32), threshold_off.map(|off| off as f32));
+    let (on, off) = (lanes.threshold_on, lanes.threshold_off);
     for k in 0..LANES {
         let early = 1e-6 * (1.0 + wake_on[k].abs());
         (wake_on[k], wake_off[k]) = (wake_on[k] + (on[k] - early), wake_off[k] - (off[k] - early));
