@@ -58,7 +58,7 @@ struct Crossed {
 
 const ALONE: u64 = u64::MAX;
 
-/// What all pixels of a step share.
+/// Constants of a step, which all its pixels share.
 #[derive(Debug, Clone, Copy)]
 struct Common {
     start_s: f64,
