@@ -25,6 +25,8 @@ pub(crate) enum Task {
 /// State of a strip of pixels.
 #[derive(Debug, Clone, Copy)]
 struct Strip {
+    /// Whether its voltage at the step before is not that of two steps before.
+    is_new: bool,
     /// Whether a pixel of it spoke, or may have, when it was looked at last.
     is_awake: bool,
     /// Whether its light has to be taken anew whatever it is.
@@ -41,7 +43,7 @@ pub(crate) struct Changes {
 
 impl Changes {
     pub(crate) fn new(pixels: usize) -> Self {
-        let unknown = Strip { is_awake: true, is_unknown: true };
+        let unknown = Strip { is_new: true, is_awake: true, is_unknown: true };
         Self {
             light: vec![0.0; pixels],
             strips: vec![unknown; pixels.div_ceil(STRIP)],
@@ -67,9 +69,16 @@ impl Changes {
         }
     }
 
-    /// Compares `luminance` with that of the last step. Gives the work in order, each piece no longer
-    /// than `longest` pixels, or than a strip.
-    pub(crate) fn tasks(&mut self, luminance: &[f32], longest: usize) -> Vec<(Range<usize>, Task)> {
+    /// Compares `luminance` with that of the last step. The voltages of what is passed over, or
+    /// only scanned, are carried over from the step `before`. Gives the work in order, each piece
+    /// no longer than `longest` pixels, or than a strip.
+    pub(crate) fn tasks(
+        &mut self,
+        luminance: &[f32],
+        before: &[f32],
+        voltage: &mut [f32],
+        longest: usize,
+    ) -> Vec<(Range<usize>, Task)> {
         let mut tasks = std::mem::take(&mut self.tasks);
         tasks.clear();
         vectorize(
@@ -82,9 +91,13 @@ impl Changes {
                     let known = &mut self.light[pixels.clone()];
                     let task = if strip.is_unknown || differ(shown, known) {
                         known.copy_from_slice(shown);
-                        *strip = Strip { is_awake: false, is_unknown: false };
+                        *strip = Strip { is_new: true, is_awake: false, is_unknown: false };
                         Task::Sense
                     } else {
+                        if strip.is_new {
+                            voltage[pixels.clone()].copy_from_slice(&before[pixels.clone()]);
+                            strip.is_new = false;
+                        }
                         if !strip.is_awake {
                             continue;
                         }

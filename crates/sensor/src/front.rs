@@ -189,27 +189,22 @@ impl Front {
     ) {
         // Pieces are short: they are resolved together.
         self.goes_by_blocks = false;
-        let tasks = self.changes.tasks(luminance, self.block_pixels);
+        let Self { before, voltage, .. } = self;
+        let tasks = self.changes.tasks(luminance, before, voltage, self.block_pixels);
         for (pixels, task) in &tasks {
             if *task == Task::Sense {
                 self.sense(&luminance[pixels.clone()], pixels);
                 for (index, link) in chain.front.iter().enumerate() {
                     self.step_stage(index, link, tick, pixels);
                 }
-            } else {
-                self.voltage[pixels.clone()].copy_from_slice(&self.before[pixels.clone()]);
             }
             let first = array.awake_count();
             self.show(chain, tick, pixels, array);
             self.changes.wake(array.awake_from(first));
         }
         resolution.resolve(chain, tick, array, [&self.before, &self.voltage], 0);
-        for (pixels, task) in &tasks {
-            if *task == Task::Sense {
-                self.before[pixels.clone()].copy_from_slice(&self.voltage[pixels.clone()]);
-            }
-        }
         self.changes.give_back(tasks);
+        self.turn_over();
     }
 
     /// Takes nothing of the last step for granted.
