@@ -108,9 +108,18 @@ impl Chain {
             FrontStage::LightPlane(_) | FrontStage::VoltagePlane(_) => false,
         };
         self.front.iter().all(|link| is_static(&link.stage))
-            && self.terms.is_empty()
+            && self.terms.iter().all(|link| link.stage.is_pattern())
+            && self.may_go_by_blocks()
             && !self.detector.stage.sees_light()
             && self.readout.stage.is_immediate()
+    }
+
+    /// Whether a block of pixels can go through the step before the next one begins: no pixel sees
+    /// the voltage of another, and no event of one has a time that depends on others.
+    pub(crate) fn may_go_by_blocks(&self) -> bool {
+        let sees_others =
+            |link: &Link<FrontStage>| matches!(link.stage, FrontStage::VoltagePlane(_));
+        !self.front.iter().any(sees_others) && !self.detector.stage.spreads()
     }
 
     /// Whether pixels can be refractory for a while.

@@ -2,8 +2,9 @@
 //!
 //! # Model
 //! Without memory, noise and leaks in front of the detector, a pixel that sees the same light has
-//! the same voltage, and one that had nothing to say to this voltage has nothing to say again. In
-//! front of a still background most pixels are passed over, and the events are the same.
+//! the same voltage, and one that had nothing to say to this voltage has nothing to say again,
+//! whatever its thresholds are. In front of a still background most pixels are passed over, and the
+//! events are the same.
 
 use std::ops::Range;
 
@@ -198,6 +199,12 @@ mod tests {
         coded.effects.splice(0..0, stages);
         assert!(rests(&coded));
         configs.push(("coded", coded));
+        // Pixels that differ, and some that are dead or hot.
+        let mut uneven = SensorConfig::preset("ideal").unwrap();
+        uneven.effects.push(EffectConfig::new("threshold_mismatch").with("sigma", 0.02));
+        uneven.effects.push(EffectConfig::new("dead_pixels").with("fraction", 0.1));
+        assert!(rests(&uneven));
+        configs.push(("uneven", uneven));
         for (name, config) in configs {
             let (events, repaired) = run(&config, true);
             assert!(events.len() > 1_000, "{name}: {}", events.len());
@@ -209,6 +216,14 @@ mod tests {
     fn what_remembers_or_is_noisy_in_front_is_never_passed_over() {
         for preset in ["v2e-noisy", "davis346", "dvs-voltmeter"] {
             assert!(!rests(&SensorConfig::preset(preset).unwrap()), "{preset}");
+        }
+        let jitter = EffectConfig::new("threshold_temporal_noise").with("sigma", 0.02);
+        let leak = EffectConfig::new("leak_on").with("rate_hz", 0.1);
+        let refractory = EffectConfig::new("refractory").with("period_us", 500.0);
+        for effect in [jitter, leak, refractory] {
+            let mut config = SensorConfig::preset("ideal").unwrap();
+            config.effects.push(effect);
+            assert!(!rests(&config), "{config:?}");
         }
     }
 }

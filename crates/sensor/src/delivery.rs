@@ -1,6 +1,6 @@
 //! From served requests to a stream: stamps, order, and what waits for its turn.
 
-use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
+use evpose_core::{EventStream, Micros, Polarity, SensorSize};
 
 use crate::clock::stamp;
 use crate::{Origin, Request, SensorError};
@@ -14,6 +14,15 @@ struct Stamped {
     origin: Origin,
 }
 
+/// Events by column, as a stream takes them.
+#[derive(Debug, Default)]
+struct Columns {
+    t: Vec<Micros>,
+    x: Vec<u16>,
+    y: Vec<u16>,
+    polarity: Vec<Polarity>,
+}
+
 /// Events on their way out.
 #[derive(Debug)]
 pub(crate) struct Delivery {
@@ -21,6 +30,7 @@ pub(crate) struct Delivery {
     pending: Vec<Stamped>,
     sorted: Vec<Stamped>,
     starts: Vec<u32>,
+    columns: Columns,
     events: EventStream,
     origins: Option<Vec<Origin>>,
     width: u64,
@@ -41,6 +51,7 @@ impl Delivery {
             pending: Vec::new(),
             sorted: Vec::new(),
             starts: Vec::new(),
+            columns: Columns::default(),
             events: EventStream::empty(size),
             origins: None,
             width,
@@ -96,13 +107,27 @@ impl Delivery {
             origins.clear();
             origins.extend(self.pending[..due].iter().map(|event| event.origin));
         }
-        for &Stamped { t, pixel, polarity, .. } in &self.pending[..due] {
-            let row = (u64::from(pixel) * self.reciprocal) >> SHIFT;
-            let (x, y) = ((u64::from(pixel) - row * self.width) as u16, row as u16);
-            self.events.push(Event { t, x, y, polarity })?;
-        }
+        self.write(due)?;
         self.pending.drain(..due);
         Ok(())
+    }
+
+    /// Appends the first `count` of what is pending to the events.
+    fn write(&mut self, count: usize) -> Result<(), SensorError> {
+        let Self { pending, columns, events, width, reciprocal, .. } = self;
+        let due = &pending[..count];
+        let Columns { t, x, y, polarity } = columns;
+        t.clear();
+        x.clear();
+        y.clear();
+        polarity.clear();
+        t.extend(due.iter().map(|event| event.t));
+        polarity.extend(due.iter().map(|event| event.polarity));
+        let row = |pixel: u32| (u64::from(pixel) * *reciprocal) >> SHIFT;
+        y.extend(due.iter().map(|event| row(event.pixel) as u16));
+        let column = |pixel: u32| u64::from(pixel) - row(pixel) * *width;
+        x.extend(due.iter().map(|event| column(event.pixel) as u16));
+        Ok(events.extend_columns(t, x, y, polarity)?)
     }
 
     /// Puts what is pending in order of time. Requests come pixel by pixel: events of a step lie

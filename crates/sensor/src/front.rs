@@ -5,13 +5,18 @@ use std::ops::Range;
 
 use evpose_core::{SensorSize, StageNoise, seed_for};
 
+use crate::Request;
 use crate::chain::{Chain, FrontStage, Link};
 use crate::changes::{Changes, STRIP, Task};
 use crate::detector::PixelArray;
+use crate::detector::resolve::Step;
 use crate::stage::{Block, State};
 use crate::tap::Tap;
 use crate::tick::Tick;
-use evpose_simd::vectorize;
+use evpose_simd::{prefetch, vectorize};
+
+/// Values of `f32` in a cache line.
+const CACHE_LINE: usize = 16;
 
 /// Signals, states and noise keys of one run.
 #[derive(Debug)]
@@ -21,9 +26,13 @@ pub(crate) struct Front {
     /// Light of the block in work; of all pixels where a stage needs the whole plane.
     light: Vec<f32>,
     holds_all_light: bool,
-    /// Voltage of all pixels, at this step and at the one before.
+    /// Voltage of all pixels at this step, or only of the block in work: see `goes_by_blocks`.
     voltage: Vec<f32>,
+    /// Voltage of all pixels at the step before.
     before: Vec<f32>,
+    /// Whether, in this step, a block is resolved before the next one, so that voltages of no more
+    /// than a block are kept twice: planes that are not there leave room in the cache.
+    goes_by_blocks: bool,
     memory: Vec<StageMemory>,
     changes: Changes,
     repaired: u64,
@@ -43,6 +52,34 @@ struct StageMemory {
 pub(crate) struct Observers<'a> {
     pub(crate) array: &'a mut PixelArray,
     pub(crate) taps: &'a mut [Tap],
+    /// Takes pixels through the step block by block, where they need not wait for each other.
+    pub(crate) resolution: Option<Resolution<'a>>,
+}
+
+/// Step constants of the detector, and the list that takes the requests of resolved pixels.
+#[derive(Debug)]
+pub(crate) struct Resolution<'a> {
+    /// One over the length of the step.
+    pub(crate) per_s: f64,
+    /// Noise of the detector.
+    pub(crate) noise: StageNoise,
+    pub(crate) requests: &'a mut Vec<Request>,
+}
+
+impl Resolution<'_> {
+    /// Takes the pixels that woke through the step, from voltages of all pixels before it and of
+    /// those from `first` on behind it.
+    fn resolve(
+        &mut self,
+        chain: &Chain,
+        tick: &Tick,
+        array: &mut PixelArray,
+        [before, after]: [&[f32]; 2],
+        first: usize,
+    ) {
+        let Self { per_s, noise, ref mut requests } = *self;
+        array.resolve(Step { chain, tick, before, after, first, per_s, noise }, requests);
+    }
 }
 
 impl Front {
@@ -61,6 +98,7 @@ impl Front {
             holds_all_light,
             voltage: vec![0.0; pixels],
             before: vec![0.0; pixels],
+            goes_by_blocks: false,
             memory: memory.collect(),
             changes: Changes::new(pixels),
             repaired: 0,
@@ -78,7 +116,8 @@ impl Front {
         &mut self.before
     }
 
-    /// Voltages at the end of the step before and of this one.
+    /// Voltages at the end of the step before and of this one, where a step goes through all pixels
+    /// before any is resolved.
     pub(crate) fn voltages(&self) -> (&[f32], &[f32]) {
         (&self.before, &self.voltage)
     }
@@ -96,8 +135,12 @@ impl Front {
         luminance: &[f32],
         seen_by: &mut Observers<'_>,
     ) {
-        if self.may_pass_over && chain.rests_with_light() && seen_by.taps.is_empty() {
-            return self.step_changes(chain, tick, luminance, seen_by.array);
+        self.goes_by_blocks = seen_by.resolution.is_some();
+        if self.may_pass_over
+            && chain.rests_with_light()
+            && let Some(resolution) = seen_by.resolution.take()
+        {
+            return self.step_changes(chain, tick, luminance, seen_by.array, resolution);
         }
         self.changes.forget();
         let all = self.size.pixels();
@@ -112,6 +155,10 @@ impl Front {
                 let pixels = start..(start + block).min(all);
                 if first_stage == 0 {
                     self.sense(&luminance[pixels.clone()], &pixels);
+                    // Frames come from far; the next block arrives while this one is in work.
+                    for pixel in (pixels.end..pixels.end + block).step_by(CACHE_LINE) {
+                        prefetch(luminance, pixel);
+                    }
                 }
                 for (offset, link) in pass.iter().enumerate() {
                     self.step_stage(first_stage + offset, link, tick, &pixels);
@@ -119,6 +166,12 @@ impl Front {
                 }
                 if is_last {
                     self.show(chain, tick, &pixels, seen_by.array);
+                    if let Some(resolution) = &mut seen_by.resolution {
+                        let voltage = &self.voltage[..pixels.len()];
+                        let voltages = [&self.before, voltage];
+                        resolution.resolve(chain, tick, seen_by.array, voltages, pixels.start);
+                        self.before[pixels.clone()].copy_from_slice(voltage);
+                    }
                 }
             }
             first_stage += pass.len();
@@ -132,7 +185,10 @@ impl Front {
         tick: &Tick,
         luminance: &[f32],
         array: &mut PixelArray,
+        mut resolution: Resolution<'_>,
     ) {
+        // Pieces are short: they are resolved together.
+        self.goes_by_blocks = false;
         let Self { before, voltage, .. } = self;
         let tasks = self.changes.tasks(luminance, before, voltage, self.block_pixels);
         for (pixels, task) in &tasks {
@@ -146,7 +202,9 @@ impl Front {
             self.show(chain, tick, pixels, array);
             self.changes.wake(array.awake_from(first));
         }
+        resolution.resolve(chain, tick, array, [&self.before, &self.voltage], 0);
         self.changes.give_back(tasks);
+        self.turn_over();
     }
 
     /// Takes nothing of the last step for granted.
@@ -159,11 +217,19 @@ impl Front {
         if self.holds_all_light { pixels.clone() } else { 0..pixels.len() }
     }
 
+    /// Range of these pixels in `voltage`.
+    fn voltage_range(&self, pixels: &Range<usize>) -> Range<usize> {
+        if self.goes_by_blocks { 0..pixels.len() } else { pixels.clone() }
+    }
+
+    /// Shows the voltages of a block to its pixels.
     fn show(&mut self, chain: &Chain, tick: &Tick, pixels: &Range<usize>, array: &mut PixelArray) {
         let light = &self.light[self.light_range(pixels)];
-        array.scan(chain, tick, pixels, light, &mut self.voltage[pixels.clone()]);
+        let held = self.voltage_range(pixels);
+        let voltage = &mut self.voltage[held];
+        array.scan(chain, tick, pixels, light, &self.before, voltage);
         if tick.index == 0 {
-            self.before[pixels.clone()].copy_from_slice(&self.voltage[pixels.clone()]);
+            self.before[pixels.clone()].copy_from_slice(voltage);
         }
     }
 
@@ -214,7 +280,8 @@ impl Front {
         pixels: &Range<usize>,
     ) {
         let held = self.light_range(pixels);
-        let (light, voltage) = (&mut self.light[held], &mut self.voltage[pixels.clone()]);
+        let held_voltage = self.voltage_range(pixels);
+        let (light, voltage) = (&mut self.light[held], &mut self.voltage[held_voltage]);
         let memory = &mut self.memory[index];
         let noise = StageNoise::at_tick(memory.noise_key, tick.index);
         let state = State::new(&mut memory.planes, pixels.clone());

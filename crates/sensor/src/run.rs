@@ -8,7 +8,7 @@ use crate::chain::Chain;
 use crate::delivery::Delivery;
 use crate::detector::PixelArray;
 use crate::detector::resolve::Step;
-use crate::front::{Front, Observers};
+use crate::front::{Front, Observers, Resolution};
 use crate::optics::divider::Divider;
 use crate::readout::{ReadoutMemory, Service};
 use crate::tap::Tap;
@@ -209,12 +209,18 @@ impl SensorRun {
     /// From light to requests, or to events where the readout makes pixels wait.
     fn step(&mut self, chain: &Chain, tick: &Tick, light: &[f32], feeds_back: bool) {
         self.array.begin_scan(chain, tick);
-        let mut seen_by = Observers { array: &mut self.array, taps: &mut self.taps };
-        self.front.step(chain, tick, light, &mut seen_by);
-        let (before, after) = self.front.voltages();
         let noise = StageNoise::at_tick(self.detector_key, tick.index);
         let per_s = 1.0 / tick.dt_s();
-        let step = Step { chain, tick, before, after, per_s, noise };
+        let goes_by_blocks = !feeds_back && self.taps.is_empty() && chain.may_go_by_blocks();
+        let requests = &mut self.requests;
+        let resolution = goes_by_blocks.then_some(Resolution { per_s, noise, requests });
+        let mut seen_by = Observers { array: &mut self.array, taps: &mut self.taps, resolution };
+        self.front.step(chain, tick, light, &mut seen_by);
+        if goes_by_blocks {
+            return;
+        }
+        let (before, after) = self.front.voltages();
+        let step = Step { chain, tick, before, after, first: 0, per_s, noise };
         if feeds_back {
             let now = |r: &&Request| r.t_s > tick.start_s && r.t_s <= tick.end_s;
             let background: Vec<Request> = self.background.iter().filter(now).copied().collect();

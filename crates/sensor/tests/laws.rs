@@ -5,8 +5,8 @@
 use evpose_core::{Event, Micros, Plane, SensorSize, StageNoise};
 use evpose_sensor::{
     Block, Citation, Domain, EffectConfig, PixelStage, PlaneStage, Prior, Probe, STAGES,
-    SearchSpec, SensorConfig, SensorError, SensorModel, Settings, Signature, Stage, StageSpec,
-    Strength, Tick, Value,
+    SearchSpec, SensorConfig, SensorError, SensorModel, SensorRun, Settings, Signature, Stage,
+    StageSpec, Strength, Tick, Value,
 };
 use proptest::prelude::*;
 
@@ -130,7 +130,10 @@ fn still(_step: u64) -> Plane<f32> {
 }
 
 fn events_of(model: &SensorModel, scene: fn(u64) -> Plane<f32>, seed: u64) -> Vec<Vec<Event>> {
-    let mut run = model.start(SIZE, seed);
+    events_of_run(model.start(SIZE, seed), scene)
+}
+
+fn events_of_run(mut run: SensorRun, scene: fn(u64) -> Plane<f32>) -> Vec<Vec<Event>> {
     // Not a whole number of any clock's counts.
     let time = |step: u64| Micros(step as i64 * 1_130);
     (0..STEPS).map(|k| run.expose(&scene(k), time(k)).unwrap().iter().collect()).collect()
@@ -273,6 +276,22 @@ proptest! {
                 let events = events_of(&model.clone().with_block_pixels(block), moving, seed);
                 prop_assert_eq!(&events, &expected, "{} by {}", spec.name, block);
             }
+        }
+    }
+
+    /// Nor does it whether a block is taken through the whole step before the next one begins, which a
+    /// tap prevents.
+    #[test]
+    fn a_tap_changes_no_event(fraction in 0.0..1.0, seed: u64) {
+        for spec in registry() {
+            let model = model_of(&among_others(spec, fraction));
+            let mut tapped = model.start(SIZE, seed);
+            let taps = model.describe().rows.iter().filter(|row| {
+                row.is_active && tapped.tap(row.spec.name, (20, 11)).is_ok()
+            });
+            prop_assert!(taps.count() >= 2, "{}", spec.name);
+            let expected = events_of(&model, moving, seed);
+            prop_assert_eq!(events_of_run(tapped, moving), expected, "{}", spec.name);
         }
     }
 

@@ -2,6 +2,7 @@
 //!
 //! * [`Level`]: portable, AVX2 or AVX-512; detected when the program runs.
 //! * [`vectorize`]: a plain loop, compiled for the widest vectors of this processor.
+//! * [`prefetch`]: a cache line asked for before it is needed.
 //! * [`Lanes8`], [`Kernel8`], [`dispatch`]: vectors of 8 `f32` or `i32`, safe, in and out of arrays.
 //!   Results have the same bits at every level.
 //! * [`Lanes16`], [`Kernel16`], [`Level::run`]: vectors of 16 `f32`, by pointer, with a fused
@@ -52,6 +53,7 @@
 mod lanes16;
 mod lanes8;
 mod level;
+mod prefetch;
 mod reduced;
 mod tiles;
 mod vectorize;
@@ -59,6 +61,7 @@ mod vectorize;
 pub use lanes8::{Kernel8, LANES_8, Lanes8, dispatch};
 pub use lanes16::{Kernel16, LANES_16, Lanes16};
 pub use level::Level;
+pub use prefetch::prefetch;
 pub use reduced::{
     Bf16, DotProduct, ReducedDispatch, ReducedKernel, ReducedPrecision, weight_vector_bytes,
 };

@@ -15,6 +15,7 @@
 //! Hu et al. 2021 (v2e): `light_slope` 0.75.
 
 use evpose_core::{Polarity, SensorSize, StageNoise};
+use evpose_simd::prefetch;
 
 use super::{exponential, uniform};
 use crate::detector::{NoiseEvent, PixelTerm, PixelTraits, TermTable};
@@ -207,19 +208,25 @@ impl ShotNoisePoisson {
         let mean = 0.5 * (layer.high_hz - layer.low_hz) * tick.dt_s();
         let kept = (self.rate_hz - layer.low_hz) / (layer.high_hz - layer.low_hz);
         let sequence = SEQUENCES * layer.index;
+        let mut places = Vec::new();
+        let groups_per_length = (starts.len() - 1) as f64 / starts[starts.len() - 1];
         let (mut position, mut group) = (0.0, 0);
         for draw in 0.. {
             position += exponential(noise, sequence + GAPS, draw) / mean;
-            while starts[group + 1] <= position {
-                group += 1;
-                if group + 1 == starts.len() {
-                    return;
-                }
-            }
+            let Some(at) = group_at(starts, position, group, groups_per_length) else { break };
+            group = at;
             if kept < 1.0 && uniform(noise, sequence + HEIGHTS, draw) > kept {
                 continue;
             }
-            let rest = (position - starts[group]) as f32;
+            // Groups lie apart in memory; those of later draws arrive while earlier ones are seen to.
+            let first = group * GROUP;
+            for pixel in [first, first + GROUP - 1] {
+                prefetch(ends, pixel);
+                prefetch(on_parts, pixel);
+            }
+            places.push((draw, group, (position - starts[group]) as f32));
+        }
+        for (draw, group, rest) in places {
             let first = group * GROUP;
             let group_ends = &ends[first..(first + GROUP).min(pixels)];
             let index = group_ends.iter().map(|&end| usize::from(end <= rest)).sum::<usize>();
@@ -241,5 +248,62 @@ impl ShotNoisePoisson {
                 term: 0,
             });
         }
+    }
+}
+
+/// The group in which `position` lies, of groups that begin and end at `starts`; none behind the
+/// last. It is not before group `from`. It is guessed from the mean count of groups on a length, and
+/// sought from there: layers with few events pass over hundreds of groups between two of them.
+#[inline(always)]
+fn group_at(starts: &[f64], position: f64, from: usize, groups_per_length: f64) -> Option<usize> {
+    let groups = starts.len() - 1;
+    if starts[groups] <= position {
+        return None;
+    }
+    let way = ((position - starts[from]) * groups_per_length) as usize;
+    let mut group = from.saturating_add(way).min(groups - 1);
+    while starts[group] > position {
+        group -= 1;
+    }
+    while starts[group + 1] <= position {
+        group += 1;
+    }
+    Some(group)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn positions_lie_in_the_groups_that_a_walk_comes_to() {
+        let noise = StageNoise::new(5, SPEC.name, 0);
+        // Lengths from nothing, as those of dead pixels, to a hundred times the mean.
+        let lengths = (0..200).map(|k| match k % 7 {
+            0 => 0.0,
+            _ if k > 180 => 100.0 * f64::from(noise.uniform(k, 0)),
+            _ => f64::from(noise.uniform(k, 0)),
+        });
+        let ends = lengths.scan(0.0, |sum, length| {
+            *sum += length;
+            Some(*sum)
+        });
+        let starts: Vec<f64> = std::iter::once(0.0).chain(ends).collect();
+        let end = starts[starts.len() - 1];
+        let drawn = (0..20_000).map(|k| 1.001 * end * f64::from(noise.uniform(k, 1)));
+        for position in drawn.chain(starts.iter().copied()) {
+            let walk = starts[1..].iter().position(|&end| position < end);
+            // From the beginning, and from the group before.
+            let groups_per_length = (starts.len() - 1) as f64 / end;
+            for from in [0, walk.map_or(0, |walk| walk.saturating_sub(1))] {
+                let group = group_at(&starts, position, from, groups_per_length);
+                assert_eq!(group, walk, "{position} from {from}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_line_without_length_has_no_groups() {
+        assert_eq!(group_at(&[0.0; 4], 0.0, 0, f64::INFINITY), None);
     }
 }

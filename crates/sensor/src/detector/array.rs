@@ -60,12 +60,21 @@ pub(crate) struct PixelArray {
     /// Results of this step's scan: pixels to visit, and noise events that take place.
     pub(super) awake: Vec<u32>,
     pub(super) accepted: Vec<NoiseEvent>,
+    /// How many of them have been taken through the step.
+    pub(super) resolved: Resolved,
     pub(super) queue: Queue,
     has_dead: bool,
     /// How far thresholds of one exposure deviate at most, if they are redrawn.
     pub(super) deviation: f32,
     /// Cleared by tests that look at the long way.
     pub(crate) may_go_straight: bool,
+}
+
+/// Counts of pixels and of noise events of a step that are resolved.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Resolved {
+    pub(super) awake: usize,
+    pub(super) accepted: usize,
 }
 
 #[derive(Debug)]
@@ -98,6 +107,7 @@ impl PixelArray {
             next_noise_event: 0,
             awake: Vec::new(),
             accepted: Vec::new(),
+            resolved: Resolved::default(),
             queue: Queue::default(),
             has_dead: false,
             deviation: chain.redraws.map_or(0.0, |(_, most)| most),
@@ -289,14 +299,14 @@ impl PixelArray {
     /// A pixel as the detector sees it in a step.
     #[inline(always)]
     pub(super) fn step_of(&self, step: Step<'_>, pixel: usize) -> PixelStep {
-        let Step { tick, before, after, per_s, .. } = step;
+        let Step { tick, per_s, .. } = step;
         let cell = &self.cells[pixel];
         let leak = self.leak_per_s.get(pixel).map_or(0.0, |&leak| f64::from(leak));
         PixelStep {
             start_s: tick.start_s,
             end_s: tick.end_s,
-            from: f64::from(before[pixel]) + leak * (tick.start_s - self.anchor_s),
-            to: f64::from(after[pixel]) + leak * (tick.end_s - self.anchor_s),
+            from: f64::from(step.before[pixel]) + leak * (tick.start_s - self.anchor_s),
+            to: f64::from(step.after(pixel)) + leak * (tick.end_s - self.anchor_s),
             memory: f64::from(cell.memory),
             threshold_on: f64::from(cell.threshold_on),
             threshold_off: f64::from(cell.threshold_off),

@@ -65,6 +65,10 @@ impl PixelTerm for DeadPixels {
         self.fraction <= 0.0
     }
 
+    fn is_pattern(&self) -> bool {
+        true
+    }
+
     fn pattern(&self, pixel: usize, traits: &mut PixelTraits, noise: StageNoise) {
         traits.is_dead |= noise.uniform(pixel, 0) <= self.fraction;
     }

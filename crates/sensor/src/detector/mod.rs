@@ -15,6 +15,7 @@ pub(crate) mod array;
 pub(crate) mod brownian_passage;
 mod burst;
 pub(crate) mod dead_pixels;
+mod find;
 pub(crate) mod fixed_pattern;
 pub(crate) mod frame_count;
 pub(crate) mod frame_difference;
@@ -33,6 +34,7 @@ mod straight;
 pub(crate) mod term;
 pub(crate) mod threshold_mismatch;
 pub(crate) mod threshold_temporal_noise;
+mod together;
 
 pub(crate) use array::PixelArray;
 pub use pixel::{PixelStep, PixelTraits};

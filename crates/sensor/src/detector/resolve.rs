@@ -2,6 +2,7 @@
 
 use evpose_core::{Polarity, StageNoise};
 
+use super::array::Resolved;
 use super::level_crossing::{next_level, next_level_through};
 use super::pixel::{PixelStep, RefractoryState};
 use super::spread::Spread;
@@ -17,13 +18,23 @@ use crate::{Origin, Request};
 pub(crate) struct Step<'a> {
     pub(crate) chain: &'a Chain,
     pub(crate) tick: &'a Tick,
-    /// Compared voltages at the end of the step before, and at the end of this one.
+    /// Compared voltages of all pixels at the end of the step before.
     pub(crate) before: &'a [f32],
+    /// Those at the end of this step, of the pixels from `first` on.
     pub(crate) after: &'a [f32],
+    pub(crate) first: usize,
     /// One over the length of the step.
     pub(crate) per_s: f64,
     /// Noise of the detector.
     pub(crate) noise: StageNoise,
+}
+
+impl Step<'_> {
+    /// Compared voltage of a pixel at the end of the step.
+    #[inline(always)]
+    pub(super) fn after(&self, pixel: usize) -> f32 {
+        self.after[pixel - self.first]
+    }
 }
 
 /// The state of one pixel, copied from the array for the step.
@@ -44,66 +55,72 @@ pub(super) struct PendingEvent {
     pub(super) memory: f64,
 }
 
-/// Pixels looked up together.
-const BATCH: usize = 64;
-
 impl PixelArray {
-    /// Takes every pixel that woke through the step and appends its requests, which are served at
-    /// once: pixel by pixel, those of one pixel in order of time.
+    /// Takes every pixel that woke since the last call through the step and appends its requests,
+    /// which are served at once: pixel by pixel, those of one pixel in order of time.
     pub(crate) fn resolve(&mut self, step: Step<'_>, out: &mut Vec<Request>) {
-        let awake = std::mem::take(&mut self.awake);
-        let accepted = std::mem::take(&mut self.accepted);
+        let Resolved { awake: first, accepted: first_accepted } = self.resolved;
+        if self.awake.len() == first && self.accepted.len() == first_accepted {
+            return;
+        }
+        let all_awake = std::mem::take(&mut self.awake);
+        let all_accepted = std::mem::take(&mut self.accepted);
+        let (awake, accepted) = (&all_awake[first..], &all_accepted[first_accepted..]);
         let detector = &*step.chain.detector.stage;
-        let (is_frame, spreads) = (detector.compares_frames(), detector.spreads());
-        let spread = if spreads { self.largest_count(step, &awake) } else { 0 };
-        // What pixels remember lies apart: asking for many at once lets the memory answer while
-        // the processor goes on asking.
-        let mut batch = Vec::with_capacity(BATCH);
-        let work = |array: &mut Self,
-                    batch: &mut Vec<(PixelState, &[NoiseEvent])>,
-                    out: &mut Vec<Request>| {
-            for (pixel_state, noise_events) in batch.iter_mut() {
-                if is_frame {
-                    array.resolve_frame(step, pixel_state, noise_events, spread, out);
-                } else {
-                    array.resolve_exactly(step, pixel_state, noise_events, out);
-                }
-                array.put_back(step, pixel_state);
-            }
-            batch.clear();
-        };
-        let is_straight = step.chain.goes_straight() && self.may_go_straight;
+        let spread = if detector.spreads() { self.largest_count(step, awake) } else { 0 };
         let is_burst = step.chain.goes_in_bursts() && self.may_go_straight;
+        let is_straight = step.chain.goes_straight() && self.may_go_straight;
         let may_pass =
             step.chain.redraws.is_some() && self.leak_per_s.is_empty() && self.seeped.is_empty();
-        for_each_pixel(&awake, &accepted, |pixel, noise_events| {
-            if may_pass && noise_events.is_empty() && self.passes_over(step, pixel) {
-                return;
-            }
-            if is_burst {
-                return self.resolve_burst(step, pixel, out);
-            }
-            if is_straight
-                && noise_events.is_empty()
-                && self.resolve_straight(step, pixel as u32, out)
-            {
-                return;
-            }
-            batch.push((self.take_out(step, pixel), noise_events));
-            if batch.len() == BATCH {
-                work(self, &mut batch, out);
-            }
-        });
-        work(self, &mut batch, out);
-        self.awake = awake;
-        self.accepted = accepted;
+        if is_straight {
+            self.resolve_together(step, awake, accepted, out);
+        } else {
+            for_each_run(awake, accepted, |run| match run {
+                Run::Quiet(pixels) if is_burst => {
+                    pixels.iter().for_each(|&pixel| self.resolve_burst(step, pixel as usize, out));
+                }
+                Run::Quiet(pixels) => {
+                    for &pixel in pixels {
+                        if !(may_pass && self.passes_over(step, pixel as usize)) {
+                            self.resolve_long(step, pixel, &[], spread, out);
+                        }
+                    }
+                }
+                Run::Struck(pixel, _) if is_burst => self.resolve_burst(step, pixel as usize, out),
+                Run::Struck(pixel, noise_events) => {
+                    self.resolve_long(step, pixel, noise_events, spread, out);
+                }
+            });
+        }
+        self.resolved = Resolved { awake: all_awake.len(), accepted: all_accepted.len() };
+        self.awake = all_awake;
+        self.accepted = all_accepted;
+    }
+
+    /// The way through a step that is open to every pixel of every chain.
+    #[inline(never)]
+    pub(super) fn resolve_long(
+        &mut self,
+        step: Step<'_>,
+        pixel: u32,
+        noise_events: &[NoiseEvent],
+        spread: u32,
+        out: &mut Vec<Request>,
+    ) {
+        let mut pixel_state = self.take_out(step, pixel as usize);
+        if step.chain.detector.stage.compares_frames() {
+            self.resolve_frame(step, &mut pixel_state, noise_events, spread, out);
+        } else {
+            self.resolve_exactly(step, &mut pixel_state, noise_events, out);
+        }
+        self.put_back(step, &pixel_state);
     }
 
     /// Whether no threshold that may be drawn puts a level into the way of a pixel's voltage.
     #[inline(always)]
     fn passes_over(&self, step: Step<'_>, pixel: usize) -> bool {
         let cell = &self.cells[pixel];
-        let (from, to) = (step.before[pixel] - cell.memory, step.after[pixel] - cell.memory);
+        let (from, to) = (step.before[pixel] - cell.memory, step.after(pixel) - cell.memory);
         let (from, to, threshold) = if to > from {
             (from, to, cell.threshold_on)
         } else {
@@ -374,31 +391,44 @@ impl PendingEvent {
     }
 }
 
-/// Calls `each(pixel, noise events)` for every pixel that is awake or noise event, in order.
-pub(super) fn for_each_pixel<'h>(
-    mut awake: &[u32],
-    mut noise_events: &'h [NoiseEvent],
-    mut each: impl FnMut(usize, &'h [NoiseEvent]),
+/// Pixels to be taken through a step.
+#[derive(Debug, Clone, Copy)]
+enum Run<'a> {
+    /// Awake, and not struck by noise.
+    Quiet(&'a [u32]),
+    /// Struck by noise, awake or not.
+    Struck(u32, &'a [NoiseEvent]),
+}
+
+/// Calls `each` for all pixels that are awake or struck by noise, in order.
+fn for_each_run<'a>(
+    mut awake: &'a [u32],
+    noise_events: &'a [NoiseEvent],
+    mut each: impl FnMut(Run<'a>),
 ) {
-    loop {
-        if noise_events.is_empty() {
-            awake.iter().for_each(|&pixel| each(pixel as usize, &[]));
-            return;
+    for struck in noise_events.chunk_by(|a, b| a.pixel == b.pixel) {
+        let pixel = struck[0].pixel;
+        let quiet = awake.iter().take_while(|awake| **awake < pixel).count();
+        each(Run::Quiet(&awake[..quiet]));
+        awake = &awake[quiet..];
+        if let [first, rest @ ..] = awake
+            && *first == pixel
+        {
+            awake = rest;
         }
-        let pixel = match (awake, noise_events) {
-            (_, []) => return,
-            ([], [noise_event, ..]) => noise_event.pixel,
-            ([pixel, rest @ ..], [noise_event, ..]) => {
-                if *pixel <= noise_event.pixel {
-                    awake = rest;
-                }
-                noise_event.pixel.min(*pixel)
-            }
-        };
-        let struck =
-            noise_events.iter().take_while(|noise_event| noise_event.pixel == pixel).count();
-        let (now, later) = noise_events.split_at(struck);
-        noise_events = later;
-        each(pixel as usize, now);
+        each(Run::Struck(pixel, struck));
     }
+    each(Run::Quiet(awake));
+}
+
+/// Calls `each(pixel, noise events)` for every pixel that is awake or struck by noise, in order.
+pub(super) fn for_each_pixel<'a>(
+    awake: &'a [u32],
+    noise_events: &'a [NoiseEvent],
+    mut each: impl FnMut(usize, &'a [NoiseEvent]),
+) {
+    for_each_run(awake, noise_events, |run| match run {
+        Run::Quiet(pixels) => pixels.iter().for_each(|&pixel| each(pixel as usize, &[])),
+        Run::Struck(pixel, noise_events) => each(pixel as usize, noise_events),
+    });
 }

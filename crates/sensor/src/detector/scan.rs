@@ -5,24 +5,11 @@ use std::ops::Range;
 use evpose_core::StageNoise;
 
 use super::PixelArray;
+use super::array::Resolved;
+use super::find::Find;
 use crate::chain::Chain;
 use crate::tick::Tick;
-use evpose_simd::vectorize;
-
-/// Pixels looked at together. A few cache lines: wide enough for any vector unit, small enough
-/// that one event does not send many quiet pixels down the slow path.
-const LANES: usize = 16;
-
-/// The bit of each lane.
-const BITS: [u32; LANES] = {
-    let mut bits = [0; LANES];
-    let mut k = 0;
-    while k < LANES {
-        bits[k] = 1 << k;
-        k += 1;
-    }
-    bits
-};
+use evpose_simd::{dispatch, prefetch, vectorize};
 
 /// Light of white in the code values of detectors that see light.
 const WHITE_CODE: f32 = 255.0;
@@ -35,6 +22,7 @@ impl PixelArray {
         }
         self.awake.clear();
         self.accepted.clear();
+        self.resolved = Resolved::default();
         self.next_noise_event = 0;
     }
 
@@ -48,13 +36,15 @@ impl PixelArray {
         self.awake.len()
     }
 
-    /// Looks at a block of pixels: its light, and its voltage, to which leaks are added.
+    /// Looks at a block of pixels: its light, and its voltage, to which leaks are added. `before` is
+    /// the voltage of all pixels at the step before, which those that wake need next.
     pub(crate) fn scan(
         &mut self,
         chain: &Chain,
         tick: &Tick,
         pixels: &Range<usize>,
         light: &[f32],
+        before: &[f32],
         voltage: &mut [f32],
     ) {
         let detector = &*chain.detector.stage;
@@ -75,7 +65,7 @@ impl PixelArray {
         if detector.sees_light() {
             self.awake.extend(pixels.start as u32..pixels.end as u32);
         } else {
-            self.find_awake(tick, pixels, voltage);
+            self.find_awake(tick, pixels, before, voltage);
         }
         self.accept(chain, tick, pixels, light);
     }
@@ -143,25 +133,19 @@ impl PixelArray {
         }
     }
 
-    fn find_awake(&mut self, tick: &Tick, pixels: &Range<usize>, voltage: &[f32]) {
-        let on = &self.wake_on[pixels.clone()];
-        let off = &self.wake_off[pixels.clone()];
-        let first = pixels.start as u32;
-        let awake = &mut self.awake;
-        match self.leak_per_s.get(pixels.clone()) {
-            Some(leak) => {
-                let age_s = (tick.end_s - self.anchor_s) as f32;
-                vectorize(
-                    #[inline(always)]
-                    || find(first, [voltage, on, off, leak], |v, leak| v + leak * age_s, awake),
-                );
-            }
-            // Without a leak its place is taken by what is at hand.
-            None => vectorize(
-                #[inline(always)]
-                || find(first, [voltage, on, off, voltage], |v, _| v, awake),
-            ),
-        }
+    fn find_awake(&mut self, tick: &Tick, pixels: &Range<usize>, before: &[f32], voltage: &[f32]) {
+        dispatch(Find {
+            first: pixels.start,
+            voltage,
+            on: &self.wake_on[pixels.clone()],
+            off: &self.wake_off[pixels.clone()],
+            leak: self.leak_per_s.get(pixels.clone()),
+            age_s: (tick.end_s - self.anchor_s) as f32,
+            before,
+            cells: &self.cells,
+            refractory_states: &self.refractory_states,
+            awake: &mut self.awake,
+        });
     }
 
     /// Keeps the noise events of a block that take place, at the light there is.
@@ -175,46 +159,11 @@ impl PixelArray {
             if is_now {
                 let term = &chain.terms[usize::from(noise_event.term)].stage;
                 if noise_event.chance <= term.acceptance(light[pixel - pixels.start]) {
+                    prefetch(&self.cells, pixel);
+                    prefetch(&self.refractory_states, pixel);
                     self.accepted.push(*noise_event);
                 }
             }
-        }
-    }
-}
-
-/// Appends the pixels whose `x`, of voltage and leak, lies at or beyond one of their levels,
-/// skipping quiet ones many at a time.
-#[inline(always)]
-fn find(first: u32, planes: [&[f32]; 4], x: impl Fn(f32, f32) -> f32, awake: &mut Vec<u32>) {
-    let beyond = |v: f32, on: f32, off: f32, leak: f32| {
-        let x = x(v, leak);
-        (x >= on) | (x <= off)
-    };
-    let [(voltage, v_rest), (on, on_rest), (off, off_rest), (leak, leak_rest)] =
-        planes.map(|plane| plane.as_chunks::<LANES>());
-    for (lane, (((v, on), off), leak)) in voltage.iter().zip(on).zip(off).zip(leak).enumerate() {
-        // No early exit: a loop without branches is what becomes vector instructions.
-        let mut any = 0;
-        for k in 0..LANES {
-            any |= u32::from(beyond(v[k], on[k], off[k], leak[k]));
-        }
-        if any != 0 {
-            let start = first + (lane * LANES) as u32;
-            // A sum of powers of two is a vector operation as well.
-            let mut bits = 0;
-            for k in 0..LANES {
-                bits |= if beyond(v[k], on[k], off[k], leak[k]) { BITS[k] } else { 0 };
-            }
-            while bits != 0 {
-                awake.push(start + bits.trailing_zeros());
-                bits &= bits - 1;
-            }
-        }
-    }
-    let start = first + (voltage.len() * LANES) as u32;
-    for k in 0..v_rest.len() {
-        if beyond(v_rest[k], on_rest[k], off_rest[k], leak_rest[k]) {
-            awake.push(start + k as u32);
         }
     }
 }

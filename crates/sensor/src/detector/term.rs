@@ -18,6 +18,12 @@ pub trait PixelTerm: Send + Sync + Debug {
     /// Changes what sets a pixel apart, for good. The noise is the same at every call.
     fn pattern(&self, _pixel: usize, _traits: &mut PixelTraits, _noise: StageNoise) {}
 
+    /// Whether [`PixelTerm::pattern`] is all that the term does. Pixels that see the same light again
+    /// then have nothing new to say, and the chain need not ask them.
+    fn is_pattern(&self) -> bool {
+        false
+    }
+
     /// The sensor that the term is made for, if it fits one size only.
     fn made_for(&self) -> Option<SensorSize> {
         None

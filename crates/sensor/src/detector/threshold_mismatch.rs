@@ -85,6 +85,10 @@ impl PixelTerm for ThresholdMismatch {
         self.sigma <= 0.0
     }
 
+    fn is_pattern(&self) -> bool {
+        true
+    }
+
     fn pattern(&self, pixel: usize, traits: &mut PixelTraits, noise: StageNoise) {
         let (on, own) = (noise.normal(pixel, 0), noise.normal(pixel, 1));
         let r = self.correlation;

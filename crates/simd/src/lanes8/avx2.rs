@@ -13,6 +13,8 @@ pub(crate) struct Avx2(pub(crate) V3);
 
 /// Predicate of `a < b`, false where either is NaN, without an exception (`_CMP_LT_OQ`).
 const LT_OQ: i32 = 0x11;
+/// Predicate of `a <= b` in the same way (`_CMP_LE_OQ`).
+const LE_OQ: i32 = 0x12;
 
 impl Lanes8 for Avx2 {
     type F = __m256;
@@ -71,6 +73,11 @@ impl Lanes8 for Avx2 {
     #[inline(always)]
     fn lt(self, a: __m256, b: __m256) -> __m256i {
         cast(self.0.avx._mm256_cmp_ps::<LT_OQ>(a, b))
+    }
+
+    #[inline(always)]
+    fn le(self, a: __m256, b: __m256) -> __m256i {
+        cast(self.0.avx._mm256_cmp_ps::<LE_OQ>(a, b))
     }
 
     #[inline(always)]

@@ -50,6 +50,8 @@ pub trait Lanes8: Copy + Debug {
     fn max(self, a: Self::F, b: Self::F) -> Self::F;
     /// Mask of `a < b`, false where either is NaN.
     fn lt(self, a: Self::F, b: Self::F) -> Self::I;
+    /// Mask of `a <= b`, false where either is NaN.
+    fn le(self, a: Self::F, b: Self::F) -> Self::I;
     /// `a` rounded towards negative infinity.
     fn floor(self, a: Self::F) -> Self::F;
     /// Converts to integers, rounding towards zero; magnitudes must be below 2³¹.

@@ -73,6 +73,11 @@ impl Lanes8 for Portable {
     }
 
     #[inline(always)]
+    fn le(self, a: Self::F, b: Self::F) -> Self::I {
+        from_fn(|k| mask(a[k] <= b[k]))
+    }
+
+    #[inline(always)]
     fn floor(self, a: Self::F) -> Self::F {
         a.map(f32::floor)
     }

@@ -31,6 +31,8 @@ impl Kernel8 for All {
         let rows = floats[..LANES_8].try_into().unwrap_or([a; LANES_8]);
         let mut out = vec![
             l.lt(a, b),
+            l.le(a, b),
+            l.le(a, a),
             l.add_i(i, j),
             l.sub_i(i, j),
             l.mul_i(i, j),
