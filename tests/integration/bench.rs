@@ -57,6 +57,30 @@ fn representations_are_timed_by_their_names() {
     assert!(message.contains("no case has `lness` in its name") && message.contains("lnes image"));
 }
 
+#[test]
+fn all_benchmarks_make_a_page_and_figures_that_a_later_run_is_compared_with() {
+    let sandbox = Sandbox::new();
+    let sensor = ["bench", "all", "--quick", "--only", "sensor", "--html", "bench.html"];
+    sandbox.ok(&[sensor.as_slice(), &["--json", "before.json"]].concat());
+    let mut before = json(&sandbox, "before.json");
+    let figures = before["figures"].as_array().unwrap();
+    let works: Vec<_> = figures.iter().map(|figure| figure["work"].as_str().unwrap()).collect();
+    assert_eq!(works, ["thresholds", "all"]);
+    assert!(before["limits"][0]["peak_gflop_per_s"].as_f64().unwrap() > 0.0);
+    let page = std::fs::read_to_string(sandbox.path("bench.html")).unwrap();
+    assert!(page.contains("Limits of the machine") && page.contains("ns/pixel/step"));
+
+    // A machine that was a hundred times as fast.
+    let slower = before["figures"][1]["value"].as_f64().unwrap() / 100.0;
+    before["figures"][1]["value"] = slower.into();
+    std::fs::write(sandbox.path("before.json"), before.to_string()).unwrap();
+    let said = sandbox.ok(&[sensor.as_slice(), &["--before", "before.json"]].concat());
+    assert!(said.contains("slower"), "{said}");
+    std::fs::write(sandbox.path("before.json"), "{}").unwrap();
+    let message = sandbox.fails(&[sensor.as_slice(), &["--before", "before.json"]].concat());
+    assert!(message.contains("before.json: not the figures"), "{message}");
+}
+
 /// Images and networks small enough for a test.
 const SMALL: &str = "[simulation]\nimage_scale = 0.3\n[network]\nwidth = 0.0625\n";
 

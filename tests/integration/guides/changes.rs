@@ -142,6 +142,7 @@ pub(crate) const RULES: &[Rule] = &[
     rule("README.md", "evpose bench repr", Append("--events 3000 --passes 1 --only lnes")),
     rule("README.md", "MANO_RIGHT.pkl", Replace(" MANO_RIGHT.pkl", "")),
     // bench-infer.md
+    rule("bench-infer.md", "evpose bench all", Append("--quick --only sensor")),
     rule("bench-infer.md", "cargo build", PEERS),
     rule("bench-infer.md", "DYLIB_PATH=", PEERS),
     rule("bench-infer.md", "--against", PEERS),

@@ -8,6 +8,7 @@ mod stored;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
+use clap::ValueEnum as _;
 use evpose_app::args::DeviceArgs;
 use evpose_app::json::write_json;
 use evpose_app::machine::Machine;
@@ -48,6 +49,26 @@ pub struct BenchAllArgs {
     /// Shorter measurements: noisier figures in about two minutes
     #[arg(long)]
     pub(crate) quick: bool,
+    /// These benchmarks alone
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    pub(crate) only: Vec<Section>,
+}
+
+/// The benchmarks of the page, in its order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Section {
+    /// Networks in f32 and int8, beside other runtimes
+    Infer,
+    /// Training steps of both networks
+    Train,
+    /// The simulated sensor
+    Sensor,
+    /// The simulation of labelled hands
+    Sim,
+    /// Representations of events
+    Repr,
+    /// Files of events
+    Io,
 }
 
 /// How long each benchmark measures.
@@ -87,21 +108,33 @@ pub(crate) fn run(args: &BenchAllArgs) -> Result<()> {
     counts.dedup();
     let limits: Vec<_> = counts.iter().map(|threads| MachineLimits::measure(*threads)).collect();
 
-    heading("inference");
-    let (mut figures, layers) = inference(&effort, &counts)?;
-    heading("training");
-    for network in [None, Some(MOVE_ENET)] {
-        figures.push(crate::train::figure(&training(&effort, network))?);
+    let (mut figures, mut layers) = (Vec::new(), Vec::new());
+    for section in Section::value_variants() {
+        if !args.only.is_empty() && !args.only.contains(section) {
+            continue;
+        }
+        heading(section.heading());
+        match section {
+            Section::Infer => {
+                let (of_networks, of_layers) = inference(&effort, &counts)?;
+                figures.extend(of_networks);
+                layers = of_layers;
+            }
+            Section::Train => {
+                for network in [None, Some(MOVE_ENET)] {
+                    figures.push(crate::train::figure(&training(&effort, network))?);
+                }
+            }
+            Section::Sensor => {
+                let seconds = effort.seconds;
+                let args = BenchSensorArgs { seconds, peer: Vec::new(), json: None };
+                figures.extend(crate::sensor::figures(&args)?);
+            }
+            Section::Sim => figures.extend(crate::sim::figures(&simulation(args.quick))?),
+            Section::Repr => figures.extend(crate::repr::figures(&representations(&effort))?),
+            Section::Io => figures.extend(crate::io::figures(&files(&effort))?),
+        }
     }
-    heading("sensor");
-    let sensor = BenchSensorArgs { seconds: effort.seconds, peer: Vec::new(), json: None };
-    figures.extend(crate::sensor::figures(&sensor)?);
-    heading("simulation");
-    figures.extend(crate::sim::figures(&simulation(args.quick))?);
-    heading("representations");
-    figures.extend(crate::repr::figures(&representations(&effort))?);
-    heading("files");
-    figures.extend(crate::io::figures(&files(&effort))?);
 
     let run = StoredRun { machine: machine.into(), commit: COMMIT.to_owned(), limits, figures };
     write_json(args.json.as_deref(), &run)?;
@@ -113,6 +146,19 @@ pub(crate) fn run(args: &BenchAllArgs) -> Result<()> {
         stored::changes(&run, before).iter().for_each(say);
     }
     Ok(())
+}
+
+impl Section {
+    fn heading(self) -> &'static str {
+        match self {
+            Self::Infer => "inference",
+            Self::Train => "training",
+            Self::Sensor => "sensor",
+            Self::Sim => "simulation",
+            Self::Repr => "representations",
+            Self::Io => "files",
+        }
+    }
 }
 
 fn heading(text: &str) {

@@ -48,18 +48,9 @@ pub(crate) fn html(
         ),
     }
 
-    page.section(
-        "Roofline of the networks",
-        "Each point is a layer: the arithmetic of the layer as defined, over its bytes of weights, inputs and \
-         output, each moved once. The roof is memory bandwidth on the left and multiply-adds on the right, both \
-         measured. Winograd's algorithm needs fewer multiplications, so its layers may be above the roof; \
-         layers whose values are in a cache may be above its slope.",
-    );
-    let rooflines = layers.iter().filter_map(|layers| {
-        let limits = run.limits.iter().find(|limits| limits.threads == layers.threads)?;
-        Some(roofline(layers, limits))
-    });
-    page.plots(&rooflines.collect::<Result<Vec<_>>>()?);
+    if !layers.is_empty() {
+        rooflines(&mut page, run, layers)?;
+    }
 
     page.section(
         "All figures",
@@ -73,6 +64,23 @@ pub(crate) fn html(
     let rows: Vec<_> = run.figures.iter().map(|figure| row(figure, before)).collect();
     page.table(&header, &rows);
     Ok(page.finish())
+}
+
+/// The section with a roofline for each network and number of threads.
+fn rooflines(page: &mut HtmlPage, run: &StoredRun, layers: &[MeasuredLayers]) -> Result<()> {
+    page.section(
+        "Roofline of the networks",
+        "Each point is a layer: the arithmetic of the layer as defined, over its bytes of weights, inputs and \
+         output, each moved once. The roof is memory bandwidth on the left and multiply-adds on the right, both \
+         measured. Winograd's algorithm needs fewer multiplications, so its layers may be above the roof; \
+         layers whose values are in a cache may be above its slope.",
+    );
+    let rooflines = layers.iter().filter_map(|layers| {
+        let limits = run.limits.iter().find(|limits| limits.threads == layers.threads)?;
+        Some(roofline(layers, limits))
+    });
+    page.plots(&rooflines.collect::<Result<Vec<_>>>()?);
+    Ok(())
 }
 
 fn limit_text(limits: &MachineLimits) -> String {
