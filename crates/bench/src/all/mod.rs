@@ -34,7 +34,7 @@ use stored::StoredRun;
 #[command(after_help = "Examples:\n  evpose bench all --html bench.html\n  \
     evpose bench all --json benches/machines/epyc.json --before benches/machines/epyc.json\n  \
     ORT_DYLIB_PATH=libonnxruntime.so evpose bench all --html bench.html\n\n\
-    Takes about ten minutes. Other runtimes are timed where a program built with --features peers finds their \
+    Takes a minute on two idle cores. Other runtimes are timed where a program built with --features peers finds their \
     libraries, as `evpose bench infer` does.")]
 pub struct BenchAllArgs {
     /// Where to write the page, one file with charts inside
@@ -46,7 +46,7 @@ pub struct BenchAllArgs {
     /// Figures of an earlier run, written with --json: changes of more than 10 % are listed
     #[arg(long, value_name = "FILE")]
     pub(crate) before: Option<PathBuf>,
-    /// Shorter measurements: noisier figures in about two minutes
+    /// Shorter measurements: noisier figures in half a minute
     #[arg(long)]
     pub(crate) quick: bool,
     /// These benchmarks alone
