@@ -122,6 +122,12 @@ impl Chain {
         !self.front.iter().any(sees_others) && !self.detector.stage.spreads()
     }
 
+    /// Whether bands of pixels can go through the step at the same time: no stage needs the whole
+    /// plane.
+    pub(crate) fn may_go_in_bands(&self) -> bool {
+        self.may_go_by_blocks() && !self.front.iter().any(|link| link.stage.is_plane())
+    }
+
     /// Whether pixels can be refractory for a while.
     pub(crate) fn has_refractory_states(&self) -> bool {
         self.recovery.is_refractory() || !self.readout.stage.is_immediate()

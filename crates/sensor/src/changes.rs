@@ -33,24 +33,46 @@ struct Strip {
     is_unknown: bool,
 }
 
-/// The light of the last step, and the work of this one.
+/// The light of the last step.
 #[derive(Debug)]
 pub(crate) struct Changes {
     light: Vec<f32>,
     strips: Vec<Strip>,
-    tasks: Vec<(Range<usize>, Task)>,
+}
+
+/// The same of consecutive pixels, whose indices are those in the whole sensor.
+#[derive(Debug)]
+pub(crate) struct BandChanges<'a> {
+    first: usize,
+    light: &'a mut [f32],
+    strips: &'a mut [Strip],
 }
 
 impl Changes {
     pub(crate) fn new(pixels: usize) -> Self {
         let unknown = Strip { is_new: true, is_awake: true, is_unknown: true };
-        Self {
-            light: vec![0.0; pixels],
-            strips: vec![unknown; pixels.div_ceil(STRIP)],
-            tasks: Vec::new(),
-        }
+        Self { light: vec![0.0; pixels], strips: vec![unknown; pixels.div_ceil(STRIP)] }
     }
 
+    /// Bands of pixels that follow each other from the first pixel to the last, each of whole strips
+    /// but the last.
+    pub(crate) fn bands(&mut self, ranges: &[Range<usize>]) -> Vec<BandChanges<'_>> {
+        let (mut light, mut strips) = (&mut *self.light, &mut *self.strips);
+        let bands = ranges.iter().map(|pixels| BandChanges {
+            first: pixels.start,
+            light: take_front(&mut light, pixels.len()),
+            strips: take_front(&mut strips, pixels.len().div_ceil(STRIP)),
+        });
+        bands.collect()
+    }
+
+    /// Takes nothing for granted in the next step.
+    pub(crate) fn forget(&mut self) {
+        self.strips.iter_mut().for_each(|strip| strip.is_unknown = true);
+    }
+}
+
+impl BandChanges<'_> {
     /// Takes nothing for granted in the next step.
     pub(crate) fn forget(&mut self) {
         self.strips.iter_mut().for_each(|strip| strip.is_unknown = true);
@@ -58,29 +80,31 @@ impl Changes {
 
     /// The same for some pixels.
     pub(crate) fn doubt(&mut self, pixels: &Range<usize>) {
-        let strips = pixels.start / STRIP..pixels.end.div_ceil(STRIP);
+        let (start, end) = (pixels.start - self.first, pixels.end - self.first);
+        let strips = start / STRIP..end.div_ceil(STRIP);
         self.strips[strips].iter_mut().for_each(|strip| strip.is_unknown = true);
     }
 
     /// These pixels, in order, may have more to say in the next step.
     pub(crate) fn wake(&mut self, pixels: &[u32]) {
         for &pixel in pixels {
-            self.strips[pixel as usize / STRIP].is_awake = true;
+            self.strips[(pixel as usize - self.first) / STRIP].is_awake = true;
         }
     }
 
-    /// Compares `luminance` with that of the last step. The voltages of what is passed over, or
-    /// only scanned, are carried over from the step `before`. Gives the work in order, each piece
-    /// no longer than `longest` pixels, or than a strip.
-    pub(crate) fn tasks(
+    /// Compares the `luminance` of these pixels with that of the last step. The voltages of what is
+    /// passed over, or only scanned, are carried over from the step `before`. Lists the work in
+    /// order, each piece no longer than `longest` pixels, or than a strip.
+    pub(crate) fn find(
         &mut self,
         luminance: &[f32],
         before: &[f32],
         voltage: &mut [f32],
         longest: usize,
-    ) -> Vec<(Range<usize>, Task)> {
-        let mut tasks = std::mem::take(&mut self.tasks);
+        tasks: &mut Vec<(Range<usize>, Task)>,
+    ) {
         tasks.clear();
+        let first = self.first;
         vectorize(
             #[inline(always)]
             || {
@@ -104,6 +128,7 @@ impl Changes {
                         strip.is_awake = false;
                         Task::Scan
                     };
+                    let pixels = first + pixels.start..first + pixels.end;
                     match tasks.last_mut() {
                         Some((run, same))
                             if *same == task
@@ -117,13 +142,14 @@ impl Changes {
                 }
             },
         );
-        tasks
     }
+}
 
-    /// Keeps the memory of the list.
-    pub(crate) fn give_back(&mut self, tasks: Vec<(Range<usize>, Task)>) {
-        self.tasks = tasks;
-    }
+/// The first `len` of `rest`, which goes on behind them.
+pub(crate) fn take_front<'a, T>(rest: &mut &'a mut [T], len: usize) -> &'a mut [T] {
+    let (front, behind) = std::mem::take(rest).split_at_mut(len);
+    *rest = behind;
+    front
 }
 
 /// Whether any bit is another one.
@@ -148,9 +174,9 @@ mod tests {
 
     /// Events and repaired pixels of a frame in which a patch moves, flickers, stands still and is
     /// broken at times.
-    fn run(config: &SensorConfig, passes_over: bool) -> (Vec<Event>, u64) {
+    fn run(config: &SensorConfig, passes_over: bool, threads: usize) -> (Vec<Event>, u64) {
         let model = SensorModel::from_config(config).unwrap();
-        let other = model.clone().with_block_pixels(100);
+        let other = model.clone().with_block_pixels(100).with_threads(threads);
         let mut run = other.start(SIZE, 3);
         run.front_mut().may_pass_over = passes_over;
         let mut rng = CounterRng::new(7, "changes", 0);
@@ -206,9 +232,15 @@ mod tests {
         assert!(rests(&uneven));
         configs.push(("uneven", uneven));
         for (name, config) in configs {
-            let (events, repaired) = run(&config, true);
+            let (events, repaired) = run(&config, true, 1);
             assert!(events.len() > 1_000, "{name}: {}", events.len());
-            assert!((events, repaired) == run(&config, false), "{name}");
+            let expected = (events, repaired);
+            for (passes_over, threads) in [(false, 1), (true, 3), (false, 3)] {
+                assert!(
+                    run(&config, passes_over, threads) == expected,
+                    "{name}, {threads} threads"
+                );
+            }
         }
     }
 

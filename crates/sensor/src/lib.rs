@@ -54,6 +54,7 @@ mod error;
 mod explain;
 mod exponential;
 mod front;
+mod front_band;
 mod gaussian;
 mod linear_optics;
 mod map;

@@ -61,6 +61,7 @@ impl LinearOptics {
         let tick = Tick { start_s: 0.0, end_s: 0.0, index: 0 };
         for stage in &self.stages {
             let mut planes = vec![vec![0.0; size.pixels()]; stage.state_planes()];
+            let mut planes: Vec<&mut [f32]> = planes.iter_mut().map(Vec::as_mut_slice).collect();
             for (k, image) in images.iter_mut().enumerate() {
                 let pixels = 0..size.pixels();
                 let mut block = Block {

@@ -18,7 +18,16 @@ use crate::{
 pub struct SensorModel {
     chain: Arc<Chain>,
     table: ChainTable,
-    block_pixels: usize,
+    layout: Layout,
+}
+
+/// How pixels are divided, on which their events do not depend.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Layout {
+    /// Pixels that go through the chain together.
+    pub(crate) block_pixels: usize,
+    /// Threads that take bands of pixels through a step.
+    pub(crate) threads: usize,
 }
 
 /// Pixels that go through the chain together: their signals, 16 KiB, stay in the first-level cache
@@ -74,19 +83,34 @@ impl SensorModel {
             is_active: !b.stage.is_neutral(),
         });
         let table = ChainTable { rows: rows.collect() };
-        Ok(Self { chain: Arc::new(Chain::from(built)), table, block_pixels: BLOCK_PIXELS })
+        Ok(Self {
+            chain: Arc::new(Chain::from(built)),
+            table,
+            layout: Layout { block_pixels: BLOCK_PIXELS, threads: 1 },
+        })
     }
 
     /// The same model with another number of pixels per block. Events do not depend on it, only
     /// speed does.
     #[must_use]
     pub fn with_block_pixels(self, block_pixels: usize) -> Self {
-        Self { block_pixels: block_pixels.max(1), ..self }
+        Self { layout: Layout { block_pixels: block_pixels.max(1), ..self.layout }, ..self }
+    }
+
+    /// The same model with bands of pixels that go through a step on this many threads, which every
+    /// run has to itself: they spin while it steps. Events do not depend on it. Chains in which pixels
+    /// see each other, or wait for each other at the readout, go through a step on one thread.
+    ///
+    /// Worth it where a single sensor is simulated: many recordings are better simulated side by side,
+    /// each on its thread.
+    #[must_use]
+    pub fn with_threads(self, threads: usize) -> Self {
+        Self { layout: Layout { threads: threads.max(1), ..self.layout }, ..self }
     }
 
     /// A sensor of `size` pixels that has seen nothing yet. Equal seeds give equal events.
     pub fn start(&self, size: SensorSize, seed: u64) -> SensorRun {
-        SensorRun::new(Arc::clone(&self.chain), size, seed, self.block_pixels)
+        SensorRun::new(Arc::clone(&self.chain), size, seed, self.layout)
     }
 
     /// The chain as a table.

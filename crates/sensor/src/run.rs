@@ -1,19 +1,28 @@
 //! A sensor at work: luminance in, events out.
 
-use std::sync::Arc;
+use std::ops::Range;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use evpose_core::{EventStream, Micros, Plane, SensorSize, StageNoise, seed_for};
+use evpose_threads::ThreadPool;
 
 use crate::chain::Chain;
+use crate::changes::STRIP;
 use crate::delivery::Delivery;
-use crate::detector::PixelArray;
-use crate::detector::resolve::Step;
-use crate::front::{Front, Observers, Resolution};
+use crate::detector::queue::Queue;
+use crate::detector::resolve::{Step, Voltages};
+use crate::detector::{Band, PixelArray};
+use crate::front::Front;
+use crate::front_band::{FrontBand, Observers, Resolution};
+use crate::model::Layout;
 use crate::optics::divider::Divider;
 use crate::readout::{ReadoutMemory, Service};
 use crate::tap::Tap;
 use crate::tick::Tick;
 use crate::{Origin, Request, SensorError, SensorModel, request};
+
+/// What moves is in one part of the image: bands of all parts of it make threads even.
+const BANDS_PER_THREAD: usize = 2;
 
 /// A sensor between two exposures, with all state and memory to work in.
 #[derive(Debug)]
@@ -25,24 +34,29 @@ pub struct SensorRun {
     divider: Divider,
     front: Front,
     array: PixelArray,
+    queue: Queue,
     readout_memory: ReadoutMemory,
     clock_states: Vec<Vec<f64>>,
     /// Number and time of the exposure before.
     last: Option<(u64, Micros)>,
     requests: Vec<Request>,
+    thread_pool: ThreadPool,
+    /// Requests of every band.
+    band_requests: Vec<Vec<Request>>,
     background: Vec<Request>,
     taps: Vec<Tap>,
     delivery: Delivery,
 }
 
 impl SensorRun {
-    pub(crate) fn new(chain: Arc<Chain>, size: SensorSize, seed: u64, block_pixels: usize) -> Self {
+    pub(crate) fn new(chain: Arc<Chain>, size: SensorSize, seed: u64, layout: Layout) -> Self {
         let clocks = chain.clock.iter().map(|link| vec![0.0; link.stage.state_len()]);
         Self {
             detector_key: seed_for(seed, chain.detector.name, 0),
             divider: Divider::new(&chain),
-            front: Front::new(&chain, size, seed, block_pixels),
+            front: Front::new(&chain, size, seed, layout.block_pixels),
             array: PixelArray::new(&chain, size, seed),
+            queue: Queue::default(),
             readout_memory: ReadoutMemory::new(&*chain.readout.stage, size),
             clock_states: clocks.collect(),
             chain,
@@ -50,6 +64,8 @@ impl SensorRun {
             seed,
             last: None,
             requests: Vec::new(),
+            thread_pool: ThreadPool::new(layout.threads),
+            band_requests: Vec::new(),
             background: Vec::new(),
             taps: Vec::new(),
             delivery: Delivery::new(size),
@@ -209,29 +225,87 @@ impl SensorRun {
     /// From light to requests, or to events where the readout makes pixels wait.
     fn step(&mut self, chain: &Chain, tick: &Tick, light: &[f32], feeds_back: bool) {
         self.array.begin_scan(chain, tick);
+        if !feeds_back && self.taps.is_empty() && chain.may_go_by_blocks() {
+            self.step_by_blocks(chain, tick, light);
+        } else {
+            self.step_whole(chain, tick, light, feeds_back);
+        }
+    }
+
+    /// Every block of pixels goes through the whole step before the next one, in bands at the same
+    /// time.
+    fn step_by_blocks(&mut self, chain: &Chain, tick: &Tick, light: &[f32]) {
         let noise = StageNoise::at_tick(self.detector_key, tick.index);
         let per_s = 1.0 / tick.dt_s();
-        let goes_by_blocks = !feeds_back && self.taps.is_empty() && chain.may_go_by_blocks();
-        let requests = &mut self.requests;
-        let resolution = goes_by_blocks.then_some(Resolution { per_s, noise, requests });
-        let mut seen_by = Observers { array: &mut self.array, taps: &mut self.taps, resolution };
-        self.front.step(chain, tick, light, &mut seen_by);
-        if goes_by_blocks {
-            return;
+        let goes_by_changes = self.front.goes_by_changes(chain);
+        let threads = self.thread_pool.threads();
+        let goes_in_bands = threads > 1 && chain.may_go_in_bands();
+        let most = if goes_in_bands { BANDS_PER_THREAD * threads } else { 1 };
+        let ranges = band_ranges(self.size.pixels(), most);
+        let fronts = self.front.bands(&ranges);
+        let arrays = self.array.bands(&ranges);
+        let step = |front: &mut FrontBand<'_>,
+                    array: &mut Band<'_>,
+                    requests: &mut Vec<Request>| {
+            let resolution = Resolution { per_s, noise, requests };
+            if goes_by_changes {
+                front.step_changes(chain, tick, light, array, resolution);
+            } else {
+                let resolution = Some(resolution);
+                front.step(chain, tick, light, &mut Observers { array, taps: &mut [], resolution });
+            }
+        };
+        if ranges.len() == 1 {
+            for (mut front, mut array) in fronts.into_iter().zip(arrays) {
+                step(&mut front, &mut array, &mut self.requests);
+            }
+        } else {
+            self.band_requests.resize_with(ranges.len(), Vec::new);
+            let bands = fronts.into_iter().zip(arrays).zip(&mut self.band_requests);
+            let bands: Vec<_> = bands.map(Mutex::new).collect();
+            self.thread_pool.run(&|part| {
+                for band in bands.iter().skip(part.index).step_by(part.count) {
+                    // No other thread has this band.
+                    let ((front, array), requests) =
+                        &mut *band.lock().unwrap_or_else(PoisonError::into_inner);
+                    requests.clear();
+                    step(front, array, requests);
+                }
+            });
+            drop(bands);
+            for requests in &self.band_requests {
+                self.requests.extend_from_slice(requests);
+            }
+        }
+        if goes_by_changes {
+            self.front.turn_over();
+        }
+    }
+
+    /// All pixels go through every stage before the first is resolved.
+    fn step_whole(&mut self, chain: &Chain, tick: &Tick, light: &[f32], feeds_back: bool) {
+        let all = 0..self.size.pixels();
+        let mut array = self.array.whole();
+        for mut front in self.front.bands(std::slice::from_ref(&all)) {
+            let (array, taps) = (&mut array, &mut *self.taps);
+            front.step(chain, tick, light, &mut Observers { array, taps, resolution: None });
         }
         let (before, after) = self.front.voltages();
-        let step = Step { chain, tick, before, after, first: 0, per_s, noise };
+        let [before, after] = [before, after].map(|values| Voltages { first: 0, values });
+        let noise = StageNoise::at_tick(self.detector_key, tick.index);
+        let step = Step { chain, tick, before, after, per_s: 1.0 / tick.dt_s(), noise };
         if feeds_back {
             let now = |r: &&Request| r.t_s > tick.start_s && r.t_s <= tick.end_s;
             let background: Vec<Request> = self.background.iter().filter(now).copied().collect();
             let readout = &*chain.readout.stage;
             let mut service = Service::new(readout, self.size, &mut self.readout_memory);
-            self.array.resolve_served(step, &background, &mut service, &mut self.requests);
+            let queue = &mut self.queue;
+            array.resolve_served(step, queue, &background, &mut service, &mut self.requests);
         } else {
-            self.array.resolve(step, &mut self.requests);
+            array.resolve(step, &mut self.requests);
         }
         for tap in self.taps.iter_mut().filter(|tap| tap.stage() == chain.detector.name) {
-            tap.push(tick.end_s, self.array.residual(step, tap.pixel()));
+            tap.push(tick.end_s, array.residual(step, tap.pixel()));
         }
         self.front.turn_over();
     }
@@ -268,6 +342,13 @@ impl SensorRun {
             link.stage.step(tick, &mut self.requests, state, noise);
         }
     }
+}
+
+/// Up to `most` bands of whole strips, as even as these allow.
+fn band_ranges(pixels: usize, most: usize) -> Vec<Range<usize>> {
+    let each = pixels.div_ceil(most).next_multiple_of(STRIP).max(STRIP);
+    let starts = (0..pixels.max(1)).step_by(each);
+    starts.map(|start| start..(start + each).min(pixels)).collect()
 }
 
 /// The first stamp that an event behind an exposure at `previous` can have: the microsecond after

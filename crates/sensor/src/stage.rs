@@ -8,6 +8,7 @@ use std::fmt::Debug;
 use std::ops::Range;
 
 use evpose_core::{SensorSize, StageNoise};
+use smallvec::SmallVec;
 
 use crate::background::BackgroundStage;
 use crate::clock::ClockStage;
@@ -35,13 +36,16 @@ pub struct Block<'a> {
 /// The state planes of one stage, as far as they belong to a block.
 #[derive(Debug)]
 pub struct State<'a> {
-    planes: &'a mut [Vec<f32>],
-    pixels: Range<usize>,
+    planes: SmallVec<[&'a mut [f32]; COMMON_PLANES]>,
 }
 
+/// More planes than this are listed on the heap.
+pub(crate) const COMMON_PLANES: usize = 4;
+
 impl<'a> State<'a> {
-    pub(crate) fn new(planes: &'a mut [Vec<f32>], pixels: Range<usize>) -> Self {
-        Self { planes, pixels }
+    /// A range of some planes.
+    pub(crate) fn new(planes: &'a mut [&mut [f32]], range: Range<usize>) -> Self {
+        Self { planes: planes.iter_mut().map(|plane| &mut plane[range.clone()]).collect() }
     }
 
     /// The `N` planes that the stage asked for in `state_planes`.
@@ -52,7 +56,7 @@ impl<'a> State<'a> {
         assert_eq!(self.planes.len(), N, "the number of planes given by `state_planes`");
         let mut planes = self.planes.iter_mut();
         std::array::from_fn(|_| match planes.next() {
-            Some(plane) => &mut plane[self.pixels.clone()],
+            Some(plane) => &mut **plane,
             None => &mut [],
         })
     }

@@ -279,6 +279,18 @@ proptest! {
         }
     }
 
+    #[test]
+    fn nor_does_the_number_of_threads(fraction in 0.0..1.0, seed: u64) {
+        for spec in registry() {
+            let model = model_of(&among_others(spec, fraction));
+            let expected = events_of(&model, moving, seed);
+            for threads in [2, 3, 7] {
+                let events = events_of(&model.clone().with_threads(threads), moving, seed);
+                prop_assert_eq!(&events, &expected, "{} on {}", spec.name, threads);
+            }
+        }
+    }
+
     /// Nor does it whether a block is taken through the whole step before the next one begins, which a
     /// tap prevents.
     #[test]

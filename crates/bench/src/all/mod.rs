@@ -127,7 +127,7 @@ pub(crate) fn run(args: &BenchAllArgs) -> Result<()> {
             }
             Section::Sensor => {
                 let seconds = effort.seconds;
-                let args = BenchSensorArgs { seconds, peer: Vec::new(), json: None };
+                let args = BenchSensorArgs { seconds, threads: None, peer: Vec::new(), json: None };
                 figures.extend(crate::sensor::figures(&args)?);
             }
             Section::Sim => figures.extend(crate::sim::figures(&simulation(args.quick))?),

@@ -11,7 +11,7 @@ use evpose_io::frames::write_codes;
 use evpose_sensor::{SensorConfig, SensorModel};
 use serde::Serialize;
 
-use crate::all::Figure;
+use crate::all::{Figure, threads};
 use evpose_app::json::write_json;
 use evpose_app::machine::Machine;
 use evpose_app::progress::say;
@@ -36,6 +36,9 @@ pub struct BenchSensorArgs {
     /// Seconds for each setting and peer
     #[arg(long, default_value_t = 3.0)]
     pub(crate) seconds: f64,
+    /// Threads of a second measurement of each setting; all cores by default, none with 1
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) threads: Option<u32>,
     /// Another simulator to be timed on the same frames (may be repeated)
     #[arg(long, value_name = "NAME=COMMAND")]
     pub(crate) peer: Vec<String>,
@@ -68,6 +71,16 @@ struct Measured {
     events_per_pixel_step: f64,
     events_per_second: f64,
     peers: Vec<PeerTime>,
+    /// The same on several threads, if there are.
+    parallel: Option<ParallelTime>,
+}
+
+/// Times of one sensor on several threads.
+#[derive(Debug, Serialize)]
+struct ParallelTime {
+    threads: usize,
+    min_ns: f64,
+    median_ns: f64,
 }
 
 #[derive(Debug, Serialize)]
@@ -83,16 +96,25 @@ pub(crate) fn run(args: &BenchSensorArgs) -> Result<()> {
 
 /// Figures of the settings.
 pub(crate) fn figures(args: &BenchSensorArgs) -> Result<Vec<Figure>> {
-    let figure = |measured: &Measured| {
-        let figure = Figure::time("sensor", measured.setting, "ns/pixel/step", measured.median_ns);
-        measured.peers.iter().fold(figure, |figure, peer| figure.beside(&peer.name, peer.ns))
+    let figures_of = |measured: &Measured| {
+        let of = |work: &str, ns| Figure::time("sensor", work, "ns/pixel/step", ns);
+        let alone = of(measured.setting, measured.median_ns);
+        let alone =
+            measured.peers.iter().fold(alone, |figure, peer| figure.beside(&peer.name, peer.ns));
+        let parallel = measured.parallel.as_ref().map(|parallel| {
+            let work = format!("{}, {}", measured.setting, threads(parallel.threads));
+            of(&work, parallel.median_ns)
+        });
+        std::iter::once(alone).chain(parallel)
     };
-    Ok(measure_all(args)?.settings.iter().map(figure).collect())
+    Ok(measure_all(args)?.settings.iter().flat_map(figures_of).collect())
 }
 
 fn measure_all(args: &BenchSensorArgs) -> Result<Report> {
     let peers = args.peer.iter().map(|text| Peer::parse(text)).collect::<Result<Vec<_>>>()?;
     let frames = scene::frames();
+    let cores = Machine::this().threads;
+    let most = args.threads.map_or(cores, |threads| threads as usize);
     // One step is one pass of one thread, whatever the machine has.
     let machine = Machine { threads: 1, ..Machine::this() };
     let mut report = Report {
@@ -121,6 +143,11 @@ fn measure_all(args: &BenchSensorArgs) -> Result<Report> {
             say(format!("  {:18} {ns:8.2} ns: {ratio:.1} times ours", peer.name));
             measured.peers.push(PeerTime { name: peer.name.clone(), ns, ratio });
         }
+        if most > 1 {
+            let parallel = ParallelTime::measure(&config, &frames, args.seconds, most)?;
+            parallel.say(&measured);
+            measured.parallel = Some(parallel);
+        }
         report.settings.push(measured);
     }
     if report.settings.iter().any(|measured| measured.outliers * 10 > measured.passes) {
@@ -129,14 +156,39 @@ fn measure_all(args: &BenchSensorArgs) -> Result<Report> {
     Ok(report)
 }
 
-/// Shows the frames over and over, a pass at a time.
 fn measure(
     setting: &'static str,
     config: &SensorConfig,
     frames: &[Plane<f32>],
     seconds: f64,
 ) -> Result<Measured> {
-    let mut run = SensorModel::from_config(config)?.start(scene::SIZE, 1);
+    let (times_ns, events_per_pixel_step) = pass_times(config, frames, seconds, 1)?;
+    let median_ns = nearest_rank(&times_ns, 0.5);
+    Ok(Measured {
+        setting,
+        effects: config.effects.iter().map(|effect| effect.name.clone()).collect(),
+        passes: times_ns.len(),
+        min_ns: times_ns[0],
+        median_ns,
+        p90_ns: nearest_rank(&times_ns, 0.9),
+        outliers: outlier_count(&times_ns),
+        events_per_pixel_step,
+        events_per_second: events_per_pixel_step / median_ns * 1e9,
+        peers: Vec::new(),
+        parallel: None,
+    })
+}
+
+/// Shows the frames over and over, a pass at a time. Times per pixel and step, sorted, and the events
+/// of one.
+fn pass_times(
+    config: &SensorConfig,
+    frames: &[Plane<f32>],
+    seconds: f64,
+    threads: usize,
+) -> Result<(Vec<f64>, f64)> {
+    let model = SensorModel::from_config(config)?.with_threads(threads);
+    let mut run = model.start(scene::SIZE, 1);
     let step = 1_000_000 / i64::from(scene::FPS);
     let pixel_steps = (frames.len() * scene::SIZE.pixels()) as f64;
     let mut now = 0;
@@ -160,20 +212,30 @@ fn measure(
         events += count;
     }
     times_ns.sort_by(f64::total_cmp);
-    let median_ns = nearest_rank(&times_ns, 0.5);
     let events_per_pixel_step = events as f64 / (times_ns.len() as f64 * pixel_steps);
-    Ok(Measured {
-        setting,
-        effects: config.effects.iter().map(|effect| effect.name.clone()).collect(),
-        passes: times_ns.len(),
-        min_ns: times_ns[0],
-        median_ns,
-        p90_ns: nearest_rank(&times_ns, 0.9),
-        outliers: outlier_count(&times_ns),
-        events_per_pixel_step,
-        events_per_second: events_per_pixel_step / median_ns * 1e9,
-        peers: Vec::new(),
-    })
+    Ok((times_ns, events_per_pixel_step))
+}
+
+impl ParallelTime {
+    fn measure(
+        config: &SensorConfig,
+        frames: &[Plane<f32>],
+        seconds: f64,
+        threads: usize,
+    ) -> Result<Self> {
+        let (times_ns, _) = pass_times(config, frames, seconds, threads)?;
+        Ok(Self { threads, min_ns: times_ns[0], median_ns: nearest_rank(&times_ns, 0.5) })
+    }
+
+    fn say(&self, alone: &Measured) {
+        say(format!(
+            "  {:18} {:8.2} ns (min {:.2}): {:.2} times as fast as one",
+            format!("on {}", threads(self.threads)),
+            self.median_ns,
+            self.min_ns,
+            alone.median_ns / self.median_ns,
+        ));
+    }
 }
 
 impl Measured {

@@ -89,7 +89,10 @@ fn synthesize(
     let crop = Crop::around(poses.iter().flatten().copied(), frame_px, rule)
         .ok_or("there is no pose, or a joint of one is no number")?;
     let seed = seed_for(args.seed, &name.to_string(), 0);
-    let how = Synthesis::published(seed).map_err(|error| error.to_string())?;
+    // Clips come one by one.
+    let threads = rayon::current_num_threads();
+    let published = Synthesis::published(seed).map_err(|error| error.to_string())?;
+    let how = Synthesis { threads, ..published };
     let events = events_of_frames(&mut source, &crop, &how).map_err(message)?;
     let bodies = bodies_of_poses(&poses, &crop, frame_px, rule, FPS);
     Ok((LabelledRecording { name: name.to_string(), events, bodies }, remarks))

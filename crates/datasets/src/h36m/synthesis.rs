@@ -27,6 +27,8 @@ pub struct Synthesis {
     pub steps: u32,
     /// Seed of its noise.
     pub seed: u64,
+    /// Threads of the sensor, on which its events do not depend.
+    pub threads: usize,
 }
 
 impl Synthesis {
@@ -36,7 +38,7 @@ impl Synthesis {
     /// Never, unless the description of the sensor that is part of this program is damaged.
     pub fn published(seed: u64) -> Result<Self, SensorError> {
         let sensor = SensorConfig::from_toml(include_str!("v2e.toml"))?;
-        Ok(Self { sensor, fps: FPS, steps: 20, seed })
+        Ok(Self { sensor, fps: FPS, steps: 20, seed, threads: 1 })
     }
 }
 
@@ -64,7 +66,7 @@ pub fn events_of_frames(
         return Err(wrong("frames", reason));
     }
     let sensor = |source| DatasetError::Sensor { path: path.clone(), source };
-    let model = SensorModel::from_config(&how.sensor).map_err(sensor)?;
+    let model = SensorModel::from_config(&how.sensor).map_err(sensor)?.with_threads(how.threads);
     let mut run = model.start(SENSOR, how.seed);
     let mut resizer = Resizer::new(crop, frame_px);
     let mut stream = EventStream::empty(SENSOR);

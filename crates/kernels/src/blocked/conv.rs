@@ -12,9 +12,9 @@ use super::image::{Image, Line};
 use super::lines::Lines;
 use super::nchw::NchwImage;
 use super::pack::pack;
-use super::thread_pool::{Part, ThreadPool};
 use super::tile::{AccumulatorInit, Activation, Epilogue, InputWindow, tile};
 use super::views::{F32Dst, F32Src};
+use super::{Part, ThreadPool};
 use crate::simd::{Kernel, LANES, Lanes, Level};
 
 /// Bytes of weights of a chunk of input channels: they stay in an L1 cache of 32 KiB beside the

@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
+use super::ThreadPool;
 use super::blocks::pad_to_blocks;
 use super::image::{Image, Line};
-use super::thread_pool::ThreadPool;
 use super::tile::{Activation, activated};
 use super::views::{F32Dst, F32Src};
 use crate::simd::{Kernel, LANES, Lanes, Level};

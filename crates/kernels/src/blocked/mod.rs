@@ -36,7 +36,6 @@ mod nchw_conv;
 mod pack;
 mod peak;
 mod pool;
-mod thread_pool;
 mod tile;
 mod unary;
 mod upsample;
@@ -52,6 +51,7 @@ pub use conv::Conv;
 pub use conv_shape::ConvShape;
 pub use depthwise::{Depthwise, DepthwiseShape};
 pub use elementwise::{add, concat, flatten, gather_channels};
+pub use evpose_threads::{Part, ThreadPool};
 pub use image::Image;
 pub use low_precision::{
     LowPrecisionConv, LowPrecisionDepthwise, LowPrecisionImage, LowPrecisionType,
@@ -62,7 +62,6 @@ pub use nchw::NchwImage;
 pub use nchw_conv::NchwConv;
 pub use peak::peak_gflop_per_s;
 pub use pool::{MaxPool, adaptive_avg_pool};
-pub use thread_pool::{Part, ThreadPool};
 pub use tile::Activation;
 pub use unary::{affine, sigmoid};
 pub use upsample::upsample;

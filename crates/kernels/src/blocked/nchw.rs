@@ -4,7 +4,7 @@
 
 use std::ops::Range;
 
-use super::thread_pool::ThreadPool;
+use super::ThreadPool;
 use super::views::{F32Dst, F32Src};
 use crate::simd::{Kernel, LANES, Lanes, Level};
 

@@ -5,10 +5,10 @@
 
 use std::ops::Range;
 
+use super::ThreadPool;
 use super::conv_shape::ConvShape;
 use super::low_precision::{DstView, TensorViewMut};
 use super::nchw::NchwImage;
-use super::thread_pool::ThreadPool;
 use super::tile::{Activation, activated};
 use super::views::F32Dst;
 use crate::simd::{Kernel, LANES, Lanes, Level};

@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-use super::thread_pool::ThreadPool;
+use super::ThreadPool;
 use crate::simd::{Kernel, LANES, Lanes, Level};
 
 /// Fused multiply-adds per accumulator in one measurement, about a millisecond.

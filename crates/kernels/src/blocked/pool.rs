@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
+use super::ThreadPool;
 use super::image::Image;
-use super::thread_pool::ThreadPool;
 use super::views::{F32Dst, F32Src};
 use crate::simd::{Kernel, LANES, Lanes, Level};
 

@@ -15,11 +15,9 @@
 
 use evpose_core::{SensorSize, StageNoise, seed_for};
 
-use super::pixel::{Cell, PixelStep, PixelTraits, RefractoryState};
-use super::queue::Queue;
-use super::resolve::Step;
+use super::band::Found;
+use super::pixel::{Cell, PixelTraits, RefractoryState};
 use super::term::{NoiseEvent, TermTable};
-use super::threshold_mismatch::MIN_THRESHOLD;
 use crate::chain::Chain;
 use crate::tick::Tick;
 
@@ -28,7 +26,7 @@ use crate::tick::Tick;
 const ANCHOR_S: f64 = 1.0;
 
 /// Draws that set pixels apart, and draws that hold until the next event, have ticks of their own.
-const PATTERN_TICK: u64 = 0;
+pub(super) const PATTERN_TICK: u64 = 0;
 pub(super) const RENEWAL_TICK: u64 = u64::MAX;
 
 /// The pixels of one run.
@@ -55,26 +53,13 @@ pub(crate) struct PixelArray {
     pub(super) terms: Vec<TermMemory>,
     /// Hits of this exposure, in order of pixels.
     pub(super) noise_events: Vec<NoiseEvent>,
-    /// Index of the next noise event of this step's scan.
-    pub(super) next_noise_event: usize,
-    /// Results of this step's scan: pixels to visit, and noise events that take place.
-    pub(super) awake: Vec<u32>,
-    pub(super) accepted: Vec<NoiseEvent>,
-    /// How many of them have been taken through the step.
-    pub(super) resolved: Resolved,
-    pub(super) queue: Queue,
+    /// Results of this step's scan, of every band.
+    pub(super) found: Vec<Found>,
     has_dead: bool,
     /// How far thresholds of one exposure deviate at most, if they are redrawn.
     pub(super) deviation: f32,
     /// Cleared by tests that look at the long way.
     pub(crate) may_go_straight: bool,
-}
-
-/// Counts of pixels and of noise events of a step that are resolved.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Resolved {
-    pub(super) awake: usize,
-    pub(super) accepted: usize,
 }
 
 #[derive(Debug)]
@@ -104,11 +89,7 @@ impl PixelArray {
             anchor_s: 0.0,
             terms: terms.collect(),
             noise_events: Vec::new(),
-            next_noise_event: 0,
-            awake: Vec::new(),
-            accepted: Vec::new(),
-            resolved: Resolved::default(),
-            queue: Queue::default(),
+            found: Vec::new(),
             has_dead: false,
             deviation: chain.redraws.map_or(0.0, |(_, most)| most),
             may_go_straight: true,
@@ -127,8 +108,10 @@ impl PixelArray {
         self.move_anchor(before, now_s);
         self.make_pattern(chain);
         self.renew_all(chain);
-        for pixel in 0..self.cells.len() {
-            self.arm(pixel, now_s, chain.steps_while_refractory);
+        let pixels = self.size.pixels();
+        let mut whole = self.whole();
+        for pixel in 0..pixels {
+            whole.arm(pixel, now_s, chain.steps_while_refractory);
         }
     }
 
@@ -154,15 +137,18 @@ impl PixelArray {
     /// derived from them.
     fn renew_all(&mut self, chain: &Chain) {
         let leaks = self.traits.iter().any(|t| t.leak_hz > 0.0);
-        self.leak_per_s.clear();
-        for pixel in 0..self.cells.len() {
-            let traits = self.renewed(chain, pixel, None);
-            self.cells[pixel].take(&traits);
+        let mut leak_per_s = std::mem::take(&mut self.leak_per_s);
+        leak_per_s.clear();
+        let pixels = self.size.pixels();
+        let mut whole = self.whole();
+        for pixel in 0..pixels {
+            let traits = whole.renewed(chain, pixel, None);
+            whole.cells[pixel].take(&traits);
             if leaks {
-                self.leak_per_s.push(traits.leak_per_s());
+                leak_per_s.push(traits.leak_per_s());
             }
         }
-        let pixels = self.size.pixels();
+        self.leak_per_s = leak_per_s;
         self.photo_leak_per_s.clear();
         if self.traits.iter().any(|t| t.photo_leak_hz > 0.0) {
             let rates = self.traits.iter().map(|t| t.photo_leak_hz * t.threshold_on);
@@ -173,81 +159,6 @@ impl PixelArray {
         let seeping = if seeps { pixels } else { 0 };
         self.leaked.resize(seeping, 0.0);
         self.seeped.resize(seeping, 0.0);
-    }
-
-    /// The traits of a pixel until its next event.
-    pub(super) fn renewed(
-        &self,
-        chain: &Chain,
-        pixel: usize,
-        last: Option<evpose_core::Polarity>,
-    ) -> PixelTraits {
-        let mut traits = self.traits[pixel];
-        let count = self.cells[pixel].count;
-        for (link, memory) in chain.terms.iter().zip(&self.terms) {
-            if link.stage.renews() {
-                let noise = StageNoise::at_tick(memory.noise_key, RENEWAL_TICK);
-                link.stage.renew(pixel, count, last, &mut traits, noise);
-            }
-        }
-        traits
-    }
-
-    /// Memories at the first exposure, from the voltages of some pixels.
-    pub(super) fn settle(&mut self, chain: &Chain, tick: &Tick, first: usize, voltage: &[f32]) {
-        self.anchor_s = tick.start_s;
-        let cold = chain.detector.stage.starts_cold().then(|| chain.dark_v());
-        let rests = chain.detector.stage.sees_light();
-        for (offset, &v) in voltage.iter().enumerate() {
-            let pixel = first + offset;
-            let phase: f32 = if rests { 0.0 } else { self.first_phase(chain, pixel) };
-            let start = if rests { 0.0 } else { cold.unwrap_or(v) };
-            let cell = &mut self.cells[pixel];
-            cell.memory = start - phase * self.traits[pixel].threshold_on;
-            self.arm(pixel, tick.start_s, chain.steps_while_refractory);
-        }
-    }
-
-    fn first_phase(&self, chain: &Chain, pixel: usize) -> f32 {
-        let terms = chain.terms.iter().zip(&self.terms);
-        let phases = terms.map(|(link, memory)| {
-            let noise = StageNoise::at_tick(memory.noise_key, PATTERN_TICK);
-            link.stage.first_phase(pixel, noise)
-        });
-        phases.sum::<f32>().fract()
-    }
-
-    /// Sets the levels at which a pixel wakes after `end_s`.
-    #[inline(always)]
-    pub(super) fn arm(&mut self, pixel: usize, end_s: f64, steps_while_refractory: bool) {
-        let cell = &self.cells[pixel];
-        // A pixel with a due time in a later step is visited in every step until then.
-        let is_due = self.refractory_states.get(pixel).is_some_and(|refractory| {
-            let is_refractory = refractory.free_s > end_s && !steps_while_refractory;
-            is_refractory
-                || refractory.free_s == f64::INFINITY
-                || refractory.follows_until_s > end_s
-        });
-        let (on, off) = if is_due {
-            (f32::NEG_INFINITY, f32::INFINITY)
-        } else {
-            // Rounding must not let a pixel sleep over its level: it wakes a little early.
-            let early = 1e-6 * (1.0 + cell.memory.abs());
-            let at = |threshold: f32| self.least(threshold) - early;
-            (cell.memory + at(cell.threshold_on), cell.memory - at(cell.threshold_off))
-        };
-        self.wake_on[pixel] = on;
-        self.wake_off[pixel] = off;
-    }
-
-    /// The least that a threshold may be in an exposure.
-    #[inline(always)]
-    pub(super) fn least(&self, threshold: f32) -> f32 {
-        if self.deviation > 0.0 {
-            (threshold - self.deviation).max(MIN_THRESHOLD)
-        } else {
-            threshold
-        }
     }
 
     /// Takes what has leaked so far into the memories, if it is time.
@@ -294,33 +205,6 @@ impl PixelArray {
         }
         // Hits come in long runs in order, of which a stable sort makes use.
         self.noise_events.sort_by(|a, b| a.pixel.cmp(&b.pixel).then(a.t_s.total_cmp(&b.t_s)));
-    }
-
-    /// A pixel as the detector sees it in a step.
-    #[inline(always)]
-    pub(super) fn step_of(&self, step: Step<'_>, pixel: usize) -> PixelStep {
-        let Step { tick, per_s, .. } = step;
-        let cell = &self.cells[pixel];
-        let leak = self.leak_per_s.get(pixel).map_or(0.0, |&leak| f64::from(leak));
-        PixelStep {
-            start_s: tick.start_s,
-            end_s: tick.end_s,
-            from: f64::from(step.before[pixel]) + leak * (tick.start_s - self.anchor_s),
-            to: f64::from(step.after(pixel)) + leak * (tick.end_s - self.anchor_s),
-            memory: f64::from(cell.memory),
-            threshold_on: f64::from(cell.threshold_on),
-            threshold_off: f64::from(cell.threshold_off),
-            pixel: pixel as u32,
-            count: cell.count,
-            per_s,
-            is_single: step.chain.is_single,
-        }
-    }
-
-    /// How far a pixel is from its memory at the end of a step; dead ones have none.
-    pub(crate) fn residual(&self, step: Step<'_>, pixel: usize) -> f32 {
-        let pixel_step = self.step_of(step, pixel);
-        (pixel_step.to - pixel_step.memory) as f32
     }
 
     /// Whether background requests of this pixel are lost as well.

@@ -4,11 +4,11 @@
 //! # Model
 //! That of the long way, so that a pixel has the same events whichever way it goes.
 
-use super::PixelArray;
+use super::band::Band;
 use super::resolve::Step;
 use crate::{Origin, Request};
 
-impl PixelArray {
+impl Band<'_> {
     /// Takes a pixel through the step.
     #[inline(always)]
     pub(super) fn resolve_burst(&mut self, step: Step<'_>, pixel: usize, out: &mut Vec<Request>) {
@@ -70,7 +70,7 @@ mod tests {
         let mut run = SensorModel::from_config(&config).unwrap().start(SIZE, 3);
         let mut found = |step: i64, light| {
             run.expose(&Plane::for_sensor(SIZE, light), Micros(step * 1_000)).unwrap();
-            run.array_mut().awake_count()
+            run.array_mut().whole().awake_count()
         };
         // One threshold of 0.5 above darkness, and dark again.
         assert_eq!(found(0, 0.0), 0);

@@ -1,8 +1,10 @@
 //! The comparison of voltages with the levels at which pixels wake.
 
-use evpose_simd::{Kernel8, LANES_8, Lanes8, prefetch};
+use evpose_simd::{Kernel8, LANES_8, Lanes8};
 
+use super::band::Span;
 use super::pixel::{Cell, RefractoryState};
+use super::resolve::Voltages;
 
 /// Pixels compared together: wide enough to pass over quiet ones quickly, small enough that one
 /// event does not send many quiet pixels down the slow path.
@@ -22,10 +24,10 @@ pub(super) struct Find<'a> {
     pub(super) leak: Option<&'a [f32]>,
     /// Time since the anchor, at which nothing had leaked.
     pub(super) age_s: f32,
-    /// Voltage before and state of all pixels, which those that wake need next.
-    pub(super) before: &'a [f32],
-    pub(super) cells: &'a [Cell],
-    pub(super) refractory_states: &'a [RefractoryState],
+    /// Voltage before and state of the band, which pixels that wake need next.
+    pub(super) before: Voltages<'a>,
+    pub(super) cells: &'a Span<'a, Cell>,
+    pub(super) refractory_states: &'a Span<'a, RefractoryState>,
     pub(super) awake: &'a mut Vec<u32>,
 }
 
@@ -78,9 +80,9 @@ impl Find<'_> {
             let pixel = first + bits.trailing_zeros() as usize;
             bits &= bits - 1;
             // What pixels remember lies apart; it arrives while others are compared.
-            prefetch(self.before, pixel);
-            prefetch(self.cells, pixel);
-            prefetch(self.refractory_states, pixel);
+            self.before.prefetch(pixel);
+            self.cells.prefetch(pixel);
+            self.refractory_states.prefetch(pixel);
             self.awake.push(pixel as u32);
         }
     }
@@ -148,9 +150,9 @@ mod tests {
                     off: &off,
                     leak,
                     age_s: 0.7,
-                    before: &[],
-                    cells: &[],
-                    refractory_states: &[],
+                    before: Voltages::default(),
+                    cells: &Span { first: 0, values: &mut [] },
+                    refractory_states: &Span { first: 0, values: &mut [] },
                     awake: &mut awake,
                 });
                 let expected = (0..length).filter(|&k| {

@@ -12,6 +12,7 @@ use evpose_core::{Polarity, StageNoise};
 use crate::{ParamSpec, Prior, Scale};
 
 pub(crate) mod array;
+pub(crate) mod band;
 pub(crate) mod brownian_passage;
 mod burst;
 pub(crate) mod dead_pixels;
@@ -37,6 +38,7 @@ pub(crate) mod threshold_temporal_noise;
 mod together;
 
 pub(crate) use array::PixelArray;
+pub(crate) use band::Band;
 pub use pixel::{PixelStep, PixelTraits};
 pub use term::{NoiseEvent, PixelTerm, Recovery, TermTable};
 

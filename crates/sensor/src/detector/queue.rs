@@ -11,7 +11,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use super::PixelArray;
+use super::band::Band;
 use super::resolve::{PendingEvent, PixelState, Step, for_each_pixel};
 use super::term::NoiseEvent;
 use crate::Request;
@@ -69,24 +69,58 @@ impl Queue {
     }
 }
 
-impl PixelArray {
+/// Pixels that wait for each other, and the queue in which they do.
+#[derive(Debug)]
+struct Queued<'a, 'b> {
+    band: &'a mut Band<'b>,
+    queue: &'a mut Queue,
+}
+
+impl Band<'_> {
     /// Takes every pixel that woke through the step and appends events in the order in which they
     /// are served, `background` among them.
     pub(crate) fn resolve_served(
         &mut self,
         step: Step<'_>,
+        queue: &mut Queue,
         background: &[Request],
         service: &mut Service<'_>,
         out: &mut Vec<Request>,
     ) {
-        let awake = std::mem::take(&mut self.awake);
-        let accepted = std::mem::take(&mut self.accepted);
+        let awake = std::mem::take(&mut self.found.awake);
+        let accepted = std::mem::take(&mut self.found.accepted);
+        let mut queued = Queued { band: self, queue };
+        queued.begin(step, &awake, &accepted);
+        queued.expect_selection(step, service);
+        for request in background {
+            queued.queue.push(request.t_s, request.pixel, Entry::Background(*request));
+        }
+        while let Some(Reverse(due)) = queued.queue.due.pop() {
+            let entry = queued.queue.entries[due.entry as usize];
+            if let Entry::Selection = entry {
+                queued.select_row(step, service);
+            } else {
+                queued.take(step, due.pixel as usize, entry, service, out);
+            }
+        }
+        let struck = accepted.iter().map(|noise_event| noise_event.pixel);
+        for pixel in awake.iter().copied().chain(struck) {
+            self.arm(pixel as usize, step.tick.end_s, step.chain.steps_while_refractory);
+        }
+        self.found.awake = awake;
+        self.found.accepted = accepted;
+    }
+}
+
+impl Queued<'_, '_> {
+    /// Queues what is known at the start of the step.
+    fn begin(&mut self, step: Step<'_>, awake: &[u32], accepted: &[NoiseEvent]) {
         self.queue.due.clear();
         self.queue.entries.clear();
         for served in std::mem::take(&mut self.queue.waiting) {
             self.serve_or_wait(step, served);
         }
-        for_each_pixel(&awake, &accepted, |pixel, noise_events| {
+        for_each_pixel(awake, accepted, |pixel, noise_events| {
             for noise_event in noise_events {
                 self.queue.push(
                     noise_event.t_s,
@@ -95,29 +129,10 @@ impl PixelArray {
                 );
             }
             if !self.waits(pixel) {
-                let mut pixel_state = self.take_out(step, pixel);
+                let mut pixel_state = self.band.take_out(step, pixel);
                 self.expect_change(step, &mut pixel_state, step.tick.start_s);
             }
         });
-        self.expect_selection(step, service);
-        for request in background {
-            self.queue.push(request.t_s, request.pixel, Entry::Background(*request));
-        }
-        while let Some(Reverse(due)) = self.queue.due.pop() {
-            let entry = self.queue.entries[due.entry as usize];
-            if let Entry::Selection = entry {
-                self.select_row(step, service);
-            } else {
-                self.take(step, due.pixel as usize, entry, service, out);
-            }
-        }
-        for pixel in
-            awake.iter().copied().chain(accepted.iter().map(|noise_event| noise_event.pixel))
-        {
-            self.arm(pixel as usize, step.tick.end_s, step.chain.steps_while_refractory);
-        }
-        self.awake = awake;
-        self.accepted = accepted;
     }
 
     fn take(
@@ -128,7 +143,7 @@ impl PixelArray {
         service: &mut Service<'_>,
         out: &mut Vec<Request>,
     ) {
-        let mut pixel_state = self.take_out(step, pixel);
+        let mut pixel_state = self.band.take_out(step, pixel);
         let (count_now, waits) = (pixel_state.pixel_step.count, self.waits(pixel));
         let pending = match entry {
             Entry::Change { pending, count } if count == count_now && !waits => pending,
@@ -199,13 +214,13 @@ impl PixelArray {
         let pixel = pixel_state.pixel_step.pixel as usize;
         match waiting {
             Waiting::Reset => {
-                self.refractory_states[pixel].free_s = f64::INFINITY;
+                self.band.refractory_states[pixel].free_s = f64::INFINITY;
                 ServeAction::Reset
             }
             Waiting::Kept => {
                 // With the array it leaks like any other, however long it waits.
-                self.cells[pixel].memory = pending.memory as f32;
-                self.refractory_states[pixel].free_s = f64::INFINITY;
+                self.band.cells[pixel].memory = pending.memory as f32;
+                self.band.refractory_states[pixel].free_s = f64::INFINITY;
                 ServeAction::Keep
             }
             Waiting::Free | Waiting::Latched => {
@@ -250,7 +265,7 @@ impl PixelArray {
 
     /// Whether a request of this pixel is with the readout.
     fn waits(&self, pixel: usize) -> bool {
-        self.refractory_states[pixel].free_s == f64::INFINITY
+        self.band.refractory_states[pixel].free_s == f64::INFINITY
     }
 
     /// A pixel is served in this step or in a later one.
@@ -265,7 +280,7 @@ impl PixelArray {
 
     /// Resets a pixel and looks for its next change.
     fn go_on(&mut self, step: Step<'_>, pixel_state: &mut PixelState, pending: &PendingEvent) {
-        self.reset(step, pixel_state, pending);
+        self.band.reset(step, pixel_state, pending);
         self.expect_change(step, pixel_state, pending.t_s);
     }
 
@@ -276,6 +291,6 @@ impl PixelArray {
             let (pixel, count) = (pixel_state.pixel_step.pixel, pixel_state.pixel_step.count);
             self.queue.push(pending.t_s, pixel, Entry::Change { pending, count });
         }
-        self.put_back(step, pixel_state);
+        self.band.put_back(step, pixel_state);
     }
 }

@@ -1,14 +1,15 @@
 //! The second half of a step: from event to event through the pixels that woke.
 
 use evpose_core::{Polarity, StageNoise};
+use evpose_simd::prefetch;
 
-use super::array::Resolved;
+use super::Change;
+use super::band::{Band, Resolved};
 use super::level_crossing::{next_level, next_level_through};
 use super::pixel::{PixelStep, RefractoryState};
 use super::spread::Spread;
 use super::term::{NoiseEvent, Recovery};
 use super::threshold_mismatch::MIN_THRESHOLD;
-use super::{Change, PixelArray};
 use crate::chain::Chain;
 use crate::tick::Tick;
 use crate::{Origin, Request};
@@ -18,22 +19,32 @@ use crate::{Origin, Request};
 pub(crate) struct Step<'a> {
     pub(crate) chain: &'a Chain,
     pub(crate) tick: &'a Tick,
-    /// Compared voltages of all pixels at the end of the step before.
-    pub(crate) before: &'a [f32],
-    /// Those at the end of this step, of the pixels from `first` on.
-    pub(crate) after: &'a [f32],
-    pub(crate) first: usize,
+    /// Compared voltages at the end of the step before, and at the end of this one.
+    pub(crate) before: Voltages<'a>,
+    pub(crate) after: Voltages<'a>,
     /// One over the length of the step.
     pub(crate) per_s: f64,
     /// Noise of the detector.
     pub(crate) noise: StageNoise,
 }
 
-impl Step<'_> {
-    /// Compared voltage of a pixel at the end of the step.
+/// Voltages of the pixels from `first` on.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Voltages<'a> {
+    pub(crate) first: usize,
+    pub(crate) values: &'a [f32],
+}
+
+impl Voltages<'_> {
     #[inline(always)]
-    pub(super) fn after(&self, pixel: usize) -> f32 {
-        self.after[pixel - self.first]
+    pub(super) fn at(&self, pixel: usize) -> f32 {
+        self.values[pixel - self.first]
+    }
+
+    /// Asks for the cache line of a pixel.
+    #[inline(always)]
+    pub(super) fn prefetch(&self, pixel: usize) {
+        prefetch(self.values, pixel.wrapping_sub(self.first));
     }
 }
 
@@ -55,16 +66,16 @@ pub(super) struct PendingEvent {
     pub(super) memory: f64,
 }
 
-impl PixelArray {
+impl Band<'_> {
     /// Takes every pixel that woke since the last call through the step and appends its requests,
     /// which are served at once: pixel by pixel, those of one pixel in order of time.
     pub(crate) fn resolve(&mut self, step: Step<'_>, out: &mut Vec<Request>) {
-        let Resolved { awake: first, accepted: first_accepted } = self.resolved;
-        if self.awake.len() == first && self.accepted.len() == first_accepted {
+        let Resolved { awake: first, accepted: first_accepted } = self.found.resolved;
+        if self.found.awake.len() == first && self.found.accepted.len() == first_accepted {
             return;
         }
-        let all_awake = std::mem::take(&mut self.awake);
-        let all_accepted = std::mem::take(&mut self.accepted);
+        let all_awake = std::mem::take(&mut self.found.awake);
+        let all_accepted = std::mem::take(&mut self.found.accepted);
         let (awake, accepted) = (&all_awake[first..], &all_accepted[first_accepted..]);
         let detector = &*step.chain.detector.stage;
         let spread = if detector.spreads() { self.largest_count(step, awake) } else { 0 };
@@ -92,9 +103,9 @@ impl PixelArray {
                 }
             });
         }
-        self.resolved = Resolved { awake: all_awake.len(), accepted: all_accepted.len() };
-        self.awake = all_awake;
-        self.accepted = all_accepted;
+        self.found.resolved = Resolved { awake: all_awake.len(), accepted: all_accepted.len() };
+        self.found.awake = all_awake;
+        self.found.accepted = all_accepted;
     }
 
     /// The way through a step that is open to every pixel of every chain.
@@ -120,7 +131,7 @@ impl PixelArray {
     #[inline(always)]
     fn passes_over(&self, step: Step<'_>, pixel: usize) -> bool {
         let cell = &self.cells[pixel];
-        let (from, to) = (step.before[pixel] - cell.memory, step.after(pixel) - cell.memory);
+        let (from, to) = (step.before.at(pixel) - cell.memory, step.after.at(pixel) - cell.memory);
         let (from, to, threshold) = if to > from {
             (from, to, cell.threshold_on)
         } else {

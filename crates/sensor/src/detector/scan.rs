@@ -5,46 +5,39 @@ use std::ops::Range;
 use evpose_core::StageNoise;
 
 use super::PixelArray;
-use super::array::Resolved;
+use super::array::PATTERN_TICK;
+use super::band::{Band, Found};
 use super::find::Find;
+use super::resolve::Voltages;
 use crate::chain::Chain;
 use crate::tick::Tick;
-use evpose_simd::{dispatch, prefetch, vectorize};
+use evpose_simd::{dispatch, vectorize};
 
 /// Light of white in the code values of detectors that see light.
 const WHITE_CODE: f32 = 255.0;
 
 impl PixelArray {
-    /// Starts the scan of a step, which goes through all blocks in order.
+    /// Starts the scan of a step, which goes through all blocks of a band in order.
     pub(crate) fn begin_scan(&mut self, chain: &Chain, tick: &Tick) {
-        if chain.is_single {
+        if tick.index == 0 {
+            self.anchor_s = tick.start_s;
+        } else if chain.is_single {
             self.anchor_s = tick.end_s;
         }
-        self.awake.clear();
-        self.accepted.clear();
-        self.resolved = Resolved::default();
-        self.next_noise_event = 0;
+        self.found.iter_mut().for_each(Found::clear);
     }
+}
 
-    /// Pixels to visit, from index `first` of the list on.
-    pub(crate) fn awake_from(&self, first: usize) -> &[u32] {
-        &self.awake[first..]
-    }
-
-    /// Number of pixels to visit, so far in this step.
-    pub(crate) fn awake_count(&self) -> usize {
-        self.awake.len()
-    }
-
+impl Band<'_> {
     /// Looks at a block of pixels: its light, and its voltage, to which leaks are added. `before` is
-    /// the voltage of all pixels at the step before, which those that wake need next.
+    /// the voltage of the band at the step before, which pixels that wake need next.
     pub(crate) fn scan(
         &mut self,
         chain: &Chain,
         tick: &Tick,
         pixels: &Range<usize>,
         light: &[f32],
-        before: &[f32],
+        before: Voltages<'_>,
         voltage: &mut [f32],
     ) {
         let detector = &*chain.detector.stage;
@@ -63,11 +56,33 @@ impl PixelArray {
             self.drain(chain, tick, pixels);
         }
         if detector.sees_light() {
-            self.awake.extend(pixels.start as u32..pixels.end as u32);
+            self.found.awake.extend(pixels.start as u32..pixels.end as u32);
         } else {
             self.find_awake(tick, pixels, before, voltage);
         }
         self.accept(chain, tick, pixels, light);
+    }
+
+    /// Memories at the first exposure, from the voltages of some pixels.
+    fn settle(&mut self, chain: &Chain, tick: &Tick, first: usize, voltage: &[f32]) {
+        let cold = chain.detector.stage.starts_cold().then(|| chain.dark_v());
+        let rests = chain.detector.stage.sees_light();
+        for (offset, &v) in voltage.iter().enumerate() {
+            let pixel = first + offset;
+            let phase: f32 = if rests { 0.0 } else { self.first_phase(chain, pixel) };
+            let start = if rests { 0.0 } else { cold.unwrap_or(v) };
+            self.cells[pixel].memory = start - phase * self.traits[pixel].threshold_on;
+            self.arm(pixel, tick.start_s, chain.steps_while_refractory);
+        }
+    }
+
+    fn first_phase(&self, chain: &Chain, pixel: usize) -> f32 {
+        let terms = chain.terms.iter().zip(self.terms);
+        let phases = terms.map(|(link, memory)| {
+            let noise = StageNoise::at_tick(memory.noise_key, PATTERN_TICK);
+            link.stage.first_phase(pixel, noise)
+        });
+        phases.sum::<f32>().fract()
     }
 
     fn seep(
@@ -78,7 +93,7 @@ impl PixelArray {
         light: &[f32],
         voltage: &mut [f32],
     ) {
-        let seeped = &mut self.seeped[pixels.clone()];
+        let seeped = self.seeped.of_mut(pixels);
         let dt_s = tick.dt_s() as f32;
         match self.photo_leak_per_s.get(pixels.clone()) {
             Some(rates) => vectorize(
@@ -91,8 +106,8 @@ impl PixelArray {
             ),
             None => seeped.fill(0.0),
         }
-        let steady = self.leak_per_s.get(pixels.clone()).unwrap_or_default();
-        for (link, memory) in chain.terms.iter().zip(&self.terms) {
+        let steady = self.leak_per_s.of(pixels).unwrap_or_default();
+        for (link, memory) in chain.terms.iter().zip(self.terms) {
             if link.stage.seeps() {
                 let noise = StageNoise::at_tick(memory.noise_key, tick.index);
                 link.stage.seep(tick, pixels, steady, seeped, noise);
@@ -101,7 +116,7 @@ impl PixelArray {
         if chain.is_single {
             return;
         }
-        let leaked = &mut self.leaked[pixels.clone()];
+        let leaked = self.leaked.of_mut(pixels);
         vectorize(
             #[inline(always)]
             || {
@@ -133,35 +148,41 @@ impl PixelArray {
         }
     }
 
-    fn find_awake(&mut self, tick: &Tick, pixels: &Range<usize>, before: &[f32], voltage: &[f32]) {
+    fn find_awake(
+        &mut self,
+        tick: &Tick,
+        pixels: &Range<usize>,
+        before: Voltages<'_>,
+        voltage: &[f32],
+    ) {
         dispatch(Find {
             first: pixels.start,
             voltage,
-            on: &self.wake_on[pixels.clone()],
-            off: &self.wake_off[pixels.clone()],
-            leak: self.leak_per_s.get(pixels.clone()),
+            on: self.wake_on.of(pixels).unwrap_or_default(),
+            off: self.wake_off.of(pixels).unwrap_or_default(),
+            leak: self.leak_per_s.of(pixels),
             age_s: (tick.end_s - self.anchor_s) as f32,
             before,
             cells: &self.cells,
             refractory_states: &self.refractory_states,
-            awake: &mut self.awake,
+            awake: &mut self.found.awake,
         });
     }
 
     /// Keeps the noise events of a block that take place, at the light there is.
     fn accept(&mut self, chain: &Chain, tick: &Tick, pixels: &Range<usize>, light: &[f32]) {
-        while let Some(noise_event) = self.noise_events.get(self.next_noise_event)
+        while let Some(noise_event) = self.noise_events.get(self.found.next_noise_event)
             && (noise_event.pixel as usize) < pixels.end
         {
-            self.next_noise_event += 1;
+            self.found.next_noise_event += 1;
             let is_now = noise_event.t_s > tick.start_s && noise_event.t_s <= tick.end_s;
             let pixel = noise_event.pixel as usize;
             if is_now {
                 let term = &chain.terms[usize::from(noise_event.term)].stage;
                 if noise_event.chance <= term.acceptance(light[pixel - pixels.start]) {
-                    prefetch(&self.cells, pixel);
-                    prefetch(&self.refractory_states, pixel);
-                    self.accepted.push(*noise_event);
+                    self.cells.prefetch(pixel);
+                    self.refractory_states.prefetch(pixel);
+                    self.found.accepted.push(*noise_event);
                 }
             }
         }

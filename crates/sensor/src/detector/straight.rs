@@ -6,12 +6,12 @@
 
 use evpose_core::Polarity;
 
-use super::PixelArray;
+use super::band::Band;
 use super::pixel::{Cell, RefractoryState};
 use super::resolve::Step;
 use crate::{Origin, Request};
 
-impl PixelArray {
+impl Band<'_> {
     /// Takes a pixel through the step, unless it is beyond a level from the start: false then, and
     /// nothing is done.
     pub(super) fn resolve_straight(
@@ -23,8 +23,8 @@ impl PixelArray {
         let index = pixel as usize;
         let (start_s, end_s) = (step.tick.start_s, step.tick.end_s);
         let leak = self.leak_per_s.get(index).map_or(0.0, |&leak| f64::from(leak));
-        let from = f64::from(step.before[index]) + leak * (start_s - self.anchor_s);
-        let to = f64::from(step.after(index)) + leak * (end_s - self.anchor_s);
+        let from = f64::from(step.before.at(index)) + leak * (start_s - self.anchor_s);
+        let to = f64::from(step.after.at(index)) + leak * (end_s - self.anchor_s);
         let change = to - from;
         let at = |t_s: f64| match () {
             () if t_s >= end_s => to,

@@ -7,7 +7,7 @@
 use evpose_core::Polarity;
 use evpose_simd::vectorize;
 
-use super::PixelArray;
+use super::band::Band;
 use super::pixel::Cell;
 use super::resolve::{Step, for_each_pixel};
 use super::straight::{later, sooner};
@@ -80,7 +80,7 @@ struct Batch<'a> {
     lanes: Lanes,
 }
 
-impl PixelArray {
+impl Band<'_> {
     /// Takes pixels through the step, on the short way those that may take it.
     pub(super) fn resolve_together(
         &mut self,
@@ -132,8 +132,8 @@ impl PixelArray {
     #[inline(always)]
     fn take_lane(&self, step: Step<'_>, pixel: usize, lane: usize, lanes: &mut Lanes) {
         let Cell { memory, threshold_on, threshold_off, .. } = self.cells[pixel];
-        lanes.before[lane] = step.before[pixel];
-        lanes.after[lane] = step.after(pixel);
+        lanes.before[lane] = step.before.at(pixel);
+        lanes.after[lane] = step.after.at(pixel);
         lanes.memory[lane] = memory;
         lanes.threshold_on[lane] = threshold_on;
         lanes.threshold_off[lane] = threshold_off;

@@ -93,7 +93,8 @@ mod tests {
     const SIZE: SensorSize = SensorSize { width: 31, height: 25 };
 
     fn blurred(sigma_px: f64, mut image: Vec<f32>) -> Vec<f32> {
-        let mut state = vec![vec![0.0; SIZE.pixels()]];
+        let mut plane = vec![0.0; SIZE.pixels()];
+        let mut state = [plane.as_mut_slice()];
         let mut block = Block {
             pixels: 0..SIZE.pixels(),
             photocurrent: &[],
@@ -107,6 +108,7 @@ mod tests {
             &mut block,
             StageNoise::new(0, "psf_blur", 0),
         );
+        drop(block);
         image
     }
 

@@ -111,6 +111,7 @@ mod tests {
         let mut block = Block { pixels, photocurrent: &[], signal: &mut values, state };
         let tick = Tick { start_s: 0.0, end_s: 0.0, index: 0 };
         Quantisation::new(levels).step(&tick, &mut block, StageNoise::new(0, "quantisation", 0));
+        drop(block);
         values
     }
 

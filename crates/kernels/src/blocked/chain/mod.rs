@@ -13,13 +13,13 @@ mod execution;
 
 use std::ops::Range;
 
+use super::ThreadPool;
 use super::conv::Conv;
 use super::depthwise::Depthwise;
 use super::image::{Image, Line, OVERREAD};
 use super::nchw::NchwImage;
 use super::nchw_conv::NchwConv;
 use super::pool::MaxPool;
-use super::thread_pool::ThreadPool;
 use super::tile::Activation;
 use super::winograd::Scratch;
 use crate::cache::l2_share_bytes;

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::view::{DstView, SrcView, TensorView, TensorViewMut};
-use crate::blocked::thread_pool::ThreadPool;
+use crate::blocked::ThreadPool;
 use crate::blocked::tile::{Activation, activated};
 use crate::simd::{Kernel, LANES, Lanes, Level};
 

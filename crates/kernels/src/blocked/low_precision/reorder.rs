@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use super::view::{DstView, TensorViewMut};
+use crate::blocked::ThreadPool;
 use crate::blocked::image::Image;
-use crate::blocked::thread_pool::ThreadPool;
 use crate::simd::{Kernel, LANES, Lanes, Level};
 
 /// Writes `scale * values + shift` of `values`, `[channels][height][width]`, to an image of any

@@ -5,8 +5,8 @@
 use std::ops::Range;
 
 use super::image::{LowPrecisionImage, LowPrecisionType};
+use crate::blocked::ThreadPool;
 use crate::blocked::pool::MaxPool;
-use crate::blocked::thread_pool::ThreadPool;
 use crate::blocked::upsample::{FAR_WEIGHT, NEAR_WEIGHT, far_index};
 use crate::simd::dots::{Bf16, DotProduct, ReducedPrecision};
 use crate::simd::{LANES, Lanes, Level, ReducedDispatch as _, ReducedKernel};

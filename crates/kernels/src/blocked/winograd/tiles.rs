@@ -7,9 +7,9 @@ use std::ops::Range;
 
 use super::WinogradExec;
 use super::transform::{MAX_INPUTS, WinogradTransform};
+use crate::blocked::Part;
 use crate::blocked::blocks::block_groups;
 use crate::blocked::conv::dispatch_tile;
-use crate::blocked::thread_pool::Part;
 use crate::blocked::tile::{AccumulatorInit, InputWindow, activated};
 use crate::simd::{Kernel, LANES, Lanes};
 

@@ -18,8 +18,8 @@ use super::view::{DstView, SrcView, TensorView, TensorViewMut};
 use crate::blocked::blocks::{block_groups, pad_to_blocks};
 use crate::blocked::conv_shape::ConvShape;
 use crate::blocked::image::Line;
-use crate::blocked::thread_pool::{Part, ThreadPool};
 use crate::blocked::tile::{Activation, activated};
+use crate::blocked::{Part, ThreadPool};
 use crate::simd::dots::{Bf16, weight_vector_bytes};
 #[cfg(target_arch = "x86_64")]
 use crate::simd::tiles::Amx;

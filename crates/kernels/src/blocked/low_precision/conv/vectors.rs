@@ -3,9 +3,9 @@
 use std::ops::Range;
 
 use super::ConvExec;
+use crate::blocked::Part;
 use crate::blocked::conv_shape::ConvShape;
 use crate::blocked::image::Line;
-use crate::blocked::thread_pool::Part;
 use crate::simd::dots::{DotProduct, ReducedPrecision, weight_vector_bytes};
 use crate::simd::{LANES, Lanes, ReducedKernel};
 

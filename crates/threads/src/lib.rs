@@ -1,11 +1,14 @@
 //! A thread pool for parallel regions of tens of microseconds.
 //!
-//! A layer of a small network takes less time than waking a sleeping thread does. Worker threads
+//! A layer of a small network, or a step of a simulated sensor, takes less time than waking a
+//! sleeping thread does. Worker threads
 //! therefore spin for a few hundred microseconds after each region, then park: an idle pool uses no
 //! processor time. On a loaded machine the scheduler preempts workers for milliseconds. The caller
 //! therefore runs every part itself that no worker has started by the time its own is done, and
 //! parks while it waits for a part that a worker has started, so that the preempted worker gets the
 //! core.
+
+#![allow(unsafe_code, reason = "workers call a body that they do not own; contracts at each line")]
 
 use std::any::Any;
 use std::ops::Range;
@@ -77,7 +80,7 @@ struct Shared {
 ///
 /// ```
 /// use std::sync::atomic::{AtomicUsize, Ordering};
-/// use evpose_kernels::blocked::ThreadPool;
+/// use evpose_threads::ThreadPool;
 ///
 /// let thread_pool = ThreadPool::new(3);
 /// let sum = AtomicUsize::new(0);
@@ -185,6 +188,12 @@ impl Shared {
             thread::park();
         }
         self.is_caller_parked.store(false, Ordering::SeqCst);
+    }
+}
+
+impl std::fmt::Debug for ThreadPool {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("ThreadPool").field("threads", &self.threads()).finish()
     }
 }
 
