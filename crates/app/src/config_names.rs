@@ -9,9 +9,16 @@ pub fn config_names() -> impl Iterator<Item = &'static str> {
     hand_config::names().chain(body_config::names())
 }
 
-/// Message for `source`, which is neither a file nor an embedded config: the most similar names,
-/// and all there are.
+/// Message for `source`, which is neither a file nor an embedded config of the task: the most similar
+/// names, and all there are, or those of each task.
 pub fn unknown_config(source: &str) -> String {
+    if config_names().any(|name| name == source) {
+        let [hands, bodies] = [hand_config::names().collect(), body_config::names().collect()];
+        let [hands, bodies] = [hands, bodies].map(|names: Vec<&str>| names.join(", "));
+        return format!(
+            "{source}: an embedded config, but of another task (of hands: {hands}; of bodies: {bodies})"
+        );
+    }
     let near = nearest(source, config_names());
     let hint = match near.as_slice() {
         [] => String::new(),
@@ -33,6 +40,8 @@ mod tests {
         let message = unknown_config("fintune");
         assert!(message.contains("did you mean finetune"), "{message}");
         assert!(message.contains("quick") && message.contains("pretrain-full"), "{message}");
+        let message = unknown_config("pretrain-full");
+        assert!(message.starts_with("pretrain-full: an embedded config, but of"), "{message}");
         let message = unknown_config("runs/config.toml");
         assert!(!message.contains("did you mean") && message.contains("body-wide"), "{message}");
     }

@@ -92,7 +92,7 @@ impl SensorRun {
         let chain = Arc::clone(&self.chain);
         self.requests.clear();
         self.array.keep_anchor(self.front.before_mut(), tick.start_s);
-        self.array.strike(&chain, &tick);
+        self.array.strike(&chain, &tick, &self.thread_pool);
         let feeds_back =
             !chain.readout.stage.is_immediate() && chain.detector.stage.waits_for_readout();
         self.background.clear();

@@ -12,7 +12,7 @@
 use evpose_core::{Micros, Polarity};
 use evpose_simd::vectorize;
 
-use super::mask_bits::BITS;
+use super::mask_bits::put_bits;
 use crate::Columns;
 
 /// Places for events.
@@ -118,13 +118,7 @@ impl States {
             return self.spread_far(state, (x, is_on), mask, columns);
         }
         let first = state.0 & !(0xFFFF << X) | u64::from(x) << X | u64::from(is_on) << IS_ON;
-        for byte in 0..BYTES {
-            let bits = mask >> (8 * byte) & 0xFF;
-            let first = first + ((8 * byte as u64) << X);
-            let places = BITS[bits as usize].map(|bit| first + (u64::from(bit) << X));
-            self.places[self.events..self.events + 8].copy_from_slice(&places);
-            self.events += bits.count_ones() as usize;
-        }
+        put_bits::<BYTES>(first, mask, X, &mut self.places[..], &mut self.events);
     }
 
     /// The same further right than words go, where no camera has pixels.

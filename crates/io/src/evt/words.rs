@@ -14,7 +14,7 @@ use evpose_core::{Micros, Polarity};
 use evpose_simd::vectorize;
 
 use super::evt2::LOW_BITS;
-use super::mask_bits::BITS;
+use super::mask_bits::put_bits;
 use crate::Columns;
 
 /// Places for events.
@@ -86,13 +86,7 @@ impl Words {
             self.events += count;
             return;
         }
-        for byte in 0..MASK / 8 {
-            let bits = mask >> (8 * byte) & 0xFF;
-            let first = first + ((8 * byte as u64) << X);
-            let places = BITS[bits as usize].map(|bit| first + (u64::from(bit) << X));
-            self.places[self.events..self.events + 8].copy_from_slice(&places);
-            self.events += bits.count_ones() as usize;
-        }
+        put_bits::<{ MASK / 8 }>(first, mask, X, &mut self.places[..], &mut self.events);
     }
 
     /// The same further right than words go, where no camera has pixels.

@@ -123,6 +123,7 @@ impl PixelTerm for HotPixels {
 
     fn strike(
         &self,
+        _part: usize,
         tick: &Tick,
         _size: SensorSize,
         table: &TermTable,

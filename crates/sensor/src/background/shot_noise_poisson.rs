@@ -122,8 +122,9 @@ struct Layer {
 }
 
 impl Layer {
-    fn next(self) -> Self {
-        Self { index: self.index + 1, low_hz: self.high_hz, high_hz: 2.0 * self.high_hz }
+    fn new(index: usize) -> Self {
+        let high_hz = LOWEST_HZ * (index as f64).exp2();
+        Self { index, low_hz: if index == 0 { 0.0 } else { 0.5 * high_hz }, high_hz }
     }
 }
 
@@ -172,19 +173,21 @@ impl PixelTerm for ShotNoisePoisson {
         table
     }
 
+    /// Layers that begin below the rate.
+    fn strike_parts(&self) -> usize {
+        (0..).take_while(|&index| Layer::new(index).low_hz < self.rate_hz).count()
+    }
+
     fn strike(
         &self,
+        part: usize,
         tick: &Tick,
         size: SensorSize,
         table: &TermTable,
         noise: StageNoise,
         noise_events: &mut Vec<NoiseEvent>,
     ) {
-        let mut layer = Layer { index: 0, low_hz: 0.0, high_hz: LOWEST_HZ };
-        while layer.low_hz < self.rate_hz {
-            self.strike_layer(tick, size, table, noise, layer, noise_events);
-            layer = layer.next();
-        }
+        self.strike_layer(tick, size, table, noise, Layer::new(part), noise_events);
     }
 
     fn acceptance(&self, light: f32) -> f32 {

@@ -13,7 +13,12 @@
 //! the seepage of a step are subtracted from all reference levels at its start, and the anchor is
 //! at its end.
 
+use std::sync::atomic::AtomicUsize;
+use std::sync::atomic::Ordering::Relaxed;
+use std::sync::{Mutex, PoisonError};
+
 use evpose_core::{SensorSize, StageNoise, seed_for};
+use evpose_threads::ThreadPool;
 
 use super::band::Found;
 use super::pixel::{Cell, PixelTraits, RefractoryState};
@@ -190,18 +195,44 @@ impl PixelArray {
     }
 
     /// Draws the spontaneous events of the pixels in this exposure.
-    pub(crate) fn strike(&mut self, chain: &Chain, tick: &Tick) {
+    pub(crate) fn strike(&mut self, chain: &Chain, tick: &Tick, thread_pool: &ThreadPool) {
         self.noise_events.clear();
         if tick.dt_s() <= 0.0 {
             return;
         }
-        for (index, (link, memory)) in chain.terms.iter().zip(&self.terms).enumerate() {
+        let terms = chain.terms.iter().zip(&self.terms).enumerate();
+        let parts: Vec<_> = terms
+            .flat_map(|(index, term)| {
+                let parts = 0..term.0.stage.strike_parts();
+                parts.map(move |part| (index as u8, part, term))
+            })
+            .collect();
+        let size = self.size;
+        let strike = |k: usize, out: &mut Vec<NoiseEvent>| {
+            let (term, part, (link, memory)) = parts[k];
+            let first = out.len();
             let noise = StageNoise::at_tick(memory.noise_key, tick.index);
-            let first = self.noise_events.len();
-            link.stage.strike(tick, self.size, &memory.table, noise, &mut self.noise_events);
-            self.noise_events[first..]
-                .iter_mut()
-                .for_each(|noise_event| noise_event.term = index as u8);
+            link.stage.strike(part, tick, size, &memory.table, noise, out);
+            out[first..].iter_mut().for_each(|noise_event| noise_event.term = term);
+        };
+        if thread_pool.threads() == 1 || parts.len() < 2 {
+            (0..parts.len()).for_each(|k| strike(k, &mut self.noise_events));
+        } else {
+            let left = AtomicUsize::new(parts.len());
+            let struck: Vec<Mutex<Vec<NoiseEvent>>> =
+                parts.iter().map(|_| Mutex::default()).collect();
+            thread_pool.run(&|_| {
+                let next = || left.fetch_update(Relaxed, Relaxed, |left| left.checked_sub(1)).ok();
+                while let Some(left) = next() {
+                    // No other thread has this part.
+                    let k = left - 1;
+                    strike(k, &mut struck[k].lock().unwrap_or_else(PoisonError::into_inner));
+                }
+            });
+            for struck in struck {
+                let struck = struck.into_inner().unwrap_or_else(PoisonError::into_inner);
+                self.noise_events.extend_from_slice(&struck);
+            }
         }
         // Hits come in long runs in order, of which a stable sort makes use.
         self.noise_events.sort_by(|a, b| a.pixel.cmp(&b.pixel).then(a.t_s.total_cmp(&b.t_s)));

@@ -97,10 +97,17 @@ pub trait PixelTerm: Send + Sync + Debug {
         TermTable::default()
     }
 
-    /// Appends what pixels do by themselves in this exposure, best in order of pixels and, for one
-    /// pixel, of time: the array puts them in order. Dead pixels do nothing.
+    /// Number of parts of [`PixelTerm::strike`], which may be drawn at the same time. The last are the
+    /// longest.
+    fn strike_parts(&self) -> usize {
+        1
+    }
+
+    /// Appends a part of what pixels do by themselves in this exposure, best in order of pixels and,
+    /// for one pixel, of time: the array puts them in order. Dead pixels do nothing.
     fn strike(
         &self,
+        _part: usize,
         _tick: &Tick,
         _size: SensorSize,
         _table: &TermTable,
