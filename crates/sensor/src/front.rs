@@ -10,7 +10,7 @@ use crate::chain::Chain;
 use crate::changes::{Changes, STRIP, Task, take_front};
 use crate::front_band::{FrontBand, StageBand};
 
-/// What the stages of one run keep.
+/// State of the stages of one run.
 #[derive(Debug)]
 pub(crate) struct Front {
     size: SensorSize,

@@ -21,7 +21,7 @@ use crate::tap::Tap;
 use crate::tick::Tick;
 use crate::{Origin, Request, SensorError, SensorModel, request};
 
-/// What moves is in one part of the image: bands of all parts of it make threads even.
+/// Movement is in one part of the image: bands of all its parts make threads even.
 const BANDS_PER_THREAD: usize = 2;
 
 /// A sensor between two exposures, with all state and memory to work in.

@@ -20,7 +20,7 @@ use std::sync::{Mutex, PoisonError};
 use evpose_core::{SensorSize, StageNoise, seed_for};
 use evpose_threads::ThreadPool;
 
-use super::band::Found;
+use super::band::Scanned;
 use super::pixel::{Cell, PixelTraits, RefractoryState};
 use super::term::{NoiseEvent, TermTable};
 use crate::chain::Chain;
@@ -59,7 +59,7 @@ pub(crate) struct PixelArray {
     /// Hits of this exposure, in order of pixels.
     pub(super) noise_events: Vec<NoiseEvent>,
     /// Results of this step's scan, of every band.
-    pub(super) found: Vec<Found>,
+    pub(super) scanned: Vec<Scanned>,
     has_dead: bool,
     /// How far thresholds of one exposure deviate at most, if they are redrawn.
     pub(super) deviation: f32,
@@ -94,7 +94,7 @@ impl PixelArray {
             anchor_s: 0.0,
             terms: terms.collect(),
             noise_events: Vec::new(),
-            found: Vec::new(),
+            scanned: Vec::new(),
             has_dead: false,
             deviation: chain.redraws.map_or(0.0, |(_, most)| most),
             may_go_straight: true,

@@ -2,7 +2,7 @@
 //!
 //! Pixels of the whole sensor are one band, or several where [no pixel sees
 //! another](crate::chain::Chain::may_go_in_bands). A pixel has the index that it has in the whole sensor,
-//! which also numbers its draws: events do not depend on how the sensor is divided.
+//! which also keys its draws: events do not depend on how the sensor is divided.
 
 use std::ops::{Index, IndexMut, Range};
 
@@ -83,7 +83,7 @@ impl<T> IndexMut<usize> for Span<'_, T> {
 
 /// Results of a band's scan.
 #[derive(Debug, Default)]
-pub(super) struct Found {
+pub(super) struct Scanned {
     /// Pixels to visit.
     pub(super) awake: Vec<u32>,
     /// Noise events that take place.
@@ -101,7 +101,7 @@ pub(super) struct Resolved {
     pub(super) accepted: usize,
 }
 
-impl Found {
+impl Scanned {
     pub(super) fn clear(&mut self) {
         self.awake.clear();
         self.accepted.clear();
@@ -125,7 +125,7 @@ pub(crate) struct Band<'a> {
     pub(super) anchor_s: f64,
     pub(super) terms: &'a [TermMemory],
     pub(super) noise_events: &'a [NoiseEvent],
-    pub(super) found: &'a mut Found,
+    pub(super) scanned: &'a mut Scanned,
     pub(super) deviation: f32,
     pub(super) may_go_straight: bool,
 }
@@ -140,15 +140,15 @@ impl PixelArray {
 
     /// Bands of pixels that follow each other from the first pixel to the last.
     pub(crate) fn bands(&mut self, ranges: &[Range<usize>]) -> Vec<Band<'_>> {
-        if self.found.len() < ranges.len() {
-            self.found.resize_with(ranges.len(), Found::default);
+        if self.scanned.len() < ranges.len() {
+            self.scanned.resize_with(ranges.len(), Scanned::default);
         }
         let (cells, refractory_states) = (&mut &mut *self.cells, &mut &mut *self.refractory_states);
         let (wake_on, wake_off) = (&mut &mut *self.wake_on, &mut &mut *self.wake_off);
         let leak_per_s = &mut &mut *self.leak_per_s;
         let (leaked, seeped) = (&mut &mut *self.leaked, &mut &mut *self.seeped);
         let noise_events = &mut &*self.noise_events;
-        let bands = ranges.iter().zip(&mut self.found).map(|(pixels, found)| {
+        let bands = ranges.iter().zip(&mut self.scanned).map(|(pixels, scanned)| {
             let until = |event: &NoiseEvent| (event.pixel as usize) < pixels.end;
             let own = noise_events.partition_point(until);
             let (own, behind) = noise_events.split_at(own);
@@ -166,7 +166,7 @@ impl PixelArray {
                 anchor_s: self.anchor_s,
                 terms: &self.terms,
                 noise_events: own,
-                found,
+                scanned,
                 deviation: self.deviation,
                 may_go_straight: self.may_go_straight,
             }
@@ -178,12 +178,12 @@ impl PixelArray {
 impl Band<'_> {
     /// Pixels to visit, from index `first` of the list on.
     pub(crate) fn awake_from(&self, first: usize) -> &[u32] {
-        &self.found.awake[first..]
+        &self.scanned.awake[first..]
     }
 
     /// Number of pixels to visit, so far in this step.
     pub(crate) fn awake_count(&self) -> usize {
-        self.found.awake.len()
+        self.scanned.awake.len()
     }
 
     /// The traits of a pixel until its next event.

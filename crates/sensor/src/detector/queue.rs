@@ -87,8 +87,8 @@ impl Band<'_> {
         service: &mut Service<'_>,
         out: &mut Vec<Request>,
     ) {
-        let awake = std::mem::take(&mut self.found.awake);
-        let accepted = std::mem::take(&mut self.found.accepted);
+        let awake = std::mem::take(&mut self.scanned.awake);
+        let accepted = std::mem::take(&mut self.scanned.accepted);
         let mut queued = Queued { band: self, queue };
         queued.begin(step, &awake, &accepted);
         queued.expect_selection(step, service);
@@ -107,8 +107,8 @@ impl Band<'_> {
         for pixel in awake.iter().copied().chain(struck) {
             self.arm(pixel as usize, step.tick.end_s, step.chain.steps_while_refractory);
         }
-        self.found.awake = awake;
-        self.found.accepted = accepted;
+        self.scanned.awake = awake;
+        self.scanned.accepted = accepted;
     }
 }
 

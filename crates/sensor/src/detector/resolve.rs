@@ -70,12 +70,12 @@ impl Band<'_> {
     /// Takes every pixel that woke since the last call through the step and appends its requests,
     /// which are served at once: pixel by pixel, those of one pixel in order of time.
     pub(crate) fn resolve(&mut self, step: Step<'_>, out: &mut Vec<Request>) {
-        let Resolved { awake: first, accepted: first_accepted } = self.found.resolved;
-        if self.found.awake.len() == first && self.found.accepted.len() == first_accepted {
+        let Resolved { awake: first, accepted: first_accepted } = self.scanned.resolved;
+        if self.scanned.awake.len() == first && self.scanned.accepted.len() == first_accepted {
             return;
         }
-        let all_awake = std::mem::take(&mut self.found.awake);
-        let all_accepted = std::mem::take(&mut self.found.accepted);
+        let all_awake = std::mem::take(&mut self.scanned.awake);
+        let all_accepted = std::mem::take(&mut self.scanned.accepted);
         let (awake, accepted) = (&all_awake[first..], &all_accepted[first_accepted..]);
         let detector = &*step.chain.detector.stage;
         let spread = if detector.spreads() { self.largest_count(step, awake) } else { 0 };
@@ -103,9 +103,9 @@ impl Band<'_> {
                 }
             });
         }
-        self.found.resolved = Resolved { awake: all_awake.len(), accepted: all_accepted.len() };
-        self.found.awake = all_awake;
-        self.found.accepted = all_accepted;
+        self.scanned.resolved = Resolved { awake: all_awake.len(), accepted: all_accepted.len() };
+        self.scanned.awake = all_awake;
+        self.scanned.accepted = all_accepted;
     }
 
     /// The way through a step that is open to every pixel of every chain.

@@ -6,7 +6,7 @@ use evpose_core::StageNoise;
 
 use super::PixelArray;
 use super::array::PATTERN_TICK;
-use super::band::{Band, Found};
+use super::band::{Band, Scanned};
 use super::find::Find;
 use super::resolve::Voltages;
 use crate::chain::Chain;
@@ -24,7 +24,7 @@ impl PixelArray {
         } else if chain.is_single {
             self.anchor_s = tick.end_s;
         }
-        self.found.iter_mut().for_each(Found::clear);
+        self.scanned.iter_mut().for_each(Scanned::clear);
     }
 }
 
@@ -56,7 +56,7 @@ impl Band<'_> {
             self.drain(chain, tick, pixels);
         }
         if detector.sees_light() {
-            self.found.awake.extend(pixels.start as u32..pixels.end as u32);
+            self.scanned.awake.extend(pixels.start as u32..pixels.end as u32);
         } else {
             self.find_awake(tick, pixels, before, voltage);
         }
@@ -165,16 +165,16 @@ impl Band<'_> {
             before,
             cells: &self.cells,
             refractory_states: &self.refractory_states,
-            awake: &mut self.found.awake,
+            awake: &mut self.scanned.awake,
         });
     }
 
     /// Keeps the noise events of a block that take place, at the light there is.
     fn accept(&mut self, chain: &Chain, tick: &Tick, pixels: &Range<usize>, light: &[f32]) {
-        while let Some(noise_event) = self.noise_events.get(self.found.next_noise_event)
+        while let Some(noise_event) = self.noise_events.get(self.scanned.next_noise_event)
             && (noise_event.pixel as usize) < pixels.end
         {
-            self.found.next_noise_event += 1;
+            self.scanned.next_noise_event += 1;
             let is_now = noise_event.t_s > tick.start_s && noise_event.t_s <= tick.end_s;
             let pixel = noise_event.pixel as usize;
             if is_now {
@@ -182,7 +182,7 @@ impl Band<'_> {
                 if noise_event.chance <= term.acceptance(light[pixel - pixels.start]) {
                     self.cells.prefetch(pixel);
                     self.refractory_states.prefetch(pixel);
-                    self.found.accepted.push(*noise_event);
+                    self.scanned.accepted.push(*noise_event);
                 }
             }
         }
