@@ -67,7 +67,7 @@ benchmarks! {
     Infer(infer::BenchInferArgs) => infer::run,
     /// Time and memory of a training step of a network
     Train(train::BenchTrainArgs) => train::run,
-    /// Cost of the simulated sensor per pixel and step, on one core
+    /// Cost of the simulated sensor per pixel and step, on one core and on several
     Sensor(sensor::BenchSensorArgs) => sensor::run,
     /// Simulation steps per second of labelled hands, and the share of each stage
     Sim(sim::BenchSimArgs) => sim::run,

@@ -11,9 +11,11 @@ use evpose_io::{FrameSource, format_for};
 use evpose_sensor::{EffectConfig, SensorConfig, SensorModel, SensorRun};
 
 use super::opening::FrameArgs;
+use evpose_app::args::parse_threads;
 use evpose_app::progress::{bar, say};
 use evpose_app::run_info;
 use evpose_app::sensor_source as source;
+use evpose_app::threads::{sensor_threads, use_threads};
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  \
@@ -37,12 +39,16 @@ pub(crate) struct EventsArgs {
     /// Seed of fixed patterns and noise
     #[arg(long, default_value_t = 0)]
     pub(crate) seed: u64,
+    /// CPU threads; all cores by default, of which the sensor uses up to four
+    #[arg(long, value_parser = parse_threads)]
+    pub(crate) threads: Option<usize>,
 }
 
 pub(crate) fn run(args: &EventsArgs) -> Result<()> {
     let format = format_for(&args.out)?;
     let clock = FrameClock::new(args.frames.fps, args.upsample)?;
     let sensor = sensor(args)?;
+    use_threads(args.threads)?;
     let model = SensorModel::from_config(&sensor)?;
     let mut source = args.frames.open()?;
     ensure!(
@@ -50,6 +56,7 @@ pub(crate) fn run(args: &EventsArgs) -> Result<()> {
         "{}: at least two frames are required",
         args.frames.frames.display()
     );
+    let model = model.with_threads(sensor_threads(source.size()));
     let mut run = model.start(source.size(), args.seed);
     let events = convert(&mut source, &clock, &mut run)?;
     format.write(&args.out, &events.stream)?;

@@ -16,6 +16,7 @@ use evpose_app::json::write_json;
 use evpose_app::machine::Machine;
 use evpose_app::progress::say;
 use evpose_app::run_info::COMMIT;
+use evpose_app::threads::sensor_threads;
 use evpose_stats::quantile::{nearest_rank, outlier_count};
 use peer::Peer;
 use std::path::PathBuf;
@@ -36,7 +37,7 @@ pub struct BenchSensorArgs {
     /// Seconds for each setting and peer
     #[arg(long, default_value_t = 3.0)]
     pub(crate) seconds: f64,
-    /// Threads of a second measurement of each setting; all cores by default, none with 1
+    /// Threads of a second measurement of each setting, none with 1 [default: two, where there are]
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) threads: Option<u32>,
     /// Another simulator to be timed on the same frames (may be repeated)
@@ -113,8 +114,8 @@ pub(crate) fn figures(args: &BenchSensorArgs) -> Result<Vec<Figure>> {
 fn measure_all(args: &BenchSensorArgs) -> Result<Report> {
     let peers = args.peer.iter().map(|text| Peer::parse(text)).collect::<Result<Vec<_>>>()?;
     let frames = scene::frames();
-    let cores = Machine::this().threads;
-    let most = args.threads.map_or(cores, |threads| threads as usize);
+    let worth = sensor_threads(scene::SIZE);
+    let most = args.threads.map_or(worth, |threads| threads as usize);
     // One step is one pass of one thread, whatever the machine has.
     let machine = Machine { threads: 1, ..Machine::this() };
     let mut report = Report {

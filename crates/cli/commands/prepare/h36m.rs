@@ -4,10 +4,11 @@ use std::num::NonZeroUsize;
 use std::path::Path;
 
 use anyhow::{Result, bail};
+use evpose_app::threads::sensor_threads;
 use evpose_core::seed_for;
 use evpose_datasets::h36m::{
-    ClipName, Crop, CropRule, FPS, Synthesis, bodies_of_poses, events_of_frames, original_clips,
-    published_clips, read_poses, read_published, write_published,
+    ClipName, Crop, CropRule, FPS, SENSOR, Synthesis, bodies_of_poses, events_of_frames,
+    original_clips, published_clips, read_poses, read_published, write_published,
 };
 use evpose_datasets::{DatasetError, LabelledRecording};
 use evpose_io::{Encoding, FrameSource};
@@ -90,7 +91,7 @@ fn synthesize(
         .ok_or("there is no pose, or a joint of one is no number")?;
     let seed = seed_for(args.seed, &name.to_string(), 0);
     // Clips come one by one.
-    let threads = rayon::current_num_threads();
+    let threads = sensor_threads(SENSOR);
     let published = Synthesis::published(seed).map_err(|error| error.to_string())?;
     let how = Synthesis { threads, ..published };
     let events = events_of_frames(&mut source, &crop, &how).map_err(message)?;
