@@ -73,5 +73,7 @@ fn main() -> Result<()> {
     let mut sinks = Sinks::new();
     sinks.add(WristSink::default());
     run(source, stream, &mut sinks, &LiveOptions::default(), &Control::default())?;
+    // Waits for what is under way, and for errors of sinks.
+    sinks.finish()?;
     Ok(())
 }

@@ -64,7 +64,9 @@ fn all_benchmarks_make_a_page_and_figures_that_a_later_run_is_compared_with() {
     sandbox.ok(&[sensor.as_slice(), &["--json", "before.json"]].concat());
     let mut before = json(&sandbox, "before.json");
     let figures = before["figures"].as_array().unwrap();
-    let works: Vec<_> = figures.iter().map(|figure| figure["work"].as_str().unwrap()).collect();
+    let works = figures.iter().map(|figure| figure["work"].as_str().unwrap());
+    // Machines of several cores have further ones.
+    let works: Vec<_> = works.filter(|work| !work.ends_with("threads")).collect();
     assert_eq!(works, ["thresholds", "all"]);
     assert!(before["limits"][0]["peak_gflop_per_s"].as_f64().unwrap() > 0.0);
     let page = std::fs::read_to_string(sandbox.path("bench.html")).unwrap();
