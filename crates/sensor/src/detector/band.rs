@@ -15,6 +15,7 @@ use super::resolve::Step;
 use super::term::NoiseEvent;
 use super::threshold_mismatch::MIN_THRESHOLD;
 use crate::chain::Chain;
+use crate::changes::take_front;
 
 /// Values of consecutive pixels, by the index of the pixel in the whole sensor. Empty where the array
 /// has no such values.
@@ -28,9 +29,7 @@ impl<'a, T> Span<'a, T> {
     /// The first of `rest`, which go on behind them.
     fn split_off(rest: &mut &'a mut [T], pixels: &Range<usize>) -> Self {
         let len = pixels.len().min(rest.len());
-        let (values, behind) = std::mem::take(rest).split_at_mut(len);
-        *rest = behind;
-        Self { first: pixels.start, values }
+        Self { first: pixels.start, values: take_front(rest, len) }
     }
 
     pub(super) fn is_empty(&self) -> bool {
