@@ -71,10 +71,7 @@ impl<'a> StudyDirectory<'a> {
     /// Simulates the missing sequences of a seed.
     pub(super) fn simulate(&self, base: &HandConfig, seed: u64) -> Result<()> {
         let config = HandConfig { seed, ..base.clone() };
-        let sets = [
-            (self.train(seed), config.clone()),
-            (self.held_out(seed), recorded::held_out(&config)),
-        ];
+        let sets = [(self.train(seed), config.clone()), (self.held_out(seed), config.held_out())];
         for (dir, config) in sets {
             if dir.exists() {
                 continue;

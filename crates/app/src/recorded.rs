@@ -9,7 +9,7 @@ use anyhow::{Result, bail};
 use evpose_sim::set::{HANDS, PEOPLE};
 use evpose_sim::{SequenceSet, Shard};
 
-pub use hand::{SimulationSummary, held_out, record, record_shard_of};
+pub use hand::{SimulationSummary, record, record_shard_of};
 pub use people::{frames, prepare, record as record_people_of, summary_of_people};
 
 use crate::run_info::{self, RunConfig};

@@ -9,15 +9,6 @@ use evpose_task::hand::HandConfig;
 use crate::progress::{bar, say};
 use crate::run_info;
 
-/// The experiment's held-out recordings: their number and length, and a seed nothing else uses.
-pub fn held_out(config: &HandConfig) -> HandConfig {
-    let mut config = config.clone();
-    config.seed = evpose_core::seed_for(config.seed, "held out", 0) >> 1;
-    config.simulation.sequences = config.evaluation.sequences;
-    config.simulation.seconds = config.evaluation.seconds;
-    config
-}
-
 /// Records the sequences of `config` into `dir`, with config and seed beside them; `what` labels
 /// the bar.
 ///

@@ -1,4 +1,4 @@
-//! All activities at once: the legs of one, the arms of others, the trunk of a further one.
+//! Training activities at once: the legs of one, the arms of others, the trunk of a further one.
 //!
 //! Each of the other activities is a small family of motions; people in the world combine them, bend
 //! down with folded arms, and turn their backs to the camera.
@@ -8,7 +8,7 @@ use std::f32::consts::PI;
 use evpose_core::CounterRng;
 
 use super::rhythm::Sway;
-use super::{ACTIVITIES, Activity, Arm, Figure, Motion};
+use super::{Activity, Arm, Figure, Motion, TRAINING_ACTIVITIES};
 
 pub(super) const ACTIVITY: Activity = Activity {
     name: "mixed",
@@ -32,10 +32,15 @@ fn still_arm(rng: &mut CounterRng) -> Arm {
     }
 }
 
-/// One of the other activities.
+/// The activities whose parts are combined: what is held out of training is held out here too.
+pub(super) fn sources() -> Vec<&'static Activity> {
+    TRAINING_ACTIVITIES.iter().filter(|source| source.name != ACTIVITY.name).collect()
+}
+
+/// The motion of one of the sources.
 fn other(rng: &mut CounterRng) -> Motion {
-    let others: Vec<_> = ACTIVITIES.iter().filter(|other| other.name != ACTIVITY.name).collect();
-    (others[rng.below(others.len())].draw)(rng)
+    let sources = sources();
+    (sources[rng.below(sources.len())].draw)(rng)
 }
 
 fn draw(rng: &mut CounterRng) -> Motion {

@@ -22,16 +22,25 @@ fn joints(figure: &Figure) -> Vec<Vec3> {
 
 #[test]
 fn names_are_one_of_a_kind_and_found() {
-    for activity in ACTIVITIES {
+    for activity in activities() {
         let found = activity_by_name(activity.name).expect("registered");
         assert_eq!(found.about, activity.about);
-        assert_eq!(ACTIVITIES.iter().filter(|other| other.name == activity.name).count(), 1);
+        assert_eq!(activities().filter(|other| other.name == activity.name).count(), 1);
+    }
+}
+
+#[test]
+fn what_is_mixed_is_of_training_activities_alone() {
+    let sources = mixed::sources();
+    assert_eq!(sources.len(), TRAINING_ACTIVITIES.len() - 1, "all but itself");
+    for held_out in HELD_OUT_ACTIVITIES {
+        assert!(sources.iter().all(|source| source.name != held_out.name), "{}", held_out.name);
     }
 }
 
 #[test]
 fn every_motion_is_continuous_keeps_its_feet_on_the_floor_and_stays_in_its_place() {
-    for activity in ACTIVITIES {
+    for activity in activities() {
         for index in 0..6 {
             let mut rng = CounterRng::new(3, activity.name, index);
             let still = if index % 2 == 0 { 0.0 } else { 0.4 };

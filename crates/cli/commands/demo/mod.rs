@@ -177,7 +177,7 @@ fn show_shipped(
     scenes.evaluation.sequences = scenes.evaluation.sequences.min(SHOWN_SEQUENCES);
     run_info::write(out, scenes.seed, Some(&scenes))?;
     let directory = out.join("data/held-out");
-    let held_out = recorded::record(&recorded::held_out(&scenes), &directory, "held-out")?;
+    let held_out = recorded::record(&scenes.held_out(), &directory, "held-out")?;
     say(format!("    held out: {held_out}"));
     let checkpoint = &shipped.checkpoint;
     let data = HandDataset::open(&directory, &checkpoint.config)?;
@@ -241,7 +241,7 @@ impl DataSets {
         say("1/4 simulating training sequences");
         let train = recorded::record(config, &train_dir, "training")?;
         say(format!("    {train}"));
-        let held_out = recorded::record(&recorded::held_out(config), &held_out_dir, "held-out")?;
+        let held_out = recorded::record(&config.held_out(), &held_out_dir, "held-out")?;
         say(format!("    held out: {held_out}"));
         Ok(Self { train_dir, held_out_dir, train, held_out })
     }

@@ -52,7 +52,7 @@ impl Shipped {
         stride_ms: u32,
     ) -> Result<Vec<MethodResults>> {
         let scenes = self.scenes(demo);
-        recorded::record(&recorded::held_out(&scenes), directory, "held-out, shipped")?;
+        recorded::record(&scenes.held_out(), directory, "held-out, shipped")?;
         let config = &self.checkpoint.config;
         let data = HandDataset::open(directory, config)?;
         let mut predictor = self.checkpoint.predictor(device.clone())?;

@@ -17,6 +17,8 @@ pub(super) fn run(mut config: BodyConfig, args: &SimulateArgs) -> Result<()> {
             "--condition is for hands: people have `--set simulation.light_level=0.01` and the like"
         );
     }
+    // Before the seed of what is held out is derived: no seed of a training is one of those.
+    config.seed = args.seed.unwrap_or(config.seed);
     if args.held_out {
         config = config.held_out();
     }
@@ -24,7 +26,6 @@ pub(super) fn run(mut config: BodyConfig, args: &SimulateArgs) -> Result<()> {
     simulation.seconds = args.seconds.unwrap_or(simulation.seconds);
     simulation.sequences = args.sequences.unwrap_or(simulation.sequences);
     simulation.format = args.format.clone().or_else(|| simulation.format.take());
-    config.seed = args.seed.unwrap_or(config.seed);
     config.validate()?;
     let shard = args.shard.unwrap_or(Shard::WHOLE);
     let set = SequenceSet::of_people(&args.out, &config.simulation)?;

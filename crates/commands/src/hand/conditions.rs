@@ -69,7 +69,7 @@ pub(super) fn run(model: &HandModel, args: &EvalArgs) -> Result<()> {
         .iter()
         .map(|source| {
             let condition = Condition::load(source)?;
-            let mut config = recorded::held_out(&condition.apply(&checkpoint.config)?);
+            let mut config = condition.apply(&checkpoint.config)?.held_out();
             config.simulation.sequences = args.sequences;
             config.simulation.seconds = args.seconds;
             config.simulation.validate()?;

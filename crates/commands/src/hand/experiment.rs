@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::Result;
 use evpose_app::progress::bar;
-use evpose_app::recorded::{claim, held_out, record_shard_of};
+use evpose_app::recorded::{claim, record_shard_of};
 use evpose_pose::metric::SequenceScores;
 use evpose_report::learning::TrainingLength;
 use evpose_sensor::SensorConfig;
@@ -60,7 +60,7 @@ impl PoseExperiment for HandConfig {
     }
 
     fn held_out(&self) -> Box<dyn PoseExperiment> {
-        Box::new(held_out(self))
+        Box::new(Self::held_out(self))
     }
 
     fn to_toml(&self) -> Result<String> {

@@ -3,7 +3,7 @@
 use anyhow::{Context, Result};
 use evpose_app::hand_config;
 use evpose_app::progress::say;
-use evpose_app::recorded::{claim, held_out, record_shard_of};
+use evpose_app::recorded::{claim, record_shard_of};
 use evpose_core::atomic_write;
 use evpose_report::camera_views;
 use evpose_report::png::png;
@@ -18,14 +18,15 @@ pub(super) fn run(args: &SimulateArgs) -> Result<()> {
     if let Some(condition) = &args.condition {
         config = Condition::load(condition)?.apply(&config)?;
     }
+    // Before the seed of what is held out is derived: no seed of a training is one of those.
+    config.seed = args.seed.unwrap_or(config.seed);
     if args.held_out {
-        config = held_out(&config);
+        config = config.held_out();
     }
     let simulation = &mut config.simulation;
     simulation.seconds = args.seconds.unwrap_or(simulation.seconds);
     simulation.sequences = args.sequences.unwrap_or(simulation.sequences);
     simulation.format = args.format.clone().or_else(|| simulation.format.take());
-    config.seed = args.seed.unwrap_or(config.seed);
     config.simulation.validate()?;
     let shard = args.shard.unwrap_or(Shard::WHOLE);
     let set = SequenceSet::of_hands(&args.out, &config.simulation)?;

@@ -1,6 +1,6 @@
 //! Configuration of simulated people.
 
-use evpose_body::activity::{ACTIVITIES, activity_by_name};
+use evpose_body::activity::{activities, activity_by_name};
 use evpose_core::{Micros, SensorSize};
 use serde::{Deserialize, Serialize};
 
@@ -218,7 +218,7 @@ impl PeopleConfig {
             return refuse("activities", "[]".to_owned(), "must name at least one");
         }
         if let Some(name) = self.activities.iter().find(|name| activity_by_name(name).is_none()) {
-            let known: Vec<&str> = ACTIVITIES.iter().map(|activity| activity.name).collect();
+            let known: Vec<&str> = activities().map(|activity| activity.name).collect();
             return Err(SimError::UnknownActivity { name: name.clone(), known });
         }
         for (field, count) in [

@@ -27,9 +27,16 @@ impl LuminancePool {
 
     /// A uniformly drawn image.
     pub(super) fn draw(&self, rng: &mut CounterRng) -> Arc<Plane<f32>> {
-        let index = rng.below(self.planes.len());
+        Arc::clone(self.image(rng.below(self.planes.len())))
+    }
+
+    /// Image `index`.
+    ///
+    /// # Panics
+    /// If `index` is out of range.
+    pub(super) fn image(&self, index: usize) -> &Arc<Plane<f32>> {
         let plane = || Arc::new(linear(self.pool.image(index), self.gamma));
-        Arc::clone(self.planes[index].get_or_init(plane))
+        self.planes[index].get_or_init(plane)
     }
 }
 

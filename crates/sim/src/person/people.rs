@@ -111,3 +111,33 @@ fn dressed(count: usize, seed: u64) -> Vec<BodyModel> {
     };
     (0..count as u64).into_par_iter().map(outfit).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::BackgroundSource;
+    use crate::person::SurroundingsConfig;
+
+    #[test]
+    fn runs_of_two_seeds_share_no_outfit_and_no_background() {
+        let config = PeopleConfig {
+            outfits: 5,
+            surroundings: SurroundingsConfig {
+                source: BackgroundSource::Procedural(14),
+                ..SurroundingsConfig::default()
+            },
+            ..PeopleConfig::default()
+        };
+        let [first, second] = [3, 4].map(|seed| People::new(&config, seed).expect("valid").shared);
+        for a in &first.bodies {
+            for b in &second.bodies {
+                assert_ne!(a.model.template_m, b.model.template_m);
+            }
+        }
+        for a in 0..14 {
+            for b in 0..14 {
+                assert_ne!(first.images.image(a), second.images.image(b), "{a} and {b}");
+            }
+        }
+    }
+}

@@ -1,6 +1,6 @@
 //! The scene of one sequence: people with activities, a background plane, objects and a camera.
 
-use evpose_body::activity::{ACTIVITIES, Activity, activity_by_name};
+use evpose_body::activity::{Activity, TRAINING_ACTIVITIES, activity_by_name};
 use evpose_core::{
     CounterRng, Distortion, LensCamera, LookAt, Pinhole, PlacedCamera, Plane, seed_for,
 };
@@ -65,7 +65,7 @@ impl SceneInstance {
         let angle_rad = angle_deg.unwrap_or(0.0).to_radians();
         let name = &config.activities[index as usize % config.activities.len()];
         // `PeopleConfig::validate` has checked the name.
-        let activity = activity_by_name(name).unwrap_or(&ACTIVITIES[0]);
+        let activity = activity_by_name(name).unwrap_or(&TRAINING_ACTIVITIES[0]);
         let streams = MemberStreams {
             shape: part("person shape"),
             activity: part("person activity"),
@@ -211,7 +211,8 @@ fn companions(
     let member = |k: usize| {
         let part = |name| CounterRng::new(seed_for(seed, name, index), name, k as u64);
         let mut place = part("companion place");
-        let activity = &ACTIVITIES[place.below(ACTIVITIES.len())];
+        // Also those around the person: a training sees their limbs, too.
+        let activity = &TRAINING_ACTIVITIES[place.below(TRAINING_ACTIVITIES.len())];
         let uniform = |rng: &mut CounterRng, [low, high]: [f32; 2]| rng.uniform(low, high);
         let place_m = Vec3::new(uniform(&mut place, ASIDE_M), 0.0, -uniform(&mut place, BEHIND_M));
         let streams = MemberStreams {

@@ -193,6 +193,16 @@ impl Default for EvaluationConfig {
 }
 
 impl HandConfig {
+    /// The experiment's held-out recordings: their number and length, and a seed nothing else uses.
+    #[must_use]
+    pub fn held_out(&self) -> Self {
+        let mut config = self.clone();
+        config.seed = evpose_core::seed_for(self.seed, "held out", 0) >> 1;
+        config.simulation.sequences = self.evaluation.sequences;
+        config.simulation.seconds = self.evaluation.seconds;
+        config
+    }
+
     /// Reads a TOML file and checks it. `overrides` are `dotted.key=value` as on the command line.
     ///
     /// # Errors
