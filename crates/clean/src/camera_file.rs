@@ -14,7 +14,7 @@
 use std::fs;
 use std::path::Path;
 
-use evpose_core::{Distortion, LensCamera, SensorSize};
+use evpose_core::{LensCamera, SensorSize};
 use serde::{Deserialize, Serialize};
 
 use crate::CleanError;
@@ -77,28 +77,20 @@ impl CameraFile {
     /// # Errors
     /// A description of the invalid values.
     pub fn camera(&self) -> Result<LensCamera, String> {
-        let distortion = Distortion::from_opencv(&self.distortion).ok_or_else(|| {
-            let count = self.distortion.len();
-            format!("{count} coefficients of distortion; there are 0, 4, 5, 8, 12 or 14")
-        })?;
-        if !self.focal_px.iter().all(|focal| *focal > 0.0 && focal.is_finite()) {
-            return Err(format!("focal lengths of {:?} pixels", self.focal_px));
-        }
-        let (focal_px, point) = (self.focal_px.into(), self.principal_px.xor(self.centre_px));
-        let point = point.ok_or(
-            "one of `principal_px` (from the corner of the image) and `centre_px` (cx and cy of \
-             OpenCV) is expected",
-        )?;
-        let values = point.iter().chain(&self.distortion);
-        if !values.into_iter().all(|value| value.is_finite()) {
-            return Err("values that are not finite".to_owned());
-        }
-        Ok(match self.principal_px {
-            Some(principal_px) => {
-                LensCamera { focal_px, principal_px: principal_px.into(), distortion }
+        let principal_px = match (self.principal_px, self.centre_px) {
+            (Some(corner), None) => corner,
+            (None, Some(centre)) => centre.map(|at| at + 0.5),
+            _ => {
+                return Err(
+                    "one of `principal_px` (from the corner of the image) and `centre_px` \
+                            (cx and cy of OpenCV) is expected"
+                        .to_owned(),
+                );
             }
-            None => LensCamera::from_opencv(focal_px, point.into(), distortion),
-        })
+        };
+        let point = if self.centre_px.is_some() { "centre_px" } else { "principal_px" };
+        LensCamera::from_file(self.focal_px, principal_px, &self.distortion)
+            .map_err(|error| error.in_field(["focal_px", point, "distortion"]))
     }
 }
 
