@@ -88,6 +88,9 @@ impl CameraFile {
                 );
             }
         };
+        if self.sensor.pixels() == 0 {
+            return Err(format!("sensor: {} has no pixels", self.sensor));
+        }
         let point = if self.centre_px.is_some() { "centre_px" } else { "principal_px" };
         LensCamera::from_file(self.focal_px, principal_px, &self.distortion)
             .map_err(|error| error.in_field(["focal_px", point, "distortion"]))
@@ -106,12 +109,13 @@ mod tests {
         fs::write(&path, toml::to_string(&camera).unwrap()).unwrap();
         assert_eq!(CameraFile::load(&path).unwrap(), camera);
         type Spoil = fn(&mut CameraFile);
-        let faults: [(Spoil, &str); 5] = [
+        let faults: [(Spoil, &str); 6] = [
             (|c| c.principal_px = Some([130.0, 90.0]), "one of `principal_px`"),
             (|c| c.centre_px = None, "one of `principal_px`"),
             (|c| c.distortion.truncate(3), "3 coefficients of distortion"),
-            (|c| c.focal_px[1] = 0.0, "focal lengths of [252.91294004, 0.0] pixels"),
-            (|c| c.distortion[0] = f64::NAN, "not finite"),
+            (|c| c.focal_px[1] = 0.0, "focal_px: focal lengths of [252.91294004, 0.0] pixels"),
+            (|c| c.sensor.width = 0, "sensor: 0x180 has no pixels"),
+            (|c| c.distortion[0] = f64::NAN, "distortion: coefficients"),
         ];
         for (spoil, reason) in faults {
             let mut camera = camera.clone();
