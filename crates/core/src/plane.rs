@@ -97,6 +97,9 @@ mod tests {
     const WIDTH: usize = 4;
     const HEIGHT: usize = 3;
 
+    /// A way to the value of a column and a row.
+    type Access = fn(&mut Plane<usize>, usize, usize) -> &mut usize;
+
     /// Each value is its place in memory.
     fn numbered() -> Plane<usize> {
         Plane::from_vec(WIDTH, HEIGHT, (0..WIDTH * HEIGHT).collect()).unwrap()
@@ -108,7 +111,7 @@ mod tests {
             let place = y * WIDTH + x;
             let mut plane = numbered();
             assert_eq!((*plane.at(x, y), plane.row(y)[x]), (place, place));
-            let writes: [fn(&mut Plane<usize>, usize, usize) -> &mut usize; 3] = [
+            let writes: [Access; 3] = [
                 |plane, x, y| plane.at_mut(x, y),
                 |plane, x, y| &mut plane.row_mut(y)[x],
                 |plane, x, y| &mut plane.data_mut()[y * WIDTH + x],
