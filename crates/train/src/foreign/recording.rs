@@ -151,5 +151,8 @@ mod tests {
         let hands = foreign_hands(folder.path()).unwrap();
         let calibrated = Calibration::choose(Some(&opencv), sensor).unwrap();
         assert_eq!(hands[0].calibration.camera, calibrated.camera);
+        write("00.toml", &format!("{info}{}", camera.replace("310", "0")));
+        let error = foreign_hands(folder.path()).unwrap_err().to_string();
+        assert!(error.contains("camera.fx_px"), "{error}");
     }
 }
