@@ -207,6 +207,9 @@ mod tests {
                 let noise = StageNoise::new(seed, name, index);
                 let tick = mix(stage ^ GOLDEN.wrapping_mul(index));
                 assert_eq!(noise.bits(3, 9), mix(tick ^ mix((3 << 32) + 9)));
+                // Two uniform draws make a normal one, and no two normal ones share any.
+                let pair = (noise.uniform(3, 18), noise.uniform(3, 19));
+                assert_eq!(noise.normal(3, 9), gaussian(pair.0, pair.1));
             }
         }
     }

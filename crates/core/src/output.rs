@@ -146,6 +146,16 @@ mod tests {
     }
 
     #[test]
+    fn a_file_that_cannot_be_created_is_an_error() {
+        let directory = tempfile::tempdir().unwrap();
+        // With the temporary ending it is longer than any file system takes.
+        assert!(AtomicFile::create(directory.path().join("x".repeat(255))).is_err());
+        let file = directory.path().join("file");
+        fs::write(&file, "").unwrap();
+        assert!(AtomicFile::create(file.join("below")).is_err());
+    }
+
+    #[test]
     fn a_temporary_name_contains_its_target_and_other_names_do_not() {
         let directory = tempfile::tempdir().unwrap();
         let writer = AtomicFile::create(directory.path().join("a.b.evc")).unwrap();
