@@ -6,6 +6,7 @@
 mod circles;
 mod files;
 mod lines;
+mod mutants;
 mod words;
 
 use std::io::{BufRead, BufReader};
@@ -188,6 +189,7 @@ const SLOW: &[Step] = &[
 ];
 
 const USAGE: &str = "usage: cargo xtask ci|slow|words [CRATE…] [--list]|circles [CRATE…]|lines
+       cargo xtask mutants [CRATE [K/N|again]]
 
   ci    formatting, lints, documentation, all tests, what the benchmark is built from (what CI runs)
   slow  twelve blind recordings; all commands of the guides; an installed program; the ndarray
@@ -197,7 +199,9 @@ const USAGE: &str = "usage: cargo xtask ci|slow|words [CRATE…] [--list]|circle
   words  words that docs/glossary.md replaces: counts by crate, by file for a PATH or crate;
          --list shows each use and the standard word
   circles  files of a crate that import each other; every circle of the crates that are named
-  lines  lines of Rust by crate, and the limit of the command line";
+  lines  lines of Rust by crate, and the limit of the command line
+  mutants  tries mutants of a crate with cargo-mutants, every N-th one from the K-th on or those that
+         survived, and writes benches/mutants.md; hours for all crates";
 
 struct Step {
     why: &'static str,
@@ -234,11 +238,12 @@ fn main() -> ExitCode {
     let steps = match std::env::args().nth(1).as_deref() {
         Some("ci") => CI,
         Some("slow") => SLOW,
-        Some(check @ ("words" | "circles" | "lines")) => {
+        Some(check @ ("words" | "circles" | "lines" | "mutants")) => {
             let args: Vec<String> = std::env::args().skip(2).collect();
             let run = match check {
                 "words" => words::run,
                 "circles" => circles::run,
+                "mutants" => mutants::run,
                 _ => lines::run,
             };
             return match run(&args, say) {

@@ -22,7 +22,7 @@ const CHANCE: f64 = 0.01;
 /// Parts of time.
 const PARTS: usize = 20;
 /// Minimum length: in shorter recordings the parts of time hold too few events.
-const MIN_SECONDS: f64 = 0.1;
+const MIN_LENGTH: Micros = Micros(100_000);
 /// Draws of the bootstrap.
 const RESAMPLES: usize = 4_000;
 /// Largest number of iterations; the set of hot pixels converges after a few.
@@ -66,8 +66,8 @@ pub struct Noise {
 /// A window that is too short.
 pub fn noise(events: &EventStream, window: TimeWindow, seed: u64) -> Result<Noise, CalibrateError> {
     let seconds = window.length().as_seconds();
-    if seconds < MIN_SECONDS {
-        return Err(CalibrateError::TooShort(seconds, MIN_SECONDS));
+    if window.length() < MIN_LENGTH {
+        return Err(CalibrateError::TooShort(seconds, MIN_LENGTH.as_seconds()));
     }
     let size = events.sensor();
     let width = usize::from(size.width);
@@ -173,7 +173,11 @@ mod tests {
         assert_eq!(most(1.0, 0.02), 3);
         assert_eq!(most(1.0, 0.018), 4);
         assert_eq!(most(0.0, 0.01), 0);
+        // Of mean 5, 6.9e-5 above 15 and 2.3e-4 above 14; of mean 100, 2.9e-6 above 148 and 4.1e-6
+        // above 147; of mean 0.05, 2.5e-7 above 3 and 2.0e-5 above 2.
+        assert_eq!(most(5.0, 1e-4), 15);
+        assert_eq!([0.05, 100.0].map(|mean| most(mean, 0.01 / 3_072.0)), [3, 148]);
         // 100 + 2.326 * 10 and a little skew.
-        assert!((122..=126).contains(&most(100.0, 0.01)));
+        assert_eq!(most(100.0, 0.01), 124);
     }
 }

@@ -42,6 +42,19 @@ mod tests {
     use super::*;
 
     #[test]
+    fn heights_are_counted_from_above_zero_to_below_two() {
+        for (height, counts) in [(0.0, 0), (1e-4, 1), (1.9999, 1), (2.0, 0), (-0.1, 0)] {
+            let mut heights = Heights::new();
+            heights.add(height);
+            assert_eq!(heights.0.iter().sum::<u32>(), counts, "{height}");
+        }
+        // A single height is the middle of its bin of 5e-4.
+        let mut heights = Heights::new();
+        heights.add(0.7001);
+        assert!((median([&heights].into_iter()) - 0.70025).abs() < 1e-9);
+    }
+
+    #[test]
     fn a_median_is_of_all_histograms_together() {
         let (mut a, mut b) = (Heights::new(), Heights::new());
         for height in [0.1, 0.2, 0.3] {

@@ -195,6 +195,28 @@ mod tests {
     }
 
     #[test]
+    fn neighbours_are_up_to_two_columns_and_two_rows_away() {
+        let mut rng = CounterRng::new(4, "around", 0);
+        let counts: Vec<u32> = (0..SENSOR.pixels()).map(|_| rng.below(1_000) as u32).collect();
+        let all = activity(counts.clone(), 1);
+        for pixel in 0..SENSOR.pixels() {
+            let (x, y) = (pixel % 40, pixel / 40);
+            let is_near = |other: &usize| {
+                *other != pixel && (other % 40).abs_diff(x) <= 2 && (other / 40).abs_diff(y) <= 2
+            };
+            let near = (0..SENSOR.pixels()).filter(is_near);
+            let mut near: Vec<f64> = near.map(|other| f64::from(counts[other])).collect();
+            near.sort_by(f64::total_cmp);
+            let half = near.len() / 2;
+            let median = match near.len() % 2 {
+                0 => f64::midpoint(near[half - 1], near[half]),
+                _ => near[half],
+            };
+            assert_eq!(all.around(pixel), median, "({x}, {y})");
+        }
+    }
+
+    #[test]
     fn hot_pixels_beside_each_other_and_in_corners_are_found_and_a_busy_edge_is_not_hot() {
         let mut counts: Vec<u32> = (0..SENSOR.pixels()).map(|i| 1 + (i % 3) as u32).collect();
         for row in counts.chunks_exact_mut(40) {

@@ -14,7 +14,7 @@
 use std::fs;
 use std::path::Path;
 
-use evpose_core::{Distortion, LensCamera, SensorSize};
+use evpose_core::{LensCamera, SensorSize};
 use serde::{Deserialize, Serialize};
 
 use crate::CleanError;
@@ -77,28 +77,23 @@ impl CameraFile {
     /// # Errors
     /// A description of the invalid values.
     pub fn camera(&self) -> Result<LensCamera, String> {
-        let distortion = Distortion::from_opencv(&self.distortion).ok_or_else(|| {
-            let count = self.distortion.len();
-            format!("{count} coefficients of distortion; there are 0, 4, 5, 8, 12 or 14")
-        })?;
-        if !self.focal_px.iter().all(|focal| *focal > 0.0 && focal.is_finite()) {
-            return Err(format!("focal lengths of {:?} pixels", self.focal_px));
-        }
-        let (focal_px, point) = (self.focal_px.into(), self.principal_px.xor(self.centre_px));
-        let point = point.ok_or(
-            "one of `principal_px` (from the corner of the image) and `centre_px` (cx and cy of \
-             OpenCV) is expected",
-        )?;
-        let values = point.iter().chain(&self.distortion);
-        if !values.into_iter().all(|value| value.is_finite()) {
-            return Err("values that are not finite".to_owned());
-        }
-        Ok(match self.principal_px {
-            Some(principal_px) => {
-                LensCamera { focal_px, principal_px: principal_px.into(), distortion }
+        let principal_px = match (self.principal_px, self.centre_px) {
+            (Some(corner), None) => corner,
+            (None, Some(centre)) => centre.map(|at| at + 0.5),
+            _ => {
+                return Err(
+                    "one of `principal_px` (from the corner of the image) and `centre_px` \
+                            (cx and cy of OpenCV) is expected"
+                        .to_owned(),
+                );
             }
-            None => LensCamera::from_opencv(focal_px, point.into(), distortion),
-        })
+        };
+        if self.sensor.pixels() == 0 {
+            return Err(format!("sensor: {} has no pixels", self.sensor));
+        }
+        let point = if self.centre_px.is_some() { "centre_px" } else { "principal_px" };
+        LensCamera::from_file(self.focal_px, principal_px, &self.distortion)
+            .map_err(|error| error.in_field(["focal_px", point, "distortion"]))
     }
 }
 
@@ -114,12 +109,13 @@ mod tests {
         fs::write(&path, toml::to_string(&camera).unwrap()).unwrap();
         assert_eq!(CameraFile::load(&path).unwrap(), camera);
         type Spoil = fn(&mut CameraFile);
-        let faults: [(Spoil, &str); 5] = [
+        let faults: [(Spoil, &str); 6] = [
             (|c| c.principal_px = Some([130.0, 90.0]), "one of `principal_px`"),
             (|c| c.centre_px = None, "one of `principal_px`"),
             (|c| c.distortion.truncate(3), "3 coefficients of distortion"),
-            (|c| c.focal_px[1] = 0.0, "focal lengths of [252.91294004, 0.0] pixels"),
-            (|c| c.distortion[0] = f64::NAN, "not finite"),
+            (|c| c.focal_px[1] = 0.0, "focal_px: focal lengths of [252.91294004, 0.0] pixels"),
+            (|c| c.sensor.width = 0, "sensor: 0x180 has no pixels"),
+            (|c| c.distortion[0] = f64::NAN, "distortion: coefficients"),
         ];
         for (spoil, reason) in faults {
             let mut camera = camera.clone();

@@ -276,6 +276,15 @@ mod tests {
     }
 
     #[test]
+    fn an_empty_recording_has_no_share_of_on_events_and_no_remarks() {
+        let found = Checkup::new(SENSOR).findings();
+        let none = (None, None, None, None);
+        assert_eq!((found.on_share, found.columns, found.rows, found.step_us), none);
+        assert_eq!((found.events, found.silent_columns, found.silent_rows), (0, 346, 260));
+        assert!(found.remarks.is_empty() && found.fit == CoordinateFit::Fits);
+    }
+
+    #[test]
     fn exchanged_axes_show_where_the_sensor_is_not_square() {
         let found = findings((260, 346), 1, |_, _| {});
         assert_eq!(found.fit, CoordinateFit::Transposed);

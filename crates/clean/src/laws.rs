@@ -98,6 +98,76 @@ fn every_cleaner_of_the_registry_is_tried_here_and_has_a_name_of_its_own() {
     }
 }
 
+/// Four lit corners that fire in every other millisecond, a column that is busy, and noise.
+fn busy() -> EventStream {
+    let mut rng = evpose_core::CounterRng::new(3, "busy", 0);
+    let mut below = |side: usize| rng.below(side) as u16;
+    let event = |k: i64| {
+        let (x, y, on) = match k % 5 {
+            0 => (4, below(7), below(2) > 0),
+            1 | 2 => (below(2) * 2 + 5, below(2) + 4, below(4) > 0),
+            _ => (below(9), below(7), below(2) > 0),
+        };
+        let t = Micros(k / 2 * 300 + k / 40 * 9_000);
+        Event { t, x, y, polarity: Polarity::from_on(on) }
+    };
+    EventStream::from_events(SENSOR, (0..600).map(event)).unwrap()
+}
+
+#[test]
+fn every_parameter_of_the_registry_counts() {
+    let files = Files::new();
+    let file = |name: &str| files.0.path().join(name).display().to_string();
+    let (mask, camera) = (file("mask.toml"), file("camera.toml"));
+    let davis346 = SensorSize { width: 346, height: 260 };
+    // The cleaner with everything it needs, and the parameter with a value that is not the default.
+    let mut changed = vec![
+        ("hot", String::new(), "factor", "1.2"),
+        ("hot", String::new(), "count", "20"),
+        ("mask", String::new(), "file", mask.as_str()),
+        ("background", String::new(), "tau_ms", "0.5"),
+        ("background", String::new(), "neighbours", "3"),
+        ("background", "neighbours=2".to_owned(), "own", "yes"),
+        ("background", "tau_ms=1".to_owned(), "polarity", "same"),
+        ("background", String::new(), "preset", "dhp19"),
+        ("deflicker", String::new(), "window_ms", "3"),
+        ("deflicker", String::new(), "rule", "and"),
+        ("deflicker", String::new(), "polarity", "off"),
+        ("undistort", String::new(), "file", camera.as_str()),
+        ("undistort", format!("file={camera}"), "outside", "clip"),
+    ];
+    let batches = [busy()];
+    for (cleaner, given, key, value) in &changed {
+        let request = |settings: &[String]| -> Vec<String> {
+            let settings: Vec<&str> =
+                settings.iter().map(String::as_str).filter(|text| !text.is_empty()).collect();
+            let colon = if settings.is_empty() { "" } else { ":" };
+            vec![format!("{cleaner}{colon}{}", settings.join(","))]
+        };
+        let with = cleaned(&request(&[given.clone(), format!("{key}={value}")]), &batches).0;
+        let needs_it = given.is_empty() && ["mask", "undistort"].contains(cleaner);
+        let without = if needs_it {
+            batches[0].iter().collect()
+        } else {
+            cleaned(&request(std::slice::from_ref(given)), &batches).0
+        };
+        assert_ne!(with, without, "{cleaner}: {key} = {value}");
+    }
+    // Those for other sensors, or for more events than here, are tried where they are defined.
+    changed.push(("hot", String::new(), "preset", "dhp19"));
+    changed.push(("mask", String::new(), "preset", "dhp19-camera2"));
+    changed.push(("undistort", String::new(), "preset", "davis240c-eventhands"));
+    assert!(chain(davis346, &["mask:preset=dhp19-camera2".to_owned()]).is_ok());
+    for spec in &CLEANERS {
+        for param in spec.params {
+            let is_changed = |(cleaner, _, key, _): &(&str, String, &str, &str)| {
+                (*cleaner, *key) == (spec.name, param.name)
+            };
+            assert!(changed.iter().any(is_changed), "{}: {} is not tried", spec.name, param.name);
+        }
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(60))]
 

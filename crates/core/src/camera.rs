@@ -8,7 +8,7 @@ use crate::SensorSize;
 mod lens;
 mod placed;
 
-pub use lens::{Distortion, LensCamera, ViewingRay};
+pub use lens::{Distortion, LensCamera, LensError, ViewingRay};
 pub use placed::PlacedCamera;
 
 /// A pinhole camera without distortion. Camera space is OpenGL's: x right, y up, looking along -z.
@@ -89,6 +89,24 @@ mod tests {
                 assert!((view.col(j)[i] - want).abs() < 1e-6, "({i}, {j})");
             }
         }
+    }
+
+    #[test]
+    fn the_field_of_view_reaches_from_border_to_border() {
+        let sensor = SensorSize { width: 240, height: 180 };
+        for degrees in [20.0, 90.0, 120.0f32] {
+            let camera = Pinhole::from_vertical_fov(sensor, degrees);
+            let half_m = 2.0 * (0.5 * degrees.to_radians()).tan();
+            for (x, y) in [(1.0, 1.0), (-1.0, 1.0), (1.0, -1.0)] {
+                // Four thirds as wide as high; up in the world is a small row.
+                let corner_m = Vec3::new(4.0 / 3.0 * x * half_m, y * half_m, -2.0);
+                let at = camera.image_from_camera(corner_m).expect("in front");
+                let wanted = Vec2::new(120.0 * (1.0 + x), 90.0 * (1.0 - y));
+                assert!(at.distance(wanted) < 1e-3, "{at} {wanted}");
+            }
+        }
+        let camera = Pinhole::from_vertical_fov(sensor, 45.0);
+        assert_eq!(camera.image_from_camera(Vec3::X), None, "beside the camera");
     }
 
     #[test]

@@ -37,7 +37,7 @@ mod registry;
 mod stream;
 mod time;
 
-pub use camera::{Distortion, LensCamera, LookAt, Pinhole, PlacedCamera, ViewingRay};
+pub use camera::{Distortion, LensCamera, LensError, LookAt, Pinhole, PlacedCamera, ViewingRay};
 pub use error::CoreError;
 pub use event::{Event, Polarity, SensorSize};
 pub use noise::{CounterRng, StageNoise, seed_for};

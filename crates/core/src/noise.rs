@@ -176,6 +176,77 @@ mod tests {
         }
     }
 
+    /// The generator's own test vector, of seed 1234567: `state += GOLDEN; mix(state)`.
+    #[test]
+    fn the_mixing_function_is_that_of_splitmix64() {
+        let outputs = [
+            6_457_827_717_110_365_317,
+            3_203_168_211_198_807_973,
+            9_817_491_932_198_370_423,
+            4_593_380_528_125_082_431,
+            16_408_922_859_458_223_821,
+        ];
+        for (count, output) in (1..).zip(outputs) {
+            assert_eq!(mix(GOLDEN.wrapping_mul(count).wrapping_add(1_234_567)), output);
+        }
+    }
+
+    /// With the published FNV-1a digests of names.
+    #[test]
+    fn seeds_and_bits_are_the_hashes_that_the_documentation_says() {
+        for (name, fnv) in [("", 0xcbf2_9ce4_8422_2325), ("foobar", 0x8594_4171_f739_67e8)] {
+            for (seed, index) in [(0, 0), (7, 1), (u64::MAX, 5)] {
+                let named = mix(fnv ^ mix(GOLDEN.wrapping_add(seed)));
+                let key = mix(GOLDEN.wrapping_mul(index).wrapping_add(named));
+                assert_eq!(seed_for(seed, name, index), key);
+                let mut rng = CounterRng::new(seed, name, index);
+                for count in 1..4 {
+                    assert_eq!(rng.bits(), mix(key ^ mix(GOLDEN.wrapping_mul(count))));
+                }
+                let stage = seed_for(seed, name, 0);
+                let noise = StageNoise::new(seed, name, index);
+                let tick = mix(stage ^ GOLDEN.wrapping_mul(index));
+                assert_eq!(noise.bits(3, 9), mix(tick ^ mix((3 << 32) + 9)));
+                // Two uniform draws make a normal one, and no two normal ones share any.
+                let pair = (noise.uniform(3, 18), noise.uniform(3, 19));
+                assert_eq!(noise.normal(3, 9), gaussian(pair.0, pair.1));
+            }
+        }
+    }
+
+    #[test]
+    fn sequences_are_uniform_between_their_ends_normal_or_as_likely_as_asked() {
+        let n = 200_000;
+        let near = |(mean, variance): (f64, f64), wanted: f64, squared: f64| {
+            let error = 4.0 * (squared / f64::from(n)).sqrt();
+            assert!((mean - wanted).abs() < error, "{mean} {wanted}");
+            assert!((variance / squared - 1.0).abs() < 0.02, "{variance} {squared}");
+        };
+        let of = |draw: &dyn Fn(&mut CounterRng) -> f32| {
+            let rng = std::cell::RefCell::new(CounterRng::new(5, "draws", 0));
+            mean_and_variance(|_| draw(&mut rng.borrow_mut()))
+        };
+        for (low, high) in [(2.0, 5.0), (-3.0, -1.0)] {
+            let (middle, width) = (0.5 * f64::from(low + high), f64::from(high - low));
+            near(of(&|rng| rng.uniform(low, high)), middle, width * width / 12.0);
+            let mut rng = CounterRng::new(5, "range", 0);
+            assert!((0..1_000).map(|_| rng.uniform(low, high)).all(|x| low < x && x <= high));
+        }
+        near(of(&CounterRng::normal), 0.0, 1.0);
+        for p in [0.1, 0.75] {
+            let share = f64::from(p);
+            near(of(&|rng| f32::from(u8::from(rng.chance(p)))), share, share * (1.0 - share));
+        }
+    }
+
+    #[test]
+    fn unit_draws_are_above_zero_and_one_at_most() {
+        assert_eq!((unit(0), unit(u64::MAX)), (1.0 / 16_777_216.0, 1.0));
+        // Half of the bits below the 24 that count.
+        assert_eq!(unit(1 << 39), unit(0));
+        assert_eq!(unit(1 << 63), 0.5 + unit(0));
+    }
+
     #[test]
     fn integers_below_n_are_all_reached() {
         let mut rng = CounterRng::new(3, "below", 0);

@@ -126,6 +126,36 @@ mod tests {
     }
 
     #[test]
+    fn a_file_appears_whole_when_it_is_committed_and_not_before() {
+        let directory = tempfile::tempdir().unwrap();
+        let target = directory.path().join("new/0007.evc");
+        let entries = || fs::read_dir(target.parent().unwrap()).unwrap().count();
+        let mut file = AtomicFile::create(&target).unwrap();
+        file.write_all(b"size of what follows").unwrap();
+        file.seek(SeekFrom::Start(0)).unwrap();
+        file.write_all(b"four").unwrap();
+        file.flush().unwrap();
+        assert_eq!(fs::read(&file.temporary).unwrap(), b"four of what follows");
+        assert!(!target.exists() && entries() == 1);
+        file.commit().unwrap();
+        assert_eq!(fs::read(&target).unwrap(), b"four of what follows");
+        drop(AtomicFile::create(&target).unwrap());
+        assert_eq!(entries(), 1, "given up, it leaves what was there");
+        atomic_write(&target, b"other").unwrap();
+        assert_eq!((fs::read(&target).unwrap(), entries()), (b"other".to_vec(), 1));
+    }
+
+    #[test]
+    fn a_file_that_cannot_be_created_is_an_error() {
+        let directory = tempfile::tempdir().unwrap();
+        // With the temporary ending it is longer than any file system takes.
+        assert!(AtomicFile::create(directory.path().join("x".repeat(255))).is_err());
+        let file = directory.path().join("file");
+        fs::write(&file, "").unwrap();
+        assert!(AtomicFile::create(file.join("below")).is_err());
+    }
+
+    #[test]
     fn a_temporary_name_contains_its_target_and_other_names_do_not() {
         let directory = tempfile::tempdir().unwrap();
         let writer = AtomicFile::create(directory.path().join("a.b.evc")).unwrap();

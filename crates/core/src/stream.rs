@@ -336,7 +336,90 @@ mod tests {
         );
     }
 
+    #[test]
+    fn rejected_events_are_counted_by_their_fault() {
+        let mut builder = EventStreamBuilder::new(SENSOR);
+        for event in
+            [event(5, 0, 0), event(4, 0, 0), event(4, 9, 0), event(6, 0, 9), event(5, 3, 2)]
+        {
+            builder.push(event);
+        }
+        let (stream, rejected) = builder.finish();
+        assert_eq!(
+            stream,
+            EventStream::from_events(SENSOR, [event(5, 0, 0), event(5, 3, 2)]).unwrap()
+        );
+        assert_eq!(rejected, Rejected { outside_sensor: 2, out_of_order: 1 });
+        assert_eq!(rejected.total(), 3);
+    }
+
+    #[test]
+    fn a_cleared_stream_is_empty_and_keeps_its_room() {
+        let mut stream = EventStream::from_events(SENSOR, [event(5, 0, 0)]).unwrap();
+        stream.reserve(100);
+        let room = |stream: &EventStream| {
+            let EventStream { t, x, y, polarity, .. } = stream;
+            t.capacity().min(x.capacity()).min(y.capacity()).min(polarity.capacity())
+        };
+        assert!(room(&stream) > 100);
+        stream.clear();
+        assert!(stream.is_empty() && stream == EventStream::empty(SENSOR));
+        assert!(room(&stream) > 100);
+        stream.push(event(0, 1, 1)).unwrap();
+    }
+
     proptest! {
+        #[test]
+        fn events_one_by_one_are_those_of_the_columns(
+            raw in prop::collection::vec((0i64..9, 0u16..4, 0u16..3, any::<bool>()), 0..60),
+            start in 0i64..9,
+        ) {
+            let mut events: Vec<Event> = raw
+                .iter()
+                .map(|&(t, x, y, on)| Event { t: Micros(t), x, y, polarity: Polarity::from_on(on) })
+                .collect();
+            events.sort_by_key(|event| event.t);
+            let stream = EventStream::from_events(SENSOR, events.iter().copied())?;
+            prop_assert_eq!(stream.iter().collect::<Vec<_>>(), events.clone());
+            let got: Vec<_> = (0..=events.len()).map_while(|i| stream.get(i)).collect();
+            prop_assert_eq!(&got, &events);
+            prop_assert_eq!((stream.len(), stream.is_empty()), (events.len(), events.is_empty()));
+            for (i, event) in events.iter().enumerate() {
+                let columns = (stream.t()[i], stream.x()[i], stream.y()[i], stream.polarity()[i]);
+                prop_assert_eq!(columns, (event.t, event.x, event.y, event.polarity));
+                prop_assert_eq!(event.polarity.flipped().is_on(), !event.polarity.is_on());
+            }
+            let window = TimeWindow { start: Micros(start), end: Micros(start + 3) };
+            let inside: Vec<_> = events.into_iter().filter(|event| window.contains(event.t)).collect();
+            prop_assert_eq!(stream.slice(window).iter().collect::<Vec<_>>(), inside);
+        }
+
+        #[test]
+        fn columns_are_taken_if_their_events_would_be(
+            t in prop::collection::vec(0i64..4, 2), x in prop::collection::vec(0u16..6, 2),
+            y in prop::collection::vec(0u16..5, 2), missing in 0usize..8,
+        ) {
+            let times: Vec<Micros> = t.iter().copied().map(Micros).collect();
+            let (x_all, y_all) = (x.clone(), y.clone());
+            let mut columns = (times, x, y, vec![Polarity::On; 2]);
+            match missing {
+                0 => drop(columns.1.pop()),
+                1 => drop(columns.2.pop()),
+                2 => drop(columns.3.pop()),
+                _ => {}
+            }
+            let one_by_one = EventStream::from_events(
+                SENSOR,
+                (0..2).map(|i| event(t[i], x_all[i], y_all[i])),
+            );
+            let (t, x, y, polarity) = columns.clone();
+            let taken = EventStream::from_columns(SENSOR, t, x, y, polarity);
+            match one_by_one {
+                Ok(stream) if missing > 2 => prop_assert_eq!(taken, Ok(stream)),
+                _ => prop_assert_eq!(taken, Err(columns)),
+            }
+        }
+
         #[test]
         fn a_window_holds_exactly_the_events_inside(
             mut times in prop::collection::vec(0i64..50, 0..60), start in 0i64..50, length in 0i64..50,

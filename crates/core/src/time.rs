@@ -75,3 +75,32 @@ impl TimeWindow {
         self.start <= t && t < self.end
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn a_window_is_as_long_as_asked_for_and_ends_before_its_end(
+            end in -1_000i64..1_000, length in 0i64..1_000, t in -2_000i64..2_000,
+        ) {
+            let window = TimeWindow::ending_at(Micros(end), Micros(length));
+            prop_assert_eq!(window.length(), Micros(length));
+            prop_assert_eq!(window.contains(Micros(t)), (end - length..end).contains(&t));
+        }
+
+        #[test]
+        fn sums_undo_differences_and_seconds_are_a_million_microseconds(
+            a in -1_000_000_000i64..1_000_000_000, b in -1_000_000_000i64..1_000_000_000,
+        ) {
+            prop_assert_eq!((Micros(a) + Micros(b)) - Micros(b), Micros(a));
+            prop_assert_eq!(Micros(a) - Micros(0), Micros(a));
+            prop_assert_eq!(Micros::from_seconds(Micros(a).as_seconds()), Micros(a));
+            prop_assert!((Micros(a).as_seconds() - a as f64 / 1e6).abs() < 1e-9);
+            prop_assert_eq!(Micros::from_seconds((a as f64 + 0.4) / 1e6), Micros(a));
+        }
+    }
+}

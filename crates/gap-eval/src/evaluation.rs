@@ -24,7 +24,7 @@ pub struct Spread {
 }
 
 impl Spread {
-    fn from_distances(distances: &[f64]) -> Self {
+    pub(crate) fn from_distances(distances: &[f64]) -> Self {
         let n = distances.len();
         let mean = distances.iter().sum::<f64>() / n as f64;
         let squares: f64 = distances.iter().map(|d| (d - mean).powi(2)).sum();

@@ -18,8 +18,8 @@ pub(crate) fn lag_ms(a: &EventStream, b: &EventStream) -> f64 {
     let (a, b) = binned(a, b, LAG_STEP_US);
     let (a, b) = (smoothed(&a), smoothed(&b));
     let overlap = |lag: i64| -> f64 {
-        let pair = |(k, a): (usize, &f64)| Some(a * b.get(k.checked_add_signed(lag as isize)?)?);
-        a.iter().enumerate().filter_map(pair).sum()
+        let from = |rates: &'_ [f64], step: i64| rates.len().min(step.max(0) as usize);
+        a[from(&a, -lag)..].iter().zip(&b[from(&b, lag)..]).map(|(a, b)| a * b).sum()
     };
     let mut best = (overlap(0), 0i64);
     for steps in 1..=MAX_STEPS {
@@ -56,7 +56,7 @@ fn binned(a: &EventStream, b: &EventStream, step_us: i64) -> (Vec<f64>, Vec<f64>
 }
 
 /// Moving average, minus the mean of all.
-fn smoothed(counts: &[f64]) -> Vec<f64> {
+pub(crate) fn smoothed(counts: &[f64]) -> Vec<f64> {
     let mean = counts.iter().sum::<f64>() / counts.len() as f64;
     let around = |k: usize| {
         let part =

@@ -2,6 +2,8 @@
 
 use evpose_core::{CounterRng, Event, EventStream, Micros, Plane, Polarity, SensorSize};
 
+mod closed_forms;
+
 use super::*;
 
 const SIZE: SensorSize = SensorSize { width: 24, height: 16 };

@@ -5,6 +5,7 @@
 mod support;
 
 use evpose_core::Event;
+use evpose_sensor::STAGES;
 use support::*;
 
 fn still(effects: &[evpose_sensor::EffectConfig], level: f64, steps: i64) -> Vec<Event> {
@@ -52,14 +53,33 @@ fn shot_noise_is_poisson_in_time() {
 }
 
 #[test]
-fn shot_noise_differs_from_pixel_to_pixel_as_asked() {
-    let shot = effect("shot_noise_poisson").with("rate_hz", 200.0).with("spread_decades", 0.2);
-    let events = still(&[shot], 0.0, 1_000);
-    let counts = times_by_pixel(&events, size(40, 30));
-    let decades: Vec<f64> = counts.iter().map(|t| (t.len() as f64 / 200.0).log10()).collect();
-    assert_near(mean(&decades), 0.0, 0.03);
-    // The counts themselves scatter by 1 / sqrt(200) = 0.031 decades.
-    assert_near(deviation(&decades), 0.2f64.hypot(0.031), 0.02);
+fn every_spread_in_decades_is_the_deviation_of_decimal_logarithms_of_rates() {
+    let mut tried = Vec::new();
+    for spec in STAGES.iter() {
+        let Some(spread) = spec.params.iter().find(|param| param.unit == "decades") else {
+            continue;
+        };
+        tried.push(spec.name);
+        let mut stage = effect(spec.name).with(spread.name, 0.2);
+        for param in spec.params {
+            stage = match param.name {
+                "rate_hz" | "median_hz" => stage.with(param.name, 200.0),
+                "fraction" => stage.with(param.name, 0.5),
+                _ => stage,
+            };
+        }
+        let events = still(&[stage], 0.0, 1_000);
+        let counts = times_by_pixel(&events, size(40, 30));
+        let rates = counts.iter().filter(|times| !times.is_empty());
+        let decades: Vec<f64> = rates.map(|times| (times.len() as f64 / 200.0).log10()).collect();
+        assert!(decades.len() > 500, "{}: {}", spec.name, decades.len());
+        assert_near(mean(&decades), 0.0, 0.03);
+        // Poisson counts themselves scatter by 1 / sqrt(200) = 0.031 decades, regular ones less.
+        assert_near(deviation(&decades), 0.2, 0.025);
+    }
+    for name in ["leak_on", "shot_noise_poisson", "hot_pixels"] {
+        assert!(tried.contains(&name), "{name}");
+    }
 }
 
 #[test]

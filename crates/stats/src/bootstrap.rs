@@ -167,6 +167,57 @@ mod tests {
     }
 
     #[test]
+    fn totals_add_up_and_have_the_mean_of_their_values() {
+        let mut totals = Totals::default();
+        assert_eq!(totals.mean(), None);
+        [1.0, 2.0, 9.0].into_iter().for_each(|value| totals.push(value));
+        assert_eq!((totals, totals.mean()), (Totals { sum: 12.0, count: 3 }, Some(4.0)));
+        let both: Totals = [totals, Totals { sum: -3.0, count: 2 }].into_iter().sum();
+        assert_eq!(both, Totals { sum: 9.0, count: 5 });
+    }
+
+    /// The statistic is the mean of two numbers: of four equally likely draws, one is 0 and one 1.
+    #[test]
+    fn the_ends_are_percentiles_of_the_draws_of_whole_sequences() {
+        let draws = std::cell::RefCell::new(Vec::new());
+        let config = BootstrapConfig { resamples: 2_000, seed: 3 };
+        let interval = bootstrap(2, &config, |drawn| {
+            draws.borrow_mut().push(drawn.to_vec());
+            drawn.iter().sum::<usize>() as f64 / 2.0
+        });
+        assert_eq!(interval, Interval { estimate: 0.5, low: Some(0.0), high: Some(1.0) });
+        let draws = draws.into_inner();
+        assert_eq!((draws.len(), &draws[0][..]), (2_001, &[0, 1][..]));
+        for pair in [[0, 0], [0, 1], [1, 0], [1, 1]] {
+            let count = draws[1..].iter().filter(|drawn| **drawn == pair).count();
+            assert!((420..580).contains(&count), "{pair:?}: {count} of 2000");
+        }
+        // 100 values whose resamples are their own number: the tails are 2.5 % of either side.
+        let ranks = std::cell::Cell::new(-1.0);
+        let ranked = bootstrap(2, &BootstrapConfig { resamples: 1_001, seed: 0 }, |_| {
+            ranks.set(ranks.get() + 1.0);
+            ranks.get()
+        });
+        assert_eq!((ranked.low, ranked.high), (Some(26.0), Some(976.0)));
+        let none =
+            bootstrap(9, &BootstrapConfig { resamples: 0, seed: 0 }, |drawn| drawn.len() as f64);
+        assert_eq!(none, Interval::point(9.0));
+    }
+
+    #[test]
+    fn pairs_without_values_on_either_side_are_left_out() {
+        let full = |sum| Totals { sum, count: 4 };
+        let nothing = Totals::default();
+        let paired = [(full(2.0), full(8.0)), (full(4.0), full(8.0))];
+        let ratio = |pairs: &[(Totals, Totals)]| ratio_interval(pairs, &QUICK);
+        assert_eq!(bounds(ratio(&paired)).0, 6.0 / 16.0);
+        for extra in [(nothing, full(9.0)), (full(9.0), nothing), (nothing, nothing)] {
+            assert_eq!(ratio(&[paired[0], extra, paired[1]]), ratio(&paired));
+            assert_eq!(ratio(&[extra]), None);
+        }
+    }
+
+    #[test]
     fn long_sequences_weigh_more() {
         let pooled = [Totals { sum: 10.0, count: 10 }, Totals { sum: 90.0, count: 30 }];
         assert!((bounds(mean_interval(&pooled, &QUICK)).0 - 2.5).abs() < 1e-12);

@@ -145,6 +145,11 @@ mod tests {
         assert_eq!([0.0, 0.25, 0.5, 1.0].map(|q| nearest_index(42, q)), [0, 10, 21, 41]);
         assert_eq!(nearest_index(0, 0.5), 0);
         assert_eq!([1, 2, 3].map(|i| upper_index(10, i, 4)), [2, 5, 7]);
+        // The smallest value with more than the share at or below it.
+        for (len, share) in (1..20).flat_map(|len| (0..7).map(move |share| (len, share))) {
+            let index = (0..len).find(|i| 7 * (i + 1) > share * len);
+            assert_eq!(Some(upper_index(len, share, 7)), index, "{share} sevenths of {len}");
+        }
     }
 
     #[test]
@@ -152,6 +157,20 @@ mod tests {
         assert_eq!(median(&mut [3.0, 1.0, 2.0]), Some(2.0));
         assert_eq!(median_high(&mut [4.0, 1.0, 2.0, 3.0]), Some(3.0));
         assert_eq!((median(&mut []), median_high(&mut [])), (None, None));
+    }
+
+    /// 1 to 9: median 5, median deviation 2, so that outliers are beyond 3.5 / 0.6745 * 2 = 10.38.
+    #[test]
+    fn outliers_are_beyond_three_and_a_half_modified_scores_on_either_side() {
+        let with = |far: f64| {
+            let mut values: Vec<f64> = (1..=9).map(f64::from).collect();
+            values[if far > 5.0 { 8 } else { 0 }] = far;
+            values.sort_by(f64::total_cmp);
+            outlier_count(&values)
+        };
+        assert_eq!([15.37, 15.38, -5.37, -5.38].map(with), [0, 1, 0, 1]);
+        assert_eq!(outlier_count(&[7.0; 5]), 0);
+        assert_eq!(outlier_count(&[7.0, 7.0, 7.0, 7.0, 7.1]), 1, "a half of equal values");
     }
 
     #[test]

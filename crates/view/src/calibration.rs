@@ -193,6 +193,59 @@ mod tests {
     }
 
     #[test]
+    fn named_cameras_have_the_focal_length_of_their_lens_over_the_pitch_of_their_pixels() {
+        for named in &NAMED_CAMERAS {
+            let camera = Calibration::choose(Some(named.name), named.sensor).unwrap();
+            let focal_px = named.lens_mm / (1e-3 * named.pitch_um);
+            assert!((camera.camera.focal_px - focal_px).abs().max_element() < 1e-9);
+            assert_eq!(camera.camera.principal_px, 0.5 * size_px(named.sensor));
+            assert_eq!(camera.source, CalibrationSource::Named(named.name));
+            assert_eq!((camera.sensor, camera.note), (named.sensor, None));
+        }
+    }
+
+    #[test]
+    fn fields_of_view_are_taken_from_one_degree_to_below_a_half_turn() {
+        for (degrees, is_taken) in [(0.9, false), (1.0, true), (178.9, true), (179.0, false)] {
+            let camera = Calibration::choose(Some(&format!("{degrees}deg")), VGA);
+            assert_eq!(camera.is_ok(), is_taken, "{degrees}");
+            if let Ok(camera) = camera {
+                let half = (240.0 / camera.camera.focal_px.y).atan().to_degrees();
+                assert!((2.0 * half - degrees).abs() < 1e-9, "{half}");
+                assert_eq!(camera.source, CalibrationSource::FieldOfView(degrees));
+            }
+        }
+        let missing = Calibration::choose(Some("no/such.yaml"), VGA).unwrap_err();
+        assert!(matches!(missing, CalibrationError::File { .. }), "{missing}");
+    }
+
+    #[test]
+    fn a_calibration_of_nearly_the_same_shape_is_scaled_along_each_axis() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("camera.toml");
+        let text = "sensor = { width = 640, height = 480 }\nfocal_px = [600.0, 610.0]\n\
+                    principal_px = [330.0, 250.0]\n";
+        std::fs::write(&path, text).unwrap();
+        let read = |width, height| {
+            Calibration::choose(path.to_str(), SensorSize { width, height }).unwrap()
+        };
+        // 2 % of the shape is the limit: 326 instead of 320 columns are within, 328 beyond.
+        let scaled = read(326, 240);
+        assert_eq!(scaled.sensor, SensorSize { width: 326, height: 240 });
+        let (across, down) = (326.0 / 640.0, 0.5);
+        assert_eq!(scaled.camera.focal_px, DVec2::new(600.0 * across, 610.0 * down));
+        assert_eq!(scaled.camera.principal_px, DVec2::new(330.0 * across, 250.0 * down));
+        assert!(scaled.note.unwrap().contains("640x480 is scaled to 326x240"));
+        for width in [328, 312] {
+            let guessed = read(width, 240);
+            assert_eq!(guessed.camera, Calibration::guessed(guessed.sensor).camera);
+            assert!(guessed.note.unwrap().contains("640x480"));
+        }
+        let own = read(640, 480);
+        assert_eq!((own.camera.focal_px, own.note), (DVec2::new(600.0, 610.0), None));
+    }
+
+    #[test]
     fn half_the_resolution_is_scaled_and_another_shape_is_guessed() {
         let half = SensorSize { width: 320, height: 240 };
         let scaled = Calibration::choose(Some("dvxplorer"), half).unwrap();

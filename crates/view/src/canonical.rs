@@ -78,4 +78,23 @@ mod tests {
         assert_eq!(body(128, 128), size(171, 128));
         assert_eq!(body(304, 240), size(320, 240));
     }
+
+    #[test]
+    fn whole_pixels_are_pooled_inside_a_border_of_whole_pixels() {
+        for ((width, height), pooled, border) in [
+            ((346, 260), 1.0, (0.0, 0.0)),
+            ((640, 480), 2.0, (0.0, 0.0)),
+            ((1280, 720), 4.0, (0.0, 30.0)),
+            ((128, 128), 1.0, (21.0, 0.0)),
+            ((304, 240), 1.0, (8.0, 0.0)),
+        ] {
+            let mut camera = Calibration::guessed(SensorSize { width, height });
+            camera.camera.focal_px = [300.0, 500.0].into();
+            camera.camera.principal_px = [70.0, 50.0].into();
+            let pinhole = CanonicalView::for_bodies(&camera).pinhole;
+            assert_eq!(pinhole.focal_px, 400.0 / pooled, "{width}x{height}");
+            let principal_px = Vec2::new(70.0, 50.0) / pooled + Vec2::from(border);
+            assert_eq!(pinhole.principal_px, principal_px, "{width}x{height}");
+        }
+    }
 }

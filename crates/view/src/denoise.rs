@@ -99,10 +99,42 @@ mod tests {
         assert!((kept_noise as f64) < 0.08 * noise as f64, "{kept_noise} of {noise}");
     }
 
+    /// Eight pixels fire one after the other around one that fires last.
+    fn ring(fired: usize, late_us: i64) -> EventStream {
+        let around = [(1, 1), (2, 1), (3, 1), (1, 2), (3, 2), (1, 3), (2, 3), (3, 3)];
+        let last = (2, 2, 1_000 + late_us);
+        let before = around[..fired].iter().map(|(x, y)| (*x, *y, 1_000));
+        let event = |(x, y, t)| Event { t: Micros(t), x, y, polarity: Polarity::On };
+        EventStream::from_events(VIEW, before.chain([last]).map(event)).unwrap()
+    }
+
+    #[test]
+    fn as_many_neighbours_confirm_for_as_long_as_was_asked_for() {
+        for neighbours in 1..=8 {
+            for fired in 0..=8 {
+                for (late_us, is_late) in [(0, false), (2_500, false), (2_501, true)] {
+                    let mut filter = Denoise { tau_ms: 2.5, neighbours }.start(VIEW);
+                    let mut events = ring(fired, late_us);
+                    filter.apply(&mut events);
+                    let stays = events.iter().any(|event| (event.x, event.y) == (2, 2));
+                    assert_eq!(stays, fired >= neighbours.into() && !is_late, "{fired}");
+                    // After a reset, those from before do not confirm.
+                    filter.reset();
+                    let mut alone = ring(0, late_us);
+                    filter.apply(&mut alone);
+                    assert!(alone.is_empty());
+                }
+            }
+        }
+    }
+
     #[test]
     fn values_out_of_range_are_not_valid() {
         for (tau_ms, neighbours) in [(0.0, 2), (f64::NAN, 2), (10.0, 0), (10.0, 9)] {
             assert!(!Denoise { tau_ms, neighbours }.is_valid());
+        }
+        for (tau_ms, neighbours) in [(0.001, 1), (1e6, 8)] {
+            assert!(Denoise { tau_ms, neighbours }.is_valid());
         }
     }
 }

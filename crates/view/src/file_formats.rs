@@ -6,8 +6,7 @@
 use std::path::Path;
 
 use evpose_clean::CameraFile;
-use evpose_core::{Distortion, LensCamera, SensorSize};
-use glam::DVec2;
+use evpose_core::{LensCamera, SensorSize};
 
 use crate::CalibrationError;
 
@@ -39,21 +38,22 @@ pub(crate) fn read_file(path: &Path) -> Result<CameraOfFile, CalibrationError> {
     Ok(CameraOfFile { sensor: Some(file.sensor), camera })
 }
 
-/// The camera of checked intrinsics.
+/// The camera of OpenCV's intrinsics, whose pixel centres lie at whole numbers; `fields` are those of
+/// the size, the focal lengths, the principal point and the distortion.
 fn checked(
-    sensor: Option<SensorSize>,
+    sensor: Option<[f64; 2]>,
     [fx, fy, cx, cy]: [f64; 4],
     distortion: &[f64],
+    [size, fields @ ..]: [&str; 4],
 ) -> Result<CameraOfFile, String> {
-    if !(fx > 0.0 && fy > 0.0 && [fx, fy, cx, cy].iter().all(|value| value.is_finite())) {
-        return Err(format!("focal lengths {fx}, {fy} and principal point {cx}, {cy}"));
+    let is_side = |side: &f64| side.fract() == 0.0 && (1.0..=f64::from(u16::MAX)).contains(side);
+    if let Some(sides) = sensor.filter(|sides| !sides.iter().all(is_side)) {
+        return Err(format!("{size}: a sensor of {sides:?} pixels"));
     }
-    let model = Distortion::from_opencv(distortion).ok_or_else(|| {
-        let count = distortion.len();
-        format!("{count} coefficients of distortion; there are 0, 4, 5, 8, 12 or 14")
-    })?;
-    let camera = LensCamera::from_opencv(DVec2::new(fx, fy), DVec2::new(cx, cy), model);
-    Ok(CameraOfFile { sensor, camera })
+    let sensor =
+        sensor.map(|[width, height]| SensorSize { width: width as u16, height: height as u16 });
+    let camera = LensCamera::from_file([fx, fy], [cx + 0.5, cy + 0.5], distortion);
+    Ok(CameraOfFile { sensor, camera: camera.map_err(|error| error.in_field(fields))? })
 }
 
 /// The first camera of dv-processing's set of calibrations.
@@ -78,13 +78,14 @@ fn dv_processing(text: &str) -> Result<CameraOfFile, String> {
     if let Some(other) = model.filter(|model| !["radialTangential", "none"].contains(model)) {
         return Err(format!("cameras[0].distortionModel: `{other}` is not supported"));
     }
-    let [width, height] = pair("resolution")?;
-    let sensor = SensorSize { width: width as u16, height: height as u16 };
+    let sensor = pair("resolution")?;
     let [fx, fy] = pair("focalLength")?;
     let [cx, cy] = pair("principalPoint")?;
     let distortion =
         if camera.get("distortion").is_some() { list_of("distortion")? } else { vec![] };
-    checked(Some(sensor), [fx, fy, cx, cy], &distortion)
+    let fields = ["resolution", "focalLength", "principalPoint", "distortion"];
+    checked(Some(sensor), [fx, fy, cx, cy], &distortion, fields)
+        .map_err(|reason| format!("cameras[0].{reason}"))
 }
 
 /// Looks up the values of a key.
@@ -102,8 +103,9 @@ fn opencv(values: &Values<'_>) -> Result<CameraOfFile, String> {
     let side = |names: &[&str]| first(names).and_then(|list| list.first().copied());
     let sensor = side(&["image_width", "width"])
         .zip(side(&["image_height", "height"]))
-        .map(|(width, height)| SensorSize { width: width as u16, height: height as u16 });
-    checked(sensor, [fx, fy, cx, cy], &distortion.unwrap_or_default())
+        .map(|(width, height)| [width, height]);
+    let fields = ["image_width", "camera_matrix", "camera_matrix", "distortion_coefficients"];
+    checked(sensor, [fx, fy, cx, cy], &distortion.unwrap_or_default(), fields)
 }
 
 /// The values behind a key of YAML: on its line, or in the `data` list below it.

@@ -155,6 +155,29 @@ mod tests {
     }
 
     #[test]
+    fn matrices_of_numpy_are_read_in_either_order_of_memory() {
+        use npyz::WriterBuilder as _;
+        let rows = [[300.0, 2.0, 173.0, 519.0], [1.0, 310.0, 130.0, 90.0], [0.0, 0.1, 1.0, 3.0]];
+        let read = |order, shape: &[u64], values: Vec<f64>| {
+            let directory = tempfile::tempdir().unwrap();
+            let file = std::fs::File::create(directory.path().join("P.npy")).unwrap();
+            let options = npyz::WriteOptions::new().default_dtype().order(order).shape(shape);
+            let mut npy = options.writer(file).begin_nd().unwrap();
+            npy.extend(values).unwrap();
+            npy.finish().unwrap();
+            let rig = directory.path().join("rig.toml");
+            std::fs::write(&rig, "[[camera]]\nprojection = \"P.npy\"\n").unwrap();
+            read_rig(&rig).map_err(|error| error.to_string())
+        };
+        let columns = (0..4).flat_map(|column| rows.map(|row| row[column])).collect();
+        let wanted = vec![PlacedCamera::from_projection(rows).unwrap()];
+        assert_eq!(read(npyz::Order::C, &[3, 4], rows.concat()).unwrap(), wanted);
+        assert_eq!(read(npyz::Order::Fortran, &[3, 4], columns).unwrap(), wanted);
+        let other = read(npyz::Order::C, &[4, 3], rows.concat()).unwrap_err();
+        assert!(other.contains("[4, 3] instead of [3, 4]"), "{other}");
+    }
+
+    #[test]
     fn faults_name_the_camera_and_the_keys() {
         let flat = "[[camera]]\nprojection = [[1.0, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0], \
             [1.0, 0.0, 0.0, 0.0]]\n";

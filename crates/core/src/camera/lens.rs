@@ -156,7 +156,61 @@ pub struct ViewingRay {
     pub error_px: f64,
 }
 
+/// Values that are those of no camera.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum LensError {
+    /// Focal lengths that are not positive and finite, in pixels.
+    #[error("focal lengths of {0:?} pixels: both must be positive and finite")]
+    FocalLength([f64; 2]),
+    /// A principal point that is not finite, in pixels.
+    #[error("a principal point of {0:?} pixels, which is not finite")]
+    PrincipalPoint([f64; 2]),
+    /// A number of coefficients that [`Distortion::from_opencv`] does not know.
+    #[error("{0} coefficients of distortion; there are 0, 4, 5, 8, 12 or 14")]
+    DistortionCount(usize),
+    /// A coefficient of distortion that is not finite.
+    #[error("coefficients of distortion of {0:?}, which are not finite")]
+    Distortion(Vec<f64>),
+}
+
+impl LensError {
+    /// The message with the field of a file in which focal lengths, principal point or distortion are.
+    pub fn in_field(&self, [focal, principal, distortion]: [&str; 3]) -> String {
+        let field = match self {
+            Self::FocalLength(_) => focal,
+            Self::PrincipalPoint(_) => principal,
+            Self::DistortionCount(_) | Self::Distortion(_) => distortion,
+        };
+        format!("{field}: {self}")
+    }
+}
+
 impl LensCamera {
+    /// A camera of a file: focal lengths, principal point from the corner of the image, both in
+    /// pixels, and distortion in the order of [`Distortion::from_opencv`].
+    ///
+    /// # Errors
+    /// Focal lengths that are not positive, values that are not finite, another number of
+    /// coefficients.
+    pub fn from_file(
+        focal_px: [f64; 2],
+        principal_px: [f64; 2],
+        distortion: &[f64],
+    ) -> Result<Self, LensError> {
+        if !focal_px.iter().all(|focal| *focal > 0.0 && focal.is_finite()) {
+            return Err(LensError::FocalLength(focal_px));
+        }
+        if !principal_px.iter().all(|at| at.is_finite()) {
+            return Err(LensError::PrincipalPoint(principal_px));
+        }
+        if !distortion.iter().all(|coefficient| coefficient.is_finite()) {
+            return Err(LensError::Distortion(distortion.to_vec()));
+        }
+        let distortion = Distortion::from_opencv(distortion)
+            .ok_or(LensError::DistortionCount(distortion.len()))?;
+        Ok(Self { focal_px: focal_px.into(), principal_px: principal_px.into(), distortion })
+    }
+
     /// A camera as OpenCV calibrates it: `fx, fy`, `cx, cy`, and distortion. There, pixel centres
     /// lie at integers.
     pub fn from_opencv(focal_px: DVec2, centre_px: DVec2, distortion: Distortion) -> Self {

@@ -121,14 +121,9 @@ impl TryFrom<CameraFields> for PlacedCamera {
     type Error = String;
 
     fn try_from(fields: CameraFields) -> Result<Self, String> {
-        let count = fields.distortion.len();
-        let distortion = Distortion::from_opencv(&fields.distortion)
-            .ok_or_else(|| format!("distortion: {count} values; there are 0, 4, 5, 8, 12 or 14"))?;
-        let [focal_px, principal_px] = [fields.focal_px, fields.principal_px].map(DVec2::from);
-        if !(focal_px.min_element() > 0.0 && focal_px.is_finite() && principal_px.is_finite()) {
-            return Err(format!("focal_px {focal_px}, principal_px {principal_px}"));
-        }
-        let lens = LensCamera { focal_px, principal_px, distortion };
+        let CameraFields { focal_px, principal_px, distortion, .. } = &fields;
+        let lens = LensCamera::from_file(*focal_px, *principal_px, distortion)
+            .map_err(|error| error.in_field(["focal_px", "principal_px", "distortion"]))?;
         Self::from_opencv(lens, fields.opencv_camera_from_world)
             .ok_or_else(|| "opencv_camera_from_world: no right-handed axes".to_owned())
     }
@@ -174,6 +169,10 @@ mod tests {
             assert!((a - b).length() < 1e-9, "{a} {b}");
         }
         assert!(text.contains("\"opencv_camera_from_world\""), "{text}");
+        let focal = format!("{:?}", camera.lens.focal_px.to_array()).replace(' ', "");
+        let spoilt = text.replace(&focal, "[0.0,310.0]");
+        let fault = serde_json::from_str::<PlacedCamera>(&spoilt).unwrap_err().to_string();
+        assert!(fault.contains("focal_px") && spoilt != text, "{fault}");
         let [x, y, z] = camera.opencv_rows();
         assert_eq!(PlacedCamera::from_opencv(camera.lens, [y, x, z]), None, "it mirrors");
         assert_eq!(PlacedCamera::from_opencv(camera.lens, [x, y, y]), None, "it is flat");

@@ -189,6 +189,58 @@ mod tests {
         assert!((got / want - 1.0).abs() < 1e-3, "{got} for {want}");
     }
 
+    /// One axis by hand: the joint moves from 0 by what the gain lets through.
+    #[test]
+    fn one_step_is_that_of_the_textbook() {
+        let (sd, speed, noise, dt) = (0.02, 0.7, 30.0, 0.02f64);
+        let config = SpatialFilterConfig {
+            acceleration_m2_s3: noise,
+            first_velocity_m_s: speed,
+            ..SpatialFilterConfig::default()
+        };
+        let mut filter = SpatialFilter::new(config);
+        filter.update(at(0), &points(DVec3::ZERO, sd));
+        let moved = DVec3::new(0.03, -0.01, 0.02);
+        let joint = filter.update(at(1), &points(moved, sd))[3].unwrap();
+        let [p, c, v] = [
+            sd * sd + speed * speed * dt * dt + noise * dt.powi(3) / 3.0,
+            speed * speed * dt + noise * dt * dt / 2.0,
+            speed * speed + noise * dt,
+        ];
+        let gain = [p / (p + sd * sd), c / (p + sd * sd)];
+        let track = filter.tracks[3].unwrap();
+        assert!((joint - gain[0] * moved).length() < 1e-12, "{joint}");
+        assert!((track.velocity_m_s - gain[1] * moved).length() < 1e-12);
+        let covariance = [p - gain[0] * p, c - gain[0] * c, v - gain[1] * c];
+        for (block, wanted) in track.covariance.into_iter().zip(covariance) {
+            let rest = block - DMat3::IDENTITY * wanted;
+            assert!(rest.to_cols_array().iter().all(|value| value.abs() < 1e-12), "{block}");
+        }
+        // Without a measurement it moves on as it did.
+        let ahead = filter.update(at(3), &[None; BODY_JOINTS])[3].unwrap();
+        assert!((ahead - joint - 2.0 * dt * gain[1] * moved).length() < 1e-12);
+    }
+
+    #[test]
+    fn the_gate_and_the_longest_gap_are_where_they_are_said_to_be() {
+        // Two measurements of one time: their difference has twice the variance of one.
+        for (deviations, is_taken) in [(3.999, true), (4.001, false)] {
+            let mut filter = SpatialFilter::new(SpatialFilterConfig::default());
+            filter.update(at(0), &points(DVec3::ZERO, 0.02));
+            let leap = DVec3::Y * (deviations * 0.02 * f64::sqrt(2.0));
+            let joint = filter.update(at(0), &points(leap, 0.02))[0].unwrap();
+            let wanted = if is_taken { 0.5 * leap } else { DVec3::ZERO };
+            assert!((joint - wanted).length() < 1e-12, "{deviations}: {joint}");
+        }
+        for (gap_us, is_known) in [(300_000, true), (300_001, false)] {
+            let mut filter = SpatialFilter::new(SpatialFilterConfig::default());
+            filter.update(Micros(5), &points(DVec3::ZERO, 0.02));
+            filter.update(Micros(200_000), &[None; BODY_JOINTS]);
+            let joints = filter.update(Micros(5 + gap_us), &[None; BODY_JOINTS]);
+            assert_eq!(joints[0].is_some(), is_known, "{gap_us}");
+        }
+    }
+
     #[test]
     fn a_leap_is_left_out_and_a_gap_begins_anew() {
         let mut filter = SpatialFilter::new(SpatialFilterConfig::default());

@@ -227,6 +227,80 @@ mod tests {
         near(summary.auc_3d, 0.979);
     }
 
+    /// Each score has a value of its own.
+    fn distinct() -> SequenceScores {
+        let value = |sum: f64| Totals { sum, count: 2 };
+        let pck = |error: f64| {
+            let mut pck = Pck::new();
+            pck.push(error);
+            pck
+        };
+        SequenceScores {
+            translation_mm: value(2.0),
+            rotation_deg: value(4.0),
+            articulation: value(6.0),
+            points_mm: value(8.0),
+            pck_3d: pck(10.0),
+            pck_2d: pck(40.0),
+            acceleration_m_s2: value(10.0),
+        }
+    }
+
+    #[test]
+    fn every_column_of_the_table_is_of_its_own_score() {
+        let ours = HandEvaluation { sequences: vec![distinct(), distinct()] };
+        let table = ours.summary(&BootstrapConfig::default());
+        // The first threshold above 10 is 10.1, above 40 it is 40.1: 0.899 and 0.599 are left.
+        for (column, wanted) in [
+            (table.translation_mm, 1.0),
+            (table.rotation_deg, 2.0),
+            (table.articulation, 3.0),
+            (table.mpjpe_mm, 4.0),
+            (table.auc_3d, 0.899),
+            (table.auc_2d, 0.599),
+            (table.acceleration_m_s2, 5.0),
+        ] {
+            let Interval { estimate, low, high } = column.expect("measured");
+            assert_eq!((estimate, low, high), (wanted, Some(wanted), Some(wanted)));
+        }
+        let scaled = SequenceScores {
+            translation_mm: Totals { sum: 20.0, count: 2 },
+            rotation_deg: Totals { sum: 80.0, count: 2 },
+            articulation: Totals { sum: 600.0, count: 2 },
+            ..distinct()
+        };
+        let baseline = HandEvaluation { sequences: vec![scaled.clone(), scaled] };
+        let ratios = ours.ratios_to(&baseline, &BootstrapConfig::default()).expect("paired");
+        let ratios = [ratios.translation, ratios.rotation, ratios.articulation];
+        assert_eq!(ratios.map(|ratio| ratio.expect("measured").estimate), [0.1, 0.05, 0.01]);
+        let curves = ours.curves();
+        for (curve, first) in [(curves.pck_3d, 101), (curves.pck_2d, 401)] {
+            assert_eq!(curve.iter().position(|share| *share > 0.0), Some(first));
+            assert_eq!((curve.len(), curve[999]), (1_000, 1.0));
+        }
+    }
+
+    #[test]
+    fn points_of_the_image_and_of_space_go_to_their_own_curves() {
+        let points = |x_px: f32, x_m: f32| HandPoints {
+            // The palm is 100 px.
+            image_px: std::array::from_fn(|i| Some(Vec2::new(x_px, 100.0 / 9.0 * i as f32))),
+            world_m: std::array::from_fn(|i| Vec3::new(if i > 0 { x_m } else { 0.0 }, 0.0, 1.0)),
+        };
+        let (truth, predicted) = (points(0.0, 0.0), points(30.05, 0.00705));
+        let mut scores = SequenceScores::default();
+        scores.push_points(&predicted, &truth);
+        assert_eq!((scores.pck_3d.len(), scores.pck_2d.len(), scores.points_mm.count), (20, 7, 20));
+        assert!((scores.points_mm.mean().expect("measured") - 7.05).abs() < 1e-4);
+        // 30.1 and 7.1 are the first thresholds above.
+        for (pck, wanted) in [(&scores.pck_2d, 0.699), (&scores.pck_3d, 0.929)] {
+            assert!((pck.auc().expect("measured") - wanted).abs() < 1e-12, "{pck:?}");
+        }
+        let mut image = SequenceScores::default();
+        image.push_image_points(&predicted, &truth);
+        assert_eq!((&image.pck_2d, image.pck_3d.len()), (&scores.pck_2d, 0));
+    }
+
     #[test]
     fn half_the_error_is_half_the_ratio_with_a_narrow_interval() {
         let config = BootstrapConfig::default();

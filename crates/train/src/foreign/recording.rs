@@ -95,13 +95,10 @@ fn read(directory: &Path, stem: &str, names: &[String]) -> Result<ForeignHand, T
         return Err(wrong(format!("sensor: {}, but {events} is of {own}", info.sensor)));
     }
     let CameraInfo { fx_px, fy_px, cx_px, cy_px, distortion } = &info.camera;
-    let camera = evpose_core::LensCamera {
-        focal_px: glam::DVec2::new(*fx_px, *fy_px),
-        principal_px: glam::DVec2::new(*cx_px, *cy_px),
-        distortion: evpose_core::Distortion::from_opencv(distortion).ok_or_else(|| {
-            wrong(format!("camera.distortion: {} coefficients", distortion.len()))
-        })?,
-    };
+    let camera = evpose_core::LensCamera::from_file([*fx_px, *fy_px], [*cx_px, *cy_px], distortion)
+        .map_err(|error| {
+            wrong(error.in_field(["camera.fx_px", "camera.cx_px", "camera.distortion"]))
+        })?;
     let side = match info.side.as_str() {
         "right" => HandSide::Right,
         "left" => HandSide::Left,
@@ -154,5 +151,8 @@ mod tests {
         let hands = foreign_hands(folder.path()).unwrap();
         let calibrated = Calibration::choose(Some(&opencv), sensor).unwrap();
         assert_eq!(hands[0].calibration.camera, calibrated.camera);
+        write("00.toml", &format!("{info}{}", camera.replace("310", "0")));
+        let error = foreign_hands(folder.path()).unwrap_err().to_string();
+        assert!(error.contains("camera.fx_px"), "{error}");
     }
 }

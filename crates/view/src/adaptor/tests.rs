@@ -24,6 +24,17 @@ fn edge(sensor: SensorSize, columns: std::ops::Range<u16>, events: usize) -> Eve
     stream
 }
 
+/// Events at any pixels, half of them ON.
+fn random_events(sensor: SensorSize, count: i64, seed: u64) -> EventStream {
+    let mut rng = CounterRng::new(seed, "events", 0);
+    let mut below = |side: u16| rng.below(side.into()) as u16;
+    let event = |k| {
+        let (x, y, polarity) = (below(sensor.width), below(sensor.height), below(2) > 0);
+        Event { t: Micros(k), x, y, polarity: Polarity::from_on(polarity) }
+    };
+    EventStream::from_events(sensor, (0..count).map(event)).unwrap()
+}
+
 fn seen(camera: &Calibration, view: &CanonicalView, events: &EventStream) -> EventStream {
     let mut out = EventStream::empty(view.sensor);
     ViewAdaptor::new(camera, view).push(events, &mut out);
@@ -77,6 +88,47 @@ fn opposite_events_cancel_and_independent_noise_is_thinned() {
 }
 
 #[test]
+fn pixels_of_the_sensor_divide_those_of_the_view_among_them() {
+    let view = CanonicalView::with_vertical_fov(size(24, 18), 45.0);
+    for sensor in [size(24, 18), size(64, 48), size(50, 40), size(12, 9)] {
+        let adaptor = ViewAdaptor::new(&Calibration::from_vertical_fov(sensor, 45.0), &view);
+        let mut sums = vec![0.0; view.sensor.pixels()];
+        adaptor.covered.iter().for_each(|(cell, share)| sums[*cell as usize] += share);
+        // What is dropped of a share is rounding; a sensor of another shape shows less of a row.
+        let columns = if sensor == size(50, 40) { 1..23 } else { 0..24 };
+        for (cell, sum) in
+            sums.iter().enumerate().filter(|(cell, _)| columns.contains(&(cell % 24)))
+        {
+            assert!((sum - 1.0).abs() < 4e-3, "{sensor}: {sum} of {cell}");
+        }
+        assert_eq!(adaptor.starts.len(), sensor.pixels() + 1);
+        assert_eq!(adaptor.is_identity(), sensor == view.sensor);
+        assert_eq!((adaptor.sensor(), adaptor.calibration().sensor), (sensor, sensor));
+    }
+}
+
+#[test]
+fn a_position_goes_where_its_direction_does_and_back() {
+    // Half the field of view, twice the resolution: four times the focal length about.
+    let camera = Calibration::from_vertical_fov(size(192, 144), 30.0);
+    let view = CanonicalView::with_vertical_fov(size(96, 72), 60.0);
+    let adaptor = ViewAdaptor::new(&camera, &view);
+    let zoom = 2.0 * (30f32.to_radians().tan() / 15f32.to_radians().tan());
+    for offset in [Vec2::ZERO, Vec2::new(30.0, -20.0), Vec2::new(-96.0, 72.0)] {
+        let sensor_px = Vec2::new(96.0, 72.0) + offset;
+        let view_px = Vec2::new(48.0, 36.0) + offset / zoom;
+        let there = adaptor.view_from_sensor(sensor_px).unwrap();
+        assert!(there.distance(view_px) < 1e-3, "{there} {view_px}");
+        assert!(adaptor.sensor_from_view(view_px).distance(sensor_px) < 1e-3);
+    }
+    let mut barrel = camera;
+    barrel.camera.distortion = Distortion::from_opencv(&[-5.0, 0.0, 0.0, 0.0]).unwrap();
+    let adaptor = ViewAdaptor::new(&barrel, &view);
+    assert!(adaptor.view_from_sensor(Vec2::new(96.0, 72.0)).is_some());
+    assert_eq!(adaptor.view_from_sensor(Vec2::ZERO), None, "beyond what the lens shows");
+}
+
+#[test]
 fn a_smaller_field_of_view_is_seen_in_the_middle() {
     let view = CanonicalView::with_vertical_fov(size(96, 72), 60.0);
     let camera = Calibration::from_vertical_fov(size(320, 240), 30.0);
@@ -107,17 +159,52 @@ proptest! {
         }
     }
 
+    /// The share of an event is a quarter: four of one sign make one, and opposite ones cancel.
+    #[test]
+    fn pooled_by_two_a_pixel_counts_to_four(seed in 0..1000_u64) {
+        let camera = Calibration::from_vertical_fov(size(16, 12), 45.0);
+        let view = CanonicalView::with_vertical_fov(size(8, 6), 45.0);
+        let events = random_events(camera.sensor, 3_000, seed);
+        let mut quarters = [0i32; 48];
+        let expected = events.iter().filter_map(|event| {
+            let (x, y) = (event.x / 2, event.y / 2);
+            let quarter = &mut quarters[usize::from(y * 8 + x)];
+            let sign = if event.polarity.is_on() { 1 } else { -1 };
+            *quarter += sign;
+            (*quarter == 4 * sign).then(|| {
+                *quarter = 0;
+                Event { x, y, ..event }
+            })
+        });
+        prop_assert_eq!(&seen(&camera, &view, &events).iter().collect::<Vec<_>>(), &expected.collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn exchanged_polarities_stay_exchanged_and_a_reset_adaptor_is_a_new_one(seed in 0..1000_u64) {
+        let camera = Calibration::from_vertical_fov(size(64, 48), 45.0);
+        let view = CanonicalView::with_vertical_fov(size(24, 18), 45.0);
+        let events = random_events(camera.sensor, 8_000, seed);
+        let exchanged = |events: &EventStream| {
+            let flipped = events.iter().map(|e| Event { polarity: e.polarity.flipped(), ..e });
+            EventStream::from_events(events.sensor(), flipped).unwrap()
+        };
+        let got = seen(&camera, &view, &events);
+        let off = got.polarity().iter().filter(|polarity| !polarity.is_on()).count();
+        prop_assert!(off > 0 && off < got.len());
+        prop_assert_eq!(&seen(&camera, &view, &exchanged(&events)), &exchanged(&got));
+        let mut adaptor = ViewAdaptor::new(&camera, &view);
+        let mut out = EventStream::empty(view.sensor);
+        adaptor.push(&events, &mut out);
+        adaptor.reset();
+        adaptor.push(&events, &mut out);
+        prop_assert_eq!(&out, &got);
+    }
+
     #[test]
     fn there_are_never_more_events_than_pixels_of_the_view_saw(seed in 0..1000_u64) {
         let camera = Calibration::from_vertical_fov(size(64, 48), 45.0);
         let view = CanonicalView::with_vertical_fov(size(24, 18), 45.0);
-        let mut rng = CounterRng::new(seed, "events", 0);
-        let mut events = EventStream::empty(camera.sensor);
-        for k in 0..500 {
-            let (x, y) = (rng.below(64) as u16, rng.below(48) as u16);
-            let polarity = if rng.chance(0.7) { Polarity::On } else { Polarity::Off };
-            events.push(Event { t: Micros(k), x, y, polarity }).unwrap();
-        }
+        let events = random_events(camera.sensor, 500, seed);
         let out = seen(&camera, &view, &events);
         prop_assert!(out.len() <= events.len());
         prop_assert!(out.t().is_sorted());

@@ -1,5 +1,7 @@
 #![allow(clippy::unwrap_used, reason = "tests")]
 
+use glam::DVec2;
+
 use super::*;
 
 const OPENCV_YAML: &str = "%YAML:1.0\n---\ncalibration_time: \"Mon\"\nimage_width: 346\n\
@@ -41,11 +43,44 @@ fn the_same_camera_is_read_from_every_format() {
     }
 }
 
+/// Each format, with its fields for the size, the focal lengths and the distortion.
+const FORMATS: [(&str, [&str; 3]); 6] = [
+    (OPENCV_YAML, ["image_width", "camera_matrix", "distortion_coefficients"]),
+    (ROS_YAML, ["image_width", "camera_matrix", "distortion_coefficients"]),
+    (OPENCV_XML, ["image_width", "camera_matrix", "distortion_coefficients"]),
+    (DV_JSON, ["cameras[0].resolution", "cameras[0].focalLength", "cameras[0].distortion"]),
+    (OWN_TOML, ["sensor", "focal_px", "distortion"]),
+    (OWN_TOML_FROM_THE_CORNER, ["sensor", "focal_px", "distortion"]),
+];
+
+#[test]
+fn no_format_takes_a_camera_that_cannot_be() {
+    for (text, [size, focal, distortion]) in FORMATS {
+        let text = text.replace("3.1e+02", "310").replace("3.11e+02", "311");
+        let longer = if text.starts_with("<?xml") { "-0.3 0.0" } else { "-0.3, 0.0" };
+        for (value, spoilt, field) in [
+            ("346", "0", size),
+            ("260", "0", size),
+            ("310", "0", focal),
+            ("311", "0", focal),
+            ("311", "-311", focal),
+            ("-0.3", longer, distortion),
+        ] {
+            assert!(text.contains(value), "{value} in {text}");
+            let message = read(&text.replace(value, spoilt)).unwrap_err().to_string();
+            assert!(message.contains(&format!("{field}: ")), "{value}, {spoilt}: {message}");
+        }
+    }
+}
+
 #[test]
 fn faults_name_the_field() {
     for (text, field) in [
         (OPENCV_YAML.replace("3.1e+02, 0.,", ""), "camera_matrix"),
-        (ROS_YAML.replace("data: [310", "data: [-310"), "focal"),
+        (ROS_YAML.replace("data: [310", "data: [-310"), "camera_matrix: focal"),
+        (ROS_YAML.replace("172,", "nan,"), "camera_matrix: a principal point"),
+        (ROS_YAML.replace("width: 346", "width: 346.5"), "image_width"),
+        (ROS_YAML.replace("width: 346", "width: 65536"), "image_width"),
         (ROS_YAML.replace("data: [-0.3, 0.1, 0, 0, 0]", "data: [-0.3, 0.1, 0]"), "distortion"),
         (DV_JSON.replace("\"resolution\": [346, 260],", ""), "resolution"),
         (DV_JSON.replace("radialTangential", "equidistant"), "equidistant"),

@@ -105,3 +105,31 @@ fn coefficients_come_back_in_opencvs_order_and_other_counts_are_refused() {
         assert_eq!(Distortion::from_opencv(&all[..count]), None);
     }
 }
+
+#[test]
+fn a_camera_of_a_file_has_its_values_and_faulty_ones_name_their_field() {
+    let fields = ["focal", "point", "lens"];
+    let read = |focal, point, distortion: &[f64]| {
+        LensCamera::from_file(focal, point, distortion).map_err(|error| error.in_field(fields))
+    };
+    let good = ([310.0, 311.0], [-2.0, 129.5], [-0.3, 0.1, 0.0, 0.0]);
+    let camera = read(good.0, good.1, &good.2).unwrap();
+    assert_eq!((camera.focal_px, camera.principal_px), (good.0.into(), good.1.into()));
+    assert_eq!(Some(camera.distortion), Distortion::from_opencv(&good.2));
+    let refused = |camera: Result<LensCamera, String>, field: &str| {
+        let message = camera.unwrap_err();
+        assert!(message.starts_with(&format!("{field}: ")), "{message}");
+    };
+    for k in 0..2 {
+        let with = |mut pair: [f64; 2], value| {
+            pair[k] = value;
+            pair
+        };
+        for focal in [0.0, -0.0, -310.0, f64::INFINITY, f64::NAN] {
+            refused(read(with(good.0, focal), good.1, &good.2), "focal");
+        }
+        refused(read(good.0, with(good.1, f64::NAN), &good.2), "point");
+    }
+    refused(read(good.0, good.1, &[0.0; 3]), "lens");
+    refused(read(good.0, good.1, &[0.0, f64::INFINITY, 0.0, 0.0]), "lens");
+}
