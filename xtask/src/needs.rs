@@ -24,9 +24,8 @@ impl Need {
             }
             Self::Amx => {
                 let processor = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-                let is_there = ["avx512f", "amx_int8", "amx_bf16"]
-                    .iter()
-                    .all(|flag| processor.split_whitespace().any(|word| word == *flag));
+                let has = |flag: &&str| processor.split_whitespace().any(|word| word == *flag);
+                let is_there = ["avx512f", "amx_int8", "amx_bf16"].iter().all(has);
                 (is_there, "a processor with AMX".to_owned())
             }
             Self::Variable(name) => {

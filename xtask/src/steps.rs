@@ -44,7 +44,9 @@ pub(crate) const CI: &[Step] = &[
     // Compiled, not built: their tests are slow.
     step(
         "lints of what optional features add",
-        "clippy --workspace --all-targets --quiet \
+        "clippy --package=evpose --package=evpose-bench --package=evpose-body \
+         --package=evpose-compare --package=evpose-external --package=evpose-live \
+         --package=evpose-nn --package=evpose-rerun --all-targets --quiet \
          --features=onnx,rerun,peers,ndarray,wgpu,live,gltf -- -D warnings",
     ),
     step("documentation complete, its links alive", "doc --workspace --no-deps --quiet")
