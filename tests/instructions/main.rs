@@ -98,7 +98,17 @@ fn compare(kernel: &str) -> Result<Completion> {
 fn obstacle(stored: &Conditions) -> Option<String> {
     match conditions() {
         Ok(here) if here == *stored => None,
-        Ok(here) => Some(format!("the counts are those of {stored:?}, this is {here:?}")),
+        Ok(here) => {
+            let texts = |of: &Conditions| {
+                let units = if of.is_incremental { "incremental" } else { "not incremental" };
+                [of.compiler.clone(), of.level.clone(), units.to_owned(), of.system.clone()]
+            };
+            let pairs = texts(stored).into_iter().zip(texts(&here));
+            let different = pairs.filter(|(stored, here)| stored != here);
+            let different =
+                different.map(|(stored, here)| format!("{here}, stored counts {stored}"));
+            Some(different.collect::<Vec<_>>().join("; "))
+        }
         Err(reason) => Some(format!("{reason:#}")),
     }
 }
