@@ -38,7 +38,8 @@ fn main() -> ExitCode {
                     test();
                     Ok(Completion::Completed)
                 }
-                none => Ok(Completion::ignored_with(format!("{none:?}"))),
+                Availability::Missing { reason } => Ok(Completion::ignored_with(reason)),
+                Availability::NotBuilt => Err("the feature wgpu is off".into()),
             }
         })
     }));

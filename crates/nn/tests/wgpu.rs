@@ -23,9 +23,12 @@ const TOLERANCE: f64 = 1e-3;
 const BATCH: usize = 3;
 const SEED: u64 = 3;
 
+/// A test of a network on a device.
+type NetworkTest = fn(&str, &Device);
+
 /// Two tests of each network, which are ignored where there is no adapter.
 fn main() -> ExitCode {
-    let tests: [(&str, fn(&str, &Device)); 2] = [("infers", infers), ("trains", trains)];
+    let tests: [(&str, NetworkTest); 2] = [("infers", infers), ("trains", trains)];
     let trials = Network::names().flat_map(|network| {
         tests.map(|(verb, test)| {
             let name = format!("{network}_{verb}_as_on_the_cpu");
@@ -106,22 +109,22 @@ fn step(name: &str, device: &Device) -> [Vec<f64>; 3] {
     let network = Network::untrained(name, 0.125, SEED, device).unwrap();
     let images = images(&network, side(name), device);
     match network {
-        Network::Hand(network) => after_step(*network, |network: &HandRegressor| {
+        Network::Hand(network) => after_step(&*network, |network: &HandRegressor| {
             HandLoss::default().forward(network.forward(images), targets(BATCH, device)).objective
         }),
-        Network::Body(network) => after_step(*network, |network: &MoveEnet| {
+        Network::Body(network) => after_step(&*network, |network: &MoveEnet| {
             let maps = network.forward(images).into_array();
             maps.map(|map| map.square().mean()).into_iter().reduce(|sum, map| sum + map).unwrap()
         }),
     }
 }
 
-fn after_step<M: Module>(network: M, objective: impl FnOnce(&M) -> Tensor<1>) -> [Vec<f64>; 3] {
-    let objective = objective(&network);
+fn after_step<M: Module>(network: &M, objective: impl FnOnce(&M) -> Tensor<1>) -> [Vec<f64>; 3] {
+    let objective = objective(network);
     let gradients = objective.backward();
     let mut flattened = Flattened { gradients: &gradients, list: Vec::new() };
     network.visit(&mut flattened);
-    let is_running = read(&network).into_iter().filter(|(slot, _)| !slot.is_trained());
+    let is_running = read(network).into_iter().filter(|(slot, _)| !slot.is_trained());
     let running = is_running.flat_map(|(_, values)| values).map(f64::from).collect();
     [values_of(objective), flattened.list, running]
 }
