@@ -1,4 +1,4 @@
-//! What a step needs of the machine.
+//! Tools and hardware that a step needs.
 
 use std::process::{Command, Stdio};
 
@@ -13,7 +13,7 @@ pub(crate) enum Need {
 }
 
 impl Need {
-    /// What is missing, and how to get it.
+    /// The reason for not running: a tool that is missing, and how to get it.
     pub(crate) fn missing(&self) -> Option<String> {
         let (is_there, what) = match self {
             Self::Nightly => {

@@ -1,6 +1,6 @@
 //! `cargo xtask setup`: installs programs that tests run, where Debian's packages can be.
 //!
-//! Where they cannot, the tests are ignored, with the reason.
+//! Elsewhere the tests are ignored, with the reason.
 
 use std::process::{Command, Stdio};
 

@@ -12,10 +12,10 @@ use crate::totals::Totals;
 /// No crate of this name may be in the output of `cargo tree`.
 const REFUSED: &str = "evpose";
 
-/// Which steps run.
+/// The steps that run.
 #[derive(Debug, Default)]
 pub(crate) struct Choice {
-    /// Those that have this text in their reason.
+    /// Those with this text in their reason.
     only: Option<String>,
     /// From this one on, counted from 1.
     from: usize,
@@ -42,7 +42,7 @@ impl Choice {
         Ok(choice)
     }
 
-    /// The chosen steps with their numbers.
+    /// The chosen steps, counted from 1.
     fn of<'a>(&self, steps: &'a [Step]) -> Vec<(usize, &'a Step)> {
         let is_chosen = |(number, step): &(usize, &Step)| {
             let only = self.only.as_deref().unwrap_or_default();
@@ -153,16 +153,16 @@ mod tests {
 
     #[test]
     fn steps_are_chosen_by_number_and_by_text() {
-        let numbers = |args: &[&str]| -> Vec<usize> {
+        let indices = |args: &[&str]| -> Vec<usize> {
             let args: Vec<String> = args.iter().map(|arg| (*arg).to_owned()).collect();
             let chosen = Choice::parse(&args).expect("a choice");
             chosen.of(SLOW).into_iter().map(|(number, _)| number).collect()
         };
         let last = SLOW.len();
-        assert_eq!(numbers(&[]), (1..=last).collect::<Vec<_>>());
-        assert_eq!(numbers(&["--from", &last.to_string()]), [last]);
-        assert_eq!(numbers(&["--only", "fuzz targets"]), [1]);
-        assert!(numbers(&["--only", "fuzz targets", "--from", "2"]).is_empty());
+        assert_eq!(indices(&[]), (1..=last).collect::<Vec<_>>());
+        assert_eq!(indices(&["--from", &last.to_string()]), [last]);
+        assert_eq!(indices(&["--only", "fuzz targets"]), [1]);
+        assert!(indices(&["--only", "fuzz targets", "--from", "2"]).is_empty());
         assert!(Choice::parse(&["--form".to_owned()]).is_err());
     }
 }

@@ -1,4 +1,4 @@
-//! What `cargo xtask ci` and `cargo xtask slow` run.
+//! Steps of `cargo xtask ci` and `cargo xtask slow`.
 
 use crate::needs::Need;
 
@@ -8,7 +8,7 @@ pub(crate) struct Step {
     /// Arguments, with spaces between them.
     pub(crate) cargo: &'static str,
     pub(crate) env: &'static [(&'static str, &'static str)],
-    /// What not every machine has.
+    /// A tool or unit that not every machine has.
     pub(crate) need: Option<Need>,
 }
 
@@ -31,7 +31,7 @@ impl Step {
     }
 }
 
-/// What every change must pass.
+/// Checks that every change must pass.
 pub(crate) const CI: &[Step] = &[
     step("one style", "fmt --all --check"),
     step("files of a crate import each other in small circles only", "xtask circles"),
@@ -67,7 +67,7 @@ pub(crate) const CI: &[Step] = &[
     ),
 ];
 
-/// What takes long, or needs what not every machine has.
+/// Checks that take long, or need what not every machine has.
 pub(crate) const SLOW: &[Step] = &[
     // Not of the workspace; to run them takes a nightly compiler, to check them does not.
     step("fuzz targets compile", "check --manifest-path fuzz/Cargo.toml --all-targets"),
