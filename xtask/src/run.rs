@@ -60,7 +60,11 @@ pub(crate) fn run(steps: &[Step], choice: &Choice, say: fn(&str)) -> ExitCode {
         for (number, step) in &chosen {
             say(&format!("{number:2}  {} (cargo {})", step.why, step.cargo));
         }
-        return if chosen.is_empty() { ExitCode::FAILURE } else { ExitCode::SUCCESS };
+        if chosen.is_empty() {
+            say("no step is of that name");
+            return ExitCode::FAILURE;
+        }
+        return ExitCode::SUCCESS;
     }
     let (mut totals, mut summary) = (Totals::default(), Vec::new());
     let (mut has_failed, all) = (false, Instant::now());
