@@ -3,7 +3,7 @@
 //! Times differ from run to run and from machine to machine; counts do not, so that a regression of a few
 //! percent shows on a busy machine. Where there is no valgrind, or the program was built in another way than the
 //! stored counts were made with (compiler, level of vector instructions, incremental compilation, which inlines
-//! less), nothing is compared, and the output says why.
+//! less), the tests are ignored, with the reason.
 //!
 //! ```console
 //! $ CARGO_INCREMENTAL=0 cargo test --test instructions              # compare
@@ -19,12 +19,14 @@ mod scene;
 mod stored;
 
 use std::process::{Command, ExitCode};
+use std::sync::OnceLock;
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 use evpose_kernels::Level;
+use libtest_mimic::{Arguments, Completion, Trial};
 
 use kernels::{KERNELS, measured};
-use stored::StoredCounts;
+use stored::{Conditions, StoredCounts};
 
 /// Increase beyond which a kernel counts as slower.
 const TOLERANCE: f64 = 0.03;
@@ -35,19 +37,16 @@ fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let result = match arguments.as_slice() {
         [run, name] if run == RUN => run_kernel(name),
-        // As test harnesses do: a list is not a run.
-        [first, ..] if first == "--list" => Ok(()),
         [first, ..] if first == "--store" => store(),
-        _ => compare(),
+        _ => return run_tests(),
     };
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
+    result.map_or_else(
+        |error| {
             print(&format!("error: {error:#}"));
-            print("test result: FAILED. 0 passed; 1 failed; 0 ignored; 0 measured; 0 filtered out");
             ExitCode::FAILURE
-        }
-    }
+        },
+        |()| ExitCode::SUCCESS,
+    )
 }
 
 /// Prepares a kernel, runs it once to warm up, and once where callgrind counts.
@@ -65,52 +64,53 @@ fn run_kernel(name: &str) -> Result<()> {
     Ok(())
 }
 
-/// Compares all kernels with their stored counts.
-fn compare() -> Result<()> {
-    let stored = StoredCounts::read()?;
-    let conditions = match conditions() {
-        Ok(conditions) => conditions,
-        Err(reason) => return skip(&format!("{reason:#}")),
-    };
-    if conditions != stored.conditions {
-        return skip(&format!(
-            "the counts are those of {:?}, this is {conditions:?}",
-            stored.conditions
-        ));
-    }
-    let mut slower = Vec::new();
-    for kernel in KERNELS {
-        let before = *stored.counts.get(kernel.name).context("a kernel without a stored count")?;
-        let now = count(kernel.name)?;
-        let change = now as f64 / before as f64 - 1.0;
-        print(&format!("{:24} {now:>12} instructions {:+.2} %", kernel.name, 100.0 * change));
-        if change > TOLERANCE {
-            slower.push(kernel.name);
-        }
-    }
-    if !slower.is_empty() {
-        bail!(
-            "more than {:.0} % more instructions: {}; if that is meant, `cargo test --test instructions -- \
-             --store`",
-            100.0 * TOLERANCE,
-            slower.join(", ")
-        );
-    }
-    let passed = KERNELS.len();
-    print(&format!(
-        "test result: ok. {passed} passed; 0 failed; 0 ignored; 0 measured; 0 filtered out"
-    ));
-    Ok(())
+/// A test of each kernel.
+fn run_tests() -> ExitCode {
+    let tests = KERNELS.iter().map(|kernel| {
+        Trial::ignorable_test(kernel.name, || {
+            compare(kernel.name).map_err(|error| format!("{error:#}").into())
+        })
+    });
+    libtest_mimic::run(&Arguments::from_args(), tests.collect()).exit_code()
 }
 
-/// Says why nothing is compared.
-fn skip(reason: &str) -> Result<()> {
-    print(&format!("not compared: {reason}"));
-    let ignored = KERNELS.len();
-    print(&format!(
-        "test result: ok. 0 passed; 0 failed; {ignored} ignored; 0 measured; 0 filtered out"
-    ));
-    Ok(())
+/// Compares a kernel with its stored count, where that can be done.
+fn compare(kernel: &str) -> Result<Completion> {
+    static OBSTACLE: OnceLock<Option<String>> = OnceLock::new();
+    let stored = StoredCounts::read()?;
+    let before = *stored.counts.get(kernel).context("a kernel without a stored count")?;
+    if let Some(reason) = OBSTACLE.get_or_init(|| obstacle(&stored.conditions)) {
+        return Ok(Completion::ignored_with(reason));
+    }
+    let now = count(kernel)?;
+    let change = now as f64 / before as f64 - 1.0;
+    print(&format!("{kernel:24} {now:>12} instructions {:+.2} %", 100.0 * change));
+    ensure!(
+        change <= TOLERANCE,
+        "{:.1} % more instructions, over {:.0} %; if that is meant, `cargo test --test instructions -- --store`",
+        100.0 * change,
+        100.0 * TOLERANCE
+    );
+    Ok(Completion::Completed)
+}
+
+/// Why counts cannot be compared with those that were stored.
+fn obstacle(stored: &Conditions) -> Option<String> {
+    match conditions() {
+        Ok(here) if here == *stored => None,
+        Ok(here) => {
+            let texts = |of: &Conditions| {
+                let units = if of.is_incremental { "incremental" } else { "not incremental" };
+                [of.compiler.clone(), of.level.clone(), units.to_owned(), of.system.clone()]
+            };
+            let pairs = texts(stored).into_iter().zip(texts(&here));
+            let different = pairs.filter(|(stored, here)| stored != here);
+            let different =
+                different.map(|(stored, here)| format!("{here}, stored counts {stored}"));
+            Some(different.collect::<Vec<_>>().join("; "))
+        }
+        Err(reason) => Some(format!("{reason:#}")),
+    }
 }
 
 /// Stores the counts of this machine.
@@ -120,11 +120,11 @@ fn store() -> Result<()> {
 }
 
 /// The compiler, and the level of vector instructions that valgrind offers.
-fn conditions() -> Result<stored::Conditions> {
+fn conditions() -> Result<Conditions> {
     let rustc = std::env::var("RUSTC").unwrap_or_else(|_| "rustc".to_owned());
     let version = Command::new(rustc).arg("--version").output().context("running rustc")?;
     let level = valgrind(&["--tool=none"], "level")?;
-    Ok(stored::Conditions {
+    Ok(Conditions {
         compiler: String::from_utf8_lossy(&version.stdout).trim().to_owned(),
         level: String::from_utf8_lossy(&level.stdout).trim().to_owned(),
         is_incremental: option_env!("CARGO_INCREMENTAL") != Some("0"),
@@ -167,7 +167,7 @@ fn valgrind(options: &[&str], kernel: &str) -> Result<std::process::Output> {
     Ok(output)
 }
 
-#[expect(clippy::print_stdout, reason = "a test without a harness prints its own results")]
+#[expect(clippy::print_stdout, reason = "counts are shown, changed or not")]
 fn print(line: &str) {
     println!("{line}");
 }

@@ -5,43 +5,14 @@ use std::time::{Duration, Instant};
 use evpose_io::poses::{TimedPose, read_poses};
 use evpose_pose::PoseOrigin;
 
-use crate::harness::{Sandbox, bytes};
-
-/// Changes that make the configs of bodies small enough for a test.
-pub(crate) const TINY: &[&str] = &[
-    "simulation.sequences=3",
-    "simulation.seconds=0.5",
-    "simulation.step_hz=250",
-    "simulation.label_hz=50",
-    "simulation.sensor_size={ width = 96, height = 72 }",
-    "simulation.surroundings.source={ procedural = 3 }",
-    "data.stills=12",
-    "data.first_ms=100",
-    "data.min_joints=4",
-    "data.validation_share=0.3",
-    "image.side_px=32",
-    "network.width=0.25",
-    "network.expansion=2",
-    "training.batch_size=4",
-    "training.steps=8",
-    "training.steps_per_validation=2",
-    "training.validation_samples=4",
-    "evaluation.sequences=2",
-    "evaluation.seconds=0.5",
-    "evaluation.bootstrap.resamples=50",
-];
-
-/// A command with the tiny changes of bodies.
-pub(crate) fn tiny<'a>(args: &[&'a str]) -> Vec<&'a str> {
-    args.iter().copied().chain(TINY.iter().flat_map(|change| ["--set", change])).collect()
-}
+use crate::harness::{Sandbox, bytes, tiny_body};
 
 #[test]
 fn two_stages_of_training_then_poses_of_a_recording() {
     let sandbox = Sandbox::new();
-    sandbox.ok(&tiny(&["train", "pretrain", "--out", "pre", "--plain"]));
+    sandbox.ok(&tiny_body(&["train", "pretrain", "--out", "pre", "--plain"]));
     assert!(sandbox.path("pre/best.bpk").exists() && sandbox.path("pre/run.toml").exists());
-    let output = sandbox.ok(&tiny(&[
+    let output = sandbox.ok(&tiny_body(&[
         "train",
         "finetune",
         "--out",
@@ -53,7 +24,7 @@ fn two_stages_of_training_then_poses_of_a_recording() {
     assert!(output.contains("checkpoint: fine"), "{output}");
     assert!(sandbox.path("fine/data/manifest.sha256").exists());
 
-    sandbox.ok(&tiny(&[
+    sandbox.ok(&tiny_body(&[
         "simulate",
         "finetune",
         "--held-out",
@@ -174,7 +145,7 @@ fn infer_recording(sandbox: &Sandbox) {
 #[test]
 fn a_killed_run_resumes_to_the_bit() {
     let sandbox = Sandbox::new();
-    let train = |out: &'static str| tiny(&["train", "pretrain", "--out", out, "--plain"]);
+    let train = |out: &'static str| tiny_body(&["train", "pretrain", "--out", out, "--plain"]);
     sandbox.ok(&train("whole"));
     let lines = || {
         let path = sandbox.path("killed").join("metrics.jsonl");
@@ -206,7 +177,7 @@ fn what_is_for_hands_is_refused_for_bodies_and_the_other_way_round() {
     let message = sandbox.fails(&["train", "quick", "--plain"]);
     assert!(message.contains("--data") && message.contains("--out"), "{message}");
     let message =
-        sandbox.fails(&tiny(&["simulate", "finetune", "--out", "x", "--condition", "dark"]));
+        sandbox.fails(&tiny_body(&["simulate", "finetune", "--out", "x", "--condition", "dark"]));
     assert!(message.contains("for hands"), "{message}");
     let message = sandbox.fails(&[
         "train",
@@ -227,7 +198,7 @@ fn what_is_for_hands_is_refused_for_bodies_and_the_other_way_round() {
 fn an_ablation_trains_what_its_rows_share_once_and_keeps_it() {
     let sandbox = Sandbox::new();
     let args = ["ablate", "body", "--steps", "2", "--seeds", "2", "--jobs", "2", "--out", "abl"];
-    let output = sandbox.ok(&tiny(&args));
+    let output = sandbox.ok(&tiny_body(&args));
     assert!(output.contains("14 networks to train, 2 at once"), "{output}");
     let outcome: serde_json::Value =
         serde_json::from_slice(&bytes(&sandbox.path("abl/ablation.json"))).expect("JSON");
@@ -244,10 +215,10 @@ fn an_ablation_trains_what_its_rows_share_once_and_keeps_it() {
     let page = String::from_utf8(bytes(&sandbox.path("abl/ablation.html"))).expect("text");
     assert!(page.contains("<svg") && page.contains("wo-pretrain"));
 
-    let (refused, again) = (sandbox.fails(&tiny(&args)), args.iter().chain(&["--resume"]));
+    let (refused, again) = (sandbox.fails(&tiny_body(&args)), args.iter().chain(&["--resume"]));
     assert!(refused.contains("--resume"), "{refused}");
     let before = bytes(&sandbox.path("abl/ablation.json"));
-    let output = sandbox.ok(&tiny(&again.copied().collect::<Vec<_>>()));
+    let output = sandbox.ok(&tiny_body(&again.copied().collect::<Vec<_>>()));
     assert!(!output.contains("networks to train"), "{output}");
     assert_eq!(bytes(&sandbox.path("abl/ablation.json")), before);
 }

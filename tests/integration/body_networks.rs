@@ -5,16 +5,15 @@ use std::path::Path;
 use evpose_onnx::Message as _;
 use evpose_onnx::proto::ModelProto;
 
-use crate::body::tiny;
-use crate::harness::{Sandbox, bytes};
+use crate::harness::{Sandbox, bytes, tiny_body};
 
 #[test]
 fn a_body_is_exported_quantized_evaluated_and_used() {
     let sandbox = Sandbox::new();
     let crop = ["--set", "decoding.second_pass={ side = 1.5, min_side = 0.3 }"];
-    let train = tiny(&["train", "pretrain", "--out", "run", "--plain"]);
+    let train = tiny_body(&["train", "pretrain", "--out", "run", "--plain"]);
     sandbox.ok(&[&train[..], &crop, &["--set", "training.steps=2"]].concat());
-    sandbox.ok(&tiny(&["simulate", "finetune", "--out", "data"]));
+    sandbox.ok(&tiny_body(&["simulate", "finetune", "--out", "data"]));
 
     let said = sandbox.ok(&["export", "--checkpoint", "run", "--onnx", "body.onnx"]);
     assert!(said.contains("move_enet of width 0.25, input 1x3x32x32"), "{said}");

@@ -32,11 +32,9 @@ fn every_command_has_an_example() {
     }
 }
 
+#[cfg(not(feature = "wgpu"))]
 #[test]
 fn a_device_that_was_not_built_in_names_its_feature() {
-    if cfg!(feature = "wgpu") {
-        return;
-    }
     let sandbox = Sandbox::new();
     let message = sandbox.fails(&["bench", "infer", "--device", "wgpu"]);
     assert!(message.contains("--features wgpu"), "{message}");

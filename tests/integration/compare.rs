@@ -1,7 +1,6 @@
 //! The comparison of systems, small.
 
-use crate::body::tiny;
-use crate::harness::{Sandbox, bytes};
+use crate::harness::{Sandbox, bytes, tiny_body};
 
 #[cfg(feature = "onnx")]
 #[path = "../../crates/external/tests/files/onnx.rs"]
@@ -12,7 +11,7 @@ const SYSTEMS: &str = "move-enet,move-enet-fixed-count,dhp19-cnn,lift-mono,openp
 
 fn compare<'a>(out: &'a str, systems: &'a str, more: &[&'a str]) -> Vec<&'a str> {
     let steps = ["--steps", "2", "--seeds", "2", "--jobs", "2", "--out", out];
-    let mut args = tiny(&["compare", "body", "--systems", systems]);
+    let mut args = tiny_body(&["compare", "body", "--systems", systems]);
     // Cameras on tripods, whose places are known, as LiftMono-HPE needs them.
     args.extend([
         "--set",

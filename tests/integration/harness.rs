@@ -19,6 +19,30 @@ pub(crate) const TINY: &[&str] = &[
     "evaluation.bootstrap.resamples=50",
 ];
 
+/// Changes that make the configs of bodies small enough for a test.
+pub(crate) const BODY_TINY: &[&str] = &[
+    "simulation.sequences=3",
+    "simulation.seconds=0.5",
+    "simulation.step_hz=250",
+    "simulation.label_hz=50",
+    "simulation.sensor_size={ width = 96, height = 72 }",
+    "simulation.surroundings.source={ procedural = 3 }",
+    "data.stills=12",
+    "data.first_ms=100",
+    "data.min_joints=4",
+    "data.validation_share=0.3",
+    "image.side_px=32",
+    "network.width=0.25",
+    "network.expansion=2",
+    "training.batch_size=4",
+    "training.steps=8",
+    "training.steps_per_validation=2",
+    "training.validation_samples=4",
+    "evaluation.sequences=2",
+    "evaluation.seconds=0.5",
+    "evaluation.bootstrap.resamples=50",
+];
+
 /// A directory that is gone when the test ends.
 pub(crate) struct Sandbox {
     dir: tempfile::TempDir,
@@ -62,7 +86,16 @@ impl Sandbox {
 
 /// A command with the tiny config's changes.
 pub(crate) fn tiny<'a>(args: &[&'a str]) -> Vec<&'a str> {
-    args.iter().copied().chain(TINY.iter().flat_map(|change| ["--set", change])).collect()
+    with(TINY, args)
+}
+
+/// A command with the tiny changes of bodies.
+pub(crate) fn tiny_body<'a>(args: &[&'a str]) -> Vec<&'a str> {
+    with(BODY_TINY, args)
+}
+
+fn with<'a>(changes: &[&'a str], args: &[&'a str]) -> Vec<&'a str> {
+    args.iter().copied().chain(changes.iter().flat_map(|change| ["--set", change])).collect()
 }
 
 pub(crate) fn stderr(output: &Output) -> String {

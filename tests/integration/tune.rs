@@ -5,8 +5,7 @@ use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-use crate::body;
-use crate::harness::{Sandbox, bytes, stderr, tiny};
+use crate::harness::{Sandbox, bytes, stderr, tiny, tiny_body};
 
 const OVER: &str = "[training]\nlearning_rate = { log_uniform = [1e-4, 1e-2] }\nbatch_size = { choose \
                     = [2, 4] }\n";
@@ -31,7 +30,7 @@ fn hands<'a>(out: &'a str, more: &[&'a str]) -> Vec<&'a str> {
 
 /// A search of bodies into `out`.
 fn bodies<'a>(out: &'a str, more: &[&'a str]) -> Vec<&'a str> {
-    let mut args = body::tiny(&["tune", "pretrain", "--over", "over.toml", "--out", out]);
+    let mut args = tiny_body(&["tune", "pretrain", "--over", "over.toml", "--out", out]);
     args.extend(["--trials", "4", "--method", "halving", "--eta", "2", "--rank", "accuracy"]);
     args.extend(["--set", "training.steps=4", "--set", "training.steps_per_validation=1"]);
     args.extend(more);

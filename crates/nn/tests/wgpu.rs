@@ -1,11 +1,12 @@
 //! Every network on wgpu: outputs and a training step, against the CPU.
 //!
-//! Without an adapter these tests are skipped, with the reason; Mesa's lavapipe is one on any Linux
-//! machine. `cargo test -p evpose-nn --features wgpu --test wgpu -- --nocapture` shows the differences.
-#![cfg(feature = "wgpu")]
+//! Without an adapter these tests are ignored, with the reason; Mesa's lavapipe is one on any Linux
+//! machine. `cargo test -p evpose-nn --features wgpu --test wgpu` shows the differences.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
 
 mod golden;
+
+use std::process::ExitCode;
 
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::tensor::{Device, Gradients, Tensor, TensorData};
@@ -14,6 +15,7 @@ use evpose_nn::{
     Availability, DeviceKind, HandLoss, HandRegressor, MoveEnet, Network, backbone_by_name,
 };
 use golden::{hashed, targets};
+use libtest_mimic::{Arguments, Completion, Trial};
 
 const WGPU: DeviceKind = DeviceKind::Wgpu { adapter: None };
 /// Largest difference between devices, relative to the largest value, at least 1.
@@ -21,18 +23,26 @@ const TOLERANCE: f64 = 1e-3;
 const BATCH: usize = 3;
 const SEED: u64 = 3;
 
-/// The wgpu device, or none with the reason printed.
-fn wgpu() -> Option<Device> {
-    match WGPU.resolve() {
-        Ok(device) => {
-            println!("wgpu: {:?}", Availability::of(WGPU));
-            Some(device)
-        }
-        Err(error) => {
-            println!("skipped: {error}");
-            None
-        }
-    }
+/// A test of a network on a device.
+type NetworkTest = fn(&str, &Device);
+
+/// Two tests of each network, which are ignored where there is no adapter.
+fn main() -> ExitCode {
+    let tests: [(&str, NetworkTest); 2] = [("infers", infers), ("trains", trains)];
+    let trials = Network::names().flat_map(|network| {
+        tests.map(|(verb, test)| {
+            let name = format!("{network}_{verb}_as_on_the_cpu");
+            Trial::ignorable_test(name, move || match WGPU.resolve() {
+                Ok(device) => {
+                    println!("wgpu: {:?}", Availability::of(WGPU));
+                    test(network, &device);
+                    Ok(Completion::Completed)
+                }
+                Err(error) => Ok(Completion::ignored_with(error)),
+            })
+        })
+    });
+    libtest_mimic::run(&Arguments::from_args(), trials.collect()).exit_code()
 }
 
 /// Rows and columns of the images of a network. At Inception v3's smallest, 75, its last normalisations
@@ -65,22 +75,18 @@ fn difference(a: &[f64], b: &[f64]) -> f64 {
     largest(&differences) / largest(b).max(1.0)
 }
 
-#[test]
-fn every_network_infers_as_on_the_cpu() {
-    let Some(gpu) = wgpu() else { return };
-    for name in Network::names() {
-        let outputs = |device: &Device| {
-            let network = match Network::untrained(name, 0.125, SEED, device).unwrap() {
-                Network::Hand(hand) => Network::Hand(Box::new(with_matched_variances(*hand))),
-                Network::Body(body) => Network::Body(Box::new(with_matched_variances(*body))),
-            };
-            let values = network.outputs(images(&network, side(name), device)).concat();
-            values.into_iter().map(f64::from).collect::<Vec<f64>>()
+fn infers(name: &str, gpu: &Device) {
+    let outputs = |device: &Device| {
+        let network = match Network::untrained(name, 0.125, SEED, device).unwrap() {
+            Network::Hand(hand) => Network::Hand(Box::new(with_matched_variances(*hand))),
+            Network::Body(body) => Network::Body(Box::new(with_matched_variances(*body))),
         };
-        let difference = difference(&outputs(&gpu), &outputs(&Device::flex()));
-        println!("{name:<20} outputs {difference:.1e}");
-        assert!(difference < TOLERANCE, "{name}: {difference}");
-    }
+        let values = network.outputs(images(&network, side(name), device)).concat();
+        values.into_iter().map(f64::from).collect::<Vec<f64>>()
+    };
+    let difference = difference(&outputs(gpu), &outputs(&Device::flex()));
+    println!("{name:<20} outputs {difference:.1e}");
+    assert!(difference < TOLERANCE, "{name}: {difference}");
 }
 
 /// Gradients of all trained parameters.
@@ -103,34 +109,30 @@ fn step(name: &str, device: &Device) -> [Vec<f64>; 3] {
     let network = Network::untrained(name, 0.125, SEED, device).unwrap();
     let images = images(&network, side(name), device);
     match network {
-        Network::Hand(network) => after_step(*network, |network: &HandRegressor| {
+        Network::Hand(network) => after_step(&*network, |network: &HandRegressor| {
             HandLoss::default().forward(network.forward(images), targets(BATCH, device)).objective
         }),
-        Network::Body(network) => after_step(*network, |network: &MoveEnet| {
+        Network::Body(network) => after_step(&*network, |network: &MoveEnet| {
             let maps = network.forward(images).into_array();
             maps.map(|map| map.square().mean()).into_iter().reduce(|sum, map| sum + map).unwrap()
         }),
     }
 }
 
-fn after_step<M: Module>(network: M, objective: impl FnOnce(&M) -> Tensor<1>) -> [Vec<f64>; 3] {
-    let objective = objective(&network);
+fn after_step<M: Module>(network: &M, objective: impl FnOnce(&M) -> Tensor<1>) -> [Vec<f64>; 3] {
+    let objective = objective(network);
     let gradients = objective.backward();
     let mut flattened = Flattened { gradients: &gradients, list: Vec::new() };
     network.visit(&mut flattened);
-    let is_running = read(&network).into_iter().filter(|(slot, _)| !slot.is_trained());
+    let is_running = read(network).into_iter().filter(|(slot, _)| !slot.is_trained());
     let running = is_running.flat_map(|(_, values)| values).map(f64::from).collect();
     [values_of(objective), flattened.list, running]
 }
 
-#[test]
-fn every_network_trains_as_on_the_cpu() {
-    let Some(gpu) = wgpu() else { return };
-    for name in Network::names() {
-        let (ours, cpus) = (step(name, &gpu), step(name, &Device::flex()));
-        assert!(!cpus[1].is_empty() && !cpus[2].is_empty());
-        let differences: Vec<f64> = ours.iter().zip(&cpus).map(|(a, b)| difference(a, b)).collect();
-        println!("{name:<20} objective, gradients, running statistics {differences:?}");
-        assert!(differences.iter().all(|value| *value < TOLERANCE), "{name}: {differences:?}");
-    }
+fn trains(name: &str, gpu: &Device) {
+    let (ours, cpus) = (step(name, gpu), step(name, &Device::flex()));
+    assert!(!cpus[1].is_empty() && !cpus[2].is_empty());
+    let differences: Vec<f64> = ours.iter().zip(&cpus).map(|(a, b)| difference(a, b)).collect();
+    println!("{name:<20} objective, gradients, running statistics {differences:?}");
+    assert!(differences.iter().all(|value| *value < TOLERANCE), "{name}: {differences:?}");
 }

@@ -37,7 +37,7 @@ const fn rule(page: &'static str, command: &'static str, change: Change) -> Rule
 /// Words of [`Change`] that stand for `--set KEY=VALUE` of each of these.
 pub(crate) const WORDS: &[(&str, &[&str])] = &[
     ("{hand}", crate::harness::TINY),
-    ("{body}", crate::body::TINY),
+    ("{body}", crate::harness::BODY_TINY),
     // Recordings for shipped networks, whose shape is fixed.
     ("{people}", PEOPLE),
     ("{hands}", HANDS),

@@ -21,6 +21,18 @@ const NAMES: [&str; 6] = [
     "google-chrome-stable",
 ];
 
+/// No window, no sandbox, which root cannot have, and nothing that asks the network.
+const FLAGS: [&str; 8] = [
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+];
+
 pub(crate) struct Chromium {
     process: Child,
     socket: WebSocket<TcpStream>,
@@ -40,7 +52,7 @@ impl Chromium {
         let mut process = names
             .filter_map(|name| {
                 Command::new(name)
-                    .args(["--headless", "--no-first-run", "--disable-gpu", "--no-sandbox"])
+                    .args(FLAGS)
                     .args(["--remote-debugging-port=0", "--window-size=1440,900"])
                     .arg(format!("--user-data-dir={}", profile.path().display()))
                     .arg("about:blank")

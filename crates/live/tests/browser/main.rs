@@ -1,14 +1,15 @@
-//! The page in a headless browser, where one is installed.
+//! The page in a headless browser; ignored where none is installed.
 //!
 //! The variable `EVPOSE_CHROMIUM` says which; else the usual names are tried. With
 //! `EVPOSE_SCREENSHOTS`, screenshots of the page are written to that folder.
 
-#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "tests")]
+#![allow(clippy::unwrap_used, reason = "tests")]
 
 mod chromium;
 
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
+use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -20,6 +21,7 @@ use evpose_live::{LivePose, Meter, PoseOrigin};
 use evpose_pose::PoseEstimate;
 use evpose_pose::body::BODY_JOINTS;
 use glam::Vec2;
+use libtest_mimic::{Arguments, Completion, Trial};
 
 use chromium::Chromium;
 
@@ -73,12 +75,19 @@ fn wait_until(browser: &mut Chromium, is_so: &str) {
     }
 }
 
-#[test]
-fn the_page_shows_what_happens() {
-    let Some(mut browser) = Chromium::start() else {
-        eprintln!("skipped: no Chromium; install one, or name it in EVPOSE_CHROMIUM");
-        return;
-    };
+fn main() -> ExitCode {
+    let test = Trial::ignorable_test("the_page_shows_what_happens", || {
+        let Some(browser) = Chromium::start() else {
+            let reason = "no Chromium: install one, or name it in EVPOSE_CHROMIUM";
+            return Ok(Completion::ignored_with(reason));
+        };
+        the_page_shows_what_happens(browser);
+        Ok(Completion::Completed)
+    });
+    libtest_mimic::run(&Arguments::from_args(), vec![test]).exit_code()
+}
+
+fn the_page_shows_what_happens(mut browser: Chromium) {
     let folder = std::env::var_os("EVPOSE_SCREENSHOTS").map(PathBuf::from);
     let save = |browser: &mut Chromium, name: &str| {
         if let Some(folder) = &folder {

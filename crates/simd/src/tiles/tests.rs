@@ -1,10 +1,10 @@
-//! The emulated unit against plain loops, and the processor's against the emulated one.
+//! The emulated unit against plain loops, and the instructions of AMX against the emulated one.
 
 use super::*;
 use crate::reduced::{Bf16, ReducedPrecision as _};
 
 #[cfg(all(target_arch = "x86_64", target_os = "linux", target_env = "gnu"))]
-mod trapped;
+mod instructions;
 
 /// Tiles of these tests.
 const SUM: usize = 3;
@@ -217,72 +217,4 @@ fn too_few_rows_of_weights_are_refused() {
 #[should_panic(expected = "68 bytes of a row")]
 fn rows_of_other_than_whole_words_are_refused() {
     config([1, 1, 17]);
-}
-
-/// Compares the instructions of AMX with the emulation.
-#[cfg(target_arch = "x86_64")]
-fn compare_bytes() {
-    let sums = [-7; TILE_BYTES / 4];
-    for (seed, size) in (0..).zip(SIZES) {
-        let (a, b) = (random_bytes(seed), random_bytes(seed + 100));
-        let expected = products::<u8, EmulatedTiles>(size, &sums, &a, &b);
-        assert_eq!(products::<u8, Amx>(size, &sums, &a, &b), expected, "{size:?}");
-    }
-}
-
-/// [`compare_bytes`] for bfloat16.
-#[cfg(target_arch = "x86_64")]
-fn compare_bf16() {
-    let sums = [0.25; TILE_BYTES / 4];
-    for (seed, size) in (0..).zip(SIZES) {
-        let (a, b) = (random_bf16(seed), random_bf16(seed + 100));
-        let expected = products::<Bf16, EmulatedTiles>(size, &sums, &a, &b);
-        assert_eq!(products::<Bf16, Amx>(size, &sums, &a, &b), expected, "{size:?}");
-    }
-}
-
-/// Sets a loaded tile to zero.
-#[cfg(target_arch = "x86_64")]
-fn zero_a_tile() {
-    let mut stored = [1_u8; 12];
-    // SAFETY: the caller's processor has the unit; a row of 12 bytes.
-    unsafe {
-        let mut unit = Amx::configure(&config([1, 3, 1]));
-        unit.load::<A>(stored.as_ptr(), 12);
-        unit.zero::<A>();
-        unit.store::<A>(stored.as_mut_ptr(), 12);
-        unit.release();
-    }
-    assert_eq!(stored, [0; 12]);
-}
-
-/// The processor's own unit; on most machines there is none, and the tests say so.
-#[cfg(target_arch = "x86_64")]
-mod of_the_processor {
-    use super::*;
-    use crate::level::Level;
-
-    #[allow(clippy::print_stderr, reason = "a test that is skipped must say so")]
-    fn where_available<S: TileElement>(test: fn()) {
-        if S::has_amx(Level::best()) {
-            test();
-        } else {
-            eprintln!("skipped: this processor has no AMX");
-        }
-    }
-
-    #[test]
-    fn products_of_bytes_are_the_emulated_ones() {
-        where_available::<u8>(compare_bytes);
-    }
-
-    #[test]
-    fn products_of_bfloat16_are_the_emulated_ones() {
-        where_available::<Bf16>(compare_bf16);
-    }
-
-    #[test]
-    fn tiles_are_zeroed() {
-        where_available::<u8>(zero_a_tile);
-    }
 }

@@ -85,7 +85,8 @@ fn points(array: &Array) -> Result<Vec<Vec3>, FieldFault> {
         let (expected, actual) = ("[vertices, 3]".to_owned(), array.shape.clone());
         return Err(FieldFault::Shape { expected, actual });
     }
-    if let Some(index) = array.values.iter().position(|value| !(value.abs() < 1e4)) {
+    if let Some(index) = array.values.iter().position(|value| value.is_nan() || value.abs() >= 1e4)
+    {
         return Err(FieldFault::Value { index, value: array.values[index] });
     }
     let (points, _) = array.values.as_chunks::<3>();

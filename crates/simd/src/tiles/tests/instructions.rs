@@ -1,6 +1,6 @@
-//! The instructions of [`Amx`] on a processor that does not know them: the system's signal for an
-//! invalid instruction leads to a decoder, which has the emulation do what the instruction says. So
-//! the assembly itself is tested: opcodes, order of operands, addresses.
+//! The instructions of [`Amx`] against the emulated unit. On a processor that does not know them, the
+//! system's signal for an invalid instruction leads to a decoder, which has the emulation do what the
+//! instruction says: so the assembly itself is tested, its opcodes, order of operands and addresses.
 
 use std::cell::RefCell;
 use std::mem::zeroed;
@@ -154,12 +154,45 @@ extern "C" fn on_invalid_instruction(
     }
 }
 
-/// Runs `test` with invalid instructions trapped, if those of AMX are invalid.
-#[allow(clippy::print_stderr, reason = "a test that is skipped must say so")]
-fn trapped(test: fn()) {
-    if u8::has_amx(Level::best()) || Bf16::has_amx(Level::best()) {
-        eprintln!("skipped: this processor has AMX, which other tests compare");
-        return;
+/// Compares the instructions of AMX with the emulation.
+fn compare_bytes() {
+    let sums = [-7; TILE_BYTES / 4];
+    for (seed, size) in (0..).zip(SIZES) {
+        let (a, b) = (random_bytes(seed), random_bytes(seed + 100));
+        let expected = products::<u8, EmulatedTiles>(size, &sums, &a, &b);
+        assert_eq!(products::<u8, Amx>(size, &sums, &a, &b), expected, "{size:?}");
+    }
+}
+
+/// [`compare_bytes`] for bfloat16.
+fn compare_bf16() {
+    let sums = [0.25; TILE_BYTES / 4];
+    for (seed, size) in (0..).zip(SIZES) {
+        let (a, b) = (random_bf16(seed), random_bf16(seed + 100));
+        let expected = products::<Bf16, EmulatedTiles>(size, &sums, &a, &b);
+        assert_eq!(products::<Bf16, Amx>(size, &sums, &a, &b), expected, "{size:?}");
+    }
+}
+
+/// Sets a loaded tile to zero.
+fn zero_a_tile() {
+    let mut stored = [1_u8; 12];
+    // SAFETY: the caller's processor has the unit; a row of 12 bytes.
+    unsafe {
+        let mut unit = Amx::configure(&config([1, 3, 1]));
+        unit.load::<A>(stored.as_ptr(), 12);
+        unit.zero::<A>();
+        unit.store::<A>(stored.as_mut_ptr(), 12);
+        unit.release();
+    }
+    assert_eq!(stored, [0; 12]);
+}
+
+/// Runs `test` on the processor where it has AMX for elements of type `S`, else with invalid
+/// instructions trapped.
+fn on_amx<S: TileElement>(test: fn()) {
+    if S::has_amx(Level::best()) {
+        return test();
     }
     static INSTALLED: Once = Once::new();
     INSTALLED.call_once(|| {
@@ -181,15 +214,15 @@ fn trapped(test: fn()) {
 
 #[test]
 fn instructions_for_bytes_mean_what_the_emulation_does() {
-    trapped(compare_bytes);
+    on_amx::<u8>(compare_bytes);
 }
 
 #[test]
 fn instructions_for_bfloat16_mean_what_the_emulation_does() {
-    trapped(compare_bf16);
+    on_amx::<Bf16>(compare_bf16);
 }
 
 #[test]
 fn the_instruction_that_zeroes_a_tile_zeroes_it() {
-    trapped(zero_a_tile);
+    on_amx::<u8>(zero_a_tile);
 }

@@ -1,0 +1,37 @@
+//! Tools and hardware that a step needs.
+
+use std::process::{Command, Stdio};
+
+/// Something that not every machine has.
+pub(crate) enum Need {
+    /// A nightly compiler beside the usual one.
+    Nightly,
+    /// The processor's unit for products of tiles.
+    Amx,
+    /// A variable of the environment, which names a library.
+    Variable(&'static str),
+}
+
+impl Need {
+    /// The reason for not running: a tool that is missing, and how to get it.
+    pub(crate) fn missing(&self) -> Option<String> {
+        let (is_there, what) = match self {
+            Self::Nightly => {
+                let mut cargo = Command::new("cargo");
+                cargo.args(["+nightly", "--version"]).stdout(Stdio::null()).stderr(Stdio::null());
+                let is_there = cargo.status().is_ok_and(|status| status.success());
+                (is_there, "a nightly compiler: `rustup toolchain install nightly`".to_owned())
+            }
+            Self::Amx => {
+                let processor = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+                let has = |flag: &&str| processor.split_whitespace().any(|word| word == *flag);
+                let is_there = ["avx512f", "amx_int8", "amx_bf16"].iter().all(has);
+                (is_there, "a processor with AMX".to_owned())
+            }
+            Self::Variable(name) => {
+                (std::env::var_os(name).is_some(), format!("a library that ${name} names"))
+            }
+        };
+        (!is_there).then(|| format!("needs {what}"))
+    }
+}

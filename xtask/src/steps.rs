@@ -1,0 +1,157 @@
+//! Steps of `cargo xtask ci` and `cargo xtask slow`.
+
+use crate::needs::Need;
+
+/// A call of cargo, with its reason.
+pub(crate) struct Step {
+    pub(crate) why: &'static str,
+    /// Arguments, with spaces between them.
+    pub(crate) cargo: &'static str,
+    pub(crate) env: &'static [(&'static str, &'static str)],
+    /// A tool or unit that not every machine has.
+    pub(crate) need: Option<Need>,
+}
+
+const fn step(why: &'static str, cargo: &'static str) -> Step {
+    Step { why, cargo, env: &[], need: None }
+}
+
+impl Step {
+    const fn with_env(self, env: &'static [(&'static str, &'static str)]) -> Self {
+        Self { env, ..self }
+    }
+
+    const fn with_need(self, need: Need) -> Self {
+        Self { need: Some(need), ..self }
+    }
+
+    /// Whether it runs tests that are ignored elsewhere.
+    pub(crate) fn runs_ignored(&self) -> bool {
+        self.cargo.ends_with(" --ignored")
+    }
+}
+
+/// Checks that every change must pass.
+pub(crate) const CI: &[Step] = &[
+    step("one style", "fmt --all --check"),
+    step("files of a crate import each other in small circles only", "xtask circles"),
+    step("names and prose in the words of the glossary", "xtask words"),
+    step("the command line stays small", "xtask lines"),
+    step(
+        "lints, tests and benches included",
+        "clippy --workspace --all-targets --quiet -- -D warnings",
+    ),
+    // Compiled, not built: their tests are slow.
+    step(
+        "lints of what optional features add",
+        "clippy --package=evpose --package=evpose-bench --package=evpose-body \
+         --package=evpose-compare --package=evpose-external --package=evpose-live \
+         --package=evpose-nn --package=evpose-rerun --all-targets --quiet \
+         --features=onnx,rerun,peers,ndarray,wgpu,live,gltf -- -D warnings",
+    ),
+    step("documentation complete, its links alive", "doc --workspace --no-deps --quiet")
+        .with_env(&[("RUSTDOCFLAGS", "-D warnings")]),
+    step("tests", "test --workspace --no-fail-fast"),
+    // With the features of the step above: nothing is compiled.
+    step("tiles of AMX", "test --workspace --lib tiles_of_the_processor -- --ignored")
+        .with_need(Need::Amx),
+    step(
+        "optional features: HDF5 recordings, Zstandard's library, hands of glTF files",
+        "test --package=evpose-io --package=evpose-body \
+         --features=evpose-io/hdf5,evpose-io/zstd,evpose-body/gltf --no-fail-fast",
+    ),
+    // Its recordings evaluate the gap workflow: a shared formula would be compared with itself.
+    step(
+        "the benchmark's pixel shares no code with the simulator",
+        "tree --package gapbench-pixel --edges all --prefix none --quiet",
+    ),
+];
+
+/// Checks that take long, or need what not every machine has.
+pub(crate) const SLOW: &[Step] = &[
+    // Not of the workspace; to run them takes a nightly compiler, to check them does not.
+    step("fuzz targets compile", "check --manifest-path fuzz/Cargo.toml --all-targets"),
+    // A dependency fetches a compiler when it builds, except for documentation.
+    step("cuda compiles", "check --features cuda").with_env(&[("DOCS_RS", "1")]),
+    // Without a network: in the order of dependencies, each with all versions and metadata. What
+    // they hold is not compiled, and whether names are free is not asked.
+    step(
+        "every crate makes a package",
+        "package --workspace --exclude=xtask --exclude=evpose-plugin --no-verify --offline \
+         --allow-dirty --quiet",
+    ),
+    step(
+        "an engine beside a busy thread",
+        "test --package=evpose-infer --test=threads -- --ignored",
+    ),
+    // On wgpu what there is: a GPU, or Mesa's software.
+    step(
+        "optional features: the program with all of them, and the tests of their crates",
+        "test --package=evpose --package=evpose-bench --package=evpose-body \
+         --package=evpose-compare --package=evpose-external --package=evpose-live \
+         --package=evpose-nn --package=evpose-rerun \
+         --features=onnx,rerun,peers,ndarray,wgpu,live,gltf --no-fail-fast",
+    ),
+    step(
+        "networks have the same outputs in ONNX Runtime",
+        "test --package=evpose-bench --features=peers --lib onnx_runtime -- --ignored",
+    )
+    .with_need(Need::Variable("ORT_DYLIB_PATH")),
+    step(
+        "networks have the same outputs in OpenVINO",
+        "test --package=evpose-bench --features=peers --lib openvino -- --ignored",
+    )
+    .with_need(Need::Variable("OPENVINO_DYLIB_PATH")),
+    // What runs is compiled for every level of instructions.
+    step(
+        "kernels read and write only what is theirs, under AddressSanitizer",
+        "+nightly test --package=evpose-kernels --lib --tests --target=x86_64-unknown-linux-gnu",
+    )
+    .with_env(&[("RUSTFLAGS", "-Zsanitizer=address"), ("PROPTEST_CASES", "12")])
+    .with_need(Need::Nightly),
+    step(
+        "an installed program has its networks",
+        "test --release --test=integration installed -- --ignored",
+    ),
+    step(
+        "twelve recordings in which an effect is hidden, or none",
+        "test --release --test=integration twelve_blind -- --ignored",
+    ),
+    step(
+        "every command of README.md and the guides runs, in small",
+        "test --release --test=integration all_pages_run -- --ignored",
+    ),
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Features of the program that no test of the workspace has on, but for devices of a maker.
+    fn optional_features() -> Vec<String> {
+        let manifest = include_str!("../../Cargo.toml");
+        let (_, features) = manifest.split_once("\n[features]\n").expect("features");
+        let (features, _) = features.split_once("\n[").expect("an end");
+        let mut features: Vec<(&str, &str)> =
+            features.lines().filter_map(|line| line.split_once(" = ")).collect();
+        let (_, on) = features.remove(0);
+        let is_off = |name: &&str| !on.contains(&format!("\"{name}\"")) && *name != "cuda";
+        features.into_iter().map(|(name, _)| name).filter(is_off).map(str::to_owned).collect()
+    }
+
+    #[test]
+    fn every_feature_is_linted_in_ci_and_tested_nightly() {
+        let all = optional_features();
+        assert!(all.contains(&"onnx".to_owned()) && !all.contains(&"hdf5".to_owned()));
+        for (steps, command) in [(CI, "clippy"), (SLOW, "test")] {
+            let has_all = steps.iter().any(|step| {
+                let mut args = step.cargo.split_whitespace();
+                let is_of_command = args.next() == Some(command);
+                let on = args.find_map(|arg| arg.strip_prefix("--features="));
+                let on: Vec<&str> = on.unwrap_or_default().split(',').collect();
+                is_of_command && all.iter().all(|feature| on.contains(&feature.as_str()))
+            });
+            assert!(has_all, "{command} of {all:?}");
+        }
+    }
+}
