@@ -126,6 +126,49 @@ fn what_of_mpii_is_missing_is_named() {
 }
 
 #[test]
+fn lsp_and_coco_become_persons_by_the_same_steps() {
+    let sandbox = Sandbox::new();
+    let image = image::GrayImage::from_pixel(100, 80, image::Luma([90]));
+    for folder in ["lspet/images", "COCO/val2017"] {
+        std::fs::create_dir_all(sandbox.path(folder)).unwrap();
+    }
+    copy(&golden("lsp/extended.mat"), &sandbox.path("lspet/joints.mat"));
+    for name in ["im00001.jpg", "im00002.jpg", "im00003.jpg", "im00004.jpg", "im00006.jpg"] {
+        image.save(sandbox.path("lspet/images").join(name)).unwrap();
+    }
+    let said = sandbox.ok(&["prepare", "lsp", "lspet", "--out", "lsp"]);
+    for line in [
+        "2 persons of 2 photographs",
+        "2 left and right seem to be exchanged",
+        "1 too few joints",
+        "ankle_r 1",
+        "--data lsp",
+    ] {
+        assert!(said.contains(line), "{said}");
+    }
+    assert!(!said.contains("not for training"), "{said}");
+
+    // A person of COCO's 17 keypoints, in a zigzag.
+    image.save(sandbox.path("COCO/val2017/000000000139.jpg")).unwrap();
+    let keypoints: Vec<String> =
+        (0..17).map(|k| format!("{},{},2", 20 + 20 * (k % 2), 5 + 4 * k)).collect();
+    let file = format!(
+        "{{\"images\":[{{\"id\":139,\"file_name\":\"000000000139.jpg\"}}],\
+         \"annotations\":[{{\"image_id\":139,\"keypoints\":[{}]}}]}}",
+        keypoints.join(",")
+    );
+    let annotations_path = sandbox.path("COCO/annotations/person_keypoints_val2017.json");
+    std::fs::create_dir(annotations_path.parent().unwrap()).unwrap();
+    std::fs::write(&annotations_path, file).unwrap();
+    sandbox.ok(&["prepare", "coco", "COCO", "--split", "val2017", "--out", "coco"]);
+    let names: Vec<String> =
+        annotations(&sandbox, "coco/poses.json").into_iter().map(|a| a.image).collect();
+    assert_eq!(names, ["000000000139_0.png"]);
+    let message = sandbox.fails(&["prepare", "coco", "COCO", "--out", "no"]);
+    assert!(message.contains("no annotations/person_keypoints_train2017.json"), "{message}");
+}
+
+#[test]
 fn dhp19_becomes_frames_of_the_cameras_that_are_asked_for() {
     let sandbox = dhp19();
     let said = sandbox.ok(&["prepare", "dhp19", "DHP19", "--out", "data", "--every", "1"]);

@@ -71,9 +71,10 @@ pub struct TrainArgs {
     #[command(flatten)]
     pub config: ConfigArgs,
     /// Directory of sequences from `evpose simulate`, or of images from `evpose prepare`, or the
-    /// annotation file of the latter [bodies: simulated into OUT/data where it is missing]
+    /// annotation file of the latter; for bodies it may be repeated, and the last sequences are for
+    /// validation [bodies: simulated into OUT/data where it is missing]
     #[arg(long)]
-    pub data: Option<PathBuf>,
+    pub data: Vec<PathBuf>,
     /// Directory of the run [bodies: the config's `out`]
     #[arg(long)]
     pub out: Option<PathBuf>,

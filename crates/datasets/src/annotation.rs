@@ -81,10 +81,7 @@ struct Entry {
 pub fn read_annotations(path: &Path) -> Result<Vec<Annotation>, DatasetError> {
     let failed = |source| DatasetError::Io { path: path.to_owned(), action: "read it", source };
     let bytes = std::fs::read(path).map_err(failed)?;
-    let entries: Vec<Entry> = serde_json::from_slice(&bytes).map_err(|error| {
-        let place = format!("line {}, column {}", error.line(), error.column());
-        DatasetError::malformed(path, place, error.to_string())
-    })?;
+    let entries: Vec<Entry> = serde_json::from_slice(&bytes).map_err(DatasetError::json(path))?;
     entries.into_iter().enumerate().map(|(index, entry)| from_entry(path, index, entry)).collect()
 }
 

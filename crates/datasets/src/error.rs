@@ -72,6 +72,18 @@ impl DatasetError {
         move |source| Self::Mat { path: path.clone(), source }
     }
 
+    /// Adds the path of the file, the line and the column to errors of JSON.
+    pub fn json(path: impl Into<PathBuf>) -> impl FnOnce(serde_json::Error) -> Self {
+        let path = path.into();
+        move |error| {
+            let place = format!("line {} column {}", error.line(), error.column());
+            let reason = error.to_string();
+            // It ends with the place.
+            let reason = reason.split(" at line ").next().unwrap_or_default();
+            Self::malformed(path, place, reason)
+        }
+    }
+
     /// The error for a fault in the file at `path`.
     pub(crate) fn malformed(
         path: impl Into<PathBuf>,

@@ -7,7 +7,8 @@
 //! * [`check`]: checks for labels that are wrong or suspicious.
 //! * [`dhp19`]: movements recorded by four event cameras.
 //! * [`h36m`]: clips of videos that were turned into events.
-//! * [`mpii`]: photographs of persons, rendered in the style of event images.
+//! * [`mpii`], [`lsp`], [`coco`]: photographs of persons; [`stills`] renders them in the style of
+//!   event images.
 //!
 //! ```
 //! use evpose_core::SensorSize;
@@ -35,13 +36,16 @@
 
 mod annotation;
 pub mod check;
+pub mod coco;
 pub mod dhp19;
 mod error;
 pub mod h36m;
+pub mod lsp;
 pub mod mpii;
 mod open;
 mod recording;
 mod split;
+pub mod stills;
 
 pub use annotation::{Annotation, read_annotations, write_annotations};
 pub use error::DatasetError;

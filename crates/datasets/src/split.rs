@@ -46,7 +46,7 @@ mod tests {
     use evpose_pose::body::BodyLabel;
 
     use super::*;
-    use crate::mpii::photograph_of_crop;
+    use crate::stills::photograph_of_crop;
 
     fn annotations() -> Vec<Annotation> {
         let names =

@@ -6,8 +6,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use evpose_core::{Plane, seed_for};
-use evpose_datasets::mpii::{
-    CropFormat, MpiiOptions, MpiiStyle, SkipReason, convert, photograph_of_crop,
+use evpose_datasets::mpii::convert;
+use evpose_datasets::stills::{
+    CropFormat, SkipReason, StillOptions, StillStyle, photograph_of_crop,
 };
 use evpose_datasets::{Annotation, read_annotations};
 use evpose_pose::body::{Visibility, number};
@@ -36,7 +37,7 @@ fn pixels(photograph: usize, width: u32, height: u32) -> Vec<u8> {
 }
 
 /// A folder with the photographs, and options that write beside them.
-fn set() -> (TempDir, MpiiOptions) {
+fn set() -> (TempDir, StillOptions) {
     let directory = tempfile::tempdir().unwrap();
     let photographs = directory.path().join("photographs");
     std::fs::create_dir(&photographs).unwrap();
@@ -45,19 +46,19 @@ fn set() -> (TempDir, MpiiOptions) {
         image.unwrap().save(photographs.join(name)).unwrap();
     }
     let output = directory.path().join("out");
-    let options = MpiiOptions {
-        style: MpiiStyle::Grey,
-        ..MpiiOptions::new(golden("release.mat"), photographs, output)
+    let options = StillOptions {
+        style: StillStyle::Grey,
+        ..StillOptions::new(golden("release.mat"), photographs, output)
     };
     (directory, options)
 }
 
-fn labels(options: &MpiiOptions) -> BTreeMap<String, Annotation> {
+fn labels(options: &StillOptions) -> BTreeMap<String, Annotation> {
     let annotations = read_annotations(&options.output.join("poses.json")).unwrap();
     annotations.into_iter().map(|annotation| (annotation.image.clone(), annotation)).collect()
 }
 
-fn crop(options: &MpiiOptions, name: &str) -> image::GrayImage {
+fn crop(options: &StillOptions, name: &str) -> image::GrayImage {
     image::open(options.output.join("images").join(name)).unwrap().into_luma8()
 }
 
@@ -172,7 +173,7 @@ fn persons_are_cut_out_of_the_whole_photograph_in_its_style() {
     let (_directory, mut options) = set();
     convert(&options, &|_, _| {}).unwrap();
     let grey = crop(&options, "i_0.png");
-    options.style = MpiiStyle::ErosLike(ErosLike::default());
+    options.style = StillStyle::ErosLike(ErosLike::default());
     options.output = options.output.with_file_name("eros");
     options.seed = 5;
     convert(&options, &|_, _| {}).unwrap();
@@ -193,8 +194,8 @@ fn persons_are_cut_out_of_the_whole_photograph_in_its_style() {
 #[test]
 fn bytes_depend_neither_on_threads_nor_on_interruptions() {
     let (_directory, mut options) = set();
-    options.style = MpiiStyle::ErosLike(ErosLike::default());
-    let on = |threads: usize, options: &MpiiOptions| {
+    options.style = StillStyle::ErosLike(ErosLike::default());
+    let on = |threads: usize, options: &StillOptions| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| convert(options, &|_, _| {})).unwrap()
     };
@@ -253,7 +254,7 @@ fn what_is_odd_is_skipped_by_itself() {
 #[test]
 fn what_is_wrong_with_the_whole_set_is_an_error() {
     let (directory, mut options) = set();
-    let complaint = |options: &MpiiOptions| convert(options, &|_, _| {}).unwrap_err().to_string();
+    let complaint = |options: &StillOptions| convert(options, &|_, _| {}).unwrap_err().to_string();
     options.annotations = golden("flags.mat");
     let message = complaint(&options);
     assert!(message.contains("RELEASE.img_train: 2 flags for 1 images"), "{message}");

@@ -6,7 +6,7 @@ use anyhow::Result;
 use evpose_sim::person::{People, RecordedPeople, record_people};
 use evpose_sim::{SequenceSet, Shard};
 use evpose_task::body::{BodyConfig, BodySourceKind};
-use evpose_train::body::{BodyFrames, BodyRecordings};
+use evpose_train::body::{BodyFrames, BodyRecordings, holds_annotations};
 
 use crate::progress::{LongProgress, bar, say};
 use crate::run_info;
@@ -71,6 +71,7 @@ pub fn frames(config: &BodyConfig, data: &Path) -> Result<BodyFrames> {
         BodySourceKind::Stills | BodySourceKind::GreyStills => {
             ("rendering", config.data.stills, "stills")
         }
+        BodySourceKind::Recordings if holds_annotations(data) => ("reading", 0, "images"),
         BodySourceKind::Recordings | BodySourceKind::GreyRecordings => {
             ("reading", BodyRecordings::open(data)?.files.len() as u64, "recordings")
         }

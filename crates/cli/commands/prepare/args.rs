@@ -18,6 +18,10 @@ use super::own_args::{HandsArgs, PeopleArgs};
 pub(crate) enum PrepareCommand {
     /// MPII Human Pose: photographs, rendered to look like events or in grey
     Mpii(MpiiArgs),
+    /// Leeds Sports Pose, the original or the extended set: photographs, rendered as MPII's are
+    Lsp(LspArgs),
+    /// COCO's keypoints of persons: photographs, rendered as MPII's are
+    Coco(CocoArgs),
     /// DHP19: movements recorded by four event cameras
     Dhp19(Dhp19Args),
     /// eH3.6M: the published event clips of Human3.6M
@@ -40,11 +44,49 @@ pub(crate) struct MpiiArgs {
     /// Folder with images/ and mpii_human_pose_v1_u12_1.mat, the latter perhaps in
     /// mpii_human_pose_v1_u12_2/
     pub(crate) data: PathBuf,
-    /// The folder of photographs [default: DATA/images]
+    #[command(flatten)]
+    pub(crate) stills: StillArgs,
+    /// Reproduce the labels of the published program, including its errors
+    #[arg(long)]
+    pub(crate) parity: bool,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  evpose prepare lsp lspet --out data/lspet\n  \
+    evpose prepare lsp lsp_dataset --out data/lsp --seed 1\n\n\
+    OUT/images has an image of each person, OUT/poses.json its label, OUT/conversion.json the skipped \
+    persons with reasons. An interrupted conversion is continued by the same command.")]
+pub(crate) struct LspArgs {
+    /// Folder with images/ and joints.mat
+    pub(crate) data: PathBuf,
+    #[command(flatten)]
+    pub(crate) stills: StillArgs,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  evpose prepare coco COCO --out data/coco\n  \
+    evpose prepare coco COCO --split val2017 --out data/coco-val\n  \
+    evpose prepare coco mine --annotations mine/keypoints.json --images mine/frames --out data/mine\n\n\
+    OUT/images has an image of each person, OUT/poses.json its label, OUT/conversion.json the skipped \
+    persons with reasons. An interrupted conversion is continued by the same command.")]
+pub(crate) struct CocoArgs {
+    /// Folder with annotations/person_keypoints_SPLIT.json and SPLIT/
+    pub(crate) data: PathBuf,
+    /// Part of the set
+    #[arg(long, default_value = "train2017")]
+    pub(crate) split: String,
+    #[command(flatten)]
+    pub(crate) stills: StillArgs,
+}
+
+/// Arguments of the data sets of photographs.
+#[derive(Debug, clap::Args)]
+pub(crate) struct StillArgs {
+    /// The folder of photographs [default: that of the set in DATA]
     #[arg(long, value_name = "DIR")]
     pub(crate) images: Option<PathBuf>,
-    /// The annotations [default: mpii_human_pose_v1_u12_1.mat of DATA]
-    #[arg(long, value_name = "FILE.mat")]
+    /// The file of annotations [default: that of the set in DATA]
+    #[arg(long, value_name = "FILE")]
     pub(crate) annotations: Option<PathBuf>,
     /// Folder to write
     #[arg(long)]
@@ -52,9 +94,6 @@ pub(crate) struct MpiiArgs {
     /// Grey photographs: the baseline without event-like rendering
     #[arg(long)]
     pub(crate) grey: bool,
-    /// Reproduce the labels of the published program, including its errors
-    #[arg(long)]
-    pub(crate) parity: bool,
     /// Write JPEG images of this quality, 1 to 100, instead of PNG; published ones have 95
     #[arg(long, value_name = "QUALITY", value_parser = clap::value_parser!(u8).range(1..=100))]
     pub(crate) jpeg: Option<u8>,

@@ -6,9 +6,9 @@ mod dhp19;
 mod frames;
 mod h36m;
 mod hands;
-mod mpii;
 mod own_args;
 mod people;
+mod stills;
 
 use std::path::Path;
 
@@ -21,7 +21,9 @@ use evpose_import::WrittenSequence;
 
 pub(crate) fn run(command: &PrepareCommand) -> Result<()> {
     match command {
-        PrepareCommand::Mpii(args) => mpii::run(args),
+        PrepareCommand::Mpii(args) => stills::mpii(args),
+        PrepareCommand::Lsp(args) => stills::lsp(args),
+        PrepareCommand::Coco(args) => stills::coco(args),
         PrepareCommand::Dhp19(args) => dhp19::run(args),
         PrepareCommand::Eh36m(args) => h36m::published(args),
         PrepareCommand::H36m(args) => h36m::original(args),

@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result};
 use evpose_task::body::{BodyCheckpoint, BodyConfig};
-use evpose_train::body::train_body;
+use evpose_train::body::{BodyFrames, train_body};
 use evpose_train::{TrainOptions, TrainSummary};
 
 use crate::args::TrainArgs;
@@ -22,11 +22,17 @@ pub(super) fn run(mut config: BodyConfig, args: &TrainArgs) -> Result<()> {
         config.start_from = Some(checkpoint_path(start)?);
     }
     let out = args.out.clone().unwrap_or_else(|| config.out.clone());
-    let data = args.data.clone().unwrap_or_else(|| out.join(DATA));
-    if args.data.is_none() && config.data.source.is_recorded() {
-        recorded::prepare(&config, &data)?;
+    let mut data = args.data.clone();
+    if data.is_empty() {
+        data.push(out.join(DATA));
+        if config.data.source.is_recorded() {
+            recorded::prepare(&config, &data[0])?;
+        }
     }
-    let frames = recorded::frames(&config, &data)?;
+    let mut frames = BodyFrames::default();
+    for data in &data {
+        frames.append(recorded::frames(&config, data)?);
+    }
     let options = TrainOptions {
         device: args.device.device,
         resume: args.resume,

@@ -11,8 +11,8 @@ use crate::experiment::PoseExperiment as _;
 use crate::learning_curves;
 
 pub(super) fn run(args: &TrainArgs) -> Result<()> {
-    let (Some(data), Some(out)) = (&args.data, &args.out) else {
-        bail!("hands need --data, a directory of sequences from `evpose simulate`, and --out");
+    let ([data], Some(out)) = (&args.data[..], &args.out) else {
+        bail!("hands need one --data, a directory of sequences from `evpose simulate`, and --out");
     };
     let mut config = hand_config::load(&args.config.config, &args.config.overrides)?;
     if let Some(start) = &args.start_from {

@@ -17,6 +17,11 @@ pub struct CheckOptions {
     pub swap_ratio: f32,
     /// And only if the way gets shorter by this many torsos.
     pub swap_gain: f32,
+    /// On a photograph, sides are suspected to be exchanged if the cosine of the angle between the
+    /// lines across shoulders and hips is less, a twist that nobody can make.
+    pub opposed_cosine: f32,
+    /// And only if both are wider than this, in torsos.
+    pub min_width: f32,
     /// A joint that is at the very same place for so many frames is frozen.
     pub frozen_frames: usize,
     /// A single joint only if another one moves by this many torsos meanwhile.
@@ -33,6 +38,8 @@ impl Default for CheckOptions {
             torso_frames: 25,
             swap_ratio: 0.5,
             swap_gain: 0.3,
+            opposed_cosine: -0.5,
+            min_width: 0.2,
             frozen_frames: 50,
             frozen_motion: 0.1,
             gap_s: 0.25,

@@ -1,6 +1,9 @@
 //! Left and right exchanged.
 //!
 //! # Model
+//! On a photograph, nothing is before or behind: there, shoulders and hips that face opposite ways,
+//! and limbs that are much shorter from each joint to the next one of the other side, are suspected.
+//!
 //! Of each pair of joints, the way that both go from one frame to the next is compared with the way
 //! they would go had they been exchanged. Two joints that cross go on as they went: where they
 //! would be at the velocity they had is as good as where they were.
@@ -8,10 +11,22 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use evpose_pose::body::{BODY_JOINTS, JOINT_NAMES, MIRRORED};
+use evpose_pose::body::number::{
+    ANKLE_L, ANKLE_R, ELBOW_L, ELBOW_R, HIP_L, HIP_R, KNEE_L, KNEE_R, SHOULDER_L, SHOULDER_R,
+    WRIST_L, WRIST_R,
+};
+use evpose_pose::body::{BODY_JOINTS, BodyPoints, JOINT_NAMES, MIRRORED};
 use glam::Vec2;
 
 use super::{CheckOptions, LabelFault, LabelTrack};
+
+const SHOULDERS: [usize; 2] = [SHOULDER_L, SHOULDER_R];
+const HIPS: [usize; 2] = [HIP_L, HIP_R];
+const ELBOWS: [usize; 2] = [ELBOW_L, ELBOW_R];
+const KNEES: [usize; 2] = [KNEE_L, KNEE_R];
+/// Pairs of joints, left and right, from the trunk outwards.
+const LIMB_PAIRS: [[[usize; 2]; 2]; 4] =
+    [[SHOULDERS, ELBOWS], [ELBOWS, [WRIST_L, WRIST_R]], [HIPS, KNEES], [KNEES, [ANKLE_L, ANKLE_R]]];
 
 /// Hands `report` the first frame, the joints and for how long they seem to be exchanged.
 pub(super) fn check(
@@ -20,6 +35,12 @@ pub(super) fn check(
     options: &CheckOptions,
     report: &mut impl FnMut(usize, Vec<&'static str>, LabelFault),
 ) {
+    if let ([frame], [Some(torso)]) = (&track.frames[..], torsos) {
+        let joints = exchanged_on_photograph(&frame.joints, *torso, options);
+        if !joints.is_empty() {
+            report(0, joints, LabelFault::SwappedSides { frames: 1 });
+        }
+    }
     for segment in track.segments(options) {
         // Pairs that are exchanged together are one finding.
         let mut spans: BTreeMap<(usize, usize), Vec<&'static str>> = BTreeMap::new();
@@ -68,6 +89,36 @@ fn exchanged(
         .collect();
     let span = |pair: &[usize]| pair[0]..pair.get(1).copied().unwrap_or(segment.end);
     exchanges.chunks(2).map(span).collect()
+}
+
+/// Joints of a single body that seem to be exchanged.
+fn exchanged_on_photograph(
+    joints: &BodyPoints,
+    torso: f32,
+    options: &CheckOptions,
+) -> Vec<&'static str> {
+    let at = |[left, right]: [usize; 2]| {
+        let both = [joints[left]?, joints[right]?];
+        both.iter().all(|point| point.is_finite()).then_some(both)
+    };
+    let mut found = Vec::new();
+    if let (Some(shoulders), Some(hips)) = (at(SHOULDERS), at(HIPS)) {
+        let [across_shoulders, across_hips] = [shoulders, hips].map(|[left, right]| left - right);
+        let narrower = across_shoulders.length().min(across_hips.length());
+        let is_opposed = across_shoulders.normalize_or_zero().dot(across_hips.normalize_or_zero())
+            < options.opposed_cosine;
+        if is_opposed && narrower > options.min_width * torso {
+            found.extend(SHOULDERS.iter().chain(&HIPS).map(|&joint| JOINT_NAMES[joint]));
+        }
+    }
+    for [inner, outer] in LIMB_PAIRS {
+        let (Some(before), Some(now)) = (at(inner), at(outer)) else { continue };
+        let (kept, swapped) = (way(now, before), way([now[1], now[0]], before));
+        if swapped < options.swap_ratio * kept && kept - swapped > options.swap_gain * torso {
+            found.extend(outer.map(|joint| JOINT_NAMES[joint]));
+        }
+    }
+    found
 }
 
 /// How far two joints go.

@@ -196,6 +196,32 @@ fn exchanged_sides_are_found_with_their_first_frame_and_length() {
 }
 
 #[test]
+fn on_photographs_a_body_whose_halves_face_opposite_ways_is_found() {
+    let swapped_of = |pairs: &[usize]| {
+        let photographs: Vec<_> = track(1)
+            .frames
+            .into_iter()
+            .map(|mut frame| {
+                exchange(&mut frame.joints, pairs);
+                LabelTrack { name: frame.name.clone(), frames: vec![frame], image_size: None }
+            })
+            .collect();
+        let mut findings = check(&photographs);
+        findings.retain(|finding| matches!(finding.fault, LabelFault::SwappedSides { .. }));
+        findings
+    };
+    assert_eq!(swapped_of(&[]), []);
+    for half in [[1, 3, 5], [7, 9, 11]] {
+        let findings = swapped_of(&half);
+        assert_eq!(findings.len(), FRAMES);
+        let trunk = ["shoulder_l", "shoulder_r", "hip_l", "hip_r"];
+        assert!(findings.iter().all(|finding| finding.joints == trunk), "{findings:?}");
+    }
+    // From top to toe: somebody who is seen from behind.
+    assert_eq!(swapped_of(&[1, 3, 5, 7, 9, 11]), []);
+}
+
+#[test]
 fn joints_that_cross_are_not_exchanged() {
     // Ankles pass each other by 40 pixels a frame, a third of the torso.
     let mut track = track(0);

@@ -1,257 +1,47 @@
-//! The conversion of the whole set.
+//! MPII into images of persons.
 
-use std::collections::HashSet;
-use std::io;
-use std::path::Path;
-
-use evpose_core::{Plane, atomic_write, seed_for};
 use evpose_mat::MatFile;
-use evpose_repr::ErosLikeWork;
-use rayon::prelude::*;
-use serde::Serialize;
-use sha2::{Digest, Sha256};
 
-use super::image_file::{read_grey, size, write};
-use super::label::label;
-use super::person::Person;
-use super::release::{Photograph, Release};
-use super::window::Window;
-use super::{Converted, CropFormat, MpiiOptions, MpiiStyle, SkipReason, Skipped};
-use crate::{Annotation, DatasetError, write_annotations};
+use super::release::Release;
+use crate::DatasetError;
+use crate::stills::{self, Converted, PersonFault, Photograph, SkipReason, StillOptions, StillSet};
 
-/// Images of persons.
-const IMAGES: &str = "images";
-/// Their labels, which are written last: where they are, all is there.
-const LABELS: &str = "poses.json";
-/// Name of the report of converted and skipped persons.
-const REPORT: &str = "conversion.json";
-/// With what it was converted.
-const SETTINGS: &str = "settings.json";
-
-/// Cuts every person of MPII's photographs for training out into an image of its own,
-/// `OUTPUT/images/NAME_PERSON.png`, with its label in `OUTPUT/poses.json`; `OUTPUT/conversion.json`
-/// reports what was skipped and why.
-///
-/// A conversion that was interrupted is gone on with. What is written depends on the options alone,
-/// not on the number of threads. `progress` is called with the count of photographs since its last
-/// call, and how many there are.
+/// Converts MPII's photographs for training; `options.annotations` is
+/// `mpii_human_pose_v1_u12_1.mat`.
 ///
 /// # Source
 /// `export_to_eros.py` and `export_to_movenet.py` of hpe-core, one behind the other: the look is
 /// made of the whole photograph.
 ///
 /// # Errors
-/// If the annotations cannot be read, none of the photographs is there, the output folder is that
-/// of other options, or a file cannot be written.
+/// As [`stills`](crate::stills) has them.
 pub fn convert(
-    options: &MpiiOptions,
+    options: &StillOptions,
     progress: &(dyn Fn(u64, u64) + Sync),
 ) -> Result<Converted, DatasetError> {
-    let path = &options.annotations;
-    let bytes = std::fs::read(path).map_err(|source| file_error(path, "read it", source))?;
-    let file = MatFile::parse(&bytes)
-        .map_err(|source| DatasetError::Mat { path: path.clone(), source })?;
-    let digest = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-    drop(bytes);
-    let release = Release::read(path, &file)?;
-    drop(file);
-    start(options, digest)?;
-    let unnamed = bad_names(&release.photographs);
-    let photographs = release.photographs.len() as u64;
-    let outcomes = release
-        .photographs
-        .par_iter()
-        .map_init(ErosLikeWork::default, |work, photograph| {
-            let outcome = if unnamed.contains(&photograph.index) {
-                Ok(Outcome::skipped(photograph, SkipReason::BadName, None))
-            } else {
-                photograph_of(options, photograph, work)
-            };
-            progress(1, photographs);
-            outcome
+    let read = |path: &std::path::Path, bytes: &[u8]| {
+        let file = MatFile::parse(bytes).map_err(DatasetError::mat(path))?;
+        let release = Release::read(path, &file)?;
+        let photographs = release.photographs.into_iter().map(|photograph| Photograph {
+            index: photograph.index,
+            name: photograph.name,
+            persons: photograph
+                .persons
+                .into_iter()
+                .map(|person| match person {
+                    Ok(person) => Ok(person.to_still(options.parity)),
+                    Err(error) => Err(PersonFault {
+                        reason: SkipReason::BadField,
+                        detail: Some(error.to_string()),
+                    }),
+                })
+                .collect(),
+        });
+        Ok(StillSet {
+            name: "mpii",
+            photographs: photographs.collect(),
+            not_for_training: release.not_for_training,
         })
-        .collect::<Result<Vec<_>, _>>()?;
-    finish(options, outcomes, release.not_for_training)
-}
-
-/// Result of a photograph.
-#[derive(Default)]
-struct Outcome {
-    annotations: Vec<Annotation>,
-    skipped: Vec<Skipped>,
-}
-
-impl Outcome {
-    fn skipped(photograph: &Photograph, reason: SkipReason, detail: Option<String>) -> Self {
-        let skipped = Skipped { image: photograph.name.clone(), person: None, reason, detail };
-        Self { annotations: Vec::new(), skipped: vec![skipped] }
-    }
-}
-
-/// Notes the settings, or checks that they are those with which the folder was begun.
-fn start(options: &MpiiOptions, annotations_sha256: String) -> Result<(), DatasetError> {
-    #[derive(Serialize)]
-    struct Settings {
-        annotations_sha256: String,
-        #[serde(rename = "look")]
-        style: MpiiStyle,
-        format: CropFormat,
-        seed: u64,
-        parity: bool,
-    }
-    let MpiiOptions { style, format, seed, parity, .. } = *options;
-    let bytes = json(&Settings { annotations_sha256, style, format, seed, parity })?;
-    let path = options.output.join(SETTINGS);
-    match std::fs::read(&path) {
-        Ok(found) if found == bytes => Ok(()),
-        Ok(_) => {
-            let reason = "this folder was converted with other ones: take another, or remove it";
-            Err(DatasetError::malformed(path, "settings", reason))
-        }
-        Err(error) if error.kind() == io::ErrorKind::NotFound => {
-            atomic_write(&path, &bytes).map_err(|source| file_error(&path, "write it", source))
-        }
-        Err(source) => Err(file_error(&path, "read it", source)),
-    }
-}
-
-/// Photographs whose name is no plain file name, or whose persons would be called as those of
-/// another.
-fn bad_names(photographs: &[Photograph]) -> HashSet<usize> {
-    let mut stems = HashSet::new();
-    let mut bad = HashSet::new();
-    for photograph in photographs {
-        let name = Path::new(&photograph.name);
-        let is_plain = name.file_name().is_some_and(|plain| plain == name.as_os_str())
-            && !photograph.name.contains(['\\', '\0']);
-        if !is_plain || !stems.insert(stem(&photograph.name)) {
-            bad.insert(photograph.index);
-        }
-    }
-    bad
-}
-
-fn stem(name: &str) -> &str {
-    name.rsplit_once('.').map_or(name, |(stem, _)| stem)
-}
-
-/// Converts the persons of a photograph.
-fn photograph_of(
-    options: &MpiiOptions,
-    photograph: &Photograph,
-    work: &mut ErosLikeWork,
-) -> Result<Outcome, DatasetError> {
-    let path = options.images.join(&photograph.name);
-    if photograph.persons.is_empty() {
-        return Ok(Outcome::skipped(photograph, SkipReason::NoPersons, None));
-    }
-    let unreadable = |error: image::ImageError| {
-        let reason = match &error {
-            image::ImageError::IoError(error) if error.kind() == io::ErrorKind::NotFound => {
-                SkipReason::NoImage
-            }
-            _ => SkipReason::UnreadableImage,
-        };
-        Ok(Outcome::skipped(photograph, reason, Some(error.to_string())))
     };
-    let size = match size(&path) {
-        Ok(size) => size,
-        Err(error) => return unreadable(error),
-    };
-    let mut outcome = Outcome::default();
-    let mut missing = Vec::new();
-    for (index, person) in photograph.persons.iter().enumerate() {
-        let (reason, detail) = match person {
-            Ok(person) => match labelled(options, photograph, index, person, size) {
-                Ok((window, annotation)) => {
-                    let path = options.output.join(IMAGES).join(&annotation.image);
-                    if !path.exists() {
-                        missing.push((window, path));
-                    }
-                    outcome.annotations.push(annotation);
-                    continue;
-                }
-                Err(reason) => (reason, None),
-            },
-            Err(error) => (SkipReason::BadField, Some(error.to_string())),
-        };
-        let image = photograph.name.clone();
-        outcome.skipped.push(Skipped { image, person: Some(index), reason, detail });
-    }
-    if missing.is_empty() {
-        return Ok(outcome);
-    }
-    let grey = match read_grey(&path) {
-        Ok(grey) => grey,
-        Err(error) => return unreadable(error),
-    };
-    let image = match options.style {
-        MpiiStyle::Grey => grey,
-        MpiiStyle::ErosLike(look) => {
-            let seed = seed_for(options.seed, "mpii", photograph.index as u64);
-            let mut out = Plane::filled(0, 0, 0);
-            look.convert_into(&grey, seed, work, &mut out);
-            out
-        }
-    };
-    for (window, path) in missing {
-        write(&path, &window.cut(&image), options.format)?;
-    }
-    Ok(outcome)
-}
-
-fn labelled(
-    options: &MpiiOptions,
-    photograph: &Photograph,
-    index: usize,
-    person: &Person,
-    size: [usize; 2],
-) -> Result<(Window, Annotation), SkipReason> {
-    let others = photograph.persons.iter().enumerate().filter(|&(other, _)| other != index);
-    if options.parity && others.clone().any(|(_, other)| other.is_err()) {
-        return Err(SkipReason::IncompleteCompanion);
-    }
-    let others: Vec<&Person> = others.filter_map(|(_, other)| other.as_ref().ok()).collect();
-    let window = Window::around(person, size)?;
-    let label = label(person, &others, &window, options.parity)?;
-    let image = format!("{}_{index}.{}", stem(&photograph.name), options.format.ending());
-    Ok((window, Annotation { image, t_s: None, label }))
-}
-
-fn finish(
-    options: &MpiiOptions,
-    outcomes: Vec<Outcome>,
-    not_for_training: usize,
-) -> Result<Converted, DatasetError> {
-    let photographs = outcomes.len();
-    let images = outcomes.iter().filter(|outcome| !outcome.annotations.is_empty()).count();
-    let mut annotations = Vec::new();
-    let mut skipped = Vec::new();
-    for outcome in outcomes {
-        annotations.extend(outcome.annotations);
-        skipped.extend(outcome.skipped);
-    }
-    let converted = Converted { images, persons: annotations.len(), not_for_training, skipped };
-    let counts = converted.skipped_by_reason();
-    let missing = counts.get(&SkipReason::NoImage).copied().unwrap_or(0);
-    if images == 0 && missing > 0 {
-        let reason = format!("{missing} of {photographs} are missing and nobody is on the others");
-        return Err(DatasetError::malformed(&options.images, "photographs", reason));
-    }
-    let path = options.output.join(REPORT);
-    let bytes = json(&converted)?;
-    atomic_write(&path, &bytes).map_err(|source| file_error(&path, "write it", source))?;
-    write_annotations(&options.output.join(LABELS), &annotations)?;
-    Ok(converted)
-}
-
-fn json(value: &impl Serialize) -> Result<Vec<u8>, DatasetError> {
-    let mut bytes = serde_json::to_vec_pretty(value)
-        .map_err(|error| DatasetError::malformed(SETTINGS, "settings", error.to_string()))?;
-    bytes.push(b'\n');
-    Ok(bytes)
-}
-
-fn file_error(path: &Path, action: &'static str, source: io::Error) -> DatasetError {
-    DatasetError::Io { path: path.to_owned(), action, source }
+    stills::convert(options, read, progress)
 }

@@ -24,7 +24,7 @@ pub struct MpiiImage {
 /// If the file cannot be read, or an annotation is damaged.
 pub fn read_joints(path: &Path) -> Result<Vec<MpiiImage>, DatasetError> {
     let release = Release::read(path, &open_mat(path)?)?;
-    let image = |photograph: super::release::Photograph| {
+    let image = |photograph: super::release::MpiiPhotograph| {
         let persons = photograph.persons.into_iter().map(|person| {
             let person = person.map_err(DatasetError::mat(path))?;
             Ok(std::array::from_fn(|joint| person.joint(joint).map(|at| at.as_vec2())))

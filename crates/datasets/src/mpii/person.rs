@@ -4,6 +4,8 @@ use evpose_mat::{MatClass, MatError, MatValue};
 use evpose_pose::body::{BODY_JOINTS, Visibility};
 use glam::DVec2;
 
+use crate::stills::{self, Joint, SkipReason};
+
 /// Index of MPII's point for each joint, in the order of networks. The head has none: it is the
 /// middle of the head's box.
 pub(super) const PART_OF_JOINT: [Option<i64>; BODY_JOINTS] = [
@@ -105,6 +107,33 @@ impl Person {
         match PART_OF_JOINT[joint] {
             None => self.head_center(),
             Some(part) => self.point(part).map(|point| point.at),
+        }
+    }
+
+    /// The person as all sets have it; without the head's box or a middle it is none to cut out, as
+    /// published.
+    pub(super) fn to_still(&self, parity: bool) -> stills::Person {
+        let joint = |joint: usize| {
+            let visibility = match PART_OF_JOINT[joint] {
+                None => Some(Visibility::Visible),
+                Some(part) => self.point(part)?.is_visible.visibility(parity),
+            };
+            Some(Joint { at: self.joint(joint)?, visibility })
+        };
+        let fault = match (self.head, self.center) {
+            (None, _) => Some(SkipReason::NoHeadBox),
+            (_, None) => Some(SkipReason::NoCenter),
+            (Some([a, b]), Some(center)) => {
+                let is_finite = (b - a).is_finite() && center.is_finite();
+                (!is_finite).then_some(SkipReason::PointsOutside)
+            }
+        };
+        stills::Person {
+            points: self.points.iter().map(|point| point.at).collect(),
+            joints: std::array::from_fn(joint),
+            head_box: self.head,
+            center: self.center,
+            fault,
         }
     }
 }

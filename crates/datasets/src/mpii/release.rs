@@ -9,7 +9,7 @@ use crate::DatasetError;
 
 /// A photograph for training.
 #[derive(Debug)]
-pub(super) struct Photograph {
+pub(super) struct MpiiPhotograph {
     /// The how many-th of all photographs it is.
     pub(super) index: usize,
     /// Its file.
@@ -21,8 +21,8 @@ pub(super) struct Photograph {
 /// All annotations.
 #[derive(Debug)]
 pub(super) struct Release {
-    /// Photographs for training.
-    pub(super) photographs: Vec<Photograph>,
+    /// MpiiPhotographs for training.
+    pub(super) photographs: Vec<MpiiPhotograph>,
     /// How many others there are: their joints are not published.
     pub(super) not_for_training: usize,
 }
@@ -50,11 +50,11 @@ impl Release {
     }
 }
 
-fn photograph(index: usize, image: MatValue<'_>) -> Result<Photograph, MatError> {
+fn photograph(index: usize, image: MatValue<'_>) -> Result<MpiiPhotograph, MatError> {
     let name = image.field("image")?.field("name")?.text()?;
     let persons = match image.filled_field("annorect")? {
         Some(rects) => rects.elements()?.map(Person::read).collect(),
         None => Vec::new(),
     };
-    Ok(Photograph { index, name, persons })
+    Ok(MpiiPhotograph { index, name, persons })
 }

@@ -7,11 +7,11 @@
 use std::path::Path;
 
 use evpose_core::Micros;
+use evpose_datasets::coco::{NamedKeypoint, keypoint_by_name};
 use evpose_pose::body::{BODY_JOINTS, JOINT_NAMES};
 use glam::Vec2;
 
 use super::format::{BodyLabelFormat, LabelledImage, has_ending};
-use super::joint_names::{Keypoint, keypoint_by_name};
 use crate::ImportError;
 use crate::clock::ImageTime;
 use crate::table::Table;
@@ -48,7 +48,7 @@ fn columns(table: &Table) -> Result<Vec<(usize, [usize; 2])>, ImportError> {
         let Some(joint) = SUFFIXES.iter().find_map(|suffix| name.strip_suffix(suffix)) else {
             continue;
         };
-        let Some(Keypoint::Joint(index)) = keypoint_by_name(joint) else {
+        let Some(NamedKeypoint::Joint(index)) = keypoint_by_name(joint) else {
             let reason = format!(
                 "column `{name}`: no joint `{joint}`; there are {}",
                 JOINT_NAMES.join(", ")

@@ -41,14 +41,3 @@ pub(super) fn has_ending(path: &Path, ending: &str) -> bool {
 pub(super) fn first_character(start: &[u8]) -> Option<u8> {
     start.iter().copied().find(|byte| !byte.is_ascii_whitespace())
 }
-
-/// The error for a fault in a JSON file.
-pub(super) fn json_fault(path: &Path) -> impl FnOnce(serde_json::Error) -> ImportError {
-    move |error| {
-        let place = format!("line {} column {}", error.line(), error.column());
-        let reason = error.to_string();
-        // It ends with the place.
-        let reason = reason.split(" at line ").next().unwrap_or_default();
-        ImportError::malformed(path, place, reason)
-    }
-}

@@ -6,7 +6,6 @@
 mod coco;
 mod csv;
 mod format;
-mod joint_names;
 mod mpii_json;
 mod mpii_release;
 mod poses;

@@ -11,11 +11,12 @@
 use std::path::Path;
 
 use evpose_core::Micros;
+use evpose_datasets::DatasetError;
 use evpose_pose::body::{BODY_JOINTS, BodyPoints, number};
 use glam::Vec2;
 use serde::Deserialize;
 
-use super::format::{BodyLabelFormat, LabelledImage, first_character, has_ending, json_fault};
+use super::format::{BodyLabelFormat, LabelledImage, first_character, has_ending};
 use crate::ImportError;
 use crate::clock::ImageTime;
 
@@ -59,7 +60,7 @@ struct Entry {
 
 fn read(path: &Path) -> Result<Vec<LabelledImage>, ImportError> {
     let text = std::fs::read_to_string(path).map_err(ImportError::io(path, "read"))?;
-    let entries: Vec<Entry> = serde_json::from_str(&text).map_err(json_fault(path))?;
+    let entries: Vec<Entry> = serde_json::from_str(&text).map_err(DatasetError::json(path))?;
     let mut images: Vec<(String, LabelledImage)> = Vec::new();
     for (index, entry) in entries.into_iter().enumerate() {
         let points = points(&entry).map_err(|(field, reason)| {

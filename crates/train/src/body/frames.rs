@@ -65,8 +65,9 @@ pub struct BodyFrames {
 }
 
 impl BodyFrames {
-    /// The training data of `config`: photographs are simulated, all else is read from `data`.
-    /// `progress` receives 1 after each image or recording.
+    /// The training data of `config`: photographs are simulated, all else is read from `data`, which
+    /// for recordings may also be of annotated images, to train on both. `progress` receives 1 after
+    /// each image or recording.
     ///
     /// # Errors
     /// If files cannot be read, or there is nothing to train on.
@@ -78,6 +79,9 @@ impl BodyFrames {
         let mut frames = match config.data.source {
             BodySourceKind::Stills => Self::stills(config, true, progress)?,
             BodySourceKind::GreyStills => Self::stills(config, false, progress)?,
+            BodySourceKind::Recordings if super::holds_annotations(data) => {
+                super::annotated::frames(data, progress)?
+            }
             BodySourceKind::Recordings => BodyRecordings::open(data)?.frames(config, progress)?,
             BodySourceKind::GreyRecordings => {
                 BodyRecordings::open(data)?.photographs(config, data, progress)?
@@ -133,6 +137,13 @@ impl BodyFrames {
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.frames.is_empty()
+    }
+
+    /// Adds the images of another set: its sequences come last.
+    pub fn append(&mut self, mut other: Self) {
+        let next = self.frames.iter().map(|frame| frame.sequence + 1).max().unwrap_or(0);
+        other.frames.iter_mut().for_each(|frame| frame.sequence += next);
+        self.frames.append(&mut other.frames);
     }
 
     /// Training and validation: of the sequences, each in its whole, the last `share` for the
@@ -209,6 +220,16 @@ mod tests {
         assert_eq!((indices(&train), indices(&valid)), (vec![0, 0, 1, 2, 2], vec![3]));
         let (train, valid) = frames(&[0, 1]).split(0.0);
         assert_eq!((train.len(), valid.len()), (2, 0));
+    }
+
+    #[test]
+    fn sequences_of_sets_stay_apart_and_the_last_set_is_held_back() {
+        let mut all = BodyFrames::default();
+        [&[0, 0][..], &[0, 2], &[0, 0, 0]].map(|set| all.append(frames(set)));
+        let of = |frames: &BodyFrames| frames.frames.iter().map(|f| f.sequence).collect::<Vec<_>>();
+        assert_eq!(of(&all), [0, 0, 1, 3, 4, 4, 4]);
+        let (train, valid) = all.split(0.25);
+        assert_eq!((of(&train), of(&valid)), (vec![0, 0, 1, 3], vec![4, 4, 4]));
     }
 
     #[test]

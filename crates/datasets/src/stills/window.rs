@@ -3,10 +3,10 @@
 use evpose_core::Plane;
 use glam::DVec2;
 
+use super::Person;
 use super::SkipReason;
-use super::person::Person;
 
-/// Sides of windows are no longer: as no photograph of MPII is, by far.
+/// Sides of windows are no longer: as no photograph of the sets is, by far.
 const LONGEST_SIDE: usize = 1 << 14;
 
 /// A part of a photograph; it may stick out.
@@ -26,7 +26,7 @@ impl Window {
     /// `export_to_movenet.py` of hpe-core. Like there, edges are cut towards zero to whole pixels,
     /// so that one side may be a pixel longer than the other.
     pub(super) fn around(person: &Person, size: [usize; 2]) -> Result<Self, SkipReason> {
-        let points = || person.points.iter().map(|point| point.at);
+        let points = || person.points.iter().copied();
         if person.points.is_empty() {
             return Err(SkipReason::NoPoints);
         }
@@ -83,13 +83,10 @@ impl Window {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
-    use super::super::person::{Point, VisibleField};
     use super::*;
 
     fn person(points: &[[f64; 2]]) -> Person {
-        let point =
-            |&at: &[f64; 2]| Point { part: 0, at: at.into(), is_visible: VisibleField::Empty };
-        Person { head: None, points: points.iter().map(point).collect(), center: None }
+        Person { points: points.iter().map(|&at| at.into()).collect(), ..Person::default() }
     }
 
     #[test]

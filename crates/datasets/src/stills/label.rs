@@ -1,11 +1,10 @@
 //! The label of a person in its window.
 
-use evpose_pose::body::{BODY_JOINTS, BodyLabel, Keypoint, Visibility};
+use evpose_pose::body::{BODY_JOINTS, BodyLabel, Keypoint};
 use glam::{DVec2, Vec2};
 
-use super::SkipReason;
-use super::person::{PART_OF_JOINT, Person};
 use super::window::Window;
+use super::{Person, SkipReason};
 
 /// The size of the head is this part of its box's diagonal.
 ///
@@ -20,12 +19,10 @@ pub(super) fn label(
     window: &Window,
     parity: bool,
 ) -> Result<BodyLabel, SkipReason> {
-    let Some([corner, opposite]) = person.head else { return Err(SkipReason::NoHeadBox) };
-    let Some(center) = person.center else { return Err(SkipReason::NoCenter) };
-    let diagonal = opposite - corner;
-    if !diagonal.is_finite() || !center.is_finite() {
-        return Err(SkipReason::PointsOutside);
+    if let Some(fault) = person.fault {
+        return Err(fault);
     }
+    let Some(center) = person.center else { return Err(SkipReason::NoCenter) };
     if parity && others.iter().any(|other| is_incomplete(other)) {
         return Err(SkipReason::IncompleteCompanion);
     }
@@ -37,13 +34,15 @@ pub(super) fn label(
         let is_inside = relative.cmpgt(DVec2::ZERO).all() && relative.cmplt(DVec2::ONE).all();
         is_inside.then(|| relative.as_vec2())
     };
-    let joints = |joint| others.iter().filter_map(|other| inside(other.joint(joint)?)).collect();
+    let joints =
+        |joint: usize| others.iter().filter_map(|other| inside(other.joints[joint]?.at)).collect();
     let size = |diagonal: DVec2| (HEAD_SIZE_OF_DIAGONAL * diagonal.length()) as f32;
+    let diagonal = person.head_box.map(|[corner, opposite]| opposite - corner);
     Ok(BodyLabel {
         keypoints,
         center: window.relative(center).as_vec2(),
-        head_size: Some(size(diagonal)),
-        head_size_scaled: Some(size(diagonal / window.size())),
+        head_size: diagonal.map(size),
+        head_size_scaled: diagonal.map(|diagonal| size(diagonal / window.size())),
         torso_size: None,
         other_centers: others.iter().filter_map(|other| inside(other.center?)).collect(),
         other_keypoints: (0..BODY_JOINTS).map(joints).collect(),
@@ -54,7 +53,7 @@ pub(super) fn label(
 /// photograph.
 fn is_incomplete(other: &Person) -> bool {
     // A single point is no list there.
-    other.head.is_none() || other.center.is_none() || other.points.len() < 2
+    other.head_box.is_none() || other.center.is_none() || other.points.len() < 2
 }
 
 fn keypoint(
@@ -63,18 +62,9 @@ fn keypoint(
     window: &Window,
     parity: bool,
 ) -> Result<Keypoint, SkipReason> {
-    let known = match PART_OF_JOINT[joint] {
-        None => person.head_center().map(|at| (at, Visibility::Visible)),
-        Some(part) => match person.point(part) {
-            Some(point) => {
-                let visibility = point.is_visible.visibility(parity);
-                Some((point.at, visibility.ok_or(SkipReason::NoVisibility)?))
-            }
-            None => None,
-        },
-    };
-    let Some((at, visibility)) = known else { return Ok(Keypoint::default()) };
-    let position = window.relative(at).as_vec2();
+    let Some(known) = person.joints[joint] else { return Ok(Keypoint::default()) };
+    let visibility = known.visibility.ok_or(SkipReason::NoVisibility)?;
+    let position = window.relative(known.at).as_vec2();
     // A joint that is not on the image is none that can be found there.
     let is_inside = position.cmpge(Vec2::ZERO).all() && position.cmple(Vec2::ONE).all();
     Ok(if is_inside || parity { Keypoint { position, visibility } } else { Keypoint::default() })

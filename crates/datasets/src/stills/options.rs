@@ -1,4 +1,4 @@
-//! How MPII is converted.
+//! How photographs are converted.
 
 use std::path::PathBuf;
 
@@ -8,7 +8,7 @@ use serde::Serialize;
 /// Style of the converted images.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum MpiiStyle {
+pub enum StillStyle {
     /// Images like those of an EROS.
     ErosLike(ErosLike),
     /// Grey images, the baseline of an ablation of the event-like style.
@@ -40,21 +40,21 @@ impl CropFormat {
 
 /// Options of a conversion.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct MpiiOptions {
-    /// MPII's MAT-file, `mpii_human_pose_v1_u12_1.mat`.
+pub struct StillOptions {
+    /// The file of annotations: a MAT-file of MPII or LSP, or COCO's JSON.
     pub annotations: PathBuf,
-    /// The folder of its photographs.
+    /// The folder of photographs.
     pub images: PathBuf,
     /// The folder to write; only a conversion with the same options may be in there already, and is
     /// gone on with.
     pub output: PathBuf,
     /// Style of the converted images.
-    pub style: MpiiStyle,
+    pub style: StillStyle,
     /// In which format.
     pub format: CropFormat,
     /// Seed of all noise.
     pub seed: u64,
-    /// Whether labels are those of the published program, with what is wrong with them:
+    /// For MPII, whether labels are those of the published program, with what is wrong with them:
     ///
     /// * of a photograph on which somebody is annotated in part, nobody is taken;
     /// * a person with a point of which nobody says whether it can be seen is not taken;
@@ -63,7 +63,7 @@ pub struct MpiiOptions {
     pub parity: bool,
 }
 
-impl MpiiOptions {
+impl StillOptions {
     /// A conversion as published, without what is wrong with it and without loss.
     pub fn new(
         annotations: impl Into<PathBuf>,
@@ -74,7 +74,7 @@ impl MpiiOptions {
             annotations: annotations.into(),
             images: images.into(),
             output: output.into(),
-            style: MpiiStyle::ErosLike(ErosLike::default()),
+            style: StillStyle::ErosLike(ErosLike::default()),
             format: CropFormat::Png,
             seed: 0,
             parity: false,

@@ -25,6 +25,14 @@ pub enum SkipReason {
     NoExtent,
     /// A point is far outside of the photograph, or is no number.
     PointsOutside,
+    /// It is a crowd, annotated as one.
+    Crowd,
+    /// The person has too few joints.
+    FewJoints,
+    /// The person is too small on the photograph.
+    Small,
+    /// Left and right of the person seem to be exchanged.
+    SidesExchanged,
     /// The person has no box of the head.
     NoHeadBox,
     /// The person has no middle.
@@ -46,6 +54,10 @@ impl fmt::Display for SkipReason {
             Self::NoPoints => "no points",
             Self::NoExtent => "all points at one place",
             Self::PointsOutside => "points far outside of the image",
+            Self::Crowd => "a crowd",
+            Self::FewJoints => "too few joints",
+            Self::Small => "too small",
+            Self::SidesExchanged => "left and right seem to be exchanged",
             Self::NoHeadBox => "no box of the head",
             Self::NoCenter => "no middle",
             Self::IncompleteCompanion => "somebody else is incomplete (parity)",
@@ -77,6 +89,8 @@ pub struct Converted {
     pub persons: usize,
     /// Photographs that are not for training: their joints are not published.
     pub not_for_training: usize,
+    /// How often each joint is labelled, of all persons.
+    pub labelled: BTreeMap<&'static str, usize>,
     /// All else, in the order of the annotations.
     pub skipped: Vec<Skipped>,
 }

@@ -1,0 +1,26 @@
+//! Photographs of persons as networks for events are first trained on: one pipeline for every set.
+//!
+//! The reader of a set ([`mpii`](crate::mpii), [`lsp`](crate::lsp)) hands its annotations over; each
+//! person is cut out of its photograph, in the style of an EROS or in grey ([`StillStyle`]), and
+//! one annotation file and a report are written ([`Converted`], [`SkipReason`]).
+
+mod convert;
+mod image_file;
+mod label;
+mod options;
+mod person;
+mod report;
+mod sides;
+mod window;
+
+pub(crate) use convert::{StillSet, convert};
+pub use options::{CropFormat, StillOptions, StillStyle};
+pub(crate) use person::{Joint, Person, PersonFault, Photograph};
+pub use report::{Converted, SkipReason, Skipped};
+pub(crate) use sides::leave_out_exchanged;
+
+/// The photograph that an image of a person is from: its name without the person's number and
+/// ending.
+pub fn photograph_of_crop(image: &str) -> &str {
+    image.rsplit_once('_').map_or(image, |(photograph, _)| photograph)
+}
