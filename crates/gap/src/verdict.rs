@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 /// Schema version of [`Verdict`].
-pub const SCHEMA: u32 = 2;
+pub const SCHEMA: u32 = 3;
 
 /// The answer of the workflow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -72,8 +72,11 @@ pub struct Finding {
     pub kind: FindingKind,
     /// Estimates of its parameters, by name.
     pub parameters: std::collections::BTreeMap<String, Quantity>,
-    /// Calibrated probability that the identification is right.
-    pub probability: f64,
+    /// Of an effect: probability that the identification is right, as a fit to cases whose truth is
+    /// known has it (`evpose gap calibrate`); without a scene, that it is not chance. None of a
+    /// parameter; up to schema 2 that it differs from the given value.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub probability: Option<f64>,
     /// Effects that this recording does not distinguish from it.
     pub confusable_with: Vec<String>,
     /// Fractions of the gap that it explains; none where there is no gap to explain, without a scene.

@@ -1,6 +1,6 @@
 //! One case of the benchmark: what a measurement gives, and, apart from it, the truth.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use crate::camera::record;
@@ -31,7 +31,7 @@ pub enum Which {
 }
 
 /// Groups of the plan.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CaseKind {
     /// One effect at one of its strengths.

@@ -62,25 +62,30 @@ pub struct BenchArgs {
 }
 
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  \
-    evpose gap score runs/bench-1 runs/bench-2 runs/bench-self --plan 7 --out runs/scores\n\n\
-    Reads the ground truth of all cases, some seconds each, and writes scores.json, groups.csv, \
-    confusion.csv, power.csv, reliability.csv, intervals.csv, times.csv and index.html.")]
+#[command(after_help = "Examples:\n  \
+    evpose gap score runs/bench-1 runs/bench-2 runs/bench-self --plan 7 --out runs/scores\n  \
+    evpose gap score benches/gap/plan-13439286 benches/gap/plan-161464479 --out runs/pool\n  \
+    evpose gap score benches/gap\n\n\
+    With --plan, reads the ground truth of all cases, some seconds each, and writes results.jsonl, \
+    labels.jsonl, scores.json, table.md, groups.csv, confusion.csv, power.csv, reliability.csv, \
+    intervals.csv, times.csv and index.html. Without it, directories hold labels.jsonl already. \
+    Without --out, makes scores and tables of all folders of a directory again, and the pages beside \
+    them that show these.")]
 /// Arguments of `evpose gap score`.
 pub struct ScoreArgs {
-    /// Directories of `evpose gap bench`
+    /// Directories of `evpose gap bench`, or with stored labels
     #[arg(required = true, value_name = "DIR")]
     pub(crate) dirs: Vec<PathBuf>,
-    /// Seed of the plan, or a TOML file with `seed = N`
-    #[arg(long)]
-    pub(crate) plan: String,
+    /// Seed of the plan, or a TOML file with `seed = N`; none where labels are stored
+    #[arg(long, requires = "out")]
+    pub(crate) plan: Option<String>,
     /// Composition of the plan: zero to five effects in cameras with unmentioned conventions, or one
     /// or two effects in a pixel that is ideal otherwise
     #[arg(long, default_value = "home", value_parser = tier())]
     pub(crate) tier: Tier,
     /// Directory for scores, tables and page
     #[arg(long)]
-    pub(crate) out: PathBuf,
+    pub(crate) out: Option<PathBuf>,
     /// Score the cases that are done, although some are not
     #[arg(long)]
     pub(crate) partial: bool,
@@ -91,22 +96,16 @@ pub struct ScoreArgs {
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  \
-    evpose gap calibrate runs/dev-1/results.jsonl runs/dev-2/results.jsonl --plan 7\n\n\
-    Prints the constants of crates/gap/src/workflow/calibration.rs. Use a plan that was drawn for \
-    development, never one that results are reported of.")]
+    evpose gap calibrate benches/gap --out crates/gap/src/workflow/calibration.json\n\n\
+    Fits probabilities and intervals to all stored cases of all tiers, opened labels beside them, and \
+    prints how well they hold of folders that a fit has not seen (calibration.md, beside the folders). \
+    The program has the written file in it.")]
 /// Arguments of `evpose gap calibrate`.
 pub struct CalibrateArgs {
-    /// Results of `evpose gap bench`
-    #[arg(required = true, value_name = "RESULTS.jsonl")]
-    pub(crate) results: Vec<PathBuf>,
-    /// Seed of their plan, or a TOML file with `seed = N`
+    /// Directory of stored results
+    #[arg(value_name = "DIR")]
+    pub(crate) stored: PathBuf,
+    /// File for the parameters of the fit
     #[arg(long)]
-    pub(crate) plan: String,
-    /// Composition of the plan: zero to five effects in cameras with unmentioned conventions, or one
-    /// or two effects in a pixel that is ideal otherwise
-    #[arg(long, default_value = "home", value_parser = tier())]
-    pub(crate) tier: Tier,
-    /// CPU threads; all cores by default
-    #[arg(long)]
-    pub(crate) threads: Option<usize>,
+    pub(crate) out: PathBuf,
 }

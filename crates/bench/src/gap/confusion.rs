@@ -52,7 +52,7 @@ impl Confusion {
 /// Singles that show in the order of the plan, then other groups, then singles that do not show.
 fn row_rank(case: &Opened) -> (usize, usize) {
     let effect = EFFECTS.iter().position(|effect| effect.name() == case.hidden());
-    match (case.label.kind, case.label.visible) {
+    match (case.truth.kind, case.truth.is_visible) {
         (CaseKind::Single, true) => (0, effect.unwrap_or(EFFECTS.len())),
         (CaseKind::Single, false) => (7, effect.unwrap_or(EFFECTS.len())),
         (CaseKind::Pair, _) => (1, 0),

@@ -51,7 +51,7 @@ pub(super) fn opened_home() -> Vec<Opened> {
 pub(super) fn name_conventions(opened: &mut [Opened]) -> usize {
     let mut count = 0;
     for case in opened {
-        let mut names: Vec<&str> = case.label.conventions.iter().map(|c| c.names[0]).collect();
+        let mut names: Vec<&str> = case.truth.conventions.iter().map(|names| names[0].as_str()).collect();
         names.retain(|name| !case.truth.hides(name));
         for name in names {
             case.row.effects.push(Finding { name: name.to_owned(), ..finding() });
@@ -67,7 +67,7 @@ pub(super) fn finding() -> Finding {
         name: String::new(),
         kind: FindingKind::Effect,
         parameters: BTreeMap::new(),
-        probability: 0.99,
+        probability: Some(0.99),
         confusable_with: Vec::new(),
         explained: None,
     }
@@ -79,15 +79,15 @@ fn of_plan(plan: PlanId) -> Vec<Opened> {
         .iter()
         .map(|case| {
             let label = label(case);
-            let truth = Truth::from_label(&label);
-            Opened { row: row(&label, &truth), truth, label }
+            let truth = Truth::from_label(&label, plan);
+            Opened { row: row(&truth), truth }
         })
         .collect()
 }
 
-fn row(label: &Label, truth: &Truth) -> Row {
-    let (verdict, kind) = match label.kind {
-        CaseKind::Single | CaseKind::Pair | CaseKind::Several if label.visible => {
+fn row(truth: &Truth) -> Row {
+    let (verdict, kind) = match truth.kind {
+        CaseKind::Single | CaseKind::Pair | CaseKind::Several if truth.is_visible => {
             (Answer::Effects, FindingKind::Effect)
         }
         CaseKind::Parameter => (Answer::Parameter, FindingKind::Parameter),
@@ -97,9 +97,9 @@ fn row(label: &Label, truth: &Truth) -> Row {
         _ => (Answer::NoGap, FindingKind::Effect),
     };
     let is_said = matches!(verdict, Answer::Effects | Answer::Parameter);
-    let names: Vec<&str> = match kind {
-        FindingKind::Effect => truth.effects.clone(),
-        FindingKind::Parameter => truth.parameters.clone(),
+    let names = match kind {
+        FindingKind::Effect => &truth.effects,
+        FindingKind::Parameter => &truth.parameters,
     };
     let effects: Vec<Finding> = names
         .iter()
@@ -114,9 +114,9 @@ fn row(label: &Label, truth: &Truth) -> Row {
                 halves: None,
             };
             Finding {
-                name: (*name).to_owned(),
+                name: name.clone(),
                 kind,
-                parameters: of.map(|(_, key, v)| ((*key).to_owned(), quantity(*v))).collect(),
+                parameters: of.map(|(_, key, v)| (key.clone(), quantity(*v))).collect(),
                 ..finding()
             }
         })
@@ -126,11 +126,10 @@ fn row(label: &Label, truth: &Truth) -> Row {
         let keys = finding.parameters.keys().map(|key| (key.clone(), raw)).collect();
         (finding.name.clone(), keys)
     };
-    let evidence =
-        FindingEvidence { log_odds: 6.0, gain_share: 0.9, gap_after: 0.3, events: 50_000 };
+    let evidence = FindingEvidence { log_odds: 6.0, gap_after: 0.3 };
     let of_effects = effects.iter().filter(|finding| finding.kind == FindingKind::Effect);
     Row {
-        id: label.id.clone(),
+        id: truth.id.clone(),
         verdict,
         evidence: of_effects.map(|finding| (finding.name.clone(), evidence)).collect(),
         errors: effects.iter().map(errors).collect::<BTreeMap<_, _>>(),
@@ -141,7 +140,7 @@ fn row(label: &Label, truth: &Truth) -> Row {
         tried: Vec::new(),
         events: 50_000,
         make_s: 4.0,
-        name_s: 12.0 + 0.02 * f64::from(label.id.as_bytes()[0]),
+        name_s: 12.0 + 0.02 * f64::from(truth.id.as_bytes()[0]),
         threads: 1,
         commit: "example".to_owned(),
     }

@@ -41,22 +41,27 @@ pub(super) struct Group {
 pub(super) fn groups(opened: &[Opened]) -> Vec<Group> {
     let of = |(name, kinds): &(&'static str, &[CaseKind])| {
         let cases: Vec<&Opened> =
-            opened.iter().filter(|case| kinds.contains(&case.label.kind)).collect();
+            opened.iter().filter(|case| kinds.contains(&case.truth.kind)).collect();
         (!cases.is_empty()).then(|| Group::new(name, &cases))
     };
     GROUPS.iter().filter_map(of).collect()
 }
 
 impl Group {
+    /// All cases.
+    pub(super) fn of_all(opened: &[Opened]) -> Self {
+        Self::new("all", &opened.iter().collect::<Vec<_>>())
+    }
+
     fn new(name: &'static str, cases: &[&Opened]) -> Self {
         let names = || cases.iter().flat_map(|case| case.names().into_iter().map(|n| (*case, n)));
         let is_right = |(case, name): (&Opened, &str)| case.truth.holds(name);
         let is_no_convention = |(case, name): &(&Opened, &str)| {
-            case.truth.hides(name) || !case.truth.conventions.contains(name)
+            case.truth.hides(name) || !case.truth.is_convention(name)
         };
         let recall = cases.iter().filter(|case| !case.is_outside()).flat_map(|case| {
             let names = case.names();
-            let is_named = |truth: &&str| case.truth.is_named(truth, &names);
+            let is_named = |truth: &String| case.truth.is_named(truth, &names);
             case.truth.visible.iter().map(is_named).collect::<Vec<_>>()
         });
         Self {
@@ -120,7 +125,7 @@ mod tests {
     #[test]
     fn a_name_that_is_not_there_counts_once_against_precision() {
         let mut opened = example::opened_home();
-        let case = opened.iter_mut().find(|o| o.label.kind == CaseKind::Pair).expect("a pair");
+        let case = opened.iter_mut().find(|o| o.truth.kind == CaseKind::Pair).expect("a pair");
         case.row.effects[0].name = "no such effect".to_owned();
         let groups = groups(&opened);
         let pairs = group(&groups, "pairs");
@@ -132,8 +137,8 @@ mod tests {
     #[test]
     fn effects_that_do_not_show_are_no_misses_and_right_when_named() {
         let mut opened = example::opened_home();
-        let hidden = |o: &&mut Opened| o.label.kind == CaseKind::Single && !o.label.visible;
-        let (mut count, name) = (0, |o: &Opened| o.truth.effects[0].to_owned());
+        let hidden = |o: &&mut Opened| o.truth.kind == CaseKind::Single && !o.truth.is_visible;
+        let (mut count, name) = (0, |o: &Opened| o.truth.effects[0].clone());
         for case in opened.iter_mut().filter(hidden).take(7) {
             let mut finding = example::finding();
             finding.name = name(case);

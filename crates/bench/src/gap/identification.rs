@@ -1,16 +1,34 @@
 //! Targets of identification, for each composition of a plan.
 
+use gapbench_pixel::Tier;
+
+use super::group::Group;
 use super::score::Scores;
 use super::stats::Rate;
 use super::targets::Headline;
 use super::targets::Target::{AtLeast, AtMost};
 
 fn at_least(name: &'static str, rate: &Rate, required: f64, goal: f64) -> Headline {
-    Headline::of_rate(name, rate, AtLeast(required), AtLeast(goal))
+    Headline::of_rate(name, rate).with_targets(AtLeast(required), AtLeast(goal))
 }
 
 fn at_most(name: &'static str, rate: &Rate, required: f64, goal: f64) -> Headline {
-    Headline::of_rate(name, rate, AtMost(required), AtMost(goal))
+    Headline::of_rate(name, rate).with_targets(AtMost(required), AtMost(goal))
+}
+
+/// Recall, precision and exact sets of all cases.
+pub(super) fn all(scores: &Scores) -> Vec<Headline> {
+    let Group { recall, precision, precision_of_hidden, .. } = &scores.all;
+    let of_names = |name, rate| match scores.tier {
+        Tier::Home => at_least(name, rate, 0.95, 0.98),
+        Tier::Plain => Headline::of_rate(name, rate),
+    };
+    vec![
+        Headline::of_rate("all cases: visible effects named", recall),
+        of_names("all cases: names that are right", precision),
+        of_names("all cases: the same, conventions aside", precision_of_hidden),
+        Headline::of_rate("all cases: exact sets", &scores.exact_sets),
+    ]
 }
 
 /// Targets of identification among conventions: recall of visible effects and precision of names.

@@ -9,7 +9,8 @@
 //! own      recordings of our own model: how probable each is
 //! outside    recordings that other programs made: every case by `evpose gap run`, then scored
 //! real       recordings of real cameras: names do not depend on how they are looked at
-//! calibrate  constants of probabilities and intervals, from rows of a development plan
+//! stored   scores and tables again, from stored rows and opened labels
+//! calibrate  fit of probabilities and intervals to all stored cases
 //! ```
 
 mod args;
@@ -32,6 +33,7 @@ mod real;
 mod row;
 mod score;
 mod stats;
+mod stored;
 mod table;
 mod tables;
 mod targets;
@@ -50,10 +52,13 @@ use evpose_report::gap::files;
 use merge::Merged;
 pub use outside::{OutsideArgs, run as outside};
 use part::PlanId;
+use opened::Opened;
+use own::OwnRow;
 pub use real::{RealArgs, run as real};
 
-/// File of the scores.
+/// Files of the scores, and of what is required.
 const SCORES: &str = "scores.json";
+const TABLE: &str = "table.md";
 
 /// `evpose gap bench`.
 pub fn run(args: &BenchArgs) -> Result<()> {
@@ -71,7 +76,10 @@ pub fn run(args: &BenchArgs) -> Result<()> {
     naming::run(args, plan, &cases)?;
     if part::is_whole(&args.shard) {
         let dirs = [args.out.clone()];
-        publish(&cases, merge::merge(&dirs, &cases, false)?, plan, &args.out)
+        let Merged { rows, own } = merge::merge(&dirs, &cases, false)?;
+        say(format!("opening   the labels of {} cases", rows.len()));
+        let opened = opened::open(plan, &cases, rows, &Case::label)?;
+        publish(&opened, &own, Vec::new(), &args.out)
     } else {
         say(format!(
             "done; score all parts with `evpose gap score ... --plan {} --tier {}`",
@@ -85,34 +93,49 @@ pub fn run(args: &BenchArgs) -> Result<()> {
 /// `evpose gap score`.
 pub fn score(args: &ScoreArgs) -> Result<()> {
     use_threads(args.threads)?;
-    let plan = PlanId::new(&args.plan, args.tier).context(BadInput)?;
+    let Some(out) = &args.out else {
+        return args.dirs.iter().try_for_each(|root| stored::again(root)).context(BadInput);
+    };
+    std::fs::create_dir_all(out).with_context(|| format!("creating {}", out.display()))?;
+    let Some(plan) = &args.plan else {
+        let (opened, own) = stored::cases(&args.dirs).context(BadInput)?;
+        return publish(&opened, &own, stored::names(&args.dirs, out), out);
+    };
+    let plan = PlanId::new(plan, args.tier).context(BadInput)?;
     let cases = plan.cases();
-    let merged = merge::merge(&args.dirs, &cases, args.partial).context(BadInput)?;
-    std::fs::create_dir_all(&args.out)
-        .with_context(|| format!("creating {}", args.out.display()))?;
-    publish(&cases, merged, plan, &args.out)
+    let Merged { rows, own } =
+        merge::merge(&args.dirs, &cases, args.partial).context(BadInput)?;
+    say(format!("opening   the labels of {} cases", rows.len()));
+    let opened = opened::open(plan, &cases, rows, &Case::label)?;
+    for (name, text) in stored::lines(&opened)? {
+        files::write(out, name, text.as_bytes())?;
+    }
+    if !own.is_empty() {
+        files::write(out, own::NAME, own::text(&own).as_bytes())?;
+    }
+    publish(&opened, &own, Vec::new(), out)
 }
 
 /// `evpose gap calibrate`.
 pub fn calibrate(args: &CalibrateArgs) -> Result<()> {
-    use_threads(args.threads)?;
-    let plan = PlanId::new(&args.plan, args.tier).context(BadInput)?;
-    let cases = plan.cases();
-    let rows = merge::rows(&args.results, &cases).context(BadInput)?;
-    let opened = opened::open(&cases, rows, &Case::label)?;
-    calibrate::lines(&opened, plan.seed).iter().for_each(say);
+    let fit = calibrate::Fit::of_stored(&args.stored).context(BadInput)?;
+    fit.markdown().lines().for_each(say);
+    files::write(&args.stored, calibrate::NAME, fit.markdown().as_bytes())?;
+    let text = files::json(&fit.calibration)?;
+    evpose_core::atomic_write(&args.out, text.as_bytes())
+        .with_context(|| format!("writing {}", args.out.display()))?;
+    say(format!("written to {}", args.out.display()));
     Ok(())
 }
 
-/// Opens the labels of all rows, prints the scores and writes tables and page.
-fn publish(cases: &[Case], merged: Merged, plan: PlanId, out: &Path) -> Result<()> {
-    say(format!("opening   the labels of {} cases", merged.rows.len()));
-    let opened = opened::open(cases, merged.rows, &Case::label)?;
-    let scores = score::score_cases(&opened, own::summary(&merged.own), plan);
+/// Prints the scores of opened cases and writes tables and page.
+fn publish(opened: &[Opened], own: &[OwnRow], folders: Vec<String>, out: &Path) -> Result<()> {
+    let scores = score::score_cases(opened, own::summary(own), folders);
     table::lines(&scores).iter().for_each(say);
     files::write_json(out, SCORES, &scores)?;
-    tables::write(out, &opened, &scores)?;
-    files::write(out, page::NAME, page::page(&opened, &scores, &merged.own)?.as_bytes())?;
+    files::write(out, TABLE, table::markdown(&scores).as_bytes())?;
+    tables::write(out, opened, &scores)?;
+    files::write(out, page::NAME, page::page(opened, &scores, own)?.as_bytes())?;
     say(format!("written to {}", out.display()));
     Ok(())
 }

@@ -6,6 +6,7 @@ use evpose_gap::verdict::{Answer, Finding, FindingKind, Quantity};
 use gapbench_pixel::{Case, CaseKind, Label, Tier};
 use rayon::prelude::*;
 
+use super::part::PlanId;
 use super::row::Row;
 use super::truth::Truth;
 use evpose_app::progress::bar;
@@ -14,13 +15,13 @@ use evpose_report::gap::words::answer_key;
 /// A case with its answer and its ground truth.
 #[derive(Debug)]
 pub(super) struct Opened {
-    pub(super) label: Label,
     pub(super) truth: Truth,
     pub(super) row: Row,
 }
 
-/// Opens the label of every row. `label` makes the label of a case.
+/// Opens the label of every row of a plan. `label` makes the label of a case.
 pub(super) fn open(
+    plan: PlanId,
     cases: &[Case],
     rows: Vec<Row>,
     label: &(dyn Fn(&Case) -> Label + Sync),
@@ -33,7 +34,7 @@ pub(super) fn open(
             let case = case.with_context(|| format!("case {} is not of this plan", row.id))?;
             let label = label(case);
             progress.inc(1);
-            Ok(Opened { truth: Truth::from_label(&label), label, row })
+            Ok(Opened { truth: Truth::from_label(&label, plan), row })
         })
         .collect();
     progress.finish_and_clear();
@@ -82,15 +83,15 @@ impl Opened {
 
     /// All hidden parameters of the model are called so, and no effect is named that is not there.
     fn has_parameters(&self) -> bool {
-        let is_named = |name: &&str| {
-            let is_it = |f: &Finding| f.kind == FindingKind::Parameter && f.name == **name;
+        let is_named = |name: &String| {
+            let is_it = |f: &Finding| f.kind == FindingKind::Parameter && f.name == *name;
             self.row.effects.iter().any(is_it)
         };
         self.truth.parameters.iter().all(is_named) && !self.is_wrong()
     }
 
     fn is_home(&self) -> bool {
-        self.label.tier == Tier::Home
+        self.truth.plan.tier == Tier::Home
     }
 
     /// All effects named and none beside them.
@@ -103,7 +104,7 @@ impl Opened {
     }
 
     pub(super) fn is_outside(&self) -> bool {
-        self.label.outside_catalogue
+        self.truth.is_outside
     }
 
     /// Outside the catalogue: nothing is blamed, and if there is something to see it is said that
@@ -112,15 +113,15 @@ impl Opened {
         let is_explained = matches!(self.row.verdict, Answer::Parameter | Answer::Effects);
         if self.is_home() {
             let is_closed = is_explained || self.row.verdict == Answer::NoGap;
-            return !(self.is_wrong() || is_closed && self.label.visible);
+            return !(self.is_wrong() || is_closed && self.truth.is_visible);
         }
-        let has_nothing = self.row.verdict == Answer::NoGap && !self.label.visible;
+        let has_nothing = self.row.verdict == Answer::NoGap && !self.truth.is_visible;
         has_nothing || !(is_explained || self.row.verdict == Answer::NoGap || self.is_wrong())
     }
 
     /// The answer is the expected one.
     pub(super) fn is_met(&self) -> bool {
-        match self.label.kind {
+        match self.truth.kind {
             CaseKind::Single | CaseKind::Pair | CaseKind::Several if self.is_home() => {
                 self.is_exact()
             }
@@ -136,7 +137,7 @@ impl Opened {
     /// Its values count for the error of estimates: the truth was identified. Among several effects
     /// that is so for those that are named, as long as no other is.
     pub(super) fn counts_for_error(&self) -> bool {
-        match self.label.kind {
+        match self.truth.kind {
             CaseKind::Single | CaseKind::Pair | CaseKind::Several if self.is_home() => {
                 self.is_named() && !self.is_wrong()
             }
@@ -149,8 +150,8 @@ impl Opened {
     /// Wrong identifications, and effects that are visible and were not identified.
     pub(super) fn is_miss(&self) -> bool {
         let is_hidden = !self.is_home()
-            && matches!(self.label.kind, CaseKind::Single | CaseKind::Pair)
-            && !self.label.visible;
+            && matches!(self.truth.kind, CaseKind::Single | CaseKind::Pair)
+            && !self.truth.is_visible;
         self.is_wrong() || !(self.is_met() || is_hidden)
     }
 
@@ -162,14 +163,13 @@ impl Opened {
 
     /// The hidden effects, in words of the label.
     pub(super) fn hidden(&self) -> String {
-        let names = self.label.truth.iter().map(|truth| truth.term.name);
-        names.collect::<Vec<_>>().join(" + ")
+        self.truth.hidden.join(" + ")
     }
 
     /// Its row of the confusion matrix.
     pub(super) fn title(&self) -> String {
-        let unseen = if self.label.visible { "" } else { ", too weak to see" };
-        match self.label.kind {
+        let unseen = if self.truth.is_visible { "" } else { ", too weak to see" };
+        match self.truth.kind {
             CaseKind::Single => format!("{}{unseen}", self.hidden()),
             CaseKind::Null => "nothing".to_owned(),
             CaseKind::Parameter => format!("parameter{unseen}"),
@@ -184,7 +184,7 @@ impl Opened {
     pub(super) fn answer_label(&self) -> String {
         let mut names = self.names();
         names.retain(|name| self.truth.hides(name) || !self.truth.holds(name));
-        match self.label.kind {
+        match self.truth.kind {
             CaseKind::Pair | CaseKind::Several if !names.is_empty() => {
                 let there = names.iter().filter(|name| self.truth.holds(name)).count();
                 format!("{there} right, {} wrong", names.len() - there)
@@ -213,7 +213,7 @@ mod tests {
             asked.lock().unwrap().push(case.id.clone());
             example::label(case)
         };
-        let opened = open(&cases, rows, &label)?;
+        let opened = open(example::PLAN, &cases, rows, &label)?;
         let mut asked = asked.into_inner().unwrap();
         asked.sort();
         assert_eq!((asked, opened.len()), (ids, 5));
@@ -223,7 +223,7 @@ mod tests {
     #[test]
     fn outside_the_catalogue_blaming_a_parameter_is_no_better_than_a_name() {
         let mut all = example::opened();
-        let outside = all.iter_mut().find(|o| o.is_outside() && o.label.visible).unwrap();
+        let outside = all.iter_mut().find(|o| o.is_outside() && o.truth.is_visible).unwrap();
         for (answer, is_met) in [
             (Answer::NoneOfCatalogue, true),
             (Answer::Undecided, true),

@@ -70,8 +70,7 @@ pub(super) fn run(args: &BenchArgs, sets: usize) -> Result<()> {
     ensure!(!nulls.is_empty(), "no null of the plan has background");
     let path = args.out.join(NAME);
     let known = if args.resume && path.is_file() { read(&path)? } else { Vec::new() };
-    let text: String = known.iter().map(line).collect();
-    files::write(&args.out, NAME, format!("{HEADER}\n{text}").as_bytes())?;
+    files::write(&args.out, NAME, text(&known).as_bytes())?;
     let done: HashSet<usize> = known.iter().map(|row| row.set).collect();
     let open: Vec<usize> =
         (of - 1..sets).step_by(parts).filter(|set| !done.contains(set)).collect();
@@ -127,6 +126,12 @@ fn nominal(case: &Case) -> Nominal {
 
 fn line(row: &OwnRow) -> String {
     format!("{},{},{},{},{:.3}\n", row.set, row.case, row.p, row.events, row.seconds)
+}
+
+/// Recordings as a file.
+pub(super) fn text(rows: &[OwnRow]) -> String {
+    let lines: String = rows.iter().map(line).collect();
+    format!("{HEADER}\n{lines}")
 }
 
 /// Reads recordings; a last line that was cut off is left out.

@@ -39,10 +39,15 @@ impl PlanId {
 
     /// Its composition in one word.
     pub(super) fn tier_name(self) -> &'static str {
-        match self.tier {
-            Tier::Home => "home",
-            Tier::Plain => "plain",
-        }
+        tier_name(self.tier)
+    }
+}
+
+/// A composition in one word.
+pub(super) fn tier_name(tier: Tier) -> &'static str {
+    match tier {
+        Tier::Home => "home",
+        Tier::Plain => "plain",
     }
 }
 

@@ -2,31 +2,35 @@
 
 use std::collections::BTreeMap;
 
-use evpose_gap::verdict::{Answer, Quantity};
+use evpose_gap::verdict::{Answer, Finding, Quantity};
 use gapbench_pixel::{CaseKind, EFFECTS, STRENGTHS, Tier};
 use serde::Serialize;
 
 use super::group::{Group, groups};
 use super::opened::Opened;
 use super::own::OwnSummary;
-use super::part::PlanId;
-use super::stats::{Bin, Median, Rate, bins, calibration_error, median};
+use super::stats::{Bin, Median, Rate, Stated, bins, calibration_error, median};
 use super::targets::{Headline, headlines};
 
 /// The score of a part of the plan. Figures are strict: see [`Lenient`].
 #[derive(Debug, Clone, Serialize)]
 pub(super) struct Scores {
-    /// Seed of the plan.
-    pub(super) plan: u64,
+    /// Seeds of the plans.
+    pub(super) plans: Vec<u64>,
     /// Its composition.
     pub(super) tier: Tier,
     pub(super) cases: usize,
     /// Programs that results are of.
     pub(super) commits: Vec<String>,
+    /// Stored folders that they are in; none of one that is scored by itself.
+    pub(super) folders: Vec<String>,
     /// Targets, and whether they are reached.
     pub(super) headlines: Vec<Headline>,
-    /// Recall and precision by the count of hidden effects.
+    /// Recall and precision of all cases, and by the count of hidden effects.
+    pub(super) all: Group,
     pub(super) groups: Vec<Group>,
+    /// Cases with something visible of the catalogue in which exactly that is named.
+    pub(super) exact_sets: Rate,
     /// Visible singles with their effect named, and nothing that is not there.
     pub(super) singles_right: Rate,
     /// Cases with a name that is not there.
@@ -47,7 +51,9 @@ pub(super) struct Scores {
     pub(super) intervals_hold: Rate,
     /// Of right names: the share of the gap that is gone.
     pub(super) grr: Option<Median>,
-    /// Stated probabilities of the first name of each case, and how far shares are from them.
+    /// Stated probabilities of all names, and of the first name of each case, and how far shares are
+    /// from the latter.
+    pub(super) stated: Stated,
     pub(super) reliability: Vec<Bin>,
     pub(super) calibration_error: Option<f64>,
     /// Recordings of our own model.
@@ -61,7 +67,7 @@ pub(super) struct Scores {
     /// Singles by effect and strength, seen or not.
     pub(super) power: Vec<Power>,
     /// Coverage of intervals, by finding.
-    pub(super) coverage: BTreeMap<&'static str, Rate>,
+    pub(super) coverage: BTreeMap<String, Rate>,
     /// Confusion matrix: answers by hidden effects.
     pub(super) confusion: BTreeMap<String, BTreeMap<String, usize>>,
     /// Estimates of right names beside their true values.
@@ -96,8 +102,8 @@ pub(super) struct Power {
 #[derive(Debug, Clone, Serialize)]
 pub(super) struct Estimate {
     pub(super) id: String,
-    pub(super) finding: &'static str,
-    pub(super) parameter: &'static str,
+    pub(super) finding: String,
+    pub(super) parameter: String,
     pub(super) truth: f64,
     pub(super) estimate: Quantity,
 }
@@ -114,18 +120,27 @@ impl Estimate {
     }
 }
 
-/// Scores cases.
-pub(super) fn score_cases(opened: &[Opened], own: Option<OwnSummary>, plan: PlanId) -> Scores {
-    let of_kind = |kind| opened.iter().filter(move |case| case.label.kind == kind);
-    let singles = || of_kind(CaseKind::Single).filter(|case| case.label.visible);
-    let pairs = || of_kind(CaseKind::Pair).filter(|case| case.label.visible);
+/// Scores cases of one tier.
+pub(super) fn score_cases(
+    opened: &[Opened],
+    own: Option<OwnSummary>,
+    folders: Vec<String>,
+) -> Scores {
+    let tier = opened.first().map_or_else(Tier::default, |case| case.truth.plan.tier);
+    let of_kind = |kind| opened.iter().filter(move |case| case.truth.kind == kind);
+    let singles = || of_kind(CaseKind::Single).filter(|case| case.truth.is_visible);
+    let pairs = || of_kind(CaseKind::Pair).filter(|case| case.truth.is_visible);
     let outside = || opened.iter().filter(|case| case.is_outside());
     let nulls = || of_kind(CaseKind::Null);
     let estimates = estimates(opened);
     let first = |case: &Opened| {
         let effect = case.row.named().next()?;
-        Some((effect.probability, case.truth.holds(&effect.name)))
+        Some((effect.probability?, case.truth.holds(&effect.name)))
     };
+    let names = opened.iter().flat_map(|case| {
+        let stated = |effect: &Finding| Some((effect.probability?, case.truth.holds(&effect.name)));
+        case.row.named().filter_map(stated).collect::<Vec<_>>()
+    });
     let reliability = bins(&opened.iter().filter_map(first).collect::<Vec<_>>());
     let mut confusion: BTreeMap<String, BTreeMap<String, usize>> = BTreeMap::new();
     for case in opened {
@@ -134,14 +149,17 @@ pub(super) fn score_cases(opened: &[Opened], own: Option<OwnSummary>, plan: Plan
     let mut commits: Vec<String> = opened.iter().map(|case| case.row.commit.clone()).collect();
     commits.sort();
     commits.dedup();
-    let mut coverage: BTreeMap<&'static str, Vec<bool>> = BTreeMap::new();
+    let mut plans: Vec<u64> = opened.iter().map(|case| case.truth.plan.seed).collect();
+    plans.sort_unstable();
+    plans.dedup();
+    let mut coverage: BTreeMap<String, Vec<bool>> = BTreeMap::new();
     for estimate in &estimates {
-        coverage.entry(estimate.finding).or_default().push(estimate.is_covered());
+        coverage.entry(estimate.finding.clone()).or_default().push(estimate.is_covered());
     }
     let seconds = || opened.iter().map(|case| case.row.seconds_on_two_cores());
     let of_strength = |strength| {
         Rate::from_outcomes(
-            singles().filter(|c| c.label.strength == Some(strength)).map(Opened::is_right),
+            singles().filter(|c| c.truth.strength == Some(strength)).map(Opened::is_right),
         )
     };
     let misses = opened.iter().filter(|case| case.is_miss());
@@ -150,12 +168,20 @@ pub(super) fn score_cases(opened: &[Opened], own: Option<OwnSummary>, plan: Plan
     };
     let note = |case: &Opened| case.truth.note.as_ref().map(|n| format!("{} {n}", case.row.id));
     let mut scores = Scores {
-        plan: plan.seed,
-        tier: plan.tier,
+        plans,
+        tier,
         cases: opened.len(),
         commits,
+        folders,
         headlines: Vec::new(),
+        all: Group::of_all(opened),
         groups: groups(opened),
+        exact_sets: Rate::from_outcomes(
+            opened
+                .iter()
+                .filter(|case| !case.is_outside() && !case.truth.visible.is_empty())
+                .map(Opened::is_exact),
+        ),
         singles_right: Rate::from_outcomes(singles().map(Opened::is_right)),
         wrong_names: Rate::from_outcomes(opened.iter().map(Opened::is_wrong)),
         // A name of a convention is right in a null, any other one is not.
@@ -175,6 +201,7 @@ pub(super) fn score_cases(opened: &[Opened], own: Option<OwnSummary>, plan: Plan
         parameter_error: median(estimates.iter().filter_map(Estimate::error)),
         intervals_hold: Rate::from_outcomes(estimates.iter().map(Estimate::is_covered)),
         grr: median(opened.iter().filter(|case| case.counts_for_error()).map(|case| case.row.grr)),
+        stated: Stated::of(&names.collect::<Vec<_>>()),
         calibration_error: calibration_error(&reliability),
         reliability,
         own,
@@ -198,9 +225,10 @@ pub(super) fn score_cases(opened: &[Opened], own: Option<OwnSummary>, plan: Plan
 
 fn estimates(opened: &[Opened]) -> Vec<Estimate> {
     let of = |case: &Opened| -> Vec<Estimate> {
-        let estimate = |(finding, parameter, truth): &(&'static str, &'static str, f64)| {
+        let estimate = |(finding, parameter, truth): &(String, String, f64)| {
             let estimate = case.estimate(finding, parameter)?.clone();
             let (id, truth) = (case.row.id.clone(), *truth);
+            let (finding, parameter) = (finding.clone(), parameter.clone());
             Some(Estimate { id, finding, parameter, truth, estimate })
         };
         case.truth.values.iter().filter_map(estimate).collect()
@@ -211,15 +239,15 @@ fn estimates(opened: &[Opened]) -> Vec<Estimate> {
 fn power(opened: &[Opened]) -> Vec<Power> {
     let of = |effect: &'static str, strength: usize| {
         let is_it = |case: &&Opened| {
-            case.label.kind == CaseKind::Single
-                && case.label.strength == Some(strength)
+            case.truth.kind == CaseKind::Single
+                && case.truth.strength == Some(strength)
                 && case.truth.effects == [effect]
         };
         let cases = || opened.iter().filter(is_it);
         Power {
             effect,
             strength,
-            visible: cases().filter(|case| case.label.visible).count(),
+            visible: cases().filter(|case| case.truth.is_visible).count(),
             right: Rate::from_outcomes(cases().map(Opened::is_right)),
         }
     };
@@ -239,7 +267,7 @@ mod tests {
 
     #[test]
     fn a_namer_that_knows_everything_meets_every_target() {
-        let scores = score_cases(&example::opened(), None, example::PLAN);
+        let scores = score_cases(&example::opened(), None, Vec::new());
         for rate in [scores.singles_right, scores.parameters_right, scores.pairs_both] {
             assert_eq!((rate.of, rate.share), (rate.n, Some(1.0)));
         }
@@ -251,7 +279,7 @@ mod tests {
 
     #[test]
     fn a_namer_that_knows_everything_meets_every_target_of_the_plan_with_conventions() {
-        let scores = score_cases(&example::opened_home(), None, example::HOME);
+        let scores = score_cases(&example::opened_home(), None, Vec::new());
         assert_eq!((scores.cases, scores.misses.len()), (456, 0));
         // Its intervals all hold the truth, which is more than nine of ten.
         let is_of_intervals = |headline: &Headline| headline.name.contains("90 % interval");
@@ -271,12 +299,12 @@ mod tests {
     fn nulls_in_which_only_conventions_are_named_are_right() {
         let mut opened = example::opened_home();
         example::name_conventions(&mut opened);
-        let scores = score_cases(&opened, None, example::HOME);
+        let scores = score_cases(&opened, None, Vec::new());
         assert_eq!((scores.nulls_named.of, scores.nulls_named.n), (0, 100));
         assert_eq!((scores.wrong_names.of, scores.misses.len()), (0, 0));
-        let null = opened.iter_mut().find(|case| case.label.kind == CaseKind::Null).unwrap();
+        let null = opened.iter_mut().find(|case| case.truth.kind == CaseKind::Null).unwrap();
         null.row.effects[0].name = "no such effect".to_owned();
-        let scores = score_cases(&opened, None, example::HOME);
+        let scores = score_cases(&opened, None, Vec::new());
         assert_eq!((scores.nulls_named.of, scores.misses.len()), (1, 1));
     }
 
@@ -289,7 +317,7 @@ mod tests {
                 effect.name = "source_follower".to_owned();
             }
         }
-        let scores = score_cases(&opened, None, example::PLAN);
+        let scores = score_cases(&opened, None, Vec::new());
         assert!(scores.wrong_names.of > 0 && scores.lenient.wrong_names.of == 0);
         assert!(scores.singles_right.of < scores.singles_right.n);
         assert_eq!(scores.lenient.singles_right.of, scores.lenient.singles_right.n);
@@ -303,8 +331,8 @@ mod tests {
             Quantity { value: 1.1, lo90: 1.05, hi90: 1.2, unit: String::new(), halves: None };
         let mut estimate = Estimate {
             id: String::new(),
-            finding: "a",
-            parameter: "b",
+            finding: "a".to_owned(),
+            parameter: "b".to_owned(),
             truth: 1.0,
             estimate: quantity,
         };

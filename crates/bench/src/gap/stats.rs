@@ -64,6 +64,27 @@ pub(super) fn calibration_error(bins: &[Bin]) -> Option<f64> {
     (n > 0).then(|| sum / n as f64)
 }
 
+/// What was stated of names, and how many of them are right.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub(super) struct Stated {
+    /// The mean of what was stated; none of no names.
+    pub(super) mean: Option<f64>,
+    pub(super) right: Rate,
+}
+
+impl Stated {
+    pub(super) fn of(names: &[(f64, bool)]) -> Self {
+        let sum: f64 = names.iter().map(|(stated, _)| stated).sum();
+        let mean = (!names.is_empty()).then(|| sum / names.len() as f64);
+        Self { mean, right: Rate::from_outcomes(names.iter().map(|(_, is_right)| *is_right)) }
+    }
+
+    /// Whether what was stated is inside the interval of what is right.
+    pub(super) fn holds(&self) -> bool {
+        self.mean.is_none_or(|mean| (self.right.lo95..=self.right.hi95).contains(&mean))
+    }
+}
+
 /// How far probabilities are from uniform.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub(super) struct Uniformity {

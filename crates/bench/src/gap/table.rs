@@ -1,7 +1,7 @@
 //! Scores as a table of the terminal.
 
 use super::group::Group;
-use super::part::PlanId;
+use super::part::tier_name;
 use super::score::Scores;
 use super::stats::Rate;
 use super::targets::{Headline, Reached, Target, Unit};
@@ -10,20 +10,88 @@ use evpose_report::format::short;
 /// The table, line by line.
 pub(super) fn lines(scores: &Scores) -> Vec<String> {
     let mut lines = vec![format!(
-        "{:<40}{:>9}{:>8}  {:<17}{:>10}{:>10}  ",
+        "{:<46}{:>9}{:>8}  {:<17}{:>10}{:>10}  ",
         "", "cases", "", "95 % interval", "required", "goal"
     )];
     lines.extend(scores.headlines.iter().map(line));
     lines.extend(groups(scores));
     lines.push(format!(
-        "{} cases of plan {} ({}), {} went wrong; programs {}",
-        scores.cases,
-        scores.plan,
-        PlanId { seed: scores.plan, tier: scores.tier }.tier_name(),
+        "{}, {} went wrong; programs {}",
+        cases(scores),
         scores.misses.len(),
         scores.commits.join(", ")
     ));
     lines
+}
+
+/// The cases in words.
+pub(super) fn cases(scores: &Scores) -> String {
+    let plans: Vec<String> = scores.plans.iter().map(u64::to_string).collect();
+    let word = if plans.len() == 1 { "plan" } else { "plans" };
+    let tier = tier_name(scores.tier);
+    format!("{} cases of {word} {} ({tier})", scores.cases, plans.join(", "))
+}
+
+/// The scores as a table in Markdown, and those of the groups as another.
+pub(super) fn markdown(scores: &Scores) -> String {
+    let mut text = rows(&scores.headlines);
+    text += "\n| hidden | cases | visible effects named | names right | conventions aside | \
+             as expected | cases with a wrong name |\n|---|---|---|---|---|---|---|\n";
+    for group in std::iter::once(&scores.all).chain(&scores.groups) {
+        let Group { recall, precision, precision_of_hidden, exact, wrong, .. } = group;
+        let rates = [recall, precision, precision_of_hidden, exact, wrong].map(rate).join(" | ");
+        text += &format!("| {} | {} | {rates} |\n", group.name, group.cases);
+    }
+    text + &format!("\n{}; programs {}.\n", cases(scores), scores.commits.join(", "))
+}
+
+/// Headlines as a table in Markdown.
+pub(super) fn rows(headlines: &[Headline]) -> String {
+    let row = |headline: &Headline| {
+        let measured = match headline.value {
+            None => "-".to_owned(),
+            Some(value) => {
+                let value = spaced(&figure(headline.unit, value));
+                match headline.cases.contains('/') {
+                    true => format!("{} ({value})", headline.cases),
+                    false => format!("{value} (of {})", headline.cases),
+                }
+            }
+        };
+        let required = headline.required.map_or_else(|| "-".to_owned(), |required| {
+            spaced(&target(headline.unit, required))
+        });
+        let word = match headline.reached() {
+            Reached::Missed => "**missed**",
+            Reached::Goal | Reached::Required => "met",
+            Reached::Unknown if headline.value.is_none() => "no figure",
+            Reached::Unknown => "",
+        };
+        let words = [word, &headline.note].into_iter().filter(|words| !words.is_empty());
+        let words = words.collect::<Vec<_>>().join("; ");
+        let interval = spaced(&interval(headline));
+        format!("| {} | {measured} | {interval} | {required} | {words} |\n", headline.name)
+    };
+    let rows: String = headlines.iter().map(row).collect();
+    format!("| | measured | 95 % interval | required | |\n|---|---|---|---|---|\n{rows}")
+}
+
+/// Count, share and interval; nothing of no cases.
+pub(super) fn rate(rate: &Rate) -> String {
+    rate.share.map_or_else(String::new, |share| {
+        let (low, high) = (percent(rate.lo95), percent(rate.hi95));
+        format!("{}/{} ({}, {} to {high})", rate.of, rate.n, percent(share), low.trim_end_matches(" %"))
+    })
+}
+
+/// A share in percent, with a decimal.
+pub(super) fn percent(share: f64) -> String {
+    spaced(&figure(Unit::Share, share))
+}
+
+/// A figure with a space before the sign of percent, as pages have it.
+fn spaced(figure: &str) -> String {
+    figure.replace('%', " %")
 }
 
 /// Recall, precision, exact sets, wrong names and times of every group.
@@ -55,13 +123,14 @@ fn line(headline: &Headline) -> String {
         "" => String::new(),
         note => format!(" ({note})"),
     };
+    let aim = |aim: Option<Target>| aim.map_or_else(String::new, |aim| target(headline.unit, aim));
     let line = format!(
-        "{:<40}{:>9}{value:>8}  {:<17}{:>10}{:>10}  {}{note}",
+        "{:<46}{:>9}{value:>8}  {:<17}{:>10}{:>10}  {}{note}",
         headline.name,
         headline.cases,
         interval(headline),
-        target(headline.unit, headline.required),
-        target(headline.unit, headline.goal),
+        aim(headline.required),
+        aim(headline.goal),
         word(headline.reached())
     );
     line.trim_end().to_owned()

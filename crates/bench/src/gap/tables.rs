@@ -110,8 +110,8 @@ fn intervals(opened: &[Opened], scores: &Scores) -> Table {
         vec![
             estimate.id.clone(),
             case.map_or_else(String::new, kind),
-            estimate.finding.to_owned(),
-            estimate.parameter.to_owned(),
+            estimate.finding.clone(),
+            estimate.parameter.clone(),
             quantity.unit.clone(),
             estimate.truth.to_string(),
             quantity.value.to_string(),
@@ -131,7 +131,7 @@ fn times(opened: &[Opened]) -> Table {
         vec![
             row.id.clone(),
             kind(case),
-            case.label.train.scene.name().to_owned(),
+            case.truth.scene.clone(),
             row.events.to_string(),
             format!("{:.3}", row.make_s),
             format!("{:.3}", row.name_s),
@@ -143,7 +143,7 @@ fn times(opened: &[Opened]) -> Table {
 
 /// The group of a case, as labels have it.
 fn kind(case: &Opened) -> String {
-    let json = serde_json::to_value(case.label.kind).unwrap_or_default();
+    let json = serde_json::to_value(case.truth.kind).unwrap_or_default();
     json.as_str().unwrap_or_default().to_owned()
 }
 
@@ -162,7 +162,7 @@ mod tests {
     fn every_table_is_written_with_a_row_for_each_of_its_things() -> Result<()> {
         let dir = tempfile::tempdir()?;
         let opened = example::opened();
-        let scores = score::score_cases(&opened, None, example::PLAN);
+        let scores = score::score_cases(&opened, None, Vec::new());
         write(dir.path(), &opened, &scores)?;
         for (name, rows, first) in [
             ("groups.csv", 5 * scores.groups.len(), "singles,216,recall,162,162,1.0000,"),

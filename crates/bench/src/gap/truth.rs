@@ -1,6 +1,9 @@
 //! The truth of a case in the words of the catalogue.
 
-use gapbench_pixel::{Label, TermKind};
+use gapbench_pixel::{CaseKind, Label, TermKind};
+use serde::{Deserialize, Serialize};
+
+use super::part::PlanId;
 
 /// Parameters of the benchmark: effect, its name there, effect and name in the catalogue, factor.
 const NAMES: &[(&str, &str, &str, &str, f64)] = &[
@@ -41,19 +44,35 @@ const FOLLOWER: &str = "source_follower";
 const NODE_CORNER: &str = "corner_at_white";
 const FOLLOWER_CORNER: &str = "second_pole";
 
-/// Ground truth of a case.
-#[derive(Debug)]
+/// Ground truth of a case: what of its label is scored. Opened labels are stored as lines of these.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Truth {
+    /// The case.
+    pub(super) id: String,
+    /// Its plan.
+    #[serde(flatten)]
+    pub(super) plan: PlanId,
+    pub(super) kind: CaseKind,
+    /// Strength from 0 to 3, of singles.
+    pub(super) strength: Option<usize>,
+    /// Scene of the first recording.
+    pub(super) scene: String,
+    /// Whether all that is hidden is visible.
+    pub(super) is_visible: bool,
+    /// Whether it is not in the catalogue that it is looked up in.
+    pub(super) is_outside: bool,
+    /// All that is hidden, in the names of the benchmark.
+    pub(super) hidden: Vec<String>,
     /// Effects, in the names of the catalogue where it has them.
-    pub(super) effects: Vec<&'static str>,
+    pub(super) effects: Vec<String>,
     /// Those of them that are visible.
-    pub(super) visible: Vec<&'static str>,
+    pub(super) visible: Vec<String>,
     /// Parameters of the model whose values are not the nominal ones.
-    pub(super) parameters: Vec<&'static str>,
-    /// Names that are right for the conventions of the camera.
-    pub(super) conventions: Vec<&'static str>,
+    pub(super) parameters: Vec<String>,
+    /// Names that are right for each convention of the camera.
+    pub(super) conventions: Vec<Vec<String>>,
     /// True values: finding, its parameter, value.
-    pub(super) values: Vec<(&'static str, &'static str, f64)>,
+    pub(super) values: Vec<(String, String, f64)>,
     /// A remark on the case: none where names are plain.
     pub(super) note: Option<String>,
     /// Whether the source follower behind a hidden low-pass is an effect of its own.
@@ -61,7 +80,7 @@ pub(super) struct Truth {
 }
 
 impl Truth {
-    pub(super) fn from_label(label: &Label) -> Self {
+    pub(super) fn from_label(label: &Label, plan: PlanId) -> Self {
         let terms = || label.truth.iter().map(|truth| &truth.term);
         let effects = || label.truth.iter().filter(|truth| truth.term.kind == TermKind::Effect);
         let visible = effects().filter(|truth| truth.evidence.visible);
@@ -71,11 +90,11 @@ impl Truth {
                     (*effect, *name) == (term.name, parameter.name)
                 };
                 let (_, _, finding, key, factor) = NAMES.iter().find(is_same)?;
-                Some((*finding, *key, factor * parameter.value))
+                Some(((*finding).to_owned(), (*key).to_owned(), factor * parameter.value))
             })
         });
         let values: Vec<_> = values.collect();
-        let differs = |(finding, _, value): &&(&'static str, &'static str, f64)| {
+        let differs = |(finding, _, value): &&(String, String, f64)| {
             nominal(label, finding).is_some_and(|nominal| (value - nominal).abs() > 1e-9)
         };
         let corners = terms().filter(|term| term.name == LOWPASS).find_map(|term| {
@@ -89,11 +108,21 @@ impl Truth {
                  {node_hz:.0} Hz at white; either name is right"
             )
         });
+        let owned = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
+        let name = |truth: &gapbench_pixel::Truth| truth.term.name.to_owned();
         Self {
-            effects: effects().map(|truth| truth.term.name).collect(),
-            visible: visible.map(|truth| truth.term.name).collect(),
-            parameters: values.iter().filter(differs).map(|(finding, ..)| *finding).collect(),
-            conventions: label.conventions.iter().flat_map(|c| c.names.iter().copied()).collect(),
+            id: label.id.clone(),
+            plan,
+            kind: label.kind,
+            strength: label.strength,
+            scene: label.train.scene.name().to_owned(),
+            is_visible: label.visible,
+            is_outside: label.outside_catalogue,
+            hidden: label.truth.iter().map(name).collect(),
+            effects: effects().map(name).collect(),
+            visible: visible.map(name).collect(),
+            parameters: values.iter().filter(differs).map(|(name, ..)| name.clone()).collect(),
+            conventions: label.conventions.iter().map(|c| owned(c.names)).collect(),
             values,
             note,
             has_follower,
@@ -102,17 +131,26 @@ impl Truth {
 
     /// Whether an effect that was named is one that is there, hidden or by convention.
     pub(super) fn holds(&self, name: &str) -> bool {
-        self.hides(name) || self.conventions.contains(&name)
+        self.hides(name) || self.is_convention(name)
+    }
+
+    /// Whether a name is right for a convention of the camera.
+    pub(super) fn is_convention(&self, name: &str) -> bool {
+        self.conventions.iter().flatten().any(|right| right == name)
     }
 
     /// Whether an effect that was named is one of the hidden ones.
     pub(super) fn hides(&self, name: &str) -> bool {
-        self.effects.contains(&name) || (self.has_follower && name == FOLLOWER)
+        self.has(name) || (self.has_follower && name == FOLLOWER)
+    }
+
+    fn has(&self, name: &str) -> bool {
+        self.effects.iter().any(|effect| effect == name)
     }
 
     /// The same where a source follower passes for any low-pass.
     pub(super) fn holds_leniently(&self, name: &str) -> bool {
-        self.holds(name) || (self.effects.contains(&LOWPASS) && name == FOLLOWER)
+        self.holds(name) || (self.has(LOWPASS) && name == FOLLOWER)
     }
 
     /// Whether an effect that is there was named.
@@ -148,9 +186,17 @@ mod tests {
     fn lowpass(strength: usize) -> Truth {
         let all = example::opened();
         let is_it = |opened: &&crate::gap::opened::Opened| {
-            opened.label.strength == Some(strength) && opened.truth.effects == [LOWPASS]
+            opened.truth.strength == Some(strength) && opened.truth.effects == [LOWPASS]
         };
-        Truth::from_label(&all.iter().find(is_it).expect("a low-pass").label)
+        all.iter().find(is_it).expect("a low-pass").truth.clone()
+    }
+
+    #[test]
+    fn a_stored_truth_is_the_truth() {
+        for opened in example::opened().iter().chain(&example::opened_home()) {
+            let line = serde_json::to_string(&opened.truth).unwrap();
+            assert_eq!(serde_json::from_str::<Truth>(&line).unwrap(), opened.truth);
+        }
     }
 
     #[test]
@@ -174,17 +220,18 @@ mod tests {
         let all = example::opened_home();
         for opened in &all {
             let Truth { conventions, effects, .. } = &opened.truth;
-            assert!(conventions.iter().all(|name| opened.truth.holds(name)));
+            assert!(conventions.iter().flatten().all(|name| opened.truth.holds(name)));
             assert!(effects.iter().all(|name| opened.truth.hides(name)));
         }
-        assert!(all.iter().all(|opened| opened.label.conventions.len() >= 3));
+        assert!(all.iter().all(|opened| opened.truth.conventions.len() >= 3));
     }
 
     #[test]
     fn a_parameter_is_hidden_where_its_value_is_not_nominal() {
         let all = example::opened_home();
         let of = |name: &str| {
-            let has = |o: &&crate::gap::opened::Opened| o.truth.parameters.contains(&name);
+            let has =
+                |o: &&crate::gap::opened::Opened| o.truth.parameters.iter().any(|p| p == name);
             all.iter().filter(has).count()
         };
         // Of 60 cases, a fifth each: ON, OFF, both, background, clock.

@@ -111,12 +111,15 @@ pub fn is_within_tolerance(score: &ModelScore) -> bool {
 /// Fraction of the gap above the tolerances that the second model closes; of the discrepancy, where
 /// the first has no such gap.
 pub fn gap_closed(before: &ModelScore, after: &ModelScore) -> f64 {
+    excess_closed(before.gap, after.gap)
+        .unwrap_or_else(|| 1.0 - after.discrepancy / before.discrepancy.max(1e-9))
+}
+
+/// Fraction of the gap beyond what two simulators of one sensor differ by that is closed; none
+/// where there is no such gap.
+pub fn excess_closed(before: f64, after: f64) -> Option<f64> {
     let excess = |gap: f64| (gap - TOLERATED_GAP).max(0.0);
-    if excess(before.gap) > 0.0 {
-        1.0 - excess(after.gap) / excess(before.gap)
-    } else {
-        1.0 - after.discrepancy / before.discrepancy.max(1e-9)
-    }
+    (excess(before) > 0.0).then(|| 1.0 - excess(after) / excess(before))
 }
 
 /// Fraction of the discrepancy of the model as given, beyond chance, that a model leaves.

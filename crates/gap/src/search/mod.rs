@@ -42,7 +42,7 @@ mod stepwise;
 mod swap_move;
 
 pub use budget::Budget;
-pub use decision::{gap_closed, is_within_tolerance};
+pub use decision::{excess_closed, gap_closed, is_within_tolerance};
 pub use identification::{
     AddedEffect, ChangedParameter, Contender, DataSplits, ExplainedFraction, FittedCandidate,
     Identification, Left, ModelScore,

@@ -1,4 +1,4 @@
-//! Fit of the constants of the calibration to cases whose truth is known.
+//! Fit of probabilities and of errors to cases whose truth is known.
 //!
 //! # Method
 //! Probabilities: ridge logistic regression, by Newton steps. Features are standardised; slopes
@@ -23,7 +23,7 @@ const COLUMNS: usize = FEATURES.len() + 1;
 /// Maximum Newton steps; few are needed.
 const STEPS: usize = 50;
 /// Sign that each slope must have; zero for either.
-const SIGNS: [f64; FEATURES.len()] = [1.0, 1.0, -1.0, 0.0];
+const SIGNS: [f64; FEATURES.len()] = [1.0, -1.0];
 /// Wrong identifications required per feature beyond the first.
 const WRONG_PER_FEATURE: usize = 5;
 /// Minimum estimates for a fit of their errors.
@@ -38,7 +38,7 @@ const FACTORS: i32 = 210;
 pub struct EstimateError {
     /// Error in steps of the parameter.
     pub steps: f64,
-    /// Its uncalibrated standard deviation, in steps.
+    /// Its standard deviation as computed, in steps.
     pub raw: f64,
 }
 
@@ -161,7 +161,7 @@ mod tests {
     use evpose_core::CounterRng;
 
     fn evidence(log_odds: f64, gap_after: f64) -> FindingEvidence {
-        FindingEvidence { log_odds, gain_share: 0.5, gap_after, events: 50_000 }
+        FindingEvidence { log_odds, gap_after }
     }
 
     #[test]
@@ -176,7 +176,7 @@ mod tests {
         let (intercept, slopes) = fit_probability(&names).unwrap();
         assert!((slopes[0] - 0.5).abs() < 0.03 && (intercept + 1.0).abs() < 0.1, "{slopes:?}");
         // Constant features have no slope.
-        assert_eq!((slopes[1], slopes[2], slopes[3]), (0.0, 0.0, 0.0));
+        assert_eq!(slopes[1], 0.0);
     }
 
     #[test]
@@ -184,7 +184,7 @@ mod tests {
         let names: Vec<_> = (0..100).map(|i| (evidence(2.0, 0.3), i < 80)).collect();
         let (intercept, slopes) = fit_probability(&names).unwrap();
         assert!((logistic(intercept) - 0.8).abs() < 1e-9);
-        assert_eq!(slopes, [0.0; 4]);
+        assert_eq!(slopes, [0.0; 2]);
         assert!(fit_probability(&names[..80]).is_none());
     }
 
@@ -194,7 +194,7 @@ mod tests {
         let gap = |i: i32| if i % 2 == 0 { 0.2 } else { 2.0 };
         let names: Vec<_> = (0..400).map(|i| (evidence(0.0, gap(i)), i % 2 == 1)).collect();
         let (_, slopes) = fit_probability(&names).unwrap();
-        assert_eq!(slopes[2], 0.0);
+        assert_eq!(slopes[1], 0.0);
     }
 
     #[test]

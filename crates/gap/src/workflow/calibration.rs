@@ -1,4 +1,4 @@
-//! Calibration of probabilities and intervals.
+//! Probabilities and intervals that were fitted to cases whose truth is known.
 //!
 //! # Model
 //! The probability that an identification is right is `logistic(intercept + slopes . features)`;
@@ -7,48 +7,39 @@
 //! reduce.
 //!
 //! # Source
-//! `evpose gap calibrate RESULTS.jsonl --plan SEED` fits the constants to cases of benchmark plans
-//! drawn for development, never to a plan that results are reported of. These are from 98 cases of
-//! plan 9001, in which 40 of 41 identifications were right: one wrong case determines the scale of
-//! the odds, and no other slope.
+//! `evpose gap calibrate benches/gap --out crates/gap/src/workflow/calibration.json` fits all of it to
+//! the opened cases that are stored there, of every tier and with those outside the catalogue.
+//! `benches/gap/calibration.md` says how well it holds of cases that a fit has not seen.
+
+use std::sync::LazyLock;
 
 use serde::{Deserialize, Serialize};
 
-/// The constants in use, as printed by `evpose gap calibrate`.
-pub const CALIBRATION: Calibration = Calibration {
-    intercept: 2.144,
-    slopes: [0.323, 0.0, 0.0, 0.0],
-    of_effect: ErrorScale { factor: 3.69, floor: 0.0 },
-    of_model: ErrorScale { factor: 1.22, floor: 0.05 },
-};
+/// The fit in use.
+pub static CALIBRATION: LazyLock<Calibration> = LazyLock::new(|| {
+    serde_json::from_str(include_str!("calibration.json")).expect("a test reads the file")
+});
 
 /// Descriptions of the features, in their order.
-pub const FEATURES: [&str; 4] = [
+pub const FEATURES: [&str; 2] = [
     "log-odds against rivals and nothing, -2 to 8",
-    "fraction of the discrepancy that it explains",
     "ln of the gap that is left, over .42",
-    "ln of events, over 50,000",
 ];
 
 /// Smallest distance of a probability from zero and one: a few hundred cases resolve no more.
 const MIN_PROBABILITY: f64 = 0.002;
 /// Range that log-odds are clipped to.
 const ODDS: (f64, f64) = (-2.0, 8.0);
-/// Gap and number of events at which their features are zero.
+/// Gap at which its feature is zero.
 const GAP: f64 = 0.42;
-const EVENTS: f64 = 5e4;
 
 /// Evidence for an identified effect.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FindingEvidence {
     /// Tempered log-odds against all other contenders and against no effect.
     pub log_odds: f64,
-    /// Fraction of the held-out discrepancy that it explains.
-    pub gain_share: f64,
     /// Gap of the corrected model on held-out data.
     pub gap_after: f64,
-    /// Number of events of the training data.
-    pub events: usize,
 }
 
 impl FindingEvidence {
@@ -56,9 +47,7 @@ impl FindingEvidence {
     pub fn features(&self) -> [f64; FEATURES.len()] {
         [
             self.log_odds.clamp(ODDS.0, ODDS.1),
-            self.gain_share.clamp(0.0, 1.0),
             (self.gap_after / GAP).ln().clamp(-2.0, 3.0),
-            (self.events.max(1) as f64 / EVENTS).ln().clamp(-5.0, 3.0),
         ]
     }
 }
@@ -73,7 +62,7 @@ pub enum ParameterOwner {
     OfModel,
 }
 
-/// Calibration of standard deviations.
+/// Scale of standard deviations.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ErrorScale {
     /// Factor on raw standard deviations.
@@ -83,13 +72,13 @@ pub struct ErrorScale {
 }
 
 impl ErrorScale {
-    /// Calibrated standard deviation, in steps.
+    /// Scaled standard deviation, in steps.
     pub fn calibrate(&self, raw: f64) -> f64 {
         (self.factor * raw).hypot(self.floor)
     }
 }
 
-/// All constants of the calibration.
+/// All parameters of the fit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
     /// Log-odds where all features are zero.
@@ -111,7 +100,15 @@ impl Calibration {
         probability.clamp(MIN_PROBABILITY, 1.0 - MIN_PROBABILITY)
     }
 
-    /// Calibrated standard deviation of an estimate, in steps.
+    /// Evidence that a probability was stated of, with log-odds inside their range.
+    pub fn evidence(&self, probability: f64, gap_after: f64) -> FindingEvidence {
+        let at = FindingEvidence { log_odds: 0.0, gap_after };
+        let rest = self.intercept + self.slopes[1] * at.features()[1];
+        let log_odds = ((probability / (1.0 - probability)).ln() - rest) / self.slopes[0];
+        FindingEvidence { log_odds: log_odds.clamp(ODDS.0, ODDS.1), gap_after }
+    }
+
+    /// Scaled standard deviation of an estimate, in steps.
     pub fn error(&self, kind: ParameterOwner, raw: f64) -> f64 {
         match kind {
             ParameterOwner::OfEffect => self.of_effect.calibrate(raw),
@@ -126,13 +123,23 @@ mod tests {
 
     const NEUTRAL: Calibration = Calibration {
         intercept: 0.0,
-        slopes: [1.0, 0.0, 0.0, 0.0],
+        slopes: [1.0, 0.0],
         of_effect: ErrorScale { factor: 1.0, floor: 0.0 },
         of_model: ErrorScale { factor: 1.0, floor: 0.0 },
     };
 
     fn evidence(log_odds: f64) -> FindingEvidence {
-        FindingEvidence { log_odds, gain_share: 0.9, gap_after: 0.3, events: 50_000 }
+        FindingEvidence { log_odds, gap_after: 0.3 }
+    }
+
+    #[test]
+    fn the_stored_fit_is_read_and_probabilities_lead_back_to_their_evidence() {
+        for log_odds in [-1.5, 0.0, 3.0, 8.0] {
+            let probability = CALIBRATION.probability(&evidence(log_odds));
+            let back = CALIBRATION.evidence(probability, 0.3);
+            assert!((back.log_odds - log_odds).abs() < 1e-9 && back.gap_after == 0.3);
+        }
+        assert!(CALIBRATION.slopes[0] > 0.0 && CALIBRATION.slopes[1] <= 0.0);
     }
 
     #[test]

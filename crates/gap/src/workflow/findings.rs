@@ -3,14 +3,15 @@
 //!
 //! # Method
 //! A 90 % interval ends 1.645 standard deviations away, on the scale on which the parameter is
-//! fitted. Standard deviations are those of the `errors` module, calibrated. The probability of an
-//! effect is calibrated from a softmax over all contenders, and no effect, by held-out discrepancy,
-//! at a temperature that allows for the correlation of statistics.
+//! fitted. Standard deviations are those of the `errors` module, scaled by `calibration`. The
+//! probability of an effect is a fit to cases whose truth is known (`calibration`), by the log-odds
+//! of a softmax over all contenders, and no effect, by held-out discrepancy, at a temperature that
+//! allows for the correlation of statistics, and by the gap that is left. A parameter has none:
+//! whether it differs is said by its interval, and whether that is the cause is known of too few.
 
 use std::collections::BTreeMap;
 
 use evpose_sensor::{Catalogue, SensorConfig};
-use evpose_stats::distribution::normal_upper_tail;
 
 use super::calibration::{CALIBRATION, FindingEvidence, ParameterOwner};
 use super::errors::{RawError, errors};
@@ -100,15 +101,17 @@ fn effect_finding<'a>(
     let evidence = evidence(splits, result, added);
     let same = same_as(splits.train.catalogue(), added.name());
     let confusable = added.confusable.iter().copied().chain(same);
+    // An effect that the model has at another strength is a wrong parameter of it.
+    let kind = match result.before.model.effect(added.name()) {
+        Some(_) => FindingKind::Parameter,
+        None => FindingKind::Effect,
+    };
+    let is_effect = kind == FindingKind::Effect;
     let finding = Finding {
         name: added.name().to_owned(),
-        // An effect that the model has at another strength is a wrong parameter of it.
-        kind: match result.before.model.effect(added.name()) {
-            Some(_) => FindingKind::Parameter,
-            None => FindingKind::Effect,
-        },
+        kind,
         parameters: quantities,
-        probability: CALIBRATION.probability(&evidence),
+        probability: is_effect.then(|| CALIBRATION.probability(&evidence)),
         confusable_with: confusable.map(str::to_owned).collect(),
         explained: Some(explained(&added.explained)),
     };
@@ -126,7 +129,6 @@ fn parameter_finding(
     let (given, fitted) =
         (parameter.value(&result.before.model), parameter.value(&result.after.model));
     let free = FreeParameter::Model(parameter);
-    let z = parameter.steps(given, fitted) / calibrated(free, &raw).max(1e-9);
     let name = parameter.name().to_owned();
     let quantity = quantity(free, &result.after.model, &raw);
     // An early clock is no latency.
@@ -135,8 +137,7 @@ fn parameter_finding(
         name: name.clone(),
         kind: FindingKind::Parameter,
         parameters: BTreeMap::from([(name.clone(), quantity)]),
-        // Probability that it differs from the given value.
-        probability: 1.0 - 2.0 * normal_upper_tail(z.abs()),
+        probability: None,
         confusable_with: same.map(str::to_owned).into_iter().collect(),
         explained: Some(explained(&changed.explained)),
     };
@@ -186,9 +187,7 @@ fn evidence(
     let statistics = splits.held_out.measured.iter().filter(|value| value.is_finite()).count();
     FindingEvidence {
         log_odds: log_odds(best, rivals.chain([without]), statistics),
-        gain_share: 1.0 - best / without.max(1e-9),
         gap_after: result.after.gap,
-        events: splits.train.events.len(),
     }
 }
 

@@ -25,9 +25,7 @@ pub(crate) fn findings(page: &mut HtmlPage, data: &ReportData) {
         ),
         false => page.section(
             "What is missing or set wrong",
-            "Intervals are meant to hold the true value in nine of ten cases, and probabilities to be \
-             the share of names that are right: both as a part of the benchmark asks for that was \
-             drawn for this.",
+            words::FITTED,
         ),
     };
     let row = |finding: &Finding| {
@@ -35,9 +33,12 @@ pub(crate) fn findings(page: &mut HtmlPage, data: &ReportData) {
             named(finding),
             escape(words::summary(&finding.name).unwrap_or_default()),
             values(finding),
-            match verdict.is_scene_free() {
-                true => escape(&words::probability(1.0 - finding.probability)),
-                false => short(finding.probability),
+            match finding.probability {
+                None => "-".to_owned(),
+                Some(right) if verdict.is_scene_free() => {
+                    escape(&words::probability(1.0 - right))
+                }
+                Some(right) => short(right),
             },
             alike(finding),
         ]

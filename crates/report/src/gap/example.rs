@@ -28,7 +28,7 @@ pub(crate) fn verdict() -> Verdict {
             name: "leak_on".to_owned(),
             kind: FindingKind::Effect,
             parameters: BTreeMap::from([("rate_hz".to_owned(), rate)]),
-            probability: 0.99,
+            probability: Some(0.99),
             confusable_with: vec!["parasitic_photo_leak".to_owned()],
             explained: Some(Explained { alone: 0.95, beside_others: 0.93, p: 1e-7 }),
         }],

@@ -142,7 +142,7 @@ fn table(page: &mut HtmlPage, verdict: &Verdict) {
             fraction(|explained| explained.alone),
             fraction(|explained| explained.beside_others),
             escape(&p),
-            short(finding.probability),
+            finding.probability.map_or_else(|| "-".to_owned(), short),
             alike(finding),
         ]
     };
@@ -157,13 +157,12 @@ fn table(page: &mut HtmlPage, verdict: &Verdict) {
         "cannot be distinguished from",
     ];
     wrapped_table(page, &header, &rows);
-    page.markup(
+    page.markup(&format!(
         "<p class=\"soft\">Alone: added to the model as given (add-one). Beside the others: dropped \
          from the corrected model (drop-one). By chance: as much, if the model without it were true, \
-         from replicates of that model on this scene. Intervals are meant to hold the true value in \
-         nine of ten cases, and probabilities to be the fraction of names that are right: both as a \
-         part of the benchmark asks for that was drawn for this.</p>",
-    );
+         from replicates of that model on this scene. {}</p>",
+        words::FITTED
+    ));
 }
 
 #[cfg(test)]

@@ -77,7 +77,12 @@ pub fn write(dir: &Path, name: &str, bytes: &[u8]) -> Result<()> {
 
 /// The same for data as JSON that people can read.
 pub fn write_json(dir: &Path, name: &str, data: &impl Serialize) -> Result<()> {
-    write(dir, name, format!("{}\n", serde_json::to_string_pretty(data)?).as_bytes())
+    write(dir, name, json(data)?.as_bytes())
+}
+
+/// Data as JSON that people can read.
+pub fn json(data: &impl Serialize) -> Result<String> {
+    Ok(format!("{}\n", serde_json::to_string_pretty(data)?))
 }
 
 /// A path from the root, so that it holds wherever it is read.

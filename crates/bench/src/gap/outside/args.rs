@@ -6,14 +6,16 @@ use std::path::PathBuf;
 #[command(after_help = "Examples:\n  \
     evpose gap outside cases/ --out runs/outside\n  \
     evpose gap outside cases/ --out runs/outside-1 --shard 1/2 --resume -- --quick\n  \
-    evpose gap outside cases/ --score runs/outside-1 runs/outside-2 --out benches/gap/outside\n\n\
+    evpose gap outside cases/ --score runs/outside-1 runs/outside-2 --out benches/gap/outside\n  \
+    evpose gap outside --score benches/gap/outside benches/gap/outside-ebf3f3a --out runs/pool\n\n\
     Every folder of cases/ holds events.npz, scene.json and frames.npy, which `evpose gap run` reads, \
     and truth.json, which is read only after the line of the case is in results.jsonl. Options after \
     -- are passed on to `evpose gap run`. benches/gap/outside.md describes how to make such cases.")]
 /// Arguments of `evpose gap outside`.
 pub struct OutsideArgs {
-    /// Directory with a folder for every case
-    pub(super) cases: PathBuf,
+    /// Directory with a folder for every case; none for --score of folders with stored truths
+    #[arg(required_unless_present = "score")]
+    pub(super) cases: Option<PathBuf>,
     /// Directory for results and scores
     #[arg(long)]
     pub(super) out: PathBuf,

@@ -24,20 +24,27 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 
 pub use args::OutsideArgs;
+pub(super) use opened::Opened;
+pub(super) use tables::key;
 use evpose_app::bad_input::BadInput;
 use evpose_app::progress::say;
 use evpose_report::gap::files;
-use opened::Opened;
 use row::Row;
 
 use super::naming::RESULTS;
-use super::{jsonl, part};
+use super::{jsonl, part, stored};
 
 /// `evpose gap outside`.
 pub fn run(args: &OutsideArgs) -> Result<()> {
     std::fs::create_dir_all(&args.out)
         .with_context(|| format!("creating {}", args.out.display()))?;
-    let cases = identify::cases(&args.cases).context(BadInput)?;
+    let Some(dir_of_cases) = &args.cases else {
+        let opened = read(&args.score).context(BadInput)?;
+        let scores = score::score_cases(&opened, stored::names(&args.score, &args.out));
+        tables::lines(&scores).iter().for_each(say);
+        return tables::write(&args.out, &opened, &scores);
+    };
+    let cases = identify::cases(dir_of_cases).context(BadInput)?;
     let dirs: Vec<PathBuf> = if args.score.is_empty() {
         let (of, parts) = part::shard(&args.shard).context(BadInput)?;
         let of_shard = cases.iter().skip(of - 1).step_by(parts);
@@ -53,9 +60,9 @@ pub fn run(args: &OutsideArgs) -> Result<()> {
         args.score.clone()
     };
     let rows = merge(&dirs, &cases, args.partial).context(BadInput)?;
-    let truths = args.truth.as_ref().unwrap_or(&args.cases);
-    let opened = opened::open(rows, &args.cases, truths).context(BadInput)?;
-    let scores = score::score_cases(&opened);
+    let truths = args.truth.as_ref().unwrap_or(dir_of_cases);
+    let opened = opened::open(rows, dir_of_cases, truths).context(BadInput)?;
+    let scores = score::score_cases(&opened, Vec::new());
     tables::lines(&scores).iter().for_each(say);
     tables::write(&args.out, &opened, &scores)?;
     if !args.score.is_empty() {
@@ -65,11 +72,40 @@ pub fn run(args: &OutsideArgs) -> Result<()> {
     Ok(())
 }
 
-/// Writes the rows of all shards as one file: the data that the scores are of.
+/// Writes the rows of all shards as one file, and their truths as another: the data that the scores
+/// are of.
 fn write_merged(out: &Path, opened: &[Opened]) -> Result<()> {
     let line = |case: &Opened| Ok(format!("{}\n", serde_json::to_string(&case.row)?));
     let text: Result<String> = opened.iter().map(line).collect();
-    files::write(out, RESULTS, text?.as_bytes())
+    files::write(out, RESULTS, text?.as_bytes())?;
+    let line = |case: &Opened| Ok(format!("{}\n", serde_json::to_string(&case.stored())?));
+    let text: Result<String> = opened.iter().map(line).collect();
+    files::write(out, opened::TRUTHS, text?.as_bytes())
+}
+
+/// Cases of stored folders, in the order of their names.
+pub(super) fn read(dirs: &[PathBuf]) -> Result<Vec<Opened>> {
+    let mut opened = Vec::new();
+    for dir in dirs {
+        opened.extend(opened::read(dir)?);
+    }
+    opened.sort_by(|a, b| a.row.id.cmp(&b.row.id));
+    for pair in opened.windows(2) {
+        ensure!(pair[0].row.id != pair[1].row.id, "case {} is there twice", pair[0].row.id);
+    }
+    Ok(opened)
+}
+
+/// Scores of folders together.
+#[cfg(test)]
+pub(super) fn scores(dirs: &[PathBuf]) -> Result<score::OutsideScores> {
+    Ok(score::score_cases(&read(dirs)?, Vec::new()))
+}
+
+/// Derived files of a folder or of a pool.
+pub(super) fn derived(dirs: &[PathBuf], names: Vec<String>) -> Result<Vec<(&'static str, String)>> {
+    let opened = read(dirs)?;
+    tables::texts(&opened, &score::score_cases(&opened, names))
 }
 
 /// Rows of all directories, by case. Each case is there once; all of them are, unless `is_partial`.

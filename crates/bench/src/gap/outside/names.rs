@@ -120,6 +120,18 @@ pub(super) enum Applies {
     SmallOffset,
 }
 
+impl Applies {
+    /// The circumstances in words.
+    pub(super) fn words(self) -> &'static str {
+        match self {
+            Always => "always",
+            BelowNominal => "below the stated spread",
+            Redrawn => "where the generator has a spread",
+            SmallOffset => "below .002",
+        }
+    }
+}
+
 const fn convention(
     generator: Generator,
     name: &'static str,

@@ -1,20 +1,36 @@
 //! Cases with their truth: the only place where `truth.json` is read, and only of cases that have
 //! a line of results.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
 use evpose_gap::input::Description;
 use evpose_gap::verdict::FindingKind;
+use serde::{Deserialize, Serialize};
 
 use super::names::{self, CONVENTIONS};
 use super::row::{FAILED, NamedFinding, Row};
 use super::truth::{HiddenEffect, Truth};
+use crate::gap::jsonl;
+use crate::gap::naming::RESULTS;
+
+/// A line a case, with its truth.
+pub(super) const TRUTHS: &str = "truths.jsonl";
+
+/// What the scores take of a case beside its row: a line of `truths.jsonl`.
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct StoredTruth {
+    id: String,
+    #[serde(flatten)]
+    truth: Truth,
+    nominal_spread: f64,
+}
 
 /// A case with its verdict and its truth.
 #[derive(Debug, Clone)]
-pub(super) struct Opened {
-    pub(super) row: Row,
+pub(in crate::gap) struct Opened {
+    pub(in crate::gap) row: Row,
     pub(super) truth: Truth,
     /// Spread of thresholds that `scene.json` states; zero if it states none.
     pub(super) nominal_spread: f64,
@@ -36,6 +52,12 @@ impl Opened {
         }
         let nominal_spread = scene.nominal.and_then(|nominal| nominal.threshold_sigma);
         Ok(Self { row, truth, nominal_spread: nominal_spread.unwrap_or(0.0) })
+    }
+
+    /// The truth as it is stored.
+    pub(super) fn stored(&self) -> StoredTruth {
+        let Self { row, truth, nominal_spread } = self;
+        StoredTruth { id: row.id.clone(), truth: truth.clone(), nominal_spread: *nominal_spread }
     }
 
     /// Effects of the verdict, without parameters.
@@ -98,6 +120,15 @@ impl Opened {
             && self.visible().all(|effect| self.has(effect))
     }
 
+    /// Stated probabilities of the names, and whether each is right; `is_strict` counts only names
+    /// that are no convention.
+    pub(in crate::gap) fn stated(&self, is_strict: bool) -> Vec<(f64, bool)> {
+        let is_counted =
+            |f: &&NamedFinding| !is_strict || self.is_hidden(f) || !self.is_convention(f);
+        let stated = |finding: &NamedFinding| Some((finding.probability?, self.is_right(finding)));
+        self.named().filter(is_counted).filter_map(stated).collect()
+    }
+
     /// Whether an effect is named that is no convention.
     pub(super) fn is_named(&self) -> bool {
         self.named().any(|finding| !self.is_convention(finding))
@@ -124,6 +155,21 @@ impl Opened {
 /// Right names of a hidden effect; none of one outside the catalogue.
 fn right_names(effect: &HiddenEffect) -> &'static [&'static str] {
     names::entry(&effect.name).map_or(&[], |entry| entry.right)
+}
+
+/// Cases of a stored folder: every row with its stored truth.
+pub(super) fn read(dir: &Path) -> Result<Vec<Opened>> {
+    let stored: Vec<StoredTruth> = jsonl::read(&dir.join(TRUTHS))?;
+    let mut truths: HashMap<String, StoredTruth> =
+        stored.into_iter().map(|stored| (stored.id.clone(), stored)).collect();
+    let open = |row: Row| {
+        let stored = truths.remove(&row.id);
+        let stored =
+            stored.with_context(|| format!("{}: no line of case {}", dir.display(), row.id))?;
+        let StoredTruth { truth, nominal_spread, .. } = stored;
+        Ok(Opened { row, truth, nominal_spread })
+    };
+    jsonl::read::<Row>(&dir.join(RESULTS))?.into_iter().map(open).collect()
 }
 
 /// Opens the truth of every row.

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 /// The verdict of a case. Nothing in it comes from the truth.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct Row {
+pub(in crate::gap) struct Row {
     /// The case: the name of its folder.
     pub(super) id: String,
     /// The answer, as `verdict.json` has it; `failed` where the run ended without one.
@@ -19,7 +19,7 @@ pub(super) struct Row {
     pub(super) effects: Vec<NamedFinding>,
     /// Gap of the model as given and of the corrected one; none where it is unknown.
     pub(super) gap_before: Option<f64>,
-    pub(super) gap_after: Option<f64>,
+    pub(in crate::gap) gap_after: Option<f64>,
     /// Seconds from start to report.
     pub(super) seconds: f64,
     /// Threads that it ran on.
@@ -27,7 +27,7 @@ pub(super) struct Row {
     /// Further options of the run.
     pub(super) options: Vec<String>,
     /// The program.
-    pub(super) commit: String,
+    pub(in crate::gap) commit: String,
 }
 
 /// An effect or a parameter of a verdict.

@@ -1,12 +1,16 @@
 //! Precision and recall of names, exact sets and times: of all cases, by generator, and by the
 //! number of hidden effects.
 
+use evpose_gap::search::excess_closed;
 use evpose_stats::quantile;
 use serde::Serialize;
 
 use super::opened::Opened;
 use super::truth::Generator;
-use crate::gap::stats::Rate;
+use crate::gap::stats::{Rate, Stated, bins, calibration_error, median};
+use crate::gap::targets::Target::{AtLeast, AtMost, Within};
+use crate::gap::targets::{Headline, Unit, gap_closed, probabilities};
+use evpose_report::format::short;
 
 /// Scores of all cases and of parts of them.
 #[derive(Debug, Clone, Serialize)]
@@ -14,6 +18,13 @@ pub(super) struct OutsideScores {
     pub(super) cases: usize,
     /// Programs that results are of.
     pub(super) commits: Vec<String>,
+    /// Stored folders that they are in; none of one that is scored by itself.
+    pub(super) folders: Vec<String>,
+    /// What is required, and whether it is reached.
+    pub(super) headlines: Vec<Headline>,
+    /// Stated probabilities of all names, conventions among them, and of those that are none.
+    pub(super) stated: Stated,
+    pub(super) stated_strict: Stated,
     /// All cases first.
     pub(super) groups: Vec<Group>,
     /// Recall by strength.
@@ -99,7 +110,7 @@ impl Group {
 }
 
 /// Scores cases.
-pub(super) fn score_cases(opened: &[Opened]) -> OutsideScores {
+pub(super) fn score_cases(opened: &[Opened], folders: Vec<String>) -> OutsideScores {
     let of = |title: &str, is_in: &dyn Fn(&Opened) -> bool| {
         Group::new(title, &opened.iter().filter(|case| is_in(case)).collect::<Vec<_>>())
     };
@@ -124,7 +135,82 @@ pub(super) fn score_cases(opened: &[Opened]) -> OutsideScores {
     let mut commits: Vec<String> = opened.iter().map(|case| case.row.commit.clone()).collect();
     commits.sort();
     commits.dedup();
-    OutsideScores { cases: opened.len(), commits, groups, strengths: strengths.to_vec() }
+    let stated = |is_strict: bool| {
+        let names = opened.iter().flat_map(|case| case.stated(is_strict));
+        Stated::of(&names.collect::<Vec<_>>())
+    };
+    let mut scores = OutsideScores {
+        cases: opened.len(),
+        commits,
+        folders,
+        headlines: Vec::new(),
+        stated: stated(false),
+        stated_strict: stated(true),
+        groups,
+        strengths: strengths.to_vec(),
+    };
+    scores.headlines = headlines(opened, &scores);
+    scores
+}
+
+/// Figures beside what is required of them. Of values nothing is known: parameters of generators are
+/// not those of the catalogue.
+fn headlines(opened: &[Opened], scores: &OutsideScores) -> Vec<Headline> {
+    let all = &scores.groups[0];
+    let of = |name, rate: &Rate| Headline::of_rate(name, rate);
+    let first: Vec<(f64, bool)> =
+        opened.iter().filter_map(|case| case.stated(false).into_iter().next()).collect();
+    let closed = opened.iter().filter(|case| case.is_named() && !case.has_wrong_name());
+    let closed = closed.filter_map(|case| {
+        excess_closed(case.row.gap_before?, case.row.gap_after?)
+    });
+    let mut seconds: Vec<f64> =
+        opened.iter().map(|c| c.row.seconds * c.row.threads as f64 / 2.0).collect();
+    let unknown = |name, unit| {
+        Headline::new(name, unit, None, 0)
+            .noted("parameters of generators are not those of the catalogue".to_owned())
+    };
+    let wrong = &all.wrong_names;
+    let strict = &scores.stated_strict;
+    vec![
+        of("visible effects named", &all.recall).with_targets(AtLeast(0.75), AtLeast(0.88)),
+        of("names that are right", &all.precision)
+            .with_targets(AtLeast(0.95), AtLeast(0.98))
+            .noted(format!("wrong names in {} of {} cases", wrong.of, wrong.n)),
+        of("the same, conventions aside", &all.strict_precision)
+            .with_targets(AtLeast(0.95), AtLeast(0.98)),
+        of("exact sets", &all.exact_sets),
+        of("nulls with an effect named", &all.nulls_named).with_targets(AtMost(0.02), AtMost(0.01)),
+        of("left open outside the catalogue", &all.outside_open)
+            .with_targets(AtLeast(0.90), AtLeast(0.95)),
+        of("parameters that are right", &all.parameters),
+        unknown("error of estimates, median", Unit::Share)
+            .with_targets(AtMost(0.03), AtMost(0.01)),
+        unknown("estimates whose 90 % interval holds the truth", Unit::Share)
+            .with_targets(Within(0.85, 0.95), Within(0.85, 0.95)),
+        gap_closed(median(closed)),
+        probabilities(calibration_error(&bins(&first)), first.len(), &scores.stated),
+        Headline::new(
+            "stated probabilities, conventions aside",
+            Unit::Number,
+            strict.mean,
+            strict.right.n,
+        )
+        .noted(format!(
+            "{}/{} right, {} to {}",
+            strict.right.of,
+            strict.right.n,
+            short(strict.right.lo95),
+            short(strict.right.hi95)
+        )),
+        Headline::new(
+            "seconds a case on 2 cores, median",
+            Unit::Seconds,
+            quantile::median(&mut seconds),
+            opened.len(),
+        )
+        .with_targets(AtMost(60.0), AtMost(20.0)),
+    ]
 }
 
 #[cfg(test)]
@@ -143,7 +229,7 @@ mod tests {
 
     #[test]
     fn made_up_verdicts_are_counted_as_they_are() {
-        let scores = score_cases(&opened());
+        let scores = score_cases(&opened(), Vec::new());
         let all = group(&scores, "all");
         // leak, hot, thresholds, leak; missed: lowpass, refractory. ghost and dead do not count.
         assert_rate(&all.recall, 4, 6);
@@ -169,7 +255,7 @@ mod tests {
     #[test]
     fn a_convention_belongs_to_its_generator() {
         let named = |generator, name| {
-            let scores = score_cases(&[case("a", generator, &[], "effects", &[name])]);
+            let scores = score_cases(&[case("a", generator, &[], "effects", &[name])], Vec::new());
             let all = group(&scores, "all");
             (all.precision.of, all.nulls_named.of)
         };
@@ -191,7 +277,7 @@ mod tests {
 
     #[test]
     fn a_failed_run_is_a_miss_and_no_exact_set() {
-        let scores = score_cases(&[case("a", "v2e", &[("leak", true)], "failed", &[])]);
+        let scores = score_cases(&[case("a", "v2e", &[("leak", true)], "failed", &[])], Vec::new());
         let all = group(&scores, "all");
         assert_rate(&all.recall, 0, 1);
         assert_rate(&all.exact_sets, 0, 1);

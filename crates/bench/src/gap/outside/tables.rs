@@ -4,16 +4,17 @@ use std::path::Path;
 
 use anyhow::Result;
 
-use super::names::{CONVENTIONS, Convention};
+use super::names::{CONVENTIONS, Convention, HIDDEN};
 use super::opened::Opened;
 use super::score::{Group, OutsideScores};
-use crate::gap::stats::Rate;
+use crate::gap::table::{self, rate};
 use evpose_report::format::short;
 use evpose_report::gap::files;
 
 /// Files of the scores.
 const SCORES: &str = "scores.json";
 const TABLE: &str = "table.md";
+const GROUPS: &str = "groups.md";
 const CASES: &str = "cases.csv";
 
 /// Figures of a group: heading and cell.
@@ -36,24 +37,9 @@ const COLUMNS: &[Column] = &[
     }),
 ];
 
-/// Count, share and interval; nothing of no cases.
-fn rate(rate: &Rate) -> String {
-    let percent = |share: f64| (1e3 * share).round() / 10.0;
-    rate.share.map_or_else(String::new, |share| {
-        format!(
-            "{}/{} ({} %, {} to {})",
-            rate.of,
-            rate.n,
-            percent(share),
-            percent(rate.lo95),
-            percent(rate.hi95)
-        )
-    })
-}
-
 /// The scores for the terminal: a block a group.
 pub(super) fn lines(scores: &OutsideScores) -> Vec<String> {
-    let mut lines = Vec::new();
+    let mut lines: Vec<String> = table::rows(&scores.headlines).lines().map(str::to_owned).collect();
     for group in &scores.groups {
         lines.push(group.title.clone());
         for (heading, cell) in COLUMNS {
@@ -70,7 +56,37 @@ pub(super) fn lines(scores: &OutsideScores) -> Vec<String> {
     lines
 }
 
-/// The scores as a table in Markdown. Intervals are Wilson's of 95 %.
+/// Derived files of a folder.
+pub(super) fn texts(opened: &[Opened], scores: &OutsideScores) -> Result<Vec<(&'static str, String)>> {
+    let of = format!("{} cases; programs {}", scores.cases, scores.commits.join(", "));
+    Ok(vec![
+        (SCORES, files::json(scores)?),
+        (TABLE, format!("{}\n{of}.\n", table::rows(&scores.headlines))),
+        (GROUPS, markdown(scores)),
+        (CASES, csv(opened)),
+    ])
+}
+
+/// What the answer key accepts, and the conventions, as tables in Markdown.
+pub(in crate::gap) fn key() -> String {
+    let names = |names: &[&str]| {
+        let names: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+        if names.is_empty() { "none: outside the catalogue".to_owned() } else { names.join(", ") }
+    };
+    let mut text = "| hidden | names that are right |\n|---|---|\n".to_owned();
+    for hidden in HIDDEN {
+        text += &format!("| {} | {} |\n", names(hidden.names), names(hidden.right));
+    }
+    text += "\n| generator | name | right | reason |\n|---|---|---|---|\n";
+    for convention in CONVENTIONS {
+        let Convention { generator, name, applies, reason } = convention;
+        let (generator, applies) = (generator.name(), applies.words());
+        text += &format!("| {generator} | `{name}` | {applies} | {reason} |\n");
+    }
+    text
+}
+
+/// The scores of groups as a table in Markdown. Intervals are Wilson's of 95 %.
 fn markdown(scores: &OutsideScores) -> String {
     let row = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
     let mut first = vec![String::new()];
@@ -83,11 +99,6 @@ fn markdown(scores: &OutsideScores) -> String {
     text += "\n| strength | visible effects named |\n| --- | --- |\n";
     for (strength, recall) in &scores.strengths {
         text += &row(vec![strength.clone(), rate(recall)]);
-    }
-    text += "\nConventions of the generators, which are right where they are named:\n\n";
-    text += "| generator | name | reason |\n| --- | --- | --- |\n";
-    for Convention { generator, name, reason, .. } in CONVENTIONS {
-        text += &row([generator.name(), name, reason].map(str::to_owned).to_vec());
     }
     text
 }
@@ -127,11 +138,12 @@ fn csv(opened: &[Opened]) -> String {
     text
 }
 
-/// Writes scores, table and cases.
+/// Writes scores, tables and cases.
 pub(super) fn write(dir: &Path, opened: &[Opened], scores: &OutsideScores) -> Result<()> {
-    files::write_json(dir, SCORES, scores)?;
-    files::write(dir, TABLE, markdown(scores).as_bytes())?;
-    files::write(dir, CASES, csv(opened).as_bytes())
+    for (name, text) in texts(opened, scores)? {
+        files::write(dir, name, text.as_bytes())?;
+    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -142,7 +154,7 @@ mod tests {
     #[test]
     fn tables_have_a_row_for_each_group_and_each_case() {
         let opened = example::opened();
-        let scores = score_cases(&opened);
+        let scores = score_cases(&opened, Vec::new());
         let markdown = markdown(&scores);
         let rows: Vec<&str> = markdown.lines().take_while(|line| !line.is_empty()).collect();
         assert_eq!(rows.len(), scores.groups.len() + 2);

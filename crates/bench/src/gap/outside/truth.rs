@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 /// Program that made a recording.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Generator {
     V2e,
@@ -32,7 +32,7 @@ impl Generator {
 }
 
 /// Ground truth of a case.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Truth {
     pub(super) generator: Generator,
     /// Kind of scene.
@@ -46,12 +46,13 @@ pub(super) struct Truth {
 }
 
 /// A hidden effect, under the name that the recipe gives it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct HiddenEffect {
     pub(super) name: String,
     /// Weak, middle or strong.
     pub(super) strength: String,
     /// Whether runs of the generator with and without it differ more than two seeds do.
+    #[serde(rename = "visible")]
     pub(super) is_visible: bool,
 }
 

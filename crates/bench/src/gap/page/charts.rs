@@ -105,9 +105,9 @@ pub(super) fn quantiles(own: &[OwnRow]) -> Result<String, DrawingError> {
 }
 
 /// Coverage of the intervals of 90 %, a bar a finding.
-pub(super) fn coverage(coverage: &BTreeMap<&'static str, Rate>) -> Result<String, DrawingError> {
-    let bar = |(name, rate): (&&'static str, &Rate)| Bar {
-        label: (*name).to_owned(),
+pub(super) fn coverage(coverage: &BTreeMap<String, Rate>) -> Result<String, DrawingError> {
+    let bar = |(name, rate): (&String, &Rate)| Bar {
+        label: name.clone(),
         value: rate.share.unwrap_or(0.0),
         interval: Some((rate.lo95, rate.hi95)),
         colour: AROUND,

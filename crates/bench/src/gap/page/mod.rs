@@ -9,9 +9,8 @@ use anyhow::Result;
 use super::confusion::Confusion;
 use super::opened::Opened;
 use super::own::OwnRow;
-use super::part::PlanId;
 use super::score::Scores;
-use super::table::{figure, interval, target, word};
+use super::table::{cases, figure, interval, target, word};
 use super::targets::{Headline, Reached};
 use evpose_report::html::{HtmlPage, escape};
 
@@ -33,11 +32,8 @@ pub(super) fn page(opened: &[Opened], scores: &Scores, own: &[OwnRow]) -> Result
     let mut page = HtmlPage::new(
         "Hidden effects: what is found and what is not",
         &format!(
-            "{} cases of plan {} ({}): recordings of an independent pixel, named without their \
-             labels.",
-            scores.cases,
-            scores.plan,
-            PlanId { seed: scores.plan, tier: scores.tier }.tier_name()
+            "{}: recordings of an independent pixel, named without their labels.",
+            cases(scores)
         ),
     );
     page.markup(STYLE);
@@ -72,7 +68,7 @@ pub(super) fn page(opened: &[Opened], scores: &Scores, own: &[OwnRow]) -> Result
         page.section(
             "Whether probabilities hold",
             "The stated probability of the first name of each case, and the share of them that is \
-             right, with intervals of 95 %. On the line they are calibrated.",
+             right, with intervals of 95 %. On the line they hold.",
         );
         page.plots(&[charts::reliability(&scores.reliability)?]);
     }
@@ -94,7 +90,7 @@ pub(super) fn page(opened: &[Opened], scores: &Scores, own: &[OwnRow]) -> Result
     page.section("Origin", "");
     page.details(
         "Programs and plan",
-        &format!("plan {}\nprograms {}", scores.plan, scores.commits.join(", ")),
+        &format!("{}\nprograms {}", cases(scores), scores.commits.join(", ")),
     );
     Ok(page.finish())
 }
@@ -118,8 +114,8 @@ fn headlines(page: &mut HtmlPage, scores: &Scores) {
             escape(&headline.cases),
             headline.value.map_or_else(|| "-".to_owned(), |v| figure(unit, v)),
             format!("<small>{}</small>", escape(&interval(headline))),
-            escape(&target(unit, headline.required)),
-            escape(&target(unit, headline.goal)),
+            headline.required.map_or_else(String::new, |aim| escape(&target(unit, aim))),
+            headline.goal.map_or_else(String::new, |aim| escape(&target(unit, aim))),
             format!("<span class=\"{class}\">{}</span>", word(headline.reached())),
             format!("<small>{}</small>", escape(&headline.note)),
         ]
@@ -141,8 +137,8 @@ fn misses(page: &mut HtmlPage, opened: &[Opened], scores: &Scores) {
         return;
     }
     let row = |case: &Opened| {
-        let scene = case.label.train.scene.name();
-        let strength = case.label.strength.map_or_else(String::new, |s| s.to_string());
+        let scene = case.truth.scene.clone();
+        let strength = case.truth.strength.map_or_else(String::new, |s| s.to_string());
         let tried = case.row.tried.first().map_or_else(String::new, |tried| {
             let first = tried.iter().take(3);
             first.map(|(name, left)| format!("{name} {left:.0}")).collect::<Vec<_>>().join(", ")
@@ -161,7 +157,7 @@ fn misses(page: &mut HtmlPage, opened: &[Opened], scores: &Scores) {
             title,
             hidden,
             strength,
-            scene.to_owned(),
+            scene,
             answer,
             named,
             gap,
@@ -195,7 +191,7 @@ mod tests {
         let mut opened = example::opened();
         for (i, case) in opened.iter_mut().enumerate() {
             for effect in &mut case.row.effects {
-                effect.probability = 0.3 + 0.7 * ((i * 37) % 100) as f64 / 100.0;
+                effect.probability = Some(0.3 + 0.7 * ((i * 37) % 100) as f64 / 100.0);
                 if i % 11 == 0 {
                     effect.name = "reset_overshoot".to_owned();
                 }
@@ -210,7 +206,7 @@ mod tests {
                 seconds: 1.0,
             })
             .collect();
-        let scores = score::score_cases(&opened, own::summary(&own), example::PLAN);
+        let scores = score::score_cases(&opened, own::summary(&own), Vec::new());
         let text = page(&opened, &scores, &own)?;
         for words in [
             "visible singles named right",
@@ -234,8 +230,8 @@ mod tests {
 
     #[test]
     fn a_page_of_no_cases_is_a_page() -> Result<()> {
-        let scores = score::score_cases(&[], None, example::PLAN);
-        assert!(page(&[], &scores, &[])?.contains("0 cases of plan"));
+        let scores = score::score_cases(&[], None, Vec::new());
+        assert!(page(&[], &scores, &[])?.contains("0 cases of"));
         Ok(())
     }
 }
