@@ -4,6 +4,7 @@
 //! optional devices and Rerun's SDK. The last line is the total of all tests.
 
 mod circles;
+mod figures;
 mod files;
 mod lines;
 mod words;
@@ -25,6 +26,11 @@ const CI: &[Step] = &[
     Step {
         why: "names and prose in the words of the glossary",
         args: &["xtask", "words"],
+        env: &[],
+    },
+    Step {
+        why: "figures of pages are those that are stored",
+        args: &["xtask", "figures", "--check"],
         env: &[],
     },
     Step { why: "the command line stays small", args: &["xtask", "lines"], env: &[] },
@@ -187,7 +193,13 @@ const SLOW: &[Step] = &[
     },
 ];
 
-const USAGE: &str = "usage: cargo xtask ci|slow|words [CRATE…] [--list]|circles [CRATE…]|lines
+const GUIDES: Step = Step {
+    why: "outputs of commands, written into README.md and the guides",
+    args: &["test", "--release", "--test=integration", "all_pages_run", "--", "--ignored"],
+    env: &[("EVPOSE_WRITE_PAGES", "1")],
+};
+
+const USAGE: &str = "usage: cargo xtask ci|slow|words [CRATE…] [--list]|circles [CRATE…]|lines|figures [--check]|guides
 
   ci    formatting, lints, documentation, all tests, what the benchmark is built from (what CI runs)
   slow  twelve blind recordings; all commands of the guides; an installed program; the ndarray
@@ -197,7 +209,10 @@ const USAGE: &str = "usage: cargo xtask ci|slow|words [CRATE…] [--list]|circle
   words  words that docs/glossary.md replaces: counts by crate, by file for a PATH or crate;
          --list shows each use and the standard word
   circles  files of a crate that import each other; every circle of the crates that are named
-  lines  lines of Rust by crate, and the limit of the command line";
+  lines  lines of Rust by crate, and the limit of the command line
+  figures  writes figures of README.md and the guides from results below benches/; --check compares
+  guides  runs the commands of README.md and the guides, of one page with EVPOSE_PAGE=NAME, and writes
+         their outputs into the pages";
 
 struct Step {
     why: &'static str,
@@ -234,11 +249,13 @@ fn main() -> ExitCode {
     let steps = match std::env::args().nth(1).as_deref() {
         Some("ci") => CI,
         Some("slow") => SLOW,
-        Some(check @ ("words" | "circles" | "lines")) => {
+        Some("guides") => &[GUIDES],
+        Some(check @ ("words" | "circles" | "lines" | "figures")) => {
             let args: Vec<String> = std::env::args().skip(2).collect();
             let run = match check {
                 "words" => words::run,
                 "circles" => circles::run,
+                "figures" => figures::run,
                 _ => lines::run,
             };
             return match run(&args, say) {
