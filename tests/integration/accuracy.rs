@@ -61,9 +61,17 @@ fn by_recording(result: &Value) -> Vec<(String, &Value)> {
 }
 
 /// Figures of a network, the means over recordings, that are further from the stored ones than [`TOLERANCE`].
-fn differences(sandbox: &Sandbox, stored: &Stored, name: &str, file: &Path, set: &Path) -> Vec<String> {
+fn differences(
+    sandbox: &Sandbox,
+    stored: &Stored,
+    name: &str,
+    file: &Path,
+    set: &Path,
+) -> Vec<String> {
     let mut words = stored.evaluation(name, set);
-    words.extend(["--checkpoint", file.to_str().unwrap(), "--json", "result.json"].map(str::to_owned));
+    words.extend(
+        ["--checkpoint", file.to_str().unwrap(), "--json", "result.json"].map(str::to_owned),
+    );
     sandbox.ok(&words.iter().map(String::as_str).collect::<Vec<_>>());
     let result: Value = serde_json::from_slice(&bytes(&sandbox.path("result.json"))).unwrap();
     let (now, network) = (by_recording(&result), stored.network(name));
@@ -82,8 +90,10 @@ fn differences(sandbox: &Sandbox, stored: &Stored, name: &str, file: &Path, set:
             let (_, scores) = found.unwrap_or_else(|| panic!("{recording} is not stored"));
             scores.pointer(pointer).and_then(Value::as_f64)
         };
-        let [now, before] =
-            [mean(&|recording| value(&now, recording)), mean(&|recording| value(&before, recording))];
+        let [now, before] = [
+            mean(&|recording| value(&now, recording)),
+            mean(&|recording| value(&before, recording)),
+        ];
         if (now - before).abs() > TOLERANCE {
             wrong.push(format!("{name}: {figure} is {now:.3}, stored is {before:.3}"));
         }
@@ -98,7 +108,8 @@ fn hold(sandbox: &Sandbox, stored: &Stored, names: &[&str], set: &Path) {
         let digest: String =
             Sha256::digest(bytes(&file)).iter().map(|byte| format!("{byte:02x}")).collect();
         let is_stored = stored.network(name)["sha256"] == digest;
-        let of_another = format!("{name} is not the network whose accuracy is stored: `evpose bench accuracy`");
+        let of_another =
+            format!("{name} is not the network whose accuracy is stored: `evpose bench accuracy`");
         let differences = differences(sandbox, stored, name, &file, set);
         differences.into_iter().chain((!is_stored).then_some(of_another))
     });
@@ -119,7 +130,8 @@ fn home(sandbox: &Sandbox, stored: &Stored, task: &str, shard: &str) -> PathBuf 
     for line in manifest.iter().map(|line| line.as_str().unwrap()) {
         let (stored, name) = line.split_once("  ").unwrap();
         let Ok(content) = fs::read(directory.join(name)) else { continue };
-        let digest: String = Sha256::digest(content).iter().map(|byte| format!("{byte:02x}")).collect();
+        let digest: String =
+            Sha256::digest(content).iter().map(|byte| format!("{byte:02x}")).collect();
         if digest != stored {
             eprintln!("{name} is another recording than the one whose accuracy is stored");
         }
@@ -172,7 +184,8 @@ fn hands_of_the_development_set_are_found_as_stored() {
 #[test]
 #[ignore = "needs the EROS images of DHP19, which may not be passed on: EVPOSE_REAL=DIR"]
 fn people_before_a_real_camera_are_found_as_stored() {
-    let set = std::env::var_os("EVPOSE_REAL").expect("$EVPOSE_REAL: a folder of clips, each with poses.json and images");
+    let set = std::env::var_os("EVPOSE_REAL")
+        .expect("$EVPOSE_REAL: a folder of clips, each with poses.json and images");
     hold(&Sandbox::new(), &Stored::of("real"), &["body", "body-quick"], Path::new(&set));
 }
 

@@ -41,12 +41,18 @@ fn is_of_its_metrics(report: &str, metrics: &Value) {
 /// Nothing is loaded from elsewhere: the only address is the name of SVG.
 fn is_self_contained(report: &str) {
     for (at, _) in report.match_indices("://") {
-        assert!(report[at..].starts_with("://www.w3.org/2000/svg\""), "{}", &report[at - 9..at + 30]);
+        assert!(
+            report[at..].starts_with("://www.w3.org/2000/svg\""),
+            "{}",
+            &report[at - 9..at + 30]
+        );
     }
     for (at, _) in report.match_indices("src=") {
         assert!(report[at + 4..].starts_with("\"data:"), "{}", &report[at..at + 30]);
     }
-    assert!(!report.contains("<script") && !report.contains("<link") && !report.contains("@import"));
+    assert!(
+        !report.contains("<script") && !report.contains("<link") && !report.contains("@import")
+    );
 }
 
 #[test]

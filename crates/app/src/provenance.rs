@@ -38,7 +38,10 @@ impl Provenance {
             commit: COMMIT.to_owned(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             date: date(SystemTime::now()),
-            command: std::iter::once("evpose".to_owned()).chain(arguments).collect::<Vec<_>>().join(" "),
+            command: std::iter::once("evpose".to_owned())
+                .chain(arguments)
+                .collect::<Vec<_>>()
+                .join(" "),
             load_before: load(),
         }
     }

@@ -29,7 +29,9 @@ impl PageCommand {
     /// Adds a line of the page to the output.
     fn print(&mut self, line: usize, text: &str) {
         match self.output.last_mut() {
-            Some(output) if output.line + output.lines.len() == line => output.lines.push(text.to_owned()),
+            Some(output) if output.line + output.lines.len() == line => {
+                output.lines.push(text.to_owned())
+            }
             _ => self.output.push(PageOutput { line, lines: vec![text.to_owned()] }),
         }
     }
@@ -71,7 +73,9 @@ pub(crate) fn commands(page: &str) -> Vec<PageCommand> {
                 command.block == block && (is_console || command.text.starts_with("evpose"))
             };
             is_text &= !line.starts_with("$ ");
-            if let Some(command) = commands.iter_mut().rev().find(of_block).filter(|_| is_text || is_console) {
+            if let Some(command) =
+                commands.iter_mut().rev().find(of_block).filter(|_| is_text || is_console)
+            {
                 command.print(index + 1, line);
             }
             continue;

@@ -66,10 +66,14 @@ fn wrong_values(page: &str, said: &str) -> Vec<String> {
 fn matched<'a>(page: &[String], said: &[&'a str]) -> Result<Vec<&'a str>, String> {
     let mut matched = Vec::new();
     let mut from = 0;
-    for group in page.split(|line| ELLIPSES.contains(&line.trim())).filter(|group| !group.is_empty()) {
-        let is_here = |lines: &[&str]| lines.iter().zip(group).all(|(said, page)| is_same_line(page, said));
+    for group in
+        page.split(|line| ELLIPSES.contains(&line.trim())).filter(|group| !group.is_empty())
+    {
+        let is_here =
+            |lines: &[&str]| lines.iter().zip(group).all(|(said, page)| is_same_line(page, said));
         let at = said[from..].windows(group.len()).position(is_here).ok_or_else(|| {
-            let missing = group.iter().find(|page| !said[from..].iter().any(|said| is_same_line(page, said)));
+            let missing =
+                group.iter().find(|page| !said[from..].iter().any(|said| is_same_line(page, said)));
             format!("the program does not say `{}`", missing.unwrap_or(&group[0]).trim())
         })?;
         matched.extend(&said[from + at..from + at + group.len()]);
@@ -92,7 +96,9 @@ pub(crate) fn compare(page: &[String], said: &str) -> Result<(), String> {
     let mut wrong = Vec::new();
     let printed = page.iter().filter(|line| !ELLIPSES.contains(&line.trim()));
     for (page, said) in printed.zip(matched(page, &said)?) {
-        wrong.extend(wrong_values(page, said).into_iter().map(|wrong| format!("{wrong}, in `{said}`")));
+        wrong.extend(
+            wrong_values(page, said).into_iter().map(|wrong| format!("{wrong}, in `{said}`")),
+        );
     }
     if wrong.is_empty() { Ok(()) } else { Err(wrong.join("; ")) }
 }
@@ -113,7 +119,9 @@ pub(crate) fn renewed(page: &[String], said: &str) -> Result<Vec<String>, String
                 }
                 let said = now.next().unwrap_or_default();
                 match ELLIPSES.iter().find(|ellipsis| trimmed.ends_with(**ellipsis)) {
-                    Some(ellipsis) if !said.ends_with(ellipsis) => shortened(trimmed, said, ellipsis),
+                    Some(ellipsis) if !said.ends_with(ellipsis) => {
+                        shortened(trimmed, said, ellipsis)
+                    }
                     _ => said.to_owned(),
                 }
             });
@@ -129,9 +137,10 @@ pub(crate) fn renewed(page: &[String], said: &str) -> Result<Vec<String>, String
 /// A line up to about where a page breaks it off.
 fn shortened(page: &str, said: &str, ellipsis: &str) -> String {
     let words = page.split_whitespace().count() - 1;
-    let end = said.split_whitespace().nth(words).map_or(said.len(), |word| {
-        word.as_ptr() as usize - said.as_ptr() as usize
-    });
+    let end = said
+        .split_whitespace()
+        .nth(words)
+        .map_or(said.len(), |word| word.as_ptr() as usize - said.as_ptr() as usize);
     format!("{}{ellipsis}", &said[..end])
 }
 
@@ -148,8 +157,14 @@ mod tests {
 
     #[test]
     fn a_page_that_says_what_the_program_says_passes() {
-        assert_eq!(compared(&["MISSING EFFECT: LEAK_ON", "GAP 6.77 [4.12, 9.5] as given", "...", "11"]), Ok(()));
-        assert_eq!(compared(&["GAP     6.76 [4.12, 9.57] …", "seen 1001 frames, of version 1.2.3"]), Ok(()));
+        assert_eq!(
+            compared(&["MISSING EFFECT: LEAK_ON", "GAP 6.77 [4.12, 9.5] as given", "...", "11"]),
+            Ok(())
+        );
+        assert_eq!(
+            compared(&["GAP     6.76 [4.12, 9.57] …", "seen 1001 frames, of version 1.2.3"]),
+            Ok(())
+        );
     }
 
     #[test]

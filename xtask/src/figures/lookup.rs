@@ -6,14 +6,15 @@ use serde_json::Value;
 /// The value at a path: steps between slashes, each a field, an index, or `field=value`, the element of an
 /// array with that value (`a=x&b=2` with both). Absent values and null are none.
 pub(super) fn value<'a>(root: &'a Value, path: &str) -> Option<&'a Value> {
-    let found = path.split('/').filter(|step| !step.is_empty()).try_fold(root, |at, step| match at {
-        Value::Object(fields) => fields.get(step),
-        Value::Array(elements) if step.contains('=') => {
-            elements.iter().find(|element| is_meant(element, step))
-        }
-        Value::Array(elements) => elements.get(step.parse::<usize>().ok()?),
-        _ => None,
-    });
+    let found =
+        path.split('/').filter(|step| !step.is_empty()).try_fold(root, |at, step| match at {
+            Value::Object(fields) => fields.get(step),
+            Value::Array(elements) if step.contains('=') => {
+                elements.iter().find(|element| is_meant(element, step))
+            }
+            Value::Array(elements) => elements.get(step.parse::<usize>().ok()?),
+            _ => None,
+        });
     found.filter(|value| !value.is_null())
 }
 

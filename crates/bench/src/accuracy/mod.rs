@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use evpose_app::json::write_result;
-use evpose_app::provenance::Provenance;
 use evpose_app::progress::say;
+use evpose_app::provenance::Provenance;
 use evpose_app::shipped::checkpoint_path;
 use evpose_app::threads::use_threads;
 use evpose_commands::args::EvalArgs;
@@ -100,7 +100,8 @@ fn foreign_path(args: &BenchAccuracyArgs, version: &str, digest: &str) -> Result
 fn evaluated(checkpoint: &Path, set: &Prepared, scratch: &Path) -> Result<Option<NetworkRecord>> {
     let path = checkpoint_path(checkpoint)?;
     let name = checkpoint.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let device = evpose_app::args::DeviceArgs { device: evpose_nn::DeviceKind::Flex, threads: None };
+    let device =
+        evpose_app::args::DeviceArgs { device: evpose_nn::DeviceKind::Flex, threads: None };
     let model = evpose_commands::open(&path, &device)?;
     let Some(words) = set.evaluation(model.task()) else { return Ok(None) };
     say(format!("\n== {name}: {}", words.join(" ")));

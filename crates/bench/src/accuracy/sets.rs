@@ -57,12 +57,17 @@ impl SetName {
     pub(super) fn prepare(self, args: &BenchAccuracyArgs, scratch: &Path) -> Result<Prepared> {
         let (directory, data): (&Path, &[(&str, &str)]) = match self {
             Self::Home => return home(scratch),
-            Self::Development => (&args.development, &[("body", "--foreign"), ("hand", "--foreign")]),
+            Self::Development => {
+                (&args.development, &[("body", "--foreign"), ("hand", "--foreign")])
+            }
             Self::Foreign if !args.open_foreign => bail!(super::CLOSED),
             Self::Foreign => (&args.foreign, &[("body", "--foreign"), ("hand", "--foreign")]),
             Self::Real => {
                 let directory = args.real.as_deref();
-                (directory.context("real images cannot be passed on: --real DIR")?, &[("body", "--data")])
+                (
+                    directory.context("real images cannot be passed on: --real DIR")?,
+                    &[("body", "--data")],
+                )
             }
         };
         ensure!(directory.is_dir(), "{}: no such directory", directory.display());
@@ -82,7 +87,8 @@ fn home(scratch: &Path) -> Result<Prepared> {
         let out = directory.to_string_lossy();
         let words = command.split(' ').skip(1).chain(["--out", &out]);
         evpose_commands::task_by_name(task)?.simulate(&parsed::<SimulateArgs>(words)?)?;
-        let text = std::fs::read_to_string(directory.join(MANIFEST)).context("reading the manifest")?;
+        let text =
+            std::fs::read_to_string(directory.join(MANIFEST)).context("reading the manifest")?;
         manifests += &text;
         simulated.push(Simulated {
             task,

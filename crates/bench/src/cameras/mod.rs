@@ -13,8 +13,8 @@ use evpose_task::hand::HandCheckpoint;
 use serde::Serialize;
 
 use evpose_app::json::write_json;
-use evpose_app::provenance::Provenance;
 use evpose_app::progress::say;
+use evpose_app::provenance::Provenance;
 use evpose_app::shipped::checkpoint_path;
 use evpose_app::threads::use_threads;
 

@@ -21,8 +21,8 @@ use case::{Case, Setting};
 use evpose_app::args::parse_threads;
 use evpose_app::hand_config;
 use evpose_app::json::write_json;
-use evpose_app::provenance::Provenance;
 use evpose_app::progress::say;
+use evpose_app::provenance::Provenance;
 use evpose_app::threads::use_threads;
 use evpose_infer::Precision;
 use evpose_nn::{DeviceKind, adapter_name};
@@ -136,8 +136,11 @@ fn measure(args: &BenchInferArgs) -> Result<Report> {
         use_threads(args.threads.first().copied())?;
     }
     let provenance = Provenance::this();
-    let threads =
-        if args.threads.is_empty() { vec![provenance.machine.threads] } else { args.threads.clone() };
+    let threads = if args.threads.is_empty() {
+        vec![provenance.machine.threads]
+    } else {
+        args.threads.clone()
+    };
     let level = args.level.unwrap_or_else(Level::best);
     say(format!("machine   {}", provenance.machine));
     let mut report = Report {

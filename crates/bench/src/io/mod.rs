@@ -13,8 +13,8 @@ use crate::peer_bench::{Case, CaseResult, is_named, matching, run_peers, time, w
 use crate::peer_bench::{PEERS, PeerCommand};
 use evpose_app::json::write_json;
 use evpose_app::machine::Machine;
-use evpose_app::provenance::Provenance;
 use evpose_app::progress::say;
+use evpose_app::provenance::Provenance;
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]

@@ -19,8 +19,8 @@ pub(crate) use args::BenchLiveArgs;
 
 use evpose_app::args::DeviceArgs;
 use evpose_app::json::write_json;
-use evpose_app::provenance::Provenance;
 use evpose_app::progress::{note, say};
+use evpose_app::provenance::Provenance;
 use evpose_commands::online::{OnlineOptions, OnlineStream};
 use memory::{Memory, MemorySamples};
 use no_task::NoTask;

@@ -26,8 +26,8 @@ use crate::peer_bench::{
 use crate::peer_bench::{PEERS, PeerCommand};
 use evpose_app::json::write_json;
 use evpose_app::machine::Machine;
-use evpose_app::provenance::Provenance;
 use evpose_app::progress::say;
+use evpose_app::provenance::Provenance;
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]

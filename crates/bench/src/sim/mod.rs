@@ -17,8 +17,8 @@ use serde::Serialize;
 use crate::all::{Figure, threads};
 use evpose_app::hand_config;
 use evpose_app::json::write_json;
-use evpose_app::provenance::Provenance;
 use evpose_app::progress::{bar, say};
+use evpose_app::provenance::Provenance;
 use evpose_app::threads::use_threads;
 use evpose_stats::quantile::{nearest_rank, outlier_count};
 use raster::RasterTime;
@@ -108,7 +108,8 @@ pub(crate) fn run(args: &BenchSimArgs) -> Result<()> {
 pub(crate) fn figures(args: &BenchSimArgs) -> Result<Vec<Figure>> {
     let report = measure_all(args)?;
     let figure = |measured: &Measured| {
-        let work = format!("{} hand, {}", measured.mesh, threads(report.provenance.machine.threads));
+        let work =
+            format!("{} hand, {}", measured.mesh, threads(report.provenance.machine.threads));
         Figure::rate("sim", work, "steps/s", measured.median_steps_per_s)
     };
     Ok(report.meshes.iter().map(figure).collect())

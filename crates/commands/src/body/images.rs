@@ -95,7 +95,11 @@ fn as_one(images: &BodyEvaluation) -> BodySequence {
 }
 
 /// The number of images of a clip, and the scores of the network and of the mean pose on each.
-fn evaluate(model: &BodyModel, args: &EvalArgs, data: &Path) -> Result<(usize, [BodyEvaluation; 2])> {
+fn evaluate(
+    model: &BodyModel,
+    args: &EvalArgs,
+    data: &Path,
+) -> Result<(usize, [BodyEvaluation; 2])> {
     let checkpoint = &model.checkpoint;
     let mut config = checkpoint.config.clone();
     config.data.source = BodySourceKind::Annotations;

@@ -9,7 +9,8 @@ use std::sync::Arc;
 use anyhow::{Context, Result};
 use tract_onnx::prelude::multithread::{Executor, multithread_tract_scope};
 use tract_onnx::prelude::{
-    Framework, InferenceModelExt, IntoRunnable, TVec, TValue, Tensor, TypedRunnableModel, onnx, tvec,
+    Framework, InferenceModelExt, IntoRunnable, TValue, TVec, Tensor, TypedRunnableModel, onnx,
+    tvec,
 };
 
 use super::{Job, Peer};
