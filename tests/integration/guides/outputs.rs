@@ -63,7 +63,7 @@ fn wrong_values(page: &str, said: &str) -> Vec<String> {
 ///
 /// # Errors
 /// The first line of a page that the program does not say there.
-fn matched<'a>(page: &[String], said: &[&'a str]) -> Result<Vec<&'a str>, String> {
+fn matched<'a>(page: &[&str], said: &[&'a str]) -> Result<Vec<&'a str>, String> {
     let mut matched = Vec::new();
     let mut from = 0;
     for group in
@@ -82,7 +82,12 @@ fn matched<'a>(page: &[String], said: &[&'a str]) -> Result<Vec<&'a str>, String
     Ok(matched)
 }
 
-/// Lines without those that are empty.
+/// The lines of a page without those that are empty.
+fn on_page(lines: &[String]) -> Vec<&str> {
+    lines.iter().map(String::as_str).filter(|line| !line.trim().is_empty()).collect()
+}
+
+/// The lines of an output without those that are empty.
 fn lines(text: &str) -> Vec<&str> {
     text.lines().map(str::trim_end).filter(|line| !line.is_empty()).collect()
 }
@@ -92,10 +97,10 @@ fn lines(text: &str) -> Vec<&str> {
 /// # Errors
 /// What differs.
 pub(crate) fn compare(page: &[String], said: &str) -> Result<(), String> {
-    let said = lines(said);
+    let (page, said) = (on_page(page), lines(said));
     let mut wrong = Vec::new();
     let printed = page.iter().filter(|line| !ELLIPSES.contains(&line.trim()));
-    for (page, said) in printed.zip(matched(page, &said)?) {
+    for (page, said) in printed.zip(matched(&page, &said)?) {
         wrong.extend(
             wrong_values(page, said).into_iter().map(|wrong| format!("{wrong}, in `{said}`")),
         );
@@ -109,12 +114,12 @@ pub(crate) fn compare(page: &[String], said: &str) -> Result<(), String> {
 /// If a page leaves lines out, and the others are not said.
 pub(crate) fn renewed(page: &[String], said: &str) -> Result<Vec<String>, String> {
     let said = lines(said);
-    match matched(page, &said) {
+    match matched(&on_page(page), &said) {
         Ok(now) => {
             let mut now = now.into_iter();
             let renewed = page.iter().map(|line| {
                 let trimmed = line.trim_end();
-                if ELLIPSES.contains(&trimmed.trim()) {
+                if trimmed.is_empty() || ELLIPSES.contains(&trimmed.trim()) {
                     return line.clone();
                 }
                 let said = now.next().unwrap_or_default();
@@ -162,7 +167,7 @@ mod tests {
             Ok(())
         );
         assert_eq!(
-            compared(&["GAP     6.76 [4.12, 9.57] …", "seen 1001 frames, of version 1.2.3"]),
+            compared(&["GAP     6.76 [4.12, 9.57] …", "", "seen 1001 frames, of version 1.2.3"]),
             Ok(())
         );
     }
@@ -183,9 +188,9 @@ mod tests {
 
     #[test]
     fn what_a_page_leaves_out_stays_out() {
-        let page = ["MISSING EFFECT: LEAK_ON", "GAP 9.9 …", "...", "12"].map(str::to_owned);
+        let page = ["MISSING EFFECT: LEAK_ON", "", "GAP 9.9 …", "...", "12"].map(str::to_owned);
         let renewed = renewed(&page, SAID).expect("the lines are said");
-        assert_eq!(renewed, ["MISSING EFFECT: LEAK_ON", "GAP     6.76 …", "...", "11"]);
+        assert_eq!(renewed, ["MISSING EFFECT: LEAK_ON", "", "GAP     6.76 …", "...", "11"]);
         let all = super::renewed(&["gone".to_owned()], SAID).expect("all of it");
         assert_eq!(all.len(), 5);
     }
