@@ -1,4 +1,4 @@
-//! The networks that ship, before people and hands that are simulated for the test.
+//! The networks that ship, as files. How accurate they are is tested in `accuracy.rs`.
 
 use std::path::{Path, PathBuf};
 
@@ -8,14 +8,6 @@ use crate::harness::{Sandbox, bytes, stderr};
 
 fn shipped(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("checkpoints").join(name)
-}
-
-fn path(name: &str) -> String {
-    shipped(name).to_str().expect("a path of text").to_owned()
-}
-
-fn json(sandbox: &Sandbox, name: &str) -> serde_json::Value {
-    serde_json::from_slice(&bytes(&sandbox.path(name))).expect("JSON")
 }
 
 #[test]
@@ -28,82 +20,6 @@ fn what_ships_is_what_its_sums_say() {
         let hex: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
         assert_eq!(hex, sum, "{name}");
     }
-}
-
-/// People that are simulated for the test are found.
-fn finds_people(name: &str) {
-    let sandbox = Sandbox::new();
-    let network = path(name);
-    let simulate = ["simulate", "finetune", "--held-out", "--out", "held", "--seed", "77"];
-    sandbox.ok(&[&simulate[..], &["--sequences", "3", "--seconds", "1.2"]].concat());
-    sandbox.ok(&["eval", "--checkpoint", &network, "--data", "held", "--json", "metrics.json"]);
-    let evaluated = json(&sandbox, "metrics.json");
-    let pck_40 =
-        |method: &str| evaluated[method]["raw"]["pck"][1]["estimate"].as_f64().expect(method);
-    let (found, mean) = (pck_40("network"), pck_40("mean_pose"));
-    assert!(found > mean + 0.25, "PCK@0.4 {found}, of the mean pose {mean}");
-
-    let poses =
-        ["infer", "--checkpoint", &network, "--events", "held/0001.raw", "--out", "poses.csv"];
-    sandbox.ok(&poses);
-    let drawn =
-        ["view", "held/0001.raw", "--of", "eros", "--joints", "poses.csv", "--out", "seen.png"];
-    sandbox.ok(&drawn);
-    assert!(bytes(&sandbox.path("seen.png")).len() > 10_000);
-}
-
-#[test]
-fn the_quick_body_finds_people_it_has_not_seen() {
-    finds_people("body-quick.bpk");
-}
-
-#[test]
-fn the_body_finds_people_it_has_not_seen() {
-    finds_people("body.bpk");
-}
-
-/// Recordings that no simulation of this project made: better than the mean pose, by much.
-#[test]
-fn the_body_finds_people_of_others() {
-    let sandbox = Sandbox::new();
-    let foreign = Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/development/bodies");
-    let foreign = foreign.to_str().expect("a path of text");
-    let network = path("body.bpk");
-    let eval = ["eval", "--checkpoint", &network, "--data", foreign, "--stride-ms", "100"];
-    sandbox.ok(&[&eval[..], &["--json", "metrics.json"]].concat());
-    let evaluated = json(&sandbox, "metrics.json");
-    let pck_40 =
-        |method: &str| evaluated[method]["raw"]["pck"][1]["estimate"].as_f64().expect(method);
-    let (found, mean) = (pck_40("network"), pck_40("mean_pose"));
-    assert!(found > mean + 0.15, "PCK@0.4 {found}, of the mean pose {mean}");
-}
-
-/// Hands that are simulated for the test at `scale` of 240x180 pixels are found.
-fn finds_hands(name: &str, scale: &str) {
-    let sandbox = Sandbox::new();
-    let network = path(name);
-    let simulate = ["simulate", "quick", "--held-out", "--out", "held", "--seed", "77"];
-    let size = format!("simulation.image_scale={scale}");
-    let options = ["--sequences", "3", "--seconds", "1", "--set", &size];
-    sandbox.ok(&[&simulate[..], &options].concat());
-    let eval = ["eval", "--checkpoint", &network, "--data", "held", "--stride-ms", "10"];
-    sandbox.ok(&[&eval[..], &["--json", "metrics.json"]].concat());
-    let evaluated = json(&sandbox, "metrics.json");
-    let translation_mm = |method: &str| {
-        evaluated["held_out"][method]["translation_mm"]["estimate"].as_f64().expect(method)
-    };
-    let (found, mean) = (translation_mm("trained"), translation_mm("mean_pose"));
-    assert!(found < 0.6 * mean, "{found} mm, of the mean pose {mean} mm");
-}
-
-#[test]
-fn the_quick_hand_finds_hands_it_has_not_seen() {
-    finds_hands("hand-quick.bpk", "0.25");
-}
-
-#[test]
-fn the_hand_finds_hands_it_has_not_seen() {
-    finds_hands("hand.bpk", "0.4");
 }
 
 /// The program alone, as `cargo install` leaves it: away from the checkout.

@@ -1,11 +1,14 @@
 //! The commands of README.md and the guides run as a reader would type them, with small inputs and
 //! few steps: those of a page in order, each block from the page's directory. That all of them are
-//! understood, flags, names and keys of `--set`, is tested in `crates/cli/commands/guides.rs`.
+//! understood, flags, names and keys of `--set`, is tested in `crates/cli/commands/guides.rs`. Outputs that a page
+//! prints are compared with what the program says, of commands that run as they stand there;
+//! `cargo xtask guides [PAGE]` writes what it says now into the pages.
 #![cfg(unix)]
 
 mod changes;
 mod console;
 mod inputs;
+mod outputs;
 
 use std::fmt::Write as _;
 use std::fs;
@@ -13,7 +16,7 @@ use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
 use changes::{Change, FROM_PAGE, RULES, WORDS};
-use console::{PageCommand, commands, pages};
+use console::{PageCommand, PageOutput, commands, pages};
 use inputs::Inputs;
 
 use crate::harness::Sandbox;
@@ -31,8 +34,15 @@ struct Small {
     text: String,
     /// Why it is not run.
     skipped: Option<&'static str>,
-    /// Exit codes that are answers, beside 0.
+    /// Exit codes that are answers.
     answers: Vec<i32>,
+}
+
+impl Small {
+    /// Whether it is the command of the page, whose output the page prints.
+    fn is_unchanged(&self, command: &PageCommand) -> bool {
+        self.skipped.is_none() && self.text == command.text
+    }
 }
 
 /// A command of a page, made small.
@@ -42,7 +52,7 @@ fn small(page: &str, command: &PageCommand) -> Small {
     for rule in rules {
         match rule.change {
             Change::Skip(reason) => small.skipped = Some(reason),
-            Change::Answers(codes) => small.answers.extend(codes),
+            Change::Answers(codes) => small.answers = codes.to_vec(),
             Change::Append(words) => {
                 small.text.push(' ');
                 small.text += words;
@@ -76,7 +86,7 @@ fn script(page: &str, text: &str) -> String {
         let answers: Vec<String> = small.answers.iter().map(i32::to_string).collect();
         let _ = write!(
             script,
-            "echo '== line {}' | tee /dev/stderr\n{}\ncode=$?\ncase $code in\n  {}) ;;\n  *) echo \
+            "echo '== line {}' | tee /dev/stderr\n(exit ${{code:-0}})\n{}\ncode=$?\ncase $code in\n  {}) ;;\n  *) echo \
              \"line {}: exit code $code\" >&2; exit 1 ;;\nesac\n",
             command.line,
             small.text,
@@ -94,8 +104,71 @@ fn first_block<'a>(text: &'a str, language: &str) -> &'a str {
     behind.split_once("```").map(|(block, _)| block).unwrap()
 }
 
+/// The output of a page's commands.
+struct Said {
+    stdout: String,
+    stderr: String,
+}
+
+impl Said {
+    /// The output of the command in a line of the page.
+    fn of(&self, line: usize) -> String {
+        let of = |all: &str| {
+            let behind =
+                all.split_once(&format!("== line {line}\n")).map_or("", |(_, behind)| behind);
+            behind.split_once("== line ").map_or(behind, |(said, _)| said).to_owned()
+        };
+        of(&self.stdout) + &of(&self.stderr)
+    }
+}
+
+/// The output of every command of a page that runs as it stands there, as the page has it, and what it said.
+fn printed(page: &str, text: &str, said: &Said) -> Vec<(PageOutput, String)> {
+    commands(text)
+        .into_iter()
+        .filter(|command| small(page, command).is_unchanged(command))
+        .flat_map(|command| {
+            let said = said.of(command.line);
+            command.output.into_iter().map(move |output| (output, said.clone()))
+        })
+        .collect()
+}
+
+/// Whether outputs are written into the pages.
+fn writes_pages() -> bool {
+    std::env::var_os("EVPOSE_WRITE_PAGES").is_some()
+}
+
+/// Runs the commands of a page, and compares their outputs with the page, or writes them into it.
+fn check(page: &str, text: &str, inputs: &Inputs) -> Result<(), String> {
+    let said = run(page, text, inputs)?;
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    let mut wrong = Vec::new();
+    // From the end, so that lines before stay where they are.
+    for (output, said) in printed(page, text, &said).into_iter().rev() {
+        let PageOutput { line, lines: on_page } = output;
+        if !writes_pages() {
+            wrong.extend(
+                outputs::compare(&on_page, &said)
+                    .err()
+                    .map(|wrong| format!("{page}:{line}: {wrong}")),
+            );
+            continue;
+        }
+        match outputs::renewed(&on_page, &said) {
+            Ok(now) => drop(lines.splice(line - 1..line - 1 + on_page.len(), now)),
+            Err(problem) => wrong.push(format!("{page}:{line}: {problem}")),
+        }
+    }
+    if writes_pages() {
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(page);
+        fs::write(path, lines.join("\n") + "\n").unwrap();
+    }
+    if wrong.is_empty() { Ok(()) } else { Err(wrong.join("\n")) }
+}
+
 /// Runs the commands of a page; what they said last if one fails.
-fn run(page: &str, text: &str, inputs: &Inputs) -> Result<(), String> {
+fn run(page: &str, text: &str, inputs: &Inputs) -> Result<Said, String> {
     let sandbox = Sandbox::new();
     let directory = sandbox.path("reader");
     fs::create_dir(&directory).unwrap();
@@ -112,11 +185,12 @@ fn run(page: &str, text: &str, inputs: &Inputs) -> Result<(), String> {
         .stdin(Stdio::null())
         .output()
         .unwrap();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    let said = text(&output.stderr);
     if output.status.success() {
-        return Ok(());
+        return Ok(Said { stdout: text(&output.stdout), stderr: said });
     }
-    let said = String::from_utf8_lossy(&output.stderr);
-    let last = said.rfind("== line").map_or(&*said, |at| &said[at..]);
+    let last = said.rfind("== line").map_or(said.as_str(), |at| &said[at..]);
     Err(format!("{page}: {last}"))
 }
 
@@ -127,7 +201,7 @@ fn run_pages(is_chosen: impl Fn(&str) -> bool) {
     let names: Vec<&str> = pages.iter().map(|(page, _)| page.as_str()).collect();
     let inputs = Inputs::of(&names);
     let failures: Vec<String> =
-        pages.iter().filter_map(|(page, text)| run(page, text, &inputs).err()).collect();
+        pages.iter().filter_map(|(page, text)| check(page, text, &inputs).err()).collect();
     assert!(!pages.is_empty() && failures.is_empty(), "{}", failures.join("\n"));
 }
 
@@ -176,7 +250,25 @@ fn a_page_that_fails_is_seen() {
     let inputs = Inputs::of(&[]);
     let page = |second: &str| format!("```console\n$ mkdir a && cd a\n$ {second}\n```\n");
     let block = "```console\n$ evpose sensor show davis346\n```\n";
-    assert_eq!(run("", &(page("ls ../a") + block), &inputs), Ok(()));
-    let message = run("", &(page("evpose info nofile") + block), &inputs).unwrap_err();
+    assert_eq!(check("", &(page("ls ../a") + block), &inputs), Ok(()));
+    let message = check("", &(page("evpose info nofile") + block), &inputs).unwrap_err();
     assert!(message.contains("line 3") && message.contains("nofile"), "{message}");
+}
+
+#[test]
+fn a_page_that_prints_another_output_is_seen() {
+    let inputs = Inputs::of(&[]);
+    let page = |code: i32, offset: &str, name: &str| {
+        format!(
+            "```console\n$ true\n$ echo $?\n{code}\n$ evpose sensor show ideal\n...\n      dark_offset  {offset} \
+             white …\n```\n\nSo:\n\n```text\n{name}: The ideal event pixel: …\n...\n```\n"
+        )
+    };
+    assert_eq!(check("", &page(0, "0.001", "ideal"), &inputs), Ok(()));
+    for (code, offset, name, line) in
+        [(1, "0.001", "ideal", ":4:"), (0, "0.003", "ideal", ":6:"), (0, "0.001", "idea", ":13:")]
+    {
+        let message = check("", &page(code, offset, name), &inputs).unwrap_err();
+        assert!(message.starts_with(line) && !message.contains('\n'), "{message}");
+    }
 }

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 mod ablate;
+mod accuracy;
 mod bench;
 mod body;
 mod body_networks;

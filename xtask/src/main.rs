@@ -4,6 +4,7 @@
 //! what not every machine has. The last line is the total of all tests.
 
 mod circles;
+mod figures;
 mod files;
 mod lines;
 mod mutants;
@@ -21,7 +22,7 @@ use run::Choice;
 const USAGE: &str = "\
 usage: cargo xtask ci|slow [--only TEXT] [--from N] [--list]
        cargo xtask setup | words [CRATE…] [--list] | circles [CRATE…] | lines
-       cargo xtask mutants [CRATE [K/N|again]]
+       cargo xtask mutants [CRATE [K/N|again]] | figures [--check] | guides
 
   ci    formatting, lints with and without optional features, documentation, all tests, what the
         benchmark is built from (what CI runs)
@@ -37,7 +38,10 @@ usage: cargo xtask ci|slow [--only TEXT] [--from N] [--list]
   circles files of a crate that import each other; every circle of the crates that are named
   lines   lines of Rust by crate, and the limit of the command line
   mutants tries mutants of a crate with cargo-mutants, every N-th one from the K-th on or those that
-          survived, and writes benches/mutants.md; hours for all crates";
+          survived, and writes benches/mutants.md; hours for all crates
+  figures writes figures of README.md and the guides from results below benches/; --check compares
+  guides  runs the commands of README.md and the guides, of one page with EVPOSE_PAGE=NAME, and writes
+          their outputs into the pages";
 
 fn main() -> ExitCode {
     let args: Vec<String> = std::env::args().skip(1).collect();
@@ -56,6 +60,8 @@ fn main() -> ExitCode {
         "circles" => circles::run(args, say),
         "lines" => lines::run(args, say),
         "mutants" => mutants::run(args, say),
+        "figures" => figures::run(args, say),
+        "guides" => return run_steps(&[steps::GUIDES], args),
         _ => {
             say(USAGE);
             return ExitCode::from(2);

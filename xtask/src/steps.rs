@@ -36,6 +36,7 @@ pub(crate) const CI: &[Step] = &[
     step("one style", "fmt --all --check"),
     step("files of a crate import each other in small circles only", "xtask circles"),
     step("names and prose in the words of the glossary", "xtask words"),
+    step("figures of pages are those that are stored", "xtask figures --check"),
     step("the command line stays small", "xtask lines"),
     step(
         "lints, tests and benches included",
@@ -122,6 +123,13 @@ pub(crate) const SLOW: &[Step] = &[
         "test --release --test=integration all_pages_run -- --ignored",
     ),
 ];
+
+/// Runs the commands of pages, and writes what they print into them.
+pub(crate) const GUIDES: Step = step(
+    "outputs of commands, written into README.md and the guides",
+    "test --release --test=integration all_pages_run -- --ignored",
+)
+.with_env(&[("EVPOSE_WRITE_PAGES", "1")]);
 
 #[cfg(test)]
 mod tests {

@@ -8,7 +8,7 @@
 //! * [`sidecar`]: sizes of sensors that files beside recordings state.
 //! * [`recorded`]: simulated data sets on disk, made where they are missing.
 //! * [`progress`]: bars and lines on the terminal.
-//! * [`machine`], [`latency`]: measurements, and the machine they were made on.
+//! * [`machine`], [`provenance`], [`latency`]: measurements, and the machine, program and day they were made on.
 //!
 //! ```
 //! let config = evpose_app::hand_config::load("quick", &["training.steps=10".to_owned()])?;
@@ -25,6 +25,7 @@ pub mod json;
 pub mod latency;
 pub mod machine;
 pub mod progress;
+pub mod provenance;
 pub mod recorded;
 pub mod run_info;
 pub mod sensor_source;

@@ -1,9 +1,9 @@
 //! The machine a figure was measured on.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Processor and threads, as benchmarks and reports print them.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Machine {
     /// Name of the processor.
     pub cpu: String,

@@ -1,7 +1,7 @@
 //! Benchmarks of evpose, and of peer programs interleaved with it.
 //!
 //! * [`BenchCommand`]: `evpose bench`: inference, training, sensor, simulation, files,
-//!   representations, the online pipeline, accuracy before other cameras.
+//!   representations, the online pipeline, accuracy on named sets and before other cameras.
 //! * [`peer_bench`]: peer programs on the same input, interleaved in the same run.
 //! * [`gap`]: the blind benchmark of the gap workflow.
 //!
@@ -24,6 +24,7 @@
 //! # }
 //! ```
 
+mod accuracy;
 mod all;
 mod cameras;
 pub mod gap;
@@ -79,6 +80,8 @@ benchmarks! {
     Live(live::BenchLiveArgs) => live::run,
     /// All speeds beside peers and the limits of the machine, as a page
     All(all::BenchAllArgs) => all::run,
+    /// Accuracy of networks on named sets, stored with all that it was measured with
+    Accuracy(accuracy::BenchAccuracyArgs) => accuracy::run,
     /// Accuracy of a network on the same scenes before seven sensors
     Cameras(cameras::BenchCamerasArgs) => cameras::run,
 }

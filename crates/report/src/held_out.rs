@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use burn::tensor::Device;
 use evpose_core::atomic_write;
 use evpose_pose::HandParams;
-use evpose_pose::metric::{HandRatios, HandSummary};
+use evpose_pose::metric::{HandEvaluation, HandRatios, HandSummary};
 use evpose_stats::interval::Interval;
 use evpose_task::hand::{ConstantPose, HandConfig, NetworkPredictor};
 use evpose_train::{HandDataset, Method, MethodResults, evaluate, evaluated_pose_count, untrained};
@@ -25,6 +25,8 @@ pub struct Metrics {
     pub trained_over_mean_pose: HandRatios,
     /// The same after the Kalman filter.
     pub trained_kalman_over_mean_pose: HandRatios,
+    /// The trained network's scores on each recording.
+    pub recordings: Vec<RecordingScores>,
     /// Milliseconds between evaluated poses.
     pub stride_ms: u32,
     /// Seed of the experiment.
@@ -35,6 +37,16 @@ pub struct Metrics {
     pub machine: Machine,
     /// Anything measured along the way, such as speeds.
     pub measured: serde_json::Map<String, serde_json::Value>,
+}
+
+/// Scores on a recording.
+#[derive(Debug, Serialize)]
+pub struct RecordingScores {
+    /// Its name.
+    pub name: String,
+    /// The scores.
+    #[serde(flatten)]
+    pub scores: HandSummary,
 }
 
 /// Every method's scores and tracks, and the metrics that follow.
@@ -73,8 +85,14 @@ pub fn evaluate_with_baselines(
         held_out.insert(method.name.to_owned(), serde_json::to_value(summary)?);
     }
     let baseline = of("mean_pose")?;
+    let sequences = data.sequences().iter().zip(&of("trained")?.sequences);
+    let recordings = sequences.map(|(sequence, scores)| RecordingScores {
+        name: sequence.name().to_owned(),
+        scores: HandEvaluation { sequences: vec![scores.clone()] }.summary(bootstrap),
+    });
     let metrics = Metrics {
         held_out,
+        recordings: recordings.collect(),
         trained_over_mean_pose: of("trained")?.ratios_to(baseline, bootstrap)?,
         trained_kalman_over_mean_pose: of("trained_kalman")?.ratios_to(baseline, bootstrap)?,
         stride_ms,

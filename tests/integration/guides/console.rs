@@ -1,4 +1,5 @@
-//! The commands of a page: lines that begin with `$ ` in its ```` ```console ```` blocks.
+//! The commands of a page: lines that begin with `$ ` in its ```` ```console ```` blocks. Lines behind a command are
+//! its output, and so is the ```` ```text ```` block behind a console block, of the program's last command there.
 
 use std::fs;
 use std::path::Path;
@@ -12,6 +13,28 @@ pub(crate) struct PageCommand {
     pub(crate) block: usize,
     /// Text that a reader types: continued lines and here-documents included, comments taken off.
     pub(crate) text: String,
+    /// Output as the page prints it: the place in the page, and the lines.
+    pub(crate) output: Vec<PageOutput>,
+}
+
+/// Lines of a page, one after another.
+#[derive(Debug, Clone)]
+pub(crate) struct PageOutput {
+    /// The first of them, from 1.
+    pub(crate) line: usize,
+    pub(crate) lines: Vec<String>,
+}
+
+impl PageCommand {
+    /// Adds a line of the page to the output.
+    fn print(&mut self, line: usize, text: &str) {
+        match self.output.last_mut() {
+            Some(output) if output.line + output.lines.len() == line => {
+                output.lines.push(text.to_owned())
+            }
+            _ => self.output.push(PageOutput { line, lines: vec![text.to_owned()] }),
+        }
+    }
 }
 
 /// README.md and the guides, by their path in the repository, in the order of their names.
@@ -34,13 +57,27 @@ pub(crate) fn pages() -> Vec<(String, String)> {
 
 /// The commands of a page, in its order.
 pub(crate) fn commands(page: &str) -> Vec<PageCommand> {
-    let mut commands = Vec::new();
+    let mut commands: Vec<PageCommand> = Vec::new();
     let mut lines = page.lines().enumerate();
-    let (mut is_console, mut block) = (false, 0);
+    let (mut is_console, mut is_text, mut block) = (false, false, 0);
     while let Some((index, line)) = lines.next() {
         if let Some(language) = line.strip_prefix("```") {
+            // A text that is not behind a console block, or has commands itself, is no output.
+            is_text = language == "text" && commands.last().is_some_and(|last| last.block == block);
             is_console = language == "console";
-            block += usize::from(is_console);
+            block += usize::from(is_console || !language.is_empty() && !is_text);
+            continue;
+        }
+        if is_text || is_console && !line.starts_with("$ ") {
+            let of_block = |command: &&mut PageCommand| {
+                command.block == block && (is_console || command.text.starts_with("evpose"))
+            };
+            is_text &= !line.starts_with("$ ");
+            if let Some(command) =
+                commands.iter_mut().rev().find(of_block).filter(|_| is_text || is_console)
+            {
+                command.print(index + 1, line);
+            }
             continue;
         }
         let Some(command) = line.strip_prefix("$ ").filter(|_| is_console) else { continue };
@@ -60,7 +97,7 @@ pub(crate) fn commands(page: &str) -> Vec<PageCommand> {
                 }
             }
         }
-        commands.push(PageCommand { line: index + 1, block, text });
+        commands.push(PageCommand { line: index + 1, block, text, output: Vec::new() });
     }
     commands
 }

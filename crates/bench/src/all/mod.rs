@@ -11,9 +11,8 @@ use anyhow::{Context, Result};
 use clap::ValueEnum as _;
 use evpose_app::args::DeviceArgs;
 use evpose_app::json::write_json;
-use evpose_app::machine::Machine;
 use evpose_app::progress::say;
-use evpose_app::run_info::COMMIT;
+use evpose_app::provenance::Provenance;
 use evpose_core::atomic_write;
 use evpose_infer::Precision;
 use evpose_nn::{DeviceKind, MOVE_ENET};
@@ -103,8 +102,8 @@ impl Effort {
 pub(crate) fn run(args: &BenchAllArgs) -> Result<()> {
     let before = args.before.as_deref().map(StoredRun::read).transpose()?;
     let effort = if args.quick { Effort::QUICK } else { Effort::WHOLE };
-    let machine = Machine::this();
-    let mut counts = vec![1, machine.threads];
+    let provenance = Provenance::this();
+    let mut counts = vec![1, provenance.machine.threads];
     counts.dedup();
     let limits: Vec<_> = counts.iter().map(|threads| MachineLimits::measure(*threads)).collect();
 
@@ -136,7 +135,7 @@ pub(crate) fn run(args: &BenchAllArgs) -> Result<()> {
         }
     }
 
-    let run = StoredRun { machine: machine.into(), commit: COMMIT.to_owned(), limits, figures };
+    let run = StoredRun { provenance, limits, figures };
     write_json(args.json.as_deref(), &run)?;
     let page = page::html(&run, &layers, before.as_ref())?;
     atomic_write(&args.html, page.as_bytes())

@@ -24,12 +24,12 @@ pub(crate) fn html(
     layers: &[MeasuredLayers],
     before: Option<&StoredRun>,
 ) -> Result<String> {
-    let machine = &run.machine;
+    let machine = &run.provenance.machine;
     let mut page = HtmlPage::new(
         "Speed",
         &format!(
             "evpose bench all, {}, {} threads, {}, commit {}",
-            machine.cpu, machine.threads, machine.system, run.commit
+            machine.cpu, machine.threads, machine.system, run.provenance.commit
         ),
     );
     let limits: Vec<String> = run.limits.iter().map(limit_text).collect();

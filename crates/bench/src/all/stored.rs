@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use evpose_app::machine::Machine;
+use evpose_app::provenance::Provenance;
 use serde::{Deserialize, Serialize};
 
 use super::figure::Figure;
@@ -15,24 +15,10 @@ const NOISE: f64 = 0.1;
 /// A run of all benchmarks on one machine.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct StoredRun {
-    pub(crate) machine: MachineName,
-    pub(crate) commit: String,
+    #[serde(flatten)]
+    pub(crate) provenance: Provenance,
     pub(crate) limits: Vec<MachineLimits>,
     pub(crate) figures: Vec<Figure>,
-}
-
-/// The machine, as text.
-#[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct MachineName {
-    pub(crate) cpu: String,
-    pub(crate) threads: usize,
-    pub(crate) system: String,
-}
-
-impl From<Machine> for MachineName {
-    fn from(Machine { cpu, threads, system }: Machine) -> Self {
-        Self { cpu, threads, system }
-    }
 }
 
 impl StoredRun {
@@ -58,10 +44,10 @@ impl StoredRun {
 /// Figures that became faster or slower, as lines.
 pub(crate) fn changes(run: &StoredRun, before: &StoredRun) -> Vec<String> {
     let mut lines = Vec::new();
-    if run.machine != before.machine {
+    if run.provenance.machine != before.provenance.machine {
         lines.push(format!(
             "warning   the earlier figures are of another machine: {}, {} threads",
-            before.machine.cpu, before.machine.threads
+            before.provenance.machine.cpu, before.provenance.machine.threads
         ));
     }
     let mut changed = 0;
@@ -87,9 +73,8 @@ mod tests {
     use super::*;
 
     fn run(value: f64) -> StoredRun {
-        let machine = MachineName { cpu: "a".into(), threads: 2, system: "b".into() };
         let figures = vec![Figure::time("infer", "a network", "ms", value)];
-        StoredRun { machine, commit: "c".into(), limits: Vec::new(), figures }
+        StoredRun { provenance: Provenance::this(), limits: Vec::new(), figures }
     }
 
     #[test]
@@ -98,7 +83,7 @@ mod tests {
         let lines = changes(&run(2.0), &run(1.0));
         assert!(lines[0].starts_with("slower") && lines[0].contains("0.50 times"), "{lines:?}");
         let mut other = run(1.0);
-        other.machine.cpu = "another".into();
+        other.provenance.machine.cpu = "another".into();
         assert!(changes(&run(1.0), &other)[0].starts_with("warning"));
     }
 }

@@ -13,9 +13,8 @@ use evpose_task::hand::HandCheckpoint;
 use serde::Serialize;
 
 use evpose_app::json::write_json;
-use evpose_app::machine::Machine;
 use evpose_app::progress::say;
-use evpose_app::run_info::COMMIT;
+use evpose_app::provenance::Provenance;
 use evpose_app::shipped::checkpoint_path;
 use evpose_app::threads::use_threads;
 
@@ -60,8 +59,8 @@ struct CameraScore {
 /// Content of the JSON file.
 #[derive(Debug, Serialize)]
 struct Report {
-    machine: Machine,
-    commit: &'static str,
+    #[serde(flatten)]
+    provenance: Provenance,
     checkpoint: String,
     metric: &'static str,
     native: CameraScore,
@@ -94,8 +93,8 @@ pub(super) fn run(args: &BenchCamerasArgs) -> Result<()> {
         Ok(checkpoint) => Box::new(hand::HandScenes::new(checkpoint, args)?),
         Err(_) => Box::new(body::BodyScenes::new(BodyCheckpoint::load(&path, &device)?, args)?),
     };
-    let machine = Machine::this();
-    say(format!("machine: {machine}"));
+    let provenance = Provenance::this();
+    say(format!("machine: {}", provenance.machine));
     let measure = |sensor: SensorSize| -> Result<CameraScore> {
         Ok(CameraScore { sensor, score: scenes.score(sensor)? })
     };
@@ -113,8 +112,7 @@ pub(super) fn run(args: &BenchCamerasArgs) -> Result<()> {
     let worst_over_native = worst.context("no sensor")? / native.score;
     say(format!("worst over native: {worst_over_native:.3}"));
     let report = Report {
-        machine,
-        commit: COMMIT,
+        provenance,
         checkpoint: path.display().to_string(),
         metric: scenes.metric(),
         native,

@@ -94,7 +94,6 @@ impl PeerBenchmark<'_> {
     }
 
     fn against(&self, engine: &mut Engine, name: &str, peer: &mut dyn Peer) -> Result<Comparison> {
-        peer.run()?;
         let difference = max_difference(engine.run(self.image), &peer.outputs()?);
         let limit = peer.tolerance(tolerance(self.precision));
         ensure!(

@@ -21,9 +21,8 @@ use case::{Case, Setting};
 use evpose_app::args::parse_threads;
 use evpose_app::hand_config;
 use evpose_app::json::write_json;
-use evpose_app::machine::Machine;
 use evpose_app::progress::say;
-use evpose_app::run_info::COMMIT;
+use evpose_app::provenance::Provenance;
 use evpose_app::threads::use_threads;
 use evpose_infer::Precision;
 use evpose_nn::{DeviceKind, adapter_name};
@@ -84,8 +83,8 @@ pub struct BenchInferArgs {
 /// Results, as written to JSON.
 #[derive(Debug, Serialize)]
 struct Report {
-    machine: Machine,
-    commit: &'static str,
+    #[serde(flatten)]
+    provenance: Provenance,
     device: String,
     /// The hardware of the device, if it is a GPU.
     adapter: Option<String>,
@@ -136,14 +135,16 @@ fn measure(args: &BenchInferArgs) -> Result<Report> {
     if !is_engine {
         use_threads(args.threads.first().copied())?;
     }
-    let machine = Machine::this();
-    let threads =
-        if args.threads.is_empty() { vec![machine.threads] } else { args.threads.clone() };
+    let provenance = Provenance::this();
+    let threads = if args.threads.is_empty() {
+        vec![provenance.machine.threads]
+    } else {
+        args.threads.clone()
+    };
     let level = args.level.unwrap_or_else(Level::best);
-    say(format!("machine   {machine}"));
+    say(format!("machine   {}", provenance.machine));
     let mut report = Report {
-        machine,
-        commit: COMMIT,
+        provenance,
         device: args.device.to_string(),
         adapter: adapter_name(&device),
         seed: config.seed,

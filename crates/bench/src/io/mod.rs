@@ -14,7 +14,7 @@ use crate::peer_bench::{PEERS, PeerCommand};
 use evpose_app::json::write_json;
 use evpose_app::machine::Machine;
 use evpose_app::progress::say;
-use evpose_app::run_info::COMMIT;
+use evpose_app::provenance::Provenance;
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
@@ -54,8 +54,8 @@ pub struct BenchIoArgs {
 /// Content of the JSON file.
 #[derive(Debug, Serialize)]
 struct Report {
-    machine: Machine,
-    commit: &'static str,
+    #[serde(flatten)]
+    provenance: Provenance,
     frames: u64,
     cases: Vec<CaseResult>,
 }
@@ -75,8 +75,8 @@ fn measure(args: &BenchIoArgs) -> Result<Report> {
         None => tempfile::tempdir(),
     }
     .context("making a folder for the files")?;
-    let machine = Machine { threads: 1, ..Machine::this() };
-    say(format!("machine   {machine}"));
+    let provenance = Provenance::new(Machine { threads: 1, ..Machine::this() });
+    say(format!("machine   {}", provenance.machine));
     say(format!(
         "files     in the page cache; .evc of {} frames of 1 ms, others of {} events",
         args.frames, args.events
@@ -94,6 +94,6 @@ fn measure(args: &BenchIoArgs) -> Result<Report> {
     }
     run_peers(&args.peers, scratch.path(), &mut lines)?;
     warn_under_load(&lines);
-    let report = Report { machine, commit: COMMIT, frames: args.frames, cases: lines };
+    let report = Report { provenance, frames: args.frames, cases: lines };
     Ok(report)
 }

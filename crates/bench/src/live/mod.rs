@@ -19,9 +19,8 @@ pub(crate) use args::BenchLiveArgs;
 
 use evpose_app::args::DeviceArgs;
 use evpose_app::json::write_json;
-use evpose_app::machine::Machine;
 use evpose_app::progress::{note, say};
-use evpose_app::run_info::COMMIT;
+use evpose_app::provenance::Provenance;
 use evpose_commands::online::{OnlineOptions, OnlineStream};
 use memory::{Memory, MemorySamples};
 use no_task::NoTask;
@@ -34,8 +33,8 @@ const ENDLESS: u64 = u64::MAX;
 /// Results, as written to JSON.
 #[derive(Debug, Serialize)]
 struct Measured {
-    machine: Machine,
-    commit: &'static str,
+    #[serde(flatten)]
+    provenance: Provenance,
     recording: String,
     sensor: SensorSize,
     /// Event rate of the recording in event time.
@@ -64,8 +63,8 @@ struct Bench<'a> {
 
 pub(crate) fn run(args: &BenchLiveArgs) -> Result<()> {
     args.device.open()?;
-    let machine = Machine::this();
-    say(format!("machine    {machine}"));
+    let provenance = Provenance::this();
+    say(format!("machine    {}", provenance.machine));
     let folder = tempfile::tempdir().context("making a folder for the recording")?;
     let path = match &args.source {
         Some(path) => path.clone(),
@@ -87,8 +86,7 @@ pub(crate) fn run(args: &BenchLiveArgs) -> Result<()> {
         None => bench.table()?,
     };
     let measured = Measured {
-        machine,
-        commit: COMMIT,
+        provenance,
         recording: name,
         sensor: bench.sensor,
         events_per_s: bench.events_per_s,

@@ -27,7 +27,7 @@ use crate::peer_bench::{PEERS, PeerCommand};
 use evpose_app::json::write_json;
 use evpose_app::machine::Machine;
 use evpose_app::progress::say;
-use evpose_app::run_info::COMMIT;
+use evpose_app::provenance::Provenance;
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
@@ -63,8 +63,8 @@ const WINDOW: Micros = Micros(100_000);
 /// Content of the JSON file.
 #[derive(Debug, Serialize)]
 struct Report {
-    machine: Machine,
-    commit: &'static str,
+    #[serde(flatten)]
+    provenance: Provenance,
     events: usize,
     cases: Vec<CaseResult>,
     image_shares: Vec<ImageShare>,
@@ -83,8 +83,8 @@ pub(crate) fn figures(args: &BenchReprArgs) -> Result<Vec<Figure>> {
 
 /// Times the cases; shares of images are left out.
 fn measure(args: &BenchReprArgs) -> Result<Report> {
-    let machine = Machine { threads: 1, ..Machine::this() };
-    say(format!("machine   {machine}"));
+    let provenance = Provenance::new(Machine { threads: 1, ..Machine::this() });
+    say(format!("machine   {}", provenance.machine));
     say(format!(
         "events    {} in {} ms: a hundred blobs that wander, and every tenth event noise",
         args.events,
@@ -108,7 +108,7 @@ fn measure(args: &BenchReprArgs) -> Result<Report> {
     }
     warn_under_load(&lines);
     let (events, image_shares) = (args.events, Vec::new());
-    Ok(Report { machine, commit: COMMIT, events, cases: lines, image_shares })
+    Ok(Report { provenance, events, cases: lines, image_shares })
 }
 
 /// Updates by a stream that goes on, images of it, whole windows at once, and images made like

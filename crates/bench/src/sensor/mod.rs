@@ -15,7 +15,7 @@ use crate::all::{Figure, threads};
 use evpose_app::json::write_json;
 use evpose_app::machine::Machine;
 use evpose_app::progress::say;
-use evpose_app::run_info::COMMIT;
+use evpose_app::provenance::Provenance;
 use evpose_app::threads::sensor_threads;
 use evpose_stats::quantile::{nearest_rank, outlier_count};
 use peer::Peer;
@@ -51,8 +51,8 @@ pub struct BenchSensorArgs {
 /// Content of the JSON file.
 #[derive(Debug, Serialize)]
 struct Report {
-    machine: Machine,
-    commit: &'static str,
+    #[serde(flatten)]
+    provenance: Provenance,
     sensor: String,
     frames: usize,
     fps: u32,
@@ -117,16 +117,14 @@ fn measure_all(args: &BenchSensorArgs) -> Result<Report> {
     let worth = sensor_threads(scene::SIZE);
     let most = args.threads.map_or(worth, |threads| threads as usize);
     // One step is one pass of one thread, whatever the machine has.
-    let machine = Machine { threads: 1, ..Machine::this() };
     let mut report = Report {
-        machine,
-        commit: COMMIT,
+        provenance: Provenance::new(Machine { threads: 1, ..Machine::this() }),
         sensor: scene::SIZE.to_string(),
         frames: scene::FRAMES,
         fps: scene::FPS,
         settings: Vec::new(),
     };
-    say(format!("machine   {}", report.machine));
+    say(format!("machine   {}", report.provenance.machine));
     say(format!(
         "frames    {} of {} at {} fps, 8 bit, in memory",
         report.frames, report.sensor, report.fps

@@ -17,9 +17,8 @@ use serde::Serialize;
 use crate::all::{Figure, threads};
 use evpose_app::hand_config;
 use evpose_app::json::write_json;
-use evpose_app::machine::Machine;
 use evpose_app::progress::{bar, say};
-use evpose_app::run_info::COMMIT;
+use evpose_app::provenance::Provenance;
 use evpose_app::threads::use_threads;
 use evpose_stats::quantile::{nearest_rank, outlier_count};
 use raster::RasterTime;
@@ -63,8 +62,8 @@ const MIN_COVERAGE: f64 = 0.1;
 /// Content of the JSON file.
 #[derive(Debug, Serialize)]
 struct Report {
-    machine: Machine,
-    commit: &'static str,
+    #[serde(flatten)]
+    provenance: Provenance,
     image: String,
     sequences: u64,
     seconds: f64,
@@ -109,7 +108,8 @@ pub(crate) fn run(args: &BenchSimArgs) -> Result<()> {
 pub(crate) fn figures(args: &BenchSimArgs) -> Result<Vec<Figure>> {
     let report = measure_all(args)?;
     let figure = |measured: &Measured| {
-        let work = format!("{} hand, {}", measured.mesh, threads(report.machine.threads));
+        let work =
+            format!("{} hand, {}", measured.mesh, threads(report.provenance.machine.threads));
         Figure::rate("sim", work, "steps/s", measured.median_steps_per_s)
     };
     Ok(report.meshes.iter().map(figure).collect())
@@ -129,14 +129,13 @@ fn measure_all(args: &BenchSimArgs) -> Result<Report> {
     .context("making a folder for the recordings")?;
     let simulation = &config.simulation;
     let mut report = Report {
-        machine: Machine::this(),
-        commit: COMMIT,
+        provenance: Provenance::this(),
         image: simulation.image_size().to_string(),
         sequences,
         seconds,
         meshes: Vec::new(),
     };
-    say(format!("machine   {}", report.machine));
+    say(format!("machine   {}", report.provenance.machine));
     say(format!(
         "steps     of {} ms at {}, {} sequences of {} s for each mesh, files written",
         simulation.step().as_seconds() * 1e3,
@@ -148,7 +147,7 @@ fn measure_all(args: &BenchSimArgs) -> Result<Report> {
     let fine = mesh::refined(arm.clone(), mesh::SMPLH_VERTICES);
     for (name, body) in [("procedural", arm), ("as fine as SMPL+H", fine)] {
         let measured = measure(name, simulation, config.seed, body, scratch.path())?;
-        measured.say(report.machine.threads, &report.image);
+        measured.say(report.provenance.machine.threads, &report.image);
         report.meshes.push(measured);
     }
     Ok(report)

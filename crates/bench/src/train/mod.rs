@@ -19,9 +19,8 @@ use evpose_app::args::DeviceArgs;
 use evpose_app::hand_config;
 use evpose_app::json::write_json;
 use evpose_app::latency;
-use evpose_app::machine::Machine;
 use evpose_app::progress::say;
-use evpose_app::run_info::COMMIT;
+use evpose_app::provenance::Provenance;
 use evpose_stats::interval::median_outer_count;
 use evpose_stats::quantile::{nearest_rank, outlier_count};
 use usage::{peak_resident_mib, processor_s};
@@ -67,8 +66,8 @@ struct Report {
     device: String,
     /// The hardware of the device, if it is a GPU.
     adapter: Option<String>,
-    machine: Machine,
-    commit: &'static str,
+    #[serde(flatten)]
+    provenance: Provenance,
     /// Implementation: our kernels or Burn.
     by: &'static str,
     steps: usize,
@@ -118,7 +117,7 @@ pub(crate) fn run(args: &BenchTrainArgs) -> Result<()> {
 pub(crate) fn figure(args: &BenchTrainArgs) -> Result<Figure> {
     let report = measure(args)?;
     let [batch, ..] = report.input;
-    let threads = threads(report.machine.threads);
+    let threads = threads(report.provenance.machine.threads);
     let work = format!("{}, a step of {batch}, {threads}", report.network);
     Ok(Figure::time("train", work, "ms", report.step.median_ms))
 }
@@ -186,6 +185,7 @@ fn measured<M: BurnModule>(
     mut network: M,
     objective: impl Fn(&M) -> Tensor<1>,
 ) -> Report {
+    let provenance = Provenance::this();
     let mut stepper = Stepper { adam: AdamConfig::new().init(), loss_was: 0.0 };
     let parameters = network.num_params();
     let steps = args.steps.max(1);
@@ -215,8 +215,7 @@ fn measured<M: BurnModule>(
         input,
         device: args.device.device.to_string(),
         adapter: None,
-        machine: Machine::this(),
-        commit: COMMIT,
+        provenance,
         by: if ours { "our kernels" } else { "Burn" },
         steps,
         windows_per_second: args.batch as f64 * 1e3 / step.median_ms,
@@ -232,7 +231,7 @@ fn measured<M: BurnModule>(
 }
 
 fn print(report: &Report) {
-    say(format!("machine   {}", report.machine));
+    say(format!("machine   {}", report.provenance.machine));
     if let Some(adapter) = &report.adapter {
         say(format!("device    {}: {adapter}", report.device));
     }

@@ -10,7 +10,7 @@ use evpose_stats::interval::Interval;
 use evpose_task::body::{BodyCheckpoint, BodyPredictor, BodyPredictorOptions, PropagationConfig};
 use evpose_train::body::{
     BodyRecordingResult, BodyRecordings, BodyResults, DetectionCounts, evaluate_body,
-    evaluate_propagation, holds_annotations, mean_pose_of_recordings,
+    evaluate_propagation, mean_pose_of_recordings,
 };
 use serde::Serialize;
 
@@ -59,10 +59,10 @@ struct Fusion {
 
 /// Scores of one recording.
 #[derive(Debug, Serialize)]
-struct RecordingScores {
-    file: String,
+pub(super) struct RecordingScores {
+    pub(super) file: String,
     #[serde(flatten)]
-    scores: BodyScores,
+    pub(super) scores: BodyScores,
 }
 
 pub(super) fn run(model: &BodyModel, args: &EvalArgs) -> Result<()> {
@@ -73,10 +73,11 @@ pub(super) fn run(model: &BodyModel, args: &EvalArgs) -> Result<()> {
         );
     }
     if let Some(data) = &args.data {
-        if holds_annotations(data) {
-            images::run(model, args, data)?;
-        } else {
+        let clips = images::clips(data);
+        if clips.is_empty() {
             evaluate(model, args, data)?;
+        } else {
+            images::run(model, args, &clips)?;
         }
     }
     // Files are those of --data, where both are given.

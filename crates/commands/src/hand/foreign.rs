@@ -7,7 +7,7 @@ use evpose_app::machine::Machine;
 use evpose_app::progress::{bar, say};
 use evpose_app::run_info::COMMIT;
 use evpose_pose::metric::{HandEvaluation, HandSummary};
-use evpose_report::held_out::cell;
+use evpose_report::held_out::{RecordingScores, cell};
 use evpose_train::foreign::{evaluate_foreign_hands, foreign_hands};
 use serde::Serialize;
 
@@ -24,13 +24,6 @@ pub(super) struct ForeignReport {
     mean_pose: HandSummary,
     /// The network's scores on each recording.
     recordings: Vec<RecordingScores>,
-}
-
-#[derive(Debug, Serialize)]
-struct RecordingScores {
-    name: String,
-    #[serde(flatten)]
-    scores: HandSummary,
 }
 
 /// Evaluates a model on the recordings of `directory` and prints a table.

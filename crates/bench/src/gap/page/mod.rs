@@ -87,7 +87,7 @@ pub(super) fn page(opened: &[Opened], scores: &Scores, own: &[OwnRow]) -> Result
         page.section("Cases with a note", "");
         page.details("All notes", &scores.notes.join("\n"));
     }
-    page.section("Origin", "");
+    page.section("Provenance", "");
     page.details(
         "Programs and plan",
         &format!("{}\nprograms {}", cases(scores), scores.commits.join(", ")),

@@ -1,7 +1,7 @@
 //! Other runtimes, on the same network as an ONNX file.
 //!
-//! Each is configured for latency as its documentation recommends. Copies of input and output are
-//! outside the timing of peers, and inside the timing of our engine.
+//! Each is configured for latency as its documentation recommends. [`Peer::run`] is what is timed: copies of
+//! input and output are outside of it, and inside the timing of our engine.
 
 #[cfg(feature = "peers")]
 mod onnxruntime;
@@ -42,11 +42,11 @@ pub(super) trait Peer {
         tolerance
     }
 
-    /// Runs the network on its image.
+    /// Runs the network on its image, and copies nothing.
     fn run(&mut self) -> Result<()>;
 
-    /// Outputs of the last run.
-    fn outputs(&self) -> Result<Vec<Vec<f32>>>;
+    /// Runs the network and copies its outputs.
+    fn outputs(&mut self) -> Result<Vec<Vec<f32>>>;
 }
 
 /// Input of a peer: network, image and settings.
@@ -120,7 +120,6 @@ mod tests {
                 let (shape, precision) = (network.input, Precision::F32);
                 let job = Job { model: &model, shape, image: &image, threads, precision };
                 let mut peer = peer(name, &job).unwrap();
-                peer.run().unwrap();
                 let difference = max_difference(engine.run(&image), &peer.outputs().unwrap());
                 assert!(difference < 1e-4, "{backbone} {height}x{width}: {difference}");
             }

@@ -109,7 +109,8 @@ impl Peer for OpenVino {
         Ok(self.request.infer()?)
     }
 
-    fn outputs(&self) -> Result<Vec<Vec<f32>>> {
+    fn outputs(&mut self) -> Result<Vec<Vec<f32>>> {
+        self.run()?;
         let values =
             |index| Ok(self.request.get_output_tensor_by_index(index)?.get_data::<f32>()?.to_vec());
         (0..self.outputs).map(values).collect()
