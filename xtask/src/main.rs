@@ -5,6 +5,7 @@
 
 mod circles;
 mod files;
+mod gpu;
 mod lines;
 mod words;
 
@@ -187,7 +188,7 @@ const SLOW: &[Step] = &[
     },
 ];
 
-const USAGE: &str = "usage: cargo xtask ci|slow|words [CRATE…] [--list]|circles [CRATE…]|lines
+const USAGE: &str = "usage: cargo xtask ci|slow|words [CRATE…] [--list]|circles [CRATE…]|lines|gpu
 
   ci    formatting, lints, documentation, all tests, what the benchmark is built from (what CI runs)
   slow  twelve blind recordings; all commands of the guides; an installed program; the ndarray
@@ -197,7 +198,8 @@ const USAGE: &str = "usage: cargo xtask ci|slow|words [CRATE…] [--list]|circle
   words  words that docs/glossary.md replaces: counts by crate, by file for a PATH or crate;
          --list shows each use and the standard word
   circles  files of a crate that import each other; every circle of the crates that are named
-  lines  lines of Rust by crate, and the limit of the command line";
+  lines  lines of Rust by crate, and the limit of the command line
+  gpu    a program to carry to a machine with a GPU: see docs/guide/gpu.md";
 
 struct Step {
     why: &'static str,
@@ -234,11 +236,12 @@ fn main() -> ExitCode {
     let steps = match std::env::args().nth(1).as_deref() {
         Some("ci") => CI,
         Some("slow") => SLOW,
-        Some(check @ ("words" | "circles" | "lines")) => {
+        Some(check @ ("words" | "circles" | "lines" | "gpu")) => {
             let args: Vec<String> = std::env::args().skip(2).collect();
             let run = match check {
                 "words" => words::run,
                 "circles" => circles::run,
+                "gpu" => gpu::run,
                 _ => lines::run,
             };
             return match run(&args, say) {
