@@ -38,17 +38,17 @@ pub(super) enum Way {
 }
 
 impl Way {
-    /// The way that `EVPOSE_GPU_CONVOLUTION` sets, for measurements: `burn`, `implicit`, `columns` or
-    /// `columns-f32`.
+    /// The way that `EVPOSE_GPU_CONVOLUTION` sets, for measurements: `implicit`, `columns`, or
+    /// `columns-f32`; else Burn's.
     pub(super) fn chosen() -> Self {
         static CHOSEN: OnceLock<Way> = OnceLock::new();
         *CHOSEN.get_or_init(|| {
             let name = std::env::var("EVPOSE_GPU_CONVOLUTION").unwrap_or_default();
             match name.as_str() {
-                "burn" => Self::Burn,
                 "implicit" => Self::Implicit,
+                "columns" => Self::Columns(Product::Burns),
                 "columns-f32" => Self::Columns(Product::F32),
-                _ => Self::Columns(Product::Burns),
+                _ => Self::Burn,
             }
         })
     }
@@ -79,13 +79,17 @@ fn is_gpu(device: &Device) -> bool {
 /// - input: `[batch, channels_in, height, width]`
 /// - output: `[batch, channels_out, height', width']`, sizes by the layer
 pub(super) fn forward(layer: &Conv2d, input: Tensor<4>) -> Tensor<4> {
+    forward_by(Way::chosen(), layer, input)
+}
+
+fn forward_by(way: Way, layer: &Conv2d, input: Tensor<4>) -> Tensor<4> {
     let padding = match layer.padding {
         PaddingConfig2d::Explicit(top, left, bottom, right) => [(top, bottom), (left, right)],
         _ => [(0, 0); 2],
     };
     let options = ConvOptions::new_with_padding(layer.stride, padding, layer.dilation, 1);
     let (input, weight) = (input.into_dispatch(), layer.weight.val().into_dispatch());
-    let output = Tensor::<4>::from_dispatch(Dispatch::gpu_conv(input, weight, options));
+    let output = Tensor::<4>::from_dispatch(Dispatch::gpu_conv(input, weight, options, way));
     match &layer.bias {
         Some(bias) => output + bias.val().reshape([1, -1, 1, 1]),
         None => output,
@@ -155,6 +159,7 @@ trait GpuConvolution: Backend {
         input: FloatTensor<Self>,
         weight: FloatTensor<Self>,
         options: ConvOptions<2>,
+        way: Way,
     ) -> FloatTensor<Self>;
 }
 
@@ -163,8 +168,9 @@ impl GpuConvolution for Cube {
         input: FloatTensor<Self>,
         weight: FloatTensor<Self>,
         options: ConvOptions<2>,
+        way: Way,
     ) -> FloatTensor<Self> {
-        convolution(input, weight, options)
+        convolution(input, weight, options, way)
     }
 }
 
@@ -173,18 +179,24 @@ impl<C: CheckpointStrategy> GpuConvolution for Autodiff<Cube, C> {
         input: FloatTensor<Self>,
         weight: FloatTensor<Self>,
         options: ConvOptions<2>,
+        way: Way,
     ) -> FloatTensor<Self> {
         let (x, w) = (input.primitive().clone(), weight.primitive().clone());
-        let output = convolution(x.clone(), w.clone(), options.clone());
+        let output = convolution(x.clone(), w.clone(), options.clone(), way);
         match Convolution.prepare::<C>([input.node(), weight.node()]).compute_bound().stateful() {
-            OpsKind::Tracked(prep) => prep.finish((x, w, options), output),
+            OpsKind::Tracked(prep) => prep.finish((x, w, options, way), output),
             OpsKind::UnTracked(prep) => prep.finish(output),
         }
     }
 }
 
-fn convolution(input: CubeTensor, weight: CubeTensor, options: ConvOptions<2>) -> CubeTensor {
-    match Way::chosen() {
+fn convolution(
+    input: CubeTensor,
+    weight: CubeTensor,
+    options: ConvOptions<2>,
+    way: Way,
+) -> CubeTensor {
+    match way {
         Way::Columns(product) => {
             Geometry::new(&input.shape(), &weight.shape(), options).forward(input, weight, product)
         }
@@ -206,13 +218,12 @@ impl Way {
 struct Convolution;
 
 impl Backward<Cube, 2> for Convolution {
-    /// Input, weight and settings.
-    type State = (CubeTensor, CubeTensor, ConvOptions<2>);
+    /// Input, weight, settings and way.
+    type State = (CubeTensor, CubeTensor, ConvOptions<2>, Way);
 
     fn backward(self, ops: Ops<Self::State, 2>, grads: &mut Gradients, _: &mut Checkpointer) {
         let dy = grads.consume::<Cube>(&ops.node);
-        let (input, weight, options) = ops.state;
-        let way = Way::chosen();
+        let (input, weight, options, way) = ops.state;
         let geometry = Geometry::new(&input.shape(), &weight.shape(), options.clone());
         let [by_input, by_weight] = ops.parents.map(|parent| parent.map(|parent| parent.id));
         // Images need no gradient: the first layer of a network skips the largest pass.
@@ -297,7 +308,9 @@ mod tests {
                     .with_dilation(dilation)
                     .with_padding(PaddingConfig2d::Explicit(top, left, bottom, right))
                     .with_bias(false);
-                let ours = values(&gpu, &config, size, forward);
+                let columns = Way::Columns(Product::Burns);
+                let by_columns = |layer: &Conv2d, x| forward_by(columns, layer, x);
+                let ours = values(&gpu, &config, size, by_columns);
                 let cpus = values(&Device::flex(), &config, size, |layer, x| layer.forward(x));
                 for (ours, cpus) in ours.iter().zip(&cpus) {
                     assert_eq!(ours.len(), cpus.len());
