@@ -28,7 +28,7 @@ use columns::{Geometry, Product};
 
 /// How convolutions are computed on GPUs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Way {
+enum Way {
     /// As Burn does by default.
     Burn,
     /// Burn's implicit product on matrix units.
@@ -40,7 +40,7 @@ pub(super) enum Way {
 impl Way {
     /// The way that `EVPOSE_GPU_CONVOLUTION` sets, for measurements: `implicit`, `columns`, or
     /// `columns-f32`; else Burn's.
-    pub(super) fn chosen() -> Self {
+    fn chosen() -> Self {
         static CHOSEN: OnceLock<Way> = OnceLock::new();
         *CHOSEN.get_or_init(|| {
             let name = std::env::var("EVPOSE_GPU_CONVOLUTION").unwrap_or_default();
