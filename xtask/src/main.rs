@@ -6,6 +6,7 @@
 mod circles;
 mod figures;
 mod files;
+mod gpu;
 mod lines;
 mod mutants;
 mod needs;
@@ -22,7 +23,7 @@ use run::Choice;
 const USAGE: &str = "\
 usage: cargo xtask ci|slow [--only TEXT] [--from N] [--list]
        cargo xtask setup | words [CRATE…] [--list] | circles [CRATE…] | lines
-       cargo xtask mutants [CRATE [K/N|again]] | figures [--check] | guides
+       cargo xtask mutants [CRATE [K/N|again]] | figures [--check] | guides | gpu
 
   ci    formatting, lints with and without optional features, documentation, all tests, what the
         benchmark is built from (what CI runs)
@@ -41,7 +42,8 @@ usage: cargo xtask ci|slow [--only TEXT] [--from N] [--list]
           survived, and writes benches/mutants.md; hours for all crates
   figures writes figures of README.md and the guides from results below benches/; --check compares
   guides  runs the commands of README.md and the guides, of one page with EVPOSE_PAGE=NAME, and writes
-          their outputs into the pages";
+          their outputs into the pages
+  gpu     a program to carry to a machine with a GPU: see docs/guide/gpu.md";
 
 fn main() -> ExitCode {
     let args: Vec<String> = std::env::args().skip(1).collect();
@@ -61,6 +63,7 @@ fn main() -> ExitCode {
         "lines" => lines::run(args, say),
         "mutants" => mutants::run(args, say),
         "figures" => figures::run(args, say),
+        "gpu" => gpu::run(args, say),
         "guides" => return run_steps(&[steps::GUIDES], args),
         _ => {
             say(USAGE);

@@ -28,6 +28,7 @@ mod accuracy;
 mod all;
 mod cameras;
 pub mod gap;
+mod gpu;
 mod infer;
 mod io;
 mod live;
@@ -68,6 +69,8 @@ benchmarks! {
     Infer(infer::BenchInferArgs) => infer::run,
     /// Time and memory of a training step of a network
     Train(train::BenchTrainArgs) => train::run,
+    /// A GPU beside the CPU: agreement, inference, training, kernel by kernel, in a few minutes
+    Gpu(gpu::BenchGpuArgs) => gpu::run,
     /// Cost of the simulated sensor per pixel and step, on one core and on several
     Sensor(sensor::BenchSensorArgs) => sensor::run,
     /// Simulation steps per second of labelled hands, and the share of each stage

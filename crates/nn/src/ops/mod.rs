@@ -10,9 +10,12 @@
 //! * [`layer`], [`unary`]: convolutions and operations of one input, by kind.
 //! * [`seven`]: the first layer of ResNets on Burn's own arithmetic.
 //! * [`upsample`]: upsampling that trains on GPUs.
+//! * `gpu`: convolutions on GPUs.
 
 mod backend;
 mod blocked;
+#[cfg(feature = "gpu-kernels")]
+mod gpu;
 mod gradients;
 mod layer;
 mod seven;
@@ -48,20 +51,28 @@ pub(crate) fn is_ours(input: &Tensor<4>) -> bool {
         && input.dtype() == DType::F32
 }
 
-/// `layer.forward(input)`, computed by Burn.
+/// `layer.forward(input)`, on the CPU by Burn.
 ///
 /// # Shapes
 /// - input: `[batch, channels_in, height, width]`
 /// - output: `[batch, channels_out, height', width']`, sizes by the layer
 pub(crate) fn conv2d(layer: &Conv2d, input: Tensor<4>) -> Tensor<4> {
+    #[cfg(feature = "gpu-kernels")]
+    if gpu::suits(layer, &input) {
+        return gpu::forward(layer, input);
+    }
     if seven::suits(layer) { seven::stride_two_seven(layer, input) } else { layer.forward(input) }
 }
 
-/// `activation(layer.forward(input))`, computed by Burn.
+/// `activation(layer.forward(input))`, on the CPU by Burn.
 ///
 /// # Shapes
 /// - input, output: `[batch, channels, height, width]`
 pub(crate) fn batch_norm(layer: &BatchNorm, input: Tensor<4>, activation: Activation) -> Tensor<4> {
+    #[cfg(feature = "gpu-kernels")]
+    if gpu::normalizes(&input) {
+        return gpu::normalized(layer, input, activation);
+    }
     let output = layer.forward(input);
     match activation {
         Activation::Identity => output,

@@ -1,0 +1,120 @@
+//! Kernels that lay images out as the columns of a matrix product, and back.
+//!
+//! A row of the matrix is an output pixel; its columns are the pixels under the kernel, row by row,
+//! each with all of its channels.
+#![allow(clippy::too_many_arguments, reason = "kernels have no other way to take values")]
+#![allow(missing_docs, reason = "the macro writes modules and functions without")]
+
+use cubecl::prelude::*;
+use cubecl::std::FastDivmod;
+
+/// `columns[(n, i, j), (k, l, c)] = images[n, i * s - p + k * d, j * s - p + l * d, c]`, zero outside.
+///
+/// `shape` holds the sizes of n, i, j, k, l and c; `geometry` strides, paddings and dilations, each
+/// vertical and horizontal.
+#[cube(launch_unchecked, address_type = "dynamic")]
+pub(super) fn gather<E: Numeric>(
+    images: &Tensor<E>,
+    columns: &mut Tensor<E>,
+    shape: Sequence<FastDivmod<usize>>,
+    geometry: Sequence<usize>,
+    #[define(E)] _element: ElemType,
+) {
+    if ABSOLUTE_POS >= columns.len() {
+        terminate!();
+    }
+    let (rest, channel) = shape.index(5).div_mod(ABSOLUTE_POS);
+    let (rest, column) = shape.index(4).div_mod(rest);
+    let (rest, row) = shape.index(3).div_mod(rest);
+    let (rest, x) = shape.index(2).div_mod(rest);
+    let (image, y) = shape.index(1).div_mod(rest);
+    let y = y * *geometry.index(0) + row * *geometry.index(4);
+    let x = x * *geometry.index(1) + column * *geometry.index(5);
+    let (top, left) = (*geometry.index(2), *geometry.index(3));
+    let mut value = E::from_int(0);
+    if y >= top && x >= left && y < images.shape(1) + top && x < images.shape(2) + left {
+        value = images[image * images.stride(0)
+            + (y - top) * images.stride(1)
+            + (x - left) * images.stride(2)
+            + channel * images.stride(3)];
+    }
+    columns[ABSOLUTE_POS] = value;
+}
+
+/// The transpose of [`gather`]: every pixel is the sum of the columns that it was copied to.
+///
+/// `shape` holds the sizes of the images; `geometry` is that of [`gather`], followed by rows and
+/// columns of the output and of the kernel.
+#[cube(launch_unchecked, address_type = "dynamic")]
+pub(super) fn scatter<E: Numeric>(
+    columns: &Tensor<E>,
+    images: &mut Tensor<E>,
+    shape: Sequence<FastDivmod<usize>>,
+    geometry: Sequence<usize>,
+    #[define(E)] _element: ElemType,
+) {
+    if ABSOLUTE_POS >= images.len() {
+        terminate!();
+    }
+    let (rest, channel) = shape.index(3).div_mod(ABSOLUTE_POS);
+    let (rest, x) = shape.index(2).div_mod(rest);
+    let (image, y) = shape.index(1).div_mod(rest);
+    let y = y + *geometry.index(2);
+    let x = x + *geometry.index(3);
+    let (height, width) = (*geometry.index(6), *geometry.index(7));
+    let (rows, taps) = (*geometry.index(8), *geometry.index(9));
+    let channels = images.shape(3);
+    let mut sum = E::from_int(0);
+    for row in 0..rows {
+        let down = row * *geometry.index(4);
+        let i = (y - down) / *geometry.index(0);
+        if y >= down && i * *geometry.index(0) + down == y && i < height {
+            for column in 0..taps {
+                let right = column * *geometry.index(5);
+                let j = (x - right) / *geometry.index(1);
+                if x >= right && j * *geometry.index(1) + right == x && j < width {
+                    let pixel = (image * height + i) * width + j;
+                    let tap = (row * taps + column) * channels + channel;
+                    sum += columns[pixel * columns.stride(0) + tap * columns.stride(1)];
+                }
+            }
+        }
+    }
+    images[ABSOLUTE_POS] = sum;
+}
+
+/// `activation((values - mean) * gamma / sqrt(variance + epsilon) + beta)`, with the channel as the last
+/// of four dimensions. `activation` is 0 for none, 1 for ReLU, 2 for ReLU6.
+#[cube(launch_unchecked, address_type = "dynamic")]
+pub(super) fn normalize<E: Float>(
+    values: &Tensor<E>,
+    output: &mut Tensor<E>,
+    gamma: &Tensor<E>,
+    beta: &Tensor<E>,
+    mean: &Tensor<E>,
+    variance: &Tensor<E>,
+    shape: Sequence<FastDivmod<usize>>,
+    epsilon: f32,
+    #[comptime] activation: u32,
+    #[define(E)] _element: ElemType,
+) {
+    if ABSOLUTE_POS >= output.len() {
+        terminate!();
+    }
+    let (rest, channel) = shape.index(3).div_mod(ABSOLUTE_POS);
+    let (rest, x) = shape.index(2).div_mod(rest);
+    let (image, y) = shape.index(1).div_mod(rest);
+    let value = values[image * values.stride(0)
+        + channel * values.stride(3)
+        + y * values.stride(1)
+        + x * values.stride(2)];
+    let deviation = E::sqrt(variance[channel] + E::cast_from(epsilon));
+    let mut result = (value - mean[channel]) * (gamma[channel] / deviation) + beta[channel];
+    if comptime![activation > 0] {
+        result = max(result, E::from_int(0));
+    }
+    if comptime![activation > 1] {
+        result = min(result, E::from_int(6));
+    }
+    output[ABSOLUTE_POS] = result;
+}
