@@ -322,40 +322,57 @@ fn a_recording_in_the_manner_of_another_program_is_corrected() {
     assert!(said.contains("sorted by time"), "{said}");
 }
 
+/// Four single effects, two of which are visible, and three recordings in which nothing is hidden.
 #[test]
 fn blind_cases_get_their_names_and_nulls_get_none() {
-    blind_cases(4, 3);
+    let sandbox = Sandbox::new();
+    nulls_are_nulls(&sandbox, 3);
+    let (args, scores) = names_are_right(&sandbox, &["--only", "single", "--limit", "4"]);
+    assert_eq!(counts(&scores, "singles_right"), (2, 2));
+    // All is done already: nothing is named again.
+    let again = sandbox.ok(&[&args[..], &["--resume"]].concat());
+    assert!(again.contains("0 of 4 cases to do"), "{again}");
+    assert_eq!(json(&sandbox.path("bench/scores.json")), scores);
 }
 
 #[test]
 #[ignore = "ten minutes: `cargo xtask slow` runs it"]
 fn twelve_blind_cases_get_their_names_and_eight_nulls_get_none() {
-    blind_cases(12, 8);
+    let sandbox = Sandbox::new();
+    nulls_are_nulls(&sandbox, 8);
+    let (_, scores) = names_are_right(&sandbox, &["--limit", "12"]);
+    assert!(counts(&scores, "singles_right").1 > 0);
 }
 
-/// Single effects, and recordings in which nothing is hidden, of a plan of development.
-fn blind_cases(singles: u64, nulls: u64) {
-    let sandbox = Sandbox::new();
-    let bench = |kind: &str, count: u64, more: &[&str]| {
-        let plan = ["gap", "bench", "--plan", "11", "--tier", "plain", "--only", kind];
-        let limit = count.to_string();
-        let said =
-            sandbox.ok(&[&plan[..], &["--limit", &limit, "--out", kind], more].concat());
-        (said, json(&sandbox.path(&format!("{kind}/scores.json"))))
-    };
-    let of = |scores: &serde_json::Value, rate: &str| {
-        (scores[rate]["of"].as_u64().unwrap(), scores[rate]["n"].as_u64().unwrap())
-    };
-    let (said, scores) = bench("null", nulls, &[]);
-    assert_eq!(of(&scores, "nulls_named"), (0, nulls), "{said}");
-    assert_eq!(of(&scores, "nulls_not_closed"), (0, nulls), "{said}");
-    let (said, scores) = bench("single", singles, &[]);
-    let (right, visible) = of(&scores, "singles_right");
-    assert!(visible >= 3 && right == visible, "{said}");
-    assert_eq!(of(&scores, "wrong_names"), (0, singles), "{said}");
-    assert!(!sandbox.path("single/cases").exists());
-    // All is done already: nothing is named again.
-    let (again, same) = bench("single", singles, &["--resume"]);
-    assert!(again.contains(&format!("0 of {singles} cases to do")), "{again}");
-    assert_eq!(same, scores);
+/// A benchmark of a plan of development.
+const BENCH: [&str; 6] = ["gap", "bench", "--plan", "7", "--tier", "plain"];
+
+/// How many of how many a rate of the scores is of.
+fn counts(scores: &serde_json::Value, rate: &str) -> (u64, u64) {
+    (scores[rate]["of"].as_u64().unwrap(), scores[rate]["n"].as_u64().unwrap())
+}
+
+fn nulls_are_nulls(sandbox: &Sandbox, count: u64) {
+    let limit = count.to_string();
+    let only = ["--only", "null", "--limit", &limit, "--out", "nulls"];
+    let said = sandbox.ok(&[&BENCH[..], &only].concat());
+    let scores = json(&sandbox.path("nulls/scores.json"));
+    assert_eq!(counts(&scores, "nulls_named"), (0, count), "{said}");
+    assert_eq!(counts(&scores, "nulls_not_closed"), (0, count), "{said}");
+}
+
+/// The command and its scores, in which no name is wrong and every visible single has its own.
+fn names_are_right<'a>(
+    sandbox: &Sandbox,
+    cases: &[&'a str],
+) -> (Vec<&'a str>, serde_json::Value) {
+    let args = [&BENCH[..], cases, &["--out", "bench"]].concat();
+    let said = sandbox.ok(&args);
+    let scores = json(&sandbox.path("bench/scores.json"));
+    let (right, visible) = counts(&scores, "singles_right");
+    assert!(visible > 0 && right == visible, "{said}");
+    assert_eq!(counts(&scores, "wrong_names").0, 0, "{said}");
+    assert_eq!(counts(&scores, "nulls_named").0, 0, "{said}");
+    assert!(!sandbox.path("bench/cases").exists());
+    (args, scores)
 }

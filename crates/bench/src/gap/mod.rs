@@ -107,10 +107,14 @@ pub fn score(args: &ScoreArgs) -> Result<()> {
         merge::merge(&args.dirs, &cases, args.partial).context(BadInput)?;
     say(format!("opening   the labels of {} cases", rows.len()));
     let opened = opened::open(plan, &cases, rows, &Case::label)?;
+    let is_same = args.dirs.contains(out);
     for (name, text) in stored::lines(&opened)? {
-        files::write(out, name, text.as_bytes())?;
+        // Rows stay as their program wrote them.
+        if !(is_same && name == naming::RESULTS) {
+            files::write(out, name, text.as_bytes())?;
+        }
     }
-    if !own.is_empty() {
+    if !(is_same || own.is_empty()) {
         files::write(out, own::NAME, own::text(&own).as_bytes())?;
     }
     publish(&opened, &own, Vec::new(), out)

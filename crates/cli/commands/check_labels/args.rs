@@ -90,6 +90,7 @@ impl ThresholdArgs {
             frozen_frames,
             frozen_motion,
             gap_s,
+            ..CheckOptions::default()
         }
     }
 }

@@ -14,7 +14,7 @@ use evpose_report::format::short;
 
 /// Scores of all cases and of parts of them.
 #[derive(Debug, Clone, Serialize)]
-pub(super) struct OutsideScores {
+pub(in crate::gap) struct OutsideScores {
     pub(super) cases: usize,
     /// Programs that results are of.
     pub(super) commits: Vec<String>,
@@ -23,33 +23,33 @@ pub(super) struct OutsideScores {
     /// What is required, and whether it is reached.
     pub(super) headlines: Vec<Headline>,
     /// Stated probabilities of all names, conventions among them, and of those that are none.
-    pub(super) stated: Stated,
-    pub(super) stated_strict: Stated,
+    pub(in crate::gap) stated: Stated,
+    pub(in crate::gap) stated_strict: Stated,
     /// All cases first.
-    pub(super) groups: Vec<Group>,
+    pub(in crate::gap) groups: Vec<Group>,
     /// Recall by strength.
     pub(super) strengths: Vec<(String, Rate)>,
 }
 
 /// Scores of some of the cases.
 #[derive(Debug, Clone, Serialize)]
-pub(super) struct Group {
+pub(in crate::gap) struct Group {
     pub(super) title: String,
     pub(super) cases: usize,
     /// Visible effects of the catalogue that are named.
-    pub(super) recall: Rate,
+    pub(in crate::gap) recall: Rate,
     /// Names that are right: something hidden, or a convention of the generator.
-    pub(super) precision: Rate,
+    pub(in crate::gap) precision: Rate,
     /// The same of names that are no convention.
-    pub(super) strict_precision: Rate,
+    pub(in crate::gap) strict_precision: Rate,
     /// Cases with something visible of the catalogue in which exactly that is named.
     pub(super) exact_sets: Rate,
     /// Cases in which any name is wrong.
     pub(super) wrong_names: Rate,
     /// Cases with nothing hidden in which an effect is named that is no convention.
-    pub(super) nulls_named: Rate,
+    pub(in crate::gap) nulls_named: Rate,
     /// Cases with something outside the catalogue whose verdict leaves something open.
-    pub(super) outside_open: Rate,
+    pub(in crate::gap) outside_open: Rate,
     /// Parameters of the verdict that are right.
     pub(super) parameters: Rate,
     /// Seconds from start to report.
