@@ -11,7 +11,7 @@ use evpose_pose::body::{Visibility, number};
 use glam::Vec2;
 use tempfile::TempDir;
 
-/// Where the window of the first person begins, and its sides: points from (10, 4) to (54, 70).
+/// Corner and sides of the first person's window: points from (10, 4) to (54, 70).
 const WINDOW: [Vec2; 2] = [Vec2::new(-23.0, -18.0), Vec2::new(110.0, 110.0)];
 
 /// A folder with photographs of these names, and options that write beside them.

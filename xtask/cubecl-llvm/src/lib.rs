@@ -1,4 +1,4 @@
-//! What `cubecl-cuda` 0.11.3 names of `cubecl-llvm`, without LLVM.
+//! The types of `cubecl-llvm` that `cubecl-cuda` 0.11.3 names, without LLVM.
 //!
 //! With the feature `cpp` of `cubecl-cuda`, kernels are translated to CUDA C++ and compiled by NVRTC
 //! when the program runs; of `cubecl-llvm` only types are left. This crate has them, so that a build
@@ -15,7 +15,7 @@ pub struct NvptxModule {
     pub ir: String,
     /// Bytes of shared memory.
     pub shared_memory_size: usize,
-    /// What the kernel does with each buffer.
+    /// Access of the kernel to each buffer.
     pub io: Vec<cubecl_server::kernel::BufferIOAttr>,
 }
 
@@ -114,9 +114,9 @@ pub mod nvptx {
     }
 }
 
-/// What all targets share.
+/// Types of all targets.
 pub mod shared {
-    /// What a device can do.
+    /// Capabilities of a device.
     pub mod lowered_features {
         /// The target.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -64,7 +64,7 @@ pub struct BenchGpuArgs {
     /// A device to compare with the CPU in this process
     #[arg(long, hide = true)]
     agreement: Option<DeviceKind>,
-    /// Where that comparison is written
+    /// File that the comparison is written to
     #[arg(long, hide = true)]
     json: Option<PathBuf>,
 }

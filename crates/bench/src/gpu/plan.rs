@@ -16,13 +16,13 @@ pub(super) struct Step {
     pub(super) limit_s: f64,
     pub(super) arguments: Vec<String>,
     pub(super) environment: Vec<(&'static str, &'static str)>,
-    /// What it writes.
+    /// Files that it writes.
     pub(super) files: Vec<String>,
     /// Lines of its output to keep, if more than usual.
     pub(super) lines: usize,
 }
 
-/// What is measured.
+/// Devices and sizes of the measurements.
 pub(super) struct Plan<'a> {
     pub(super) devices: &'a [String],
     pub(super) small: bool,

@@ -18,7 +18,7 @@ const LAST_LINES: usize = 25;
 /// And the most characters of a line.
 const LONGEST_LINE: usize = 400;
 
-/// What became of a step.
+/// Outcome of a step.
 #[derive(Debug, Serialize)]
 pub(super) struct Finished {
     pub(super) name: &'static str,
@@ -31,7 +31,7 @@ pub(super) struct Finished {
     limit_s: f64,
     /// `done`, `failed` or `out of time`.
     outcome: &'static str,
-    /// What it wrote, by file; a file that it did not come to is missing.
+    /// Results by file; a file that was not reached is missing.
     pub(super) results: Vec<Value>,
     /// The end of what it printed.
     last_lines: Vec<String>,

@@ -30,8 +30,8 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Vec<[LspPoint; LSP_POINT
         [LSP_POINTS, VALUES] | [LSP_POINTS, VALUES, _] => true,
         [VALUES, LSP_POINTS] | [VALUES, LSP_POINTS, _] => false,
         _ => {
-            let found: Vec<String> = dimensions.iter().map(ToString::to_string).collect();
-            let reason = format!("{}: it is 14×3×N or 3×14×N", found.join("×"));
+            let sides: Vec<String> = dimensions.iter().map(ToString::to_string).collect();
+            let reason = format!("{}: it is 14×3×N or 3×14×N", sides.join("×"));
             return Err(DatasetError::malformed(path, table.path(), reason));
         }
     };

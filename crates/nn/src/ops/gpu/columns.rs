@@ -25,9 +25,9 @@ use cubek::std::InputBinding;
 use super::{Activation, kernels};
 
 /// Rows of a product below which a sum over them is not cut into several.
-const LEAST_ROWS: usize = 2048;
+const MIN_ROWS: usize = 2048;
 /// The most pieces that such a sum is cut into.
-const MOST_PIECES: usize = 64;
+const MAX_PIECES: usize = 64;
 
 /// How products are computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -209,7 +209,7 @@ impl Geometry {
 
     /// Into how many equal parts the pixels are cut.
     fn pieces(&self) -> usize {
-        let most = (self.pixels() / LEAST_ROWS).clamp(1, MOST_PIECES);
+        let most = (self.pixels() / MIN_ROWS).clamp(1, MAX_PIECES);
         (0..=most.ilog2())
             .rev()
             .map(|log| 1 << log)
