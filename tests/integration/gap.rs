@@ -127,7 +127,8 @@ fn without_a_scene_noise_shows_nothing_and_motion_is_no_effect() {
     recorded(&sandbox, "");
     let mut state = 7u64;
     let mut below = |n: u64| {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (state >> 33) % n
     };
     let mut noise: Vec<[u64; 4]> = (0..20_000)
@@ -362,10 +363,7 @@ fn nulls_are_nulls(sandbox: &Sandbox, count: u64) {
 }
 
 /// The command and its scores, in which no name is wrong and every visible single has its own.
-fn names_are_right<'a>(
-    sandbox: &Sandbox,
-    cases: &[&'a str],
-) -> (Vec<&'a str>, serde_json::Value) {
+fn names_are_right<'a>(sandbox: &Sandbox, cases: &[&'a str]) -> (Vec<&'a str>, serde_json::Value) {
     let args = [&BENCH[..], cases, &["--out", "bench"]].concat();
     let said = sandbox.ok(&args);
     let scores = json(&sandbox.path("bench/scores.json"));

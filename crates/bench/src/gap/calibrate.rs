@@ -139,7 +139,8 @@ fn row(title: &str, names: &[(f64, bool)], held: &[bool]) -> String {
         right.hi95,
         stated.mean.map_or_else(|| "-".to_owned(), |mean| format!("{mean:.3}")),
         if stated.holds() { "inside" } else { "**outside**" },
-        calibration_error(&bins(names)).map_or_else(|| "-".to_owned(), |error| format!("{error:.3}"))
+        calibration_error(&bins(names))
+            .map_or_else(|| "-".to_owned(), |error| format!("{error:.3}"))
     )
 }
 

@@ -51,7 +51,8 @@ pub(super) fn opened_home() -> Vec<Opened> {
 pub(super) fn name_conventions(opened: &mut [Opened]) -> usize {
     let mut count = 0;
     for case in opened {
-        let mut names: Vec<&str> = case.truth.conventions.iter().map(|names| names[0].as_str()).collect();
+        let mut names: Vec<&str> =
+            case.truth.conventions.iter().map(|names| names[0].as_str()).collect();
         names.retain(|name| !case.truth.hides(name));
         for name in names {
             case.row.effects.push(Finding { name: name.to_owned(), ..finding() });

@@ -50,10 +50,10 @@ use evpose_app::progress::say;
 use evpose_app::threads::use_threads;
 use evpose_report::gap::files;
 use merge::Merged;
-pub use outside::{OutsideArgs, run as outside};
-use part::PlanId;
 use opened::Opened;
+pub use outside::{OutsideArgs, run as outside};
 use own::OwnRow;
+use part::PlanId;
 pub use real::{RealArgs, run as real};
 
 /// Files of the scores, and of what is required.
@@ -103,8 +103,7 @@ pub fn score(args: &ScoreArgs) -> Result<()> {
     };
     let plan = PlanId::new(plan, args.tier).context(BadInput)?;
     let cases = plan.cases();
-    let Merged { rows, own } =
-        merge::merge(&args.dirs, &cases, args.partial).context(BadInput)?;
+    let Merged { rows, own } = merge::merge(&args.dirs, &cases, args.partial).context(BadInput)?;
     say(format!("opening   the labels of {} cases", rows.len()));
     let opened = opened::open(plan, &cases, rows, &Case::label)?;
     let is_same = args.dirs.contains(out);

@@ -91,7 +91,8 @@ fn folders(root: &Path) -> Result<Vec<(PathBuf, Vec<PathBuf>)>> {
             vec![dir.clone()]
         } else if dir.join(SCORES).is_file() {
             let path = dir.join(SCORES);
-            let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
+            let text =
+                std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
             let pool: Pool =
                 serde_json::from_str(&text).with_context(|| path.display().to_string())?;
             pool.folders.iter().map(|name| root.join(name)).collect()
@@ -131,8 +132,10 @@ pub(super) fn derived(root: &Path) -> Result<BTreeMap<PathBuf, String>> {
     for entry in std::fs::read_dir(root).with_context(|| format!("reading {}", root.display()))? {
         let path = entry.with_context(|| format!("reading {}", root.display()))?.path();
         if path.extension().is_some_and(|end| end == "md") && !all.contains_key(&path) {
-            let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
-            let text = with_blocks(&text, root, &all).with_context(|| path.display().to_string())?;
+            let text =
+                std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
+            let text =
+                with_blocks(&text, root, &all).with_context(|| path.display().to_string())?;
             all.insert(path, text);
         }
     }

@@ -58,9 +58,9 @@ pub(super) fn rows(headlines: &[Headline]) -> String {
                 }
             }
         };
-        let required = headline.required.map_or_else(|| "-".to_owned(), |required| {
-            spaced(&target(headline.unit, required))
-        });
+        let required = headline
+            .required
+            .map_or_else(|| "-".to_owned(), |required| spaced(&target(headline.unit, required)));
         let word = match headline.reached() {
             Reached::Missed => "**missed**",
             Reached::Goal | Reached::Required => "met",
@@ -80,7 +80,13 @@ pub(super) fn rows(headlines: &[Headline]) -> String {
 pub(super) fn rate(rate: &Rate) -> String {
     rate.share.map_or_else(String::new, |share| {
         let (low, high) = (percent(rate.lo95), percent(rate.hi95));
-        format!("{}/{} ({}, {} to {high})", rate.of, rate.n, percent(share), low.trim_end_matches(" %"))
+        format!(
+            "{}/{} ({}, {} to {high})",
+            rate.of,
+            rate.n,
+            percent(share),
+            low.trim_end_matches(" %")
+        )
     })
 }
 

@@ -21,10 +21,8 @@ pub static CALIBRATION: LazyLock<Calibration> = LazyLock::new(|| {
 });
 
 /// Descriptions of the features, in their order.
-pub const FEATURES: [&str; 2] = [
-    "log-odds against rivals and nothing, -2 to 8",
-    "ln of the gap that is left, over .42",
-];
+pub const FEATURES: [&str; 2] =
+    ["log-odds against rivals and nothing, -2 to 8", "ln of the gap that is left, over .42"];
 
 /// Smallest distance of a probability from zero and one: a few hundred cases resolve no more.
 const MIN_PROBABILITY: f64 = 0.002;
@@ -45,10 +43,7 @@ pub struct FindingEvidence {
 impl FindingEvidence {
     /// Features of the logistic regression, see [`FEATURES`].
     pub fn features(&self) -> [f64; FEATURES.len()] {
-        [
-            self.log_odds.clamp(ODDS.0, ODDS.1),
-            (self.gap_after / GAP).ln().clamp(-2.0, 3.0),
-        ]
+        [self.log_odds.clamp(ODDS.0, ODDS.1), (self.gap_after / GAP).ln().clamp(-2.0, 3.0)]
     }
 }
 

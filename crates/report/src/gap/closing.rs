@@ -23,10 +23,7 @@ pub(crate) fn findings(page: &mut HtmlPage, data: &ReportData) {
             "What it is consistent with",
             "Both halves of the recording agree on it. Intervals are from the two halves.",
         ),
-        false => page.section(
-            "What is missing or set wrong",
-            words::FITTED,
-        ),
+        false => page.section("What is missing or set wrong", words::FITTED),
     };
     let row = |finding: &Finding| {
         vec![
@@ -35,9 +32,7 @@ pub(crate) fn findings(page: &mut HtmlPage, data: &ReportData) {
             values(finding),
             match finding.probability {
                 None => "-".to_owned(),
-                Some(right) if verdict.is_scene_free() => {
-                    escape(&words::probability(1.0 - right))
-                }
+                Some(right) if verdict.is_scene_free() => escape(&words::probability(1.0 - right)),
                 Some(right) => short(right),
             },
             alike(finding),

@@ -43,10 +43,11 @@ fn answer(verdict: &Verdict) -> Vec<String> {
     }
     for (i, finding) in verdict.effects.iter().enumerate() {
         let values = words::parameters(finding);
-        let sure = finding.probability.map_or_else(String::new, |right| match verdict.is_scene_free() {
-            true => format!("by chance {}", probability(1.0 - right)),
-            false => format!("probability {}", short(right)),
-        });
+        let sure =
+            finding.probability.map_or_else(String::new, |right| match verdict.is_scene_free() {
+                true => format!("by chance {}", probability(1.0 - right)),
+                false => format!("probability {}", short(right)),
+            });
         let text = [values, sure].into_iter().filter(|part| !part.is_empty());
         let text = format!("{}: {}", finding.name, text.collect::<Vec<_>>().join("; "));
         let mut of_finding = wrapped("", &text, 2, 2);

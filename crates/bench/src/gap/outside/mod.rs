@@ -24,12 +24,12 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 
 pub use args::OutsideArgs;
-pub(super) use opened::Opened;
-pub(super) use tables::key;
 use evpose_app::bad_input::BadInput;
 use evpose_app::progress::say;
 use evpose_report::gap::files;
+pub(super) use opened::Opened;
 use row::Row;
+pub(super) use tables::key;
 
 use super::naming::RESULTS;
 use super::{jsonl, part, stored};

@@ -161,9 +161,7 @@ fn headlines(opened: &[Opened], scores: &OutsideScores) -> Vec<Headline> {
     let first: Vec<(f64, bool)> =
         opened.iter().filter_map(|case| case.stated(false).into_iter().next()).collect();
     let closed = opened.iter().filter(|case| case.is_named() && !case.has_wrong_name());
-    let closed = closed.filter_map(|case| {
-        excess_closed(case.row.gap_before?, case.row.gap_after?)
-    });
+    let closed = closed.filter_map(|case| excess_closed(case.row.gap_before?, case.row.gap_after?));
     let mut seconds: Vec<f64> =
         opened.iter().map(|c| c.row.seconds * c.row.threads as f64 / 2.0).collect();
     let unknown = |name, unit| {
@@ -184,8 +182,7 @@ fn headlines(opened: &[Opened], scores: &OutsideScores) -> Vec<Headline> {
         of("left open outside the catalogue", &all.outside_open)
             .with_targets(AtLeast(0.90), AtLeast(0.95)),
         of("parameters that are right", &all.parameters),
-        unknown("error of estimates, median", Unit::Share)
-            .with_targets(AtMost(0.03), AtMost(0.01)),
+        unknown("error of estimates, median", Unit::Share).with_targets(AtMost(0.03), AtMost(0.01)),
         unknown("estimates whose 90 % interval holds the truth", Unit::Share)
             .with_targets(Within(0.85, 0.95), Within(0.85, 0.95)),
         gap_closed(median(closed)),

@@ -39,7 +39,8 @@ const COLUMNS: &[Column] = &[
 
 /// The scores for the terminal: a block a group.
 pub(super) fn lines(scores: &OutsideScores) -> Vec<String> {
-    let mut lines: Vec<String> = table::rows(&scores.headlines).lines().map(str::to_owned).collect();
+    let mut lines: Vec<String> =
+        table::rows(&scores.headlines).lines().map(str::to_owned).collect();
     for group in &scores.groups {
         lines.push(group.title.clone());
         for (heading, cell) in COLUMNS {
@@ -57,7 +58,10 @@ pub(super) fn lines(scores: &OutsideScores) -> Vec<String> {
 }
 
 /// Derived files of a folder.
-pub(super) fn texts(opened: &[Opened], scores: &OutsideScores) -> Result<Vec<(&'static str, String)>> {
+pub(super) fn texts(
+    opened: &[Opened],
+    scores: &OutsideScores,
+) -> Result<Vec<(&'static str, String)>> {
     let of = format!("{} cases; programs {}", scores.cases, scores.commits.join(", "));
     Ok(vec![
         (SCORES, files::json(scores)?),

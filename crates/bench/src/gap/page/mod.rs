@@ -152,17 +152,7 @@ fn misses(page: &mut HtmlPage, opened: &[Opened], scores: &Scores) {
         let named = if case.answer_label() == names { String::new() } else { escape(&names) };
         let gap = format!("{:.2} to {:.2}", case.row.gap_before, case.row.gap_after);
         let (title, hidden) = (escape(&case.title()), escape(&case.hidden()));
-        vec![
-            case.row.id.clone(),
-            title,
-            hidden,
-            strength,
-            scene,
-            answer,
-            named,
-            gap,
-            tried,
-        ]
+        vec![case.row.id.clone(), title, hidden, strength, scene, answer, named, gap, tried]
     };
     let rows: Vec<Vec<String>> = opened.iter().filter(|case| case.is_miss()).map(row).collect();
     page.markup("<div class=\"scroll wrap\">");

@@ -55,7 +55,8 @@ fn every_table_and_page_is_what_its_stored_rows_make() -> Result<()> {
 fn a_figure_that_was_changed_by_hand_is_seen() -> Result<()> {
     let root = Path::new("/root");
     let derived = BTreeMap::from([(root.join("a/table.md"), "| recall | 3/4 |\n".to_owned())]);
-    let page = "Before.\n<!-- generated: a/table.md -->\n\n| recall | 4/4 |\n\n<!-- end -->\nBehind.\n";
+    let page =
+        "Before.\n<!-- generated: a/table.md -->\n\n| recall | 4/4 |\n\n<!-- end -->\nBehind.\n";
     let made = with_blocks(page, root, &derived)?;
     assert_eq!(made, page.replace("4/4", "3/4"));
     assert_eq!(with_blocks(&made, root, &derived)?, made);
