@@ -19,8 +19,8 @@ pub(super) fn tables(page: &str, text: &str) -> Vec<String> {
     let (mut is_inside, mut is_stated, mut figures) = (false, false, 0);
     let mut found = Vec::new();
     for (number, line) in (1..).zip(text.lines().chain([""])) {
-        if line.starts_with(BEGIN) || line == END.trim_end() {
-            is_inside = line.starts_with(BEGIN);
+        if line.starts_with(BEGIN.trim_start()) || line == END.trim_end() {
+            is_inside = line != END.trim_end();
         }
         if line.starts_with('|') {
             figures += line.split('|').filter(|cell| is_figure(cell)).count();
@@ -29,7 +29,8 @@ pub(super) fn tables(page: &str, text: &str) -> Vec<String> {
         if figures >= FIGURES && !is_inside && !is_stated {
             found.push(format!(
                 "{page}:{number}: a table with {figures} figures above this line is neither generated \
-                 (`{BEGIN}NAME -->`) nor marked `{STATED}WHAT -->`"
+                 (`{}NAME -->`) nor marked `{STATED}WHAT -->`",
+                BEGIN.trim()
             ));
         }
         (figures, is_stated) = (0, line.starts_with(STATED));

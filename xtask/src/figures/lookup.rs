@@ -22,7 +22,7 @@ pub(super) fn value<'a>(root: &'a Value, path: &str) -> Option<&'a Value> {
 fn is_meant(element: &Value, step: &str) -> bool {
     step.split('&').filter_map(|condition| condition.split_once('=')).all(|(field, wanted)| {
         let found = &element[field];
-        found.as_str().map_or_else(|| found.to_string() == wanted, |text| text == wanted)
+        found == wanted || wanted.parse().is_ok_and(|wanted: i64| found.as_i64() == Some(wanted))
     })
 }
 

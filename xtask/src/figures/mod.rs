@@ -14,7 +14,8 @@ use anyhow::{Context, Result, bail, ensure};
 use crate::files;
 use template::Template;
 
-const BEGIN: &str = "<!-- figures: ";
+/// At the beginning of a line, so that text may speak of it.
+const BEGIN: &str = "\n<!-- figures: ";
 const BEGIN_END: &str = " -->\n";
 const END: &str = "<!-- end -->\n";
 const TEMPLATES: &str = "benches/tables";
@@ -158,7 +159,7 @@ mod tests {
         assert!(written.starts_with("a\n<!-- figures: list -->\n| page"), "{written}");
         assert!(written.contains("[machines/x.json](machines/x.json)"), "{written}");
         assert!(written.ends_with("<!-- end -->\nb\n") && !written.contains("old"), "{written}");
-        assert!(rewritten(LIST_PAGE, "<!-- figures: list -->\n", &mut blocks).is_err());
+        assert!(rewritten(LIST_PAGE, "a\n<!-- figures: list -->\n", &mut blocks).is_err());
     }
 
     #[test]

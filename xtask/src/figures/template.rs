@@ -123,7 +123,11 @@ fn origin(page: &str, file: &str, value: &Value) -> String {
         part(&value["commit"]),
         part(&value["date"]),
     );
-    for more in [&machine["gpu"], &value["note"]] {
+    // Accuracy does not depend on what else the machine does.
+    if let Some(load) = value["load_before"].as_f64().filter(|_| file.contains("/machines/")) {
+        text += &format!("; load before it {load:.1}");
+    }
+    for more in [&machine["gpu"], &value["adapter"], &value["note"]] {
         if let Some(more) = more.as_str() {
             text += &format!("; {more}");
         }
@@ -143,7 +147,7 @@ mod tests {
     fn template(text: &str) -> Template {
         let stored = serde_json::json!({
             "machine": { "cpu": "a processor", "threads": 2 }, "commit": "0123", "version": "0.1.0",
-            "date": "2026-01-02", "command": "evpose", "note": "under load",
+            "date": "2026-01-02", "command": "evpose", "load_before": 1.25, "note": "a note",
             "cases": [{ "name": "or over, 2", "ms": 2.0, "limit": 1.5, "by": "ours" }],
         });
         let file = "benches/machines/a.json".to_owned();
@@ -160,7 +164,7 @@ mod tests {
         let written = template(text).expanded("docs/guide/a.md").expect("text");
         assert!(written.starts_with("ours: 2.00 ms, 75 %, -\n\n<sub>["), "{written}");
         assert!(written.contains("](../../benches/machines/a.json): a processor, 2 threads"));
-        assert!(written.contains("2026-01-02; under load</sub>"), "{written}");
+        assert!(written.contains("2026-01-02; load before it 1.2; a note</sub>"), "{written}");
     }
 
     #[test]
