@@ -117,8 +117,8 @@ fn hold(sandbox: &Sandbox, stored: &Stored, names: &[&str], set: &Path) {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// A few recordings of the home set of a task, simulated: those of one shard. Says if they are not, byte by byte,
-/// those whose figures are stored.
+/// A few recordings of the home set of a task, simulated: those of one shard, byte by byte those whose
+/// figures are stored.
 fn home(sandbox: &Sandbox, stored: &Stored, task: &str, shard: &str) -> PathBuf {
     let simulated = stored.0["simulated"].as_array().unwrap();
     let simulated = simulated.iter().find(|simulated| simulated["task"] == task).unwrap();
@@ -132,9 +132,7 @@ fn home(sandbox: &Sandbox, stored: &Stored, task: &str, shard: &str) -> PathBuf 
         let Ok(content) = fs::read(directory.join(name)) else { continue };
         let digest: String =
             Sha256::digest(content).iter().map(|byte| format!("{byte:02x}")).collect();
-        if digest != stored {
-            eprintln!("{name} is another recording than the one whose accuracy is stored");
-        }
+        assert_eq!(digest, stored, "{name} is not the recording whose accuracy is stored");
     }
     directory
 }

@@ -30,7 +30,7 @@ impl PageCommand {
     fn print(&mut self, line: usize, text: &str) {
         match self.output.last_mut() {
             Some(output) if output.line + output.lines.len() == line => {
-                output.lines.push(text.to_owned())
+                output.lines.push(text.to_owned());
             }
             _ => self.output.push(PageOutput { line, lines: vec![text.to_owned()] }),
         }

@@ -14,7 +14,7 @@ fn parts(line: &str) -> (String, Vec<(f64, f64)>) {
     let digit = |at: usize| letters.get(at).is_some_and(char::is_ascii_digit);
     let mut at = 0;
     while let Some(&letter) = letters.get(at) {
-        if !digit(at) && !(letter == '.' && digit(at + 1)) {
+        if !(digit(at) || letter == '.' && digit(at + 1)) {
             let is_double = letter == ' ' && (words.ends_with(' ') || words.is_empty());
             if !is_double {
                 words.push(letter);

@@ -130,8 +130,7 @@ mod tests {
     fn a_foreign_set_is_opened_once_per_version() {
         let folder = tempfile::tempdir().unwrap();
         let digest = "0123456789abcdef";
-        let args: BenchAccuracyArgs =
-            parsed(["--out", folder.path().to_str().unwrap()]).unwrap();
+        let args: BenchAccuracyArgs = parsed(["--out", folder.path().to_str().unwrap()]).unwrap();
         let message = SetName::Foreign.prepare(&args, folder.path()).err().unwrap().to_string();
         assert!(message.contains("--open-foreign"), "{message}");
         let path = foreign_path(&args, "0.1.0", digest).unwrap();

@@ -225,7 +225,9 @@ mod tests {
     #[test]
     fn sequences_of_sets_stay_apart_and_the_last_set_is_held_back() {
         let mut all = BodyFrames::default();
-        [&[0, 0][..], &[0, 2], &[0, 0, 0]].map(|set| all.append(frames(set)));
+        for set in [&[0, 0][..], &[0, 2], &[0, 0, 0]] {
+            all.append(frames(set));
+        }
         let of = |frames: &BodyFrames| frames.frames.iter().map(|f| f.sequence).collect::<Vec<_>>();
         assert_eq!(of(&all), [0, 0, 1, 3, 4, 4, 4]);
         let (train, valid) = all.split(0.25);
