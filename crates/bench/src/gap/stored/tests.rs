@@ -1,4 +1,4 @@
-//! What is stored in `benches/gap` says what its rows say, and so do the pages that quote it.
+//! Scores in `benches/gap` are those of their rows, and so are the tables of pages.
 
 use evpose_gap::workflow::CALIBRATION;
 
