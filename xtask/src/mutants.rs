@@ -65,6 +65,11 @@ pub(crate) fn run(args: &[String], say: fn(&str)) -> Result<()> {
         if score < GOAL {
             below.push(name);
         }
+        if tried == 0 {
+            writeln!(table, "| `{name}` | {all} | 0 | | | | | | not tried yet |")?;
+            below.push(name);
+            continue;
+        }
         let (low, high) = wilson(killed, tried);
         let interval = match outcomes.len() < all {
             true => format!("{:.0} to {:.0} %", 100.0 * low, 100.0 * high),

@@ -68,3 +68,64 @@ impl BodyFollower {
         self.fusion.reset();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use evpose_core::{Event, Polarity};
+
+    use super::*;
+    use crate::body::BODY_JOINTS;
+    use crate::body::fusion::Estimator;
+
+    const SENSOR: SensorSize = SensorSize { width: 64, height: 48 };
+    const JOINT_PX: Vec2 = Vec2::new(20.0, 24.0);
+
+    /// An edge along the columns that has moved by one column every millisecond, to column 20.
+    fn edge() -> EventStream {
+        let event =
+            |x: u16, y| Event { t: Micros(1_000 * i64::from(x)), x, y, polarity: Polarity::On };
+        let events = (0..=20).flat_map(|x| (0..SENSOR.height).map(move |y| event(x, y)));
+        EventStream::from_events(SENSOR, events).unwrap()
+    }
+
+    fn follower(min_samples: u32) -> BodyFollower {
+        let velocity = TripletVelocityConfig { radius_px: 5, ..TripletVelocityConfig::default() };
+        let fusion = FusionConfig { estimator: Estimator::Integration, ..FusionConfig::default() };
+        let mut follower = BodyFollower::new(SENSOR, velocity, &fusion, min_samples).unwrap();
+        follower.push(&edge());
+        let points = [Some(JOINT_PX); BODY_JOINTS];
+        let pose = ScoredPoints { points, scores: [0.9; BODY_JOINTS] };
+        follower.detection(Micros(10_000), &pose, Micros(12_000));
+        follower
+    }
+
+    #[test]
+    fn joints_move_with_the_edge_from_enough_pixels_and_rest_with_fewer() {
+        // Two pixels from the sides of the region are 17 to 23 and 21 to 27: 4 of 7 columns fired.
+        for (min_samples, moved_px) in [(28, 10.5), (29, 0.0)] {
+            let joints = follower(min_samples).at(Micros(20_500));
+            for joint in joints {
+                let wanted = JOINT_PX + Vec2::X * moved_px;
+                assert!(joint.unwrap().distance(wanted) < 1e-3, "{min_samples}: {joint:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn forgotten_detections_leave_the_events_and_a_reset_nothing() {
+        let nobody = [None; BODY_JOINTS];
+        let pose =
+            ScoredPoints { points: [Some(JOINT_PX); BODY_JOINTS], scores: [0.9; BODY_JOINTS] };
+        for (forget, moved_px) in
+            [(BodyFollower::forget_detections as fn(&mut _), 10.5), (BodyFollower::reset, 0.0)]
+        {
+            let mut follower = follower(1);
+            forget(&mut follower);
+            assert_eq!(follower.fusion.query(Micros(20_000)), nobody);
+            follower.detection(Micros(10_000), &pose, Micros(12_000));
+            let joint = follower.at(Micros(20_500))[0].unwrap();
+            assert!(joint.distance(JOINT_PX + Vec2::X * moved_px) < 1e-3, "{joint}");
+        }
+    }
+}

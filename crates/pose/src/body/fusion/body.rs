@@ -98,3 +98,29 @@ fn start(config: FusionConfig) -> Box<dyn BodyEstimator> {
         (E::Displacement, true) => Box::new(ForgetfulDisplacement::new(config)),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use super::*;
+
+    #[test]
+    fn every_estimator_knows_a_joint_from_its_detection_to_the_end_of_its_patience() {
+        let points = [Some(Vec2::new(3.0, 5.0)); BODY_JOINTS];
+        let pose = ScoredPoints { points, scores: [0.9; BODY_JOINTS] };
+        for estimator in Estimator::ALL {
+            let config = FusionConfig { estimator, lost_after_s: 0.25, ..FusionConfig::default() };
+            let mut fusion = BodyFusion::new(&config).unwrap();
+            let early = fusion.detection(Micros(9), &pose, Micros(8));
+            assert!(matches!(early, Err(FusionError::NotYet { .. })), "{estimator}");
+            assert_eq!(fusion.detection(Micros(8), &pose, Micros(8)).unwrap(), BODY_JOINTS);
+            for (t_us, is_known) in [(7, false), (8, true), (250_008, true), (250_009, false)] {
+                let joints = fusion.query(Micros(t_us));
+                let wanted = if is_known { points } else { [None; BODY_JOINTS] };
+                assert_eq!(joints, wanted, "{estimator} at {t_us}");
+            }
+            fusion.reset();
+            assert_eq!(fusion.query(Micros(8)), [None; BODY_JOINTS], "{estimator}");
+        }
+    }
+}
