@@ -1,4 +1,4 @@
-//! What is stored in `benches/gap` says what its rows say, and so do the pages that quote it.
+//! Tables in `benches/gap` say what their stored rows say, and so do the pages that quote them.
 
 use evpose_gap::workflow::CALIBRATION;
 
