@@ -19,7 +19,7 @@ use evpose_report::format::short;
 
 /// How well the fit holds, as a table.
 pub(super) const NAME: &str = "calibration.md";
-/// Calibration of programs whose rows have no evidence.
+/// The fits of programs whose rows have no evidence.
 const EARLIER: &str = "earlier-calibration.json";
 /// Tier of recordings of other programs.
 const OUTSIDE: &str = "outside";
@@ -31,7 +31,7 @@ struct Earlier {
     calibration: Calibration,
 }
 
-/// Content of a folder: names, and errors of estimates by their kind.
+/// The names of a folder, and errors of its estimates.
 #[derive(Debug, Default, Clone)]
 pub(super) struct Folder {
     name: String,
@@ -59,8 +59,8 @@ impl Fit {
         Ok(Self { calibration, folders })
     }
 
-    /// Probabilities that a fit without some folders states of folders: of all names, and of those that are no
-    /// convention.
+    /// Probabilities that a fit without some folders states of folders: of all names, and of those
+    /// that are no convention.
     #[cfg(test)]
     pub(super) fn stated_without(&self, without: &[&str], names: &[&str]) -> Option<[Stated; 2]> {
         let is_seen = |folder: &&Folder| !without.contains(&folder.name.as_str());
@@ -96,7 +96,7 @@ impl Fit {
             let is_other = |other: &&Folder| other.name != folder.name;
             let others: Vec<&Folder> = self.folders.iter().filter(is_other).collect();
             let Some(calibration) = fit(&others) else { continue };
-            let held = intervals_that_cover(&calibration, folder);
+            let held = coverages(&calibration, folder);
             let names = stated(&calibration, &folder.names);
             text += &row(&format!("`{}` ({})", folder.name, folder.tier), &names, &held);
             strict.extend(stated(&calibration, &folder.strict));
@@ -160,14 +160,14 @@ fn fit(folders: &[&Folder]) -> Option<Calibration> {
     })
 }
 
-/// Probabilities that a fit states of names, and whether they are right.
+/// Probabilities that a fit states of names, and whether these are right.
 fn stated(calibration: &Calibration, names: &[(FindingEvidence, bool)]) -> Vec<(f64, bool)> {
     let names = names.iter();
     names.map(|(evidence, is_right)| (calibration.probability(evidence), *is_right)).collect()
 }
 
 /// Whether each estimate of a folder is inside the interval that a fit makes of its error.
-fn intervals_that_cover(calibration: &Calibration, folder: &Folder) -> Vec<bool> {
+fn coverages(calibration: &Calibration, folder: &Folder) -> Vec<bool> {
     let of = |errors: &[EstimateError], scale: ErrorScale| -> Vec<bool> {
         errors.iter().map(|error| coverage(&[*error], &scale) == Some(1.0)).collect()
     };

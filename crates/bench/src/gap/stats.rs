@@ -64,7 +64,7 @@ pub(super) fn calibration_error(bins: &[Bin]) -> Option<f64> {
     (n > 0).then(|| sum / n as f64)
 }
 
-/// Probabilities that were stated of names, and how many of them are right.
+/// Probabilities stated of names, and how many of these are right.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub(super) struct Stated {
     /// The mean of what was stated; none of no names.

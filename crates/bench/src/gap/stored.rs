@@ -23,7 +23,7 @@ use evpose_report::gap::files;
 
 /// A line a case, with its opened label.
 pub(super) const LABELS: &str = "labels.jsonl";
-/// Names that the answer key of recordings of other programs accepts.
+/// Answer key of recordings of other programs.
 const KEY: &str = "outside-key.md";
 /// Marks of a derived file in a page.
 const BEGIN: &str = "<!-- generated: ";

@@ -18,7 +18,7 @@ use crate::gap::naming::RESULTS;
 /// A line a case, with its truth.
 pub(super) const TRUTHS: &str = "truths.jsonl";
 
-/// Facts of a case that scores take beside its row: a line of `truths.jsonl`.
+/// The part of a truth that scores take, beside the row of a case: a line of `truths.jsonl`.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct StoredTruth {
     id: String,

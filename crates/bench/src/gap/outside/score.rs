@@ -20,7 +20,7 @@ pub(in crate::gap) struct OutsideScores {
     pub(super) commits: Vec<String>,
     /// Stored folders that they are in; none of one that is scored by itself.
     pub(super) folders: Vec<String>,
-    /// Required value, and whether it is reached.
+    /// Figures beside the required ones.
     pub(super) headlines: Vec<Headline>,
     /// Stated probabilities of all names, conventions among them, and of those that are none.
     pub(in crate::gap) stated: Stated,

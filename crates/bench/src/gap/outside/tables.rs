@@ -71,7 +71,7 @@ pub(super) fn texts(
     ])
 }
 
-/// Names that the answer key accepts, and the conventions, as tables in Markdown.
+/// The answer key, and the conventions, as tables in Markdown.
 pub(in crate::gap) fn key() -> String {
     let names = |names: &[&str]| {
         let names: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();

@@ -1,4 +1,4 @@
-//! Scores in `benches/gap` are those of their rows, and so are the tables of pages.
+//! Tables in `benches/gap` say what their stored rows say, and so do the pages that quote them.
 
 use evpose_gap::workflow::CALIBRATION;
 
