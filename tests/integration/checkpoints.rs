@@ -66,7 +66,7 @@ fn the_body_finds_people_it_has_not_seen() {
 #[test]
 fn the_body_finds_people_of_others() {
     let sandbox = Sandbox::new();
-    let foreign = Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/foreign/bodies");
+    let foreign = Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/development/bodies");
     let foreign = foreign.to_str().expect("a path of text");
     let network = path("body.bpk");
     let eval = ["eval", "--checkpoint", &network, "--data", foreign, "--stride-ms", "100"];

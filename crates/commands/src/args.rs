@@ -115,7 +115,7 @@ pub struct EvalArgs {
     /// Also evaluate on recordings from outside of this simulator (other meshes, motions, renderers and
     /// pixels): hands or bodies of this directory
     #[arg(
-        long, value_name = "DIR", num_args = 0..=1, default_missing_value = "datasets/foreign",
+        long, value_name = "DIR", num_args = 0..=1, default_missing_value = "datasets/development",
         conflicts_with = "conditions"
     )]
     pub foreign: Option<PathBuf>,

@@ -144,7 +144,7 @@ fn people(sandbox: &Sandbox) {
 
 /// One hand and one person of the recordings that no simulation of this project made.
 fn foreign_set(directory: &Path) {
-    let of = Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/foreign");
+    let of = Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/development");
     for kind in ["hands", "bodies"] {
         fs::create_dir_all(directory.join(kind)).unwrap();
         for path in entries(&of.join(kind)) {
