@@ -20,6 +20,7 @@ mod events;
 mod examples;
 mod export;
 mod files;
+mod foreign_set;
 mod gap;
 mod guides;
 mod harness;

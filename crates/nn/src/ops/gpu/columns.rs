@@ -129,7 +129,7 @@ impl Geometry {
                 calculate_cube_count_elemwise(&client, count, cube),
                 cube,
                 address,
-                input.clone().into_tensor_arg(),
+                input.into_tensor_arg(),
                 columns.clone().into_tensor_arg(),
                 sizes.into_iter().collect::<SequenceArg<_>>(),
                 self.steps().into_iter().collect::<SequenceArg<_>>(),

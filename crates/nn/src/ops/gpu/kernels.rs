@@ -2,7 +2,8 @@
 //!
 //! A row of the matrix is an output pixel; its columns are the pixels under the kernel, row by row,
 //! each with all of its channels.
-#![allow(clippy::too_many_arguments, reason = "kernels have no other way to take values")]
+#![allow(clippy::needless_pass_by_value, reason = "kernels have no other way to take values")]
+#![allow(clippy::too_many_arguments, reason = "as above")]
 #![allow(missing_docs, reason = "the macro writes modules and functions without")]
 
 use cubecl::prelude::*;
