@@ -64,7 +64,7 @@ fn every_spread_in_decades_is_the_deviation_of_decimal_logarithms_of_rates() {
         for param in spec.params {
             stage = match param.name {
                 "rate_hz" | "median_hz" => stage.with(param.name, 200.0),
-                "fraction" => stage.with(param.name, 0.5),
+                "fraction" | "on_share" => stage.with(param.name, 0.5),
                 _ => stage,
             };
         }
