@@ -30,6 +30,7 @@ pub(super) struct OnnxRuntime {
 }
 
 impl OnnxRuntime {
+    #[allow(clippy::result_large_err, reason = "the builder's error is of `ort`")]
     pub(super) fn new(job: &Job<'_>) -> Result<Self> {
         let path = library(LIBRARY).unwrap_or_else(|| "libonnxruntime.so".into());
         let session = Session::builder(environment(&path)?)?
