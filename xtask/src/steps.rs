@@ -94,6 +94,10 @@ pub(crate) const SLOW: &[Step] = &[
          --features=onnx,rerun,peers,ndarray,wgpu,live,gltf --no-fail-fast",
     ),
     step(
+        "convolutions on wgpu's adapter agree with the CPU's",
+        "test --package=evpose-nn --features=wgpu --lib convolutions_of_every_shape -- --ignored",
+    ),
+    step(
         "networks have the same outputs in ONNX Runtime",
         "test --package=evpose-bench --features=peers --lib onnx_runtime -- --ignored",
     )
