@@ -149,7 +149,7 @@ fn fit(folders: &[&Folder]) -> Option<Calibration> {
     let names: Vec<_> = folders.iter().flat_map(|folder| folder.names.clone()).collect();
     let errors = |of: fn(&Folder) -> &Vec<EstimateError>, kept: ErrorScale| {
         let errors: Vec<_> = folders.iter().flat_map(|folder| of(folder).clone()).collect();
-        fit_errors(&errors).unwrap_or(kept)
+        fit_errors(&errors, kept.floor).unwrap_or(kept)
     };
     let (intercept, slopes) = fit_probability(&names)?;
     Some(Calibration {
