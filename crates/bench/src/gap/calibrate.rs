@@ -19,14 +19,14 @@ use evpose_report::format::short;
 
 /// How well the fit holds, as a table.
 pub(super) const NAME: &str = "calibration.md";
-/// The fits of programs whose rows have no evidence.
-const EARLIER: &str = "earlier-calibration.json";
+/// The fits that programs stated probabilities by whose rows have no evidence.
+const STATED_BY: &str = "stated-by.json";
 /// Tier of recordings of other programs.
 const OUTSIDE: &str = "outside";
 
 /// The fit that programs of some commits had.
 #[derive(Deserialize)]
-struct Earlier {
+struct StatedBy {
     commits: Vec<String>,
     calibration: Calibration,
 }
@@ -149,7 +149,7 @@ fn fit(folders: &[&Folder]) -> Option<Calibration> {
     let names: Vec<_> = folders.iter().flat_map(|folder| folder.names.clone()).collect();
     let errors = |of: fn(&Folder) -> &Vec<EstimateError>, kept: ErrorScale| {
         let errors: Vec<_> = folders.iter().flat_map(|folder| of(folder).clone()).collect();
-        fit_errors(&errors).unwrap_or(kept)
+        fit_errors(&errors, kept.floor).unwrap_or(kept)
     };
     let (intercept, slopes) = fit_probability(&names)?;
     Some(Calibration {
@@ -177,10 +177,14 @@ fn coverages(calibration: &Calibration, folder: &Folder) -> Vec<bool> {
 
 /// All folders of a directory, by their names.
 fn folders(root: &Path) -> Result<Vec<Folder>> {
-    let path = root.join(EARLIER);
+    let path = root.join(STATED_BY);
     let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
-    let earlier: Earlier =
+    let fits: Vec<StatedBy> =
         serde_json::from_str(&text).with_context(|| path.display().to_string())?;
+    let fit_of = |commit: &String| {
+        let fit = fits.iter().find(|fit| fit.commits.contains(commit));
+        fit.with_context(|| format!("{}: no fit of commit {commit}", path.display()))
+    };
     let name = |dir: &PathBuf| dir.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let [plans, others] = stored::sources(root)?;
     let mut folders = Vec::new();
@@ -190,17 +194,17 @@ fn folders(root: &Path) -> Result<Vec<Folder>> {
     }
     for dir in &others {
         let opened = outside::read(std::slice::from_ref(dir))?;
-        let names = |is_strict| {
-            let of = |case: &outside::Opened| {
-                let is_earlier = earlier.commits.contains(&case.row.commit);
-                let by = if is_earlier { earlier.calibration } else { *CALIBRATION };
-                let gap_after = case.row.gap_after;
-                let evidence = move |(p, is_right)| Some((by.evidence(p, gap_after?), is_right));
-                case.stated(is_strict).into_iter().filter_map(evidence).collect::<Vec<_>>()
-            };
-            opened.iter().flat_map(of).collect()
+        let names = |is_strict| -> Result<Vec<_>> {
+            let mut names = Vec::new();
+            for case in &opened {
+                let by = &fit_of(&case.row.commit)?.calibration;
+                let Some(gap_after) = case.row.gap_after else { continue };
+                let evidence = |(p, is_right)| (by.evidence(p, gap_after), is_right);
+                names.extend(case.stated(is_strict).into_iter().map(evidence));
+            }
+            Ok(names)
         };
-        let (names, strict) = (names(false), names(true));
+        let (names, strict) = (names(false)?, names(true)?);
         folders.push(Folder { name: name(dir), tier: OUTSIDE, names, strict, ..Folder::default() });
     }
     Ok(folders)

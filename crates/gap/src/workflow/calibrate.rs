@@ -6,14 +6,11 @@
 //! that makes an identification more probable) is an accident of few cases: its feature is left
 //! out.
 //!
-//! Errors: grid search over factor and floor for the least interval score, which is proper for 90 %
-//! intervals: width plus 2 / 0.1 times the distance of the truth outside.
-//!
-//! # Source
-//! Gneiting and Raftery: *Strictly proper scoring rules, prediction, and estimation*, J. Am. Stat.
-//! Assoc. 102, 2007, section 6.2.
+//! Errors: the factor with which nine of ten 90 % intervals hold the truth, beside a floor that is kept.
+//! A single estimate that is far off does not widen all intervals, as it would with a proper score.
 
 use evpose_stats::linear::solve;
+use evpose_stats::quantile::nearest_rank;
 
 use super::calibration::{ErrorScale, FEATURES, FindingEvidence};
 use super::findings::SIDE;
@@ -28,10 +25,10 @@ const SIGNS: [f64; FEATURES.len()] = [1.0, -1.0];
 const WRONG_PER_FEATURE: usize = 5;
 /// Minimum estimates for a fit of their errors.
 const MIN_ESTIMATES: usize = 10;
-/// Floors of the grid search, in steps of a parameter.
-const FLOORS: [f64; 14] = [0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.5, 2.0, 3.0];
-/// Number of factors of the grid search: from a quarter to 16, in steps of 2 %.
-const FACTORS: i32 = 210;
+/// Fraction of intervals that hold the truth.
+const COVERAGE: f64 = 0.9;
+/// Smallest standard deviation as computed that a factor is formed with, in steps.
+const MIN_RAW: f64 = 1e-9;
 
 /// Error of an estimate whose true value is known.
 #[derive(Debug, Clone, Copy)]
@@ -121,29 +118,18 @@ fn logistic(x: f64) -> f64 {
     1.0 / (1.0 + (-x).exp())
 }
 
-/// Fits the scale of errors by the least interval score; none for too few estimates.
-pub fn fit_errors(errors: &[EstimateError]) -> Option<ErrorScale> {
-    let usable: Vec<EstimateError> =
-        errors.iter().copied().filter(|m| m.steps.is_finite() && m.raw.is_finite()).collect();
-    if usable.len() < MIN_ESTIMATES {
+/// Fits the factor of errors beside a floor; none for too few estimates.
+pub fn fit_errors(errors: &[EstimateError], floor: f64) -> Option<ErrorScale> {
+    let needed = |error: &EstimateError| {
+        let beyond = (error.steps / SIDE).powi(2) - floor * floor;
+        beyond.max(0.0).sqrt() / error.raw.max(MIN_RAW)
+    };
+    let mut factors: Vec<f64> = errors.iter().map(needed).filter(|f| f.is_finite()).collect();
+    if factors.len() < MIN_ESTIMATES {
         return None;
     }
-    let factors = (0..FACTORS).map(|i| 0.25 * 1.02_f64.powi(i));
-    let pairs = FLOORS.iter().flat_map(|floor| factors.clone().map(|factor| (factor, *floor)));
-    let scored = pairs.map(|(factor, floor)| {
-        let scale = ErrorScale { factor, floor };
-        (interval_score(&usable, &scale), scale)
-    });
-    scored.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, scale)| scale)
-}
-
-/// Mean interval score of 90 % intervals, in steps.
-pub fn interval_score(errors: &[EstimateError], scale: &ErrorScale) -> f64 {
-    let score = |error: &EstimateError| {
-        let half = SIDE * scale.calibrate(error.raw);
-        2.0 * half + 2.0 / 0.1 * (error.steps.abs() - half).max(0.0)
-    };
-    errors.iter().map(score).sum::<f64>() / errors.len().max(1) as f64
+    factors.sort_by(f64::total_cmp);
+    Some(ErrorScale { factor: nearest_rank(&factors, COVERAGE), floor })
 }
 
 /// Fraction of 90 % intervals that contain the truth; none without estimates.
@@ -206,31 +192,23 @@ mod tests {
                 EstimateError { steps: 3.0 * raw * f64::from(rng.normal()), raw }
             })
             .collect();
-        let scale = fit_errors(&errors).unwrap();
-        assert!((scale.factor - 3.0).abs() < 0.1 && scale.floor <= 0.3, "{scale:?}");
-        assert!((coverage(&errors, &scale).unwrap() - 0.9).abs() < 0.01);
+        let scale = fit_errors(&errors, 0.0).unwrap();
+        assert!((scale.factor - 3.0).abs() < 0.1, "{scale:?}");
+        assert!((coverage(&errors, &scale).unwrap() - 0.9).abs() < 1e-3);
+        assert!(fit_errors(&errors[..5], 0.0).is_none());
     }
 
     #[test]
-    fn an_irreducible_error_is_a_floor() {
+    fn a_factor_beside_a_floor_covers_as_many() {
         let mut rng = CounterRng::new(5, "numbers", 0);
         let errors: Vec<EstimateError> = (0..20_000)
-            .map(|i| EstimateError {
-                steps: 0.5 * f64::from(rng.normal()),
-                raw: 0.001 * f64::from(i % 9),
+            .map(|i| {
+                let raw = 0.01 + 0.1 * f64::from(i % 9);
+                EstimateError { steps: (2.0 * raw).hypot(0.5) * f64::from(rng.normal()), raw }
             })
             .collect();
-        let scale = fit_errors(&errors).unwrap();
-        assert!((scale.floor - 0.5).abs() < 1e-9, "{scale:?}");
-        assert!(fit_errors(&errors[..5]).is_none());
-    }
-
-    #[test]
-    fn the_interval_score_is_width_and_twenty_times_what_is_outside() {
-        let scale = ErrorScale { factor: 1.0, floor: 0.0 };
-        let inside = EstimateError { steps: 1.0, raw: 1.0 };
-        assert!((interval_score(&[inside], &scale) - 3.29).abs() < 1e-12);
-        let outside = EstimateError { steps: -2.0, raw: 1.0 };
-        assert!((interval_score(&[outside], &scale) - (3.29 + 20.0 * 0.355)).abs() < 1e-12);
+        let scale = fit_errors(&errors, 0.5).unwrap();
+        assert!((scale.floor - 0.5).abs() < 1e-12 && scale.factor < 2.5, "{scale:?}");
+        assert!((coverage(&errors, &scale).unwrap() - 0.9).abs() < 1e-3);
     }
 }
