@@ -23,7 +23,7 @@ const PAGE: &str = "benches/mutants.md";
 const REASONS: &str = include_str!("mutants/reasons.txt");
 /// Results, by crate and run.
 const RUNS: &str = "target/mutants";
-const COMMAND: &str = "mutants --in-place --no-times --sharding=round-robin --package";
+const COMMAND: &str = "mutants --in-place --no-times --package";
 
 /// Tries mutants of a crate, with `k/n` every `n`-th one from the `k`-th on, with `again` those that
 /// were not killed; then, and without a crate, writes the page.
@@ -46,7 +46,7 @@ pub(crate) fn run(args: &[String], say: fn(&str)) -> Result<()> {
                 command.args(["--re", &format!("^{}$", regex::escape(&mutant))]);
             }
         } else {
-            command.arg(format!("--shard={part}"));
+            command.args(["--sharding=round-robin", "--shard", part]);
         }
         // 2 and 3: mutants that survived or took too long.
         match command.status().context("cargo-mutants: `cargo install cargo-mutants`")?.code() {

@@ -328,6 +328,67 @@ mod tests {
     }
 
     #[test]
+    fn the_sixteen_differ_the_simplest_first_and_inverses_undo_them() {
+        let (all, reference) = (Symmetry::all(), reference());
+        assert!(all[0] == Symmetry::default() && all.is_sorted_by_key(|each| each.changes()));
+        for (i, symmetry) in all.into_iter().enumerate() {
+            assert!(!all[..i].contains(&symmetry), "{symmetry}");
+            assert_eq!(symmetry.inverse().apply(&symmetry.apply(&reference)), reference);
+        }
+    }
+
+    #[test]
+    fn products_are_of_their_slice_and_tile() {
+        // Tiles of 10 by 8 pixels, an event in the middle of one.
+        let size = SensorSize { width: 40, height: 32 };
+        let spot = |slice: i64, x, y| {
+            let event = Event { t: Micros(20_000 * slice + 3), x, y, polarity: Polarity::On };
+            Images::from_events(&EventStream::from_events(size, [event]).unwrap(), 3)
+        };
+        let mirrored = Symmetry { mirrors_columns: true, ..Symmetry::default() };
+        for (slice, tile) in (1..3_i64).flat_map(|slice| (0..16_u16).map(move |tile| (slice, tile)))
+        {
+            let (x, y) = (10 * (tile % 4) + 5, 8 * (tile / 4) + 4);
+            let images = spot(slice, x, y);
+            assert_eq!((images.power(), images.rate()[slice as usize]), (9.0, 9.0));
+            let mut wanted = vec![0.0; 3 * 16];
+            wanted[16 * slice as usize + usize::from(tile)] = 9.0;
+            assert_eq!(images.products(&images, Symmetry::default(), 0), wanted);
+            assert_eq!(images.products(&spot(slice - 1, x, y), Symmetry::default(), 1), wanted);
+            assert_eq!(spot(slice, 39 - x, y).products(&images, mirrored, 0), wanted);
+        }
+    }
+
+    #[test]
+    fn correlations_are_pearsons() {
+        // Deviations -1.5, -0.5, 0.5, 1.5 and -0.5, -1.5, 1.5, 0.5: 3 of 5.
+        let (a, b) = ([1.0, 2.0, 3.0, 4.0], [12.0, 11.0, 14.0, 13.0]);
+        assert!((correlation(&a, &b) - 0.6).abs() < 1e-12);
+        let scaled = b.map(|value| 5.0 - 7.0 * value);
+        assert!((correlation(&scaled, &a) + 0.6).abs() < 1e-12);
+        assert_eq!(correlation(&a, &[3.0; 4]), 0.0);
+        assert_eq!(
+            (standard_errors(&[3.0, 4.0, -2.0]), standard_errors(&[])),
+            (5.0 / 29f64.sqrt(), 0.0)
+        );
+    }
+
+    #[test]
+    fn smoothing_sums_three_by_three_pixels() {
+        let (width, height) = (5, 4);
+        for lit in 0..width * height {
+            let mut image = vec![0.0; width * height];
+            image[lit] = 2.0;
+            smooth(&mut image, width);
+            for (pixel, value) in image.into_iter().enumerate() {
+                let is_near = (pixel % width).abs_diff(lit % width) <= 1
+                    && (pixel / width).abs_diff(lit / width) <= 1;
+                assert_eq!(value, if is_near { 2.0 } else { 0.0 }, "{pixel} of {lit}");
+            }
+        }
+    }
+
+    #[test]
     fn too_few_events_decide_nothing() {
         let few = EventStream::from_events(SIZE, reference().iter().take(199)).unwrap();
         assert_eq!(find(&few, &reference()), None);

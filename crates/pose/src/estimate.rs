@@ -84,3 +84,23 @@ impl JointFrame {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bodies_have_a_score_and_hands_none() {
+        let (joints_px, scores) = ([None; BODY_JOINTS], [0.5; BODY_JOINTS]);
+        let body = PoseEstimate::Body { joints_px, scores, score: 0.25 };
+        assert_eq!(body.score(), Some(0.25));
+        let hand = PoseEstimate::Hand {
+            params: HandParams::default(),
+            points: Box::new(HandPoints { world_m: [Vec3::ZERO; 21], image_px: [None; 21] }),
+            camera_m: Box::new([Vec3::ZERO; 21]),
+        };
+        assert_eq!(hand.score(), None);
+        assert_eq!(PoseOrigin::ALL.map(PoseOrigin::name), ["network", "propagated"]);
+        assert_eq!(JointFrame::ALL.map(JointFrame::name), ["camera", "world"]);
+    }
+}

@@ -68,6 +68,42 @@ mod tests {
         FineMap { values: (0..300).map(value).collect(), rows: 15, columns: 20 }
     }
 
+    /// A value at one pixel of a map of zeros, and another at an offset from it.
+    fn pair(value: f32, offset: (isize, isize)) -> FineMap {
+        let mut values = vec![0.0; 300];
+        values[7 * 20 + 9] = 1.0;
+        values[(7 + offset.1) as usize * 20 + (9 + offset.0) as usize] = value;
+        FineMap { values, rows: 15, columns: 20 }
+    }
+
+    #[test]
+    fn a_maximum_is_above_its_eight_neighbours_and_those_behind_may_be_equal() {
+        for (dx, dy) in (-2_isize..=2).flat_map(|dy| (-2_isize..=2).map(move |dx| (dx, dy))) {
+            let is_neighbour = (dx, dy) != (0, 0) && dx.abs().max(dy.abs()) == 1;
+            let is_behind = (dy, dx) > (0, 0);
+            for (value, is_peak) in
+                [(0.9, true), (1.0, !is_neighbour || is_behind), (1.1, !is_neighbour)]
+            {
+                if (dx, dy) != (0, 0) {
+                    assert_eq!(is_maximum(&pair(value, (dx, dy)), 9, 7), is_peak, "{dx} {dy}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_peak_is_refined_over_three_pixels_to_all_sides() {
+        for (dx, dy) in (-5_isize..=5).flat_map(|dy| (-5_isize..=5).map(move |dx| (dx, dy))) {
+            let is_near = dx.abs().max(dy.abs()) <= 3 && (dx, dy) != (0, 0);
+            let by = if is_near { Vec2::new(dx as f32, dy as f32) / 4.0 } else { Vec2::ZERO };
+            let mut map = pair(1.0 / 3.0, (dx, dy));
+            map.values[7 * 20 + 9] = 1.0;
+            assert!(refined(&map, 9, 7).distance(Vec2::new(9.0, 7.0) + by) < 1e-5, "{dx} {dy}");
+            let negative = pair(-1.0, (dx.max(1), dy));
+            assert_eq!(refined(&negative, 9, 7), Vec2::new(9.0, 7.0));
+        }
+    }
+
     #[test]
     fn a_hill_has_one_peak_also_between_two_pixels() {
         for at in [Vec2::new(9.0, 7.0), Vec2::new(9.5, 7.0), Vec2::new(9.5, 7.5)] {

@@ -252,15 +252,23 @@ mod tests {
 
     #[test]
     fn sequences_add_up() {
-        let (predicted, truth) = instant(Some(100.0));
-        let (other, _) = instant(Some(50.0));
-        let (mut once, mut again) = (BodyErrors::default(), BodyErrors::default());
-        once.push(&predicted, &truth);
-        again.push(&other, &truth);
-        let mut both = once.clone();
-        both.push(&other, &truth);
-        once.merge(&again);
-        assert_eq!(once, both);
-        assert_eq!(once.pooled(|joint| joint.distance_px).count, 26);
+        let (mut predicted, mut truth) = instant(Some(100.0));
+        (predicted.joints[0], truth.joints[1]) = (None, None);
+        // One joint is missing, one found where there is none; then a body of unknown size.
+        let instants = [(predicted, truth), instant(None)];
+        let of = |times: usize| {
+            let mut errors = BodyErrors::default();
+            for (predicted, truth) in instants.repeat(times) {
+                errors.push(&predicted, &truth);
+            }
+            errors
+        };
+        let mut merged = of(1);
+        merged.merge(&of(2));
+        assert_eq!(merged, of(3));
+        let counts = |of: fn(&JointErrors) -> u64| merged.joints.iter().map(of).sum::<u64>();
+        assert_eq!((counts(|j| j.missing), counts(|j| j.spurious)), (3, 3));
+        assert_eq!((counts(|j| j.unlabelled), counts(|j| j.unmeasured)), (3, 39));
+        assert_eq!(merged.pooled(|joint| joint.distance_px).count, 3 * (11 + 13));
     }
 }
