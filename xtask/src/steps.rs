@@ -147,7 +147,9 @@ mod tests {
         let mut features: Vec<(&str, &str)> =
             features.lines().filter_map(|line| line.split_once(" = ")).collect();
         let (_, on) = features.remove(0);
-        let is_off = |name: &&str| !on.contains(&format!("\"{name}\"")) && *name != "cuda";
+        // Ways of one maker's GPUs, which `cargo xtask gpu` builds.
+        let gpu = ["cuda", "cuda-cpp", "vulkan", "autotune"];
+        let is_off = |name: &&str| !on.contains(&format!("\"{name}\"")) && !gpu.contains(name);
         features.into_iter().map(|(name, _)| name).filter(is_off).map(str::to_owned).collect()
     }
 
