@@ -176,7 +176,7 @@ mod tests {
         assert_eq!(both, Totals { sum: 9.0, count: 5 });
     }
 
-    /// The statistic is the mean of two numbers: of four equally likely draws, one is 0 and one 1.
+    /// The statistic is the mean of two values: of four equally likely draws, one is 0 and one 1.
     #[test]
     fn the_ends_are_percentiles_of_the_draws_of_whole_sequences() {
         let draws = std::cell::RefCell::new(Vec::new());

@@ -13,7 +13,7 @@ fn recording(sensor: SensorSize, events: &[(i64, u16, u16, bool)]) -> EventStrea
 
 /// Asserts that a distance is none between recordings of one event each where `class` says that
 /// they are of one kind, and the largest relative difference, 2, where they are not.
-fn tells_apart<T: Copy + std::fmt::Debug, K: PartialEq>(
+fn distinguishes<T: Copy + std::fmt::Debug, K: PartialEq>(
     all: &[T],
     distance: impl Fn(&EventStream, &EventStream) -> f64,
     one_event: impl Fn(T) -> EventStream,
@@ -35,10 +35,10 @@ fn every_pixel_polarity_and_block_is_one_of_its_own() {
         (0..sensor.height).flat_map(|y| (0..sensor.width).map(move |x| (x, y))).collect();
     for on in [true, false] {
         let one_event = |(x, y)| recording(sensor, &[(5, x, y, on)]);
-        tells_apart(&pixels, |a, b| counts::per_pixel(a, b, on), one_event, |pixel| pixel);
-        tells_apart(&pixels, |a, b| counts::per_pixel(a, b, !on), one_event, |_| ());
-        tells_apart(&pixels, |a, b| counts::total(a, b, on), one_event, |_| ());
-        tells_apart(&pixels, image_blocks::distance, one_event, |(x, y)| (x / 8, y / 8));
+        distinguishes(&pixels, |a, b| counts::per_pixel(a, b, on), one_event, |pixel| pixel);
+        distinguishes(&pixels, |a, b| counts::per_pixel(a, b, !on), one_event, |_| ());
+        distinguishes(&pixels, |a, b| counts::total(a, b, on), one_event, |_| ());
+        distinguishes(&pixels, image_blocks::distance, one_event, |(x, y)| (x / 8, y / 8));
     }
     // A pixel has no interval to the event of another one, wherever the two are.
     let gap = recording(sensor, &[(0, 0, 0, true), (50, 0, 0, true)]);
@@ -52,7 +52,7 @@ fn every_pixel_polarity_and_block_is_one_of_its_own() {
 fn steps_of_the_rate_are_five_milliseconds_long_before_and_after_zero() {
     let times = [-10_001, -10_000, -5_001, -5_000, -1, 0, 1, 4_999, 5_000, 9_999, 10_000, 31_000];
     let one_event = |t| recording(SIZE, &[(t, 3, 3, true)]);
-    tells_apart(&times, rate::distance, one_event, |t| t.div_euclid(5_000));
+    distinguishes(&times, rate::distance, one_event, |t| t.div_euclid(5_000));
 }
 
 #[test]
@@ -66,7 +66,7 @@ fn planes_are_those_of_the_time_of_an_event_and_classes_hold_as_many_pixels_each
     let times: Vec<i64> = (-1..20).flat_map(|k| [10_000 * k + 1, 10_000 * k + 9_999]).collect();
     let one_event = |t| recording(sensor, &[(t, 60, 0, true)]);
     let plane = |t: i64| t.div_euclid(10_000).clamp(0, 15);
-    tells_apart(&times, |a, b| classes.distance(a, b), one_event, |t| plane(t) / 2);
+    distinguishes(&times, |a, b| classes.distance(a, b), one_event, |t| plane(t) / 2);
 
     // Row `y` is `y`: one of the sample each.
     let sensor = SensorSize { width: 61, height: 8 };
@@ -75,14 +75,14 @@ fn planes_are_those_of_the_time_of_an_event_and_classes_hold_as_many_pixels_each
     let classes = brightness::Classes::new(Frames { planes: &planes, fps: 1.0 }, sensor).unwrap();
     let pixels: Vec<(u16, u16)> = (0..8).flat_map(|y| [(0, y), (y, y), (60, y)]).collect();
     let one_event = |(x, y)| recording(sensor, &[(0, x, y, true)]);
-    tells_apart(&pixels, |a, b| classes.distance(a, b), one_event, |(_, y)| y);
+    distinguishes(&pixels, |a, b| classes.distance(a, b), one_event, |(_, y)| y);
 
     let none = brightness::Classes::new(Frames { planes: &[], fps: 1.0 }, sensor).unwrap();
     assert_eq!(none.distance(&one_event((0, 0)), &one_event((0, 7))), 0.0);
 }
 
 #[test]
-fn intervals_are_told_apart_by_fifths_of_a_decade() {
+fn intervals_are_distinguished_by_fifths_of_a_decade() {
     // Powers of 10^0.2: 1, 1.58, 2.51, 3.98, 6.31.
     let fifths = [[10, 15], [16, 25], [26, 39], [40, 63], [64, 99]];
     let decades = [1, 10, 100, 1_000, 10_000, 100_000];
