@@ -276,6 +276,16 @@ mod tests {
     }
 
     #[test]
+    fn eight_columns_of_one_parity_are_remarked_on_and_seven_are_not() {
+        for (count, offset) in [(7, 0), (8, 0), (7, 1), (8, 1)] {
+            let mut counts = vec![0; 17];
+            (0..count).for_each(|k| counts[2 * k + offset] = 1);
+            let wanted = (count == 8).then_some(["even", "odd"][offset]);
+            assert_eq!(parity(&counts), wanted, "{count} from {offset}");
+        }
+    }
+
+    #[test]
     fn an_empty_recording_has_no_share_of_on_events_and_no_remarks() {
         let found = Checkup::new(SENSOR).findings();
         let none = (None, None, None, None);

@@ -3,7 +3,10 @@
 use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 use proptest::prelude::*;
 
-use crate::{CLEANERS, CleanError, CleanReport, CleanRequest, CleanerChain, Mask, Rectangle};
+use crate::{
+    Background, BackgroundOptions, CLEANERS, CleanError, CleanReport, CleanRequest, Cleaner,
+    CleanerChain, Deflicker, DeflickerOptions, Mask, Rectangle, Rule,
+};
 
 /// Events in time order, many of them at equal times and places.
 pub(crate) fn events(sensor: SensorSize, max_us: i64) -> impl Strategy<Value = Vec<Event>> {
@@ -112,6 +115,53 @@ fn busy() -> EventStream {
         Event { t, x, y, polarity: Polarity::from_on(on) }
     };
     EventStream::from_events(SENSOR, (0..600).map(event)).unwrap()
+}
+
+#[test]
+fn requests_build_what_their_words_say() {
+    let background = BackgroundOptions::default();
+    let deflicker = DeflickerOptions::default();
+    let built: [(&str, Box<dyn Cleaner>); 7] = [
+        ("background", Box::new(Background::new(SENSOR, background))),
+        (
+            "background:neighbours=3,own=yes",
+            Box::new(Background::new(
+                SENSOR,
+                BackgroundOptions { neighbours: 3, own_pixel: true, ..background },
+            )),
+        ),
+        (
+            "background:tau_ms=2,polarity=same",
+            Box::new(Background::new(
+                SENSOR,
+                BackgroundOptions { tau: Micros(2_000), same_polarity: true, ..background },
+            )),
+        ),
+        ("background:preset=dhp19", Box::new(Background::new(SENSOR, BackgroundOptions::DHP19))),
+        ("deflicker", Box::new(Deflicker::new(SENSOR, deflicker))),
+        (
+            "deflicker:window_ms=7,rule=and",
+            Box::new(Deflicker::new(
+                SENSOR,
+                DeflickerOptions { bins: 7, rule: Rule::And, ..deflicker },
+            )),
+        ),
+        (
+            "deflicker:polarity=off",
+            Box::new(Deflicker::new(
+                SENSOR,
+                DeflickerOptions { counted: Polarity::Off, ..deflicker },
+            )),
+        ),
+    ];
+    for (request, mut cleaner) in built {
+        let mut events = busy();
+        cleaner.clean(&mut events);
+        let mut last = EventStream::empty(SENSOR);
+        cleaner.finish(&mut last);
+        let wanted: Vec<Event> = events.iter().chain(last.iter()).collect();
+        assert_eq!(cleaned(&[request.to_owned()], &[busy()]).0, wanted, "{request}");
+    }
 }
 
 #[test]

@@ -330,7 +330,11 @@ mod tests {
     #[test]
     fn the_sixteen_differ_the_simplest_first_and_inverses_undo_them() {
         let (all, reference) = (Symmetry::all(), reference());
-        assert!(all[0] == Symmetry::default() && all.is_sorted_by_key(|each| each.changes()));
+        let simple = |symmetry: &Symmetry| {
+            let words = format!("{symmetry}");
+            if words == "as it is" { 0 } else { words.split(", ").count() }
+        };
+        assert!(all[0] == Symmetry::default() && all.is_sorted_by_key(simple));
         for (i, symmetry) in all.into_iter().enumerate() {
             assert!(!all[..i].contains(&symmetry), "{symmetry}");
             assert_eq!(symmetry.inverse().apply(&symmetry.apply(&reference)), reference);

@@ -176,6 +176,11 @@ mod tests {
         let [x, y, z] = camera.opencv_rows();
         assert_eq!(PlacedCamera::from_opencv(camera.lens, [y, x, z]), None, "it mirrors");
         assert_eq!(PlacedCamera::from_opencv(camera.lens, [x, y, y]), None, "it is flat");
+        for column in 0..4 {
+            let mut rows = [x, y, z];
+            rows[1][column] = f64::NAN;
+            assert_eq!(PlacedCamera::from_opencv(camera.lens, rows), None, "not finite");
+        }
     }
 
     /// A skew of five pixels and a scale of the matrix, which says nothing.

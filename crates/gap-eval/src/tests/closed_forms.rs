@@ -41,10 +41,11 @@ fn every_pixel_polarity_and_block_is_one_of_its_own() {
         distinguishes(&pixels, image_blocks::distance, one_event, |(x, y)| (x / 8, y / 8));
     }
     // A pixel has no interval to the event of another one, wherever the two are.
-    let gap = recording(sensor, &[(0, 0, 0, true), (50, 0, 0, true)]);
-    for (x, y) in pixels.into_iter().skip(1) {
-        let apart = recording(sensor, &[(0, 0, 0, true), (50, x, y, true)]);
-        assert_eq!(intervals::distance(&gap, &apart), 1.0, "({x}, {y})");
+    let gap = recording(sensor, &[(0, 6, 4, true), (50, 6, 4, true)]);
+    for (x, y) in pixels {
+        let other = recording(sensor, &[(0, 6, 4, true), (50, x, y, true)]);
+        let wanted = if (x, y) == (6, 4) { 0.0 } else { 1.0 };
+        assert_eq!(intervals::distance(&gap, &other), wanted, "({x}, {y})");
     }
 }
 
@@ -123,6 +124,9 @@ fn every_delay_up_to_sixty_milliseconds_is_found_and_none_beyond() {
         let wanted = (delay_us.abs() as f64 * 1e-3).min(60.0);
         assert!((rate::lag_ms(&early, &late) - wanted).abs() < 1e-9, "{delay_us}");
     }
+    // Of equal overlaps the shortest lag counts: here all are zero.
+    let once = recording(SIZE, &[(70, 0, 0, true)]);
+    assert_eq!(rate::lag_ms(&once, &once), 0.0);
 }
 
 #[test]
