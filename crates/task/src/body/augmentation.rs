@@ -23,6 +23,8 @@ const ROUNDING: f32 = 1e-5;
 /// 3. If too many joints leave the image by that, neither 1 nor 2 is done.
 /// 4. Some images change in contrast, then in brightness (`light`), some get noise (`noise`), and
 ///    in some a square of one grey hides a joint (`blank`).
+/// 5. Before 4, limbs of some persons vanish, as those at rest do from an EROS (`rest`), and some
+///    images get single bright pixels (`speckle`).
 ///
 /// Joints outside of the image become unlabelled, other persons there are forgotten, and a middle
 /// there is moved onto the border. 1 and 2 are one affine map, along which the network's input is
@@ -88,6 +90,14 @@ pub struct BodyAugmentation {
     pub blank_probability: f32,
     /// Half of the side of the square.
     pub blank: [f32; 2],
+    /// Probability that limbs vanish, legs most often; not published.
+    pub rest_probability: f32,
+    /// How far from a limb, relative to the longer side of the person's bounding box.
+    pub rest_width: [f32; 2],
+    /// Probability of single bright pixels; not published.
+    pub speckle_probability: f32,
+    /// Their share of all pixels.
+    pub speckle: [f32; 2],
 }
 
 impl Default for BodyAugmentation {
@@ -118,6 +128,10 @@ impl Default for BodyAugmentation {
             noise_grey: 5.0,
             blank_probability: 0.3,
             blank: [3.0 / PUBLISHED_SIDE, 6.0 / PUBLISHED_SIDE],
+            rest_probability: 0.0,
+            rest_width: [0.05, 0.11],
+            speckle_probability: 0.0,
+            speckle: [0.01, 0.15],
         }
     }
 }
@@ -136,6 +150,8 @@ impl BodyAugmentation {
             light_probability: 0.0,
             noise_probability: 0.0,
             blank_probability: 0.0,
+            rest_probability: 0.0,
+            speckle_probability: 0.0,
             ..Self::default()
         }
     }
@@ -168,6 +184,8 @@ impl BodyAugmentation {
             ("augmentation.light_probability", self.light_probability),
             ("augmentation.noise_probability", self.noise_probability),
             ("augmentation.blank_probability", self.blank_probability),
+            ("augmentation.rest_probability", self.rest_probability),
+            ("augmentation.speckle_probability", self.speckle_probability),
         ];
         for (field, probability) in steps.into_iter().chain(others) {
             if !(0.0..=1.0).contains(&probability) {
@@ -191,6 +209,8 @@ impl BodyAugmentation {
             ("augmentation.contrast", self.contrast, [0.0, 16.0]),
             ("augmentation.brightness", self.brightness, [-1.0, 1.0]),
             ("augmentation.blank", self.blank, [0.0, 1.0]),
+            ("augmentation.rest_width", self.rest_width, [0.0, 1.0]),
+            ("augmentation.speckle", self.speckle, [0.0, 1.0]),
             ("augmentation.noise_grey", [self.noise_grey; 2], [0.0, 255.0]),
         ];
         for (field, [low, high], [least, most]) in ranges {

@@ -53,7 +53,7 @@ pub(super) fn draw_person_crop(
 }
 
 /// The corners of the labelled joints' bounding box.
-fn bounding_box(label: &BodyLabel) -> Option<(Vec2, Vec2)> {
+pub(super) fn bounding_box(label: &BodyLabel) -> Option<(Vec2, Vec2)> {
     let labelled = label.keypoints.iter().filter(|keypoint| keypoint.is_labelled());
     labelled
         .map(|keypoint| (keypoint.position, keypoint.position))

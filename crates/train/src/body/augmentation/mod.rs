@@ -5,6 +5,7 @@
 mod geometry;
 mod label;
 mod light;
+mod rest;
 mod view;
 
 pub use view::BodyView;

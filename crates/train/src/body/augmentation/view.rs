@@ -7,8 +7,12 @@ use glam::DAffine2;
 use super::geometry;
 use super::label::{is_inside, moved, unlabelled};
 use super::light::{Square, add_noise, blank, relight};
+use super::rest::{Rest, add_speckle, draw_rest};
 use evpose_task::body::BodyAugmentation;
 use evpose_task::body::{Interpolation, sample};
+
+/// The brightest event of noise is at least as bright, of 255.
+const DIMMEST_SPECKLE: f32 = 40.0;
 
 /// An augmentation of one image and its label: drawn at random by [`BodyAugmentation`], or
 /// [`plain`](Self::plain).
@@ -20,6 +24,8 @@ pub struct BodyView {
     light: Option<[f32; 2]>,
     noise: Option<(CounterRng, f32)>,
     blank: Option<Square>,
+    rest: Option<Rest>,
+    speckle: Option<(CounterRng, [f32; 2])>,
 }
 
 /// Draws the view of sample `sample`: a pure function of its index, of `seed` and of its label.
@@ -60,6 +66,15 @@ pub(in crate::body) fn draw(
     if greys.chance(augmentation.blank_probability) {
         view.blank = draw_square(augmentation, &mut greys, &view.label);
     }
+    let rests = CounterRng::new(seed, "body augmentation rest", sample);
+    view.rest = draw_rest(augmentation, rests, &view.label);
+    let mut speckles = CounterRng::new(seed, "body augmentation speckle", sample);
+    if speckles.chance(augmentation.speckle_probability) {
+        let [low, high] = augmentation.speckle;
+        let share_and_grey =
+            [speckles.uniform(low, high), speckles.uniform(DIMMEST_SPECKLE, 255.0)];
+        view.speckle = Some((speckles, share_and_grey));
+    }
     view
 }
 
@@ -87,6 +102,8 @@ impl BodyView {
             light: None,
             noise: None,
             blank: None,
+            rest: None,
+            speckle: None,
         }
     }
 
@@ -107,6 +124,12 @@ impl BodyView {
     /// If `out` is of another size.
     pub fn render(&self, image: &Plane<u8>, side: usize, out: &mut [f32]) {
         sample(image, self.view_from_image.inverse(), self.interpolation, [side; 2], out);
+        if let Some(rest) = &self.rest {
+            rest.erase(out, side);
+        }
+        if let Some((rng, [share, most])) = &self.speckle {
+            add_speckle(out, &mut rng.clone(), *share, *most);
+        }
         if let Some([contrast, brightness]) = self.light {
             relight(out, contrast, brightness);
         }
