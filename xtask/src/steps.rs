@@ -16,6 +16,21 @@ const fn step(why: &'static str, cargo: &'static str) -> Step {
     Step { why, cargo, env: &[], need: None }
 }
 
+/// A call for the crates that have optional features, with all of these on: steps of one selection
+/// share what they build.
+macro_rules! with_features {
+    ($command:literal, $rest:literal) => {
+        concat!(
+            $command,
+            " --package=evpose --package=evpose-bench --package=evpose-body",
+            " --package=evpose-compare --package=evpose-external --package=evpose-live",
+            " --package=evpose-nn --package=evpose-rerun",
+            " --features=onnx,rerun,peers,ndarray,wgpu,live,gltf ",
+            $rest
+        )
+    };
+}
+
 impl Step {
     const fn with_env(self, env: &'static [(&'static str, &'static str)]) -> Self {
         Self { env, ..self }
@@ -45,10 +60,7 @@ pub(crate) const CI: &[Step] = &[
     // Compiled, not built: their tests are slow.
     step(
         "lints of what optional features add",
-        "clippy --package=evpose --package=evpose-bench --package=evpose-body \
-         --package=evpose-compare --package=evpose-external --package=evpose-live \
-         --package=evpose-nn --package=evpose-rerun --all-targets --quiet \
-         --features=onnx,rerun,peers,ndarray,wgpu,live,gltf -- -D warnings",
+        with_features!("clippy", "--all-targets --quiet -- -D warnings"),
     ),
     step("documentation complete, its links alive", "doc --workspace --no-deps --quiet")
         .with_env(&[("RUSTDOCFLAGS", "-D warnings")]),
@@ -81,30 +93,24 @@ pub(crate) const SLOW: &[Step] = &[
         "package --workspace --exclude=xtask --exclude=evpose-plugin --no-verify --offline \
          --allow-dirty --quiet",
     ),
-    step(
-        "an engine beside a busy thread",
-        "test --package=evpose-infer --test=threads -- --ignored",
-    ),
+    step("an engine beside a busy thread", "test --workspace --test=threads -- --ignored"),
     // On wgpu what there is: a GPU, or Mesa's software.
     step(
         "optional features: the program with all of them, and the tests of their crates",
-        "test --package=evpose --package=evpose-bench --package=evpose-body \
-         --package=evpose-compare --package=evpose-external --package=evpose-live \
-         --package=evpose-nn --package=evpose-rerun \
-         --features=onnx,rerun,peers,ndarray,wgpu,live,gltf --no-fail-fast",
+        with_features!("test", "--no-fail-fast"),
     ),
     step(
         "convolutions on wgpu's adapter agree with the CPU's",
-        "test --package=evpose-nn --features=wgpu --lib convolutions_of_every_shape -- --ignored",
+        with_features!("test", "--lib convolutions_of_every_shape -- --ignored"),
     ),
     step(
         "networks have the same outputs in ONNX Runtime",
-        "test --package=evpose-bench --features=peers --lib onnx_runtime -- --ignored",
+        with_features!("test", "--lib onnx_runtime -- --ignored"),
     )
     .with_need(Need::Variable("ORT_DYLIB_PATH")),
     step(
         "networks have the same outputs in OpenVINO",
-        "test --package=evpose-bench --features=peers --lib openvino -- --ignored",
+        with_features!("test", "--lib openvino -- --ignored"),
     )
     .with_need(Need::Variable("OPENVINO_DYLIB_PATH")),
     // What runs is compiled for every level of instructions.
