@@ -2,16 +2,16 @@
 
 use evpose_app::shipped::EmbeddedNetwork;
 
+macro_rules! network {
+    ($name:literal) => {
+        EmbeddedNetwork {
+            name: $name,
+            bytes: include_bytes!(concat!("../../checkpoints/", $name, ".bpk")),
+            card: include_str!(concat!("../../checkpoints/", $name, ".md")),
+        }
+    };
+}
+
 /// All of them, by the names that `--checkpoint` takes.
-pub(crate) static NETWORKS: &[EmbeddedNetwork] = &[
-    EmbeddedNetwork { name: "hand", bytes: include_bytes!("../../checkpoints/hand.bpk") },
-    EmbeddedNetwork { name: "body", bytes: include_bytes!("../../checkpoints/body.bpk") },
-    EmbeddedNetwork {
-        name: "hand-quick",
-        bytes: include_bytes!("../../checkpoints/hand-quick.bpk"),
-    },
-    EmbeddedNetwork {
-        name: "body-quick",
-        bytes: include_bytes!("../../checkpoints/body-quick.bpk"),
-    },
-];
+pub(crate) static NETWORKS: &[EmbeddedNetwork] =
+    &[network!("hand"), network!("body"), network!("hand-quick"), network!("body-quick")];

@@ -38,6 +38,10 @@ fn an_installed_program_has_its_networks() {
         assert!(output.status.success(), "{name}: {}", stderr(&output));
         let unpacked = format!("data/{}/checkpoints/{name}.bpk", env!("CARGO_PKG_VERSION"));
         assert!(bytes(&sandbox.path(&unpacked)) == bytes(&shipped(&format!("{name}.bpk"))));
+        let info = String::from_utf8(run(&["info", name]).stdout).expect("text");
+        let (_, card) = info.split_once(&format!("# `{name}`\n")).expect("a card");
+        assert!(["**Terms**", "AUC", "**Limits**"].iter().all(|part| card.contains(part)));
+        assert!(!card.contains("<!--"), "{card}");
     }
     let output = run(&["export", "--checkpoint", "foot", "--onnx", "network.onnx"]);
     assert!(!output.status.success());

@@ -20,6 +20,9 @@ pub struct EmbeddedNetwork {
     pub name: &'static str,
     /// The file.
     pub bytes: &'static [u8],
+    /// What it is, what it was trained on, what it may be used for and how well it does, in
+    /// Markdown.
+    pub card: &'static str,
 }
 
 static EMBEDDED: OnceLock<&'static [EmbeddedNetwork]> = OnceLock::new();
@@ -28,6 +31,15 @@ static EMBEDDED: OnceLock<&'static [EmbeddedNetwork]> = OnceLock::new();
 pub fn embed(networks: &'static [EmbeddedNetwork]) {
     // A second call is of the same program, with the same networks.
     let _ = EMBEDDED.set(networks);
+}
+
+/// The card of the shipped network whose file has these bytes, as plain text: without comments and
+/// notes on sources, which are for the page.
+pub fn card_of(bytes: &[u8]) -> Option<String> {
+    let embedded = EMBEDDED.get().copied().unwrap_or_default();
+    let network = embedded.iter().find(|network| network.bytes == bytes)?;
+    let is_text = |line: &&str| !line.starts_with("<!--") && !line.starts_with("<sub>");
+    Some(network.card.lines().filter(is_text).collect::<Vec<_>>().join("\n"))
 }
 
 /// The file of a checkpoint. Everything but a plain name is a path. `hand` and the like are files

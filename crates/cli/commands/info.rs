@@ -6,16 +6,17 @@ use evpose_body::files::ModelFile;
 use super::opening::FileOpeningArgs;
 use super::{checkpoint_info, data_set, devices};
 use evpose_app::progress::say;
+use evpose_app::shipped::{card_of, checkpoint_path};
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "Examples:\n  evpose info data/train/0000.evc\n  evpose info MANO_RIGHT.pkl\n  \
-    evpose info checkpoints/body-quick.bpk\n  \
+    evpose info body\n  \
     evpose info --verify data/train\n  evpose info --devices"
 )]
 pub(crate) struct InfoArgs {
-    /// Recordings of any format, checkpoints (.bpk), hand and body models (.pkl, .npz), all recognised by
+    /// Recordings of any format, checkpoints (.bpk) or names of shipped ones, hand and body models (.pkl, .npz), all recognised by
     /// content; directories of sequences
     #[arg(required_unless_present = "devices")]
     pub(crate) files: Vec<PathBuf>,
@@ -33,7 +34,8 @@ pub(crate) fn run(args: &InfoArgs) -> Result<()> {
     if args.devices {
         say(devices::describe());
     }
-    for (i, file) in args.files.iter().enumerate() {
+    for (i, given) in args.files.iter().enumerate() {
+        let file = &checkpoint_path(given)?;
         if i > 0 {
             say("");
         }
@@ -46,6 +48,9 @@ pub(crate) fn run(args: &InfoArgs) -> Result<()> {
             bail!("{}: --verify is for directories of sequences", file.display());
         } else if checkpoint_info::is_likely(file) {
             say(checkpoint_info::describe(file)?);
+            if let Some(card) = card_of(&std::fs::read(file)?) {
+                say(format!("\n{card}"));
+            }
         } else if ModelFile::is_likely(file) {
             let model = ModelFile::read(file)?;
             say(format!("{}\n{model}", file.display()));

@@ -65,12 +65,13 @@ pub(crate) fn run(args: &[String], say: fn(&str)) -> Result<()> {
     Ok(())
 }
 
-/// README.md, the guides and the page of the shipped networks.
+/// README.md, the guides and the pages of the shipped networks.
 fn pages() -> Result<Vec<String>> {
     let is_page = |path: &String| {
         path.ends_with(".md")
             && (path.starts_with("docs/guide/")
-                || ["README.md", "checkpoints/README.md"].contains(&path.as_str()))
+                || path.starts_with("checkpoints/")
+                || path == "README.md")
     };
     Ok(files::tracked()?.into_iter().filter(is_page).collect())
 }
