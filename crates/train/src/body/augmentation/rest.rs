@@ -1,4 +1,4 @@
-//! What a camera that stands still forgets, and what it adds: limbs at rest, and single events.
+//! Limbs at rest, which an EROS forgets, and single events of noise, which it keeps.
 
 use evpose_core::CounterRng;
 use evpose_pose::body::BodyLabel;
