@@ -20,8 +20,7 @@ pub struct EmbeddedNetwork {
     pub name: &'static str,
     /// The file.
     pub bytes: &'static [u8],
-    /// What it is, what it was trained on, what it may be used for and how well it does, in
-    /// Markdown.
+    /// The model card in Markdown: data, terms, use, accuracy, limits.
     pub card: &'static str,
 }
 
