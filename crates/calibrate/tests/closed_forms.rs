@@ -162,7 +162,7 @@ fn hot_pixels_hide_behind_hotter_ones_until_those_are_left_out() {
     let found = at_rest(
         |x, y| match (x, y) {
             (3, 3) => [0, 200],
-            (9, 9) => [100_000, 0],
+            (9, 9) => [0, 100_000],
             _ => [20, 0],
         },
         1,

@@ -324,6 +324,10 @@ mod tests {
             assert_eq!(orientation.best, symmetry.inverse(), "{symmetry}");
             assert_eq!(orientation.is_clear, symmetry != Symmetry::default());
             assert!((orientation.score - 1.0).abs() < 1e-6, "{orientation:?}");
+            if symmetry == Symmetry::default() {
+                let as_it_is = orientation.as_it_is.unwrap();
+                assert!((as_it_is - 1.0).abs() < 1e-6, "{orientation:?}");
+            }
         }
     }
 
@@ -396,5 +400,7 @@ mod tests {
     fn too_few_events_decide_nothing() {
         let few = EventStream::from_events(SIZE, reference().iter().take(199)).unwrap();
         assert_eq!(find(&few, &reference()), None);
+        let enough = EventStream::from_events(SIZE, reference().iter().take(200)).unwrap();
+        assert!(find(&enough, &reference()).is_some());
     }
 }

@@ -249,6 +249,17 @@ mod tests {
     }
 
     #[test]
+    fn the_error_is_the_root_of_the_mean_square_over_cameras() {
+        let cameras = [camera(-45.0, &[]), camera(45.0, &[])];
+        let offsets = [Vec2::new(0.0, 3.0), Vec2::new(0.0, -3.0)];
+        let pairs = cameras.iter().zip(offsets);
+        let all: Vec<_> = pairs.map(|(camera, offset)| seen(camera, offset, 0.9)).collect();
+        let point = triangulate(&all, &TriangulationConfig::default()).unwrap();
+        // Rows that contradict each other by six pixels leave three to either camera.
+        assert!((point.error_px - 3.0).abs() < 0.05, "{point:?}");
+    }
+
+    #[test]
     fn one_of_three_cameras_that_contradicts_the_others_is_left_out() {
         let cameras = [camera(-45.0, &[]), camera(0.0, &[]), camera(45.0, &[])];
         let all = [Vec2::ZERO, Vec2::new(0.0, 60.0), Vec2::ZERO];

@@ -250,6 +250,14 @@ mod tests {
     }
 
     #[test]
+    fn variances_of_a_cutoff_have_it() {
+        for cutoff_hz in [0.5, 3.9, 60.0] {
+            let variances = NoiseVariances::with_cutoff(cutoff_hz, 0.02);
+            assert!((variances.cutoff_hz() / cutoff_hz - 1.0).abs() < 1e-9, "{variances:?}");
+        }
+    }
+
+    #[test]
     fn the_consistent_settings_are_round() {
         let variances = [
             NoiseSetting::Regular,

@@ -120,6 +120,22 @@ proptest! {
     }
 }
 
+/// More pixels than are drawn at once, by a number that is no multiple of these.
+#[test]
+fn sums_of_many_pixels_show_the_definition() {
+    let sensor = SensorSize { width: 31, height: 23 };
+    let mut draw = CounterRng::new(5, "voxel grid of many pixels", 0);
+    let events: Vec<Event> = (0..9000_i64)
+        .map(|t| Event {
+            t: Micros(t),
+            x: draw.below(31) as u16,
+            y: draw.below(23) as u16,
+            polarity: Polarity::from_on(draw.chance(0.5)),
+        })
+        .collect();
+    agrees(&events, sensor, (3, 8000), &[2700], 1e-6);
+}
+
 /// More events of one pixel than a sum holds, and times that are further apart.
 #[test]
 fn sums_that_would_overflow_are_not_used() {

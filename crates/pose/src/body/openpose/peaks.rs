@@ -105,6 +105,12 @@ mod tests {
     }
 
     #[test]
+    fn a_peak_at_the_border_is_refined_by_what_is_in_the_map() {
+        let map = FineMap { rows: 4, columns: 5, values: vec![1.0; 20] };
+        assert_eq!(refined(&map, 4, 3), Vec2::new(2.5, 1.5));
+    }
+
+    #[test]
     fn a_hill_has_one_peak_also_between_two_pixels() {
         for at in [Vec2::new(9.0, 7.0), Vec2::new(9.5, 7.0), Vec2::new(9.5, 7.5)] {
             let found = peaks(&hill(at), 0.05);
