@@ -37,7 +37,9 @@ pub(crate) fn run(args: &[String], say: fn(&str)) -> Result<()> {
             bail!("files are changed in place: commit yours first");
         }
         let part = part.first().map_or("0/1", String::as_str);
-        let folder = format!("{RUNS}/{name}/{}", part.replace('/', "-of-"));
+        // A folder for every run: the results of the others stay.
+        let run = fs::read_dir(Path::new(RUNS).join(name)).map_or(0, Iterator::count);
+        let folder = format!("{RUNS}/{name}/{run}-{}", part.replace('/', "-of-"));
         fs::create_dir_all(&folder)?;
         let mut command = cargo(&format!("{COMMAND} evpose-{name} --output {folder}"));
         if part == "again" {

@@ -99,6 +99,14 @@ mod tests {
 
     use super::*;
 
+    #[test]
+    fn the_sine_over_its_angle_is_smooth_at_its_series() {
+        assert_eq!(sin_over(0.0), 1.0);
+        // 1 - x²/6 is exact to 1e-18 there; doubles next to 1 are 1.1e-16 apart.
+        assert!((sin_over(0.99e-4) - (1.0 - 0.99e-4_f64.powi(2) / 6.0)).abs() < 2e-16);
+        assert!(sin_over(0.99e-4) < 1.0 && sin_over(1.01e-4) < sin_over(0.99e-4));
+    }
+
     /// Any axis, angles up to `max`.
     fn rotations(max: f32) -> impl Strategy<Value = Vec3> {
         (-1.0f32..1.0, -PI..PI, 0.0..max).prop_map(|(z, around, angle)| {

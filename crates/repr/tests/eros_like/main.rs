@@ -88,7 +88,10 @@ fn blue_first_gives_the_same_grey() {
 #[test]
 fn a_conversion_is_its_steps_and_depends_on_the_seed_alone() {
     let (mut work, mut out) = (ErosLikeWork::default(), Plane::filled(0, 0, 0));
-    for config in [ErosLike::default(), ErosLike::class_defaults()] {
+    // Six times as much: 5 of 256 below and 5 above in the script, 30 and 30 in the class.
+    let class = ErosLike::class_defaults();
+    assert_eq!((class.black_below, class.white_above), (30, 225));
+    for config in [ErosLike::default(), class] {
         for (_, image) in &images::all()[20..] {
             config.convert_into(image, 5, &mut work, &mut out);
             let (mut blurs, mut blurred) = (BlurWork::default(), Plane::filled(0, 0, 0));
