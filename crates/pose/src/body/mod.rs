@@ -14,6 +14,7 @@
 
 mod coco;
 mod decoder;
+mod definition;
 mod follower;
 pub mod fusion;
 mod joint;
@@ -29,6 +30,7 @@ pub mod velocity;
 
 pub use coco::{COCO_KEYPOINT_NAMES, COCO_KEYPOINTS, joints_of_coco};
 pub use decoder::{BodyDecoder, DEFAULT_SOFTENING, DEFAULT_THRESHOLD};
+pub use definition::JointDefinition;
 pub use follower::BodyFollower;
 pub use joint::{BodyJoint, positions, positions_and_scores};
 pub use label::{BodyLabel, Keypoint, Visibility};
