@@ -52,6 +52,7 @@ pub(crate) const CI: &[Step] = &[
     step("files of a crate import each other in small circles only", "xtask circles"),
     step("names and prose in the words of the glossary", "xtask words"),
     step("figures of pages are those that are stored", "xtask figures --check"),
+    step("links of pages lead somewhere", "xtask links"),
     step("the command line stays small", "xtask lines"),
     step(
         "lints, tests and benches included",
