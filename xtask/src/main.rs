@@ -23,12 +23,13 @@ use std::process::ExitCode;
 use run::Choice;
 
 const USAGE: &str = "\
-usage: cargo xtask ci|slow [--only TEXT] [--from N] [--list]
+usage: cargo xtask ci|quick|slow [--only TEXT] [--from N] [--list]
        cargo xtask setup | words [CRATE…] [--list] | circles [CRATE…] | lines | links
        cargo xtask mutants [CRATE [K/N|again]] | figures [--check] | guides | gpu
 
   ci    formatting, lints with and without optional features, documentation, all tests, what the
         benchmark is built from (what CI runs)
+  quick what ci checks without building, then lints and unit tests of small crates: minutes
   slow  tests with all optional features, and of what takes long: blind recordings, all commands of
         the guides, kernels under AddressSanitizer, packages; fuzz targets and cuda compile
         --only TEXT   steps that have it in their name
@@ -56,6 +57,7 @@ fn main() -> ExitCode {
     };
     let result = match command.as_str() {
         "ci" => return run_steps(steps::CI, args),
+        "quick" => return run_steps(&[&steps::CI[..steps::UNBUILT], steps::QUICK].concat(), args),
         "slow" => return run_steps(steps::SLOW, args),
         "setup" => {
             packages::install(say);
