@@ -63,14 +63,28 @@ fn a_sink_of_ones_own_takes_poses() {
     assert!(output.contains("late") && output.trim_end().ends_with("poses"), "{output}");
 }
 
+/// The lines of a code without indentation: a page shows parts of it.
+fn flush_left(code: &str) -> String {
+    code.lines().map(|line| line.trim_start().to_owned() + "\n").collect()
+}
+
 #[test]
-fn the_programs_of_the_contributors_page_are_the_examples() {
+fn code_of_the_contributors_page_is_of_the_examples() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let read = |path: &str| std::fs::read_to_string(root.join(path)).unwrap();
+    let read = |path: &Path| std::fs::read_to_string(path).unwrap();
+    let page = read(&root.join("CONTRIBUTING.md"));
+    let folders = ["examples", "examples/plugin/src"].map(|folder| root.join(folder));
+    let entries = folders.iter().flat_map(|folder| std::fs::read_dir(folder).unwrap());
+    let files = entries.map(|entry| entry.unwrap().path()).filter(|path| path.is_file());
+    let examples: Vec<String> = files.map(|path| flush_left(&read(&path))).collect();
+    let blocks: Vec<&str> = page.split("```rust\n").skip(1).collect();
+    assert_eq!(blocks.len(), 5);
+    for block in blocks {
+        let code = flush_left(block.split_once("```").unwrap().0);
+        assert!(examples.iter().any(|example| example.contains(&code)), "of no example:\n{code}");
+    }
     for name in ["custom_effect", "custom_representation", "custom_format", "custom_backbone"] {
-        let example = &format!("examples/{name}.rs");
-        let block = format!("```rust\n{}```\n", read(example));
-        assert!(read("CONTRIBUTING.md").contains(&block), "copy {example} there");
+        assert!(page.contains(&format!("(examples/{name}.rs)")), "{name} is not linked");
     }
 }
 

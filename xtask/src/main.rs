@@ -8,7 +8,9 @@ mod figures;
 mod files;
 mod gpu;
 mod lines;
+mod links;
 mod mutants;
+mod named_paths;
 mod needs;
 mod packages;
 mod run;
@@ -21,12 +23,13 @@ use std::process::ExitCode;
 use run::Choice;
 
 const USAGE: &str = "\
-usage: cargo xtask ci|slow [--only TEXT] [--from N] [--list]
-       cargo xtask setup | words [CRATE…] [--list] | circles [CRATE…] | lines
+usage: cargo xtask ci|quick|slow [--only TEXT] [--from N] [--list]
+       cargo xtask setup | words [CRATE…] [--list] | circles [CRATE…] | lines | links
        cargo xtask mutants [CRATE [K/N|again]] | figures [--check] | guides | gpu
 
   ci    formatting, lints with and without optional features, documentation, all tests, what the
         benchmark is built from (what CI runs)
+  quick what ci checks without building, then lints and unit tests of small crates: minutes
   slow  tests with all optional features, and of what takes long: blind recordings, all commands of
         the guides, kernels under AddressSanitizer, packages; fuzz targets and cuda compile
         --only TEXT   steps that have it in their name
@@ -38,6 +41,7 @@ usage: cargo xtask ci|slow [--only TEXT] [--from N] [--list]
           --list shows each use and the standard word
   circles files of a crate that import each other; every circle of the crates that are named
   lines   lines of Rust by crate, and the limit of the command line
+  links   links of pages that lead nowhere, paths that ARCHITECTURE.md names and are not there
   mutants tries mutants of a crate with cargo-mutants, every N-th one from the K-th on or those that
           survived, and writes benches/mutants.md; hours for all crates
   figures writes figures of README.md and the guides from results below benches/; --check compares
@@ -53,6 +57,7 @@ fn main() -> ExitCode {
     };
     let result = match command.as_str() {
         "ci" => return run_steps(steps::CI, args),
+        "quick" => return run_steps(&[&steps::CI[..steps::UNBUILT], steps::QUICK].concat(), args),
         "slow" => return run_steps(steps::SLOW, args),
         "setup" => {
             packages::install(say);
@@ -61,6 +66,7 @@ fn main() -> ExitCode {
         "words" => words::run(args, say),
         "circles" => circles::run(args, say),
         "lines" => lines::run(args, say),
+        "links" => links::run(say),
         "mutants" => mutants::run(args, say),
         "figures" => figures::run(args, say),
         "gpu" => gpu::run(args, say),

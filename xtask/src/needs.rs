@@ -3,6 +3,7 @@
 use std::process::{Command, Stdio};
 
 /// Something that not every machine has.
+#[derive(Clone, Copy)]
 pub(crate) enum Need {
     /// A nightly compiler beside the usual one.
     Nightly,

@@ -3,6 +3,7 @@
 use crate::needs::Need;
 
 /// A call of cargo, with its reason.
+#[derive(Clone, Copy)]
 pub(crate) struct Step {
     pub(crate) why: &'static str,
     /// Arguments, with spaces between them.
@@ -52,6 +53,7 @@ pub(crate) const CI: &[Step] = &[
     step("files of a crate import each other in small circles only", "xtask circles"),
     step("names and prose in the words of the glossary", "xtask words"),
     step("figures of pages are those that are stored", "xtask figures --check"),
+    step("links of pages lead somewhere", "xtask links"),
     step("the command line stays small", "xtask lines"),
     step(
         "lints, tests and benches included",
@@ -78,6 +80,31 @@ pub(crate) const CI: &[Step] = &[
         "the benchmark's pixel shares no code with the simulator",
         "tree --package gapbench-pixel --edges all --prefix none --quiet",
     ),
+];
+
+/// Steps of [`CI`] before the first that builds the workspace.
+pub(crate) const UNBUILT: usize = 6;
+
+/// A call for crates that build without Burn and whose unit tests take seconds.
+macro_rules! of_small_crates {
+    ($command:literal, $rest:literal) => {
+        concat!(
+            $command,
+            " --package=evpose-core --package=evpose-stats --package=evpose-pose --package=evpose-repr",
+            " --package=evpose-clean --package=evpose-view --package=evpose-sensor --package=evpose-io",
+            " --package=evpose-datasets --package=evpose-sim --package=evpose-calibrate ",
+            $rest
+        )
+    };
+}
+
+/// Checks of a few minutes between two changes, behind those of [`CI`] that build nothing.
+pub(crate) const QUICK: &[Step] = &[
+    step(
+        "lints of small crates",
+        of_small_crates!("clippy", "--all-targets --quiet -- -D warnings"),
+    ),
+    step("unit tests of small crates", of_small_crates!("test", "--lib --no-fail-fast")),
 ];
 
 /// Checks that take long, or need what not every machine has.
@@ -173,5 +200,12 @@ mod tests {
             });
             assert!(has_all, "{command} of {all:?}");
         }
+    }
+
+    #[test]
+    fn quick_begins_with_the_checks_that_build_nothing() {
+        let builds =
+            |step: &Step| !step.cargo.starts_with("xtask") && !step.cargo.starts_with("fmt");
+        assert_eq!(CI.iter().position(builds), Some(UNBUILT));
     }
 }

@@ -37,16 +37,16 @@ impl PageCommand {
     }
 }
 
-/// README.md and the guides, by their path in the repository, in the order of their names.
+/// README.md and the pages of `docs` and `docs/guide`, by their path in the repository, in the order of their names.
 pub(crate) fn pages() -> Vec<(String, String)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let guides = fs::read_dir(root.join("docs/guide")).expect("docs/guide");
-    let mut names: Vec<String> = guides
-        .map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned())
-        .filter(|name| name.ends_with(".md"))
-        .map(|name| format!("docs/guide/{name}"))
-        .collect();
-    names.push("README.md".to_owned());
+    let mut names = vec!["README.md".to_owned()];
+    for folder in ["docs", "docs/guide"] {
+        let entries = fs::read_dir(root.join(folder)).expect("a folder of pages");
+        let files = entries.map(|entry| entry.expect("an entry").file_name());
+        let pages = files.map(|name| format!("{folder}/{}", name.to_string_lossy()));
+        names.extend(pages.filter(|name| name.ends_with(".md")));
+    }
     names.sort();
     let read = |name: String| {
         let text = fs::read_to_string(root.join(&name)).expect("a page that can be read");

@@ -65,11 +65,11 @@ pub(crate) fn run(args: &[String], say: fn(&str)) -> Result<()> {
     Ok(())
 }
 
-/// README.md, the guides and the pages of the shipped networks.
+/// README.md, the pages of the book and those of the shipped networks.
 fn pages() -> Result<Vec<String>> {
     let is_page = |path: &String| {
         path.ends_with(".md")
-            && (path.starts_with("docs/guide/")
+            && (path.starts_with("docs/")
                 || path.starts_with("checkpoints/")
                 || path == "README.md")
     };

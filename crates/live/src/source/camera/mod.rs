@@ -25,7 +25,7 @@ use models::{MODELS, Model};
 const POLL_INTERVAL: Duration = Duration::from_millis(100);
 
 /// Hint for a camera that is connected but cannot be opened.
-const ACCESS: &str = "on Linux, a rule of udev must let the user open it, see the README";
+const ACCESS: &str = "on Linux, a rule of udev must let the user open it, see docs/guide/live.md";
 
 /// A camera.
 pub struct CameraSource {
