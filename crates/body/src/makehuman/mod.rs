@@ -29,7 +29,7 @@ use crate::skeleton::{BODY_JOINTS, JOINTS, LEFT_HAND, RIGHT_HAND, RIGHT_WRIST};
 use crate::{BodyModel, clothes_layout};
 
 use obj::BaseMesh;
-use rig::Rig;
+use rig::{HEAD, Rig};
 pub use targets::MacroTarget;
 pub(crate) use targets::{MACROS, macros_of};
 
@@ -37,6 +37,10 @@ pub(crate) use targets::{MACROS, macros_of};
 const UNIT_M: f32 = 0.1;
 /// Groups of the base mesh that are seen.
 const SEEN: [&str; 3] = ["body", "helper-hair", "helper-skirt"];
+/// How far hair reaches forwards from the joint of the head below the hairline, and the height of
+/// that above the joint, in MakeHuman's unit.
+const HAIR_BEFORE: f32 = 0.5;
+const HAIRLINE: f32 = 1.5;
 /// Texture coordinate along the body of hair, wherever it hangs: the top of the head.
 const HAIR_U: f32 = 0.97;
 /// Limbs that are turned to the T-pose, by the joints at both ends; fingers follow by their order.
@@ -76,18 +80,27 @@ impl MakeHuman {
     /// A file that is missing, malformed, or does not fit the base mesh.
     pub fn read(folder: &Path) -> Result<Self, FolderError> {
         let mesh = BaseMesh::read(&folder.join("3dobjs/base.obj"))?;
-        let groups = SEEN.map(|name| mesh.faces(name));
+        let rig = Rig::read(&folder.join("rigs/standard"), &mesh)?;
+        let head = rig.joints(&mesh.vertices)[HEAD];
+        // The helper for hair also hangs over face and chest.
+        let is_behind_face = |face: &[u32; 3]| {
+            let corners = face.iter().map(|&v| mesh.vertices[v as usize] - head);
+            corners.into_iter().all(|at| at.z < HAIR_BEFORE || at.y > HAIRLINE)
+        };
+        let groups = SEEN.map(|name| {
+            let faces = mesh.faces(name).iter().copied();
+            faces.filter(|face| name != SEEN[1] || is_behind_face(face)).collect::<Vec<_>>()
+        });
         if groups[0].is_empty() {
-            let reason = "no faces of group `body`";
-            return Err(FolderError::content(&folder.join("3dobjs/base.obj"), reason));
+            return Err(FolderError::content(&mesh.path, "no faces of group `body`"));
         }
         let mut old: Vec<u32> = groups.concat().into_iter().flatten().collect();
         old.sort_unstable();
         old.dedup();
         let new = |vertex: u32| old.partition_point(|&v| v < vertex) as u32;
-        let groups = groups.map(|faces| faces.iter().map(|face| face.map(new)).collect::<Vec<_>>());
+        let groups =
+            groups.map(|faces| faces.into_iter().map(|face| face.map(new)).collect::<Vec<_>>());
 
-        let rig = Rig::read(&folder.join("rigs/standard"), &mesh)?;
         let shares = rig.shares(&old)?;
         let points = |all: &[Vec3]| Points {
             vertices_m: old.iter().map(|&v| all[v as usize] * UNIT_M).collect(),

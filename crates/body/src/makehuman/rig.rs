@@ -12,40 +12,20 @@ use crate::skeleton::{BODY_JOINTS, HAND_JOINTS, JOINTS};
 
 use super::obj::BaseMesh;
 
-/// Names of the body's bones in the order of SMPL+H's joints; the letter of the side is added to
-/// those that end in `_`.
-const BODY: [&str; BODY_JOINTS] = [
-    "pelvis",
-    "thigh_l",
-    "thigh_r",
-    "spine_01",
-    "calf_l",
-    "calf_r",
-    "spine_02",
-    "foot_l",
-    "foot_r",
-    "spine_03",
-    "ball_l",
-    "ball_r",
-    "neck_01",
-    "clavicle_l",
-    "clavicle_r",
-    "head",
-    "upperarm_l",
-    "upperarm_r",
-    "lowerarm_l",
-    "lowerarm_r",
-    "hand_l",
-    "hand_r",
-];
+/// Names of the body's bones in the order of SMPL+H's joints.
+const BODY: &str = "pelvis thigh_l thigh_r spine_01 calf_l calf_r spine_02 foot_l foot_r spine_03 \
+    ball_l ball_r neck_01 clavicle_l clavicle_r head upperarm_l upperarm_r lowerarm_l lowerarm_r \
+    hand_l hand_r";
 const DIGITS: [&str; 5] = ["index", "middle", "pinky", "ring", "thumb"];
 /// Number of the joint of the head, and of the neck.
-const HEAD: usize = 15;
+pub(super) const HEAD: usize = 15;
 const NECK: usize = 12;
 
 /// Name of the bone of a joint of SMPL+H.
 pub(super) fn bone_of(joint: usize) -> String {
-    let Some(k) = joint.checked_sub(BODY_JOINTS) else { return BODY[joint].to_owned() };
+    let Some(k) = joint.checked_sub(BODY_JOINTS) else {
+        return BODY.split_whitespace().nth(joint).unwrap_or_default().to_owned();
+    };
     let side = if k < HAND_JOINTS { 'l' } else { 'r' };
     format!("{}_0{}_{side}", DIGITS[k % HAND_JOINTS / 3], k % 3 + 1)
 }

@@ -17,7 +17,7 @@ use std::f32::consts::TAU;
 use std::path::{Path, PathBuf};
 
 use evpose_core::CounterRng;
-use glam::{Mat3, Vec2, Vec3};
+use glam::{Mat3, Quat, Vec3};
 
 use crate::activity::lowest_sole_m;
 use crate::folder_error::{FolderError, read_text, sorted_paths};
@@ -55,8 +55,8 @@ pub struct Capture {
     speed: f32,
     /// Rotation about the vertical axis, in radians.
     turn_rad: f32,
-    /// The middle of the way, and the share of it that is walked.
-    middle: Vec2,
+    /// The middle of the way, at the height of the floor, and the share of the way that is walked.
+    middle: Vec3,
     walked: f32,
 }
 
@@ -108,10 +108,11 @@ impl MotionLibrary {
         let speed = rng.uniform(SPEEDS[0], SPEEDS[1]);
         let start_s = rng.unit() * (clip.seconds() - speed * seconds).max(0.0);
         let turn_rad = rng.uniform(0.0, TAU);
-        let (low, high) = clip.way(start_s, start_s + speed * seconds);
-        let walked = (REACH_LEGS / (0.5 * (high - low).length()).max(REACH_LEGS)).min(1.0);
+        let (low, high) = clip.bounds(start_s, start_s + speed * seconds);
+        let walked =
+            (REACH_LEGS / (0.5 * (high - low).with_y(0.0).length()).max(REACH_LEGS)).min(1.0);
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let middle = 0.5 * (low + high);
+        let middle = (0.5 * (low + high)).with_y(low.y);
         Ok(Capture { name, clip, start_s, speed, turn_rad, middle, walked })
     }
 }
@@ -131,7 +132,7 @@ impl Capture {
         &self.name
     }
 
-    /// The pose at a time in seconds, with the feet on the floor at height zero unless they leave it.
+    /// The pose at a time in seconds. The lowest foot of the stretch is at height zero.
     /// `posed` is memory to work in; its joints are those of the pose afterwards.
     ///
     /// # Panics
@@ -152,13 +153,13 @@ impl Capture {
             pose.set_hand(basis, &[]);
         }
         let turn = Mat3::from_rotation_y(self.turn_rad);
-        pose.joints[0] = (glam::Quat::from_mat3(&turn) * frame.rotations[0]).to_scaled_axis();
+        pose.joints[0] = (Quat::from_mat3(&turn) * frame.rotations[0]).to_scaled_axis();
         model.pose_joints(shaped, &pose, posed);
         let leg_m = leg_length(&shaped.joints_m);
-        let way = self.walked * (frame.place - self.middle) * leg_m;
-        let place_m = turn * Vec3::new(way.x, 0.0, way.y);
+        let way_m = (frame.place - self.middle) * leg_m;
+        let place_m = turn * (way_m * self.walked).with_y(0.0);
         let pelvis_m = Vec3::from(posed.joints[0].translation);
-        pose.translation_m = (place_m - pelvis_m).with_y(frame.rise * leg_m - lowest_sole_m(posed));
+        pose.translation_m = (place_m - pelvis_m).with_y(way_m.y - lowest_sole_m(posed));
         for joint in &mut posed.joints {
             joint.translation += glam::Vec3A::from(pose.translation_m);
         }

@@ -7,7 +7,7 @@
 
 use std::path::Path;
 
-use glam::{Mat3, Quat, Vec2, Vec3};
+use glam::{Mat3, Quat, Vec3};
 
 use crate::activity::SOLE;
 use crate::folder_error::FolderError;
@@ -19,34 +19,10 @@ use super::acclaim::{Skeleton, SkeletonPose};
 /// Frames per second of a recorded motion, and of the ones that are used.
 const RECORDED_HZ: f32 = 120.0;
 const EVERY: usize = 2;
-/// Share of the frames in which the lower foot is below the level that counts as the floor.
-const BELOW_FLOOR: f32 = 0.05;
 
 /// The recorded bone of every joint. Forearms turn about themselves with the wrist.
-const BONES: [&str; BODY_JOINTS] = [
-    "root",
-    "lfemur",
-    "rfemur",
-    "lowerback",
-    "ltibia",
-    "rtibia",
-    "upperback",
-    "lfoot",
-    "rfoot",
-    "thorax",
-    "ltoes",
-    "rtoes",
-    "upperneck",
-    "lclavicle",
-    "rclavicle",
-    "head",
-    "lhumerus",
-    "rhumerus",
-    "lwrist",
-    "rwrist",
-    "lhand",
-    "rhand",
-];
+const BONES: &str = "root lfemur rfemur lowerback ltibia rtibia upperback lfoot rfoot thorax ltoes \
+    rtoes upperneck lclavicle rclavicle head lhumerus rhumerus lwrist rwrist lhand rhand";
 
 /// A recorded motion of SMPL+H's joints.
 #[derive(Debug, Clone)]
@@ -59,10 +35,8 @@ pub(super) struct Clip {
 pub(super) struct ClipFrame {
     /// Rotation of each joint relative to its parent.
     pub(super) rotations: [Quat; BODY_JOINTS],
-    /// Position of the pelvis along x and z.
-    pub(super) place: Vec2,
-    /// Height of the lower foot above the floor.
-    pub(super) rise: f32,
+    /// Position of the pelvis along x and z; along y, that of the lower sole.
+    pub(super) place: Vec3,
 }
 
 /// Length of the left leg, hip to ankle.
@@ -82,7 +56,7 @@ struct Mapping {
 impl Mapping {
     fn new(skeleton: &Skeleton) -> Option<Self> {
         let mut bones = [0; BODY_JOINTS];
-        for (bone, name) in bones.iter_mut().zip(BONES) {
+        for (bone, name) in bones.iter_mut().zip(BONES.split_whitespace()) {
             *bone = skeleton.bone(name)?;
         }
         let rest_m = rest_joints();
@@ -111,7 +85,7 @@ impl Mapping {
         (leg > 0.0).then_some(Self { bones, alignments, leg })
     }
 
-    /// The joints of a recorded pose; `rise` is the height of the lower sole.
+    /// The joints of a recorded pose.
     fn map(&self, pose: &SkeletonPose) -> ClipFrame {
         let world: [Mat3; BODY_JOINTS] =
             std::array::from_fn(|joint| pose.rotations[self.bones[joint]] * self.alignments[joint]);
@@ -127,8 +101,7 @@ impl Mapping {
             (origin + world[joint] * below_m / leg_m).y
         });
         let root = pose.ends[0] / self.leg;
-        let rise = soles.fold(f32::INFINITY, f32::min);
-        ClipFrame { rotations, place: Vec2::new(root.x, root.z), rise }
+        ClipFrame { rotations, place: root.with_y(soles.fold(f32::INFINITY, f32::min)) }
     }
 }
 
@@ -145,13 +118,8 @@ impl Clip {
         let mapping = Mapping::new(skeleton).ok_or_else(other)?;
         let mut frames = Vec::new();
         skeleton.frames(path, text, EVERY, |pose| frames.push(mapping.map(pose)))?;
-        let mut soles: Vec<f32> = frames.iter().map(|frame| frame.rise).collect();
-        soles.sort_by(f32::total_cmp);
-        let Some(&floor) = soles.get((BELOW_FLOOR * soles.len() as f32) as usize) else {
+        if frames.is_empty() {
             return Err(FolderError::content(path, "no frames"));
-        };
-        for frame in &mut frames {
-            frame.rise = (frame.rise - floor).max(0.0);
         }
         Ok(Self { frames })
     }
@@ -179,14 +147,13 @@ impl Clip {
         ClipFrame {
             rotations: std::array::from_fn(|k| a.rotations[k].slerp(b.rotations[k], share)),
             place: a.place.lerp(b.place, share),
-            rise: a.rise + (b.rise - a.rise) * share,
         }
     }
 
-    /// Opposite corners of the way between two times.
-    pub(super) fn way(&self, from_s: f32, to_s: f32) -> (Vec2, Vec2) {
+    /// Opposite corners of the box around the places between two times.
+    pub(super) fn bounds(&self, from_s: f32, to_s: f32) -> (Vec3, Vec3) {
         let steps = ((to_s - from_s).max(0.0) * 30.0) as usize;
         let places = (0..=steps).map(|k| self.at(from_s + k as f32 / 30.0).place);
-        places.fold((Vec2::MAX, Vec2::MIN), |(low, high), place| (low.min(place), high.max(place)))
+        places.fold((Vec3::MAX, Vec3::MIN), |(low, high), place| (low.min(place), high.max(place)))
     }
 }

@@ -85,7 +85,7 @@ fn library(files: &[(&str, String)]) -> Result<(tempfile::TempDir, MotionLibrary
 fn joints_of(frames: &[&str], t_s: f32) -> Vec<Vec3> {
     let files = [("03/03.asf", skeleton_text()), ("03/03_01.amc", motion(frames))];
     let (_folder, library) = library(&files).expect("listed");
-    let capture = library.draw(&mut CounterRng::new(1, "capture", 0), 0.01).expect("read");
+    let capture = library.draw(&mut CounterRng::new(1, "capture", 0), 1.0).expect("read");
     let capture = Capture { turn_rad: 0.0, start_s: 0.0, speed: 1.0, ..capture };
     let (model, mut posed) = (BodyModel::procedural_human(), PosedBody::default());
     capture.pose(t_s, &model, &model.shaped(&[]), &mut posed);
