@@ -61,9 +61,9 @@ impl BaseMesh {
     }
 }
 
-/// Three finite numbers.
+/// Three finite values.
 pub(super) fn vector<'a>(words: impl Iterator<Item = &'a str>) -> Option<Vec3> {
-    let numbers: Option<Vec<f32>> = words.map(|word| word.parse().ok()).collect();
-    let vector = Vec3::from_array(numbers?.try_into().ok()?);
+    let values: Option<Vec<f32>> = words.map(|word| word.parse().ok()).collect();
+    let vector = Vec3::from_array(values?.try_into().ok()?);
     vector.is_finite().then_some(vector)
 }

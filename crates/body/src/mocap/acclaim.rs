@@ -196,6 +196,6 @@ impl Bone {
 }
 
 fn vector(words: &[&str]) -> Option<Vec3> {
-    let numbers: Option<Vec<f32>> = words.iter().map(|word| word.parse().ok()).collect();
-    Some(Vec3::from_array(numbers?.try_into().ok()?))
+    let values: Option<Vec<f32>> = words.iter().map(|word| word.parse().ok()).collect();
+    Some(Vec3::from_array(values?.try_into().ok()?))
 }

@@ -5,7 +5,7 @@
 //!   skeleton.
 //!
 //! # Source
-//! CMU Graphics Lab Motion Capture Database (mocap.cs.cmu.edu, free for all uses): a folder for each
+//! CMU motion capture database (mocap.cs.cmu.edu, free for all uses): a folder for each
 //! subject with `NN.asf`, the skeleton, and `NN_MM.amc`, its motions at 120 Hz.
 
 mod acclaim;
@@ -37,11 +37,11 @@ const SPEEDS: [f32; 2] = [0.8, 1.25];
 /// Motions of a folder. They are read when they are drawn.
 #[derive(Debug)]
 pub struct MotionLibrary {
-    subjects: Vec<Subject>,
+    performers: Vec<Performer>,
 }
 
 #[derive(Debug)]
-struct Subject {
+struct Performer {
     skeleton: Skeleton,
     motions: Vec<PathBuf>,
 }
@@ -66,7 +66,7 @@ impl MotionLibrary {
     /// # Errors
     /// Malformed skeletons, and a folder without any motion of other subjects.
     pub fn read(folder: &Path) -> Result<Self, FolderError> {
-        let (mut subjects, mut folders) = (Vec::new(), vec![folder.to_owned()]);
+        let (mut performers, mut folders) = (Vec::new(), vec![folder.to_owned()]);
         while let Some(folder) = folders.pop() {
             let paths = sorted_paths(&folder)?;
             let with = |ending: &str| -> Vec<&PathBuf> {
@@ -78,22 +78,22 @@ impl MotionLibrary {
                 let motions: Vec<PathBuf> = with("amc").into_iter().filter(own).cloned().collect();
                 if !motions.is_empty() {
                     let skeleton = Skeleton::parse(path, &read_text(path)?)?;
-                    subjects.push(Subject { skeleton, motions });
+                    performers.push(Performer { skeleton, motions });
                 }
             }
             folders.extend(paths.iter().rev().filter(|path| path.is_dir()).cloned());
         }
-        if subjects.is_empty() {
+        if performers.is_empty() {
             let reason =
                 "no .asf with .amc of its own beside it; subjects 01 and 02 are kept for tests";
             return Err(FolderError::content(folder, reason));
         }
-        Ok(Self { subjects })
+        Ok(Self { performers })
     }
 
     /// Paths of all motions, in a fixed order.
     pub fn motions(&self) -> impl Iterator<Item = &Path> {
-        self.subjects.iter().flat_map(|subject| subject.motions.iter().map(PathBuf::as_path))
+        self.performers.iter().flat_map(|performer| performer.motions.iter().map(PathBuf::as_path))
     }
 
     /// Draws a subject, one of its motions, and a stretch of it of `seconds`. A motion that is
@@ -102,9 +102,9 @@ impl MotionLibrary {
     /// # Errors
     /// A motion that cannot be read or is malformed.
     pub fn draw(&self, rng: &mut CounterRng, seconds: f32) -> Result<Capture, FolderError> {
-        let subject = &self.subjects[rng.below(self.subjects.len())];
-        let path = &subject.motions[rng.below(subject.motions.len())];
-        let clip = Clip::parse(&subject.skeleton, path, &read_text(path)?)?;
+        let performer = &self.performers[rng.below(self.performers.len())];
+        let path = &performer.motions[rng.below(performer.motions.len())];
+        let clip = Clip::parse(&performer.skeleton, path, &read_text(path)?)?;
         let speed = rng.uniform(SPEEDS[0], SPEEDS[1]);
         let start_s = rng.unit() * (clip.seconds() - speed * seconds).max(0.0);
         let turn_rad = rng.uniform(0.0, TAU);

@@ -26,7 +26,7 @@ pub(super) struct MemberStreams {
 /// How a person moves.
 #[derive(Debug)]
 enum Movement {
-    Activity(Performance),
+    Activity(Box<Performance>),
     Captured(Capture),
 }
 
@@ -69,12 +69,11 @@ impl CastMember {
             Some(motions) if streams.capture.chance(config.motion_share) => {
                 Movement::Captured(motions.draw(&mut streams.capture, seconds)?)
             }
-            _ => Movement::Activity(Performance::draw(
-                activity,
-                &mut streams.activity,
-                seconds,
-                config.stillness,
-            )),
+            _ => {
+                let performance =
+                    Performance::draw(activity, &mut streams.activity, seconds, config.stillness);
+                Movement::Activity(Box::new(performance))
+            }
         };
         Ok(Self {
             body,

@@ -14,9 +14,8 @@ const MAX_COUNT: usize = 256;
 /// Share of what is mixed in, unless configured.
 const HALF: f32 = 0.5;
 
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "as serde calls it")]
 fn is_half(share: &f32) -> bool {
-    *share == HALF
+    share.to_bits() == HALF.to_bits()
 }
 
 fn is_of_activities(motion: &MotionSource) -> bool {
