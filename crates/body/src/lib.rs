@@ -2,10 +2,10 @@
 //!
 //! * [`BodyModel`]: a linear-blend-skinned body of the SMPL family; [`BodyModel::procedural_arm`]
 //!   and [`BodyModel::procedural_human`] are procedural, [`files`] reads the published hand and
-//!   body models into the same type.
+//!   body models into the same type, [`MakeHuman`] that of its distributed files.
 //! * [`ShapedBody`], [`BodyPose`], [`PosedBody`]: one person, one pose, and the two together.
 //! * [`motion`]: the published random motion of arm and hand; [`activity`]: activities of a whole
-//!   body.
+//!   body; [`mocap`]: recorded motion of a whole body.
 //! * [`skeleton`], [`texture_layout`], [`clothes_layout`]: joint indices, and the texture layouts
 //!   of skin and clothes.
 //!
@@ -28,8 +28,11 @@
 pub mod activity;
 pub mod clothes_layout;
 pub mod files;
+mod folder_error;
 mod human;
 mod implicit;
+mod makehuman;
+pub mod mocap;
 mod model;
 pub mod motion;
 mod normals;
@@ -42,8 +45,10 @@ mod skinning;
 pub mod texture_layout;
 
 pub use evpose_pose::rotation;
+pub use folder_error::FolderError;
 pub use human::Garments;
-pub use model::{BodyModel, FurtherWeight, HandBasis, ShapedBody, SkinWeights};
+pub use makehuman::{MacroTarget, MakeHuman};
+pub use model::{BodyModel, FurtherWeight, HandBasis, ShapeSpace, ShapedBody, SkinWeights};
 
 pub use pose::{BodyPose, GENERATOR_PARAMETERS};
 pub use posed::PosedBody;

@@ -1,7 +1,10 @@
 //! Linear-blend-skinned models of the SMPL family, from any source.
 
+use std::borrow::Cow;
+
 use glam::{Vec2, Vec3};
 
+use crate::makehuman::{MACROS, MacroTarget, macros_of};
 use crate::normals::area_weighted_normals;
 
 /// A body, or part of one, that shape and pose coefficients deform.
@@ -14,10 +17,13 @@ use crate::normals::area_weighted_normals;
 /// Loper et al., *SMPL* (SIGGRAPH Asia 2015); Romero et al., *Embodied Hands* (2017) for the hands.
 #[derive(Debug, Clone)]
 pub struct BodyModel {
-    /// Vertices of the mean shape in the rest pose, in metres.
+    /// Vertices in the rest pose where no shape direction counts, in metres: the mean shape, of SMPL
+    /// and of procedural models.
     pub template_m: Vec<Vec3>,
-    /// Displacement of every vertex per unit of every shape coefficient, in metres.
+    /// Displacement of every vertex per unit of every shape direction, in metres.
     pub shape_directions_m: Vec<Vec<Vec3>>,
+    /// How shape coefficients weigh the shape directions.
+    pub shape_space: ShapeSpace,
     /// Displacement of every vertex per unit of every entry of `R − I` of joints 1.., row by row,
     /// in metres. Empty: the model has no pose correctives.
     pub pose_directions_m: Vec<Vec<Vec3>>,
@@ -26,7 +32,7 @@ pub struct BodyModel {
     /// Offsets of the weighted sums, in metres: of joints that no vertices surround. Zero in
     /// SMPL-family files.
     pub joint_offsets_m: Vec<Vec3>,
-    /// Displacement of every joint per unit of every shape coefficient, beside that of the vertices
+    /// Displacement of every joint per unit of every shape direction, beside that of the vertices
     /// in its row, in metres. Empty: none; not so where a surface was cut off its joints.
     pub joint_directions_m: Vec<Vec<Vec3>>,
     /// The joint each joint hangs on; a parent comes before its children.
@@ -49,6 +55,28 @@ pub struct BodyModel {
     pub wrist: usize,
     /// Vertices at the tips of its thumb, index, middle, ring and pinky.
     pub fingertips: [u32; 5],
+}
+
+/// How shape coefficients become weights of shape directions.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum ShapeSpace {
+    /// Each coefficient is the weight of its direction.
+    Linear,
+    /// Directions are MakeHuman's targets, coefficients its macro parameters: zero is the middle.
+    Macros(Vec<MacroTarget>),
+}
+
+impl ShapeSpace {
+    /// Weights of the shape directions; coefficients, or weights, that are missing are zero.
+    pub(crate) fn weights<'a>(&self, betas: &'a [f32]) -> Cow<'a, [f32]> {
+        match self {
+            Self::Linear => Cow::Borrowed(betas),
+            Self::Macros(targets) => {
+                let macros = macros_of(betas);
+                targets.iter().map(|target| target.weight(&macros)).collect()
+            }
+        }
+    }
 }
 
 /// The joints that move a vertex, strongest first, and by how much.
@@ -138,21 +166,32 @@ pub struct ShapedBody {
 }
 
 impl BodyModel {
+    /// Number of shape coefficients.
+    pub fn shape_coefficients(&self) -> usize {
+        match self.shape_space {
+            ShapeSpace::Linear => self.shape_directions_m.len(),
+            ShapeSpace::Macros(_) => MACROS,
+        }
+    }
+
     /// The model with shape coefficients `betas`; those that are missing are zero.
     ///
     /// # Panics
-    /// If there are more than the model has shape directions.
+    /// If there are more than the model has.
     pub fn shaped(&self, betas: &[f32]) -> ShapedBody {
-        assert!(
-            betas.len() <= self.shape_directions_m.len(),
-            "{} shape coefficients for a model of {}",
-            betas.len(),
-            self.shape_directions_m.len()
-        );
+        let known = self.shape_coefficients();
+        assert!(betas.len() <= known, "{} shape coefficients for a model of {known}", betas.len());
+        self.blended(&self.shape_space.weights(betas))
+    }
+
+    /// The model with weights of its shape directions; those that are missing are zero.
+    pub(crate) fn blended(&self, weights: &[f32]) -> ShapedBody {
         let mut vertices_m = self.template_m.clone();
-        for (direction_m, &beta) in self.shape_directions_m.iter().zip(betas) {
+        let directions = self.shape_directions_m.iter().zip(weights);
+        // Of several hundred targets, most do not count.
+        for (direction_m, &weight) in directions.filter(|(_, weight)| **weight != 0.0) {
             for (vertex_m, &offset_m) in vertices_m.iter_mut().zip(direction_m) {
-                *vertex_m += offset_m * beta;
+                *vertex_m += offset_m * weight;
             }
         }
         let mut joints_m: Vec<Vec3> = self
@@ -165,9 +204,9 @@ impl BodyModel {
                 })
             })
             .collect();
-        for (direction_m, &beta) in self.joint_directions_m.iter().zip(betas) {
+        for (direction_m, &weight) in self.joint_directions_m.iter().zip(weights) {
             for (joint_m, &offset_m) in joints_m.iter_mut().zip(direction_m) {
-                *joint_m += offset_m * beta;
+                *joint_m += offset_m * weight;
             }
         }
         let normals = area_weighted_normals(&vertices_m, &self.faces);

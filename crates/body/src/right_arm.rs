@@ -120,18 +120,27 @@ impl SubMesh {
             .filter(|more| self.old.binary_search(&more.vertex).is_ok())
             .map(|more| FurtherWeight { vertex: self.new_index(more.vertex), ..*more })
             .collect();
-        // A row of the regressor, applied to displacements.
-        let displaced = |direction_m: &Vec<Vec3>| {
-            let rows = whole.joint_regressor.iter();
-            rows.map(|row| row.iter().map(|&(v, weight)| direction_m[v as usize] * weight).sum())
-                .collect()
+        // A row of the regressor, applied to displacements, and those that joints have themselves.
+        let displaced = |(k, direction_m): (usize, &Vec<Vec3>)| {
+            let own_m = whole.joint_directions_m.get(k);
+            let moved = |(joint, row): (usize, &Vec<(u32, f32)>)| {
+                let own_m = own_m.map_or(Vec3::ZERO, |joints_m| joints_m[joint]);
+                row.iter().fold(own_m, |sum, &(v, weight)| sum + direction_m[v as usize] * weight)
+            };
+            whole.joint_regressor.iter().enumerate().map(moved).collect()
         };
         BodyModel {
             shape_directions_m: directions(&whole.shape_directions_m),
+            shape_space: whole.shape_space.clone(),
             pose_directions_m,
             joint_regressor: vec![Vec::new(); whole.parents.len()],
-            joint_offsets_m: whole.shaped(&[]).joints_m,
-            joint_directions_m: whole.shape_directions_m.iter().map(displaced).collect(),
+            joint_offsets_m: whole.blended(&[]).joints_m,
+            joint_directions_m: whole
+                .shape_directions_m
+                .iter()
+                .enumerate()
+                .map(displaced)
+                .collect(),
             parents: whole.parents.clone(),
             skin,
             further_weights,

@@ -13,7 +13,8 @@ use std::path::Path;
 
 use evpose_body::files::ModelFile;
 use evpose_body::skeleton::JOINTS;
-use evpose_body::{BodyModel, BodyPose, PosedBody, ShapedBody};
+use evpose_body::texture_layout::coordinates;
+use evpose_body::{BodyModel, BodyPose, MakeHuman, PosedBody, ShapedBody};
 use evpose_core::LookAt;
 use evpose_pose::{EVALUATION_JOINTS, HandParams, HandSide, Mirror};
 use glam::{Vec2, Vec3};
@@ -55,12 +56,19 @@ impl Actor {
                 let file = ModelFile::read(path)?;
                 (file.model, file.kind.side())
             }
+            BodySource::MakeHuman(folder) => {
+                let MakeHuman { model, outfits: [faces, ..] } = MakeHuman::read(folder)?;
+                let mut body = BodyModel { faces, ..model };
+                // The texture is skin here, not clothes.
+                body.uvs = coordinates(&body, &body.shaped(&[]));
+                (body, HandSide::Right)
+            }
         };
         if let Some(path) = &config.uvs {
             body.uvs = texture_coordinates(path, body.template_m.len())?;
         }
         // The texture coordinates are those of the whole body, so they come first.
-        if matches!(config.source, BodySource::File(_)) && body.parents.len() == JOINTS {
+        if config.source != BodySource::Procedural && body.parents.len() == JOINTS {
             body = body.right_arm();
         }
         Ok(Self::new(body, native_side, &camera.placement()))

@@ -74,6 +74,9 @@ pub enum SimError {
     /// The model of hand and arm cannot be read.
     #[error(transparent)]
     Model(#[from] evpose_body::files::ModelFileError),
+    /// A folder of MakeHuman's files, or of captured motion, cannot be read.
+    #[error(transparent)]
+    Human(#[from] evpose_body::FolderError),
     /// The text file beside a sequence cannot be read or written.
     #[error("{}: {reason}", path.display())]
     SequenceInfo {

@@ -50,7 +50,7 @@ impl Simulation {
         let config = SimulationConfig { camera_pose, ..shared.config.clone() };
         let mut around = Surroundings::new(shared, &config, side, seed, 0)?;
         let (actor, body) = (&shared.actor, shared.actor.body());
-        if betas.len() == body.shape_directions_m.len() {
+        if betas.len() == body.shape_coefficients() {
             around.shaped = body.shaped(betas);
         }
         let mut arm = CounterRng::new(seed, "arm", 0);

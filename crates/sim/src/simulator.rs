@@ -215,7 +215,7 @@ impl Surroundings {
     ) -> Result<Self, SimError> {
         let Shared { actor, backgrounds, skins, .. } = shared;
         let (body, camera) = (actor.body(), config.placed_camera());
-        let betas = body.shape_directions_m.len();
+        let betas = body.shape_coefficients();
         let episode = Episode::draw(config, betas, backgrounds.len(), sequence_seed, index);
         let background = backgrounds.image(episode.background);
         let LookAt { eye_m, centre_m, .. } = config.placement();

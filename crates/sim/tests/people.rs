@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 
 use evpose_core::SensorSize;
-use evpose_sim::config::SensorChoice;
+use evpose_sim::config::{BodySource, MotionSource, SensorChoice};
 use evpose_sim::person::{
     People, PeopleConfig, PersonInfo, PoseTable, RecordingPlace, record_people,
 };
@@ -163,6 +163,22 @@ fn what_nobody_can_do_is_refused_with_what_there_is() {
     assert!(message.contains("flying") && message.contains("boxing"), "{message}");
     let config = PeopleConfig { label_hz: 70, ..self::config() };
     assert!(People::new(&config, 1).unwrap_err().to_string().contains("label_hz"));
+}
+
+#[test]
+fn without_their_folders_people_are_as_before_and_both_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let none = folder.path().join("none");
+    let body = BodySource::MakeHuman(none.clone());
+    let config = PeopleConfig { body, motion: MotionSource::Cmu(none), ..config() };
+    let missing = config.missing_folders();
+    assert!(missing[0].contains("simulation.body") && missing[1].contains("simulation.motion"));
+    let still = |config: &PeopleConfig| People::new(config, 8).unwrap().still(4).unwrap();
+    assert_eq!(still(&config), still(&self::config()));
+    // A folder of something else is an error.
+    let body = BodySource::MakeHuman(folder.path().to_owned());
+    let message = People::new(&PeopleConfig { body, ..self::config() }, 8).unwrap_err().to_string();
+    assert!(message.contains("base.obj"), "{message}");
 }
 
 fn several_cameras() -> PeopleConfig {

@@ -135,3 +135,17 @@ fn a_recording_that_is_in_both_sets_is_noticed() {
     let again = people("the same seed", &config.simulation, config.seed);
     assert!(training.iter().zip(&again).all(|(a, b)| a.is_shared_with(b)));
 }
+
+#[test]
+fn held_out_people_have_bodies_and_motions_of_the_program() {
+    let overrides = [
+        r#"simulation.body={makehuman="datasets/makehuman"}"#,
+        r#"simulation.motion={cmu="datasets/cmu"}"#,
+    ];
+    let text = evpose_configs::FILES.iter().find(|(path, _)| *path == "body/wide.toml").unwrap().1;
+    let config = BodyConfig::parse(text, &overrides.map(str::to_owned)).unwrap();
+    let (own, held_out) = (&config.simulation, config.held_out().simulation);
+    assert!(own.body != held_out.body && own.motion != held_out.motion);
+    let plain = BodyConfig::parse(text, &[]).unwrap().held_out().simulation;
+    assert_eq!((held_out.body, held_out.motion), (plain.body, plain.motion));
+}

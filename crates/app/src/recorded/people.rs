@@ -16,6 +16,7 @@ use crate::run_info;
 /// # Errors
 /// If the simulation fails, a file cannot be written, or the directory is of another config.
 pub fn record(config: &BodyConfig, dir: &Path, shard: Shard) -> Result<RecordedPeople> {
+    config.simulation.missing_folders().into_iter().for_each(say);
     let people = People::new(&config.simulation, config.seed)?;
     let set = SequenceSet::of_people(dir, &config.simulation)?;
     let steps = set.unfinished(shard).len() as u64 * config.simulation.steps();
@@ -69,6 +70,7 @@ pub fn prepare(config: &BodyConfig, data: &Path) -> Result<()> {
 pub fn frames(config: &BodyConfig, data: &Path) -> Result<BodyFrames> {
     let (label, count, unit) = match config.data.source {
         BodySourceKind::Stills | BodySourceKind::GreyStills => {
+            config.simulation.missing_folders().into_iter().for_each(say);
             ("rendering", config.data.stills, "stills")
         }
         BodySourceKind::Recordings if holds_annotations(data) => ("reading", 0, "images"),

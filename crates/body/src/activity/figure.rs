@@ -79,7 +79,7 @@ pub struct Figure {
 }
 
 /// How far the sole is below the ankle and the toes' joint, in metres.
-const SOLE: [(usize, Vec3); 4] = [
+pub(crate) const SOLE: [(usize, Vec3); 4] = [
     (7, Vec3::new(0.0, -0.085, -0.045)),
     (8, Vec3::new(0.0, -0.085, -0.045)),
     (10, Vec3::new(0.0, -0.030, 0.04)),
@@ -88,6 +88,12 @@ const SOLE: [(usize, Vec3); 4] = [
 
 /// Share of an arm's lift that the collar bone does.
 const COLLAR: f32 = 0.18;
+
+/// Height of the lower foot of a body with posed joints, in metres.
+pub(crate) fn lowest_sole_m(posed: &PosedBody) -> f32 {
+    let soles = SOLE.iter().map(|&(joint, below)| posed.joints[joint].transform_point3(below).y);
+    soles.fold(f32::INFINITY, f32::min)
+}
 
 impl Figure {
     /// The rotations of SMPL+H's joints, and the displacement that puts the feet on the floor at
@@ -130,12 +136,9 @@ impl Figure {
             Anchor::Pelvis => joint_m(0),
             Anchor::Foot(side) => joint_m(7 + side.min(1)),
         };
-        let soles =
-            SOLE.iter().map(|&(joint, below)| posed.joints[joint].transform_point3(below).y);
-        let lowest_m = soles.fold(f32::INFINITY, f32::min);
         pose.translation_m = Vec3::new(
             self.place_m.x - anchor_m.x,
-            self.rise_m - lowest_m,
+            self.rise_m - lowest_sole_m(posed),
             self.place_m.y - anchor_m.z,
         );
         for joint in &mut posed.joints {

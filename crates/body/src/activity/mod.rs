@@ -26,6 +26,7 @@ mod waving;
 use evpose_core::CounterRng;
 
 pub use figure::{Anchor, Arm, Figure, Leg};
+pub(crate) use figure::{SOLE, lowest_sole_m};
 pub use performance::Performance;
 
 /// A motion: a posture for every time in seconds.

@@ -9,7 +9,7 @@ use super::skin::skin;
 use super::{FieldFault, ModelFile, ModelFileError, ModelKind};
 use crate::skeleton::{HAND_JOINTS, JOINTS, LEFT_HAND, RIGHT_HAND, RIGHT_WRIST, parents};
 use crate::texture_layout::coordinates;
-use crate::{BodyModel, HandBasis};
+use crate::{BodyModel, HandBasis, ShapeSpace};
 
 /// Joints of a hand and its wrist.
 const HAND_AND_WRIST: usize = 1 + HAND_JOINTS;
@@ -83,6 +83,7 @@ pub(super) fn model(mut fields: Fields) -> Result<ModelFile, ModelFileError> {
         fingertips: if is_body { BODY_TIPS } else { HAND_TIPS },
         template_m,
         shape_directions_m,
+        shape_space: ShapeSpace::Linear,
         pose_directions_m,
         joint_regressor,
         parents,

@@ -14,13 +14,13 @@ use glam::{Vec2, Vec3};
 
 pub use garments::Garments;
 
-use crate::BodyModel;
 use crate::clothes_layout;
 use crate::implicit::{Grid, surface};
 use crate::model::SkinWeights;
 use crate::normals::area_weighted_normals;
 use crate::procedural::{hands_at_rest, rest_joints};
 use crate::skeleton::{JOINTS, RIGHT_WRIST, parents};
+use crate::{BodyModel, ShapeSpace};
 
 /// Size of the cells in which the surface is looked for.
 const CELL_M: f32 = 0.021;
@@ -57,6 +57,7 @@ impl BodyModel {
         let (left_hand, right_hand) = hands_at_rest();
         Self {
             shape_directions_m: directions.vertices_m,
+            shape_space: ShapeSpace::Linear,
             pose_directions_m: Vec::new(),
             joint_regressor: vec![Vec::new(); JOINTS],
             joint_offsets_m: joints_m.to_vec(),
@@ -88,7 +89,7 @@ fn texture_coordinates(vertices_m: &[Vec3], faces: &[[u32; 3]]) -> Vec<Vec2> {
 }
 
 /// The vertex nearest to a point: where a mitten ends.
-fn nearest(vertices_m: &[Vec3], point_m: Vec3) -> u32 {
+pub(crate) fn nearest(vertices_m: &[Vec3], point_m: Vec3) -> u32 {
     let distance = |vertex_m: &Vec3| vertex_m.distance_squared(point_m);
     let places = vertices_m.iter().enumerate();
     places.min_by(|a, b| distance(a.1).total_cmp(&distance(b.1))).map_or(0, |(i, _)| i as u32)

@@ -22,7 +22,7 @@ use glam::{Vec2, Vec3};
 use crate::implicit::surface;
 use crate::normals::area_weighted_normals;
 use crate::skeleton::{JOINTS, RIGHT_ELBOW, RIGHT_HAND, RIGHT_SHOULDER, RIGHT_WRIST, parents};
-use crate::{BodyModel, HandBasis};
+use crate::{BodyModel, HandBasis, ShapeSpace};
 
 use anatomy::Anatomy;
 use binding::Binding;
@@ -46,6 +46,7 @@ impl BodyModel {
                 &joints_m,
                 &digits,
             ),
+            shape_space: ShapeSpace::Linear,
             pose_directions_m: Vec::new(),
             joint_regressor,
             joint_offsets_m,

@@ -27,6 +27,22 @@ pub enum BodySource {
     /// `source = { file = "SMPLH_male.pkl" }`: SMPL+H, of which the right arm is shown, or MANO,
     /// which ends at the wrist and is moved by the procedural arm.
     File(PathBuf),
+    /// `source = { makehuman = "DIR" }`: MakeHuman's files as distributed. Of people, it is mixed with
+    /// the procedural body by `body_share`; of hands, the right arm is shown.
+    #[serde(rename = "makehuman")]
+    MakeHuman(PathBuf),
+}
+
+/// Source of the motions of people.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum MotionSource {
+    /// `motion = "activities"`: those of the program.
+    #[default]
+    Activities,
+    /// `motion = { cmu = "DIR" }`: CMU's motion capture as distributed (ASF and AMC), mixed with the
+    /// activities by `motion_share`. Subjects 01 and 02 belong to test sets and are never used.
+    Cmu(PathBuf),
 }
 
 /// Sides of the hands of a run.

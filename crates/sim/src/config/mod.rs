@@ -11,7 +11,7 @@ use glam::{Affine3A, Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
 pub use appearance::{BackgroundConfig, BackgroundSource, LightConfig, SkinConfig, SkinSource};
-pub use body::{BodySource, HandModelConfig, Hands};
+pub use body::{BodySource, HandModelConfig, Hands, MotionSource};
 pub use sensor::SensorChoice;
 pub(crate) use sensor::with_threshold_offset;
 

@@ -1,13 +1,15 @@
 //! A person of a scene: shape, clothes, activity and place, with a renderer of their own.
 
 use evpose_body::activity::{Activity, Performance};
+use evpose_body::mocap::Capture;
 use evpose_body::{PosedBody, ShapedBody};
 use evpose_core::{CounterRng, Plane, SensorSize};
 use glam::{Vec3, Vec3A};
 
 use super::config::PeopleConfig;
 use super::joints::{BodyJoints3, joints_m};
-use super::shared::Shared;
+use super::shared::{BodyChoice, Shared};
+use crate::SimError;
 use crate::raster::{Camera, Mesh, PixelRect};
 use crate::scene::{Backdrop, FrameResponse, Lighting, Renderer, Scene};
 use crate::texture::paint_clothes;
@@ -18,15 +20,22 @@ pub(super) struct MemberStreams {
     pub(super) activity: CounterRng,
     pub(super) clothes: CounterRng,
     pub(super) outfit: CounterRng,
+    pub(super) capture: CounterRng,
+}
+
+/// How a person moves.
+#[derive(Debug)]
+enum Movement {
+    Activity(Box<Performance>),
+    Captured(Capture),
 }
 
 /// A person with an activity at a place.
 #[derive(Debug)]
 pub(super) struct CastMember {
-    /// Index of the body among those of the run.
-    body: usize,
+    body: BodyChoice,
     pub(super) betas: Vec<f32>,
-    performance: Performance,
+    movement: Movement,
     pub(super) shaped: ShapedBody,
     posed: PosedBody,
     clothes: CounterRng,
@@ -38,7 +47,11 @@ pub(super) struct CastMember {
 }
 
 impl CastMember {
-    /// Draws a person who does `activity` for `seconds` at `place_m`.
+    /// Draws a person who does `activity`, or moves as somebody was captured, for `seconds` at
+    /// `place_m`.
+    ///
+    /// # Errors
+    /// Captured motion that cannot be read.
     pub(super) fn draw(
         shared: &Shared,
         config: &PeopleConfig,
@@ -46,27 +59,40 @@ impl CastMember {
         seconds: f32,
         place_m: Vec3,
         mut streams: MemberStreams,
-    ) -> Self {
-        let body = streams.outfit.below(shared.bodies.len());
+    ) -> Result<Self, SimError> {
+        let body = shared.draw_body(config.body_share, &mut streams.outfit);
+        let model = &shared.body(body).model;
         let range = config.shape_range;
-        let betas: Vec<f32> = (0..shared.bodies[body].model.shape_directions_m.len())
-            .map(|_| streams.shape.uniform(-range, range))
-            .collect();
-        Self {
+        let betas: Vec<f32> =
+            (0..model.shape_coefficients()).map(|_| streams.shape.uniform(-range, range)).collect();
+        let movement = match &shared.motions {
+            Some(motions) if streams.capture.chance(config.motion_share) => {
+                Movement::Captured(motions.draw(&mut streams.capture, seconds)?)
+            }
+            _ => {
+                let performance =
+                    Performance::draw(activity, &mut streams.activity, seconds, config.stillness);
+                Movement::Activity(Box::new(performance))
+            }
+        };
+        Ok(Self {
             body,
-            shaped: shared.bodies[body].model.shaped(&betas),
+            shaped: model.shaped(&betas),
             betas,
-            performance: Performance::draw(
-                activity,
-                &mut streams.activity,
-                seconds,
-                config.stillness,
-            ),
+            movement,
             posed: PosedBody::default(),
             clothes: streams.clothes,
             place_m,
             turn_rad: 0.0,
             renderer: None,
+        })
+    }
+
+    /// Name of the captured motion, if it is one.
+    pub(super) fn captured(&self) -> Option<&str> {
+        match &self.movement {
+            Movement::Captured(capture) => Some(capture.name()),
+            Movement::Activity(_) => None,
         }
     }
 
@@ -79,7 +105,7 @@ impl CastMember {
         lighting: Lighting,
         light_level: f32,
     ) {
-        let body = &shared.bodies[self.body];
+        let body = shared.body(self.body);
         let scene = Scene {
             camera,
             lighting,
@@ -87,14 +113,18 @@ impl CastMember {
             backdrop: Backdrop::uniform(camera.sensor(), Vec3A::ZERO),
             response: FrameResponse::Clipped,
         };
-        self.renderer = Some(Renderer::new(scene, body.is_closed, light_level));
+        self.renderer = Some(Renderer::new(scene, body.is_closed(self.body), light_level));
     }
 
     /// Takes the posture of `t_s` seconds.
     pub(super) fn pose_at(&mut self, shared: &Shared, t_s: f32) {
-        let body = &shared.bodies[self.body].model;
-        let figure = self.performance.at(t_s);
-        let mut pose = figure.pose(body, &self.shaped, &mut self.posed);
+        let body = &shared.body(self.body).model;
+        let mut pose = match &self.movement {
+            Movement::Activity(performance) => {
+                performance.at(t_s).pose(body, &self.shaped, &mut self.posed)
+            }
+            Movement::Captured(capture) => capture.pose(t_s, body, &self.shaped, &mut self.posed),
+        };
         pose.translation_m += self.place_m;
         body.pose(&self.shaped, &pose, &mut self.posed);
         if self.turn_rad != 0.0 {
@@ -113,7 +143,7 @@ impl CastMember {
         rect: PixelRect,
         paint: impl FnOnce(&mut Plane<f32>),
     ) -> &Plane<f32> {
-        let body = &shared.bodies[self.body].model;
+        let body = shared.body(self.body);
         let renderer = self.renderer.as_mut().expect("dressed before it is rendered");
         renderer.set_camera(camera);
         if !rect.is_empty() {
@@ -122,8 +152,8 @@ impl CastMember {
         renderer.render(&Mesh {
             vertices_m: &self.posed.vertices_m,
             normals: &self.posed.normals,
-            uvs: &body.uvs,
-            faces: &body.faces,
+            uvs: &body.model.uvs,
+            faces: body.faces(self.body),
         })
     }
 

@@ -5,11 +5,22 @@ use evpose_core::{Micros, SensorSize};
 use serde::{Deserialize, Serialize};
 
 use crate::SimError;
-use crate::config::{BackgroundSource, BodySource, LightConfig, SensorChoice};
+use crate::config::{BackgroundSource, BodySource, LightConfig, MotionSource, SensorChoice};
 use crate::randomisation::{Randomised, RandomisedTask};
 
 /// Largest number of people, objects or outfits.
 const MAX_COUNT: usize = 256;
+
+/// Share of what is mixed in, unless configured.
+const HALF: f32 = 0.5;
+
+fn is_half(share: &f32) -> bool {
+    share.to_bits() == HALF.to_bits()
+}
+
+fn is_of_activities(motion: &MotionSource) -> bool {
+    *motion == MotionSource::Activities
+}
 
 /// Complete configuration of a simulation of people, without its seed. Every sequence has one
 /// person, one activity, one background and one camera.
@@ -29,8 +40,18 @@ pub struct PeopleConfig {
     pub format: Option<String>,
     /// Size of the image in pixels.
     pub sensor_size: SensorSize,
-    /// Body model: procedural, or a file of SMPL+H.
+    /// Body model: procedural, a file of SMPL+H, or a folder of MakeHuman's files. Without that
+    /// folder, all people are procedural.
     pub body: BodySource,
+    /// Share of the people with MakeHuman's body, if there is one.
+    #[serde(skip_serializing_if = "is_half")]
+    pub body_share: f32,
+    /// Motion beside that of the activities. Without its folder, all motion is theirs.
+    #[serde(skip_serializing_if = "is_of_activities")]
+    pub motion: MotionSource,
+    /// Share of the people with captured motion, if there is any.
+    #[serde(skip_serializing_if = "is_half")]
+    pub motion_share: f32,
     /// Bound of the shape coefficients, which are uniform in ±`shape_range`.
     pub shape_range: f32,
     /// Names of the activities; sequences cycle through the list.
@@ -122,6 +143,9 @@ impl Default for PeopleConfig {
             format: None,
             sensor_size: SensorSize { width: 346, height: 260 },
             body: BodySource::default(),
+            body_share: HALF,
+            motion: MotionSource::default(),
+            motion_share: HALF,
             shape_range: 1.5,
             activities: ["walking", "waving", "jumping", "boxing", "sitting", "turning"]
                 .map(str::to_owned)
@@ -176,6 +200,8 @@ impl PeopleConfig {
         let shares = [
             ("stillness", self.stillness),
             ("moving_cameras", self.moving_cameras),
+            ("body_share", self.body_share),
+            ("motion_share", self.motion_share),
             ("surroundings.plain", self.surroundings.plain),
             ("surroundings.moving", self.surroundings.moving),
         ];
@@ -265,6 +291,24 @@ impl PeopleConfig {
             return refuse("companions", self.companions.to_string(), reason);
         }
         Ok(())
+    }
+
+    /// Folders of the configuration that are not there, and what is done without each, in a sentence.
+    pub fn missing_folders(&self) -> Vec<String> {
+        let body = match &self.body {
+            BodySource::MakeHuman(folder) => Some((folder, "body", "all people are procedural")),
+            BodySource::Procedural | BodySource::File(_) => None,
+        };
+        let motion = match &self.motion {
+            MotionSource::Cmu(folder) => Some((folder, "motion", "all motion is of activities")),
+            MotionSource::Activities => None,
+        };
+        let missing = body.into_iter().chain(motion).filter(|(folder, ..)| !folder.is_dir());
+        missing
+            .map(|(folder, field, without)| {
+                format!("simulation.{field}: no folder {}: {without}", folder.display())
+            })
+            .collect()
     }
 
     /// Number of cameras of a scene.

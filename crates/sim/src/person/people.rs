@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use evpose_body::files::ModelFile;
-use evpose_body::{BodyModel, Garments};
+use evpose_body::mocap::MotionLibrary;
+use evpose_body::{BodyModel, Garments, MakeHuman};
 use evpose_core::{CounterRng, Micros, Plane, seed_for};
 use rayon::prelude::*;
 
@@ -13,7 +14,7 @@ use super::shared::{DressedBody, Shared};
 use super::still::{Still, photographs, still};
 use super::{PersonSimulator, PersonStep};
 use crate::SimError;
-use crate::config::BodySource;
+use crate::config::{BodySource, MotionSource};
 use crate::randomisation::Randomisation;
 use crate::texture::ImagePool;
 
@@ -27,12 +28,15 @@ impl People {
     /// Prepares a run. People, activities, surroundings and noise are functions of `seed`.
     ///
     /// # Errors
-    /// As [`PeopleConfig::validate`]; unreadable models and background images.
+    /// As [`PeopleConfig::validate`]; unreadable models, motions and background images. Folders that
+    /// are not there are no error: [`PeopleConfig::missing_folders`].
     pub fn new(config: &PeopleConfig, seed: u64) -> Result<Self, SimError> {
         config.validate()?;
         let bodies = match &config.body {
-            BodySource::Procedural if config.outfits == 0 => vec![BodyModel::procedural_human()],
-            BodySource::Procedural => dressed(config.outfits, seed_for(seed, "people outfits", 0)),
+            BodySource::Procedural | BodySource::MakeHuman(_) => match config.outfits {
+                0 => vec![BodyModel::procedural_human()],
+                outfits => dressed(outfits, seed_for(seed, "people outfits", 0)),
+            },
             BodySource::File(path) => {
                 let model = ModelFile::read(path)?.model;
                 if model.parents.len() != evpose_body::skeleton::JOINTS {
@@ -40,6 +44,16 @@ impl People {
                 }
                 vec![model]
             }
+        };
+        let makehuman = match &config.body {
+            BodySource::MakeHuman(folder) if folder.is_dir() => {
+                Some(DressedBody::of_makehuman(MakeHuman::read(folder)?))
+            }
+            _ => None,
+        };
+        let motions = match &config.motion {
+            MotionSource::Cmu(folder) if folder.is_dir() => Some(MotionLibrary::read(folder)?),
+            _ => None,
         };
         let randomisation =
             config.randomisation.as_deref().map(Randomisation::named).transpose()?;
@@ -51,6 +65,8 @@ impl People {
                 config.surroundings.gamma,
             ),
             bodies: bodies.into_iter().map(DressedBody::new).collect(),
+            makehuman,
+            motions,
             randomisation,
             config: config.clone(),
         };

@@ -1,6 +1,6 @@
 //! The scene of one sequence: people with activities, a background plane, objects and a camera.
 
-use evpose_body::activity::{Activity, TRAINING_ACTIVITIES, activity_by_name};
+use evpose_body::activity::{TRAINING_ACTIVITIES, activity_by_name};
 use evpose_core::{
     CounterRng, Distortion, LensCamera, LookAt, Pinhole, PlacedCamera, Plane, seed_for,
 };
@@ -13,6 +13,7 @@ use super::cast_member::{CastMember, MemberStreams, whole_image};
 use super::config::{Framing, PeopleConfig};
 use super::joints::{BodyJoints3, joints_px};
 use super::shared::Shared;
+use crate::SimError;
 use crate::raster::Camera;
 
 /// Distance of the near plane in metres; no camera is drawn that close to a person.
@@ -27,7 +28,8 @@ const ASIDE_M: [f32; 2] = [-2.2, 2.2];
 /// People, a background, objects and a camera, rendered at any time.
 #[derive(Debug)]
 pub(super) struct SceneInstance {
-    pub(super) activity: &'static Activity,
+    /// Name of the activity, or of the captured motion.
+    pub(super) activity: String,
     /// The person with labels, unless nobody is there.
     is_present: bool,
     person: CastMember,
@@ -48,13 +50,16 @@ impl SceneInstance {
     /// Draws scene `index`, which lasts `seconds`, before one of its cameras. Each part has a random
     /// stream of its own; those of the camera and of all that is around the person differ from camera
     /// to camera.
+    ///
+    /// # Errors
+    /// Captured motion that cannot be read.
     pub(super) fn draw(
         shared: &Shared,
         config: &PeopleConfig,
         seed: u64,
         (index, camera_number): (u64, u64),
         seconds: f32,
-    ) -> Self {
+    ) -> Result<Self, SimError> {
         let images = &shared.images;
         let part = |name| CounterRng::new(seed, name, index);
         let part_of_camera = |name| match camera_number {
@@ -71,14 +76,15 @@ impl SceneInstance {
             activity: part("person activity"),
             clothes: part("person clothes"),
             outfit: part("person outfit"),
+            capture: part("person capture"),
         };
-        let mut person = CastMember::draw(shared, config, activity, seconds, Vec3::ZERO, streams);
+        let mut person = CastMember::draw(shared, config, activity, seconds, Vec3::ZERO, streams)?;
         let height_m = shared.height_m(&person.shaped);
         let (path, pinhole) =
             CameraPath::draw(config, height_m, &mut part_of_camera("person camera"));
         let placement = *path.at_rest();
         let mut around = part_of_camera("person surroundings");
-        let mut companions = companions(shared, config, seed, index, seconds);
+        let mut companions = companions(shared, config, seed, index, seconds)?;
         // A person's reach to the depth of a large room, and behind everybody.
         let farthest_m = companions.iter().map(|one| -one.place_m.z).fold(0.0, f32::max);
         let z_m = -farthest_m - around.uniform(0.8, 4.0);
@@ -107,8 +113,10 @@ impl SceneInstance {
             let px_per_m = pinhole.focal_px / (placement.eye_m.z - one.place_m.z);
             one.dress(shared, camera, px_per_m, lighting, level);
         }
-        Self {
-            activity,
+        Ok(Self {
+            activity: person
+                .captured()
+                .map_or(activity.name.to_owned(), |name| format!("cmu {name}")),
             is_present: config.framing != Framing::Nobody,
             person,
             companions,
@@ -119,7 +127,7 @@ impl SceneInstance {
             foreground,
             luminance: Plane::for_sensor(sensor, 0.0),
             angle_rad,
-        }
+        })
     }
 
     /// Renders the scene at `t_s` seconds: linear luminance relative to white.
@@ -207,7 +215,7 @@ fn companions(
     seed: u64,
     index: u64,
     seconds: f32,
-) -> Vec<CastMember> {
+) -> Result<Vec<CastMember>, SimError> {
     let member = |k: usize| {
         let part = |name| CounterRng::new(seed_for(seed, name, index), name, k as u64);
         let mut place = part("companion place");
@@ -220,10 +228,11 @@ fn companions(
             activity: part("companion activity"),
             clothes: part("companion clothes"),
             outfit: part("companion outfit"),
+            capture: part("companion capture"),
         };
         CastMember::draw(shared, config, activity, seconds, place_m, streams)
     };
-    let mut drawn: Vec<CastMember> = (0..config.companions).map(member).collect();
+    let mut drawn = (0..config.companions).map(member).collect::<Result<Vec<_>, _>>()?;
     drawn.sort_by(|a, b| a.place_m.z.total_cmp(&b.place_m.z));
-    drawn
+    Ok(drawn)
 }

@@ -53,7 +53,7 @@ impl PersonSimulator {
         let scene_and_camera = shared.config.scene_of(index);
         let config = shared.config_of(seed, scene_and_camera.0)?;
         let seconds = config.seconds as f32;
-        let scene = SceneInstance::draw(&shared, &config, seed, scene_and_camera, seconds);
+        let scene = SceneInstance::draw(&shared, &config, seed, scene_and_camera, seconds)?;
         let normal = CounterRng::new(seed, "person threshold", index).normal();
         let threshold_offset = config.threshold_sd * f64::from(normal);
         let sensor = sensor_model(&config, threshold_offset)?
@@ -90,9 +90,9 @@ impl PersonSimulator {
         self.config.sensor_size
     }
 
-    /// Name of the activity.
-    pub fn activity(&self) -> &'static str {
-        self.scene.activity.name
+    /// Name of the activity, or of the captured motion, such as `cmu 03_01`.
+    pub fn activity(&self) -> &str {
+        &self.scene.activity
     }
 
     /// The camera in the world of the labels; none if it moves.

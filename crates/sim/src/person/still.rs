@@ -25,7 +25,7 @@ pub struct Still {
 pub(super) fn still(shared: &Shared, index: u64) -> Result<Still, SimError> {
     let seed = seed_for(shared.seed, "people stills", 0);
     let config = shared.config_of(seed, index)?;
-    let mut scene = SceneInstance::draw(shared, &config, seed, (index, 0), TIMES_S[1]);
+    let mut scene = SceneInstance::draw(shared, &config, seed, (index, 0), TIMES_S[1])?;
     let t_s = CounterRng::new(seed, "still time", index).uniform(TIMES_S[0], TIMES_S[1]);
     let grey = photograph(shared, &mut scene, t_s);
     Ok(Still { grey, joints_px: scene.joints_px().unwrap_or_default() })
@@ -41,7 +41,7 @@ pub(super) fn photographs(
     let scene_and_camera = shared.config.scene_of(sequence);
     let config = shared.config_of(seed, scene_and_camera.0)?;
     let seconds = config.seconds as f32;
-    let mut scene = SceneInstance::draw(shared, &config, seed, scene_and_camera, seconds);
+    let mut scene = SceneInstance::draw(shared, &config, seed, scene_and_camera, seconds)?;
     Ok(times.iter().map(|t| photograph(shared, &mut scene, t.as_seconds() as f32)).collect())
 }
 

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use evpose_nn::{BodyLossConfig, MoveEnetConfig};
 use evpose_pose::body::DEFAULT_SOFTENING;
 use evpose_repr::{ErosLike, GaussianKernel, representation_by_name};
+use evpose_sim::config::{BodySource, MotionSource};
 use evpose_sim::person::PeopleConfig;
 use evpose_stats::bootstrap::BootstrapConfig;
 use evpose_view::Denoise;
@@ -467,7 +468,8 @@ impl BodyConfig {
     }
 
     /// The experiment's held-out recordings: other people, other places, a seed nothing else uses,
-    /// and what the evaluation says that is done.
+    /// and what the evaluation says that is done. Their bodies and motions are the program's own:
+    /// folders of others have the motions of the training, and may be missing elsewhere.
     #[must_use]
     pub fn held_out(&self) -> Self {
         let mut config = self.clone();
@@ -479,6 +481,10 @@ impl BodyConfig {
         }
         if let Some(share) = self.evaluation.moving_cameras {
             config.simulation.moving_cameras = share;
+        }
+        config.simulation.motion = MotionSource::Activities;
+        if matches!(config.simulation.body, BodySource::MakeHuman(_)) {
+            config.simulation.body = BodySource::Procedural;
         }
         config
     }

@@ -27,7 +27,7 @@ use evpose_pose::HandSide;
 
 use super::{FieldFault, ModelFile, ModelFileError, ModelKind};
 use crate::texture_layout::coordinates;
-use crate::{BodyModel, SkinWeights};
+use crate::{BodyModel, ShapeSpace, SkinWeights};
 use evpose_pickle::Array;
 use faults::Faults;
 use joints::{HAND_SIZE, JOINTS, is_needed};
@@ -161,6 +161,7 @@ fn body_model(mesh: SkinnedMesh, joints_m: Vec<Vec3>, side: HandSide) -> BodyMod
     hand.first_joint = 1;
     let mut model = BodyModel {
         shape_directions_m: Vec::new(),
+        shape_space: ShapeSpace::Linear,
         pose_directions_m: Vec::new(),
         joint_regressor: vec![Vec::new(); HAND_SIZE],
         parents: PARENTS.to_vec(),
