@@ -140,7 +140,7 @@ mod tests {
     #[test]
     fn an_embedded_network_is_written_once_and_replaced_if_it_differs() {
         let data = tempfile::tempdir().unwrap();
-        let network = EmbeddedNetwork { name: "some-network", bytes: b"weights" };
+        let network = EmbeddedNetwork { name: "some-network", bytes: b"weights", card: "" };
         let path = unpack(&network, data.path()).unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"weights");
         let written = fs::metadata(&path).unwrap().modified().unwrap();
@@ -160,7 +160,7 @@ mod tests {
     #[test]
     fn a_data_directory_that_cannot_be_written_is_named() {
         let data = tempfile::NamedTempFile::new().unwrap();
-        let network = EmbeddedNetwork { name: "some-network", bytes: b"weights" };
+        let network = EmbeddedNetwork { name: "some-network", bytes: b"weights", card: "" };
         let error = format!("{:#}", unpack(&network, data.path()).unwrap_err());
         assert!(error.starts_with("writing the network `some-network` to "), "{error}");
     }

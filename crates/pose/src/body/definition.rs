@@ -14,8 +14,8 @@
 
 use glam::Vec2;
 
+use super::BodyPoints;
 use super::number::{HEAD, HIP_L, HIP_R, SHOULDER_L, SHOULDER_R};
-use super::{BODY_JOINTS, BodyPoints};
 
 /// From the shoulders' middle to the middle of the head, and as much further to its top.
 const HEAD_TOP: f32 = 0.056 / (0.196 - 0.056);
@@ -60,6 +60,7 @@ impl JointDefinition {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::body::BODY_JOINTS;
 
     #[test]
     fn markers_of_dhp19_are_on_top_of_the_head_and_above_the_hips() {
