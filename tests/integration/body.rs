@@ -4,6 +4,7 @@ use std::time::{Duration, Instant};
 
 use evpose_io::poses::{TimedPose, read_poses};
 use evpose_pose::PoseOrigin;
+use evpose_pose::body::BodyPoints;
 
 use crate::harness::{Sandbox, bytes, tiny_body};
 
@@ -57,7 +58,8 @@ fn evaluate_recordings(sandbox: &Sandbox) {
         "--curves",
         "pck.svg",
     ]);
-    for row in ["network", "mean pose", "last pose", "propagated", "wrist_l"] {
+    for row in ["network", "filtered", "jitter", "mean pose", "last pose", "propagated", "wrist_l"]
+    {
         assert!(evaluated.contains(row), "{row}: {evaluated}");
     }
     let report: serde_json::Value =
@@ -81,6 +83,28 @@ fn infer_in_batches(sandbox: &Sandbox) {
         without_latency.collect::<Vec<_>>()
     });
     assert!(poses[0] == poses[1]);
+}
+
+/// The filter finds the same joints, and they tremble less.
+fn infer_without_filter(sandbox: &Sandbox) {
+    let infer = ["infer", "--checkpoint", "fine/best.bpk", "--events", "held/0000.raw"];
+    let raw = ["--stride-ms", "20", "--unfiltered", "--out", "raw.csv"];
+    sandbox.ok(&[&infer[..], &raw].concat());
+    let [filtered, raw] = ["poses.csv", "raw.csv"].map(|name| {
+        let poses = read_poses(&sandbox.path(name)).unwrap().poses;
+        poses.iter().map(TimedPose::body_px).collect::<Vec<_>>()
+    });
+    let found = |poses: &[BodyPoints]| -> Vec<bool> {
+        poses.iter().flatten().map(Option::is_some).collect()
+    };
+    assert_eq!(found(&filtered), found(&raw));
+    let jitter_px = |poses: &[BodyPoints]| -> f32 {
+        let of = |joint: usize, three: &[BodyPoints]| {
+            Some((three[0][joint]? - 2.0 * three[1][joint]? + three[2][joint]?).length())
+        };
+        poses.windows(3).flat_map(|three| (0..13).filter_map(|joint| of(joint, three))).sum()
+    };
+    assert!(jitter_px(&filtered) < 0.8 * jitter_px(&raw));
 }
 
 /// Infers the poses of a recording and draws them.
@@ -110,6 +134,7 @@ fn infer_recording(sandbox: &Sandbox) {
     assert!(poses.windows(2).all(|pair| (pair[1].t - pair[0].t).0 == 20_000));
     let log = String::from_utf8(bytes(&sandbox.path("skeletons/data.log"))).unwrap();
     assert_eq!(log.lines().count(), poses.len());
+    infer_without_filter(sandbox);
     for (format, out) in [("hpe-core", "poses.txt"), ("json", "poses.jsonl")] {
         let infer = ["infer", "--checkpoint", "fine/best.bpk", "--events", "held/0000.raw"];
         let written = ["--stride-ms", "20", "--format", format, "--out", out];

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use evpose_core::{CounterRng, Event, EventStream, Polarity};
 use evpose_io::poses::{TimedPose, read_poses};
 
 use crate::harness::{Sandbox, stderr};
@@ -128,4 +129,44 @@ fn a_person_is_found_and_thresholds_leave_out_what_scores_lower() {
         said.contains("nobody in view") && said.contains("false detections per minute"),
         "{said}"
     );
+}
+
+#[test]
+fn a_person_is_found_where_polarities_are_lost() {
+    let sandbox = Sandbox::new();
+    let simulate = ["simulate", "finetune", "--held-out", "--sequences", "2", "--seconds", "1"];
+    let size = ["--set", "simulation.sensor_size={width=640,height=480}", "--out", "vga"];
+    let changes = ["--set", "simulation.step_hz=250", "--set", "simulation.label_hz=50"];
+    sandbox.ok(&[&simulate[..], &changes, &size].concat());
+    let events = evpose_io::open(sandbox.path("vga/0001.raw")).unwrap().stream;
+    let mut rng = CounterRng::new(1, "polarities", 0);
+    let mut inferred = |name: &str, of: &mut dyn FnMut(&mut CounterRng, Polarity) -> Polarity| {
+        let other = |event: Event| Event { polarity: of(&mut rng, event.polarity), ..event };
+        let other = EventStream::from_events(events.sensor(), events.iter().map(other)).unwrap();
+        let path = sandbox.path(name);
+        evpose_io::format_for(&path).unwrap().write(&path, &other).unwrap();
+        infer(&sandbox, "body.bpk", name, &["--stride-ms", "50", "--unfiltered"])
+    };
+    let truth = read_poses(&sandbox.path("vga/0001.poses.csv")).unwrap().poses;
+    // Of joints from the nearest labels, which are 20 ms apart; the first poses have seen little.
+    let error_px = |poses: &[TimedPose]| {
+        let of = |pose: &TimedPose| {
+            let label = truth.iter().min_by_key(|label| (label.t - pose.t).0.abs()).unwrap();
+            let both = pose.body_px().into_iter().zip(label.body_px());
+            both.filter_map(|(found, joint)| Some(found?.distance(joint?))).collect::<Vec<_>>()
+        };
+        let mut errors: Vec<f32> = poses.iter().skip(5).flat_map(of).collect();
+        errors.sort_by(f32::total_cmp);
+        errors[errors.len() / 2]
+    };
+    let (normal, said) = inferred("normal.npz", &mut |_, polarity| polarity);
+    assert!(detected(&normal) > 10 && !said.contains("polarities"), "{said}");
+    for share_on in [1.0, 0.0, 0.5] {
+        let mut drawn = |rng: &mut CounterRng, _| Polarity::from_on(rng.chance(share_on));
+        let (poses, said) = inferred("lost.npz", &mut drawn);
+        assert!(said.contains("polarities say nothing"), "{said}");
+        assert!(detected(&poses) + 2 >= detected(&normal), "{share_on}: {}", detected(&poses));
+        let (own_px, normal_px) = (error_px(&poses), error_px(&normal));
+        assert!(own_px < 1.2 * normal_px + 1.0, "{share_on}: {own_px} px, not {normal_px} px");
+    }
 }

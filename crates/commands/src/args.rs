@@ -232,7 +232,7 @@ pub struct InferArgs {
     /// Bodies: also write poses at 500 Hz, propagated from each inference by velocities from events
     #[arg(long, value_name = "FILE")]
     pub fused: Option<PathBuf>,
-    /// Hands, and bodies of several cameras: write poses without the Kalman filter
+    /// Write poses without the Kalman filter
     #[arg(long)]
     pub unfiltered: bool,
     /// Precision of the inference: f32, bf16, or int8 after `evpose quantize`

@@ -8,6 +8,10 @@
 //! makes as many events per canonical pixel for every resolution; noise that is independent among
 //! `n` pixels makes `1 / n` as many, and events of both polarities cancel.
 //!
+//! Where polarities say nothing (all are one, or random: see [`ViewAdaptor::has_lost_polarities`]), an
+//! event of any of them counts as a step in one direction: edges then pool as they should, and noise
+//! does not cancel.
+//!
 //! If the sensor is coarser than the view, each event is one of all canonical pixels that its
 //! pixel covers.
 //!
@@ -18,6 +22,7 @@
 use evpose_core::{Event, EventStream, Polarity, SensorSize};
 use glam::{DVec2, Vec2};
 
+use crate::polarity::PolarityEvidence;
 use crate::{Calibration, CanonicalView};
 
 /// Steps of the iteration that inverts the lens distortion.
@@ -40,6 +45,7 @@ pub struct ViewAdaptor {
     covered: Vec<(u32, f32)>,
     /// Change of each canonical pixel since its last event, in contrast thresholds.
     change: Vec<f32>,
+    polarity: PolarityEvidence,
     is_identity: bool,
 }
 
@@ -60,8 +66,9 @@ impl ViewAdaptor {
             && covered.len() == sensor.pixels()
             && covered.iter().enumerate().all(|(i, (cell, _))| i == *cell as usize);
         let change = vec![0.0; view.sensor.pixels()];
+        let polarity = PolarityEvidence::new(sensor);
         let calibration = calibration.clone();
-        Self { calibration, view: *view, starts, covered, change, is_identity }
+        Self { calibration, view: *view, starts, covered, change, polarity, is_identity }
     }
 
     /// The view.
@@ -89,10 +96,15 @@ impl ViewAdaptor {
         assert!(out.sensor() == self.view.sensor, "memory for another view");
         out.clear();
         let (width, view_width) = (usize::from(sensor.width), u32::from(self.view.sensor.width));
-        for Event { t, x, y, polarity } in events.iter() {
+        for event @ Event { t, x, y, polarity } in events.iter() {
+            if self.polarity.push(&event) {
+                // Steps so far were as many, in whichever direction.
+                self.change.iter_mut().for_each(|change| *change = change.abs());
+            }
             let pixel = usize::from(y) * width + usize::from(x);
             let (start, end) = (self.starts[pixel], self.starts[pixel + 1]);
-            let sign = if polarity == Polarity::On { 1.0 } else { -1.0 };
+            let is_up = polarity == Polarity::On || self.polarity.is_lost();
+            let sign = if is_up { 1.0 } else { -1.0 };
             for &(cell, share) in &self.covered[start as usize..end as usize] {
                 let change = &mut self.change[cell as usize];
                 *change += sign * share;
@@ -106,9 +118,15 @@ impl ViewAdaptor {
         }
     }
 
+    /// Whether polarities say nothing, as far as events have shown: they are all the same, or noise.
+    pub fn has_lost_polarities(&self) -> bool {
+        self.polarity.is_lost()
+    }
+
     /// Forgets all events.
     pub fn reset(&mut self) {
         self.change.fill(0.0);
+        self.polarity = PolarityEvidence::new(self.calibration.sensor);
     }
 
     /// Position on the sensor, in pixels, of a position in the view.

@@ -29,6 +29,7 @@ mod canonical;
 mod denoise;
 mod error;
 mod file_formats;
+mod polarity;
 mod rig;
 
 pub use adaptor::ViewAdaptor;

@@ -52,7 +52,7 @@ pub(super) fn run(out: &Path, row: &Row, stages: &Stages, device: &Device) -> Re
     let frames = recorded::frames(&config, &data)?;
     let predictor = BodyPredictor::new(&checkpoint, BodyPredictorOptions::default(), None)?;
     let mean = checkpoint.mean_pose.context("the training poses have no mean")?;
-    let (network, mean_pose) = evaluate_frames(&predictor, &frames, &mean)?;
+    let (network, mean_pose) = evaluate_frames(&predictor, &frames, &mean, &|_, _| {})?;
     // Intervals come from seeds, not from sequences.
     let bootstrap = BootstrapConfig { resamples: 0, seed: 0 };
     let summary = |evaluation: evpose_pose::metric::body::BodyEvaluation| {

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use evpose_core::{Micros, atomic_write};
+use evpose_pose::filter::BodyFilterConfig;
 use evpose_pose::metric::body::{BodyEvaluation, BodyScores, BodySummary};
 use evpose_stats::bootstrap::BootstrapConfig;
 use evpose_stats::interval::Interval;
@@ -34,6 +35,12 @@ struct Report {
     machine: Machine,
     commit: &'static str,
     network: BodySummary,
+    /// The network's poses through the temporal filter.
+    filtered: BodySummary,
+    /// The filter of the checkpoint, and the one that residuals on these recordings would have.
+    filter: BodyFilterConfig,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    estimated_filter: Option<BodyFilterConfig>,
     /// The network's scores on each recording.
     recordings: Vec<RecordingScores>,
     mean_pose: BodySummary,
@@ -111,9 +118,13 @@ fn evaluate(model: &BodyModel, args: &EvalArgs, data: &Path) -> Result<()> {
     let bootstrap = &checkpoint.config.evaluation.bootstrap;
     let summary = |evaluation: BodyEvaluation| evaluation.summary(&PERCENTS, bootstrap);
     let (network, mean_pose) = (summary(evaluated.network())?, summary(evaluated.mean_pose())?);
+    let filtered = summary(evaluated.filtered())?;
     say(format!("{} recordings of {}", network.sequences, data.display()));
     print("network", &network.raw);
+    print("filtered", &filtered.raw);
     print("mean pose", &mean_pose.raw);
+    let estimated_filter = evaluated.estimated_filter()?;
+    print_filter([&network, &filtered], &checkpoint.config.filter, estimated_filter.as_ref());
     print_joints(&network);
     print_detections(&evaluated.detections());
     let scores = by_recording(&evaluated, bootstrap)?;
@@ -129,6 +140,9 @@ fn evaluate(model: &BodyModel, args: &EvalArgs, data: &Path) -> Result<()> {
         machine: Machine::this(),
         commit: COMMIT,
         network,
+        filtered,
+        filter: checkpoint.config.filter,
+        estimated_filter,
         recordings: scores,
         mean_pose,
         detections: evaluated.detections(),
@@ -207,6 +221,24 @@ pub(super) fn print(method: &str, scores: &BodyScores) {
         shares.join("  "),
         cell(scores.auc, 3),
         cell(scores.mpjpe_px, 2)
+    ));
+}
+
+/// Prints jitter without and with the filter, and its settings.
+fn print_filter(
+    [network, filtered]: [&BodySummary; 2],
+    filter: &BodyFilterConfig,
+    estimated: Option<&BodyFilterConfig>,
+) {
+    let of = |filter: &BodyFilterConfig| {
+        format!("{:.1} Hz, exponent {:.1}", filter.cutoff_hz, filter.score_exponent)
+    };
+    say(format!(
+        "jitter     network {} px/s², filtered {} px/s²; filter {}, estimated here {}",
+        cell(network.acceleration_px_s2, 0),
+        cell(filtered.acceleration_px_s2, 0),
+        of(filter),
+        estimated.map_or_else(|| "-".to_owned(), of)
     ));
 }
 

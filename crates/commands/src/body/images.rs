@@ -1,6 +1,7 @@
 //! `evpose eval` of bodies on images with annotations: EROS images of others, for example.
 
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use anyhow::{Result, bail};
 use evpose_app::json::write_json;
@@ -8,15 +9,24 @@ use evpose_app::machine::Machine;
 use evpose_app::progress::{bar, say};
 use evpose_app::run_info::COMMIT;
 use evpose_core::Micros;
-use evpose_pose::metric::body::{BodyEvaluation, BodySequence, BodySummary};
+use evpose_pose::PoseError;
+use evpose_pose::body::BodyPoints;
+use evpose_pose::body::fusion::ScoredPoints;
+use evpose_pose::filter::BodyFilter;
+use evpose_pose::metric::body::{BodyEvaluation, BodyPrediction, BodySequence, BodySummary};
 use evpose_report::people;
 use evpose_task::body::{BodyPredictorOptions, BodySourceKind};
-use evpose_train::body::{BodyFrames, evaluate_frames, holds_annotations};
+use evpose_train::body::{
+    BodyFrame, BodyFrames, evaluate_frames, evaluate_frames_with, holds_annotations,
+};
 use serde::Serialize;
 
 use super::BodyModel;
 use super::eval::{PERCENTS, RecordingScores, print};
 use crate::args::EvalArgs;
+
+/// Interval that images of a clip without time stamps are taken to have: what video has.
+const UNTIMED: Micros = Micros(33_333);
 
 /// Results, as written to JSON.
 #[derive(Debug, Serialize)]
@@ -26,6 +36,8 @@ struct ImageReport {
     images: usize,
     /// Of several clips, intervals are over clips.
     network: BodySummary,
+    /// The network's joints through the temporal filter, clip by clip.
+    filtered: BodySummary,
     mean_pose: BodySummary,
     /// The network's scores on each clip.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -51,16 +63,16 @@ pub(super) fn run(model: &BodyModel, args: &EvalArgs, clips: &[PathBuf]) -> Resu
     }
     let bootstrap = &model.checkpoint.config.evaluation.bootstrap;
     let mut images = 0;
-    let mut both = [BodyEvaluation::default(), BodyEvaluation::default()];
+    let mut all: [BodyEvaluation; 3] = Default::default();
     let mut recordings = Vec::new();
     for clip in clips {
         let (count, evaluations) = evaluate(model, args, clip)?;
         images += count;
         if clips.len() == 1 {
-            both = evaluations;
+            all = evaluations;
             continue;
         }
-        for (all, clip) in both.iter_mut().zip(&evaluations) {
+        for (all, clip) in all.iter_mut().zip(&evaluations) {
             all.sequences.push(as_one(clip));
         }
         recordings.push(RecordingScores {
@@ -68,17 +80,20 @@ pub(super) fn run(model: &BodyModel, args: &EvalArgs, clips: &[PathBuf]) -> Resu
             scores: evaluations[0].summary(&PERCENTS, bootstrap)?.raw,
         });
     }
-    let [network, mean_pose] = both.map(|evaluation| evaluation.summary(&PERCENTS, bootstrap));
+    let [network, filtered, mean_pose] =
+        all.map(|evaluation| evaluation.summary(&PERCENTS, bootstrap));
     let report = ImageReport {
         machine: Machine::this(),
         commit: COMMIT,
         images,
         network: network?,
+        filtered: filtered?,
         mean_pose: mean_pose?,
         recordings,
     };
     say(format!("{images} images"));
     print("network", &report.network.raw);
+    print("filtered", &report.filtered.raw);
     print("mean pose", &report.mean_pose.raw);
     report.recordings.iter().for_each(|clip| print(&clip.file, &clip.scores));
     write_json(args.json.as_deref(), &report)
@@ -94,12 +109,13 @@ fn as_one(images: &BodyEvaluation) -> BodySequence {
     one
 }
 
-/// The number of images of a clip, and the scores of the network and of the mean pose on each.
+/// The number of images of a clip, and the scores of the network, through the filter and of the mean pose
+/// on each.
 fn evaluate(
     model: &BodyModel,
     args: &EvalArgs,
     data: &Path,
-) -> Result<(usize, [BodyEvaluation; 2])> {
+) -> Result<(usize, [BodyEvaluation; 3])> {
     let checkpoint = &model.checkpoint;
     let mut config = checkpoint.config.clone();
     config.data.source = BodySourceKind::Annotations;
@@ -107,6 +123,7 @@ fn evaluate(
     let progress = bar("reading", 0, "images");
     let mut frames = BodyFrames::load(&config, data, &|count| progress.inc(count))?;
     progress.finish_and_clear();
+    let times = times(&frames);
     // Images are evaluated one by one, whether or not they are of one clip.
     for (index, frame) in frames.frames.iter_mut().enumerate() {
         frame.sequence = index as u64;
@@ -120,6 +137,45 @@ fn evaluate(
     if let Some(path) = &args.preview {
         people::of_frames(&predictor, &frames, path)?;
     }
-    let (network, mean_pose) = evaluate_frames(&predictor, &frames, &mean)?;
-    Ok((frames.len(), [network, mean_pose]))
+    let found: Vec<OnceLock<ScoredPoints>> = vec![OnceLock::new(); frames.len()];
+    let observe = |frame: &BodyFrame, pose: &ScoredPoints| {
+        // Sequences are numbers of images, and each is found once.
+        let _ = found[frame.sequence as usize].set(*pose);
+    };
+    let (network, mean_pose) = evaluate_frames(&predictor, &frames, &mean, &observe)?;
+    let mut filter = BodyFilter::new(checkpoint.config.filter)?;
+    let mut sequence = None;
+    let filtered: Vec<BodyPoints> = times
+        .iter()
+        .zip(&found)
+        .map(|((own, t), pose)| {
+            if sequence.replace(*own) != Some(*own) {
+                filter.reset();
+            }
+            pose.get().map_or_else(BodyPoints::default, |pose| filter.update(*t, pose))
+        })
+        .collect();
+    let filtered = evaluate_frames_with(
+        &frames,
+        || (),
+        |(), frame| {
+            let joints_px = filtered[frame.sequence as usize];
+            Ok::<_, PoseError>(BodyPrediction {
+                t_s: frame.t.as_seconds(),
+                delay_s: 0.0,
+                joints_px,
+            })
+        },
+    )?;
+    Ok((frames.len(), [network, filtered, mean_pose]))
+}
+
+/// The sequence and the time of each image.
+fn times(frames: &BodyFrames) -> Vec<(u64, Micros)> {
+    let frames = &frames.frames;
+    let is_timed = frames.windows(2).any(|pair| pair[0].t < pair[1].t);
+    let time = |(index, frame): (i64, &BodyFrame)| {
+        (frame.sequence, if is_timed { frame.t } else { Micros(index * UNTIMED.0) })
+    };
+    (0..).zip(frames).map(time).collect()
 }

@@ -49,10 +49,11 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
         let stream = of(windows, &calibration, checkpoint, propagation, predictor)?;
         // Propagation goes on from one pose to the next.
         let stream = if propagation.is_none() { stream.with_batch(batch) } else { stream };
-        Ok(match args.min_score {
+        let stream = match args.min_score {
             Some(min_score) => stream.with_min_score(min_score),
             None => stream,
-        })
+        };
+        Ok(if args.unfiltered { stream } else { stream.with_filter(checkpoint.config.filter)? })
     };
     let mut recording = open(None)?;
     let Some(start) = recording.start() else { bail!("{}: no events", events.display()) };

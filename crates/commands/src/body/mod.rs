@@ -253,7 +253,8 @@ impl PoseModel for BodyModel {
         let calibration = Calibration::choose(options.camera.as_deref(), sensor)?;
         let mut stream =
             body_stream(&self.checkpoint, &calibration, Some(&propagation), predictor)?;
-        stream.frontend = stream.frontend.with_batch(batch);
+        stream.frontend =
+            stream.frontend.with_batch(batch).with_filter(self.checkpoint.config.filter)?;
         if let Some(min_score) = options.min_score {
             stream.frontend = stream.frontend.with_min_score(min_score);
         }

@@ -29,6 +29,13 @@ pub(super) fn run(model: &HandModel, args: &InferArgs) -> Result<()> {
     let mut adaptor = adaptor(config, recording.stream.sensor(), args.camera.as_deref())?;
     let mut events = EventStream::empty(adaptor.view().sensor);
     adaptor.push(&recording.stream, &mut events);
+    if adaptor.has_lost_polarities() {
+        note(format!(
+            "warning: {}: polarities say nothing, and a network of hands sees ON and OFF apart: poses \
+             are less accurate",
+            path.display()
+        ));
+    }
     let mut predictor = model.predictor(args.precision)?;
     let estimates = if args.mode == "slow-motion" {
         slow_motion(config, &events, &mut predictor)?

@@ -67,6 +67,11 @@ impl CanonicalEvents {
         sensor_px.map(|point| map.view_from_sensor(point?))
     }
 
+    /// Whether events have shown that polarities say nothing; those that stay as they are do without.
+    pub(super) fn has_lost_polarities(&self) -> bool {
+        self.adaptor.as_ref().is_some_and(ViewAdaptor::has_lost_polarities)
+    }
+
     /// Forgets all events.
     pub(super) fn reset(&mut self) {
         if let Some(map) = &mut self.adaptor {

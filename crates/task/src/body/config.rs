@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use evpose_nn::{BodyLossConfig, MoveEnetConfig};
 use evpose_pose::body::DEFAULT_SOFTENING;
+use evpose_pose::filter::{BodyFilter, BodyFilterConfig};
 use evpose_repr::{ErosLike, GaussianKernel, representation_by_name};
 use evpose_sim::config::{BodySource, MotionSource};
 use evpose_sim::person::PeopleConfig;
@@ -58,6 +59,9 @@ pub struct BodyConfig {
     /// When a pose is reported.
     #[serde(skip_serializing_if = "BodyDetectionConfig::is_default")]
     pub detection: BodyDetectionConfig,
+    /// The filter of joints over time.
+    #[serde(skip_serializing_if = "BodyFilterConfig::is_default")]
+    pub filter: BodyFilterConfig,
     /// Optimiser and duration.
     pub training: BodyTrainingConfig,
     /// Held-out data.
@@ -225,7 +229,8 @@ pub struct BodyTrainingConfig {
     pub validation_samples: u64,
     /// Early stopping.
     pub early_stop: EarlyStop,
-    /// Whether `decoding.confidence` of the best network is calibrated on the validation images.
+    /// Whether `decoding.confidence`, `detection.min_score` and, of recordings, `filter` of the best network
+    /// are calibrated on the validation images.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub calibrate_confidence: bool,
 }
@@ -265,6 +270,7 @@ impl Default for BodyConfig {
             targets: BodyTargetConfig::default(),
             decoding: BodyDecodingConfig::default(),
             detection: BodyDetectionConfig::default(),
+            filter: BodyFilterConfig::default(),
             training: BodyTrainingConfig::default(),
             evaluation: BodyEvaluationConfig::default(),
         }
@@ -419,6 +425,7 @@ impl BodyConfig {
         if !(self.decoding.softening_cells.is_finite() && self.decoding.softening_cells > 0.0) {
             return fail("decoding.softening_cells", "must be above 0");
         }
+        BodyFilter::new(self.filter)?;
         if !self.detection.is_valid() {
             return fail(
                 "detection",

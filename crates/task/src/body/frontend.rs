@@ -5,6 +5,7 @@ use evpose_core::{EventStream, Micros, Plane, SensorSize};
 use evpose_pose::PoseEstimate;
 use evpose_pose::body::fusion::ScoredPoints;
 use evpose_pose::body::{BodyFollower, BodyJoint, PresenceScore, pose_score};
+use evpose_pose::filter::{BodyFilter, BodyFilterConfig};
 use evpose_pose::stream::{InferenceWorker, PoseStream, StreamError, StreamFrontend};
 use evpose_repr::{
     BlurWork, ChannelOrder, GaussianKernel, Representation, StreamWindow, representation_by_name,
@@ -92,6 +93,7 @@ pub fn body_stream(
         last_detection: None,
         batch: 1,
         pending: ImageBatch::default(),
+        filter: None,
     };
     Ok(PoseStream::new(frontend, BodyWorker { predictor, blur: Blur::new(image.blur) }))
 }
@@ -115,6 +117,8 @@ pub struct BodyFrontend {
     /// Images per inference, and those of the next one.
     batch: usize,
     pending: ImageBatch,
+    /// Smooths reported joints; none for those of the network.
+    filter: Option<BodyFilter>,
 }
 
 impl BodyFrontend {
@@ -122,6 +126,11 @@ impl BodyFrontend {
     #[must_use]
     pub fn with_batch(self, batch: usize) -> Self {
         Self { batch: batch.max(1), ..self }
+    }
+
+    /// Whether events have shown that polarities say nothing, where they would count.
+    pub fn has_lost_polarities(&self) -> bool {
+        self.canonical.has_lost_polarities()
     }
 
     /// The images of a batch that will not be full: the recording ends. None if there are none.
@@ -150,7 +159,7 @@ impl BodyFrontend {
         let mut detection = ScoredPoints::in_image(joints, self.canonical.size());
         detection.points = self.canonical.sensor_points(&detection.points);
         let score = self.presence.update(t, pose_score(&detection.scores));
-        let detection = self.reported(detection, score);
+        let mut detection = self.reported(detection, score);
         if let Some(follower) = &mut self.follower {
             if detection.points.iter().any(Option::is_some) {
                 follower.detection(t, &detection, now);
@@ -159,8 +168,20 @@ impl BodyFrontend {
                 follower.forget_detections();
             }
         }
+        if let Some(filter) = &mut self.filter {
+            detection.points = filter.update(t, &detection);
+        }
         self.last_detection = Some((detection, score));
         (t, (detection, score))
+    }
+
+    /// The same with the temporal filter of the checkpoint's config on the joints of poses; propagated
+    /// ones have a filter of their own.
+    ///
+    /// # Errors
+    /// If a setting is out of range.
+    pub fn with_filter(self, config: BodyFilterConfig) -> Result<Self, TaskError> {
+        Ok(Self { filter: Some(BodyFilter::new(config)?), ..self })
     }
 
     /// The same with a minimum score of poses, instead of the checkpoint's, and of joints.
@@ -247,6 +268,9 @@ impl StreamFrontend for BodyFrontend {
         self.representation.reset();
         if let Some(follower) = &mut self.follower {
             follower.reset();
+        }
+        if let Some(filter) = &mut self.filter {
+            filter.reset();
         }
         self.last_detection = None;
         self.pending.clear();

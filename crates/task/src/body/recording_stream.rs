@@ -7,6 +7,7 @@ use evpose_core::{EventStream, Micros, Rejected, SensorSize, TimeWindow};
 use evpose_io::{OpenOptions, Windows};
 use evpose_pose::PoseEstimate;
 use evpose_pose::body::BodyPoints;
+use evpose_pose::filter::BodyFilterConfig;
 use evpose_pose::metric::body::BodyPrediction;
 use evpose_pose::stream::{InferenceWorker, PoseStream, StreamFrontend};
 
@@ -76,6 +77,15 @@ impl BodyRecordingStream {
         self
     }
 
+    /// The same with a temporal filter: see [`BodyFrontend::with_filter`].
+    ///
+    /// # Errors
+    /// If a setting is out of range.
+    pub fn with_filter(mut self, config: BodyFilterConfig) -> Result<Self, TaskError> {
+        self.stream.frontend = self.stream.frontend.with_filter(config)?;
+        Ok(self)
+    }
+
     /// The sensor.
     pub fn sensor(&self) -> SensorSize {
         self.windows.sensor()
@@ -89,7 +99,11 @@ impl BodyRecordingStream {
                 "left out {outside_sensor} events outside the sensor and {out_of_order} out of order"
             )
         });
-        rejected.into_iter().chain(self.windows.remarks()).collect()
+        let lost = self.stream.frontend.has_lost_polarities().then(|| {
+            "polarities say nothing: events are pooled to the network's view without them"
+                .to_owned()
+        });
+        rejected.into_iter().chain(lost).chain(self.windows.remarks()).collect()
     }
 
     /// When the recording begins; none if it is empty.

@@ -78,6 +78,8 @@ pub fn evaluate_baseline(
         let result = BodyRecordingResult {
             events: events.clone(),
             detections: DetectionCounts::of(&track, &predictions, every),
+            scored: Vec::new(),
+            filtered: None,
             network: BodySequence::evaluate(&truth, &predictions, &protocol)?,
             mean_pose: BodySequence::evaluate(&truth, &constant, &protocol)?,
             truth,

@@ -1,18 +1,22 @@
 //! Evaluation of networks of bodies on recordings with ground truth.
 
 use std::path::PathBuf;
+use std::time::Instant;
 
 use evpose_core::{Micros, SensorSize};
-use evpose_pose::PoseError;
 use evpose_pose::body::BodyPoints;
+use evpose_pose::body::fusion::ScoredPoints;
+use evpose_pose::filter::{BodyFilter, BodyFilterConfig};
 use evpose_pose::metric::body::{
     BodyEvaluation, BodyPrediction, BodyProtocol, BodySequence, BodyTruth, MeanBody,
 };
+use evpose_pose::{PoseError, PoseEstimate};
 use evpose_sim::person::PoseTable;
 use glam::Vec2;
 use rayon::prelude::*;
 
 use super::detections::DetectionCounts;
+use super::filter_noise::{ScoredPose, estimate_filter};
 use super::frames::{BodyFrame, BodyFrames, label_of};
 use super::recordings::{BodyRecordings, PoseTrack};
 use crate::TrainError;
@@ -30,8 +34,12 @@ pub struct BodyRecordingResult {
     pub predictions: Vec<BodyPrediction>,
     /// Whether somebody is reported where somebody is.
     pub detections: DetectionCounts,
+    /// The same with scores and truth.
+    pub scored: Vec<ScoredPose>,
     /// Scores of the network.
     pub network: BodySequence,
+    /// Scores of the same poses through the filter of the config; none of networks without one.
+    pub filtered: Option<BodySequence>,
     /// Scores of the mean of all training poses, the baseline.
     pub mean_pose: BodySequence,
 }
@@ -47,6 +55,22 @@ impl BodyResults {
     /// Scores of the network.
     pub fn network(&self) -> BodyEvaluation {
         BodyEvaluation { sequences: self.recordings.iter().map(|r| r.network.clone()).collect() }
+    }
+
+    /// Scores of the network's poses through the filter.
+    pub fn filtered(&self) -> BodyEvaluation {
+        let filtered = self.recordings.iter().filter_map(|recording| recording.filtered.clone());
+        BodyEvaluation { sequences: filtered.collect() }
+    }
+
+    /// The filter that its residuals would have; none without any.
+    ///
+    /// # Errors
+    /// If no filter can be made.
+    pub fn estimated_filter(&self) -> Result<Option<BodyFilterConfig>, TrainError> {
+        let sequences: Vec<&[ScoredPose]> =
+            self.recordings.iter().map(|recording| &recording.scored[..]).collect();
+        estimate_filter(&sequences)
     }
 
     /// Whether somebody is reported where somebody is, over all recordings.
@@ -82,20 +106,40 @@ pub fn evaluate_body(
             BodyRecordingStream::open(events, camera, checkpoint, None, predictor.another())?;
         let first = Micros(1_000 * i64::from(checkpoint.config.data.first_ms));
         let end = Micros::from_seconds(truth.last().map_or(0.0, |last| last.t_s));
-        let mut predictions = Vec::new();
+        let (mut predictions, mut smoothed, mut scored) = (Vec::new(), Vec::new(), Vec::new());
+        let mut filter = BodyFilter::new(checkpoint.config.filter)?;
         let mut t = first;
         while t <= end {
-            predictions.push(stream.predict(t)?);
+            let (estimate, delay_s) = stream.pose(t)?;
+            let mut joints = [BodyPoints::default(); 2];
+            if let Some(PoseEstimate::Body { joints_px, scores, .. }) = estimate {
+                let pose = ScoredPoints { points: joints_px, scores };
+                joints = [joints_px, filter.update(t, &pose)];
+                scored.push(ScoredPose { t, pose, truth: track.at(t).unwrap_or_default() });
+            }
+            let [raw, filtered] =
+                joints.map(|joints_px| BodyPrediction { t_s: t.as_seconds(), delay_s, joints_px });
+            predictions.push(raw);
+            smoothed.push(filtered);
             t = t + every;
         }
         let constant = constant_predictions(&predictions, mean_pose, stream.sensor());
         let detections = DetectionCounts::of(&track, &predictions, every);
         let protocol = BodyProtocol::default();
         let network = BodySequence::evaluate(&truth, &predictions, &protocol)?;
+        let filtered = Some(BodySequence::evaluate(&truth, &smoothed, &protocol)?);
         let mean_pose = BodySequence::evaluate(&truth, &constant, &protocol)?;
         progress(1);
-        let events = events.clone();
-        Ok(BodyRecordingResult { events, truth, predictions, detections, network, mean_pose })
+        Ok(BodyRecordingResult {
+            events: events.clone(),
+            truth,
+            predictions,
+            detections,
+            scored,
+            network,
+            filtered,
+            mean_pose,
+        })
     };
     let recordings = recordings.files.par_iter().map(one).collect::<Result<_, TrainError>>()?;
     Ok(BodyResults { recordings })
@@ -115,7 +159,7 @@ pub(crate) fn constant_predictions(
 }
 
 /// Evaluates a network, and for comparison the mean pose, on images with labels. Returns the scores
-/// of both, in this order.
+/// of both, in this order. `observe` is shown what the network finds on each image.
 ///
 /// # Errors
 /// If a label is not finite.
@@ -123,14 +167,17 @@ pub fn evaluate_frames(
     predictor: &BodyPredictor,
     frames: &BodyFrames,
     mean_pose: &BodyPoints,
+    observe: &(dyn Fn(&BodyFrame, &ScoredPoints) + Sync),
 ) -> Result<(BodyEvaluation, BodyEvaluation), TrainError> {
-    let network = evaluate_frames_with(
-        frames,
-        || predictor.another(),
-        |predictor, frame| {
-            Ok::<_, TrainError>(predictor.predict(frame.t.as_seconds(), &frame.image))
-        },
-    )?;
+    let predict = |predictor: &mut BodyPredictor, frame: &BodyFrame| {
+        let begin = Instant::now();
+        let ScoredPose { pose, .. } = ScoredPose::of(predictor, frame);
+        let delay_s = begin.elapsed().as_secs_f64();
+        observe(frame, &pose);
+        let (t_s, joints_px) = (frame.t.as_seconds(), pose.points);
+        Ok::<_, TrainError>(BodyPrediction { t_s, delay_s, joints_px })
+    };
+    let network = evaluate_frames_with(frames, || predictor.another(), predict)?;
     let constant = |frame: &BodyFrame| {
         let size_px = frame.size_px();
         let joints_px = mean_pose.map(|joint| joint.map(|at| at * size_px));

@@ -16,6 +16,7 @@ mod batch;
 mod confidence;
 mod detections;
 mod evaluation;
+mod filter_noise;
 mod frames;
 mod learner;
 mod loader;
@@ -35,6 +36,7 @@ pub use evaluation::{
     BodyRecordingResult, BodyResults, evaluate_body, evaluate_frames, evaluate_frames_with,
     ground_truth, mean_pose_of_recordings,
 };
+pub use filter_noise::{ScoredPose, estimate_filter};
 pub use frames::{BodyFrame, BodyFrames, CameraJoints};
 pub use learner::body_values;
 pub use propagation::{PropagatedPose, PropagationResults, evaluate_propagation, propagated_poses};

@@ -16,6 +16,7 @@ use evpose_task::{FieldDifference, TaskError};
 use sha2::{Digest, Sha256};
 
 use super::confidence::calibrate_confidence;
+use super::filter_noise::calibrate_filter;
 use super::frames::BodyFrames;
 use super::learner::{BODY_FIELDS, BodyLearner, BodyScalars};
 use super::loader::{BodyBatches, BodyItem};
@@ -44,7 +45,7 @@ pub fn first_network(config: &BodyConfig, device: &Device) -> Result<MoveEnet, T
 
 /// Trains the network of `config` on `frames`. Writes to the directory `run`: `config.toml`,
 /// `metrics.jsonl`, `loading.jsonl`, `checkpoint/`, and the networks `best.bpk` and `last.bpk`. With
-/// `training.calibrate_confidence`, the best one holds a threshold of its own.
+/// `training.calibrate_confidence`, the best one holds thresholds and a filter of its own.
 ///
 /// # Errors
 /// If the directory cannot be used, if it holds another run, or if the loss stops being finite;
@@ -89,6 +90,7 @@ pub fn train_body(
     if training.calibrate_confidence && !summary.is_paused {
         let samples = training.validation_samples as usize;
         calibrate_confidence(&mut summary.best, &valid, samples)?;
+        calibrate_filter(&mut summary.best, &valid, samples)?;
         summary.best.save(&summary.path)?;
     }
     Ok(summary)

@@ -1,6 +1,6 @@
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use evpose_core::{CounterRng, Distortion, Micros};
+use evpose_core::{CounterRng, Distortion, Micros, TimeWindow};
 use proptest::prelude::*;
 
 use super::*;
@@ -30,9 +30,25 @@ fn random_events(sensor: SensorSize, count: i64, seed: u64) -> EventStream {
     let mut below = |side: u16| rng.below(side.into()) as u16;
     let event = |k| {
         let (x, y, polarity) = (below(sensor.width), below(sensor.height), below(2) > 0);
-        Event { t: Micros(k), x, y, polarity: Polarity::from_on(polarity) }
+        Event { t: Micros(1_000 * k), x, y, polarity: Polarity::from_on(polarity) }
     };
     EventStream::from_events(sensor, (0..count).map(event)).unwrap()
+}
+
+/// The same with polarities that `of` makes of true ones.
+fn with_polarities(events: &EventStream, mut of: impl FnMut(Polarity) -> Polarity) -> EventStream {
+    let other = |event: Event| Event { polarity: of(event.polarity), ..event };
+    EventStream::from_events(events.sensor(), events.iter().map(other)).unwrap()
+}
+
+/// Bars of both polarities in turn, which pass a sensor at 2000 pixels a second.
+fn bars(sensor: SensorSize, steps: i64) -> EventStream {
+    let column = |step: i64| {
+        let x = (step % i64::from(sensor.width)) as u16;
+        let polarity = Polarity::from_on(step / 40 % 2 == 0);
+        (0..sensor.height).map(move |y| Event { t: Micros(500 * step), x, y, polarity })
+    };
+    EventStream::from_events(sensor, (0..steps).flat_map(column)).unwrap()
 }
 
 fn seen(camera: &Calibration, view: &CanonicalView, events: &EventStream) -> EventStream {
@@ -79,12 +95,53 @@ fn opposite_events_cancel_and_independent_noise_is_thinned() {
     for k in 0..200_000 {
         let (x, y) = (rng.below(192) as u16, rng.below(144) as u16);
         let polarity = if rng.chance(0.5) { Polarity::On } else { Polarity::Off };
-        events.push(Event { t: Micros(k), x, y, polarity }).unwrap();
+        events.push(Event { t: Micros(2 * k), x, y, polarity }).unwrap();
     }
     let per_pixel = events.len() as f64 / (192.0 * 144.0);
     let per_cell = seen(&camera, &view, &events).len() as f64 / (96.0 * 72.0);
     // A quarter of the rate in the limit of many events per pixel; at the start less.
     assert!(per_cell < 0.3 * per_pixel, "{per_cell} {per_pixel}");
+}
+
+#[test]
+fn edges_stay_where_polarities_are_lost() {
+    let camera = Calibration::from_vertical_fov(size(192, 144), 45.0);
+    let view = CanonicalView::with_vertical_fov(size(48, 36), 45.0);
+    let events = bars(camera.sensor, 8_000);
+    let pooled = |events: &EventStream| {
+        let mut adaptor = ViewAdaptor::new(&camera, &view);
+        let mut out = EventStream::empty(view.sensor);
+        // However the recording is cut.
+        let pieces = (0..40)
+            .map(|k| TimeWindow { start: Micros(100_000 * k), end: Micros(100_000 * (k + 1)) });
+        let counts = pieces.map(|piece| {
+            adaptor.push(&events.slice(piece), &mut out);
+            out.len()
+        });
+        (counts.sum::<usize>() as f64, adaptor.has_lost_polarities())
+    };
+    let (normal, is_lost) = pooled(&events);
+    assert!(!is_lost);
+    let mut rng = CounterRng::new(5, "polarities", 0);
+    for share_on in [1.0, 0.0, 0.5, 0.7] {
+        let drawn = with_polarities(&events, |_| Polarity::from_on(rng.chance(share_on)));
+        let (got, is_lost) = pooled(&drawn);
+        // The first ten thousand pairs still cancel.
+        assert!(is_lost && (got / normal - 1.0).abs() < 0.02, "{share_on}: {got} for {normal}");
+    }
+}
+
+#[test]
+fn noise_of_a_sensor_alone_does_not_speak_against_its_polarities() {
+    let camera = Calibration::from_vertical_fov(size(192, 144), 45.0);
+    let view = CanonicalView::with_vertical_fov(size(48, 36), 45.0);
+    let mut adaptor = ViewAdaptor::new(&camera, &view);
+    // 18 Hz a pixel, for two seconds.
+    let noise = random_events(camera.sensor, 1_000_000, 3);
+    let noise = noise.iter().map(|event| Event { t: Micros(event.t.0 / 500), ..event });
+    let noise = EventStream::from_events(camera.sensor, noise).unwrap();
+    adaptor.push(&noise, &mut EventStream::empty(view.sensor));
+    assert!(!adaptor.has_lost_polarities());
 }
 
 #[test]
@@ -184,10 +241,7 @@ proptest! {
         let camera = Calibration::from_vertical_fov(size(64, 48), 45.0);
         let view = CanonicalView::with_vertical_fov(size(24, 18), 45.0);
         let events = random_events(camera.sensor, 8_000, seed);
-        let exchanged = |events: &EventStream| {
-            let flipped = events.iter().map(|e| Event { polarity: e.polarity.flipped(), ..e });
-            EventStream::from_events(events.sensor(), flipped).unwrap()
-        };
+        let exchanged = |events: &EventStream| with_polarities(events, Polarity::flipped);
         let got = seen(&camera, &view, &events);
         let off = got.polarity().iter().filter(|polarity| !polarity.is_on()).count();
         prop_assert!(off > 0 && off < got.len());

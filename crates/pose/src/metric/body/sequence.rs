@@ -2,9 +2,10 @@
 
 use evpose_stats::bootstrap::Totals;
 
-use super::track::Tracks;
+use super::track::{Pose, Tracks};
 use super::{BodyErrors, BodyPrediction, BodyProtocol, BodyTruth, MissingJoints};
 use crate::PoseError;
+use crate::body::BODY_JOINTS;
 
 /// Scores of a method on one sequence.
 ///
@@ -20,6 +21,8 @@ pub struct BodySequence {
     pub delay_s: Totals,
     /// Times between predictions, in seconds.
     pub gap_s: Totals,
+    /// Errors of the acceleration over three predictions in a row, in px/s²: the jitter.
+    pub acceleration_px_s2: Totals,
     /// Predictions outside the evaluated part of the sequence.
     pub skipped: u64,
 }
@@ -45,8 +48,14 @@ impl BodySequence {
         let mut sequence =
             Self { skipped: (predicted.len() - kept.len()) as u64, ..Self::default() };
         let mut labels = tracks.truth.sampler();
-        for (t_s, pose) in kept {
-            push(&mut sequence.raw, pose, &labels.at(*t_s));
+        let truth: Vec<Pose> = kept.iter().map(|(t_s, _)| labels.at(*t_s)).collect();
+        for ((_, pose), truth) in kept.iter().zip(&truth) {
+            push(&mut sequence.raw, pose, truth);
+        }
+        for (kept, truth) in kept.windows(3).zip(truth.windows(3)) {
+            let times_s = [kept[0].0, kept[1].0, kept[2].0];
+            let errors = acceleration_errors(times_s, [0, 1, 2].map(|k| (&kept[k].1, &truth[k])));
+            errors.for_each(|px_s2| sequence.acceleration_px_s2.push(px_s2));
         }
         if !kept.is_empty() || protocol.missing == MissingJoints::Counted {
             let (mut labels, mut predictions) =
@@ -65,13 +74,32 @@ impl BodySequence {
     }
 }
 
+/// Lengths of the differences of predicted and true acceleration, of the joints that all three
+/// instants have; none where two instants are one.
+fn acceleration_errors(
+    [a_s, b_s, c_s]: [f64; 3],
+    poses: [(&Pose, &Pose); 3],
+) -> impl Iterator<Item = f64> {
+    let (before_s, after_s) = (b_s - a_s, c_s - b_s);
+    let error = move |joint: usize| {
+        let of = |(predicted, truth): (&Pose, &Pose)| {
+            Some(predicted.joints[joint]? - truth.joints[joint]?)
+        };
+        let [a, b, c] = [of(poses[0])?, of(poses[1])?, of(poses[2])?];
+        let change = (c - b) / after_s - (b - a) / before_s;
+        Some((change / (0.5 * (before_s + after_s))).length())
+    };
+    let all = (before_s > 0.0 && after_s > 0.0).then(|| (0..BODY_JOINTS).filter_map(error));
+    all.into_iter().flatten()
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
     use glam::Vec2;
 
     use super::*;
-    use crate::body::{BODY_JOINTS, BodyPoints, number};
+    use crate::body::{BodyPoints, number};
 
     /// A person that moves to the right by 100 px a second; the torso's diagonal is 50 px.
     fn points(t_s: f64) -> BodyPoints {
@@ -122,6 +150,21 @@ mod tests {
         let want = 35.0 * 351.0 / 2.0 + 2.5 * 100.0 / 2.0;
         assert!((errors.distance_px.sum - want).abs() < 0.1, "{errors:?}");
         assert_eq!(errors.pck.correct(71).sum, 3_000.0);
+    }
+
+    #[test]
+    fn a_steady_error_is_no_jitter_and_a_shake_has_that_of_its_second_difference() {
+        // The truth comes to rest at 2 s, and nothing accelerates before.
+        let mut steady = predicted(20.0);
+        steady.truncate(19);
+        let mean = |predicted: &[BodyPrediction]| evaluate(predicted).acceleration_px_s2.mean();
+        assert!(mean(&steady).unwrap() < 0.05);
+        for (k, prediction) in steady.iter_mut().enumerate() {
+            let shake = Vec2::new(0.0, if k % 2 == 0 { 1.0 } else { -1.0 });
+            prediction.joints_px = prediction.joints_px.map(|joint| joint.map(|at| at + shake));
+        }
+        // From 1 to -1 and back in steps of 0.1 s: 4 px / (0.1 s)².
+        assert!((mean(&steady).unwrap() - 400.0).abs() < 0.1, "{:?}", mean(&steady));
     }
 
     #[test]

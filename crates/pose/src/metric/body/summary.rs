@@ -35,6 +35,7 @@ impl BodyEvaluation {
         };
         let delays: Vec<_> = self.sequences.iter().map(|s| s.delay_s).collect();
         let gaps: Vec<_> = self.sequences.iter().map(|s| s.gap_s).collect();
+        let jitter: Vec<_> = self.sequences.iter().map(|s| s.acceleration_px_s2).collect();
         let rate = |gaps: &Totals| (gaps.sum > 0.0).then(|| gaps.count as f64 / gaps.sum);
         Ok(BodySummary {
             sequences: self.sequences.len(),
@@ -43,6 +44,7 @@ impl BodyEvaluation {
             raw: scores(|s| &s.raw),
             delay_s: mean_interval(&delays, config),
             rate_hz: interval(&gaps, |a, b| *a = [*a, *b].into_iter().sum(), rate, config),
+            acceleration_px_s2: mean_interval(&jitter, config),
             skipped: self.sequences.iter().map(|s| s.skipped).sum(),
         })
     }
@@ -63,6 +65,9 @@ pub struct BodySummary {
     pub delay_s: Option<Interval>,
     /// Predictions a second.
     pub rate_hz: Option<Interval>,
+    /// Error of the acceleration, in px/s²: the jitter.
+    #[serde(default)]
+    pub acceleration_px_s2: Option<Interval>,
     /// Predictions that came too early or too late in their sequences to count.
     pub skipped: u64,
 }
