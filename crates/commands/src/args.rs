@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use evpose_app::args::{ConfigArgs, DeviceArgs};
 use evpose_infer::Precision;
 use evpose_io::poses::{POSE_FORMATS, PoseFormat, pose_format_by_name};
+use evpose_pose::body::JointDefinition;
 use evpose_sim::Shard;
 
 use crate::opening::OpeningArgs;
@@ -148,6 +149,10 @@ pub struct EvalArgs {
     /// velocities from events
     #[arg(long)]
     pub fusion: bool,
+    /// Bodies, on annotated images: also evaluate joints where the labels of `dhp19` put them: the
+    /// head's on top of it, the hips' on the crest of the pelvis
+    #[arg(long, value_name = "SET", value_parser = joint_definition)]
+    pub joints: Option<JointDefinition>,
     /// Draw true and predicted joints over inputs of the network, as a PNG file; of hands, those of
     /// `--foreign`
     #[arg(long, alias = "pictures", value_name = "FILE")]
@@ -161,6 +166,13 @@ pub struct EvalArgs {
     /// Device and threads.
     #[command(flatten)]
     pub device: DeviceArgs,
+}
+
+fn joint_definition(set: &str) -> Result<JointDefinition, String> {
+    match set {
+        "dhp19" => Ok(JointDefinition::Dhp19),
+        _ => Err("there is `dhp19`".to_owned()),
+    }
 }
 
 impl EvalArgs {

@@ -38,6 +38,8 @@ pub(super) struct Prepared {
     pub(super) simulated: Vec<Simulated>,
     /// The argument of `evpose eval` that takes the set, and its value, by task.
     data: Vec<(&'static str, &'static str, PathBuf)>,
+    /// The set whose labels put joints elsewhere.
+    labels: Option<&'static str>,
 }
 
 impl SetName {
@@ -75,6 +77,7 @@ impl SetName {
             digest: digest::of_path(directory)?,
             simulated: Vec::new(),
             data: data.iter().map(|(task, flag)| (*task, *flag, directory.to_owned())).collect(),
+            labels: (self == Self::Real).then_some("dhp19"),
         })
     }
 }
@@ -97,7 +100,7 @@ fn home(scratch: &Path) -> Result<Prepared> {
         });
         data.push((task, "--data", directory));
     }
-    Ok(Prepared { digest: digest::of_bytes(manifests.as_bytes()), simulated, data })
+    Ok(Prepared { digest: digest::of_bytes(manifests.as_bytes()), simulated, data, labels: None })
 }
 
 impl Prepared {
@@ -107,6 +110,7 @@ impl Prepared {
         let mut words = vec![(*flag).to_owned(), directory.to_string_lossy().into_owned()];
         let own = EVALUATION.iter().find(|(of, _)| *of == task).map_or("", |(_, words)| words);
         words.extend(own.split_whitespace().map(str::to_owned));
+        words.extend(self.labels.iter().flat_map(|set| ["--joints", set]).map(str::to_owned));
         Some(words)
     }
 

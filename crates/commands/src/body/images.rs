@@ -39,6 +39,9 @@ struct ImageReport {
     /// The network's joints through the temporal filter, clip by clip.
     filtered: BodySummary,
     mean_pose: BodySummary,
+    /// The network's joints where the labels of another set put them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    placed: Option<BodySummary>,
     /// The network's scores on each clip.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     recordings: Vec<RecordingScores>,
@@ -63,7 +66,7 @@ pub(super) fn run(model: &BodyModel, args: &EvalArgs, clips: &[PathBuf]) -> Resu
     }
     let bootstrap = &model.checkpoint.config.evaluation.bootstrap;
     let mut images = 0;
-    let mut all: [BodyEvaluation; 3] = Default::default();
+    let mut all: [BodyEvaluation; 4] = Default::default();
     let mut recordings = Vec::new();
     for clip in clips {
         let (count, evaluations) = evaluate(model, args, clip)?;
@@ -80,7 +83,7 @@ pub(super) fn run(model: &BodyModel, args: &EvalArgs, clips: &[PathBuf]) -> Resu
             scores: evaluations[0].summary(&PERCENTS, bootstrap)?.raw,
         });
     }
-    let [network, filtered, mean_pose] =
+    let [network, filtered, mean_pose, placed] =
         all.map(|evaluation| evaluation.summary(&PERCENTS, bootstrap));
     let report = ImageReport {
         machine: Machine::this(),
@@ -89,12 +92,16 @@ pub(super) fn run(model: &BodyModel, args: &EvalArgs, clips: &[PathBuf]) -> Resu
         network: network?,
         filtered: filtered?,
         mean_pose: mean_pose?,
+        placed: args.joints.map(|_| placed).transpose()?,
         recordings,
     };
     say(format!("{images} images"));
     print("network", &report.network.raw);
     print("filtered", &report.filtered.raw);
     print("mean pose", &report.mean_pose.raw);
+    if let Some(placed) = &report.placed {
+        print("as labels", &placed.raw);
+    }
     report.recordings.iter().for_each(|clip| print(&clip.file, &clip.scores));
     write_json(args.json.as_deref(), &report)
 }
@@ -109,13 +116,13 @@ fn as_one(images: &BodyEvaluation) -> BodySequence {
     one
 }
 
-/// The number of images of a clip, and the scores of the network, through the filter and of the mean pose
-/// on each.
+/// The number of images of a clip, and the scores of the network, through the filter, of the mean pose
+/// and of the network as `--joints` says on each.
 fn evaluate(
     model: &BodyModel,
     args: &EvalArgs,
     data: &Path,
-) -> Result<(usize, [BodyEvaluation; 3])> {
+) -> Result<(usize, [BodyEvaluation; 4])> {
     let checkpoint = &model.checkpoint;
     let mut config = checkpoint.config.clone();
     config.data.source = BodySourceKind::Annotations;
@@ -155,19 +162,22 @@ fn evaluate(
             pose.get().map_or_else(BodyPoints::default, |pose| filter.update(*t, pose))
         })
         .collect();
-    let filtered = evaluate_frames_with(
-        &frames,
-        || (),
-        |(), frame| {
-            let joints_px = filtered[frame.sequence as usize];
-            Ok::<_, PoseError>(BodyPrediction {
-                t_s: frame.t.as_seconds(),
-                delay_s: 0.0,
-                joints_px,
-            })
-        },
-    )?;
-    Ok((frames.len(), [network, filtered, mean_pose]))
+    let filtered = of_points(&frames, &filtered)?;
+    let place = |pose: &OnceLock<ScoredPoints>| {
+        let points = pose.get().map_or_else(BodyPoints::default, |pose| pose.points);
+        args.joints.map_or(points, |definition| definition.place(&points))
+    };
+    let placed = of_points(&frames, &found.iter().map(place).collect::<Vec<_>>())?;
+    Ok((frames.len(), [network, filtered, mean_pose, placed]))
+}
+
+/// The scores of the joints of each image.
+fn of_points(frames: &BodyFrames, joints_px: &[BodyPoints]) -> Result<BodyEvaluation> {
+    let of_frame = |(): &mut (), frame: &BodyFrame| {
+        let joints_px = joints_px[frame.sequence as usize];
+        Ok::<_, PoseError>(BodyPrediction { t_s: frame.t.as_seconds(), delay_s: 0.0, joints_px })
+    };
+    Ok(evaluate_frames_with(frames, || (), of_frame)?)
 }
 
 /// The sequence and the time of each image.

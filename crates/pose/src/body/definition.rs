@@ -12,8 +12,6 @@
 //! the simulator (middle of the head 0.056, shoulders 0.196, hips 0.535). No prediction was
 //! looked at.
 
-use glam::Vec2;
-
 use super::BodyPoints;
 use super::number::{HEAD, HIP_L, HIP_R, SHOULDER_L, SHOULDER_R};
 
@@ -22,43 +20,40 @@ const HEAD_TOP: f32 = 0.056 / (0.196 - 0.056);
 /// Of the way from a hip to the shoulder of its side.
 const HIP_CREST: f32 = (0.535 - 0.472) / (0.535 - 0.196);
 
-/// Which places the labels of a set call joints.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+/// A set whose labels put some joints elsewhere.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum JointDefinition {
-    /// Centres of rotation, and the middle of the head.
-    #[default]
-    Own,
     /// Markers of DHP19.
     Dhp19,
 }
 
 impl JointDefinition {
-    /// Their names, as on the command line.
-    pub const NAMES: [(&'static str, Self); 2] = [("own", Self::Own), ("dhp19", Self::Dhp19)];
-
-    /// Own joints, in any unit, where this definition puts them; a joint moves only where those are
-    /// known that it moves along.
+    /// Joints of this project, in any unit, where this definition puts them. A joint moves only
+    /// where those are known that it moves along.
     #[must_use]
-    pub fn from_own(self, joints: &BodyPoints) -> BodyPoints {
-        let mut moved = *joints;
-        if self == Self::Dhp19 {
-            let shoulders = joints[SHOULDER_L].zip(joints[SHOULDER_R]);
-            let middle = shoulders.map(|(left, right)| left.midpoint(right));
-            let mut shift = |joint: usize, along: Option<Vec2>, share: f32| {
-                if let Some((at, towards)) = joints[joint].zip(along) {
-                    moved[joint] = Some(at + share * (towards - at));
-                }
-            };
-            shift(HEAD, middle, -HEAD_TOP);
-            shift(HIP_L, joints[SHOULDER_L], HIP_CREST);
-            shift(HIP_R, joints[SHOULDER_R], HIP_CREST);
+    pub fn place(self, joints: &BodyPoints) -> BodyPoints {
+        let Self::Dhp19 = self;
+        let shoulders = joints[SHOULDER_L].zip(joints[SHOULDER_R]);
+        let middle = shoulders.map(|(left, right)| left.midpoint(right));
+        let moves = [
+            (HEAD, middle, -HEAD_TOP),
+            (HIP_L, joints[SHOULDER_L], HIP_CREST),
+            (HIP_R, joints[SHOULDER_R], HIP_CREST),
+        ];
+        let mut placed = *joints;
+        for (joint, towards, share) in moves {
+            if let Some((at, towards)) = joints[joint].zip(towards) {
+                placed[joint] = Some(at + share * (towards - at));
+            }
         }
-        moved
+        placed
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec2;
+
     use super::*;
     use crate::body::BODY_JOINTS;
 
@@ -73,7 +68,7 @@ mod tests {
         ] {
             joints[joint] = Some(Vec2::new(x, y));
         }
-        let markers = JointDefinition::Dhp19.from_own(&joints);
+        let markers = JointDefinition::Dhp19.place(&joints);
         let near = |joint: usize, x: f32, y: f32| {
             let at = markers[joint].map_or(f32::INFINITY, |at| at.distance(Vec2::new(x, y)));
             assert!(at < 1e-6, "{joint}: {markers:?}");
@@ -82,9 +77,8 @@ mod tests {
         near(SHOULDER_L, 0.1, 0.196);
         near(HIP_L, 0.1, 0.472);
         assert_eq!(markers[HIP_R], None);
-        assert_eq!(JointDefinition::Own.from_own(&joints), joints);
         joints[SHOULDER_L] = None;
-        let markers = JointDefinition::Dhp19.from_own(&joints);
+        let markers = JointDefinition::Dhp19.place(&joints);
         assert_eq!((markers[HEAD], markers[HIP_L]), (joints[HEAD], joints[HIP_L]));
     }
 }
