@@ -25,16 +25,16 @@
 #![cfg_attr(feature = "sdk", doc = "```")]
 #![cfg_attr(not(feature = "sdk"), doc = "```ignore")]
 //! use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
-//! use evpose_rerun::{Frame, Recording};
+//! use evpose_rerun::{FrameContents, RerunRecording};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let sensor = SensorSize { width: 8, height: 6 };
 //! let event = Event { t: Micros(10), x: 3, y: 2, polarity: Polarity::On };
 //! let events = EventStream::from_events(sensor, [event])?;
 //! let folder = tempfile::tempdir()?;
-//! let mut recording = Recording::create(&folder.path().join("dot.rrd"), "dot", sensor)?;
+//! let mut recording = RerunRecording::create(&folder.path().join("dot.rrd"), "dot", sensor)?;
 //! let (t, length) = (Micros(1_000), Micros(1_000));
-//! recording.send(&Frame { t, length, events: &events, event_image: b"a PNG file" })?;
+//! recording.send(&FrameContents { t, length, events: &events, event_image: b"a PNG file" })?;
 //! assert_eq!(recording.finish()?.events, 1);
 //! # Ok(())
 //! # }
