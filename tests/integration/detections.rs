@@ -148,7 +148,7 @@ fn a_person_is_found_where_polarities_are_lost() {
         infer(&sandbox, "body.bpk", name, &["--stride-ms", "50", "--unfiltered"])
     };
     let truth = read_poses(&sandbox.path("vga/0001.poses.csv")).unwrap().poses;
-    // Of joints from the nearest labels, which are 20 ms apart. Until polarities are judged, random
+    // Of joints from the nearest labels, which are 20 ms apart. Until polarities are evaluated, random
     // ones cancel, and an image remembers: poses of the second second count.
     let error_px = |poses: &[TimedPose]| {
         let of = |pose: &TimedPose| {
@@ -156,7 +156,8 @@ fn a_person_is_found_where_polarities_are_lost() {
             let both = pose.body_px().into_iter().zip(label.body_px());
             both.filter_map(|(found, joint)| Some(found?.distance(joint?))).collect::<Vec<_>>()
         };
-        let mut errors: Vec<f32> = poses.iter().filter(|pose| pose.t > Micros::SECOND).flat_map(of).collect();
+        let mut errors: Vec<f32> =
+            poses.iter().filter(|pose| pose.t > Micros::SECOND).flat_map(of).collect();
         errors.sort_by(f32::total_cmp);
         errors[errors.len() / 2]
     };

@@ -8,7 +8,7 @@
 //! makes as many events per canonical pixel for every resolution; noise that is independent among
 //! `n` pixels makes `1 / n` as many, and events of both polarities cancel.
 //!
-//! Where polarities say nothing (all are one, or random: see [`ViewAdaptor::has_lost_polarities`]), an
+//! If polarities say nothing (all are one, or random: see [`ViewAdaptor::has_lost_polarities`]), an
 //! event of any of them counts as a step in one direction: edges then pool as they should, and noise
 //! does not cancel.
 //!

@@ -4,7 +4,7 @@
 //! An edge passes a row of pixels in one polarity, and fine texture in both in turn, so that an event
 //! soon after one of the pixel to its left is far more often, or more seldom, of the same polarity than
 //! the share `p² + q²` that chance makes of shares `p` and `q` of ON and OFF. Where it is not,
-//! polarities were lost: written as one, or as noise. Pairs are judged [`PAIRS`] at a time, and only
+//! polarities were lost: written as one, or as noise. Pairs are evaluated [`PAIRS`] at a time, and only
 //! where there are many among the events: noise of the sensor is alone, and its polarities are true
 //! though they do not agree. What has once said something is believed from then on.
 
@@ -12,7 +12,7 @@ use evpose_core::{Event, Micros, SensorSize};
 
 /// How long after its neighbour an event makes a pair with it.
 const NEAR: Micros = Micros(5_000);
-/// Pairs of a judgement: chance moves their share by 0.5 %.
+/// Pairs of an evaluation: chance moves their share by 0.5 %.
 const PAIRS: u32 = 10_000;
 /// Most events for so many pairs: noise of 25 Hz at every pixel has more.
 const MAX_EVENTS: u32 = 8 * PAIRS;
@@ -64,12 +64,12 @@ impl PolarityEvidence {
         }
         let was_lost = self.is_lost;
         if self.pairs == PAIRS {
-            self.judge();
+            self.evaluate();
         }
         self.is_lost && !was_lost
     }
 
-    fn judge(&mut self) {
+    fn evaluate(&mut self) {
         let share = |count: u32| count as f32 / PAIRS as f32;
         if self.events <= MAX_EVENTS {
             let on = share(self.on);

@@ -144,17 +144,17 @@ fn evaluate(
     if let Some(path) = &args.preview {
         people::of_frames(&predictor, &frames, path)?;
     }
-    let found: Vec<OnceLock<ScoredPoints>> = vec![OnceLock::new(); frames.len()];
+    let predicted: Vec<OnceLock<ScoredPoints>> = vec![OnceLock::new(); frames.len()];
     let observe = |frame: &BodyFrame, pose: &ScoredPoints| {
-        // Sequences are numbers of images, and each is found once.
-        let _ = found[frame.sequence as usize].set(*pose);
+        // Sequences are numbers of images, and each is predicted once.
+        let _ = predicted[frame.sequence as usize].set(*pose);
     };
     let (network, mean_pose) = evaluate_frames(&predictor, &frames, &mean, &observe)?;
     let mut filter = BodyFilter::new(checkpoint.config.filter)?;
     let mut sequence = None;
     let filtered: Vec<BodyPoints> = times
         .iter()
-        .zip(&found)
+        .zip(&predicted)
         .map(|((own, t), pose)| {
             if sequence.replace(*own) != Some(*own) {
                 filter.reset();
@@ -167,7 +167,7 @@ fn evaluate(
         let points = pose.get().map_or_else(BodyPoints::default, |pose| pose.points);
         args.joints.map_or(points, |definition| definition.place(&points))
     };
-    let placed = of_points(&frames, &found.iter().map(place).collect::<Vec<_>>())?;
+    let placed = of_points(&frames, &predicted.iter().map(place).collect::<Vec<_>>())?;
     Ok((frames.len(), [network, filtered, mean_pose, placed]))
 }
 

@@ -1,4 +1,4 @@
-//! Where data sets put joints that this project puts elsewhere.
+//! Definitions of joints by data sets that put them elsewhere than this project.
 //!
 //! # Model
 //! Joints are the centres about which limbs turn, and the head is its middle. DHP19 labels markers on

@@ -34,7 +34,7 @@ pub struct BodyFilterConfig {
 }
 
 impl Default for BodyFilterConfig {
-    /// What `evpose eval` estimates for the network `body` on its home set, rounded.
+    /// The estimate of `evpose eval` for the network `body` on its home set, rounded.
     fn default() -> Self {
         Self { cutoff_hz: 31.0, score_exponent: 4.0, max_gap_s: 0.5 }
     }
