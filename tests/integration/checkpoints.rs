@@ -93,3 +93,25 @@ fn an_installed_program_finds_its_networks() {
         assert!(output.status.success(), "{network}: {}", stderr(&output));
     }
 }
+
+#[test]
+fn joints_of_images_are_also_evaluated_as_their_labels_put_them() {
+    let sandbox = Sandbox::new();
+    std::fs::create_dir_all(sandbox.path("clip/images")).expect("folders");
+    image::GrayImage::new(64, 48).save(sandbox.path("clip/images/0.png")).expect("an image");
+    let places = (0..13).flat_map(|joint| [0.5, 0.05 + 0.07 * f64::from(joint), 2.0]);
+    let keypoints: Vec<f64> = places.collect();
+    let pose = serde_json::json!([{ "img_name": "0.png", "keypoints": keypoints,
+        "center": [0.5, 0.5], "head_size": 0.1, "torso_size": 0.3 }]);
+    std::fs::write(sandbox.path("clip/poses.json"), pose.to_string()).expect("labels");
+    let network = shipped("body-quick.bpk");
+    let eval = ["eval", "--checkpoint", network.to_str().expect("text"), "--data", "clip"];
+    let said = sandbox.ok(&eval);
+    assert!(said.contains("filtered") && !said.contains("as labels"), "{said}");
+    let said = sandbox.ok(&[&eval[..], &["--joints", "dhp19", "--json", "eval.json"]].concat());
+    assert!(said.contains("as labels"), "{said}");
+    let json: serde_json::Value =
+        serde_json::from_slice(&bytes(&sandbox.path("eval.json"))).expect("JSON");
+    assert!(json["placed"]["raw"]["pck"].is_array(), "{json}");
+    assert!(sandbox.fails(&[&eval[..], &["--joints", "mpii"]].concat()).contains("dhp19"));
+}

@@ -83,16 +83,16 @@ pub(super) fn run(model: &BodyModel, args: &EvalArgs, clips: &[PathBuf]) -> Resu
             scores: evaluations[0].summary(&PERCENTS, bootstrap)?.raw,
         });
     }
-    let [network, filtered, mean_pose, placed] =
-        all.map(|evaluation| evaluation.summary(&PERCENTS, bootstrap));
+    let [network, filtered, mean_pose, placed] = all;
+    let summary = |evaluation: BodyEvaluation| evaluation.summary(&PERCENTS, bootstrap);
     let report = ImageReport {
         machine: Machine::this(),
         commit: COMMIT,
         images,
-        network: network?,
-        filtered: filtered?,
-        mean_pose: mean_pose?,
-        placed: args.joints.map(|_| placed).transpose()?,
+        network: summary(network)?,
+        filtered: summary(filtered)?,
+        mean_pose: summary(mean_pose)?,
+        placed: args.joints.map(|_| summary(placed)).transpose()?,
         recordings,
     };
     say(format!("{images} images"));
@@ -163,11 +163,17 @@ fn evaluate(
         })
         .collect();
     let filtered = of_points(&frames, &filtered)?;
-    let place = |pose: &OnceLock<ScoredPoints>| {
-        let points = pose.get().map_or_else(BodyPoints::default, |pose| pose.points);
-        args.joints.map_or(points, |definition| definition.place(&points))
+    let placed = match args.joints {
+        Some(definition) => {
+            let of = |pose: &OnceLock<ScoredPoints>| {
+                pose.get().map(|pose| definition.place(&pose.points))
+            };
+            let joints: Vec<BodyPoints> =
+                predicted.iter().map(|pose| of(pose).unwrap_or_default()).collect();
+            of_points(&frames, &joints)?
+        }
+        None => BodyEvaluation::default(),
     };
-    let placed = of_points(&frames, &predicted.iter().map(place).collect::<Vec<_>>())?;
     Ok((frames.len(), [network, filtered, mean_pose, placed]))
 }
 

@@ -13,6 +13,8 @@ const LEGS: [[usize; 3]; 2] = [[7, 9, 11], [8, 10, 12]];
 /// Shares of the drawn cases: both legs, all limbs, else each limb by chance.
 const BOTH_LEGS: f32 = 0.5;
 const ALL_LIMBS: f32 = 0.15;
+/// Probability of each limb in the other cases.
+const ALONE: f32 = 0.4;
 /// How far a limb is known: 0 is its first joint, 1 the middle one, 2 its end.
 const KNOWN: [f32; 2] = [0.0, 1.5];
 /// A foot or a hand, in lengths of the limb's last part.
@@ -43,7 +45,7 @@ pub(super) fn draw_rest(
     for (limb, is_leg) in
         LEGS.map(|leg| (leg, true)).into_iter().chain(ARMS.map(|arm| (arm, false)))
     {
-        let alone = rng.chance(0.4);
+        let alone = rng.chance(ALONE);
         let known_alone = rng.uniform(KNOWN[0], KNOWN[1]);
         // Who stands rests with both legs, to the same height.
         let (rests, known) = match case {
