@@ -25,7 +25,7 @@ macro_rules! with_features {
             $command,
             " --package=evpose --package=evpose-bench --package=evpose-body",
             " --package=evpose-compare --package=evpose-external --package=evpose-live",
-            " --package=evpose-nn --package=evpose-rerun",
+            " --package=evpose-nn",
             " --features=onnx,rerun,peers,ndarray,wgpu,live,gltf ",
             $rest
         )
@@ -90,7 +90,7 @@ macro_rules! of_small_crates {
     ($command:literal, $rest:literal) => {
         concat!(
             $command,
-            " --package=evpose-core --package=evpose-stats --package=evpose-pose --package=evpose-repr",
+            " --package=evpose-core --package=evpose-pose --package=evpose-repr",
             " --package=evpose-clean --package=evpose-view --package=evpose-sensor --package=evpose-io",
             " --package=evpose-datasets --package=evpose-sim --package=evpose-calibrate ",
             $rest

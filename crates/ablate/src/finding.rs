@@ -3,7 +3,7 @@
 //! The verdict follows from the 95 % interval of the difference between the two rows, paired by
 //! seed, so that effects of the data of a seed on both rows cancel.
 
-use evpose_stats::interval::Interval;
+use evpose_core::stats::interval::Interval;
 use serde::Serialize;
 
 /// Difference of areas under the curve below which two rows count as comparable. The publication

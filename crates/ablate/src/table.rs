@@ -1,6 +1,6 @@
 //! The outcome as a table, the same on the terminal and as Markdown.
 
-use evpose_stats::interval::Interval;
+use evpose_core::stats::interval::Interval;
 
 use super::networks_table;
 use super::outcome::{FindingOutcome, Means, Outcome, RowOutcome};

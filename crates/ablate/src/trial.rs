@@ -4,11 +4,11 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use burn::tensor::Device;
+use evpose_core::stats::bootstrap::BootstrapConfig;
+use evpose_core::stats::interval::Interval;
 use evpose_nn::parameters::trained_count;
 use evpose_nn::{DeviceKind, HandRegressorConfig};
 use evpose_pose::metric::HandEvaluation;
-use evpose_stats::bootstrap::BootstrapConfig;
-use evpose_stats::interval::Interval;
 use evpose_task::hand::{ConstantPose, HandCheckpoint, HandConfig};
 use evpose_train::{
     HandDataset, Method, TrainOptions, evaluate, evaluated_pose_count, read_history, train_hand,
@@ -23,7 +23,7 @@ use evpose_app::latency::{self, Runner};
 use evpose_app::machine::Machine;
 use evpose_app::progress::bar;
 use evpose_app::run_info::COMMIT;
-use evpose_stats::quantile::nearest_rank;
+use evpose_core::stats::quantile::nearest_rank;
 
 /// Timed inferences.
 const TIMED: usize = 100;

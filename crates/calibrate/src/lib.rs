@@ -45,4 +45,4 @@ pub mod threshold;
 mod tiles;
 
 pub use error::CalibrateError;
-pub use evpose_stats::interval::Interval;
+pub use evpose_core::stats::interval::Interval;

@@ -8,9 +8,9 @@
 //! Intervals of 95 % are bootstrapped over twenty parts of time. [`Noise::unrest`] is the largest
 //! of these parts over their mean: a lamp, or somebody who walks by, makes it much larger than one.
 
+use evpose_core::stats::bootstrap::{BootstrapConfig, bootstrap};
+use evpose_core::stats::interval::Interval;
 use evpose_core::{EventStream, Micros, TimeWindow};
-use evpose_stats::bootstrap::{BootstrapConfig, bootstrap};
-use evpose_stats::interval::Interval;
 use serde::Serialize;
 
 use crate::CalibrateError;

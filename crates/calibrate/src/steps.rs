@@ -1,6 +1,6 @@
 //! Heights of steps, counted in fine bins so that medians of any set of tiles are quick.
 
-use evpose_stats::quantile;
+use evpose_core::stats::quantile;
 
 /// Heights up to this are counted; a threshold is far below.
 const HIGHEST: f32 = 2.0;

@@ -16,9 +16,9 @@
 //! By totals: Rudnev et al., *EventHands* (ICCV 2021), supplement, eqs. 7 and 8, with a floor of 10
 //! of 255.
 
+use evpose_core::stats::bootstrap::{BootstrapConfig, bootstrap};
+use evpose_core::stats::interval::Interval;
 use evpose_core::{Event, EventStream, Micros, Plane, SensorSize};
-use evpose_stats::bootstrap::{BootstrapConfig, bootstrap};
-use evpose_stats::interval::Interval;
 use serde::Serialize;
 
 use crate::CalibrateError;

@@ -7,8 +7,8 @@ use burn::tensor::Device;
 use evpose_app::args::{ConfigArgs, DeviceArgs};
 use evpose_app::progress::say;
 use evpose_core::atomic_write;
+use evpose_infer::onnx::{Message as _, OPSET, model};
 use evpose_nn::DeviceKind;
-use evpose_onnx::{Message as _, OPSET, model};
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  evpose export --checkpoint runs/hand --onnx hand.onnx\n  \

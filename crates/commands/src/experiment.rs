@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use evpose_app::run_info::{CONFIG, RunConfig};
+use evpose_core::stats::bootstrap::BootstrapConfig;
 use evpose_report::learning::TrainingLength;
 use evpose_sensor::SensorConfig;
-use evpose_stats::bootstrap::BootstrapConfig;
 use evpose_task::hand::BEST;
 use evpose_train::{LoggedValue, TrainOptions};
 

@@ -1,6 +1,6 @@
 //! Scores of a network, recording by recording, as sums that can be resampled.
 
-use evpose_stats::bootstrap::Totals;
+use evpose_core::stats::bootstrap::Totals;
 use serde::Serialize;
 
 /// A metric of a task's evaluation.

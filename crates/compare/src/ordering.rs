@@ -4,7 +4,7 @@
 //! As [`system`](crate::system): Tables 1 and 2, and section 6.
 
 use evpose_ablate::{Relation, Verdict};
-use evpose_stats::interval::Interval;
+use evpose_core::stats::interval::Interval;
 use serde::Serialize;
 
 use crate::measure::{DataSet, Measure};

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use anyhow::{Context, Result};
 use evpose_ablate::{Relation, Verdict};
-use evpose_stats::interval::{Interval, t_interval};
+use evpose_core::stats::interval::{Interval, t_interval};
 use serde::Serialize;
 
 use crate::measure::{DataSet, Measure};

@@ -9,8 +9,8 @@ use evpose_ablate::{Stages, networks};
 use evpose_app::json::{read_result, write_result};
 use evpose_app::machine::Machine;
 use evpose_app::run_info::COMMIT;
-use evpose_stats::bootstrap::BootstrapConfig;
-use evpose_stats::interval::Interval;
+use evpose_core::stats::bootstrap::BootstrapConfig;
+use evpose_core::stats::interval::Interval;
 use evpose_task::body::BodyConfig;
 use evpose_train::body::{
     BodyFrame, BodyFrames, BodyRecordings, evaluate_frames_with, mean_pose_of_recordings,

@@ -1,8 +1,8 @@
 //! The result as lines of text.
 
 use evpose_commands::Metric;
+use evpose_core::stats::interval::Interval;
 use evpose_report::held_out::cell;
-use evpose_stats::interval::Interval;
 
 use crate::models::{CORRECTED_MODEL, GIVEN};
 use crate::study::Payoff;

@@ -1,8 +1,8 @@
 //! Findings of a training in words, learned or not: its errors beside those of the mean pose, which
 //! uses no events.
 
+use evpose_core::stats::interval::Interval;
 use evpose_pose::metric::HandRatios;
-use evpose_stats::interval::Interval;
 
 use crate::held_out::Metrics;
 

@@ -1,6 +1,6 @@
 //! Values as text, in tables, charts and sentences.
 
-use evpose_stats::interval::Interval;
+use evpose_core::stats::interval::Interval;
 
 /// A value with three significant digits.
 pub fn short(value: f64) -> String {

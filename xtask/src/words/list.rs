@@ -55,8 +55,7 @@ impl Word {
 const GAP: &[&str] =
     &["crates/gap", "crates/cli", "crates/ablate", "crates/bench", "crates/report"];
 /// Folders in which an eye is no part of a face.
-const STREAMS: &[&str] =
-    &["crates/live", "crates/cli", "crates/task", "crates/bench", "crates/rerun"];
+const STREAMS: &[&str] = &["crates/live", "crates/cli", "crates/task", "crates/bench"];
 
 /// In alphabetical order.
 #[rustfmt::skip]

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use anyhow::{Context, Result};
-use evpose_stats::interval::{Interval, t_interval};
+use evpose_core::stats::interval::{Interval, t_interval};
 use serde::Serialize;
 
 use super::rows::{FULL, Row};

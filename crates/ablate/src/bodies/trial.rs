@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use burn::tensor::Device;
+use evpose_core::stats::bootstrap::BootstrapConfig;
+use evpose_core::stats::interval::Interval;
 use evpose_pose::metric::body::BodySummary;
-use evpose_stats::bootstrap::BootstrapConfig;
-use evpose_stats::interval::Interval;
 use evpose_task::body::{BodyCheckpoint, BodyConfig, BodyPredictor, BodyPredictorOptions};
 use evpose_train::body::evaluate_frames;
 use serde::{Deserialize, Serialize};

@@ -14,7 +14,7 @@ use super::start::StartTime;
 use crate::all::{Figure, threads};
 use evpose_app::latency::{self, Runner};
 use evpose_app::progress::say;
-use evpose_stats::quantile::nearest_rank;
+use evpose_core::stats::quantile::nearest_rank;
 
 /// Results of a measurement.
 #[derive(Debug, Serialize)]

@@ -11,7 +11,7 @@ use evpose_pose::body::{BodyDecoder, BodyMaps, DEFAULT_THRESHOLD};
 use serde::Serialize;
 
 use evpose_app::progress::say;
-use evpose_stats::quantile::nearest_rank;
+use evpose_core::stats::quantile::nearest_rank;
 
 /// Repetitions; the first one brings the file into the page cache.
 const STARTS: usize = 5;

@@ -17,7 +17,7 @@ use evpose_app::machine::Machine;
 use evpose_app::progress::say;
 use evpose_app::provenance::Provenance;
 use evpose_app::threads::sensor_threads;
-use evpose_stats::quantile::{nearest_rank, outlier_count};
+use evpose_core::stats::quantile::{nearest_rank, outlier_count};
 use peer::Peer;
 use std::path::PathBuf;
 

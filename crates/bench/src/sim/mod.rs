@@ -20,7 +20,7 @@ use evpose_app::json::write_json;
 use evpose_app::progress::{bar, say};
 use evpose_app::provenance::Provenance;
 use evpose_app::threads::use_threads;
-use evpose_stats::quantile::{nearest_rank, outlier_count};
+use evpose_core::stats::quantile::{nearest_rank, outlier_count};
 use raster::RasterTime;
 use std::path::PathBuf;
 

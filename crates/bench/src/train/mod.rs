@@ -21,8 +21,8 @@ use evpose_app::json::write_json;
 use evpose_app::latency;
 use evpose_app::progress::say;
 use evpose_app::provenance::Provenance;
-use evpose_stats::interval::median_outer_count;
-use evpose_stats::quantile::{nearest_rank, outlier_count};
+use evpose_core::stats::interval::median_outer_count;
+use evpose_core::stats::quantile::{nearest_rank, outlier_count};
 use usage::{peak_resident_mib, processor_s};
 
 #[derive(Debug, clap::Args)]

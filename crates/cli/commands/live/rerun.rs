@@ -37,12 +37,12 @@ mod sdk {
     use anyhow::Result;
     use evpose_core::{EventStream, Micros, Polarity};
     use evpose_live::page::HandMesh;
+    use evpose_live::rerun::{PoseFrame, PoseLayout, PoseRecording, PoseStatus, RerunError};
     use evpose_live::sink::Sink;
     use evpose_live::{LatencyBaseline, LivePose, Meter, Observer, PoseOrigin};
     use evpose_pose::HAND_BONES;
     use evpose_pose::PoseEstimate;
     use evpose_pose::body::LIMBS;
-    use evpose_rerun::{PoseFrame, PoseLayout, PoseRecording, PoseStatus, RerunError};
 
     use super::Pipeline;
 

@@ -15,7 +15,7 @@ pub(super) use sdk::{send, write};
 #[cfg(feature = "rerun")]
 mod sdk {
     use evpose_core::SensorSize;
-    use evpose_rerun::{FrameContents, RerunError, RerunRecording};
+    use evpose_live::rerun::{FrameContents, RerunError, RerunRecording};
 
     use super::super::files::png;
     use super::super::frames::FrameReader;

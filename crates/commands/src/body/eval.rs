@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
+use evpose_core::stats::bootstrap::BootstrapConfig;
+use evpose_core::stats::interval::Interval;
 use evpose_core::{Micros, atomic_write};
 use evpose_pose::filter::BodyFilterConfig;
 use evpose_pose::metric::body::{BodyEvaluation, BodyScores, BodySummary};
-use evpose_stats::bootstrap::BootstrapConfig;
-use evpose_stats::interval::Interval;
 use evpose_task::body::{BodyCheckpoint, BodyPredictor, BodyPredictorOptions, PropagationConfig};
 use evpose_train::body::{
     BodyRecordingResult, BodyRecordings, BodyResults, DetectionCounts, evaluate_body,

@@ -6,12 +6,12 @@ use anyhow::Result;
 use evpose_app::progress::bar;
 use evpose_app::recorded::{self, claim, record_people_of, summary_of_people};
 use evpose_core::Micros;
+use evpose_core::stats::bootstrap::{BootstrapConfig, Totals};
 use evpose_pose::metric::body::{BodySequence, JointErrors};
 use evpose_report::learning::TrainingLength;
 use evpose_sensor::SensorConfig;
 use evpose_sim::config::SensorChoice;
 use evpose_sim::{SequenceSet, Shard};
-use evpose_stats::bootstrap::{BootstrapConfig, Totals};
 use evpose_task::body::{BodyConfig, BodyPredictorOptions};
 use evpose_train::body::{
     BodyRecordings, body_values, evaluate_body, mean_pose_of_recordings, train_body,

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use evpose_core::atomic_write;
+use evpose_core::stats::interval::Interval;
 use evpose_pose::HandParams;
 use evpose_pose::metric::{HandRatios, HandSummary, MeanPose};
-use evpose_stats::interval::Interval;
 use evpose_task::hand::{ConstantPose, HandConfig, NetworkPredictor};
 use evpose_train::{
     Condition, HandDataset, Method, MethodResults, SlowMotionResults, SlowMotionUsage, evaluate,

@@ -5,12 +5,12 @@ use std::path::Path;
 use anyhow::Result;
 use evpose_app::progress::bar;
 use evpose_app::recorded::{claim, record_shard_of};
+use evpose_core::stats::bootstrap::{BootstrapConfig, Totals};
 use evpose_pose::metric::SequenceScores;
 use evpose_report::learning::TrainingLength;
 use evpose_sensor::SensorConfig;
 use evpose_sim::config::SensorChoice;
 use evpose_sim::{SequenceSet, Shard};
-use evpose_stats::bootstrap::{BootstrapConfig, Totals};
 use evpose_task::hand::HandConfig;
 use evpose_train::{
     HandDataset, LoggedValue, Method, TrainOptions, evaluate, evaluated_pose_count, hand_values,

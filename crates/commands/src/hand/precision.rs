@@ -5,9 +5,9 @@ use std::time::Instant;
 
 use anyhow::Result;
 use evpose_app::progress::bar;
+use evpose_core::stats::quantile::nearest_rank;
 use evpose_infer::{CalibrationRanges, Precision};
 use evpose_report::held_out::cell;
-use evpose_stats::quantile::nearest_rank;
 use evpose_task::hand::{HandCheckpoint, NetworkPredictor};
 use evpose_train::{HandDataset, Method, evaluate as evaluate_methods, evaluated_pose_count};
 

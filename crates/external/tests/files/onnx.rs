@@ -1,7 +1,7 @@
 //! Small networks with inputs and outputs as those of the systems, as the bytes of ONNX files.
 
-use evpose_onnx::Message as _;
-use evpose_onnx::proto::{
+use evpose_infer::onnx::Message as _;
+use evpose_infer::onnx::proto::{
     AttributeProto, AttributeType, DataType, Dimension, DimensionValue, GraphProto, ModelProto,
     NodeProto, OperatorSetIdProto, TensorProto, TensorShapeProto, TensorType, TypeProto,
     ValueInfoProto,

@@ -4,7 +4,7 @@
 //! Marquardt, *An algorithm for least-squares estimation of nonlinear parameters*, SIAM J. 11(2),
 //! 1963: damping by the diagonal of the normal matrix, a tenth or ten times as much after each step.
 
-use evpose_stats::linear::solve;
+use evpose_core::stats::linear::solve;
 
 /// Damping at the start, relative to the diagonal.
 const FIRST_DAMPING: f64 = 1e-3;

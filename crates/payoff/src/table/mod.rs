@@ -7,14 +7,14 @@
 //! each seed is listed beside, because the interval knows of recordings alone.
 //!
 //! # Source
-//! [`evpose_stats::bootstrap`]: the percentile bootstrap over whole recordings.
+//! [`evpose_core::stats::bootstrap`]: the percentile bootstrap over whole recordings.
 
 use std::collections::BTreeMap;
 
 use anyhow::{Result, ensure};
 use evpose_commands::{EvaluationScores, Metric};
-use evpose_stats::bootstrap::{BootstrapConfig, Totals, bootstrap};
-use evpose_stats::interval::Interval;
+use evpose_core::stats::bootstrap::{BootstrapConfig, Totals, bootstrap};
+use evpose_core::stats::interval::Interval;
 use serde::Serialize;
 
 /// Scores of the networks that were trained on one model, one for each seed.

@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
+use evpose_core::stats::bootstrap::BootstrapConfig;
 use evpose_nn::{BodyLossConfig, MoveEnetConfig};
 use evpose_pose::body::DEFAULT_SOFTENING;
 use evpose_pose::filter::{BodyFilter, BodyFilterConfig};
 use evpose_repr::{ErosLike, GaussianKernel, representation_by_name};
 use evpose_sim::config::{BodySource, MotionSource};
 use evpose_sim::person::PeopleConfig;
-use evpose_stats::bootstrap::BootstrapConfig;
 use evpose_view::Denoise;
 use serde::{Deserialize, Serialize};
 

@@ -113,7 +113,7 @@ mod tests {
                 networks::network(&config, backbone, &burn::tensor::Device::flex()).unwrap();
             let [_, height, width] = network.input;
             let image = network.image(3);
-            let model = evpose_onnx::encoded(&network.graph, network.input).unwrap();
+            let model = evpose_infer::onnx::encoded(&network.graph, network.input).unwrap();
             for threads in [1, 2] {
                 let options = EngineOptions::default().with_threads(threads);
                 let mut engine = Engine::compile(&network.graph, network.input, options).unwrap();
