@@ -14,7 +14,7 @@ use anyhow::{Context, Result, bail};
 use evpose_core::stats::interval::wilson;
 use serde_json::Value;
 
-const CRATES: [&str; 7] = ["core", "pose", "repr", "clean", "view", "calibrate", "gap-eval"];
+const CRATES: [&str; 6] = ["core", "pose", "repr", "clean", "camera", "gap-eval"];
 /// Share of the mutants that tests must kill, in percent.
 const GOAL: f64 = 85.0;
 const PAGE: &str = "benches/mutants.md";

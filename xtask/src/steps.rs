@@ -91,8 +91,8 @@ macro_rules! of_small_crates {
         concat!(
             $command,
             " --package=evpose-core --package=evpose-pose --package=evpose-repr",
-            " --package=evpose-clean --package=evpose-view --package=evpose-sensor --package=evpose-io",
-            " --package=evpose-datasets --package=evpose-sim --package=evpose-calibrate ",
+            " --package=evpose-clean --package=evpose-camera --package=evpose-sensor --package=evpose-io",
+            " --package=evpose-datasets --package=evpose-sim ",
             $rest
         )
     };

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use evpose_calibrate::threshold::FLOOR;
+use evpose_camera::calibrate::threshold::FLOOR;
 use evpose_commands::opening::OpeningArgs;
 
 use crate::commands::opening::FrameArgs;

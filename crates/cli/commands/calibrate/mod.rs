@@ -7,7 +7,7 @@ mod threshold;
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use evpose_calibrate::Interval;
+use evpose_core::stats::interval::Interval;
 use evpose_core::{EventStream, SensorSize, atomic_write};
 use evpose_gap::input::load_recording;
 use evpose_sensor::{EffectConfig, SensorConfig};

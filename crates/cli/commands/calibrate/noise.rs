@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use anyhow::{Context, Result};
-use evpose_calibrate::noise::{HOT, HotPixelRate, noise};
+use evpose_camera::calibrate::noise::{HOT, HotPixelRate, noise};
 use evpose_core::{Micros, TimeWindow, atomic_write};
 use evpose_sensor::EffectConfig;
 

@@ -1,7 +1,7 @@
 //! `evpose calibrate threshold`: contrast thresholds.
 
 use anyhow::{Context, Result};
-use evpose_calibrate::threshold::ThresholdRun;
+use evpose_camera::calibrate::threshold::ThresholdRun;
 use evpose_core::Plane;
 use evpose_sensor::EffectConfig;
 

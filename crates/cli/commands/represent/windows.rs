@@ -1,14 +1,13 @@
 //! Windows of a recording as planes, one after the other, in constant memory.
 
 use anyhow::{Context, Result, ensure};
+use evpose_camera::{Calibration, CalibrationSource, CanonicalView, ViewAdaptor};
+use evpose_clean::{Denoise, DenoiseFilter};
 use evpose_core::{Distortion, EventStream, LensCamera, Micros, Pinhole, SensorSize, TimeWindow};
 use evpose_io::Windows;
 use evpose_repr::{
     ChannelOrder, Memory, Representation, RepresentationChoice, StreamWindow,
     representation_by_name,
-};
-use evpose_view::{
-    Calibration, CalibrationSource, CanonicalView, Denoise, DenoiseFilter, ViewAdaptor,
 };
 use glam::{DVec2, Vec2};
 

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
 use burn::tensor::Device;
+use evpose_camera::Calibration;
 use evpose_core::Micros;
 use evpose_io::Windows;
 use evpose_io::poses::{
@@ -14,7 +15,6 @@ use evpose_task::body::{
     BodyPredictorOptions, BodyRecordingStream, PropagationConfig, TimedEstimates,
 };
 use evpose_train::body::propagated_poses;
-use evpose_view::Calibration;
 
 use super::{BodyModel, infer_cameras};
 use crate::args::InferArgs;

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
+use evpose_camera::read_rig;
 use evpose_core::{Micros, PlacedCamera};
 use evpose_io::Windows;
 use evpose_io::poses::{PoseKind, PoseSequence, TimedPose, write_poses};
@@ -12,7 +13,6 @@ use evpose_sim::person::RecordingPlace;
 use evpose_task::body::{
     BodyPredictorOptions, PlacedRecording, SpatialConfig, SpatialPose, SpatialRecordings,
 };
-use evpose_view::read_rig;
 
 use super::BodyModel;
 use crate::args::InferArgs;

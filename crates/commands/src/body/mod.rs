@@ -17,6 +17,7 @@ use burn::module::Module;
 use burn::tensor::Device;
 use evpose_app::args::ConfigArgs;
 use evpose_app::body_config;
+use evpose_camera::Calibration;
 use evpose_core::SensorSize;
 use evpose_infer::{CalibrationRanges, Precision};
 use evpose_live::page::Skeleton;
@@ -30,7 +31,6 @@ use evpose_task::body::{
 };
 use evpose_task::hand::BEST;
 use evpose_train::body::{BodyFrames, BodyRecordings};
-use evpose_view::Calibration;
 
 use crate::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
 use crate::benchmark_recording;

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use evpose_app::progress::{bar, note, say};
+use evpose_camera::ViewAdaptor;
 use evpose_core::{EventStream, Micros, SensorSize, TimeWindow, atomic_write};
 use evpose_io::Recording;
 use evpose_io::poses::{PoseColumns, PoseKind, PoseSequence, TimedPose, write_poses};
@@ -12,7 +13,6 @@ use evpose_task::hand::{
     HandConfig, HandEstimate, HandView, NetworkPredictor, SlowMotionTracker, calibration_for,
     canonical_view, poses_every_ms,
 };
-use evpose_view::ViewAdaptor;
 
 use super::HandModel;
 use crate::args::InferArgs;

@@ -6,10 +6,10 @@
 //! 0.3 % of its width and joints in space as 2 mm; the second sum settles what labels leave
 //! open. On the image, the distance of the hand follows from its size.
 
+use evpose_camera::ViewAdaptor;
 use evpose_pose::rotation::{axis_angle_from_matrix, matrix_from_axis_angle};
 use evpose_pose::{HandParams, HandSide};
 use evpose_task::hand::HandView;
-use evpose_view::ViewAdaptor;
 use glam::{Mat3, Vec2, Vec3};
 
 use super::format::HandJoints;

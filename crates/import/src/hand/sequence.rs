@@ -8,12 +8,12 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use evpose_camera::{Calibration, ViewAdaptor};
 use evpose_core::{EventStream, Micros, TimeWindow};
 use evpose_io::MetaWriter;
 use evpose_pose::{HandParams, HandSide};
 use evpose_sim::{EventFormat, SequenceInfo, StepWriter};
 use evpose_task::hand::{HandConfig, HandView, canonical_view};
-use evpose_view::{Calibration, ViewAdaptor};
 
 use super::fit::{FitOptions, FittedHand, HandFitter};
 use super::format::{HandJoints, HandLabels, LabelledHand};

@@ -1,8 +1,8 @@
 //! Labelled joints in the frame of a fit.
 
+use evpose_camera::ViewAdaptor;
 use evpose_pose::JointFrame;
 use evpose_task::hand::HandView;
-use evpose_view::ViewAdaptor;
 use glam::{Vec2, Vec3};
 
 use super::format::HandJoints;

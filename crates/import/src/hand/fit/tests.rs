@@ -2,10 +2,10 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
+use evpose_camera::Calibration;
 use evpose_core::SensorSize;
 use evpose_pose::JointFrame;
 use evpose_task::hand::{HandConfig, canonical_view};
-use evpose_view::Calibration;
 
 use super::*;
 

@@ -1,4 +1,4 @@
-//! Any event camera as the view that a network was trained on.
+//! What is known of an event camera: its calibration, the view of a network, its parameters.
 //!
 //! A network expects one image size and one focal length, its [`CanonicalView`]; recordings come
 //! from sensors of any size behind any lens. In between are
@@ -8,12 +8,13 @@
 //! * [`read_rig`]: several cameras and their places;
 //! * [`ViewAdaptor`]: events from the sensor's pixels to those of the canonical view, pooled so that
 //!   an edge makes about as many events per canonical pixel whatever the resolution, and image
-//!   positions of poses back to the sensor's pixels;
-//! * [`Denoise`]: events of the view without those that no neighbour confirms.
+//!   positions of poses back to the sensor's pixels.
+//!
+//! [`calibrate`] estimates contrast thresholds and noise from recordings made for it.
 //!
 //! ```
 //! use evpose_core::{EventStream, SensorSize};
-//! use evpose_view::{Calibration, CanonicalView, ViewAdaptor};
+//! use evpose_camera::{Calibration, CanonicalView, ViewAdaptor};
 //!
 //! let sensor = SensorSize { width: 1280, height: 720 };
 //! let camera = Calibration::guessed(sensor);
@@ -24,9 +25,10 @@
 //! ```
 
 mod adaptor;
+pub mod calibrate;
 mod calibration;
+mod camera_file;
 mod canonical;
-mod denoise;
 mod error;
 mod file_formats;
 mod polarity;
@@ -34,7 +36,7 @@ mod rig;
 
 pub use adaptor::ViewAdaptor;
 pub use calibration::{Calibration, CalibrationSource, NAMED_CAMERAS};
+pub use camera_file::CameraFile;
 pub use canonical::CanonicalView;
-pub use denoise::{Denoise, DenoiseFilter};
 pub use error::CalibrationError;
 pub use rig::read_rig;

@@ -17,7 +17,7 @@ use std::path::Path;
 use evpose_core::{LensCamera, SensorSize};
 use serde::{Deserialize, Serialize};
 
-use crate::CleanError;
+use crate::CalibrationError;
 
 /// A camera as OpenCV calibrates it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -63,13 +63,18 @@ impl CameraFile {
     ///
     /// # Errors
     /// If it cannot be read or is no camera.
-    pub fn load(path: &Path) -> Result<Self, CleanError> {
+    pub fn load(path: &Path) -> Result<Self, CalibrationError> {
         let text = fs::read_to_string(path)
-            .map_err(|error| CleanError::File { path: path.to_owned(), error })?;
-        let bad = |reason: String| CleanError::BadFile { path: path.to_owned(), reason };
-        let file: Self = toml::from_str(&text).map_err(|error| bad(error.to_string()))?;
-        file.camera().map_err(bad)?;
+            .map_err(|source| CalibrationError::File { path: path.to_owned(), source })?;
+        let malformed = |reason| CalibrationError::Malformed { path: path.to_owned(), reason };
+        let file = Self::parse(&text).map_err(malformed)?;
+        file.camera().map_err(malformed)?;
         Ok(file)
+    }
+
+    /// Reads the text of a file.
+    pub(crate) fn parse(text: &str) -> Result<Self, String> {
+        toml::from_str(text).map_err(|error| error.to_string())
     }
 
     /// The camera.

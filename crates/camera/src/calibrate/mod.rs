@@ -8,7 +8,7 @@
 //! time, within which events resemble each other.
 //!
 //! ```
-//! use evpose_calibrate::threshold::{FLOOR, ThresholdRun};
+//! use evpose_camera::calibrate::threshold::{FLOOR, ThresholdRun};
 //! use evpose_core::{EventStream, Micros, Plane, SensorSize};
 //! use evpose_sensor::{SensorConfig, SensorModel};
 //!
@@ -45,4 +45,3 @@ pub mod threshold;
 mod tiles;
 
 pub use error::CalibrateError;
-pub use evpose_core::stats::interval::Interval;

@@ -2,9 +2,10 @@
 
 #![expect(clippy::unwrap_used, reason = "a test fails where something is missing")]
 
-use evpose_calibrate::noise::{HotPixelRate, noise};
-use evpose_calibrate::threshold::{FLOOR, ThresholdRun, Thresholds};
-use evpose_calibrate::{CalibrateError, Interval};
+use evpose_camera::calibrate::CalibrateError;
+use evpose_camera::calibrate::noise::{HotPixelRate, noise};
+use evpose_camera::calibrate::threshold::{FLOOR, ThresholdRun, Thresholds};
+use evpose_core::stats::interval::Interval;
 use evpose_core::{
     CounterRng, Event, EventStream, Micros, Plane, Polarity, SensorSize, TimeWindow,
 };

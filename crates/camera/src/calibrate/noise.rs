@@ -13,7 +13,7 @@ use evpose_core::stats::interval::Interval;
 use evpose_core::{EventStream, Micros, TimeWindow};
 use serde::Serialize;
 
-use crate::CalibrateError;
+use crate::calibrate::CalibrateError;
 
 /// Pixels are hot from so many times the rate of others on.
 pub const HOT: f64 = 5.0;

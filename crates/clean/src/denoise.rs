@@ -1,8 +1,9 @@
 //! Events without a neighbour, which are noise, before they reach a representation.
 
-use evpose_clean::{Background, BackgroundOptions, Cleaner as _};
 use evpose_core::{EventStream, Micros, SensorSize};
 use serde::{Deserialize, Serialize};
+
+use crate::{Background, BackgroundOptions, Cleaner as _};
 
 /// A filter of the view's events: an event stays where enough of the eight pixels around it fired
 /// shortly before.

@@ -21,9 +21,9 @@ use evpose_core::stats::interval::Interval;
 use evpose_core::{Event, EventStream, Micros, Plane, SensorSize};
 use serde::Serialize;
 
-use crate::CalibrateError;
-use crate::steps::{Heights, median};
-use crate::tiles::Tiles;
+use crate::calibrate::CalibrateError;
+use crate::calibrate::steps::{Heights, median};
+use crate::calibrate::tiles::Tiles;
 
 /// Light below this share of white is taken to be this: 10 of 255, where cameras show noise.
 pub const FLOOR: f32 = 10.0 / 255.0;

@@ -5,10 +5,9 @@
 
 use std::path::Path;
 
-use evpose_clean::CameraFile;
 use evpose_core::{LensCamera, SensorSize};
 
-use crate::CalibrationError;
+use crate::{CalibrationError, CameraFile};
 
 /// A camera as a file has it.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,7 +32,7 @@ pub(crate) fn read_file(path: &Path) -> Result<CameraOfFile, CalibrationError> {
     if text.contains("camera_matrix") && text.contains(':') {
         return opencv(&yaml_values(&text)).map_err(malformed);
     }
-    let file = CameraFile::load(path).map_err(|error| malformed(error.to_string()))?;
+    let file = CameraFile::parse(&text).map_err(malformed)?;
     let camera = file.camera().map_err(malformed)?;
     Ok(CameraOfFile { sensor: Some(file.sensor), camera })
 }
