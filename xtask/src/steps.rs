@@ -92,7 +92,7 @@ macro_rules! of_small_crates {
             $command,
             " --package=evpose-core --package=evpose-pose --package=evpose-repr",
             " --package=evpose-clean --package=evpose-camera --package=evpose-sensor --package=evpose-io",
-            " --package=evpose-datasets --package=evpose-sim ",
+            " --package=evpose-sim ",
             $rest
         )
     };

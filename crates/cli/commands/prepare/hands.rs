@@ -7,7 +7,7 @@ use burn::tensor::Device;
 use evpose_app::progress::{bar, say};
 use evpose_app::{hand_config, run_info};
 use evpose_core::Micros;
-use evpose_import::hand::{
+use evpose_datasets::import::hand::{
     FitOptions, HandLabels, HandOptions, HandReport, LabelChoice, import_hand, read_hand_labels,
 };
 use evpose_task::hand::{HandCheckpoint, HandConfig, calibration_for};

@@ -17,7 +17,7 @@ use anyhow::Result;
 pub(crate) use args::PrepareCommand;
 
 use evpose_app::progress::say;
-use evpose_import::WrittenSequence;
+use evpose_datasets::import::WrittenSequence;
 
 pub(crate) fn run(command: &PrepareCommand) -> Result<()> {
     match command {

@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
 use evpose_commands::opening::OpeningArgs;
 use evpose_core::Micros;
-use evpose_import::{FrameCount, LabelClock};
+use evpose_datasets::import::{FrameCount, LabelClock};
 use evpose_pose::HandSide;
 use evpose_pose::JointFrame;
 

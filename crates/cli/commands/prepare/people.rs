@@ -3,7 +3,7 @@
 use anyhow::{Context, Result};
 use evpose_app::progress::{bar, say};
 use evpose_app::run_info;
-use evpose_import::body::{
+use evpose_datasets::import::body::{
     BODY_LABEL_FORMATS, BodyOptions, BodyReport, body_label_format_by_name, import_body,
     read_body_labels,
 };

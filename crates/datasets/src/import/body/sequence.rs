@@ -10,10 +10,10 @@ use glam::Vec3;
 
 use super::format::LabelledImage;
 use super::poses::LabelledPoses;
-use crate::ImportError;
-use crate::clock::LabelClock;
-use crate::stretch::WrittenSequence;
-use crate::stretch::{MS, begin_of, cut, floor_ms, name_of, stretches, within};
+use crate::import::ImportError;
+use crate::import::clock::LabelClock;
+use crate::import::stretch::WrittenSequence;
+use crate::import::stretch::{MS, begin_of, cut, floor_ms, name_of, stretches, within};
 
 /// Content of the field `activity` of imported sequences.
 const ACTIVITY: &str = "imported";
@@ -165,7 +165,7 @@ mod tests {
     use glam::Vec2;
 
     use super::*;
-    use crate::clock::ImageTime;
+    use crate::import::clock::ImageTime;
 
     /// An event every millisecond of a second that begins at `start`.
     fn events(start: i64) -> EventStream {

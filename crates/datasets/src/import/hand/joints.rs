@@ -9,8 +9,8 @@ use evpose_pose::{EVALUATION_JOINTS, JointFrame};
 use glam::{DVec3, Vec2, Vec3};
 
 use super::format::{HandJoints, HandLabelFormat, HandLabels, LabelChoice, LabelledHand};
-use crate::ImportError;
-use crate::table::{Row, Table};
+use crate::import::ImportError;
+use crate::import::table::{Row, Table};
 
 /// Column of the frame of metres.
 const FRAME: &str = "frame";

@@ -7,8 +7,8 @@ use evpose_pose::body::{BODY_JOINTS, BodyPoints};
 use glam::Vec2;
 
 use super::format::LabelledImage;
-use crate::ImportError;
-use crate::clock::LabelClock;
+use crate::import::ImportError;
+use crate::import::clock::LabelClock;
 
 /// Largest relative difference of aspect ratios at which labels of another image size are scaled.
 const SAME_ASPECT: f32 = 0.02;
@@ -118,7 +118,7 @@ fn largest(persons: &[BodyPoints]) -> Option<&BodyPoints> {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
-    use crate::clock::ImageTime;
+    use crate::import::clock::ImageTime;
 
     const SENSOR: SensorSize = SensorSize { width: 100, height: 80 };
 

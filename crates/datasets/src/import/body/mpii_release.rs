@@ -4,11 +4,11 @@
 
 use std::path::Path;
 
-use evpose_datasets::mpii::read_joints;
+use crate::mpii::read_joints;
 
 use super::format::{BodyLabelFormat, LabelledImage, has_ending};
-use crate::ImportError;
-use crate::clock::ImageTime;
+use crate::import::ImportError;
+use crate::import::clock::ImageTime;
 
 /// The format.
 pub(super) static FORMAT: BodyLabelFormat = BodyLabelFormat {

@@ -1,16 +1,16 @@
-//! Keypoints as COCO's JSON: see [`coco`](evpose_datasets::coco).
+//! Keypoints as COCO's JSON: see [`coco`](crate::coco).
 //!
 //! An image has a time stamp if it has a field `t_us` or `timestamp_us`. The head is the mean of the
 //! labelled ones of nose, eyes and ears.
 
 use std::path::Path;
 
+use crate::coco::{CocoPerson, read_keypoints};
 use evpose_core::Micros;
-use evpose_datasets::coco::{CocoPerson, read_keypoints};
 
 use super::format::{BodyLabelFormat, LabelledImage, first_character, has_ending};
-use crate::ImportError;
-use crate::clock::ImageTime;
+use crate::import::ImportError;
+use crate::import::clock::ImageTime;
 
 /// The format.
 pub(super) static FORMAT: BodyLabelFormat = BodyLabelFormat {

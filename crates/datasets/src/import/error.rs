@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::DatasetError;
 use evpose_core::Micros;
-use evpose_datasets::DatasetError;
 use evpose_io::IoError;
 use evpose_sim::SimError;
 use evpose_task::TaskError;

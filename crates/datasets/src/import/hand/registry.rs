@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::format::{HandLabelFormat, HandLabels, LabelChoice};
 use super::{joints, parameters};
-use crate::ImportError;
-use crate::table::{Table, listed};
+use crate::import::ImportError;
+use crate::import::table::{Table, listed};
 
 /// The formats of hand labels.
 pub static HAND_LABEL_FORMATS: &[&HandLabelFormat] = &[&parameters::FORMAT, &joints::FORMAT];

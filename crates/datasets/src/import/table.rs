@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use evpose_core::Micros;
 
-use crate::ImportError;
+use crate::import::ImportError;
 
 /// Columns of time stamps and the microseconds of their unit.
 const TIME_COLUMNS: [(&str, f64); 2] = [("t_us", 1.0), ("t_s", 1e6)];

@@ -3,8 +3,8 @@
 use evpose_pose::{HandParams, PARAMETER_NAMES, PARAMETERS};
 
 use super::format::{HandLabelFormat, HandLabels, LabelChoice, LabelledHand};
-use crate::ImportError;
-use crate::table::Table;
+use crate::import::ImportError;
+use crate::import::table::Table;
 
 /// The format.
 pub(super) static FORMAT: HandLabelFormat = HandLabelFormat {

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::format::{BodyLabelFormat, LabelledImage};
 use super::{coco, csv, mpii_json, mpii_release};
-use crate::ImportError;
+use crate::import::ImportError;
 
 /// Bytes of a file from which its format is detected.
 const SNIFFED_BYTES: u64 = 4096;

@@ -18,8 +18,8 @@ use evpose_task::hand::{HandConfig, HandView, canonical_view};
 use super::fit::{FitOptions, FittedHand, HandFitter};
 use super::format::{HandJoints, HandLabels, LabelledHand};
 use super::track::pose_at;
-use crate::ImportError;
-use crate::stretch::{MS, WrittenSequence, cut, floor_ms, name_of, stretches, within};
+use crate::import::ImportError;
+use crate::import::stretch::{MS, WrittenSequence, cut, floor_ms, name_of, stretches, within};
 
 /// Labels from which the size of a hand is taken.
 const SIZE_LABELS: usize = 12;

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use evpose_core::Micros;
 
-use crate::ImportError;
+use crate::import::ImportError;
 
 /// Time of an image as its label file states it.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use evpose_pose::body::BodyPoints;
 
-use crate::ImportError;
-use crate::clock::ImageTime;
+use crate::import::ImportError;
+use crate::import::clock::ImageTime;
 
 /// Labels of an image.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,8 +4,8 @@ use evpose_core::Micros;
 use evpose_pose::{HandParams, JointFrame};
 use glam::{Vec2, Vec3};
 
-use crate::ImportError;
-use crate::table::Table;
+use crate::import::ImportError;
+use crate::import::table::Table;
 
 /// Choice among the labels that a file holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

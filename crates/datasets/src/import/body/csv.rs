@@ -6,15 +6,15 @@
 
 use std::path::Path;
 
+use crate::coco::{NamedKeypoint, keypoint_by_name};
 use evpose_core::Micros;
-use evpose_datasets::coco::{NamedKeypoint, keypoint_by_name};
 use evpose_pose::body::{BODY_JOINTS, JOINT_NAMES};
 use glam::Vec2;
 
 use super::format::{BodyLabelFormat, LabelledImage, has_ending};
-use crate::ImportError;
-use crate::clock::ImageTime;
-use crate::table::Table;
+use crate::import::ImportError;
+use crate::import::clock::ImageTime;
+use crate::import::table::Table;
 
 /// Suffixes of the columns of a joint.
 const SUFFIXES: [&str; 2] = ["_u_px", "_v_px"];

@@ -11,7 +11,7 @@
 //!
 //! ```
 //! use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
-//! use evpose_import::body::{BodyOptions, import_body, read_body_labels};
+//! use evpose_datasets::import::body::{BodyOptions, import_body, read_body_labels};
 //!
 //! let folder = tempfile::tempdir()?;
 //! let labels = folder.path().join("wave.csv");

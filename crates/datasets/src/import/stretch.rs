@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use evpose_core::{EventStream, Micros, TimeWindow};
 
-use crate::ImportError;
+use crate::import::ImportError;
 use std::path::Path;
 
 /// Length of a frame of `.evc` files, to which recordings are cut.

@@ -10,15 +10,15 @@
 
 use std::path::Path;
 
+use crate::DatasetError;
 use evpose_core::Micros;
-use evpose_datasets::DatasetError;
 use evpose_pose::body::{BODY_JOINTS, BodyPoints, number};
 use glam::Vec2;
 use serde::Deserialize;
 
 use super::format::{BodyLabelFormat, LabelledImage, first_character, has_ending};
-use crate::ImportError;
-use crate::clock::ImageTime;
+use crate::import::ImportError;
+use crate::import::clock::ImageTime;
 
 /// The format.
 pub(super) static FORMAT: BodyLabelFormat = BodyLabelFormat {
