@@ -24,8 +24,7 @@ macro_rules! with_features {
         concat!(
             $command,
             " --package=evpose --package=evpose-bench --package=evpose-body",
-            " --package=evpose-compare --package=evpose-external --package=evpose-live",
-            " --package=evpose-nn",
+            " --package=evpose-live --package=evpose-nn --package=evpose-studies",
             " --features=onnx,rerun,peers,ndarray,wgpu,live,gltf ",
             $rest
         )

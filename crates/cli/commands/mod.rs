@@ -87,7 +87,7 @@ commands! {
     /// Train a network of hands or bodies
     Train(evpose_commands::args::TrainArgs) => train::run,
     /// Search for hyper-parameters: random or successive halving
-    Tune(evpose_tune::TuneArgs) => tune::run,
+    Tune(evpose_studies::tune::TuneArgs) => tune::run,
     /// Evaluate a checkpoint on sequences with known poses
     Eval(evpose_commands::args::EvalArgs) => eval::run,
     /// Predict the poses of a recording
@@ -112,10 +112,10 @@ commands! {
     Calibrate(calibrate::CalibrateCommand) => calibrate::run,
     /// Ablation studies: retrain with one change at a time
     #[command(subcommand)]
-    Ablate(evpose_ablate::AblateCommand) => evpose_ablate::run,
+    Ablate(evpose_studies::ablate::AblateCommand) => evpose_studies::ablate::run,
     /// Compare systems of others with MoveEnet, under one protocol
     #[command(subcommand)]
-    Compare(evpose_compare::CompareCommand) => evpose_compare::run,
+    Compare(evpose_studies::compare::CompareCommand) => evpose_studies::compare::run,
     /// Describe recordings, checkpoints, body models, data sets and devices
     Info(info::InfoArgs) => info::run,
     /// Convert a recording to another format

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Subcommand;
 use evpose_bench::gap::{BenchArgs, CalibrateArgs, OutsideArgs, RealArgs, ScoreArgs};
 use evpose_gap::davis::Response;
-use evpose_payoff::PayoffArgs;
+use evpose_studies::payoff::PayoffArgs;
 
 /// Exit codes of the identification.
 const EXIT_CODES: &str = "Exit codes: 0 no gap, 10 a parameter differs, 11 effects are missing, 12 no known \

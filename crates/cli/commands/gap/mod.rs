@@ -37,7 +37,7 @@ pub(crate) fn run(command: &GapCommand) -> Result<ExitCode> {
         GapCommand::Power(args) => done(steps::power(args)),
         GapCommand::Report(args) => done(again(args)),
         GapCommand::Verify(args) => done(verify::run(args)),
-        GapCommand::Payoff(args) => done(evpose_payoff::run(args)),
+        GapCommand::Payoff(args) => done(evpose_studies::payoff::run(args)),
         GapCommand::Bench(args) => done(bench::run(args)),
         GapCommand::Score(args) => done(bench::score(args)),
         GapCommand::Outside(args) => done(bench::outside(args)),

@@ -1,0 +1,61 @@
+//! `evpose compare`: the systems that MoveEnet was compared with, under one protocol.
+//!
+//! MoveEnet, the networks of DHP19 and LiftMono-HPE are trained here, on the same people; networks of others run from the ONNX
+//! files that the user names. All are evaluated on the same held-out recordings, each on images of its
+//! own representation, and every published ordering of two systems is tested.
+//!
+//! * `system`: the registry of systems, with their published figures.
+//! * `ordering`: the registry of published orderings, and their tests.
+//! * `baselines`: networks of others that are trained here.
+//! * `data`: recordings or images to train on and to evaluate on.
+//! * `predictor`: a system ready to predict poses.
+//! * `spatial`: joints in space, of two calibrated cameras.
+//! * `trial`: one system under one seed: evaluated and timed.
+//! * `outcome`: means over seeds with intervals; `table` and `page` render them.
+//!
+//! ```
+//! use clap::{FromArgMatches as _, Subcommand as _};
+//! use evpose_studies::compare::CompareCommand;
+//!
+//! # fn main() -> anyhow::Result<()> {
+//! let compare = CompareCommand::augment_subcommands(clap::Command::new("compare"));
+//! let parse = |systems| {
+//!     compare.clone().try_get_matches_from(["compare", "body", "--systems", systems])
+//! };
+//! let command = CompareCommand::from_arg_matches(&parse("move-enet,move-enet-fixed-count")?)?;
+//! assert!(matches!(command, CompareCommand::Body(_)));
+//! // `evpose_studies::compare::run(&command)` simulates, trains and evaluates, and writes tables and a page.
+//!
+//! let unknown = parse("no-such-system").unwrap_err();
+//! assert!(unknown.to_string().contains("openpose-pim"), "known systems are listed");
+//! # Ok(())
+//! # }
+//! ```
+
+mod args;
+mod baselines;
+mod data;
+mod measure;
+mod ordering;
+mod outcome;
+mod page;
+mod predictor;
+mod spatial;
+mod study;
+mod system;
+mod table;
+mod trial;
+
+use anyhow::Result;
+
+pub use args::{CompareBodyArgs, CompareCommand};
+
+/// Runs a comparison.
+///
+/// # Errors
+/// If a network cannot be trained or evaluated, or a result cannot be written.
+pub fn run(command: &CompareCommand) -> Result<()> {
+    match command {
+        CompareCommand::Body(args) => study::run(args),
+    }
+}
