@@ -23,7 +23,7 @@ macro_rules! with_features {
     ($command:literal, $rest:literal) => {
         concat!(
             $command,
-            " --package=evpose --package=evpose-bench --package=evpose-body",
+            " --package=evpose --package=evpose-bench --package=evpose-body --package=evpose-cli",
             " --package=evpose-live --package=evpose-nn --package=evpose-studies",
             " --features=onnx,rerun,peers,ndarray,wgpu,live,gltf ",
             $rest

@@ -2,9 +2,9 @@
 
 use anyhow::{Context, Result};
 use burn::tensor::Device;
-use evpose_app::hand_config;
-use evpose_app::progress::bar;
 use evpose_camera::{Calibration, ViewAdaptor};
+use evpose_cli::hand_config;
+use evpose_cli::progress::bar;
 use evpose_core::{EventStream, SensorSize};
 use evpose_pose::HandParams;
 use evpose_pose::metric::{HandEvaluation, SequenceScores};

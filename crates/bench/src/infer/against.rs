@@ -18,7 +18,7 @@ use super::noise::Noise;
 use super::peers::{Job, Peer, PeerName, peer};
 use super::precision::tolerance;
 use crate::all::PeerFigure;
-use evpose_app::progress::say;
+use evpose_cli::progress::say;
 use evpose_core::stats::quantile;
 
 /// Timed runs of a burst.

@@ -10,7 +10,7 @@ use serde::Serialize;
 pub use command::PeerCommand;
 
 use crate::all::Figure;
-use evpose_app::progress::say;
+use evpose_cli::progress::say;
 use evpose_core::stats::quantile::{nearest_rank, outlier_count};
 
 /// The contract of a peer, for help texts.

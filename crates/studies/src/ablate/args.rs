@@ -7,7 +7,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser};
 use super::bodies::AblateBodyArgs;
 use super::rows::ROWS;
 use super::selection::BACKBONES;
-use evpose_app::args::DeviceArgs;
+use evpose_cli::args::DeviceArgs;
 
 /// The ablation studies.
 #[derive(Debug, clap::Subcommand)]

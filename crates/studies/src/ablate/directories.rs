@@ -10,9 +10,9 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use evpose_task::hand::HandConfig;
 
-use evpose_app::progress::say;
-use evpose_app::recorded;
-use evpose_app::run_info;
+use evpose_cli::progress::say;
+use evpose_cli::recorded;
+use evpose_cli::run_info;
 
 /// Directory of a study.
 pub(super) struct StudyDirectory<'a> {

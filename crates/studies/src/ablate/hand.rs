@@ -12,10 +12,10 @@ use super::outcome::{Outcome, Trials};
 use super::rows::{self, Row};
 use super::selection::selected;
 use super::{networks_table, page, table, trial};
-use evpose_app::hand_config;
-use evpose_app::json::write_result;
-use evpose_app::machine::Machine;
-use evpose_app::progress::{note, say};
+use evpose_cli::hand_config;
+use evpose_cli::json::write_result;
+use evpose_cli::machine::Machine;
+use evpose_cli::progress::{note, say};
 
 pub(super) fn run(args: &AblateHandArgs) -> Result<()> {
     let started = Instant::now();

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use evpose_train::ProgressCallback;
 use indicatif::ProgressBar;
 
-use evpose_app::progress::{bar, say};
+use evpose_cli::progress::{bar, say};
 
 /// Time after which the speed is known well enough for an estimate.
 const ESTIMATE_AFTER: Duration = Duration::from_secs(5);

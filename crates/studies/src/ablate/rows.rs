@@ -292,7 +292,7 @@ mod tests {
     use std::collections::BTreeMap;
 
     use super::*;
-    use evpose_app::hand_config;
+    use evpose_cli::hand_config;
 
     use super::super::selection::selected;
 

@@ -34,7 +34,7 @@ fn fits(row: &Row, base: &HandConfig) -> bool {
 #[cfg(test)]
 mod tests {
     use anyhow::Result;
-    use evpose_app::hand_config;
+    use evpose_cli::hand_config;
 
     use super::*;
 

@@ -18,11 +18,11 @@ use serde::{Deserialize, Serialize};
 
 use super::directories::StudyDirectory;
 use super::progress;
-use evpose_app::json::{read_result, write_result};
-use evpose_app::latency::{self, Runner};
-use evpose_app::machine::Machine;
-use evpose_app::progress::bar;
-use evpose_app::run_info::COMMIT;
+use evpose_cli::json::{read_result, write_result};
+use evpose_cli::latency::{self, Runner};
+use evpose_cli::machine::Machine;
+use evpose_cli::progress::bar;
+use evpose_cli::run_info::COMMIT;
 use evpose_core::stats::quantile::nearest_rank;
 
 /// Timed inferences.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::ablate::StageArgs;
 use clap::builder::{PossibleValue, PossibleValuesParser};
-use evpose_app::args::DeviceArgs;
+use evpose_cli::args::DeviceArgs;
 
 use crate::compare::system::SYSTEMS;
 

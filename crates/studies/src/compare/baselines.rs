@@ -4,8 +4,8 @@ use std::path::Path;
 
 use crate::ablate::{Stages, networks};
 use anyhow::{Context, Result};
-use evpose_app::progress::{bar, say};
-use evpose_app::recorded;
+use evpose_cli::progress::{bar, say};
+use evpose_cli::recorded;
 use evpose_nn::{BaselineNetworkConfig, DeviceKind};
 use evpose_task::baseline::BaselineConfig;
 use evpose_train::baseline::{baseline_frames, train_baseline};

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use crate::ablate::{Stages, networks};
 use anyhow::{Context, Result, bail};
-use evpose_app::json::{read_result, write_result};
-use evpose_app::recorded;
+use evpose_cli::json::{read_result, write_result};
+use evpose_cli::recorded;
 use evpose_task::body::{BodyConfig, BodySourceKind};
 use evpose_train::body::{BodyFrames, BodyRecordings, holds_annotations};
 use serde::{Deserialize, Serialize};

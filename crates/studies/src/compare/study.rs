@@ -5,9 +5,9 @@ use std::time::Instant;
 
 use crate::ablate::{Network, Stages, networks};
 use anyhow::{Context, Result, bail};
-use evpose_app::json::write_result;
-use evpose_app::machine::Machine;
-use evpose_app::progress::say;
+use evpose_cli::json::write_result;
+use evpose_cli::machine::Machine;
+use evpose_cli::progress::say;
 use evpose_core::atomic_write;
 
 use crate::compare::args::CompareBodyArgs;

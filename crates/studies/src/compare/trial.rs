@@ -6,9 +6,9 @@ use std::time::Instant;
 
 use crate::ablate::{Stages, networks};
 use anyhow::{Context, Result};
-use evpose_app::json::{read_result, write_result};
-use evpose_app::machine::Machine;
-use evpose_app::run_info::COMMIT;
+use evpose_cli::json::{read_result, write_result};
+use evpose_cli::machine::Machine;
+use evpose_cli::run_info::COMMIT;
 use evpose_core::stats::bootstrap::BootstrapConfig;
 use evpose_core::stats::interval::Interval;
 use evpose_task::body::BodyConfig;
@@ -183,7 +183,7 @@ fn ready(
         (Weights::File(kind), _, Some(path)) => ReadySystem::file(kind, path),
         (Weights::MeanPose, ..) => {
             if data.given_train().is_none() {
-                evpose_app::recorded::prepare(&stages.finetune, &data.train(out, seed))?;
+                evpose_cli::recorded::prepare(&stages.finetune, &data.train(out, seed))?;
             }
             let recordings = BodyRecordings::open(&data.train(out, seed))?;
             let image = &system.experiment(stages).image;

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use evpose_app::args::DeviceArgs;
-use evpose_commands::TASKS;
+use evpose_cli::args::DeviceArgs;
+use evpose_cli::tasks::TASKS;
 
 /// Arguments of `evpose gap payoff`.
 #[derive(Debug, clap::Args)]

@@ -13,7 +13,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use evpose_app::run_info;
+use evpose_cli::run_info;
 use evpose_core::atomic_write;
 
 /// Directory of a study.

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow};
-use evpose_app::bad_input::BadInput;
-use evpose_app::sensor_source::sensor;
+use evpose_cli::bad_input::BadInput;
+use evpose_cli::sensor_source::sensor;
 use evpose_report::gap::files::{CORRECTED, MODEL, VERDICT};
 use evpose_sensor::SensorConfig;
 use serde::Serialize;

@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
-use evpose_app::args::ConfigArgs;
-use evpose_app::bad_input::BadInput;
-use evpose_app::json::write_json;
-use evpose_app::machine::Machine;
-use evpose_app::progress::{say, training_bar};
-use evpose_app::run_info::{COMMIT, CONFIG};
-use evpose_commands::{
+use evpose_cli::args::ConfigArgs;
+use evpose_cli::bad_input::BadInput;
+use evpose_cli::json::write_json;
+use evpose_cli::machine::Machine;
+use evpose_cli::progress::{say, training_bar};
+use evpose_cli::run_info::{COMMIT, CONFIG};
+use evpose_cli::tasks::{
     EvaluationScores, PoseExperiment, PoseTask, StartWeights, experiment, task_by_name,
 };
 use evpose_core::atomic_write;

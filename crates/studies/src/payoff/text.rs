@@ -1,8 +1,8 @@
 //! The result as lines of text.
 
-use evpose_commands::Metric;
+use evpose_cli::pages::held_out::cell;
+use evpose_cli::tasks::Metric;
 use evpose_core::stats::interval::Interval;
-use evpose_report::held_out::cell;
 
 use crate::payoff::models::{CORRECTED_MODEL, GIVEN};
 use crate::payoff::study::Payoff;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use evpose_app::args::{ConfigArgs, DeviceArgs};
+use evpose_cli::args::{ConfigArgs, DeviceArgs};
 use evpose_sim::Shard;
 
 /// Arguments of `evpose tune`.

@@ -14,7 +14,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use evpose_app::run_info::{CONFIG, claim_origin};
+use evpose_cli::run_info::{CONFIG, claim_origin};
 use evpose_core::{atomic_write, temporary_target};
 use evpose_sim::Shard;
 

@@ -4,7 +4,7 @@
 //! Successive halving: Jamieson, Talwalkar: *Non-stochastic best arm identification and
 //! hyperparameter optimization*, AISTATS 2016.
 
-use evpose_report::learning::TrainingLength;
+use evpose_cli::pages::learning::TrainingLength;
 use serde::Serialize;
 
 /// A plan that cannot be made.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use anyhow::Result;
-use evpose_report::learning::TrainingLength;
+use evpose_cli::pages::learning::TrainingLength;
 use evpose_train::{LOSS, LoggedValue, read_history, validation_means};
 use serde::{Deserialize, Serialize};
 

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow};
-use evpose_app::bad_input::BadInput;
-use evpose_app::machine::Machine;
-use evpose_app::progress::{say, training_bar};
+use evpose_cli::bad_input::BadInput;
+use evpose_cli::machine::Machine;
+use evpose_cli::progress::{say, training_bar};
 use evpose_sim::Shard;
 use evpose_task::hand::BEST;
 use evpose_train::{TrainError, TrainOptions};
@@ -27,6 +27,7 @@ use crate::tune::trials::TrialConfigs;
 /// If the config or the ranges make no sense, the data cannot be read, a training fails other than
 /// by diverging, or `--out` holds another search.
 pub fn run(args: &TuneArgs) -> Result<()> {
+    evpose_kernels::keep_freed_memory();
     // A device that is missing, before anything is simulated.
     args.device.open()?;
     let space = SearchSpace::load(&args.over)?;

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
-use evpose_app::args::ConfigArgs;
-use evpose_app::shipped::checkpoint_path;
-use evpose_commands::{PoseExperiment, PoseTask, StartWeights, experiment};
+use evpose_cli::args::ConfigArgs;
+use evpose_cli::shipped::checkpoint_path;
+use evpose_cli::tasks::{PoseExperiment, PoseTask, StartWeights, experiment};
 use evpose_train::LOSS;
 use toml::Value;
 

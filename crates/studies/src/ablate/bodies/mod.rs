@@ -19,10 +19,10 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use evpose_core::atomic_write;
 
-use evpose_app::args::DeviceArgs;
-use evpose_app::json::write_result;
-use evpose_app::machine::Machine;
-use evpose_app::progress::say;
+use evpose_cli::args::DeviceArgs;
+use evpose_cli::json::write_result;
+use evpose_cli::machine::Machine;
+use evpose_cli::progress::say;
 pub use network::Network;
 pub use stages::{StageArgs, Stages};
 

@@ -18,9 +18,9 @@ use serde::{Deserialize, Serialize};
 
 use super::Network;
 use super::Stages;
-use evpose_app::json::{read_result, write_result};
-use evpose_app::progress::{bar, say};
-use evpose_app::recorded;
+use evpose_cli::json::{read_result, write_result};
+use evpose_cli::progress::{bar, say};
+use evpose_cli::recorded;
 
 /// A chain of trainings: a network, and those that start from it.
 type Chain = (Vec<Network>, Stages);

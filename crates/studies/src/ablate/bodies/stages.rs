@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use evpose_app::args::ConfigArgs;
-use evpose_app::{body_config, run_info};
+use evpose_cli::args::ConfigArgs;
+use evpose_cli::{body_config, run_info};
 use evpose_core::atomic_write;
 use evpose_task::body::BodyConfig;
 

@@ -14,9 +14,9 @@ use serde::{Deserialize, Serialize};
 use super::networks;
 use super::rows::{Row, Test};
 use super::{Network, Stages};
-use evpose_app::json::{read_result, write_result};
-use evpose_app::recorded;
-use evpose_app::run_info::COMMIT;
+use evpose_cli::json::{read_result, write_result};
+use evpose_cli::recorded;
+use evpose_cli::run_info::COMMIT;
 
 /// Results of a row under a seed.
 #[derive(Debug, Clone, Serialize, Deserialize)]

@@ -12,7 +12,7 @@
 use std::collections::BTreeMap;
 
 use anyhow::{Result, ensure};
-use evpose_commands::{EvaluationScores, Metric};
+use evpose_cli::tasks::{EvaluationScores, Metric};
 use evpose_core::stats::bootstrap::{BootstrapConfig, Totals, bootstrap};
 use evpose_core::stats::interval::Interval;
 use serde::Serialize;

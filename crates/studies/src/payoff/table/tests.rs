@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use evpose_commands::RecordingScores;
+use evpose_cli::tasks::RecordingScores;
 use evpose_core::CounterRng;
 
 use super::*;
