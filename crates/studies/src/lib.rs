@@ -10,4 +10,5 @@ pub mod ablate;
 pub mod compare;
 pub mod external;
 pub mod payoff;
+mod study;
 pub mod tune;

@@ -14,6 +14,8 @@ use evpose_cli::progress::say;
 use evpose_cli::recorded;
 use evpose_cli::run_info;
 
+use crate::study;
+
 /// Directory of a study.
 pub(super) struct StudyDirectory<'a> {
     out: &'a Path,
@@ -24,10 +26,7 @@ impl<'a> StudyDirectory<'a> {
     /// config is the same.
     pub(super) fn open(out: &'a Path, base: &HandConfig, resume: bool) -> Result<Self> {
         let config = out.join("config.toml");
-        if out.read_dir().is_ok_and(|mut entries| entries.next().is_some()) {
-            if !resume {
-                bail!("{} is not empty: add --resume, or choose another --out", out.display());
-            }
+        if study::is_begun(out, resume)? {
             if !config.exists() {
                 bail!("{} holds no ablation: choose another --out", out.display());
             }
@@ -61,11 +60,6 @@ impl<'a> StudyDirectory<'a> {
     /// Directory of the training of a row under a seed.
     pub(super) fn run(&self, row: &str, seed: u64) -> PathBuf {
         self.out.join("rows").join(row).join(format!("seed-{seed}"))
-    }
-
-    /// Path of a result of the study.
-    pub(super) fn result(&self, name: &str) -> PathBuf {
-        self.out.join(name)
     }
 
     /// Simulates the missing sequences of a seed.

@@ -3,7 +3,6 @@
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use evpose_core::atomic_write;
 use evpose_task::hand::HandConfig;
 
 use super::args::AblateHandArgs;
@@ -12,8 +11,8 @@ use super::outcome::{Outcome, Trials};
 use super::rows::{self, Row};
 use super::selection::selected;
 use super::{networks_table, page, table, trial};
+use crate::study::{self, ResultFiles};
 use evpose_cli::hand_config;
-use evpose_cli::json::write_result;
 use evpose_cli::machine::Machine;
 use evpose_cli::progress::{note, say};
 
@@ -36,9 +35,9 @@ pub(super) fn run(args: &AblateHandArgs) -> Result<()> {
     for row in &rows {
         row.config(&base).validate().with_context(|| format!("row {}", row.name))?;
     }
-    let seeds: Option<Vec<u64>> = (0..args.seeds).map(|i| base.seed.checked_add(i)).collect();
-    let seeds = seeds.context("config field `seed`: too large to count on from")?;
+    let seeds = study::seeds(base.seed, args.seeds)?;
     let directory = StudyDirectory::open(&args.out, &base, args.resume)?;
+    let results = ResultFiles::new(&args.out, "ablation");
     say(format!("machine: {}", Machine::this()));
     say(format!("output:  {}", args.out.display()));
     for &seed in &seeds {
@@ -63,7 +62,8 @@ pub(super) fn run(args: &AblateHandArgs) -> Result<()> {
         trials.insert(row.name, of_row);
         // After every row, so that an interrupted study has results.
         let outcome = Outcome::new(&args.config, &seeds, args.stride_ms, &rows, &trials)?;
-        write(&directory, &base, &outcome)?;
+        let page = page::html(&outcome, &base.to_toml()?)?;
+        results.write(&outcome, &table::markdown(&outcome), &page)?;
         say(format!("    row done in {:.1} min", begun.elapsed().as_secs_f64() / 60.0));
     }
 
@@ -77,24 +77,6 @@ pub(super) fn run(args: &AblateHandArgs) -> Result<()> {
         say(networks_table::LEGEND);
     }
     say("");
-    say(format!("done in {:.1} minutes", started.elapsed().as_secs_f64() / 60.0));
-    for name in RESULTS {
-        say(format!("written: {}", directory.result(name).display()));
-    }
-    Ok(())
-}
-
-/// Files of results: values, table, page.
-const RESULTS: [&str; 3] = ["ablation.json", "ablation.md", "ablation.html"];
-
-fn write(directory: &StudyDirectory<'_>, base: &HandConfig, outcome: &Outcome) -> Result<()> {
-    let [json, markdown, html] = RESULTS.map(|name| directory.result(name));
-    write_result(&json, outcome)?;
-    let texts =
-        [(markdown, table::markdown(outcome)), (html, page::html(outcome, &base.to_toml()?)?)];
-    for (path, text) in texts {
-        atomic_write(&path, text.as_bytes())
-            .with_context(|| format!("writing {}", path.display()))?;
-    }
+    results.say_written(started);
     Ok(())
 }

@@ -9,6 +9,7 @@ use serde::Serialize;
 use super::finding::{Finding, Relation, Verdict};
 use super::rows::{FULL, Row};
 use super::trial::{Metrics, Provenance, Scores, Trial};
+use crate::study::mean_curve;
 
 /// The trials of every trained row, by its name, in the order of the seeds.
 pub(super) type Trials = BTreeMap<&'static str, Vec<Trial>>;
@@ -143,11 +144,8 @@ fn row_outcome(row: &'static Row, done: &[&Row], trials: &Trials) -> Result<RowO
     let speeds: Vec<f64> = ours.iter().map(|trial| trial.poses_per_s).collect();
     let seconds: Vec<f64> = ours.iter().filter_map(|trial| trial.training_s).collect();
     let losses: Vec<f64> = ours.iter().filter_map(|trial| trial.validation_loss).collect();
-    let curve = |get: fn(&Scores) -> &[f64]| {
-        let curves: Vec<&[f64]> = ours.iter().map(|trial| get(scores(row, trial))).collect();
-        let at = |i: usize| curves.iter().map(|c| c[i]).sum::<f64>() / curves.len() as f64;
-        (0..curves[0].len()).map(at).collect::<Vec<f64>>()
-    };
+    let curve =
+        |get: fn(&Scores) -> &[f64]| mean_curve(ours.iter().map(|trial| get(scores(row, trial))));
     let known = |finding: &&Finding| done.iter().any(|other| other.name == finding.than);
     let findings = row.published.iter().filter(known);
     Ok(RowOutcome {

@@ -4,6 +4,7 @@ use evpose_core::stats::interval::Interval;
 
 use super::networks_table;
 use super::outcome::{FindingOutcome, Means, Outcome, RowOutcome};
+use crate::study::{VERDICTS, listed};
 use evpose_report::format::with_interval;
 
 /// Metrics of the table: heading, name of the figure, digits.
@@ -135,7 +136,6 @@ pub(super) fn difference(interval: &Interval, measure: &str) -> String {
 
 /// Legend of the columns, with the origin of the values.
 pub(super) fn legend(outcome: &Outcome) -> String {
-    let seeds: Vec<String> = outcome.seeds.iter().map(u64::to_string).collect();
     let made = outcome
         .made
         .iter()
@@ -143,10 +143,9 @@ pub(super) fn legend(outcome: &Outcome) -> String {
     format!(
         "Means over seeds {} with 95% intervals of Student's t. AUC: larger is better; MPJPE and \
          wrist errors: smaller. poses/s: the network alone, one window at a time. Verdicts follow \
-         from the interval of the difference between two rows, seed by seed: found where all of it \
-         agrees with what was published, reversed where all of it contradicts, else within noise. \
+         from the interval of the difference between two rows, seed by seed: {VERDICTS}. \
          Config {}, a pose every {} ms; {}.",
-        seeds.join(", "),
+        listed(&outcome.seeds),
         outcome.config,
         outcome.stride_ms,
         made.collect::<Vec<_>>().join("; ")

@@ -11,6 +11,7 @@ use crate::compare::measure::{DataSet, Measure};
 use crate::compare::ordering::{ORDERINGS, Ordering, TestedOrdering};
 use crate::compare::system::{Figure, System};
 use crate::compare::trial::Trial;
+use crate::study::mean_curve;
 
 /// Results of systems, by their names.
 pub(crate) type Results = BTreeMap<&'static str, SystemResult>;
@@ -122,9 +123,6 @@ fn outcome_of(system: &'static System, result: &SystemResult) -> Result<SystemOu
         Some(Mean { measure, value: t_interval(&values?)? })
     };
     let times: Option<Vec<f64>> = trials.iter().map(|trial| trial.training_s).collect();
-    let curves: Vec<&Vec<f64>> = trials.iter().map(|trial| &trial.curve).collect();
-    let points = curves.iter().map(|curve| curve.len()).min().unwrap_or(0);
-    let mean_at = |i: usize| curves.iter().map(|curve| curve[i]).sum::<f64>() / curves.len() as f64;
     Ok(SystemOutcome {
         name: system.name,
         about: system.about,
@@ -137,7 +135,7 @@ fn outcome_of(system: &'static System, result: &SystemResult) -> Result<SystemOu
             }
         },
         means: Measure::ALL.into_iter().filter_map(mean_of).collect(),
-        curve: (0..points).map(mean_at).collect(),
+        curve: mean_curve(trials.iter().map(|trial| &*trial.curve)),
         training_s: times.and_then(|times| t_interval(&times)),
         published: system
             .published

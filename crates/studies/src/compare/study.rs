@@ -5,10 +5,8 @@ use std::time::Instant;
 
 use crate::ablate::{Network, Stages, networks};
 use anyhow::{Context, Result, bail};
-use evpose_cli::json::write_result;
 use evpose_cli::machine::Machine;
 use evpose_cli::progress::say;
-use evpose_core::atomic_write;
 
 use crate::compare::args::CompareBodyArgs;
 use crate::compare::baselines;
@@ -18,9 +16,7 @@ use crate::compare::predictor::ReadySystem;
 use crate::compare::system::{FileKind, System, Weights, selected};
 use crate::compare::trial::{self, Candidate};
 use crate::compare::{page, table};
-
-/// Files of results: values, table, page.
-const RESULTS: [&str; 3] = ["comparison.json", "comparison.md", "comparison.html"];
+use crate::study::{self, ResultFiles};
 
 /// Trains, evaluates and writes what is missing.
 pub(crate) fn run(args: &CompareBodyArgs) -> Result<()> {
@@ -33,12 +29,15 @@ pub(crate) fn run(args: &CompareBodyArgs) -> Result<()> {
     let chosen = selected(&args.systems);
     // Before anything is simulated or trained.
     let missing = missing(args, &data, &chosen)?;
-    if args.out.read_dir().is_ok_and(|mut entries| entries.next().is_some()) && !args.resume {
-        bail!("{} is not empty: add --resume, or choose another --out", args.out.display());
-    }
+    study::is_begun(&args.out, args.resume)?;
     stages.claim(&args.out)?;
     data.claim(&args.out)?;
-    let seeds: Vec<u64> = (0..args.seeds).map(|i| stages.finetune.seed.saturating_add(i)).collect();
+    let seeds = study::seeds(stages.finetune.seed, args.seeds)?;
+    let files = ResultFiles::new(&args.out, "comparison");
+    let configs = stages.to_toml()?;
+    let write = |outcome: &Outcome| {
+        files.write(outcome, &table::markdown(outcome), &page::html(outcome, &configs)?)
+    };
     let all: Vec<Stages> = seeds.iter().map(|&seed| stages.with_seed(seed)).collect();
     say(format!("machine: {}", Machine::this()));
     say(format!("output:  {}", args.out.display()));
@@ -62,16 +61,13 @@ pub(crate) fn run(args: &CompareBodyArgs) -> Result<()> {
         }
         results.insert(system.name, SystemResult::Ran(trials));
         // After every system, so that an interrupted comparison has results.
-        write(args, &stages, &Outcome::new(&seeds, &words(&data), &chosen, &results)?)?;
+        write(&Outcome::new(&seeds, &words(&data), &chosen, &results)?)?;
     }
     let outcome = Outcome::new(&seeds, &words(&data), &chosen, &results)?;
-    write(args, &stages, &outcome)?;
+    write(&outcome)?;
     say("");
     say(table::markdown(&outcome));
-    say(format!("done in {:.1} minutes", started.elapsed().as_secs_f64() / 60.0));
-    for name in RESULTS {
-        say(format!("written: {}", args.out.join(name).display()));
-    }
+    files.say_written(started);
     Ok(())
 }
 
@@ -141,16 +137,4 @@ fn words(data: &Data) -> String {
         Data::Simulated => "simulated people that are in no training set".to_owned(),
         Data::Given { test, .. } => test.display().to_string(),
     }
-}
-
-fn write(args: &CompareBodyArgs, stages: &Stages, outcome: &Outcome) -> Result<()> {
-    let [json, markdown, html] = RESULTS.map(|name| args.out.join(name));
-    write_result(&json, outcome)?;
-    let texts =
-        [(markdown, table::markdown(outcome)), (html, page::html(outcome, &stages.to_toml()?)?)];
-    for (path, text) in texts {
-        atomic_write(&path, text.as_bytes())
-            .with_context(|| format!("writing {}", path.display()))?;
-    }
-    Ok(())
 }

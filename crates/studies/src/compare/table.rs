@@ -5,6 +5,7 @@ use evpose_report::format::with_interval;
 use crate::compare::measure::{DataSet, Measure};
 use crate::compare::ordering::TestedOrdering;
 use crate::compare::outcome::{Outcome, SystemOutcome};
+use crate::study::{VERDICTS, listed, markdown_table};
 
 /// Headings of the table of systems.
 pub(crate) fn header() -> Vec<&'static str> {
@@ -58,28 +59,23 @@ pub(crate) fn difference(ordering: &TestedOrdering) -> String {
 
 /// Protocol and origin of the values.
 pub(crate) fn legend(outcome: &Outcome) -> String {
-    let seeds: Vec<String> = outcome.seeds.iter().map(u64::to_string).collect();
     format!(
         "Evaluated on {}. Means over seeds {} with 95% intervals of Student's t. PCK: share of the 13 \
          joints within a fraction of the torso's diagonal; MPJPE in pixels of the images; in mm \
          of one camera for systems that estimate depth, of others triangulated where the recordings \
          have two calibrated cameras. poses/s: from image to joints on one thread of {}, the \
          representation not included. Published figures are of other data. Verdicts follow from the \
-         interval of the difference of both systems, seed by seed: found where all of it agrees with \
-         what was published, reversed where all of it contradicts, else within noise.",
+         interval of the difference of both systems, seed by seed: {VERDICTS}.",
         outcome.data,
-        seeds.join(", "),
+        listed(&outcome.seeds),
         outcome.machines.join(" and "),
     )
 }
 
 /// Content of `comparison.md`, which the terminal shows too.
 pub(crate) fn markdown(outcome: &Outcome) -> String {
-    let header = header();
-    let mut text = format!("| {} |\n|{}\n", header.join(" | "), "---|".repeat(header.len()));
-    for system in outcome.systems.iter().filter(|system| system.missing.is_none()) {
-        text += &format!("| {} |\n", cells(system).join(" | "));
-    }
+    let ran = outcome.systems.iter().filter(|system| system.missing.is_none());
+    let mut text = markdown_table(&header(), ran.map(cells));
     for system in &outcome.systems {
         if let Some(reason) = &system.missing {
             text += &format!("\n{} did not run: {reason}.", system.name);

@@ -12,9 +12,10 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail};
+use anyhow::Result;
 use evpose_cli::run_info;
-use evpose_core::atomic_write;
+
+use crate::study;
 
 /// Directory of a study.
 pub(crate) struct StudyDirectory<'a> {
@@ -30,28 +31,9 @@ impl<'a> StudyDirectory<'a> {
         inputs: &[(String, String)],
         resume: bool,
     ) -> Result<Self> {
-        let is_begun = out.read_dir().is_ok_and(|mut entries| entries.next().is_some());
-        if is_begun && !resume {
-            bail!("{} is not empty: add --resume, or choose another --out", out.display());
-        }
+        study::is_begun(out, resume)?;
         for (name, text) in inputs {
-            let path = out.join(name);
-            if path.exists() {
-                let there = std::fs::read_to_string(&path)
-                    .with_context(|| format!("reading {}", path.display()))?;
-                if there != *text {
-                    bail!(
-                        "{} differs from what is given: give the same, or another --out",
-                        path.display()
-                    );
-                }
-                continue;
-            }
-            let parent = path.parent().unwrap_or(out);
-            std::fs::create_dir_all(parent)
-                .with_context(|| format!("creating {}", parent.display()))?;
-            atomic_write(&path, text.as_bytes())
-                .with_context(|| format!("writing {}", path.display()))?;
+            study::claim(&out.join(name), text)?;
         }
         run_info::write(out, seed, None)?;
         Ok(Self { out })

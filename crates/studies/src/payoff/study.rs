@@ -13,7 +13,6 @@ use evpose_cli::run_info::{COMMIT, CONFIG};
 use evpose_cli::tasks::{
     EvaluationScores, PoseExperiment, PoseTask, StartWeights, experiment, task_by_name,
 };
-use evpose_core::atomic_write;
 use evpose_train::TrainOptions;
 use serde::Serialize;
 
@@ -22,6 +21,7 @@ use crate::payoff::directory::StudyDirectory;
 use crate::payoff::models::{CAMERA, Findings, Models, NamedModel};
 use crate::payoff::table::{ModelScores, PairedTable};
 use crate::payoff::{page, text};
+use crate::study;
 
 /// Version of the layout of `payoff.json`.
 const SCHEMA: u32 = 1;
@@ -57,14 +57,13 @@ pub(crate) struct Payoff {
 impl Payoff {
     /// How it was made, for the page.
     pub(crate) fn facts(&self) -> Vec<(&'static str, String)> {
-        let seeds: Vec<String> = self.seeds.iter().map(u64::to_string).collect();
         vec![
             ("gap run", self.gap.run.clone()),
             ("verdict", self.gap.verdict.clone()),
             ("effects and parameters", self.gap.effects.join(", ")),
             ("network", self.network.clone()),
             ("evaluated on", self.evaluated_on.clone()),
-            ("seeds", seeds.join(", ")),
+            ("seeds", study::listed(&self.seeds)),
             ("commit", self.commit.to_owned()),
             ("machine", self.machine.to_string()),
             ("time of the last process", format!("{:.0} s", self.elapsed_s)),
@@ -92,8 +91,7 @@ pub fn run(args: &PayoffArgs) -> Result<()> {
         base.trains_on_recordings(),
         "config field `data.source`: a network that is to learn from events trains on recordings"
     );
-    let seeds: Option<Vec<u64>> = (0..args.seeds).map(|i| base.seed().checked_add(i)).collect();
-    let seeds = seeds.context("config field `seed`: too large to count on from")?;
+    let seeds = study::seeds(base.seed(), args.seeds)?;
     let inputs = inputs(&*base, &models)?;
     let directory = StudyDirectory::open(&args.out, base.seed(), &inputs, args.resume)?;
     say(format!("machine: {}", Machine::this()));
@@ -130,7 +128,7 @@ pub fn run(args: &PayoffArgs) -> Result<()> {
     };
     let html = page::html(&payoff, &models.trained, &base.to_toml()?)?;
     let path = directory.result(PAGE);
-    atomic_write(&path, html.as_bytes()).with_context(|| format!("writing {}", path.display()))?;
+    study::write(&path, &html)?;
     write_json(Some(&directory.result(JSON)), &payoff)?;
     say("");
     text::lines(&payoff).iter().for_each(say);

@@ -14,10 +14,12 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
+use evpose_cli::json::{read_result, write_result};
 use evpose_cli::run_info::{CONFIG, claim_origin};
-use evpose_core::{atomic_write, temporary_target};
+use evpose_core::temporary_target;
 use evpose_sim::Shard;
 
+use crate::study;
 use crate::tune::rung_result::RungResult;
 
 /// Names in the directory while a search begins.
@@ -44,32 +46,16 @@ impl<'a> SearchDirectory<'a> {
         resume: bool,
     ) -> Result<Self> {
         let directory = Self { out };
-        let has_any = out.read_dir().is_ok_and(|mut entries| entries.next().is_some());
-        let is_begun = match shard.is_whole() {
-            true => has_any,
-            false => shard.sequences_of(trials).any(|trial| directory.trial(trial).exists()),
-        };
-        if is_begun && !resume {
-            bail!("{} is not empty: add --resume, or choose another --out", out.display());
+        let has_own = || shard.sequences_of(trials).any(|trial| directory.trial(trial).exists());
+        if shard.is_whole() || has_own() {
+            study::is_begun(out, resume)?;
         }
         if !out.join(CONFIG).exists() && directory.holds_others() {
             bail!("{} holds no search: choose another --out", out.display());
         }
-        std::fs::create_dir_all(out).with_context(|| format!("creating {}", out.display()))?;
         // The config last, so that its existence implies that of the others.
         for (name, text) in [("tune.toml", plan), ("over.toml", over), (CONFIG, config)] {
-            let path = out.join(name);
-            if !path.exists() {
-                directory.write(name, text)?;
-            }
-            let there = std::fs::read_to_string(&path)
-                .with_context(|| format!("reading {}", path.display()))?;
-            if there != text {
-                bail!(
-                    "{} differs from what is given: give the same, or another --out",
-                    path.display()
-                );
-            }
+            study::claim(&out.join(name), text)?;
         }
         claim_origin(out, seed)?;
         Ok(directory)
@@ -108,14 +94,7 @@ impl<'a> SearchDirectory<'a> {
     /// # Errors
     /// If it cannot be read.
     pub(crate) fn result(&self, trial: u64, rung: usize) -> Result<Option<RungResult>> {
-        let path = self.result_path(trial, rung);
-        if !path.exists() {
-            return Ok(None);
-        }
-        let text = std::fs::read(&path).with_context(|| format!("reading {}", path.display()))?;
-        serde_json::from_slice(&text).map(Some).with_context(|| {
-            format!("{}: not of this version; remove it to do it again", path.display())
-        })
+        read_result(&self.result_path(trial, rung))
     }
 
     /// Writes the result of a trial at the end of a rung.
@@ -123,9 +102,7 @@ impl<'a> SearchDirectory<'a> {
     /// # Errors
     /// If it cannot be written.
     pub(crate) fn write_result(&self, trial: u64, rung: usize, result: &RungResult) -> Result<()> {
-        let path = self.result_path(trial, rung);
-        let text = serde_json::to_string_pretty(result)? + "\n";
-        atomic_write(&path, text.as_bytes()).with_context(|| format!("writing {}", path.display()))
+        write_result(&self.result_path(trial, rung), result)
     }
 
     /// Removes the checkpoints of a trial that nobody will continue: those of its optimiser are
@@ -153,8 +130,7 @@ impl<'a> SearchDirectory<'a> {
     /// # Errors
     /// If it cannot be written.
     pub(crate) fn write(&self, name: &str, text: &str) -> Result<()> {
-        let path = self.path(name);
-        atomic_write(&path, text.as_bytes()).with_context(|| format!("writing {}", path.display()))
+        study::write(&self.path(name), text)
     }
 }
 

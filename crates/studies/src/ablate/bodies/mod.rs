@@ -16,11 +16,10 @@ mod trial;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use anyhow::{Context, Result, bail};
-use evpose_core::atomic_write;
+use anyhow::Result;
 
+use crate::study::{self, ResultFiles};
 use evpose_cli::args::DeviceArgs;
-use evpose_cli::json::write_result;
 use evpose_cli::machine::Machine;
 use evpose_cli::progress::say;
 pub use network::Network;
@@ -60,12 +59,11 @@ pub(super) fn run(args: &AblateBodyArgs) -> Result<()> {
     let started = Instant::now();
     let device = args.device.open()?;
     let stages = Stages::load(&args.stages)?;
-    if args.out.read_dir().is_ok_and(|mut entries| entries.next().is_some()) && !args.resume {
-        bail!("{} is not empty: add --resume, or choose another --out", args.out.display());
-    }
+    study::is_begun(&args.out, args.resume)?;
     stages.claim(&args.out)?;
     let chosen = rows::selected(&args.rows);
-    let seeds: Vec<u64> = (0..args.seeds).map(|i| stages.finetune.seed.saturating_add(i)).collect();
+    let seeds = study::seeds(stages.finetune.seed, args.seeds)?;
+    let results = ResultFiles::new(&args.out, "ablation");
     say(format!("machine: {}", Machine::this()));
     say(format!("output:  {}", args.out.display()));
     let all: Vec<Stages> = seeds.iter().map(|&seed| stages.with_seed(seed)).collect();
@@ -84,37 +82,13 @@ pub(super) fn run(args: &AblateBodyArgs) -> Result<()> {
         }
         trials.insert(row.name, of_row);
         // After every row, so that an interrupted study has results.
-        report(args, &stages, &seeds, &chosen, &trials)?;
+        let outcome = outcome::Outcome::new(&seeds, &chosen, &trials)?;
+        let page = outcome::html(&outcome, &stages.to_toml()?)?;
+        results.write(&outcome, &outcome::markdown(&outcome), &page)?;
         say(format!("    row done in {:.1} min", begun.elapsed().as_secs_f64() / 60.0));
     }
     say("");
     say(outcome::markdown(&outcome::Outcome::new(&seeds, &chosen, &trials)?));
-    say(format!("done in {:.1} minutes", started.elapsed().as_secs_f64() / 60.0));
-    for name in RESULTS {
-        say(format!("written: {}", args.out.join(name).display()));
-    }
-    Ok(())
-}
-
-/// Files of results: values, table, page.
-const RESULTS: [&str; 3] = ["ablation.json", "ablation.md", "ablation.html"];
-
-fn report(
-    args: &AblateBodyArgs,
-    stages: &Stages,
-    seeds: &[u64],
-    rows: &[&'static rows::Row],
-    trials: &outcome::Trials,
-) -> Result<()> {
-    let outcome = outcome::Outcome::new(seeds, rows, trials)?;
-    let [json, markdown, html] = RESULTS.map(|name| args.out.join(name));
-    write_result(&json, &outcome)?;
-    let configs = stages.to_toml()?;
-    let texts =
-        [(markdown, outcome::markdown(&outcome)), (html, outcome::html(&outcome, &configs)?)];
-    for (path, text) in texts {
-        atomic_write(&path, text.as_bytes())
-            .with_context(|| format!("writing {}", path.display()))?;
-    }
+    results.say_written(started);
     Ok(())
 }

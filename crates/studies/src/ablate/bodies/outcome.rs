@@ -9,6 +9,7 @@ use serde::Serialize;
 use super::rows::{FULL, Row};
 use super::trial::Trial;
 use crate::ablate::finding::Verdict;
+use crate::study::{VERDICTS, listed, markdown_table, mean_curve};
 use evpose_report::chart::{self, Series};
 use evpose_report::colour::{Colour, PALETTE};
 use evpose_report::format::with_interval;
@@ -65,10 +66,6 @@ fn outcome_of(row: &'static Row, trials: &[Trial], full: &[Trial]) -> Result<Row
     let difference_40 =
         mean(trials.iter().zip(full).map(|(trial, full)| trial.pck_40 - full.pck_40))?;
     let times: Option<Vec<f64>> = trials.iter().map(|trial| trial.training_s).collect();
-    let count = trials.len().max(1) as f64;
-    let curve = (0..trials.first().map_or(0, |trial| trial.curve.len()))
-        .map(|i| trials.iter().map(|trial| trial.curve[i]).sum::<f64>() / count)
-        .collect();
     Ok(RowOutcome {
         name: row.name,
         about: row.about,
@@ -81,7 +78,7 @@ fn outcome_of(row: &'static Row, trials: &[Trial], full: &[Trial]) -> Result<Row
         expected: row.expected.map(|relation| format!("{} {FULL}", relation.words())),
         verdict: row.expected.map(|relation| relation.verdict(&difference_40)),
         difference_40,
-        curve,
+        curve: mean_curve(trials.iter().map(|trial| &*trial.curve)),
         per_seed: trials.to_vec(),
     })
 }
@@ -122,24 +119,19 @@ fn cells(row: &RowOutcome) -> [String; 9] {
 }
 
 fn legend(outcome: &Outcome) -> String {
-    let seeds: Vec<String> = outcome.seeds.iter().map(u64::to_string).collect();
     format!(
         "Means over seeds {} with 95% intervals of Student's t. The mean training pose has PCK@0.4 {}. \
          Published figures are of eH3.6M, not of these people. Verdicts follow from the interval of the \
-         difference to the full method, seed by seed: found where all of it agrees with what was published, \
-         reversed where all of it contradicts, else within noise.",
-        seeds.join(", "),
+         difference to the full method, seed by seed: {VERDICTS}.",
+        listed(&outcome.seeds),
         with_interval(&outcome.mean_pose_40, 3),
     )
 }
 
 /// The table as Markdown.
 pub(super) fn markdown(outcome: &Outcome) -> String {
-    let mut text = format!("| {} |\n|{}\n", HEADER.join(" | "), "---|".repeat(HEADER.len()));
-    for row in &outcome.rows {
-        text += &format!("| {} |\n", cells(row).join(" | "));
-    }
-    text + &format!("\n{}\n", legend(outcome))
+    let rows = outcome.rows.iter().map(cells);
+    markdown_table(&HEADER, rows) + &format!("\n{}\n", legend(outcome))
 }
 
 /// The page, in one piece.
