@@ -1,4 +1,4 @@
-//! What is known of an event camera: its calibration, the view of a network, its parameters.
+//! Event cameras: their calibration, the view of a network on them, their parameters.
 //!
 //! A network expects one image size and one focal length, its [`CanonicalView`]; recordings come
 //! from sensors of any size behind any lens. In between are

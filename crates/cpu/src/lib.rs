@@ -1,4 +1,4 @@
-//! What the processor gives: vector instructions, and threads for short parallel regions.
+//! Vector instructions of the processor, and threads for short parallel regions.
 //!
 //! * [`Level`]: portable, AVX2 or AVX-512; detected when the program runs.
 //! * [`vectorize`]: a plain loop, compiled for the widest vectors of this processor.

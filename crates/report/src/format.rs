@@ -26,6 +26,11 @@ pub fn percent(share: f64) -> String {
     if share.is_finite() { format!("{:.0}%", 100.0 * share) } else { "unknown".to_owned() }
 }
 
+/// A value with half the width of its interval; `-` where there is none.
+pub fn with_interval_or_dash(interval: Option<&Interval>, digits: usize) -> String {
+    interval.map_or_else(|| "-".to_owned(), |interval| with_interval(interval, digits))
+}
+
 /// A value with half the width of its interval, if it has one: `0.612 ± 0.013`.
 pub fn with_interval(interval: &Interval, digits: usize) -> String {
     let estimate = interval.estimate;

@@ -1,4 +1,5 @@
-//! What all studies do: claim a directory, count seeds, average over them, write results.
+//! The common part of studies: they claim a directory, count seeds, average over them, and write
+//! results.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -7,6 +8,8 @@ use anyhow::{Context, Result, bail};
 use evpose_cli::json::write_result;
 use evpose_cli::progress::say;
 use evpose_core::atomic_write;
+use evpose_report::chart::{self, Series};
+use evpose_report::colour::PALETTE;
 use serde::Serialize;
 
 /// How a verdict follows from an interval, for legends.
@@ -67,6 +70,15 @@ pub(crate) fn mean_curve<'a>(curves: impl Iterator<Item = &'a [f64]>) -> Vec<f64
     let points = curves.iter().map(|curve| curve.len()).min().unwrap_or(0);
     let at = |i: usize| curves.iter().map(|curve| curve[i]).sum::<f64>() / curves.len() as f64;
     (0..points).map(at).collect()
+}
+
+/// Shares of correct joints at 1 %, 2 %, … of the diagonal of the torso, one curve a name.
+pub(crate) fn pck_chart<'a>(curves: impl Iterator<Item = (&'a str, &'a [f64])>) -> Result<String> {
+    let curves = curves.zip(PALETTE).map(|((name, curve), colour)| {
+        let points = (1..).zip(curve).map(|(percent, y)| (f64::from(percent) / 100.0, *y));
+        Series::line(name, colour, points.collect())
+    });
+    Ok(chart::pck("PCK", "threshold, diagonals of the torso", curves.collect())?)
 }
 
 /// A table as Markdown.

@@ -11,15 +11,15 @@ use crate::pages::recent_events::RecentEvents;
 use evpose_report::canvas::contact_sheet;
 
 /// Moments on the sheet, each a view and its events.
-const MOMENTS: u64 = 8;
-/// From when on the first and every further moment is looked for, in steps: far enough from the start for
+const INSTANTS: u64 = 8;
+/// From when on the first and every further instant is looked for, in steps: far enough from the start for
 /// its burst to be forgotten, and different in every sequence.
 const FIRST_STEP: u64 = 400;
 const FURTHER_STEPS: u64 = 170;
 /// Times among which the one with most events is shown, and steps between them: hands rest at times.
 const CANDIDATES: u64 = 6;
 const CANDIDATE_STEPS: u64 = 150;
-/// Steps between moments of the same sequence, where there are few.
+/// Steps between instants of the same sequence, where there are few.
 const ROUND_STEPS: u64 = 1_500;
 /// How long events stay in the image.
 const WINDOW: Micros = Micros(50_000);
@@ -35,11 +35,11 @@ const SCREEN_GAMMA: f32 = 2.2;
 /// If a sequence cannot be simulated.
 pub fn sheet(simulation: &Simulation) -> Result<RgbImage> {
     let pairs: Vec<[RgbImage; 2]> =
-        (0..MOMENTS).into_par_iter().map(|i| moment(simulation, i)).collect::<Result<_>>()?;
+        (0..INSTANTS).into_par_iter().map(|i| instant(simulation, i)).collect::<Result<_>>()?;
     Ok(contact_sheet(&pairs.concat(), 4))
 }
 
-fn moment(simulation: &Simulation, index: u64) -> Result<[RgbImage; 2]> {
+fn instant(simulation: &Simulation, index: u64) -> Result<[RgbImage; 2]> {
     let config = simulation.config();
     let sequences = config.sequences as u64;
     let first = FIRST_STEP + FURTHER_STEPS * index + ROUND_STEPS * (index / sequences);
@@ -93,7 +93,7 @@ mod tests {
         let sheet = sheet(&simulation)?;
         // 48x36 pixels five times as large, 16 of them with gaps of 6.
         assert_eq!(sheet.dimensions(), (4 * 246 + 6, 4 * 186 + 6));
-        let [view, events] = moment(&simulation, 0)?;
+        let [view, events] = instant(&simulation, 0)?;
         let colours = |image: &RgbImage| {
             image.pixels().map(|pixel| pixel.0).collect::<std::collections::BTreeSet<_>>().len()
         };

@@ -33,14 +33,14 @@ const FIRST_SHARE: f64 = 0.3;
 const MARGIN: f32 = 0.25;
 
 /// Writes rendered frames with the joints, and below them the events of the same time: of each sequence
-/// the moment with most events about the person. The same for any number of threads.
+/// the instant with most events about the person. The same for any number of threads.
 ///
 /// # Errors
 /// If a sequence cannot be simulated, or the file cannot be written.
 pub fn of_people(people: &People, path: &Path) -> Result<()> {
     let count = people.config().sequences.min(SEQUENCES) as u64;
     let pairs: Vec<[RgbImage; 2]> =
-        (0..count).into_par_iter().map(|index| moment(people, index)).collect::<Result<_>>()?;
+        (0..count).into_par_iter().map(|index| instant(people, index)).collect::<Result<_>>()?;
     let mut images = Vec::new();
     for row in pairs.chunks(COLUMNS) {
         images.extend(row.iter().map(|[frame, _]| frame.clone()));
@@ -50,7 +50,7 @@ pub fn of_people(people: &People, path: &Path) -> Result<()> {
 }
 
 /// The frame and the events of a sequence where the person moves most.
-fn moment(people: &People, index: u64) -> Result<[RgbImage; 2]> {
+fn instant(people: &People, index: u64) -> Result<[RgbImage; 2]> {
     let steps = people.config().steps();
     let first = (FIRST_SHARE * steps as f64) as u64;
     let spacing = ((steps - first) / CANDIDATES).max(1);

@@ -1,4 +1,4 @@
-//! Events of the last moments of a simulation, as an image.
+//! The latest events of a simulation, as an image.
 
 use evpose_core::{EventStream, Micros, Plane, SensorSize};
 use glam::Vec2;

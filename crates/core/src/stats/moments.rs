@@ -1,4 +1,4 @@
-//! Moments of samples.
+//! First and second moments of samples.
 
 /// Arithmetic mean, summed in order; NaN of an empty sample.
 pub fn mean(values: &[f64]) -> f64 {

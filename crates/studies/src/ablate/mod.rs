@@ -10,26 +10,6 @@
 //! * `hand`, `bodies`: all rows under all seeds. [`Stages`], [`Network`], [`networks`]: what bodies are trained
 //!   with, which comparisons with other systems share.
 //! * `outcome`: means over seeds with intervals; `table`, `networks_table` and `page` render them.
-//!
-//! ```
-//! use clap::{FromArgMatches as _, Subcommand as _};
-//! use evpose_studies::ablate::AblateCommand;
-//!
-//! # fn main() -> anyhow::Result<()> {
-//! let ablate = AblateCommand::augment_subcommands(clap::Command::new("ablate"));
-//! let parse = |args: [&str; 6]| ablate.clone().try_get_matches_from(args);
-//!
-//! // LNES windows of 33 ms, and poses without the Kalman filter, each compared with the full method.
-//! let args = ["ablate", "hand", "--rows", "lnes-33,no-filter", "--out", "runs/ablation"];
-//! let command = AblateCommand::from_arg_matches(&parse(args)?)?;
-//! assert!(matches!(command, AblateCommand::Hand(_)));
-//! // `evpose_studies::ablate::run(&command)` simulates, trains and evaluates, and writes the tables and a page.
-//!
-//! let unknown = ["ablate", "hand", "--rows", "no-such-row", "--out", "runs/ablation"];
-//! assert!(parse(unknown).unwrap_err().to_string().contains("no-filter"), "known rows are listed");
-//! # Ok(())
-//! # }
-//! ```
 
 mod args;
 mod bodies;

@@ -8,7 +8,7 @@
 use super::outcome::{Outcome, RowOutcome};
 use super::rows::{FULL, Group};
 use super::table::{align, thousands};
-use evpose_report::format::with_interval;
+use evpose_report::format::{with_interval, with_interval_or_dash};
 
 /// Published statements about a network.
 struct PublishedNetwork {
@@ -82,15 +82,12 @@ pub(super) fn rows(outcome: &Outcome) -> Option<Vec<Vec<String>>> {
 }
 
 fn cells(row: &RowOutcome, published: &PublishedNetwork) -> Vec<String> {
-    let mean = |name: &str, digits| {
-        row.means.get(name).map_or_else(|| UNKNOWN.to_owned(), |mean| with_interval(mean, digits))
-    };
-    let loss = row.validation_loss.as_ref();
+    let mean = |name: &str, digits| with_interval_or_dash(row.means.get(name), digits);
     vec![
         published.network.to_owned(),
         thousands(row.parameters),
         thousands(row.parameters_as_published),
-        loss.map_or_else(|| UNKNOWN.to_owned(), |loss| with_interval(loss, 2)),
+        with_interval_or_dash(row.validation_loss.as_ref(), 2),
         mean("auc_2d", 3),
         mean("auc_3d", 3),
         mean("mpjpe_mm", 1),

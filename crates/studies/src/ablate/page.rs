@@ -34,11 +34,8 @@ pub(super) fn html(outcome: &Outcome, config: &str) -> Result<String> {
     // The last column, what was published, has a table of its own below.
     let header = table::header();
     let figures = header.len() - 1;
-    let rows: Vec<Vec<String>> = table::rows(outcome)
-        .into_iter()
-        .map(|row| row.iter().take(figures).map(|cell| escape(cell)).collect())
-        .collect();
-    page.table(&header[..figures], &rows);
+    let rows = table::rows(outcome);
+    page.text_table(&header[..figures], rows.iter().map(|row| &row[..figures]));
 
     page.section(
         "Published findings",
@@ -50,8 +47,7 @@ pub(super) fn html(outcome: &Outcome, config: &str) -> Result<String> {
 
     if let Some(rows) = networks_table::rows(outcome) {
         page.section("The networks", networks_table::LEGEND);
-        let escaped = |row: Vec<String>| row.iter().map(|cell| escape(cell)).collect();
-        page.table(&networks_table::HEADER, &rows.into_iter().map(escaped).collect::<Vec<_>>());
+        page.text_table(&networks_table::HEADER, rows);
     }
 
     for (group, heading, text) in CHARTS {

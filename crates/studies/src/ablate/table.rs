@@ -5,7 +5,7 @@ use evpose_core::stats::interval::Interval;
 use super::networks_table;
 use super::outcome::{FindingOutcome, Means, Outcome, RowOutcome};
 use crate::study::{VERDICTS, listed};
-use evpose_report::format::with_interval;
+use evpose_report::format::{with_interval, with_interval_or_dash};
 
 /// Metrics of the table: heading, name of the figure, digits.
 const METRICS: [(&str, &str, usize); 4] = [
@@ -45,9 +45,7 @@ fn cells(row: &RowOutcome) -> Vec<String> {
 }
 
 fn figures(means: &Means) -> impl Iterator<Item = String> {
-    METRICS.iter().map(|(_, name, digits)| {
-        means.get(name).map_or_else(|| "-".to_owned(), |mean| with_interval(mean, *digits))
-    })
+    METRICS.iter().map(|(_, name, digits)| with_interval_or_dash(means.get(name), *digits))
 }
 
 /// `worse than lnes-100: 2D found, 3D within noise`.

@@ -12,25 +12,6 @@
 //! * `spatial`: joints in space, of two calibrated cameras.
 //! * `trial`: one system under one seed: evaluated and timed.
 //! * `outcome`: means over seeds with intervals; `table` and `page` render them.
-//!
-//! ```
-//! use clap::{FromArgMatches as _, Subcommand as _};
-//! use evpose_studies::compare::CompareCommand;
-//!
-//! # fn main() -> anyhow::Result<()> {
-//! let compare = CompareCommand::augment_subcommands(clap::Command::new("compare"));
-//! let parse = |systems| {
-//!     compare.clone().try_get_matches_from(["compare", "body", "--systems", systems])
-//! };
-//! let command = CompareCommand::from_arg_matches(&parse("move-enet,move-enet-fixed-count")?)?;
-//! assert!(matches!(command, CompareCommand::Body(_)));
-//! // `evpose_studies::compare::run(&command)` simulates, trains and evaluates, and writes tables and a page.
-//!
-//! let unknown = parse("no-such-system").unwrap_err();
-//! assert!(unknown.to_string().contains("openpose-pim"), "known systems are listed");
-//! # Ok(())
-//! # }
-//! ```
 
 mod args;
 mod baselines;

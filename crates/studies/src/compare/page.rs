@@ -1,7 +1,6 @@
 //! The outcome as a page: curves, tables, orderings.
 
 use anyhow::Result;
-use evpose_report::chart::{self, Series};
 use evpose_report::colour::PALETTE;
 use evpose_report::html::{HtmlPage, escape};
 
@@ -9,6 +8,7 @@ use crate::compare::measure::Measure;
 use crate::compare::outcome::{Outcome, SystemOutcome};
 use crate::compare::system::MOVE_ENET;
 use crate::compare::table;
+use crate::study::pck_chart;
 
 /// The page as one HTML document.
 pub(crate) fn html(outcome: &Outcome, configs: &str) -> Result<String> {
@@ -22,10 +22,8 @@ pub(crate) fn html(outcome: &Outcome, configs: &str) -> Result<String> {
     let header = table::header();
     let figures = header.len() - 1;
     let ran = outcome.systems.iter().filter(|system| system.missing.is_none());
-    let rows: Vec<Vec<String>> = ran
-        .map(|system| table::cells(system).iter().take(figures).map(|cell| escape(cell)).collect())
-        .collect();
-    page.table(&header[..figures], &rows);
+    let rows: Vec<Vec<String>> = ran.map(table::cells).collect();
+    page.text_table(&header[..figures], rows.iter().map(|row| &row[..figures]));
     missing(&mut page, outcome);
     page.section(
         "Published orderings",
@@ -58,12 +56,7 @@ fn curves(outcome: &Outcome) -> Result<Vec<String>> {
         outcome.systems.iter().filter(has_curve).partition(|system| system.name == MOVE_ENET);
     let room = PALETTE.len() - ours.len();
     let chart = |others: &[&SystemOutcome]| {
-        let curve = |(system, colour): (&&SystemOutcome, _)| {
-            let points = (1..).zip(&system.curve).map(|(p, y)| (f64::from(p) / 100.0, *y));
-            Series::line(system.name, colour, points.collect())
-        };
-        let curves = ours.iter().chain(others).zip(PALETTE).map(curve).collect();
-        Ok(chart::pck("PCK", "threshold, diagonals of the torso", curves)?)
+        pck_chart(ours.iter().chain(others).map(|system| (system.name, &*system.curve)))
     };
     if others.is_empty() {
         return Ok(vec![chart(&[])?]);
@@ -89,28 +82,24 @@ fn missing(page: &mut HtmlPage, outcome: &Outcome) {
 
 /// Published figures beside those of here.
 fn published(page: &mut HtmlPage, outcome: &Outcome) {
-    let mut rows = Vec::new();
-    for system in &outcome.systems {
-        for figure in &system.published {
-            let measure: Measure = figure.measure;
-            let here = system.mean(measure).map_or_else(
-                || "-".to_owned(),
-                |mean| format!("{:.*}", measure.digits(), mean.estimate),
-            );
-            rows.push(vec![
-                escape(system.name),
-                measure.name().to_owned(),
-                figure.data_set.to_string(),
-                figure.value.to_string(),
-                here,
-            ]);
-        }
-    }
+    let figures = outcome
+        .systems
+        .iter()
+        .flat_map(|system| system.published.iter().map(move |figure| (system, figure)));
+    let rows = figures.map(|(system, figure)| {
+        let measure: Measure = figure.measure;
+        let here = system.mean(measure).map_or_else(
+            || "-".to_owned(),
+            |mean| format!("{:.*}", measure.digits(), mean.estimate),
+        );
+        let (set, value) = (figure.data_set.to_string(), figure.value.to_string());
+        [system.name.to_owned(), measure.name().to_owned(), set, value, here]
+    });
     page.section(
         "Published figures",
         "Of other people before other cameras, beside those of here.",
     );
-    page.table(&["system", "measure", "published on", "published", "here"], &rows);
+    page.text_table(&["system", "measure", "published on", "published", "here"], rows);
 }
 
 #[cfg(test)]

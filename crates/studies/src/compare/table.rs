@@ -1,6 +1,6 @@
 //! The outcome as tables: on the terminal and as Markdown.
 
-use evpose_report::format::with_interval;
+use evpose_report::format::with_interval_or_dash;
 
 use crate::compare::measure::{DataSet, Measure};
 use crate::compare::ordering::TestedOrdering;
@@ -17,10 +17,7 @@ pub(crate) fn header() -> Vec<&'static str> {
 pub(crate) fn cells(system: &SystemOutcome) -> Vec<String> {
     let mut cells = vec![system.name.to_owned(), system.images.to_owned()];
     for measure in Measure::ALL {
-        let mean = system.mean(measure);
-        cells.push(
-            mean.map_or_else(|| "-".to_owned(), |mean| with_interval(mean, measure.digits())),
-        );
+        cells.push(with_interval_or_dash(system.mean(measure), measure.digits()));
     }
     cells.push(system.training_s.map_or_else(|| "-".to_owned(), |s| format!("{:.0}", s.estimate)));
     cells.push(published(system));
@@ -51,10 +48,7 @@ pub(crate) fn verdict(ordering: &TestedOrdering) -> String {
 
 /// The difference of an ordering.
 pub(crate) fn difference(ordering: &TestedOrdering) -> String {
-    let digits = ordering.measure.digits();
-    ordering
-        .difference
-        .map_or_else(|| "-".to_owned(), |difference| with_interval(&difference, digits))
+    with_interval_or_dash(ordering.difference.as_ref(), ordering.measure.digits())
 }
 
 /// Protocol and origin of the values.

@@ -11,26 +11,6 @@
 //! * `study`: simulates, trains and evaluates.
 //! * [`table`]: scores and paired differences, with intervals.
 //! * `text` and `page` render the result.
-//!
-//! ```
-//! use clap::Parser;
-//! use evpose_studies::payoff::PayoffArgs;
-//!
-//! #[derive(Parser)]
-//! struct Command {
-//!     #[command(flatten)]
-//!     payoff: PayoffArgs,
-//! }
-//!
-//! let args = ["payoff", "runs/gap", "--camera", "camera.toml", "--out", "runs/payoff"];
-//! let command = Command::try_parse_from(args)?;
-//! // `evpose_studies::payoff::run(&command.payoff)` simulates, trains and evaluates.
-//! assert_eq!(command.payoff.seeds, 1);
-//!
-//! // Recordings come from somewhere: a directory, or a camera whose effects are known.
-//! assert!(Command::try_parse_from(["payoff", "runs/gap", "--out", "runs/payoff"]).is_err());
-//! # Ok::<(), clap::Error>(())
-//! ```
 
 mod args;
 mod directory;

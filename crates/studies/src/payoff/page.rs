@@ -25,10 +25,7 @@ pub(crate) fn html(payoff: &Payoff, models: &[NamedModel], config: &str) -> Resu
     );
     let header = text::header(payoff);
     let header: Vec<&str> = header.iter().map(String::as_str).collect();
-    let cells =
-        |row: &MetricRow| text::cells(payoff, row).iter().map(|cell| escape(cell)).collect();
-    let rows: Vec<Vec<String>> = payoff.table.rows.iter().map(cells).collect();
-    page.table(&header, &rows);
+    page.text_table(&header, payoff.table.rows.iter().map(|row| text::cells(payoff, row)));
     for line in payoff.table.rows.iter().filter_map(|row| text::seeds(payoff, row)) {
         page.markup(&format!("<p class=\"soft\">{}</p>", escape(&line)));
     }

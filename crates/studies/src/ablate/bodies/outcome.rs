@@ -9,11 +9,10 @@ use serde::Serialize;
 use super::rows::{FULL, Row};
 use super::trial::Trial;
 use crate::ablate::finding::Verdict;
-use crate::study::{VERDICTS, listed, markdown_table, mean_curve};
-use evpose_report::chart::{self, Series};
-use evpose_report::colour::{Colour, PALETTE};
+use crate::study::{VERDICTS, listed, markdown_table, mean_curve, pck_chart};
+use evpose_report::colour::PALETTE;
 use evpose_report::format::with_interval;
-use evpose_report::html::{HtmlPage, escape};
+use evpose_report::html::HtmlPage;
 
 /// The trials of every row, by its name, in the order of the seeds.
 pub(super) type Trials = BTreeMap<&'static str, Vec<Trial>>;
@@ -141,21 +140,10 @@ pub(super) fn html(outcome: &Outcome, configs: &str) -> Result<String> {
         "Networks trained and evaluated by evpose on this machine, on people that are in no training set.",
     );
     page.section("All rows", &legend(outcome));
-    let rows: Vec<Vec<String>> = outcome
-        .rows
-        .iter()
-        .map(|row| cells(row).iter().map(|cell| escape(cell)).collect())
-        .collect();
-    page.table(&HEADER, &rows);
+    page.text_table(&HEADER, outcome.rows.iter().map(cells));
     page.section("Correct joints", "The share of joints nearer than a threshold, mean over seeds.");
-    let curve = |(row, &colour): (&RowOutcome, &Colour)| {
-        let points = (1..).zip(&row.curve).map(|(p, y)| (f64::from(p) / 100.0, *y));
-        Series::line(row.name, colour, points.collect())
-    };
-    let parts = outcome.rows.chunks(PALETTE.len()).map(|rows| {
-        let curves = rows.iter().zip(&PALETTE).map(curve).collect();
-        Ok(chart::pck("PCK", "threshold, diagonals of the torso", curves)?)
-    });
+    let parts = outcome.rows.chunks(PALETTE.len());
+    let parts = parts.map(|rows| pck_chart(rows.iter().map(|row| (row.name, &*row.curve))));
     page.plots(&parts.collect::<Result<Vec<_>>>()?);
     let about = outcome.rows.iter().map(|row| format!("{}: {}", row.name, row.about));
     page.details("Rows", &about.collect::<Vec<_>>().join("\n"));
