@@ -13,6 +13,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
+use evpose_camera::Calibration;
 use evpose_core::Micros;
 use evpose_live::sink::{Sink, Sinks};
 use evpose_live::source::{Replay, ReplayOptions, Source};
@@ -21,7 +22,6 @@ use evpose_nn::DeviceKind;
 use evpose_pose::PoseEstimate;
 use evpose_sim::{Simulator, record};
 use evpose_task::hand::{HandCheckpoint, hand_stream};
-use evpose_view::Calibration;
 
 /// Prints the position of the wrist ten times a second, with the latency of its pose.
 #[derive(Default)]

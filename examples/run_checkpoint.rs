@@ -10,10 +10,10 @@
 use std::path::Path;
 
 use anyhow::Result;
+use evpose_camera::Calibration;
 use evpose_nn::DeviceKind;
 use evpose_sim::Simulator;
 use evpose_task::hand::{HandCheckpoint, hand_stream};
-use evpose_view::Calibration;
 
 /// Milliseconds that are simulated.
 const STEPS: u64 = 600;

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::{env, fs, process};
 
-use evpose_clean::{CameraFile, Mask};
+use evpose_camera::CameraFile;
+use evpose_clean::Mask;
 use evpose_core::{Plane, SensorSize};
 use evpose_io::yarp::read_skeletons_from;
 use evpose_io::{Encoding, EvcReader, EvcWindow, FrameSource, Input, IoError, MetaReader};

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use evpose_body::files::ModelFile;
 use evpose_body::{BodyPose, PosedBody};
-use evpose_pickle::{Array, Pickle, Sparse};
+use evpose_containers::pickle::{Array, Pickle, Sparse};
 
 /// Reads a model from a pickle, a NumPy archive or a glTF file, whichever `bytes` are, and poses it.
 ///

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use evpose_onnx::Message as _;
-use evpose_onnx::proto::ModelProto;
+use evpose_infer::onnx::Message as _;
+use evpose_infer::onnx::proto::ModelProto;
 
 use crate::harness::{Sandbox, bytes, tiny_body};
 

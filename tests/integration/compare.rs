@@ -3,7 +3,7 @@
 use crate::harness::{Sandbox, bytes, tiny_body};
 
 #[cfg(feature = "onnx")]
-#[path = "../../crates/external/tests/files/onnx.rs"]
+#[path = "../../crates/studies/tests/external/onnx.rs"]
 #[allow(dead_code, reason = "other tests use the rest")]
 mod onnx;
 

@@ -1,7 +1,7 @@
 //! Networks as files for other runtimes.
 
-use evpose_onnx::Message as _;
-use evpose_onnx::proto::ModelProto;
+use evpose_infer::onnx::Message as _;
+use evpose_infer::onnx::proto::ModelProto;
 
 use crate::harness::{Sandbox, bytes, tiny};
 

@@ -1,6 +1,6 @@
 //! The commands of README.md and the guides run as a reader would type them, with small inputs and
 //! few steps: those of a page in order, each block from the page's directory. That all of them are
-//! understood, flags, names and keys of `--set`, is tested in `crates/cli/commands/guides.rs`. Outputs that a page
+//! understood, flags, names and keys of `--set`, is tested in `src/commands/guides.rs`. Outputs that a page
 //! prints are compared with what the program says, of commands that run as they stand there;
 //! `cargo xtask guides [PAGE]` writes what it says now into the pages.
 #![cfg(unix)]

@@ -278,7 +278,8 @@ fn videos_of_human36m_become_frames_and_published_clips() {
     let sandbox = Sandbox::new();
     let cdf = "H36M/S9/Poses_D2_Positions/Walking 1.55011271.cdf";
     copy(
-        &Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/cdf/tests/golden/one_record.cdf"),
+        &Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("crates/containers/tests/golden/cdf/one_record.cdf"),
         &sandbox.path(cdf),
     );
     let args = ["prepare", "h36m", "H36M", "--out", "data", "--yarp"];

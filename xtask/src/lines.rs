@@ -1,15 +1,15 @@
 //! `cargo xtask lines`: limits the size of the command line.
 //!
-//! `crates/cli` parses arguments and prints results; work that grows it beyond its limit belongs
-//! into a library.
+//! Commands parse arguments and print results; work that grows them beyond their limit belongs into
+//! a library.
 
 use anyhow::{Context, Result, bail};
 
 use crate::files;
 
-/// Folder of the command line.
-const CLI: &str = "crates/cli/";
-/// Maximum lines of Rust in it, tests included: a third above its size when benches, reports and
+/// Folders of the command line: the program, and what its commands do.
+const CLI: [&str; 2] = ["src/", "crates/cli/src/commands/"];
+/// Maximum lines of Rust in them, tests included: a third above its size when benches, reports and
 /// ablations moved into crates.
 const MAX_CLI_LINES: usize = 9_000;
 
@@ -19,24 +19,30 @@ const MAX_CLI_LINES: usize = 9_000;
 /// If the command line is over its limit, or a file cannot be read.
 pub(crate) fn run(_: &[String], say: fn(&str)) -> Result<()> {
     let mut counts = std::collections::BTreeMap::<String, usize>::new();
+    let mut cli_lines = 0;
     for path in files::tracked()?.into_iter().filter(|path| path.ends_with(".rs")) {
         // Files that are deleted but not yet committed.
         if !std::path::Path::new(&path).is_file() {
             continue;
         }
         let text = std::fs::read_to_string(&path).with_context(|| format!("reading {path}"))?;
-        *counts.entry(files::place(&path)).or_default() += text.lines().count();
+        let lines = text.lines().count();
+        *counts.entry(files::place(&path)).or_default() += lines;
+        if CLI.iter().any(|folder| path.starts_with(folder)) {
+            cli_lines += lines;
+        }
     }
     for (place, count) in &counts {
         say(&format!("{count:>7}  {place}"));
     }
-    check(counts.get(CLI.trim_end_matches('/')).copied().unwrap_or(0))
+    check(cli_lines)
 }
 
 fn check(cli_lines: usize) -> Result<()> {
     if cli_lines > MAX_CLI_LINES {
         bail!(
-            "{CLI}: {cli_lines} lines of Rust, at most {MAX_CLI_LINES}: move work into a library"
+            "{}: {cli_lines} lines of Rust, at most {MAX_CLI_LINES}: move work into a library",
+            CLI.join(" and ")
         );
     }
     Ok(())

@@ -11,11 +11,10 @@ use std::path::Path;
 use std::process::Command;
 
 use anyhow::{Context, Result, bail};
-use evpose_stats::interval::wilson;
+use evpose_core::stats::interval::wilson;
 use serde_json::Value;
 
-const CRATES: [&str; 8] =
-    ["core", "stats", "pose", "repr", "clean", "view", "calibrate", "gap-eval"];
+const CRATES: [&str; 6] = ["core", "pose", "repr", "clean", "camera", "gap-eval"];
 /// Share of the mutants that tests must kill, in percent.
 const GOAL: f64 = 85.0;
 const PAGE: &str = "benches/mutants.md";

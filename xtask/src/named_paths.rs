@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::links::prose;
 
 /// Folders whose paths are checked.
-const FOLDERS: [&str; 5] = ["crates/", "configs/", "tests/", "xtask/", "examples/"];
+const FOLDERS: [&str; 6] = ["src/", "crates/", "configs/", "tests/", "xtask/", "examples/"];
 
 /// Paths of a page that do not exist below `root`, and names behind the path of a file, as `STAGES` or `commands!`, that the
 /// file does not hold.

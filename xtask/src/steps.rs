@@ -23,9 +23,8 @@ macro_rules! with_features {
     ($command:literal, $rest:literal) => {
         concat!(
             $command,
-            " --package=evpose --package=evpose-bench --package=evpose-body",
-            " --package=evpose-compare --package=evpose-external --package=evpose-live",
-            " --package=evpose-nn --package=evpose-rerun",
+            " --package=evpose --package=evpose-bench --package=evpose-body --package=evpose-cli",
+            " --package=evpose-live --package=evpose-nn --package=evpose-studies",
             " --features=onnx,rerun,peers,ndarray,wgpu,live,gltf ",
             $rest
         )
@@ -90,9 +89,9 @@ macro_rules! of_small_crates {
     ($command:literal, $rest:literal) => {
         concat!(
             $command,
-            " --package=evpose-core --package=evpose-stats --package=evpose-pose --package=evpose-repr",
-            " --package=evpose-clean --package=evpose-view --package=evpose-sensor --package=evpose-io",
-            " --package=evpose-datasets --package=evpose-sim --package=evpose-calibrate ",
+            " --package=evpose-core --package=evpose-pose --package=evpose-repr",
+            " --package=evpose-clean --package=evpose-camera --package=evpose-sensor --package=evpose-io",
+            " --package=evpose-sim ",
             $rest
         )
     };

@@ -1,6 +1,6 @@
 //! Smooth normals of a triangle mesh.
 
-use evpose_simd::{Kernel8, LANES_8, Lanes8, dispatch};
+use evpose_cpu::{Kernel8, LANES_8, Lanes8, dispatch};
 use glam::Vec3;
 
 /// The unit normal of every vertex: the sum of `(b − a) × (c − a)` over its faces, which weights

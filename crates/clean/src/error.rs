@@ -3,6 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 
+use evpose_camera::CalibrationError;
 use evpose_core::{Micros, SensorSize};
 
 /// Why a recording cannot be cleaned as asked.
@@ -94,6 +95,9 @@ pub enum CleanError {
         /// The cleaner.
         cleaner: &'static str,
     },
+    /// The file of a camera cannot be read.
+    #[error(transparent)]
+    Camera(#[from] CalibrationError),
     /// A file cannot be read or written.
     #[error("{}: {error}", path.display())]
     File {

@@ -3,8 +3,9 @@
 //! * [`CLEANERS`], [`CleanRequest`]: all cleaners by name, with their parameters.
 //! * [`CleanerChain`]: several of them, one after the other, batch by batch, with counts of what each
 //!   removed.
-//! * [`Undistort`]: removes lens distortion; [`CameraFile`] holds a camera.
-//! * [`Background`]: removes events that no neighbour confirms.
+//! * [`Undistort`]: removes lens distortion.
+//! * [`Background`]: removes events that no neighbour confirms; [`Denoise`]: the same as a setting of
+//!   a network's view.
 //! * [`HotPixels`], [`PixelActivity`]: finds pixels that fire without a cause; [`Mask`], [`Masking`]:
 //!   removes them.
 //! * [`Deflicker`]: removes single pixels where a lamp makes all of them fire.
@@ -33,11 +34,11 @@
 
 mod activity;
 mod background;
-mod camera_file;
 mod chain;
 mod checkup;
 mod cleaner;
 mod deflicker;
+mod denoise;
 mod error;
 mod hot;
 mod mask;
@@ -53,11 +54,11 @@ mod laws;
 
 pub use activity::{HotPixel, HotRule, PixelActivity};
 pub use background::{Background, BackgroundOptions};
-pub use camera_file::CameraFile;
 pub use chain::{CleanReport, CleanerChain};
 pub use checkup::{Checkup, CoordinateFit, Findings};
 pub use cleaner::{Cleaner, Note};
 pub use deflicker::{Deflicker, DeflickerOptions, Rule};
+pub use denoise::{Denoise, DenoiseFilter};
 pub use error::CleanError;
 pub use hot::HotPixels;
 pub use mask::{Mask, Rectangle};

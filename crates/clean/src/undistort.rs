@@ -13,10 +13,11 @@
 //! The preset `davis240c-eventhands` is what EventHands does with real recordings: its camera, five
 //! steps, events beyond the image put on its border, coordinates cut off at the point.
 
+use evpose_camera::CameraFile;
 use evpose_core::{EventStream, LensCamera, SensorSize};
 use glam::DVec2;
 
-use crate::{CameraFile, CleanError, Cleaner, CleanerParamSpec, CleanerSpec, Note, ParamKind};
+use crate::{CleanError, Cleaner, CleanerParamSpec, CleanerSpec, Note, ParamKind};
 
 const PRESET: CleanerParamSpec = CleanerParamSpec {
     name: "preset",

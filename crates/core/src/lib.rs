@@ -8,6 +8,7 @@
 //!   the order of draws.
 //! * [`atomic_write`]: output files are complete or absent.
 //! * [`Registry`]: the built-in entries of one kind, and those that other crates register.
+//! * [`stats`]: quantiles, moments, tails, intervals, the bootstrap, linear systems.
 //!
 //! ```
 //! use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize, TimeWindow};
@@ -34,6 +35,7 @@ mod noise;
 mod output;
 mod plane;
 mod registry;
+pub mod stats;
 mod stream;
 mod time;
 

@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use evpose_cdf::CdfError;
+use evpose_containers::cdf::CdfError;
+use evpose_containers::mat::MatError;
 use evpose_io::IoError;
-use evpose_mat::MatError;
 use evpose_sensor::SensorError;
 
 /// A data set that cannot be read or written.

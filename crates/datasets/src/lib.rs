@@ -1,4 +1,4 @@
-//! Data sets of bodies as they are distributed, and the annotations that networks are trained on.
+//! Data sets as they are distributed, and recordings with labels of the user's own, as training data.
 //!
 //! * [`Annotation`]: an image and the person on it, as one line of JSON for a whole set.
 //! * [`LabelledRecording`]: events of a camera with the joints of the person, of any data set;
@@ -9,6 +9,7 @@
 //! * [`h36m`]: clips of videos that were turned into events.
 //! * [`mpii`], [`lsp`], [`coco`]: photographs of persons; [`stills`] renders them in the style of
 //!   event images.
+//! * [`import`]: recordings and labels of the user's own, of bodies and hands.
 //!
 //! ```
 //! use evpose_core::SensorSize;
@@ -40,6 +41,7 @@ pub mod coco;
 pub mod dhp19;
 mod error;
 pub mod h36m;
+pub mod import;
 pub mod lsp;
 pub mod mpii;
 mod open;

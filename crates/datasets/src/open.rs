@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use evpose_cdf::CdfFile;
-use evpose_mat::MatFile;
+use evpose_containers::cdf::CdfFile;
+use evpose_containers::mat::MatFile;
 
 use crate::DatasetError;
 

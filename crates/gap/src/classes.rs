@@ -4,7 +4,7 @@
 //! They are computed from the known luminance alone, never from events, so that a class cannot leak
 //! the answer.
 
-use evpose_stats::quantile::upper_index;
+use evpose_core::stats::quantile::upper_index;
 
 use crate::LightSequence;
 

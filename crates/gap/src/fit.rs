@@ -6,8 +6,8 @@
 //! because of common random numbers. A wide normal prior keeps parameters in place that a recording
 //! does not constrain.
 
+use evpose_core::stats::linear::solve;
 use evpose_sensor::SensorConfig;
-use evpose_stats::linear::solve;
 use rayon::prelude::*;
 
 use crate::compare::{Expectation, RHO_FREEDOM, discrepancy};

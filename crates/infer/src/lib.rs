@@ -46,6 +46,8 @@
 //! * `step`: the operators of a plan.
 //! * `buffer`: an image in the storage type of its value.
 //! * [`Engine`]: a plan with its buffers and threads.
+//!
+//! [`onnx`] writes networks for other runtimes.
 
 mod allocation;
 mod buffer;
@@ -55,6 +57,7 @@ mod error;
 mod fuse;
 mod layer;
 mod memory;
+pub mod onnx;
 mod plan;
 mod precision;
 mod shapes;

@@ -29,7 +29,7 @@
 //! # Unsafe code
 //! Threads write disjoint tiles of one output through raw pointers, because slices cannot express tiles
 //! of rows. Every such function states the elements that it reads and writes; vector instructions
-//! themselves are in `evpose-simd`.
+//! themselves are in `evpose-cpu`.
 
 mod activation;
 pub mod blocked;
@@ -38,5 +38,5 @@ mod memory;
 mod simd;
 pub mod training;
 
-pub use evpose_simd::Level;
+pub use evpose_cpu::Level;
 pub use memory::keep_freed_memory;

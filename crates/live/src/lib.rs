@@ -14,6 +14,7 @@
 //! * [`run`]: the pipeline on three threads, until the source ends or [`Control::stop`] is called.
 //! * [`sink`]: consumers of poses. A slow sink drops poses, and never blocks the others.
 //! * [`page`]: events, poses and measurements in a browser.
+//! * `rerun`: the same in the Rerun viewer, with the Cargo feature of this name.
 //! * [`Meter`]: counts of events, drops and poses, and latency histograms.
 //!
 //! Inferred and propagated poses are counted separately, and every queue is bounded.
@@ -102,6 +103,8 @@ pub mod page;
 mod pipeline;
 mod pose;
 mod queue;
+#[cfg(feature = "rerun")]
+pub mod rerun;
 pub mod sink;
 pub mod source;
 

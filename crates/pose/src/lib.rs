@@ -14,7 +14,7 @@
 //! use evpose_pose::metric::HandEvaluation;
 //! use evpose_pose::metric::SequenceScores;
 //! use evpose_pose::{HandParams, PARAMETERS};
-//! use evpose_stats::bootstrap::BootstrapConfig;
+//! use evpose_core::stats::bootstrap::BootstrapConfig;
 //!
 //! // The regressed values of a network: articulation, wrist in metres, rotation in radians.
 //! let truth = HandParams::from_array([0.0; PARAMETERS]);

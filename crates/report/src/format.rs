@@ -1,6 +1,6 @@
 //! Values as text, in tables, charts and sentences.
 
-use evpose_stats::interval::Interval;
+use evpose_core::stats::interval::Interval;
 
 /// A value with three significant digits.
 pub fn short(value: f64) -> String {
@@ -24,6 +24,11 @@ pub fn short(value: f64) -> String {
 /// A share in percent.
 pub fn percent(share: f64) -> String {
     if share.is_finite() { format!("{:.0}%", 100.0 * share) } else { "unknown".to_owned() }
+}
+
+/// A value with half the width of its interval; `-` where there is none.
+pub fn with_interval_or_dash(interval: Option<&Interval>, digits: usize) -> String {
+    interval.map_or_else(|| "-".to_owned(), |interval| with_interval(interval, digits))
 }
 
 /// A value with half the width of its interval, if it has one: `0.612 ± 0.013`.

@@ -5,10 +5,7 @@
 //!   the colours of [`colour`].
 //! * [`html`]: a page that needs no other file.
 //! * [`canvas`]: event images with skeletons over them; [`png`](mod@png) encodes them.
-//! * [`hand`], [`people`]: reports of hand experiments, images of people; [`held_out`]: the table
-//!   of an evaluation.
-//! * [`learning`]: learning curves of a training.
-//! * [`gap`]: the page of the gap workflow; [`gallery`]: sensors and effects in one page.
+//! * [`gap`]: the page of the gap workflow.
 //!
 //! # Example
 //! A chart in a page:
@@ -32,25 +29,16 @@
 //! ```
 
 pub mod bars;
-pub mod camera_views;
 pub mod canvas;
 pub mod chart;
 pub mod colour;
 pub mod dot_letters;
 pub mod drawing;
-mod findings;
 pub mod format;
-pub mod gallery;
 pub mod gap;
-pub mod hand;
-pub mod hand_scene;
 pub mod heatmap;
-pub mod held_out;
 pub mod html;
-pub mod learning;
 mod legend;
-pub mod people;
 pub mod png;
-mod recent_events;
 mod ticks;
 pub mod waterfall;

@@ -1,7 +1,7 @@
 //! When each pixel last fired, per polarity.
 
 use evpose_core::{EventStream, Micros};
-use evpose_simd::vectorize;
+use evpose_cpu::vectorize;
 
 use crate::StreamWindow;
 use crate::clock::StreamClock;

@@ -11,7 +11,7 @@ use std::hint::black_box;
 use std::ops::Range;
 
 use evpose_core::{EventStream, SensorSize};
-use evpose_simd::vectorize;
+use evpose_cpu::vectorize;
 
 use crate::clock::StreamClock;
 use crate::parameter::{Parameter, ParameterKind};

@@ -12,7 +12,7 @@
 //! Benosman et al., *Event-Based Visual Flow*, TNNLS 2014; hpe-core, class `SAE`.
 
 use evpose_core::{EventStream, Micros, SensorSize};
-use evpose_simd::vectorize;
+use evpose_cpu::vectorize;
 
 use crate::clock::StreamClock;
 use crate::spec::{Memory, PolarityUse, RepresentationSpec};

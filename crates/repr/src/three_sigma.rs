@@ -9,7 +9,7 @@
 //! Calabrese et al., *DHP19*, CVPRW 2019; hpe-core, class `eventFrame` in Python (which keeps
 //! fractions) and `varianceNormalisation` in C++ (which drops them).
 
-use evpose_simd::vectorize;
+use evpose_cpu::vectorize;
 
 /// The factor from counts to grey values; sums are exact, so the order of the pixels does not
 /// matter.

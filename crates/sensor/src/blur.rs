@@ -6,7 +6,7 @@
 
 use evpose_core::SensorSize;
 
-use evpose_simd::vectorize;
+use evpose_cpu::vectorize;
 
 /// A Gaussian.
 #[derive(Debug)]

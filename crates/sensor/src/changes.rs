@@ -8,7 +8,7 @@
 
 use std::ops::Range;
 
-use evpose_simd::vectorize;
+use evpose_cpu::vectorize;
 
 /// Pixels that are passed over together.
 pub(crate) const STRIP: usize = 64;

@@ -15,7 +15,7 @@ use crate::front::Room;
 use crate::stage::{Block, COMMON_PLANES, State};
 use crate::tap::Tap;
 use crate::tick::Tick;
-use evpose_simd::{prefetch, vectorize};
+use evpose_cpu::{prefetch, vectorize};
 
 /// Values of `f32` in a cache line.
 const CACHE_LINE: usize = 16;

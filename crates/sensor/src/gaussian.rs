@@ -19,7 +19,7 @@ use crate::natural_log::ln;
 pub(crate) const PIECE: usize = 64;
 
 /// Fills `draws`, one for every pixel of a block. To be called from inside a loop of
-/// [`vectorize`](evpose_simd::vectorize).
+/// [`vectorize`](evpose_cpu::vectorize).
 #[inline(always)]
 pub(crate) fn fill_normal(noise: StageNoise, first_pixel: usize, draws: &mut [f32]) {
     let keys = noise.bits(usize::MAX >> 32, 0);

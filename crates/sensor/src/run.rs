@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use evpose_core::{EventStream, Micros, Plane, SensorSize, StageNoise, seed_for};
-use evpose_threads::ThreadPool;
+use evpose_cpu::ThreadPool;
 
 use crate::chain::Chain;
 use crate::changes::STRIP;

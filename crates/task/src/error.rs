@@ -48,7 +48,7 @@ pub enum TaskError {
     Representation(#[from] evpose_repr::ReprError),
     /// The camera of a recording.
     #[error(transparent)]
-    Camera(#[from] evpose_view::CalibrationError),
+    Camera(#[from] evpose_camera::CalibrationError),
     /// Filters and decoders.
     #[error(transparent)]
     Pose(#[from] evpose_pose::PoseError),

@@ -16,8 +16,9 @@ use crate::TrainError;
 use crate::camera_turn::CameraTurn;
 use crate::order::SampleOrder;
 use crate::sequence_events::keep_confirmed;
+use evpose_camera::Calibration;
+use evpose_clean::Denoise;
 use evpose_task::hand::{CameraTurnConfig, HandConfig, PerspectiveCrop, TwoPass, canonical_view};
-use evpose_view::{Calibration, Denoise};
 
 mod files;
 mod sequence;

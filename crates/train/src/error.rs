@@ -54,7 +54,7 @@ pub enum TrainError {
     Representation(#[from] evpose_repr::ReprError),
     /// The camera of recordings.
     #[error(transparent)]
-    Camera(#[from] evpose_view::CalibrationError),
+    Camera(#[from] evpose_camera::CalibrationError),
     /// Filters and metrics.
     #[error(transparent)]
     Pose(#[from] evpose_pose::PoseError),

@@ -15,13 +15,13 @@
 //! [`SLOW_SHARE`] of the slower half stay below.
 
 use evpose_core::Micros;
+use evpose_core::stats::quantile::nearest_rank;
 use evpose_pose::filter::{
     AdaptiveFilterConfig, HandFilter, HandFilterConfig, HandNoise, KalmanConfig, NoiseVariances,
 };
 use evpose_pose::metric::{HandError, HandPoints, palm_errors_percent, root_aligned_errors_mm};
 use evpose_pose::rotation::nearest_axis_angle;
 use evpose_pose::{HandParams, HandSide};
-use evpose_stats::quantile::nearest_rank;
 use evpose_task::hand::HandView;
 use rayon::prelude::*;
 

@@ -3,10 +3,11 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use evpose_camera::ViewAdaptor;
+use evpose_clean::Denoise;
 use evpose_core::{Event, EventStream, Micros, SensorSize, TimeWindow};
 use evpose_io::{EvcReader, EvcWindow, IoError, OpenOptions, Windows};
 use evpose_repr::FrameEvent;
-use evpose_view::{Denoise, ViewAdaptor};
 
 use crate::packed_events::PackedEvents;
 

@@ -5,13 +5,13 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use anyhow::{Context, Result};
+use evpose_camera::{Calibration, ViewAdaptor};
 use evpose_io::{MetaReader, OpenOptions};
 use evpose_pose::EVALUATION_JOINTS;
 use evpose_pose::body::{BodyPoints, JOINT_NAMES};
 use evpose_sim::SequenceInfo;
 use evpose_sim::person::{PersonInfo, PoseTable};
 use evpose_task::hand::{HandConfig, HandView, canonical_view};
-use evpose_view::{Calibration, ViewAdaptor};
 use serde_json::{Value, json};
 
 /// COCO's keypoints after the face, by index in the order of networks.

@@ -68,7 +68,11 @@ fn roots(tracked: &[String]) -> Vec<String> {
     let is_root = |path: &&String| {
         let mut parts = path.split('/');
         let top = parts.next();
-        let name = if top == Some("crates") { parts.nth(1) } else { parts.next() };
+        let name = match top {
+            Some("crates") => parts.nth(1),
+            Some("src") => top,
+            _ => parts.next(),
+        };
         match name {
             Some("src") => parts.next().is_some_and(|file| file == "lib.rs" || file == "main.rs"),
             Some("main.rs") => parts.next().is_none(),
@@ -84,12 +88,9 @@ mod tests {
 
     #[test]
     fn roots_are_the_first_files_of_crates() {
-        let tracked = ["crates/io/src/lib.rs", "crates/io/src/evt/lib.rs", "crates/cli/main.rs"];
+        let tracked = ["crates/io/src/lib.rs", "crates/io/src/evt/lib.rs", "src/main.rs"];
         let tracked = [&tracked[..], &["xtask/src/main.rs", "tests/integration/main.rs"]].concat();
         let tracked: Vec<String> = tracked.into_iter().map(str::to_owned).collect();
-        assert_eq!(
-            roots(&tracked),
-            ["crates/io/src/lib.rs", "crates/cli/main.rs", "xtask/src/main.rs"]
-        );
+        assert_eq!(roots(&tracked), ["crates/io/src/lib.rs", "src/main.rs", "xtask/src/main.rs"]);
     }
 }

@@ -25,7 +25,12 @@ const fn allow(
 /// By word, then by path.
 pub(super) const ALLOWED: &[Exception] = &[
     allow("exchange", "crates/gap/src/c2st/mod.rs", "CounterRng", "the key of a noise stream"),
-    allow("judge", "crates/cli/commands/gap/verify.rs", "seed_for(", "the key of a noise stream"),
+    allow(
+        "judge",
+        "crates/cli/src/commands/gap/verify.rs",
+        "seed_for(",
+        "the key of a noise stream",
+    ),
     allow("lab", "crates/gap/src/workflow/inputs.rs", "seed_for(", "the key of a noise stream"),
     allow("numbers", "crates/gap/", "CounterRng", "keys of noise streams"),
     allow(

@@ -53,10 +53,9 @@ impl Word {
 
 /// Folders of the search for sensor models and of the programs about it.
 const GAP: &[&str] =
-    &["crates/gap", "crates/cli", "crates/ablate", "crates/bench", "crates/report"];
+    &["crates/gap", "crates/cli", "crates/studies", "crates/bench", "crates/report"];
 /// Folders in which an eye is no part of a face.
-const STREAMS: &[&str] =
-    &["crates/live", "crates/cli", "crates/task", "crates/bench", "crates/rerun"];
+const STREAMS: &[&str] = &["crates/live", "crates/cli", "crates/task", "crates/bench"];
 
 /// In alphabetical order.
 #[rustfmt::skip]

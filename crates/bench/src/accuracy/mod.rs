@@ -7,12 +7,12 @@ mod sets;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use evpose_app::json::write_result;
-use evpose_app::progress::say;
-use evpose_app::provenance::Provenance;
-use evpose_app::shipped::checkpoint_path;
-use evpose_app::threads::use_threads;
-use evpose_commands::args::EvalArgs;
+use evpose_cli::json::write_result;
+use evpose_cli::progress::say;
+use evpose_cli::provenance::Provenance;
+use evpose_cli::shipped::checkpoint_path;
+use evpose_cli::tasks::args::EvalArgs;
+use evpose_cli::threads::use_threads;
 
 use record::{NetworkRecord, Record};
 use sets::{Prepared, SetName, parsed};
@@ -101,8 +101,8 @@ fn evaluated(checkpoint: &Path, set: &Prepared, scratch: &Path) -> Result<Option
     let path = checkpoint_path(checkpoint)?;
     let name = checkpoint.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let device =
-        evpose_app::args::DeviceArgs { device: evpose_nn::DeviceKind::Flex, threads: None };
-    let model = evpose_commands::open(&path, &device)?;
+        evpose_cli::args::DeviceArgs { device: evpose_nn::DeviceKind::Flex, threads: None };
+    let model = evpose_cli::tasks::open(&path, &device)?;
     let Some(words) = set.evaluation(model.task()) else { return Ok(None) };
     say(format!("\n== {name}: {}", words.join(" ")));
     let json = scratch.join("result.json");

@@ -1,6 +1,6 @@
 //! The stored file of a set.
 
-use evpose_app::provenance::Provenance;
+use evpose_cli::provenance::Provenance;
 use serde::Serialize;
 use serde_json::Value;
 

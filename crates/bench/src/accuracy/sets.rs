@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
-use evpose_commands::args::SimulateArgs;
+use evpose_cli::tasks::args::SimulateArgs;
 
 use super::BenchAccuracyArgs;
 use super::digest;
@@ -89,7 +89,7 @@ fn home(scratch: &Path) -> Result<Prepared> {
         let directory = scratch.join(task);
         let out = directory.to_string_lossy();
         let words = command.split(' ').skip(1).chain(["--out", &out]);
-        evpose_commands::task_by_name(task)?.simulate(&parsed::<SimulateArgs>(words)?)?;
+        evpose_cli::tasks::task_by_name(task)?.simulate(&parsed::<SimulateArgs>(words)?)?;
         let text =
             std::fs::read_to_string(directory.join(MANIFEST)).context("reading the manifest")?;
         manifests += &text;

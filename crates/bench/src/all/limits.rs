@@ -8,7 +8,7 @@ use evpose_kernels::blocked::{ThreadPool, peak_gflop_per_s};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use evpose_app::progress::say;
+use evpose_cli::progress::say;
 
 /// Bytes that are copied, more than any cache holds.
 const COPIED: usize = 256 << 20;

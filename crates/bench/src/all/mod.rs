@@ -9,10 +9,10 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 use clap::ValueEnum as _;
-use evpose_app::args::DeviceArgs;
-use evpose_app::json::write_json;
-use evpose_app::progress::say;
-use evpose_app::provenance::Provenance;
+use evpose_cli::args::DeviceArgs;
+use evpose_cli::json::write_json;
+use evpose_cli::progress::say;
+use evpose_cli::provenance::Provenance;
 use evpose_core::atomic_write;
 use evpose_infer::Precision;
 use evpose_nn::{DeviceKind, MOVE_ENET};

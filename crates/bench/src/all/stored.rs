@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use evpose_app::provenance::Provenance;
+use evpose_cli::provenance::Provenance;
 use serde::{Deserialize, Serialize};
 
 use super::figure::Figure;

@@ -1,11 +1,11 @@
 //! People before any sensor.
 
 use anyhow::{Context, Result};
-use evpose_app::args::ConfigArgs;
-use evpose_app::body_config;
-use evpose_app::progress::bar;
-use evpose_app::recorded;
-use evpose_app::run_info;
+use evpose_cli::args::ConfigArgs;
+use evpose_cli::body_config;
+use evpose_cli::progress::bar;
+use evpose_cli::recorded;
+use evpose_cli::run_info;
 use evpose_core::{Micros, SensorSize};
 use evpose_sim::Shard;
 use evpose_task::body::{BodyCheckpoint, BodyConfig, BodyPredictor, BodyPredictorOptions};

@@ -2,14 +2,14 @@
 
 use anyhow::{Context, Result};
 use burn::tensor::Device;
-use evpose_app::hand_config;
-use evpose_app::progress::bar;
+use evpose_camera::{Calibration, ViewAdaptor};
+use evpose_cli::hand_config;
+use evpose_cli::progress::bar;
 use evpose_core::{EventStream, SensorSize};
 use evpose_pose::HandParams;
 use evpose_pose::metric::{HandEvaluation, SequenceScores};
 use evpose_sim::{Simulation, SimulationConfig};
 use evpose_task::hand::{HandCheckpoint, HandView, canonical_view, poses_every_ms};
-use evpose_view::{Calibration, ViewAdaptor};
 use rayon::prelude::*;
 
 use super::{BenchCamerasArgs, Scenes, covering_fov_deg};

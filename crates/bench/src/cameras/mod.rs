@@ -12,11 +12,11 @@ use evpose_task::body::BodyCheckpoint;
 use evpose_task::hand::HandCheckpoint;
 use serde::Serialize;
 
-use evpose_app::json::write_json;
-use evpose_app::progress::say;
-use evpose_app::provenance::Provenance;
-use evpose_app::shipped::checkpoint_path;
-use evpose_app::threads::use_threads;
+use evpose_cli::json::write_json;
+use evpose_cli::progress::say;
+use evpose_cli::provenance::Provenance;
+use evpose_cli::shipped::checkpoint_path;
+use evpose_cli::threads::use_threads;
 
 /// Sizes of the sensors of common cameras.
 const SENSORS: [[u16; 2]; 7] =

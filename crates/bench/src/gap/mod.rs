@@ -45,9 +45,9 @@ use anyhow::{Context, Result};
 use gapbench_pixel::Case;
 
 pub use args::{BenchArgs, CalibrateArgs, ScoreArgs};
-use evpose_app::bad_input::BadInput;
-use evpose_app::progress::say;
-use evpose_app::threads::use_threads;
+use evpose_cli::bad_input::BadInput;
+use evpose_cli::progress::say;
+use evpose_cli::threads::use_threads;
 use evpose_report::gap::files;
 use merge::Merged;
 use opened::Opened;

@@ -12,8 +12,8 @@ use super::jsonl;
 use super::part::{Part, PlanId};
 use super::row::{self, Row};
 use crate::gap::args::BenchArgs;
-use evpose_app::bad_input::BadInput;
-use evpose_app::progress::{bar, say};
+use evpose_cli::bad_input::BadInput;
+use evpose_cli::progress::{bar, say};
 use evpose_report::gap::files;
 
 /// A line a case.

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::part::PlanId;
 use super::row::Row;
 use super::truth::Truth;
-use evpose_app::progress::bar;
+use evpose_cli::progress::bar;
 use evpose_report::gap::words::answer_key;
 
 /// A case with its answer and its ground truth.

@@ -23,8 +23,8 @@ use super::jsonl::whole_lines;
 use super::part::{self, PlanId};
 use super::stats::{Rate, Uniformity, uniformity};
 use crate::gap::args::BenchArgs;
-use evpose_app::bad_input::BadInput;
-use evpose_app::progress::{bar, say};
+use evpose_cli::bad_input::BadInput;
+use evpose_cli::progress::{bar, say};
 use evpose_report::format::{percent, short};
 use evpose_report::gap::files;
 

@@ -11,9 +11,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow};
-use evpose_app::bad_input::BadInput;
-use evpose_app::progress::say;
-use evpose_app::threads::use_threads;
+use evpose_cli::bad_input::BadInput;
+use evpose_cli::progress::say;
+use evpose_cli::threads::use_threads;
 use evpose_core::{Event, EventStream, Micros, TimeWindow};
 use evpose_gap::input::load_recording;
 use evpose_gap::verdict::Finding;

@@ -18,7 +18,7 @@ use gapbench_pixel::Case;
 use serde::{Deserialize, Serialize};
 
 use super::case_files::part;
-use evpose_app::run_info::COMMIT;
+use evpose_cli::run_info::COMMIT;
 use evpose_report::gap::words::answer_key;
 
 /// Seed of the noise of simulations, the same for all cases.

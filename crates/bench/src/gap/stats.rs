@@ -1,8 +1,8 @@
 //! Shares with intervals, reliability of probabilities, uniformity, medians.
 
-use evpose_stats::distribution::kolmogorov_upper_tail;
-use evpose_stats::interval::{median_bound_indices, wilson};
-use evpose_stats::quantile;
+use evpose_core::stats::distribution::kolmogorov_upper_tail;
+use evpose_core::stats::interval::{median_bound_indices, wilson};
+use evpose_core::stats::quantile;
 use serde::Serialize;
 
 /// Edges of the bins of stated probabilities; most are near one.

@@ -18,7 +18,7 @@ use super::own::{self, OwnRow};
 use super::row::Row;
 use super::truth::Truth;
 use super::{SCORES, TABLE, calibrate, jsonl, outside, score, table};
-use evpose_app::progress::say;
+use evpose_cli::progress::say;
 use evpose_report::gap::files;
 
 /// A line a case, with its opened label.

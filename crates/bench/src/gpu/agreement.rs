@@ -3,8 +3,8 @@
 use anyhow::Result;
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::tensor::{Device, Gradients, Tensor, TensorData};
-use evpose_app::latency::windows;
-use evpose_app::progress::say;
+use evpose_cli::latency::windows;
+use evpose_cli::progress::say;
 use evpose_nn::parameters::with_matched_variances;
 use evpose_nn::{DeviceKind, HandLoss, Network, adapter_name};
 use serde::Serialize;

@@ -13,10 +13,10 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 use clap::{FromArgMatches as _, Subcommand as _};
-use evpose_app::json::{write_json, write_result};
-use evpose_app::machine::Machine;
-use evpose_app::progress::{note, say};
-use evpose_app::run_info::COMMIT;
+use evpose_cli::json::{write_json, write_result};
+use evpose_cli::machine::Machine;
+use evpose_cli::progress::{note, say};
+use evpose_cli::run_info::COMMIT;
 use evpose_nn::{Adapter, Availability, DeviceKind};
 use serde::Serialize;
 use serde_json::{Map, Value};

@@ -8,18 +8,18 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Result, ensure};
 use clap::ValueEnum as _;
+use evpose_core::stats::bootstrap::{BootstrapConfig, bootstrap};
+use evpose_core::stats::interval::Interval;
 use evpose_infer::{Engine, Precision};
 use evpose_nn::graph::Graph;
-use evpose_stats::bootstrap::{BootstrapConfig, bootstrap};
-use evpose_stats::interval::Interval;
 use serde::Serialize;
 
 use super::noise::Noise;
 use super::peers::{Job, Peer, PeerName, peer};
 use super::precision::tolerance;
 use crate::all::PeerFigure;
-use evpose_app::progress::say;
-use evpose_stats::quantile;
+use evpose_cli::progress::say;
+use evpose_core::stats::quantile;
 
 /// Timed runs of a burst.
 const RUNS: usize = 7;
@@ -76,7 +76,7 @@ impl PeerBenchmark<'_> {
         if names.is_empty() {
             return Ok(Vec::new());
         }
-        let model = evpose_onnx::encoded(self.graph, self.shape)?;
+        let model = evpose_infer::onnx::encoded(self.graph, self.shape)?;
         let job = Job {
             model: &model,
             shape: self.shape,

@@ -12,9 +12,9 @@ use super::networks::Network;
 use super::noise::Noise;
 use super::start::StartTime;
 use crate::all::{Figure, threads};
-use evpose_app::latency::{self, Runner};
-use evpose_app::progress::say;
-use evpose_stats::quantile::nearest_rank;
+use evpose_cli::latency::{self, Runner};
+use evpose_cli::progress::say;
+use evpose_core::stats::quantile::nearest_rank;
 
 /// Results of a measurement.
 #[derive(Debug, Serialize)]

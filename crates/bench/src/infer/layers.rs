@@ -3,8 +3,8 @@
 use evpose_infer::Engine;
 use serde::Serialize;
 
-use evpose_app::latency;
-use evpose_stats::quantile::nearest_rank;
+use evpose_cli::latency;
+use evpose_core::stats::quantile::nearest_rank;
 
 /// Runs per layer, for a median.
 const RUNS: usize = 25;

@@ -10,8 +10,8 @@ use evpose_task::hand::HandConfig;
 use evpose_train::untrained;
 
 use super::start::StartTime;
-use evpose_app::latency::{self, Runner};
-use evpose_app::progress::note;
+use evpose_cli::latency::{self, Runner};
+use evpose_cli::progress::note;
 
 /// Maximum of a body network's input.
 const BRIGHT: f32 = 255.0;
@@ -142,7 +142,7 @@ mod tests {
 
     use super::*;
     use crate::infer::against::max_difference;
-    use evpose_app::hand_config;
+    use evpose_cli::hand_config;
 
     #[test]
     fn outputs_differ_between_images() {

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use evpose_stats::quantile::{nearest_rank, outlier_count};
+use evpose_core::stats::quantile::{nearest_rank, outlier_count};
 
 /// Maximum fraction of outliers before a warning.
 const MAX_OUTLIERS: f64 = 0.1;

@@ -10,8 +10,8 @@ use evpose_nn::weights::{BodyCard, ModelCard, load, load_body, save, save_body};
 use evpose_pose::body::{BodyDecoder, BodyMaps, DEFAULT_THRESHOLD};
 use serde::Serialize;
 
-use evpose_app::progress::say;
-use evpose_stats::quantile::nearest_rank;
+use evpose_cli::progress::say;
+use evpose_core::stats::quantile::nearest_rank;
 
 /// Repetitions; the first one brings the file into the page cache.
 const STARTS: usize = 5;

@@ -11,10 +11,10 @@ use serde::Serialize;
 use crate::all::Figure;
 use crate::peer_bench::{Case, CaseResult, is_named, matching, run_peers, time, warn_under_load};
 use crate::peer_bench::{PEERS, PeerCommand};
-use evpose_app::json::write_json;
-use evpose_app::machine::Machine;
-use evpose_app::progress::say;
-use evpose_app::provenance::Provenance;
+use evpose_cli::json::write_json;
+use evpose_cli::machine::Machine;
+use evpose_cli::progress::say;
+use evpose_cli::provenance::Provenance;
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use evpose_app::args::DeviceArgs;
+use evpose_cli::args::DeviceArgs;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  \

@@ -17,11 +17,11 @@ use serde::Serialize;
 
 pub(crate) use args::BenchLiveArgs;
 
-use evpose_app::args::DeviceArgs;
-use evpose_app::json::write_json;
-use evpose_app::progress::{note, say};
-use evpose_app::provenance::Provenance;
-use evpose_commands::online::{OnlineOptions, OnlineStream};
+use evpose_cli::args::DeviceArgs;
+use evpose_cli::json::write_json;
+use evpose_cli::progress::{note, say};
+use evpose_cli::provenance::Provenance;
+use evpose_cli::tasks::online::{OnlineOptions, OnlineStream};
 use memory::{Memory, MemorySamples};
 use no_task::NoTask;
 
@@ -70,7 +70,7 @@ pub(crate) fn run(args: &BenchLiveArgs) -> Result<()> {
         Some(path) => path.clone(),
         None => {
             note("making a recording");
-            evpose_commands::task_by_name(&args.task)?
+            evpose_cli::tasks::task_by_name(&args.task)?
                 .benchmark_recording(folder.path(), args.rate)?
         }
     };
@@ -258,8 +258,8 @@ impl<'a> Bench<'a> {
         // The thread pool is running.
         let device = DeviceArgs { threads: None, ..self.args.device };
         let model = match &self.args.checkpoint {
-            Some(checkpoint) => evpose_commands::open(checkpoint, &device)?,
-            None => evpose_commands::task_by_name(&self.args.task)?.published(&device.open()?)?,
+            Some(checkpoint) => evpose_cli::tasks::open(checkpoint, &device)?,
+            None => evpose_cli::tasks::task_by_name(&self.args.task)?.published(&device.open()?)?,
         };
         model.stream(self.sensor, &options)
     }

@@ -1,7 +1,7 @@
 //! A stream that infers nothing: the cost of the input alone.
 
 use anyhow::Result;
-use evpose_commands::online::OnlineStream;
+use evpose_cli::tasks::online::OnlineStream;
 use evpose_core::{EventStream, Micros};
 use evpose_live::page::{HandMesh, Skeleton};
 use evpose_live::sink::Sinks;

@@ -10,8 +10,8 @@ use serde::Serialize;
 pub use command::PeerCommand;
 
 use crate::all::Figure;
-use evpose_app::progress::say;
-use evpose_stats::quantile::{nearest_rank, outlier_count};
+use evpose_cli::progress::say;
+use evpose_core::stats::quantile::{nearest_rank, outlier_count};
 
 /// The contract of a peer, for help texts.
 pub(crate) const PEERS: &str = "A peer is a shell command. It reads the files of the benchmark in the folder \

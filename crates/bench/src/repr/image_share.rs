@@ -4,10 +4,10 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use anyhow::Result;
-use evpose_app::progress::say;
+use evpose_cli::progress::say;
+use evpose_core::stats::quantile::nearest_rank;
 use evpose_core::{EventStream, Micros, SensorSize};
 use evpose_repr::{REPRESENTATIONS, representation_by_name};
-use evpose_stats::quantile::nearest_rank;
 use serde::Serialize;
 
 use super::{SENSORS, WINDOW, events, stream_window};

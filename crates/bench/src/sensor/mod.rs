@@ -12,12 +12,12 @@ use evpose_sensor::{SensorConfig, SensorModel};
 use serde::Serialize;
 
 use crate::all::{Figure, threads};
-use evpose_app::json::write_json;
-use evpose_app::machine::Machine;
-use evpose_app::progress::say;
-use evpose_app::provenance::Provenance;
-use evpose_app::threads::sensor_threads;
-use evpose_stats::quantile::{nearest_rank, outlier_count};
+use evpose_cli::json::write_json;
+use evpose_cli::machine::Machine;
+use evpose_cli::progress::say;
+use evpose_cli::provenance::Provenance;
+use evpose_cli::threads::sensor_threads;
+use evpose_core::stats::quantile::{nearest_rank, outlier_count};
 use peer::Peer;
 use std::path::PathBuf;
 

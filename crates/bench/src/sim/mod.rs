@@ -15,12 +15,12 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::all::{Figure, threads};
-use evpose_app::hand_config;
-use evpose_app::json::write_json;
-use evpose_app::progress::{bar, say};
-use evpose_app::provenance::Provenance;
-use evpose_app::threads::use_threads;
-use evpose_stats::quantile::{nearest_rank, outlier_count};
+use evpose_cli::hand_config;
+use evpose_cli::json::write_json;
+use evpose_cli::progress::{bar, say};
+use evpose_cli::provenance::Provenance;
+use evpose_cli::threads::use_threads;
+use evpose_core::stats::quantile::{nearest_rank, outlier_count};
 use raster::RasterTime;
 use std::path::PathBuf;
 

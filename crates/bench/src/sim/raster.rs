@@ -10,7 +10,7 @@ use evpose_sim::raster::{Camera, Mesh, Raster, is_closed};
 use glam::{Mat4, Vec3, Vec4};
 use serde::Serialize;
 
-use evpose_stats::quantile::nearest_rank;
+use evpose_core::stats::quantile::nearest_rank;
 
 /// Renderings of one measurement: the hand turns a little in each.
 const POSES: usize = 32;

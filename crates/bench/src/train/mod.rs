@@ -15,14 +15,14 @@ use evpose_train::untrained;
 use serde::Serialize;
 
 use crate::all::{Figure, threads};
-use evpose_app::args::DeviceArgs;
-use evpose_app::hand_config;
-use evpose_app::json::write_json;
-use evpose_app::latency;
-use evpose_app::progress::say;
-use evpose_app::provenance::Provenance;
-use evpose_stats::interval::median_outer_count;
-use evpose_stats::quantile::{nearest_rank, outlier_count};
+use evpose_cli::args::DeviceArgs;
+use evpose_cli::hand_config;
+use evpose_cli::json::write_json;
+use evpose_cli::latency;
+use evpose_cli::progress::say;
+use evpose_cli::provenance::Provenance;
+use evpose_core::stats::interval::median_outer_count;
+use evpose_core::stats::quantile::{nearest_rank, outlier_count};
 use usage::{peak_resident_mib, processor_s};
 
 #[derive(Debug, clap::Args)]

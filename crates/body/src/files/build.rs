@@ -1,6 +1,6 @@
 //! From the arrays of a file to a model, every one checked before it is used.
 
-use evpose_pickle::{Array, Sparse};
+use evpose_containers::pickle::{Array, Sparse};
 use evpose_pose::HandSide;
 use glam::{Vec2, Vec3};
 

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 
-use evpose_pickle::{ArrayError, PickleError};
+use evpose_containers::pickle::{ArrayError, PickleError};
 
 /// Error of reading a body model file.
 #[derive(Debug, thiserror::Error)]

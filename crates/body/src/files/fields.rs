@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use evpose_pickle::{Array, ArrayError, Pickle, PickleValue, Sparse};
+use evpose_containers::pickle::{Array, ArrayError, Pickle, PickleValue, Sparse};
 
 use super::npz::Archive;
 use super::{FieldFault, ModelFileError};

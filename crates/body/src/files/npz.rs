@@ -6,7 +6,7 @@
 
 use std::io::{Cursor, Read};
 
-use evpose_pickle::{Array, ArrayError, Element, Pickle, Sparse};
+use evpose_containers::pickle::{Array, ArrayError, Element, Pickle, Sparse};
 use zip::ZipArchive;
 
 const MAGIC: &[u8] = b"\x93NUMPY";

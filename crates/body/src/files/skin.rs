@@ -1,6 +1,6 @@
 //! Skinning weights of a file: four of a vertex in place, further ones beside.
 
-use evpose_pickle::Array;
+use evpose_containers::pickle::Array;
 
 use super::FieldFault;
 use crate::{FurtherWeight, SkinWeights};

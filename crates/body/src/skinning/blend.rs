@@ -1,6 +1,6 @@
 //! The blended transform of every vertex, and what it moves.
 
-use evpose_simd::{Kernel8, LANES_8, Lanes8, dispatch};
+use evpose_cpu::{Kernel8, LANES_8, Lanes8, dispatch};
 use glam::{Affine3A, Vec3};
 
 use crate::normals::normalise;

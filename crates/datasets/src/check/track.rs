@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
+use evpose_core::stats::quantile::upper_index;
 use evpose_pose::body::{BodyPoints, torso};
-use evpose_stats::quantile::upper_index;
 use glam::Vec2;
 
 use super::CheckOptions;

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
+use evpose_containers::mat::{MatError, MatValue};
 use evpose_core::{Event, EventStream, EventStreamBuilder, Micros, Polarity, TimeWindow};
-use evpose_mat::{MatError, MatValue};
 
 use super::{CAMERAS, Movement, SENSOR, Span, SpanOrigin};
 use crate::DatasetError;

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
+use evpose_containers::mat::{MatError, MatValue};
 use evpose_core::Micros;
-use evpose_mat::{MatError, MatValue};
 use evpose_pose::body::{BODY_JOINTS, network_from_file};
 use glam::DVec3;
 

@@ -111,9 +111,9 @@ fn a_clip_becomes_frames_and_annotations() {
     assert!((label.torso_size.unwrap() - want).abs() < 1e-6);
 }
 
-/// A file of the tests of `evpose-cdf`.
+/// A file of the tests of `evpose-containers`.
 fn cdf_file(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../cdf/tests/golden").join(name)
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../containers/tests/golden/cdf").join(name)
 }
 
 #[test]

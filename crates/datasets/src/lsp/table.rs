@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use evpose_mat::MatFile;
+use evpose_containers::mat::MatFile;
 use evpose_pose::body::Visibility;
 use glam::DVec2;
 

@@ -1,6 +1,6 @@
 //! MPII into images of persons.
 
-use evpose_mat::MatFile;
+use evpose_containers::mat::MatFile;
 
 use super::release::Release;
 use crate::DatasetError;

@@ -1,6 +1,6 @@
 //! A person as MPII annotates it.
 
-use evpose_mat::{MatClass, MatError, MatValue};
+use evpose_containers::mat::{MatClass, MatError, MatValue};
 use evpose_pose::body::{BODY_JOINTS, Visibility};
 use glam::DVec2;
 

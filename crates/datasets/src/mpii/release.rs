@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use evpose_mat::{MatError, MatFile, MatValue};
+use evpose_containers::mat::{MatError, MatFile, MatValue};
 
 use super::person::Person;
 use crate::DatasetError;

@@ -3,7 +3,7 @@
 
 use std::f64::consts::TAU;
 
-use evpose_stats::quantile::nearest_index;
+use evpose_core::stats::quantile::nearest_index;
 
 /// Side of a patch, pixels.
 pub(super) const SIDE_PX: usize = 32;

@@ -5,7 +5,7 @@
 //! algorithm*, Ann. Inst. Statist. Math. 44, 1992. The bound depends on the features alone, so that
 //! permuted labels need no new matrix.
 
-use evpose_stats::linear::solve;
+use evpose_core::stats::linear::solve;
 
 use super::features::COUNT;
 use super::patches::{FOLDS, Pair};

@@ -18,8 +18,8 @@ mod read;
 mod response;
 mod twin;
 
+use evpose_core::stats::quantile::{median_high, upper_index};
 use evpose_core::{Micros, Plane, SensorSize};
-use evpose_stats::quantile::{median_high, upper_index};
 use rayon::prelude::*;
 
 pub use read::{LoadedShots, load_shots};

@@ -10,7 +10,7 @@
 
 use std::collections::BTreeMap;
 
-use evpose_stats::linear::solve;
+use evpose_core::stats::linear::solve;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 

@@ -9,7 +9,7 @@
 //! squares with the variances of counts and of runs. Properties go together in a scene, so that
 //! several of them may describe the same difference: the first describes most.
 
-use evpose_stats::moments::mean_and_deviation;
+use evpose_core::stats::moments::mean_and_deviation;
 use serde::{Deserialize, Serialize};
 
 use super::property::{Bins, Property};

@@ -1,7 +1,7 @@
 //! Significance of many deviations at a false discovery rate, and of a maximum.
 
-use evpose_stats::distribution::normal_upper_tail;
-use evpose_stats::moments::mean_and_deviation;
+use evpose_core::stats::distribution::normal_upper_tail;
+use evpose_core::stats::moments::mean_and_deviation;
 
 /// False discovery rate.
 const FALSE_DISCOVERY_RATE: f64 = 0.05;

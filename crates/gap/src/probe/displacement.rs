@@ -6,7 +6,7 @@
 //! that noise of `M` does not shrink it, and the field over tiles is split into shift, scale,
 //! rotation and a term in the cube of the radius.
 
-use evpose_stats::linear::gauss_jordan;
+use evpose_core::stats::linear::gauss_jordan;
 
 use crate::probe::image::Image;
 

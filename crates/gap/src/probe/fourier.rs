@@ -62,7 +62,7 @@ impl Fourier {
     /// Transforms the signal into its spectrum `sum_n z_n exp(-2 pi i k n / N)`, in reversed order.
     pub(super) fn transform(&mut self) {
         // Dispatched to the widest SIMD registers of the processor; nothing is reordered.
-        evpose_simd::vectorize(
+        evpose_cpu::vectorize(
             #[inline(always)]
             || self.butterflies(),
         );

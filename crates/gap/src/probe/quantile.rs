@@ -1,6 +1,6 @@
 //! Quantiles that are shrunk towards zero for small samples, so that they have no outliers.
 
-use evpose_stats::quantile::{self, nearest_index};
+use evpose_core::stats::quantile::{self, nearest_index};
 
 /// Sample size from which on quantiles are not shrunk.
 const SETTLED: f64 = 20.0;

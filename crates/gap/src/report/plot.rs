@@ -1,6 +1,6 @@
 //! A curve of the recording, of the model and of the corrected model.
 
-use evpose_stats::moments::mean_and_deviation;
+use evpose_core::stats::moments::mean_and_deviation;
 use serde::{Deserialize, Serialize};
 
 use super::gaps;

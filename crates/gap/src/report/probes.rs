@@ -1,6 +1,6 @@
 //! All compared statistics, and gaps of their blocks.
 
-use evpose_stats::quantile::nearest_index;
+use evpose_core::stats::quantile::nearest_index;
 use serde::{Deserialize, Serialize};
 
 use crate::compare::by_block;

@@ -13,9 +13,9 @@
 //! synthesis in synchronous cell cultures*, Biometrics 26, 1970. Cox: *Further results on tests of
 //! separate families of hypotheses*, J. R. Stat. Soc. B 24, 1962.
 
+use evpose_core::stats::distribution::normal_upper_tail;
+use evpose_core::stats::moments::mean_and_deviation;
 use evpose_sensor::SensorConfig;
-use evpose_stats::distribution::normal_upper_tail;
-use evpose_stats::moments::mean_and_deviation;
 use rayon::prelude::*;
 
 use super::identification::SCORE_RUNS;

@@ -6,7 +6,7 @@
 use std::collections::HashMap;
 
 use evpose_core::CounterRng;
-use evpose_stats::quantile::median_high;
+use evpose_core::stats::quantile::median_high;
 
 use super::stretches::{Stretch, quiet_stretches};
 use super::train::Train;

@@ -1,7 +1,7 @@
 //! Effects whose parameters the whole recording and both of its halves agree on.
 
+use evpose_core::stats::quantile::median_high;
 use evpose_sensor::RecordingMark;
-use evpose_stats::quantile::median_high;
 
 use super::agreement::{Agreement, effect, exact};
 use super::background::Background;

@@ -6,7 +6,7 @@
 //! one-sided, in standard deviations over the recording and its surrogates together, so that all
 //! are exchangeable under the null hypothesis.
 
-use evpose_stats::moments::mean_and_deviation;
+use evpose_core::stats::moments::mean_and_deviation;
 
 /// Properties of a test.
 #[derive(Debug, Clone, Copy)]

@@ -7,7 +7,7 @@
 //! at the lower quartile of its neighbours. The false discovery rate is 1 % (Benjamini and Hochberg
 //! 1995).
 
-use evpose_stats::quantile::upper_index;
+use evpose_core::stats::quantile::upper_index;
 
 use super::train::Train;
 

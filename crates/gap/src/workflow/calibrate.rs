@@ -9,8 +9,8 @@
 //! Errors: the factor with which nine of ten 90 % intervals hold the truth, beside a floor that is kept.
 //! A single estimate that is far off does not widen all intervals, as it would with a proper score.
 
-use evpose_stats::linear::solve;
-use evpose_stats::quantile::nearest_rank;
+use evpose_core::stats::linear::solve;
+use evpose_core::stats::quantile::nearest_rank;
 
 use super::calibration::{ErrorScale, FEATURES, FindingEvidence};
 use super::findings::SIDE;

@@ -7,8 +7,8 @@
 //! side, the next largest decide: ties would make p-values too large. A model without noise has no
 //! replicates: then deviations are taken to be normal, with the scatter under weak noise.
 
+use evpose_core::stats::distribution::normal_upper_tail;
 use evpose_sensor::SensorConfig;
-use evpose_stats::distribution::normal_upper_tail;
 use rayon::prelude::*;
 
 use crate::{GapError, Objective};

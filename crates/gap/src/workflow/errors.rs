@@ -8,8 +8,8 @@
 //!   their events, and two simulators of one camera differ in all of them at once;
 //! * the scatter of fits to runs of the corrected model (a parametric bootstrap).
 
+use evpose_core::stats::linear::solve;
 use evpose_sensor::SensorConfig;
-use evpose_stats::linear::solve;
 use serde::{Deserialize, Serialize};
 
 use crate::compare::RHO_FREEDOM;

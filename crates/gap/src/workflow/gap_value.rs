@@ -5,8 +5,8 @@
 //! are the blocks of statistics that a gap is the mean of.
 
 use evpose_core::CounterRng;
+use evpose_core::stats::quantile::nearest_index;
 use evpose_sensor::SensorConfig;
-use evpose_stats::quantile::nearest_index;
 
 use crate::compare::{by_block, rho_of_chance};
 use crate::verdict::GapValue;

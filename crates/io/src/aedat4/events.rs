@@ -8,7 +8,7 @@
 //! | 12 | `bool` | ON |
 
 use evpose_core::{Micros, Polarity};
-use evpose_simd::vectorize;
+use evpose_cpu::vectorize;
 
 use super::build::{Builder, Field};
 use super::flat::{Broken, Table};

@@ -1,7 +1,7 @@
 //! One stream of events of a file, as a source.
 
 use evpose_core::Micros;
-use evpose_simd::vectorize;
+use evpose_cpu::vectorize;
 
 use super::events;
 use super::flat::identifier;

@@ -10,7 +10,7 @@
 //! <https://docs.prophesee.ai/stable/data/encoding_formats/evt21.html>; for what that leaves open,
 //! OpenEB's `hal/cpp/include/metavision/hal/decoders/evt21`.
 
-use evpose_simd::vectorize;
+use evpose_cpu::vectorize;
 
 use super::evt2::{CONTINUED, EXT_TRIGGER, ON, OTHERS, TIME_HIGH, trigger};
 use super::time_high::TimeHigh;

@@ -21,7 +21,7 @@
 //! OpenEB's `hal/cpp/include/metavision/hal/decoders/evt3`.
 
 use evpose_core::Micros;
-use evpose_simd::vectorize;
+use evpose_cpu::vectorize;
 
 use super::states::{State, States};
 use super::time_high::TimeHigh;

@@ -10,7 +10,7 @@
 //! at once, which vectors do.
 
 use evpose_core::{Micros, Polarity};
-use evpose_simd::vectorize;
+use evpose_cpu::vectorize;
 
 use super::mask_bits::put_bits;
 use crate::Columns;

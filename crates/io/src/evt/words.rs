@@ -11,7 +11,7 @@
 //! One store an event, whatever the high time: columns are made of many at once, which vectors do.
 
 use evpose_core::{Micros, Polarity};
-use evpose_simd::vectorize;
+use evpose_cpu::vectorize;
 
 use super::evt2::LOW_BITS;
 use super::mask_bits::put_bits;

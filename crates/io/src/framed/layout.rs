@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use evpose_core::{Micros, Polarity, SensorSize};
-use evpose_simd::vectorize;
+use evpose_cpu::vectorize;
 
 use crate::Columns;
 

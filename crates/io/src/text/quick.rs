@@ -6,7 +6,7 @@
 //! [`super::line`], which gives the same for every line that is read here.
 
 use evpose_core::{Micros, Polarity};
-use evpose_simd::vectorize;
+use evpose_cpu::vectorize;
 
 use super::line::{Known, TIME_LAST, TimeUnit, USUAL};
 use crate::Columns;

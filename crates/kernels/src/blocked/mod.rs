@@ -51,7 +51,7 @@ pub use conv::Conv;
 pub use conv_shape::ConvShape;
 pub use depthwise::{Depthwise, DepthwiseShape};
 pub use elementwise::{add, concat, flatten, gather_channels};
-pub use evpose_threads::{Part, ThreadPool};
+pub use evpose_cpu::{Part, ThreadPool};
 pub use image::Image;
 pub use low_precision::{
     LowPrecisionConv, LowPrecisionDepthwise, LowPrecisionImage, LowPrecisionType,

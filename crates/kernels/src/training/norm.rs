@@ -10,7 +10,7 @@
 //! Ioffe, Szegedy: *Batch Normalization*, ICML 2015. Chan, Golub, LeVeque: *Algorithms for
 //! Computing the Sample Variance*, The American Statistician 37, 1983, for the joined statistics.
 
-use evpose_simd::vectorize;
+use evpose_cpu::vectorize;
 use rayon::prelude::*;
 
 use super::blocks::Blocks;

@@ -1,6 +1,6 @@
 //! Images with a border of zeros, in memory that is reused.
 
-use evpose_simd::vectorize;
+use evpose_cpu::vectorize;
 
 use super::blocks::Blocks;
 use super::norm::{NormalizedInput, ScaleShift};

@@ -1,6 +1,6 @@
 //! Max-pooling of stride 2: over 3x3 pixels as in ResNets, over 2x2 as in VGG.
 
-use evpose_simd::vectorize;
+use evpose_cpu::vectorize;
 use rayon::prelude::*;
 
 use super::blocks::Blocks;

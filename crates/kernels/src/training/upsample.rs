@@ -4,7 +4,7 @@
 //! Pixels are squares about their centres: along each axis an output takes 3/4 of the pixel that it
 //! lies in and 1/4 of the neighbour on its side; beyond the border the outermost pixel repeats.
 
-use evpose_simd::vectorize;
+use evpose_cpu::vectorize;
 use rayon::prelude::*;
 
 use super::blocks::Blocks;

@@ -1,4 +1,4 @@
-//! Accuracy of poses, with confidence intervals (`evpose-stats`).
+//! Accuracy of poses, with confidence intervals (`evpose_core::stats`).
 //!
 //! From one frame to a table:
 //!

@@ -10,7 +10,7 @@
 //! # Source
 //! EventHands' evaluation program.
 
-use evpose_stats::bootstrap::Totals;
+use evpose_core::stats::bootstrap::Totals;
 
 /// How many thresholds the curve has, 0.1 apart from 0 on.
 pub const THRESHOLDS: usize = 1_000;

@@ -1,7 +1,7 @@
 //! Scores of one sequence, of all sequences, and the table made of them.
 
-use evpose_stats::bootstrap::{BootstrapConfig, Totals, mean_interval, ratio_interval};
-use evpose_stats::interval::Interval;
+use evpose_core::stats::bootstrap::{BootstrapConfig, Totals, mean_interval, ratio_interval};
+use evpose_core::stats::interval::Interval;
 use serde::{Deserialize, Serialize};
 
 use super::{HandError, HandPoints, Pck, palm_errors_percent, root_aligned_errors_mm};

@@ -16,7 +16,7 @@
 use std::array::from_fn;
 
 use evpose_core::SensorSize;
-use evpose_simd::vectorize;
+use evpose_cpu::vectorize;
 
 use crate::Eros;
 

@@ -7,7 +7,7 @@
 //! centre of the border pixel, which is not repeated (`BORDER_REFLECT_101`).
 
 use evpose_core::Plane;
-use evpose_simd::vectorize;
+use evpose_cpu::vectorize;
 use serde::{Deserialize, Serialize};
 
 use super::ring::{Around, Ring};

@@ -9,7 +9,7 @@
 //! Canny: *A Computational Approach to Edge Detection*, PAMI 8(6), 1986; OpenCV's `Canny`.
 
 use evpose_core::Plane;
-use evpose_simd::vectorize;
+use evpose_cpu::vectorize;
 use serde::{Deserialize, Serialize};
 
 use super::blur::fit;

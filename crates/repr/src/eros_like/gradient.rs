@@ -9,7 +9,7 @@
 //! OpenCV's `Sobel` as its `Canny` calls it.
 
 use evpose_core::Plane;
-use evpose_simd::vectorize;
+use evpose_cpu::vectorize;
 use serde::{Deserialize, Serialize};
 
 use super::ring::{Around, Ring};

@@ -4,7 +4,7 @@
 //! `(9798 R + 19235 G + 3735 B + 2¹⁴) / 2¹⁵`, rounded down: ITU-R BT.601's 0.299, 0.587 and 0.114
 //! in 15 bits, as OpenCV has them since version 4 for images of 8 bits.
 
-use evpose_simd::vectorize;
+use evpose_cpu::vectorize;
 
 const RED: u32 = 9798;
 const GREEN: u32 = 19235;

@@ -5,7 +5,7 @@
 //! size and seed draw the same.
 
 use evpose_core::{Plane, StageNoise};
-use evpose_simd::vectorize;
+use evpose_cpu::vectorize;
 
 /// Integers a pixel can draw: 0 to 254, as NumPy's `randint(0, 255)` of the published program.
 const LEVELS: u64 = 255;

@@ -15,7 +15,7 @@ use std::collections::VecDeque;
 use std::ops::Range;
 
 use evpose_core::Micros;
-use evpose_simd::vectorize;
+use evpose_cpu::vectorize;
 
 use crate::sliding::{Placed, Sliding};
 

@@ -15,7 +15,7 @@
 //! Hu et al. 2021 (v2e): `light_slope` 0.75.
 
 use evpose_core::{Polarity, SensorSize, StageNoise};
-use evpose_simd::prefetch;
+use evpose_cpu::prefetch;
 
 use super::{exponential, uniform};
 use crate::detector::{NoiseEvent, PixelTerm, PixelTraits, TermTable};

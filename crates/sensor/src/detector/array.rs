@@ -18,7 +18,7 @@ use std::sync::atomic::Ordering::Relaxed;
 use std::sync::{Mutex, PoisonError};
 
 use evpose_core::{SensorSize, StageNoise, seed_for};
-use evpose_threads::ThreadPool;
+use evpose_cpu::ThreadPool;
 
 use super::band::Scanned;
 use super::pixel::{Cell, PixelTraits, RefractoryState};

@@ -7,7 +7,7 @@
 use std::ops::{Index, IndexMut, Range};
 
 use evpose_core::{Polarity, StageNoise};
-use evpose_simd::prefetch;
+use evpose_cpu::prefetch;
 
 use super::array::{PixelArray, RENEWAL_TICK, TermMemory};
 use super::pixel::{Cell, PixelStep, PixelTraits, RefractoryState};

@@ -1,6 +1,6 @@
 //! The comparison of voltages with the levels at which pixels wake.
 
-use evpose_simd::{Kernel8, LANES_8, Lanes8};
+use evpose_cpu::{Kernel8, LANES_8, Lanes8};
 
 use super::band::Span;
 use super::pixel::{Cell, RefractoryState};
@@ -121,7 +121,7 @@ fn padded(rest: &[f32]) -> [f32; GROUP] {
 #[cfg(test)]
 mod tests {
     use evpose_core::CounterRng;
-    use evpose_simd::dispatch;
+    use evpose_cpu::dispatch;
 
     use super::*;
 

@@ -21,7 +21,7 @@ use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
 use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, RecordingMark, Scale, StageSpec};
-use evpose_simd::vectorize;
+use evpose_cpu::vectorize;
 
 const RATE: ParamSpec = ParamSpec {
     name: "rate_hz",

@@ -1,7 +1,7 @@
 //! The second half of a step: from event to event through the pixels that woke.
 
 use evpose_core::{Polarity, StageNoise};
-use evpose_simd::prefetch;
+use evpose_cpu::prefetch;
 
 use super::Change;
 use super::band::{Band, Resolved};

@@ -11,7 +11,7 @@ use super::find::Find;
 use super::resolve::Voltages;
 use crate::chain::Chain;
 use crate::tick::Tick;
-use evpose_simd::{dispatch, vectorize};
+use evpose_cpu::{dispatch, vectorize};
 
 /// Light of white in the code values of detectors that see light.
 const WHITE_CODE: f32 = 255.0;

@@ -5,7 +5,7 @@
 //! last bit whether it goes with others or alone.
 
 use evpose_core::Polarity;
-use evpose_simd::vectorize;
+use evpose_cpu::vectorize;
 
 use super::band::Band;
 use super::pixel::Cell;

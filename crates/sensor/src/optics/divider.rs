@@ -5,7 +5,7 @@ use crate::chain::Chain;
 use crate::exponential::exp_m1;
 use crate::natural_log::ln;
 use crate::tick::Tick;
-use evpose_simd::vectorize;
+use evpose_cpu::vectorize;
 
 /// Divides the steps of one run.
 #[derive(Debug)]

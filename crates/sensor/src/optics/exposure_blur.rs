@@ -17,7 +17,7 @@ use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
-use evpose_simd::vectorize;
+use evpose_cpu::vectorize;
 
 const FRACTION: ParamSpec = ParamSpec {
     name: "fraction",

@@ -16,7 +16,7 @@ use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
 use crate::{Citation, Domain, ParamSpec, Prior, RecordingMark, Scale, StageSpec};
-use evpose_simd::vectorize;
+use evpose_cpu::vectorize;
 
 const LEVELS: ParamSpec = ParamSpec {
     name: "levels",

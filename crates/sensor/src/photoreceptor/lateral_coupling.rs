@@ -17,7 +17,7 @@ use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PlaneStage, Stage};
 use crate::tick::Tick;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
-use evpose_simd::vectorize;
+use evpose_cpu::vectorize;
 
 const COUPLING: ParamSpec = ParamSpec {
     name: "coupling",

@@ -15,7 +15,7 @@ use crate::search_spec::{SearchSpec, StageRole};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::{Citation, CommonParameter, Domain, ParamSpec, Prior, Scale, StageSpec};
-use evpose_simd::vectorize;
+use evpose_cpu::vectorize;
 
 const DARK_OFFSET: ParamSpec = ParamSpec {
     name: "dark_offset",

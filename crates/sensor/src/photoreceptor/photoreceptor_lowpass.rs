@@ -27,7 +27,7 @@ use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
 use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
-use evpose_simd::vectorize;
+use evpose_cpu::vectorize;
 
 const CUTOFF: ParamSpec = ParamSpec {
     name: "cutoff_hz",

@@ -1,6 +1,6 @@
 //! The list of covered pixels, which the shading pass iterates over.
 
-use evpose_simd::{Kernel8, LANES_8, Lanes8, dispatch};
+use evpose_cpu::{Kernel8, LANES_8, Lanes8, dispatch};
 
 use super::Raster;
 use super::triangle::pack_xy;

@@ -1,7 +1,7 @@
 //! Narrow triangles, whose edge functions fit in 32 bits (nearly all): set up eight at a time, and
 //! filled eight pixels of a row at a time.
 
-use evpose_simd::{LANES_8, Lanes8};
+use evpose_cpu::{LANES_8, Lanes8};
 
 use super::fragment::PixelRect;
 use super::project::{SUBPIXEL, SUBPIXEL_BITS};

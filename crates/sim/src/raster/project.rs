@@ -1,7 +1,7 @@
 //! Projection of vertices to fixed-point image positions.
 
 use bytemuck::{Pod, Zeroable};
-use evpose_simd::{Kernel8, LANES_8, Lanes8, dispatch};
+use evpose_cpu::{Kernel8, LANES_8, Lanes8, dispatch};
 use glam::{Vec3, Vec4};
 
 use super::rows::eight_rows;

@@ -1,6 +1,6 @@
 //! Gathering of short records, eight at a time.
 
-use evpose_simd::LANES_8;
+use evpose_cpu::LANES_8;
 
 /// Records `first..first + 8` of `WIDTH` values each, each extended to four by the values that
 /// follow it. At the end of `values` they are copied to `padding`, where the last record is

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use evpose_core::{LookAt, Pinhole, SensorSize};
-use evpose_simd::{Kernel8, Lanes8, dispatch};
+use evpose_cpu::{Kernel8, Lanes8, dispatch};
 use glam::{Vec2, Vec3};
 use proptest::prelude::*;
 

@@ -1,6 +1,6 @@
 //! Setup of a triangle that the shading pass needs to interpolate on it.
 
-use evpose_simd::{LANES_8, Lanes8};
+use evpose_cpu::{LANES_8, Lanes8};
 
 /// A triangle that pixels may show.
 ///

@@ -5,7 +5,7 @@
 //! 1/depth: both are interpolated with a pixel's affine coordinates, and their quotient is the
 //! quantity. Normals are not divided: only their direction counts.
 
-use evpose_simd::{Kernel8, LANES_8, Lanes8, dispatch};
+use evpose_cpu::{Kernel8, LANES_8, Lanes8, dispatch};
 use glam::{Vec2, Vec3};
 
 use super::project::ScreenVertex;

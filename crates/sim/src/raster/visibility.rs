@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use evpose_simd::LANES_8;
+use evpose_cpu::LANES_8;
 
 use super::fragment::PixelRect;
 

@@ -1,7 +1,7 @@
 //! The visibility pass: from a mesh to the nearest triangle of each pixel.
 
 use evpose_core::{Plane, SensorSize};
-use evpose_simd::{Kernel8, LANES_8, Lanes8, dispatch};
+use evpose_cpu::{Kernel8, LANES_8, Lanes8, dispatch};
 use glam::Vec3;
 
 use super::clip::{Corner, clip_to_near_plane};

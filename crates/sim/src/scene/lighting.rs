@@ -1,6 +1,6 @@
 //! Lambertian shading.
 
-use evpose_simd::Lanes8;
+use evpose_cpu::Lanes8;
 use glam::Vec3A;
 
 /// A directional light.

@@ -1,6 +1,6 @@
 //! Response of the frame buffer: from radiance to the luminance that events are made from.
 
-use evpose_simd::Lanes8;
+use evpose_cpu::Lanes8;
 use glam::Vec3A;
 use serde::{Deserialize, Serialize};
 

@@ -4,7 +4,7 @@
 //! That of [`Scene::shade`], in another order of operations: equal within rounding.
 
 use evpose_core::Plane;
-use evpose_simd::{Kernel8, LANES_8, Lanes8, dispatch};
+use evpose_cpu::{Kernel8, LANES_8, Lanes8, dispatch};
 
 use super::Scene;
 use crate::raster::{CoveredPixels, Mesh, Raster, Varyings, unpack_xy_lanes};

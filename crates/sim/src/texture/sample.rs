@@ -1,7 +1,7 @@
 //! An RGB texture with bilinear filtering and repeat wrapping.
 
 use evpose_core::Plane;
-use evpose_simd::Lanes8;
+use evpose_cpu::Lanes8;
 use glam::{Vec2, Vec3A, Vec4};
 
 /// Code value of full intensity.

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use evpose_clean::Denoise;
 use evpose_nn::{BaselineNetworkConfig, Dhp19CnnConfig, LiftMonoConfig};
 use evpose_repr::representation_by_name;
-use evpose_view::Denoise;
 use serde::{Deserialize, Serialize};
 
 use crate::body::{

@@ -3,10 +3,10 @@
 use std::path::Path;
 use std::time::Instant;
 
+use evpose_camera::Calibration;
 use evpose_core::{LensCamera, Micros, SensorSize};
 use evpose_pose::body::{BODY_JOINTS, BodyPoints};
 use evpose_pose::metric::body::BodyPrediction;
-use evpose_view::Calibration;
 use glam::{Vec2, Vec3};
 
 use super::checkpoint::{BaselineCheckpoint, PUBLISHED_TORSO_M};

@@ -1,8 +1,9 @@
 //! The events that a representation of bodies is made of, and joints between both images.
 
+use evpose_camera::{Calibration, CanonicalView, ViewAdaptor};
+use evpose_clean::DenoiseFilter;
 use evpose_core::{EventStream, SensorSize};
 use evpose_pose::body::BodyPoints;
-use evpose_view::{Calibration, CanonicalView, DenoiseFilter, ViewAdaptor};
 use glam::Vec2;
 
 use super::config::{BodyImageConfig, BodyViewKind};

@@ -2,14 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use evpose_clean::Denoise;
+use evpose_core::stats::bootstrap::BootstrapConfig;
 use evpose_nn::{BodyLossConfig, MoveEnetConfig};
 use evpose_pose::body::DEFAULT_SOFTENING;
 use evpose_pose::filter::{BodyFilter, BodyFilterConfig};
 use evpose_repr::{ErosLike, GaussianKernel, representation_by_name};
 use evpose_sim::config::{BodySource, MotionSource};
 use evpose_sim::person::PeopleConfig;
-use evpose_stats::bootstrap::BootstrapConfig;
-use evpose_view::Denoise;
 use serde::{Deserialize, Serialize};
 
 use super::augmentation::BodyAugmentation;
@@ -185,7 +185,7 @@ pub struct BodyImageConfig {
 #[serde(rename_all = "snake_case")]
 pub enum BodyViewKind {
     /// Those of the canonical view of bodies, which is about the same for every sensor: see
-    /// [`evpose_view::CanonicalView::for_bodies`].
+    /// [`evpose_camera::CanonicalView::for_bodies`].
     #[default]
     Canonical,
     /// Those of the sensor, whatever its size: as the published programs do.

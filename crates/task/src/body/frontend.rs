@@ -18,7 +18,7 @@ use super::config::BodyImageConfig;
 use super::predictor::BodyPredictor;
 use super::propagation::PropagationConfig;
 use crate::TaskError;
-use evpose_view::Calibration;
+use evpose_camera::Calibration;
 
 /// Window of representations that have one.
 const WINDOW: Micros = Micros(100_000);

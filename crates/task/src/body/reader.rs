@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
+use evpose_camera::Calibration;
 use evpose_core::{
     CounterRng, Event, EventStream, EventStreamBuilder, Micros, Plane, Polarity, SensorSize,
     TimeWindow,
 };
 use evpose_io::{OpenOptions, Windows};
 use evpose_pose::body::BodyPoints;
-use evpose_view::Calibration;
 
 use super::canonical_events::CanonicalEvents;
 use super::config::BodyImageConfig;
@@ -142,7 +142,7 @@ impl RepresentationReader {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
-    use evpose_view::Denoise;
+    use evpose_clean::Denoise;
 
     use super::*;
 

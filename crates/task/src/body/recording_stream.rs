@@ -16,7 +16,7 @@ use super::frontend::{BodyFrontend, BodyWorker, body_stream};
 use super::predictor::BodyPredictor;
 use super::propagation::PropagationConfig;
 use crate::TaskError;
-use evpose_view::Calibration;
+use evpose_camera::Calibration;
 
 /// Poses with their time stamps.
 pub type TimedEstimates = Vec<(Micros, PoseEstimate)>;

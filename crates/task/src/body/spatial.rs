@@ -1,6 +1,7 @@
 //! People in the world: recordings of several calibrated cameras, one network, triangulation and a
 //! filter.
 
+use evpose_camera::Calibration;
 use evpose_core::{Micros, PlacedCamera};
 use evpose_io::Windows;
 use evpose_pose::PoseEstimate;
@@ -8,7 +9,6 @@ use evpose_pose::body::triangulation::{
     Observation, TriangulatedPoint, TriangulationConfig, triangulate,
 };
 use evpose_pose::body::{BODY_JOINTS, SpatialFilter, SpatialFilterConfig, WorldJoints};
-use evpose_view::Calibration;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 

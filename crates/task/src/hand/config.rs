@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
+use evpose_clean::Denoise;
+use evpose_core::stats::bootstrap::BootstrapConfig;
 use evpose_core::{Micros, SensorSize};
 use evpose_nn::{HandLossConfig, HandRegressorConfig, backbone_by_name};
 use evpose_pose::filter::{HandFilterConfig, StillnessConfig};
 use evpose_repr::{ChannelOrder, WindowAugmentation, representation_by_name};
 use evpose_sim::SimulationConfig;
-use evpose_stats::bootstrap::BootstrapConfig;
-use evpose_view::Denoise;
 use serde::{Deserialize, Serialize};
 
 use super::camera_turns::CameraTurnConfig;

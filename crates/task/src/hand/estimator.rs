@@ -5,7 +5,7 @@ use evpose_pose::HandParams;
 use evpose_pose::filter::{AdaptiveHandFilter, HandFilter, HoldAtRest, StillnessGate};
 use evpose_repr::{Representation, StreamWindow, representation_by_name};
 
-use evpose_view::DenoiseFilter;
+use evpose_clean::DenoiseFilter;
 
 use super::batch::InputBatch;
 use super::config::HandConfig;

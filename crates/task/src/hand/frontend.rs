@@ -22,7 +22,7 @@ use super::estimator::{HandEstimate, HandEstimator};
 use super::predictor::Predictor;
 use super::view::{HandView, canonical_view};
 use crate::TaskError;
-use evpose_view::{Calibration, ViewAdaptor};
+use evpose_camera::{Calibration, ViewAdaptor};
 
 /// The stream of a network of hands, for events of the camera of `calibration`, with `batch` inputs
 /// per inference.

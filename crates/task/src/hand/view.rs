@@ -10,7 +10,7 @@ use glam::Vec3;
 
 use super::config::HandConfig;
 use crate::TaskError;
-use evpose_view::{Calibration, CalibrationError, CanonicalView, ViewAdaptor};
+use evpose_camera::{Calibration, CalibrationError, CanonicalView, ViewAdaptor};
 
 /// Projection of hands: a hand model before a camera.
 #[derive(Debug)]

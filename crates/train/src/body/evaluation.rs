@@ -86,7 +86,7 @@ impl BodyResults {
 }
 
 /// Evaluates a network on recordings: a prediction every `every` from the first sample of its
-/// config on, and for comparison the mean pose. `camera` is as in [`Calibration::choose`](evpose_view::Calibration::choose). `progress` receives 1 after each recording.
+/// config on, and for comparison the mean pose. `camera` is as in [`Calibration::choose`](evpose_camera::Calibration::choose). `progress` receives 1 after each recording.
 ///
 /// # Errors
 /// If a recording cannot be read.

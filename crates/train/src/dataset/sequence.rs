@@ -3,12 +3,12 @@
 use std::ops::Range;
 use std::path::Path;
 
+use evpose_camera::{Calibration, CanonicalView, ViewAdaptor};
 use evpose_core::{EventStream, SensorSize};
 use evpose_io::MetaReader;
 use evpose_pose::{HandParams, HandSide};
 use evpose_sim::SequenceInfo;
 use evpose_task::hand::HandConfig;
-use evpose_view::{Calibration, CanonicalView, ViewAdaptor};
 
 use super::files::SequenceFiles;
 use crate::TrainError;

@@ -1,12 +1,12 @@
 //! Evaluation of a network of hands on recordings of any camera, by labelled joints.
 
+use evpose_camera::ViewAdaptor;
 use evpose_core::{EventStream, Micros, TimeWindow};
 use evpose_pose::metric::{HandEvaluation, HandPoints, SequenceScores};
 use evpose_pose::{HandParams, HandSide};
 use evpose_task::hand::{
     HandConfig, HandEstimator, HandView, InputBatch, Predictor, canonical_view, poses_every_ms,
 };
-use evpose_view::ViewAdaptor;
 use glam::{Vec2, Vec3};
 
 use super::{ForeignHand, HandJointRow};

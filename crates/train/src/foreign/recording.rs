@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use evpose_camera::{Calibration, CalibrationSource};
 use evpose_core::{EventStream, SensorSize};
 use evpose_pose::HandSide;
-use evpose_view::{Calibration, CalibrationSource};
 use serde::Deserialize;
 
 use super::HandJointTable;

@@ -14,8 +14,8 @@ use super::OutsideArgs;
 use super::row::{FAILED, Row, ScoredVerdict};
 use crate::gap::jsonl;
 use crate::gap::naming::RESULTS;
-use evpose_app::progress::{bar, say};
-use evpose_app::run_info::COMMIT;
+use evpose_cli::progress::{bar, say};
+use evpose_cli::run_info::COMMIT;
 use evpose_report::gap::files;
 
 /// Files of a case that `evpose gap run` reads.

@@ -24,8 +24,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 
 pub use args::OutsideArgs;
-use evpose_app::bad_input::BadInput;
-use evpose_app::progress::say;
+use evpose_cli::bad_input::BadInput;
+use evpose_cli::progress::say;
 use evpose_report::gap::files;
 pub(super) use opened::Opened;
 use row::Row;

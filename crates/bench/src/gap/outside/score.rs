@@ -1,8 +1,8 @@
 //! Precision and recall of names, exact sets and times: of all cases, by generator, and by the
 //! number of hidden effects.
 
+use evpose_core::stats::quantile;
 use evpose_gap::search::excess_closed;
-use evpose_stats::quantile;
 use serde::Serialize;
 
 use super::opened::Opened;
@@ -245,7 +245,7 @@ mod tests {
         assert_eq!(group(&scores, "outside the catalogue").cases, 1);
         assert_eq!(group(&scores, "two").cases, 2);
         assert_rate(&group(&scores, "v2e").recall, 1, 2);
-        let (lo, hi) = evpose_stats::interval::wilson(4, 6);
+        let (lo, hi) = evpose_core::stats::interval::wilson(4, 6);
         assert_eq!((all.recall.lo95, all.recall.hi95), (lo, hi));
     }
 

@@ -108,12 +108,12 @@ mod tests {
     fn all_agree(name: PeerName) {
         for (backbone, scale) in Network::names().flat_map(|name| [(name, "1.0"), (name, "0.45")]) {
             let changes = [format!("simulation.image_scale={scale}"), "network.width=0.25".into()];
-            let config = evpose_app::hand_config::load("eventhands", &changes).unwrap();
+            let config = evpose_cli::hand_config::load("eventhands", &changes).unwrap();
             let network =
                 networks::network(&config, backbone, &burn::tensor::Device::flex()).unwrap();
             let [_, height, width] = network.input;
             let image = network.image(3);
-            let model = evpose_onnx::encoded(&network.graph, network.input).unwrap();
+            let model = evpose_infer::onnx::encoded(&network.graph, network.input).unwrap();
             for threads in [1, 2] {
                 let options = EngineOptions::default().with_threads(threads);
                 let mut engine = Engine::compile(&network.graph, network.input, options).unwrap();

@@ -4,7 +4,7 @@ use gltf::Accessor;
 use gltf::accessor::DataType;
 
 use crate::files::FieldFault;
-use evpose_pickle::{Array, ArrayError, Element};
+use evpose_containers::pickle::{Array, ArrayError, Element};
 
 /// Reads the values of an accessor as `[count, components]`; normalised integers as fractions.
 ///

@@ -1,6 +1,6 @@
 //! Vertices, skin weights and faces of a skinned glTF mesh.
 
-use evpose_pickle::Array;
+use evpose_containers::pickle::Array;
 use glam::Vec3;
 use gltf::{Mesh, Primitive, Semantic};
 

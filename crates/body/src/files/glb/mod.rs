@@ -28,7 +28,7 @@ use evpose_pose::HandSide;
 use super::{FieldFault, ModelFile, ModelFileError, ModelKind};
 use crate::texture_layout::coordinates;
 use crate::{BodyModel, ShapeSpace, SkinWeights};
-use evpose_pickle::Array;
+use evpose_containers::pickle::Array;
 use faults::Faults;
 use joints::{HAND_SIZE, JOINTS, is_needed};
 use mesh::SkinnedMesh;

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::{Cursor, Read};
 
-use evpose_pickle::{Pickle, PickleValue};
+use evpose_containers::pickle::{Pickle, PickleValue};
 use zip::ZipArchive;
 
 use super::view::element_sizes;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use burn::tensor::{Bytes, DType, TensorData};
-use evpose_pickle::{Id, Pickle, PickleValue};
+use evpose_containers::pickle::{Id, Pickle, PickleValue};
 
 use super::container::Container;
 

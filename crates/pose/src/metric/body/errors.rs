@@ -13,7 +13,7 @@ use glam::DVec2;
 use super::track::Pose;
 use super::{BodyPck, RootMeanSquare};
 use crate::body::BODY_JOINTS;
-use evpose_stats::bootstrap::Totals;
+use evpose_core::stats::bootstrap::Totals;
 
 /// Errors of one joint.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -14,7 +14,7 @@
 //! as mean over even thresholds: Mehta et al., *Monocular 3D human pose estimation in the wild
 //! using improved CNN supervision*, 3DV 2017; MoveEnet publishes none.
 
-use evpose_stats::bootstrap::Totals;
+use evpose_core::stats::bootstrap::Totals;
 
 /// How many thresholds the curve has: whole percents of the size.
 pub const BODY_THRESHOLDS: usize = 100;

@@ -1,6 +1,6 @@
 //! Errors of one sequence.
 
-use evpose_stats::bootstrap::Totals;
+use evpose_core::stats::bootstrap::Totals;
 
 use super::track::{Pose, Tracks};
 use super::{BodyErrors, BodyPrediction, BodyProtocol, BodyTruth, MissingJoints};

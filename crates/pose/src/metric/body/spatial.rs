@@ -5,8 +5,8 @@
 //! joints of each joint's mean over the instants at which it was found, and beside it the share of
 //! joints that were not found.
 
-use evpose_stats::bootstrap::{BootstrapConfig, Totals, mean_interval};
-use evpose_stats::interval::Interval;
+use evpose_core::stats::bootstrap::{BootstrapConfig, Totals, mean_interval};
+use evpose_core::stats::interval::Interval;
 use serde::{Deserialize, Serialize};
 
 use crate::body::{BODY_JOINTS, JOINT_NAMES, WorldJoints};

@@ -1,7 +1,7 @@
 //! Scores of all sequences, and the table made of them.
 
-use evpose_stats::bootstrap::{BootstrapConfig, Totals, bootstrap, mean_interval};
-use evpose_stats::interval::Interval;
+use evpose_core::stats::bootstrap::{BootstrapConfig, Totals, bootstrap, mean_interval};
+use evpose_core::stats::interval::Interval;
 use serde::{Deserialize, Serialize};
 
 use super::errors::mean_over_joints;

@@ -1,0 +1,52 @@
+//! `evpose calibrate`: camera parameters from calibration recordings.
+
+mod args;
+mod noise;
+mod threshold;
+
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use evpose_core::stats::interval::Interval;
+use evpose_core::{EventStream, SensorSize, atomic_write};
+use evpose_gap::input::load_recording;
+use evpose_sensor::{EffectConfig, SensorConfig};
+
+pub use args::CalibrateCommand;
+
+use crate::progress::say;
+
+/// Runs `evpose calibrate`.
+pub fn run(command: &CalibrateCommand) -> Result<()> {
+    match command {
+        CalibrateCommand::Threshold(args) => threshold::run(args),
+        CalibrateCommand::Noise(args) => noise::run(args),
+    }
+}
+
+/// Reads all events of a file; `sensor` is the size for files that do not state it.
+fn read(path: &Path, sensor: SensorSize) -> Result<EventStream> {
+    let read = load_recording(path, Some(sensor))?;
+    for note in &read.notes {
+        say(format!("note      {note}"));
+    }
+    Ok(read.events)
+}
+
+/// An estimate with its interval.
+fn interval_text(interval: Interval, unit: &str) -> String {
+    match (interval.low, interval.high) {
+        (Some(low), Some(high)) => {
+            format!("{:.4} {unit} [{low:.4}, {high:.4}]", interval.estimate)
+        }
+        _ => format!("{:.4} {unit}", interval.estimate),
+    }
+}
+
+/// Writes effects as the TOML file of a sensor.
+fn write(path: &Path, head: &str, effects: Vec<EffectConfig>) -> Result<()> {
+    let mut config = SensorConfig::from_toml("")?;
+    config.effects = effects;
+    let text = format!("# {head}\n\n{}", config.to_toml());
+    atomic_write(path, text.as_bytes()).with_context(|| format!("writing {}", path.display()))
+}

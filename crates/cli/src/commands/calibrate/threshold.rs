@@ -1,0 +1,66 @@
+//! `evpose calibrate threshold`: contrast thresholds.
+
+use anyhow::{Context, Result};
+use evpose_camera::calibrate::threshold::ThresholdRun;
+use evpose_core::Plane;
+use evpose_sensor::EffectConfig;
+
+use super::args::ThresholdArgs;
+use super::{interval_text, read, write};
+use crate::progress::{bar, say};
+
+/// Offset of the logarithm, relative to white, as in the `ideal` preset.
+const DARK_OFFSET: f64 = 1e-3;
+
+pub(super) fn run(args: &ThresholdArgs) -> Result<()> {
+    let fps = args.frames.fps;
+    anyhow::ensure!(fps > 0.0 && fps <= 1e6, "--fps {fps}: expected up to 1e6");
+    anyhow::ensure!(
+        args.floor > 0.0 && args.floor < 1.0,
+        "--floor {}: expected a share of white above 0",
+        args.floor
+    );
+    let mut source = args.frames.open()?;
+    let events = read(&args.events, source.size())?;
+    let mut run = ThresholdRun::new(source.size(), fps, args.floor, &events)
+        .with_context(|| format!("{}, {}", args.frames.frames.display(), args.events.display()))?;
+    let mut frame = Plane::for_sensor(source.size(), 0.0);
+    let progress = bar("events of", source.frames(), "frames");
+    while source.next_into(&mut frame)? {
+        run.push(&frame)?;
+        progress.inc(1);
+    }
+    progress.finish_and_clear();
+    let found = run
+        .finish(args.seed)
+        .with_context(|| format!("{}, {}", args.frames.frames.display(), args.events.display()))?;
+    say(format!("seen      {} frames, {} ON and {} OFF events", found.frames, found.on, found.off));
+    say("          threshold, change of log light [95 % interval]");
+    say(format!("by steps  ON  {}", interval_text(found.by_steps_on, "ln")));
+    say(format!("          OFF {}", interval_text(found.by_steps_off, "ln")));
+    say(format!("by totals ON  {}", interval_text(found.by_totals_on, "ln")));
+    say(format!("          OFF {}", interval_text(found.by_totals_off, "ln")));
+    say(format!("          all {}", interval_text(found.by_totals, "ln")));
+    let (steps, totals) = (found.by_steps_on.estimate, found.by_totals_on.estimate);
+    if totals < 0.8 * steps {
+        say(
+            "note      many more events than light explains: noise, flicker, or frames that miss motion",
+        );
+    } else if totals > 1.5 * steps {
+        say(
+            "note      many fewer events than light explains: dead time, a slow pixel, or light below it",
+        );
+    }
+    if let Some(path) = &args.out {
+        let head = "Thresholds by `evpose calibrate threshold`, by steps.";
+        let effects = vec![
+            EffectConfig::new("logarithmic").with("dark_offset", DARK_OFFSET),
+            EffectConfig::new("level_crossing")
+                .with("threshold_on", found.by_steps_on.estimate)
+                .with("threshold_off", found.by_steps_off.estimate),
+        ];
+        write(path, head, effects)?;
+        say(format!("written to {}", path.display()));
+    }
+    Ok(())
+}

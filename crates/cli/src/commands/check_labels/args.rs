@@ -1,0 +1,112 @@
+//! Arguments of `evpose check-labels`.
+
+use std::path::PathBuf;
+
+use crate::tasks::opening::parse_size;
+use evpose_core::SensorSize;
+use evpose_datasets::check::CheckOptions;
+
+/// Arguments of `evpose check-labels`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  evpose check-labels data/eh36m\n  \
+    evpose check-labels data/mpii/poses.json --json findings.json\n  \
+    evpose check-labels data/people/0000.poses.csv --frozen-frames 200\n  \
+    evpose check-labels EH36M/cam2_S9_Walking_1/ch2GT50Hzskeleton --image-size 640x480\n\n\
+    Findings may be false alarms: a limb that points at the camera is short, and a person who stands \
+    still has constant integer labels.\n\nExit codes: 0 without findings, 2 with findings.")]
+pub struct CheckLabelsArgs {
+    /// Annotations (.json), tables of poses (.poses.csv; by name also .csv and .jsonl), YARP folders of
+    /// skeletons, or directories of any of these
+    #[arg(required = true)]
+    pub(crate) paths: Vec<PathBuf>,
+    /// Where to write the findings as JSON
+    #[arg(long)]
+    pub(crate) json: Option<PathBuf>,
+    /// Size of the images [default: from the images beside annotations, the sensor of simulated
+    /// people, or the published size of eH3.6M]
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub(crate) image_size: Option<SensorSize>,
+    /// Skeletons store rows before columns, as the published logs of DHP19 do
+    #[arg(long)]
+    pub(crate) transposed: bool,
+    #[command(flatten)]
+    pub(crate) thresholds: ThresholdArgs,
+}
+
+/// Thresholds of findings.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Thresholds")]
+pub(crate) struct ThresholdArgs {
+    /// Limb length: maximum deviation from its median, in robust standard deviations
+    #[arg(long, value_name = "SPREADS", value_parser = not_negative,
+        default_value_t = CheckOptions::default().outlier_spreads)]
+    outlier_spreads: f32,
+    /// Limb length: minimum robust standard deviation, relative to the median
+    #[arg(long, alias = "least-spread", value_name = "FRACTION", value_parser = not_negative,
+        default_value_t = CheckOptions::default().min_spread)]
+    min_spread: f32,
+    /// Torso size: median over so many frames before and after
+    #[arg(long, value_name = "FRAMES", default_value_t = CheckOptions::default().torso_frames)]
+    torso_frames: usize,
+    /// Swapped sides: maximum path length after swapping, relative to that before
+    #[arg(long, value_name = "FRACTION", value_parser = not_negative,
+        default_value_t = CheckOptions::default().swap_ratio)]
+    swap_ratio: f32,
+    /// Swapped sides: minimum reduction of path length, in torso sizes
+    #[arg(long, value_name = "TORSOS", value_parser = not_negative,
+        default_value_t = CheckOptions::default().swap_gain)]
+    swap_gain: f32,
+    /// Frozen joint: minimum number of frames at the same position
+    #[arg(long, value_name = "FRAMES", value_parser = at_least_two,
+        default_value_t = CheckOptions::default().frozen_frames)]
+    frozen_frames: usize,
+    /// Frozen joint: minimum motion of another joint meanwhile, in torso sizes
+    #[arg(long, value_name = "TORSOS", value_parser = not_negative,
+        default_value_t = CheckOptions::default().frozen_motion)]
+    frozen_motion: f32,
+    /// Maximum time between consecutive frames
+    #[arg(long, value_name = "SECONDS", value_parser = seconds,
+        default_value_t = CheckOptions::default().gap_s)]
+    gap: f64,
+}
+
+impl ThresholdArgs {
+    pub(super) fn options(&self) -> CheckOptions {
+        let &Self {
+            outlier_spreads,
+            min_spread,
+            torso_frames,
+            swap_ratio,
+            swap_gain,
+            frozen_frames,
+            frozen_motion,
+            gap: gap_s,
+        } = self;
+        CheckOptions {
+            outlier_spreads,
+            min_spread,
+            torso_frames,
+            swap_ratio,
+            swap_gain,
+            frozen_frames,
+            frozen_motion,
+            gap_s,
+            ..CheckOptions::default()
+        }
+    }
+}
+
+fn not_negative(text: &str) -> Result<f32, String> {
+    let number = text.parse().ok().filter(|number: &f32| *number >= 0.0);
+    number.ok_or_else(|| "expected a number of at least 0".to_owned())
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|number: &f64| *number >= 0.0);
+    number.ok_or_else(|| "expected a number of seconds of at least 0".to_owned())
+}
+
+fn at_least_two(text: &str) -> Result<usize, String> {
+    let number = text.parse().ok().filter(|number: &usize| *number >= 2);
+    number.ok_or_else(|| "expected an integer of at least 2".to_owned())
+}

@@ -1,0 +1,176 @@
+//! `evpose convert`: a recording in another format.
+//!
+//! Files in time order are converted window by window, in constant memory. Files that are far out
+//! of order are read whole and sorted.
+
+use std::fmt::Write as _;
+use std::path::Path;
+use std::time::Instant;
+
+use anyhow::{Context, Result, ensure};
+use evpose_core::{EventStream, Micros, TimeWindow};
+use evpose_io::{
+    EventSink, FORMATS, Format, OpenOptions, SensorOrigin, Windows, format_by_name, format_for,
+    open_as,
+};
+
+use super::account::Account;
+use super::opening::RecordingArgs;
+use crate::progress::{say, spinner};
+use std::path::PathBuf;
+
+/// Arguments of `evpose convert`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = format!("Examples:\n  evpose convert rec.aedat4 rec.npz\n  \
+    evpose convert rec.raw part.txt --from 1.5 --to 2 --zero-time\n  \
+    evpose convert rec.txt rec.raw --format evt2 --sensor 640x480\n\n{}", formats()))]
+pub struct ConvertArgs {
+    #[command(flatten)]
+    pub(crate) recording: RecordingArgs,
+    /// File to write, in the format of its extension or of --format
+    pub(crate) out: PathBuf,
+    /// Name of the format to write
+    #[arg(long)]
+    pub(crate) format: Option<String>,
+    /// Begin so many seconds after the first event
+    #[arg(long, value_name = "SECONDS")]
+    pub(crate) from: Option<f64>,
+    /// End so many seconds after the first event
+    #[arg(long, value_name = "SECONDS")]
+    pub(crate) to: Option<f64>,
+    /// Shift time stamps so that the first event, or --from, is at 0
+    #[arg(long)]
+    pub(crate) zero_time: bool,
+}
+
+/// Event time of a window.
+const STEP: Micros = Micros(20_000);
+
+/// Runs `evpose convert`.
+pub fn run(args: &ConvertArgs) -> Result<()> {
+    let format = format(&args.out, args.format.as_deref())?;
+    let options = args.recording.opening.options(&args.recording.input)?;
+    let begin = Instant::now();
+    let done = match windows(args, format, &options)? {
+        Some(done) => done,
+        None => whole(args, format, &options)?,
+    };
+    done.account.print();
+    let events = done.events;
+    let speed = events as f64 / begin.elapsed().as_secs_f64().max(1e-9) / 1e6;
+    say(format!(
+        "{}: {events} events of a {} sensor, as {} ({speed:.1} M events/s)",
+        args.out.display(),
+        done.account.sensor,
+        format.name
+    ));
+    Ok(())
+}
+
+/// The format to write.
+pub(super) fn format(out: &Path, name: Option<&str>) -> Result<&'static Format> {
+    let Some(name) = name else { return Ok(format_for(out)?) };
+    format_by_name(name).with_context(|| {
+        let names = FORMATS.iter().map(|format| format.name).collect::<Vec<_>>().join(", ");
+        format!("no format is called `{name}`; there are {names}")
+    })
+}
+
+/// The table of formats for the help text.
+pub(crate) fn formats() -> String {
+    let mut text = "Formats, detected by content when read:\n".to_owned();
+    for format in FORMATS {
+        let written = match format.create {
+            Some(_) => format.endings.join(" "),
+            None => "read only".to_owned(),
+        };
+        // Writing to a string does not fail.
+        let _ = writeln!(text, "  {:12} {:14} {}", format.name, written, format.summary);
+    }
+    text
+}
+
+/// Counts of a conversion.
+struct Done {
+    events: u64,
+    account: Account,
+}
+
+/// Time window to convert, and the offset of its time stamps.
+struct Cut {
+    window: TimeWindow,
+    shift: Micros,
+}
+
+impl Cut {
+    fn new(args: &ConvertArgs, first: Micros) -> Result<Self> {
+        let after = |seconds: f64| Micros(first.0.saturating_add(Micros::from_seconds(seconds).0));
+        let start = args.from.map_or(Micros(i64::MIN), after);
+        let end = args.to.map_or(Micros(i64::MAX), after);
+        ensure!(start < end, "--from lies behind --to");
+        let origin = if start < first { first } else { start };
+        let shift = if args.zero_time { Micros(0) - origin } else { Micros(0) };
+        Ok(Self { window: TimeWindow { start, end }, shift })
+    }
+
+    /// Writes the events inside the cut, and returns their count.
+    fn write(&self, events: &EventStream, sink: &mut dyn EventSink) -> Result<u64> {
+        let taken = events.slice(self.window);
+        if taken.is_empty() {
+            return Ok(0);
+        }
+        let count = taken.len() as u64;
+        if self.shift == Micros(0) {
+            sink.write(&taken)?;
+        } else {
+            let shifted = taken.iter().map(|mut event| {
+                event.t = event.t + self.shift;
+                event
+            });
+            sink.write(&EventStream::from_events(taken.sensor(), shifted)?)?;
+        }
+        Ok(count)
+    }
+}
+
+/// Converts window by window. None if that would lose events or need all of them.
+fn windows(args: &ConvertArgs, format: &Format, options: &OpenOptions) -> Result<Option<Done>> {
+    let mut windows = Windows::open(&args.recording.input, options)?;
+    if windows.sensor_origin() == SensorOrigin::Inferred {
+        return Ok(None);
+    }
+    let sensor = windows.sensor();
+    let mut sink = format.create(&args.out, sensor)?;
+    let mut events = EventStream::empty(sensor);
+    let mut written = 0;
+    let progress = spinner();
+    if let Some(first) = windows.start() {
+        let cut = Cut::new(args, first)?;
+        let mut start = if cut.window.start < first { first } else { cut.window.start };
+        while start < cut.window.end && !windows.is_over_at(start)? {
+            let window = TimeWindow { start, end: start + STEP };
+            windows.read(window, &mut events)?;
+            let is_assumed = windows.sensor_origin() == SensorOrigin::Assumed;
+            let is_too_small = is_assumed && windows.rejected().outside_sensor > 0;
+            if windows.straggling() > 0 || is_too_small {
+                return Ok(None);
+            }
+            written += cut.write(&events, sink.as_mut())?;
+            progress.set_message(format!("{written} events"));
+            start = window.end.max(windows.next_after(window.end));
+        }
+    }
+    progress.finish_and_clear();
+    sink.finish()?;
+    Ok(Some(Done { events: written, account: Account::from_windows(&windows) }))
+}
+
+/// Converts a recording that is read whole.
+fn whole(args: &ConvertArgs, format: &Format, options: &OpenOptions) -> Result<Done> {
+    let read = open_as(&args.recording.input, options)?;
+    let mut sink = format.create(&args.out, read.stream.sensor())?;
+    let cut = Cut::new(args, read.stream.t().first().copied().unwrap_or(Micros(0)))?;
+    let events = cut.write(&read.stream, sink.as_mut())?;
+    sink.finish()?;
+    Ok(Done { events, account: Account::from_recording(&read) })
+}

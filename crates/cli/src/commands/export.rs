@@ -1,0 +1,58 @@
+//! `evpose export`: a network as an ONNX file.
+
+use std::path::PathBuf;
+
+use crate::args::{ConfigArgs, DeviceArgs};
+use crate::progress::say;
+use anyhow::{Context, Result};
+use burn::tensor::Device;
+use evpose_core::atomic_write;
+use evpose_infer::onnx::{Message as _, OPSET, model};
+use evpose_nn::DeviceKind;
+
+/// Arguments of `evpose export`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  evpose export --checkpoint runs/hand --onnx hand.onnx\n  \
+    evpose export --checkpoint body --onnx body.onnx\n  \
+    evpose export eventhands --set network.backbone=mobilenet_v2 --onnx untrained.onnx")]
+pub struct ExportArgs {
+    /// A TOML file, or an embedded config: export its network with initial weights
+    #[arg(required_unless_present = "checkpoint", conflicts_with = "checkpoint")]
+    pub(crate) config: Option<String>,
+    /// Change one field, for example --set network.width=0.5 (may be repeated)
+    #[arg(long = "set", value_name = "KEY=VALUE", requires = "config")]
+    pub(crate) overrides: Vec<String>,
+    /// Export a trained network: a run directory, a .bpk file, or the name of a shipped network
+    #[arg(long)]
+    pub(crate) checkpoint: Option<PathBuf>,
+    /// The ONNX file to write
+    #[arg(long, alias = "out")]
+    pub(crate) onnx: PathBuf,
+}
+
+/// Runs `evpose export`.
+pub fn run(args: &ExportArgs) -> Result<()> {
+    let pose_model = match (&args.checkpoint, &args.config) {
+        (Some(path), _) => {
+            let device = DeviceArgs { device: DeviceKind::Flex, threads: None };
+            crate::tasks::open(path, &device)?
+        }
+        (None, source) => {
+            let config = source.clone().context("a config or a checkpoint")?;
+            let config = ConfigArgs { config, overrides: args.overrides.clone() };
+            crate::tasks::untrained(&config, &Device::flex())?
+        }
+    };
+    let [channels, height, width] = pose_model.input_shape();
+    let model = model(&pose_model.graph(), [channels, height, width])?;
+    let bytes = model.encode_to_vec();
+    atomic_write(&args.onnx, &bytes).with_context(|| format!("writing {}", args.onnx.display()))?;
+    let nodes = model.graph.map_or(0, |graph| graph.node.len());
+    say(format!(
+        "{}: {}, input 1x{channels}x{height}x{width}, {nodes} operators of opset {OPSET}, {:.1} MB",
+        args.onnx.display(),
+        pose_model.network_name(),
+        bytes.len() as f64 / 1e6
+    ));
+    Ok(())
+}

@@ -1,0 +1,107 @@
+//! Arguments of `evpose live`.
+
+use std::net::SocketAddr;
+use std::path::PathBuf;
+
+use evpose_infer::Precision;
+
+use crate::args::DeviceArgs;
+use crate::tasks::args::score;
+use crate::tasks::opening::OpeningArgs;
+
+/// Arguments of `evpose live`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  \
+    evpose live --source rec.raw --checkpoint body --json -\n  \
+    evpose live --source rec.aedat4 --speed 0.5 --checkpoint runs/hand --csv poses.csv\n  \
+    evpose live --source tcp://127.0.0.1:7777 --checkpoint runs/hand --serve\n  \
+    cat rec.evs | evpose live --source - --checkpoint body --json -\n  \
+    evpose live --source camera --checkpoint runs/body/finetune --serve\n\n\
+    Each pose has an `origin`, `network` or `propagated`, and the two are counted separately. Of cameras, \
+    connections and --real-time, the oldest events, inputs of the network, and poses for slow outputs are \
+    dropped under load, and counted. Files and standard input wait instead.")]
+pub struct LiveArgs {
+    /// FILE, tcp://HOST:PORT (DV, or plain framed events), - for standard input, or camera (feature
+    /// `live`)
+    #[arg(long)]
+    pub(crate) source: String,
+    /// A run directory, a .bpk file, or the name of a shipped network: `hand`, `body`, …
+    #[arg(long)]
+    pub(crate) checkpoint: PathBuf,
+    /// Task that the checkpoint must be of, `hand` or `body` [default: any]
+    #[arg(long)]
+    pub(crate) task: Option<String>,
+    /// Playback speed of a recording; `max` for as fast as possible
+    #[arg(long, default_value = "1", value_parser = speed)]
+    pub(crate) speed: f64,
+    /// Repetitions of a recording
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) times: u64,
+    /// Files and standard input: drop events that are not processed in time, as with a camera.
+    /// Without this they wait, no event is lost, and `--speed max` and standard input infer every
+    /// stride
+    #[arg(long)]
+    pub(crate) real_time: bool,
+    /// Write poses as JSON Lines to a file, - for standard output, or tcp://HOST:PORT
+    #[arg(long, value_name = "OUTPUT")]
+    pub(crate) json: Option<String>,
+    /// Write poses as CSV to a file, - for standard output, or tcp://HOST:PORT
+    #[arg(long, value_name = "OUTPUT")]
+    pub(crate) csv: Option<String>,
+    /// Serve a web page that shows events, poses and latencies; 0.0.0.0:8765 lets other machines
+    /// connect
+    #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = "127.0.0.1:8765")]
+    pub(crate) serve: Option<SocketAddr>,
+    /// Send events, poses and latencies to a running Rerun viewer, by default on this machine, or
+    /// write them to FILE.rrd (feature `rerun`)
+    #[arg(long, value_name = "VIEWER", num_args = 0..=1, require_equals = true)]
+    pub(crate) rerun: Option<Option<String>>,
+    /// Propagated poses per second; 0 for none [default: bodies 500, hands 1000]
+    #[arg(long, alias = "between-hz")]
+    pub(crate) propagate_hz: Option<f64>,
+    /// Minimum event time from one inference to the next, in milliseconds
+    #[arg(long, default_value_t = 1.0)]
+    pub(crate) stride_ms: f64,
+    /// Inputs per call of the network, one of each stride; poses wait for the last one of theirs
+    /// [default: 1; hands on other devices than the CPU 16]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub(crate) batch: Option<u16>,
+    /// The camera: a calibration file of OpenCV, ROS, dv-processing or this project, a name such as
+    /// davis346 or evk4, or a vertical field of view such as 45deg [default: 45deg, with a note]
+    #[arg(long)]
+    pub(crate) camera: Option<String>,
+    /// Bodies: minimum score of a pose and of a joint, 0 to 1; below it, positions are left out [poses
+    /// and joints: the checkpoint's]
+    #[arg(long, value_name = "SCORE", value_parser = score)]
+    pub(crate) min_score: Option<f32>,
+    /// Bodies: minimum score of a joint in the decoder of the network [the checkpoint's]
+    #[arg(long)]
+    pub(crate) confidence: Option<f32>,
+    /// Capacity of the event queue in packets
+    #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) queue: u16,
+    /// End after so many seconds without events
+    #[arg(long, value_name = "SECONDS")]
+    pub(crate) give_up: Option<f64>,
+    /// End after so many seconds
+    #[arg(long)]
+    pub(crate) seconds: Option<f64>,
+    /// Write the final report as JSON
+    #[arg(long, value_name = "FILE")]
+    pub(crate) report: Option<PathBuf>,
+    /// Precision of the inference: f32, bf16, or int8 after `evpose quantize`
+    #[arg(long, default_value = "f32")]
+    pub(crate) precision: Precision,
+    #[command(flatten)]
+    pub(crate) opening: OpeningArgs,
+    #[command(flatten)]
+    pub(crate) device: DeviceArgs,
+}
+
+fn speed(text: &str) -> Result<f64, String> {
+    if text == "max" {
+        return Ok(f64::INFINITY);
+    }
+    let speed = text.parse().ok().filter(|speed: &f64| *speed > 0.0);
+    speed.ok_or_else(|| "expected a number above 0, or `max`".to_owned())
+}

@@ -1,0 +1,70 @@
+//! Arguments of opening frames and recordings.
+
+use std::path::{Path, PathBuf};
+
+use crate::tasks::opening::OpeningArgs;
+use anyhow::Result;
+use evpose_io::{Encoding, FrameSource, OpenOptions};
+
+/// Frames and their luminance.
+#[derive(Debug, clap::Args)]
+pub(crate) struct FrameArgs {
+    /// A folder of .png or .jpg images (8 or 16 bits, grey or colour, in natural order of their
+    /// names), or an .npy array (frames, height, width) of u1, u2, f2, f4 or f8
+    #[arg(long)]
+    pub(crate) frames: PathBuf,
+    /// Frames per second; the first is at time 0
+    #[arg(long)]
+    pub(crate) fps: f64,
+    /// Encoding of luminance: `linear`, as v2e assumes, or `srgb`, as cameras and video files store
+    /// it
+    #[arg(long, default_value = "linear", value_parser = ["linear", "srgb"])]
+    pub(crate) encoding: String,
+    /// The value of reference white [default: 255 for 8 bits, 65535 for 16 bits, 1 for floats]
+    #[arg(long)]
+    pub(crate) white: Option<f64>,
+}
+
+impl FrameArgs {
+    /// Opens the frames.
+    pub(crate) fn open(&self) -> Result<FrameSource> {
+        let encoding: Encoding = self.encoding.parse().map_err(anyhow::Error::msg)?;
+        Ok(FrameSource::open(&self.frames, encoding, self.white)?)
+    }
+}
+
+/// Opening arguments of commands where `--camera` is an older name of `--camera-index`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct FileOpeningArgs {
+    #[command(flatten)]
+    opening: OpeningArgs,
+    /// Older name of --camera-index
+    #[arg(long, hide = true, conflicts_with = "camera_index")]
+    camera: Option<u8>,
+}
+
+impl FileOpeningArgs {
+    /// See [`OpeningArgs::options`].
+    pub(crate) fn options(&self, recording: &Path) -> Result<OpenOptions> {
+        Ok(self.with_camera(self.opening.options(recording)?))
+    }
+
+    /// See [`OpeningArgs::options_with_sensor`].
+    pub(crate) fn options_with_sensor(&self, recording: &Path) -> Result<OpenOptions> {
+        Ok(self.with_camera(self.opening.options_with_sensor(recording)?))
+    }
+
+    fn with_camera(&self, mut options: OpenOptions) -> OpenOptions {
+        options.camera = options.camera.or(self.camera);
+        options
+    }
+}
+
+/// A recording and its options.
+#[derive(Debug, clap::Args)]
+pub(crate) struct RecordingArgs {
+    /// Recording in any supported format; `evpose convert --help` lists them
+    pub(crate) input: PathBuf,
+    #[command(flatten)]
+    pub(crate) opening: FileOpeningArgs,
+}

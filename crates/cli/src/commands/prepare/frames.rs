@@ -1,0 +1,143 @@
+//! Conversion of recordings to a set of frames, in parallel.
+
+use std::fmt::Display;
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+use evpose_datasets::{Annotation, ErosFrameOptions, FrameSet, LabelledRecording};
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::args::FrameSetArgs;
+use super::{REPORT, list, say_next};
+use crate::json::write_json;
+use crate::progress::{bar, say};
+use crate::run_info;
+use crate::threads::use_threads;
+
+/// Result of reading a recording.
+pub(super) enum Reading {
+    /// Streams of its cameras, and remarks in whole sentences.
+    Seen { recordings: Vec<LabelledRecording>, remarks: Vec<String> },
+    /// Reason why it is skipped.
+    LeftOut(String),
+}
+
+/// Source of frames.
+pub(super) struct Job<'a, T> {
+    /// Name of a recording in messages.
+    pub(super) unit: &'a str,
+    pub(super) recordings: &'a [T],
+    pub(super) is_test: fn(&T) -> bool,
+    pub(super) options: ErosFrameOptions,
+    pub(super) seed: u64,
+}
+
+/// Report of the made frames.
+#[derive(Debug, Default, Serialize)]
+struct Prepared {
+    /// Converted recordings.
+    recordings: usize,
+    frames_to_train: usize,
+    frames_to_test: usize,
+    left_out: Vec<Note>,
+    remarks: Vec<Note>,
+}
+
+/// A remark about a recording.
+#[derive(Debug, Serialize)]
+struct Note {
+    recording: String,
+    note: String,
+}
+
+impl Note {
+    fn line(&self) -> String {
+        format!("{}: {}", self.recording, self.note)
+    }
+}
+
+/// Frames of a recording and remarks, or the reason why it is skipped.
+type Drawn = Result<(Vec<Annotation>, Vec<String>), String>;
+
+/// Writes a set of frames into the folder of `args`, and prints a report. Recordings that `read`
+/// skips are listed; an error of `read` ends the conversion.
+pub(super) fn prepare<T: Display + Sync>(
+    args: &FrameSetArgs,
+    job: &Job<'_, T>,
+    read: impl Fn(&T) -> Result<Reading> + Sync,
+) -> Result<()> {
+    use_threads(args.threads)?;
+    refuse_complete(&args.out)?;
+    let mut set = FrameSet::new(&args.out, job.options);
+    let progress = bar("drawing", job.recordings.len() as u64, job.unit);
+    let drawn = job.recordings.par_iter().map(|recording| {
+        let drawn = draw(&set, read(recording)?)?;
+        progress.inc(1);
+        Ok(drawn)
+    });
+    let drawn = drawn.collect::<Result<Vec<Drawn>>>()?;
+    progress.finish_and_clear();
+    let mut prepared = Prepared::default();
+    for (recording, drawn) in job.recordings.iter().zip(drawn) {
+        let note = |note| Note { recording: recording.to_string(), note };
+        match drawn {
+            Ok((frames, remarks)) => {
+                set.add(frames, (job.is_test)(recording));
+                prepared.recordings += 1;
+                prepared.remarks.extend(remarks.into_iter().map(note));
+            }
+            Err(reason) => prepared.left_out.push(note(reason)),
+        }
+    }
+    if prepared.recordings == 0 {
+        let first = prepared.left_out.first().map_or_else(String::new, Note::line);
+        bail!("none of {} {} can be used. {first}", job.recordings.len(), job.unit);
+    }
+    [prepared.frames_to_train, prepared.frames_to_test] = set.finish()?;
+    write_json(Some(&args.out.join(REPORT)), &prepared)?;
+    run_info::write(&args.out, job.seed, None)?;
+    print(&prepared, job.unit, &args.out);
+    Ok(())
+}
+
+/// Refuses to overwrite a complete set.
+fn refuse_complete(out: &Path) -> Result<()> {
+    let complete = ["train.json", "test.json"].map(|name| out.join(name));
+    match complete.iter().find(|path| path.exists()) {
+        Some(path) => bail!(
+            "{}: a set is there already: choose another --out, or remove that one",
+            path.display()
+        ),
+        None => Ok(()),
+    }
+}
+
+fn draw(set: &FrameSet, reading: Reading) -> Result<Drawn> {
+    let (recordings, mut remarks) = match reading {
+        Reading::Seen { recordings, remarks } => (recordings, remarks),
+        Reading::LeftOut(reason) => return Ok(Err(reason)),
+    };
+    let mut frames = Vec::new();
+    for recording in &recordings {
+        let drawn = set.draw(recording).with_context(|| format!("drawing {}", recording.name))?;
+        if drawn.is_empty() {
+            remarks.push(format!("{}: no frame with a known joint", recording.name));
+        }
+        frames.extend(drawn);
+    }
+    Ok(Ok((frames, remarks)))
+}
+
+fn print(prepared: &Prepared, unit: &str, out: &Path) {
+    let Prepared { recordings, frames_to_train, frames_to_test, left_out, remarks } = prepared;
+    say(format!("{frames_to_train} frames to train on and {frames_to_test} to test on"));
+    say(format!("of {recordings} {unit}"));
+    let lines = |notes: &[Note]| notes.iter().map(Note::line).collect::<Vec<_>>();
+    list("left out", &lines(left_out));
+    list("remarks", &lines(remarks));
+    say(format!("written to {}", out.display()));
+    if *frames_to_train > 0 {
+        say_next("finetune", out);
+    }
+}

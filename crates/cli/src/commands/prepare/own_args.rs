@@ -1,0 +1,238 @@
+//! Arguments of `evpose prepare people` and `evpose prepare hands`.
+
+use std::path::{Path, PathBuf};
+
+use crate::tasks::opening::OpeningArgs;
+use anyhow::{Context, Result, bail};
+use clap::ValueEnum;
+use evpose_core::Micros;
+use evpose_datasets::import::{FrameCount, LabelClock};
+use evpose_pose::HandSide;
+use evpose_pose::JointFrame;
+
+use crate::commands::opening::FileOpeningArgs;
+
+/// Names of files beside sequences, which a sequence cannot have.
+const RESERVED: [&str; 2] = ["run", "config"];
+
+/// Recordings and label files, in the same order.
+#[derive(Debug, clap::Args)]
+pub(crate) struct OwnRecordingArgs {
+    /// Recordings, in any supported format; `evpose convert --help` lists them
+    #[arg(required = true)]
+    pub(crate) recordings: Vec<PathBuf>,
+    /// Label file of each recording, in the same order
+    #[arg(long, required = true, num_args = 1.., value_name = "FILE")]
+    pub(crate) labels: Vec<PathBuf>,
+    /// Directory to write into; other recordings may be there already
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// Time of the labels' 0 in the clock of the events, in microseconds
+    #[arg(long, value_name = "MICROSECONDS", default_value_t = 0, allow_hyphen_values = true)]
+    pub(crate) start_us: i64,
+    /// Longest time between labels over which they are interpolated; a recording is cut at longer
+    /// gaps
+    #[arg(long, value_name = "MILLISECONDS", default_value_t = 100,
+        value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) max_gap_ms: u32,
+}
+
+impl OwnRecordingArgs {
+    /// Each recording with its label file and the name of its sequences.
+    pub(super) fn pairs(&self) -> Result<Vec<(&Path, &Path, String)>> {
+        let (recordings, labels) = (self.recordings.len(), self.labels.len());
+        if recordings != labels {
+            bail!("{recordings} recordings, but --labels names {labels} files: each has its own");
+        }
+        let mut pairs: Vec<(&Path, &Path, String)> = Vec::new();
+        for (recording, labels) in self.recordings.iter().zip(&self.labels) {
+            let name = recording.file_stem().and_then(|stem| stem.to_str());
+            let name = name.with_context(|| format!("{}: no name", recording.display()))?;
+            if pairs.iter().any(|(_, _, other)| other == name) {
+                bail!("two recordings are called `{name}`: rename one, or give it another --out");
+            }
+            // `run.toml` beside the sequences says how they were made.
+            if RESERVED.contains(&name) {
+                bail!(
+                    "{}: `{name}.toml` is a record of the directory: rename it",
+                    recording.display()
+                );
+            }
+            pairs.push((recording, labels, name.to_owned()));
+        }
+        Ok(pairs)
+    }
+
+    /// The longest time over which labels are interpolated.
+    pub(super) fn max_gap(&self) -> Micros {
+        Micros(1_000 * i64::from(self.max_gap_ms))
+    }
+}
+
+/// Order by which images are counted.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(crate) enum CountBy {
+    /// The last digits of each file_name
+    Name,
+    /// The order of the file
+    Order,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Label formats, detected:\n  \
+    csv        t_us or t_s, then JOINT_u_px and JOINT_v_px of any of: head, shoulder_l, shoulder_r,\n             \
+    elbow_l, …, wrist_l, …, hip_l, …, knee_l, …, ankle_l, …\n  \
+    coco       COCO's JSON of keypoints; images with t_us (or timestamp_us), or --fps\n  \
+    mpii-json  a JSON list of image, joints and joints_vis in MPII's order, with t_us or --fps\n  \
+    mpii       MPII's MAT-file, with --fps\n\n\
+    Examples:\n  \
+    evpose prepare people walk.aedat4 --labels walk.csv --out data/own\n  \
+    evpose prepare people jump.raw --labels coco.json --fps 30 --start-us 1200000 --out data/own\n  \
+    evpose check-labels data/own\n  \
+    evpose train body-wide --data data/own --start-from checkpoints/body-quick.bpk --out runs/own\n\n\
+    docs/guide/own-labels.md has more.")]
+pub struct PeopleArgs {
+    #[command(flatten)]
+    pub(crate) own: OwnRecordingArgs,
+    /// Format of the labels, by name [default: detected]
+    #[arg(long)]
+    pub(crate) format: Option<String>,
+    /// Images per second, for labels of images without time stamps: image N is at N / FPS after
+    /// --start-us
+    #[arg(long, value_parser = positive)]
+    pub(crate) fps: Option<f64>,
+    /// Count of images without time stamps [default: by name where every name has digits, else in
+    /// order]
+    #[arg(long, value_enum, requires = "fps")]
+    pub(crate) count_by: Option<CountBy>,
+    #[command(flatten)]
+    pub(crate) opening: FileOpeningArgs,
+}
+
+impl PeopleArgs {
+    /// Times of the labels.
+    pub(super) fn clock(&self) -> LabelClock {
+        let count = match self.count_by {
+            None => FrameCount::Automatic,
+            Some(CountBy::Name) => FrameCount::Name,
+            Some(CountBy::Order) => FrameCount::Order,
+        };
+        LabelClock { start: Micros(self.own.start_us), fps: self.fps, count }
+    }
+}
+
+/// Frames of coordinates.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(crate) enum Frame {
+    /// Of the camera, as OpenCV has it: x right, y down, z forwards
+    Camera,
+    /// Of the simulation's world
+    World,
+}
+
+impl From<Frame> for JointFrame {
+    fn from(frame: Frame) -> Self {
+        match frame {
+            Frame::Camera => Self::Camera,
+            Frame::World => Self::World,
+        }
+    }
+}
+
+/// Sides of a hand.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(crate) enum Side {
+    /// The right hand
+    Right,
+    /// The left hand
+    Left,
+}
+
+impl From<Side> for HandSide {
+    fn from(side: Side) -> Self {
+        match side {
+            Side::Right => Self::Right,
+            Side::Left => Self::Left,
+        }
+    }
+}
+
+/// Size of a hand relative to the neutral one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum HandScale {
+    /// As given.
+    Given(f64),
+    /// From the joints.
+    Fitted,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Label formats, detected by their columns, beside t_us or t_s:\n  \
+    parameters  articulation_1 to articulation_6, translation_x_m, …, rotation_x_rad, …:\n              \
+    the columns of `evpose infer --out`\n  \
+    joints      JOINT_x_m, JOINT_y_m, JOINT_z_m in metres, or JOINT_u_px, JOINT_v_px in pixels\n              \
+    of the sensor: the columns of `evpose infer --joints`, of which some may be missing\n\n\
+    Examples:\n  \
+    evpose prepare hands rec.aedat4 --labels joints.csv --for hand-wide \
+    \\\n      --camera calibration.yaml --out data/own\n  \
+    evpose prepare hands rec.raw --labels joints.csv \
+    --for checkpoints/hand-quick.bpk --2d \\\n      --out data/own\n  \
+    evpose train quick --data data/own --start-from checkpoints/hand-quick.bpk --out runs/own\n\n\
+    docs/guide/own-labels.md has more.")]
+pub struct HandsArgs {
+    #[command(flatten)]
+    pub(crate) own: OwnRecordingArgs,
+    /// The network to train: a config by name or file, a run directory or a checkpoint
+    #[arg(long = "for", value_name = "CONFIG")]
+    pub(crate) target: String,
+    /// The camera: a calibration file of OpenCV, ROS, dv-processing or this project, a name such as
+    /// davis346 or evk4, or a vertical field of view such as 45deg [default: 45deg, with a note]
+    #[arg(long)]
+    pub(crate) camera: Option<String>,
+    /// Side of the hand; a network of the other hand is shown the mirror image
+    #[arg(long, value_enum, default_value_t = Side::Right)]
+    pub(crate) side: Side,
+    /// Frame of joints in metres, of tables without a column `frame` [default: camera]
+    #[arg(long, value_enum)]
+    pub(crate) frame: Option<Frame>,
+    /// Fit to joints in pixels, even if the file has some in metres
+    #[arg(long = "2d")]
+    pub(crate) on_image: bool,
+    /// Size of the hand relative to the neutral one, or `fit`: from joints in metres
+    #[arg(long, default_value = "1", value_parser = hand_scale)]
+    pub(crate) scale: HandScale,
+    #[command(flatten)]
+    pub(crate) opening: OpeningArgs,
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let value = text.parse().ok().filter(|value: &f64| *value > 0.0 && value.is_finite());
+    value.ok_or_else(|| "expected a value above 0".to_owned())
+}
+
+fn hand_scale(text: &str) -> Result<HandScale, String> {
+    if text == "fit" {
+        return Ok(HandScale::Fitted);
+    }
+    let value = text.parse().ok().filter(|value| (0.3..=3.0).contains(value));
+    value.map(HandScale::Given).ok_or_else(|| "expected `fit` or a value from 0.3 to 3".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sequences_are_not_called_as_records_of_the_directory() {
+        let of = |recording: &str| OwnRecordingArgs {
+            recordings: vec![recording.into()],
+            labels: vec!["labels.csv".into()],
+            out: "out".into(),
+            start_us: 0,
+            max_gap_ms: 100,
+        };
+        assert!(of("jump.raw").pairs().is_ok());
+        let message = of("run.raw").pairs().map(|_| ()).unwrap_err().to_string();
+        assert!(message.contains("`run.toml` is a record"), "{message}");
+    }
+}

@@ -1,0 +1,70 @@
+//! `evpose sensor show`: the chain of a sensor.
+
+use anyhow::{Result, bail};
+use evpose_sensor::{ChainRow, PRESETS, STAGES};
+use serde_json::{Map, Value, json};
+
+use super::args::ShowArgs;
+use super::list;
+use crate::progress::say;
+use crate::sensor_source::{self as source, NamedSensor};
+
+pub(super) fn run(args: &ShowArgs) -> Result<()> {
+    let is_file = std::path::Path::new(&args.name).exists();
+    let is_preset = PRESETS.iter().any(|preset| preset.name == args.name);
+    if !is_file && !is_preset {
+        let Some(spec) = source::effect(&args.name) else {
+            let presets = PRESETS.iter().map(|preset| preset.name);
+            let known: Vec<&str> = presets.chain(STAGES.iter().map(|spec| spec.name)).collect();
+            bail!(source::unknown("preset, effect or file", &args.name, &known));
+        };
+        if args.json {
+            say(serde_json::to_string_pretty(&list::effect(spec))?);
+        } else {
+            say(spec.to_string().trim_end());
+        }
+        return Ok(());
+    }
+    let sensor = source::sensor(&args.name)?;
+    if args.json {
+        say(serde_json::to_string_pretty(&json(&sensor)?)?);
+        return Ok(());
+    }
+    say(list::column(&format!("{}: ", sensor.name), &sensor.origin));
+    say("");
+    say(sensor.model()?.describe().to_string().trim_end());
+    Ok(())
+}
+
+/// The chain with values.
+fn json(sensor: &NamedSensor) -> Result<Value> {
+    let model = sensor.model()?;
+    let stages = model.describe().rows.iter().map(stage);
+    Ok(json!({
+        "name": sensor.name,
+        "origin": sensor.origin,
+        "stages": stages.collect::<Vec<_>>(),
+    }))
+}
+
+fn stage(row: &ChainRow) -> Value {
+    let mut stage = list::effect(row.spec);
+    let parameters = row.settings.values().iter().map(|(param, value)| {
+        let mut parameter = list::parameter(param);
+        parameter["value"] = list::number(*value);
+        parameter
+    });
+    stage["parameters"] = parameters.collect();
+    let words: Map<String, Value> = row
+        .settings
+        .words()
+        .iter()
+        .map(|(choice, word)| (choice.name.to_owned(), json!(word)))
+        .collect();
+    stage["chosen"] = Value::Object(words);
+    let files = row.settings.files().iter();
+    let files = files.map(|(file, path)| (file.name.to_owned(), json!(path)));
+    stage["given"] = Value::Object(files.collect());
+    stage["is_active"] = json!(row.is_active);
+    stage
+}

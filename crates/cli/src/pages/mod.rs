@@ -1,0 +1,16 @@
+//! Pages and images of results.
+//!
+//! * [`hand`]: the report of an experiment with hands; [`held_out`]: the table of an evaluation.
+//! * [`people`], [`camera_views`], [`hand_scene`]: images of people and of simulated scenes.
+//! * [`learning`]: learning curves of a training.
+//! * [`gallery`]: sensors and effects in one page.
+
+pub mod camera_views;
+mod findings;
+pub mod gallery;
+pub mod hand;
+pub mod hand_scene;
+pub mod held_out;
+pub mod learning;
+pub mod people;
+mod recent_events;

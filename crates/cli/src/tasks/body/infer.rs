@@ -1,0 +1,159 @@
+//! `evpose infer` of bodies.
+
+use std::path::Path;
+
+use anyhow::{Context, Result, bail, ensure};
+use burn::tensor::Device;
+use evpose_camera::Calibration;
+use evpose_core::Micros;
+use evpose_io::Windows;
+use evpose_io::poses::{
+    PoseFormat, PoseKind, PoseSequence, TimedPose, pose_format_by_name, write_poses,
+};
+use evpose_pose::PoseOrigin;
+use evpose_task::body::{
+    BodyPredictorOptions, BodyRecordingStream, PropagationConfig, TimedEstimates,
+};
+use evpose_train::body::propagated_poses;
+
+use super::{BodyModel, infer_cameras};
+use crate::progress::{bar, note, say};
+use crate::tasks::args::InferArgs;
+use crate::tasks::online;
+
+pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
+    let checkpoint = &model.checkpoint;
+    if args.events.len() > 1 {
+        return infer_cameras::run(model, args);
+    }
+    let events = args.recording()?;
+    if args.mode != "plain" || args.joints.is_some() {
+        bail!("--mode and --joints are for hands; bodies have --skeletons and --fused");
+    }
+    let options = BodyPredictorOptions {
+        precision: args.precision,
+        threads: rayon::current_num_threads(),
+        confidence: args.confidence,
+    };
+    let mut predictor = model.predictor(options)?;
+    let batch = online::batch(args.batch, &model.device);
+    if model.device != Device::flex() {
+        predictor.warm_up(batch);
+    }
+    let opening = args.opening.options_with_sensor(events)?;
+    let open = |propagation: Option<&PropagationConfig>| -> Result<BodyRecordingStream> {
+        let windows = Windows::open(events, &opening)?;
+        let calibration = Calibration::choose(args.camera.as_deref(), windows.sensor())?;
+        let predictor = predictor.another();
+        let of = BodyRecordingStream::of_camera;
+        let stream = of(windows, &calibration, checkpoint, propagation, predictor)?;
+        // Propagation goes on from one pose to the next.
+        let stream = if propagation.is_none() { stream.with_batch(batch) } else { stream };
+        let stream = match args.min_score {
+            Some(min_score) => stream.with_min_score(min_score),
+            None => stream,
+        };
+        Ok(if args.unfiltered { stream } else { stream.with_filter(checkpoint.config.filter)? })
+    };
+    let mut recording = open(None)?;
+    let Some(start) = recording.start() else { bail!("{}: no events", events.display()) };
+    let end = recording.end()?;
+    let stride_ms = args.stride_ms.unwrap_or(checkpoint.config.evaluation.every_ms);
+    let step = Micros(1_000 * i64::from(stride_ms.max(1)));
+    ensure!(
+        start + step <= end,
+        "{} lasts {:.1} ms, and the first pose is at {stride_ms} ms: record for longer, or set a \
+         smaller --stride-ms",
+        events.display(),
+        1e3 * (end - start).as_seconds()
+    );
+    let mut poses = PoseSequence::new(PoseKind::Body);
+    let progress = bar("inferring", (end - start).0 as u64 / 1_000, "ms");
+    let (mut t, mut count, mut delay_s) = (start + step, 0u64, 0.0);
+    let mut take = |(estimates, own_s): (TimedEstimates, f64)| {
+        delay_s += own_s;
+        poses.poses.extend(estimates.into_iter().map(|(t, estimate)| TimedPose {
+            origin: Some(PoseOrigin::Network),
+            // A pose is known when its whole batch is.
+            latency_ms: Some(1e3 * own_s),
+            ..TimedPose::new(t, &estimate)
+        }));
+    };
+    while t <= end {
+        take(recording.poses(t)?);
+        count += 1;
+        progress.set_position((t - start).0 as u64 / 1_000);
+        t = t + step;
+    }
+    take(recording.rest()?);
+    progress.finish_and_clear();
+    write_poses(&args.out, &poses, args.format)?;
+    for warning in recording.warnings() {
+        note(format!("warning: {}: {warning}", events.display()));
+    }
+    let inferred = poses.poses.len() as u64;
+    if inferred < count {
+        let early = count - inferred;
+        note(format!("note: nothing before enough events have come: {early} of {count} times"));
+    }
+    let nobody = poses.poses.iter().filter(|pose| pose.body_px().iter().all(Option::is_none));
+    let nobody = match nobody.count() {
+        0 => String::new(),
+        nobody => format!(", {nobody} of them of nobody"),
+    };
+    let together = if batch > 1 { format!(" in batches of {batch}") } else { String::new() };
+    say(format!(
+        "{inferred} poses{nobody}, {:.2} ms each{together}: {}",
+        1e3 * delay_s / count.max(1) as f64,
+        args.out.display()
+    ));
+    if let Some(folder) = &args.skeletons {
+        write_poses(folder, &poses, skeletons_format()?)?;
+        say(format!("skeletons: {}", folder.display()));
+    }
+    if let Some(path) = &args.fused {
+        write_propagated(path, args, &open, stride_ms)?;
+    }
+    Ok(())
+}
+
+/// The format of `--skeletons`.
+fn skeletons_format() -> Result<&'static PoseFormat> {
+    pose_format_by_name("yarp").context("no format of skeletons")
+}
+
+/// Writes poses at the output rate, propagated by velocities from events.
+fn write_propagated(
+    path: &Path,
+    args: &InferArgs,
+    open: &dyn Fn(Option<&PropagationConfig>) -> Result<BodyRecordingStream>,
+    stride_ms: u32,
+) -> Result<()> {
+    let events = args.recording()?;
+    let config = PropagationConfig {
+        network_hz: 1e3 / f64::from(stride_ms.max(1)),
+        latency_ms: 0.0,
+        ..PropagationConfig::default()
+    };
+    let mut recording = open(Some(&config))?;
+    let Some(start) = recording.start() else { bail!("{}: no events", events.display()) };
+    let end = recording.end()?;
+    let mut poses = PoseSequence::new(PoseKind::Body);
+    for pose in propagated_poses(&mut recording, &config, (start, end))? {
+        // There is nothing to propagate before the first inference.
+        let Some(estimate) = pose.estimate else { continue };
+        poses.poses.push(TimedPose {
+            origin: Some(PoseOrigin::Propagated),
+            latency_ms: Some(0.0),
+            ..TimedPose::new(Micros::from_seconds(pose.t_s), &estimate)
+        });
+    }
+    write_poses(path, &poses, args.format)?;
+    say(format!(
+        "{} propagated poses, {} per second: {}",
+        poses.poses.len(),
+        config.output_hz,
+        path.display()
+    ));
+    Ok(())
+}

@@ -1,0 +1,140 @@
+//! `evpose infer` of bodies with several calibrated cameras: joints in the world.
+
+use std::path::Path;
+
+use anyhow::{Context, Result, bail, ensure};
+use evpose_camera::read_rig;
+use evpose_core::{Micros, PlacedCamera};
+use evpose_io::Windows;
+use evpose_io::poses::{PoseKind, PoseSequence, TimedPose, write_poses};
+use evpose_pose::body::BODY_JOINTS;
+use evpose_pose::{JointFrame, PoseOrigin};
+use evpose_sim::person::RecordingPlace;
+use evpose_task::body::{
+    BodyPredictorOptions, PlacedRecording, SpatialConfig, SpatialPose, SpatialRecordings,
+};
+
+use super::BodyModel;
+use crate::progress::{bar, note, say};
+use crate::tasks::args::InferArgs;
+
+pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
+    let is_for_one = args.skeletons.is_some()
+        || args.fused.is_some()
+        || args.camera.is_some()
+        || args.batch.is_some();
+    if is_for_one {
+        bail!(
+            "--skeletons, --fused, --batch and --camera are for one recording; several have \
+             --cameras, a file of calibrated cameras"
+        );
+    }
+    let checkpoint = &model.checkpoint;
+    let cameras = cameras(args)?;
+    let predictor = model.predictor(BodyPredictorOptions {
+        precision: args.precision,
+        threads: 1,
+        confidence: args.confidence,
+    })?;
+    let mut recordings = Vec::new();
+    for (events, camera) in args.events.iter().zip(&cameras) {
+        let opening = args.opening.options_with_sensor(events)?;
+        let windows = Windows::open(events, &opening)?;
+        let one = PlacedRecording::new(windows, *camera, checkpoint, predictor.another())?;
+        recordings.push(match args.min_score {
+            Some(min_score) => one.with_min_score(min_score),
+            None => one,
+        });
+    }
+    let config = if args.unfiltered { SpatialConfig::default() } else { SpatialConfig::filtered() };
+    let mut people = SpatialRecordings::new(recordings, config);
+    let span = people.span()?;
+    let [start, end] = span.context("the recordings have no time in common")?;
+    let stride_ms = args.stride_ms.unwrap_or(checkpoint.config.evaluation.every_ms);
+    let step = Micros(1_000 * i64::from(stride_ms.max(1)));
+    ensure!(
+        start + step <= end,
+        "the recordings have {:.1} ms in common, and the first pose is at {stride_ms} ms: set a \
+         smaller --stride-ms",
+        1e3 * (end - start).as_seconds()
+    );
+    let mut poses =
+        PoseSequence { frame: Some(JointFrame::World), ..PoseSequence::new(PoseKind::Body) };
+    let progress = bar("inferring", (end - start).0 as u64 / 1_000, "ms");
+    let (mut t, mut delay_s) = (start + step, 0.0);
+    let (mut joints, mut errors_px) = (0_usize, Vec::new());
+    while t <= end {
+        let pose = people.pose(t)?;
+        delay_s += pose.delay_s;
+        joints += pose.joints_m.iter().flatten().count();
+        errors_px.extend(pose.points.iter().flatten().map(|point| point.error_px));
+        poses.poses.push(timed(t, &pose, &cameras[0]));
+        progress.set_position((t - start).0 as u64 / 1_000);
+        t = t + step;
+    }
+    progress.finish_and_clear();
+    write_poses(&args.out, &poses, args.format)?;
+    for (index, warning) in people.warnings() {
+        note(format!("warning: {}: {warning}", args.events[index].display()));
+    }
+    let count = poses.poses.len();
+    let mean_px = errors_px.iter().sum::<f64>() / errors_px.len().max(1) as f64;
+    say(format!(
+        "{count} poses in the world from {} cameras, {:.1} of {BODY_JOINTS} joints each, {:.2} ms \
+         each: {}",
+        cameras.len(),
+        joints as f64 / count.max(1) as f64,
+        1e3 * delay_s / count.max(1) as f64,
+        args.out.display()
+    ));
+    say(format!("mean reprojection error {mean_px:.1} px"));
+    Ok(())
+}
+
+/// The cameras of the recordings: of `--cameras`, or of the metadata beside each.
+fn cameras(args: &InferArgs) -> Result<Vec<PlacedCamera>> {
+    let Some(path) = &args.cameras else {
+        return args.events.iter().map(|events| camera_beside(events)).collect();
+    };
+    let cameras = read_rig(path)?;
+    ensure!(
+        cameras.len() == args.events.len(),
+        "{} has {} cameras for {} recordings: one [[camera]] for each --events, in their order",
+        path.display(),
+        cameras.len(),
+        args.events.len()
+    );
+    Ok(cameras)
+}
+
+fn camera_beside(events: &Path) -> Result<PlacedCamera> {
+    let path = events.with_extension("toml");
+    let needed = || {
+        format!(
+            "several recordings need calibrated cameras: {} has none, and --cameras FILE is not given",
+            path.display()
+        )
+    };
+    RecordingPlace::read(&path)?.camera.with_context(needed)
+}
+
+/// A pose with the mean score of the cameras that saw each joint; positions on the image are those of
+/// the first camera.
+fn timed(t: Micros, pose: &SpatialPose, first: &PlacedCamera) -> TimedPose {
+    let seen: Vec<TimedPose> =
+        pose.estimates.iter().flatten().map(|estimate| TimedPose::new(t, estimate)).collect();
+    let mut timed = TimedPose::empty(PoseKind::Body, t);
+    timed.origin = Some(PoseOrigin::Network);
+    timed.latency_ms = Some(1e3 * pose.delay_s);
+    let mean = |scores: Vec<f32>| {
+        (!scores.is_empty()).then(|| scores.iter().sum::<f32>() / scores.len() as f32)
+    };
+    timed.score = mean(seen.iter().filter_map(|one| one.score).collect());
+    for (k, (joint, at_m)) in timed.joints.iter_mut().zip(pose.joints_m).enumerate() {
+        joint.position_m = at_m.map(|at_m| at_m.as_vec3());
+        joint.image_px =
+            at_m.and_then(|at_m| first.image_from_world(at_m)).map(|at_px| at_px.as_vec2());
+        joint.score = mean(seen.iter().filter_map(|one| one.joints[k].score).collect());
+    }
+    timed
+}

@@ -1,0 +1,268 @@
+//! The body task: MoveEnet.
+
+mod eval;
+mod experiment;
+mod images;
+mod infer;
+mod infer_cameras;
+mod precision;
+mod simulate;
+mod train;
+mod world;
+
+use std::path::{Path, PathBuf};
+
+use crate::args::ConfigArgs;
+use crate::body_config;
+use anyhow::{Context, Result, ensure};
+use burn::module::Module;
+use burn::tensor::Device;
+use evpose_camera::Calibration;
+use evpose_core::SensorSize;
+use evpose_infer::{CalibrationRanges, Precision};
+use evpose_live::page::Skeleton;
+use evpose_nn::MoveEnetConfig;
+use evpose_nn::graph::Graph;
+use evpose_nn::weights::holds_body;
+use evpose_sim::SequenceSet;
+use evpose_task::QuantizationRanges;
+use evpose_task::body::{
+    BodyCheckpoint, BodyConfig, BodyPredictor, BodyPredictorOptions, PropagationConfig, body_stream,
+};
+use evpose_task::hand::BEST;
+use evpose_train::body::{BodyFrames, BodyRecordings};
+
+use crate::tasks::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
+use crate::tasks::benchmark_recording;
+use crate::tasks::experiment::{PoseExperiment, StartWeights};
+use crate::tasks::online::{OnlineOptions, OnlineStream, TaskStream};
+use crate::tasks::scores::EvaluationScores;
+use crate::tasks::task::{DataSetInfo, PoseModel, PoseTask, PrecisionScores};
+
+/// Propagated poses per second.
+const PROPAGATE_HZ: f64 = 500.0;
+/// In a run directory.
+const CONFIG: &str = "config.toml";
+
+/// The body task.
+pub(crate) struct Body;
+
+impl PoseTask for Body {
+    fn name(&self) -> &'static str {
+        "body"
+    }
+
+    fn open(&self, path: &Path, device: &Device) -> Result<Option<Box<dyn PoseModel>>> {
+        let checkpoint = match BodyCheckpoint::load(path, device) {
+            Ok(checkpoint) => checkpoint,
+            Err(error) if is_body(path) => {
+                return Err(error).with_context(|| format!("the body network {}", path.display()));
+            }
+            // A file of another kind may be of another task, whose reader reports its errors.
+            Err(_) => return Ok(None),
+        };
+        let (path, device) = (Some(path.to_owned()), device.clone());
+        Ok(Some(Box::new(BodyModel { checkpoint, path, device })))
+    }
+
+    fn untrained(
+        &self,
+        config: &ConfigArgs,
+        device: &Device,
+    ) -> Result<Option<Box<dyn PoseModel>>> {
+        let Some(config) = body_config::config(config)? else { return Ok(None) };
+        let network = config.network.init(config.seed, device)?;
+        let checkpoint = BodyCheckpoint { config, network, mean_pose: None, data: None };
+        Ok(Some(Box::new(BodyModel { checkpoint, path: None, device: device.clone() })))
+    }
+
+    fn published(&self, device: &Device) -> Result<Box<dyn PoseModel>> {
+        let network = MoveEnetConfig::default().init(1, device)?;
+        let config = BodyConfig::default();
+        let checkpoint = BodyCheckpoint { config, network, mean_pose: None, data: None };
+        Ok(Box::new(BodyModel { checkpoint, path: None, device: device.clone() }))
+    }
+
+    fn simulate(&self, args: &SimulateArgs) -> Result<bool> {
+        let Some(config) = body_config::config(&args.config)? else { return Ok(false) };
+        simulate::run(config, args).map(|()| true)
+    }
+
+    fn train(&self, args: &TrainArgs) -> Result<bool> {
+        let Some(config) = body_config::config(&args.config)? else { return Ok(false) };
+        train::run(config, args).map(|()| true)
+    }
+
+    fn data_set(&self, directory: &Path, config: &Path) -> Result<Option<DataSetInfo>> {
+        let text = std::fs::read_to_string(config)
+            .with_context(|| format!("reading {}", config.display()))?;
+        if !BodyConfig::is_one(&text) {
+            return Ok(None);
+        }
+        let BodyConfig { simulation, seed, .. } = BodyConfig::read(config)?;
+        Ok(Some(DataSetInfo {
+            content: format!("people: {}", simulation.activities.join(", ")),
+            sequences: simulation.sequences,
+            seconds: simulation.seconds,
+            seed,
+            set: SequenceSet::of_people(directory, &simulation)?,
+        }))
+    }
+
+    fn quick_config(&self) -> &'static str {
+        "finetune"
+    }
+
+    fn experiment(
+        &self,
+        config: &ConfigArgs,
+        start: StartWeights<'_>,
+    ) -> Result<Option<Box<dyn PoseExperiment>>> {
+        let Some(config) = body_config::config(config)? else { return Ok(None) };
+        let start_from = start.field(config.start_from.clone());
+        Ok(Some(Box::new(BodyConfig { start_from, ..config })))
+    }
+
+    fn benchmark_recording(&self, directory: &Path, rate: f64) -> Result<PathBuf> {
+        benchmark_recording::of_body(directory, rate)
+    }
+}
+
+/// Whether a run directory or a weight file says that it is of a body, readable or not.
+fn is_body(path: &Path) -> bool {
+    let config = std::fs::read_to_string(path.join(CONFIG)).unwrap_or_default();
+    BodyConfig::is_one(&config) || holds_body(path) || holds_body(&path.join(BEST))
+}
+
+/// A body network with the experiment it came from.
+pub(crate) struct BodyModel {
+    checkpoint: BodyCheckpoint,
+    /// The checkpoint; none for weights that were not read.
+    path: Option<PathBuf>,
+    /// The device of the weights.
+    device: Device,
+}
+
+impl BodyModel {
+    /// A predictor; int8 takes its ranges from the file beside the checkpoint.
+    fn predictor(&self, options: BodyPredictorOptions) -> Result<BodyPredictor> {
+        let ranges = self.ranges(options.precision)?;
+        let ranges = ranges.as_ref().map(QuantizationRanges::ranges);
+        Ok(BodyPredictor::new(&self.checkpoint, options, ranges)?)
+    }
+
+    fn ranges(&self, precision: Precision) -> Result<Option<QuantizationRanges>> {
+        if precision != Precision::Int8 {
+            return Ok(None);
+        }
+        let path = QuantizationRanges::path(self.path.as_deref().unwrap_or(Path::new("")));
+        Ok(Some(QuantizationRanges::read(&path, &self.graph())?))
+    }
+}
+
+impl PoseModel for BodyModel {
+    fn task(&self) -> &'static str {
+        Body.name()
+    }
+
+    fn description(&self) -> String {
+        let BodyCheckpoint { config, network, data, .. } = &self.checkpoint;
+        let mut text = format!(
+            "bodies: {} joints from {} of {side}x{side} pixels, {} parameters",
+            network.config().joints,
+            config.image.representation,
+            network.num_params(),
+            side = config.image.side_px,
+        );
+        if let Some(data) = data {
+            text += &format!("\ntrained on data of SHA-256 {data}");
+        }
+        text
+    }
+
+    fn network_name(&self) -> String {
+        format!("move_enet of width {}", self.checkpoint.network.config().width)
+    }
+
+    fn config_toml(&self) -> Result<String> {
+        Ok(self.checkpoint.config.to_toml()?)
+    }
+
+    fn graph(&self) -> Graph {
+        self.checkpoint.network.graph()
+    }
+
+    fn input_shape(&self) -> [usize; 3] {
+        let side = self.checkpoint.config.image.side_px;
+        [self.graph().nodes[0].channels, side, side]
+    }
+
+    fn calibration_inputs(
+        &self,
+        data: &Path,
+        count: u64,
+    ) -> Result<Box<dyn ExactSizeIterator<Item = Result<Vec<f32>>> + '_>> {
+        let BodyFrames { frames } =
+            BodyRecordings::open(data)?.frames(&self.checkpoint.config, &|_| {})?;
+        ensure!(!frames.is_empty(), "{}: no images", data.display());
+        let mut predictor = self.predictor(BodyPredictorOptions::default())?;
+        let count = (count as usize).min(frames.len());
+        Ok(Box::new((0..count).map(move |k| {
+            let image = &frames[k * frames.len() / count].image;
+            // Both passes of the network are inferred in int8.
+            let input =
+                if k % 2 == 0 { predictor.input(image) } else { predictor.second_input(image) };
+            Ok(input.to_vec())
+        })))
+    }
+
+    fn evaluate_precisions(
+        &self,
+        data: &Path,
+        ranges: &CalibrationRanges,
+        stride_ms: u32,
+    ) -> Result<Vec<PrecisionScores>> {
+        precision::evaluate(&self.checkpoint, data, ranges, stride_ms)
+    }
+
+    fn evaluate(&self, args: &EvalArgs) -> Result<()> {
+        eval::run(self, args)
+    }
+
+    fn scores(&self, data: &Path, stride_ms: Option<u32>) -> Result<EvaluationScores> {
+        experiment::scores(self, data, stride_ms)
+    }
+
+    fn infer(&self, args: &InferArgs) -> Result<()> {
+        infer::run(self, args)
+    }
+
+    fn stream(&self, sensor: SensorSize, options: &OnlineOptions) -> Result<Box<dyn OnlineStream>> {
+        let mut predictor = self.predictor(BodyPredictorOptions {
+            precision: options.precision,
+            confidence: options.confidence,
+            ..BodyPredictorOptions::default()
+        })?;
+        // Every image of a batch but the last waits, so that only who asks for it gets one.
+        let batch = options.batch.map_or(1, usize::from);
+        if self.device != Device::flex() {
+            predictor.warm_up(batch);
+        }
+        let propagation = PropagationConfig::default();
+        // Nothing in 2D follows from the focal length: a guess needs no note.
+        let calibration = Calibration::choose(options.camera.as_deref(), sensor)?;
+        let mut stream =
+            body_stream(&self.checkpoint, &calibration, Some(&propagation), predictor)?;
+        stream.frontend =
+            stream.frontend.with_batch(batch).with_filter(self.checkpoint.config.filter)?;
+        if let Some(min_score) = options.min_score {
+            stream.frontend = stream.frontend.with_min_score(min_score);
+        }
+        Ok(Box::new(TaskStream {
+            stream,
+            propagate_hz: PROPAGATE_HZ,
+            skeleton: Skeleton::Body,
+            mesh: None,
+        }))
+    }
+}

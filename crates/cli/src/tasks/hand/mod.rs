@@ -1,0 +1,257 @@
+//! The hand task: EventHands.
+
+mod conditions;
+mod eval;
+mod experiment;
+mod foreign;
+mod foreign_preview;
+mod infer;
+mod precision;
+mod predictor;
+mod simulate;
+mod train;
+
+use std::path::{Path, PathBuf};
+
+use crate::args::ConfigArgs;
+use crate::hand_config;
+use crate::json::write_json;
+use anyhow::{Result, bail};
+use burn::module::Module;
+use burn::tensor::Device;
+use evpose_body::PosedBody;
+use evpose_core::SensorSize;
+use evpose_infer::{CalibrationRanges, Precision};
+use evpose_live::page::{HandMesh, Skeleton};
+use evpose_nn::HandRegressorConfig;
+use evpose_nn::graph::Graph;
+use evpose_pose::HandParams;
+use evpose_sim::SequenceSet;
+use evpose_task::hand::{HandCheckpoint, HandConfig, HandView, NetworkPredictor, hand_stream};
+use evpose_train::{HandDataset, untrained};
+
+use crate::tasks::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
+use crate::tasks::benchmark_recording;
+use crate::tasks::experiment::{PoseExperiment, StartWeights};
+use crate::tasks::online::{self, OnlineOptions, OnlineStream, TaskStream};
+use crate::tasks::scores::EvaluationScores;
+use crate::tasks::task::{DataSetInfo, PoseModel, PoseTask, PrecisionScores};
+
+/// Propagated poses per second.
+const PROPAGATE_HZ: f64 = 1_000.0;
+/// Hands and scores.
+const NO_SCORE: &str =
+    "--min-score is for bodies: networks of hands regress a pose and do not score it";
+
+/// The hand task.
+pub(crate) struct Hand;
+
+impl PoseTask for Hand {
+    fn name(&self) -> &'static str {
+        "hand"
+    }
+
+    fn open(&self, path: &Path, device: &Device) -> Result<Option<Box<dyn PoseModel>>> {
+        let checkpoint = HandCheckpoint::load(path, device)?;
+        let (path, device) = (Some(path.to_owned()), device.clone());
+        Ok(Some(Box::new(HandModel { checkpoint, path, device })))
+    }
+
+    fn untrained(
+        &self,
+        config: &ConfigArgs,
+        device: &Device,
+    ) -> Result<Option<Box<dyn PoseModel>>> {
+        let config = hand_config::load(&config.config, &config.overrides)?;
+        let network = untrained(&config, device)?;
+        let checkpoint = HandCheckpoint { config, network, mean_pose: None };
+        Ok(Some(Box::new(HandModel { checkpoint, path: None, device: device.clone() })))
+    }
+
+    fn published(&self, device: &Device) -> Result<Box<dyn PoseModel>> {
+        let network = HandRegressorConfig::default().init(1, device)?;
+        let checkpoint = HandCheckpoint { config: HandConfig::default(), network, mean_pose: None };
+        Ok(Box::new(HandModel { checkpoint, path: None, device: device.clone() }))
+    }
+
+    fn simulate(&self, args: &SimulateArgs) -> Result<bool> {
+        simulate::run(args).map(|()| true)
+    }
+
+    fn train(&self, args: &TrainArgs) -> Result<bool> {
+        train::run(args).map(|()| true)
+    }
+
+    fn data_set(&self, directory: &Path, config: &Path) -> Result<Option<DataSetInfo>> {
+        let HandConfig { simulation, seed, .. } = HandConfig::read(config)?;
+        Ok(Some(DataSetInfo {
+            content: "hands".to_owned(),
+            sequences: simulation.sequences,
+            seconds: simulation.seconds,
+            seed,
+            set: SequenceSet::of_hands(directory, &simulation)?,
+        }))
+    }
+
+    fn quick_config(&self) -> &'static str {
+        "quick"
+    }
+
+    fn experiment(
+        &self,
+        config: &ConfigArgs,
+        start: StartWeights<'_>,
+    ) -> Result<Option<Box<dyn PoseExperiment>>> {
+        let config = hand_config::load(&config.config, &config.overrides)?;
+        let start_from = start.field(config.start_from.clone());
+        Ok(Some(Box::new(HandConfig { start_from, ..config })))
+    }
+
+    fn benchmark_recording(&self, directory: &Path, rate: f64) -> Result<PathBuf> {
+        benchmark_recording::of_hand(directory, rate)
+    }
+}
+
+/// A hand network with the experiment it came from.
+pub(crate) struct HandModel {
+    pub(crate) checkpoint: HandCheckpoint,
+    /// The checkpoint; none for weights that were not read.
+    path: Option<PathBuf>,
+    pub(crate) device: Device,
+}
+
+impl HandModel {
+    /// A predictor in a precision.
+    pub(crate) fn predictor(&self, precision: Precision) -> Result<NetworkPredictor> {
+        let path = self.path.as_deref().unwrap_or(Path::new(""));
+        predictor::predictor(path, &self.checkpoint, precision, self.device.clone())
+    }
+}
+
+impl PoseModel for HandModel {
+    fn task(&self) -> &'static str {
+        Hand.name()
+    }
+
+    fn description(&self) -> String {
+        let config = &self.checkpoint.config;
+        let (representation, simulation) = (&config.representation, &config.simulation);
+        format!(
+            "hands: {} of width {} from {} of {} ms at {}, {} parameters",
+            config.network.backbone,
+            config.network.width,
+            representation.name,
+            representation.window_ms,
+            simulation.image_size(),
+            self.checkpoint.network.num_params(),
+        )
+    }
+
+    fn network_name(&self) -> String {
+        let network = &self.checkpoint.config.network;
+        format!("{} of width {}", network.backbone, network.width)
+    }
+
+    fn config_toml(&self) -> Result<String> {
+        Ok(self.checkpoint.config.to_toml()?)
+    }
+
+    fn graph(&self) -> Graph {
+        self.checkpoint.network.graph()
+    }
+
+    fn input_shape(&self) -> [usize; 3] {
+        let size = self.checkpoint.config.network_size();
+        [self.graph().nodes[0].channels, size.height.into(), size.width.into()]
+    }
+
+    fn calibration_inputs(
+        &self,
+        data: &Path,
+        count: u64,
+    ) -> Result<Box<dyn ExactSizeIterator<Item = Result<Vec<f32>>> + '_>> {
+        let data = HandDataset::open(data, &self.checkpoint.config)?;
+        let count = count.min(data.len()) as usize;
+        Ok(Box::new(
+            (0..count).map(move |window| {
+                Ok(data.plain_input(window as u64 * data.len() / count as u64)?)
+            }),
+        ))
+    }
+
+    fn evaluate_precisions(
+        &self,
+        data: &Path,
+        ranges: &CalibrationRanges,
+        stride_ms: u32,
+    ) -> Result<Vec<PrecisionScores>> {
+        precision::evaluate(&self.checkpoint, data, ranges, stride_ms)
+    }
+
+    fn evaluate(&self, args: &EvalArgs) -> Result<()> {
+        if args.fusion || args.curves.is_some() {
+            bail!("--fusion and --curves are for bodies");
+        }
+        if args.preview.is_some() && args.foreign.is_none() {
+            bail!("--preview of hands shows foreign recordings: give --foreign as well");
+        }
+        if let Some(data) = &args.data {
+            eval::run(self, args, data)?;
+        }
+        if let Some(foreign) = &args.foreign {
+            let report = foreign::run(self, args, &foreign.join("hands"))?;
+            if args.data.is_none() {
+                write_json(args.json.as_deref(), &report)?;
+            }
+        }
+        if args.data.is_none() && args.foreign.is_none() {
+            conditions::run(self, args)?;
+        }
+        Ok(())
+    }
+
+    fn scores(&self, data: &Path, stride_ms: Option<u32>) -> Result<EvaluationScores> {
+        experiment::scores(self, data, stride_ms)
+    }
+
+    fn infer(&self, args: &InferArgs) -> Result<()> {
+        let is_for_bodies = args.skeletons.is_some()
+            || args.fused.is_some()
+            || args.stride_ms.is_some()
+            || args.batch.is_some();
+        if is_for_bodies {
+            bail!("--skeletons, --fused, --stride-ms and --batch are for bodies");
+        }
+        if args.min_score.is_some() {
+            bail!(NO_SCORE);
+        }
+        infer::run(self, args)
+    }
+
+    fn stream(&self, sensor: SensorSize, options: &OnlineOptions) -> Result<Box<dyn OnlineStream>> {
+        if options.min_score.is_some() {
+            bail!(NO_SCORE);
+        }
+        let config = self.checkpoint.config.clone();
+        let adaptor = infer::adaptor(&config, sensor, options.camera.as_deref())?;
+        let batch = online::batch(options.batch, &self.device);
+        let stream =
+            hand_stream(&config, self.predictor(options.precision)?, adaptor.calibration(), batch)?;
+        let mesh = move || hand_mesh(&config);
+        Ok(Box::new(TaskStream {
+            stream,
+            propagate_hz: PROPAGATE_HZ,
+            skeleton: Skeleton::Hand,
+            mesh: Some(Box::new(mesh)),
+        }))
+    }
+}
+
+/// The mesh of the hand of `config`, for a page.
+fn hand_mesh(config: &HandConfig) -> Result<HandMesh> {
+    let (view, side) = (HandView::new(config)?, config.simulation.hands.side(0));
+    let faces = view.faces(side).to_vec();
+    let mut scratch = PosedBody::default();
+    let vertices = move |params: &HandParams| view.vertices_px(side, params, &mut scratch);
+    Ok(HandMesh { faces, vertices: Box::new(vertices) })
+}

@@ -1,0 +1,180 @@
+//! A pose task as the commands see it.
+
+use std::path::Path;
+
+use crate::args::ConfigArgs;
+use anyhow::Result;
+use burn::tensor::Device;
+use evpose_core::SensorSize;
+use evpose_infer::Precision;
+use evpose_nn::graph::Graph;
+use evpose_sim::SequenceSet;
+
+use crate::tasks::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
+use crate::tasks::experiment::{PoseExperiment, StartWeights};
+use crate::tasks::online::{OnlineOptions, OnlineStream};
+use crate::tasks::scores::EvaluationScores;
+
+/// A pose task. Adding one is an implementation and a line of [`TASKS`](crate::tasks::TASKS); every
+/// command then takes its configs and its checkpoints.
+pub trait PoseTask: Sync {
+    /// Name, as `--task` takes it.
+    fn name(&self) -> &'static str;
+
+    /// The model of a checkpoint, a run directory or a file of weights, on `device`. None if it is of
+    /// another task.
+    ///
+    /// # Errors
+    /// If it is of this task and cannot be read.
+    fn open(&self, checkpoint: &Path, device: &Device) -> Result<Option<Box<dyn PoseModel>>>;
+
+    /// A model with the initial weights of a config. None if the config is of another task.
+    ///
+    /// # Errors
+    /// If it is of this task and not valid.
+    fn untrained(&self, config: &ConfigArgs, device: &Device)
+    -> Result<Option<Box<dyn PoseModel>>>;
+
+    /// A model of the published size with random weights on `device`: for benchmarks.
+    ///
+    /// # Errors
+    /// If the network cannot be initialised.
+    fn published(&self, device: &Device) -> Result<Box<dyn PoseModel>>;
+
+    /// Runs `evpose simulate`. Returns false if the config is of another task.
+    ///
+    /// # Errors
+    /// If the simulation fails.
+    fn simulate(&self, args: &SimulateArgs) -> Result<bool>;
+
+    /// Runs `evpose train`. Returns false if the config is of another task.
+    ///
+    /// # Errors
+    /// If the training fails.
+    fn train(&self, args: &TrainArgs) -> Result<bool>;
+
+    /// The simulated data set in `directory`, by its config. None if the config is of another task.
+    ///
+    /// # Errors
+    /// If the config cannot be read.
+    fn data_set(&self, directory: &Path, config: &Path) -> Result<Option<DataSetInfo>>;
+
+    /// Name of the embedded config that trains on recordings in minutes.
+    fn quick_config(&self) -> &'static str;
+
+    /// The experiment of a config, its training from the weights `start`. None if the config is of
+    /// another task.
+    ///
+    /// # Errors
+    /// If it is of this task and not valid, or the task's networks do not start from others.
+    fn experiment(
+        &self,
+        config: &ConfigArgs,
+        start: StartWeights<'_>,
+    ) -> Result<Option<Box<dyn PoseExperiment>>>;
+
+    /// Simulates a recording at `rate` events a second into `directory`: for benchmarks. Returns
+    /// its path.
+    ///
+    /// # Errors
+    /// If the simulation fails.
+    fn benchmark_recording(&self, directory: &Path, rate: f64) -> Result<std::path::PathBuf>;
+}
+
+/// A network with its decoder and its config, as a checkpoint holds them.
+pub trait PoseModel {
+    /// The name of its task.
+    fn task(&self) -> &'static str;
+
+    /// A description of the network, its input, its size and its training data.
+    fn description(&self) -> String;
+
+    /// The name of the network.
+    fn network_name(&self) -> String;
+
+    /// The config as TOML.
+    ///
+    /// # Errors
+    /// If it cannot be serialised.
+    fn config_toml(&self) -> Result<String>;
+
+    /// The network, layer by layer, with its weights.
+    fn graph(&self) -> Graph;
+
+    /// Channels, rows and columns of an input.
+    fn input_shape(&self) -> [usize; 3];
+
+    /// Up to `count` inputs of a data set, spread evenly: for the calibration of int8 inference.
+    ///
+    /// # Errors
+    /// If the data set cannot be read.
+    fn calibration_inputs(
+        &self,
+        data: &Path,
+        count: u64,
+    ) -> Result<Box<dyn ExactSizeIterator<Item = Result<Vec<f32>>> + '_>>;
+
+    /// Runs `evpose quantize --evaluate`: accuracy and latency in each precision on a data set.
+    ///
+    /// # Errors
+    /// If the data set cannot be read.
+    fn evaluate_precisions(
+        &self,
+        data: &Path,
+        ranges: &evpose_infer::CalibrationRanges,
+        stride_ms: u32,
+    ) -> Result<Vec<PrecisionScores>>;
+
+    /// Runs `evpose eval`.
+    ///
+    /// # Errors
+    /// If the data cannot be read, or an argument is for another task.
+    fn evaluate(&self, args: &EvalArgs) -> Result<()>;
+
+    /// Scores on each recording of a directory, with a pose every `stride_ms` milliseconds, by
+    /// default the task's.
+    ///
+    /// # Errors
+    /// If the data cannot be read.
+    fn scores(&self, data: &Path, stride_ms: Option<u32>) -> Result<EvaluationScores>;
+
+    /// Runs `evpose infer`.
+    ///
+    /// # Errors
+    /// If the recording cannot be read, or an argument is for another task.
+    fn infer(&self, args: &InferArgs) -> Result<()>;
+
+    /// The stream from events of `sensor` to poses, for the online pipeline.
+    ///
+    /// # Errors
+    /// If the model cannot be used with such a sensor.
+    fn stream(&self, sensor: SensorSize, options: &OnlineOptions) -> Result<Box<dyn OnlineStream>>;
+}
+
+/// A simulated data set, as its config describes it.
+#[derive(Debug, Clone)]
+pub struct DataSetInfo {
+    /// Content in a few words.
+    pub content: String,
+    /// Number of sequences.
+    pub sequences: usize,
+    /// Length of each sequence in seconds.
+    pub seconds: f64,
+    /// Seed of the experiment.
+    pub seed: u64,
+    /// Its files.
+    pub set: SequenceSet,
+}
+
+/// Accuracy and latency in a precision.
+#[derive(Debug, Clone)]
+pub struct PrecisionScores {
+    /// The precision.
+    pub precision: Precision,
+    /// Median time of an inference of one input, in milliseconds.
+    pub latency_ms: f64,
+    /// Headings and cells of the table.
+    pub cells: Vec<(&'static str, String)>,
+    /// The scores as JSON.
+    pub held_out: serde_json::Value,
+}

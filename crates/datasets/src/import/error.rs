@@ -1,0 +1,115 @@
+//! Errors of importing recordings and labels.
+
+use std::path::PathBuf;
+
+use crate::DatasetError;
+use evpose_core::Micros;
+use evpose_io::IoError;
+use evpose_sim::SimError;
+use evpose_task::TaskError;
+
+/// Error of importing a recording with its labels.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ImportError {
+    /// A file or a directory cannot be read or written.
+    #[error("{}: cannot {action}: {source}", path.display())]
+    Io {
+        /// The file or directory.
+        path: PathBuf,
+        /// The failed action, an infinitive.
+        action: &'static str,
+        /// Cause of the failure.
+        source: std::io::Error,
+    },
+    /// A label file that violates its format.
+    #[error("{}: {place}: {reason}", path.display())]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// The line, or the index of the image or of the annotation, with the field.
+        place: String,
+        /// The fault, and the expected content.
+        reason: String,
+    },
+    /// A label file of none of the known formats.
+    #[error("{}: labels of no known format: expected {known}", path.display())]
+    UnknownFormat {
+        /// The file.
+        path: PathBuf,
+        /// Names and descriptions of the formats.
+        known: String,
+    },
+    /// Labels without a time stamp.
+    #[error(
+        "{}: {place}: no time stamp: give the frame rate of the images (--fps), or their time as the \
+         field `t_us`", path.display()
+    )]
+    NoTime {
+        /// The file.
+        path: PathBuf,
+        /// The image.
+        place: String,
+    },
+    /// No label has a time stamp within the recording.
+    #[error(
+        "{}: labels from {} s to {} s, but the recording has events from {} s to {} s: are both of the \
+         same clock? (--start-us)",
+        path.display(), labels[0].as_seconds(), labels[1].as_seconds(),
+        events[0].as_seconds(), events[1].as_seconds()
+    )]
+    Apart {
+        /// The label file.
+        path: PathBuf,
+        /// Time stamps of the first and the last label.
+        labels: [Micros; 2],
+        /// Time stamps of the first and the last event.
+        events: [Micros; 2],
+    },
+    /// A recording without events, or a label file without labels.
+    #[error("{}: no {content}", path.display())]
+    Empty {
+        /// The file.
+        path: PathBuf,
+        /// The missing content, a plural.
+        content: &'static str,
+    },
+    /// A file that an import would overwrite.
+    #[error("{}: exists already: choose another --out, or remove it", path.display())]
+    Exists {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A recording cannot be read or written.
+    #[error(transparent)]
+    Recording(#[from] IoError),
+    /// A table of poses or the description of a sequence cannot be written.
+    #[error(transparent)]
+    Sequence(#[from] SimError),
+    /// The hand model of a config cannot be read.
+    #[error(transparent)]
+    Task(#[from] TaskError),
+    /// Annotations of a published data set cannot be read.
+    #[error(transparent)]
+    DataSet(#[from] DatasetError),
+}
+
+impl ImportError {
+    /// Adds path and action to an error of the file system.
+    pub(crate) fn io(
+        path: impl Into<PathBuf>,
+        action: &'static str,
+    ) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.into();
+        move |source| Self::Io { path, action, source }
+    }
+
+    /// The error for a fault in the file at `path`.
+    pub(crate) fn malformed(
+        path: impl Into<PathBuf>,
+        place: impl Into<String>,
+        reason: impl Into<String>,
+    ) -> Self {
+        Self::Malformed { path: path.into(), place: place.into(), reason: reason.into() }
+    }
+}

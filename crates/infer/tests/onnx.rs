@@ -1,0 +1,106 @@
+//! Files of every network of the registry, read back.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use std::collections::{HashMap, HashSet};
+
+use burn::tensor::Device;
+use evpose_infer::onnx::proto::{DimensionValue, ModelProto, TensorProto, ValueInfoProto};
+use evpose_infer::onnx::{Message, OPSET, OnnxError, encoded, model};
+use evpose_nn::graph::{Graph, Operation};
+use evpose_nn::{MOVE_ENET, Network, backbone_by_name};
+
+fn network(name: &str) -> Network {
+    Network::untrained(name, 0.25, 7, &Device::flex()).unwrap()
+}
+
+fn graph(name: &str) -> Graph {
+    network(name).graph()
+}
+
+fn dims(info: &ValueInfoProto) -> Vec<i64> {
+    let tensor = info.r#type.as_ref().unwrap().tensor_type.as_ref().unwrap();
+    let size = |value: &Option<DimensionValue>| match value {
+        Some(DimensionValue::Size(size)) => *size,
+        other => panic!("{other:?}"),
+    };
+    tensor.shape.as_ref().unwrap().dim.iter().map(|dim| size(&dim.value)).collect()
+}
+
+fn values(tensor: &TensorProto) -> Vec<f32> {
+    let (values, rest) = tensor.raw_data.as_chunks::<4>();
+    assert!(rest.is_empty());
+    values.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect()
+}
+
+#[test]
+fn a_file_is_read_back_with_every_weight_and_shape() {
+    for name in Network::names() {
+        let (graph, input) = (graph(name), network(name).input());
+        let read = ModelProto::decode(&*encoded(&graph, input).unwrap()).unwrap();
+        assert_eq!(read, model(&graph, input).unwrap());
+        assert_eq!(read.opset_import[0].version, OPSET);
+        let file = read.graph.unwrap();
+        let image = input.map(|side| side as i64);
+        assert_eq!(dims(&file.input[0]), [&[1], image.as_slice()].concat());
+        let maps = [13, 1, 26, 26].map(|channels| vec![1, channels, 48, 48]);
+        let outputs = if name == MOVE_ENET { maps.to_vec() } else { vec![vec![1, 12]] };
+        assert_eq!(file.output.iter().map(dims).collect::<Vec<_>>(), outputs);
+        let constants: HashMap<&str, &TensorProto> =
+            file.initializer.iter().map(|tensor| (tensor.name.as_str(), tensor)).collect();
+        assert_eq!(constants.len(), file.initializer.len(), "{name}: names are unique");
+        for (id, node) in graph.nodes.iter().enumerate() {
+            let (shape, weight, bias): (&[usize], _, _) = match &node.operation {
+                Operation::Conv(conv) => (&conv.shape, &conv.weight, &conv.bias),
+                Operation::Linear(linear) => (&linear.shape, &linear.weight, &linear.bias),
+                _ => continue,
+            };
+            let constant = |part: &str| {
+                // Layers of one name, as those that share weights, have their number in it.
+                let numbered = format!("{}.{id}.{part}", node.name);
+                let plain = format!("{}.{part}", node.name);
+                constants.get(plain.as_str()).unwrap_or_else(|| &constants[numbered.as_str()])
+            };
+            let written = constant("weight");
+            let dims: Vec<usize> = written.dims.iter().map(|dim| *dim as usize).collect();
+            assert_eq!(dims, shape, "{}", node.name);
+            assert_eq!(values(written), *weight, "{}", node.name);
+            assert_eq!(values(constant("bias")), *bias);
+        }
+    }
+}
+
+#[test]
+fn every_tensor_is_made_once_before_it_is_taken() {
+    for network in Network::names() {
+        let [channels, ..] = self::network(network).input();
+        let smallest_px = backbone_by_name(network).map_or(0, |backbone| backbone.smallest_px);
+        let size = if network == MOVE_ENET { [64, 96] } else { [61, 83] };
+        let size = size.map(|side: usize| side.max(smallest_px));
+        let file = model(&graph(network), [channels, size[0], size[1]]).unwrap().graph.unwrap();
+        let mut known: HashSet<&str> = HashSet::new();
+        let outside = file.initializer.iter().map(|tensor| tensor.name.as_str());
+        known.extend(outside.chain(file.input.iter().map(|info| info.name.as_str())));
+        for node in &file.node {
+            // What is left out has no name.
+            for name in node.input.iter().filter(|name| !name.is_empty()) {
+                assert!(known.contains(name.as_str()), "{network}: {name}");
+            }
+            for name in &node.output {
+                assert!(known.insert(name), "{network}: {name} is made twice");
+            }
+        }
+        let shown = file.output.iter().chain(&file.value_info);
+        for info in shown {
+            assert!(known.contains(info.name.as_str()), "{network}: {}", info.name);
+        }
+    }
+}
+
+#[test]
+fn images_that_a_layer_cannot_take_are_refused_by_its_name() {
+    let error = model(&graph("resnet18"), [3, 45, 60]).unwrap_err();
+    assert_eq!(error.to_string(), "layer `input`: 3 channels instead of 2");
+    let error = model(&graph("vgg11_bn"), [2, 20, 20]).unwrap_err();
+    assert!(matches!(&error, OnnxError::Shape(_)), "{error}");
+}

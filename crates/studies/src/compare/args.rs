@@ -1,0 +1,70 @@
+//! Arguments of `evpose compare`.
+
+use std::path::PathBuf;
+
+use crate::ablate::StageArgs;
+use clap::builder::{PossibleValue, PossibleValuesParser};
+use evpose_cli::args::DeviceArgs;
+
+use crate::compare::system::SYSTEMS;
+
+/// The comparisons of systems.
+#[derive(Debug, clap::Subcommand)]
+#[command(after_help = "Start with:\n  evpose compare body --out runs/compare")]
+pub enum CompareCommand {
+    /// Systems that estimate poses of people: those of MoveEnet's tables
+    Body(CompareBodyArgs),
+}
+
+/// Arguments of `evpose compare body`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  evpose compare body --out runs/compare\n  \
+    evpose compare body --finetune studio --out runs/studio\n  \
+    evpose compare body --systems move-enet,move-enet-fixed-count --steps 800 --out runs/two\n  \
+    evpose compare body --openpose body_25.onnx --movenet lightning.onnx --out runs/compare --resume\n  \
+    evpose compare body --data data/test --train data/train --out runs/own\n\n\
+    People are simulated once for each seed and shared by all systems. OpenPose and MoveNet are run from ONNX \
+    files of yours, by a program built with the Cargo feature `onnx`; without a file their rows say how to get \
+    one. docs/guide/compare.md describes the systems and the protocol.")]
+pub struct CompareBodyArgs {
+    /// Systems to compare, comma-separated [default: all]
+    #[arg(long, value_delimiter = ',', value_parser = names())]
+    pub(crate) systems: Vec<String>,
+    #[command(flatten)]
+    pub(crate) stages: StageArgs,
+    /// Number of seeds, from that of the config on: intervals are over seeds
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..=100))]
+    pub(crate) seeds: u64,
+    /// Recordings with tables of poses, or images with annotations, to evaluate on [default: simulated
+    /// people]
+    #[arg(long, value_name = "DIR", requires = "train")]
+    pub(crate) data: Option<PathBuf>,
+    /// The same to train on
+    #[arg(long, value_name = "DIR", requires = "data")]
+    pub(crate) train: Option<PathBuf>,
+    /// A network of OpenPose (COCO, BODY_25) or of lightweight OpenPose
+    #[arg(long, value_name = "FILE.onnx")]
+    pub(crate) openpose: Option<PathBuf>,
+    /// A single-pose model of MoveNet, Lightning or Thunder
+    #[arg(long, value_name = "FILE.onnx")]
+    pub(crate) movenet: Option<PathBuf>,
+    /// Concurrent trainings, each with its share of the threads [default: one per thread, at most
+    /// 4; 1 on other devices than the CPU]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) jobs: Option<u16>,
+    /// Directory for data, trainings, tables and the page
+    #[arg(long, default_value = "runs/compare")]
+    pub(crate) out: PathBuf,
+    /// Continue an interrupted comparison in the directory, or add systems to it
+    #[arg(long)]
+    pub(crate) resume: bool,
+    #[command(flatten)]
+    pub(crate) device: DeviceArgs,
+}
+
+fn names() -> PossibleValuesParser {
+    let value = |system: &crate::compare::system::System| {
+        PossibleValue::new(system.name).help(system.about)
+    };
+    PossibleValuesParser::new(SYSTEMS.iter().map(value))
+}

@@ -1,0 +1,95 @@
+//! Networks of others, trained here: their configs, scaled as MoveEnet is, and their trainings.
+
+use std::path::Path;
+
+use crate::ablate::{Stages, networks};
+use anyhow::{Context, Result};
+use evpose_cli::progress::{bar, say};
+use evpose_cli::recorded;
+use evpose_nn::{BaselineNetworkConfig, DeviceKind};
+use evpose_task::baseline::BaselineConfig;
+use evpose_train::baseline::{baseline_frames, train_baseline};
+use evpose_train::{ProgressCallback, TrainOptions};
+
+use crate::compare::data::Data;
+use crate::compare::system::BaselineKind;
+
+/// Side of MoveEnet's input as published, in pixels.
+const PUBLISHED_SIDE_PX: f64 = 192.0;
+/// Sides of inputs are multiples of it, in pixels.
+const SIDE_STEP_PX: f64 = 4.0;
+/// The smallest side, in pixels.
+const MIN_SIDE_PX: f64 = 32.0;
+
+impl BaselineKind {
+    /// The training beside that of `stages`: the same recordings, steps and batches; input and channels
+    /// in proportion to the published ones as those of MoveEnet are.
+    pub(crate) fn config(self, stages: &Stages) -> BaselineConfig {
+        let experiment = &stages.finetune;
+        let mut config = match self {
+            Self::Dhp19Cnn => BaselineConfig::dhp19_cnn(),
+            Self::LiftMono => BaselineConfig::lift_mono(),
+        };
+        let scale = experiment.image.side_px as f64 / PUBLISHED_SIDE_PX;
+        #[expect(clippy::float_cmp, reason = "the published size is kept to the pixel")]
+        if scale != 1.0 {
+            let side = |published: usize| {
+                let scaled = published as f64 * scale / SIDE_STEP_PX;
+                (scaled.round() * SIDE_STEP_PX).max(MIN_SIDE_PX) as usize
+            };
+            let (width_px, height_px) = (config.image.width_px, config.image.height_px);
+            config = config.with_size(side(width_px), side(height_px));
+        }
+        match &mut config.network {
+            BaselineNetworkConfig::Dhp19Cnn(network) => network.width = experiment.network.width,
+            BaselineNetworkConfig::LiftMono(network) => network.width = experiment.network.width,
+        }
+        config.image.view = experiment.image.view;
+        config.image.denoise = experiment.image.denoise;
+        config.of_experiment(experiment)
+    }
+}
+
+/// Trains a baseline under a seed, unless it is finished.
+pub(crate) fn train(
+    (name, kind): (&str, BaselineKind),
+    out: &Path,
+    data: &Data,
+    stages: &Stages,
+    device: DeviceKind,
+) -> Result<()> {
+    let seed = stages.finetune.seed;
+    let run = networks::directory(out, name, seed);
+    if networks::is_finished(&run) {
+        return Ok(());
+    }
+    let directory = data.train(out, seed);
+    if data.given_train().is_none() {
+        recorded::prepare(&stages.finetune, &directory)?;
+    }
+    let config = kind.config(stages);
+    let frames = baseline_frames(&config, &directory, &|_| {})?;
+    let progress = bar(name, 0, "images");
+    let shown = progress.clone();
+    let callback = ProgressCallback::new(move |done| {
+        shown.set_length(done.total_samples);
+        shown.set_position(done.samples);
+    });
+    let options = TrainOptions {
+        device,
+        resume: true,
+        plain: true,
+        progress: Some(callback),
+        pause_after: None,
+    };
+    let summary = train_baseline(&config, frames, &run, &options)
+        .with_context(|| format!("training {}", run.display()))?;
+    progress.finish_and_clear();
+    let images = config.training.steps as f64 * config.training.batch_size as f64;
+    networks::mark_finished(
+        &run,
+        (summary.samples > 0).then(|| images / summary.samples_per_second),
+    )?;
+    say(format!("    {name}, seed {seed}: trained, {:.0} images/s", summary.samples_per_second));
+    Ok(())
+}

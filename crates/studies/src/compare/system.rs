@@ -1,0 +1,258 @@
+//! The registry of systems: input, origin of the weights, published figures.
+//!
+//! # Source
+//! Goyal et al.: *MoveEnet: Online High-Frequency Human Pose Estimation with an Event Camera*, CVPRW
+//! 2023, Tables 1 and 2 (Figures 5 and 6 are their curves), section 6 for speeds.
+
+use crate::ablate::{Network, Stages};
+use evpose_task::body::BodyConfig;
+
+use crate::compare::measure::{DataSet, Measure};
+
+/// A system that estimates poses of people.
+#[derive(Debug)]
+pub(crate) struct System {
+    pub(crate) name: &'static str,
+    /// Description in one line.
+    pub(crate) about: &'static str,
+    /// Images that it takes.
+    pub(crate) images: Images,
+    pub(crate) weights: Weights,
+    pub(crate) published: &'static [Figure],
+}
+
+/// A published figure.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Figure {
+    pub(crate) measure: Measure,
+    pub(crate) data_set: DataSet,
+    pub(crate) value: f64,
+}
+
+/// Images of a recording.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Images {
+    Eros,
+    /// Frames of 7500 events, labelled at their mean time.
+    FixedCount,
+    /// Integrated polarities.
+    Pim,
+    /// Photographs at the same times.
+    Grey,
+}
+
+/// Origin of a system's weights.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Weights {
+    /// A network of MoveEnet, trained here.
+    MoveEnet(Network),
+    /// A network of others, trained here.
+    Baseline(BaselineKind),
+    /// An ONNX file of the user.
+    File(FileKind),
+    /// The mean of all training poses.
+    MeanPose,
+}
+
+/// Networks of others that are trained here.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum BaselineKind {
+    Dhp19Cnn,
+    LiftMono,
+}
+
+/// Kinds of networks that are run from files.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum FileKind {
+    OpenPose,
+    MoveNet,
+}
+
+const fn dhp19(measure: Measure, value: f64) -> Figure {
+    Figure { measure, data_set: DataSet::Dhp19, value }
+}
+
+const fn eh36m(measure: Measure, value: f64) -> Figure {
+    Figure { measure, data_set: DataSet::Eh36m, value }
+}
+
+const fn online(value: f64) -> Figure {
+    Figure { measure: Measure::PosesPerS, data_set: DataSet::Online, value }
+}
+
+/// Name of MoveEnet, with which most are compared.
+pub(crate) const MOVE_ENET: &str = "move-enet";
+
+/// The registry.
+#[allow(clippy::approx_constant, reason = "6.28 is a published error in pixels")]
+pub(crate) const SYSTEMS: &[System] = &[
+    System {
+        name: MOVE_ENET,
+        about: "EROS, pre-trained on stills that look like one, fine-tuned on recordings",
+        images: Images::Eros,
+        weights: Weights::MoveEnet(Network::Full),
+        published: &[
+            dhp19(Measure::Pck40, 0.97),
+            dhp19(Measure::Pck60, 0.98),
+            dhp19(Measure::MpjpePx, 6.28),
+            eh36m(Measure::Pck40, 0.89),
+            eh36m(Measure::Pck80, 0.93),
+            online(100.0),
+        ],
+    },
+    System {
+        name: "move-enet-fixed-count",
+        about: "the same network on frames of 7500 events, from scratch",
+        images: Images::FixedCount,
+        weights: Weights::MoveEnet(Network::FixedCount),
+        published: &[eh36m(Measure::Pck40, 0.87), eh36m(Measure::Pck80, 0.93)],
+    },
+    System {
+        name: "move-enet-wo-finetune",
+        about: "the same network on EROS, pre-trained only",
+        images: Images::Eros,
+        weights: Weights::MoveEnet(Network::Pretrained),
+        published: &[eh36m(Measure::Pck40, 0.30), eh36m(Measure::Pck80, 0.52)],
+    },
+    System {
+        name: "move-enet-wo-pretrain",
+        about: "the same network on EROS, recordings only, from scratch",
+        images: Images::Eros,
+        weights: Weights::MoveEnet(Network::Scratch),
+        published: &[eh36m(Measure::Pck40, 0.59), eh36m(Measure::Pck80, 0.81)],
+    },
+    System {
+        name: "dhp19-cnn",
+        about: "the network of DHP19 on frames of 7500 events: a heatmap for each joint",
+        images: Images::FixedCount,
+        weights: Weights::Baseline(BaselineKind::Dhp19Cnn),
+        published: &[dhp19(Measure::MpjpePx, 7.03)],
+    },
+    System {
+        name: "lift-mono",
+        about: "LiftMono-HPE on frames of 7500 events: heatmaps on three planes, joints in space",
+        images: Images::FixedCount,
+        weights: Weights::Baseline(BaselineKind::LiftMono),
+        published: &[
+            dhp19(Measure::Pck40, 0.28),
+            dhp19(Measure::Pck60, 0.51),
+            dhp19(Measure::MpjpePx, 26.79),
+            online(2.0),
+        ],
+    },
+    System {
+        name: "openpose-grey",
+        about: "OpenPose on grey frames, from an ONNX file",
+        images: Images::Grey,
+        weights: Weights::File(FileKind::OpenPose),
+        published: &[eh36m(Measure::Pck40, 0.91), eh36m(Measure::Pck80, 0.92), online(10.0)],
+    },
+    System {
+        name: "openpose-pim",
+        about: "OpenPose on integrated polarities, from an ONNX file",
+        images: Images::Pim,
+        weights: Weights::File(FileKind::OpenPose),
+        published: &[eh36m(Measure::Pck40, 0.46), eh36m(Measure::Pck80, 0.54)],
+    },
+    System {
+        name: "movenet-grey",
+        about: "Google's MoveNet on grey frames, from an ONNX file",
+        images: Images::Grey,
+        weights: Weights::File(FileKind::MoveNet),
+        published: &[eh36m(Measure::Pck40, 0.84), eh36m(Measure::Pck80, 0.91)],
+    },
+    System {
+        name: "mean-pose",
+        about: "the mean of all training poses, the same on every image: a lower bound",
+        images: Images::Eros,
+        weights: Weights::MeanPose,
+        published: &[],
+    },
+];
+
+/// The systems of these names in the order of the registry, or all.
+pub(crate) fn selected(names: &[String]) -> Vec<&'static System> {
+    let is_chosen =
+        |system: &&System| names.is_empty() || names.iter().any(|name| name == system.name);
+    SYSTEMS.iter().filter(is_chosen).collect()
+}
+
+impl System {
+    /// The network of MoveEnet, where it is one.
+    pub(crate) fn network(&self) -> Option<Network> {
+        match self.weights {
+            Weights::MoveEnet(network) => Some(network),
+            _ => None,
+        }
+    }
+
+    /// The experiment whose images it is evaluated on.
+    pub(crate) fn experiment(&self, stages: &Stages) -> BodyConfig {
+        let mut config = match self.images {
+            Images::Eros => Network::Scratch,
+            Images::FixedCount => Network::FixedCount,
+            Images::Pim => Network::Pim,
+            Images::Grey => Network::Grey,
+        }
+        .config(stages);
+        // The blur is for networks that were trained with it.
+        if matches!(self.weights, Weights::File(_)) {
+            config.image.blur = None;
+        }
+        config
+    }
+
+    /// The published figure of a measure.
+    pub(crate) fn figure(&self, measure: Measure, data_set: DataSet) -> Option<f64> {
+        let mut figures = self.published.iter();
+        let is_it = |figure: &&Figure| figure.measure == measure && figure.data_set == data_set;
+        figures.find(is_it).map(|figure| figure.value)
+    }
+}
+
+impl Images {
+    /// In a table.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Eros => "EROS",
+            Self::FixedCount => "7500 events",
+            Self::Pim => "PIM",
+            Self::Grey => "grey",
+        }
+    }
+}
+
+impl FileKind {
+    /// How the file is given, and where one comes from.
+    pub(crate) fn how_to_get(self) -> &'static str {
+        match self {
+            Self::OpenPose => {
+                "give --openpose FILE.onnx: a COCO or BODY_25 network of OpenPose, or lightweight OpenPose, \
+                 exported to ONNX"
+            }
+            Self::MoveNet => {
+                "give --movenet FILE.onnx: MoveNet SinglePose Lightning or Thunder, converted to ONNX by tf2onnx"
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_one_of_a_kind_and_figures_are_given_once() {
+        for system in SYSTEMS {
+            assert_eq!(SYSTEMS.iter().filter(|other| other.name == system.name).count(), 1);
+            for figure in system.published {
+                let same = |other: &&Figure| {
+                    other.measure == figure.measure && other.data_set == figure.data_set
+                };
+                assert_eq!(system.published.iter().filter(same).count(), 1, "{}", system.name);
+            }
+        }
+        assert_eq!(selected(&["openpose-pim".to_owned()])[0].name, "openpose-pim");
+        assert_eq!(selected(&[]).len(), SYSTEMS.len());
+    }
+}

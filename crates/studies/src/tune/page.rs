@@ -1,0 +1,223 @@
+//! The results as a page: table, score against each parameter, curves of each rung.
+
+use anyhow::Result;
+use evpose_report::chart::{self, Chart, ChartAxis, Mark, Series};
+use evpose_report::colour::{Colour, palette};
+use evpose_report::html::{HtmlPage, escape};
+use evpose_train::LOSS;
+
+use crate::tune::distribution::Distribution;
+use crate::tune::outcome::{SearchOutcome, TrialOutcome};
+use crate::tune::space::{Parameter, SearchSpace, inline};
+
+/// Curves that end at a rung.
+const ENDED: Colour = (190, 194, 203);
+/// Size of a chart of the scores, pixels.
+const SCATTER: (u32, u32) = (370, 290);
+
+/// The page as one HTML document; `config` is that of trial 0.
+pub(crate) fn html(outcome: &SearchOutcome, space: &SearchSpace, config: &str) -> Result<String> {
+    let mut page = HtmlPage::new(
+        "Hyper-parameter search",
+        &format!("evpose tune, task {}: {}", outcome.task, outcome.network),
+    );
+    page.section("Trials", &introduction(outcome));
+    let header: Vec<&str> =
+        outcome.header().into_iter().map(|name| short_name(outcome, name)).collect();
+    page.table(&header, &rows(outcome));
+
+    let better = if outcome.higher_is_better { "higher" } else { "lower" };
+    page.section(
+        &format!("Validation {} against each parameter", outcome.rank),
+        &format!(
+            "One point a trial, in the last rung that it reached: {better} is better, and points of \
+             different rungs have been trained for different times. Trials that diverged are left out."
+        ),
+    );
+    let scatters = space.parameters().iter().map(|parameter| scatter(outcome, parameter));
+    page.plots(&scatters.collect::<Result<Vec<_>>>()?);
+
+    page.section(
+        &format!("Validation {} of each rung", outcome.rank),
+        "A curve a trial. The learning rate at each step is that of a whole training, so a curve goes \
+         on in the next rung where it ended.",
+    );
+    let curves = (1..=outcome.rungs.len()).filter_map(|rung| curves(outcome, rung).transpose());
+    page.plots(&curves.collect::<Result<Vec<_>>>()?);
+
+    page.section("How it was made", "");
+    page.details("Ranges", space.text());
+    page.details("Config of trial 0", config);
+    Ok(page.finish())
+}
+
+fn introduction(outcome: &SearchOutcome) -> String {
+    let diverged = outcome.trials.iter().filter(|trial| trial.score.is_none()).count();
+    let state = match (outcome.is_complete, outcome.best()) {
+        (_, None) => "No trial has a score yet.".to_owned(),
+        (true, Some(best)) => {
+            format!("The best is trial {}: {}.", best.trial, outcome.score(best))
+        }
+        (false, Some(best)) => {
+            format!(
+                "Not finished. So far the best is trial {}: {}.",
+                best.trial,
+                outcome.score(best)
+            )
+        }
+    };
+    format!(
+        "{state} {} of {} trials have results, {diverged} of them diverged. Trial 0 is the config as it \
+         is. Values are those of validation at the checkpoint that a training keeps, the one of the \
+         lowest loss. The same validation data chose the best of {} trials, so its value is \
+         better than it will be on other data: evaluate it on held-out recordings.",
+        outcome.trials.len(),
+        outcome.count,
+        outcome.count
+    )
+}
+
+fn rows(outcome: &SearchOutcome) -> Vec<Vec<String>> {
+    let fields = outcome.parameters.len();
+    let short = |(index, cell): (usize, String)| {
+        // Behind trial, fields, rung, steps, status and step come the logged values.
+        let value = (index > fields + 4).then(|| cell.parse::<f64>().ok()).flatten();
+        value.map_or_else(|| escape(&cell), |value| format!("{value:.4}"))
+    };
+    let row =
+        |trial: &TrialOutcome| outcome.row(trial).into_iter().enumerate().map(short).collect();
+    outcome.trials.iter().map(row).collect()
+}
+
+/// The last part of a field's dotted name, unless two fields share it: columns are narrow.
+fn short_name<'a>(outcome: &SearchOutcome, name: &'a str) -> &'a str {
+    let last = |name: &'a str| name.rsplit('.').next().unwrap_or(name);
+    let namesakes =
+        outcome.parameters.iter().filter(|field| field.rsplit('.').next() == Some(last(name)));
+    if namesakes.count() > 1 { name } else { last(name) }
+}
+
+/// The axis of the ranking value.
+fn score_axis(outcome: &SearchOutcome) -> ChartAxis {
+    // Losses fall by orders of magnitude.
+    let name = format!("validation {}", outcome.rank);
+    if outcome.rank == LOSS { ChartAxis::log(&name) } else { ChartAxis::new(&name) }
+}
+
+/// The score of every trial over the values of a parameter.
+fn scatter(outcome: &SearchOutcome, parameter: &Parameter) -> Result<String> {
+    let place = |trial: &TrialOutcome| -> Option<f64> {
+        let value = trial.values.get(&parameter.field)?;
+        match &parameter.distribution {
+            Distribution::Choose(values) => {
+                values.iter().position(|known| known == value).map(|index| index as f64)
+            }
+            _ => value.as_float().or(value.as_integer().map(|v| v as f64)),
+        }
+    };
+    let point = |trial: &TrialOutcome| Some((place(trial)?, trial.score?));
+    let dots = |label: String, colour, points: Vec<(f64, f64)>| Series {
+        label,
+        colour,
+        mark: Mark::Discs,
+        points,
+    };
+    let mut series: Vec<Series> = (1..=outcome.rungs.len())
+        .map(|rung| {
+            let trials = outcome.trials.iter().filter(|trial| trial.rung == rung);
+            let label = match outcome.rungs.len() {
+                1 => "trials".to_owned(),
+                _ => format!("to step {}", outcome.rungs[rung - 1]),
+            };
+            dots(label, palette(rung + 1), trials.filter_map(point).collect())
+        })
+        .filter(|series| !series.points.is_empty())
+        .collect();
+    let alone = |label: &str, colour, trial: Option<&TrialOutcome>| {
+        let point = trial.and_then(point);
+        point.map(|point| dots(label.to_owned(), colour, vec![point]))
+    };
+    let base = outcome.trials.iter().find(|trial| trial.trial == 0);
+    series.extend(alone("as it is", palette(1), base));
+    series.extend(alone("best", palette(0), outcome.best()));
+    let x = axis(parameter);
+    let chart = Chart { title: parameter.field.clone(), x, y: score_axis(outcome), series };
+    Ok(chart::svg(&chart, SCATTER)?)
+}
+
+/// The axis of a parameter's values.
+fn axis(parameter: &Parameter) -> ChartAxis {
+    match &parameter.distribution {
+        Distribution::Choose(values) => {
+            let names: Vec<String> =
+                values.iter().map(|value| inline(value).replace('"', "")).collect();
+            let named: Vec<(f64, &str)> =
+                names.iter().enumerate().map(|(i, name)| (i as f64, name.as_str())).collect();
+            ChartAxis::new("").over(-0.5, values.len() as f64 - 0.5).named(&named)
+        }
+        Distribution::Integer(..) => ChartAxis::new("").whole(),
+        other if other.is_log() => ChartAxis::log(""),
+        _ => ChartAxis::new(""),
+    }
+}
+
+/// Curves of the trials of a rung (from 1), those that went on or won in colour. None without any.
+fn curves(outcome: &SearchOutcome, rung: usize) -> Result<Option<String>> {
+    let is_last = rung == outcome.rungs.len();
+    let end = outcome.rungs[rung - 1];
+    let best = outcome.best().map(|best| best.trial);
+    let mut series: Vec<(u8, Series)> = Vec::new();
+    for trial in outcome.trials.iter().filter(|trial| trial.rung >= rung) {
+        // A trial may be of another length than the config where that is searched.
+        let validations = trial.validations.iter().filter(|v| is_last || v.step <= end);
+        let points: Vec<(f64, f64)> = validations
+            .filter_map(|v| Some((v.step as f64, *v.values.get(&outcome.rank)?)))
+            .collect();
+        let (layer, label, colour) = match () {
+            () if is_last && Some(trial.trial) == best => (2, "best", palette(0)),
+            () if !is_last && trial.rung > rung => (1, "goes on", palette(0)),
+            () if trial.trial == 0 => (1, "as it is", palette(1)),
+            () => (0, if is_last { "others" } else { "ends here" }, ENDED),
+        };
+        // The legend has each kind once.
+        let label = if series.iter().any(|(_, s)| s.label == label) { "" } else { label };
+        // A single validation is no line.
+        let mark = if points.len() == 1 { Mark::Discs } else { Mark::Line };
+        series.push((layer, Series { label: label.to_owned(), colour, mark, points }));
+    }
+    if series.is_empty() {
+        return Ok(None);
+    }
+    series.sort_by_key(|(layer, _)| *layer);
+    let chart = Chart {
+        title: format!("Rung {rung}, to step {end}"),
+        x: ChartAxis::new("optimiser steps").from_zero(),
+        y: score_axis(outcome),
+        series: series.into_iter().map(|(_, series)| series).collect(),
+    };
+    Ok(Some(chart::curves(&chart)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tune::outcome::tests::{outcome, rungs};
+
+    #[test]
+    fn the_page_has_a_row_a_trial_a_chart_a_parameter_and_curves_of_each_rung() -> Result<()> {
+        let text = "training.learning_rate = { log_uniform = [1e-4, 1e-2] }\nnetwork.backbone = { \
+                    choose = [\"net, 1\", \"net, 2\"] }\n";
+        let space = SearchSpace::parse("over.toml".as_ref(), text)?;
+        let page = html(&outcome("loss", &rungs()), &space, "seed = 1")?;
+        assert_eq!(page.matches("<svg").count(), 2 + 2);
+        assert_eq!(page.matches("<tr>").count(), 1 + 4);
+        assert!(page.contains("The best is trial 3: loss 0.2000 at step 30."), "{page}");
+        assert!(page.contains("goes on") && page.contains("1 of them diverged"));
+        assert!(!page.contains("<script"));
+
+        let begun = html(&outcome("loss", &rungs()[..1]), &space, "seed = 1")?;
+        assert!(begun.contains("Not finished."));
+        assert_eq!(begun.matches("<svg").count(), 2 + 1, "no curves of a rung without trials");
+        Ok(())
+    }
+}

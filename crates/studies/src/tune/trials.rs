@@ -1,0 +1,176 @@
+//! The configs of the trials, all checked before the first is trained.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail, ensure};
+use evpose_cli::args::ConfigArgs;
+use evpose_cli::shipped::checkpoint_path;
+use evpose_cli::tasks::{PoseExperiment, PoseTask, StartWeights, experiment};
+use evpose_train::LOSS;
+use toml::Value;
+
+use crate::tune::args::{TuneArgs, TuneMethod};
+use crate::tune::space::{Parameter, SearchSpace, inline};
+
+/// Fields, or sections of them, that a search cannot be over, and the reason.
+const FIXED: [(&str, &str); 10] = [
+    ("task", "says which networks are searched"),
+    ("seed", "is shared by all trials, so that nothing but the parameters differs"),
+    ("out", "is a directory, not a parameter"),
+    ("start_from", "is no parameter: give --start-from"),
+    ("simulation", "trials share their recordings: simulate others into a --data of their own"),
+    ("evaluation", "changes no training"),
+    ("training.validation_s", VALIDATION),
+    ("training.validation_samples", VALIDATION),
+    ("data.validation_share", VALIDATION),
+    ("data.stills", VALIDATION),
+];
+const VALIDATION: &str = "trials are compared on the same validation data";
+/// Sections whose fields scale the loss.
+const SCALES: [&str; 2] = ["loss", "targets"];
+
+/// Whether `field` is `section` or inside it.
+fn is_in(field: &str, section: &str) -> bool {
+    field.strip_prefix(section).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+}
+
+/// The experiments of a search.
+pub(crate) struct TrialConfigs<'a> {
+    config: &'a ConfigArgs,
+    start_from: Option<PathBuf>,
+    space: &'a SearchSpace,
+    /// The config as it is: trial 0.
+    pub(crate) base: Box<dyn PoseExperiment>,
+    pub(crate) task: &'static dyn PoseTask,
+    base_values: toml::Table,
+}
+
+impl<'a> TrialConfigs<'a> {
+    /// Reads the config and checks that the space is one of it.
+    ///
+    /// # Errors
+    /// If a field of the space is unknown to the config, of another type, or nothing to search over.
+    pub(crate) fn new(args: &'a TuneArgs, space: &'a SearchSpace) -> Result<Self> {
+        let start_from = args.start_from.as_deref().map(checkpoint_path).transpose()?;
+        let (task, base) = experiment(&args.config, start_of(start_from.as_deref()))?;
+        let base_values = toml::from_str(&base.to_toml()?).context("the config as TOML")?;
+        let configs = Self { config: &args.config, start_from, space, base, task, base_values };
+        for parameter in space.parameters() {
+            configs.check(parameter, args)?;
+        }
+        Ok(configs)
+    }
+
+    fn check(&self, parameter: &Parameter, args: &TuneArgs) -> Result<()> {
+        let refuse = |message: String| Err(self.space.refuse(parameter, message).into());
+        let field = parameter.field.as_str();
+        if let Some((_, why)) = FIXED.iter().find(|(fixed, _)| is_in(field, fixed)) {
+            return refuse((*why).to_owned());
+        }
+        let is_length = ["training.steps", "training.steps_per_validation"].contains(&field);
+        if is_length && args.method == TuneMethod::Halving {
+            return refuse(
+                "halving decides how long trials are trained: leave it to the config, or take \
+                 --method random"
+                    .to_owned(),
+            );
+        }
+        if args.rank == LOSS && SCALES.iter().any(|section| is_in(field, section)) {
+            let values = self.base.logged_values();
+            let others: Vec<&str> = values.iter().map(|v| v.name).filter(|n| *n != LOSS).collect();
+            return refuse(format!(
+                "losses that are scaled otherwise cannot be compared: rank by another value, --rank {}",
+                others.join(", ")
+            ));
+        }
+        for value in parameter.distribution.extremes() {
+            let overrides = vec![format!("{field}={}", inline(&value))];
+            if let Err(error) = self.experiment(overrides) {
+                return refuse(format!("{}: {error:#}", inline(&value)));
+            }
+        }
+        Ok(())
+    }
+
+    fn experiment(&self, mut changes: Vec<String>) -> Result<Box<dyn PoseExperiment>> {
+        let mut overrides = self.config.overrides.clone();
+        overrides.append(&mut changes);
+        let args = ConfigArgs { config: self.config.config.clone(), overrides };
+        let (task, experiment) = experiment(&args, start_of(self.start_from.as_deref()))?;
+        ensure!(task.name() == self.task.name(), "of another task");
+        Ok(experiment)
+    }
+
+    /// The values of trial `trial`; none where the config does not have the field.
+    pub(crate) fn values(&self, trial: u64) -> Vec<Option<Value>> {
+        let seed = self.base.seed();
+        let value = |parameter: &Parameter| match trial {
+            0 => value_of(&self.base_values, &parameter.field),
+            _ => Some(parameter.draw(seed, trial)),
+        };
+        self.space.parameters().iter().map(value).collect()
+    }
+
+    /// The values of trial `trial` in words.
+    pub(crate) fn description(&self, trial: u64) -> String {
+        if trial == 0 {
+            return "the config as it is".to_owned();
+        }
+        let parameters = self.space.parameters().iter().zip(self.values(trial));
+        let words = parameters.filter_map(|(parameter, value)| {
+            Some(format!("{} = {}", parameter.field, inline(&value?)))
+        });
+        words.collect::<Vec<_>>().join(", ")
+    }
+
+    /// The experiment of trial `trial`.
+    ///
+    /// # Errors
+    /// If its values make no sense together.
+    pub(crate) fn trial(&self, trial: u64) -> Result<Box<dyn PoseExperiment>> {
+        let parameters = self.space.parameters().iter().zip(self.values(trial));
+        let changes = match trial {
+            0 => Vec::new(),
+            _ => parameters
+                .filter_map(|(parameter, value)| {
+                    Some(format!("{}={}", parameter.field, inline(&value?)))
+                })
+                .collect(),
+        };
+        self.experiment(changes).with_context(|| {
+            format!("trial {trial} ({}): narrow the ranges of --over", self.description(trial))
+        })
+    }
+
+    /// Checks the value that trials are ranked by; returns whether more of it is better.
+    ///
+    /// # Errors
+    /// If no training of the task logs it.
+    pub(crate) fn rank(&self, name: &str) -> Result<bool> {
+        let values = self.base.logged_values();
+        match values.iter().find(|value| value.name == name) {
+            Some(value) => Ok(value.higher_is_better),
+            None => {
+                let known: Vec<&str> = values.iter().map(|value| value.name).collect();
+                bail!(
+                    "--rank {name}: trainings of the task `{}` log {}",
+                    self.task.name(),
+                    known.join(", ")
+                )
+            }
+        }
+    }
+}
+
+/// The weights of the argument, or else those of the config.
+fn start_of(run: Option<&Path>) -> StartWeights<'_> {
+    run.map_or(StartWeights::OfConfig, StartWeights::Run)
+}
+
+/// The value of a dotted field of a table.
+fn value_of(table: &toml::Table, field: &str) -> Option<Value> {
+    match field.split_once('.') {
+        None => table.get(field).cloned(),
+        Some((section, rest)) => value_of(table.get(section)?.as_table()?, rest),
+    }
+}

@@ -1,0 +1,72 @@
+//! `evpose`: pose estimation from event cameras, on the command line.
+//!
+//! [`main`] is the whole program, for programs that register effects, representations, cleaners and
+//! backbones of their own before they call it. All else is in the crates below.
+
+mod args;
+mod commands;
+#[cfg(feature = "networks")]
+mod networks;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use args::Args;
+
+/// Runs the command that the arguments of the process name.
+pub fn main() -> ExitCode {
+    #[cfg(feature = "networks")]
+    evpose_cli::shipped::embed(networks::NETWORKS);
+    match commands::run(&Args::parse().command) {
+        Ok(code) => code,
+        Err(error) => report_error(&error),
+    }
+}
+
+/// Prints an error with its causes; returns the exit code that it has.
+pub fn report_error(error: &anyhow::Error) -> ExitCode {
+    say_error(&format!("evpose: {}", message_of(error)));
+    if error.is::<evpose_cli::bad_input::BadInput>() {
+        ExitCode::from(2)
+    } else {
+        ExitCode::FAILURE
+    }
+}
+
+/// An error with its causes. Messages that end with their cause do not repeat it.
+fn message_of(error: &anyhow::Error) -> String {
+    error
+        .chain()
+        .map(ToString::to_string)
+        .reduce(
+            |message, cause| {
+                if message.ends_with(&cause) { message } else { format!("{message}: {cause}") }
+            },
+        )
+        .unwrap_or_default()
+}
+
+#[expect(clippy::print_stderr, reason = "the one place where errors reach the user")]
+fn say_error(message: &str) {
+    eprintln!("{message}");
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::{Error, ErrorKind};
+
+    use anyhow::Context as _;
+
+    use super::*;
+
+    #[test]
+    fn a_cause_is_said_once() {
+        let cause = || Error::from(ErrorKind::NotFound);
+        let text = cause().to_string();
+        let io = evpose_task::TaskError::Io { path: "nofile".into(), source: cause() };
+        assert_eq!(message_of(&io.into()), format!("nofile: {text}"));
+        let read = Err::<(), _>(cause()).context("reading nofile").expect_err("an error");
+        assert_eq!(message_of(&read), format!("reading nofile: {text}"));
+    }
+}
