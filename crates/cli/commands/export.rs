@@ -25,7 +25,7 @@ pub(crate) struct ExportArgs {
     #[arg(long)]
     pub(crate) checkpoint: Option<PathBuf>,
     /// The ONNX file to write
-    #[arg(long, alias = "out")]
+    #[arg(long)]
     pub(crate) onnx: PathBuf,
 }
 

@@ -2,8 +2,8 @@
 
 use anyhow::{Result, bail};
 use evpose_body::files::ModelFile;
+use evpose_commands::opening::OpeningArgs;
 
-use super::opening::FileOpeningArgs;
 use super::{checkpoint_info, data_set, devices};
 use evpose_app::progress::say;
 use evpose_app::shipped::{card_of, checkpoint_path};
@@ -27,7 +27,7 @@ pub(crate) struct InfoArgs {
     #[arg(long, conflicts_with_all = ["files", "verify"])]
     pub(crate) devices: bool,
     #[command(flatten)]
-    pub(crate) opening: FileOpeningArgs,
+    pub(crate) opening: OpeningArgs,
 }
 
 pub(crate) fn run(args: &InfoArgs) -> Result<()> {
