@@ -5,7 +5,7 @@
 //! # fx and fy of OpenCV's camera matrix.
 //! focal_px = [252.9, 253.1]
 //! # From the corner of the image, as all positions in pixels: cx + 0.5 and cy + 0.5 of OpenCV, whose pixel
-//! # centres lie at whole numbers. `centre_px = [129.6, 89.7]`, OpenCV's own, says the same.
+//! # centres lie at whole numbers.
 //! principal_px = [130.1, 90.2]
 //! # In OpenCV's order: k1 k2 p1 p2, k3, k4 k5 k6, s1 s2 s3 s4, tx ty; 0, 4, 5, 8, 12 or 14 of them.
 //! distortion = [-0.36, 0.16, 0.0, 0.0]
@@ -28,11 +28,7 @@ pub struct CameraFile {
     /// Focal lengths in pixels.
     pub focal_px: [f64; 2],
     /// Principal point, in pixels from the top-left corner of the image.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub principal_px: Option<[f64; 2]>,
-    /// The same as OpenCV counts, from the centre of the first pixel; one of both is given.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub centre_px: Option<[f64; 2]>,
+    pub principal_px: [f64; 2],
     /// Coefficients of the distortion in OpenCV's order.
     #[serde(default)]
     pub distortion: Vec<f64>,
@@ -44,8 +40,7 @@ impl CameraFile {
         Self {
             sensor: SensorSize::DAVIS240C,
             focal_px: [252.912_940_04, 253.082_705_35],
-            principal_px: None,
-            centre_px: Some([129.631_818_08, 89.725_985_11]),
+            principal_px: [129.631_818_08 + 0.5, 89.725_985_11 + 0.5],
             distortion: vec![
                 -33.078_311_8,
                 340.196_626,
@@ -82,23 +77,11 @@ impl CameraFile {
     /// # Errors
     /// A description of the invalid values.
     pub fn camera(&self) -> Result<LensCamera, String> {
-        let principal_px = match (self.principal_px, self.centre_px) {
-            (Some(corner), None) => corner,
-            (None, Some(centre)) => centre.map(|at| at + 0.5),
-            _ => {
-                return Err(
-                    "one of `principal_px` (from the corner of the image) and `centre_px` \
-                            (cx and cy of OpenCV) is expected"
-                        .to_owned(),
-                );
-            }
-        };
         if self.sensor.pixels() == 0 {
             return Err(format!("sensor: {} has no pixels", self.sensor));
         }
-        let point = if self.centre_px.is_some() { "centre_px" } else { "principal_px" };
-        LensCamera::from_file(self.focal_px, principal_px, &self.distortion)
-            .map_err(|error| error.in_field(["focal_px", point, "distortion"]))
+        LensCamera::from_file(self.focal_px, self.principal_px, &self.distortion)
+            .map_err(|error| error.in_field(["focal_px", "principal_px", "distortion"]))
     }
 }
 
@@ -114,9 +97,8 @@ mod tests {
         fs::write(&path, toml::to_string(&camera).unwrap()).unwrap();
         assert_eq!(CameraFile::load(&path).unwrap(), camera);
         type Spoil = fn(&mut CameraFile);
-        let faults: [(Spoil, &str); 6] = [
-            (|c| c.principal_px = Some([130.0, 90.0]), "one of `principal_px`"),
-            (|c| c.centre_px = None, "one of `principal_px`"),
+        let faults: [(Spoil, &str); 5] = [
+            (|c| c.principal_px[0] = f64::NAN, "principal_px: "),
             (|c| c.distortion.truncate(3), "3 coefficients of distortion"),
             (|c| c.focal_px[1] = 0.0, "focal_px: focal lengths of [252.91294004, 0.0] pixels"),
             (|c| c.sensor.width = 0, "sensor: 0x180 has no pixels"),
@@ -129,13 +111,5 @@ mod tests {
             let error = CameraFile::load(&path).unwrap_err().to_string();
             assert!(error.contains(reason), "{error}");
         }
-    }
-
-    #[test]
-    fn the_corner_is_half_a_pixel_from_the_centre_of_the_first_pixel() {
-        let opencv = CameraFile::davis240c_eventhands();
-        let principal_px = opencv.centre_px.map(|centre| centre.map(|at| at + 0.5));
-        let corner = CameraFile { principal_px, centre_px: None, ..opencv.clone() };
-        assert_eq!(corner.camera().unwrap(), opencv.camera().unwrap());
     }
 }

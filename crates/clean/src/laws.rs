@@ -34,7 +34,7 @@ impl Files {
         let mask = Mask { sensor: SENSOR, pixels: vec![(8, 6), (0, 0)], rectangles };
         mask.save(&folder.path().join("mask.toml")).unwrap();
         let camera = "sensor = { width = 9, height = 7 }\nfocal_px = [8.0, 8.0]\n\
-                      centre_px = [4.0, 3.0]\ndistortion = [-0.25, 0.05, 0.01, 0.0]\n";
+                      principal_px = [4.5, 3.5]\ndistortion = [-0.25, 0.05, 0.01, 0.0]\n";
         std::fs::write(folder.path().join("camera.toml"), camera).unwrap();
         Self(folder)
     }

@@ -60,11 +60,6 @@ pub struct TimeWindow {
 }
 
 impl TimeWindow {
-    /// The window of `length` that ends just before `end`.
-    pub fn ending_at(end: Micros, length: Micros) -> Self {
-        Self { start: end - length, end }
-    }
-
     /// `end - start`.
     pub fn length(self) -> Micros {
         self.end - self.start
@@ -87,7 +82,7 @@ mod tests {
         fn a_window_is_as_long_as_asked_for_and_ends_before_its_end(
             end in -1_000i64..1_000, length in 0i64..1_000, t in -2_000i64..2_000,
         ) {
-            let window = TimeWindow::ending_at(Micros(end), Micros(length));
+            let window = TimeWindow { start: Micros(end - length), end: Micros(end) };
             prop_assert_eq!(window.length(), Micros(length));
             prop_assert_eq!(window.contains(Micros(t)), (end - length..end).contains(&t));
         }

@@ -13,7 +13,6 @@ pub enum StatisticBlock {
     /// Lags behind the reference.
     Timing,
     /// Change of log luminance between two events of a pixel.
-    #[serde(alias = "swing")]
     LogIntensityStep,
     /// Intervals between two events of a pixel.
     Interval,

@@ -74,7 +74,7 @@ pub struct Finding {
     pub parameters: std::collections::BTreeMap<String, Quantity>,
     /// Of an effect: probability that the identification is right, as a fit to cases whose truth is
     /// known has it (`evpose gap calibrate`); without a scene, that it is not chance. None of a
-    /// parameter; up to schema 2 that it differs from the given value.
+    /// parameter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub probability: Option<f64>,
     /// Effects that this recording does not distinguish from it.
@@ -112,11 +112,11 @@ pub struct GapValue {
 /// The part of the gap that the corrected model leaves unexplained.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Unexplained {
-    /// Fraction of the gap as given that is left on held-out data; NaN in verdicts of schema 1.
-    #[serde(default = "unknown", deserialize_with = "or_unknown")]
+    /// Fraction of the gap as given that is left on held-out data.
+    #[serde(deserialize_with = "or_unknown")]
     pub fraction: f64,
     /// Probability that a run of the corrected model deviates as much, from replicates.
-    #[serde(default = "unknown", deserialize_with = "or_unknown")]
+    #[serde(deserialize_with = "or_unknown")]
     pub p: f64,
     /// Whether it is significant, and beyond what two simulators of one sensor differ by.
     pub is_significant: bool,
@@ -175,8 +175,7 @@ pub struct Verdict {
     pub verdict: Answer,
     /// Missing effects and wrong parameters, those that explain most first.
     pub effects: Vec<Finding>,
-    /// The part of the gap that is left; `remaining` in schema 1.
-    #[serde(alias = "remaining")]
+    /// The part of the gap that is left.
     pub unexplained: Unexplained,
     /// Gap of the model as given, on held-out data.
     pub gap_before: GapValue,
@@ -209,11 +208,6 @@ impl Verdict {
     pub fn is_scene_free(&self) -> bool {
         self.gap_before.value.is_nan()
     }
-}
-
-/// A value that the file does not have.
-fn unknown() -> f64 {
-    f64::NAN
 }
 
 /// Reads `null`, which is how JSON holds an unknown value, as NaN.

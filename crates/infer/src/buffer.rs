@@ -116,13 +116,4 @@ impl Buffer {
             _ => self.f32().min_max(),
         }
     }
-
-    /// Memory in bytes, the border included.
-    pub(crate) fn bytes(&self) -> usize {
-        match self {
-            Self::F32(image) => image.bytes(),
-            Self::LowPrecision(image) => image.bytes(),
-            Self::Nchw(image) => image.bytes(),
-        }
-    }
 }

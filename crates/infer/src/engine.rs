@@ -229,11 +229,6 @@ impl Engine {
         self.thread_pool.threads()
     }
 
-    /// Memory of the buffers of all values, in bytes.
-    pub fn buffer_bytes(&self) -> usize {
-        self.buffers.iter().map(Buffer::bytes).sum()
-    }
-
     /// Copies an image to the buffer of the input.
     fn copy_input(&mut self, input: &[f32]) {
         let (slot, affine) = self.input;

@@ -14,7 +14,6 @@
 //! * [`framed`]: a stream for sockets and pipes, of our own.
 //! * [`poses`]: poses of hands and people over time, as tables and JSON Lines, and the layouts of other
 //!   programs.
-//! * [`predictions`]: joints of bodies over time, as MoveEnet's programs write them.
 //! * [`tensors`]: windows of a recording as dense planes, for other programs.
 //! * [`frames`]: the light of an image sequence, one frame at a time.
 //!
@@ -65,7 +64,7 @@ pub mod npz;
 mod open;
 pub mod poses;
 mod positional;
-pub mod predictions;
+mod predictions;
 mod sink;
 mod sniff;
 mod source;
@@ -86,7 +85,6 @@ pub use open::{
     detect_format, find_sensor, format_by_name, format_for, info, input, open, open_as, open_with,
     read_as, read_as_in, recordings_by_stem, source, source_in, writable_format,
 };
-pub use predictions::{PredictionWriter, read_predictions};
 pub use sink::EventSink;
 pub use source::{
     BlockSource, DecodeFault, Decoder, EventSource, Header, Input, MemorySource, OpenOptions,

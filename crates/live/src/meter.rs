@@ -217,7 +217,7 @@ pub struct Report {
     pub dropped_poses: u64,
     /// Inferred poses.
     pub network: LatencySummary,
-    /// Propagated poses. Reports of earlier versions call it `between`.
+    /// Propagated poses.
     pub propagated: LatencySummary,
 }
 

@@ -4,7 +4,6 @@
 
 mod golden;
 
-use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::Path;
 
@@ -12,7 +11,7 @@ use burn::module::Module;
 use burn::optim::GradientsParams;
 use burn::tensor::{Device, Tensor, TensorData};
 use evpose_nn::parameters::{Slot, fill, read, slots};
-use evpose_nn::weights::{load_move_enet, save_safetensors};
+use evpose_nn::weights::load_move_enet;
 use evpose_nn::{MoveEnet, MoveEnetConfig, NnError};
 use golden::{data, hashed, values, worst};
 use serde::Deserialize;
@@ -190,31 +189,4 @@ fn weights_of_another_network_are_named() {
     let NnError::Mismatch { mismatch, .. } = &renamed else { panic!("{renamed}") };
     assert_eq!(mismatch.missing, ["backbone.features4.2.conv2.3.weight"]);
     assert_eq!(mismatch.unexpected, ["backbone.features4.2.konv2.3.weight"]);
-}
-
-#[test]
-fn safetensors_hold_every_value_under_its_name() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("weights.safetensors");
-    let network = tiny().init(3, &Device::flex()).unwrap();
-    save_safetensors(&path, &network).unwrap();
-    let bytes = std::fs::read(&path).unwrap();
-    let (length, rest) = bytes.split_first_chunk::<8>().unwrap();
-    let (header, data) = rest.split_at(u64::from_le_bytes(*length) as usize);
-    #[derive(Deserialize)]
-    struct Entry {
-        dtype: String,
-        shape: Vec<usize>,
-        data_offsets: [usize; 2],
-    }
-    let mut entries: BTreeMap<String, Entry> = serde_json::from_slice(header).unwrap();
-    assert_eq!(header.len() % 8, 0);
-    for (slot, values) in read(&network) {
-        let entry = entries.remove(&network.pytorch_name(&slot)).unwrap();
-        let [begin, end] = entry.data_offsets;
-        let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
-        assert_eq!((entry.dtype.as_str(), entry.shape), ("F32", slot.shape));
-        assert!(data[begin..end] == bytes, "{}", slot.path);
-    }
-    assert!(entries.is_empty());
 }

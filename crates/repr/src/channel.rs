@@ -12,10 +12,8 @@ use serde::{Deserialize, Serialize};
 pub enum ChannelOrder {
     /// Channel 0 is OFF, channel 1 is ON: the channel is the polarity's number.
     #[default]
-    #[serde(alias = "off_first")]
     OffFirst,
     /// Channel 0 is ON, channel 1 is OFF.
-    #[serde(alias = "on_first")]
     OnFirst,
 }
 
@@ -45,18 +43,6 @@ mod tests {
             for channel in 0..2 {
                 assert_eq!(order.channel(order.polarity(channel)), channel);
             }
-        }
-    }
-
-    #[test]
-    fn both_spellings_are_read() {
-        use serde::de::value::{Error, StrDeserializer};
-        let read = |name| ChannelOrder::deserialize(StrDeserializer::<Error>::new(name));
-        for (names, order) in [
-            (["off-first", "off_first"], ChannelOrder::OffFirst),
-            (["on-first", "on_first"], ChannelOrder::OnFirst),
-        ] {
-            assert_eq!(names.map(|name| read(name).ok()), [Some(order); 2]);
         }
     }
 }

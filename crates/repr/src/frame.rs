@@ -2,7 +2,7 @@
 
 use evpose_core::{Polarity, SensorSize};
 
-use crate::{ChannelOrder, Transitions};
+use crate::ChannelOrder;
 
 /// An event of a window of frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,7 +24,7 @@ pub struct FrameWindow {
     pub sensor: SensorSize,
     /// Number of frames.
     pub frames: u32,
-    /// Events of earlier frames are not drawn: see [`FrameWindow::hiding`].
+    /// Events of earlier frames are not drawn: the scene or the sensor changed before this one.
     pub visible_from: u32,
     /// Order of the polarity channels.
     pub order: ChannelOrder,
@@ -34,17 +34,6 @@ impl FrameWindow {
     /// A window all of whose frames are drawn.
     pub fn new(sensor: SensorSize, frames: u32, order: ChannelOrder) -> Self {
         Self { sensor, frames, visible_from: 0, order }
-    }
-
-    /// The window whose first frame is number `start` of its sequence, without what happened up to
-    /// the last of `transitions`.
-    pub fn hiding(mut self, transitions: &Transitions, start: u64) -> Self {
-        let range = start..start + u64::from(self.frames);
-        self.visible_from = match transitions.last_within(range) {
-            Some(last) => u32::try_from(last - start).map_or(self.frames, |frame| frame + 1),
-            None => 0,
-        };
-        self
     }
 
     /// Whether the events of a frame are drawn.

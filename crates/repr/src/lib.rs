@@ -13,7 +13,6 @@
 //!   it.
 //! * [`ChannelOrder`]: order of the polarity channels, explicit everywhere.
 //! * [`WindowAugmentation`]: augmentation of windows for training.
-//! * [`Transitions`]: the frames in which a simulated scene jumps.
 //! * [`ErosLike`]: photographs converted to EROS-like frames, and the steps of the conversion.
 //! * [`RepresentationTrigger`]: decides when a stream is due for a new representation.
 //!
@@ -69,7 +68,6 @@ mod spec;
 mod three_sigma;
 mod time_surface;
 mod tos;
-mod transition;
 mod trigger;
 mod voxel_grid;
 
@@ -98,7 +96,6 @@ pub use sits::{Ageing, Sits, SitsConfig};
 pub use spec::{Fill, Memory, PolarityUse, RepresentationChoice, RepresentationSpec};
 pub use time_surface::{TimeSurface, TimeSurfaceConfig};
 pub use tos::{Tos, TosConfig};
-pub use transition::Transitions;
 pub use trigger::{RepresentationTrigger, TriggerConfig};
 pub use voxel_grid::{VoxelGrid, VoxelGridConfig};
 

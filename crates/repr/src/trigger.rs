@@ -24,6 +24,7 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields, default)]
 pub struct TriggerConfig {
     /// Minimum time between representations, in microseconds.
+    // The spelling in the card of a shipped network.
     #[serde(alias = "least_interval_us")]
     pub min_interval_us: u32,
     /// Minimum number of new events between representations of 240x180 pixels; scaled with the
@@ -35,8 +36,6 @@ pub struct TriggerConfig {
 impl TriggerConfig {
     /// The published program: more than 10 events.
     pub const PROGRAM: Self = Self { min_interval_us: 1_000, min_events: 11 };
-    /// The supplement: 10 events or more.
-    pub const SUPPLEMENT: Self = Self { min_interval_us: 1_000, min_events: 10 };
 
     /// Minimum number of new events for `sensor`; at least 1.
     pub fn min_events_of(&self, sensor: SensorSize) -> u64 {
@@ -142,7 +141,10 @@ mod tests {
         assert_eq!(dense, [1_000, 2_000, 3_000, 4_000, 5_000]);
         let sparse = due_us(&mut trigger(TriggerConfig::PROGRAM), &[every(250, 33)]);
         assert_eq!(sparse, [2_500, 5_250, 8_000]);
-        let supplement = due_us(&mut trigger(TriggerConfig::SUPPLEMENT), &[every(250, 30)]);
+        let supplement = due_us(
+            &mut trigger(TriggerConfig { min_events: 10, ..TriggerConfig::PROGRAM }),
+            &[every(250, 30)],
+        );
         assert_eq!(supplement, [2_250, 4_750, 7_250]);
     }
 

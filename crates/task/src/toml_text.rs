@@ -43,22 +43,6 @@ pub fn written(config: &impl Serialize) -> Result<String, TaskError> {
         .map_err(|error| TaskError::Config { path: "config".into(), message: error.to_string() })
 }
 
-/// Old and new spellings of fields; the old ones are accepted for one release.
-///
-/// `serde(alias)` reads either spelling, but not a table that has both: values that are set in a
-/// table with the new spelling go through here.
-const RENAMED: [(&str, &str); 4] = [
-    ("batch_surfaces", "batch_inputs"),
-    ("fewest_joints", "min_joints"),
-    ("most_lost", "max_lost"),
-    ("most_unlabelled", "max_unlabelled"),
-];
-
-/// The present spelling of a field.
-pub fn current_spelling(field: &str) -> &str {
-    RENAMED.iter().find(|(old, _)| *old == field).map_or(field, |(_, new)| new)
-}
-
 /// Applies `dotted.key=value` to a table; the value is TOML, or else a bare string.
 fn set(table: &mut toml::Table, assignment: &str) -> Result<(), String> {
     let (key, value) = assignment
@@ -78,28 +62,6 @@ fn set(table: &mut toml::Table, assignment: &str) -> Result<(), String> {
             .as_table_mut()
             .ok_or_else(|| format!("--set {assignment}: `{part}` is not a section"))?;
     }
-    let key = current_spelling(last);
-    // The file may have the old spelling.
-    RENAMED.iter().filter(|(_, new)| *new == key).for_each(|(old, _)| drop(inner.remove(*old)));
-    inner.insert(key.to_owned(), parsed);
+    inner.insert(last.to_owned(), parsed);
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-    use super::*;
-    use crate::hand::HandConfig;
-
-    #[test]
-    fn old_spellings_of_fields_are_accepted() {
-        let old = "[slow_motion]\nbatch_surfaces = 3\n";
-        let read = |text: &str, overrides: &[String]| {
-            parse::<HandConfig>(text, overrides).unwrap().slow_motion.batch_inputs
-        };
-        assert_eq!(read(old, &[]), 3);
-        let overrides = ["slow_motion.batch_surfaces=5".to_owned()];
-        let new = written(&HandConfig::default()).unwrap();
-        assert_eq!(["", old, &new].map(|text| read(text, &overrides)), [5; 3]);
-    }
 }

@@ -12,7 +12,6 @@ use std::path::Path;
 
 use crate::TrainError;
 use evpose_task::hand::HandConfig;
-use evpose_task::toml_text::current_spelling;
 
 /// Sections a condition may change.
 const SECTIONS: [&str; 3] = ["simulation", "filter", "slow_motion"];
@@ -114,7 +113,6 @@ impl Condition {
 /// Sets every value of `changes` in `table`, going into sections that both have.
 fn merge(table: &mut toml::Table, changes: toml::Table) {
     for (key, change) in changes {
-        let key = current_spelling(&key).to_owned();
         match (table.get_mut(&key), change) {
             (Some(toml::Value::Table(inner)), toml::Value::Table(change))
                 if !WHOLE.contains(&key.as_str()) =>

@@ -161,7 +161,7 @@ fn beside(folder: &Path) -> Result<()> {
         "{sensor}pixels = [[8, 6]]\nrectangles = [{{ x = 1, y = 2, width = 3, height = 4 }}]\n"
     );
     let camera = format!(
-        "{sensor}focal_px = [252.9, 253.1]\ncentre_px = [4.5, 3.0]\ndistortion = [-0.3, 0.1, 0, 0]\n"
+        "{sensor}focal_px = [252.9, 253.1]\nprincipal_px = [5.0, 3.5]\ndistortion = [-0.3, 0.1, 0, 0]\n"
     );
     put(folder, "settings", "mask", mask.as_bytes())?;
     put(folder, "settings", "camera", camera.as_bytes())?;

@@ -41,7 +41,7 @@ const CALIBRATION: &str = "%YAML:1.0\n---\nimage_width: 346\nimage_height: 260\n
     1. ]\ndistortion_coefficients: !!opencv-matrix\n   rows: 1\n   cols: 5\n   dt: d\n   data: [ -0.1, \
     0.01, 0., 0., 0. ]\n";
 
-const LENS: &str = "sensor = [346, 260]\nfocal_px = [310.0, 310.0]\ncentre_px = [173.0, 130.0]\n\
+const LENS: &str = "sensor = [346, 260]\nfocal_px = [310.0, 310.0]\nprincipal_px = [173.5, 130.5]\n\
                     distortion = [-0.1, 0.01, 0.0, 0.0, 0.0]\n";
 
 impl Inputs {

@@ -51,25 +51,4 @@ pub(super) const ALLOWED: &[Exception] = &[
     allow("surface of events", "crates/repr/tests/golden/", "`surface.h`", "the name of a file"),
     allow("surface of events", "crates/body/", "", "surfaces of bodies"),
     allow("surface of events", "crates/sim/", "", "surfaces of bodies and scenes"),
-    allow("most", "crates/task/src/toml_text.rs", "", "old spellings that configs accept"),
-    allow("surface of events", "crates/task/src/toml_text.rs", "", "an old spelling"),
-    allow(
-        "misfit",
-        "crates/report/src/gap/tests.rs",
-        "",
-        "old keys of reports that are still read",
-    ),
-    allow("film", "crates/report/src/gap/tests.rs", "", "old keys of reports that are still read"),
-    allow(
-        "picture",
-        "crates/report/src/gap/tests.rs",
-        "",
-        "old keys of reports that are still read",
-    ),
-    allow(
-        "exchange",
-        "crates/report/src/gap/tests.rs",
-        "",
-        "old keys of reports that are still read",
-    ),
 ];

@@ -21,7 +21,7 @@ const DV_JSON: &str = "{\"cameras\": [{\"name\": \"DAVIS346_00000499\", \"positi
     \"resolution\": [346, 260], \"distortion\": [-0.3, 0.1, 0, 0, 0], \"distortionModel\": \
     \"radialTangential\", \"focalLength\": [310, 311], \"principalPoint\": [172, 129]}]}";
 const OWN_TOML: &str = "sensor = { width = 346, height = 260 }\nfocal_px = [310.0, 311.0]\n\
-    centre_px = [172.0, 129.0]\ndistortion = [-0.3, 0.1, 0.0, 0.0, 0.0]\n";
+    principal_px = [172.5, 129.5]\ndistortion = [-0.3, 0.1, 0.0, 0.0, 0.0]\n";
 const OWN_TOML_FROM_THE_CORNER: &str = "sensor = { width = 346, height = 260 }\nfocal_px = [310.0, \
     311.0]\nprincipal_px = [172.5, 129.5]\ndistortion = [-0.3, 0.1, 0.0, 0.0, 0.0]\n";
 

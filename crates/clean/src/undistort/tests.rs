@@ -40,8 +40,7 @@ fn converged_tables_are_opencvs_of_eight_and_of_all_fourteen_coefficients() {
     let all = CameraFile {
         sensor: SensorSize { width: 346, height: 260 },
         focal_px: [300.0, 305.0],
-        principal_px: None,
-        centre_px: Some([170.0, 131.0]),
+        principal_px: [170.5, 131.5],
         distortion: vec![
             -0.31, 0.12, 8e-4, -5e-4, -0.02, 0.05, -0.01, 0.004, 3e-3, -2e-3, -1e-3, 4e-3, 0.02,
             -0.035,

@@ -26,7 +26,7 @@ pub struct ExportArgs {
     #[arg(long)]
     pub(crate) checkpoint: Option<PathBuf>,
     /// The ONNX file to write
-    #[arg(long, alias = "out")]
+    #[arg(long)]
     pub(crate) onnx: PathBuf,
 }
 

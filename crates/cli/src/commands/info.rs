@@ -2,8 +2,8 @@
 
 use anyhow::{Result, bail};
 use evpose_body::files::ModelFile;
+use evpose_commands::opening::OpeningArgs;
 
-use super::opening::FileOpeningArgs;
 use super::{checkpoint_info, data_set, devices};
 use crate::progress::say;
 use crate::shipped::{card_of, checkpoint_path};
@@ -28,7 +28,7 @@ pub struct InfoArgs {
     #[arg(long, conflicts_with_all = ["files", "verify"])]
     pub(crate) devices: bool,
     #[command(flatten)]
-    pub(crate) opening: FileOpeningArgs,
+    pub(crate) opening: OpeningArgs,
 }
 
 /// Runs `evpose info`.

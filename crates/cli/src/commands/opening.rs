@@ -1,10 +1,10 @@
 //! Arguments of opening frames and recordings.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use crate::tasks::opening::OpeningArgs;
 use anyhow::Result;
-use evpose_io::{Encoding, FrameSource, OpenOptions};
+use evpose_io::{Encoding, FrameSource};
 
 /// Frames and their luminance.
 #[derive(Debug, clap::Args)]
@@ -33,38 +33,11 @@ impl FrameArgs {
     }
 }
 
-/// Opening arguments of commands where `--camera` is an older name of `--camera-index`.
-#[derive(Debug, clap::Args)]
-pub(crate) struct FileOpeningArgs {
-    #[command(flatten)]
-    opening: OpeningArgs,
-    /// Older name of --camera-index
-    #[arg(long, hide = true, conflicts_with = "camera_index")]
-    camera: Option<u8>,
-}
-
-impl FileOpeningArgs {
-    /// See [`OpeningArgs::options`].
-    pub(crate) fn options(&self, recording: &Path) -> Result<OpenOptions> {
-        Ok(self.with_camera(self.opening.options(recording)?))
-    }
-
-    /// See [`OpeningArgs::options_with_sensor`].
-    pub(crate) fn options_with_sensor(&self, recording: &Path) -> Result<OpenOptions> {
-        Ok(self.with_camera(self.opening.options_with_sensor(recording)?))
-    }
-
-    fn with_camera(&self, mut options: OpenOptions) -> OpenOptions {
-        options.camera = options.camera.or(self.camera);
-        options
-    }
-}
-
 /// A recording and its options.
 #[derive(Debug, clap::Args)]
 pub(crate) struct RecordingArgs {
     /// Recording in any supported format; `evpose convert --help` lists them
     pub(crate) input: PathBuf,
     #[command(flatten)]
-    pub(crate) opening: FileOpeningArgs,
+    pub(crate) opening: OpeningArgs,
 }

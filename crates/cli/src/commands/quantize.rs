@@ -33,7 +33,7 @@ pub struct QuantizeArgs {
     #[arg(long, default_value_t = 256, value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) windows: u64,
     /// Held-out data set to evaluate f32, bf16 and int8 on
-    #[arg(long, alias = "judge")]
+    #[arg(long)]
     pub(crate) evaluate: Option<PathBuf>,
     /// Milliseconds between evaluated poses
     #[arg(long, default_value_t = 20, requires = "evaluate")]

@@ -54,7 +54,7 @@ pub struct SimulateArgs {
     #[arg(long)]
     pub condition: Option<String>,
     /// Also write a PNG file of rendered frames and their events side by side
-    #[arg(long, alias = "pictures", value_name = "FILE")]
+    #[arg(long, value_name = "FILE")]
     pub preview: Option<PathBuf>,
     /// CPU threads; all cores by default. The bytes written do not depend on it
     #[arg(long)]
@@ -155,7 +155,7 @@ pub struct EvalArgs {
     pub joints: Option<JointDefinition>,
     /// Draw true and predicted joints over inputs of the network, as a PNG file; of hands, those of
     /// `--foreign`
-    #[arg(long, alias = "pictures", value_name = "FILE")]
+    #[arg(long, value_name = "FILE")]
     pub preview: Option<PathBuf>,
     /// Bodies: plot PCK against its threshold, as an SVG file
     #[arg(long, value_name = "FILE")]

@@ -9,7 +9,6 @@ pub struct CheckOptions {
     /// A limb is an outlier this many spreads from the median of its length.
     pub outlier_spreads: f32,
     /// Lower bound of the spread, as a fraction of the median.
-    #[serde(alias = "least_spread")]
     pub min_spread: f32,
     /// The torso is the median over so many frames before and behind.
     pub torso_frames: usize,

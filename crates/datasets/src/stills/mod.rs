@@ -18,9 +18,3 @@ pub use options::{CropFormat, StillOptions, StillStyle};
 pub(crate) use person::{Joint, Person, PersonFault, Photograph};
 pub use report::{Converted, SkipReason, Skipped};
 pub(crate) use sides::leave_out_exchanged;
-
-/// The photograph that an image of a person is from: its name without the person's number and
-/// ending.
-pub fn photograph_of_crop(image: &str) -> &str {
-    image.rsplit_once('_').map_or(image, |(photograph, _)| photograph)
-}

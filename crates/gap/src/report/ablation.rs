@@ -12,7 +12,6 @@ pub struct Ranked {
     /// Name in the catalogue.
     pub name: String,
     /// Discrepancy of the model with it.
-    #[serde(alias = "misfit")]
     pub discrepancy: f64,
     /// Standard error of its difference to the best, if known.
     #[serde(default)]
@@ -42,10 +41,8 @@ pub enum ModelChange {
     /// All identified effects are added.
     Added,
     /// One identified effect is dropped.
-    #[serde(alias = "taken_out")]
     Dropped,
     /// One identified effect is swapped for its nearest rival.
-    #[serde(alias = "exchanged")]
     Swapped,
 }
 

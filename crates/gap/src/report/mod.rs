@@ -49,7 +49,7 @@ pub struct ReportData {
     #[serde(default)]
     pub candidates: Vec<Ranked>,
     /// Discrepancy of the model with its own parameters refitted, the baseline of candidates.
-    #[serde(default, alias = "misfit_without")]
+    #[serde(default)]
     pub discrepancy_without: Option<f64>,
     /// Similarity of effects in this recording.
     #[serde(default)]
@@ -58,7 +58,7 @@ pub struct ReportData {
     #[serde(default)]
     pub ablation: Vec<Ablation>,
     /// Measured, simulated and corrected events side by side.
-    #[serde(default, alias = "film")]
+    #[serde(default)]
     pub side_by_side: Option<SideBySide>,
     /// Model as given, as TOML.
     #[serde(default)]

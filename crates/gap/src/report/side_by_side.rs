@@ -28,7 +28,6 @@ pub struct SideBySideFrame {
     pub t_us: i64,
     /// One event image per stream, row by row, one hexadecimal digit per pixel: four times the
     /// level of ON events plus that of OFF events. Levels: none, one, two or three, more.
-    #[serde(alias = "pictures")]
     pub images: Vec<String>,
 }
 

@@ -108,8 +108,6 @@ impl Depth {
 impl PixelFormat {
     /// One channel of 8 bits, what DAVIS cameras give.
     pub const GREY: Self = Self { depth: Depth::U8, channels: 1 };
-    /// Blue, green and red of 8 bits.
-    pub const BGR: Self = Self { depth: Depth::U8, channels: 3 };
 
     /// Bytes of a pixel.
     pub fn bytes(self) -> usize {

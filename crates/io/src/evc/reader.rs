@@ -74,18 +74,6 @@ impl EvcReader {
         Ok((reader, fault))
     }
 
-    /// Opens a file of unknown sensor size and takes the smallest that holds every event.
-    ///
-    /// Pixels that never fired at the right and bottom edge are lost that way: say so.
-    ///
-    /// # Errors
-    /// As [`EvcReader::open`].
-    pub fn open_inferring_sensor(path: impl AsRef<Path>) -> Result<Self, IoError> {
-        let mut reader = Self::open_with(path, SensorSize { width: u16::MAX, height: 256 })?;
-        reader.sensor = if reader.events() > 0 { reader.extent() } else { SensorSize::DAVIS240C };
-        Ok(reader)
-    }
-
     /// Makes the index; the fault, if any, ends the part that can be read.
     fn scan(&mut self, size: u64) -> Result<Option<IoError>, IoError> {
         let mut block = vec![0; BLOCK.min(usize::try_from(size).unwrap_or(BLOCK))];

@@ -128,14 +128,6 @@ fn a_file_that_changes_under_the_reader_is_an_error() {
 }
 
 #[test]
-fn the_inferred_sensor_is_the_smallest_that_holds_every_event() {
-    let frames = vec![vec![(7, 3, Polarity::On)], vec![(2, 5, Polarity::Off)]];
-    let (_directory, path) = file(&written(&frames));
-    let reader = EvcReader::open_inferring_sensor(&path).unwrap();
-    assert_eq!(reader.sensor(), SensorSize { width: 8, height: 6 });
-}
-
-#[test]
 fn a_stream_survives_the_file_up_to_the_millisecond_and_the_order_inside_it() {
     let event = |t, x, y| Event { t: Micros(t), x, y, polarity: Polarity::On };
     let events = [event(5_000, 1, 1), event(5_999, 2, 2), event(6_000, 3, 3), event(9_500, 4, 4)];

@@ -1,4 +1,4 @@
-//! hpe-core's table of a person: see [`predictions`](crate::predictions). Seconds, no header, no
+//! hpe-core's table of a person: see `predictions`. Seconds, no header, no
 //! scores.
 
 use std::path::Path;
@@ -8,7 +8,7 @@ use evpose_pose::metric::body::BodyPrediction;
 
 use super::format::PoseFormat;
 use super::{PoseKind, PoseSequence, TimedPose};
-use crate::predictions::{DelayUnit, PredictionWriter, Undetected, predictions_of};
+use crate::predictions::{PredictionWriter, predictions_of};
 use crate::{Input, IoError};
 
 /// The format.
@@ -26,7 +26,7 @@ pub(super) static FORMAT: PoseFormat = PoseFormat {
 
 fn read(path: &Path, bytes: &[u8]) -> Result<PoseSequence, IoError> {
     let mut sequence = PoseSequence::new(PoseKind::Body);
-    for row in predictions_of(Input::memory(path, bytes.to_vec()), DelayUnit::Seconds)? {
+    for row in predictions_of(Input::memory(path, bytes.to_vec()))? {
         let mut pose = TimedPose::empty(PoseKind::Body, Micros::from_seconds(row.t_s));
         pose.latency_ms = Some(1e3 * row.delay_s);
         for (joint, at) in pose.joints.iter_mut().zip(row.joints_px) {
@@ -41,7 +41,7 @@ fn write(path: &Path, sequence: &PoseSequence) -> Result<(), IoError> {
     if sequence.kind != PoseKind::Body {
         return Err(IoError::unwritable(path, "hpe-core has no table of hands"));
     }
-    let mut writer = PredictionWriter::create(path, DelayUnit::Seconds, Undetected::MinusOne)?;
+    let mut writer = PredictionWriter::create(path)?;
     for pose in &sequence.poses {
         writer.write(&BodyPrediction {
             t_s: pose.t.as_seconds(),

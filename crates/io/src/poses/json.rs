@@ -20,8 +20,8 @@ use crate::IoError;
 pub(super) static FORMAT: PoseFormat = PoseFormat {
     name: "json",
     summary: "JSON Lines with the names of the table",
-    detect: |start| start.trim_ascii_start().starts_with(b"{") && !start.contains(&b'['),
-    read: |path, bytes| read(path, bytes, joint_of, params_of),
+    detect: |start| start.trim_ascii_start().starts_with(b"{"),
+    read,
     write: Some(|path, sequence| {
         let PoseSequence { kind, frame, poses } = sequence;
         let lines = poses.iter().map(|pose| line_of(*kind, *frame, pose));
@@ -88,13 +88,7 @@ fn rounded(value: f64, decimals: usize) -> String {
     if text == "-0" { "0".to_owned() } else { text.to_owned() }
 }
 
-/// Reads lines of objects, whose joints and parameters are read by `joint_of` and `params_of`.
-pub(super) fn read(
-    path: &Path,
-    bytes: &[u8],
-    joint_of: fn(&Value) -> Result<PoseJoint, String>,
-    params_of: fn(&Value) -> Result<HandParams, String>,
-) -> Result<PoseSequence, IoError> {
+fn read(path: &Path, bytes: &[u8]) -> Result<PoseSequence, IoError> {
     let mut sequence: Option<PoseSequence> = None;
     let mut byte = 0;
     for (number, line) in (1..).zip(bytes.split_inclusive(|byte| *byte == b'\n')) {
@@ -107,7 +101,7 @@ pub(super) fn read(
             let kind = kind_of(&value).or(known);
             let kind = kind.filter(|kind| known.is_none_or(|known| known == *kind));
             let kind = kind.ok_or_else(|| fault("neither of a person nor of a hand".to_owned()))?;
-            let pose = pose_of(&value, kind, joint_of, params_of).map_err(fault)?;
+            let pose = pose_of(&value, kind).map_err(fault)?;
             let sequence = sequence
                 .get_or_insert_with(|| PoseSequence { frame: None, ..PoseSequence::new(kind) });
             let frame = value.get("frame").and_then(Value::as_str);
@@ -133,12 +127,7 @@ fn kind_of(line: &Map<String, Value>) -> Option<PoseKind> {
     }
 }
 
-fn pose_of(
-    line: &Map<String, Value>,
-    kind: PoseKind,
-    joint_of: fn(&Value) -> Result<PoseJoint, String>,
-    params_of: fn(&Value) -> Result<HandParams, String>,
-) -> Result<TimedPose, String> {
+fn pose_of(line: &Map<String, Value>, kind: PoseKind) -> Result<TimedPose, String> {
     let t_us = line.get("t_us").and_then(Value::as_i64).ok_or("no `t_us` in whole microseconds")?;
     let mut pose = TimedPose::empty(kind, Micros(t_us));
     let origin = line.get("origin").and_then(Value::as_str);

@@ -16,14 +16,13 @@
 //!
 //! * [`PoseSequence`], [`TimedPose`], [`PoseJoint`]: the poses.
 //! * [`PoseColumns`]: lines of the table. [`json_line`]: the same as JSON.
-//! * [`POSE_FORMATS`], [`read_poses`], [`write_poses`]: these and the layouts of other programs and of
-//!   earlier versions, one file each.
+//! * [`POSE_FORMATS`], [`read_poses`], [`write_poses`]: these and the layouts of other programs,
+//!   one file each.
 
 mod columns;
 mod format;
 mod hpe_core;
 mod json;
-mod live_json;
 mod pose;
 mod registry;
 mod skeletons;

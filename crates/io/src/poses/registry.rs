@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::format::PoseFormat;
 use super::pose::PoseSequence;
-use super::{hpe_core, json, live_json, skeletons, table};
+use super::{hpe_core, json, skeletons, table};
 use crate::IoError;
 
 /// Bytes of a file from which its format is detected: a header line.
@@ -16,7 +16,7 @@ const LOG: &str = "data.log";
 
 /// The formats of poses; the first one is the default.
 pub static POSE_FORMATS: &[&PoseFormat] =
-    &[&table::FORMAT, &json::FORMAT, &live_json::FORMAT, &hpe_core::FORMAT, &skeletons::FORMAT];
+    &[&table::FORMAT, &json::FORMAT, &hpe_core::FORMAT, &skeletons::FORMAT];
 
 /// The format called `name`.
 pub fn pose_format_by_name(name: &str) -> Option<&'static PoseFormat> {

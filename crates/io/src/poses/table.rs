@@ -1,8 +1,7 @@
-//! Tables of poses with a header: the columns of [`PoseColumns`], and of earlier layouts, by name.
+//! Tables of poses with a header: the columns of [`PoseColumns`], by name.
 //!
 //! Tables of labels (`.poses.csv`, `.joints.csv`), of `evpose infer` and of `evpose live` differ in the
-//! columns that they have. Old names: `latency_us`, and `parameter_1` to `parameter_12` for
-//! [`PARAMETER_NAMES`].
+//! columns that they have.
 
 use std::path::Path;
 
@@ -48,8 +47,7 @@ struct Columns {
     kind: PoseKind,
     t: usize,
     origin: Option<usize>,
-    /// With the milliseconds of its unit.
-    latency: Option<(usize, f64)>,
+    latency_ms: Option<usize>,
     score: Option<usize>,
     frame: Option<usize>,
     params: Option<[usize; PARAMETER_NAMES.len()]>,
@@ -96,12 +94,11 @@ impl Columns {
             })
         };
         let joints = kind.joint_names().iter().map(joint).collect::<Result<_, String>>()?;
-        let latency = at("latency_ms").map(|column| (column, 1.0));
         Ok(Self {
             kind,
             t: at("t_us").ok_or("no column `t_us`")?,
             origin: at("origin"),
-            latency: latency.or(at("latency_us").map(|column| (column, 1e-3))),
+            latency_ms: at("latency_ms"),
             score: at("score"),
             frame: at("frame"),
             params,
@@ -119,9 +116,7 @@ impl Columns {
         let mut pose = TimedPose::empty(self.kind, Micros(t));
         let name = self.origin.map(|column| cells[column]);
         pose.origin = PoseOrigin::ALL.into_iter().find(|known| Some(known.name()) == name);
-        if let Some((column, unit_ms)) = self.latency {
-            pose.latency_ms = value(cells[column])?.map(|latency| latency * unit_ms);
-        }
+        pose.latency_ms = self.latency_ms.map_or(Ok(None), |column| value(cells[column]))?;
         pose.score = self.score.map_or(Ok(None), |column| narrow(cells[column]))?;
         if let Some(columns) = self.params {
             let values = all(cells, columns)?;
@@ -148,13 +143,10 @@ fn joint_of(kind: PoseKind, column: &str) -> Option<&str> {
     kind.joint_names().contains(&joint).then_some(joint)
 }
 
-/// Columns of the parameters, by either of their names; none of them or all.
+/// Columns of the parameters, none of them or all.
 fn params_of(names: &[&str]) -> Result<Option<[usize; PARAMETER_NAMES.len()]>, String> {
     let at = |name: &str| names.iter().position(|known| *known == name);
-    let mut columns = [None; PARAMETER_NAMES.len()];
-    for (k, column) in columns.iter_mut().enumerate() {
-        *column = at(PARAMETER_NAMES[k]).or_else(|| at(&format!("parameter_{}", k + 1)));
-    }
+    let columns = PARAMETER_NAMES.map(at);
     if columns.iter().all(Option::is_none) {
         return Ok(None);
     }

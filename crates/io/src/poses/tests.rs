@@ -148,36 +148,13 @@ fn layouts_of_other_programs_are_of_people() {
 }
 
 #[test]
-fn layouts_of_earlier_versions_are_read() {
-    // Of `evpose infer` of hands.
+fn tables_of_parameters_alone_are_of_hands() {
     let names = PARAMETER_NAMES.join(",");
     let values: [String; PARAMETERS] = std::array::from_fn(|k| k.to_string());
     let params = Some(HandParams::from_array(std::array::from_fn(|k| k as f32)));
     let infer = of(&format!("t_us,{names}\n5,{}\n", values.join(","))).unwrap();
     assert_eq!((infer.kind, infer.frame), (PoseKind::Hand, None));
     assert_eq!((infer.poses[0].t, infer.poses[0].params), (Micros(5), params));
-    // Of `evpose live --csv`.
-    let old: [String; PARAMETERS] = std::array::from_fn(|k| format!("parameter_{}", k + 1));
-    let header = format!("t_us,origin,latency_us,wrist_u_px,wrist_v_px,{}", old.join(","));
-    let live = of(&format!("{header}\n5,propagated,1500,1,2,{}\n", values.join(","))).unwrap();
-    let pose = &live.poses[0];
-    assert_eq!((pose.params, pose.latency_ms), (params, Some(1.5)));
-    assert_eq!(pose.origin, Some(PoseOrigin::Propagated));
-    assert_eq!(pose.joints[0].image_px, Some(Vec2::new(1.0, 2.0)));
-    // Of `evpose live --json`.
-    let line = r#"{"t_us":9,"origin":"network","latency_ms":3,"joints":{"head":[1.5,2.5,0.75]}}"#;
-    let live = of(line).unwrap();
-    let head =
-        PoseJoint { image_px: Some(Vec2::new(1.5, 2.5)), score: Some(0.75), position_m: None };
-    assert_eq!((live.kind, live.poses[0].joints[0]), (PoseKind::Body, head));
-    let line = format!(
-        r#"{{"t_us":9,"origin":"network","latency_ms":3,"params":[{}],"joints":{{"wrist":{{"m":[1,2,3],"px":null}}}}}}"#,
-        values.join(",")
-    );
-    let live = of(&line).unwrap();
-    assert_eq!((live.frame, live.poses[0].params), (Some(JointFrame::World), params));
-    assert_eq!(live.poses[0].joints[0].position_m, Some(Vec3::new(1.0, 2.0, 3.0)));
-    assert!(write_poses(Path::new("x"), &live, pose_format_by_name("live-json").unwrap()).is_err());
 }
 
 #[test]
@@ -211,7 +188,7 @@ fn faults_name_line_and_column() {
         ("{\"t_us\":1,\"joints\":{\"head\":{},\"tail\":{}}}\n", "no joint `tail` of people"),
         ("{\"t_us\":1.5,\"joints\":{}}\n", "no `t_us`"),
         ("{\"t_us\":1,\n", "line 1 at byte 0"),
-        ("something else\n", "no known format (table, json, live-json, hpe-core, yarp)"),
+        ("something else\n", "no known format (table, json, hpe-core, yarp)"),
     ] {
         let message = fault(text);
         assert!(message.contains(want), "{message}");

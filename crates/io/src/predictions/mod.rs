@@ -5,11 +5,9 @@
 //! commas, as the online program writes them, are read too, and so are empty lines and comments
 //! behind `#`.
 //!
-//! * **Delays** are seconds where the training program evaluates, and milliseconds elsewhere:
-//!   whoever reads or writes says which.
-//! * **Joints that were not found** have no place in the format. They are written as `-1 -1`, or,
-//!   as by the published program, as minus the width and the height of the image, which is what it
-//!   makes of -1. Any pair of negative whole numbers is read as such. A found joint that lies at
+//! * **Delays** are in seconds, as where the training program evaluates.
+//! * **Joints that were not found** have no place in the format. They are written as `-1 -1`; the
+//!   published program writes minus the width and the height of the image, which is what it makes of -1. Any pair of negative whole numbers is read as such. A found joint that lies at
 //!   exactly such a pair is moved by the least step of a 32-bit number.
 //!
 //! # Source
@@ -19,7 +17,7 @@ use std::fmt::Write as _;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 
-use evpose_core::{AtomicFile, SensorSize};
+use evpose_core::AtomicFile;
 use evpose_pose::body::{BODY_JOINTS, BodyPoints, file_from_network, network_from_file};
 use evpose_pose::metric::body::BodyPrediction;
 use glam::Vec2;
@@ -31,52 +29,12 @@ const COLUMNS: usize = 2 + 2 * BODY_JOINTS;
 /// No line is longer.
 const LONGEST_LINE: u64 = 1 << 16;
 
-/// Unit in which delays are written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum DelayUnit {
-    /// As the training program evaluates.
-    #[default]
-    Seconds,
-    /// As other programs of hpe-core.
-    Milliseconds,
-}
-
-impl DelayUnit {
-    fn per_second(self) -> f64 {
-        match self {
-            Self::Seconds => 1.0,
-            Self::Milliseconds => 1e3,
-        }
-    }
-}
-
-/// Coordinates that stand for joints without a detection.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Undetected {
-    /// `-1 -1`.
-    #[default]
-    MinusOne,
-    /// Minus the width and the height of the image: as published.
-    MinusSize(SensorSize),
-}
-
 /// Reads a table of predictions.
 ///
 /// # Errors
 /// If the file cannot be read, a line holds anything but 28 finite values, or the last one does not
 /// end, as a cut number would go unseen.
-pub fn read_predictions(
-    path: impl AsRef<Path>,
-    delay: DelayUnit,
-) -> Result<Vec<BodyPrediction>, IoError> {
-    predictions_of(Input::file(path)?, delay)
-}
-
-/// As [`read_predictions`], from a file that is open already, or from memory.
-///
-/// # Errors
-/// As [`read_predictions`].
-pub fn predictions_of(input: Input, delay: DelayUnit) -> Result<Vec<BodyPrediction>, IoError> {
+pub(crate) fn predictions_of(input: Input) -> Result<Vec<BodyPrediction>, IoError> {
     let mut bytes = BufReader::new(input.bytes);
     let (mut rows, mut text, mut byte, mut line) = (Vec::new(), Vec::new(), 0, 0);
     loop {
@@ -87,7 +45,7 @@ pub fn predictions_of(input: Input, delay: DelayUnit) -> Result<Vec<BodyPredicti
             return Ok(rows);
         }
         line += 1;
-        match row(&text, delay) {
+        match row(&text) {
             Ok(row) => rows.extend(row),
             Err(reason) => {
                 let rows = rows.len() as u64;
@@ -99,7 +57,7 @@ pub fn predictions_of(input: Input, delay: DelayUnit) -> Result<Vec<BodyPredicti
 }
 
 /// Parses a line; none for an empty one.
-fn row(line: &[u8], delay: DelayUnit) -> Result<Option<BodyPrediction>, String> {
+fn row(line: &[u8]) -> Result<Option<BodyPrediction>, String> {
     let text = str::from_utf8(line).map_err(|_| "it is not text".to_owned())?;
     let text = text.split('#').next().unwrap_or_default();
     let words = text.split(|c: char| c == ',' || c.is_whitespace()).filter(|word| !word.is_empty());
@@ -123,8 +81,8 @@ fn row(line: &[u8], delay: DelayUnit) -> Result<Option<BodyPrediction>, String> 
     }
     .ok_or_else(|| format!("{COLUMNS} values were expected, {} found", values.len()))?;
     let joints = joints.map(|joint| detected(joint.map(|number| number as f32)));
-    let (joints_px, delay_s) = (network_from_file(&joints), waited / delay.per_second());
-    Ok(Some(BodyPrediction { t_s: *t_s, delay_s, joints_px }))
+    let joints_px = network_from_file(&joints);
+    Ok(Some(BodyPrediction { t_s: *t_s, delay_s: *waited, joints_px }))
 }
 
 /// Position of a joint, unless the pair of values stands for a joint without a detection.
@@ -139,11 +97,9 @@ fn stands_for_none(joint: [f32; 2]) -> bool {
 /// Writes a table of predictions line by line. Dropped before [`finish`](Self::finish), it leaves
 /// no file.
 #[derive(Debug)]
-pub struct PredictionWriter {
+pub(crate) struct PredictionWriter {
     path: PathBuf,
     file: AtomicFile,
-    delay: DelayUnit,
-    undetected: Undetected,
     line: String,
     rows: u64,
 }
@@ -153,32 +109,27 @@ impl PredictionWriter {
     ///
     /// # Errors
     /// If it cannot be created.
-    pub fn create(
-        path: impl AsRef<Path>,
-        delay: DelayUnit,
-        undetected: Undetected,
-    ) -> Result<Self, IoError> {
-        let path = path.as_ref().to_owned();
+    pub(crate) fn create(path: &Path) -> Result<Self, IoError> {
+        let path = path.to_owned();
         let file = AtomicFile::create(&path).map_err(|e| IoError::file(&path, "create", e))?;
-        Ok(Self { path, file, delay, undetected, line: String::new(), rows: 0 })
+        Ok(Self { path, file, line: String::new(), rows: 0 })
     }
 
     /// Writes a line.
     ///
     /// # Errors
     /// If a number is not finite, or cannot be written.
-    pub fn write(&mut self, prediction: &BodyPrediction) -> Result<(), IoError> {
+    pub(crate) fn write(&mut self, prediction: &BodyPrediction) -> Result<(), IoError> {
         let BodyPrediction { t_s, delay_s, joints_px } = prediction;
-        let delay = delay_s * self.delay.per_second();
         let are_finite = joints_px.iter().flatten().all(|joint| joint.is_finite());
-        if !(are_finite && t_s.is_finite() && delay.is_finite()) {
+        if !(are_finite && t_s.is_finite() && delay_s.is_finite()) {
             let reason = format!("prediction {} holds a number that is not finite", self.rows);
             return Err(IoError::unwritable(&self.path, reason));
         }
         self.line.clear();
         // Text takes all that is written to it.
-        let _ = write!(self.line, "{t_s} {delay}");
-        for [x, y] in self.pairs(joints_px) {
+        let _ = write!(self.line, "{t_s} {delay_s}");
+        for [x, y] in pairs(joints_px) {
             let _ = write!(self.line, " {x} {y}");
         }
         self.line.push('\n');
@@ -191,22 +142,18 @@ impl PredictionWriter {
     ///
     /// # Errors
     /// If what is left cannot be written.
-    pub fn finish(self) -> Result<(), IoError> {
+    pub(crate) fn finish(self) -> Result<(), IoError> {
         self.file.commit().map_err(|e| IoError::file(&self.path, "write", e))
     }
+}
 
-    /// In the order of files.
-    fn pairs(&self, joints_px: &BodyPoints) -> [[f32; 2]; BODY_JOINTS] {
-        let nothing = match self.undetected {
-            Undetected::MinusOne => [-1.0; 2],
-            Undetected::MinusSize(size) => [size.width, size.height].map(|side| -f32::from(side)),
-        };
-        file_from_network(joints_px).map(|joint| match joint.map(<[f32; 2]>::from) {
-            Some([x, y]) if stands_for_none([x, y]) => [x.next_up(), y],
-            Some(joint) => joint,
-            None => nothing,
-        })
-    }
+/// In the order of files.
+fn pairs(joints_px: &BodyPoints) -> [[f32; 2]; BODY_JOINTS] {
+    file_from_network(joints_px).map(|joint| match joint.map(<[f32; 2]>::from) {
+        Some([x, y]) if stands_for_none([x, y]) => [x.next_up(), y],
+        Some(joint) => joint,
+        None => [-1.0; 2],
+    })
 }
 
 #[cfg(test)]

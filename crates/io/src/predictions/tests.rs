@@ -7,14 +7,14 @@ use proptest::prelude::*;
 
 use super::*;
 
-fn read(text: &str, delay: DelayUnit) -> Result<Vec<BodyPrediction>, IoError> {
-    predictions_of(Input::memory("movenet.csv", text.as_bytes().to_vec()), delay)
+fn read(text: &str) -> Result<Vec<BodyPrediction>, IoError> {
+    predictions_of(Input::memory("movenet.csv", text.as_bytes().to_vec()))
 }
 
-fn written(predictions: &[BodyPrediction], delay: DelayUnit, undetected: Undetected) -> String {
+fn written(predictions: &[BodyPrediction]) -> String {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("results/movenet.csv");
-    let mut writer = PredictionWriter::create(&path, delay, undetected).unwrap();
+    let mut writer = PredictionWriter::create(&path).unwrap();
     predictions.iter().for_each(|prediction| writer.write(prediction).unwrap());
     assert!(!path.exists(), "a file that is not whole has no name");
     writer.finish().unwrap();
@@ -33,18 +33,9 @@ const JOINTS: &str = "0.5 200 10.5 201 20.5 202 30.5 203 40.5 204 50.5 205 60.5 
 
 #[test]
 fn a_line_is_a_time_a_delay_and_thirteen_joints() {
-    let size = SensorSize { width: 640, height: 480 };
-    for (undetected, lost) in
-        [(Undetected::MinusOne, "-1 -1"), (Undetected::MinusSize(size), "-640 -480")]
-    {
-        let joints = JOINTS.replace("LOST", lost);
-        let seconds = written(&[sample(0.04)], DelayUnit::Seconds, undetected);
-        assert_eq!(seconds, format!("0.04 0.0125 {joints}\n"));
-        let milliseconds = written(&[sample(0.04)], DelayUnit::Milliseconds, undetected);
-        assert_eq!(milliseconds, format!("0.04 12.5 {joints}\n"));
-        assert_eq!(read(&seconds, DelayUnit::Seconds).unwrap(), [sample(0.04)]);
-        assert_eq!(read(&milliseconds, DelayUnit::Milliseconds).unwrap(), [sample(0.04)]);
-    }
+    let line = format!("0.04 0.0125 {}\n", JOINTS.replace("LOST", "-1 -1"));
+    assert_eq!(written(&[sample(0.04)]), line);
+    assert_eq!(read(&line).unwrap(), [sample(0.04)]);
     assert_eq!(sample(0.0).joints_px[number::WRIST_L], None);
 }
 
@@ -58,21 +49,21 @@ fn lines_of_other_programs_are_read() {
                205.00 60.50 206.00 70.50 207.00 -1.00 -1.00 90.50 209.00 100.50 210.00 110.50 211.00 \
                120.50 212.00\n";
     let text = format!("# t delay joints\n{python}\n{online}{cpp}");
-    assert_eq!(read(&text, DelayUnit::Seconds).unwrap(), vec![sample(0.04); 3]);
+    assert_eq!(read(&text).unwrap(), vec![sample(0.04); 3]);
 }
 
 #[test]
 fn joints_beyond_a_border_are_joints() {
     for pair in ["-0.5 -0.5", "-3 20", "20 -3", "0 0", "-2.5 -1"] {
         let line = format!("0.04 0.0125 {}\n", JOINTS.replace("LOST", pair));
-        let wrist = read(&line, DelayUnit::Seconds).unwrap()[0].joints_px[number::WRIST_L];
+        let wrist = read(&line).unwrap()[0].joints_px[number::WRIST_L];
         assert!(wrist.is_some(), "{pair}");
     }
     // One that lies where "not found" does is moved by next to nothing.
     let mut prediction = sample(0.0);
     prediction.joints_px[0] = Some(Vec2::new(-1.0, -1.0));
-    let text = written(&[prediction], DelayUnit::Seconds, Undetected::MinusOne);
-    let head = read(&text, DelayUnit::Seconds).unwrap()[0].joints_px[0].unwrap();
+    let text = written(&[prediction]);
+    let head = read(&text).unwrap()[0].joints_px[0].unwrap();
     assert!(head != Vec2::NEG_ONE && head.distance(Vec2::NEG_ONE) < 1e-6, "{head}");
 }
 
@@ -88,21 +79,21 @@ fn a_faulty_line_is_named_with_its_byte() {
         (good.replace("200", "nan"), "column 4 is \"nan\", no finite number"),
         (good.trim_end().to_owned(), "the file ends in it, perhaps within a number"),
     ] {
-        let message = read(&format!("{good}{bad}"), DelayUnit::Seconds).unwrap_err().to_string();
+        let message = read(&format!("{good}{bad}")).unwrap_err().to_string();
         let want =
             format!("movenet.csv: line 2 at byte {second}: {reason} (1 rows readable before it)");
         assert_eq!(message, want);
     }
-    assert!(predictions_of(Input::memory("x", vec![0xff, b'\n']), DelayUnit::Seconds).is_err());
+    assert!(predictions_of(Input::memory("x", vec![0xff, b'\n'])).is_err());
 }
 
 #[test]
 fn a_table_cut_at_any_byte_gives_an_error_or_the_exact_prefix() {
     let predictions = [sample(0.04), sample(0.06)];
-    let text = written(&predictions, DelayUnit::Seconds, Undetected::MinusOne);
+    let text = written(&predictions);
     let line = text.find('\n').unwrap() + 1;
     for cut in 0..text.len() {
-        match read(&text[..cut], DelayUnit::Seconds) {
+        match read(&text[..cut]) {
             Ok(rows) => assert!(cut % line == 0 && rows == predictions[..cut / line]),
             Err(error) => assert_eq!(error.byte(), Some((cut / line * line) as u64)),
         }
@@ -113,8 +104,7 @@ fn a_table_cut_at_any_byte_gives_an_error_or_the_exact_prefix() {
 fn values_that_are_not_finite_are_not_written() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("a.csv");
-    let mut writer =
-        PredictionWriter::create(&path, DelayUnit::Seconds, Undetected::MinusOne).unwrap();
+    let mut writer = PredictionWriter::create(&path).unwrap();
     writer.write(&sample(0.0)).unwrap();
     let mut bad = sample(0.1);
     bad.joints_px[3] = Some(Vec2::new(f32::NAN, 0.0));
@@ -134,7 +124,6 @@ proptest! {
             (any::<f64>(), any::<f64>(), prop::collection::vec(prop::option::of((-1e3_f32..1e3, any::<f32>())), 13)),
             0..6,
         ),
-        is_published in any::<bool>(),
     ) {
         let finite = |number: f64| if number.is_finite() { number } else { 0.0 };
         let rows: Vec<_> = rows
@@ -148,19 +137,17 @@ proptest! {
                 }),
             })
             .collect();
-        let size = SensorSize { width: 346, height: 260 };
-        let undetected = if is_published { Undetected::MinusSize(size) } else { Undetected::MinusOne };
-        let text = written(&rows, DelayUnit::Seconds, undetected);
-        prop_assert_eq!(read(&text, DelayUnit::Seconds).unwrap(), rows);
+        let text = written(&rows);
+        prop_assert_eq!(read(&text).unwrap(), rows);
     }
 
     #[test]
     fn changed_bytes_never_panic(changes in prop::collection::vec(any::<(usize, u8)>(), 1..20)) {
-        let mut text = written(&[sample(0.0), sample(0.1)], DelayUnit::Seconds, Undetected::MinusOne).into_bytes();
+        let mut text = written(&[sample(0.0), sample(0.1)]).into_bytes();
         for (at, byte) in changes {
             let at = at % text.len();
             text[at] = byte;
         }
-        let _ = predictions_of(Input::memory("x", text), DelayUnit::Seconds);
+        let _ = predictions_of(Input::memory("x", text));
     }
 }

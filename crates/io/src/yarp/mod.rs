@@ -54,7 +54,7 @@ mod skeleton_writer;
 mod ticks;
 mod word;
 
-pub use skeleton::{JOINTS, YarpSkeleton, body_truths, read_skeletons, read_skeletons_from};
+pub use skeleton::{JOINTS, YarpSkeleton, read_skeletons, read_skeletons_from};
 pub use skeleton_writer::{CoordinateFormat, write_skeletons};
 
 pub(crate) use binary::FORMAT as BINARY;

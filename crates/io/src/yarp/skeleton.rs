@@ -4,8 +4,7 @@ use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
 use evpose_core::Micros;
-use evpose_pose::body::{BodyPoints, network_from_file, torso};
-use evpose_pose::metric::body::BodyTruth;
+use evpose_pose::body::{BodyPoints, network_from_file};
 
 use super::bottle::head_of;
 use crate::open::input;
@@ -53,22 +52,6 @@ impl YarpSkeleton {
         };
         network_from_file(&self.joints.map(point))
     }
-}
-
-/// Converts skeletons to the ground truth of a sequence, for metrics.
-///
-/// They are measured with the head if the size of the first one's is known, as in the published
-/// program, and otherwise with the torso, whose diagonal is taken from joints where a line lacks
-/// it.
-pub fn body_truths(skeletons: &[YarpSkeleton]) -> Vec<BodyTruth> {
-    let has_head = skeletons.first().is_some_and(|first| first.head_size_px.is_some());
-    let truth = |skeleton: &YarpSkeleton| {
-        let joints_px = skeleton.points_px();
-        let torso_px = || skeleton.torso_size_px.or_else(|| torso(&joints_px));
-        let size_px = if has_head { skeleton.head_size_px } else { torso_px() };
-        BodyTruth { t_s: skeleton.t.as_seconds(), joints_px, size_px }
-    };
-    skeletons.iter().map(truth).collect()
 }
 
 /// Reads the skeletons of a log, or of the `data.log` in a folder: lines such as

@@ -110,7 +110,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::yarp::{JOINTS, body_truths, read_skeletons};
+    use crate::yarp::{JOINTS, read_skeletons};
 
     fn skeleton(t: i64) -> YarpSkeleton {
         YarpSkeleton {
@@ -173,25 +173,20 @@ mod tests {
     }
 
     #[test]
-    fn skeletons_become_the_truth_of_a_sequence() {
-        let mut skeletons = [skeleton(20_000), skeleton(40_000).transposed()];
-        skeletons[0].joints[5] = [-1.0, -1.0];
-        skeletons[0].joints[6] = [-2.0, -1.0];
-        skeletons[1].torso_size_px = None;
-        let truth = body_truths(&skeletons);
-        assert_eq!(truth[0].t_s, 0.02);
+    fn joints_that_are_not_known_have_no_point() {
+        let mut skeleton = skeleton(20_000);
+        skeleton.joints[5] = [-1.0, -1.0];
+        skeleton.joints[6] = [-2.0, -1.0];
         // The left hip is joint 7 of networks.
-        assert_eq!((truth[0].joints_px[7], truth[0].size_px), (None, Some(104.3)));
-        assert!(truth[0].joints_px[8].is_some());
-        assert_eq!(truth[1].joints_px[0], Some([400.0, 0.0].into()));
-        // From joint 5 to 1 of the file.
-        assert_eq!(truth[1].size_px, Some(f32::hypot(40.0, 4.0)));
-        skeletons[0].head_size_px = Some(35.0);
-        let sizes: Vec<_> = body_truths(&skeletons).iter().map(|truth| truth.size_px).collect();
-        assert_eq!(sizes, [Some(35.0), None]);
+        let points = skeleton.points_px();
+        assert!(points[7].is_none() && points[8].is_some());
         // Online, all pairs of negative whole numbers stand for nothing.
-        skeletons[0].confidences = Some([0.0; JOINTS]);
-        assert_eq!(body_truths(&skeletons)[0].joints_px[8], None);
+        skeleton.confidences = Some([0.0; JOINTS]);
+        assert_eq!(skeleton.points_px()[8], None);
+        assert_eq!(
+            skeleton.clone().transposed().points_px()[0],
+            skeleton.points_px()[0].map(|p| p.yx())
+        );
     }
 
     proptest! {

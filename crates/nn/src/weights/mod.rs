@@ -6,7 +6,6 @@
 //! * [`load_pytorch`], [`load_move_enet`]: `.pth` and Lightning `.ckpt` files of the published
 //!   networks.
 //! * [`load_dhp19_cnn`], [`load_lift_mono`]: those of the networks that MoveEnet is compared with.
-//! * [`save_safetensors`]: a MoveEnet under its names in PyTorch.
 //!
 //! Loading is strict: a parameter missing, left over or of another shape is an error that names it.
 
@@ -15,13 +14,11 @@ mod keras;
 mod mapped;
 mod model_card;
 mod pytorch;
-mod safetensors;
 mod strict;
 
 pub use checkpoint::{holds_body, load, load_baseline, load_body, save, save_baseline, save_body};
 pub use keras::load_dhp19_cnn;
 pub use model_card::{BaselineCard, BodyCard, InputConfig, ModelCard};
 pub use pytorch::{load_lift_mono, load_move_enet, load_pytorch};
-pub use safetensors::save_safetensors;
 
 pub use crate::error::Mismatch;

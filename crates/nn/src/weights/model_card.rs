@@ -49,7 +49,7 @@ pub struct InputConfig {
     pub representation: String,
     /// Length of its window in microseconds.
     pub window_us: u64,
-    /// `off-first` or `on-first`, as in configs; older files have an underscore.
+    /// `off-first` or `on-first`, as in configs; the shipped networks have an underscore.
     #[serde(deserialize_with = "hyphenated")]
     pub channel_order: String,
     /// Columns of the image shown to the network, which may be a reduced one.
@@ -82,10 +82,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn cards_of_older_files_are_the_same() {
+    fn cards_of_the_shipped_networks_are_the_same() {
         let text = toml::to_string(&InputConfig::default()).unwrap();
         assert!(text.contains("\"off-first\""), "{text}");
-        let older = text.replace("off-first", "off_first");
-        assert_eq!(toml::from_str::<InputConfig>(&older).unwrap(), InputConfig::default());
+        let shipped = text.replace("off-first", "off_first");
+        assert_eq!(toml::from_str::<InputConfig>(&shipped).unwrap(), InputConfig::default());
     }
 }

@@ -88,25 +88,6 @@ impl BodyDecoder {
         maps.heatmaps.chunks(cells).enumerate().map(joint).collect()
     }
 
-    /// The joints of a label from the maps that a network is trained on, `is_known` saying which of
-    /// them were labelled: what predictions are compared with, since it has gone through the same
-    /// grid. Heatmaps are not looked at; scores are 1 and 0.
-    ///
-    /// # Panics
-    /// If maps are of another size, or of another number of joints.
-    pub fn decode_label(&self, maps: &BodyMaps<&[f32]>, is_known: &[bool]) -> Vec<BodyJoint> {
-        self.assert_sizes(maps.centers, maps.regs, maps.offsets, is_known.len());
-        let center = self.center_cell(maps.centers);
-        let joint = |(joint, is_known): (usize, &bool)| {
-            let [x, y] = self.rough(maps.regs, joint, center).map(|at| (at + 0.5).floor());
-            let inside = |at: f64, side: usize| at.clamp(0.0, (side - 1) as f64) as usize;
-            let cell = inside(y, self.rows) * self.columns + inside(x, self.columns);
-            let position = is_known.then(|| self.position(maps.offsets, joint, cell));
-            BodyJoint { position, score: f32::from(*is_known) }
-        };
-        is_known.iter().enumerate().map(joint).collect()
-    }
-
     fn assert_sizes(&self, centers: &[f32], regs: &[f32], offsets: &[f32], joints: usize) {
         let cells = self.rows * self.columns;
         assert_eq!(centers.len(), cells, "one map of centres");

@@ -8,7 +8,6 @@
 //! * [`OpenPoseDecoder`], [`movenet_joints`], [`joints_of_coco`]: outputs of networks of others.
 //! * [`fusion`]: detections fused with velocities measured from events; [`BodyFollower`] does both.
 //! * [`pose_score`], [`PresenceScore`]: whether somebody is there.
-//! * [`positions`], [`positions_and_scores`]: joints as rows of plain values.
 //! * [`triangulation`]: points in the world from several cameras, and [`SpatialFilter`] over time.
 //! * [`velocity`]: velocities of joints, measured from events.
 
@@ -32,7 +31,7 @@ pub use coco::{COCO_KEYPOINT_NAMES, COCO_KEYPOINTS, joints_of_coco};
 pub use decoder::{BodyDecoder, DEFAULT_SOFTENING, DEFAULT_THRESHOLD};
 pub use definition::JointDefinition;
 pub use follower::BodyFollower;
-pub use joint::{BodyJoint, positions, positions_and_scores};
+pub use joint::BodyJoint;
 pub use label::{BodyLabel, Keypoint, Visibility};
 pub use maps::BodyMaps;
 pub use movenet::{MOVENET_VALUES, movenet_joints};

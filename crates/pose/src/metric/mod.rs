@@ -8,17 +8,14 @@
 //! * [`SequenceScores`]: all of the above over one sequence; [`HandEvaluation`]: over all of them.
 //! * [`MeanPose`]: the baseline that ignores the events.
 //! * [`body`]: the same for bodies in images.
-//! * [`RecordingConventions`]: rows and labels of the published real recordings.
 
 pub mod body;
-mod conventions;
 mod hand_error;
 mod mean_pose;
 mod pck;
 mod points;
 mod summary;
 
-pub use conventions::RecordingConventions;
 pub use hand_error::HandError;
 pub use mean_pose::MeanPose;
 pub use pck::{Pck, THRESHOLDS};

@@ -12,7 +12,7 @@ use crate::gap::words;
 use crate::html::{HtmlPage, escape};
 
 /// Identified effects with their parameters, where nothing says what fraction they explain: without
-/// a scene, and in verdicts of schema 1.
+/// a scene.
 pub(crate) fn findings(page: &mut HtmlPage, data: &ReportData) {
     let verdict = &data.verdict;
     if verdict.effects.is_empty() || explained::has_fractions(verdict) {

@@ -8,8 +8,7 @@ use crate::format::percent;
 /// Fraction below which the joint part is not mentioned.
 const MENTIONED: f64 = 0.005;
 
-/// Whether a verdict says what fraction of the gap is explained: those without a scene and those of
-/// schema 1 do not, and without a gap there is nothing to explain.
+/// Whether a verdict says what fraction of the gap is explained: those without a scene do not, and without a gap there is nothing to explain.
 pub(crate) fn has_fractions(verdict: &Verdict) -> bool {
     verdict.verdict != Answer::NoGap && verdict.unexplained.fraction.is_finite()
 }

@@ -51,51 +51,6 @@ fn a_bare_verdict_is_a_page_too() {
     }
 }
 
-/// `CHANGELOG.md` lists the names of earlier releases.
-#[test]
-fn a_report_of_an_earlier_release_is_read() {
-    let path = std::path::Path::new("report.json");
-    let data = example::data();
-    let mut json = data.to_json(path).unwrap();
-    for (new, old) in [
-        ("\"discrepancy\"", "\"misfit\""),
-        ("\"discrepancy_without\"", "\"misfit_without\""),
-        ("\"side_by_side\"", "\"film\""),
-        ("\"images\"", "\"pictures\""),
-        ("\"swapped\"", "\"exchanged\""),
-        ("\"dropped\"", "\"taken_out\""),
-        ("\"log_intensity_step\"", "\"swing\""),
-    ] {
-        assert!(json.contains(new), "{new}");
-        json = json.replace(new, old);
-    }
-    // Plots have values that are NaN, so that the data itself is not equal.
-    let back = ReportData::from_json(&json, path).unwrap();
-    assert_eq!(page(&back).unwrap(), page(&data).unwrap());
-}
-
-/// Schema 1 said whether something is left, and not what fraction.
-#[test]
-fn a_verdict_of_schema_1_is_read() {
-    let path = std::path::Path::new("report.json");
-    let mut json: serde_json::Value =
-        serde_json::from_str(&example::data().to_json(path).unwrap()).unwrap();
-    let verdict = json["verdict"].as_object_mut().unwrap();
-    verdict["schema"] = 1.into();
-    verdict["effects"][0].as_object_mut().unwrap().remove("explained");
-    let mut left = verdict.remove("unexplained").unwrap();
-    for field in ["fraction", "p", "shares"] {
-        left.as_object_mut().unwrap().remove(field);
-    }
-    verdict.insert("remaining".to_owned(), left);
-    let data = ReportData::from_json(&json.to_string(), path).unwrap();
-    let page = page(&data).unwrap();
-    assert!(
-        page.contains("Missing effect: leak_on") && page.contains("What is missing or set wrong")
-    );
-    assert!(!page.contains("fraction of the gap as given") && !page.contains("unknown"), "{page}");
-}
-
 #[test]
 fn a_report_is_read_back_as_it_was_written() {
     let path = std::path::Path::new("report.json");

@@ -194,8 +194,7 @@ pub fn axis(name: &str) -> String {
         "age" => "time since light changed".to_owned(),
         "speed" => "speed of change".to_owned(),
         "contrast" => "contrast of the edge".to_owned(),
-        // The second is the name in reports of earlier releases.
-        "interval of pixel" | "pause of pixel" => "time since the pixel's last event".to_owned(),
+        "interval of pixel" => "time since the pixel's last event".to_owned(),
         name => name.to_owned(),
     };
     name.split(" x ").map(words).collect::<Vec<_>>().join(" x ")

@@ -3,7 +3,7 @@
 use evpose_core::{Event, Polarity, SensorSize};
 
 use super::*;
-use crate::{ChannelOrder, ReprError, Transitions};
+use crate::{ChannelOrder, ReprError};
 
 const SENSOR: SensorSize = SensorSize { width: 3, height: 2 };
 
@@ -84,20 +84,15 @@ fn a_window_of_frames_gives_the_frame_number_over_their_count() {
 }
 
 #[test]
-fn what_happened_up_to_a_transition_is_not_drawn_and_later_values_stay() {
+fn what_happened_before_the_first_visible_frame_is_not_drawn_and_later_values_stay() {
     let events =
         [frame_event(1, 0, 0, true), frame_event(2, 1, 0, true), frame_event(3, 2, 0, true)];
-    let window = FrameWindow::new(SENSOR, 4, ChannelOrder::OnFirst);
     let mut out = [f32::NAN; 12];
-    let hidden = window.hiding(&Transitions::PUBLISHED_LOADER, 49_998);
-    assert_eq!(hidden.visible_from, 3);
-    fill_lnes(&hidden, events, &mut out);
-    assert_eq!(out[..3], [0.0, 0.0, 0.75]);
-    // The transition is the newest frame: nothing is left.
-    fill_lnes(&window.hiding(&Transitions::PUBLISHED_LOADER, 49_997), events, &mut out);
-    assert_eq!(out, [0.0; 12]);
-    fill_lnes(&window.hiding(&Transitions::PUBLISHED_LOADER, 49_996), events, &mut out);
-    assert_eq!(out[..3], [0.25, 0.5, 0.75]);
+    for (visible_from, want) in [(3, [0.0, 0.0, 0.75]), (4, [0.0; 3]), (1, [0.25, 0.5, 0.75])] {
+        let window = FrameWindow::new(SENSOR, 4, ChannelOrder::OnFirst);
+        fill_lnes(&FrameWindow { visible_from, ..window }, events, &mut out);
+        assert_eq!(out[..3], want);
+    }
 }
 
 #[test]

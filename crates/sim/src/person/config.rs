@@ -129,7 +129,6 @@ pub struct SurroundingsConfig {
     /// Share of the sequences with distractors, which move behind people.
     pub moving: f32,
     /// Largest number of distractors of a sequence.
-    #[serde(alias = "things")]
     pub distractors: usize,
 }
 

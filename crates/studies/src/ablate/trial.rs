@@ -45,8 +45,7 @@ pub(super) struct Trial {
     pub(super) parameters_as_published: usize,
     /// None where the training was resumed after its last step.
     pub(super) training_s: Option<f64>,
-    /// Lowest validation loss of the training; none for trials of earlier versions.
-    #[serde(default)]
+    /// Lowest validation loss of the training.
     pub(super) validation_loss: Option<f64>,
     /// Throughput of the network alone, at batch size 1.
     pub(super) poses_per_s: f64,

@@ -16,7 +16,6 @@ pub struct PropagationConfig {
     pub output_hz: f64,
     /// Minimum number of pixels for an estimate of the velocity of a joint; with fewer it is taken
     /// as 0.
-    #[serde(alias = "fewest_samples")]
     pub min_samples: u32,
     /// Velocities from events.
     pub velocity: TripletVelocityConfig,

@@ -95,23 +95,6 @@ impl BodyAccuracy {
         self.count(config, detections, truth, label);
     }
 
-    /// Counts the joints of one body, compared with what was read off the maps that it was trained
-    /// on, as published: with [`BodyGrid`](super::BodyGrid) of `parity` and
-    /// [`decode_label`](evpose_pose::body::BodyDecoder::decode_label). Its joints left of or above
-    /// the body's middle are up to a cell off.
-    ///
-    /// # Panics
-    /// If the counts of joints differ.
-    pub fn push_decoded(
-        &mut self,
-        config: BodyAccuracyConfig,
-        detections: &[BodyJoint],
-        truth: &[BodyJoint],
-        label: &BodyLabel,
-    ) {
-        self.count(config, detections, truth.iter().map(|joint| joint.position), label);
-    }
-
     fn count(
         &mut self,
         config: BodyAccuracyConfig,
@@ -170,10 +153,9 @@ impl BodyAccuracy {
 
 #[cfg(test)]
 mod tests {
-    use evpose_pose::body::{BodyDecoder, BodyMaps, DEFAULT_THRESHOLD, Keypoint, Visibility};
+    use evpose_pose::body::{Keypoint, Visibility};
 
     use super::*;
-    use crate::body::BodyGrid;
 
     /// Shoulders a fifth apart, hips half of the image below: diagonals of `0.5385`.
     fn label() -> BodyLabel {
@@ -249,29 +231,5 @@ mod tests {
         let found = off(&label, |_| Vec2::ZERO);
         accuracy.push(BodyAccuracyConfig::default(), &found, &label);
         assert_eq!((accuracy.without_measure(), accuracy.mean()), (1, None));
-    }
-
-    #[test]
-    fn labels_read_off_published_maps_are_within_a_cell() {
-        let (label, side) = (label(), 48);
-        let mut maps = BodyMaps::from_array([13, 1, 26, 26].map(|c| vec![0.0; c * side * side]));
-        let BodyMaps { heatmaps, centers, regs, offsets } = &mut maps;
-        let grid = BodyGrid::new(side, true);
-        grid.write_maps(&label, &mut BodyMaps { heatmaps, centers, regs, offsets });
-        let BodyMaps { heatmaps, centers, regs, offsets } = &maps;
-        let maps = BodyMaps { heatmaps: &heatmaps[..], centers, regs, offsets };
-        let decoder = BodyDecoder::new([side; 2], DEFAULT_THRESHOLD).as_published();
-        let truth = decoder.decode_label(&maps, &[true; 13]);
-        let strict = BodyAccuracyConfig { threshold: 0.02, ..BodyAccuracyConfig::default() };
-        let (mut exact, mut decoded) = (BodyAccuracy::new(13), BodyAccuracy::new(13));
-        let found = off(&label, |_| Vec2::ZERO);
-        exact.push(strict, &found, &label);
-        decoded.push_decoded(strict, &found, &truth, &label);
-        assert_eq!(exact.mean(), Some(1.0));
-        // Left and above: regressions are cut towards zero.
-        assert!(decoded.mean() < Some(1.0));
-        let mut loose = BodyAccuracy::new(13);
-        loose.push_decoded(BodyAccuracyConfig::default(), &found, &truth, &label);
-        assert_eq!(loose.mean(), Some(1.0));
     }
 }

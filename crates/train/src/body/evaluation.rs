@@ -146,7 +146,7 @@ pub fn evaluate_body(
 }
 
 /// The same pose, relative to the image of a sensor, at the times of predictions.
-pub(crate) fn constant_predictions(
+fn constant_predictions(
     predictions: &[BodyPrediction],
     pose: &BodyPoints,
     sensor: SensorSize,

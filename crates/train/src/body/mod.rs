@@ -31,7 +31,6 @@ pub use annotated::holds_annotations;
 pub use augmentation::BodyView;
 pub use batch::BodyBatch;
 pub use detections::DetectionCounts;
-pub(crate) use evaluation::constant_predictions;
 pub use evaluation::{
     BodyRecordingResult, BodyResults, evaluate_body, evaluate_frames, evaluate_frames_with,
     ground_truth, mean_pose_of_recordings,
@@ -41,7 +40,6 @@ pub use frames::{BodyFrame, BodyFrames, CameraJoints};
 pub use learner::body_values;
 pub use propagation::{PropagatedPose, PropagationResults, evaluate_propagation, propagated_poses};
 pub use recordings::{BodyRecordings, PoseTrack};
-pub(crate) use recordings::{in_camera, placed_camera};
 pub use spatial::{CalibratedScene, calibrated_scenes, evaluate_spatial};
 pub use targets::{BodyGrid, BodyTargetSlices};
 pub(crate) use training::digest_of;

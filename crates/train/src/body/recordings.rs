@@ -167,13 +167,13 @@ fn frames_of(
 
 /// The camera of the recording whose table of poses is `poses`; none where it moves, or the file
 /// beside the table does not say.
-pub(crate) fn placed_camera(poses: &Path) -> Option<PlacedCamera> {
+fn placed_camera(poses: &Path) -> Option<PlacedCamera> {
     let stem = poses.to_str()?.strip_suffix(POSES)?;
     RecordingPlace::read(Path::new(&format!("{stem}.toml"))).ok()?.camera
 }
 
 /// A point of the world in camera space, both in metres.
-pub(crate) fn in_camera(camera: &PlacedCamera, at_m: Vec3) -> Vec3 {
+fn in_camera(camera: &PlacedCamera, at_m: Vec3) -> Vec3 {
     camera.camera_from_world.transform_point3(at_m.as_dvec3()).as_vec3()
 }
 

@@ -37,8 +37,8 @@ struct Info {
     side: String,
 }
 
-/// The camera, its principal point counted from the corner of the image: `centre_px` and OpenCV's own
-/// files, whose pixel centres are at whole numbers, have 0.5 less.
+/// The camera, its principal point counted from the corner of the image: OpenCV's own files,
+/// whose pixel centres are at whole numbers, have 0.5 less.
 #[derive(Debug, Deserialize)]
 struct CameraInfo {
     fx_px: f64,

@@ -42,7 +42,7 @@ pub(crate) struct ThresholdArgs {
         default_value_t = CheckOptions::default().outlier_spreads)]
     outlier_spreads: f32,
     /// Limb length: minimum robust standard deviation, relative to the median
-    #[arg(long, alias = "least-spread", value_name = "FRACTION", value_parser = not_negative,
+    #[arg(long, value_name = "FRACTION", value_parser = not_negative,
         default_value_t = CheckOptions::default().min_spread)]
     min_spread: f32,
     /// Torso size: median over so many frames before and after

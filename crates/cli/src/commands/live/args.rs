@@ -57,7 +57,7 @@ pub struct LiveArgs {
     #[arg(long, value_name = "VIEWER", num_args = 0..=1, require_equals = true)]
     pub(crate) rerun: Option<Option<String>>,
     /// Propagated poses per second; 0 for none [default: bodies 500, hands 1000]
-    #[arg(long, alias = "between-hz")]
+    #[arg(long)]
     pub(crate) propagate_hz: Option<f64>,
     /// Minimum event time from one inference to the next, in milliseconds
     #[arg(long, default_value_t = 1.0)]

@@ -10,8 +10,6 @@ use evpose_datasets::import::{FrameCount, LabelClock};
 use evpose_pose::HandSide;
 use evpose_pose::JointFrame;
 
-use crate::commands::opening::FileOpeningArgs;
-
 /// Names of files beside sequences, which a sequence cannot have.
 const RESERVED: [&str; 2] = ["run", "config"];
 
@@ -106,7 +104,7 @@ pub struct PeopleArgs {
     #[arg(long, value_enum, requires = "fps")]
     pub(crate) count_by: Option<CountBy>,
     #[command(flatten)]
-    pub(crate) opening: FileOpeningArgs,
+    pub(crate) opening: OpeningArgs,
 }
 
 impl PeopleArgs {

@@ -32,7 +32,7 @@ pub struct ViewArgs {
     #[arg(long, default_value_t = 33.0)]
     pub(crate) window_ms: f64,
     /// Number of frames, evenly spaced [default: 12 on a sheet, 300 in Rerun, 100 otherwise]
-    #[arg(long, alias = "pictures", value_parser = clap::value_parser!(u32).range(1..=2000))]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=2000))]
     pub(crate) frames: Option<u32>,
     /// Begin so many seconds after the first event
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]

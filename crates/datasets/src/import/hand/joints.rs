@@ -204,11 +204,10 @@ mod tests {
         assert!(message.contains("line 2: frame: `world`, but --frame camera"), "{message}");
         let message = frame(&text.replace("world", "room"), None).unwrap_err();
         assert!(message.contains("`room` is neither"), "{message}");
-        // As `evpose infer --joints` of earlier versions wrote them, without saying so.
-        let old = text.replace(",frame", "").replace(",world", "");
-        let message = frame(&old, None).unwrap_err();
+        let silent = text.replace(",frame", "").replace(",world", "");
+        let message = frame(&silent, None).unwrap_err();
         assert!(message.contains("wrist_z_m") && message.contains("--frame world"), "{message}");
-        assert_eq!(frame(&old, Some(JointFrame::World)), Ok(JointFrame::World));
+        assert_eq!(frame(&silent, Some(JointFrame::World)), Ok(JointFrame::World));
     }
 
     #[test]
