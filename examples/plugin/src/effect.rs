@@ -2,7 +2,7 @@
 
 use evpose_core::StageNoise;
 use evpose_sensor::{
-    Block, Citation, Domain, ParamSpec, PixelStage, Prior, Probe, Scale, SearchSpec, Signature,
+    Block, Citation, Domain, ParamSpec, PixelStage, Prior, Probe, Scale, Signature,
     Stage, StageSpec, Strength, Tick,
 };
 
@@ -32,7 +32,6 @@ pub(crate) static SOFT_SATURATION: StageSpec = StageSpec {
         strength: Strength::Falling(&["half"]),
         beside: &[],
     },
-    search: SearchSpec::PLAIN,
     build: |settings| {
         Ok(Stage::Pixel(Box::new(Saturation { half: settings.number(&HALF) as f32 })))
     },

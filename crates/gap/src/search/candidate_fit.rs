@@ -8,6 +8,7 @@ use super::screening::{MAX_LINEAR_STEPS, ScreenedTrial};
 use crate::candidate::Trial;
 use crate::fit::{Fit, Slopes, descend};
 use crate::free_parameter::FreeParameter;
+use crate::search_spec::Searched;
 use crate::{GapError, Objective};
 
 /// Proposals whose strength is fitted.
@@ -98,7 +99,7 @@ fn search_strength(
             }
         }
     }
-    if trial.spec.search.is_slow {
+    if trial.spec.search().is_slow {
         // What was screened says nothing about its strength.
         for value in trial.strengths().into_iter().step_by(SLOW_STRIDE) {
             let other_model = trial.with(trial.params[0], value).added_to(base);

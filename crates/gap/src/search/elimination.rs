@@ -10,6 +10,7 @@ use crate::GapError;
 use crate::candidate::Trial;
 use crate::fit::descend;
 use crate::parameters::ModelParameter;
+use crate::search_spec::Searched;
 use evpose_sensor::SensorConfig;
 
 /// Rounds of the fit of the rest after an effect was dropped.
@@ -107,7 +108,7 @@ pub(super) fn changed_parameters(
 /// given has none. Pixels that are exactly alike answer at exactly the same time: the least noise
 /// separates them, and a simulator that has none is not distinguished from one that has.
 fn is_everyday(selection: &Selection, trial: &Trial) -> bool {
-    trial.spec.search.dither.iter().any(|(key, everyday)| {
+    trial.spec.search().dither.iter().any(|(key, everyday)| {
         let value = |model: &SensorConfig| {
             model.effect(trial.spec.name).and_then(|effect| effect.number(key)).unwrap_or(0.0)
         };

@@ -4,10 +4,12 @@
 use std::f64::consts::TAU;
 
 use evpose_core::EventStream;
-use evpose_sensor::{Catalogue, RecordingMark, StageSpec, Value};
+use evpose_sensor::{Catalogue, StageSpec, Value};
 
 use super::light_steps::light_steps;
 use super::rate_ceiling::rate_ceiling;
+use crate::recording_mark::RecordingMark;
+use crate::search_spec::with_mark;
 use crate::{Expected, LightSequence};
 
 /// Parameters of one effect estimated from a recording.
@@ -80,7 +82,7 @@ const READINGS: [(RecordingMark, Read); 8] = [
 pub(super) fn all_estimates(catalogue: Catalogue, recording: &Recording<'_>) -> Vec<Estimate> {
     let mut estimates = Vec::new();
     for (mark, read) in READINGS {
-        let mut specs = catalogue.with_mark(mark).peekable();
+        let mut specs = with_mark(catalogue, mark).peekable();
         let Some(reading) = specs.peek().and_then(|_| read(recording)) else { continue };
         estimates.extend(specs.map(|spec| Estimate { spec, mark, reading: reading.clone() }));
     }

@@ -9,7 +9,7 @@
 
 use std::sync::Arc;
 
-use evpose_sensor::{Domain, Onset, SensorConfig};
+use evpose_sensor::{Domain, SensorConfig};
 use rayon::prelude::*;
 
 use super::direct_estimates::DirectEstimates;
@@ -17,6 +17,8 @@ use crate::candidate::{Candidate, Trial};
 use crate::compare::Expectation;
 use crate::fit::Slopes;
 use crate::free_parameter::FreeParameter;
+use crate::search_spec::Onset;
+use crate::search_spec::Searched;
 use crate::{GapError, Objective};
 
 /// Trials that are tried at the neighbours of their strength.
@@ -63,17 +65,17 @@ impl ScreenedTrial {
 
     /// Whether it is one of the effects that one of `others` is easily taken for.
     pub(super) fn resembles_one_of(&self, others: &[Self]) -> bool {
-        others.iter().any(|other| other.trial.spec.search.resembles.contains(&self.name))
+        others.iter().any(|other| other.trial.spec.search().resembles.contains(&self.name))
     }
 
     /// Whether a short part of a recording does not show it.
     pub(super) fn is_slow(&self) -> bool {
-        self.trial.spec.search.is_slow
+        self.trial.spec.search().is_slow
     }
 
     /// Whether the best trial on a short part need not lead to the best fit.
     fn is_sudden(&self) -> bool {
-        self.trial.spec.search.onset == Onset::Sudden
+        self.trial.spec.search().onset == Onset::Sudden
     }
 }
 
@@ -188,7 +190,7 @@ impl<'a> ScreeningBase<'a> {
         // need the whole grid, unless they are known to set in evenly.
         let spec = screened.trial.spec;
         let is_sharp = matches!(spec.domain, Domain::Clock | Domain::Readout);
-        let stride = if is_sharp && spec.search.onset != Onset::Even { 1 } else { 2 };
+        let stride = if is_sharp && spec.search().onset != Onset::Even { 1 } else { 2 };
         let (strengths, is_rising) = screened.trial.rising();
         let strengths: Vec<f64> = strengths.into_iter().step_by(stride).collect();
         let at_estimate = self.best_of(screened, screened.strength().as_slice(), false)?;

@@ -1,6 +1,5 @@
 //! Effects whose parameters the whole recording and both of its halves agree on.
 
-use evpose_sensor::RecordingMark;
 use evpose_stats::quantile::median_high;
 
 use super::agreement::{Agreement, effect, exact};
@@ -10,6 +9,7 @@ use super::findings::SceneFreeEffect;
 use super::pixel_counts::Counts;
 use super::train::Train;
 use super::{interval, line, load};
+use crate::recording_mark::RecordingMark;
 
 /// Minimum contrast of the spectral line of a lamp.
 const MIN_LINE: f64 = 12.0;

@@ -1,7 +1,6 @@
 //! Null hypotheses: the structure that surrogates randomise, and the statistics that test it.
 
 use evpose_core::CounterRng;
-use evpose_sensor::RecordingMark;
 use rayon::prelude::*;
 
 use super::background::Background;
@@ -10,6 +9,7 @@ use super::findings::SceneFreeStatistic;
 use super::pixel_counts::Counts;
 use super::train::Train;
 use super::{clock, interval, line, load, multiplicity};
+use crate::recording_mark::RecordingMark;
 
 /// The structure that surrogates randomise.
 #[derive(Debug, Clone, Copy)]

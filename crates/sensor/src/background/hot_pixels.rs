@@ -13,11 +13,10 @@ use evpose_core::{Polarity, SensorSize, StageNoise};
 
 use super::exponential;
 use crate::detector::{NoiseEvent, PixelTerm, PixelTraits, TermTable};
-use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
-use crate::{Citation, Domain, Origin, ParamSpec, Prior, RecordingMark, Scale, StageSpec};
+use crate::{Citation, Domain, Origin, ParamSpec, Prior, Scale, StageSpec};
 
 const FRACTION: ParamSpec = ParamSpec {
     name: "fraction",
@@ -79,7 +78,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Rising(&["fraction"]),
         beside: &[],
     },
-    search: SearchSpec { mark: Some(RecordingMark::HotPixels), ..SearchSpec::PLAIN },
     build: |settings| {
         Ok(Stage::Term(Box::new(HotPixels {
             fraction: settings.number(&FRACTION) as f32,
@@ -121,7 +119,7 @@ impl PixelTerm for HotPixels {
         TermTable { sums: pairs.collect(), values: Vec::new() }
     }
 
-    fn strike(
+    fn noise_events(
         &self,
         _part: usize,
         tick: &Tick,

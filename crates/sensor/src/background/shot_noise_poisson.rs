@@ -19,7 +19,6 @@ use evpose_simd::prefetch;
 
 use super::{exponential, uniform};
 use crate::detector::{NoiseEvent, PixelTerm, PixelTraits, TermTable};
-use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
@@ -82,7 +81,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Rising(&["rate_hz"]),
         beside: &[],
     },
-    search: SearchSpec::PLAIN,
     build: |settings| {
         Ok(Stage::Term(Box::new(ShotNoisePoisson {
             rate_hz: settings.number(&RATE),
@@ -174,11 +172,11 @@ impl PixelTerm for ShotNoisePoisson {
     }
 
     /// Layers that begin below the rate.
-    fn strike_parts(&self) -> usize {
+    fn noise_parts(&self) -> usize {
         (0..).take_while(|&index| Layer::new(index).low_hz < self.rate_hz).count()
     }
 
-    fn strike(
+    fn noise_events(
         &self,
         part: usize,
         tick: &Tick,
@@ -187,7 +185,7 @@ impl PixelTerm for ShotNoisePoisson {
         noise: StageNoise,
         noise_events: &mut Vec<NoiseEvent>,
     ) {
-        self.strike_layer(tick, size, table, noise, Layer::new(part), noise_events);
+        self.layer_events(tick, size, table, noise, Layer::new(part), noise_events);
     }
 
     fn acceptance(&self, light: f32) -> f32 {
@@ -197,7 +195,7 @@ impl PixelTerm for ShotNoisePoisson {
 
 impl ShotNoisePoisson {
     /// The events of a layer of rates that are below the own.
-    fn strike_layer(
+    fn layer_events(
         &self,
         tick: &Tick,
         size: SensorSize,

@@ -18,14 +18,10 @@
 use evpose_core::{Polarity, SensorSize, StageNoise};
 
 use super::{BackgroundStage, exponential, uniform};
-use crate::search_spec::{SearchSpec, StageRole};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
-use crate::{
-    ChoiceSpec, Citation, CommonParameter, Domain, Origin, ParamSpec, Prior, RecordingMark,
-    Request, Scale, StageSpec,
-};
+use crate::{ChoiceSpec, Citation, Domain, Origin, ParamSpec, Prior, Request, Scale, StageSpec};
 
 const ON: ParamSpec = ParamSpec {
     name: "on_hz",
@@ -65,14 +61,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::RestIntervals,
         strength: Strength::Rising(&["on_hz", "off_hz"]),
         beside: &[],
-    },
-    search: SearchSpec {
-        role: StageRole::EveryModel,
-        common: &[(CommonParameter::NoiseOn, "on_hz"), (CommonParameter::NoiseOff, "off_hz")],
-        mark: Some(RecordingMark::RandomRest),
-        resembles: &["shot_noise_poisson"],
-        dither: &[("on_hz", 0.05), ("off_hz", 0.05)],
-        ..SearchSpec::PLAIN
     },
     build: |settings| {
         Ok(Stage::Background(Box::new(UniformNoise {

@@ -10,7 +10,6 @@
 use evpose_core::StageNoise;
 
 use super::ClockStage;
-use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
@@ -47,7 +46,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Rising(&["pull"]),
         beside: &[],
     },
-    search: SearchSpec::PLAIN,
     build: |settings| Ok(Stage::Clock(Box::new(FrameGrid { pull: settings.number(&PULL) }))),
 };
 

@@ -19,10 +19,9 @@
 use evpose_core::{Polarity, StageNoise};
 
 use super::{Change, ChangeDetector, PixelStep};
-use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use crate::{Citation, Compares, Domain, ParamSpec, Prior, Scale, StageSpec, Traits};
 
 const K: ParamSpec = ParamSpec {
     name: "k1",
@@ -90,7 +89,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Rising(&["k3", "k6"]),
         beside: &[],
     },
-    search: SearchSpec::PLAIN,
     build: |settings| {
         let k = [&K, &K2, &K3, &K4, &K5, &K6].map(|param| settings.number(param));
         Ok(Stage::Detector(Box::new(BrownianPassage { k })))
@@ -111,8 +109,8 @@ impl ChangeDetector for BrownianPassage {
         [1.0, 1.0]
     }
 
-    fn sees_light(&self) -> bool {
-        true
+    fn traits(&self) -> Traits {
+        Traits { compares: Compares::Light, ..Traits::default() }
     }
 
     fn next(&self, pixel: &PixelStep, from_s: f64, noise: StageNoise) -> Option<Change> {

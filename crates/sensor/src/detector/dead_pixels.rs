@@ -9,10 +9,9 @@
 use evpose_core::StageNoise;
 
 use super::{PixelTerm, PixelTraits};
-use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{Citation, Domain, ParamSpec, Prior, RecordingMark, Scale, StageSpec};
+use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec, Traits};
 
 const FRACTION: ParamSpec = ParamSpec {
     name: "fraction",
@@ -43,11 +42,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Rising(&["fraction"]),
         beside: &[],
     },
-    search: SearchSpec {
-        mark: Some(RecordingMark::SilentPixels),
-        reach: &[("fraction", (1e-6, 0.3))],
-        ..SearchSpec::PLAIN
-    },
     build: |settings| {
         let fraction = settings.number(&FRACTION) as f32;
         Ok(Stage::Term(Box::new(DeadPixels { fraction })))
@@ -65,8 +59,8 @@ impl PixelTerm for DeadPixels {
         self.fraction <= 0.0
     }
 
-    fn is_pattern(&self) -> bool {
-        true
+    fn traits(&self) -> Traits {
+        Traits { is_static: true, ..Traits::default() }
     }
 
     fn pattern(&self, pixel: usize, traits: &mut PixelTraits, noise: StageNoise) {

@@ -10,7 +10,6 @@
 use evpose_core::StageNoise;
 
 use super::{PixelTerm, PixelTraits};
-use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
@@ -50,12 +49,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::RateByLight,
         strength: Strength::Rising(&["hz_per_white"]),
         beside: &[],
-    },
-    search: SearchSpec {
-        choices: &[("phase", &["random", "aligned"])],
-        // Programs leak at some hertz in light that is a fraction of white.
-        reach: &[("hz_per_white", (1e-3, 16.0))],
-        ..SearchSpec::PLAIN
     },
     build: |settings| {
         let hz_per_white = settings.number(&RATE) as f32;

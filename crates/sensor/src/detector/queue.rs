@@ -39,7 +39,7 @@ struct Due {
 enum Entry {
     /// A pixel reaches a threshold, unless it has had another event since it had `count`.
     Change { pending: PendingEvent, count: u32 },
-    /// A pixel is struck by noise.
+    /// A noise event of a pixel.
     NoiseEvent(NoiseEvent),
     /// A request that no pixel knows of.
     Background(Request),
@@ -103,9 +103,9 @@ impl Band<'_> {
                 queued.take(step, due.pixel as usize, entry, service, out);
             }
         }
-        let struck = accepted.iter().map(|noise_event| noise_event.pixel);
-        for pixel in awake.iter().copied().chain(struck) {
-            self.arm(pixel as usize, step.tick.end_s, step.chain.steps_while_refractory);
+        let noisy = accepted.iter().map(|noise_event| noise_event.pixel);
+        for pixel in awake.iter().copied().chain(noisy) {
+            self.arm(pixel as usize, step.tick.end_s, step.chain.plan.steps_while_refractory);
         }
         self.scanned.awake = awake;
         self.scanned.accepted = accepted;
@@ -285,7 +285,7 @@ impl Queued<'_, '_> {
     }
 
     fn expect_change(&mut self, step: Step<'_>, pixel_state: &mut PixelState, now_s: f64) {
-        if let Some(from_s) = pixel_state.listens_from(step, now_s)
+        if let Some(from_s) = pixel_state.ready_from(step, now_s)
             && let Some(pending) = pixel_state.next_pending(step, from_s, &mut &[][..])
         {
             let (pixel, count) = (pixel_state.pixel_step.pixel, pixel_state.pixel_step.count);

@@ -32,7 +32,7 @@ impl Spread {
     }
 
     /// Whether refractory periods are passed over in this step.
-    pub(super) fn passes_over(&self) -> bool {
+    pub(super) fn ignores_refractory(&self) -> bool {
         self.refractory_s <= (self.end_s - self.start_s) / f64::from(self.count)
     }
 
@@ -97,9 +97,9 @@ mod tests {
     }
 
     #[test]
-    fn refractory_periods_up_to_the_spacing_are_passed_over() {
-        assert!(spread(1_000, 2_000, 1, false).passes_over());
-        assert!(!spread(1_000, 2_000, 3, false).passes_over());
+    fn refractory_periods_up_to_the_spacing_are_ignored() {
+        assert!(spread(1_000, 2_000, 1, false).ignores_refractory());
+        assert!(!spread(1_000, 2_000, 3, false).ignores_refractory());
     }
 
     #[test]

@@ -16,10 +16,9 @@ use evpose_core::{Polarity, StageNoise};
 
 use super::threshold_mismatch::MIN_THRESHOLD;
 use super::{PixelTerm, PixelTraits};
-use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec, Traits};
 
 const SIGMA: ParamSpec = ParamSpec {
     name: "sigma",
@@ -58,12 +57,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Rising(&["sigma"]),
         beside: &[],
     },
-    search: SearchSpec {
-        choices: &[("redraw", &["event", "exposure"])],
-        usual: &[("redraw", "event")],
-        dither: &[("sigma", 0.004)],
-        ..SearchSpec::PLAIN
-    },
     build: |settings| {
         let sigma = settings.number(&SIGMA) as f32;
         let at_exposures = settings.word(&REDRAW) == "exposure";
@@ -86,12 +79,9 @@ impl PixelTerm for ThresholdTemporalNoise {
         self.sigma <= 0.0
     }
 
-    fn renews(&self) -> bool {
-        !self.at_exposures
-    }
-
-    fn redraws(&self) -> Option<f32> {
-        self.at_exposures.then_some(MAX_NORMAL * self.sigma)
+    fn traits(&self) -> Traits {
+        let redraws = self.at_exposures.then_some(MAX_NORMAL * self.sigma);
+        Traits { renews: !self.at_exposures, redraws, ..Traits::default() }
     }
 
     fn redraw(&self, pixel: usize, noise: StageNoise) -> f32 {
@@ -120,6 +110,7 @@ impl PixelTerm for ThresholdTemporalNoise {
 mod tests {
     use evpose_core::{Micros, Plane, SensorSize};
 
+    use super::SPEC;
     use crate::{EffectConfig, SensorConfig, SensorModel};
 
     /// Events of many pixels that brighten by 0.97 ln in `steps` exposures, a threshold of 0.3.
@@ -148,6 +139,28 @@ mod tests {
     fn without_spread_both_forms_are_level_crossing() {
         assert_eq!(events(30, 0.0, "exposure"), 30_000);
         assert_eq!(events(30, 1e-4, "exposure"), events(30, 1e-4, "event"));
+    }
+
+    #[test]
+    fn detectors_that_cross_no_levels_keep_their_thresholds() {
+        let size = SensorSize { width: 20, height: 20 };
+        let events = |effects: &[EffectConfig]| -> Vec<_> {
+            let config = SensorConfig { effects: effects.to_vec() };
+            let mut run = SensorModel::from_config(&config).unwrap().start(size, 5);
+            let light = |step: i64| Plane::filled(20, 20, 0.1 + 0.05 * ((step * 7) % 11) as f32);
+            let all = (0..30).flat_map(|step| {
+                run.expose(&light(step), Micros(1_000 * step)).unwrap().iter().collect::<Vec<_>>()
+            });
+            all.collect()
+        };
+        let redraw = EffectConfig::new(SPEC.name).with("sigma", 0.05).with("redraw", "exposure");
+        for name in ["frame_difference", "frame_count"] {
+            let detector = EffectConfig::new(name).with("threshold_on", 0.3);
+            let detector = detector.with("threshold_off", 0.3);
+            let alone = events(std::slice::from_ref(&detector));
+            assert!(alone.len() > 1_000, "{name}");
+            assert_eq!(events(&[detector, redraw.clone()]), alone, "{name}");
+        }
     }
 
     #[test]

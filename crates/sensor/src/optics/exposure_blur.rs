@@ -12,7 +12,6 @@
 
 use evpose_core::StageNoise;
 
-use crate::search_spec::{SearchSpec, StageRole};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
@@ -50,7 +49,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Rising(&["fraction"]),
         beside: &[],
     },
-    search: SearchSpec { role: StageRole::Scene, ..SearchSpec::PLAIN },
     build: |settings| {
         let half = 0.5 * settings.number(&FRACTION) as f32;
         Ok(Stage::Pixel(Box::new(ExposureBlur { half })))

@@ -8,7 +8,6 @@
 
 use evpose_core::{SensorSize, StageNoise};
 
-use crate::search_spec::{SceneSource, SearchSpec};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PlaneStage, Stage};
 use crate::tick::Tick;
@@ -45,13 +44,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::Contrast,
         strength: Strength::Rising(&["fraction"]),
         beside: &[],
-    },
-    search: SearchSpec {
-        hidden_by: &[
-            (SceneSource::Frames, "frames have the glare of the same lens"),
-            (SceneSource::Poses, "glare and faint texture are one thing"),
-        ],
-        ..SearchSpec::PLAIN
     },
     build: |settings| {
         let fraction = settings.number(&FRACTION) as f32;

@@ -15,7 +15,6 @@ use evpose_core::StageNoise;
 use super::pole::Pole;
 use crate::exponential::exp_m1;
 use crate::natural_log::ln;
-use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
@@ -59,7 +58,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Falling(&["tau_s"]),
         beside: &[],
     },
-    search: SearchSpec { is_slow: true, ..SearchSpec::PLAIN },
     build: |settings| {
         Ok(Stage::Pixel(Box::new(AdaptiveHighpass {
             tau_s: settings.number(&TAU_S),

@@ -11,10 +11,9 @@
 
 use super::Photoreceptor;
 use crate::natural_log::ln;
-use crate::search_spec::{SearchSpec, StageRole};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{Citation, CommonParameter, Domain, ParamSpec, Prior, Scale, StageSpec};
+use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
 use evpose_simd::vectorize;
 
 const DARK_OFFSET: ParamSpec = ParamSpec {
@@ -46,11 +45,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::Contrast,
         strength: Strength::Rising(&["dark_offset"]),
         beside: &[],
-    },
-    search: SearchSpec {
-        role: StageRole::EveryModel,
-        common: &[(CommonParameter::DarkOffset, "dark_offset")],
-        ..SearchSpec::PLAIN
     },
     build: |settings| {
         let dark_offset = settings.number(&DARK_OFFSET) as f32;

@@ -22,7 +22,6 @@ use evpose_core::StageNoise;
 use super::pole::Pole;
 use crate::exponential::exp_m1;
 use crate::natural_log::ln;
-use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
@@ -89,7 +88,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Falling(&["cutoff_hz"]),
         beside: &[],
     },
-    search: SearchSpec { choices: &[("signal", &["small", "large"])], ..SearchSpec::PLAIN },
     build: |settings| {
         Ok(Stage::Pixel(Box::new(PhotoreceptorLowpass {
             cutoff_hz: settings.number(&CUTOFF),

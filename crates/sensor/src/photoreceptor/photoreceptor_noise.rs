@@ -14,11 +14,10 @@ use evpose_core::StageNoise;
 
 use crate::exponential::decay;
 use crate::gaussian::{PIECE, fill_normal};
-use crate::search_spec::{SearchSpec, Substeps};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
-use crate::{Citation, Domain, ParamSpec, Prior, RecordingMark, Scale, StageSpec};
+use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
 use evpose_simd::vectorize;
 
 const SIGMA: ParamSpec = ParamSpec {
@@ -75,12 +74,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::NoisePairs,
         strength: Strength::Rising(&["sigma"]),
         beside: &[],
-    },
-    search: SearchSpec {
-        substeps: Some(Substeps { screened: 2.0, fitted: 8.0 }),
-        mark: Some(RecordingMark::Alternation),
-        resembles: &["lamp_flicker", "brownian_passage"],
-        ..SearchSpec::PLAIN
     },
     build: |settings| {
         Ok(Stage::Pixel(Box::new(PhotoreceptorNoise {

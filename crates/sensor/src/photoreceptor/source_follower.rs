@@ -13,7 +13,6 @@ use std::f64::consts::TAU;
 use evpose_core::StageNoise;
 
 use super::pole::Pole;
-use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
@@ -50,7 +49,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Falling(&["cutoff_hz"]),
         beside: &[],
     },
-    search: SearchSpec::PLAIN,
     build: |settings| {
         let cutoff_hz = settings.number(&CUTOFF);
         Ok(Stage::Pixel(Box::new(SourceFollower { cutoff_hz })))

@@ -4,7 +4,7 @@ use std::fmt::Debug;
 
 use evpose_core::SensorSize;
 
-use crate::{ChoiceSpec, Request, Settings};
+use crate::{ChoiceSpec, Request, Settings, Traits};
 
 pub(crate) mod arbiter;
 pub(crate) mod event_rate_control;
@@ -64,9 +64,9 @@ pub(crate) enum ServeAction {
 
 /// The bus that all pixels share.
 pub trait Readout: Send + Sync + Debug {
-    /// Whether every request is served when it is made, so that nobody needs to ask.
-    fn is_immediate(&self) -> bool {
-        false
+    /// Properties from which the chain chooses the path of a step.
+    fn traits(&self) -> Traits {
+        Traits::default()
     }
 
     /// Behaviour of pixels that wait.
