@@ -133,7 +133,7 @@ impl Candidate {
                 }
                 let (spec, catalogue) = (self.spec, self.catalogue);
                 let trial = Trial { spec, catalogue, effect, params: params.clone() };
-                let mut form = trial.plainer();
+                let mut form = trial.with_fewer_parameters();
                 form.push(trial);
                 trials.push(form);
             }
@@ -160,7 +160,7 @@ pub(crate) fn words(spec: &StageSpec) -> Vec<Vec<(&'static str, &'static str)>> 
 impl Trial {
     /// Variants with fewer optional parameters, a spread over pixels for example: with none of
     /// them, and with each of them alone.
-    fn plainer(&self) -> Vec<Self> {
+    fn with_fewer_parameters(&self) -> Vec<Self> {
         let (head, rest) = (self.params[0], &self.params[1..]);
         let optional: Vec<&'static ParamSpec> =
             rest.iter().copied().filter(|param| param.neutral.is_some()).collect();

@@ -2,7 +2,7 @@
 //!
 //! # Model
 //! Without memory, noise and leaks in front of the detector, a pixel that sees the same light has
-//! the same voltage, and one that had nothing to say to this voltage has nothing to say again,
+//! the same voltage, and one that had no event at this voltage has none again,
 //! whatever its thresholds are. In front of a still background most pixels are passed over, and the
 //! events are the same.
 
@@ -18,7 +18,7 @@ pub(crate) const STRIP: usize = 64;
 pub(crate) enum Task {
     /// Their light is not that of the last step.
     Sense,
-    /// Their voltage is that of the last step, and some may have more to say.
+    /// Their voltage is that of the last step, and some may have further events.
     Scan,
 }
 
@@ -27,7 +27,7 @@ pub(crate) enum Task {
 struct Strip {
     /// Whether its voltage at the step before is not that of two steps before.
     is_new: bool,
-    /// Whether a pixel of it spoke, or may have, when it was looked at last.
+    /// Whether a pixel of it had, or may have had, an event when it was last scanned.
     is_awake: bool,
     /// Whether its light has to be taken anew whatever it is.
     is_unknown: bool,
@@ -67,14 +67,14 @@ impl Changes {
     }
 
     /// Takes nothing for granted in the next step.
-    pub(crate) fn forget(&mut self) {
+    pub(crate) fn mark_all_unknown(&mut self) {
         self.strips.iter_mut().for_each(|strip| strip.is_unknown = true);
     }
 }
 
 impl BandChanges<'_> {
     /// Takes nothing for granted in the next step.
-    pub(crate) fn forget(&mut self) {
+    pub(crate) fn mark_all_unknown(&mut self) {
         self.strips.iter_mut().for_each(|strip| strip.is_unknown = true);
     }
 
@@ -85,7 +85,7 @@ impl BandChanges<'_> {
         self.strips[strips].iter_mut().for_each(|strip| strip.is_unknown = true);
     }
 
-    /// These pixels, in order, may have more to say in the next step.
+    /// these pixels, in order, may have events in the next step.
     pub(crate) fn wake(&mut self, pixels: &[u32]) {
         for &pixel in pixels {
             self.strips[(pixel as usize - self.first) / STRIP].is_awake = true;
@@ -118,6 +118,8 @@ impl BandChanges<'_> {
                         *strip = Strip { is_new: true, is_awake: false, is_unknown: false };
                         Task::Sense
                     } else {
+                        // Two voltage planes take turns: after a change, both have to hold the
+                        // voltage once.
                         if strip.is_new {
                             voltage[pixels.clone()].copy_from_slice(&before[pixels.clone()]);
                             strip.is_new = false;
@@ -129,6 +131,7 @@ impl BandChanges<'_> {
                         Task::Scan
                     };
                     let pixels = first + pixels.start..first + pixels.end;
+                    // Runs of strips are one task, up to the block that fits into the cache.
                     match tasks.last_mut() {
                         Some((run, same))
                             if *same == task

@@ -90,8 +90,8 @@ impl Front {
     }
 
     /// Takes nothing of the last step for granted.
-    pub(crate) fn forget_light(&mut self) {
-        self.changes.forget();
+    pub(crate) fn mark_all_unknown(&mut self) {
+        self.changes.mark_all_unknown();
     }
 
     /// Whether a step by blocks looks only at what changes.
@@ -116,6 +116,8 @@ impl Front {
         let changes = self.changes.bands(ranges);
         let bands =
             ranges.iter().zip(&mut self.room).zip(changes).map(|((pixels, room), changes)| {
+                // A plane stage reads pixels of other blocks, so that no light may be overwritten
+                // before it.
                 let held = if self.holds_all_light {
                     pixels.len()
                 } else {

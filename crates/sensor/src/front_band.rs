@@ -96,7 +96,7 @@ impl FrontBand<'_> {
         seen_by: &mut Observers<'_, '_>,
     ) {
         self.resolves_blocks = seen_by.resolution.is_some();
-        self.changes.forget();
+        self.changes.mark_all_unknown();
         let all = self.pixels.clone();
         let mut first_stage = 0;
         // A stage that needs the whole plane is a pass of its own; what lies between two such
@@ -248,6 +248,7 @@ impl FrontBand<'_> {
         let memory = &mut self.stages[index];
         let noise = StageNoise::at_tick(memory.noise_key, tick.index);
         let state = State::new(&mut memory.planes, own);
+        // Behind the law the light stays as it is: bandwidths and noise there depend on it.
         let (photocurrent, signal): (&[f32], &mut [f32]) = match &link.stage {
             FrontStage::Photoreceptor(stage) => return stage.respond(light, voltage),
             _ if link.traits.acts_on.is_light() => (&[], light),

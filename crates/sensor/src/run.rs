@@ -139,7 +139,8 @@ impl SensorRun {
         }
         self.chain = Arc::clone(model.chain());
         self.divider.retune(&self.chain);
-        self.front.forget_light();
+        // Voltages of skipped pixels would be those of the old parameters.
+        self.front.mark_all_unknown();
         if let Some((_, t)) = self.last {
             self.array.retune(&self.chain, self.front.before_mut(), t.as_seconds());
         } else {
@@ -206,6 +207,7 @@ impl SensorRun {
         if (width, height) != (usize::from(self.size.width), usize::from(self.size.height)) {
             return Err(SensorError::PlaneSize { width, height, sensor: self.size });
         }
+        // Checked before anything changes: an error leaves the run as it was.
         for link in &self.chain.terms {
             if let Some(made_for) = link.traits.made_for.filter(|size| *size != self.size) {
                 let (effect, sensor) = (link.name, self.size);
@@ -295,6 +297,7 @@ impl SensorRun {
         let noise = StageNoise::at_tick(self.detector_key, tick.index);
         let step = Step { chain, tick, before, after, per_s: 1.0 / tick.dt_s(), noise };
         if chain.plan.is_queued {
+            // Background is drawn per exposure; a divided step has the requests of its part.
             let now = |r: &&Request| r.t_s > tick.start_s && r.t_s <= tick.end_s;
             let background: Vec<Request> = self.background.iter().filter(now).copied().collect();
             let readout = &*chain.readout.stage;

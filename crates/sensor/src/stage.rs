@@ -153,7 +153,8 @@ impl Stage {
             Self::Detector(stage) => (ActsOn::Pixels, stage.traits()),
             Self::Term(stage) => (ActsOn::Pixels, stage.traits()),
             Self::Readout(stage) => (ActsOn::Requests, stage.traits()),
-            // These keep no path from being taken: they have no memory, or run before or behind the step.
+            // These keep no path from being taken: they have no memory, or run before or behind the
+            // step.
             Self::Photoreceptor(_) => (ActsOn::Law, at_rest),
             Self::Steps(_) => (ActsOn::Light, at_rest),
             Self::Background(_) | Self::Clock(_) => (ActsOn::Requests, at_rest),

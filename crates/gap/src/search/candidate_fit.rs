@@ -39,6 +39,8 @@ pub(super) fn fit_candidates(
     proposals: &[ScreenedTrial],
     nuisance: &[FreeParameter],
 ) -> Result<Vec<FittedCandidate>, GapError> {
+    // Slopes of the model alone serve every candidate: refitting its parameters beside each would
+    // cost a descent per trial of the line search.
     let slopes = Slopes::around(objective, model, nuisance, 1)?;
     let best = &proposals[..proposals.len().min(LINE_SEARCHED)];
     // A short part of a recording does not distinguish an effect from those that resemble it.
@@ -56,6 +58,7 @@ pub(super) fn fit_candidates(
             Ok(FittedCandidate { name: proposal.name, fit, trial: proposal.trial.clone() })
         })
         .collect::<Result<Vec<_>, GapError>>()?;
+    // A descent takes a simulation for each parameter and round: only those near the best get one.
     sort(&mut fitted);
     let least = fitted.first().map_or(f64::INFINITY, |one| one.fit.discrepancy);
     let is_near = |one: &&mut FittedCandidate| one.fit.discrepancy < FAR_BEHIND * least;
@@ -90,6 +93,7 @@ fn search_strength(
     };
     let mut model = trial.added_to(base);
     let mut discrepancy = profiled(&model)?;
+    // The discrepancy over a phase has many minima; a descent ends in the one it starts in.
     for free in FreeParameter::of_effect(trial) {
         for value in free.rough_values(ROUGH_VALUES) {
             let moved = free.with_value(&model, value);
@@ -109,6 +113,7 @@ fn search_strength(
             }
         }
     }
+    // Large steps first: a screened strength is off by the stride of the grid.
     for steps in LINE_STEPS {
         for sign in [-1.0, 1.0] {
             let stepped = strength.stepped(&model, sign * steps);

@@ -49,11 +49,13 @@ impl DirectEstimates {
         let forms = |estimate: &Estimate| {
             let name = estimate.spec.name;
             let candidate = candidates.iter().find(|one| one.name() == name)?;
+            // Only usual forms: time stamps prove the effect, not which of its forms it has.
             let plainest =
                 candidate.trials().into_iter().filter_map(|form| form.into_iter().next());
             let usual = plainest.filter(Trial::is_usual);
             Some((name, usual.map(|trial| self.applied(name, &trial)).collect()))
         };
+        // Readouts come before clocks: the lines of a readout also look like the grid of a clock.
         self.estimates.iter().rev().filter(is_proven).filter_map(forms).collect()
     }
 

@@ -154,6 +154,8 @@ impl<'a> ScreeningBase<'a> {
             if discrepancy < best.discrepancy {
                 best = ScreenedTrial { trial, discrepancy, ..best };
             }
+            // Discrepancy grows with strength from there on, and strong effects take longest to
+            // simulate.
             let bearable = TOO_STRONG * self.discrepancy_without.min(best.discrepancy);
             if is_rising && (discrepancy.is_nan() || discrepancy >= bearable) {
                 break;
@@ -170,6 +172,8 @@ impl<'a> ScreeningBase<'a> {
     /// The variant with the fewest parameters of each form of each candidate, not screened yet.
     fn trials(&self, left_out: &[String]) -> Vec<ScreenedTrial> {
         let of_candidate = |candidate: Candidate| {
+            // More parameters only improve a form that helps at all: they are tried for the best
+            // later.
             let forms = candidate.trials().into_iter().flat_map(|form| form.into_iter().take(1));
             forms
                 .map(|trial| self.estimates.applied(candidate.name(), &trial))
@@ -208,9 +212,14 @@ impl<'a> ScreeningBase<'a> {
     }
 
     /// Variants of a candidate with more parameters than `screened`, at its strength.
-    fn richer(&self, screened: &ScreenedTrial, left_out: &[String]) -> Vec<ScreenedTrial> {
+    fn with_more_parameters(
+        &self,
+        screened: &ScreenedTrial,
+        left_out: &[String],
+    ) -> Vec<ScreenedTrial> {
         let strength = screened.trial.params[0];
         let value = screened.strength();
+        // `skip(1)`: the first trial of a form is the one with fewest parameters, screened already.
         let candidate =
             self.candidates(left_out).into_iter().find(|other| other.name() == screened.name);
         let forms = candidate.into_iter().flat_map(Candidate::trials);
@@ -277,7 +286,7 @@ pub(super) fn screen(
     // In the order of the coarse grid: the finer strengths are not sorted in yet.
     let best = &screened[..screened.len().min(RICHER)];
     let richer: Vec<ScreenedTrial> =
-        best.iter().flat_map(|trial| base.richer(trial, left_out)).collect();
+        best.iter().flat_map(|trial| base.with_more_parameters(trial, left_out)).collect();
     let richer =
         richer.par_iter().map(|trial| base.around(trial)).collect::<Result<Vec<_>, GapError>>()?;
     screened.extend(richer);

@@ -60,7 +60,6 @@ const THRESHOLD: ChoiceSpec = ChoiceSpec {
     doc: "whether pixels of low threshold are noisier",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "shot_noise_poisson",
     domain: Domain::Background,
@@ -144,6 +143,7 @@ impl PixelTerm for ShotNoisePoisson {
             traits.iter().map(|t| f64::from(threshold(t))).sum::<f64>() / traits.len() as f64
         };
         let (mean_on, mean_off) = (mean(|t| t.threshold_on), mean(|t| t.threshold_off));
+        // A dead pixel has no length, so that no draw lands on it.
         let lengths = traits.iter().enumerate().map(|(pixel, own)| {
             if own.is_dead {
                 return [0.0, 0.0];
@@ -157,6 +157,7 @@ impl PixelTerm for ShotNoisePoisson {
         });
         let lengths: Vec<[f64; 2]> = lengths.collect();
         let (mut start, mut table) = (0.0, TermTable::default());
+        // Sums start again in each group: single precision is enough for the ends within one.
         for group in lengths.chunks(GROUP) {
             table.sums.push(start);
             let mut end = 0.0;
@@ -219,7 +220,8 @@ impl ShotNoisePoisson {
             if kept < 1.0 && uniform(noise, sequence + HEIGHTS, draw) > kept {
                 continue;
             }
-            // Groups lie apart in memory; those of later draws arrive while earlier ones are seen to.
+            // Groups lie apart in memory; those of later draws arrive while earlier ones are seen
+            // to.
             let first = group * GROUP;
             for pixel in [first, first + GROUP - 1] {
                 prefetch(ends, pixel);
@@ -261,6 +263,7 @@ fn group_at(starts: &[f64], position: f64, from: usize, groups_per_length: f64) 
     if starts[groups] <= position {
         return None;
     }
+    // The mean count is a good guess: both loops below are short.
     let way = ((position - starts[from]) * groups_per_length) as usize;
     let mut group = from.saturating_add(way).min(groups - 1);
     while starts[group] > position {

@@ -42,7 +42,6 @@ const SIGNAL: ChoiceSpec = ChoiceSpec {
     doc: "whether noise joins the signal of its pixel or takes its place in that step",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "uniform_noise",
     domain: Domain::Background,
@@ -119,6 +118,7 @@ fn add(
     let sequence = if polarity.is_on() { ON_GAPS } else { OFF_GAPS };
     let mut position = 0.0;
     for draw in 0.. {
+        // The whole part of the position is the pixel, its fraction the time within the step.
         position += exponential(noise, sequence, draw) / mean;
         if position >= size.pixels() as f64 {
             return;
@@ -139,6 +139,7 @@ impl UniformNoise {
         noise: StageNoise,
     ) {
         let rate_hz = self.on_hz + self.off_hz;
+        // floor(E / -ln(1 - p)) of an exponential E is geometric with probability p.
         let mean = -(-(rate_hz * tick.dt_s()).min(1.0)).ln_1p();
         let mut noise_events = Vec::new();
         let mut next = 0.0;
@@ -153,6 +154,7 @@ impl UniformNoise {
             noise_events.push(Request { t_s: tick.end_s, pixel: next as u32, polarity, origin });
             next += 1.0;
         }
+        // Noise events are in order of pixels, as they were drawn.
         requests.retain(|r| {
             noise_events.binary_search_by_key(&r.pixel, |noise_event| noise_event.pixel).is_err()
         });

@@ -34,7 +34,6 @@ const DRIFT: ParamSpec = ParamSpec {
     doc: "how much too fast the clock runs, in millionths",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "clock_offset_drift",
     domain: Domain::Clock,

@@ -25,7 +25,6 @@ const PULL: ParamSpec = ParamSpec {
     doc: "how far events move to the exposure: 1 puts all of them there",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "frame_grid",
     domain: Domain::Clock,

@@ -25,7 +25,6 @@ const DELAY: ParamSpec = ParamSpec {
     doc: "time from an event to its stamp",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "pixel_latency",
     domain: Domain::Clock,

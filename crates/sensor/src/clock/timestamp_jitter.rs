@@ -42,7 +42,6 @@ const SIDE: ChoiceSpec = ChoiceSpec {
     doc: "whether stamps scatter to both sides, or are late only",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "timestamp_jitter",
     domain: Domain::Clock,

@@ -31,7 +31,6 @@ const ROUNDING: ChoiceSpec = ChoiceSpec {
     doc: "whether events wait for the next count or carry the one that has begun",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "timestamp_quantisation",
     domain: Domain::Clock,

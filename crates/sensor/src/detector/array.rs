@@ -100,6 +100,7 @@ impl PixelArray {
             may_take_short_paths: true,
         };
         array.make_pattern(chain);
+        // In this order: renewal reads patterns and event counts.
         array.cells = array.traits.iter().map(Cell::new).collect();
         array.renew_all(chain);
         if chain.plan.has_refractory_states {
@@ -132,6 +133,7 @@ impl PixelArray {
             }
         }
         self.has_dead = self.traits.iter().any(|traits| traits.is_dead);
+        // Tables come last: they depend on the thresholds and dead pixels of all patterns.
         for (link, memory) in chain.terms.iter().zip(&mut self.terms) {
             let noise = StageNoise::at_tick(memory.noise_key, PATTERN_TICK);
             memory.table = link.stage.table(&self.traits, noise);
@@ -142,6 +144,7 @@ impl PixelArray {
     /// derived from them.
     fn renew_all(&mut self, chain: &Chain) {
         let leaks = self.traits.iter().any(|t| t.leak_hz > 0.0);
+        // Taken out, since `renewed` borrows the array.
         let mut leak_per_s = std::mem::take(&mut self.leak_per_s);
         leak_per_s.clear();
         let pixels = self.size.pixels();
@@ -181,6 +184,7 @@ impl PixelArray {
         }
         for (pixel, cell) in self.cells.iter_mut().enumerate() {
             let steady = self.leak_per_s.get(pixel).map_or(0.0, |&leak| f64::from(leak));
+            // In double precision: roundings would add up from anchor to anchor.
             let mut shift = steady * age_s;
             if let Some(leaked) = self.leaked.get_mut(pixel) {
                 shift += f64::from(*leaked);

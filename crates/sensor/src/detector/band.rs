@@ -148,6 +148,7 @@ impl PixelArray {
         let (leaked, leaked_in_step) = (&mut &mut *self.leaked, &mut &mut *self.leaked_in_step);
         let noise_events = &mut &*self.noise_events;
         let bands = ranges.iter().zip(&mut self.scanned).map(|(pixels, scanned)| {
+            // Noise events are in order of pixels, so that a band has a slice of them.
             let until = |event: &NoiseEvent| (event.pixel as usize) < pixels.end;
             let own = noise_events.partition_point(until);
             let (own, behind) = noise_events.split_at(own);
@@ -192,6 +193,8 @@ impl Band<'_> {
         pixel: usize,
         last: Option<Polarity>,
     ) -> PixelTraits {
+        // From the pattern, not from what held before: deviations must not add up from event to
+        // event.
         let mut traits = self.traits[pixel];
         let count = self.cells[pixel].count;
         for (link, memory) in chain.terms.iter().zip(self.terms) {

@@ -28,6 +28,8 @@ impl Band<'_> {
             cell.memory = change.memory as f32;
             cell.count = cell.count.wrapping_add(change.count);
         }
+        // Also without an event: a pixel that woke a little early would wake in every step
+        // otherwise.
         match detector.event_limits(cell.memory, [cell.threshold_on, cell.threshold_off]) {
             Some([on, off]) => (self.wake_on[pixel], self.wake_off[pixel]) = (on, off),
             None => self.arm(pixel, step.tick.end_s, false),

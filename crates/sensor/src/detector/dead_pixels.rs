@@ -1,4 +1,4 @@
-//! Some pixels never speak.
+//! Some pixels have no events.
 //!
 //! # Model
 //! Each pixel is dead with probability `fraction`, for good: it has no events, nor noise.
@@ -23,11 +23,10 @@ const FRACTION: ParamSpec = ParamSpec {
     doc: "part of the pixels that are dead",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "dead_pixels",
     domain: Domain::Detector,
-    summary: "some pixels never speak",
+    summary: "some pixels have no events",
     formula: "no events where U(x, y) < fraction",
     params: &[FRACTION],
     choices: &[],

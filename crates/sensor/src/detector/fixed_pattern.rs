@@ -36,7 +36,6 @@ const LEAK: FileSpec = FileSpec {
     doc: "ON events of every pixel at rest per second, not negative, likewise",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "fixed_pattern",
     domain: Domain::Detector,

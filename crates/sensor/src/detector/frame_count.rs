@@ -32,7 +32,6 @@ const ROUNDING: ChoiceSpec = ChoiceSpec {
     doc: "whether refractory periods and leaks are exact, or rounded to single precision as published",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "frame_count",
     domain: Domain::Detector,

@@ -22,7 +22,6 @@ const START: ChoiceSpec = ChoiceSpec {
     doc: "whether the memory starts at the first frame or in the dark, with a burst of events",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "frame_difference",
     domain: Domain::Detector,

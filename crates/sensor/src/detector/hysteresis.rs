@@ -25,7 +25,6 @@ const FRACTION: ParamSpec = ParamSpec {
     doc: "how much larger the threshold of the other sign is, as a part of it",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "hysteresis",
     domain: Domain::Detector,

@@ -68,7 +68,6 @@ const PHASE: ChoiceSpec = ChoiceSpec {
     doc: "whether pixels start somewhere in their intervals or all at the beginning",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "leak_on",
     domain: Domain::Detector,

@@ -15,7 +15,6 @@ use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::{Citation, Compares, Domain, StageSpec, Traits};
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "level_crossing",
     domain: Domain::Detector,

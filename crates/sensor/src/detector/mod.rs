@@ -3,7 +3,7 @@
 //! A sensor has one change detector, which knows a single pixel between two exposures, and any
 //! number of [pixel terms](PixelTerm), which say how pixels differ, what they do by themselves and
 //! what an event leaves behind. The [array](mod@array) keeps the pixels, finds those that may have
-//! something to say, and asks only them.
+//! an event, and asks only them.
 
 use std::fmt::Debug;
 

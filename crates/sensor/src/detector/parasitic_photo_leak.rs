@@ -30,7 +30,6 @@ const PHASE: ChoiceSpec = ChoiceSpec {
     doc: "whether pixels start somewhere in their intervals or all at the beginning",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "parasitic_photo_leak",
     domain: Domain::Detector,

@@ -90,6 +90,8 @@ impl Band<'_> {
         let awake = std::mem::take(&mut self.scanned.awake);
         let accepted = std::mem::take(&mut self.scanned.accepted);
         let mut queued = Queued { band: self, queue };
+        // The row selection is queued behind the pixels, so that requests of its time are read by
+        // it.
         queued.begin(step, &awake, &accepted);
         queued.expect_selection(step, service);
         for request in background {
@@ -117,6 +119,8 @@ impl Queued<'_, '_> {
     fn begin(&mut self, step: Step<'_>, awake: &[u32], accepted: &[NoiseEvent]) {
         self.queue.due.clear();
         self.queue.entries.clear();
+        // First what was left by the last step: those pixels wait and must not be asked for a
+        // change.
         for served in std::mem::take(&mut self.queue.waiting) {
             self.serve_or_wait(step, served);
         }

@@ -32,7 +32,6 @@ const MODE: ChoiceSpec = ChoiceSpec {
     doc: "whether the memory follows the voltage, waits, or goes on without saying so",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "refractory",
     domain: Domain::Detector,

@@ -46,7 +46,6 @@ const TO_EXPOSURE: ParamSpec = ParamSpec {
     doc: "fraction of the time to the next exposure for which the switch stays closed",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "reset_overshoot",
     domain: Domain::Detector,

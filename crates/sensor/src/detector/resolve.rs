@@ -194,6 +194,7 @@ impl Band<'_> {
         out: &mut Vec<Request>,
     ) {
         let mut now_s = step.tick.start_s;
+        // An event changes memory, thresholds and recovery: the next one is sought only behind it.
         while let Some(from_s) = pixel_state.ready_from(step, now_s) {
             let Some(pending) = pixel_state.next_pending(step, from_s, &mut noise_events) else {
                 break;
@@ -218,6 +219,7 @@ impl Band<'_> {
         pending: &PendingEvent,
     ) {
         let PendingEvent { t_s, polarity, memory, .. } = *pending;
+        // The count numbers the draws of the pixel and may wrap.
         pixel_state.pixel_step.count = pixel_state.pixel_step.count.wrapping_add(1);
         let recovery = &step.chain.plan.recovery;
         let threshold = match polarity {
@@ -235,11 +237,14 @@ impl Band<'_> {
     /// level.
     fn renew(&mut self, step: Step<'_>, pixel_state: &mut PixelState, t_s: f64, last: Polarity) {
         let pixel = pixel_state.pixel_step.pixel as usize;
+        // `renewed` and `take_out` read the cell, which is behind the copied state during a step.
         self.cells[pixel].count = pixel_state.pixel_step.count;
         let traits = self.renewed(step.chain, pixel, Some(last));
         self.cells[pixel].take(&traits);
         let mut memory = pixel_state.pixel_step.memory;
         if let Some(leak) = self.leak_per_s.get_mut(pixel) {
+            // The leak acts since the anchor: without this, the new rate would apply to the past as
+            // well.
             memory += f64::from(traits.leak_per_s() - *leak) * (t_s - self.anchor_s);
             *leak = traits.leak_per_s();
         }
@@ -333,10 +338,12 @@ impl Band<'_> {
 }
 
 impl PixelState {
-    /// The time from which a pixel listens, unless it is refractory to the end of the step.
+    /// The time from which a pixel detects changes, unless it is refractory to the end of the step.
     #[inline(always)]
     pub(super) fn ready_from(&mut self, step: Step<'_>, now_s: f64) -> Option<f64> {
         let RefractoryState { free_s, follows_until_s } = self.refractory;
+        // The reference level follows first: its end sets the memory that the refractory pixel
+        // compares.
         let mut from_s = now_s.max(follows_until_s);
         if from_s > step.tick.end_s {
             return None;
@@ -365,6 +372,7 @@ impl PixelState {
             _ => step.chain.detector.stage.next(&self.pixel_step, from_s, step.noise),
         };
         if !noise_events.is_empty() {
+            // Noise events in the refractory period are lost, not deferred.
             let free_s = self.refractory.free_s.max(from_s);
             *noise_events = &noise_events
                 [noise_events.iter().take_while(|noise_event| noise_event.t_s < free_s).count()..];
@@ -382,6 +390,7 @@ impl PixelState {
             }
         }
         let Change { t_s, polarity, count, memory } = change?;
+        // A detector with a random walk moves its residual to the end of the step.
         if count == 0 {
             self.pixel_step.memory = memory;
             return None;
@@ -426,6 +435,7 @@ fn for_each_run<'a>(
         let quiet = awake.iter().take_while(|awake| **awake < pixel).count();
         each(Run::Quiet(&awake[..quiet]));
         awake = &awake[quiet..];
+        // A pixel that is both awake and noisy is visited once, with its noise.
         if let [first, rest @ ..] = awake
             && *first == pixel
         {

@@ -1,4 +1,4 @@
-//! The first half of a step: which pixels may have something to say.
+//! The first half of a step: which pixels may have an event.
 
 use std::ops::Range;
 
@@ -50,6 +50,7 @@ impl Band<'_> {
         if tick.index == 0 {
             self.settle(chain, tick, pixels.start, voltage);
         }
+        // Leaks come before the comparison, and behind the first memory, which has no leak yet.
         if !self.leaked.is_empty() {
             self.add_uneven_leak(chain, tick, pixels, light, voltage);
         }
@@ -109,6 +110,7 @@ impl Band<'_> {
             ),
             None => leaked_in_step.fill(0.0),
         }
+        // On top of the photo leak, in the order of the terms.
         let steady = self.leak_per_s.of(pixels).unwrap_or_default();
         for (link, memory) in chain.terms.iter().zip(self.terms) {
             if link.traits.adds_leak {
@@ -116,6 +118,7 @@ impl Band<'_> {
                 link.stage.add_leak(tick, pixels, steady, leaked_in_step, noise);
             }
         }
+        // Rounded as published, leaks are subtracted from memories instead.
         if chain.plan.is_single {
             return;
         }
@@ -180,6 +183,7 @@ impl Band<'_> {
             && (noise_event.pixel as usize) < pixels.end
         {
             self.scanned.next_noise_event += 1;
+            // Noise is drawn per exposure; a divided step has those of its part.
             let is_now = noise_event.t_s > tick.start_s && noise_event.t_s <= tick.end_s;
             let pixel = noise_event.pixel as usize;
             if is_now {

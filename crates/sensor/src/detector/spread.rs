@@ -67,6 +67,8 @@ impl Spread {
         if self.count == 1 {
             return first;
         }
+        // As `torch.linspace` of the published emulator computes it: from both ends towards the
+        // middle.
         let step = (last - first) / (self.count - 1) as f32;
         let (from, steps) = if k < self.count / 2 {
             (first, f64::from(k))

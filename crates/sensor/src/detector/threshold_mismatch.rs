@@ -38,7 +38,6 @@ const CORRELATION: ParamSpec = ParamSpec {
     doc: "correlation between the ON and the OFF threshold of a pixel",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "threshold_mismatch",
     domain: Domain::Detector,

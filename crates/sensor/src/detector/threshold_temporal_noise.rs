@@ -36,7 +36,6 @@ const REDRAW: ChoiceSpec = ChoiceSpec {
     doc: "whether thresholds hold until the next event of a pixel, or for one exposure",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "threshold_temporal_noise",
     domain: Domain::Detector,
@@ -165,8 +164,8 @@ mod tests {
 
     #[test]
     fn a_level_that_is_behind_is_missed() {
-        // In one exposure levels are multiples of one draw: the whole steps in 0.97 of N(0.3, 0.05),
-        // which is what is expected of redrawing at events as well, nearly.
+        // In one exposure levels are multiples of one draw: the whole steps in 0.97 of N(0.3,
+        // 0.05), which is what is expected of redrawing at events as well, nearly.
         let by_event = events(30, 0.05, "event") as f64;
         let in_one = events(1, 0.05, "exposure") as f64;
         assert!((in_one / by_event - 1.0).abs() < 0.1, "{in_one} {by_event}");

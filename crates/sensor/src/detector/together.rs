@@ -132,6 +132,7 @@ impl Band<'_> {
     #[inline(always)]
     fn take_lane(&self, step: Step<'_>, pixel: usize, lane: usize, lanes: &mut Lanes) {
         let Cell { memory, threshold_on, threshold_off, .. } = self.cells[pixel];
+        // Values of pixels lie apart; one gather into arrays makes the arithmetic contiguous.
         lanes.before[lane] = step.before.at(pixel);
         lanes.after[lane] = step.after.at(pixel);
         lanes.memory[lane] = memory;

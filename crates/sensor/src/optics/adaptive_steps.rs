@@ -27,7 +27,6 @@ pub(crate) const MAX_PARTS: ParamSpec = ParamSpec {
     doc: "the most parts a step is divided in",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "adaptive_steps",
     domain: Domain::Optics,

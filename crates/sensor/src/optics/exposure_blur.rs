@@ -28,7 +28,6 @@ const FRACTION: ParamSpec = ParamSpec {
     doc: "part of the time between frames in which the shutter is open",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "exposure_blur",
     domain: Domain::Optics,

@@ -59,7 +59,6 @@ const MEMORY: ChoiceSpec = ChoiceSpec {
           pixels remember that have answered to it for long",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "lamp_flicker",
     domain: Domain::Optics,

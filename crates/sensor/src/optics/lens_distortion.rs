@@ -42,7 +42,6 @@ const FOCAL: ParamSpec = ParamSpec {
     doc: "focal length",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "lens_distortion",
     domain: Domain::Optics,

@@ -26,7 +26,6 @@ const SIGMA: ParamSpec = ParamSpec {
     doc: "standard deviation of the point spread function",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "psf_blur",
     domain: Domain::Optics,

@@ -24,7 +24,6 @@ const FRACTION: ParamSpec = ParamSpec {
     doc: "part of the light that goes everywhere",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "veiling_glare",
     domain: Domain::Optics,
@@ -64,6 +63,7 @@ fn mean(image: &[f32]) -> f64 {
         || {
             let mut sums = [0.0_f64; 8];
             let (rows, rest) = image.as_chunks::<8>();
+            // One sum would be a chain of additions, each waiting for the one before.
             for row in rows {
                 for (sum, y) in sums.iter_mut().zip(row) {
                     *sum += f64::from(*y);

@@ -26,7 +26,6 @@ const CORNER: ParamSpec = ParamSpec {
     doc: "angle between the optical axis and the ray to a corner",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "vignetting",
     domain: Domain::Optics,

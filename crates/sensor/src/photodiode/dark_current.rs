@@ -25,7 +25,6 @@ const CURRENT: ParamSpec = ParamSpec {
     doc: "current without light, relative to the photocurrent of white",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "dark_current",
     domain: Domain::Photodiode,

@@ -27,7 +27,6 @@ const LEVELS: ParamSpec = ParamSpec {
     doc: "steps between black and white; 255 for 8 bits",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "quantisation",
     domain: Domain::Photodiode,

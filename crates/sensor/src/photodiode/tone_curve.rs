@@ -34,7 +34,6 @@ const CURVE: ChoiceSpec = ChoiceSpec {
     doc: "whether the dark end is a straight line, as in sRGB",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "tone_curve",
     domain: Domain::Photodiode,

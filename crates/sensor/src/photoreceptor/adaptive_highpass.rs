@@ -37,11 +37,10 @@ const LAW: ChoiceSpec = ChoiceSpec {
     doc: "whether large deviations are forgotten faster",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "adaptive_highpass",
     domain: Domain::Photoreceptor,
-    summary: "voltage forgets what stays",
+    summary: "steady voltages decay: only changes pass",
     formula: "dV/dt = dV_in/dt - V / tau_s, or - sinh(0.7 V) / tau_s",
     params: &[TAU_S],
     choices: &[LAW],

@@ -48,7 +48,6 @@ const SURROUND: ParamSpec = ParamSpec {
     doc: "part of the surround that is subtracted",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "lateral_coupling",
     domain: Domain::Photoreceptor,

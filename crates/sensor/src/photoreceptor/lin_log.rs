@@ -24,7 +24,6 @@ const KNEE: ParamSpec = ParamSpec {
     doc: "code value of 0 to 255 at which the line goes over into the logarithm",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "lin_log",
     domain: Domain::Photoreceptor,

@@ -26,7 +26,6 @@ const DARK_OFFSET: ParamSpec = ParamSpec {
     doc: "current without light, relative to the photocurrent of white",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "logarithmic",
     domain: Domain::Photoreceptor,

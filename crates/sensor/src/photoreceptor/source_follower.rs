@@ -29,7 +29,6 @@ const CUTOFF: ParamSpec = ParamSpec {
     doc: "cut-off frequency",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "source_follower",
     domain: Domain::Photoreceptor,

@@ -57,7 +57,6 @@ const ORDER: ChoiceSpec = ChoiceSpec {
           t_selected + row_ns + k / rate_hz",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "arbiter",
     domain: Domain::Readout,

@@ -54,7 +54,6 @@ const DROP: ChoiceSpec = ChoiceSpec {
     doc: "whether any event or the last ones of a window are thrown away",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "event_rate_control",
     domain: Domain::Readout,

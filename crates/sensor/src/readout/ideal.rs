@@ -14,7 +14,6 @@ use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::{Citation, Domain, Request, StageSpec, Traits};
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "ideal_readout",
     domain: Domain::Readout,

@@ -154,6 +154,7 @@ impl<'a> Service<'a> {
     /// `end_s`.
     pub(crate) fn serve(&mut self, end_s: f64, requests: &mut Vec<Request>) {
         if self.reads_rows() {
+            // Rows are selected as time goes on: those due before a request do not read it.
             for request in std::mem::take(requests) {
                 self.read_rows(|selects_s| selects_s < request.t_s, requests);
                 self.ask(request, ServeAction::Nothing);

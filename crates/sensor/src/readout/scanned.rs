@@ -43,7 +43,6 @@ const WAITING: ChoiceSpec = ChoiceSpec {
           goes on making requests, or goes on and loses them",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "scanned_readout",
     domain: Domain::Readout,
