@@ -12,7 +12,7 @@ use anyhow::Result;
 use evpose_core::{Micros, Plane, SensorSize, StageNoise};
 use evpose_sensor::{
     Block, Citation, Domain, EffectConfig, ParamSpec, PixelStage, Prior, Probe, STAGES, Scale,
-    SearchSpec, SensorConfig, SensorModel, Signature, Stage, StageSpec, Strength, Tick,
+    SensorConfig, SensorModel, Signature, Stage, StageSpec, Strength, Tick,
 };
 
 const HAZE: ParamSpec = ParamSpec {
@@ -40,7 +40,6 @@ static FOG: StageSpec = StageSpec {
         strength: Strength::Rising(&["haze"]),
         beside: &[],
     },
-    search: SearchSpec::PLAIN,
     build: |settings| Ok(Stage::Pixel(Box::new(Fog { haze: settings.number(&HAZE) as f32 }))),
 };
 

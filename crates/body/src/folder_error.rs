@@ -18,7 +18,7 @@ pub enum FolderError {
     /// A line is malformed.
     #[error("{}: line {line}: {reason}", path.display())]
     Line {
-        /// The file.
+        /// File that the line is in.
         path: PathBuf,
         /// The line, counted from 1.
         line: usize,

@@ -10,7 +10,7 @@ pub enum CalibrationError {
     /// The file cannot be read.
     #[error("{}: cannot read the calibration", path.display())]
     File {
-        /// The file.
+        /// File that was refused.
         path: PathBuf,
         /// Cause of the failure.
         source: io::Error,
@@ -18,7 +18,7 @@ pub enum CalibrationError {
     /// The file is no calibration.
     #[error("{}: {reason}", path.display())]
     Malformed {
-        /// The file.
+        /// File that violates its format.
         path: PathBuf,
         /// Defect of the file, with the field.
         reason: String,

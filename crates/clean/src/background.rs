@@ -49,7 +49,6 @@ const NEIGHBOURS: CleanerParamSpec = CleanerParamSpec {
     doc: "how many pixels must confirm an event: 2 for much noise",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: CleanerSpec = CleanerSpec {
     name: "background",
     summary: "removes events that no neighbouring pixel confirms",

@@ -45,7 +45,6 @@ const POLARITY: CleanerParamSpec = CleanerParamSpec {
     doc: "which events are counted",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: CleanerSpec = CleanerSpec {
     name: "deflicker",
     summary: "removes lone pixels from milliseconds in which a lamp makes many fire",

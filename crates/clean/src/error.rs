@@ -101,7 +101,7 @@ pub enum CleanError {
     /// A file cannot be read or written.
     #[error("{}: {error}", path.display())]
     File {
-        /// The file.
+        /// File that was refused.
         path: PathBuf,
         /// Why.
         error: io::Error,
@@ -109,7 +109,7 @@ pub enum CleanError {
     /// A file holds something else than it should.
     #[error("{}: {reason}", path.display())]
     BadFile {
-        /// The file.
+        /// File with the wrong content.
         path: PathBuf,
         /// The reason.
         reason: String,

@@ -26,7 +26,6 @@ const COUNT: CleanerParamSpec = CleanerParamSpec {
     doc: "pixels with so many events are hot, whatever their neighbours do",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: CleanerSpec = CleanerSpec {
     name: "hot",
     summary: "removes pixels that fire far more often than those around them",
@@ -55,7 +54,7 @@ pub struct HotPixels {
 }
 
 impl HotPixels {
-    /// Nothing found yet.
+    /// A cleaner that knows no hot pixels yet and has to survey events first.
     pub fn new(sensor: SensorSize, rule: HotRule) -> Self {
         Self {
             rule,

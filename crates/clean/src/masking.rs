@@ -30,7 +30,6 @@ const PRESET: CleanerParamSpec = CleanerParamSpec {
     doc: "the masks of DHP19, for its exported coordinates or for raw addresses",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: CleanerSpec = CleanerSpec {
     name: "mask",
     summary: "removes events of given pixels and rectangles",

@@ -38,7 +38,6 @@ const OUTSIDE: CleanerParamSpec = CleanerParamSpec {
     doc: "what becomes of events beyond the image: removed, or put on its border",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: CleanerSpec = CleanerSpec {
     name: "undistort",
     summary: "moves events to where a camera without distortion would see them",

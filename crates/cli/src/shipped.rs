@@ -18,7 +18,7 @@ const DATA: &str = "EVPOSE_DATA";
 pub struct EmbeddedNetwork {
     /// Name on the command line.
     pub name: &'static str,
-    /// The file.
+    /// Contents of the weight file.
     pub bytes: &'static [u8],
     /// The model card in Markdown: data, terms, use, accuracy, limits.
     pub card: &'static str,

@@ -13,7 +13,7 @@ pub enum DatasetError {
     /// A file cannot be read or written.
     #[error("{}: cannot {action}: {source}", path.display())]
     Io {
-        /// The file.
+        /// File that was refused.
         path: PathBuf,
         /// The failed action, an infinitive.
         action: &'static str,
@@ -23,7 +23,7 @@ pub enum DatasetError {
     /// A file that violates its format.
     #[error("{}: {place}: {reason}", path.display())]
     Malformed {
-        /// The file.
+        /// File that violates its format.
         path: PathBuf,
         /// The field, the line or the byte.
         place: String,
@@ -33,7 +33,7 @@ pub enum DatasetError {
     /// A MAT-file cannot be read, or does not hold what is expected.
     #[error("{}: {source}", path.display())]
     Mat {
-        /// The file.
+        /// The MAT-file.
         path: PathBuf,
         /// The error, with its position.
         source: MatError,
@@ -41,7 +41,7 @@ pub enum DatasetError {
     /// A CDF file cannot be read, or does not hold what is expected.
     #[error("{}: {source}", path.display())]
     Cdf {
-        /// The file.
+        /// The CDF file.
         path: PathBuf,
         /// The error, with its position.
         source: CdfError,

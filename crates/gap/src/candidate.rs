@@ -2,9 +2,12 @@
 //! the parameter values that they are tried at.
 
 use evpose_sensor::{
-    Catalogue, EffectConfig, ParamSpec, Prior, Scale, SensorConfig, Stage, StageRole, StageSpec,
-    Strength, Value,
+    Catalogue, EffectConfig, ParamSpec, Prior, Scale, SensorConfig, Stage, StageSpec, Strength,
+    Value,
 };
+
+use crate::search_spec::Searched;
+use crate::search_spec::StageRole;
 
 /// Factor by which the search goes beyond the typical range of a parameter on either side.
 const BEYOND: f64 = 8.0;
@@ -62,9 +65,9 @@ impl Candidate {
     fn is_identifiable(self) -> bool {
         let is_other_law =
             matches!(self.spec.typical_stage(), Ok(Stage::Photoreceptor(_) | Stage::Detector(_)));
-        let is_part = match self.spec.search.role {
+        let is_part = match self.spec.search().role {
             StageRole::Camera => true,
-            StageRole::EveryModel => self.spec.search.own.is_some(),
+            StageRole::EveryModel => self.spec.search().own.is_some(),
             StageRole::Scene => false,
         };
         self.strength().is_some() && is_part && !is_other_law
@@ -78,7 +81,7 @@ impl Candidate {
     /// The first parameter that makes the effect stronger.
     fn strength(self) -> Option<&'static ParamSpec> {
         let spec = self.spec;
-        if let Some(own) = spec.search.own {
+        if let Some(own) = spec.search().own {
             return spec.params.iter().find(|param| param.name == own);
         }
         let names = match self.spec.signature.strength {
@@ -88,7 +91,7 @@ impl Candidate {
             Strength::Unchanging | Strength::FromFiles => return None,
         };
         let first = names.first().and_then(|name| spec.params.iter().find(|p| p.name == *name))?;
-        let is_searched = spec.search.reach.iter().any(|(name, _)| *name == first.name);
+        let is_searched = spec.search().reach.iter().any(|(name, _)| *name == first.name);
         (is_searched || matches!(first.prior, Prior::Typical(..))).then_some(first)
     }
 
@@ -97,11 +100,11 @@ impl Candidate {
     /// parameters; the first has the fewest.
     pub fn trials(self) -> Vec<Vec<Trial>> {
         let Some(strength) = self.strength() else { return Vec::new() };
-        let is_own = self.spec.search.own.is_some();
+        let is_own = self.spec.search().own.is_some();
         let is_alone = is_own || matches!(self.spec.signature.strength, Strength::RisingAlone(_));
         let typical = if is_alone { EffectConfig::new(self.name()) } else { self.spec.typical() };
         let mut heads = vec![strength];
-        let second = self.spec.search.second_strength;
+        let second = self.spec.search().second_strength;
         let is_second = |p: &ParamSpec| second.is_some_and(|second| p.name == second.param);
         heads.extend(self.spec.params.iter().filter(|p| is_second(p)));
         if is_alone && !is_own {
@@ -130,7 +133,7 @@ impl Candidate {
                 }
                 let (spec, catalogue) = (self.spec, self.catalogue);
                 let trial = Trial { spec, catalogue, effect, params: params.clone() };
-                let mut form = trial.plainer();
+                let mut form = trial.with_fewer_parameters();
                 form.push(trial);
                 trials.push(form);
             }
@@ -141,7 +144,7 @@ impl Candidate {
 
 /// All combinations of the physical choices of an effect.
 pub(crate) fn words(spec: &StageSpec) -> Vec<Vec<(&'static str, &'static str)>> {
-    spec.search.choices.iter().fold(vec![Vec::new()], |all, (key, words)| {
+    spec.search().choices.iter().fold(vec![Vec::new()], |all, (key, words)| {
         let with = |word: &&'static str| {
             let word = *word;
             all.iter().map(move |chosen: &Vec<_>| {
@@ -157,7 +160,7 @@ pub(crate) fn words(spec: &StageSpec) -> Vec<Vec<(&'static str, &'static str)>> 
 impl Trial {
     /// Variants with fewer optional parameters, a spread over pixels for example: with none of
     /// them, and with each of them alone.
-    fn plainer(&self) -> Vec<Self> {
+    fn with_fewer_parameters(&self) -> Vec<Self> {
         let (head, rest) = (self.params[0], &self.params[1..]);
         let optional: Vec<&'static ParamSpec> =
             rest.iter().copied().filter(|param| param.neutral.is_some()).collect();
@@ -184,7 +187,7 @@ impl Trial {
     /// Whether both have the same choices.
     pub fn is_form_of(&self, other: &Self) -> bool {
         let is_same = |key: &str| self.effect.params.get(key) == other.effect.params.get(key);
-        self.spec.search.choices.iter().all(|(key, _)| is_same(key))
+        self.spec.search().choices.iter().all(|(key, _)| is_same(key))
     }
 
     /// Strengths of the screening grid.
@@ -236,12 +239,12 @@ impl Trial {
     pub(crate) fn is_weaker_than_in_cameras(&self, value: f64) -> bool {
         let (spec, head) = (self.spec, self.params[0]);
         let Prior::Typical(low, high) = head.prior else { return false };
-        let depends_on_size = spec.search.per_sensor.contains(&head.name);
-        let is_common = spec.search.common.iter().any(|(_, key)| *key == head.name);
+        let depends_on_size = spec.search().per_sensor.contains(&head.name);
+        let is_common = spec.search().common.iter().any(|(_, key)| *key == head.name);
         if head.scale != Scale::Log || depends_on_size || is_common {
             return false;
         }
-        let reach = spec.search.reach.iter().find(|(name, _)| *name == head.name);
+        let reach = spec.search().reach.iter().find(|(name, _)| *name == head.name);
         let (low, high) = reach.map_or((low, high), |(_, range)| *range);
         match spec.signature.strength {
             Strength::Rising(names) | Strength::RisingAlone(names) => {
@@ -255,14 +258,14 @@ impl Trial {
     /// Whether the choices are those of most cameras.
     pub(crate) fn is_usual(&self) -> bool {
         let has = |key: &str, word: &str| self.effect.params.get(key) == Some(&Value::from(word));
-        self.spec.search.usual.iter().all(|(key, word)| has(key, word))
+        self.spec.search().usual.iter().all(|(key, word)| has(key, word))
     }
 
     /// `model`, which has the effect, with time steps short enough for it; none if they are
     /// already.
     pub(crate) fn with_short_steps(&self, model: &SensorConfig) -> Option<SensorConfig> {
         let mut config = model.clone();
-        config.divide_steps(self.spec.search.substeps?.fitted);
+        config.divide_steps(self.spec.search().substeps?.fitted);
         (config != *model).then_some(config)
     }
 
@@ -276,7 +279,7 @@ impl Trial {
             config.effects.retain(|effect| !is_other(&effect.name));
         }
         let mut effect = self.effect.clone();
-        if self.spec.search.own.is_some()
+        if self.spec.search().own.is_some()
             && let Some(known) = config.effect(&effect.name)
         {
             // The parameters that every model has stay as they are.
@@ -287,7 +290,7 @@ impl Trial {
         }
         config.effects.retain(|known| known.name != effect.name);
         self.catalogue.insert(&mut config, effect);
-        if let Some(substeps) = self.spec.search.substeps {
+        if let Some(substeps) = self.spec.search().substeps {
             config.divide_steps(substeps.screened);
         }
         config
@@ -309,7 +312,7 @@ pub(crate) fn without_effect(
 /// Search range of a parameter of an effect: the one that its entry asks for, or its typical range
 /// extended on both sides, within the range that the stage accepts.
 pub fn limits(spec: &StageSpec, param: &ParamSpec) -> (f64, f64) {
-    if let Some((_, range)) = spec.search.reach.iter().find(|(name, _)| *name == param.name) {
+    if let Some((_, range)) = spec.search().reach.iter().find(|(name, _)| *name == param.name) {
         return *range;
     }
     let (low, high) = match param.prior {
@@ -318,7 +321,7 @@ pub fn limits(spec: &StageSpec, param: &ParamSpec) -> (f64, f64) {
     };
     let (low, high) = match param.scale {
         Scale::Log => {
-            match spec.search.per_sensor.contains(&param.name) {
+            match spec.search().per_sensor.contains(&param.name) {
                 // Fewer pixels need no more than the rate of many.
                 true if param.unit == "Hz" => (low / BEYOND_PER_SENSOR, high),
                 true => (low / BEYOND_PER_SENSOR, high * BEYOND_PER_SENSOR),

@@ -24,7 +24,7 @@ pub enum GapError {
     /// A file cannot be read.
     #[error("{}: cannot be read", path.display())]
     File {
-        /// The file.
+        /// File that was refused.
         path: PathBuf,
         /// The I/O error.
         source: std::io::Error,
@@ -35,7 +35,7 @@ pub enum GapError {
         path.display()
     )]
     NoFrames {
-        /// The file.
+        /// The recording.
         path: PathBuf,
         /// Description of the file's contents.
         problem: String,
@@ -43,7 +43,7 @@ pub enum GapError {
     /// The frames of a recording cannot be its scene.
     #[error("frames of {}: {problem}", path.display())]
     Frames {
-        /// The file.
+        /// The recording.
         path: PathBuf,
         /// Description of the problem.
         problem: String,
@@ -51,7 +51,7 @@ pub enum GapError {
     /// A file is not valid JSON of the expected form.
     #[error("{}: {problem}", path.display())]
     Json {
-        /// The file.
+        /// The JSON file.
         path: PathBuf,
         /// Description of the problem, with its position.
         problem: String,
@@ -59,7 +59,7 @@ pub enum GapError {
     /// A field of a JSON file is missing or invalid.
     #[error("{}: field `{field}`: {problem}", path.display())]
     Field {
-        /// The file.
+        /// File that the field is in.
         path: PathBuf,
         /// Path of the field, with its parents.
         field: String,

@@ -52,10 +52,12 @@ impl Slopes {
     ) -> Result<Self, GapError> {
         let centre = objective.expect(model, runs)?;
         let column = |free_parameter: &FreeParameter| -> Result<Vec<f64>, GapError> {
+            // At the end of its range a step up would be none, and the slope zero.
             let step = if free_parameter.is_at_top(model) { -1.0 } else { 1.0 };
             let moved = objective.expect(&free_parameter.stepped(model, step), runs)?;
             let slope = |(a, b): (&f64, &f64)| {
                 let slope = (b - a) / step;
+                // A statistic that is undefined on one side says nothing about the parameter.
                 if slope.is_finite() { slope } else { 0.0 }
             };
             Ok(centre.mean.iter().zip(&moved.mean).map(slope).collect())
@@ -86,6 +88,7 @@ impl Slopes {
                 })
                 .collect()
         };
+        // Weights of rho at the present residuals make each solution a plain least-squares problem.
         for _ in 0..REWEIGHTINGS {
             let z = left(&steps);
             let mut matrix = vec![vec![0.0; n]; n];
@@ -105,6 +108,7 @@ impl Slopes {
             }
             for a in 0..n {
                 let prior = 1.0 / free_parameters[a].prior_steps().powi(2);
+                // The small constant keeps the matrix regular for a parameter that changes nothing.
                 matrix[a][a] += prior + 1e-9;
                 right[a] -= prior * steps[a];
             }
@@ -143,6 +147,7 @@ pub fn descend(
         slopes.columns.extend(linear.iter().flat_map(|(_, slopes)| slopes.columns.iter().cloned()));
         let (steps, _) =
             slopes.best(MAX_STEPS, objective, &expected, &deviations, &free_parameters);
+        // All fractions at once on the threads, in the time of one; the full step often overshoots.
         let tried = FRACTIONS
             .par_iter()
             .map(|fraction| {
@@ -157,6 +162,7 @@ pub fn descend(
             .collect::<Result<Vec<_>, GapError>>()?;
         let best_of_line = tried.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
         match best_of_line {
+            // A gain of less is within what a single run of the model varies by.
             Some((value, moved)) if value < best - MIN_GAIN => {
                 best = value;
                 model = moved;

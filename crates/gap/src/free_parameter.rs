@@ -4,6 +4,7 @@ use evpose_sensor::{Catalogue, ParamSpec, Prior, Scale, SensorConfig, StageSpec}
 
 use crate::candidate::{Trial, limits};
 use crate::parameters::ModelParameter;
+use crate::search_spec::Searched;
 
 /// One free parameter of a fit.
 #[derive(Debug, Clone, Copy)]
@@ -99,7 +100,7 @@ impl FreeParameter {
     /// other parameters.
     pub(crate) fn rough_values(self, count: usize) -> Vec<f64> {
         match self {
-            Self::Effect(spec, param) if spec.search.rough.contains(&param.name) => {
+            Self::Effect(spec, param) if spec.search().rough.contains(&param.name) => {
                 let (low, high) = limits(spec, param);
                 let at = |i: usize| low + (high - low) * i as f64 / count as f64;
                 (0..count).map(at).collect()

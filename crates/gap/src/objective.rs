@@ -9,6 +9,7 @@ use evpose_sensor::{Catalogue, EffectConfig, SensorConfig};
 use rayon::prelude::*;
 
 use crate::compare::{discrepancy, gap};
+use crate::search_spec::Searched;
 use crate::{Expectation, GapError, Layout, ReferenceScene, View};
 
 /// A simulation is stopped at this multiple of the events of the recording or of the reference, and
@@ -25,10 +26,10 @@ const DITHER_SHARE: f64 = 0.5;
 /// that jumps under so little noise is no evidence for an effect.
 fn dithered(reference: &SensorConfig, catalogue: Catalogue) -> SensorConfig {
     let mut config = reference.clone();
-    for spec in catalogue.stages().iter().filter(|spec| !spec.search.dither.is_empty()) {
+    for spec in catalogue.stages().iter().filter(|spec| !spec.search().dither.is_empty()) {
         let effect = EffectConfig::new(spec.name);
         let with = |effect: EffectConfig, (key, value): &(&str, f64)| effect.with(key, *value);
-        config.effects.push(spec.search.dither.iter().fold(effect, with));
+        config.effects.push(spec.search().dither.iter().fold(effect, with));
     }
     config
 }

@@ -1,7 +1,10 @@
 //! Parameters that every sensor model has. A gap that refitting them closes is a wrong parameter,
 //! not a missing effect.
 
-use evpose_sensor::{Catalogue, CommonParameter, EffectConfig, SensorConfig, StageSpec};
+use evpose_sensor::{Catalogue, EffectConfig, SensorConfig, StageSpec};
+
+use crate::common_parameter::CommonParameter;
+use crate::search_spec::Searched;
 use serde::Serialize;
 
 /// A parameter of the model that is refitted before and together with effects.
@@ -144,7 +147,7 @@ impl ModelParameter {
 /// the clock.
 pub(crate) fn same_as(catalogue: Catalogue, name: &str) -> Option<&'static str> {
     let same = |spec: &&'static StageSpec| {
-        let common = spec.search.same_as?;
+        let common = spec.search().same_as?;
         let parameter = ModelParameter::ALL.into_iter().find(|one| one.common() == common)?;
         Some((spec.name, parameter.name()))
     };

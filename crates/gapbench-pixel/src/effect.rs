@@ -121,7 +121,7 @@ impl Effect {
         }
     }
 
-    /// CameraStage of the camera.
+    /// Stage of the camera that the effect belongs to.
     pub fn stage(self) -> CameraStage {
         match self {
             Self::VeilingGlare | Self::PsfBlur | Self::LampFlicker => CameraStage::Optics,

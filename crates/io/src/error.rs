@@ -21,7 +21,7 @@ pub enum IoError {
     /// The operating system refused.
     #[error("{}: cannot {action}", path.display())]
     File {
-        /// The file.
+        /// File that was refused.
         path: PathBuf,
         /// The failed action, an infinitive.
         action: &'static str,
@@ -34,7 +34,7 @@ pub enum IoError {
         path.display()
     )]
     Evc {
-        /// The file.
+        /// The recording.
         path: PathBuf,
         /// Offset of the faulty record.
         byte: u64,
@@ -48,7 +48,7 @@ pub enum IoError {
     /// A recording breaks its format.
     #[error("{}: byte {byte}: {reason} ({events} events readable before it)", path.display())]
     Damaged {
-        /// The file.
+        /// The recording.
         path: PathBuf,
         /// Offset of the fault.
         byte: u64,
@@ -60,7 +60,7 @@ pub enum IoError {
     /// A given size of the sensor that is not the one that the file states.
     #[error("{}: the file states a sensor of {stated}, not of {given}", path.display())]
     OtherSensor {
-        /// The file.
+        /// The recording.
         path: PathBuf,
         /// Size as given.
         given: SensorSize,
@@ -73,7 +73,7 @@ pub enum IoError {
         path.display()
     )]
     SmallerSensor {
-        /// The file.
+        /// The recording.
         path: PathBuf,
         /// Size as given.
         given: SensorSize,
@@ -91,7 +91,7 @@ pub enum IoError {
     /// A `.meta` file breaks its format.
     #[error("{}: byte {byte}: {fault} ({records} records readable before it)", path.display())]
     Meta {
-        /// The file.
+        /// The `.meta` file.
         path: PathBuf,
         /// Offset of the fault.
         byte: u64,
@@ -103,7 +103,7 @@ pub enum IoError {
     /// A NumPy archive whose directory, at its end, cannot be read.
     #[error("{}: byte {byte}: {reason} (0 arrays readable before it)", path.display())]
     NotAnArchive {
-        /// The file.
+        /// File that should be an archive.
         path: PathBuf,
         /// The end of the file, where the directory should be.
         byte: u64,
@@ -115,7 +115,7 @@ pub enum IoError {
         "{}: no array {} (found: {})", path.display(), missing.join(", "), present.join(", ")
     )]
     MissingArrays {
-        /// The file.
+        /// The archive.
         path: PathBuf,
         /// Names of the missing arrays.
         missing: Vec<&'static str>,
@@ -128,7 +128,7 @@ pub enum IoError {
         path.display()
     )]
     Npz {
-        /// The file.
+        /// The archive.
         path: PathBuf,
         /// The array.
         array: String,
@@ -152,7 +152,7 @@ pub enum IoError {
         "{}: the name should end in {known}", path.display()
     )]
     UnknownEnding {
-        /// The file.
+        /// File with the ending.
         path: PathBuf,
         /// Extensions of the formats that can be written.
         known: String,
@@ -162,7 +162,7 @@ pub enum IoError {
         "{}: byte 0: the content is of no known format ({known})", path.display()
     )]
     UnknownFormat {
-        /// The file.
+        /// The label file.
         path: PathBuf,
         /// Names of the formats that were tried.
         known: String,
@@ -173,7 +173,7 @@ pub enum IoError {
         path.display()
     )]
     NeedsFeature {
-        /// The file.
+        /// The recording.
         path: PathBuf,
         /// The format of the file.
         format: &'static str,
@@ -185,7 +185,7 @@ pub enum IoError {
         "{}: line {line} at byte {byte}: {reason} ({rows} rows readable before it)", path.display()
     )]
     Row {
-        /// The file.
+        /// The table.
         path: PathBuf,
         /// Line, counted from 1.
         line: u64,
@@ -199,7 +199,7 @@ pub enum IoError {
     /// Frames were asked for that the file does not have.
     #[error("{}: frames {start}..{end} of {available}", path.display())]
     NoSuchFrames {
-        /// The file.
+        /// The recording.
         path: PathBuf,
         /// First frame asked for.
         start: u64,
@@ -211,7 +211,7 @@ pub enum IoError {
     /// The format has no room for a sensor of this size.
     #[error("{}: .evc holds sensors of up to 256 rows, this one is {sensor}", path.display())]
     SensorTooTall {
-        /// The file.
+        /// The recording.
         path: PathBuf,
         /// The sensor.
         sensor: SensorSize,
@@ -219,7 +219,7 @@ pub enum IoError {
     /// Something the format cannot hold was to be written.
     #[error("{}: cannot be written: {reason}", path.display())]
     Unwritable {
-        /// The file.
+        /// File that was to be written.
         path: PathBuf,
         /// The content that does not fit.
         reason: String,

@@ -83,7 +83,7 @@ pub enum NnError {
     /// A file that cannot be read or written.
     #[error("{}: {source}", path.display())]
     Io {
-        /// The file.
+        /// File that was refused.
         path: PathBuf,
         /// The reason.
         source: std::io::Error,
@@ -91,7 +91,7 @@ pub enum NnError {
     /// A file is not a weight file of the expected kind, or is damaged.
     #[error("{}: not a readable {format} file: {reason}", path.display())]
     Unreadable {
-        /// The file.
+        /// The weight file.
         path: PathBuf,
         /// The format that was expected.
         format: &'static str,
@@ -101,7 +101,7 @@ pub enum NnError {
     /// A weight file without a description of its network.
     #[error("{}: the weights carry no description of their network: {reason}", path.display())]
     Card {
-        /// The file.
+        /// The weight file.
         path: PathBuf,
         /// The missing or malformed part.
         reason: String,
@@ -109,7 +109,7 @@ pub enum NnError {
     /// The parameters in a file are not those of the network.
     #[error("{}: these are not the weights of this network: {mismatch}", path.display())]
     Mismatch {
-        /// The file.
+        /// The weight file.
         path: PathBuf,
         /// The parameters that differ.
         mismatch: Mismatch,

@@ -37,6 +37,7 @@ impl Gaussian {
     pub(crate) fn blur(&self, size: SensorSize, image: &mut [f32], work: &mut [f32]) {
         let width = usize::from(size.width);
         let reach = self.weights.len() - 1;
+        // Edge values are repeated: light does not fall off at the border of the sensor.
         let mut padded = vec![0.0; width + 2 * reach];
         vectorize(
             #[inline(always)]

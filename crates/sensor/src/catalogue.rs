@@ -2,10 +2,7 @@
 
 use std::fmt;
 
-use crate::{
-    CommonParameter, EffectConfig, RecordingMark, STAGES, SensorConfig, SensorError, SensorModel,
-    StageSpec,
-};
+use crate::{EffectConfig, STAGES, SensorConfig, SensorError, SensorModel, StageSpec};
 
 /// The effects that names in configurations stand for: by default all of [`STAGES`]. A
 /// catalogue with others as well is made once, and copied freely.
@@ -30,11 +27,6 @@ impl Catalogue {
     /// The effect called `name`.
     pub fn find(self, name: &str) -> Option<&'static StageSpec> {
         self.stages.iter().find(|spec| spec.name == name).copied()
-    }
-
-    /// The effects that leave `mark` in a recording, in the order of the catalogue.
-    pub fn with_mark(self, mark: RecordingMark) -> impl Iterator<Item = &'static StageSpec> {
-        self.stages.iter().filter(move |spec| spec.search.mark == Some(mark)).copied()
     }
 
     /// Adds an effect to a configuration, before those of its domain that come later in the
@@ -70,24 +62,5 @@ impl fmt::Debug for Catalogue {
 impl Default for Catalogue {
     fn default() -> Self {
         Self { stages: STAGES.entries() }
-    }
-}
-
-impl CommonParameter {
-    /// The stage of [`STAGES`] that owns the parameter, and its key there.
-    pub fn place(self) -> (&'static StageSpec, &'static str) {
-        let key = |spec: &StageSpec| {
-            spec.search.common.iter().find(|(common, _)| *common == self).map(|(_, key)| *key)
-        };
-        let place = STAGES.iter().find_map(|spec| Some((*spec, key(spec)?)));
-        place.expect("a test checks that a stage owns each of them")
-    }
-}
-
-impl RecordingMark {
-    /// The effect of [`STAGES`] that leaves the mark.
-    pub fn effect(self) -> &'static StageSpec {
-        let effect = STAGES.iter().find(|spec| spec.search.mark == Some(self));
-        effect.expect("a test checks that an effect leaves each of them")
     }
 }

@@ -66,6 +66,7 @@ pub(crate) fn short(value: f64) -> String {
     {
         return format!("{}e{exponent}", trim(digits));
     }
+    // The cast truncates towards zero: below one, a digit more than four significant ones is kept.
     let decimals = (4 - value.abs().log10() as i32).clamp(0, 8) as usize;
     trim(&format!("{value:.decimals$}"))
 }
@@ -80,6 +81,7 @@ impl fmt::Display for ChainRow {
         writeln!(f, "      {}", spec.formula)?;
         for (param, value) in settings.values() {
             let quantity = param.quantity(*value);
+            // "Typical" beside a value that switches the effect off would mislead.
             let is_neutral = Some(*value) == param.neutral;
             let typical = if is_neutral { "(no effect)".to_owned() } else { param.typical_words() };
             let range = param.range_words();

@@ -2,7 +2,7 @@
 //!
 //! # Model
 //! Without memory, noise and leaks in front of the detector, a pixel that sees the same light has
-//! the same voltage, and one that had nothing to say to this voltage has nothing to say again,
+//! the same voltage, and one that had no event at this voltage has none again,
 //! whatever its thresholds are. In front of a still background most pixels are passed over, and the
 //! events are the same.
 
@@ -18,7 +18,7 @@ pub(crate) const STRIP: usize = 64;
 pub(crate) enum Task {
     /// Their light is not that of the last step.
     Sense,
-    /// Their voltage is that of the last step, and some may have more to say.
+    /// Their voltage is that of the last step, and some may have further events.
     Scan,
 }
 
@@ -27,7 +27,7 @@ pub(crate) enum Task {
 struct Strip {
     /// Whether its voltage at the step before is not that of two steps before.
     is_new: bool,
-    /// Whether a pixel of it spoke, or may have, when it was looked at last.
+    /// Whether a pixel of it had, or may have had, an event when it was last scanned.
     is_awake: bool,
     /// Whether its light has to be taken anew whatever it is.
     is_unknown: bool,
@@ -67,25 +67,25 @@ impl Changes {
     }
 
     /// Takes nothing for granted in the next step.
-    pub(crate) fn forget(&mut self) {
+    pub(crate) fn mark_all_unknown(&mut self) {
         self.strips.iter_mut().for_each(|strip| strip.is_unknown = true);
     }
 }
 
 impl BandChanges<'_> {
     /// Takes nothing for granted in the next step.
-    pub(crate) fn forget(&mut self) {
+    pub(crate) fn mark_all_unknown(&mut self) {
         self.strips.iter_mut().for_each(|strip| strip.is_unknown = true);
     }
 
     /// The same for some pixels.
-    pub(crate) fn doubt(&mut self, pixels: &Range<usize>) {
+    pub(crate) fn mark_unknown(&mut self, pixels: &Range<usize>) {
         let (start, end) = (pixels.start - self.first, pixels.end - self.first);
         let strips = start / STRIP..end.div_ceil(STRIP);
         self.strips[strips].iter_mut().for_each(|strip| strip.is_unknown = true);
     }
 
-    /// These pixels, in order, may have more to say in the next step.
+    /// these pixels, in order, may have events in the next step.
     pub(crate) fn wake(&mut self, pixels: &[u32]) {
         for &pixel in pixels {
             self.strips[(pixel as usize - self.first) / STRIP].is_awake = true;
@@ -118,6 +118,8 @@ impl BandChanges<'_> {
                         *strip = Strip { is_new: true, is_awake: false, is_unknown: false };
                         Task::Sense
                     } else {
+                        // Two voltage planes take turns: after a change, both have to hold the
+                        // voltage once.
                         if strip.is_new {
                             voltage[pixels.clone()].copy_from_slice(&before[pixels.clone()]);
                             strip.is_new = false;
@@ -129,6 +131,7 @@ impl BandChanges<'_> {
                         Task::Scan
                     };
                     let pixels = first + pixels.start..first + pixels.end;
+                    // Runs of strips are one task, up to the block that fits into the cache.
                     match tasks.last_mut() {
                         Some((run, same))
                             if *same == task
@@ -174,11 +177,11 @@ mod tests {
 
     /// Events and repaired pixels of a frame in which a patch moves, flickers, stands still and is
     /// broken at times.
-    fn run(config: &SensorConfig, passes_over: bool, threads: usize) -> (Vec<Event>, u64) {
+    fn run(config: &SensorConfig, skips: bool, threads: usize) -> (Vec<Event>, u64) {
         let model = SensorModel::from_config(config).unwrap();
         let other = model.clone().with_block_pixels(100).with_threads(threads);
         let mut run = other.start(SIZE, 3);
-        run.front_mut().may_pass_over = passes_over;
+        run.front_mut().may_skip_unchanged = skips;
         let mut rng = CounterRng::new(7, "changes", 0);
         let mut events = Vec::new();
         let mut plane = Plane::for_sensor(SIZE, 0.3);
@@ -203,8 +206,8 @@ mod tests {
         (events, run.repaired_pixels())
     }
 
-    fn rests(config: &SensorConfig) -> bool {
-        SensorModel::from_config(config).unwrap().chain().rests_with_light()
+    fn skips_unchanged(config: &SensorConfig) -> bool {
+        SensorModel::from_config(config).unwrap().chain().plan.skips_unchanged
     }
 
     #[test]
@@ -212,7 +215,7 @@ mod tests {
         let mut configs: Vec<(&str, SensorConfig)> = PRESETS
             .iter()
             .map(|preset| (preset.name, SensorConfig::preset(preset.name).unwrap()))
-            .filter(|(_, config)| rests(config))
+            .filter(|(_, config)| skips_unchanged(config))
             .collect();
         let names: Vec<&str> = configs.iter().map(|(name, _)| *name).collect();
         assert_eq!(names, ["ideal", "eventhands", "esim"], "the presets that may pass over pixels");
@@ -223,23 +226,20 @@ mod tests {
             EffectConfig::new("quantisation").with("levels", 255.0),
         ];
         coded.effects.splice(0..0, stages);
-        assert!(rests(&coded));
+        assert!(skips_unchanged(&coded));
         configs.push(("coded", coded));
         // Pixels that differ, and some that are dead or hot.
         let mut uneven = SensorConfig::preset("ideal").unwrap();
         uneven.effects.push(EffectConfig::new("threshold_mismatch").with("sigma", 0.02));
         uneven.effects.push(EffectConfig::new("dead_pixels").with("fraction", 0.1));
-        assert!(rests(&uneven));
+        assert!(skips_unchanged(&uneven));
         configs.push(("uneven", uneven));
         for (name, config) in configs {
             let (events, repaired) = run(&config, true, 1);
             assert!(events.len() > 1_000, "{name}: {}", events.len());
             let expected = (events, repaired);
-            for (passes_over, threads) in [(false, 1), (true, 3), (false, 3)] {
-                assert!(
-                    run(&config, passes_over, threads) == expected,
-                    "{name}, {threads} threads"
-                );
+            for (skips, threads) in [(false, 1), (true, 3), (false, 3)] {
+                assert!(run(&config, skips, threads) == expected, "{name}, {threads} threads");
             }
         }
     }
@@ -247,7 +247,7 @@ mod tests {
     #[test]
     fn what_remembers_or_is_noisy_in_front_is_never_passed_over() {
         for preset in ["v2e-noisy", "davis346", "dvs-voltmeter"] {
-            assert!(!rests(&SensorConfig::preset(preset).unwrap()), "{preset}");
+            assert!(!skips_unchanged(&SensorConfig::preset(preset).unwrap()), "{preset}");
         }
         let jitter = EffectConfig::new("threshold_temporal_noise").with("sigma", 0.02);
         let leak = EffectConfig::new("leak_on").with("rate_hz", 0.1);
@@ -255,7 +255,7 @@ mod tests {
         for effect in [jitter, leak, refractory] {
             let mut config = SensorConfig::preset("ideal").unwrap();
             config.effects.push(effect);
-            assert!(!rests(&config), "{config:?}");
+            assert!(!skips_unchanged(&config), "{config:?}");
         }
     }
 }

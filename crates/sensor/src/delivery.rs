@@ -123,6 +123,7 @@ impl Delivery {
         polarity.clear();
         t.extend(due.iter().map(|event| event.t));
         polarity.extend(due.iter().map(|event| event.polarity));
+        // A division by the width takes some twenty cycles, once for every event.
         let row = |pixel: u32| (u64::from(pixel) * *reciprocal) >> SHIFT;
         y.extend(due.iter().map(|event| row(event.pixel) as u16));
         let column = |pixel: u32| u64::from(pixel) - row(pixel) * *width;

@@ -93,7 +93,7 @@ pub enum SensorError {
         effect: &'static str,
         /// The key in the configuration.
         key: &'static str,
-        /// The file.
+        /// The file of the map.
         path: PathBuf,
         /// The reason.
         fault: MapFault,

@@ -27,7 +27,7 @@ pub(crate) struct Front {
     /// Room to work in, of every band.
     room: Vec<Room>,
     /// Cleared by tests that look at every pixel in every step.
-    pub(crate) may_pass_over: bool,
+    pub(crate) may_skip_unchanged: bool,
 }
 
 /// State of one stage.
@@ -42,7 +42,7 @@ struct StageMemory {
 pub(crate) struct Room {
     /// Light of the block in work; of all pixels where a stage needs the whole plane.
     pub(crate) light: Vec<f32>,
-    /// Work of this step, where it goes by changes.
+    /// Work of this step, where unchanged pixels are skipped.
     pub(crate) tasks: Vec<(Range<usize>, Task)>,
     /// Luminance values so far that were negative or not finite, and were taken as darkness.
     pub(crate) repaired: u64,
@@ -64,7 +64,7 @@ impl Front {
             memory: memory.collect(),
             changes: Changes::new(pixels),
             room: Vec::new(),
-            may_pass_over: true,
+            may_skip_unchanged: true,
         }
     }
 
@@ -85,18 +85,18 @@ impl Front {
     }
 
     /// Makes this step the one before.
-    pub(crate) fn turn_over(&mut self) {
+    pub(crate) fn swap_steps(&mut self) {
         std::mem::swap(&mut self.before, &mut self.voltage);
     }
 
     /// Takes nothing of the last step for granted.
-    pub(crate) fn forget_light(&mut self) {
-        self.changes.forget();
+    pub(crate) fn mark_all_unknown(&mut self) {
+        self.changes.mark_all_unknown();
     }
 
     /// Whether a step by blocks looks only at what changes.
-    pub(crate) fn goes_by_changes(&self, chain: &Chain) -> bool {
-        self.may_pass_over && chain.rests_with_light()
+    pub(crate) fn skips_unchanged(&self, chain: &Chain) -> bool {
+        self.may_skip_unchanged && chain.plan.skips_unchanged
     }
 
     /// Bands of pixels that follow each other from the first pixel to the last.
@@ -116,6 +116,8 @@ impl Front {
         let changes = self.changes.bands(ranges);
         let bands =
             ranges.iter().zip(&mut self.room).zip(changes).map(|((pixels, room), changes)| {
+                // A plane stage reads pixels of other blocks, so that no light may be overwritten
+                // before it.
                 let held = if self.holds_all_light {
                     pixels.len()
                 } else {
@@ -127,7 +129,7 @@ impl Front {
                     pixels: pixels.clone(),
                     block_pixels: self.block_pixels,
                     holds_all_light: self.holds_all_light,
-                    goes_by_blocks: false,
+                    resolves_blocks: false,
                     voltage: take_front(&mut voltage, pixels.len()),
                     before: take_front(&mut before, pixels.len()),
                     stages: stages.iter_mut().map(|stage| stage.take_front(pixels.len())).collect(),

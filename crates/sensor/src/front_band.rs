@@ -30,7 +30,7 @@ pub(crate) struct FrontBand<'a> {
     pub(crate) block_pixels: usize,
     pub(crate) holds_all_light: bool,
     /// Whether, in this step, a block is resolved before the next one.
-    pub(crate) goes_by_blocks: bool,
+    pub(crate) resolves_blocks: bool,
     pub(crate) voltage: &'a mut [f32],
     pub(crate) before: &'a mut [f32],
     pub(crate) stages: Vec<StageBand<'a>>,
@@ -95,8 +95,8 @@ impl FrontBand<'_> {
         luminance: &[f32],
         seen_by: &mut Observers<'_, '_>,
     ) {
-        self.goes_by_blocks = seen_by.resolution.is_some();
-        self.changes.forget();
+        self.resolves_blocks = seen_by.resolution.is_some();
+        self.changes.mark_all_unknown();
         let all = self.pixels.clone();
         let mut first_stage = 0;
         // A stage that needs the whole plane is a pass of its own; what lies between two such
@@ -135,7 +135,7 @@ impl FrontBand<'_> {
         }
     }
 
-    /// The same for a chain that rests with the light: only where that is another one. Voltages of
+    /// The same where [unchanged pixels are skipped](crate::plan::ExecutionPlan). Voltages of
     /// all pixels are those of this step afterwards.
     pub(crate) fn step_changes(
         &mut self,
@@ -146,7 +146,7 @@ impl FrontBand<'_> {
         mut resolution: Resolution<'_>,
     ) {
         // Pieces are short: they are resolved together.
-        self.goes_by_blocks = false;
+        self.resolves_blocks = false;
         let mut tasks = std::mem::take(&mut self.room.tasks);
         let own = &luminance[self.pixels.clone()];
         self.changes.find(own, self.before, self.voltage, self.block_pixels, &mut tasks);
@@ -180,7 +180,7 @@ impl FrontBand<'_> {
 
     /// Range of these pixels in `voltage`.
     fn voltage_range(&self, pixels: &Range<usize>) -> Range<usize> {
-        if self.goes_by_blocks { 0..pixels.len() } else { self.own(pixels) }
+        if self.resolves_blocks { 0..pixels.len() } else { self.own(pixels) }
     }
 
     /// Shows the voltages of a block to its pixels.
@@ -198,7 +198,7 @@ impl FrontBand<'_> {
     fn tap(&self, link: &Link<FrontStage>, tick: &Tick, pixels: &Range<usize>, taps: &mut [Tap]) {
         for tap in taps.iter_mut().filter(|tap| tap.is_at(link.name, pixels)) {
             let offset = tap.pixel() - pixels.start;
-            let value = if link.stage.is_in_light() {
+            let value = if link.traits.acts_on.is_light() {
                 self.room.light[self.light_range(pixels)][offset]
             } else {
                 self.voltage[self.voltage_range(pixels)][offset]
@@ -225,7 +225,7 @@ impl FrontBand<'_> {
         );
         if is_faulty {
             // They are counted in every step.
-            self.changes.doubt(pixels);
+            self.changes.mark_unknown(pixels);
             for (light, y) in light.iter_mut().zip(luminance) {
                 if !(0.0..=f32::MAX).contains(y) {
                     *light = 0.0;
@@ -248,22 +248,23 @@ impl FrontBand<'_> {
         let memory = &mut self.stages[index];
         let noise = StageNoise::at_tick(memory.noise_key, tick.index);
         let state = State::new(&mut memory.planes, own);
+        // Behind the law the light stays as it is: bandwidths and noise there depend on it.
         let (photocurrent, signal): (&[f32], &mut [f32]) = match &link.stage {
             FrontStage::Photoreceptor(stage) => return stage.respond(light, voltage),
-            FrontStage::LightPixel(_) | FrontStage::LightPlane(_) => (&[], light),
+            _ if link.traits.acts_on.is_light() => (&[], light),
             _ => (light, voltage),
         };
         let block = &mut Block { pixels: pixels.clone(), photocurrent, signal, state };
         let is_first = tick.index == 0;
         match &link.stage {
             FrontStage::Photoreceptor(_) => {}
-            FrontStage::LightPixel(stage) | FrontStage::VoltagePixel(stage) => {
+            FrontStage::Pixel(stage) => {
                 if is_first {
                     stage.init(block, noise);
                 }
                 stage.step(tick, block, noise);
             }
-            FrontStage::LightPlane(stage) | FrontStage::VoltagePlane(stage) => {
+            FrontStage::Plane(stage) => {
                 if is_first {
                     stage.init(self.size, block, noise);
                 }

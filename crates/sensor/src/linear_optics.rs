@@ -70,6 +70,7 @@ impl LinearOptics {
                     signal: image.data_mut(),
                     state: State::new(&mut planes, pixels),
                 };
+                // Patterns of the optics are the same for all images.
                 if k == 0 {
                     stage.init(size, &mut block, noise);
                 }

@@ -57,6 +57,7 @@ impl PixelMap {
         let Some((width, height)) = size else {
             return Err(MapFault::Shape(npy.shape().to_vec()));
         };
+        // Values in columns would be a transposed map.
         if npy.order() != Order::C {
             return Err(MapFault::Type(format!("{} in columns", npy.dtype().descr())));
         }

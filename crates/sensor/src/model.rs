@@ -6,11 +6,11 @@ use evpose_core::SensorSize;
 
 use crate::chain::{Chain, FrontStage, Link};
 use crate::chain_table::{ChainRow, ChainTable};
-use crate::detector::Recovery;
 use crate::detector::level_crossing;
+use crate::plan::{ExecutionPlan, PixelPath};
 use crate::readout::{self, Readout};
 use crate::{
-    Domain, EffectConfig, STAGES, SensorConfig, SensorError, SensorRun, Settings, Stage, StageSpec,
+    EffectConfig, STAGES, SensorConfig, SensorError, SensorRun, Settings, Stage, StageSpec,
 };
 
 /// The chain of stages that a [`SensorConfig`] describes. Cheap to clone.
@@ -154,67 +154,47 @@ impl Built {
 
 impl From<Vec<Built>> for Chain {
     /// Sorts stages, which come in the order of the signal, by what they act on.
-    fn from(built: Vec<Built>) -> Self {
-        let ideal: Box<dyn Readout> = Box::new(readout::ideal::Ideal);
+    fn from(mut built: Vec<Built>) -> Self {
+        built.retain(|b| !b.stage.is_neutral());
+        let traits = |b: &Built| b.stage.traits(b.spec.domain);
+        let plan = ExecutionPlan::choose(&built.iter().map(traits).collect::<Vec<_>>());
+        // A sensor has one detector and one readout, which take the places of these.
+        let (detector, readout) = (level_crossing::ideal(), Box::new(readout::ideal::Ideal));
         let mut chain = Self {
             steps: None,
             front: Vec::new(),
-            detector: Link { name: level_crossing::SPEC.name, stage: level_crossing::ideal() },
+            detector: Link { name: "", traits: detector.traits(), stage: detector },
             terms: Vec::new(),
-            recovery: Recovery::NONE,
-            has_renewals: false,
-            steps_while_refractory: false,
+            plan,
             redraws: None,
-            crosses_levels: true,
-            is_single: false,
             background: Vec::new(),
-            readout: Link { name: readout::ideal::SPEC.name, stage: ideal },
+            readout: Link { name: "", traits: readout.traits(), stage: readout },
             clock: Vec::new(),
         };
-        for Built { spec, stage, .. } in built.into_iter().filter(|b| !b.stage.is_neutral()) {
-            let name = spec.name;
-            let in_light = spec.domain < Domain::Photoreceptor;
-            let front = match stage {
-                Stage::Pixel(stage) if in_light => FrontStage::LightPixel(stage),
-                Stage::Pixel(stage) => FrontStage::VoltagePixel(stage),
-                Stage::Plane(stage) if in_light => FrontStage::LightPlane(stage),
-                Stage::Plane(stage) => FrontStage::VoltagePlane(stage),
-                Stage::Photoreceptor(stage) => FrontStage::Photoreceptor(stage),
-                Stage::Detector(stage) => {
-                    chain.crosses_levels = stage.crosses_levels();
-                    chain.detector = Link { name, stage };
-                    continue;
+        for Built { spec, stage, .. } in built {
+            let (name, traits) = (spec.name, stage.traits(spec.domain));
+            let front = |stage| Link { name, traits, stage };
+            match stage {
+                Stage::Pixel(stage) => chain.front.push(front(FrontStage::Pixel(stage))),
+                Stage::Plane(stage) => chain.front.push(front(FrontStage::Plane(stage))),
+                Stage::Photoreceptor(law) => {
+                    chain.front.push(front(FrontStage::Photoreceptor(law)));
                 }
-                Stage::Steps(steps) => {
-                    chain.steps = Some(steps);
-                    continue;
-                }
+                Stage::Detector(stage) => chain.detector = Link { name, traits, stage },
+                Stage::Steps(steps) => chain.steps = Some(steps),
                 Stage::Term(stage) => {
-                    chain.recovery = chain.recovery.and(stage.recovery());
-                    chain.has_renewals |= stage.renews();
-                    chain.steps_while_refractory |= stage.steps_while_refractory();
-                    let term = chain.terms.len();
-                    chain.redraws = stage.redraws().map(|most| (term, most)).or(chain.redraws);
-                    chain.terms.push(Link { name, stage });
-                    continue;
+                    // Detectors that cross no levels keep their thresholds.
+                    if plan.path == PixelPath::RedrawnLevels {
+                        let term = chain.terms.len();
+                        chain.redraws = traits.redraws.map(|limit| (term, limit)).or(chain.redraws);
+                    }
+                    chain.terms.push(Link { name, traits, stage });
                 }
-                Stage::Background(stage) => {
-                    chain.background.push(Link { name, stage });
-                    continue;
-                }
-                Stage::Readout(stage) => {
-                    chain.readout = Link { name, stage };
-                    continue;
-                }
-                Stage::Clock(stage) => {
-                    chain.clock.push(Link { name, stage });
-                    continue;
-                }
-            };
-            chain.front.push(Link { name, stage: front });
+                Stage::Background(stage) => chain.background.push(Link { name, traits, stage }),
+                Stage::Readout(stage) => chain.readout = Link { name, traits, stage },
+                Stage::Clock(stage) => chain.clock.push(Link { name, traits, stage }),
+            }
         }
-        let acts_on_voltage = chain.front.iter().any(|link| link.stage.is_on_voltage());
-        chain.is_single = chain.detector.stage.rounds_as_published() && !acts_on_voltage;
         chain
     }
 }

@@ -15,7 +15,7 @@ pub enum Origin {
     Hot,
 }
 
-/// A pixel that has something to say. Becomes an event when the readout serves it and the clock
+/// A request of a pixel for an event. It becomes an event when the readout serves it and the clock
 /// stamps it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Request {

@@ -16,6 +16,7 @@ use crate::front::Front;
 use crate::front_band::{FrontBand, Observers, Resolution};
 use crate::model::Layout;
 use crate::optics::divider::Divider;
+use crate::plan::Division;
 use crate::readout::{ReadoutMemory, Service};
 use crate::tap::Tap;
 use crate::tick::Tick;
@@ -92,9 +93,8 @@ impl SensorRun {
         let chain = Arc::clone(&self.chain);
         self.requests.clear();
         self.array.keep_anchor(self.front.before_mut(), tick.start_s);
-        self.array.strike(&chain, &tick, &self.thread_pool);
-        let feeds_back =
-            !chain.readout.stage.is_immediate() && chain.detector.stage.waits_for_readout();
+        self.array.draw_noise_events(&chain, &tick, &self.thread_pool);
+        let feeds_back = chain.plan.is_queued;
         self.background.clear();
         if feeds_back {
             // Noise takes its place in the queue.
@@ -104,10 +104,10 @@ impl SensorRun {
         for part in 0..parts {
             let step = tick.part(part, parts);
             if parts == 1 {
-                self.step(&chain, &step, luminance.data(), feeds_back);
+                self.step(&chain, &step, luminance.data());
             } else {
                 let light = self.divider.light(&chain, luminance.data(), part + 1, parts);
-                self.step(&chain, &step, &light, feeds_back);
+                self.step(&chain, &step, &light);
                 self.divider.give_back(light);
             }
         }
@@ -139,7 +139,8 @@ impl SensorRun {
         }
         self.chain = Arc::clone(model.chain());
         self.divider.retune(&self.chain);
-        self.front.forget_light();
+        // Voltages of skipped pixels would be those of the old parameters.
+        self.front.mark_all_unknown();
         if let Some((_, t)) = self.last {
             self.array.retune(&self.chain, self.front.before_mut(), t.as_seconds());
         } else {
@@ -206,8 +207,9 @@ impl SensorRun {
         if (width, height) != (usize::from(self.size.width), usize::from(self.size.height)) {
             return Err(SensorError::PlaneSize { width, height, sensor: self.size });
         }
+        // Checked before anything changes: an error leaves the run as it was.
         for link in &self.chain.terms {
-            if let Some(made_for) = link.stage.made_for().filter(|size| *size != self.size) {
+            if let Some(made_for) = link.traits.made_for.filter(|size| *size != self.size) {
                 let (effect, sensor) = (link.name, self.size);
                 return Err(SensorError::MadeForOther { effect, made_for, sensor });
             }
@@ -223,12 +225,12 @@ impl SensorRun {
     }
 
     /// From light to requests, or to events where the readout makes pixels wait.
-    fn step(&mut self, chain: &Chain, tick: &Tick, light: &[f32], feeds_back: bool) {
+    fn step(&mut self, chain: &Chain, tick: &Tick, light: &[f32]) {
         self.array.begin_scan(chain, tick);
-        if !feeds_back && self.taps.is_empty() && chain.may_go_by_blocks() {
+        if !chain.plan.is_queued && self.taps.is_empty() && chain.plan.division != Division::Whole {
             self.step_by_blocks(chain, tick, light);
         } else {
-            self.step_whole(chain, tick, light, feeds_back);
+            self.step_whole(chain, tick, light);
         }
     }
 
@@ -237,18 +239,18 @@ impl SensorRun {
     fn step_by_blocks(&mut self, chain: &Chain, tick: &Tick, light: &[f32]) {
         let noise = StageNoise::at_tick(self.detector_key, tick.index);
         let per_s = 1.0 / tick.dt_s();
-        let goes_by_changes = self.front.goes_by_changes(chain);
+        let skips_unchanged = self.front.skips_unchanged(chain);
         let threads = self.thread_pool.threads();
-        let goes_in_bands = threads > 1 && chain.may_go_in_bands();
-        let most = if goes_in_bands { BANDS_PER_THREAD * threads } else { 1 };
-        let ranges = band_ranges(self.size.pixels(), most);
+        let in_bands = threads > 1 && chain.plan.division == Division::Bands;
+        let bands = if in_bands { BANDS_PER_THREAD * threads } else { 1 };
+        let ranges = band_ranges(self.size.pixels(), bands);
         let fronts = self.front.bands(&ranges);
         let arrays = self.array.bands(&ranges);
         let step = |front: &mut FrontBand<'_>,
                     array: &mut Band<'_>,
                     requests: &mut Vec<Request>| {
             let resolution = Resolution { per_s, noise, requests };
-            if goes_by_changes {
+            if skips_unchanged {
                 front.step_changes(chain, tick, light, array, resolution);
             } else {
                 let resolution = Some(resolution);
@@ -277,13 +279,13 @@ impl SensorRun {
                 self.requests.extend_from_slice(requests);
             }
         }
-        if goes_by_changes {
-            self.front.turn_over();
+        if skips_unchanged {
+            self.front.swap_steps();
         }
     }
 
     /// All pixels go through every stage before the first is resolved.
-    fn step_whole(&mut self, chain: &Chain, tick: &Tick, light: &[f32], feeds_back: bool) {
+    fn step_whole(&mut self, chain: &Chain, tick: &Tick, light: &[f32]) {
         let all = 0..self.size.pixels();
         let mut array = self.array.whole();
         for mut front in self.front.bands(std::slice::from_ref(&all)) {
@@ -294,7 +296,8 @@ impl SensorRun {
         let [before, after] = [before, after].map(|values| Voltages { first: 0, values });
         let noise = StageNoise::at_tick(self.detector_key, tick.index);
         let step = Step { chain, tick, before, after, per_s: 1.0 / tick.dt_s(), noise };
-        if feeds_back {
+        if chain.plan.is_queued {
+            // Background is drawn per exposure; a divided step has the requests of its part.
             let now = |r: &&Request| r.t_s > tick.start_s && r.t_s <= tick.end_s;
             let background: Vec<Request> = self.background.iter().filter(now).copied().collect();
             let readout = &*chain.readout.stage;
@@ -307,7 +310,7 @@ impl SensorRun {
         for tap in self.taps.iter_mut().filter(|tap| tap.stage() == chain.detector.name) {
             tap.push(tick.end_s, array.residual(step, tap.pixel()));
         }
-        self.front.turn_over();
+        self.front.swap_steps();
     }
 
     /// Lets the background act on the requests, or makes requests of its own to be queued.
@@ -325,7 +328,7 @@ impl SensorRun {
     /// A readout that pixels do not wait for delays events, or loses them.
     fn serve(&mut self, chain: &Chain, tick: &Tick) {
         let readout = &*chain.readout.stage;
-        if readout.is_immediate() {
+        if chain.readout.traits.is_static {
             return;
         }
         request::sort(&mut self.requests);
@@ -344,9 +347,9 @@ impl SensorRun {
     }
 }
 
-/// Up to `most` bands of whole strips, as even as these allow.
-fn band_ranges(pixels: usize, most: usize) -> Vec<Range<usize>> {
-    let each = pixels.div_ceil(most).next_multiple_of(STRIP).max(STRIP);
+/// Up to `bands` bands of whole strips, as even as these allow.
+fn band_ranges(pixels: usize, bands: usize) -> Vec<Range<usize>> {
+    let each = pixels.div_ceil(bands).next_multiple_of(STRIP).max(STRIP);
     let starts = (0..pixels.max(1)).step_by(each);
     starts.map(|start| start..(start + each).min(pixels)).collect()
 }

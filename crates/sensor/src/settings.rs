@@ -20,6 +20,8 @@ impl Settings {
     /// that has no neutral value.
     pub fn resolve(spec: &'static StageSpec, effect: &EffectConfig) -> Result<Self, SensorError> {
         let allowed = spec.keys();
+        // Unknown keys first: a misspelt key is the cause of the missing one that would be
+        // reported.
         if let Some(key) = effect.params.keys().find(|key| !allowed.contains(&key.as_str())) {
             return Err(SensorError::UnknownKey { effect: spec.name, key: key.clone(), allowed });
         }

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use crate::param::{ChoiceSpec, FileSpec, ParamSpec};
-use crate::{SearchSpec, SensorError, Settings, Signature, Stage};
+use crate::{SensorError, Settings, Signature, Stage};
 
 /// The place of a stage in the camera, in the order of the signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -65,8 +65,6 @@ pub struct StageSpec {
     pub source: Citation,
     /// How it shows.
     pub signature: Signature,
-    /// How a search for missing effects treats it.
-    pub search: SearchSpec,
     /// Makes the stage from checked settings.
     pub build: fn(&Settings) -> Result<Stage, SensorError>,
 }

@@ -10,6 +10,7 @@ use std::ops::Range;
 use evpose_core::{SensorSize, StageNoise};
 use smallvec::SmallVec;
 
+use crate::Domain;
 use crate::background::BackgroundStage;
 use crate::clock::ClockStage;
 use crate::detector::{ChangeDetector, PixelTerm};
@@ -17,6 +18,7 @@ use crate::optics::AdaptiveSteps;
 use crate::photoreceptor::Photoreceptor;
 use crate::readout::Readout;
 use crate::tick::Tick;
+use crate::traits::{ActsOn, Traits};
 
 /// Signal and state of consecutive pixels, as a stage gets them.
 #[derive(Debug)]
@@ -73,9 +75,9 @@ pub trait PixelStage: Send + Sync + Debug {
         None
     }
 
-    /// Whether the answer of a pixel follows from its light alone, without memory, noise or time.
-    fn is_static(&self) -> bool {
-        false
+    /// Properties from which the chain chooses the path of a step.
+    fn traits(&self) -> Traits {
+        Traits::default()
     }
 
     /// How many `f32` values a pixel keeps between exposures, the same for all parameters.
@@ -139,6 +141,27 @@ pub enum Stage {
 }
 
 impl Stage {
+    /// Properties of the stage, in its place.
+    pub(crate) fn traits(&self, domain: Domain) -> Traits {
+        let in_light = domain < Domain::Photoreceptor;
+        let at_rest = Traits { is_static: true, ..Traits::default() };
+        let (acts_on, own) = match self {
+            Self::Pixel(stage) if in_light => (ActsOn::Light, stage.traits()),
+            Self::Pixel(stage) => (ActsOn::Voltage, stage.traits()),
+            Self::Plane(_) if in_light => (ActsOn::LightPlane, Traits::default()),
+            Self::Plane(_) => (ActsOn::VoltagePlane, Traits::default()),
+            Self::Detector(stage) => (ActsOn::Pixels, stage.traits()),
+            Self::Term(stage) => (ActsOn::Pixels, stage.traits()),
+            Self::Readout(stage) => (ActsOn::Requests, stage.traits()),
+            // These keep no path from being taken: they have no memory, or run before or behind the
+            // step.
+            Self::Photoreceptor(_) => (ActsOn::Law, at_rest),
+            Self::Steps(_) => (ActsOn::Light, at_rest),
+            Self::Background(_) | Self::Clock(_) => (ActsOn::Requests, at_rest),
+        };
+        Traits { acts_on, ..own }
+    }
+
     /// Whether the chain may leave the stage out.
     pub fn is_neutral(&self) -> bool {
         match self {

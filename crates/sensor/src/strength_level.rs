@@ -45,6 +45,8 @@ impl StageSpec {
         };
         let params: Vec<&ParamSpec> =
             self.params.iter().filter(|param| names.contains(&param.name)).collect();
+        // The middle of a signed range is near no effect at all: half of the positive end shows
+        // one.
         let is_signed = params.iter().any(|param| param.half_positive().is_some());
         let is_fixed = params.iter().any(|param| param.prior == Prior::Fixed);
         let mut steps = match (is_signed, is_fixed) {

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use evpose_sensor::{
-    Catalogue, CommonParameter, PRESETS, Prior, RecordingMark, STAGES, StageSpec, Strength,
-};
+use evpose_sensor::{PRESETS, Prior, STAGES, Strength};
 
 #[test]
 fn every_effect_has_formula_source_and_signature() {
@@ -109,51 +107,5 @@ fn every_number_of_a_preset_says_where_it_comes_from() {
                 assert!(has_comment, "{}: {line}", preset.name);
             }
         }
-    }
-}
-
-/// The search of a stage is described in names of its own parameters and choices.
-#[test]
-fn searches_name_parameters_and_choices_of_their_effect() {
-    for spec in &STAGES {
-        let (name, search) = (spec.name, &spec.search);
-        let is_param = |key: &&str| spec.params.iter().any(|param| param.name == *key);
-        let second = search.second_strength;
-        let common = search.common.iter().map(|(_, key)| key);
-        let keys = common.chain(search.per_sensor).chain(search.rough);
-        let keys = keys.chain(search.dither.iter().map(|(key, _)| key));
-        for key in keys.chain(second.iter().map(|second| &second.param)) {
-            assert!(is_param(key), "{name}: {key}");
-        }
-        let words =
-            search.choices.iter().flat_map(|(key, words)| words.iter().map(move |w| (key, w)));
-        let settled = search.usual.iter().chain(second.iter().flat_map(|second| second.needs));
-        for (key, word) in words.chain(settled.map(|(key, word)| (key, word))) {
-            let choice = spec.choices.iter().find(|choice| choice.name == *key);
-            assert!(choice.is_some_and(|choice| choice.allowed.contains(word)), "{name}: {key}");
-        }
-        for key in search.mark.map_or(&[][..], RecordingMark::parameters) {
-            assert!(spec.keys().contains(key), "{name} is read off, but has no {key}");
-        }
-        for other in search.resembles {
-            assert!(STAGES.iter().any(|spec| spec.name == *other), "{name}: {other}");
-        }
-        for (key, value) in search.dither {
-            let param = spec.params.iter().find(|param| param.name == *key).unwrap();
-            assert!(param.allows(*value), "{name}: {key}");
-        }
-    }
-}
-
-#[test]
-fn every_common_parameter_has_one_owner_and_every_mark_one_effect() {
-    for common in CommonParameter::ALL {
-        let owns = |spec: &&&StageSpec| spec.search.common.iter().any(|(own, _)| *own == common);
-        assert_eq!(STAGES.iter().filter(owns).count(), 1, "{common:?}");
-        let (owner, key) = common.place();
-        assert!(owner.params.iter().any(|param| param.name == key), "{common:?}");
-    }
-    for mark in RecordingMark::ALL {
-        assert_eq!(Catalogue::default().with_mark(mark).count(), 1, "{mark:?}");
     }
 }

@@ -5,8 +5,8 @@
 use evpose_core::{Event, Micros, Plane, SensorSize, StageNoise};
 use evpose_sensor::{
     Block, Citation, Domain, EffectConfig, PixelStage, PlaneStage, Prior, Probe, STAGES,
-    SearchSpec, SensorConfig, SensorError, SensorModel, SensorRun, Settings, Signature, Stage,
-    StageSpec, Strength, Tick, Value,
+    SensorConfig, SensorError, SensorModel, SensorRun, Settings, Signature, Stage, StageSpec,
+    Strength, Tick, Value,
 };
 use proptest::prelude::*;
 
@@ -29,7 +29,6 @@ const OWN: StageSpec = StageSpec {
         strength: Strength::Unchanging,
         beside: &[],
     },
-    search: SearchSpec::PLAIN,
     build: |_| Ok(Stage::Pixel(Box::new(Wander))),
 };
 

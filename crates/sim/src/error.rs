@@ -28,7 +28,7 @@ pub enum SimError {
     /// A file of ranges is malformed, or an entry does not fit the configuration.
     #[error("{}: {reason}", path.display())]
     Randomisation {
-        /// The file.
+        /// The file of ranges.
         path: PathBuf,
         /// Defect of the file, with the field.
         reason: String,
@@ -58,7 +58,7 @@ pub enum SimError {
     /// A file of texture coordinates does not fit its model.
     #[error("{}: {reason}", path.display())]
     TextureCoordinates {
-        /// The file.
+        /// The file of texture coordinates.
         path: PathBuf,
         /// Defect of the file.
         reason: String,
@@ -66,7 +66,7 @@ pub enum SimError {
     /// A file of the skin model cannot be read.
     #[error("{}: {reason}", path.display())]
     SkinFile {
-        /// The file.
+        /// The file of the skin model.
         path: PathBuf,
         /// Cause of the failure.
         reason: String,
@@ -80,7 +80,7 @@ pub enum SimError {
     /// The text file beside a sequence cannot be read or written.
     #[error("{}: {reason}", path.display())]
     SequenceInfo {
-        /// The file.
+        /// The text file beside the sequence.
         path: PathBuf,
         /// Cause of the failure.
         reason: String,
@@ -94,7 +94,7 @@ pub enum SimError {
     /// The operating system refused access to a file of a set of sequences, or to its directory.
     #[error("{}: cannot {action}", path.display())]
     File {
-        /// The file.
+        /// File that was refused.
         path: PathBuf,
         /// Attempted action, an infinitive.
         action: &'static str,
@@ -104,7 +104,7 @@ pub enum SimError {
     /// A list of digests is malformed.
     #[error("{}: line {line}: {reason}", path.display())]
     Manifest {
-        /// The file.
+        /// The list of digests.
         path: PathBuf,
         /// The line, counted from 1.
         line: usize,
@@ -143,13 +143,13 @@ pub enum SimError {
     /// The model file is of a hand, not of a whole body.
     #[error("{}: people need a whole body (SMPL+H), not a hand", path.display())]
     NotABody {
-        /// The file.
+        /// The model file.
         path: PathBuf,
     },
     /// A table of poses is malformed.
     #[error("{}: line {line}: {reason}", path.display())]
     Poses {
-        /// The file.
+        /// The table of poses.
         path: PathBuf,
         /// The line, counted from 1.
         line: usize,

@@ -27,7 +27,7 @@ pub enum TaskError {
     /// A config or a checkpoint that cannot be read.
     #[error("{}: {message}", path.display())]
     Config {
-        /// The file.
+        /// The config or checkpoint.
         path: PathBuf,
         /// The field, and the values it may have.
         message: String,

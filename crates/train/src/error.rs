@@ -21,7 +21,7 @@ pub enum TrainError {
     /// A config that cannot be read.
     #[error("{}: {message}", path.display())]
     Config {
-        /// The file.
+        /// The config or checkpoint.
         path: PathBuf,
         /// The field, and the values it may have.
         message: String,

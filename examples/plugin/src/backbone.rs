@@ -13,7 +13,6 @@ use evpose_nn::backbone::{
 /// Channels of the convolutions at width 1.
 const CHANNELS: [usize; 3] = [16, 32, 64];
 
-/// The registry entry.
 pub(crate) static TINY: BackboneEntry = BackboneEntry::external(&SPEC);
 
 static SPEC: BackboneSpec<TinyNet> = BackboneSpec {

@@ -10,7 +10,6 @@ const PIXELS: CleanerParamSpec = CleanerParamSpec {
     doc: "width of the border",
 };
 
-/// The registry entry.
 pub(crate) static BORDER: CleanerSpec = CleanerSpec {
     name: "border",
     summary: "removes events at the border of the sensor",

@@ -2,8 +2,8 @@
 
 use evpose_core::StageNoise;
 use evpose_sensor::{
-    Block, Citation, Domain, ParamSpec, PixelStage, Prior, Probe, Scale, SearchSpec, Signature,
-    Stage, StageSpec, Strength, Tick,
+    Block, Citation, Domain, ParamSpec, PixelStage, Prior, Probe, Scale, Signature, Stage,
+    StageSpec, Strength, Tick,
 };
 
 const HALF: ParamSpec = ParamSpec {
@@ -16,7 +16,6 @@ const HALF: ParamSpec = ParamSpec {
     doc: "light at which the photocurrent is half of the unsaturated one",
 };
 
-/// The registry entry.
 pub(crate) static SOFT_SATURATION: StageSpec = StageSpec {
     name: "soft_saturation",
     domain: Domain::Photodiode,
@@ -32,7 +31,6 @@ pub(crate) static SOFT_SATURATION: StageSpec = StageSpec {
         strength: Strength::Falling(&["half"]),
         beside: &[],
     },
-    search: SearchSpec::PLAIN,
     build: |settings| {
         Ok(Stage::Pixel(Box::new(Saturation { half: settings.number(&HALF) as f32 })))
     },

@@ -5,7 +5,6 @@ use evpose_repr::{
     Grey, Lnes, Memory, PolarityUse, Representation, RepresentationSpec, StreamWindow,
 };
 
-/// The registry entry.
 pub(crate) static SIGNED_LNES: RepresentationSpec = RepresentationSpec {
     name: "signed-lnes",
     summary: "LNES of ON events less LNES of OFF events",

@@ -12,7 +12,7 @@ pub enum ModelFileError {
     /// The operating system refused access.
     #[error("{}: cannot read", path.display())]
     File {
-        /// The file.
+        /// File that was refused.
         path: PathBuf,
         /// Cause of the failure.
         source: io::Error,
@@ -20,7 +20,7 @@ pub enum ModelFileError {
     /// The file is too large for a model.
     #[error("{}: {bytes} bytes; files of hand and body models have up to {max}", path.display())]
     TooLong {
-        /// The file.
+        /// File that is too large.
         path: PathBuf,
         /// Size of the file.
         bytes: u64,
@@ -33,7 +33,7 @@ pub enum ModelFileError {
          SMPLH_male.pkl, SMPLH_female.pkl, or the same arrays in an .npz file", path.display()
     )]
     NotAModel {
-        /// The file.
+        /// File that should be a model.
         path: PathBuf,
         /// Evidence against it.
         reason: String,
@@ -41,7 +41,7 @@ pub enum ModelFileError {
     /// A pickle, the format of `.pkl` files, is damaged or cut off.
     #[error("{}: the file has {bytes} bytes; if it is cut off, copy it again", path.display())]
     Pickle {
-        /// The file.
+        /// The pickle.
         path: PathBuf,
         /// Size of the file.
         bytes: usize,
@@ -53,7 +53,7 @@ pub enum ModelFileError {
         "{}: byte {byte}: {reason}; if the file is cut off, copy it again", path.display()
     )]
     Archive {
-        /// The file.
+        /// The archive of arrays.
         path: PathBuf,
         /// Position of the defect; the end of the file if the central directory is missing.
         byte: u64,
@@ -63,7 +63,7 @@ pub enum ModelFileError {
     /// A required field is missing.
     #[error("{}: no field `{field}`: {why} (available: {})", path.display(), available.join(", "))]
     Missing {
-        /// The file.
+        /// File without the field.
         path: PathBuf,
         /// The missing field.
         field: &'static str,
@@ -75,7 +75,7 @@ pub enum ModelFileError {
     /// A field is malformed.
     #[error("{}: field `{field}`: {fault}", path.display())]
     Field {
-        /// The file.
+        /// File that the field is in.
         path: PathBuf,
         /// The field.
         field: &'static str,

@@ -15,11 +15,11 @@ use serde::Serialize;
 
 use crate::calibrate::CalibrateError;
 
-/// Pixels are hot from so many times the rate of others on.
+/// Rate of a hot pixel, in rates of the others, from which it is called hot.
 pub const HOT: f64 = 5.0;
-/// Chance that any pixel of an image is called hot that is not.
+/// Probability that at least one pixel of an image is called hot although it is not.
 const CHANCE: f64 = 0.01;
-/// Parts of time.
+/// Parts of equal length into which a recording is divided.
 const PARTS: usize = 20;
 /// Minimum length: in shorter recordings the parts of time hold too few events.
 const MIN_LENGTH: Micros = Micros(100_000);
@@ -133,7 +133,7 @@ fn hot(counts: &[[u32; 2]]) -> Vec<bool> {
     for _ in 0..ROUNDS {
         let cold = || both.iter().zip(&is_hot).filter(|(_, is_hot)| !**is_hot).map(|(n, _)| *n);
         let mean = cold().map(f64::from).sum::<f64>() / cold().count().max(1) as f64;
-        let limit = most(HOT * mean, CHANCE / both.len() as f64);
+        let limit = poisson_quantile(HOT * mean, CHANCE / both.len() as f64);
         let now: Vec<bool> = both.iter().map(|n| *n > limit).collect();
         if now == is_hot {
             break;
@@ -143,8 +143,9 @@ fn hot(counts: &[[u32; 2]]) -> Vec<bool> {
     is_hot
 }
 
-/// The least number that a Poisson variable exceeds with a probability of at most `chance`.
-fn most(mean: f64, chance: f64) -> u32 {
+/// Quantile of the Poisson distribution: the least number that is exceeded with a probability of at
+/// most `chance`.
+fn poisson_quantile(mean: f64, chance: f64) -> u32 {
     // From the largest down, tails add up without loss of digits.
     let highest = (mean + 12.0 * mean.sqrt() + 40.0).ceil() as u32;
     let (mut tail, mut log_factorial) = (0.0, 0.0);
@@ -170,14 +171,14 @@ mod tests {
     #[test]
     fn the_poisson_limit_is_where_the_tail_is_small_enough() {
         // P(N > 3) of mean 1 is 0.01899, P(N > 4) is 0.00366.
-        assert_eq!(most(1.0, 0.02), 3);
-        assert_eq!(most(1.0, 0.018), 4);
-        assert_eq!(most(0.0, 0.01), 0);
+        assert_eq!(poisson_quantile(1.0, 0.02), 3);
+        assert_eq!(poisson_quantile(1.0, 0.018), 4);
+        assert_eq!(poisson_quantile(0.0, 0.01), 0);
         // Of mean 5, 6.9e-5 above 15 and 2.3e-4 above 14; of mean 100, 2.9e-6 above 148 and 4.1e-6
         // above 147; of mean 0.05, 2.5e-7 above 3 and 2.0e-5 above 2.
-        assert_eq!(most(5.0, 1e-4), 15);
-        assert_eq!([0.05, 100.0].map(|mean| most(mean, 0.01 / 3_072.0)), [3, 148]);
+        assert_eq!(poisson_quantile(5.0, 1e-4), 15);
+        assert_eq!([0.05, 100.0].map(|mean| poisson_quantile(mean, 0.01 / 3_072.0)), [3, 148]);
         // 100 + 2.326 * 10 and a little skew.
-        assert_eq!(most(100.0, 0.01), 124);
+        assert_eq!(poisson_quantile(100.0, 0.01), 124);
     }
 }

@@ -53,7 +53,8 @@ impl Resizer {
     }
 }
 
-/// Of the `to` pixels that `from` pixels, the first of which is `begin`, become.
+/// Weights with which `from` pixels, of which `begin` is the first, are averaged to `to` pixels: one list
+/// of weights for each of these.
 fn shares(begin: usize, from: usize, to: usize) -> Vec<Share> {
     let scale = from as f64 / to as f64;
     let share = |pixel: usize| {

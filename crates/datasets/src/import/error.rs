@@ -25,7 +25,7 @@ pub enum ImportError {
     /// A label file that violates its format.
     #[error("{}: {place}: {reason}", path.display())]
     Malformed {
-        /// The file.
+        /// File that violates its format.
         path: PathBuf,
         /// The line, or the index of the image or of the annotation, with the field.
         place: String,
@@ -35,7 +35,7 @@ pub enum ImportError {
     /// A label file of none of the known formats.
     #[error("{}: labels of no known format: expected {known}", path.display())]
     UnknownFormat {
-        /// The file.
+        /// The label file.
         path: PathBuf,
         /// Names and descriptions of the formats.
         known: String,
@@ -46,7 +46,7 @@ pub enum ImportError {
          field `t_us`", path.display()
     )]
     NoTime {
-        /// The file.
+        /// The label file.
         path: PathBuf,
         /// The image.
         place: String,
@@ -69,7 +69,7 @@ pub enum ImportError {
     /// A recording without events, or a label file without labels.
     #[error("{}: no {content}", path.display())]
     Empty {
-        /// The file.
+        /// File that lacks it.
         path: PathBuf,
         /// The missing content, a plural.
         content: &'static str,
@@ -77,7 +77,7 @@ pub enum ImportError {
     /// A file that an import would overwrite.
     #[error("{}: exists already: choose another --out, or remove it", path.display())]
     Exists {
-        /// The file.
+        /// File that is there already.
         path: PathBuf,
     },
     /// A recording cannot be read or written.

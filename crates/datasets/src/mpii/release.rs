@@ -10,7 +10,7 @@ use crate::DatasetError;
 /// A photograph for training.
 #[derive(Debug)]
 pub(super) struct MpiiPhotograph {
-    /// The how many-th of all photographs it is.
+    /// Index of the photograph in the release, from 0.
     pub(super) index: usize,
     /// Its file.
     pub(super) name: String,

@@ -14,7 +14,7 @@ const MIN_EXTENT_PX: f64 = 64.0;
 /// An annotated photograph.
 #[derive(Debug)]
 pub(crate) struct Photograph {
-    /// The how many-th of all photographs it is.
+    /// Index of the photograph in the release, from 0.
     pub(crate) index: usize,
     /// Its file.
     pub(crate) name: String,

@@ -98,7 +98,7 @@ impl Fields<'_> {
             Some(Value::Object(object)) => {
                 Some(Fields { path: self.path, parent: "nominal.", object }.nominal()?)
             }
-            Some(other) => return Err(self.unfit("nominal", "an object, { … }", other)),
+            Some(other) => return Err(self.wrong_value("nominal", "an object, { … }", other)),
         };
         let unknown = self.object.keys().filter(|key| !KNOWN.contains(&key.as_str()));
         let unknown = unknown.cloned().collect();
@@ -124,7 +124,11 @@ impl Fields<'_> {
         let number = self.number(field, Range::Positive)?;
         let whole = number.fract() == 0.0 && number <= f64::from(u16::MAX);
         let value = &self.object[field];
-        if whole { Ok(number as u16) } else { Err(self.unfit(field, "1 to 65535 pixels", value)) }
+        if whole {
+            Ok(number as u16)
+        } else {
+            Err(self.wrong_value(field, "1 to 65535 pixels", value))
+        }
     }
 
     fn number(&self, field: &str, range: Range) -> Result<f64, GapError> {
@@ -143,11 +147,11 @@ impl Fields<'_> {
         };
         match value.as_f64().filter(|number| *number >= min) {
             Some(number) => Ok(Some(number)),
-            None => Err(self.unfit(field, expected, value)),
+            None => Err(self.wrong_value(field, expected, value)),
         }
     }
 
-    fn unfit(&self, field: &str, expected: &str, value: &Value) -> GapError {
+    fn wrong_value(&self, field: &str, expected: &str, value: &Value) -> GapError {
         self.fault(field, format!("expected {expected}, found {value}"))
     }
 

@@ -102,7 +102,7 @@ impl Problems {
     }
 
     /// Whether no correction makes a comparison possible.
-    pub fn is_hopeless(&self) -> bool {
+    pub fn is_uncorrectable(&self) -> bool {
         let turned = self.list.iter().any(|problem| {
             matches!(problem, Problem::Orientation(orientation) if orientation.best.transposes)
         });

@@ -237,7 +237,7 @@ fn each_of_the_sixteen_symmetries_is_detected_and_corrected() {
             _ => None,
         });
         assert_eq!(found.unwrap_or_default(), symmetry.inverse(), "{symmetry}: {problems}");
-        assert!(!problems.is_hopeless());
+        assert!(!problems.is_uncorrectable());
         let repaired = problems.repair(&mixed.events);
         assert_eq!(repaired.sensor(), SIZE);
         let sorted = |events: &EventStream| {
@@ -282,7 +282,7 @@ fn other_units_are_said_and_undone() {
         }
     }
     let seconds = recording(units::divided(&reference, 1e6));
-    assert!(Problems::find(&seconds, 0.6, &reference).is_hopeless());
+    assert!(Problems::find(&seconds, 0.6, &reference).is_uncorrectable());
 }
 
 #[test]
@@ -324,7 +324,7 @@ fn another_sensor_is_said_and_hopeless() {
     let larger = SensorSize { width: 50, height: 50 };
     let other = recording(EventStream::from_events(larger, reference.iter()).unwrap());
     let problems = Problems::find(&other, 0.6, &reference);
-    assert!(problems.is_hopeless());
+    assert!(problems.is_uncorrectable());
     let said = problems.to_string();
     assert!(said.contains("a sensor of 50x50, the scene of one of 40x30"), "{said}");
 }

@@ -87,6 +87,7 @@ impl Fit {
         for (i, key) in keys.iter().enumerate() {
             let (events, sums, runs) = (sample.events[i], sample.sums[i], sample.runs);
             let difference = events - sums / runs;
+            // Pooled: under the hypothesis of no difference, recording and runs have the same rate.
             let variance = (events + sums) / (runs + 1.0) * (1.0 + 1.0 / runs);
             if variance <= 0.0 {
                 continue;
@@ -94,6 +95,8 @@ impl Fit {
             for (column, (term, start)) in columns.iter_mut().zip(terms.iter().zip(&starts)) {
                 *column = start + term.level(*key);
             }
+            // A checkerboard over tiles and time: both halves see all of the image and of the
+            // window.
             let block = tile(*key) % TILES.0 + tile(*key) / TILES.0 + Axis::Time.level(*key);
             let half = &mut halves[block % 2];
             for (j, a) in columns.iter().enumerate() {
@@ -128,6 +131,7 @@ impl Fit {
                 self.gain(&all)
             };
             let tried: Vec<(usize, f64)> = open.iter().map(|term| (*term, with(term))).collect();
+            // Among equals the first, so that the result is deterministic.
             let Some(best) = tried.into_iter().reduce(|a, b| if b.1 > a.1 { b } else { a }) else {
                 return;
             };

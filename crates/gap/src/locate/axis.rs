@@ -148,6 +148,7 @@ pub(super) fn motion(motion: Levels, sign: Levels) -> String {
         0b0010 | 0b0100 | 0b0110 => ("falls", "fell"),
         _ => ("changes", "changed"),
     };
+    // Levels below `REST` are speeds, those from there on times since luminance last changed.
     let is_all_speeds = from == 0 && to >= REST;
     let speed = match (from, to.min(REST)) {
         (0, REST) => "",

@@ -123,12 +123,13 @@ pub(super) fn maps(measured: &View<'_>, runs: &[View<'_>]) -> Maps {
         }
         counts
     };
-    let alone = stand_out(&Profile::from_counts(&pixels, &of_runs).z, width);
+    // Minus the neighbours: a model that is wrong over a region has no outlier pixels for that.
+    let alone = minus_neighbours(&Profile::from_counts(&pixels, &of_runs).z, width);
     // Some models have outlier pixels of their own: only larger ones than between runs count.
     let of_run = |i: usize| {
         let others: Vec<&Vec<f64>> =
             of_runs.iter().enumerate().filter(|(k, _)| *k != i).map(|(_, run)| run).collect();
-        stand_out(&Profile::from_counts(&of_runs[i], &others).z, width)
+        minus_neighbours(&Profile::from_counts(&of_runs[i], &others).z, width)
             .into_iter()
             .fold(0.0, |a: f64, z| a.max(z.abs()))
     };
@@ -167,7 +168,7 @@ pub(super) fn maps(measured: &View<'_>, runs: &[View<'_>]) -> Maps {
 }
 
 /// Residuals of pixels minus the mean of their neighbours.
-fn stand_out(z: &[f64], width: usize) -> Vec<f64> {
+fn minus_neighbours(z: &[f64], width: usize) -> Vec<f64> {
     let height = z.len() / width;
     let alone = |p: usize| {
         let (x, y) = (p % width, p / width);
@@ -175,6 +176,7 @@ fn stand_out(z: &[f64], width: usize) -> Vec<f64> {
         let (top, bottom) = (y.saturating_sub(RADIUS), (y + RADIUS + 1).min(height));
         let rows = (top..bottom).map(|y| z[y * width + left..y * width + right].iter());
         let sum: f64 = rows.flatten().sum();
+        // At the border there are fewer neighbours.
         let others = (right - left) * (bottom - top) - 1;
         z[p] - (sum - z[p]) / others.max(1) as f64
     };

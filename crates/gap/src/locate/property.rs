@@ -39,7 +39,7 @@ impl Property {
     pub const ALL: [Self; 6] =
         [Self::Light, Self::Speed, Self::Interval, Self::Time, Self::Column, Self::Row];
 
-    /// Name in sentences.
+    /// The property as a noun phrase, for use within a sentence.
     pub fn name(self) -> &'static str {
         match self {
             Self::Light => "light",

@@ -89,6 +89,7 @@ impl Region {
         let of = |axis: Axis| (levels & axis.bits()) >> axis.shift();
         let sign = of(Axis::Sign);
         let polarity = axis::polarity(sign);
+        // A ratio to nothing is no number that a reader can use.
         let head = if self.expected < 0.5 {
             format!("{polarity}events where the model makes none")
         } else if self.ratio > 1.0 {

@@ -138,6 +138,8 @@ impl<'a> Differences<'a> {
         for (k, measured) in measured.iter().enumerate() {
             let counts: Vec<f64> = runs.iter().map(|run| run[k]).collect();
             let (mean, deviation) = mean_and_deviation(&counts);
+            // Counting statistics of the pooled rate; runs that scatter more, by noise of pixels,
+            // decide.
             let by_chance = (measured + n * mean) / (n + 1.0);
             let scatter = deviation * deviation;
             let tolerance = TOLERANCE * mean;
@@ -181,6 +183,8 @@ impl<'a> Differences<'a> {
                 (power > 0.0).then(|| {
                     let amplitude = weighted(&self.difference) / power;
                     let chi2 = self.chi2(|k| amplitude * unit[k]);
+                    // Where the function does not describe the points, its error grows with what is
+                    // left.
                     let error = (chi2 / (n - 1.0)).max(1.0).sqrt() / power.sqrt();
                     let criterion = chi2 + shape.parameters() * n.ln();
                     (ResponseFit { form: *form, shape, amplitude, error }, chi2, criterion)
@@ -196,6 +200,8 @@ impl<'a> Differences<'a> {
         let without = self.chi2(|_| 0.0);
         let gain = without - chi2;
         let point = |k: usize| {
+            // Points and function are shown per unit of exposure or of expected events, as the fit
+            // is.
             let base = self.unit(fit.form, ResponseShape::Even)[k];
             ResponsePoint {
                 x: self.bins.x[k],
@@ -217,6 +223,7 @@ impl<'a> Differences<'a> {
 /// Responses along all properties, that which describes most first.
 pub(super) fn responses(measured: &View<'_>, runs: &[View<'_>]) -> Vec<Response> {
     let mut all = Vec::new();
+    // Each property alone: a fit over all of them would divide one difference among several.
     for property in Property::ALL {
         let bins = Bins::of_scene(property, measured);
         let runs: Vec<[Vec<f64>; 2]> = runs.iter().map(|run| bins.counts(run)).collect();

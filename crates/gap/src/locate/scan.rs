@@ -136,6 +136,7 @@ impl Search<'_> {
     /// Boxes with all ranges of one axis, the other axes as in `levels`.
     fn on(&self, axis: Axis, levels: u64) -> Vec<ScoredBox> {
         let outside = !(levels | axis.bits());
+        // Classes are summed by level once; each range is then a sum over at most ten levels.
         let mut sums = [Sums::default(); 16];
         for (i, key) in self.keys.iter().enumerate() {
             if key & outside == 0 {

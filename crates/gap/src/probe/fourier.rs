@@ -1,7 +1,7 @@
 //! Discrete Fourier transform whose length is a power of two.
 //!
 //! Radix two, decimation in frequency (Gentleman and Sande 1966): input is in natural order, output
-//! in bit-reversed order, which [`Fourier::place`] maps back. Powers can thus be summed over blocks
+//! in bit-reversed order, which [`Fourier::bit_reversed`] maps back. Powers can thus be summed over blocks
 //! before any reordering.
 
 use std::f64::consts::TAU;
@@ -94,13 +94,13 @@ impl Fourier {
     }
 
     /// Index of frequency `k` (cycles per signal, modulo its length) in the spectrum.
-    pub(super) fn place(&self, k: usize) -> usize {
-        place(k, self.length())
+    pub(super) fn bit_reversed(&self, k: usize) -> usize {
+        bit_reversed(k, self.length())
     }
 }
 
 /// Index of frequency `k` in a bit-reversed spectrum of `length` values.
-pub(super) fn place(k: usize, length: usize) -> usize {
+pub(super) fn bit_reversed(k: usize, length: usize) -> usize {
     k.reverse_bits() >> (usize::BITS - length.trailing_zeros())
 }
 
@@ -126,7 +126,7 @@ mod tests {
                     re += a * c - b * s;
                     im += a * s + b * c;
                 }
-                let place = spectrum.place(k);
+                let place = spectrum.bit_reversed(k);
                 assert!((re - f64::from(spectrum.re[place])).abs() < 1e-4, "{length} {k}");
                 assert!((im - f64::from(spectrum.im[place])).abs() < 1e-4, "{length} {k}");
             }

@@ -249,7 +249,7 @@ fn excess(power: &[f32], backward: bool) -> Vec<f64> {
     let half = power.len() / 2;
     let at = |k: usize| {
         let k = if backward { power.len() - k } else { k };
-        f64::from(power[fourier::place(k, power.len())])
+        f64::from(power[fourier::bit_reversed(k, power.len())])
     };
     let mut sums = Vec::with_capacity(half + 1);
     sums.push(0.0);

@@ -60,7 +60,7 @@ impl Rates {
         let (mut strongest, mut all, mut opposed) = (0.0_f64, 0.0, 0.0);
         for k in 1..length / 2 {
             let hz = k as f64 * step_hz;
-            let (a, b) = (self.counts.place(k), self.counts.place(length - k));
+            let (a, b) = (self.counts.bit_reversed(k), self.counts.bit_reversed(length - k));
             // Spectra of two real signals from one complex transform.
             let (ar, ai) = (f64::from(self.counts.re[a]), f64::from(self.counts.im[a]));
             let (br, bi) = (f64::from(self.counts.re[b]), f64::from(self.counts.im[b]));

@@ -8,6 +8,7 @@ use super::screening::{MAX_LINEAR_STEPS, ScreenedTrial};
 use crate::candidate::Trial;
 use crate::fit::{Fit, Slopes, descend};
 use crate::free_parameter::FreeParameter;
+use crate::search_spec::Searched;
 use crate::{GapError, Objective};
 
 /// Proposals whose strength is fitted.
@@ -38,6 +39,8 @@ pub(super) fn fit_candidates(
     proposals: &[ScreenedTrial],
     nuisance: &[FreeParameter],
 ) -> Result<Vec<FittedCandidate>, GapError> {
+    // Slopes of the model alone serve every candidate: refitting its parameters beside each would
+    // cost a descent per trial of the line search.
     let slopes = Slopes::around(objective, model, nuisance, 1)?;
     let best = &proposals[..proposals.len().min(LINE_SEARCHED)];
     // A short part of a recording does not distinguish an effect from those that resemble it.
@@ -55,6 +58,7 @@ pub(super) fn fit_candidates(
             Ok(FittedCandidate { name: proposal.name, fit, trial: proposal.trial.clone() })
         })
         .collect::<Result<Vec<_>, GapError>>()?;
+    // A descent takes a simulation for each parameter and round: only those near the best get one.
     sort(&mut fitted);
     let least = fitted.first().map_or(f64::INFINITY, |one| one.fit.discrepancy);
     let is_near = |one: &&mut FittedCandidate| one.fit.discrepancy < FAR_BEHIND * least;
@@ -89,6 +93,7 @@ fn search_strength(
     };
     let mut model = trial.added_to(base);
     let mut discrepancy = profiled(&model)?;
+    // The discrepancy over a phase has many minima; a descent ends in the one it starts in.
     for free in FreeParameter::of_effect(trial) {
         for value in free.rough_values(ROUGH_VALUES) {
             let moved = free.with_value(&model, value);
@@ -98,7 +103,7 @@ fn search_strength(
             }
         }
     }
-    if trial.spec.search.is_slow {
+    if trial.spec.search().is_slow {
         // What was screened says nothing about its strength.
         for value in trial.strengths().into_iter().step_by(SLOW_STRIDE) {
             let other_model = trial.with(trial.params[0], value).added_to(base);
@@ -108,6 +113,7 @@ fn search_strength(
             }
         }
     }
+    // Large steps first: a screened strength is off by the stride of the grid.
     for steps in LINE_STEPS {
         for sign in [-1.0, 1.0] {
             let stepped = strength.stepped(&model, sign * steps);

@@ -68,7 +68,7 @@ impl Worth {
 }
 
 /// Whether an effect explains enough beside all others to be named.
-pub(super) fn is_worth_a_name(worth: &Worth) -> bool {
+pub(super) fn is_reportable(worth: &Worth) -> bool {
     let min_fraction = MIN_FRACTION + MIN_FRACTION_IF_WORSENED * worth.difference.worsened;
     let is_most = worth.difference.gain >= DECISIVE_FRACTION_OF_REST * worth.without;
     explains(worth, MIN_FRACTION_OF_REST, MIN_FRACTION)
@@ -140,6 +140,8 @@ pub(super) fn decide(
     after: &ModelScore,
     fraction_left: f64,
 ) -> Answer {
+    // Effects are named before parameters, and a gap within tolerance before anything. A name with
+    // many indistinguishable rivals is no answer, however much it explains.
     let is_left = is_partial(after, fraction_left);
     match (confusable.len(), parameters) {
         (0, 0) if is_within_tolerance(after) => Answer::NoGap,

@@ -1,12 +1,14 @@
 //! Direct estimates: parameters of effects that a recording shows without a simulation, where a fit
 //! would not find them by gradient descent.
 
-use evpose_sensor::{Catalogue, EffectConfig, ParamSpec, RecordingMark, SensorConfig};
+use evpose_sensor::{Catalogue, EffectConfig, ParamSpec, SensorConfig};
 
 use super::decision::MAX_OF_COUNTED;
 use super::recording_marks::{Estimate, Recording, all_estimates};
 use crate::candidate::{Candidate, Trial, words};
 use crate::parameters::ModelParameter;
+use crate::recording_mark::RecordingMark;
+use crate::search_spec::Searched;
 
 /// Fraction of time stamps consistent with a readout above which the readout is proven.
 const PROVEN: f64 = 0.9;
@@ -47,11 +49,13 @@ impl DirectEstimates {
         let forms = |estimate: &Estimate| {
             let name = estimate.spec.name;
             let candidate = candidates.iter().find(|one| one.name() == name)?;
+            // Only usual forms: time stamps prove the effect, not which of its forms it has.
             let plainest =
                 candidate.trials().into_iter().filter_map(|form| form.into_iter().next());
             let usual = plainest.filter(Trial::is_usual);
             Some((name, usual.map(|trial| self.applied(name, &trial)).collect()))
         };
+        // Readouts come before clocks: the lines of a readout also look like the grid of a clock.
         self.estimates.iter().rev().filter(is_proven).filter_map(forms).collect()
     }
 
@@ -83,7 +87,7 @@ impl DirectEstimates {
         let is_read = |p: &ParamSpec| reading.params.iter().any(|(key, _)| *key == p.name);
         applied.params.retain(|p| p.name == strength.name || !is_read(p));
         let is_rough =
-            |p: &&ParamSpec| p.name != strength.name && spec.search.rough.contains(&p.name);
+            |p: &&ParamSpec| p.name != strength.name && spec.search().rough.contains(&p.name);
         applied.params.extend(spec.params.iter().filter(is_rough));
         applied
     }

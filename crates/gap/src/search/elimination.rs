@@ -1,7 +1,7 @@
 //! Backward elimination: effects and parameters that are not worth their names beside the others
 //! are dropped.
 
-use super::decision::{MAX_EVERYDAY, Worth, is_significant, is_worth_a_name};
+use super::decision::{MAX_EVERYDAY, Worth, is_reportable, is_significant};
 use super::identification::DataSplits;
 use super::selection::Selection;
 use super::significance::difference_with_losses;
@@ -10,6 +10,7 @@ use crate::GapError;
 use crate::candidate::Trial;
 use crate::fit::descend;
 use crate::parameters::ModelParameter;
+use crate::search_spec::Searched;
 use evpose_sensor::SensorConfig;
 
 /// Rounds of the fit of the rest after an effect was dropped.
@@ -40,6 +41,8 @@ pub(super) fn eliminate(
     loop {
         let mut dropped = Vec::new();
         for i in 0..selection.effects.len() {
+            // The rest is fitted again, so that what others can take over does not count as
+            // evidence.
             let rest = selection.without(splits, i, ROUNDS)?;
             let worth = worth(splits, &rest.model, &selection.model, excess, candidates)?;
             dropped.push(Dropped { rest, worth });
@@ -54,10 +57,12 @@ pub(super) fn eliminate(
             let is_too_weak = strength.is_some_and(|value| trial.is_weaker_than_in_cameras(value));
             let is_proven = selection.effects[*i].is_proven && !has_readout;
             let is_worth_it =
-                if is_proven { is_significant(&one.worth) } else { is_worth_a_name(&one.worth) };
-            !is_counted || is_too_weak || is_everyday(selection, trial) || !is_worth_it
+                if is_proven { is_significant(&one.worth) } else { is_reportable(&one.worth) };
+            !is_counted || is_too_weak || is_ordinary_noise(selection, trial) || !is_worth_it
         });
         let weakest = weakest.min_by(|a, b| a.1.worth.fraction().total_cmp(&b.1.worth.fraction()));
+        // One at a time: what an effect explains grows when one that shares its evidence is
+        // dropped.
         match weakest {
             Some((i, _)) => *selection = dropped.swap_remove(i).rest,
             None => return Ok(dropped),
@@ -75,6 +80,7 @@ pub(super) fn changed_parameters(
     selection: &mut Selection,
     excess: f64,
 ) -> Result<Vec<(ModelParameter, Worth)>, GapError> {
+    // All are free at first: a parameter that is dropped early could not share what others explain.
     selection.fitted = ModelParameter::ALL.to_vec();
     selection.fit_together(splits, ROUNDS)?;
     let given = selection.given.clone();
@@ -91,9 +97,11 @@ pub(super) fn changed_parameters(
         rest.model = fit.model;
         rest.train_discrepancy = fit.discrepancy;
         rest.held_out = splits.score(&rest.model)?;
+        // Each parameter is one of all that were tried, which the level of significance accounts
+        // for.
         let tried = ModelParameter::ALL.len();
         let worth = worth(splits, &rest.model, &selection.model, excess, tried)?;
-        if parameter.steps(before, now).abs() < MIN_STEPS || !is_worth_a_name(&worth) {
+        if parameter.steps(before, now).abs() < MIN_STEPS || !is_reportable(&worth) {
             *selection = rest;
         } else {
             kept.push((parameter, worth));
@@ -106,12 +114,12 @@ pub(super) fn changed_parameters(
 /// Whether an effect is no more than the little noise that every camera has, of which the model as
 /// given has none. Pixels that are exactly alike answer at exactly the same time: the least noise
 /// separates them, and a simulator that has none is not distinguished from one that has.
-fn is_everyday(selection: &Selection, trial: &Trial) -> bool {
-    trial.spec.search.dither.iter().any(|(key, everyday)| {
+fn is_ordinary_noise(selection: &Selection, trial: &Trial) -> bool {
+    trial.spec.search().dither.iter().any(|(key, ordinary)| {
         let value = |model: &SensorConfig| {
             model.effect(trial.spec.name).and_then(|effect| effect.number(key)).unwrap_or(0.0)
         };
-        value(&selection.given) <= 0.0 && value(&selection.model) < MAX_EVERYDAY * everyday
+        value(&selection.given) <= 0.0 && value(&selection.model) < MAX_EVERYDAY * ordinary
     })
 }
 

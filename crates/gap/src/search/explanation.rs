@@ -56,11 +56,14 @@ pub(super) fn explain(
     let mut added_effects = Vec::new();
     for ((effect, dropped), compared) in selection.effects.iter().zip(dropped).zip(compared) {
         let own = selection.model.effect(effect.candidate.name);
+        // With the values of the joint fit: the candidate's own are from before others were added.
         let trial = Trial {
             effect: own.unwrap_or(&effect.candidate.trial.effect).clone(),
             ..effect.candidate.trial.clone()
         };
         let free = FreeParameter::of_effect(&trial);
+        // Alone it is fitted once more: its strength beside the others would overshoot without
+        // them.
         let alone = trial.added_to(&before.model);
         let alone = descend(&splits.train, &alone, &free, None, 1, ROUNDS)?;
         let alone = splits.score(&alone.model)?;
@@ -97,6 +100,8 @@ pub(super) fn explain(
             },
         });
     }
+    // The part that is left is relative to chance: replicates of a perfect model have a discrepancy
+    // too.
     let left = unexplained(&splits.held_out, &after.model)?;
     let fraction = fraction_left(&before, &after, &left);
     let confusable: Vec<usize> = added_effects.iter().map(|added| added.confusable.len()).collect();
@@ -121,6 +126,7 @@ impl Identification {
         splits: &DataSplits<'_>,
         before: ModelScore,
     ) -> Result<Self, GapError> {
+        // All of the (tolerable) gap is left, since nothing was changed.
         let left = unexplained(&splits.held_out, &before.model)?;
         Ok(Self {
             answer: Answer::NoGap,

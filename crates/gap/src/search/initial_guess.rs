@@ -64,6 +64,7 @@ fn with_rates_at_rest(
         }
         counts
     };
+    // Masked pixels have no events to count, so that the time at rest is that of the others.
     let (measured, simulated) = (counts(&objective.events), counts(simulated));
     let masked = reference_scene.scene.masked();
     let compared = masked.iter().filter(|masked| !**masked).count();
@@ -95,6 +96,7 @@ pub(super) fn with_thresholds(
     let mut scaled = model.clone();
     let measured = objective.layout.events_in_motion(&objective.measured).map(|n| (n + 1.0).ln());
     let parameters = [ModelParameter::ThresholdOff, ModelParameter::ThresholdOn];
+    // Counts are inverse to the threshold where contrasts are large: the first step of the secant.
     let mut exponents = [-1.0; 2];
     let mut previous: Option<[[f64; 2]; 2]> = None;
     for _ in 0..SECANT_STEPS {
@@ -117,6 +119,7 @@ pub(super) fn with_thresholds(
                 }
             }
             let change = (measured[i] - counts[i]) / exponents[i];
+            // A slope from two nearly equal counts would send the threshold out of its range.
             let change = change.clamp(-MAX_LOG_CHANGE, MAX_LOG_CHANGE);
             parameter.set(&mut scaled, value * change.exp());
         }

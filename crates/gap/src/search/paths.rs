@@ -50,6 +50,8 @@ impl Forward<'_> {
         let mut starts = starts;
         let count = selection.effects.len();
         while selection.effects.len() < MAX_EFFECTS && !is_within_tolerance(&selection.held_out) {
+            // Two effects may help only together; after two, a path far from the goal does not
+            // catch up.
             let is_begun = selection.effects.len() >= count + STEPS_BEFORE_GIVING_UP;
             if is_begun && selection.discrepancy() > FAR_ABOVE * goal {
                 break;
@@ -61,6 +63,8 @@ impl Forward<'_> {
             if !self.step(selection, starts)? {
                 break;
             }
+            // Later effects are fitted beside a model with effects, in which no parameter has
+            // absorbed them.
             starts = &[];
         }
         Ok(false)
@@ -87,6 +91,7 @@ impl Forward<'_> {
                 paths.push(extended);
             }
         }
+        // The first complete explanation ends it: paths are in order of their first step.
         for mut path in paths {
             let is_cut = self.run_towards(&mut path, &[], goal, progress)?;
             if path.discrepancy() < selection.discrepancy() {
@@ -120,6 +125,8 @@ impl Forward<'_> {
         let mut beside = self.reset(selection)?;
         self.run_towards(&mut beside, &[], goal, progress)?;
         if self.is_partial(&beside) {
+            // Effects that stamps prove hold whatever the parameters are; all others are sought
+            // again.
             let mut proven = selection.clone();
             for effect in selection.effects.iter().filter(|effect| !effect.is_proven) {
                 let name = effect.candidate.name;

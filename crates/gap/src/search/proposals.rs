@@ -81,6 +81,7 @@ impl Proposals {
             free.par_iter().map(|one| predict(base, &expected, one)).collect();
         sort(&mut predicted);
         let mut names = Vec::new();
+        // Variants of one candidate would fill all places, and differ little on a short recording.
         predicted.retain(|one| {
             names.push(one.name);
             names.iter().filter(|name| **name == one.name).count() <= VARIANTS
@@ -96,6 +97,7 @@ impl Proposals {
         let mut simulated = predicted
             .par_iter()
             .map(|one| {
+                // A prediction is no measurement: it must not compete with simulated discrepancies.
                 let fresh = ScreenedTrial { discrepancy: f64::INFINITY, ..one.clone() };
                 base.around(&fresh)
             })

@@ -4,10 +4,12 @@
 use std::f64::consts::TAU;
 
 use evpose_core::EventStream;
-use evpose_sensor::{Catalogue, RecordingMark, StageSpec, Value};
+use evpose_sensor::{Catalogue, StageSpec, Value};
 
 use super::light_steps::light_steps;
 use super::rate_ceiling::rate_ceiling;
+use crate::recording_mark::RecordingMark;
+use crate::search_spec::with_mark;
 use crate::{Expected, LightSequence};
 
 /// Parameters of one effect estimated from a recording.
@@ -80,7 +82,7 @@ const READINGS: [(RecordingMark, Read); 8] = [
 pub(super) fn all_estimates(catalogue: Catalogue, recording: &Recording<'_>) -> Vec<Estimate> {
     let mut estimates = Vec::new();
     for (mark, read) in READINGS {
-        let mut specs = catalogue.with_mark(mark).peekable();
+        let mut specs = with_mark(catalogue, mark).peekable();
         let Some(reading) = specs.peek().and_then(|_| read(recording)) else { continue };
         estimates.extend(specs.map(|spec| Estimate { spec, mark, reading: reading.clone() }));
     }
@@ -189,6 +191,7 @@ fn silent_pixels(events: &EventStream, expected: &Expected) -> Option<Reading> {
     }
     let count =
         |pixel: usize| expected.times(pixel, false).len() + expected.times(pixel, true).len();
+    // A pixel of which few events are expected is silent by chance: exp(-8) at the limit.
     let is_certain: Vec<bool> =
         (0..size.pixels()).map(|pixel| count(pixel) >= CERTAIN_EVENTS).collect();
     let neighbours = (0..size.pixels()).flat_map(|pixel| {
@@ -202,6 +205,7 @@ fn silent_pixels(events: &EventStream, expected: &Expected) -> Option<Reading> {
         .collect();
     let differing = pairs.iter().filter(|differs| **differs).count();
     let part = differing as f64 / pairs.len().max(1) as f64;
+    // The smaller root of part = 2 f (1 - f).
     let fraction = 0.5 * (1.0 - (1.0 - 2.0 * part).max(0.0).sqrt());
     let is_known = is_certain.iter().filter(|certain| **certain).count() >= MIN_CERTAIN;
     is_known.then(|| Reading::new([("fraction", fraction.max(MIN_FRACTION).into())], 0.0))
@@ -234,6 +238,8 @@ fn hot_pixels(events: &EventStream) -> Option<Reading> {
             near.sort_by(f64::total_cmp);
             let (median, max) = (near[near.len() / 2], near[near.len() - 1]);
             let count = counts[y * width + x];
+            // Twice the largest neighbour as well: an edge that rests raises half of the
+            // neighbours.
             if count > HOT_FACTOR * median + HOT_EXCESS && count > 2.0 * max {
                 excesses.push(count - median);
             }
@@ -271,6 +277,7 @@ fn bus(events: &EventStream) -> Option<Reading> {
     let all: Vec<(i64, u16)> = events.iter().map(|event| (event.t.0, event.y)).collect();
     for pair in all.windows(2) {
         let &[(before_us, row), (now_us, other)] = pair else { continue };
+        // A change of row costs the bus a selection on top of the event.
         let histogram = &mut histograms[usize::from(row != other)];
         if let Some(n) = histogram.get_mut((now_us - before_us) as usize) {
             *n += 1;

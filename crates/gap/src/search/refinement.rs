@@ -72,6 +72,8 @@ impl FittedCandidate {
         given: &SensorConfig,
     ) -> Result<(), GapError> {
         for param in self.trial.params.clone() {
+            // Without its strength the effect would be gone; without a neutral value it has no
+            // smaller form.
             if param.name == self.trial.params[0].name || param.neutral.is_none() {
                 continue;
             }
@@ -84,6 +86,8 @@ impl FittedCandidate {
             }
         }
         let mut free = FreeParameter::of_effect(&self.trial);
+        // Now that the effect explains its part, changes of the model that stood in for it lose
+        // theirs.
         let of_model = FreeParameter::of_model();
         free.extend(reset_insignificant(objective, given, &mut self.fit, &of_model)?);
         self.fit = descend(objective, &self.fit.model, &free, None, 1, ROUNDS)?;
@@ -145,6 +149,7 @@ pub(super) fn reset_insignificant(
         let FreeParameter::Model(parameter) = free_parameter else { continue };
         let mut model = fit.model.clone();
         parameter.set(&mut model, parameter.value(given));
+        // Not refitted: a reset that needs other parameters to make up for it is significant.
         let discrepancy = objective.discrepancy(&model, 1)?;
         let steps = parameter.steps(parameter.value(given), parameter.value(&fit.model)).abs();
         let is_small = *parameter == ModelParameter::ClockOffset && steps < MIN_OFFSET_STEPS;

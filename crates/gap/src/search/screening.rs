@@ -9,7 +9,7 @@
 
 use std::sync::Arc;
 
-use evpose_sensor::{Domain, Onset, SensorConfig};
+use evpose_sensor::{Domain, SensorConfig};
 use rayon::prelude::*;
 
 use super::direct_estimates::DirectEstimates;
@@ -17,6 +17,8 @@ use crate::candidate::{Candidate, Trial};
 use crate::compare::Expectation;
 use crate::fit::Slopes;
 use crate::free_parameter::FreeParameter;
+use crate::search_spec::Onset;
+use crate::search_spec::Searched;
 use crate::{GapError, Objective};
 
 /// Trials that are tried at the neighbours of their strength.
@@ -63,17 +65,17 @@ impl ScreenedTrial {
 
     /// Whether it is one of the effects that one of `others` is easily taken for.
     pub(super) fn resembles_one_of(&self, others: &[Self]) -> bool {
-        others.iter().any(|other| other.trial.spec.search.resembles.contains(&self.name))
+        others.iter().any(|other| other.trial.spec.search().resembles.contains(&self.name))
     }
 
     /// Whether a short part of a recording does not show it.
     pub(super) fn is_slow(&self) -> bool {
-        self.trial.spec.search.is_slow
+        self.trial.spec.search().is_slow
     }
 
     /// Whether the best trial on a short part need not lead to the best fit.
     fn is_sudden(&self) -> bool {
-        self.trial.spec.search.onset == Onset::Sudden
+        self.trial.spec.search().onset == Onset::Sudden
     }
 }
 
@@ -152,6 +154,8 @@ impl<'a> ScreeningBase<'a> {
             if discrepancy < best.discrepancy {
                 best = ScreenedTrial { trial, discrepancy, ..best };
             }
+            // Discrepancy grows with strength from there on, and strong effects take longest to
+            // simulate.
             let bearable = TOO_STRONG * self.discrepancy_without.min(best.discrepancy);
             if is_rising && (discrepancy.is_nan() || discrepancy >= bearable) {
                 break;
@@ -168,6 +172,8 @@ impl<'a> ScreeningBase<'a> {
     /// The variant with the fewest parameters of each form of each candidate, not screened yet.
     fn trials(&self, left_out: &[String]) -> Vec<ScreenedTrial> {
         let of_candidate = |candidate: Candidate| {
+            // More parameters only improve a form that helps at all: they are tried for the best
+            // later.
             let forms = candidate.trials().into_iter().flat_map(|form| form.into_iter().take(1));
             forms
                 .map(|trial| self.estimates.applied(candidate.name(), &trial))
@@ -188,7 +194,7 @@ impl<'a> ScreeningBase<'a> {
         // need the whole grid, unless they are known to set in evenly.
         let spec = screened.trial.spec;
         let is_sharp = matches!(spec.domain, Domain::Clock | Domain::Readout);
-        let stride = if is_sharp && spec.search.onset != Onset::Even { 1 } else { 2 };
+        let stride = if is_sharp && spec.search().onset != Onset::Even { 1 } else { 2 };
         let (strengths, is_rising) = screened.trial.rising();
         let strengths: Vec<f64> = strengths.into_iter().step_by(stride).collect();
         let at_estimate = self.best_of(screened, screened.strength().as_slice(), false)?;
@@ -206,9 +212,14 @@ impl<'a> ScreeningBase<'a> {
     }
 
     /// Variants of a candidate with more parameters than `screened`, at its strength.
-    fn richer(&self, screened: &ScreenedTrial, left_out: &[String]) -> Vec<ScreenedTrial> {
+    fn with_more_parameters(
+        &self,
+        screened: &ScreenedTrial,
+        left_out: &[String],
+    ) -> Vec<ScreenedTrial> {
         let strength = screened.trial.params[0];
         let value = screened.strength();
+        // `skip(1)`: the first trial of a form is the one with fewest parameters, screened already.
         let candidate =
             self.candidates(left_out).into_iter().find(|other| other.name() == screened.name);
         let forms = candidate.into_iter().flat_map(Candidate::trials);
@@ -275,7 +286,7 @@ pub(super) fn screen(
     // In the order of the coarse grid: the finer strengths are not sorted in yet.
     let best = &screened[..screened.len().min(RICHER)];
     let richer: Vec<ScreenedTrial> =
-        best.iter().flat_map(|trial| base.richer(trial, left_out)).collect();
+        best.iter().flat_map(|trial| base.with_more_parameters(trial, left_out)).collect();
     let richer =
         richer.par_iter().map(|trial| base.around(trial)).collect::<Result<Vec<_>, GapError>>()?;
     screened.extend(richer);

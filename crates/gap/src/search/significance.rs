@@ -87,6 +87,7 @@ pub(super) fn difference_with_losses(
     first: &SensorConfig,
     second: &SensorConfig,
 ) -> Result<Difference, GapError> {
+    // Also under the second model some losses rise by chance: its own runs say by how much.
     let difference = difference(objective, first, second)?;
     let expected = [objective.expect(first, SCORE_RUNS)?, objective.expect(second, SCORE_RUNS)?];
     let of_second = (SCORE_RUNS..SCORE_RUNS + REPLICATES)

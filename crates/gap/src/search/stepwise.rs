@@ -63,6 +63,7 @@ impl Forward<'_> {
     ) -> Result<bool, GapError> {
         let without = selection.held_out.discrepancy;
         let gain = without - extended.held_out.discrepancy;
+        // Replicates cost dozens of simulations; most candidates fail by size alone.
         if !is_large_enough_to_try(gain, without, self.excess) {
             return Ok(false);
         }
@@ -105,6 +106,7 @@ impl Forward<'_> {
         screened.truncate(BASES);
         let mut extended = Vec::new();
         for (promising, base) in &screened {
+            // A joint fit is the most expensive step: only the first by single fits get one.
             let scored = self.scored(self.fitted(selection, base, promising)?)?;
             for k in 0..scored.len().min(FITTED_TOGETHER) {
                 let mut others: Vec<FittedCandidate> =

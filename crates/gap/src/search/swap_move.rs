@@ -43,6 +43,7 @@ pub(super) fn swap(
         }
         fitted.retain(|rival| splits.resolves(rival));
         fitted.sort_by(|a, b| a.discrepancy().total_cmp(&b.discrepancy()));
+        // An effect below the resolution of the comparison cannot stay, even where it fits best.
         let is_resolved = splits.resolves(selection);
         if let Some(best) = fitted.first().cloned()
             && (!is_resolved
@@ -57,6 +58,7 @@ pub(super) fn swap(
                 .effects
                 .get(i)
                 .map_or_else(|| effect.candidate.clone(), |new| new.candidate.clone());
+            // The replaced effect becomes a rival, so that the next comparison can bring it back.
             let mut rivals = vec![effect.candidate.clone()];
             rivals
                 .extend(effect.rivals.iter().filter(|other| other.name != candidate.name).cloned());
@@ -71,6 +73,7 @@ pub(super) fn swap(
         }
         let mut confusable = Vec::new();
         for rival in &fitted {
+            // By one test per rival at a mild level: a false "distinguished" names a wrong effect.
             let distinguished = difference(&splits.held_out, &rival.model, &selection.model)?;
             if !distinguished.is_significant(LEVEL, 1) {
                 confusable.push(rival.effects[i].candidate.name);
@@ -98,6 +101,8 @@ fn in_place(
     let effect = rival.fit.model.effect(rival.name).unwrap_or(&rival.trial.effect).clone();
     let trial = Trial { effect, ..rival.trial.clone() };
     let added = trial.added_to(&base);
+    // Effects that take the same place in the camera, two readouts for instance, exclude each
+    // other.
     let others = selection.effects.iter().enumerate().filter(|(k, _)| *k != i);
     if others.into_iter().any(|(_, other)| added.effect(other.candidate.name).is_none()) {
         return Ok(None);

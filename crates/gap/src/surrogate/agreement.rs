@@ -1,6 +1,7 @@
 //! Agreement of both halves of a recording on a parameter, and the interval from it.
 
-use evpose_sensor::RecordingMark;
+use crate::recording_mark::RecordingMark;
+use crate::search_spec::Searched;
 
 use super::findings::{SceneFreeEffect, SceneFreeParameter};
 use super::train::Train;
@@ -53,7 +54,7 @@ pub(super) fn effect(mark: RecordingMark, parameters: Vec<SceneFreeParameter>) -
         variant: None,
         parameters,
         p: None,
-        confusable_with: spec.search.resembles.to_vec(),
+        confusable_with: spec.search().resembles.to_vec(),
         pixels: Vec::new(),
     }
 }

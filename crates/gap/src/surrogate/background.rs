@@ -47,6 +47,8 @@ impl Background {
         let background = Self { stretches, pixel_s, width: train.width() as u32 };
         let (on_hz, off_hz) = background.rates_hz();
         let quiet = pixel_s / (train.size.pixels() as f64 * train.seconds());
+        // Three signs of light that moves: little rest, many events, or neighbours that fire
+        // together.
         let is_at_rest = quiet >= MIN_QUIET
             && on_hz + off_hz <= MAX_RATE_HZ
             && background.synchrony().is_none_or(|synchrony| synchrony <= MAX_SYNCHRONY);

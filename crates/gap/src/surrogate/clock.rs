@@ -164,6 +164,8 @@ pub(super) fn scan(train: &Train) -> Option<Scan> {
     // Harmonics and aliases lock as much: the slowest line is the clock.
     let (axis, turns, _) = near.into_iter().min_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
     let (frequency, locking) = refined(train, axis, turns);
+    // A common clock of all pixels locks rows as well: the phase over the rows has to add
+    // something.
     let plain = locked(train, Axis::None, frequency);
     (locking >= MIN_LOCKING && locking >= MIN_GAIN * plain).then(|| Scan {
         axis,
@@ -249,6 +251,8 @@ fn refined(train: &Train, axis: Axis, turns: f64) -> (f64, f64) {
     let mut frequency = turns / STRETCH_US as f64;
     let mut reach = 1.5 / STRETCH_US as f64;
     loop {
+        // A long part resolves finer frequencies, but only near one that is known: the grid is refined by
+        // four each time, instead of laid over all frequencies of the whole recording.
         let marks = within(&train.marks, start, start + length);
         let step = 0.1 / length as f64;
         let steps = (reach / step).ceil() as i64;

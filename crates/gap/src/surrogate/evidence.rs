@@ -1,7 +1,6 @@
 //! Effects whose parameters the whole recording and both of its halves agree on.
 
 use evpose_core::stats::quantile::median_high;
-use evpose_sensor::RecordingMark;
 
 use super::agreement::{Agreement, effect, exact};
 use super::background::Background;
@@ -10,6 +9,7 @@ use super::findings::SceneFreeEffect;
 use super::pixel_counts::Counts;
 use super::train::Train;
 use super::{interval, line, load};
+use crate::recording_mark::RecordingMark;
 
 /// Minimum contrast of the spectral line of a lamp.
 const MIN_LINE: f64 = 12.0;
@@ -40,15 +40,18 @@ impl Parts {
         let halves = whole.halves();
         let outliers = Counts::from_train(&whole).outliers();
         let counts = halves.each_ref().map(Counts::from_train);
+        // A pixel in front of something bright for a while is hot in one half only.
         let stays_hot = |pixel: &u32| {
             counts.iter().all(|counts| {
                 let (n, mean) = counts.at(*pixel);
                 n >= 3.0 && n >= 2.0 * mean
             })
         };
+        // Silence counts only where the neighbours have events in both halves.
         let was_alive = |pixel: &u32| counts.iter().all(|counts| counts.quartile(*pixel) >= 3.0);
         let hot: Vec<u32> = outliers.hot.into_iter().filter(stays_hot).collect();
         let dead = outliers.dead.into_iter().filter(was_alive).collect();
+        // A few hot pixels would otherwise set the rates of all.
         let background = Background::estimate(&whole.without(&hot));
         let half_backgrounds =
             halves.each_ref().map(|half| Background::estimate(&half.without(&hot)));
@@ -114,6 +117,8 @@ impl Parts {
         if !halves.iter().all(same) {
             return None;
         }
+        // Frequencies are known to a turn in the whole recording: halves of one clock agree
+        // closely.
         let period = Agreement { tolerance: 0.01, resolution: 0.01 };
         let halves = halves.map(|scan| scan.period_us);
         let period = period.parameter("period_us", "us", whole.period_us, halves)?;
@@ -176,6 +181,7 @@ impl Parts {
         let agreement = Agreement { tolerance: 0.5, resolution: 0.0 };
         let share = Agreement { tolerance: 0.5, resolution: 0.2 };
         let mut on_share = share.parameter("on_share", "", whole.1, [early.1, late.1])?;
+        // The tolerance is relative and may lead beyond a whole.
         on_share.hi90 = on_share.hi90.min(1.0);
         let parameters = vec![
             exact("fraction", "", fraction),
@@ -204,6 +210,8 @@ impl Parts {
         if whole.len() < MIN_BACKGROUND {
             return None;
         }
+        // In this order: noise that alternates looks regular as well, and regular events are no
+        // Poisson noise.
         let rates = Agreement { tolerance: 0.3, resolution: 0.01 };
         let (on_hz, off_hz) = whole.rates_hz();
         let half_rates = halves.map(Background::rates_hz);

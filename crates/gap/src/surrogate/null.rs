@@ -1,7 +1,6 @@
 //! Null hypotheses: the structure that surrogates randomise, and the statistics that test it.
 
 use evpose_core::CounterRng;
-use evpose_sensor::RecordingMark;
 use rayon::prelude::*;
 
 use super::background::Background;
@@ -10,6 +9,7 @@ use super::findings::SceneFreeStatistic;
 use super::pixel_counts::Counts;
 use super::train::Train;
 use super::{clock, interval, line, load, multiplicity};
+use crate::recording_mark::RecordingMark;
 
 /// The structure that surrogates randomise.
 #[derive(Debug, Clone, Copy)]
@@ -107,6 +107,7 @@ impl Null {
                 None => of_window(train, window_us),
             },
             Self::Stretch => match (background, rng) {
+                // As many values as `of_background` has: statistics are identified by their place.
                 (None, _) => vec![None; 4],
                 (Some(background), Some(rng)) => of_background(&background.redrawn(rng)),
                 (Some(background), None) => of_background(background),
@@ -130,6 +131,7 @@ fn of_window(train: &Train, window_us: i64) -> Vec<Option<f64>> {
         load::lower_gap(train),
         load::unevenness(train, window_us),
     ];
+    // A lamp at 100 Hz is destroyed only by windows that are longer than its period.
     if window_us >= 20_000 {
         values.push(line::strongest(train).map(|line| line.contrast.ln_1p()));
     }
@@ -150,7 +152,7 @@ fn of_background(background: &Background) -> Vec<Option<f64>> {
 
 fn of_places(train: &Train) -> Vec<Option<f64>> {
     let counts = Counts::from_train(train);
-    vec![Some(counts.hottest()), Some(counts.deadest())]
+    vec![Some(counts.hottest()), Some(counts.max_silence())]
 }
 
 /// Tests every statistic of a recording against its surrogates.

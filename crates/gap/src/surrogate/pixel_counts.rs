@@ -77,7 +77,7 @@ impl Counts {
     }
 
     /// Largest lower quartile of the neighbours over all pixels without events.
-    pub(super) fn deadest(&self) -> f64 {
+    pub(super) fn max_silence(&self) -> f64 {
         let silent = self.counts.iter().zip(&self.quartiles).filter(|(n, _)| **n <= 0.0);
         silent.map(|(_, quartile)| *quartile).fold(0.0, f64::max)
     }
@@ -85,6 +85,7 @@ impl Counts {
     /// Hot and dead pixels at the false discovery rate.
     pub(super) fn outliers(&self) -> Outliers {
         let spread = self.spread();
+        // A logarithm of zero is p = 1: pixels below the minimum ratio are no discoveries.
         let hot = |pixel: usize| {
             let (n, mean) = (self.counts[pixel], self.means[pixel]);
             if n < MIN_RATIO * mean { 0.0 } else { ln_tail(n, mean * (1.0 + 3.0 * spread)) }
@@ -140,6 +141,8 @@ impl Counts {
         let passes = |(rank, (ln_p, _)): (usize, &(f64, u32))| {
             *ln_p <= (FALSE_DISCOVERY_RATE * (rank + 1) as f64 / tests).ln()
         };
+        // Step-up: all pixels up to the last that passes are discoveries, also some that fail
+        // alone.
         let last = ranked.iter().enumerate().rposition(passes);
         let mut pixels: Vec<u32> =
             ranked[..last.map_or(0, |rank| rank + 1)].iter().map(|(_, pixel)| *pixel).collect();

@@ -11,7 +11,10 @@
 //! tests, and if the whole recording and both of its halves agree on its parameters.
 
 use evpose_core::EventStream;
-use evpose_sensor::{RecordingMark, STAGES, Stage, StageSpec, Strength};
+use evpose_sensor::{STAGES, Stage, StageSpec, Strength};
+
+use crate::recording_mark::RecordingMark;
+use crate::search_spec::Searched;
 
 use super::evidence::Parts;
 use super::findings::{SceneFreeFindings, SceneFreeStatistic, Untestable};
@@ -86,7 +89,7 @@ fn is_effect(spec: &'static StageSpec) -> bool {
 
 /// Effects that need a scene, and those that this recording does not exercise, with the reasons.
 fn untestable(parts: &Parts, statistics: &[SceneFreeStatistic]) -> Vec<Untestable> {
-    let needs_scene = |spec: &&'static StageSpec| spec.search.mark.is_none() && is_effect(spec);
+    let needs_scene = |spec: &&'static StageSpec| spec.search().mark.is_none() && is_effect(spec);
     let mut untestable: Vec<Untestable> = STAGES
         .iter()
         .copied()

@@ -91,6 +91,7 @@ impl Grid {
     /// Marks the cells that are busy, or next to a busy one in image or time.
     fn disturbed(&self, counts: &[u32]) -> Vec<bool> {
         let mut sorted = counts.to_vec();
+        // The lower quartile, since in most recordings more than half of the cells see something.
         let (_, quartile, _) = sorted.select_nth_unstable(counts.len() / 4);
         let background = f64::from(*quartile);
         let limit = background + MAX_DEVIATIONS * background.sqrt() + MAX_EXCESS;
@@ -102,6 +103,8 @@ impl Grid {
                 for column in x.saturating_sub(1)..(x + 2).min(self.across) {
                     let at = (row * self.across + column) * self.slices;
                     let slices = slice.saturating_sub(1)..(slice + 2).min(self.slices);
+                    // Neighbours as well: what moves into the next cell has a few events there
+                    // already.
                     disturbed[at + slices.start..at + slices.end].fill(true);
                 }
             }

@@ -1,9 +1,8 @@
 //! Nuisance parameters of a comparison with the camera's own frames, which sample the light
 //! coarsely, through the same lens, with a response curve that may be another than the assumed one.
 
-use evpose_sensor::SceneSource;
-
 use super::Nuisance;
+use crate::search_spec::SceneSource;
 
 /// Nuisance parameters of frames.
 pub static FRAME_NUISANCE: Nuisance = Nuisance {

@@ -1,14 +1,15 @@
 //! The sensor model of a comparison, and its reference: the sensor without noise and delays.
 
-use evpose_core::Micros;
-use evpose_sensor::CommonParameter::{
+use crate::common_parameter::CommonParameter;
+use crate::common_parameter::CommonParameter::{
     DarkOffset, NoiseOff, NoiseOn, ThresholdMismatch, ThresholdOff, ThresholdOn,
 };
-use evpose_sensor::{
-    Catalogue, CommonParameter, Domain, EffectConfig, RecordingMark, SensorConfig, Stage, StageSpec,
-};
+use crate::recording_mark::RecordingMark;
+use evpose_core::Micros;
+use evpose_sensor::{Catalogue, Compares, Domain, EffectConfig, SensorConfig, Stage, StageSpec};
 
 use crate::input::Nominal;
+use crate::search_spec::Searched;
 
 /// Numerical floor of the logarithm, relative to white. A larger one is dark current, an effect of
 /// its own.
@@ -79,8 +80,9 @@ pub fn prepared_in(catalogue: Catalogue, model: &SensorConfig, nominal: Option<&
     // Noise and mismatch of zero are dropped, so that they are candidates of the search.
     for (owner, _) in [NoiseOn.place(), ThresholdMismatch.place()] {
         let is_zero = |effect: &EffectConfig, key| effect.number(key).unwrap_or(0.0) == 0.0;
-        let is_idle =
-            |effect: &EffectConfig| owner.search.common.iter().all(|(_, key)| is_zero(effect, key));
+        let is_idle = |effect: &EffectConfig| {
+            owner.search().common.iter().all(|(_, key)| is_zero(effect, key))
+        };
         config.effects.retain(|effect| effect.name != owner.name || !is_idle(effect));
     }
     let mut reference = SensorConfig { effects: Vec::new() };
@@ -102,7 +104,7 @@ fn replaces(catalogue: Catalogue, model: &SensorConfig, parameter: CommonParamet
             && match owner.domain {
                 Domain::Photoreceptor => match stage {
                     Stage::Photoreceptor(_) => true,
-                    Stage::Detector(detector) => detector.sees_light(),
+                    Stage::Detector(detector) => detector.traits().compares == Compares::Light,
                     _ => false,
                 },
                 _ => matches!(stage, Stage::Detector(_)),

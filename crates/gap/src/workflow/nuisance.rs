@@ -10,12 +10,14 @@
 //! parameters.
 
 use evpose_core::{CounterRng, seed_for};
-use evpose_sensor::{Catalogue, SceneSource, SensorConfig, StageSpec};
+use evpose_sensor::{Catalogue, SensorConfig, StageSpec};
 
 use super::inputs::{Inputs, Prepared};
 use super::nuisance_spread::NuisanceSpread;
 use crate::parameters::ModelParameter;
 use crate::search::Identification;
+use crate::search_spec::SceneSource;
+use crate::search_spec::Searched;
 use crate::verdict::{Answer, FindingKind, Verdict};
 use crate::{GapError, Layout, LightSequence, StatisticBlock, View};
 
@@ -112,7 +114,7 @@ impl Nuisance {
         catalogue: Catalogue,
     ) -> impl Iterator<Item = (&'static str, &'static str)> {
         let source = self.source;
-        let reason = move |spec: &&StageSpec| Some((spec.name, spec.search.hidden_by(source)?));
+        let reason = move |spec: &&StageSpec| Some((spec.name, spec.search().hidden_by(source)?));
         catalogue.stages().iter().filter_map(reason)
     }
 

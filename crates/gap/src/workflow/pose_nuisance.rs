@@ -1,9 +1,8 @@
 //! Nuisance parameters of a comparison by poses alone: light and texture are synthetic, with
 //! another skin, lights, background and arm in every sample.
 
-use evpose_sensor::SceneSource;
-
 use super::Nuisance;
+use crate::search_spec::SceneSource;
 
 /// Nuisance parameters of poses.
 pub static POSE_NUISANCE: Nuisance = Nuisance {

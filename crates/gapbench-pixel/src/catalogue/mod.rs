@@ -63,7 +63,7 @@ pub struct Term {
     pub name: &'static str,
     /// Effect or parameter.
     pub kind: TermKind,
-    /// CameraStage of the camera.
+    /// Stage of the camera that the term belongs to.
     pub stage: CameraStage,
     /// Its values.
     pub parameters: Vec<Parameter>,

@@ -146,7 +146,7 @@ impl EvcReader {
         Ok(())
     }
 
-    /// The file.
+    /// Path of the recording.
     pub fn path(&self) -> &Path {
         &self.path
     }

@@ -5,7 +5,7 @@
 
 use super::lookup3::checksum;
 
-/// Address of what is not there.
+/// The undefined address: nothing is stored.
 pub(super) const UNDEFINED: u64 = u64::MAX;
 
 /// Types of messages.

@@ -62,7 +62,7 @@ impl MetaReader {
         Ok((reader, fault))
     }
 
-    /// The file.
+    /// Path of the file that is read.
     pub fn path(&self) -> &Path {
         &self.path
     }

@@ -34,7 +34,7 @@ pub struct Format {
 /// A file of labels.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Labels {
-    /// The file.
+    /// Path of the label file.
     pub path: PathBuf,
     /// Count of records.
     pub records: u64,

@@ -12,7 +12,7 @@ use crate::{Columns, IoError, OpenOptions};
 /// A description of a recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Info {
-    /// The file.
+    /// Path of the recording.
     pub path: PathBuf,
     /// Name of its format.
     pub format: &'static str,

@@ -14,7 +14,7 @@
 //! and a client that reads nothing for three seconds is disconnected. Without clients, events cost
 //! nothing.
 //!
-//! Requests from pages of other sites are refused: the `PoseOrigin` header must equal the `Host`
+//! Requests from pages of other sites are refused: the `Origin` header must equal the `Host`
 //! header. A server on a loopback address answers only to loopback names, as a defence against DNS
 //! rebinding.
 

@@ -1,4 +1,4 @@
-//! Checks of the `Host` and `PoseOrigin` headers.
+//! Checks of the `Host` and `Origin` headers.
 
 use std::net::IpAddr;
 

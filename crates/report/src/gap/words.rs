@@ -139,11 +139,11 @@ pub fn summary(name: &str) -> Option<&'static str> {
     stage.or_else(|| {
         let parameter = ModelParameter::ALL.iter().find(|parameter| parameter.name() == name)?;
         Some(match parameter {
-            ModelParameter::ThresholdOn => "how much brighter it must get for an ON event",
-            ModelParameter::ThresholdOff => "how much darker it must get for an OFF event",
-            ModelParameter::NoiseOn => "ON events of each pixel that nothing causes",
-            ModelParameter::NoiseOff => "OFF events of each pixel that nothing causes",
-            ModelParameter::ClockOffset => "what the clock of the recording is late",
+            ModelParameter::ThresholdOn => "rise of log light for an ON event",
+            ModelParameter::ThresholdOff => "fall of log light for an OFF event",
+            ModelParameter::NoiseOn => "background rate of ON events of each pixel",
+            ModelParameter::NoiseOff => "background rate of OFF events of each pixel",
+            ModelParameter::ClockOffset => "delay of the clock of the recording",
         })
     })
 }

@@ -1,4 +1,4 @@
-//! A few pixels speak all the time.
+//! A few pixels have events all the time.
 //!
 //! # Model
 //! Each pixel is hot with probability `fraction`, for good, and then has events at Poisson times
@@ -13,11 +13,10 @@ use evpose_core::{Polarity, SensorSize, StageNoise};
 
 use super::exponential;
 use crate::detector::{NoiseEvent, PixelTerm, PixelTraits, TermTable};
-use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
-use crate::{Citation, Domain, Origin, ParamSpec, Prior, RecordingMark, Scale, StageSpec};
+use crate::{Citation, Domain, Origin, ParamSpec, Prior, Scale, StageSpec};
 
 const FRACTION: ParamSpec = ParamSpec {
     name: "fraction",
@@ -59,11 +58,10 @@ const ON_SHARE: ParamSpec = ParamSpec {
     doc: "part of their events that are ON",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "hot_pixels",
     domain: Domain::Background,
-    summary: "a few pixels speak all the time",
+    summary: "a few pixels have events all the time",
     formula: "Poisson(median_hz 10^(spread_decades N(x, y)) dt) where U(x, y) < fraction",
     params: &[FRACTION, MEDIAN, SPREAD, ON_SHARE],
     choices: &[],
@@ -79,7 +77,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Rising(&["fraction"]),
         beside: &[],
     },
-    search: SearchSpec { mark: Some(RecordingMark::HotPixels), ..SearchSpec::PLAIN },
     build: |settings| {
         Ok(Stage::Term(Box::new(HotPixels {
             fraction: settings.number(&FRACTION) as f32,
@@ -121,7 +118,7 @@ impl PixelTerm for HotPixels {
         TermTable { sums: pairs.collect(), values: Vec::new() }
     }
 
-    fn strike(
+    fn noise_events(
         &self,
         _part: usize,
         tick: &Tick,
@@ -132,6 +129,8 @@ impl PixelTerm for HotPixels {
     ) {
         let (pairs, _) = table.sums.as_chunks::<2>();
         for &[pixel, rate_hz] in pairs {
+            // Without memory from tick to tick: gaps are exponential, so that starting anew changes
+            // nothing.
             let mut t_s = tick.start_s;
             for draw in 0..POLARITIES {
                 t_s += exponential(noise, pixel as usize, draw) / rate_hz;

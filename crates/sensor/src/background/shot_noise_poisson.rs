@@ -19,7 +19,6 @@ use evpose_cpu::prefetch;
 
 use super::{exponential, uniform};
 use crate::detector::{NoiseEvent, PixelTerm, PixelTraits, TermTable};
-use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
@@ -61,7 +60,6 @@ const THRESHOLD: ChoiceSpec = ChoiceSpec {
     doc: "whether pixels of low threshold are noisier",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "shot_noise_poisson",
     domain: Domain::Background,
@@ -82,7 +80,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Rising(&["rate_hz"]),
         beside: &[],
     },
-    search: SearchSpec::PLAIN,
     build: |settings| {
         Ok(Stage::Term(Box::new(ShotNoisePoisson {
             rate_hz: settings.number(&RATE),
@@ -146,6 +143,7 @@ impl PixelTerm for ShotNoisePoisson {
             traits.iter().map(|t| f64::from(threshold(t))).sum::<f64>() / traits.len() as f64
         };
         let (mean_on, mean_off) = (mean(|t| t.threshold_on), mean(|t| t.threshold_off));
+        // A dead pixel has no length, so that no draw lands on it.
         let lengths = traits.iter().enumerate().map(|(pixel, own)| {
             if own.is_dead {
                 return [0.0, 0.0];
@@ -159,6 +157,7 @@ impl PixelTerm for ShotNoisePoisson {
         });
         let lengths: Vec<[f64; 2]> = lengths.collect();
         let (mut start, mut table) = (0.0, TermTable::default());
+        // Sums start again in each group: single precision is enough for the ends within one.
         for group in lengths.chunks(GROUP) {
             table.sums.push(start);
             let mut end = 0.0;
@@ -174,11 +173,11 @@ impl PixelTerm for ShotNoisePoisson {
     }
 
     /// Layers that begin below the rate.
-    fn strike_parts(&self) -> usize {
+    fn noise_parts(&self) -> usize {
         (0..).take_while(|&index| Layer::new(index).low_hz < self.rate_hz).count()
     }
 
-    fn strike(
+    fn noise_events(
         &self,
         part: usize,
         tick: &Tick,
@@ -187,7 +186,7 @@ impl PixelTerm for ShotNoisePoisson {
         noise: StageNoise,
         noise_events: &mut Vec<NoiseEvent>,
     ) {
-        self.strike_layer(tick, size, table, noise, Layer::new(part), noise_events);
+        self.layer_events(tick, size, table, noise, Layer::new(part), noise_events);
     }
 
     fn acceptance(&self, light: f32) -> f32 {
@@ -197,7 +196,7 @@ impl PixelTerm for ShotNoisePoisson {
 
 impl ShotNoisePoisson {
     /// The events of a layer of rates that are below the own.
-    fn strike_layer(
+    fn layer_events(
         &self,
         tick: &Tick,
         size: SensorSize,
@@ -221,7 +220,8 @@ impl ShotNoisePoisson {
             if kept < 1.0 && uniform(noise, sequence + HEIGHTS, draw) > kept {
                 continue;
             }
-            // Groups lie apart in memory; those of later draws arrive while earlier ones are seen to.
+            // Groups lie apart in memory; those of later draws arrive while earlier ones are seen
+            // to.
             let first = group * GROUP;
             for pixel in [first, first + GROUP - 1] {
                 prefetch(ends, pixel);
@@ -263,6 +263,7 @@ fn group_at(starts: &[f64], position: f64, from: usize, groups_per_length: f64) 
     if starts[groups] <= position {
         return None;
     }
+    // The mean count is a good guess: both loops below are short.
     let way = ((position - starts[from]) * groups_per_length) as usize;
     let mut group = from.saturating_add(way).min(groups - 1);
     while starts[group] > position {

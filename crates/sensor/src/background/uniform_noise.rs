@@ -18,14 +18,10 @@
 use evpose_core::{Polarity, SensorSize, StageNoise};
 
 use super::{BackgroundStage, exponential, uniform};
-use crate::search_spec::{SearchSpec, StageRole};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
-use crate::{
-    ChoiceSpec, Citation, CommonParameter, Domain, Origin, ParamSpec, Prior, RecordingMark,
-    Request, Scale, StageSpec,
-};
+use crate::{ChoiceSpec, Citation, Domain, Origin, ParamSpec, Prior, Request, Scale, StageSpec};
 
 const ON: ParamSpec = ParamSpec {
     name: "on_hz",
@@ -46,7 +42,6 @@ const SIGNAL: ChoiceSpec = ChoiceSpec {
     doc: "whether noise joins the signal of its pixel or takes its place in that step",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "uniform_noise",
     domain: Domain::Background,
@@ -65,14 +60,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::RestIntervals,
         strength: Strength::Rising(&["on_hz", "off_hz"]),
         beside: &[],
-    },
-    search: SearchSpec {
-        role: StageRole::EveryModel,
-        common: &[(CommonParameter::NoiseOn, "on_hz"), (CommonParameter::NoiseOff, "off_hz")],
-        mark: Some(RecordingMark::RandomRest),
-        resembles: &["shot_noise_poisson"],
-        dither: &[("on_hz", 0.05), ("off_hz", 0.05)],
-        ..SearchSpec::PLAIN
     },
     build: |settings| {
         Ok(Stage::Background(Box::new(UniformNoise {
@@ -131,6 +118,7 @@ fn add(
     let sequence = if polarity.is_on() { ON_GAPS } else { OFF_GAPS };
     let mut position = 0.0;
     for draw in 0.. {
+        // The whole part of the position is the pixel, its fraction the time within the step.
         position += exponential(noise, sequence, draw) / mean;
         if position >= size.pixels() as f64 {
             return;
@@ -151,6 +139,7 @@ impl UniformNoise {
         noise: StageNoise,
     ) {
         let rate_hz = self.on_hz + self.off_hz;
+        // floor(E / -ln(1 - p)) of an exponential E is geometric with probability p.
         let mean = -(-(rate_hz * tick.dt_s()).min(1.0)).ln_1p();
         let mut noise_events = Vec::new();
         let mut next = 0.0;
@@ -165,6 +154,7 @@ impl UniformNoise {
             noise_events.push(Request { t_s: tick.end_s, pixel: next as u32, polarity, origin });
             next += 1.0;
         }
+        // Noise events are in order of pixels, as they were drawn.
         requests.retain(|r| {
             noise_events.binary_search_by_key(&r.pixel, |noise_event| noise_event.pixel).is_err()
         });

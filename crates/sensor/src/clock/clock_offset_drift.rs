@@ -9,11 +9,10 @@
 use evpose_core::StageNoise;
 
 use super::ClockStage;
-use crate::search_spec::{SearchSpec, StageRole};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
-use crate::{Citation, CommonParameter, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
+use crate::{Citation, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
 
 const OFFSET: ParamSpec = ParamSpec {
     name: "offset_us",
@@ -35,7 +34,6 @@ const DRIFT: ParamSpec = ParamSpec {
     doc: "how much too fast the clock runs, in millionths",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "clock_offset_drift",
     domain: Domain::Clock,
@@ -55,14 +53,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::StampError,
         strength: Strength::Rising(&["drift_ppm"]),
         beside: &[],
-    },
-    search: SearchSpec {
-        role: StageRole::EveryModel,
-        common: &[(CommonParameter::ClockOffset, "offset_us")],
-        own: Some("drift_ppm"),
-        // Frames that are played at another rate than the stated one run away by percents.
-        reach: &[("drift_ppm", (-5e4, 5e4))],
-        ..SearchSpec::PLAIN
     },
     build: |settings| {
         Ok(Stage::Clock(Box::new(ClockOffsetDrift {

@@ -10,7 +10,6 @@
 use evpose_core::StageNoise;
 
 use super::ClockStage;
-use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
@@ -26,7 +25,6 @@ const PULL: ParamSpec = ParamSpec {
     doc: "how far events move to the exposure: 1 puts all of them there",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "frame_grid",
     domain: Domain::Clock,
@@ -47,7 +45,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Rising(&["pull"]),
         beside: &[],
     },
-    search: SearchSpec::PLAIN,
     build: |settings| Ok(Stage::Clock(Box::new(FrameGrid { pull: settings.number(&PULL) }))),
 };
 

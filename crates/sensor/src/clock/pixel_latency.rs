@@ -10,11 +10,10 @@
 use evpose_core::StageNoise;
 
 use super::ClockStage;
-use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
-use crate::{Citation, CommonParameter, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
+use crate::{Citation, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
 
 const DELAY: ParamSpec = ParamSpec {
     name: "delay_us",
@@ -26,7 +25,6 @@ const DELAY: ParamSpec = ParamSpec {
     doc: "time from an event to its stamp",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "pixel_latency",
     domain: Domain::Clock,
@@ -46,7 +44,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Rising(&["delay_us"]),
         beside: &[],
     },
-    search: SearchSpec { same_as: Some(CommonParameter::ClockOffset), ..SearchSpec::PLAIN },
     build: |settings| {
         let delay_s = settings.number(&DELAY) * 1e-6;
         Ok(Stage::Clock(Box::new(PixelLatency { delay_s })))

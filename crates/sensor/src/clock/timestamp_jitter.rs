@@ -11,7 +11,6 @@
 use evpose_core::StageNoise;
 
 use super::ClockStage;
-use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
@@ -43,7 +42,6 @@ const SIDE: ChoiceSpec = ChoiceSpec {
     doc: "whether stamps scatter to both sides, or are late only",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "timestamp_jitter",
     domain: Domain::Clock,
@@ -62,13 +60,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::StampError,
         strength: Strength::Rising(&["sigma_us"]),
         beside: &[],
-    },
-    search: SearchSpec {
-        choices: &[("side", &["either", "late"])],
-        usual: &[("side", "either")],
-        reach: &[("sigma_us", (0.1, 1e4))],
-        dither: &[("sigma_us", 100.0)],
-        ..SearchSpec::PLAIN
     },
     build: |settings| {
         Ok(Stage::Clock(Box::new(TimestampJitter {

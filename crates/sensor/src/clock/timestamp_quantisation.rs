@@ -9,13 +9,10 @@
 use evpose_core::StageNoise;
 
 use super::{ClockStage, GRACE_US, next_count_us};
-use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
-use crate::{
-    ChoiceSpec, Citation, Domain, ParamSpec, Prior, RecordingMark, Request, Scale, StageSpec,
-};
+use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
 
 const PERIOD: ParamSpec = ParamSpec {
     name: "period_us",
@@ -34,7 +31,6 @@ const ROUNDING: ChoiceSpec = ChoiceSpec {
     doc: "whether events wait for the next count or carry the one that has begun",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "timestamp_quantisation",
     domain: Domain::Clock,
@@ -53,12 +49,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::StampError,
         strength: Strength::Rising(&["period_us"]),
         beside: &[],
-    },
-    search: SearchSpec {
-        choices: &[("rounding", &["up", "down"])],
-        mark: Some(RecordingMark::TimeGrid),
-        resembles: &["frame_grid"],
-        ..SearchSpec::PLAIN
     },
     build: |settings| {
         Ok(Stage::Clock(Box::new(TimestampQuantisation {

@@ -1,16 +1,16 @@
 //! All pixels of a run: their patterns, their memories, and the levels at which they wake.
 //!
 //! A step has two halves. The [scan](super::scan) goes through blocks while their voltages are in
-//! the cache and compares every pixel with the two levels at which it has something to say; that
+//! the cache and compares every pixel with the two levels at which it may have an event; that
 //! is all that most pixels cost. The [resolution](super::resolve) takes the few that woke, and
-//! those that noise strikes, from event to event.
+//! those with noise events, from event to event.
 //!
 //! # Model
 //! A steady leak moves the level of a pixel by `leak_per_s (t - anchor)`: nothing is written while
 //! nothing happens, and no charge is lost to rounding. The anchor moves on every second.
 //!
-//! If a detector [rounds as published](super::ChangeDetector::rounds_as_published), the leak and
-//! the seepage of a step are subtracted from all reference levels at its start, and the anchor is
+//! If a detector [rounds as published](crate::Traits::rounds_as_published), the leak and
+//! what else leaks in a step are subtracted from all reference levels at its start, and the anchor is
 //! at its end.
 
 use std::sync::atomic::AtomicUsize;
@@ -52,19 +52,19 @@ pub(crate) struct PixelArray {
     pub(super) photo_leak_per_s: Vec<f32>,
     /// Other leakage since the anchor time, and in the last step; empty if there is none.
     pub(super) leaked: Vec<f32>,
-    pub(super) seeped: Vec<f32>,
+    pub(super) leaked_in_step: Vec<f32>,
     pub(super) anchor_s: f64,
     /// Per term: the key of its noise, and its table.
     pub(super) terms: Vec<TermMemory>,
-    /// Hits of this exposure, in order of pixels.
+    /// Noise events of this exposure, in order of pixels.
     pub(super) noise_events: Vec<NoiseEvent>,
     /// Results of this step's scan, of every band.
     pub(super) scanned: Vec<Scanned>,
     has_dead: bool,
     /// How far thresholds of one exposure deviate at most, if they are redrawn.
     pub(super) deviation: f32,
-    /// Cleared by tests that look at the long way.
-    pub(crate) may_go_straight: bool,
+    /// Cleared by tests that compare the short paths with the general one.
+    pub(crate) may_take_short_paths: bool,
 }
 
 #[derive(Debug)]
@@ -90,19 +90,20 @@ impl PixelArray {
             leak_per_s: Vec::new(),
             photo_leak_per_s: Vec::new(),
             leaked: Vec::new(),
-            seeped: Vec::new(),
+            leaked_in_step: Vec::new(),
             anchor_s: 0.0,
             terms: terms.collect(),
             noise_events: Vec::new(),
             scanned: Vec::new(),
             has_dead: false,
-            deviation: chain.redraws.map_or(0.0, |(_, most)| most),
-            may_go_straight: true,
+            deviation: chain.redraws.map_or(0.0, |(_, limit)| limit),
+            may_take_short_paths: true,
         };
         array.make_pattern(chain);
+        // In this order: renewal reads patterns and event counts.
         array.cells = array.traits.iter().map(Cell::new).collect();
         array.renew_all(chain);
-        if chain.has_refractory_states() {
+        if chain.plan.has_refractory_states {
             array.refractory_states = vec![RefractoryState::NONE; pixels];
         }
         array
@@ -116,7 +117,7 @@ impl PixelArray {
         let pixels = self.size.pixels();
         let mut whole = self.whole();
         for pixel in 0..pixels {
-            whole.arm(pixel, now_s, chain.steps_while_refractory);
+            whole.arm(pixel, now_s, chain.plan.steps_while_refractory);
         }
     }
 
@@ -132,6 +133,7 @@ impl PixelArray {
             }
         }
         self.has_dead = self.traits.iter().any(|traits| traits.is_dead);
+        // Tables come last: they depend on the thresholds and dead pixels of all patterns.
         for (link, memory) in chain.terms.iter().zip(&mut self.terms) {
             let noise = StageNoise::at_tick(memory.noise_key, PATTERN_TICK);
             memory.table = link.stage.table(&self.traits, noise);
@@ -142,6 +144,7 @@ impl PixelArray {
     /// derived from them.
     fn renew_all(&mut self, chain: &Chain) {
         let leaks = self.traits.iter().any(|t| t.leak_hz > 0.0);
+        // Taken out, since `renewed` borrows the array.
         let mut leak_per_s = std::mem::take(&mut self.leak_per_s);
         leak_per_s.clear();
         let pixels = self.size.pixels();
@@ -159,11 +162,11 @@ impl PixelArray {
             let rates = self.traits.iter().map(|t| t.photo_leak_hz * t.threshold_on);
             self.photo_leak_per_s.extend(rates);
         }
-        let seeps =
-            !self.photo_leak_per_s.is_empty() || chain.terms.iter().any(|link| link.stage.seeps());
-        let seeping = if seeps { pixels } else { 0 };
-        self.leaked.resize(seeping, 0.0);
-        self.seeped.resize(seeping, 0.0);
+        let leaks_unevenly = !self.photo_leak_per_s.is_empty()
+            || chain.terms.iter().any(|link| link.traits.adds_leak);
+        let uneven = if leaks_unevenly { pixels } else { 0 };
+        self.leaked.resize(uneven, 0.0);
+        self.leaked_in_step.resize(uneven, 0.0);
     }
 
     /// Takes what has leaked so far into the memories, if it is time.
@@ -181,6 +184,7 @@ impl PixelArray {
         }
         for (pixel, cell) in self.cells.iter_mut().enumerate() {
             let steady = self.leak_per_s.get(pixel).map_or(0.0, |&leak| f64::from(leak));
+            // In double precision: roundings would add up from anchor to anchor.
             let mut shift = steady * age_s;
             if let Some(leaked) = self.leaked.get_mut(pixel) {
                 shift += f64::from(*leaked);
@@ -194,8 +198,13 @@ impl PixelArray {
         self.anchor_s = now_s;
     }
 
-    /// Draws the spontaneous events of the pixels in this exposure.
-    pub(crate) fn strike(&mut self, chain: &Chain, tick: &Tick, thread_pool: &ThreadPool) {
+    /// Draws the noise events of the pixels in this exposure.
+    pub(crate) fn draw_noise_events(
+        &mut self,
+        chain: &Chain,
+        tick: &Tick,
+        thread_pool: &ThreadPool,
+    ) {
         self.noise_events.clear();
         if tick.dt_s() <= 0.0 {
             return;
@@ -203,35 +212,35 @@ impl PixelArray {
         let terms = chain.terms.iter().zip(&self.terms).enumerate();
         let parts: Vec<_> = terms
             .flat_map(|(index, term)| {
-                let parts = 0..term.0.stage.strike_parts();
+                let parts = 0..term.0.stage.noise_parts();
                 parts.map(move |part| (index as u8, part, term))
             })
             .collect();
         let size = self.size;
-        let strike = |k: usize, out: &mut Vec<NoiseEvent>| {
+        let draw = |k: usize, out: &mut Vec<NoiseEvent>| {
             let (term, part, (link, memory)) = parts[k];
             let first = out.len();
             let noise = StageNoise::at_tick(memory.noise_key, tick.index);
-            link.stage.strike(part, tick, size, &memory.table, noise, out);
+            link.stage.noise_events(part, tick, size, &memory.table, noise, out);
             out[first..].iter_mut().for_each(|noise_event| noise_event.term = term);
         };
         if thread_pool.threads() == 1 || parts.len() < 2 {
-            (0..parts.len()).for_each(|k| strike(k, &mut self.noise_events));
+            (0..parts.len()).for_each(|k| draw(k, &mut self.noise_events));
         } else {
             let left = AtomicUsize::new(parts.len());
-            let struck: Vec<Mutex<Vec<NoiseEvent>>> =
+            let drawn: Vec<Mutex<Vec<NoiseEvent>>> =
                 parts.iter().map(|_| Mutex::default()).collect();
             thread_pool.run(&|_| {
                 let next = || left.fetch_update(Relaxed, Relaxed, |left| left.checked_sub(1)).ok();
                 while let Some(left) = next() {
                     // No other thread has this part.
                     let k = left - 1;
-                    strike(k, &mut struck[k].lock().unwrap_or_else(PoisonError::into_inner));
+                    draw(k, &mut drawn[k].lock().unwrap_or_else(PoisonError::into_inner));
                 }
             });
-            for struck in struck {
-                let struck = struck.into_inner().unwrap_or_else(PoisonError::into_inner);
-                self.noise_events.extend_from_slice(&struck);
+            for drawn in drawn {
+                let drawn = drawn.into_inner().unwrap_or_else(PoisonError::into_inner);
+                self.noise_events.extend_from_slice(&drawn);
             }
         }
         // Hits come in long runs in order, of which a stable sort makes use.

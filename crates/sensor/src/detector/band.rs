@@ -1,7 +1,7 @@
 //! A band of pixels: consecutive ones, which one thread takes through a step.
 //!
 //! Pixels of the whole sensor are one band, or several where [no pixel sees
-//! another](crate::chain::Chain::may_go_in_bands). A pixel has the index that it has in the whole sensor,
+//! another](crate::plan::Division::Bands). A pixel has the index that it has in the whole sensor,
 //! which also keys its draws: events do not depend on how the sensor is divided.
 
 use std::ops::{Index, IndexMut, Range};
@@ -120,13 +120,13 @@ pub(crate) struct Band<'a> {
     pub(super) leak_per_s: Span<'a, f32>,
     pub(super) photo_leak_per_s: &'a [f32],
     pub(super) leaked: Span<'a, f32>,
-    pub(super) seeped: Span<'a, f32>,
+    pub(super) leaked_in_step: Span<'a, f32>,
     pub(super) anchor_s: f64,
     pub(super) terms: &'a [TermMemory],
     pub(super) noise_events: &'a [NoiseEvent],
     pub(super) scanned: &'a mut Scanned,
     pub(super) deviation: f32,
-    pub(super) may_go_straight: bool,
+    pub(super) may_take_short_paths: bool,
 }
 
 impl PixelArray {
@@ -145,9 +145,10 @@ impl PixelArray {
         let (cells, refractory_states) = (&mut &mut *self.cells, &mut &mut *self.refractory_states);
         let (wake_on, wake_off) = (&mut &mut *self.wake_on, &mut &mut *self.wake_off);
         let leak_per_s = &mut &mut *self.leak_per_s;
-        let (leaked, seeped) = (&mut &mut *self.leaked, &mut &mut *self.seeped);
+        let (leaked, leaked_in_step) = (&mut &mut *self.leaked, &mut &mut *self.leaked_in_step);
         let noise_events = &mut &*self.noise_events;
         let bands = ranges.iter().zip(&mut self.scanned).map(|(pixels, scanned)| {
+            // Noise events are in order of pixels, so that a band has a slice of them.
             let until = |event: &NoiseEvent| (event.pixel as usize) < pixels.end;
             let own = noise_events.partition_point(until);
             let (own, behind) = noise_events.split_at(own);
@@ -161,13 +162,13 @@ impl PixelArray {
                 leak_per_s: Span::split_off(leak_per_s, pixels),
                 photo_leak_per_s: &self.photo_leak_per_s,
                 leaked: Span::split_off(leaked, pixels),
-                seeped: Span::split_off(seeped, pixels),
+                leaked_in_step: Span::split_off(leaked_in_step, pixels),
                 anchor_s: self.anchor_s,
                 terms: &self.terms,
                 noise_events: own,
                 scanned,
                 deviation: self.deviation,
-                may_go_straight: self.may_go_straight,
+                may_take_short_paths: self.may_take_short_paths,
             }
         });
         bands.collect()
@@ -192,10 +193,12 @@ impl Band<'_> {
         pixel: usize,
         last: Option<Polarity>,
     ) -> PixelTraits {
+        // From the pattern, not from what held before: deviations must not add up from event to
+        // event.
         let mut traits = self.traits[pixel];
         let count = self.cells[pixel].count;
         for (link, memory) in chain.terms.iter().zip(self.terms) {
-            if link.stage.renews() {
+            if link.traits.renews {
                 let noise = StageNoise::at_tick(memory.noise_key, RENEWAL_TICK);
                 link.stage.renew(pixel, count, last, &mut traits, noise);
             }
@@ -253,7 +256,7 @@ impl Band<'_> {
             pixel: pixel as u32,
             count: cell.count,
             per_s,
-            is_single: step.chain.is_single,
+            is_single: step.chain.plan.is_single,
         }
     }
 

@@ -19,10 +19,9 @@
 use evpose_core::{Polarity, StageNoise};
 
 use super::{Change, ChangeDetector, PixelStep};
-use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use crate::{Citation, Compares, Domain, ParamSpec, Prior, Scale, StageSpec, Traits};
 
 const K: ParamSpec = ParamSpec {
     name: "k1",
@@ -69,7 +68,6 @@ const K6: ParamSpec = ParamSpec {
     ..K
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "brownian_passage",
     domain: Domain::Detector,
@@ -90,7 +88,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Rising(&["k3", "k6"]),
         beside: &[],
     },
-    search: SearchSpec::PLAIN,
     build: |settings| {
         let k = [&K, &K2, &K3, &K4, &K5, &K6].map(|param| settings.number(param));
         Ok(Stage::Detector(Box::new(BrownianPassage { k })))
@@ -111,8 +108,8 @@ impl ChangeDetector for BrownianPassage {
         [1.0, 1.0]
     }
 
-    fn sees_light(&self) -> bool {
-        true
+    fn traits(&self) -> Traits {
+        Traits { compares: Compares::Light, ..Traits::default() }
     }
 
     fn next(&self, pixel: &PixelStep, from_s: f64, noise: StageNoise) -> Option<Change> {
@@ -125,8 +122,10 @@ impl ChangeDetector for BrownianPassage {
         let light = 0.5 * (pixel.from + pixel.to);
         let drift = k1 * (pixel.to - pixel.from) / step_us / (light + k2) + k4 + k5 * light;
         let spread = k3 * light.sqrt() / (light + k2) + k6;
+        // A fixed number of draws per event, so that one event does not shift those of the next.
         let mut draws =
             Draws { noise, pixel: pixel.pixel as usize, next: pixel.count.wrapping_mul(DRAWS) };
+        // On a threshold the exit probability is 0/0.
         let residual = pixel.memory.clamp(-0.999_999, 0.999_999);
         let (up, down) = (1.0 - residual, 1.0 + residual);
         let is_on = draws.uniform() <= probability_up(drift, spread, up, down);
@@ -137,6 +136,7 @@ impl ChangeDetector for BrownianPassage {
             let t_s = from_s + hit_us * 1e-6;
             return Some(Change { t_s, polarity, count: 1, memory: 0.0 });
         }
+        // The published simulator moves in a straight line towards the side drawn.
         let moved = way * left_us / hit_us;
         let memory = residual + if is_on { moved } else { -moved };
         Some(Change { t_s: pixel.end_s, polarity, count: 0, memory })
@@ -161,6 +161,7 @@ fn probability_up(drift: f64, spread: f64, up: f64, down: f64) -> f64 {
 fn passage_time(way: f64, drift: f64, spread: f64, draws: &mut Draws) -> f64 {
     let shape = (way / spread).powi(2);
     if drift == 0.0 {
+        // Without drift the inverse Gaussian becomes the Levy distribution.
         let normal = draws.normal();
         return 2.0 * shape / (normal * normal).max(f64::MIN_POSITIVE);
     }
@@ -168,6 +169,7 @@ fn passage_time(way: f64, drift: f64, spread: f64, draws: &mut Draws) -> f64 {
     let normal = if drift > 0.0 {
         draws.normal()
     } else {
+        // Against the drift the root below is real only beyond this value.
         draws.normal_beyond((-4.0 * way * drift).sqrt() / spread)
     };
     let y = normal * normal;
@@ -199,6 +201,7 @@ impl Draws {
     /// where the tail is no tail.
     fn normal_beyond(&mut self, limit: f64) -> f64 {
         for _ in 0..DRAWS / 4 {
+            // Marsaglia's method accepts less often than plain rejection there.
             if limit < 0.5 {
                 let normal = self.normal();
                 if normal.abs() >= limit {

@@ -1,4 +1,4 @@
-//! Some pixels never speak.
+//! Some pixels have no events.
 //!
 //! # Model
 //! Each pixel is dead with probability `fraction`, for good: it has no events, nor noise.
@@ -9,10 +9,9 @@
 use evpose_core::StageNoise;
 
 use super::{PixelTerm, PixelTraits};
-use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{Citation, Domain, ParamSpec, Prior, RecordingMark, Scale, StageSpec};
+use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec, Traits};
 
 const FRACTION: ParamSpec = ParamSpec {
     name: "fraction",
@@ -24,11 +23,10 @@ const FRACTION: ParamSpec = ParamSpec {
     doc: "part of the pixels that are dead",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "dead_pixels",
     domain: Domain::Detector,
-    summary: "some pixels never speak",
+    summary: "some pixels have no events",
     formula: "no events where U(x, y) < fraction",
     params: &[FRACTION],
     choices: &[],
@@ -42,11 +40,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::RampMap,
         strength: Strength::Rising(&["fraction"]),
         beside: &[],
-    },
-    search: SearchSpec {
-        mark: Some(RecordingMark::SilentPixels),
-        reach: &[("fraction", (1e-6, 0.3))],
-        ..SearchSpec::PLAIN
     },
     build: |settings| {
         let fraction = settings.number(&FRACTION) as f32;
@@ -65,8 +58,8 @@ impl PixelTerm for DeadPixels {
         self.fraction <= 0.0
     }
 
-    fn is_pattern(&self) -> bool {
-        true
+    fn traits(&self) -> Traits {
+        Traits { is_static: true, ..Traits::default() }
     }
 
     fn pattern(&self, pixel: usize, traits: &mut PixelTraits, noise: StageNoise) {

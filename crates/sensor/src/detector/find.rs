@@ -59,6 +59,7 @@ impl Find<'_> {
         for (group, (((v, on), off), leak)) in v.iter().zip(on).zip(off).zip(leak).enumerate() {
             let masks = beyond::<L, LEAKS>(l, age_s, [v, on, off, leak]);
             let [a, b, c, d] = masks;
+            // One branch per 32 pixels, which is nearly always taken the same way.
             if l.to_bitmask(l.or(l.or(a, b), l.or(c, d))) != 0 {
                 self.wake(l, masks, self.first + group * GROUP);
             }

@@ -14,8 +14,8 @@ use super::{PixelTerm, PixelTraits};
 use crate::map::{MapFault, PixelMap};
 use crate::stage::Stage;
 use crate::{
-    Citation, Domain, FileSpec, Probe, SearchSpec, SensorError, Settings, Signature, StageSpec,
-    Strength,
+    Citation, Domain, FileSpec, Probe, SensorError, Settings, Signature, StageSpec, Strength,
+    Traits,
 };
 
 const THRESHOLD_ON: FileSpec = FileSpec {
@@ -36,7 +36,6 @@ const LEAK: FileSpec = FileSpec {
     doc: "ON events of every pixel at rest per second, not negative, likewise",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "fixed_pattern",
     domain: Domain::Detector,
@@ -57,7 +56,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::FromFiles,
         beside: &[],
     },
-    search: SearchSpec::PLAIN,
     build: |settings| Ok(Stage::Term(Box::new(FixedPattern::read(settings)?))),
 };
 
@@ -96,8 +94,8 @@ impl PixelTerm for FixedPattern {
         self.size.is_none()
     }
 
-    fn made_for(&self) -> Option<SensorSize> {
-        self.size
+    fn traits(&self) -> Traits {
+        Traits { made_for: self.size, ..Traits::default() }
     }
 
     fn pattern(&self, pixel: usize, traits: &mut PixelTraits, _noise: StageNoise) {

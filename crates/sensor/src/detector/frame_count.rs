@@ -22,10 +22,9 @@
 use evpose_core::{Polarity, StageNoise};
 
 use super::{Change, ChangeDetector, PixelStep, THRESHOLD_OFF, THRESHOLD_ON};
-use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{ChoiceSpec, Citation, Domain, StageSpec};
+use crate::{ChoiceSpec, Citation, Compares, Domain, StageSpec, Traits};
 
 const ROUNDING: ChoiceSpec = ChoiceSpec {
     name: "rounding",
@@ -33,7 +32,6 @@ const ROUNDING: ChoiceSpec = ChoiceSpec {
     doc: "whether refractory periods and leaks are exact, or rounded to single precision as published",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "frame_count",
     domain: Domain::Detector,
@@ -53,7 +51,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Rising(&["threshold_on", "threshold_off"]),
         beside: &[],
     },
-    search: SearchSpec::PLAIN,
     build: |settings| {
         Ok(Stage::Detector(Box::new(FrameCount {
             thresholds: [&THRESHOLD_ON, &THRESHOLD_OFF].map(|p| settings.number(p) as f32),
@@ -74,16 +71,13 @@ impl ChangeDetector for FrameCount {
         self.thresholds
     }
 
-    fn compares_frames(&self) -> bool {
-        true
-    }
-
-    fn spreads(&self) -> bool {
-        true
-    }
-
-    fn rounds_as_published(&self) -> bool {
-        self.rounds_as_published
+    fn traits(&self) -> Traits {
+        Traits {
+            compares: Compares::Frames,
+            spreads: true,
+            rounds_as_published: self.rounds_as_published,
+            ..Traits::default()
+        }
     }
 
     fn next(&self, pixel: &PixelStep, _from_s: f64, _noise: StageNoise) -> Option<Change> {

@@ -12,10 +12,9 @@
 use evpose_core::{Polarity, StageNoise};
 
 use super::{Change, ChangeDetector, PixelStep, THRESHOLD_OFF, THRESHOLD_ON};
-use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{ChoiceSpec, Citation, Domain, StageSpec};
+use crate::{ChoiceSpec, Citation, Compares, Domain, StageSpec, Traits};
 
 const START: ChoiceSpec = ChoiceSpec {
     name: "start",
@@ -23,7 +22,6 @@ const START: ChoiceSpec = ChoiceSpec {
     doc: "whether the memory starts at the first frame or in the dark, with a burst of events",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "frame_difference",
     domain: Domain::Detector,
@@ -43,7 +41,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Rising(&["threshold_on", "threshold_off"]),
         beside: &[],
     },
-    search: SearchSpec::PLAIN,
     build: |settings| {
         Ok(Stage::Detector(Box::new(FrameDifference {
             thresholds: [&THRESHOLD_ON, &THRESHOLD_OFF].map(|p| settings.number(p) as f32),
@@ -64,17 +61,18 @@ impl ChangeDetector for FrameDifference {
         self.thresholds
     }
 
-    fn compares_frames(&self) -> bool {
-        true
-    }
-
-    fn starts_cold(&self) -> bool {
-        self.starts_cold
+    fn traits(&self) -> Traits {
+        Traits {
+            compares: Compares::Frames,
+            is_static: true,
+            starts_cold: self.starts_cold,
+            ..Traits::default()
+        }
     }
 
     /// Memories that start cold are whole thresholds above darkness, and so is what a hand leaves
     /// behind in front of a black background: exactly one threshold away, and silent.
-    fn speaks_from(&self, memory: f32, [on, off]: [f32; 2]) -> Option<[f32; 2]> {
+    fn event_limits(&self, memory: f32, [on, off]: [f32; 2]) -> Option<[f32; 2]> {
         Some([first_above(memory, on), -first_above(-memory, off)])
     }
 
@@ -137,11 +135,11 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_pixel_speaks_from_where_it_is_said_to(
+        fn a_pixel_event_limits_where_it_is_said_to(
             memory in -6.0..6.0f32, on in 0.01..2.0f32, off in 0.01..2.0f32, steps in -3..4i32,
         ) {
             let detector = FrameDifference { thresholds: [on, off], starts_cold: false };
-            let [up, down] = detector.speaks_from(memory, [on, off]).unwrap();
+            let [up, down] = detector.event_limits(memory, [on, off]).unwrap();
             for (from, is_up) in [(up, true), (down, false)] {
                 // The next representable values above or below.
                 let further = |v: f32| if steps > 0 { v.next_up() } else { v.next_down() };
@@ -159,9 +157,9 @@ mod tests {
                     per_s: 1.0,
                     is_single: false,
                 };
-                let speaks = if is_up { voltage >= up } else { voltage <= down };
+                let has_event = if is_up { voltage >= up } else { voltage <= down };
                 let change = detector.next(&step, 0.0, StageNoise::new(0, SPEC.name, 1));
-                prop_assert_eq!(change.is_some(), speaks);
+                prop_assert_eq!(change.is_some(), has_event);
             }
         }
     }

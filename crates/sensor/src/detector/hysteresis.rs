@@ -11,10 +11,9 @@
 use evpose_core::{Polarity, StageNoise};
 
 use super::{PixelTerm, PixelTraits};
-use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec, Traits};
 
 const FRACTION: ParamSpec = ParamSpec {
     name: "fraction",
@@ -26,7 +25,6 @@ const FRACTION: ParamSpec = ParamSpec {
     doc: "how much larger the threshold of the other sign is, as a part of it",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "hysteresis",
     domain: Domain::Detector,
@@ -47,7 +45,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Rising(&["fraction"]),
         beside: &[],
     },
-    search: SearchSpec::PLAIN,
     build: |settings| {
         let factor = 1.0 + settings.number(&FRACTION) as f32;
         Ok(Stage::Term(Box::new(Hysteresis { factor })))
@@ -65,8 +62,8 @@ impl PixelTerm for Hysteresis {
         self.factor <= 1.0
     }
 
-    fn renews(&self) -> bool {
-        true
+    fn traits(&self) -> Traits {
+        Traits { renews: true, ..Traits::default() }
     }
 
     fn renew(

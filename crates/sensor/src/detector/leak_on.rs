@@ -16,11 +16,10 @@ use evpose_core::{Polarity, StageNoise};
 
 use super::{PixelTerm, PixelTraits};
 use crate::gaussian::{PIECE, fill_normal};
-use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
-use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, RecordingMark, Scale, StageSpec};
+use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec, Traits};
 use evpose_cpu::vectorize;
 
 const RATE: ParamSpec = ParamSpec {
@@ -69,7 +68,6 @@ const PHASE: ChoiceSpec = ChoiceSpec {
     doc: "whether pixels start somewhere in their intervals or all at the beginning",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "leak_on",
     domain: Domain::Detector,
@@ -89,13 +87,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::RestIntervals,
         strength: Strength::Rising(&["rate_hz"]),
         beside: &[],
-    },
-    search: SearchSpec {
-        choices: &[("phase", &["random", "aligned"])],
-        is_slow: true,
-        mark: Some(RecordingMark::RegularOn),
-        resembles: &["parasitic_photo_leak"],
-        ..SearchSpec::PLAIN
     },
     build: |settings| {
         Ok(Stage::Term(Box::new(LeakOn {
@@ -136,8 +127,9 @@ impl PixelTerm for LeakOn {
         if self.is_random { 1.0 - noise.uniform(pixel, 2) } else { 0.0 }
     }
 
-    fn renews(&self) -> bool {
-        self.jitter > 0.0
+    fn traits(&self) -> Traits {
+        let (renews, adds_leak) = (self.jitter > 0.0, self.frame_jitter > 0.0);
+        Traits { renews, adds_leak, ..Traits::default() }
     }
 
     fn renew(
@@ -152,11 +144,7 @@ impl PixelTerm for LeakOn {
         traits.leak_hz /= interval.max(SHORTEST);
     }
 
-    fn seeps(&self) -> bool {
-        self.frame_jitter > 0.0
-    }
-
-    fn seep(
+    fn add_leak(
         &self,
         tick: &Tick,
         pixels: &Range<usize>,

@@ -11,12 +11,10 @@
 use evpose_core::{Polarity, StageNoise};
 
 use super::{Change, ChangeDetector, PixelStep, THRESHOLD_OFF, THRESHOLD_ON};
-use crate::search_spec::{SearchSpec, StageRole};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{Citation, CommonParameter, Domain, StageSpec};
+use crate::{Citation, Compares, Domain, StageSpec, Traits};
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "level_crossing",
     domain: Domain::Detector,
@@ -35,14 +33,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::Trace,
         strength: Strength::Rising(&["threshold_on", "threshold_off"]),
         beside: &[],
-    },
-    search: SearchSpec {
-        role: StageRole::EveryModel,
-        common: &[
-            (CommonParameter::ThresholdOn, "threshold_on"),
-            (CommonParameter::ThresholdOff, "threshold_off"),
-        ],
-        ..SearchSpec::PLAIN
     },
     build: |settings| {
         Ok(Stage::Detector(Box::new(LevelCrossing {
@@ -67,12 +57,8 @@ impl ChangeDetector for LevelCrossing {
         self.thresholds
     }
 
-    fn crosses_levels(&self) -> bool {
-        true
-    }
-
-    fn waits_for_readout(&self) -> bool {
-        true
+    fn traits(&self) -> Traits {
+        Traits { compares: Compares::Levels, is_static: true, ..Traits::default() }
     }
 
     fn next(&self, pixel: &PixelStep, from_s: f64, _noise: StageNoise) -> Option<Change> {

@@ -3,13 +3,13 @@
 //! A sensor has one change detector, which knows a single pixel between two exposures, and any
 //! number of [pixel terms](PixelTerm), which say how pixels differ, what they do by themselves and
 //! what an event leaves behind. The [array](mod@array) keeps the pixels, finds those that may have
-//! something to say, and asks only them.
+//! an event, and asks only them.
 
 use std::fmt::Debug;
 
 use evpose_core::{Polarity, StageNoise};
 
-use crate::{ParamSpec, Prior, Scale};
+use crate::{ParamSpec, Prior, Scale, Traits};
 
 pub(crate) mod array;
 pub(crate) mod band;
@@ -47,52 +47,16 @@ pub trait ChangeDetector: Send + Sync + Debug {
     /// The nominal thresholds in units of ln: ON, OFF.
     fn thresholds(&self) -> [f32; 2];
 
-    /// Whether the memory starts at the voltage of darkness rather than at the first exposure.
-    fn starts_cold(&self) -> bool {
-        false
+    /// Properties from which the chain chooses the path of a step.
+    fn traits(&self) -> Traits {
+        Traits::default()
     }
 
-    /// Whether it compares light, in code values of 0 to 255, rather than log voltage, and decides
-    /// at random: every pixel is then asked at every step.
-    fn sees_light(&self) -> bool {
-        false
-    }
-
-    /// Whether it compares frames: it is asked once a step, and answers for the end of it.
-    fn compares_frames(&self) -> bool {
-        false
-    }
-
-    /// Whether a pixel has events exactly where it is a threshold away from its memory, so that
-    /// the array need not ask where it stays within.
-    fn crosses_levels(&self) -> bool {
-        false
-    }
-
-    /// Whether a pixel that waits for a slow readout is blind until it is served. Otherwise the
-    /// readout only delays events.
-    fn waits_for_readout(&self) -> bool {
-        false
-    }
-
-    /// Whether the events of one answer are spread over the step, at as many even times as the
-    /// busiest pixel has events.
-    fn spreads(&self) -> bool {
-        false
-    }
-
-    /// Whether it rounds as the published emulator does: refractory periods between those even
-    /// times are measured in seconds of single precision, and where nothing acts on the voltage
-    /// behind the photoreceptor, [memories and leaks](PixelStep::is_single) are kept in it as well.
-    fn rounds_as_published(&self) -> bool {
-        false
-    }
-
-    /// For one that compares frames: the voltages from which a pixel has something to say, up and
-    /// down, if that is known to the last bit. [`next`](Self::next) has an answer there and beyond,
-    /// and nowhere else. The array otherwise asks a little early, and in every step again where a
-    /// voltage stays just within its threshold.
-    fn speaks_from(&self, _memory: f32, _thresholds: [f32; 2]) -> Option<[f32; 2]> {
+    /// For one that compares frames: the voltages from which a pixel has events, up and down, if they
+    /// are known to the last bit. [`next`](Self::next) has an answer there and beyond, and nowhere else. The
+    /// array otherwise asks a little early, and in every step again where a voltage stays just
+    /// within its threshold.
+    fn event_limits(&self, _memory: f32, _thresholds: [f32; 2]) -> Option<[f32; 2]> {
         None
     }
 

@@ -10,7 +10,6 @@
 use evpose_core::StageNoise;
 
 use super::{PixelTerm, PixelTraits};
-use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
@@ -31,7 +30,6 @@ const PHASE: ChoiceSpec = ChoiceSpec {
     doc: "whether pixels start somewhere in their intervals or all at the beginning",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "parasitic_photo_leak",
     domain: Domain::Detector,
@@ -50,12 +48,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::RateByLight,
         strength: Strength::Rising(&["hz_per_white"]),
         beside: &[],
-    },
-    search: SearchSpec {
-        choices: &[("phase", &["random", "aligned"])],
-        // Programs leak at some hertz in light that is a fraction of white.
-        reach: &[("hz_per_white", (1e-3, 16.0))],
-        ..SearchSpec::PLAIN
     },
     build: |settings| {
         let hz_per_white = settings.number(&RATE) as f32;

@@ -20,7 +20,7 @@ pub struct PixelTraits {
     pub leak_hz: f32,
     /// The same per light of white.
     pub photo_leak_hz: f32,
-    /// Whether the pixel never speaks.
+    /// Whether the pixel has no events.
     pub is_dead: bool,
 }
 
@@ -36,7 +36,7 @@ impl PixelTraits {
     }
 }
 
-/// State of a pixel between exposures. Only pixels with something to say are touched, one here and
+/// State of a pixel between exposures. Only pixels that may have an event are touched, one here and
 /// one there: what they need lies together.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Cell {

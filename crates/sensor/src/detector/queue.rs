@@ -39,7 +39,7 @@ struct Due {
 enum Entry {
     /// A pixel reaches a threshold, unless it has had another event since it had `count`.
     Change { pending: PendingEvent, count: u32 },
-    /// A pixel is struck by noise.
+    /// A noise event of a pixel.
     NoiseEvent(NoiseEvent),
     /// A request that no pixel knows of.
     Background(Request),
@@ -90,6 +90,8 @@ impl Band<'_> {
         let awake = std::mem::take(&mut self.scanned.awake);
         let accepted = std::mem::take(&mut self.scanned.accepted);
         let mut queued = Queued { band: self, queue };
+        // The row selection is queued behind the pixels, so that requests of its time are read by
+        // it.
         queued.begin(step, &awake, &accepted);
         queued.expect_selection(step, service);
         for request in background {
@@ -103,9 +105,9 @@ impl Band<'_> {
                 queued.take(step, due.pixel as usize, entry, service, out);
             }
         }
-        let struck = accepted.iter().map(|noise_event| noise_event.pixel);
-        for pixel in awake.iter().copied().chain(struck) {
-            self.arm(pixel as usize, step.tick.end_s, step.chain.steps_while_refractory);
+        let noisy = accepted.iter().map(|noise_event| noise_event.pixel);
+        for pixel in awake.iter().copied().chain(noisy) {
+            self.arm(pixel as usize, step.tick.end_s, step.chain.plan.steps_while_refractory);
         }
         self.scanned.awake = awake;
         self.scanned.accepted = accepted;
@@ -117,6 +119,8 @@ impl Queued<'_, '_> {
     fn begin(&mut self, step: Step<'_>, awake: &[u32], accepted: &[NoiseEvent]) {
         self.queue.due.clear();
         self.queue.entries.clear();
+        // First what was left by the last step: those pixels wait and must not be asked for a
+        // change.
         for served in std::mem::take(&mut self.queue.waiting) {
             self.serve_or_wait(step, served);
         }
@@ -285,7 +289,7 @@ impl Queued<'_, '_> {
     }
 
     fn expect_change(&mut self, step: Step<'_>, pixel_state: &mut PixelState, now_s: f64) {
-        if let Some(from_s) = pixel_state.listens_from(step, now_s)
+        if let Some(from_s) = pixel_state.ready_from(step, now_s)
             && let Some(pending) = pixel_state.next_pending(step, from_s, &mut &[][..])
         {
             let (pixel, count) = (pixel_state.pixel_step.pixel, pixel_state.pixel_step.count);

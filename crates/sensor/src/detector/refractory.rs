@@ -12,10 +12,9 @@
 //! (v2e) for `defer`, which with frames means until the next one.
 
 use super::{PixelTerm, Recovery};
-use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, RecordingMark, Scale, StageSpec};
+use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec, Traits};
 
 const PERIOD: ParamSpec = ParamSpec {
     name: "period_us",
@@ -33,7 +32,6 @@ const MODE: ChoiceSpec = ChoiceSpec {
     doc: "whether the memory follows the voltage, waits, or goes on without saying so",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "refractory",
     domain: Domain::Detector,
@@ -53,11 +51,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::BusyIntervals,
         strength: Strength::Rising(&["period_us"]),
         beside: &[],
-    },
-    search: SearchSpec {
-        choices: &[("mode", &["hold", "defer", "drop"])],
-        mark: Some(RecordingMark::DeadTime),
-        ..SearchSpec::PLAIN
     },
     build: |settings| {
         Ok(Stage::Term(Box::new(Refractory {
@@ -81,12 +74,9 @@ impl PixelTerm for Refractory {
         self.period_s <= 0.0
     }
 
-    fn recovery(&self) -> Recovery {
+    fn traits(&self) -> Traits {
         let follows_s = if self.holds { self.period_s } else { 0.0 };
-        Recovery { refractory_s: self.period_s, follows_s, ..Recovery::NONE }
-    }
-
-    fn steps_while_refractory(&self) -> bool {
-        self.drops
+        let recovery = Recovery { refractory_s: self.period_s, follows_s, ..Recovery::default() };
+        Traits { recovery, steps_while_refractory: self.drops, ..Traits::default() }
     }
 }

@@ -12,10 +12,9 @@
 //! to the voltage of the frame.
 
 use super::{PixelTerm, Recovery};
-use crate::search_spec::{SceneSource, SearchSpec};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec, Traits};
 
 const DELAY: ParamSpec = ParamSpec {
     name: "delay_us",
@@ -47,7 +46,6 @@ const TO_EXPOSURE: ParamSpec = ParamSpec {
     doc: "fraction of the time to the next exposure for which the switch stays closed",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "reset_overshoot",
     domain: Domain::Detector,
@@ -67,13 +65,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::Trace,
         strength: Strength::RisingAlone(&["fraction"]),
         beside: &[],
-    },
-    search: SearchSpec {
-        hidden_by: &[
-            (SceneSource::Frames, "events lost on an edge and blur of the frames are one thing"),
-            (SceneSource::Poses, "events lost on an edge and lower contrast are one thing"),
-        ],
-        ..SearchSpec::PLAIN
     },
     build: |settings| {
         Ok(Stage::Term(Box::new(ResetOvershoot {
@@ -97,13 +88,13 @@ impl PixelTerm for ResetOvershoot {
         self.delay_s <= 0.0 && self.fraction == 0.0 && self.to_exposure <= 0.0
     }
 
-    fn recovery(&self) -> Recovery {
-        let Self { delay_s, fraction, to_exposure } = *self;
-        Recovery {
-            refractory_s: delay_s,
-            follows_s: delay_s,
-            to_exposure,
-            short_fraction: fraction,
-        }
+    fn traits(&self) -> Traits {
+        let recovery = Recovery {
+            refractory_s: self.delay_s,
+            follows_s: self.delay_s,
+            to_exposure: self.to_exposure,
+            short_fraction: self.fraction,
+        };
+        Traits { recovery, ..Traits::default() }
     }
 }

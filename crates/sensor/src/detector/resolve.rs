@@ -11,6 +11,7 @@ use super::spread::Spread;
 use super::term::{NoiseEvent, Recovery};
 use super::threshold_mismatch::MIN_THRESHOLD;
 use crate::chain::Chain;
+use crate::plan::PixelPath;
 use crate::tick::Tick;
 use crate::{Origin, Request};
 
@@ -77,14 +78,16 @@ impl Band<'_> {
         let all_awake = std::mem::take(&mut self.scanned.awake);
         let all_accepted = std::mem::take(&mut self.scanned.accepted);
         let (awake, accepted) = (&all_awake[first..], &all_accepted[first_accepted..]);
-        let detector = &*step.chain.detector.stage;
-        let spread = if detector.spreads() { self.largest_count(step, awake) } else { 0 };
-        let is_burst = step.chain.goes_in_bursts() && self.may_go_straight;
-        let is_straight = step.chain.goes_straight() && self.may_go_straight;
-        let may_pass =
-            step.chain.redraws.is_some() && self.leak_per_s.is_empty() && self.seeped.is_empty();
-        if is_straight {
-            self.resolve_together(step, awake, accepted, out);
+        let path = step.chain.plan.path;
+        let spreads = path == PixelPath::SpreadFrames;
+        let spread = if spreads { self.largest_count(step, awake) } else { 0 };
+        let is_burst = path == PixelPath::Bursts && self.may_take_short_paths;
+        // With leaks a voltage is not what the band holds, and comparing it costs what it saves.
+        let may_skip = step.chain.redraws.is_some()
+            && self.leak_per_s.is_empty()
+            && self.leaked_in_step.is_empty();
+        if path == PixelPath::Crossings && self.may_take_short_paths {
+            self.resolve_in_batches(step, awake, accepted, out);
         } else {
             for_each_run(awake, accepted, |run| match run {
                 Run::Quiet(pixels) if is_burst => {
@@ -92,14 +95,14 @@ impl Band<'_> {
                 }
                 Run::Quiet(pixels) => {
                     for &pixel in pixels {
-                        if !(may_pass && self.passes_over(step, pixel as usize)) {
-                            self.resolve_long(step, pixel, &[], spread, out);
+                        if !(may_skip && self.has_no_crossing(step, pixel as usize)) {
+                            self.resolve_any(step, pixel, &[], spread, out);
                         }
                     }
                 }
-                Run::Struck(pixel, _) if is_burst => self.resolve_burst(step, pixel as usize, out),
-                Run::Struck(pixel, noise_events) => {
-                    self.resolve_long(step, pixel, noise_events, spread, out);
+                Run::Noisy(pixel, _) if is_burst => self.resolve_burst(step, pixel as usize, out),
+                Run::Noisy(pixel, noise_events) => {
+                    self.resolve_any(step, pixel, noise_events, spread, out);
                 }
             });
         }
@@ -110,7 +113,7 @@ impl Band<'_> {
 
     /// The way through a step that is open to every pixel of every chain.
     #[inline(never)]
-    pub(super) fn resolve_long(
+    pub(super) fn resolve_any(
         &mut self,
         step: Step<'_>,
         pixel: u32,
@@ -119,17 +122,18 @@ impl Band<'_> {
         out: &mut Vec<Request>,
     ) {
         let mut pixel_state = self.take_out(step, pixel as usize);
-        if step.chain.detector.stage.compares_frames() {
-            self.resolve_frame(step, &mut pixel_state, noise_events, spread, out);
-        } else {
-            self.resolve_exactly(step, &mut pixel_state, noise_events, out);
+        match step.chain.plan.path {
+            PixelPath::Bursts | PixelPath::Frames | PixelPath::SpreadFrames => {
+                self.resolve_frame(step, &mut pixel_state, noise_events, spread, out);
+            }
+            _ => self.resolve_exactly(step, &mut pixel_state, noise_events, out),
         }
         self.put_back(step, &pixel_state);
     }
 
     /// Whether no threshold that may be drawn puts a level into the way of a pixel's voltage.
     #[inline(always)]
-    fn passes_over(&self, step: Step<'_>, pixel: usize) -> bool {
+    fn has_no_crossing(&self, step: Step<'_>, pixel: usize) -> bool {
         let cell = &self.cells[pixel];
         let (from, to) = (step.before.at(pixel) - cell.memory, step.after.at(pixel) - cell.memory);
         let (from, to, threshold) = if to > from {
@@ -146,7 +150,8 @@ impl Band<'_> {
     /// A pixel as it is at the start of the step, or after what it has gone through in it.
     #[inline(always)]
     pub(super) fn take_out(&self, step: Step<'_>, pixel: usize) -> PixelState {
-        let seeped = self.seeped.get(pixel).map_or(0.0, |&seeped| f64::from(seeped));
+        let leaked_in_step =
+            self.leaked_in_step.get(pixel).map_or(0.0, |&leaked_in_step| f64::from(leaked_in_step));
         let steady = self.leak_per_s.get(pixel).map_or(0.0, |&leak| f64::from(leak));
         let mut pixel_step = self.step_of(step, pixel);
         if let Some((term, _)) = step.chain.redraws {
@@ -158,12 +163,12 @@ impl Band<'_> {
         }
         if pixel_step.is_single {
             // It is off the memory from the start of the step.
-            pixel_step.from -= seeped;
+            pixel_step.from -= leaked_in_step;
         }
         PixelState {
             pixel_step,
             refractory: self.refractory_states.get(pixel).copied().unwrap_or(RefractoryState::NONE),
-            leak: steady * (step.tick.end_s - step.tick.start_s) + seeped,
+            leak: steady * (step.tick.end_s - step.tick.start_s) + leaked_in_step,
         }
     }
 
@@ -176,7 +181,7 @@ impl Band<'_> {
         if let Some(refractory) = self.refractory_states.get_mut(pixel) {
             *refractory = pixel_state.refractory;
         }
-        self.arm(pixel, step.tick.end_s, step.chain.steps_while_refractory);
+        self.arm(pixel, step.tick.end_s, step.chain.plan.steps_while_refractory);
     }
 
     /// Exact times, to the end of the step.
@@ -189,11 +194,13 @@ impl Band<'_> {
         out: &mut Vec<Request>,
     ) {
         let mut now_s = step.tick.start_s;
-        while let Some(from_s) = pixel_state.listens_from(step, now_s) {
+        // An event changes memory, thresholds and recovery: the next one is sought only behind it.
+        while let Some(from_s) = pixel_state.ready_from(step, now_s) {
             let Some(pending) = pixel_state.next_pending(step, from_s, &mut noise_events) else {
                 break;
             };
-            if step.chain.steps_while_refractory && pending.t_s < pixel_state.refractory.free_s {
+            if step.chain.plan.steps_while_refractory && pending.t_s < pixel_state.refractory.free_s
+            {
                 pixel_state.pixel_step.memory = pending.memory;
             } else {
                 out.push(pending.request(pixel_state.pixel_step.pixel));
@@ -212,15 +219,16 @@ impl Band<'_> {
         pending: &PendingEvent,
     ) {
         let PendingEvent { t_s, polarity, memory, .. } = *pending;
+        // The count numbers the draws of the pixel and may wrap.
         pixel_state.pixel_step.count = pixel_state.pixel_step.count.wrapping_add(1);
-        let recovery = &step.chain.recovery;
+        let recovery = &step.chain.plan.recovery;
         let threshold = match polarity {
             Polarity::On => pixel_state.pixel_step.threshold_on,
             Polarity::Off => -pixel_state.pixel_step.threshold_off,
         };
         pixel_state.pixel_step.memory = memory - recovery.short_fraction * threshold;
         pixel_state.refractory = RefractoryState::after(t_s, step.tick.end_s, recovery);
-        if step.chain.has_renewals {
+        if step.chain.plan.renews {
             self.renew(step, pixel_state, t_s, polarity);
         }
     }
@@ -229,11 +237,14 @@ impl Band<'_> {
     /// level.
     fn renew(&mut self, step: Step<'_>, pixel_state: &mut PixelState, t_s: f64, last: Polarity) {
         let pixel = pixel_state.pixel_step.pixel as usize;
+        // `renewed` and `take_out` read the cell, which is behind the copied state during a step.
         self.cells[pixel].count = pixel_state.pixel_step.count;
         let traits = self.renewed(step.chain, pixel, Some(last));
         self.cells[pixel].take(&traits);
         let mut memory = pixel_state.pixel_step.memory;
         if let Some(leak) = self.leak_per_s.get_mut(pixel) {
+            // The leak acts since the anchor: without this, the new rate would apply to the past as
+            // well.
             memory += f64::from(traits.leak_per_s() - *leak) * (t_s - self.anchor_s);
             *leak = traits.leak_per_s();
         }
@@ -265,12 +276,12 @@ impl Band<'_> {
     ) {
         let Step { chain, tick, .. } = step;
         let (pixel, end_s) = (pixel_state.pixel_step.pixel, tick.end_s);
-        let Recovery { refractory_s, follows_s, to_exposure, .. } = chain.recovery;
-        let rounds = chain.detector.stage.rounds_as_published();
+        let Recovery { refractory_s, follows_s, to_exposure, .. } = chain.plan.recovery;
+        let rounds = chain.detector.traits.rounds_as_published;
         let times = Spread::new(tick, spread, refractory_s, rounds);
         let is_published = spread > 0 && follows_s <= 0.0 && to_exposure <= 0.0;
-        let is_passed = is_published && times.passes_over();
-        let is_blind = !is_published && pixel_state.listens_from(step, tick.start_s).is_none();
+        let is_passed = is_published && times.ignores_refractory();
+        let is_blind = !is_published && pixel_state.ready_from(step, tick.start_s).is_none();
         let change = chain.detector.stage.next(&pixel_state.pixel_step, tick.start_s, step.noise);
         let refractory = pixel_state.refractory;
         if let Some(change) = change.filter(|_| !is_blind) {
@@ -286,7 +297,7 @@ impl Band<'_> {
                     _ => !is_passed && times.is_refractory(k, pixel_state.refractory),
                 };
                 if is_refractory {
-                    kept += u32::from(chain.steps_while_refractory);
+                    kept += u32::from(chain.plan.steps_while_refractory);
                     continue;
                 }
                 kept += 1;
@@ -327,10 +338,12 @@ impl Band<'_> {
 }
 
 impl PixelState {
-    /// The time from which a pixel listens, unless it is refractory to the end of the step.
+    /// The time from which a pixel detects changes, unless it is refractory to the end of the step.
     #[inline(always)]
-    pub(super) fn listens_from(&mut self, step: Step<'_>, now_s: f64) -> Option<f64> {
+    pub(super) fn ready_from(&mut self, step: Step<'_>, now_s: f64) -> Option<f64> {
         let RefractoryState { free_s, follows_until_s } = self.refractory;
+        // The reference level follows first: its end sets the memory that the refractory pixel
+        // compares.
         let mut from_s = now_s.max(follows_until_s);
         if from_s > step.tick.end_s {
             return None;
@@ -339,7 +352,7 @@ impl PixelState {
             self.pixel_step.memory = self.pixel_step.at(follows_until_s);
             self.refractory.follows_until_s = f64::NEG_INFINITY;
         }
-        if !step.chain.steps_while_refractory {
+        if !step.chain.plan.steps_while_refractory {
             from_s = from_s.max(free_s);
         }
         (from_s <= step.tick.end_s).then_some(from_s)
@@ -353,14 +366,13 @@ impl PixelState {
         from_s: f64,
         noise_events: &mut &[NoiseEvent],
     ) -> Option<PendingEvent> {
-        let change = if step.chain.crosses_levels && step.chain.redraws.is_some() {
-            next_level_through(&self.pixel_step, from_s)
-        } else if step.chain.crosses_levels {
-            next_level(&self.pixel_step, from_s)
-        } else {
-            step.chain.detector.stage.next(&self.pixel_step, from_s, step.noise)
+        let change = match step.chain.plan.path {
+            PixelPath::RedrawnLevels => next_level_through(&self.pixel_step, from_s),
+            PixelPath::Crossings | PixelPath::Levels => next_level(&self.pixel_step, from_s),
+            _ => step.chain.detector.stage.next(&self.pixel_step, from_s, step.noise),
         };
         if !noise_events.is_empty() {
+            // Noise events in the refractory period are lost, not deferred.
             let free_s = self.refractory.free_s.max(from_s);
             *noise_events = &noise_events
                 [noise_events.iter().take_while(|noise_event| noise_event.t_s < free_s).count()..];
@@ -378,6 +390,7 @@ impl PixelState {
             }
         }
         let Change { t_s, polarity, count, memory } = change?;
+        // A detector with a random walk moves its residual to the end of the step.
         if count == 0 {
             self.pixel_step.memory = memory;
             return None;
@@ -405,34 +418,35 @@ impl PendingEvent {
 /// Pixels to be taken through a step.
 #[derive(Debug, Clone, Copy)]
 enum Run<'a> {
-    /// Awake, and not struck by noise.
+    /// Awake, without noise events.
     Quiet(&'a [u32]),
-    /// Struck by noise, awake or not.
-    Struck(u32, &'a [NoiseEvent]),
+    /// With noise events, awake or not.
+    Noisy(u32, &'a [NoiseEvent]),
 }
 
-/// Calls `each` for all pixels that are awake or struck by noise, in order.
+/// Calls `each` for all pixels that are awake or have noise events, in order.
 fn for_each_run<'a>(
     mut awake: &'a [u32],
     noise_events: &'a [NoiseEvent],
     mut each: impl FnMut(Run<'a>),
 ) {
-    for struck in noise_events.chunk_by(|a, b| a.pixel == b.pixel) {
-        let pixel = struck[0].pixel;
+    for own in noise_events.chunk_by(|a, b| a.pixel == b.pixel) {
+        let pixel = own[0].pixel;
         let quiet = awake.iter().take_while(|awake| **awake < pixel).count();
         each(Run::Quiet(&awake[..quiet]));
         awake = &awake[quiet..];
+        // A pixel that is both awake and noisy is visited once, with its noise.
         if let [first, rest @ ..] = awake
             && *first == pixel
         {
             awake = rest;
         }
-        each(Run::Struck(pixel, struck));
+        each(Run::Noisy(pixel, own));
     }
     each(Run::Quiet(awake));
 }
 
-/// Calls `each(pixel, noise events)` for every pixel that is awake or struck by noise, in order.
+/// Calls `each(pixel, noise events)` for every pixel that is awake or has noise events, in order.
 pub(super) fn for_each_pixel<'a>(
     awake: &'a [u32],
     noise_events: &'a [NoiseEvent],
@@ -440,6 +454,6 @@ pub(super) fn for_each_pixel<'a>(
 ) {
     for_each_run(awake, noise_events, |run| match run {
         Run::Quiet(pixels) => pixels.iter().for_each(|&pixel| each(pixel as usize, &[])),
-        Run::Struck(pixel, noise_events) => each(pixel as usize, noise_events),
+        Run::Noisy(pixel, noise_events) => each(pixel as usize, noise_events),
     });
 }

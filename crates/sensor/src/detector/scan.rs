@@ -1,4 +1,4 @@
-//! The first half of a step: which pixels may have something to say.
+//! The first half of a step: which pixels may have an event.
 
 use std::ops::Range;
 
@@ -9,6 +9,7 @@ use super::array::PATTERN_TICK;
 use super::band::{Band, Scanned};
 use super::find::Find;
 use super::resolve::Voltages;
+use crate::Compares;
 use crate::chain::Chain;
 use crate::tick::Tick;
 use evpose_cpu::{dispatch, vectorize};
@@ -21,7 +22,7 @@ impl PixelArray {
     pub(crate) fn begin_scan(&mut self, chain: &Chain, tick: &Tick) {
         if tick.index == 0 {
             self.anchor_s = tick.start_s;
-        } else if chain.is_single {
+        } else if chain.plan.is_single {
             self.anchor_s = tick.end_s;
         }
         self.scanned.iter_mut().for_each(Scanned::clear);
@@ -40,8 +41,8 @@ impl Band<'_> {
         before: Voltages<'_>,
         voltage: &mut [f32],
     ) {
-        let detector = &*chain.detector.stage;
-        if detector.sees_light() {
+        let sees_light = chain.detector.traits.compares == Compares::Light;
+        if sees_light {
             for (v, i) in voltage.iter_mut().zip(light) {
                 *v = WHITE_CODE * i;
             }
@@ -49,13 +50,14 @@ impl Band<'_> {
         if tick.index == 0 {
             self.settle(chain, tick, pixels.start, voltage);
         }
+        // Leaks come before the comparison, and behind the first memory, which has no leak yet.
         if !self.leaked.is_empty() {
-            self.seep(chain, tick, pixels, light, voltage);
+            self.add_uneven_leak(chain, tick, pixels, light, voltage);
         }
-        if chain.is_single {
+        if chain.plan.is_single {
             self.drain(chain, tick, pixels);
         }
-        if detector.sees_light() {
+        if sees_light {
             self.scanned.awake.extend(pixels.start as u32..pixels.end as u32);
         } else {
             self.find_awake(tick, pixels, before, voltage);
@@ -65,14 +67,14 @@ impl Band<'_> {
 
     /// Memories at the first exposure, from the voltages of some pixels.
     fn settle(&mut self, chain: &Chain, tick: &Tick, first: usize, voltage: &[f32]) {
-        let cold = chain.detector.stage.starts_cold().then(|| chain.dark_v());
-        let rests = chain.detector.stage.sees_light();
+        let cold = chain.detector.traits.starts_cold.then(|| chain.dark_v());
+        let sees_light = chain.detector.traits.compares == Compares::Light;
         for (offset, &v) in voltage.iter().enumerate() {
             let pixel = first + offset;
-            let phase: f32 = if rests { 0.0 } else { self.first_phase(chain, pixel) };
-            let start = if rests { 0.0 } else { cold.unwrap_or(v) };
+            let phase: f32 = if sees_light { 0.0 } else { self.first_phase(chain, pixel) };
+            let start = if sees_light { 0.0 } else { cold.unwrap_or(v) };
             self.cells[pixel].memory = start - phase * self.traits[pixel].threshold_on;
-            self.arm(pixel, tick.start_s, chain.steps_while_refractory);
+            self.arm(pixel, tick.start_s, chain.plan.steps_while_refractory);
         }
     }
 
@@ -85,7 +87,7 @@ impl Band<'_> {
         phases.sum::<f32>().fract()
     }
 
-    fn seep(
+    fn add_uneven_leak(
         &mut self,
         chain: &Chain,
         tick: &Tick,
@@ -93,35 +95,41 @@ impl Band<'_> {
         light: &[f32],
         voltage: &mut [f32],
     ) {
-        let seeped = self.seeped.of_mut(pixels);
+        let leaked_in_step = self.leaked_in_step.of_mut(pixels);
         let dt_s = tick.dt_s() as f32;
         match self.photo_leak_per_s.get(pixels.clone()) {
             Some(rates) => vectorize(
                 #[inline(always)]
                 || {
-                    for ((seeped, rate), i) in seeped.iter_mut().zip(rates).zip(light) {
-                        *seeped = rate * i * dt_s;
+                    for ((leaked_in_step, rate), i) in
+                        leaked_in_step.iter_mut().zip(rates).zip(light)
+                    {
+                        *leaked_in_step = rate * i * dt_s;
                     }
                 },
             ),
-            None => seeped.fill(0.0),
+            None => leaked_in_step.fill(0.0),
         }
+        // On top of the photo leak, in the order of the terms.
         let steady = self.leak_per_s.of(pixels).unwrap_or_default();
         for (link, memory) in chain.terms.iter().zip(self.terms) {
-            if link.stage.seeps() {
+            if link.traits.adds_leak {
                 let noise = StageNoise::at_tick(memory.noise_key, tick.index);
-                link.stage.seep(tick, pixels, steady, seeped, noise);
+                link.stage.add_leak(tick, pixels, steady, leaked_in_step, noise);
             }
         }
-        if chain.is_single {
+        // Rounded as published, leaks are subtracted from memories instead.
+        if chain.plan.is_single {
             return;
         }
         let leaked = self.leaked.of_mut(pixels);
         vectorize(
             #[inline(always)]
             || {
-                for ((v, leaked), seeped) in voltage.iter_mut().zip(leaked).zip(seeped) {
-                    *leaked += *seeped;
+                for ((v, leaked), leaked_in_step) in
+                    voltage.iter_mut().zip(leaked).zip(leaked_in_step)
+                {
+                    *leaked += *leaked_in_step;
                     *v += *leaked;
                 }
             },
@@ -130,7 +138,7 @@ impl Band<'_> {
 
     /// Takes what leaks in this step off the memories, rounded as published.
     fn drain(&mut self, chain: &Chain, tick: &Tick, pixels: &Range<usize>) {
-        if self.leak_per_s.is_empty() && self.seeped.is_empty() {
+        if self.leak_per_s.is_empty() && self.leaked_in_step.is_empty() {
             return;
         }
         let dt_s = tick.dt_s() as f32;
@@ -138,13 +146,13 @@ impl Band<'_> {
             let traits = &self.traits[pixel];
             let steady = match self.leak_per_s.get(pixel) {
                 // What holds until the next event only is known as this product.
-                Some(leak) if chain.has_renewals => dt_s * leak,
+                Some(leak) if chain.plan.renews => dt_s * leak,
                 // Multiplied in the published order.
                 Some(_) => dt_s * traits.leak_hz * traits.threshold_on,
                 None => 0.0,
             };
-            self.cells[pixel].memory -= steady + self.seeped.get(pixel).unwrap_or(&0.0);
-            self.arm(pixel, tick.start_s, chain.steps_while_refractory);
+            self.cells[pixel].memory -= steady + self.leaked_in_step.get(pixel).unwrap_or(&0.0);
+            self.arm(pixel, tick.start_s, chain.plan.steps_while_refractory);
         }
     }
 
@@ -175,6 +183,7 @@ impl Band<'_> {
             && (noise_event.pixel as usize) < pixels.end
         {
             self.scanned.next_noise_event += 1;
+            // Noise is drawn per exposure; a divided step has those of its part.
             let is_now = noise_event.t_s > tick.start_s && noise_event.t_s <= tick.end_s;
             let pixel = noise_event.pixel as usize;
             if is_now {

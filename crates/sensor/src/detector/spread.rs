@@ -32,7 +32,7 @@ impl Spread {
     }
 
     /// Whether refractory periods are passed over in this step.
-    pub(super) fn passes_over(&self) -> bool {
+    pub(super) fn ignores_refractory(&self) -> bool {
         self.refractory_s <= (self.end_s - self.start_s) / f64::from(self.count)
     }
 
@@ -67,6 +67,8 @@ impl Spread {
         if self.count == 1 {
             return first;
         }
+        // As `torch.linspace` of the published emulator computes it: from both ends towards the
+        // middle.
         let step = (last - first) / (self.count - 1) as f32;
         let (from, steps) = if k < self.count / 2 {
             (first, f64::from(k))
@@ -97,9 +99,9 @@ mod tests {
     }
 
     #[test]
-    fn refractory_periods_up_to_the_spacing_are_passed_over() {
-        assert!(spread(1_000, 2_000, 1, false).passes_over());
-        assert!(!spread(1_000, 2_000, 3, false).passes_over());
+    fn refractory_periods_up_to_the_spacing_are_ignored() {
+        assert!(spread(1_000, 2_000, 1, false).ignores_refractory());
+        assert!(!spread(1_000, 2_000, 3, false).ignores_refractory());
     }
 
     #[test]

@@ -14,7 +14,7 @@ use crate::{Origin, Request};
 impl Band<'_> {
     /// Takes a pixel through the step, unless it is beyond a level from the start: false then, and
     /// nothing is done.
-    pub(super) fn resolve_straight(
+    pub(super) fn resolve_crossings(
         &mut self,
         step: Step<'_>,
         pixel: u32,
@@ -50,10 +50,11 @@ impl Band<'_> {
         let is_rise = change > 0.0;
         let polarity = Polarity::from_on(is_rise);
         let (threshold, sign) = if is_rise { (on, 1.0) } else { (-off, -1.0) };
-        let drained = leak * (end_s - start_s) + self.seeped.get(index).map_or(0.0, |&s| s.into());
+        let drained =
+            leak * (end_s - start_s) + self.leaked_in_step.get(index).map_or(0.0, |&s| s.into());
         let is_leak = drained > 0.0 && 2.0 * drained > change && is_rise;
         let origin = if is_leak { Origin::Leak } else { Origin::Signal };
-        let recovery = &step.chain.recovery;
+        let recovery = &step.chain.plan.recovery;
         let mut count = 0u32;
         while now_s <= end_s {
             let level = memory + threshold;
@@ -106,10 +107,10 @@ mod tests {
 
     const SIZE: SensorSize = SensorSize { width: 40, height: 5 };
 
-    fn events(effects: &[EffectConfig], speed: f32, goes_straight: bool) -> Vec<Event> {
+    fn events(effects: &[EffectConfig], speed: f32, is_short: bool) -> Vec<Event> {
         let config = SensorConfig { effects: effects.to_vec() };
         let mut run = SensorModel::from_config(&config).unwrap().start(SIZE, 3);
-        run.array_mut().may_go_straight = goes_straight;
+        run.array_mut().may_take_short_paths = is_short;
         let mut all = Vec::new();
         for step in 0..30 {
             let mut plane = Plane::for_sensor(SIZE, 0.0);

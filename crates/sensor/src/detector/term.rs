@@ -6,8 +6,8 @@ use std::ops::Range;
 use evpose_core::{Polarity, SensorSize, StageNoise};
 
 use super::PixelTraits;
-use crate::Origin;
 use crate::tick::Tick;
+use crate::{Origin, Traits};
 
 /// An effect on pixels, beside the change detector. Every method has an empty default: a term
 /// gives those that it is about.
@@ -15,29 +15,19 @@ pub trait PixelTerm: Send + Sync + Debug {
     /// Whether the parameters make the term the identity; the chain then leaves it out.
     fn is_neutral(&self) -> bool;
 
+    /// Properties from which the chain chooses the path of a step. Methods below that a property names
+    /// are asked only where the term has it.
+    fn traits(&self) -> Traits {
+        Traits::default()
+    }
+
     /// Changes what sets a pixel apart, for good. The noise is the same at every call.
     fn pattern(&self, _pixel: usize, _traits: &mut PixelTraits, _noise: StageNoise) {}
-
-    /// Whether [`PixelTerm::pattern`] is all that the term does. Pixels that see the same light again
-    /// then have nothing new to say, and the chain need not ask them.
-    fn is_pattern(&self) -> bool {
-        false
-    }
-
-    /// The sensor that the term is made for, if it fits one size only.
-    fn made_for(&self) -> Option<SensorSize> {
-        None
-    }
 
     /// How far the memory of a pixel is from its first voltage, in thresholds to be passed to an
     /// ON event: between 0 and 1.
     fn first_phase(&self, _pixel: usize, _noise: StageNoise) -> f32 {
         0.0
-    }
-
-    /// Whether [`PixelTerm::renew`] does anything.
-    fn renews(&self) -> bool {
-        false
     }
 
     /// Changes what holds until the next event of a pixel that has had `count`, the last of them
@@ -52,37 +42,14 @@ pub trait PixelTerm: Send + Sync + Debug {
     ) {
     }
 
-    /// Whether thresholds deviate by [`PixelTerm::redraw`], anew at every exposure, and by how much
-    /// at most, ln. A pixel then has an event only where its voltage comes through the level of that
-    /// exposure: a level that is behind it already is missed. Detectors that cross no levels keep
-    /// their thresholds.
-    fn redraws(&self) -> Option<f32> {
-        None
-    }
-
     /// Deviation of the thresholds of a pixel in one exposure, ln.
     fn redraw(&self, _pixel: usize, _noise: StageNoise) -> f32 {
         0.0
     }
 
-    /// Recovery of a pixel after an event, on top of the level that was crossed.
-    fn recovery(&self) -> Recovery {
-        Recovery::NONE
-    }
-
-    /// Whether the memory goes on stepping in a refractory period, so that events in it are lost.
-    fn steps_while_refractory(&self) -> bool {
-        false
-    }
-
-    /// Whether [`PixelTerm::seep`] does anything.
-    fn seeps(&self) -> bool {
-        false
-    }
-
     /// Adds what leaks off the memories of some pixels in this tick, in ln, beyond the steady
     /// `leak_per_s` of each.
-    fn seep(
+    fn add_leak(
         &self,
         _tick: &Tick,
         _pixels: &Range<usize>,
@@ -92,27 +59,27 @@ pub trait PixelTerm: Send + Sync + Debug {
     ) {
     }
 
-    /// Table for [`PixelTerm::strike`], computed once for all pixels.
+    /// Table for [`PixelTerm::noise_events`], computed once for all pixels.
     fn table(&self, _traits: &[PixelTraits], _noise: StageNoise) -> TermTable {
         TermTable::default()
     }
 
-    /// Number of parts of [`PixelTerm::strike`], which may be drawn at the same time. The last are the
+    /// Number of parts of [`PixelTerm::noise_events`], which may be drawn at the same time. The last are the
     /// longest.
-    fn strike_parts(&self) -> usize {
+    fn noise_parts(&self) -> usize {
         1
     }
 
     /// Appends a part of what pixels do by themselves in this exposure, best in order of pixels and,
     /// for one pixel, of time: the array puts them in order. Dead pixels do nothing.
-    fn strike(
+    fn noise_events(
         &self,
         _part: usize,
         _tick: &Tick,
         _size: SensorSize,
         _table: &TermTable,
         _noise: StageNoise,
-        _hits: &mut Vec<NoiseEvent>,
+        _noise_events: &mut Vec<NoiseEvent>,
     ) {
     }
 
@@ -149,7 +116,7 @@ pub struct NoiseEvent {
 }
 
 /// The recovery of a pixel from an event.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Recovery {
     /// Refractory period after the event, in seconds.
     pub refractory_s: f64,
@@ -162,10 +129,6 @@ pub struct Recovery {
 }
 
 impl Recovery {
-    /// The memory is the level, at once.
-    pub const NONE: Self =
-        Self { refractory_s: 0.0, follows_s: 0.0, to_exposure: 0.0, short_fraction: 0.0 };
-
     /// Both: the longer times, and the parts together.
     #[must_use]
     pub fn and(self, other: Self) -> Self {

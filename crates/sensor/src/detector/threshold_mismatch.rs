@@ -11,10 +11,9 @@
 use evpose_core::StageNoise;
 
 use super::{PixelTerm, PixelTraits};
-use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{Citation, CommonParameter, Domain, ParamSpec, Prior, Scale, StageSpec};
+use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec, Traits};
 
 /// The least threshold that a pixel can have.
 pub(super) const MIN_THRESHOLD: f32 = 0.01;
@@ -39,7 +38,6 @@ const CORRELATION: ParamSpec = ParamSpec {
     doc: "correlation between the ON and the OFF threshold of a pixel",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "threshold_mismatch",
     domain: Domain::Detector,
@@ -59,11 +57,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::RampMap,
         strength: Strength::Rising(&["sigma"]),
         beside: &[],
-    },
-    search: SearchSpec {
-        common: &[(CommonParameter::ThresholdMismatch, "sigma")],
-        dither: &[("sigma", 0.004)],
-        ..SearchSpec::PLAIN
     },
     build: |settings| {
         Ok(Stage::Term(Box::new(ThresholdMismatch {
@@ -85,8 +78,8 @@ impl PixelTerm for ThresholdMismatch {
         self.sigma <= 0.0
     }
 
-    fn is_pattern(&self) -> bool {
-        true
+    fn traits(&self) -> Traits {
+        Traits { is_static: true, ..Traits::default() }
     }
 
     fn pattern(&self, pixel: usize, traits: &mut PixelTraits, noise: StageNoise) {

@@ -16,10 +16,9 @@ use evpose_core::{Polarity, StageNoise};
 
 use super::threshold_mismatch::MIN_THRESHOLD;
 use super::{PixelTerm, PixelTraits};
-use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec, Traits};
 
 const SIGMA: ParamSpec = ParamSpec {
     name: "sigma",
@@ -37,7 +36,6 @@ const REDRAW: ChoiceSpec = ChoiceSpec {
     doc: "whether thresholds hold until the next event of a pixel, or for one exposure",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "threshold_temporal_noise",
     domain: Domain::Detector,
@@ -57,12 +55,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::StampError,
         strength: Strength::Rising(&["sigma"]),
         beside: &[],
-    },
-    search: SearchSpec {
-        choices: &[("redraw", &["event", "exposure"])],
-        usual: &[("redraw", "event")],
-        dither: &[("sigma", 0.004)],
-        ..SearchSpec::PLAIN
     },
     build: |settings| {
         let sigma = settings.number(&SIGMA) as f32;
@@ -86,12 +78,9 @@ impl PixelTerm for ThresholdTemporalNoise {
         self.sigma <= 0.0
     }
 
-    fn renews(&self) -> bool {
-        !self.at_exposures
-    }
-
-    fn redraws(&self) -> Option<f32> {
-        self.at_exposures.then_some(MAX_NORMAL * self.sigma)
+    fn traits(&self) -> Traits {
+        let redraws = self.at_exposures.then_some(MAX_NORMAL * self.sigma);
+        Traits { renews: !self.at_exposures, redraws, ..Traits::default() }
     }
 
     fn redraw(&self, pixel: usize, noise: StageNoise) -> f32 {
@@ -120,6 +109,7 @@ impl PixelTerm for ThresholdTemporalNoise {
 mod tests {
     use evpose_core::{Micros, Plane, SensorSize};
 
+    use super::SPEC;
     use crate::{EffectConfig, SensorConfig, SensorModel};
 
     /// Events of many pixels that brighten by 0.97 ln in `steps` exposures, a threshold of 0.3.
@@ -151,9 +141,31 @@ mod tests {
     }
 
     #[test]
+    fn detectors_that_cross_no_levels_keep_their_thresholds() {
+        let size = SensorSize { width: 20, height: 20 };
+        let events = |effects: &[EffectConfig]| -> Vec<_> {
+            let config = SensorConfig { effects: effects.to_vec() };
+            let mut run = SensorModel::from_config(&config).unwrap().start(size, 5);
+            let light = |step: i64| Plane::filled(20, 20, 0.1 + 0.05 * ((step * 7) % 11) as f32);
+            let all = (0..30).flat_map(|step| {
+                run.expose(&light(step), Micros(1_000 * step)).unwrap().iter().collect::<Vec<_>>()
+            });
+            all.collect()
+        };
+        let redraw = EffectConfig::new(SPEC.name).with("sigma", 0.05).with("redraw", "exposure");
+        for name in ["frame_difference", "frame_count"] {
+            let detector = EffectConfig::new(name).with("threshold_on", 0.3);
+            let detector = detector.with("threshold_off", 0.3);
+            let alone = events(std::slice::from_ref(&detector));
+            assert!(alone.len() > 1_000, "{name}");
+            assert_eq!(events(&[detector, redraw.clone()]), alone, "{name}");
+        }
+    }
+
+    #[test]
     fn a_level_that_is_behind_is_missed() {
-        // In one exposure levels are multiples of one draw: the whole steps in 0.97 of N(0.3, 0.05),
-        // which is what is expected of redrawing at events as well, nearly.
+        // In one exposure levels are multiples of one draw: the whole steps in 0.97 of N(0.3,
+        // 0.05), which is what is expected of redrawing at events as well, nearly.
         let by_event = events(30, 0.05, "event") as f64;
         let in_one = events(1, 0.05, "exposure") as f64;
         assert!((in_one / by_event - 1.0).abs() < 0.1, "{in_one} {by_event}");

@@ -31,7 +31,7 @@ struct Lanes {
     threshold_off: [f32; LANES],
     /// Steady leak, ln per second, and what else leaks in the step, ln.
     leak_per_s: [f32; LANES],
-    seeped: [f32; LANES],
+    leaked_in_step: [f32; LANES],
     /// Refractory before this time, and with a memory that follows the voltage until that one.
     free_s: [f64; LANES],
     follows_until_s: [f64; LANES],
@@ -72,7 +72,7 @@ struct Common {
     short_fraction: f64,
 }
 
-/// Pixels to be taken through the step, in order, with the noise that strikes them.
+/// Pixels to be taken through the step, in order, with their noise events.
 #[derive(Debug)]
 struct Batch<'a> {
     pixels: [(u32, &'a [NoiseEvent]); LANES],
@@ -82,14 +82,14 @@ struct Batch<'a> {
 
 impl Band<'_> {
     /// Takes pixels through the step, on the short way those that may take it.
-    pub(super) fn resolve_together(
+    pub(super) fn resolve_in_batches(
         &mut self,
         step: Step<'_>,
         awake: &[u32],
         noise_events: &[NoiseEvent],
         out: &mut Vec<Request>,
     ) {
-        let recovery = &step.chain.recovery;
+        let recovery = &step.chain.plan.recovery;
         let common = Common {
             start_s: step.tick.start_s,
             end_s: step.tick.end_s,
@@ -124,14 +124,15 @@ impl Band<'_> {
         noise_events: &[NoiseEvent],
         out: &mut Vec<Request>,
     ) {
-        if !noise_events.is_empty() || !self.resolve_straight(step, pixel, out) {
-            self.resolve_long(step, pixel, noise_events, 0, out);
+        if !noise_events.is_empty() || !self.resolve_crossings(step, pixel, out) {
+            self.resolve_any(step, pixel, noise_events, 0, out);
         }
     }
 
     #[inline(always)]
     fn take_lane(&self, step: Step<'_>, pixel: usize, lane: usize, lanes: &mut Lanes) {
         let Cell { memory, threshold_on, threshold_off, .. } = self.cells[pixel];
+        // Values of pixels lie apart; one gather into arrays makes the arithmetic contiguous.
         lanes.before[lane] = step.before.at(pixel);
         lanes.after[lane] = step.after.at(pixel);
         lanes.memory[lane] = memory;
@@ -140,8 +141,8 @@ impl Band<'_> {
         if let Some(&leak_per_s) = self.leak_per_s.get(pixel) {
             lanes.leak_per_s[lane] = leak_per_s;
         }
-        if let Some(&seeped) = self.seeped.get(pixel) {
-            lanes.seeped[lane] = seeped;
+        if let Some(&leaked_in_step) = self.leaked_in_step.get(pixel) {
+            lanes.leaked_in_step[lane] = leaked_in_step;
         }
         if let Some(state) = self.refractory_states.get(pixel) {
             lanes.free_s[lane] = state.free_s;
@@ -212,7 +213,7 @@ fn cross<const RECOVERS: bool>(lanes: &Lanes, common: Common) -> Crossed {
         from[k] = f64::from(lanes.before[k]) + leak * (start_s - anchor_s);
         to[k] = f64::from(lanes.after[k]) + leak * (end_s - anchor_s);
         change[k] = to[k] - from[k];
-        drained[k] = leak * (end_s - start_s) + f64::from(lanes.seeped[k]);
+        drained[k] = leak * (end_s - start_s) + f64::from(lanes.leaked_in_step[k]);
         memory[k] = f64::from(lanes.memory[k]);
         threshold_on[k] = f64::from(lanes.threshold_on[k]);
         threshold_off[k] = f64::from(lanes.threshold_off[k]);

@@ -13,7 +13,6 @@
 //! The criterion of Rebecq et al. 2018 (ESIM), section 3.1, on brightness change.
 
 use super::AdaptiveSteps;
-use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
@@ -28,7 +27,6 @@ pub(crate) const MAX_PARTS: ParamSpec = ParamSpec {
     doc: "the most parts a step is divided in",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "adaptive_steps",
     domain: Domain::Optics,
@@ -48,7 +46,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Rising(&["max_parts"]),
         beside: &["photoreceptor_lowpass"],
     },
-    search: SearchSpec::PLAIN,
     build: |settings| {
         let max_parts = settings.number(&MAX_PARTS).round() as u32;
         Ok(Stage::Steps(AdaptiveSteps { max_parts }))

@@ -65,6 +65,7 @@ impl Divider {
             || {
                 for ((light, before), now) in light.iter_mut().zip(&self.before).zip(now) {
                     let from = at_least_none(*before) + dark;
+                    // A factor on the light before: small changes keep their precision.
                     let change = ln(at_least_none(*now) + dark) - ln(from);
                     *light = at_least_none(from * (1.0 + exp_m1(share * change)) - dark);
                 }

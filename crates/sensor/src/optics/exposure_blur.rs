@@ -12,7 +12,6 @@
 
 use evpose_core::StageNoise;
 
-use crate::search_spec::{SearchSpec, StageRole};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
@@ -29,7 +28,6 @@ const FRACTION: ParamSpec = ParamSpec {
     doc: "part of the time between frames in which the shutter is open",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "exposure_blur",
     domain: Domain::Optics,
@@ -50,7 +48,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Rising(&["fraction"]),
         beside: &[],
     },
-    search: SearchSpec { role: StageRole::Scene, ..SearchSpec::PLAIN },
     build: |settings| {
         let half = 0.5 * settings.number(&FRACTION) as f32;
         Ok(Stage::Pixel(Box::new(ExposureBlur { half })))

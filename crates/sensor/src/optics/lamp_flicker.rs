@@ -13,11 +13,10 @@ use std::f64::consts::TAU;
 
 use evpose_core::StageNoise;
 
-use crate::search_spec::{Onset, SearchSpec, Substeps};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
-use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, RecordingMark, Scale, StageSpec};
+use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
 use evpose_cpu::vectorize;
 
 const FREQUENCY: ParamSpec = ParamSpec {
@@ -60,7 +59,6 @@ const MEMORY: ChoiceSpec = ChoiceSpec {
           pixels remember that have answered to it for long",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "lamp_flicker",
     domain: Domain::Optics,
@@ -79,15 +77,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::RateOverTime,
         strength: Strength::Rising(&["depth"]),
         beside: &[],
-    },
-    search: SearchSpec {
-        choices: &[("memory", &["now", "trough"])],
-        substeps: Some(Substeps { screened: 2.0, fitted: 4.0 }),
-        onset: Onset::Sudden,
-        mark: Some(RecordingMark::Lamp),
-        // Events lag behind the wave of the light.
-        rough: &["phase_turns"],
-        ..SearchSpec::PLAIN
     },
     build: |settings| {
         Ok(Stage::Pixel(Box::new(LampFlicker {

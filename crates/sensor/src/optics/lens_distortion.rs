@@ -10,7 +10,6 @@
 
 use evpose_core::{SensorSize, StageNoise};
 
-use crate::search_spec::{SceneSource, SearchSpec};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PlaneStage, Stage};
 use crate::tick::Tick;
@@ -43,7 +42,6 @@ const FOCAL: ParamSpec = ParamSpec {
     doc: "focal length",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "lens_distortion",
     domain: Domain::Optics,
@@ -63,12 +61,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::Grid,
         strength: Strength::Rising(&["k1"]),
         beside: &[],
-    },
-    search: SearchSpec {
-        // Of a small sensor with a long lens, in units of its focal length, a corner is near.
-        reach: &[("k1", (-6.0, 6.0))],
-        hidden_by: &[(SceneSource::Frames, "frames have the distortion of the same lens")],
-        ..SearchSpec::PLAIN
     },
     build: |settings| {
         Ok(Stage::Plane(Box::new(LensDistortion {

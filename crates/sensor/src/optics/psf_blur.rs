@@ -11,7 +11,6 @@
 use evpose_core::{SensorSize, StageNoise};
 
 use crate::blur::Gaussian;
-use crate::search_spec::{SceneSource, SearchSpec};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PlaneStage, Stage};
 use crate::tick::Tick;
@@ -27,7 +26,6 @@ const SIGMA: ParamSpec = ParamSpec {
     doc: "standard deviation of the point spread function",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "psf_blur",
     domain: Domain::Optics,
@@ -46,13 +44,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::Grating,
         strength: Strength::Rising(&["sigma_px"]),
         beside: &[],
-    },
-    search: SearchSpec {
-        hidden_by: &[
-            (SceneSource::Frames, "frames have the blur of the same lens, and of motion"),
-            (SceneSource::Poses, "blur and coarse texture are one thing"),
-        ],
-        ..SearchSpec::PLAIN
     },
     build: |settings| {
         Ok(Stage::Plane(Box::new(PsfBlur { spread: Gaussian::new(settings.number(&SIGMA)) })))

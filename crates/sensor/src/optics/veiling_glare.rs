@@ -8,7 +8,6 @@
 
 use evpose_core::{SensorSize, StageNoise};
 
-use crate::search_spec::{SceneSource, SearchSpec};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PlaneStage, Stage};
 use crate::tick::Tick;
@@ -25,7 +24,6 @@ const FRACTION: ParamSpec = ParamSpec {
     doc: "part of the light that goes everywhere",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "veiling_glare",
     domain: Domain::Optics,
@@ -46,13 +44,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Rising(&["fraction"]),
         beside: &[],
     },
-    search: SearchSpec {
-        hidden_by: &[
-            (SceneSource::Frames, "frames have the glare of the same lens"),
-            (SceneSource::Poses, "glare and faint texture are one thing"),
-        ],
-        ..SearchSpec::PLAIN
-    },
     build: |settings| {
         let fraction = settings.number(&FRACTION) as f32;
         Ok(Stage::Plane(Box::new(VeilingGlare { fraction })))
@@ -72,6 +63,7 @@ fn mean(image: &[f32]) -> f64 {
         || {
             let mut sums = [0.0_f64; 8];
             let (rows, rest) = image.as_chunks::<8>();
+            // One sum would be a chain of additions, each waiting for the one before.
             for row in rows {
                 for (sum, y) in sums.iter_mut().zip(row) {
                     *sum += f64::from(*y);

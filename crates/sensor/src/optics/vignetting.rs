@@ -10,7 +10,6 @@
 
 use evpose_core::{SensorSize, StageNoise};
 
-use crate::search_spec::{SceneSource, SearchSpec};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PlaneStage, Stage};
 use crate::tick::Tick;
@@ -27,7 +26,6 @@ const CORNER: ParamSpec = ParamSpec {
     doc: "angle between the optical axis and the ray to a corner",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "vignetting",
     domain: Domain::Optics,
@@ -47,13 +45,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::RateByRadius,
         strength: Strength::Rising(&["corner_deg"]),
         beside: &["photoreceptor_noise"],
-    },
-    search: SearchSpec {
-        hidden_by: &[
-            (SceneSource::Frames, "frames have the fall-off of the same lens"),
-            (SceneSource::Poses, "vignetting and fall-off of the light are one thing"),
-        ],
-        ..SearchSpec::PLAIN
     },
     build: |settings| {
         let corner_tan = settings.number(&CORNER).to_radians().tan();

@@ -9,7 +9,6 @@
 
 use evpose_core::StageNoise;
 
-use crate::search_spec::{SceneSource, SearchSpec};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
@@ -26,7 +25,6 @@ const CURRENT: ParamSpec = ParamSpec {
     doc: "current without light, relative to the photocurrent of white",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "dark_current",
     domain: Domain::Photodiode,
@@ -46,15 +44,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::Contrast,
         strength: Strength::Rising(&["current"]),
         beside: &[],
-    },
-    search: SearchSpec {
-        // Stray light that is even, and offsets of other programs, are one thing with it.
-        reach: &[("current", (1e-5, 0.4))],
-        hidden_by: &[
-            (SceneSource::Frames, "the black of the frames is not known"),
-            (SceneSource::Poses, "dark current and faint texture in the dark are one thing"),
-        ],
-        ..SearchSpec::PLAIN
     },
     build: |settings| {
         let current = settings.number(&CURRENT) as f32;

@@ -11,11 +11,10 @@
 
 use evpose_core::StageNoise;
 
-use crate::search_spec::{SceneSource, SearchSpec};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
-use crate::{Citation, Domain, ParamSpec, Prior, RecordingMark, Scale, StageSpec};
+use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec, Traits};
 use evpose_cpu::vectorize;
 
 const LEVELS: ParamSpec = ParamSpec {
@@ -28,7 +27,6 @@ const LEVELS: ParamSpec = ParamSpec {
     doc: "steps between black and white; 255 for 8 bits",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "quantisation",
     domain: Domain::Photodiode,
@@ -48,15 +46,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::Contrast,
         strength: Strength::Falling(&["levels"]),
         beside: &[],
-    },
-    search: SearchSpec {
-        mark: Some(RecordingMark::LightSteps),
-        reach: &[("levels", (8.0, 1023.0))],
-        hidden_by: &[
-            (SceneSource::Frames, "frames have steps themselves"),
-            (SceneSource::Poses, "steps of the tone curve and texture are one thing"),
-        ],
-        ..SearchSpec::PLAIN
     },
     build: |settings| Ok(Stage::Pixel(Box::new(Quantisation::new(settings.number(&LEVELS))))),
 };
@@ -82,8 +71,8 @@ impl PixelStage for Quantisation {
         self.levels.is_infinite()
     }
 
-    fn is_static(&self) -> bool {
-        true
+    fn traits(&self) -> Traits {
+        Traits { is_static: true, ..Traits::default() }
     }
 
     fn step(&self, _tick: &Tick, block: &mut Block<'_>, _noise: StageNoise) {

@@ -13,11 +13,10 @@
 
 use evpose_core::StageNoise;
 
-use crate::search_spec::{SceneSource, SearchSpec};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
-use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec, Traits};
 
 const GAMMA: ParamSpec = ParamSpec {
     name: "gamma",
@@ -35,7 +34,6 @@ const CURVE: ChoiceSpec = ChoiceSpec {
     doc: "whether the dark end is a straight line, as in sRGB",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "tone_curve",
     domain: Domain::Photodiode,
@@ -55,16 +53,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::Contrast,
         strength: Strength::Rising(&["gamma"]),
         beside: &[],
-    },
-    search: SearchSpec {
-        hidden_by: &[
-            (
-                SceneSource::Frames,
-                "the response curve of the frames is not known to be the one it is taken for",
-            ),
-            (SceneSource::Poses, "contrast of the texture and tone curve are one thing"),
-        ],
-        ..SearchSpec::PLAIN
     },
     build: |settings| {
         let (gamma, has_toe) = (settings.number(&GAMMA), settings.word(&CURVE) == "toe");
@@ -110,8 +98,8 @@ impl PixelStage for ToneCurve {
         Some(f64::from(self.gamma)) == GAMMA.neutral
     }
 
-    fn is_static(&self) -> bool {
-        true
+    fn traits(&self) -> Traits {
+        Traits { is_static: true, ..Traits::default() }
     }
 
     fn step(&self, _tick: &Tick, block: &mut Block<'_>, _noise: StageNoise) {

@@ -15,7 +15,6 @@ use evpose_core::StageNoise;
 use super::pole::Pole;
 use crate::exponential::exp_m1;
 use crate::natural_log::ln;
-use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
@@ -38,11 +37,10 @@ const LAW: ChoiceSpec = ChoiceSpec {
     doc: "whether large deviations are forgotten faster",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "adaptive_highpass",
     domain: Domain::Photoreceptor,
-    summary: "voltage forgets what stays",
+    summary: "steady voltages decay: only changes pass",
     formula: "dV/dt = dV_in/dt - V / tau_s, or - sinh(0.7 V) / tau_s",
     params: &[TAU_S],
     choices: &[LAW],
@@ -59,7 +57,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Falling(&["tau_s"]),
         beside: &[],
     },
-    search: SearchSpec { is_slow: true, ..SearchSpec::PLAIN },
     build: |settings| {
         Ok(Stage::Pixel(Box::new(AdaptiveHighpass {
             tau_s: settings.number(&TAU_S),

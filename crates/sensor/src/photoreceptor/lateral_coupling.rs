@@ -12,7 +12,6 @@
 use evpose_core::{SensorSize, StageNoise};
 
 use crate::blur::Gaussian;
-use crate::search_spec::{SceneSource, SearchSpec, SecondStrength};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PlaneStage, Stage};
 use crate::tick::Tick;
@@ -49,7 +48,6 @@ const SURROUND: ParamSpec = ParamSpec {
     doc: "part of the surround that is subtracted",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "lateral_coupling",
     domain: Domain::Photoreceptor,
@@ -69,14 +67,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::Grating,
         strength: Strength::Rising(&["coupling", "surround"]),
         beside: &[],
-    },
-    search: SearchSpec {
-        second_strength: Some(SecondStrength { param: "surround", needs: &[] }),
-        hidden_by: &[
-            (SceneSource::Frames, "coupling of pixels and blur of the frames are one thing"),
-            (SceneSource::Poses, "coupling of pixels and fine texture are one thing"),
-        ],
-        ..SearchSpec::PLAIN
     },
     build: |settings| {
         Ok(Stage::Plane(Box::new(LateralCoupling {

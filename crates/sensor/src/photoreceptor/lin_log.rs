@@ -9,7 +9,6 @@
 
 use super::Photoreceptor;
 use crate::natural_log::ln;
-use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
@@ -25,7 +24,6 @@ const KNEE: ParamSpec = ParamSpec {
     doc: "code value of 0 to 255 at which the line goes over into the logarithm",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "lin_log",
     domain: Domain::Photoreceptor,
@@ -47,7 +45,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Rising(&["knee"]),
         beside: &[],
     },
-    search: SearchSpec::PLAIN,
     build: |settings| {
         let knee = settings.number(&KNEE);
         let slope = (knee.ln() / knee) as f32;

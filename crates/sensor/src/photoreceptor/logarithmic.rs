@@ -11,10 +11,9 @@
 
 use super::Photoreceptor;
 use crate::natural_log::ln;
-use crate::search_spec::{SearchSpec, StageRole};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{Citation, CommonParameter, Domain, ParamSpec, Prior, Scale, StageSpec};
+use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
 use evpose_cpu::vectorize;
 
 const DARK_OFFSET: ParamSpec = ParamSpec {
@@ -27,7 +26,6 @@ const DARK_OFFSET: ParamSpec = ParamSpec {
     doc: "current without light, relative to the photocurrent of white",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "logarithmic",
     domain: Domain::Photoreceptor,
@@ -46,11 +44,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::Contrast,
         strength: Strength::Rising(&["dark_offset"]),
         beside: &[],
-    },
-    search: SearchSpec {
-        role: StageRole::EveryModel,
-        common: &[(CommonParameter::DarkOffset, "dark_offset")],
-        ..SearchSpec::PLAIN
     },
     build: |settings| {
         let dark_offset = settings.number(&DARK_OFFSET) as f32;

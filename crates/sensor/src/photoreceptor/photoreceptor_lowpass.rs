@@ -22,7 +22,6 @@ use evpose_core::StageNoise;
 use super::pole::Pole;
 use crate::exponential::exp_m1;
 use crate::natural_log::ln;
-use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
@@ -68,7 +67,6 @@ const SIGNAL: ChoiceSpec = ChoiceSpec {
           in proportion to light and exact steps)",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "photoreceptor_lowpass",
     domain: Domain::Photoreceptor,
@@ -89,7 +87,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Falling(&["cutoff_hz"]),
         beside: &[],
     },
-    search: SearchSpec { choices: &[("signal", &["small", "large"])], ..SearchSpec::PLAIN },
     build: |settings| {
         Ok(Stage::Pixel(Box::new(PhotoreceptorLowpass {
             cutoff_hz: settings.number(&CUTOFF),
@@ -157,6 +154,7 @@ impl PixelStage for PhotoreceptorLowpass {
         let [output, input] = block.state.planes();
         let turns = self.turns(tick);
         let signal = &mut *block.signal;
+        // All forms have a loop of their own: a choice per pixel would not become vectors.
         if !self.depends_on_light && !self.is_euler {
             let pole = Pole::from_step(turns);
             vectorize(
@@ -179,6 +177,8 @@ impl PixelStage for PhotoreceptorLowpass {
                 || {
                     for ((v, y), i) in signal.iter_mut().zip(output).zip(light) {
                         let a = scale * i + base;
+                        // An Euler step of more than one time constant would overshoot; the
+                        // published one is limited too.
                         let share = if a < 1.0 { a } else { 1.0 };
                         *y = (1.0 - share) * *y + share * *v;
                         *v = *y;
@@ -193,6 +193,7 @@ impl PixelStage for PhotoreceptorLowpass {
                 || {
                     for (((v, y), x), i) in signal.iter_mut().zip(output).zip(input).zip(light) {
                         let now = reciprocal(*v);
+                        // The light within the step, to second order: the mean of its two ends.
                         let mean = 0.5 * (i + 1.0 / *x);
                         *y = Pole::from_step(scale * mean + base).low(*y, *x, now);
                         (*x, *v) = (now, -ln(*y));

@@ -14,11 +14,10 @@ use evpose_core::StageNoise;
 
 use crate::exponential::decay;
 use crate::gaussian::{PIECE, fill_normal};
-use crate::search_spec::{SearchSpec, Substeps};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
-use crate::{Citation, Domain, ParamSpec, Prior, RecordingMark, Scale, StageSpec};
+use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
 use evpose_cpu::vectorize;
 
 const SIGMA: ParamSpec = ParamSpec {
@@ -51,10 +50,9 @@ const DARK_LIGHT: ParamSpec = ParamSpec {
     doc: "light that the bandwidth in the dark amounts to",
 };
 
-/// Part of the time in which noise forgets that a step may take.
+/// Longest step, as a part of the correlation time of the noise.
 const PART: f64 = 0.125;
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "photoreceptor_noise",
     domain: Domain::Photoreceptor,
@@ -75,12 +73,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::NoisePairs,
         strength: Strength::Rising(&["sigma"]),
         beside: &[],
-    },
-    search: SearchSpec {
-        substeps: Some(Substeps { screened: 2.0, fitted: 8.0 }),
-        mark: Some(RecordingMark::Alternation),
-        resembles: &["lamp_flicker", "brownian_passage"],
-        ..SearchSpec::PLAIN
     },
     build: |settings| {
         Ok(Stage::Pixel(Box::new(PhotoreceptorNoise {
@@ -105,7 +97,7 @@ impl PixelStage for PhotoreceptorNoise {
     }
 
     /// Between the ends of a step it may have crossed a threshold and come back, also where the
-    /// step is shorter than what noise takes to forget.
+    /// step is shorter than the correlation time of the noise.
     fn time_constant_s(&self) -> Option<f64> {
         Some(PART / (TAU * self.cutoff_hz * (1.0 + f64::from(self.dark_light))))
     }
@@ -137,6 +129,8 @@ impl PixelStage for PhotoreceptorNoise {
                     let pixels = now.iter_mut().zip(signal).zip(light).zip(&draws);
                     for (((now, signal), light), draw) in pixels {
                         let a = turns * (light + self.dark_light);
+                        // The exact update of an Ornstein-Uhlenbeck process, right for steps of any
+                        // length.
                         let left = 1.0 - decay(a);
                         let fresh = decay(2.0 * a).sqrt();
                         *now = left * *now + self.sigma * fresh * draw;

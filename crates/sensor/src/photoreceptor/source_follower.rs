@@ -13,7 +13,6 @@ use std::f64::consts::TAU;
 use evpose_core::StageNoise;
 
 use super::pole::Pole;
-use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
@@ -30,7 +29,6 @@ const CUTOFF: ParamSpec = ParamSpec {
     doc: "cut-off frequency",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "source_follower",
     domain: Domain::Photoreceptor,
@@ -50,7 +48,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Falling(&["cutoff_hz"]),
         beside: &[],
     },
-    search: SearchSpec::PLAIN,
     build: |settings| {
         let cutoff_hz = settings.number(&CUTOFF);
         Ok(Stage::Pixel(Box::new(SourceFollower { cutoff_hz })))

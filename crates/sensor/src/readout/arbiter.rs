@@ -15,12 +15,9 @@
 use evpose_core::SensorSize;
 
 use super::{Readout, RowTimes, WAITING, Waiting};
-use crate::search_spec::{Onset, SearchSpec, SecondStrength};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{
-    ChoiceSpec, Citation, Domain, ParamSpec, Prior, RecordingMark, Request, Scale, StageSpec,
-};
+use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
 
 const RATE: ParamSpec = ParamSpec {
     name: "rate_hz",
@@ -60,7 +57,6 @@ const ORDER: ChoiceSpec = ChoiceSpec {
           t_selected + row_ns + k / rate_hz",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "arbiter",
     domain: Domain::Readout,
@@ -80,19 +76,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::FlashRaster,
         strength: Strength::Falling(&["rate_hz"]),
         beside: &[],
-    },
-    search: SearchSpec {
-        choices: &[("order", &["arrival", "rows"]), ("waiting", &["reset", "free"])],
-        usual: &[("order", "rows"), ("waiting", "free")],
-        // A time per row makes sense only if the bus serves row by row.
-        second_strength: Some(SecondStrength { param: "row_ns", needs: &[("order", "rows")] }),
-        per_sensor: &["rate_hz", "row_ns"],
-        // The queue grows evenly with the time per event.
-        onset: Onset::Even,
-        mark: Some(RecordingMark::Bus),
-        // Stamps are whole microseconds.
-        rough: &["rate_hz", "row_ns"],
-        ..SearchSpec::PLAIN
     },
     build: |settings| {
         Ok(Stage::Readout(Box::new(Arbiter {

@@ -13,11 +13,10 @@ use evpose_core::StageNoise;
 
 use crate::Request;
 use crate::clock::ClockStage;
-use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
-use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, RecordingMark, Scale, StageSpec};
+use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
 
 const RATE: ParamSpec = ParamSpec {
     name: "rate_hz",
@@ -55,7 +54,6 @@ const DROP: ChoiceSpec = ChoiceSpec {
     doc: "whether any event or the last ones of a window are thrown away",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "event_rate_control",
     domain: Domain::Readout,
@@ -75,13 +73,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::FlashRate,
         strength: Strength::Falling(&["rate_hz"]),
         beside: &[],
-    },
-    search: SearchSpec {
-        choices: &[("drop", &["random", "late"])],
-        per_sensor: &["rate_hz"],
-        mark: Some(RecordingMark::RateCeiling),
-        resembles: &["arbiter"],
-        ..SearchSpec::PLAIN
     },
     build: |settings| {
         let window_s = settings.number(&WINDOW) * 1e-6;

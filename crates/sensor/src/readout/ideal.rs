@@ -10,12 +10,10 @@
 use evpose_core::SensorSize;
 
 use super::Readout;
-use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{Citation, Domain, Request, StageSpec};
+use crate::{Citation, Domain, Request, StageSpec, Traits};
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "ideal_readout",
     domain: Domain::Readout,
@@ -35,7 +33,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         strength: Strength::Unchanging,
         beside: &[],
     },
-    search: SearchSpec::PLAIN,
     build: |_| Ok(Stage::Readout(Box::new(Ideal))),
 };
 
@@ -44,8 +41,8 @@ pub(crate) static SPEC: StageSpec = StageSpec {
 pub(crate) struct Ideal;
 
 impl Readout for Ideal {
-    fn is_immediate(&self) -> bool {
-        true
+    fn traits(&self) -> Traits {
+        Traits { is_static: true, ..Traits::default() }
     }
 
     fn acknowledge(&self, request: &Request, _size: SensorSize, _state: &mut [f64]) -> Option<f64> {

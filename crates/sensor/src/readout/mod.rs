@@ -4,7 +4,7 @@ use std::fmt::Debug;
 
 use evpose_core::SensorSize;
 
-use crate::{ChoiceSpec, Request, Settings};
+use crate::{ChoiceSpec, Request, Settings, Traits};
 
 pub(crate) mod arbiter;
 pub(crate) mod event_rate_control;
@@ -64,9 +64,9 @@ pub(crate) enum ServeAction {
 
 /// The bus that all pixels share.
 pub trait Readout: Send + Sync + Debug {
-    /// Whether every request is served when it is made, so that nobody needs to ask.
-    fn is_immediate(&self) -> bool {
-        false
+    /// Properties from which the chain chooses the path of a step.
+    fn traits(&self) -> Traits {
+        Traits::default()
     }
 
     /// Behaviour of pixels that wait.
@@ -154,6 +154,7 @@ impl<'a> Service<'a> {
     /// `end_s`.
     pub(crate) fn serve(&mut self, end_s: f64, requests: &mut Vec<Request>) {
         if self.reads_rows() {
+            // Rows are selected as time goes on: those due before a request do not read it.
             for request in std::mem::take(requests) {
                 self.read_rows(|selects_s| selects_s < request.t_s, requests);
                 self.ask(request, ServeAction::Nothing);

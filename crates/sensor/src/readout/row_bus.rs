@@ -74,6 +74,7 @@ impl<T> RowBus<T> {
     pub(crate) fn select(&mut self, mut each: impl FnMut(Request, T, Turn)) {
         let Some(now_s) = self.selects_s else { return };
         let RowTimes { row_s, event_s, max_wait_s } = self.times;
+        // A row whose requests are all too old takes no time: the bus goes on at once.
         while let Some((row, requests)) = self.take_next_row() {
             self.row = Some(row);
             let mut read = 0_u32;
@@ -94,7 +95,8 @@ impl<T> RowBus<T> {
         (self.selects_s, self.row) = (None, None);
     }
 
-    /// Behind the row that was read last; of a free bus, the first: all its requests are as old.
+    /// The next row with requests, in order from the row that was read last; on a free bus, where all
+    /// requests came at the same time, the lowest.
     fn take_next_row(&mut self) -> Option<(u32, Vec<(Request, T)>)> {
         let behind = self.row.map_or(0, |row| row + 1);
         let row = *self.rows.range(behind..).chain(&self.rows).next()?.0;

@@ -13,12 +13,9 @@
 use evpose_core::SensorSize;
 
 use super::{Readout, Waiting};
-use crate::search_spec::SearchSpec;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{
-    ChoiceSpec, Citation, Domain, ParamSpec, Prior, RecordingMark, Request, Scale, StageSpec,
-};
+use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
 
 const PERIOD: ParamSpec = ParamSpec {
     name: "period_us",
@@ -46,7 +43,6 @@ const WAITING: ChoiceSpec = ChoiceSpec {
           goes on making requests, or goes on and loses them",
 };
 
-/// The registry entry.
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "scanned_readout",
     domain: Domain::Readout,
@@ -66,12 +62,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         probe: Probe::FlashRaster,
         strength: Strength::Rising(&["period_us"]),
         beside: &[],
-    },
-    search: SearchSpec {
-        choices: &[("waiting", &["reset", "latched", "kept"])],
-        usual: &[("waiting", "latched")],
-        mark: Some(RecordingMark::Scan),
-        ..SearchSpec::PLAIN
     },
     build: |settings| {
         Ok(Stage::Readout(Box::new(Scanned {

@@ -12,13 +12,13 @@ pub enum ExternalError {
          `cargo build --release --features onnx`", path.display()
     )]
     NotBuilt {
-        /// The file.
+        /// The network file.
         path: PathBuf,
     },
     /// A file cannot be read.
     #[error("{}: {source}", path.display())]
     Io {
-        /// The file.
+        /// File that was refused.
         path: PathBuf,
         /// The cause.
         source: std::io::Error,
@@ -26,7 +26,7 @@ pub enum ExternalError {
     /// A file is no network that the runtime takes.
     #[error("{}: no ONNX network that tract runs: {reason}", path.display())]
     Unreadable {
-        /// The file.
+        /// The weight file.
         path: PathBuf,
         /// The runtime's message.
         reason: String,
@@ -34,7 +34,7 @@ pub enum ExternalError {
     /// A network takes something else than one image of three channels.
     #[error("{}: its input is {shape}; one image of three channels is needed, [1, 3, height, width] or [1, height, width, 3]", path.display())]
     Input {
-        /// The file.
+        /// The network file.
         path: PathBuf,
         /// Its input, in words.
         shape: String,
@@ -42,7 +42,7 @@ pub enum ExternalError {
     /// A network outputs something else than its kind does.
     #[error("{}: no network of {system}: its outputs are {shape}; needed: {needed}", path.display())]
     Output {
-        /// The file.
+        /// The network file.
         path: PathBuf,
         /// The kind of network.
         system: &'static str,
@@ -54,7 +54,7 @@ pub enum ExternalError {
     /// The network failed.
     #[error("{}: running it: {reason}", path.display())]
     Run {
-        /// The file.
+        /// The network file.
         path: PathBuf,
         /// The runtime's message.
         reason: String,

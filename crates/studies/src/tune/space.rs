@@ -22,7 +22,7 @@ pub enum SpaceError {
     /// The file cannot be read.
     #[error("{}: {source}", path.display())]
     Io {
-        /// The file.
+        /// File that was refused.
         path: PathBuf,
         /// The reason.
         source: std::io::Error,
@@ -30,7 +30,7 @@ pub enum SpaceError {
     /// The file is no TOML.
     #[error("{}: {message}", path.display())]
     Syntax {
-        /// The file.
+        /// The search space, TOML.
         path: PathBuf,
         /// The reason, with its line.
         message: String,
@@ -41,13 +41,13 @@ pub enum SpaceError {
          training.learning_rate = {{ log_uniform = [1e-4, 1e-2] }}", path.display()
     )]
     Empty {
-        /// The file.
+        /// File that lacks it.
         path: PathBuf,
     },
     /// A field that cannot be searched over as the file says.
     #[error("{}, line {line}: `{field}`: {message}", path.display())]
     Parameter {
-        /// The file.
+        /// The search space.
         path: PathBuf,
         /// Its line, from 1.
         line: usize,

@@ -485,7 +485,7 @@ impl BodyConfig {
             return fail("data.validation_share", "must be at least 0 and below 1");
         }
         if self.data.min_joints > self.network.joints {
-            return fail("data.min_joints", "nobody has so many");
+            return fail("data.min_joints", "must be at most `network.joints`");
         }
         let training = &self.training;
         if training.batch_size == 0 || training.steps == 0 || training.steps_per_validation == 0 {

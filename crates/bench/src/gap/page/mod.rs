@@ -14,7 +14,7 @@ use super::table::{cases, figure, interval, target, word};
 use super::targets::{Headline, Reached};
 use evpose_report::html::{HtmlPage, escape};
 
-/// The file.
+/// Name of the page.
 pub(super) const NAME: &str = "index.html";
 
 const STYLE: &str = "<style>

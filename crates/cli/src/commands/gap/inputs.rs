@@ -74,7 +74,7 @@ fn load_all(
     let reference = prepared(model, scene.nominal.as_ref()).reference;
     let reference = scene.scene.events(&reference, 0)?;
     let problems = Problems::find(&recording, duration_s, &reference);
-    let repaired = !as_is && !problems.is_hopeless();
+    let repaired = !as_is && !problems.is_uncorrectable();
     for problem in &problems.list {
         let is_repaired = matches!(
             problem,
@@ -85,7 +85,7 @@ fn load_all(
     let lines = scene.provenance.iter().chain(&recording.provenance);
     let lines = lines.map(|line| format!("read      {line}"));
     lines.chain(notes.iter().map(InputNote::on_terminal)).for_each(say);
-    if problems.is_hopeless() {
+    if problems.is_uncorrectable() {
         return Err(GapError::Recording(format!(
             "{} and {} do not belong together",
             measured.display(),

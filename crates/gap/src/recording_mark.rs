@@ -3,7 +3,7 @@
 /// A mark of an effect in a recording, so that its parameters can be read off without a
 /// simulation. The stage has the [parameters](Self::parameters) that are read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum RecordingMark {
+pub(crate) enum RecordingMark {
     /// Light that rises and falls: a spectral line of the ON rate minus the OFF rate.
     Lamp,
     /// Successive events of a pixel at rest have opposite polarities.
@@ -32,7 +32,7 @@ pub enum RecordingMark {
 
 impl RecordingMark {
     /// All of them.
-    pub const ALL: [Self; 12] = [
+    pub(crate) const ALL: [Self; 12] = [
         Self::Lamp,
         Self::Alternation,
         Self::RegularOn,
@@ -48,7 +48,8 @@ impl RecordingMark {
     ];
 
     /// Keys of the parameters and choices that may be read off, in the units of their names.
-    pub fn parameters(self) -> &'static [&'static str] {
+    #[cfg(test)]
+    pub(crate) fn parameters(self) -> &'static [&'static str] {
         match self {
             Self::Lamp => &["frequency_hz", "phase_turns"],
             Self::Alternation => &[],
