@@ -91,6 +91,7 @@ impl Candidate {
             Strength::Unchanging | Strength::FromFiles => return None,
         };
         let first = names.first().and_then(|name| spec.params.iter().find(|p| p.name == *name))?;
+        // A parameter without values typical of cameras is searched only where a range is given.
         let is_searched = spec.search().reach.iter().any(|(name, _)| *name == first.name);
         (is_searched || matches!(first.prior, Prior::Typical(..))).then_some(first)
     }
@@ -102,6 +103,7 @@ impl Candidate {
         let Some(strength) = self.strength() else { return Vec::new() };
         let is_own = self.spec.search().own.is_some();
         let is_alone = is_own || matches!(self.spec.signature.strength, Strength::RisingAlone(_));
+        // Where parameters are forms of an effect, only the one that is tried may be set.
         let typical = if is_alone { EffectConfig::new(self.name()) } else { self.spec.typical() };
         let mut heads = vec![strength];
         let second = self.spec.search().second_strength;
@@ -122,6 +124,8 @@ impl Candidate {
                 |words: &Vec<(&str, &str)>| needs.iter().all(|need| words.contains(need));
             for words in words(self.spec).into_iter().filter(is_consistent) {
                 let mut effect = typical.clone();
+                // Headed by its second strength, the effect has the first at its weak end, not at
+                // its middle.
                 if head.name != strength.name
                     && let (Prior::Typical(low, high), Strength::Falling(_)) =
                         (strength.prior, self.spec.signature.strength)
@@ -175,6 +179,7 @@ impl Trial {
             Self { effect, params: std::iter::once(head).chain(rest).collect(), ..*self }
         };
         match optional.len() {
+            // With one optional parameter, "with each alone" is the trial itself.
             0 => Vec::new(),
             1 => vec![with_only(None)],
             _ => std::iter::once(None)
@@ -241,6 +246,7 @@ impl Trial {
         let Prior::Typical(low, high) = head.prior else { return false };
         let depends_on_size = spec.search().per_sensor.contains(&head.name);
         let is_common = spec.search().common.iter().any(|(_, key)| *key == head.name);
+        // On a linear scale there is no weak end but zero.
         if head.scale != Scale::Log || depends_on_size || is_common {
             return false;
         }

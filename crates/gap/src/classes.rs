@@ -108,6 +108,8 @@ impl Classes {
             log.extend(plane.data().iter().map(|y| (y.max(0.0) + FLOOR).ln()));
         }
         let levels = levels(&log);
+        // Over a window of fixed time: between two frames of a fast scene, codes jump or stand
+        // still.
         let half = (HALF_WINDOW_S * scene.fps()).round().max(1.0) as usize;
         let change = |k: usize, p: usize| {
             let (a, b) = (k.saturating_sub(half - 1), (k + half).min(steps));
@@ -125,6 +127,8 @@ impl Classes {
                 let rate = change(k, p);
                 if rate.abs() >= REST_PER_S {
                     since = 0;
+                    // A new edge: its whole height is looked ahead for once, and holds until the
+                    // light turns.
                     if k >= end || (rate > 0.0) != rises {
                         rises = rate > 0.0;
                         end = (k + 1..steps).find(|&j| change(j, p) * rate <= 0.0).unwrap_or(steps);

@@ -87,6 +87,7 @@ impl FreeParameter {
             Self::Effect(spec, param) => {
                 let (low, high) = limits(spec, param);
                 let value = match param.scale {
+                    // From zero, a ratio leads nowhere: the first step is from the lower limit.
                     Scale::Log => value.max(low) * LOG_STEP_RATIO.powf(steps),
                     Scale::Linear => value + linear_step(spec, param) * steps,
                 };

@@ -56,6 +56,7 @@ impl LightSequence {
                 .cloned()
                 .collect(),
         };
+        // Parts of a scene share the cache and differ in their number of planes.
         let key = format!("{} planes\n{}", self.planes().len(), of_optics.to_toml());
         let lock = || self.behind.entries.lock().unwrap_or_else(PoisonError::into_inner);
         {
@@ -67,6 +68,8 @@ impl LightSequence {
                 return Ok(Some(DividedModel { light, rest }));
             }
         }
+        // Without the lock: another thread may compute the same, but none waits for optics it does
+        // not need.
         let light = Arc::new(optics.images(self.planes()));
         let mut kept = lock();
         kept.retain(|(other, _)| *other != key);

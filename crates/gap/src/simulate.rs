@@ -35,6 +35,7 @@ impl LightSequence {
                     GapError::Recording(format!("{error}\n{}", config.to_toml()))
                 })?;
             }
+            // After each frame: a model with too much noise would fill the memory before the end.
             if all.len() > max_events {
                 return Ok(None);
             }

@@ -34,6 +34,7 @@ impl Expected {
                 usize::from(event.y) * usize::from(events.sensor().width) + usize::from(event.x);
             2 * pixel + usize::from(event.polarity.is_on())
         };
+        // A counting sort: one array for all lists instead of two allocations a pixel.
         let mut starts = vec![0; lists + 1];
         for event in events.iter() {
             starts[list(event) + 1] += 1;
@@ -81,6 +82,7 @@ impl Expected {
         let before = (*next > start).then(|| t_us - self.t_us[*next - 1]);
         let after = (*next < end).then(|| t_us - self.t_us[*next]);
         match (before, after) {
+            // Of two equally near, the earlier one: cameras are late rather than early.
             (Some(b), Some(a)) => Some(if b <= -a { b } else { a }),
             (lag, None) | (None, lag) => lag,
         }

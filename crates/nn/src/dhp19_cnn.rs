@@ -95,6 +95,7 @@ impl Dhp19CnnConfig {
         if self.joints == 0 {
             return Err(NnError::TooFew { field: "joints" });
         }
+        // Names of layers are those of the published Keras model, whose weights are found by them.
         let [fine, middle, coarse] = CHANNELS.map(|channels| scaled(channels, self.width));
         let conv = |channels: [usize; 2], dilation: usize| {
             Conv2dConfig::new(channels, [3, 3])

@@ -34,6 +34,8 @@ pub(crate) fn reordered<M: Module>(
         };
         let area = slot.shape.iter().skip(2).product::<usize>();
         let from = |index: usize, is_joint: bool| match is_joint {
+            // Axes may hold several values for each joint, all joints of the first one before the
+            // next.
             true => index / order.len() * order.len() + order[index % order.len()],
             false => index,
         };

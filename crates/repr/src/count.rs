@@ -218,6 +218,7 @@ pub fn fill_eci_s(
         Counting::EveryEvent => count::<1>(window, counting, events, out),
         Counting::OncePerFrame => {
             count::<2>(window, counting, events, out);
+            // Polarities were counted apart, since a pixel counts once per frame and polarity.
             let (first, second) = out.split_at_mut(window.sensor.pixels());
             for (a, b) in first.iter_mut().zip(second) {
                 *a += *b;

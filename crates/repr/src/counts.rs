@@ -42,6 +42,8 @@ impl Counts {
         let Self { window, counts, last_frame, .. } = self;
         match self.counting {
             Counting::EveryEvent => {
+                // Events that are older than the window already would be counted and taken out at
+                // once.
                 let shown = first_shown(window, events);
                 self.counted.extend(window.indices(events, shown).map(|(t, index)| {
                     counts[index as usize] += 1;
@@ -49,6 +51,8 @@ impl Counts {
                 }));
             }
             Counting::OncePerFrame => {
+                // All events: even one that has left the window decides which is the first of its
+                // frame.
                 let indices = window.indices(events, 0).filter(|&(t, index)| {
                     let frame = t.0.div_euclid(Micros::MILLISECOND.0);
                     std::mem::replace(&mut last_frame[index as usize], frame) != frame

@@ -111,6 +111,7 @@ impl Representation for FixedCount {
             self.reset();
         }
         self.clock.observe(last);
+        // Events that later ones of the same call push out are not counted at all.
         let shown = events.len().saturating_sub(self.max_events);
         let gone = (self.last.len() + events.len() - shown).saturating_sub(self.max_events);
         for index in self.last.drain(..gone) {

@@ -91,6 +91,7 @@ impl Neighbourhood {
         let Self { square, cells, .. } = self;
         let (x, y) = (events.x(), events.y());
         match square.kernel {
+            // Sizes in use are compiled for themselves: a loop of known length unrolls.
             5 => square.apply::<5, NARROW>(cells, x, y, fired, rule),
             7 => square.apply::<7, NARROW>(cells, x, y, fired, rule),
             8 => square.apply::<8, NARROW>(cells, x, y, fired, rule),
@@ -188,6 +189,8 @@ impl Square {
                 #[inline(always)]
                 |lane| {
                     let cell = before[lane];
+                    // Masks instead of branches: all lanes do the same, and become vector
+                    // instructions.
                     let changed = cell ^ ((rule(cell) ^ cell) & inside[lane]);
                     (changed & !events[lane]) | (fired & events[lane])
                 },

@@ -123,6 +123,7 @@ impl RepresentationChoice {
         stream.reserve(events.len());
         for &FrameEvent { frame, x, y, polarity } in events {
             if window.shows(frame) {
+                // Frames are milliseconds: all events of one get the same time.
                 let t = Micros(i64::from(frame) * Micros::MILLISECOND.0);
                 let taken = stream.push(Event { t, x, y, polarity });
                 assert!(taken.is_ok(), "an event outside the sensor or out of order: {taken:?}");

@@ -86,6 +86,7 @@ impl RepresentationTrigger {
         }
         let since = *self.since.get_or_insert(first);
         let mut taken = 0;
+        // Events of one microsecond have no order among themselves: all are shown, or none.
         for together in times.chunk_by(|a, b| a == b) {
             let now = together[0];
             taken += together.len();

@@ -76,6 +76,8 @@ impl Actor {
 
     /// Wraps a model whose hand is a `native_side` one, in front of a camera at `placement`.
     pub fn new(body: BodyModel, native_side: HandSide, placement: &LookAt) -> Self {
+        // Motion is generated for a whole arm; a model of a hand alone is carried by a procedural
+        // one.
         let carrier = (body.parents.len() != JOINTS).then(|| {
             let arm = BodyModel::procedural_arm();
             let neutral = arm.shaped(&[]);
@@ -87,6 +89,7 @@ impl Actor {
             mirror: mirror_before(placement),
             closed: is_closed(&body.faces),
             metres_per_texture: metres_per_texture(&body.template_m, &body.uvs, &body.faces),
+            // A mirror turns the winding around; without this, faces would look away.
             mirrored_faces: body.faces.iter().map(|&[a, b, c]| [a, c, b]).collect(),
             body,
         }
@@ -149,6 +152,7 @@ impl Actor {
         };
         arm.pose_joints(neutral, pose, out);
         let right = out.hand_params(arm, articulation);
+        // The arm is a right one: a model of a left hand is posed as its mirror image.
         let own = if self.native_side.is_right() { right } else { mirror.hand(&right) };
         self.body.pose_hand(shaped, &own, out);
         right

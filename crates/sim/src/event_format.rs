@@ -34,6 +34,7 @@ impl EventFormat {
             let known = writable.map(|format| format.name).collect();
             return Err(SimError::UnknownFormat { name: name.to_owned(), known });
         };
+        // Refused here: the first event beyond row 255 would come hours into a run.
         if format.name == EVC && sensor.height > MAX_EVC_ROWS {
             return Err(SimError::Config {
                 field: "format",

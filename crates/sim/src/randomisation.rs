@@ -134,6 +134,7 @@ impl Randomisation {
             if variation.task.is_some_and(|task| task != C::TASK) {
                 continue;
             }
+            // A stream for each field: adding one to the list leaves the draws of the others.
             let mut rng =
                 CounterRng::new(seed_for(seed, "randomisation", 0), &variation.field, index);
             if rng.chance(variation.probability) && variation.applies(&mut config) {
@@ -220,6 +221,7 @@ fn effect_and_parameter(path: &str) -> Result<(&str, &str), String> {
 fn set_effect(sensor: &mut SensorChoice, path: &str, value: &Value) -> Result<(), String> {
     let (name, key) = effect_and_parameter(path)?;
     let mut chain = sensor.resolve().map_err(|error| error.to_string())?;
+    // The new effect has its neutral values but for the parameter that is set.
     if chain.effect(name).is_none() {
         chain.effects.push(EffectConfig::new(name));
     }
@@ -242,6 +244,7 @@ fn number_at<C: Randomised>(config: &mut C, path: &str) -> Result<f64, String> {
         let known = chain.effect(name).and_then(|effect| effect.number(key));
         return known.ok_or_else(|| format!("`{path}` is no number of this sensor"));
     }
+    // Through TOML, so that paths are those that users write, for any configuration.
     let table = Table::try_from(&*config).map_err(|error| error.to_string())?;
     let mut value = &Value::Table(table);
     for key in path.split('.') {
@@ -265,6 +268,7 @@ fn set_field<C: Randomised>(config: &mut C, path: &str, value: Value) -> Result<
         .ok_or_else(|| format!("there is no `{path}`"))?;
     }
     *at = match (&*at, value) {
+        // Ranges are drawn as fractions; a count stays one.
         (Value::Integer(_), Value::Float(number)) => Value::Integer(number.round() as i64),
         (_, value) => value,
     };

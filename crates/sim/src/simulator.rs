@@ -97,6 +97,7 @@ impl Simulator {
         );
         let surroundings = Surroundings::new(&shared, &config, side, seed, 0)?;
         let mut posed = PosedBody::default();
+        // The first pose has to be in view; only its joints are needed to know that.
         motion.settle(&view, |target| {
             let (body, shaped) = shared.actor.driven_body(&surroundings.shaped);
             let pose = BodyPose::from_generator(body, &target.parameters, target.translation_m);

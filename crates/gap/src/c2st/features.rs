@@ -70,6 +70,8 @@ impl Pixels {
 
     /// Event counts and their distribution over pixels: nine features.
     fn counts(&self, events: usize) -> [f64; 9] {
+        // Logarithms of counts: patches differ by orders of magnitude, and the classifier is
+        // linear.
         let on = self.counts.iter().map(|count| count[1] as usize).sum::<usize>();
         let off = events - on;
         let sums = || self.counts.iter().map(|[off, on]| off + on).filter(|sum| *sum > 0);
@@ -109,6 +111,7 @@ impl Pixels {
                 let around =
                     columns.map(|x| rows().filter(|y| is_active(x, *y)).count()).sum::<usize>();
                 active += 1;
+                // The pixel itself is one of those around it.
                 alone += usize::from(around == 1);
             }
         }
@@ -219,6 +222,7 @@ fn spread(events: &[Local]) -> [f64; 3] {
     let (x, y) = (moments(&|event| event.x as f64), moments(&|event| event.y as f64));
     let ((on_mean, on_sd), (t_mean, t_sd)) = (moments(&on), moments(&t));
     let product: f64 = events.iter().map(|e| (on(e) - on_mean) * (t(e) - t_mean)).sum::<f64>() / n;
+    // Events of one polarity, or of one time, have no correlation.
     let correlation = if on_sd * t_sd > 1e-9 { product / (on_sd * t_sd) } else { 0.0 };
     [x.1, y.1, correlation]
 }

@@ -45,11 +45,13 @@ impl Data {
             std::array::from_fn(|i| match i {
                 COUNT => 1.0,
                 _ => (((features[i] - means[i]) / sds[i]) as f32)
+                    // One outlier must not decide where the others are separated.
                     .clamp(-MAX_DEVIATION, MAX_DEVIATION),
             })
         };
         let rows: Vec<Row> = all().map(scaled).collect();
         let folds: Vec<usize> = pairs.iter().flat_map(|pair| [pair.fold; 2]).collect();
+        // Once for all permutations: labels do not occur in the bound of the Hessian.
         let inverses = (0..FOLDS).map(|fold| inverse(&rows, &folds, fold)).collect();
         Self { rows, folds, inverses }
     }
@@ -87,6 +89,7 @@ impl Data {
             for (g, w) in gradient.iter_mut().zip(&weights) {
                 *g -= RIDGE as f32 * used * w;
             }
+            // A step by the bound of the Hessian never overshoots (Boehning 1992).
             for (w, row) in weights.iter_mut().zip(&self.inverses[held_out]) {
                 let step: f64 = row.iter().zip(&gradient).map(|(a, g)| a * f64::from(*g)).sum();
                 *w += step as f32;

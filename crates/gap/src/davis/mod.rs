@@ -96,6 +96,7 @@ impl Shots {
             return Err(GapError::Scene(problem));
         }
         let mut all = Self { size, response, white, noise: 0.0, shots };
+        // Needs all frames: noise is what differs between two of them where nothing moves.
         all.noise = all.noise_at_rest();
         Ok(all)
     }

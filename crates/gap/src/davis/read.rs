@@ -80,6 +80,7 @@ pub fn load_shots(
     let mut all = read.frames.iter().map(|frame| shot(frame, size)).collect::<Result<Vec<_>, _>>();
     let all = all.as_mut().map_err(|problem| fault(std::mem::take(problem)))?;
     all.sort_by_key(|shot| (shot.start, shot.end));
+    // Some recorders write a frame twice; light at one time must be one.
     all.dedup_by(|b, a| b.middle_us() <= a.middle_us());
     let whole = all.len();
     let mut chosen = bracketing(all, first, read.end);
@@ -133,6 +134,7 @@ fn read(path: &Path, first: Micros, seconds: f64) -> Result<FileFrames, GapError
     for packet in &mut packets {
         let packet = packet?;
         let Content::Frame(frame) = packet.content else { continue };
+        // A file that declares no stream of frames may hold one all the same: the first that comes.
         if packet.stream != *chosen.get_or_insert(packet.stream) {
             continue;
         }
@@ -146,6 +148,7 @@ fn read(path: &Path, first: Micros, seconds: f64) -> Result<FileFrames, GapError
         } else {
             read.frames.push(frame);
         }
+        // The frame behind the end as well: light is known up to it.
         if is_behind {
             break;
         }
@@ -160,6 +163,7 @@ fn max_code(depth: Depth) -> u16 {
 
 fn shot(frame: &Frame, size: SensorSize) -> Result<Shot, String> {
     let of_frame = SensorSize { width: frame.width, height: frame.height };
+    // A part of the image would have to be placed, which no camera of this kind writes.
     if of_frame != size || frame.position != (0, 0) {
         return Err(format!("a frame of {of_frame} beside events of a sensor of {size}"));
     }
@@ -194,6 +198,7 @@ fn bracketing(all: &[Shot], first: Micros, end: Micros) -> Vec<Shot> {
     let mut steps: Vec<f64> = all.windows(2).map(|two| middle(&two[1]) - middle(&two[0])).collect();
     let between = steps.clone();
     steps.sort_by(f64::total_cmp);
+    // The median: a gap lengthens the mean.
     let Some(usual) = steps.get(steps.len() / 2) else { return all.to_vec() };
     let mut best = 0..0;
     let mut start = 0;

@@ -65,6 +65,7 @@ fn exposed(scene: &LightSequence, shot: &Shot) -> Plane<f32> {
     let (width, height) = (planes[0].width(), planes[0].height());
     let mut mean = Plane::filled(width, height, 0.0);
     let lasts_us = (shot.end - shot.start).0 as f64;
+    // The shutter integrates: a mean over its time blurs motion as the camera's frames do.
     for sample in 0..EXPOSURE_SAMPLES {
         let t = shot.start.0 as f64 + lasts_us * (sample as f64 + 0.5) / EXPOSURE_SAMPLES as f64;
         let place = (t * 1e-6 * scene.fps()).clamp(0.0, (planes.len() - 1) as f64);

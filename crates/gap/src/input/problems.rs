@@ -76,6 +76,7 @@ impl Problems {
             let (recording, scene) = (events.sensor(), reference.sensor());
             list.push(Problem::Size { recording, scene });
         }
+        // In this order: stamps in a wrong unit are at a wrong start and of a wrong length as well.
         let expected_s = units::span_s(reference).filter(|_| reference.len() > 1);
         if let Some(too_long_by) = units::too_long_by(&events, expected_s.unwrap_or(duration_s)) {
             list.push(Problem::Unit { too_long_by });

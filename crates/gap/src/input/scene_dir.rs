@@ -67,6 +67,7 @@ pub fn load_scene(dir: impl AsRef<Path>) -> Result<LoadedScene, GapError> {
         );
         return Err(field("duration_s", problem));
     }
+    // A sequence of n frames may be meant to last n or n - 1 intervals: both are taken.
     if spare < 0.5 {
         let last_s = (frames as f64 - 1.0) / description.fps;
         notes.push(format!(
@@ -153,6 +154,7 @@ fn read_all(
     if brightest <= 0.0 {
         return Err(GapError::Scene(format!("{path}: there is no light in any frame")));
     }
+    // Codes of 0 to 255 instead of fractions are the commonest mistake of all.
     if !is_white_stated && brightest > BRIGHTEST_FRACTION {
         let white = if brightest <= WHITE_OF_BYTES { WHITE_OF_BYTES } else { brightest };
         planes.iter_mut().for_each(|plane| plane.data_mut().iter_mut().for_each(|y| *y /= white));

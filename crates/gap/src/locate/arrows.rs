@@ -36,6 +36,7 @@ pub(super) fn arrows(measured: &View<'_>, runs: &[View<'_>]) -> Vec<Arrow> {
         let (mean_x, mean_y) = (mean(|d| d.0), mean(|d| d.1));
         let squares = others.iter().map(|d| (d.0 - mean_x).powi(2) + (d.1 - mean_y).powi(2));
         let spread = (squares.sum::<f64>() / (n - 1.0).max(1.0)).sqrt();
+        // Less that of runs of the model: the estimate has a bias of its own where edges curve.
         let (dx_px, dy_px) = (x - mean_x, y - mean_y);
         let centre = |i: usize, n: usize| (i as f64 + 0.5) / n as f64;
         (n > 0.0).then(|| Arrow {

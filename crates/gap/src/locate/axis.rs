@@ -104,6 +104,8 @@ impl Axis {
         let cell = event.cell;
         match self {
             Self::Brightness => cell.brightness(),
+            // Fast first, then slower, then longer and longer at rest: neighbours on the axis are
+            // alike.
             Self::Motion if cell.age() == 0 => REST - cell.speed().clamp(1, REST),
             Self::Motion => REST - 1 + cell.age(),
             Self::Contrast => cell.contrast(),

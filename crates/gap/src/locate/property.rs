@@ -126,6 +126,7 @@ impl Bins {
             Property::Light => {
                 let quantile = |k: usize| values.get(k * values.len() / LIGHTS).copied();
                 let mut edges: Vec<f64> = (1..LIGHTS).filter_map(quantile).collect();
+                // Much of an image may be of one brightness, which is then one range.
                 edges.dedup();
                 edges
             }
@@ -137,6 +138,8 @@ impl Bins {
         };
         let count = edges.len() + 1;
         let mut exposure_s = match property {
+            // How long pixels spend at an interval depends on the events: there is no exposure to
+            // divide by.
             Property::Interval => Vec::new(),
             Property::Light | Property::Speed => vec![0.0; count],
             _ => vec![seconds * size.pixels() as f64 / count as f64; count],

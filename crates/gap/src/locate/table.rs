@@ -41,6 +41,7 @@ impl Table {
                     class = class * axis.count() + level;
                     key |= 1 << (axis.shift() as usize + level);
                 }
+                // Only classes with events are stored: most combinations of levels never occur.
                 if places[class] == u32::MAX {
                     places[class] = keys.len() as u32;
                     keys.push(key);

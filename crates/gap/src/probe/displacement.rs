@@ -72,6 +72,8 @@ impl Displacement {
                     continue;
                 }
                 let (mx, my) = measured.gradient(at);
+                // Gradients of both images, averaged: second order in the displacement, without
+                // iterations.
                 let (ax, ay) = (0.5 * (rx + mx), 0.5 * (ry + my));
                 let change = expected.data[at] - measured.data[at];
                 let tile = &mut self.tiles[row + x * TILES.0 / width];
@@ -126,6 +128,7 @@ fn field(tiles: &[Tile], bases: &[[[f64; TERMS]; 2]]) -> [f64; TERMS] {
             row[TERMS] += tile.bx * bx[i] + tile.by * by[i];
         }
     }
+    // Edges of one direction leave the motion along them open: the ridge takes it to be none.
     let ridge = tiles.iter().map(Tile::ridge).sum::<f64>() / tiles.len() as f64;
     (0..TERMS).for_each(|i| matrix[i][i] += ridge);
     let terms = gauss_jordan(matrix, MIN_PIVOT).unwrap_or([0.0; TERMS]);

@@ -39,6 +39,7 @@ fn images(view: &View<'_>) -> Vec<[Image; 2]> {
         }
     }
     let mut order: Vec<usize> = (0..slices).filter(|slice| counts[*slice] > 0).collect();
+    // The busiest by the reference, so that recording and runs are compared in the same slices.
     order.sort_by_key(|slice| (std::cmp::Reverse(counts[*slice]), *slice));
     order.truncate((MAX_PIXELS / size.pixels()).clamp(2, MAX_SLICES));
     let mut image_of = vec![None; slices];
@@ -57,6 +58,7 @@ fn images(view: &View<'_>) -> Vec<[Image; 2]> {
         }
     }
     for count in images.iter_mut().flatten().flat_map(|image| &mut image.data) {
+        // A hot pixel would be the strongest edge of the image.
         *count = count.clamp(-MAX_COUNT, MAX_COUNT);
     }
     images

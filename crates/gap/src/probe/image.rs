@@ -26,6 +26,7 @@ impl Image {
     /// Smooths with a standard deviation of `spacing` pixels.
     pub(super) fn smoothed(&self, spacing: usize) -> Self {
         let (width, height) = (self.width, self.height());
+        // Five weights, `spacing` pixels apart, reach this far to both sides.
         let edge = 2 * spacing;
         let mut padded = vec![0.0; width + 2 * edge];
         let mut along = Self::zeros(width, height);
@@ -61,6 +62,8 @@ pub(super) fn dot(a: &[f32], b: &[f32]) -> f64 {
     let length = a.len().min(b.len());
     let (a, b) = (a[..length].chunks(LANES * 64), b[..length].chunks(LANES * 64));
     let parts = a.zip(b).map(|(a, b)| {
+        // Short sums in single precision, added up in double: fast, and exact enough for large
+        // images.
         let mut lanes = [0.0_f32; LANES];
         let (a, b) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
         let rest = a.remainder().iter().zip(b.remainder());

@@ -46,6 +46,7 @@ fn busy(view: &View<'_>, milliseconds: usize) -> (Vec<bool>, [f64; 2]) {
     }
     let mut order: Vec<usize> = (0..milliseconds).collect();
     let count = ((BUSY * milliseconds as f64) as usize).max(1).min(milliseconds);
+    // By the reference: a readout that loses events in busy milliseconds must not make them calm.
     order.sort_by_key(|bin| (std::cmp::Reverse(counts[*bin]), *bin));
     let mut is_busy = vec![false; milliseconds];
     order[..count].iter().for_each(|bin| is_busy[*bin] = true);
@@ -95,6 +96,7 @@ impl StatisticProbe for Load {
         }
         out.extend(WIDTHS.iter().flat_map(|width| loads(&bins, *width)));
         let [calm, busy] = &lags;
+        // Few events on either side shrink the difference towards none.
         let lag_us = calm.shrinkage().min(busy.shrinkage()) * (busy.median_us() - calm.median_us());
         out.push(1e-6 * lag_us * view.reference_scene.scene.fps());
         out.extend([0, 1].map(|i| ((events[i] + SETTLED) / (expected[i] + SETTLED)).ln()));

@@ -46,6 +46,8 @@ impl StatisticProbe for LogIntensityStep {
         let mut histogram = [0.0; GROUPS * BINS];
         let mut log_steps: [Vec<f32>; GROUPS] = Default::default();
         for event in view.events().iter().filter(|event| is_moving(event.cell)) {
+            // By the last event: a refractory pixel or a wrong memory shows in repeated polarities
+            // only.
             let past = match event.before() {
                 Some((_, was_on)) => usize::from(was_on != event.is_on),
                 None => 2,

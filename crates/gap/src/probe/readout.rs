@@ -100,6 +100,8 @@ fn shared(view: &View<'_>, spots: &[Spot], out: &mut Vec<f64>) {
         in_company += group.len() as f64;
         log_size += (group.len() as f64).ln();
         for event in group {
+            // Counted by group number, so that the tables of lines need not be cleared for each
+            // stamp.
             rows.touch(event.y, groups);
             columns.touch(event.x, groups);
         }
@@ -125,6 +127,7 @@ fn succession(spots: &[Spot], out: &mut Vec<f64>) {
         pairs += 1.0;
         row += f64::from(u8::from(dy.abs() < 0.5));
         column += f64::from(u8::from(dx.abs() < 0.5));
+        // Between distant stamps a scan has gone around, and its direction is lost.
         if t_us - t_before_us < CLOSE_US {
             close += 1.0;
             down += sign(dy);

@@ -93,6 +93,7 @@ pub(super) fn correlation(a: &Residuals, b: &Residuals, is_chosen: impl Fn(usize
     }
     let [a, b, aa, bb, ab] = sums;
     let n = n as f64;
+    // The constant keeps a correlation of next to nothing from being one of all.
     let scale = (aa - a * a / n + SETTLED * n) * (bb - b * b / n + SETTLED * n);
     (ab - a * b / n) / scale.sqrt()
 }

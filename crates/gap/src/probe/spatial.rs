@@ -52,6 +52,7 @@ struct Maps {
 impl Maps {
     fn from_view(view: &View<'_>) -> Self {
         let plane = || vec![0.0_f32; view.size().pixels()];
+        // Parts of time alternate: what is fixed in pixels shows as agreement between them.
         let part = |t_us| part(view.since_start_us(t_us));
         let mut measured = [(); 6].map(|()| plane());
         let mut expected = [(); 6].map(|()| plane());
@@ -88,6 +89,7 @@ fn top_shares(by: &[f32], of: &[f32]) -> [f64; 4] {
     let order = |a: &u32, b: &u32| by[*b as usize].total_cmp(&by[*a as usize]).then(a.cmp(b));
     let max = count(SHARES[3]);
     if busy.len() > max {
+        // Only the top is sorted; an image may have a million pixels.
         busy.select_nth_unstable_by(max, order);
         busy.truncate(max);
     }
@@ -166,6 +168,7 @@ impl StatisticProbe for Spatial {
 
     fn measure(&self, view: &View<'_>, out: &mut Vec<f64>) {
         let Maps { measured, expected, quiet } = Maps::from_view(view);
+        // Chosen in one part of time and counted in another: chance is not chosen twice.
         let forth = top_shares(&quiet[0], &quiet[1]);
         let back = top_shares(&quiet[1], &quiet[0]);
         out.extend(forth.iter().zip(back).map(|(a, b)| 0.5 * (a + b)));
@@ -188,6 +191,7 @@ impl StatisticProbe for Spatial {
         let [off, on] = [0, 1].map(|sign| Residuals::from_counts(&n_sign[sign], &e_sign[sign]));
         out.push(correlation(&off, &on, |p| e_sign[0][p] > 0.0 && e_sign[1][p] > 0.0));
 
+        // Without the mean: a wrong overall rate is no pattern.
         whole.centre();
         let width = usize::from(view.size().width);
         out.extend(whole.line_dispersions(width));

@@ -164,6 +164,7 @@ impl StatisticProbe for Timing {
         let mut by_class = vec![Lags::below(NEAR_US); CLASSES];
         let mut by_third = vec![Lags::below(NEAR_US); THIRDS];
         let length_us = view.window.length().0.max(1);
+        // Lags within a fraction of a frame depend on how light is interpolated, not on the camera.
         let grain_us = (1e6 * GRAIN_STEPS * view.reference_scene.scene.step_s()).round() as i64;
         let spread = Spread::new(grain_us);
         for event in view.events().iter().filter(|event| is_moving(event.cell)) {

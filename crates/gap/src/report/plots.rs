@@ -142,6 +142,7 @@ fn lags(view: &View<'_>) -> Vec<f64> {
     lags.iter_mut()
         .map(|lags| {
             if lags.len() < MIN_EVENTS {
+                // A median of a few events would be drawn as if it were one of many.
                 return f64::NAN;
             }
             let middle = lags.len() / 2;

@@ -54,6 +54,7 @@ pub fn block_gaps(
         values.sort_by(f64::total_cmp);
         let at =
             |share: f64| values.get(nearest_index(values.len(), share)).copied().unwrap_or(value);
+        // Resampling biases a distance upwards: the interval is extended to hold the value itself.
         GapValue { value, lo: at(0.05).min(value), hi: at(0.95).max(value) }
     };
     let after = gaps(after);

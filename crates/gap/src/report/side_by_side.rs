@@ -52,6 +52,7 @@ impl SideBySide {
                 let (x, y) = (usize::from(events.x()[i]) / side, usize::from(events.y()[i]) / side);
                 counts[y * width + x][usize::from(events.polarity()[i].is_on())] += 1;
             }
+            // Four levels of each polarity: none, one, two or three, more.
             let level = |count: u32| [0, 1, 2, 2][count.min(3) as usize] + u32::from(count > 3);
             let digit = |[off, on]: [u32; 2]| {
                 char::from_digit(4 * level(on) + level(off), 16).unwrap_or('0')

@@ -29,6 +29,7 @@ impl Agreement {
         if apart > self.tolerance * 0.5 * (early + late).abs() + 2.0 * self.resolution {
             return None;
         }
+        // Two halves are two measurements: Student's t with one degree of freedom.
         let reach = (T90 * 0.5 * apart).max(self.resolution);
         Some(SceneFreeParameter {
             name,

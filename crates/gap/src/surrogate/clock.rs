@@ -251,8 +251,8 @@ fn refined(train: &Train, axis: Axis, turns: f64) -> (f64, f64) {
     let mut frequency = turns / STRETCH_US as f64;
     let mut reach = 1.5 / STRETCH_US as f64;
     loop {
-        // A long part resolves finer frequencies, but only near one that is known: the grid is refined by
-        // four each time, instead of laid over all frequencies of the whole recording.
+        // A long part resolves finer frequencies, but only near one that is known: the grid is
+        // refined by four each time, instead of laid over all frequencies of the whole recording.
         let marks = within(&train.marks, start, start + length);
         let step = 0.1 / length as f64;
         let steps = (reach / step).ceil() as i64;

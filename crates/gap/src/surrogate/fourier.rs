@@ -42,6 +42,7 @@ impl Fourier {
         }
         let shift = usize::BITS - n.trailing_zeros();
         for i in 0..n {
+            // In bit-reversed order the halves of every stage lie side by side.
             let j = i.reverse_bits() >> shift;
             if i < j {
                 values.swap(i, j);

@@ -92,6 +92,8 @@ fn edge_us(lengths: &[i64]) -> Option<f64> {
         let (half, at, near, far) =
             (below(0.5 * edge_us), below(edge_us), below(1.2 * edge_us), below(1.44 * edge_us));
         let (under, above, beyond) = ((at - half) as f64, (near - at) as f64, (far - near) as f64);
+        // Hardly anything below, many just above, and no dip behind: a mode of the intervals is no
+        // edge.
         let is_edge = near - at >= MIN_ABOVE
             && at as f64 * 0.2 <= BELOW * above
             && under / 0.5 <= BELOW * above / 0.2
@@ -102,6 +104,7 @@ fn edge_us(lengths: &[i64]) -> Option<f64> {
                 |n: f64, length: f64| if n > 0.0 { n * (n / length / whole).ln() } else { 0.0 };
             let ratio = part(under, 0.5) + part(above, 0.2);
             if ratio > best.0 {
+                // The shortest interval itself, which the grid of edges is too coarse for.
                 let first = lengths[below(0.97 * edge_us)];
                 best = (ratio, Some(first as f64));
             }

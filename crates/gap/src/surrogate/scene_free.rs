@@ -52,6 +52,8 @@ pub fn test_recording(events: &EventStream, replicates: usize, seed: u64) -> Sce
         }
         for mut effect in agreed {
             let own = statistics.iter().filter(|row| row.effect == Some(effect.name));
+            // The effect of any of its statistics is enough, since their p-values are corrected
+            // together.
             effect.p = own.filter_map(|row| row.adjusted_p).min_by(f64::total_cmp);
             if effect.p.is_none_or(|p| p <= LEVEL) {
                 effects.push(effect);

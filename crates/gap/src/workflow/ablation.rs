@@ -29,6 +29,7 @@ pub fn ablation(
     for added in &result.added_effects {
         let without = without_effect(&result.after.model, &result.before.model, added.name());
         rows.push(row(ModelChange::Dropped, added.name(), gap(&without)?));
+        // The first contender is the effect itself.
         if let Some(rival) = added.contenders.get(1) {
             let gap = gap(&rival.held_out.model)?;
             rows.push(row(ModelChange::Swapped, rival.candidate.name, gap));

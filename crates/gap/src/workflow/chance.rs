@@ -30,6 +30,7 @@ pub fn p_of_largest_deviation(
     let ranked = |summary: &[f64]| largest_first(expected.deviations(objective.layout, summary));
     let measured = ranked(&objective.measured);
     let (first, second) = (objective.run(model, 0)?, objective.run(model, 1)?);
+    // A model without noise has one run: replicates would say p = 1 / (n + 1) of anything else.
     if first.iter().zip(&*second).all(|(a, b)| a.to_bits() == b.to_bits()) {
         let statistics = expected.mean.iter().filter(|mean| mean.is_finite()).count();
         return Ok(p_of_normal(measured.first().copied().unwrap_or(0.0), statistics));

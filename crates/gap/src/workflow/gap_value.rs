@@ -33,6 +33,7 @@ pub fn gap_value(
         .enumerate()
         .map(|(i, deviations)| {
             let blocks = by_block(objective.layout, deviations);
+            // Blocks are drawn as well as runs: the mean over blocks depends on which there are.
             let mut rng = CounterRng::new(seed, "blocks of a gap", i as u64);
             let drawn = (0..blocks.len()).map(|_| blocks[rng.below(blocks.len())].1);
             drawn.sum::<f64>() / blocks.len() as f64 / chance

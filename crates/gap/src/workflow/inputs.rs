@@ -94,6 +94,7 @@ fn on_frame_grid(
     model: &Model,
     notes: &mut Vec<String>,
 ) -> Result<((ComparisonCase, ComparisonCase), f64), GapError> {
+    // Stamps of a program that makes events at frames say nothing of what is between them.
     let step = Micros((1e6 * train.scene.step_s()).round() as i64);
     if !is_on_frame_grid(&train.measured, step) {
         return Ok(((train, held_out), 0.0));
@@ -162,6 +163,7 @@ impl Prepared {
         };
         let ((train, held_out), resolution_us) =
             on_frame_grid(train, held_out, &model, &mut notes)?;
+        // Cut after the split: the held-out part must not depend on how much is fitted.
         let whole = train.window.end;
         let train = train.training(inputs.is_quick);
         if train.window.end < whole {

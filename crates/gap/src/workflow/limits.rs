@@ -30,6 +30,7 @@ pub fn limits(directions: &Directions) -> Limits {
                     "{} = {} {} changes nothing detectable in this scene",
                     direction.parameter, direction.strongest, direction.unit
                 );
+                // A quantity without a unit leaves two spaces.
                 let reason = reason.replace("  ", " ");
                 result.untestable.insert(direction.name.to_owned(), reason);
             }

@@ -63,6 +63,7 @@ impl Prepared {
         let degenerate = nuisance.degenerate(inputs.train.scene.catalogue());
         inputs.left_out.extend(degenerate.map(|(name, _)| name.to_owned()));
         let mut prepared = Self::new(inputs)?;
+        // These blocks compare events with the exact light, which a guessed scene does not have.
         let mut layout = Layout::of_blocks(|block| {
             !matches!(block, StatisticBlock::Crossing | StatisticBlock::LogIntensityStep)
         });
@@ -75,6 +76,8 @@ impl Prepared {
             let events = reference_scene.scene.events(model, seed)?;
             own.push(layout.summarise(&View::new(reference_scene, &events, case.window)));
         }
+        // The scatter over what is not known widens tolerances: a statistic that depends on it
+        // decides less.
         for i in 0..SAMPLES {
             let other = with_other_thresholds(model, &mut CounterRng::new(seed, "thresholds", i));
             let of_train = train(i)?.events(&other, seed)?;

@@ -97,6 +97,7 @@ pub fn outcome(
     progress("estimates with their intervals");
     let effects = findings_of_answer(splits, result)?;
     progress("detection limits");
+    // On the screening part: a direction takes a simulation for every effect and strength.
     let directions = Directions::simulate(&splits.screen, given, &prepared.left_out)?;
     let limits = limits(&directions);
     progress("location of the disagreement");

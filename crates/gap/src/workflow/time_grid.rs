@@ -70,6 +70,8 @@ fn is_by_line(events: &EventStream, step: Micros, largest: usize) -> bool {
     let is_by = |line: &dyn Fn(&Event) -> u16| {
         let mut counts: HashMap<(u16, i64), usize> = HashMap::new();
         for event in events.iter() {
+            // In a scan each line has its phase, and together they explain far more than one phase
+            // does.
             *counts.entry((line(&event), event.t.0.rem_euclid(step.0))).or_default() += 1;
         }
         let mut largest_of: HashMap<u16, usize> = HashMap::new();

@@ -79,6 +79,7 @@ impl Records {
             let [a, b, t @ ..] = *record;
             (u16::from_be_bytes([a, b]).into(), u32::from_be_bytes(t))
         });
+        // Decided once for all records: the size of an address is that of the file.
         if self.address == 4 {
             long.for_each(|(address, t)| {
                 let t = self.unwrap(t);
@@ -161,6 +162,8 @@ impl Decoder for Records {
         columns.reserve(bytes.len() / self.length());
         let length = self.each(bytes, |records, address, t| match records.word(address) {
             Word::Event { x, y, is_on } => {
+                // Only files of stereo cameras have a camera in the address; in others these bits
+                // are coordinates.
                 if records.camera.is_some_and(|wanted| wanted != camera(address)) {
                     records.others[usize::from(camera(address))] += 1;
                     return;

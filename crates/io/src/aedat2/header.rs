@@ -154,6 +154,7 @@ fn guess(first: &[u8], address: usize) -> (Layout, SensorSize) {
     }
     let records = first.as_chunks::<8>().0.iter();
     let addresses = records.map(|&[a, b, c, d, ..]| u32::from_be_bytes([a, b, c, d]));
+    // The highest bit marks frames and motion sensors, whose other bits are no coordinates.
     let events = addresses.filter(|address| address >> 31 == 0);
     let (mut bits, mut x, mut y) = (0, 0, 0);
     for address in events {

@@ -48,6 +48,7 @@ pub(super) fn read(mut input: Input, options: &OpenOptions) -> Result<Vec<Specia
     let (mut events, mut start) = (Vec::new(), recorder.start);
     loop {
         let length = records.special_events(&bytes, &mut events);
+        // What is left is the begin of a record that the next read completes.
         bytes.drain(..length);
         start += length as u64;
         let room = super::FIRST as u64;

@@ -97,6 +97,8 @@ impl Builder {
             length += size;
         }
         slots[2..4].copy_from_slice(&(length as u16).to_le_bytes());
+        // Tables of one kind follow each other and share their list of slots, as flatbuffers' own
+        // do.
         if self.bytes[self.slots.clone()] != slots[..] {
             self.pad(2);
             self.slots = self.bytes.len()..self.bytes.len() + slots.len();
@@ -106,6 +108,7 @@ impl Builder {
         self.pad(8);
         self.point(from);
         let (at, mut next) = (self.bytes.len(), 0);
+        // A table begins with the distance back to its list of slots.
         let back = (at - self.slots.start) as i32;
         self.bytes.extend_from_slice(&back.to_le_bytes());
         for field in fields {

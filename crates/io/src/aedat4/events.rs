@@ -27,6 +27,7 @@ pub(super) fn decode(bytes: &[u8], columns: &mut Columns) -> Result<usize, Broke
     vectorize(
         #[inline(always)]
         || {
+            // Column by column over a piece that stays in the cache: each loop is one of vectors.
             for events in events.chunks(AT_ONCE) {
                 let fields = events.iter();
                 columns.t.extend(fields.clone().map(|event| Micros(time(event))));

@@ -111,6 +111,7 @@ pub(super) fn read(input: &mut Input) -> Result<FileHeader, IoError> {
     let cut = || damage(&path, start, "the header is cut");
     let size = u64::from(u32::from_le_bytes(*bytes.first_chunk().ok_or_else(cut)?));
     let end = start + 4 + size;
+    // Checked before reading: a size out of a broken file may be four gigabytes.
     if end > input.length {
         return Err(cut());
     }
@@ -133,6 +134,7 @@ pub(super) fn parse(path: &Path, start: u64, bytes: &[u8]) -> Result<FileHeader,
     let known = usize::try_from(number).ok().and_then(|k| Compression::ALL.get(k));
     let unknown = || damage(path, start, format!("compression {number} is not known"));
     let compression = *known.ok_or_else(unknown)?;
+    // A recorder that was stopped has written -1: no data table.
     let place = table.i64(1).map_err(broken)?.unwrap_or(-1);
     let text = table.vector(2).map_err(broken)?.whole(1).map_err(broken)?;
     let streams = streams(&String::from_utf8_lossy(text));

@@ -71,6 +71,7 @@ fn frame(bytes: &mut &[u8], out: &mut Scratch) -> Result<(), Fault> {
         if has(4) && number(bytes)? != XxHash32::oneshot(0, block) {
             return Err("LZ4: the checksum of a block does not fit".into());
         }
+        // A packed block does not state its length: room for the longest is given back afterwards.
         let length = if size & PLAIN != 0 { block.len() } else { longest };
         if length > longest {
             return Err("LZ4: a block is longer than its frame allows".into());

@@ -309,6 +309,7 @@ fn frame(table: &Table<'_>) -> Result<Frame, Broken> {
         t,
         readout_start: Micros(time(1)?.unwrap_or(0)),
         readout_end: Micros(time(2)?.unwrap_or(0)),
+        // Without times of exposure, the time of the frame and its duration stand in.
         exposure_start: Micros(time(3)?.unwrap_or(t.0)),
         exposure_end: Micros(time(4)?.unwrap_or(t.0.saturating_add(lasts))),
         format,

@@ -55,6 +55,7 @@ impl Packets {
             Some(fault) => return Err(fault),
         };
         let content = content.map_err(|broken| self.walk.broken(&head, broken))?;
+        // Passed only once its content is decoded: a fault leaves the walk at the packet.
         self.walk.pass(&head);
         if let Content::Events(columns) = &content {
             self.events += columns.len() as u64;

@@ -105,6 +105,7 @@ impl Source {
         let Some(head) = self.walk.head()? else {
             return Ok(false);
         };
+        // Packets are counted once, also where a search has gone back.
         let is_new = head.at >= self.seen_to;
         let kind = self.kind(head.stream);
         if self.chosen == Some(head.stream) || kind.is_none() {
@@ -136,6 +137,7 @@ impl Source {
         let Body { bytes, fault } = self.walk.body(head)?;
         let kind = identifier(bytes).map(StreamKind::from_identifier);
         let id = head.stream;
+        // A broken file has a new number in every packet; the list would grow with it.
         if is_unnamed && self.streams.len() >= MAX_STREAMS {
             let reason = "packets of more streams than any recording has";
             return Err(self.walk.broken(head, super::flat::Broken { at: 0, reason }));
@@ -185,6 +187,7 @@ impl Source {
 
     /// Takes the entries of the data table for marks.
     fn read_table(&mut self) -> Result<(), IoError> {
+        // Until all of it is found to be in order.
         self.table = Index::Wrong;
         let Some(entries) = self.walk.table()? else {
             return Ok(());

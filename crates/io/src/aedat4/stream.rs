@@ -71,6 +71,7 @@ impl<R: Read> Aedat4Stream<R> {
         let mut head = vec![0; 4];
         read(&mut head)?;
         let mut start = 0;
+        // A file has a first line before its header, a connection has none.
         if head == MAGIC[..4] {
             let mut line = *MAGIC;
             read(&mut line[4..])?;

@@ -73,6 +73,8 @@ impl Walk {
                 None => Ok(None),
             };
         }
+        // Mostly read already, with the body of the packet before: one read a packet instead of
+        // two.
         let bytes = match self.ahead {
             Some((place, bytes)) if place == at => bytes,
             _ => {
@@ -94,6 +96,7 @@ impl Walk {
     pub(super) fn body(&mut self, head: &Head) -> Result<Body<'_>, IoError> {
         let at = head.at + HEAD;
         let left = self.end.saturating_sub(at);
+        // A cut body is read as far as it goes: its first events may be whole.
         let there = head.size.min(left);
         self.read(at, (there + HEAD).min(left))?;
         let there = (there as usize).min(self.body.filled().len());
@@ -164,6 +167,7 @@ impl Walk {
     /// Replaces the body by the `most` bytes from `at` on, or as many as there are.
     fn read(&mut self, at: u64, most: u64) -> Result<(), IoError> {
         let failed = |e| IoError::file(&self.input.path, "read", e);
+        // A seek would discard the buffer of the input.
         if self.read_to != at {
             self.input.bytes.seek(SeekFrom::Start(at)).map_err(failed)?;
         }

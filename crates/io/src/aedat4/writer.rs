@@ -52,6 +52,7 @@ impl Writer {
                 let reason = format!("two streams of number {}", stream.id);
                 return Err(IoError::unwritable(path, reason));
             }
+            // Coordinates are signed 16 bits in this format.
             let is_large = |s: SensorSize| s.width > MAX_PIXELS || s.height > MAX_PIXELS;
             if let Some(size) = stream.size.filter(|&size| is_large(size)) {
                 let reason = format!("a sensor of {size}, and rows and columns end at 32767");
@@ -196,6 +197,7 @@ pub(super) fn create(path: &Path, sensor: SensorSize) -> Result<Box<dyn EventSin
 
 impl EventSink for Sink {
     fn write(&mut self, events: &EventStream) -> Result<(), IoError> {
+        // Large streams need no copy: they are packets as they are.
         if self.pending.is_empty() && events.len() >= EVENTS {
             return self.writer.events(STREAM, events);
         }

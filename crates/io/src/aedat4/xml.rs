@@ -24,6 +24,7 @@ pub(super) fn attributes(text: &str, mut found: impl FnMut(&[Cow<'_, str>], &str
         let Some((tag, behind)) = tag.split_once('>') else { return };
         rest = behind;
         if tag.starts_with("node") && !tag.ends_with('/') {
+            // A hostile header would otherwise take memory for each opening tag.
             if nodes.len() == DEEPEST {
                 return;
             }

@@ -97,6 +97,8 @@ impl DatDecoder {
         columns.y.extend(records.iter().map(|record| (rest(record) >> X & ((1 << Y) - 1)) as u16));
         let is_on = |record| rest(record) >> (X + Y) & 1 == 1;
         columns.polarity.extend(records.iter().map(|record| Polarity::from_on(is_on(record))));
+        // Bits beyond the layout are collected, not tested: a branch a record would keep the
+        // loop from becoming vectors.
         let all = records.iter().fold(0, |all, record| all | rest(record));
         self.stray |= all >> (X + Y + 1);
     }

@@ -45,6 +45,8 @@ impl EventSink for DatSink {
                 let reason = format!("event at ({x}, {y}) of {}", self.sensor);
                 return Err(IoError::unwritable(&self.path, reason));
             }
+            // Readers unwrap 32 bits of time by the events before: a longer pause cannot be
+            // written.
             if self.counter.advance_or_late((t as u32).into()) != t {
                 let reason = format!("event at {t} µs: readers would take it for another time");
                 return Err(IoError::unwritable(&self.path, reason));

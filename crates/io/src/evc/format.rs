@@ -49,6 +49,7 @@ impl Decoder for Records {
                     self.frames += 1;
                     continue;
                 }
+                // Events have no times of their own: theirs is that of the marker before.
                 0 | 1 if self.frames > 0 => {
                     columns.push(Event {
                         t: Micros((self.frames - 1) * FRAME.0),

@@ -200,6 +200,8 @@ impl EvcReader {
         if frames.is_empty() {
             return Ok(());
         }
+        // The index knows every so many frames; the markers in between are searched for in what was
+        // read.
         let from = self.indexed_offset(frames.start / INDEX_STEP);
         let last = self.indexed_offset(frames.end / INDEX_STEP);
         let to = self.indexed_offset(frames.end.div_ceil(INDEX_STEP));
@@ -214,6 +216,7 @@ impl EvcReader {
         };
         let inside = start..end.max(start);
         match tally(&window.bytes[inside.clone()], self.sensor) {
+            // The file may have been written to since it was indexed.
             Ok(tally) if tally.markers == frames.end - frames.start => {}
             _ => return Err(self.fault(from, EvcFault::Changed)),
         }

@@ -70,6 +70,7 @@ impl EvcWriter {
         self.frame.clear();
         for (x, y, polarity) in events {
             match u8::try_from(y) {
+                // Rows are a byte in this format.
                 Ok(row) if self.sensor.contains(x, y) => self.frame.push((x, row, polarity)),
                 _ => {
                     let (frame, sensor) = (self.frames, self.sensor);

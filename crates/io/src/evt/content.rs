@@ -100,7 +100,8 @@ fn is_evt3(data: &[u8]) -> bool {
                 }
             }
             evt3::TIME_HIGH => {
-                // The counter may wrap around, so that only steps forward are compared.
+                // The counter may wrap around, so that only steps forward are compared. Times that
+                // go back are rare in a recording, and every second word of what is none.
                 if high.is_some_and(|before| value < before) {
                     course.last = None;
                 }

@@ -83,6 +83,7 @@ impl WordEncoder for Evt3Encoder {
                 advanced.map_err(|reason| format!("event at {t} µs: {reason}"))?;
                 self.low = None;
             }
+            // EVT 3.0 keeps state: only what differs from the event before is written.
             if self.low.replace(t & 0xFFF) != Some(t & 0xFFF) {
                 word(TIME_LOW, (t & 0xFFF) as u16);
             }
@@ -101,6 +102,7 @@ impl WordEncoder for Evt3Encoder {
             word(VECT_12, (mask & 0xFFF) as u16);
             word(VECT_12, (mask >> 12 & 0xFFF) as u16);
             word(VECT_8, (mask >> 24) as u16);
+            // A vector moves the base of readers behind its last pixel.
             self.base = Some((base + PIXELS, event.polarity));
             at += count;
         }

@@ -68,6 +68,8 @@ impl WordDecoder for Evt21Decoder {
     ) -> usize {
         let (words, _) = bytes.as_chunks::<8>();
         let mut rest = words;
+        // Before the first high time no event has a time. A loop of its own keeps the main one free
+        // of it.
         while !self.time_high.is_set()
             && let Some((&word, behind)) = rest.split_first()
         {

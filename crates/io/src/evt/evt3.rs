@@ -92,6 +92,7 @@ impl Evt3Decoder {
             TIME_LOW => self.low = value,
             ADDR_Y => {
                 self.row = Some(value);
+                // The first row decides which camera of a stereo pair is read.
                 self.camera = self.camera.or(Some(value & FLAG));
             }
             ADDR_Y_OF_LIGHT => self.skipped.unknown += 1,
@@ -220,6 +221,7 @@ struct Vector {
 fn vector(words: &[[u8; 2]]) -> Vector {
     let value = |word: &[u8; 2]| u32::from(u16::from_le_bytes(*word));
     let whole = words.first_chunk::<3>().map(|words| words.each_ref().map(value));
+    // Cameras write vectors of 12, 12 and 8 bits in a row: as one mask they cost one step.
     if let Some([a, b, c]) = whole
         && (a >> 12, b >> 12, c >> 12) == (VECT_12.into(), VECT_12.into(), VECT_8.into())
     {
@@ -258,6 +260,8 @@ impl WordDecoder for Evt3Decoder {
     ) -> usize {
         let (words, _) = bytes.as_chunks::<2>();
         let mut rest = words;
+        // Before the first row no event has a place. A loop of its own keeps the main one free of
+        // it.
         while self.row.is_none()
             && let Some((&word, behind)) = rest.split_first()
         {

@@ -49,6 +49,7 @@ fn begin(input: &mut Input) -> Result<(Header, Encoding, u64), IoError> {
     let lines = Lines::read(input)?;
     lines.check_end(input)?;
     let mut data = input.head(lines.length + SAMPLE)?;
+    // Headers of old files do not name the encoding: the first words do.
     let encoding = Encoding::detect(&lines, &data.split_off(lines.length.min(data.len())));
     let unknown = || IoError::Damaged {
         path: input.path.clone(),

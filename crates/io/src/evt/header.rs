@@ -79,6 +79,7 @@ impl Lines {
                     events: 0,
                 });
             }
+            // Most headers are short: more is read only where the end was not found.
             max *= 2;
         }
     }

@@ -19,6 +19,7 @@ pub(super) fn put_bits<const BYTES: usize>(
         let bits = mask >> (8 * byte) & 0xFF;
         let first = first + ((8 * byte as u64) << shift);
         let words = BITS[bits as usize].map(|bit| first + (u64::from(bit) << shift));
+        // Always eight, of which those beyond the set bits are written over next: no branch a bit.
         places[*count..*count + 8].copy_from_slice(&words);
         *count += bits.count_ones() as usize;
     }

@@ -111,6 +111,7 @@ impl States {
         mask: u32,
         columns: &mut Columns,
     ) {
+        // Room for the largest mask, so that the writing below need not ask.
         if self.events > PLACES - Self::WORDS - MASK {
             self.flush(columns);
         }

@@ -109,6 +109,8 @@ impl Decoder for FramedDecoder {
                 if !is_last || rest.is_empty() {
                     return Ok(at);
                 }
+                // A cut packet is damage; anything else at the end is searched for markers as in
+                // between.
                 if rest[..begun] == MARKER[..begun] {
                     let reason = format!("the stream ends {} bytes into a packet", rest.len());
                     return Err(DecodeFault { at, reason: reason.into() });

@@ -42,6 +42,7 @@ pub(super) fn sensor_of(header: &[u8; HEADER]) -> Result<SensorSize, (u64, Cow<'
     if sensor.pixels() == 0 || sensor.height > MAX_ROWS {
         return Err((8, format!("a sensor of {sensor}").into()));
     }
+    // Reserved bytes let a later version say that older readers would misread it.
     if reserved != [0; 4] {
         return Err((12, "the stream is of a later version: its reserved bytes are not 0".into()));
     }

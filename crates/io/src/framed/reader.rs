@@ -108,6 +108,7 @@ impl<R: Read> FramedReader<R> {
             self.taken += took;
             self.at += took as u64;
             let given = columns.len() - before;
+            // Not in the middle of a packet: its events belong to one moment.
             if given >= ENOUGH || given > 0 && self.decoder.is_between() {
                 return Ok(true);
             }
@@ -120,6 +121,7 @@ impl<R: Read> FramedReader<R> {
 
     /// Waits for further bytes, or for the end.
     fn fill(&mut self) -> Result<(), IoError> {
+        // What is left is less than a packet's head or event, so that little is copied.
         self.buffer.copy_within(self.taken..self.filled, 0);
         self.filled -= self.taken;
         self.taken = 0;

@@ -120,6 +120,7 @@ impl NpyFrames {
         read.map_err(|e| IoError::file(&self.path, "read", e))?;
         self.next += 1;
         if self.is_big_endian {
+            // Turned around in place: all types below are then little-endian.
             self.bytes.chunks_exact_mut(self.values.bytes()).for_each(<[u8]>::reverse);
         }
         let pairs = || self.bytes.as_chunks::<2>().0.iter().map(|b| u16::from_le_bytes(*b));

@@ -109,6 +109,7 @@ impl Block {
 
     /// Unpacks the streams of the block.
     fn streams(self, mut packed: &[u8], codec: Codec, out: &mut [u8]) -> Result<(), Reason> {
+        // Split blocks hold the bytes of each place apart, which shuffled values pack better in.
         let streams = if self.is_split() { self.size } else { 1 };
         if !out.len().is_multiple_of(streams) {
             return Err(format!("a Blosc block of {} bytes in {streams}", out.len()).into());
@@ -118,6 +119,7 @@ impl Block {
             let length = u32::from_le_bytes(*length) as usize;
             let (stream, rest) = rest.split_at_checked(length).ok_or(ENDS)?;
             packed = rest;
+            // What does not get smaller by packing is stored as it is.
             if stream.len() == out.len() {
                 out.copy_from_slice(stream);
             } else {

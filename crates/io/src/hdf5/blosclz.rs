@@ -37,6 +37,7 @@ pub(super) fn decode(packed: &[u8], out: &mut [u8]) -> Option<()> {
             }
             let lower = usize::from(*bytes.next()?);
             let mut distance = upper + lower + 1;
+            // The largest near distance means that a far one follows.
             if distance == NEAR + 1 {
                 let far = [*bytes.next()?, *bytes.next()?];
                 distance += usize::from(u16::from_be_bytes(far));

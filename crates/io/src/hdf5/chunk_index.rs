@@ -39,6 +39,8 @@ impl ChunkIndex {
         if entries.is_empty() {
             return (bytes, UNDEFINED);
         }
+        // From the leaves up, as many levels as it takes: parents need the addresses of their
+        // children.
         let mut level = 0;
         loop {
             let first = begin + bytes.len() as u64;

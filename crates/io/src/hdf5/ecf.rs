@@ -72,6 +72,7 @@ impl Packed<'_> {
         let header = u32::from_le_bytes(self.take()?);
         let (events, is_packed, has_polarity) =
             ((header >> 2) as usize, header & 2 != 0, header & 1 != 0);
+        // Before memory is taken for them.
         if events > MAX_EVENTS {
             return Err(format!("a chunk of {events} events, more than {MAX_EVENTS}").into());
         }
@@ -103,6 +104,8 @@ impl Packed<'_> {
         while done < out.len() {
             let byte = self.byte()?;
             let (step, count) = (byte >> 4, byte & 15);
+            // A step of 15 announces a long one, in nibbles of the bytes behind; a count of 15
+            // likewise.
             if step < 15 {
                 now = now.wrapping_add(step.into());
                 let count = if count < 15 { count.into() } else { self.half()? };

@@ -185,6 +185,7 @@ fn lz4_blocks(mut packed: &[u8], most: usize, out: &mut Vec<u8>) -> Result<(), R
         let before = out.len();
         if stream.len() == bytes {
             out.extend_from_slice(stream);
+        // LZ4 cannot pack tighter: a block that claims to would only take memory.
         } else if bytes / TIGHTEST > stream.len() {
             return Err(ENDS);
         } else {

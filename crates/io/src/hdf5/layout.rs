@@ -104,6 +104,7 @@ pub(super) fn find(
 ) -> Result<Layout, LayoutError> {
     let root = file.root_group()?;
     let mut cameras = Vec::new();
+    // In this order of cameras, which options count from 0.
     for place in PLACES {
         if let Some(node) = at(&root, place.path)?
             && is_events(&node)?
@@ -165,6 +166,7 @@ fn at(group: &Group, path: &str) -> Result<Option<Node>, Error> {
         None => (path, ""),
         Some(parts) => parts,
     };
+    // Names first: asking for a member that is not there is an error of the library.
     let (groups, datasets) = group.member_names()?;
     if groups.iter().any(|found| found == name) {
         return at(&group.group(name)?, rest);

@@ -103,6 +103,7 @@ impl Number {
                 is_whole &= v <= i64::MAX as u64;
                 make(i64::try_from(v).unwrap_or(-1))
             }),
+            // Whole numbers are often stored as floats.
             Kind::F32 | Kind::F64 => self.floats(rows, row, out, |value| {
                 let whole = value as i64;
                 let is_this = whole as f64 == value;
@@ -154,6 +155,8 @@ impl Number {
     ) {
         let order = self.is_big_endian;
         let value = |bytes: [u8; N]| if order { big(bytes) } else { little(bytes) };
+        // Three loops: adjacent values, rows of the usual size, and any others. A row size known at
+        // compile time lets the first two become vectors.
         if row == N {
             let values = rows.as_chunks::<N>().0;
             out.iter_mut().zip(values).for_each(|(out, bytes)| *out = make(value(*bytes)));

@@ -79,6 +79,8 @@ struct Hdf5Source {
 impl Hdf5Source {
     fn new(path: PathBuf, layout: Layout) -> Self {
         let Layout { tables, columns, t_offset, header, remarks } = layout;
+        // A recorder that was stopped leaves columns of unequal lengths: events end with the
+        // shortest.
         let rows = tables.iter().map(|table| table.rows).min().unwrap_or(0);
         let lengths = tables.iter().map(|table| format!("{} of {}", table.rows, table.name));
         let is_longer = tables.iter().any(|table| table.rows > rows);
@@ -135,6 +137,7 @@ impl Hdf5Source {
     fn part(&mut self, columns: &mut Columns) -> Result<(), Damage> {
         let mut rows = MAX_ROWS.min(self.rows - self.row);
         for table in &mut self.tables {
+            // Chunks of the columns may end at different rows.
             rows = rows.min(table.load_row(self.row)?);
         }
         let packed = self.tables.iter().find_map(|table| Some((table, table.events(self.row)?)));

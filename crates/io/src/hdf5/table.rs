@@ -118,6 +118,8 @@ impl Table {
                 let index = Index { file, dataset, dims: &dims, element };
                 let mut entries = index.entries(address, chunk_indexing.as_ref())?;
                 let block = column / width * width;
+                // Chunks may divide the columns as well: only those with the wanted column are
+                // read.
                 entries.retain(|entry| entry.offsets.get(1).is_none_or(|&at| at == block));
                 let chunk = |entry: &ChunkEntry| Chunk {
                     number: entry.offsets.first().copied().unwrap_or(0) / chunk_rows,
@@ -301,6 +303,7 @@ fn check_chunks(dims: &[u32], shape: &[u64], row: usize) -> Result<u64, Error> {
     if dims.len() != shape.len().max(1) || chunk_rows == 0 {
         return Err(Error::InvalidData(format!("chunks of {dims:?} of {shape:?}")));
     }
+    // Sizes are those of an unknown file: they must not decide how much memory is taken.
     if (chunk_rows as usize).saturating_mul(row) > MAX_CHUNK_BYTES {
         return Err(Error::ResourceLimit(format!("chunks of {dims:?}")));
     }

@@ -86,6 +86,7 @@ impl EventSink for Hdf5Sink {
 
     fn finish(mut self: Box<Self>) -> Result<(), IoError> {
         let rows = self.written + self.pending.len() as u64;
+        // A short recording is one chunk of its size, instead of a whole one padded with zeros.
         let chunk_rows = if self.written > 0 { CHUNK_ROWS } else { self.pending.len().max(1) };
         if !self.pending.is_empty() {
             self.write_chunks(chunk_rows)?;
@@ -115,6 +116,7 @@ impl EventSink for Hdf5Sink {
             root = root.link("ms_to_idx", self.dataset(INDEX, entries, chunk_rows, addresses)?);
         }
         let root = self.append(&root.into_bytes())?;
+        // The superblock comes last: it points to the root, whose address is known now.
         let begin = superblock(self.length, root);
         let failed = |e| IoError::file(&self.path, "write", e);
         self.file.seek(SeekFrom::Start(0)).map_err(failed)?;

@@ -132,6 +132,7 @@ impl MetaReader {
             return Err(self.missing(records.start, records.end));
         }
         let size = self.record_bytes() as usize;
+        // Many records a read, however small they are.
         let at_once = (READ_BYTES / size as u64).max(1);
         let mut bytes = Vec::new();
         let mut start = records.start;

@@ -73,6 +73,7 @@ pub fn info(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Info, IoErr
             Err(other) => return Err(other),
         }
     }
+    // Behind the loop: the extent of the events is known only now.
     let (sensor, sensor_origin) = sensor_of(source.header(), options, || survey.extent);
     warnings.splice(0..0, source.remarks());
     warnings.extend(sensor_warning(sensor_origin, survey.extent, source.header().usual_sensor));

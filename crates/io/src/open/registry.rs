@@ -108,6 +108,7 @@ pub(super) fn detect<'a>(
     path: &Path,
 ) -> Result<&'a Format, IoError> {
     let detected = formats.iter().find(|format| (format.probe)(head));
+    // The commonest file that is not read deserves an answer of its own.
     detected.ok_or_else(|| match crate::aedat4::other_version(head) {
         Some(version) => {
             let reason = format!("AEDAT {version} is not read: DV and jAER make AEDAT 4 of it");

@@ -21,6 +21,7 @@ pub fn find_sensor(
     let input = super::input(path.as_ref())?;
     let path = input.path.clone();
     let (_, mut source) = super::source(input, options)?;
+    // Most files state it: the events need not be read then.
     if let Some(stated) = source.header().sensor {
         return match options.sensor.filter(|given| *given != stated) {
             None => Ok((stated, SensorOrigin::Stated)),

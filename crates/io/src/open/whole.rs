@@ -33,6 +33,7 @@ pub(super) fn read(
             Err(other) => return Err(other),
         }
     }
+    // Remarks are complete only when everything has been read, but come before the loss.
     remarks.splice(0..0, source.remarks());
     let (sensor, sensor_origin) = sensor_of(source.header(), options, || extent(&columns));
     let Ordered { stream, rejected, sorted } = ordered(sensor, columns);

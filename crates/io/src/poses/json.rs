@@ -48,6 +48,7 @@ fn line_of(kind: PoseKind, frame: Option<JointFrame>, pose: &TimedPose) -> Strin
     value("score", pose.score.filter(|s| s.is_finite()).map(|s| rounded(s.into(), 4)));
     let of_hands = (kind == PoseKind::Hand).then_some(JointFrame::Camera);
     value("frame", frame.or(of_hands).map(|frame| format!("\"{}\"", frame.name())));
+    // JSON has no infinity and no NaN.
     let params = pose.params.map(HandParams::to_array).filter(|v| v.iter().all(|v| v.is_finite()));
     value(
         "params",

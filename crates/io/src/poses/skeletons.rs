@@ -60,6 +60,7 @@ fn skeleton(pose: &TimedPose) -> YarpSkeleton {
     YarpSkeleton {
         t: pose.t,
         joints: file_from_network(&joints_px)
+            // hpe-core's own sign of a joint that is not there.
             .map(|joint| joint.map_or([-1.0; 2], |at| at.to_array())),
         confidences: has_scores.then(|| file_from_network(&scores)),
         head_size_px: None,

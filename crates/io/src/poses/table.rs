@@ -73,11 +73,13 @@ impl Columns {
         let kinds = [PoseKind::Body, PoseKind::Hand];
         let is_of = |kind: &PoseKind| names.iter().any(|name| joint_of(*kind, name).is_some());
         let params = params_of(names)?;
+        // A table of parameters alone is one of hands: bodies have none.
         let kind = kinds.into_iter().find(is_of).or(params.map(|_| PoseKind::Hand));
         let kind = kind.ok_or("no columns of a pose, such as `head_u_px` or `wrist_u_px`")?;
         let coordinates = || PIXELS.iter().chain(&METRES);
         let is_coordinate = |name: &str| coordinates().any(|suffix| name.ends_with(suffix));
         let is_param = |name: &str| PARAMETER_NAMES.contains(&name);
+        // A misspelt joint is an error; columns of other meanings are left alone.
         let mut unknown = names.iter().filter(|name| is_coordinate(name) && !is_param(name));
         if let Some(name) = unknown.find(|name| joint_of(kind, name).is_none()) {
             return Err(format!(
@@ -204,6 +206,7 @@ fn all<const N: usize>(cells: &[&str], columns: [usize; N]) -> Result<Option<[f3
 fn read(path: &Path, bytes: &[u8]) -> Result<PoseSequence, IoError> {
     let text =
         str::from_utf8(bytes).map_err(|_| row_fault(path, 1, 0, "it is not text".to_owned(), 0))?;
+    // Some spreadsheets begin a file with a byte order mark.
     let text = text.trim_start_matches('\u{feff}');
     let cells = |line: &'_ str| -> Vec<String> {
         line.split(',').map(|cell| cell.trim().trim_matches('"').to_owned()).collect()

@@ -39,6 +39,7 @@ pub(crate) fn predictions_of(input: Input) -> Result<Vec<BodyPrediction>, IoErro
     let (mut rows, mut text, mut byte, mut line) = (Vec::new(), Vec::new(), 0, 0);
     loop {
         text.clear();
+        // A file without line breaks must not be read as one line into memory.
         let read = (&mut bytes).take(LONGEST_LINE).read_until(b'\n', &mut text);
         read.map_err(|e| IoError::file(&input.path, "read", e))?;
         if text.is_empty() {
@@ -69,6 +70,7 @@ fn row(line: &[u8]) -> Result<Option<BodyPrediction>, String> {
     if values.is_empty() {
         return Ok(None);
     }
+    // A number that is cut is a number as well, and a wrong one.
     if !line.ends_with(b"\n") {
         return Err("the file ends in it, perhaps within a number".to_owned());
     }

@@ -99,6 +99,7 @@ impl<D: Decoder> BlockSource<D> {
         self.taken = 0;
         let failed = |e| IoError::file(&self.input.path, "read", e);
         let next = self.now.byte + self.buffer.len() as u64;
+        // A seek would discard what the input has buffered.
         if self.read_to != next {
             self.input.bytes.seek(SeekFrom::Start(next)).map_err(failed)?;
         }
@@ -140,6 +141,7 @@ impl<D: Decoder> EventSource for BlockSource<D> {
             self.now.latest = columns.t[before..].iter().copied().fold(latest, Micros::max);
             self.now.events += (columns.len() - before) as u64;
             let took = decoded.map_err(|DecodeFault { at, reason }| self.damage(at, reason))?;
+            // The decoder waits for more than a block holds, or than the file has.
             if took == 0 {
                 let reason = match self.is_at_end {
                     true => format!("the file ends {length} bytes into a record"),

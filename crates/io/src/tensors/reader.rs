@@ -45,6 +45,7 @@ impl TensorStack {
         let mut zip = match ZipArchive::new(BufReader::new(file)) {
             Ok(zip) => zip,
             Err(ZipError::Io(error)) => return Err(IoError::file(path, "read", error)),
+            // No archive: an array, read from the start of the file.
             Err(_) => {
                 let file = File::open(path).map_err(|e| IoError::file(path, "open", e))?;
                 let (shape, values) = array(BufReader::new(file), VALUE_TYPE, f32::from_le_bytes)
@@ -91,6 +92,7 @@ fn array<T, const BYTES: usize>(
     let count = header.shape().iter().product::<u64>();
     let (mut values, mut piece) = (Vec::new(), Vec::new());
     while (values.len() as u64) < count {
+        // In pieces: the count of a broken header must not decide how much memory is taken.
         let wanted = (count - values.len() as u64).min(PIECE / BYTES as u64) * BYTES as u64;
         piece.clear();
         let read = bytes.by_ref().take(wanted).read_to_end(&mut piece);

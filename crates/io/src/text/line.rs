@@ -179,6 +179,7 @@ pub(super) fn parse(bytes: &[u8], known: &mut Known) -> Result<Option<Line>, Tex
         return Ok(None);
     }
     if known.is_first {
+        // Some published files begin with the size of the sensor.
         if count == 2 && known.order.is_none() {
             return sensor((words[0], words[1]));
         }

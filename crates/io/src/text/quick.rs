@@ -111,6 +111,8 @@ fn line(here: &[u8; REACH], shape: Shape) -> Option<Line> {
 
     let length = |field: usize| ends[field].wrapping_sub(begins[field]);
     let is_on = here[begins[p]].wrapping_sub(b'0');
+    // `&` instead of `&&`: one branch for all conditions, which nearly every line takes the same
+    // way.
     let is_usual = (length(x).wrapping_sub(1) < 4)
         & (length(y).wrapping_sub(1) < 4)
         & (length(p) == 1)

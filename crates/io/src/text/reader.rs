@@ -59,6 +59,7 @@ impl Decoder for Lines {
         let (mut at, before) = (0, columns.len());
         let is_beginning = self.known.is_first;
         while at < bytes.len() {
+            // Usual lines by the quick path; the first unusual one is parsed with all its cases.
             let progress = quick::read(&bytes[at..], &self.known, columns);
             self.number += progress.lines;
             at += progress.bytes;
@@ -77,6 +78,8 @@ impl Decoder for Lines {
         }
         if is_beginning && !self.is_named && columns.len() - before >= MIN_EVENTS {
             let times = columns.t[before..].iter().map(|t| t.0 as f64);
+            // Four numbers in another order are valid lines too: only times that do not rise give
+            // them away.
             if !is_time(&times) {
                 columns.truncate(before);
                 let reason = TextFault::Order.to_string().into();

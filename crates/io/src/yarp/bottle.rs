@@ -192,6 +192,8 @@ impl Bottles {
             let mut values = [0; 8];
             for (k, value) in values[..count].iter_mut().enumerate() {
                 let (byte, length) = match rest[at..] {
+                    // An escape may be cut between its two bytes: the event waits for the next
+                    // block.
                     [] | [b'\\'] => return Ok(done),
                     [b'"', ..] if k == 0 => {
                         (self.place, self.bottle) = (Place::End, self.bottle + 1);

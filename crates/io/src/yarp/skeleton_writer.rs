@@ -50,6 +50,7 @@ pub fn write_skeletons(
     let write = |path: &Path, text: &str| {
         atomic_write(path, text.as_bytes()).map_err(|e| IoError::file(path, "write", e))
     };
+    // The data come last: a folder with them is complete.
     write(&info, &format!("Type: Bottle;\n[0.0] /file/{channel}:o [connected]\n"))?;
     write(&data, &lines)
 }

@@ -42,6 +42,8 @@ impl Tick {
                 .find(|known| (us / known).ln().abs() < MAX_LOG_RATIO)
         };
         match (given, measured()) {
+            // A measured tick is snapped to a known one: bottles are stamped too roughly for their
+            // own.
             (Some(us), _) => Self { us, origin: Origin::Given },
             (None, Some(us)) => Self { us, origin: Origin::Measured },
             (None, None) => Self { us: INTERFACE_US, origin: Origin::Assumed },

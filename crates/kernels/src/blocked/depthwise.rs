@@ -44,6 +44,7 @@ impl Depthwise {
         assert_eq!(weight.len(), channels * kernel * kernel, "weights");
         assert_eq!(bias.len(), channels, "bias");
         let taps = kernel * kernel;
+        // Channels that fill up the last block have weight zero, and outputs that nobody reads.
         let mut weights = vec![Line::ZERO; channels.div_ceil(LANES) * taps];
         for (channel, kernel) in weight.chunks(taps).enumerate() {
             for (tap, value) in kernel.iter().enumerate() {

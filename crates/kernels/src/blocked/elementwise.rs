@@ -84,6 +84,7 @@ pub fn gather_channels<'a>(output: &mut Image, source: impl Fn(usize) -> (&'a Im
         for y in 0..height {
             let (to, to_lane) = output.position(channel, y, 0);
             let (from, from_lane) = image.position(from, y, 0);
+            // A channel is one lane of every line: values are copied with the stride of a block.
             let lines = output.lines_mut()[to..to + width].iter_mut();
             for (to, from) in lines.zip(&image.lines()[from..from + width]) {
                 to.0[to_lane] = from.0[from_lane];

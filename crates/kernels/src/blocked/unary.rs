@@ -109,6 +109,7 @@ fn sigmoid_of(value: f32) -> f32 {
     const MANTISSA_BITS: u32 = 23;
     /// Exponent bits of 1.0.
     const EXPONENT_BIAS: u32 = 127;
+    // Within these limits the exponent below stays that of a normal number.
     let x = (-value).clamp(-MAX_INPUT, MAX_INPUT);
     let rounded = x * std::f32::consts::LOG2_E + ROUNDING;
     let n = rounded - ROUNDING;

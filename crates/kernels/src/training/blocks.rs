@@ -61,6 +61,7 @@ impl Blocks {
         values.par_chunks_mut(self.image()).zip(images).for_each(|(image, planes)| {
             let blocks = image.chunks_exact_mut(self.block());
             for (block, planes) in blocks.zip(planes.chunks(LANES * pixels)) {
+                // Lanes without a channel keep the zero that they were made with.
                 for (lane, plane) in planes.chunks_exact(pixels).enumerate() {
                     for (line, value) in block.as_chunks_mut::<LANES>().0.iter_mut().zip(plane) {
                         line[lane] = *value;

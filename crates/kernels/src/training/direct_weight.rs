@@ -88,6 +88,7 @@ impl RowSums {
         sums: &mut [Line],
     ) -> Option<Row> {
         let (shape, out) = (conv.input, conv.output());
+        // Parts of the batch have sums of their own, so that threads need not wait for each other.
         let of_part = images.div_ceil(self.parts);
         let first = k / self.rows * of_part;
         let images = images.min(first + of_part).checked_sub(first).filter(|images| *images > 0)?;

@@ -99,6 +99,7 @@ impl Norm {
     ) -> Self {
         let Statistics { mean, variance } = statistics;
         assert_eq!([gamma.len(), beta.len()], [mean.len(); 2], "a factor and offset each channel");
+        // In double precision: the offset is a difference of two numbers that may be nearly equal.
         let inverse = |variance: &f32| 1.0 / f64::from(variance + epsilon).sqrt();
         let inverses: Vec<f64> = variance.iter().map(inverse).collect();
         let scales: Vec<f64> = gamma
@@ -142,6 +143,8 @@ impl Norm {
             let (mut joined, mut squares, mut seen) = (0.0, 0.0, 0.0);
             for image in &images {
                 let [of_image, squares_of_image] = image[block].map(|lanes| lanes[lane]);
+                // Images are joined by the update of Chan, Golub and LeVeque (1979): sums of
+                // squares of raw values would lose the variance of large means.
                 let apart = of_image - joined;
                 let all = seen + count;
                 squares += squares_of_image + apart * apart * seen * count / all;
@@ -290,6 +293,8 @@ pub fn activation_backward(activation: Activation, output: &[f32], gradient: &[f
             #[inline(always)]
             || {
                 for (to, (y, dy)) in to.iter_mut().zip(ys.iter().zip(dys)) {
+                    // `|` evaluates both sides: a branch in between would keep the loop from
+                    // becoming vectors.
                     *to = if (*y <= min) | (*y >= max) { 0.0 } else { *dy };
                 }
             },
@@ -401,6 +406,8 @@ fn mean_and_squares(block: &[f32]) -> [[f64; LANES]; 2] {
             means[lane] += f64::from(sums[lane]) / count;
         }
     }
+    // Differences are of single precision, whose mean is near: their rounding is below that of
+    // values.
     let near: Lane = means.map(|mean| mean as f32);
     let mut squares = [0.0; LANES];
     for pixels in block.chunks(RUN) {
@@ -421,6 +428,7 @@ fn mean_and_squares(block: &[f32]) -> [[f64; LANES]; 2] {
 /// The sums over pixels of a block of `dy` and of `dy (x - mean)`.
 #[inline(always)]
 fn gradient_sums(line: ScaleShift, mean: Lane, xs: &[f32], dys: &[f32]) -> [[f64; LANES]; 2] {
+    // Runs are summed in single precision, and totals in double: errors do not grow with the image.
     let mut totals = [[0.0; LANES]; 2];
     for (xs, dys) in xs.chunks(RUN).zip(dys.chunks(RUN)) {
         let mut sums = [[0.0; LANES]; 2];

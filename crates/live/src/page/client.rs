@@ -105,10 +105,12 @@ fn serve(mut stream: TcpStream, mailbox: &Mailbox, shared: &Shared) -> Result<()
         Ok(request) => request,
         Err(status) => return Ok(status.map_or(Ok(()), |status| answer(&mut stream, status))?),
     };
+    // Foreign pages are refused before anything else, whatever they ask for.
     let status = match (refusal(&request, shared.is_local), request.uri().path()) {
         (Some(status), _) => status,
         (None, "/") => Status::Page,
         (None, "/ws") => match (create_response(&request), Watcher::new(&shared.watchers)) {
+            // Counted as a watcher until the connection ends, however it does.
             (Ok(response), Some(_watcher)) => {
                 write_response(&mut stream, &response)?;
                 return send_frames(stream, mailbox, shared);
@@ -160,6 +162,7 @@ fn send_frames(stream: TcpStream, mailbox: &Mailbox, shared: &Shared) -> Result<
     while let Some(frame) = mailbox.fetch() {
         socket.write(Message::Binary(frame.event_image))?;
         socket.send(Message::Text(frame.text))?;
+        // Browsers send pings and their wish to close: unread, they would fill the connection.
         read_incoming(&mut socket)?;
     }
     Ok(())

@@ -58,6 +58,7 @@ impl EventImage {
     /// row a byte for every cell, its upper four bits the level of ON, its lower four that of OFF.
     /// A run of dark cells is a 0 and its length, up to 255.
     pub(super) fn message(&self) -> Vec<u8> {
+        // In fixed point: one division a frame instead of one a cell.
         let scale = ((MEAN_LEVEL << 16) as f32 / self.mean) as u32;
         let step = |level: u16| ((u32::from(level) * scale) >> 16).min(MAX_LEVEL) as u8;
         let mut out = Vec::with_capacity(4 + self.cells.len() / 4);

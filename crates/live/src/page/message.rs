@@ -130,6 +130,7 @@ impl PoseMessage {
                 self.joints = points.image_px.iter().map(joint).collect();
                 let vertices = mesh.and_then(|mesh| (mesh.vertices)(params));
                 self.vertices = vertices
+                    // JSON has no word for what is not a number: the page keeps the mesh it has.
                     .filter(|all| all.iter().all(|v| v.is_finite()))
                     .map(|all| all.iter().map(|v| [Tenth(v.x), Tenth(v.y), Tenth(v.z)]).collect());
             }

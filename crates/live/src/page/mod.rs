@@ -118,6 +118,7 @@ impl Page {
         let failed =
             |source| LiveError::Connection { endpoint: format!("http://{address}"), source };
         let listener = TcpListener::bind(address).map_err(failed)?;
+        // The painter asks for new clients between frames and must not wait for one.
         listener.set_nonblocking(true).map_err(failed)?;
         let address = listener.local_addr().map_err(failed)?;
         let shared = Arc::new(Shared {

@@ -68,6 +68,7 @@ impl Painter {
                 let frame = self.paint(&figures, now, passed);
                 self.clients.iter().for_each(|client| client.send(frame.clone()));
             }
+            // A late frame is not made up for: a burst of frames would be late as well.
             next = (next + FRAME).max(now);
             std::thread::sleep(next.saturating_duration_since(Instant::now()));
         }

@@ -125,6 +125,7 @@ fn since(first: &Report, last: &Report) -> Rates {
     if passed_s <= 0.0 {
         return Rates::default();
     }
+    // Counters of a meter that was replaced in between may be smaller than before.
     let rate =
         |count: fn(&Report) -> u64| count(last).saturating_sub(count(first)) as f64 / passed_s;
     Rates {

@@ -86,7 +86,8 @@ pub(super) fn answer(stream: &mut TcpStream, status: Status) -> io::Result<()> {
         Status::Busy => ("503 Service Unavailable", "Too many are watching.\n"),
     };
     let kind = if status == Status::Page { "html" } else { "plain" };
-    // The content security policy lets the browser enforce that nothing is fetched from other hosts.
+    // The content security policy lets the browser enforce that nothing is fetched from other
+    // hosts.
     let head = format!(
         "HTTP/1.1 {line}\r\nContent-Type: text/{kind}; charset=utf-8\r\nContent-Length: {}\r\n\
          Connection: close\r\nCache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\n\

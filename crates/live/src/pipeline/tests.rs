@@ -328,7 +328,8 @@ fn poses_go_on_by_the_clock_while_nothing_happens_until_the_source_has_stalled()
         Call::Propagate(t) => Some(*t),
         _ => None,
     });
-    // From 10 ms behind the first packet to the stall half a second later, and none before events come again.
+    // From 10 ms behind the first packet to the stall half a second later, and none before events
+    // come again.
     let silent = ticks.len() - 1;
     assert!((49..=50).contains(&silent), "{ticks:?}");
     let evenly = (1..).map(|k| 999 + 10_000 * k).take(silent);

@@ -196,6 +196,7 @@ impl RunningSink {
         let mut before = self.written.load(Ordering::Relaxed);
         while self.ended.recv_timeout(timeout) == Err(RecvTimeoutError::Timeout) {
             let written = self.written.load(Ordering::Relaxed);
+            // Time is granted anew as long as poses are taken: a slow sink is no stuck one.
             if std::mem::replace(&mut before, written) == written {
                 let left = self.sent.saturating_sub(written);
                 let message = format!(

@@ -31,6 +31,8 @@ impl Connection {
         let name = format!("tcp://{address}");
         let failed = |source| LiveError::Connection { endpoint: name.clone(), source };
         let mut failure = io::Error::new(ErrorKind::NotFound, "the host has no address");
+        // A name may have several addresses, of which a host often serves only one: IPv6 before
+        // IPv4.
         for place in address.to_socket_addrs().map_err(failed)? {
             match TcpStream::connect_timeout(&place, timeout) {
                 Ok(socket) => {

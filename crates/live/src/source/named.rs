@@ -52,6 +52,7 @@ pub fn open(text: &str, options: &SourceOptions) -> Result<Box<dyn Source>, Live
         Some(("tcp", rest)) if rest.starts_with("//") => {
             stream(Connection::connect(&rest[2..], options.timeout)?, options)
         }
+        // Without this, a misspelt protocol would be reported as a missing file.
         Some((_, rest)) if rest.starts_with("//") => {
             Err(LiveError::Setting { setting: "the source", value: text.to_owned(), rule: RULE })
         }

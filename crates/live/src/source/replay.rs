@@ -87,6 +87,8 @@ impl Replay {
         }
         let (_, source) = evpose_io::source(evpose_io::input(path)?, &options.open)?;
         let header = source.header();
+        // What the user gives comes before what the file states, and that before what its format
+        // implies.
         let known = options.open.sensor.or(header.sensor).or(header.usual_sensor);
         let sensor = known.ok_or_else(|| LiveError::Source {
             name: path.display().to_string(),

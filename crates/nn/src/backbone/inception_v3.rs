@@ -107,6 +107,7 @@ fn branch(name: &'static str, convs: &[(Window, usize)]) -> BranchPlan {
 
 /// All blocks as published, and by their names in torchvision.
 fn plans() -> Vec<BlockPlan> {
+    // The three kinds of blocks at 35, 17 and 8 pixels of side, at the published input of 299.
     let first = |name, pooled| BlockPlan {
         name,
         branches: vec![
@@ -184,6 +185,8 @@ impl InceptionV3 {
             let mut joined = 0;
             let mut branches = Vec::new();
             for BranchPlan { convs, fork, .. } in plan.branches {
+                // All branches begin at the input of the block; `channels` itself moves on at its
+                // end.
                 let mut at = channels;
                 let convs = convs.iter().map(|(window, to)| conv(&mut at, *window, *to)).collect();
                 let forked = |window| fork.map(|to| conv(&mut at.clone(), window, to));
@@ -194,6 +197,7 @@ impl InceptionV3 {
                 branches.push(Branch { convs, fork });
             }
             let pooled = plan.pooled.map(|to| conv(&mut channels.clone(), ONE, to));
+            // A halving block appends its pooled input as it is.
             let last = pooled.as_ref().map_or(channels, |conv| conv.conv.weight.dims()[0]);
             channels = joined + last;
             blocks.push(Block { branches, pooled });
@@ -282,6 +286,7 @@ impl BackboneNet for InceptionV3 {
             ["blocks", block, "branches", branch, part, index, layer, name] => {
                 let block = &plans()[number(block)];
                 let branch = &block.branches[number(branch)];
+                // torchvision numbers the convolutions of a branch from 1, unless it has only one.
                 let (count, index) = (branch.convs.len(), number(index));
                 let suffix = match part {
                     "fork" => format!("_{}{}", count + 1, ["a", "b"][index]),

@@ -108,6 +108,7 @@ impl MnasNetConfig {
         for stack in &STACKS {
             let output = multiple_of_eight(stack.channels * self.width);
             let blocks = (0..stack.blocks).map(|block| {
+                // Only the first block of a stack halves, and changes the number of channels.
                 let input = std::mem::replace(&mut channels, output);
                 let stride = if block == 0 { stack.stride } else { 1 };
                 InvertedResidual {

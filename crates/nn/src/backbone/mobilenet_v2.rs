@@ -82,6 +82,7 @@ impl MobileNetV2Config {
     /// The network with all weights zero.
     fn init(self, device: &Device) -> MobileNetV2 {
         let stem = multiple_of_eight(STEM_CHANNELS * self.width);
+        // As published: a narrower network keeps the width of its head.
         let last = multiple_of_eight(HEAD_CHANNELS * self.width.max(1.0));
         let mut blocks = Vec::new();
         let mut channels = stem;

@@ -85,6 +85,7 @@ impl ShuffleNetV2Config {
         let mut channels = STEM_CHANNELS;
         let mut stages = Vec::new();
         for (index, units) in UNITS.into_iter().enumerate() {
+            // Each stage doubles the channels as it halves the sides.
             let branch = scaled(BRANCH_CHANNELS << index, self.width);
             let first = Unit::halving(channels, branch, device);
             let rest = (1..units).map(|_| Unit::new(branch, device));

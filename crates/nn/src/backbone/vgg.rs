@@ -100,6 +100,7 @@ impl VggConfig {
         let stages = STAGE_CHANNELS.iter().zip(self.convolutions).map(|(&published, count)| {
             let output = scaled(published, self.width);
             let stage = (0..count).map(|_| {
+                // With a bias although a normalisation follows: torchvision's weights have one.
                 let input = std::mem::replace(&mut channels, output);
                 ConvNormConfig::new(input, output, 3).with_bias().init(device)
             });

@@ -56,6 +56,7 @@ fn cuda() -> Availability {
         let reason = format!("no {DRIVER}: install NVIDIA's driver");
         return Availability::Missing { reason };
     }
+    // Safe only now that the driver is there.
     let count = Device::enumerate(DeviceType::Cuda).into_vec().len();
     if count == 0 {
         return Availability::Missing { reason: "NVIDIA's driver reports no GPU".to_owned() };

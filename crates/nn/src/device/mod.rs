@@ -120,6 +120,7 @@ impl DeviceKind {
         if first >= available {
             return Err(NnError::NoAdapter { device: self.to_string(), available });
         }
+        // The CPU is one device, however many are asked for: they share it.
         let has_several = !matches!(self, Self::Flex | Self::Ndarray);
         if has_several && available - first < count {
             let available = available - first;

@@ -153,6 +153,8 @@ impl LiftMono {
         let mut input = features;
         for (index, xy) in self.xy.iter().enumerate() {
             if let Some(before) = stages.last() {
+                // Each stage sees what the one before has found, added to the features it started
+                // from.
                 let seen = Tensor::cat(before.clone().into_array().into(), 1);
                 input = input + self.combiners[index - 1].forward(seen);
             }

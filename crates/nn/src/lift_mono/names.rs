@@ -17,6 +17,8 @@ pub(super) fn pytorch(path: &str) -> String {
         ["features", stage, ..] => {
             let stage: usize = stage.parse().unwrap_or_default();
             let behind = path.splitn(3, '.').last().unwrap_or_default();
+            // The published encoder is cut out of torchvision's ResNet, so that its inner names are
+            // the same.
             let layer = torchvision_path(&format!("stages.0.{behind}"));
             let layer = layer.strip_prefix("layer1.").unwrap_or(&layer).to_owned();
             let (layer, name) = layer.rsplit_once('.').unwrap_or((&layer, ""));

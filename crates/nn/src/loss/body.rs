@@ -123,6 +123,8 @@ impl BodyLoss {
         let bone = self.bone(&(maps.heatmaps - targets.heatmaps));
         let center = weighted_squares(maps.centers, targets.centers);
         let [batch, joints, _] = targets.regs.dims();
+        // Regression is compared at the cell of the centre only, offsets at the cells of the
+        // joints.
         let at_center = targets.center_cells.reshape([batch, 1, 1]).repeat_dim(1, 2 * joints);
         let at_joints = targets.joint_cells.reshape([batch, joints, 1]).repeat_dim(2, 2);
         let at_joints = at_joints.reshape([batch, 2 * joints, 1]);
@@ -151,6 +153,9 @@ impl BodyLoss {
         let [a, b] = ends.map(|joints| error.clone().select(1, joints));
         let squares: Tensor<2> = (a - b).square().flatten::<3>(2, 3).sum_dim(2).squeeze_dim(2);
         let norm = |squares: Tensor<2>| (squares + SMALLEST_SQUARE).sqrt().mean();
+        // The published loss takes one norm over the whole batch and divides by its size: it
+        // depends on the batch. The norm per image is scaled to the same value at the published
+        // size.
         if self.config.parity {
             norm(squares.sum_dim(0)) / batch as f32
         } else {

@@ -91,6 +91,8 @@ impl HandLoss {
         let outputs = squared.dims()[1];
         let (depth_m2, rotation) = (mean(DEPTH), mean(ROTATION..outputs));
         let rotation_rad2 = if outputs == PARAMETERS { rotation } else { rotation * SIX_D_RAD2 };
+        // Means are weighted by their counts, so that with equal scales the total is the mean of
+        // all.
         let weight = |count: usize, scale| count as f32 / PARAMETERS as f32 / scale;
         let total = articulation.clone() * weight(ARTICULATION.len(), self.config.articulation)
             + translation_m2.clone() * weight(TRANSLATION.len(), self.config.translation_m2)

@@ -74,6 +74,7 @@ impl Pyramid {
     pub(super) fn forward<F: NetOps>(&self, input: F) -> F {
         let mut x = self.separable.forward_relu_between(self.stem.forward_relu(input));
         let mut levels = Vec::with_capacity(LEVELS);
+        // The first levels are kept for the way back up, where the coarse ones are added to them.
         for (index, stage) in self.stages.iter().enumerate() {
             x = stage.forward(x);
             if index < LEVELS {
@@ -82,6 +83,7 @@ impl Pyramid {
         }
         let mut x = self.widen.forward_relu(x).conv(&self.narrow).upsample();
         for (index, (level, lateral)) in levels.into_iter().zip(&self.laterals).enumerate().rev() {
+            // From the coarsest level to the finest; the finest is not upsampled any more.
             x = x.add(level.conv(lateral));
             if index > 0 {
                 x = self.upsamplings[index - 1].forward(x);

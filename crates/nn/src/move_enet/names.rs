@@ -17,6 +17,7 @@ pub(super) fn pytorch(path: &str) -> String {
         "beta" => "bias",
         other => other,
     };
+    // In `Sequential`, convolution, normalisation and ReLU are numbered through.
     let after = |first: usize, kind: &str| first + usize::from(kind == "norm");
     let layer = match *layer {
         ["backbone", "stem", kind] => format!("backbone.features1.0.{}", after(0, kind)),

@@ -128,6 +128,7 @@ impl Blocked {
                 unary(normalized.into(), UnaryOp::Materialize, channels)
             }
             LazyValues::Sum(sum) => {
+                // Computed once, however many layers read the sum before its activation is known.
                 let identity = sum.identity.clone();
                 identity.get_or_init(|| sum.with(Activation::Identity, channels)).clone()
             }
@@ -150,6 +151,7 @@ impl Blocked {
         let Operand { values, norm, settings } = self.into_operand();
         let bias = layer.bias.as_ref().map(|bias| bias.val());
         let has_bias = bias.is_some();
+        // Operations of Burn take a fixed number of tensors: one value stands for no bias.
         let bias = bias.unwrap_or_else(|| Tensor::zeros([1], &values.device()));
         let [gamma, beta, mean, variance] = norm.map(Tensor::into_dispatch);
         Tensor::from_dispatch(Dispatch::blocked_conv(

@@ -17,6 +17,8 @@ impl ConvLayer {
     pub(super) fn new(layer: &Conv2d, input: Blocks) -> Option<Self> {
         let [channels_out, of_group, kernel, across] = layer.weight.dims();
         let [stride, stride_x] = layer.stride;
+        // Odd kernels with the padding that keeps the side, and strides of 1 and 2: all that our
+        // networks use. Everything else goes Burn's way.
         let half = kernel / 2;
         let is_supported = kernel == across
             && kernel % 2 == 1

@@ -59,6 +59,7 @@ mod imp {
         })?;
         let network = fill_strictly(network, &Keras, file, path, FORMAT)?;
         Ok(match network.config().joints {
+            // Published weights have the joints of DHP19 in its own order, the network has ours.
             joints if joints == NETWORK_FROM_DHP19.len() => {
                 network.with_joint_order(&NETWORK_FROM_DHP19)
             }
@@ -73,6 +74,7 @@ mod imp {
         for layer in file.group(WEIGHTS)?.groups()? {
             let name = layer.name().rsplit('/').next().unwrap_or_default().to_owned();
             let (inner, _) = layer.member_names()?;
+            // Layers without weights, such as poolings, have an empty group.
             if !inner.contains(&name) {
                 continue;
             }

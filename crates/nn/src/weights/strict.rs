@@ -63,6 +63,7 @@ pub(super) fn fill_strictly<M: Module>(
     path: &Path,
     format: &'static str,
 ) -> Result<M, NnError> {
+    // All differences are collected before any tensor is read: one error names them all.
     let mut mismatch = Mismatch::default();
     let mut matched = Vec::new();
     for slot in slots(&network) {

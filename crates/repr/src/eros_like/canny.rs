@@ -81,6 +81,7 @@ impl Canny {
         work: &mut CannyWork,
     ) {
         let CannyWork { gradient, sums, squares, sectors, classes, map } = work;
+        // As OpenCV does: thresholds in the wrong order are swapped.
         let (low, high) = (self.low.min(self.high), self.low.max(self.high));
         let rest = Rest { gradient, sectors, classes, map };
         match self.norm {

@@ -157,6 +157,7 @@ impl GradientWork {
     ) {
         let reach = HALF - 1;
         let height = image.height();
+        // Each row is filtered along once and used by all rows that it is near to.
         while self.known < height.min(y + reach + 1) {
             let (row, padded) = (image.row(self.known), &mut self.padded);
             let smooth = self.smooth.row_mut(self.known);
@@ -225,6 +226,8 @@ fn join<S: Strength, const HALF: usize>(
     let (smooth, derived) = (smooth.cut(width), derived.cut(width));
     let sectors = &mut sectors[..width];
     for x in 0..width {
+        // Gradients of seven taps exceed 16 bits; wider lanes hold half as many values, which the
+        // others.
         let (gx, gy) = if HALF < 4 {
             let (mut gx, mut gy) = (taps.smooth[0] * derived.behind[0][x], 0);
             for k in 1..HALF {

@@ -71,6 +71,8 @@ impl EdgeMap {
         let edges = flood(seeds, self.candidates[word]);
         self.edges[word] = edges;
         let stride = self.stride();
+        // An edge reaches all eight neighbours: those above and below are these bits of other
+        // words.
         let across = edges | (edges << 1) | (edges >> 1);
         let (to_left, to_right) = (edges << (WORD - 1), edges >> (WORD - 1));
         let (above, below) = (word - stride, word + stride);

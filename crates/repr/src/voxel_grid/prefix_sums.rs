@@ -80,6 +80,8 @@ impl PrefixSums {
             let copied_at = self.copies.back().map_or(self.first, |copy| copy.at);
             let upto = end.min((copied_at + apart).max(self.all.at));
             self.all.go_to(upto, window, self.first, self.origin);
+            // Copies are as far apart as a quarter of the sums is large: copying then costs as much
+            // as adding.
             if upto >= copied_at + apart {
                 let mut sums = self.unused.pop().unwrap_or_default();
                 sums.clone_from(&self.all.sums);

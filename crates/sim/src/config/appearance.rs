@@ -47,6 +47,8 @@ impl LightConfig {
         let [first, second] =
             [(self.first, resting[0]), (self.second, resting[1])].map(|(colour, resting)| {
                 let (direction, factor) = if self.random {
+                    // Each channel has a factor of its own, so that colours vary as well as
+                    // brightness.
                     let [low, high] = self.jitter;
                     let mut factor = || rng.uniform(low, high);
                     let factor = Vec3::new(factor(), factor(), factor());

@@ -172,6 +172,8 @@ impl CameraPoseConfig {
         let back_m = base.eye_m - base.centre_m;
         let forward = -back_m.normalize();
         let right = forward.cross(base.up).normalize();
+        // Not `base.up`, which may be tilted towards the line of sight: the orbit is about the
+        // image's axes.
         let up = right.cross(forward);
         let [aside, above] = self.orbit_deg.map(f32::to_radians);
         let orbit = Quat::from_axis_angle(up, aside) * Quat::from_axis_angle(right, -above);

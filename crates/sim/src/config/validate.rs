@@ -87,6 +87,7 @@ impl SimulationConfig {
             "must lie between 0 and 180",
         )?;
         check_positive("camera.near_m", f64::from(camera.near_m))?;
+        // The cross product is the right-hand axis of the image, which has to be a direction.
         let across = (camera.centre_m - camera.eye_m).cross(camera.up).length();
         check(
             "camera.up",

@@ -132,6 +132,7 @@ impl BackgroundPlane {
         let Some(bounds) = self.distractor_bounds(t_s, placement, pinhole, whole) else {
             return whole;
         };
+        // The old bounds as well: what a distractor has left behind shows the background again.
         let before = std::mem::replace(&mut self.last_bounds, bounds);
         if has_moved { whole } else { union(before, bounds) }
     }
@@ -153,6 +154,7 @@ impl BackgroundPlane {
         for distractor in &self.distractors {
             let (mut low, mut high) = (Vec2::MAX, Vec2::MIN);
             for corner_m in distractor.corners_m(distractor.centre_m(t_s)) {
+                // A corner behind the camera has no image: the caller repaints everything then.
                 let at_px = image_from_plane(corner_m)?;
                 (low, high) = (low.min(at_px), high.max(at_px));
             }
@@ -185,6 +187,7 @@ impl BackgroundPlane {
             for (x, pixel) in (rect.left..).zip(row) {
                 let point_m = rays.point_m(Vec2::new(x as f32 + 0.5, y as f32 + 0.5));
                 // The first distractor of the list is the nearest one.
+                // Earlier objects cover later ones; the plane itself is painted elsewhere.
                 let covering =
                     distractors.iter().find_map(|(one, centre_m)| one.sample(point_m, *centre_m));
                 *pixel = covering.unwrap_or_else(|| {

@@ -81,6 +81,7 @@ impl CameraPath {
             return self.at_rest;
         }
         let angle = |axis: usize| {
+            // Slow waves are the largest, as in hand-held cameras.
             let waves = SHAKE_HZ.iter().zip(self.phases[axis]).zip([1.0, 0.6, 0.15]);
             let sum: f32 = waves
                 .map(|((hz, phase), share)| {

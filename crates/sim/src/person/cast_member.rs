@@ -70,6 +70,8 @@ impl CastMember {
                 Movement::Captured(motions.draw(&mut streams.capture, seconds)?)
             }
             _ => {
+                // Drawn only where it is used: each stream has its own draws, so that others do not
+                // shift.
                 let performance =
                     Performance::draw(activity, &mut streams.activity, seconds, config.stillness);
                 Movement::Activity(Box::new(performance))
@@ -110,6 +112,8 @@ impl CastMember {
             camera,
             lighting,
             skin: paint_clothes(&mut self.clothes).mip_level(body.metres_per_texture, px_per_m),
+            // The background is painted by the scene, which knows what moves in front of the
+            // camera.
             backdrop: Backdrop::uniform(camera.sensor(), Vec3A::ZERO),
             response: FrameResponse::Clipped,
         };

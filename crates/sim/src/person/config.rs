@@ -220,6 +220,7 @@ impl PeopleConfig {
         if self.step_hz == 0 || !1_000_000u32.is_multiple_of(self.step_hz) {
             return refuse("step_hz", self.step_hz.to_string(), "must divide a million");
         }
+        // Labels are written at steps: between two of them there is no pose.
         if self.label_hz == 0 || !self.step_hz.is_multiple_of(self.label_hz) {
             return refuse("label_hz", self.label_hz.to_string(), "must divide step_hz");
         }

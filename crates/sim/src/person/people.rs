@@ -57,6 +57,7 @@ impl People {
         };
         let randomisation =
             config.randomisation.as_deref().map(Randomisation::named).transpose()?;
+        // A seed of its own: images stay the same when another part of a run draws more.
         let pool = seed_for(seed, "people background pool", 0);
         let shared = Shared {
             seed,

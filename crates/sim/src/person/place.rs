@@ -40,6 +40,8 @@ impl RecordingPlace {
             std::fs::read_to_string(path).map_err(|source| SimError::file(path, "read", source))?;
         let Metadata { scene, camera } =
             toml::from_str(&text).map_err(|error| malformed(error.to_string()))?;
+        // Other metadata may have a `camera` too, a serial number for example; a place has a
+        // position.
         let camera = camera.filter(|camera| camera.get(PLACE).is_some());
         Ok(Self {
             scene: scene

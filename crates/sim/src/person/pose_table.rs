@@ -55,6 +55,7 @@ impl PoseTable {
         for row in &self.rows {
             let _ = write!(text, "{}", row.t.0);
             for (px, m) in row.joints_px.iter().zip(&row.joints_m) {
+                // Writing to a string cannot fail. Joints behind the camera have empty columns.
                 let _ = match px {
                     Some(px) => write!(text, ",{:.3},{:.3}", px.x, px.y),
                     None => write!(text, ",,"),

@@ -74,6 +74,7 @@ pub fn record_people(
     let reused = shard.sequences_of(set.sequences()).count() - unfinished.len();
     let counts = unfinished
         .into_par_iter()
+        // Sequences take minutes each: longer pieces would leave threads without work at the end.
         .with_max_len(1)
         .map(|sequence| {
             let events = record(people, sequence, &set, progress)?;
@@ -121,6 +122,7 @@ fn record(
         }
         progress(1);
     }
+    // The events come last: a recording that is there has its labels.
     table.write(&stem.with_extension("poses.csv"))?;
     let info_path = stem.with_extension("toml");
     let text = toml::to_string(&info).map_err(|error| SimError::SequenceInfo {

@@ -70,6 +70,7 @@ impl PersonSimulator {
         let (frame, config) = (self.next, &self.config);
         let t = Micros(frame as i64 * config.step().0);
         let light = self.scene.light(&self.shared, t.as_seconds() as f32);
+        // Copied, since the scene paints over its own plane in the next step.
         self.luminance.clone_from(light);
         let events = self.sensor.expose(&self.luminance, t)?;
         self.next += 1;

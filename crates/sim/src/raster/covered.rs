@@ -56,6 +56,7 @@ impl Kernel8 for List<'_> {
         for y in rect.top..rect.bottom {
             for x in (rect.left..rect.right).step_by(LANES_8) {
                 let Some((inverse_depth, triangles)) = visibility.lanes(x, y) else { return };
+                // The last eight of a row may reach beyond the rectangle.
                 let known = u32::MAX >> (u32::BITS as usize - (rect.right - x).min(LANES_8));
                 let is_seen = l.gt_i(l.load_i(*inverse_depth), l.splat_i(0));
                 let mut left = l.to_bitmask(is_seen) & known;

@@ -51,6 +51,7 @@ impl Varyings {
         let (e, f, g, h) = (triangle(4), triangle(5), triangle(6), triangle(7));
         let triangles = [a, b, c, d, e, f, g, h];
         let [second, third] = Triangle::affine_lanes(l, triangles, l.load_i(*positions));
+        // Weights sum to one, so that the first needs no plane of its own.
         let first = l.sub(l.sub(l.splat(1.0), second), third);
         let (first, second, third) = (l.store(first), l.store(second), l.store(third));
         let mut seen = [l.splat(0.0); LANES_8];
@@ -90,6 +91,8 @@ impl Kernel8 for Gather<'_> {
             let [u, v, _, _] = l.gather_columns(eight_rows::<2>(uvs, first, &mut padding));
             let [_, _, inverse_depth, _] =
                 l.gather_columns(eight_rows::<4>(screen, first, &mut padding));
+            // Divided by depth, components are linear over the image; the shader multiplies it
+            // back.
             let inverse_depth = l.from_bits(inverse_depth);
             let [a, b, c, d, e, f, g, h] = l.transpose([
                 l.mul(l.from_bits(x), inverse_depth),

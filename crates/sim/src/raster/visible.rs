@@ -68,6 +68,7 @@ impl Raster {
         let extent = project(camera, mesh.vertices_m, &mut self.screen);
         self.rect = extent.rect;
         if !self.rect.is_empty() {
+            // Cut open by the near plane, a closed mesh shows its inside.
             let cull = closed && extent.wholly_in_front;
             dispatch(DrawFaces { raster: self, faces: mesh.faces, cull });
             if !extent.wholly_in_front {
@@ -83,6 +84,7 @@ impl Raster {
         for (face, corners) in mesh.faces.iter().enumerate() {
             let hidden =
                 corners.iter().filter(|&&v| self.screen[v as usize].inverse_depth() <= 0.0).count();
+            // Whole faces are drawn already; those behind the plane are never seen.
             if hidden == 0 || hidden == 3 {
                 continue;
             }
@@ -147,6 +149,7 @@ impl Raster {
                     }
                 };
         }
+        // Weights were divided by depth, as perspective asks for: their sum takes that out again.
         in_face /= inverse_depth;
         Fragment { inverse_depth, face: triangle.face, barycentric: [in_face.y, in_face.z] }
     }

@@ -126,6 +126,7 @@ impl SequenceSet {
             else {
                 continue;
             };
+            // Other shards may be writing theirs into the same directory at this moment.
             let ours = number.parse().is_ok_and(|sequence: u64| {
                 sequence < self.sequences && shard.owns(sequence) && name(sequence) == number
             });

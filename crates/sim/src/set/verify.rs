@@ -42,6 +42,7 @@ pub fn verify(directory: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Verif
         }
     }
     let listed: BTreeSet<&str> = expected.iter().map(|digest| digest.name.as_str()).collect();
+    // A file that nobody listed was added later: trained on, it would not be the published set.
     let unlisted = names
         .iter()
         .filter(|name| {

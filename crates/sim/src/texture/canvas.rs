@@ -86,6 +86,7 @@ impl Canvas {
         angle_rad: f32,
         mut brush: impl FnMut(Vec2, Vec3A) -> Vec3A,
     ) {
+        // The square around the circle of the larger radius holds the ellipse at any angle.
         let (reach, turn) = (radii.max_element(), Vec2::from_angle(-angle_rad));
         let area =
             Rect::new(centre.x - reach, centre.y - reach, centre.x + reach, centre.y + reach);

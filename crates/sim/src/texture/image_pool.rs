@@ -67,6 +67,7 @@ fn image_files(folder: &Path) -> Result<Vec<PathBuf>, SimError> {
     if paths.is_empty() {
         return Err(SimError::NoImages { path: folder.to_owned() });
     }
+    // Operating systems list files in any order; draws are by index.
     paths.sort();
     Ok(paths)
 }

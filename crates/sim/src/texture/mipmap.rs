@@ -53,6 +53,7 @@ impl Texture {
         let texels = (columns * rows) as u32;
         for y in 0..means.height() {
             for x in 0..means.width() {
+                // Half a unit, so that the division rounds to the nearest.
                 let mut sums = [texels / 2; 3];
                 for j in 0..rows {
                     for i in 0..columns {

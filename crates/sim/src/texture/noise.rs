@@ -40,6 +40,7 @@ fn add_octave(
 ) {
     let grid: Vec<f32> = (0..columns * rows).map(|_| rng.uniform(-amplitude, amplitude)).collect();
     let across: Vec<_> = (0..field.width()).map(|x| between(x, field.width(), columns)).collect();
+    // Down first, once a row for the few grid columns; then across, once a pixel.
     let mut line = vec![0.0; columns];
     for y in 0..field.height() {
         let (above, below, weight) = between(y, field.height(), rows);

@@ -40,6 +40,7 @@ impl Skins {
             let mut rng = CounterRng::new(sequence_seed, "episode skin texture", index);
             return skins.draw(&mut rng, config.variation_sd);
         }
+        // Marks and clothes have streams of their own: a change of one leaves the other.
         let mut marks = CounterRng::new(sequence_seed, "episode skin marks", index);
         let mut albedo = skin_albedo(config.texels, coefficients, &mut marks);
         let mut worn = CounterRng::new(sequence_seed, "episode covering", index);

@@ -63,6 +63,7 @@ impl LowPrecisionDepthwise {
             }
             LowPrecisionType::Uint8(params) => {
                 let quantized = QuantizedWeights::new(weight, bias, params);
+                // Only kernels of 3 have instructions for rows of bytes; others multiply in f32.
                 if kernel == 3 {
                     rows = pack_rows(&quantized.weight, channels);
                 }

@@ -73,6 +73,7 @@ impl LowPrecisionImage {
         let bytes = image.blocks() * image.block_pitch() * image.pixel_bytes();
         let fill = match element_type {
             LowPrecisionType::Bf16 => 0,
+            // A byte of zero would be a negative value in the border, which convolutions read.
             LowPrecisionType::Uint8(params) => params.zero_point,
         };
         let fill = f32::from_ne_bytes([fill; 4]);

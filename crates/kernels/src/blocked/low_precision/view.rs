@@ -41,6 +41,7 @@ impl TensorView<'_> {
                 element_type: ElementType::F32,
                 row_pitch: image.row_pitch() * LANES,
                 block_pitch: image.block_pitch() * LANES,
+                // Scale and zero point that leave a value as it is.
                 dequantization: [1.0, 0.0],
             },
             Self::LowPrecision(image) => SrcView {

@@ -107,6 +107,8 @@ impl Winograd {
         let shape = ConvShape::square(channels_in, channels_out, 3, 1);
         assert_eq!(weight.len(), channels_in * channels_out * 9, "weights");
         assert_eq!(bias.len(), channels_out, "bias");
+        // Two blocks of channels share the loads of an input, if there are registers for their
+        // sums.
         let blocks_per_group = if level.has_room_for_two_blocks() { 2 } else { 1 };
         let pack = match size {
             TileSize::Two => WinogradWeights::new::<F2x3, F2x3>,

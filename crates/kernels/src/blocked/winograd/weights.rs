@@ -63,6 +63,8 @@ impl WinogradWeights {
     ) -> Self {
         let [channels_out, channels_in] = [shape.channels_out, shape.channels_in];
         let points = R::IN * C::IN;
+        // On the fly, nine values per channel are read instead of all points: less memory, more
+        // work.
         let lines = if is_on_the_fly {
             let position = |channel_in: usize, tap: usize| channel_in * TAPS + tap;
             pack(weight, [channels_out, channels_in, TAPS], blocks_per_group, position)

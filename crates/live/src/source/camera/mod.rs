@@ -64,6 +64,7 @@ impl CameraSource {
             );
             match opened {
                 Ok(device) => return Ok(Self::new(device, model, flag, transfers)),
+                // No camera of this model: another one may be connected.
                 Err(error) if models::is_elsewhere(&error) => {}
                 Err(error) => return Err(failed(format!("{}: {error}; {ACCESS}", model.name))),
             }
@@ -111,6 +112,7 @@ impl Source for CameraSource {
             })?;
             let Some(buffer) = self.device.next_with_timeout(&POLL_INTERVAL) else { continue };
             bytes::decode(&mut self.adapter, buffer.slice, columns);
+            // Buffers without events, of motion sensors for example, are no packets.
             if columns.len() > before {
                 return Ok(Some(buffer.instant));
             }

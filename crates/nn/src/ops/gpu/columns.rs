@@ -58,6 +58,7 @@ impl Geometry {
         let [channels_out, _, rows, columns] = weight.dims();
         let size = |side: usize, kernel: usize, axis: usize| {
             let (begin, end) = options.padding[axis];
+            // The usual formula: positions at which the dilated kernel fits into the padded side.
             let extent = options.dilation[axis] * (kernel - 1) + 1;
             (side + begin + end - extent) / options.stride[axis] + 1
         };

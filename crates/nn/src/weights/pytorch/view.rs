@@ -44,6 +44,7 @@ impl View {
     /// inside `torch._utils._rebuild_parameter(tensor, ...)`.
     pub(super) fn from_pickle(pickle: &Pickle, id: Id) -> Option<Self> {
         let (function, arguments) = call(pickle, id)?;
+        // A parameter wraps a tensor; state dicts hold either.
         let (function, arguments) = match (function, arguments) {
             ("_rebuild_parameter", &[tensor, ..]) => call(pickle, tensor)?,
             other => other,
@@ -102,6 +103,7 @@ impl View {
         let mut gathered = Vec::new();
         let mut position = vec![0; self.shape.len()];
         for _ in 0..self.count()? {
+            // Element by element, since strides may be of any order, as of a transposed tensor.
             let mut index = self.offset;
             for (&at, &stride) in position.iter().zip(&self.strides) {
                 index = index.checked_add(stride.checked_mul(at)?)?;

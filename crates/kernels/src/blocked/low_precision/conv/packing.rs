@@ -93,6 +93,7 @@ fn tile_steps(shape: ConvShape, depth: usize) -> Vec<PackedStep> {
             let mut next = 0;
             for group in groups.first_taps() {
                 for kx in group..group + groups.taps {
+                    // Groups of fixed size overlap at the end of a row: a tap must not count twice.
                     let tap = (kx >= next).then_some(ky * columns + kx);
                     let channels = (first..first + LANES).step_by(depth);
                     steps.extend(channels.map(|channel| PackedStep { tap, channel }));
