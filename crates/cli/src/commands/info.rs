@@ -2,7 +2,7 @@
 
 use anyhow::{Result, bail};
 use evpose_body::files::ModelFile;
-use evpose_commands::opening::OpeningArgs;
+use crate::tasks::opening::OpeningArgs;
 
 use super::{checkpoint_info, data_set, devices};
 use crate::progress::say;
