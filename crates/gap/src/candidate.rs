@@ -311,6 +311,7 @@ pub(crate) fn without_effect(
 ) -> SensorConfig {
     let mut model = model.clone();
     model.effects.retain(|effect| effect.name != name);
+    // A stronger form of an effect that the model had already goes back to that.
     model.effects.extend(given.effect(name).cloned());
     model
 }

@@ -191,6 +191,7 @@ fn coherence(events: &[Local], period_us: i64) -> f64 {
         re += phase.cos();
         im += phase.sin();
     }
+    // Less what random phases have on average, so that its mean does not depend on the count.
     if n > 1.0 { ((re * re + im * im) / n - 1.0) / (n - 1.0) } else { 0.0 }
 }
 
@@ -205,6 +206,7 @@ fn times(events: &[Local]) -> [f64; 5] {
     };
     let [fine, coarse] = BINS_US.map(counts);
     let quarter = |i: usize| coarse[i] / events.len().max(1) as f64;
+    // The fourth quarter is what the others leave of one.
     [quarter(0), quarter(1), quarter(2), dispersion(&fine), dispersion(&coarse)]
 }
 

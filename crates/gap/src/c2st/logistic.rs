@@ -136,6 +136,7 @@ fn area(mut scores: Vec<(f32, bool)>) -> (f64, f64) {
     for equal in scores.chunk_by(|a, b| a.0 == b.0) {
         let own = equal.iter().filter(|(_, label)| *label).count() as f64;
         let others = equal.len() as f64 - own;
+        // Ties count half, as in the statistic of Mann and Whitney.
         area += own * (below + 0.5 * others);
         below += others;
         positives += own;

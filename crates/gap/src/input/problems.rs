@@ -191,6 +191,7 @@ fn is_other_length(events: &EventStream, reference: &EventStream, duration_s: f6
         return true;
     }
     let end = Micros::from_seconds(last_s + tolerance_s);
+    // A short recording is one only if the scene goes on having events: it may end at rest.
     let missing = reference.len() - reference.t().partition_point(|t| *t <= end);
     missing as f64 > (DURATION_TOLERANCE * reference.len() as f64).max(20.0)
 }

@@ -92,6 +92,7 @@ fn by_age() -> (Plot, Curve) {
         ["time since light changed, by class", "events"],
         classes(Cell::AGES),
     );
+    // Behind an edge rates fall by orders of magnitude.
     (Plot { y_scale: AxisScale::Log, ..plot }, ages)
 }
 

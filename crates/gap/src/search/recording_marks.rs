@@ -160,6 +160,7 @@ pub(crate) fn common_period_us(events: &EventStream) -> i64 {
         a
     };
     let first = events.t().first().map_or(0, |t| t.0);
+    // Differences: a clock may have any offset.
     events.t().iter().fold(0, |period, t| gcd(period, t.0 - first))
 }
 
@@ -174,7 +175,7 @@ fn tick(events: &EventStream) -> Option<Reading> {
 
 /// Expected events of a pixel, from which one that has none is dead.
 const CERTAIN_EVENTS: usize = 8;
-/// Fewest pixels of which so many are expected, so that dead ones can be counted.
+/// Minimum number of such pixels for a count of dead ones.
 const MIN_CERTAIN: usize = 300;
 /// Fraction that stands for none.
 const MIN_FRACTION: f64 = 1e-6;

@@ -244,6 +244,7 @@ impl<'a> ScreeningBase<'a> {
         let strengths = screened.trial.strengths();
         let nearest = |factor: f64| {
             let wanted = value * factor;
+            // On the grid, so that screened strengths are simulated once and found in the cache.
             let distance = |s: &&f64| (*s / wanted).ln().abs();
             strengths.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).copied()
         };

@@ -90,6 +90,7 @@ impl EventSink for EvcSink {
     fn write(&mut self, events: &EventStream) -> Result<(), IoError> {
         self.writer.check_times(events, Micros(0))?;
         for event in events.iter() {
+            // Frames without events have their markers too: time is counted by them.
             while event.t.0 >= (self.writer.frames() as i64 + 1) * FRAME.0 {
                 self.writer.frame(&self.pending)?;
                 self.pending.clear();

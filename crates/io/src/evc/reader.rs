@@ -132,6 +132,8 @@ impl EvcReader {
         let after = self.frames + counts.markers;
         while self.index.len() as u64 * INDEX_STEP < after {
             let wanted = self.index.len() as u64 * INDEX_STEP;
+            // Counts of the run are known: it is searched again only where it holds an indexed
+            // frame.
             let Some(at) = marker_offset(run, wanted - self.frames) else { break };
             self.index.push(offset + at as u64);
         }

@@ -155,6 +155,7 @@ fn line(bytes: &[u8]) -> Result<Option<&str>, Unfinished> {
         _ => return Ok(None),
     }
     let near = &bytes[..bytes.len().min(MAX_LINE)];
+    // Binary data may begin with `%` as well: a line has no other control characters.
     let end = near.iter().position(|&b| b < b' ' && b != b'\t' && b != b'\r');
     match end {
         Some(end) if near[end] == b'\n' => Ok(str::from_utf8(&near[..end]).ok()),

@@ -205,6 +205,7 @@ fn all<const N: usize>(cells: &[&str], columns: [usize; N]) -> Result<Option<[f3
     for (out, column) in values.iter_mut().zip(columns) {
         match narrow(cells[column])? {
             Some(value) => *out = value,
+            // A position with a missing coordinate is none.
             None => is_whole = false,
         }
     }

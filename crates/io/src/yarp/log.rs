@@ -89,7 +89,8 @@ fn survey(first: &[u8], has_ticks: bool) -> (u8, Option<(f64, f64)>) {
         if let Some(ticks) = event.ticks {
             let ticks = counter.ticks(ticks);
             begin = begin.or(Some((event, ticks)));
-            // A bottle has one time for all its events: the tick of its first one is compared with it.
+            // A bottle has one time for all its events: the tick of its first one is compared with
+            // it.
             if end.is_none_or(|(last, _)| last.bottle != event.bottle) {
                 end = Some((event, ticks));
             }

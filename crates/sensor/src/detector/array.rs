@@ -117,7 +117,7 @@ impl PixelArray {
         let pixels = self.size.pixels();
         let mut whole = self.whole();
         for pixel in 0..pixels {
-            whole.arm(pixel, now_s, chain.plan.steps_while_refractory);
+            whole.set_wake_levels(pixel, now_s, chain.plan.steps_while_refractory);
         }
     }
 
@@ -151,7 +151,7 @@ impl PixelArray {
         let mut whole = self.whole();
         for pixel in 0..pixels {
             let traits = whole.renewed(chain, pixel, None);
-            whole.cells[pixel].take(&traits);
+            whole.cells[pixel].set_thresholds(&traits);
             if leaks {
                 leak_per_s.push(traits.leak_per_s());
             }
@@ -172,6 +172,7 @@ impl PixelArray {
     /// Takes what has leaked so far into the memories, if it is time.
     pub(crate) fn keep_anchor(&mut self, before: &mut [f32], now_s: f64) {
         if now_s - self.anchor_s >= ANCHOR_S {
+            // What has leaked so far leaked at the old rates.
             self.move_anchor(before, now_s);
         }
     }

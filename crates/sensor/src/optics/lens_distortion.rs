@@ -116,6 +116,7 @@ impl PlaneStage for LensDistortion {
         for (i, (column, row)) in columns.iter_mut().zip(rows).enumerate() {
             let (x, y) =
                 ((i % usize::from(size.width)) as f64, (i / usize::from(size.width)) as f64);
+            // Sources are looked up once: the inverse has no closed form.
             let source = self.source((x - 0.5 * right, y - 0.5 * bottom));
             *column = (source.0 + 0.5 * right).clamp(0.0, right) as f32;
             *row = (source.1 + 0.5 * bottom).clamp(0.0, bottom) as f32;

@@ -19,9 +19,9 @@ const SIZE: (usize, usize) = (512, 256);
 #[derive(Debug, Clone, Copy)]
 enum Pattern {
     Plain,
-    /// Stripes around the body, so many along it.
+    /// Stripes around the body; their number along it.
     Rings(f32),
-    /// Stripes along the body, so many around it.
+    /// Stripes along the body; their number around it.
     Stripes(f32),
     /// Both.
     Checks(f32),
