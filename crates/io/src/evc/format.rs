@@ -113,6 +113,7 @@ fn labels(path: &Path, source: &dyn EventSource, warnings: &mut Vec<String>) -> 
     if !path.is_file() {
         return None;
     }
+    // Labels that cannot be read are a warning: the events beside them are whole.
     let opened = MetaReader::open_prefix(&path);
     let (labels, fault) = match opened {
         Ok((labels, fault)) => (labels, fault),

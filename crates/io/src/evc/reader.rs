@@ -271,6 +271,7 @@ impl EvcReader {
             self.read_frames(start..end, window)?;
             let mut records = window.records();
             let mut frame = start;
+            // The first record of a frame is its marker.
             while let [_, events @ ..] = records {
                 let count = events.iter().position(|r| r[3] == NEW_FRAME).unwrap_or(events.len());
                 let (events, rest) = events.split_at(count);

@@ -52,6 +52,7 @@ impl Lines {
             lines.length += line.len() + 1;
             let text = line[1..].trim();
             let (key, value) = text.split_once([' ', '\t']).unwrap_or((text, ""));
+            // Newer headers end with a line for it, older ones before the first line without `%`.
             if key == "end" && value.is_empty() {
                 return lines;
             }

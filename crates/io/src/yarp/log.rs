@@ -43,6 +43,7 @@ fn open(mut input: Input, options: &OpenOptions) -> Result<Box<dyn EventSource>,
     let has_ticks = has_ticks(&first).ok_or_else(unclear)?;
     let (cameras, elapsed) = survey(&first, has_ticks);
     let tick = Tick::new(options, elapsed);
+    // A recording of the right camera alone is read without asking for it.
     let words = Words::new(options, if cameras == 0b10 { 1 } else { 0 });
     let facts = vec![words.fact(), tick.fact()];
     let (bottles, ticks) = (Bottles::new(has_ticks), TickCounter::new(tick));

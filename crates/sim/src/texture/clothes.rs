@@ -94,6 +94,7 @@ struct Outfit {
 
 impl Outfit {
     fn draw(rng: &mut CounterRng) -> Self {
+        // Squared and cubed draws make light skin and dark hair the more frequent.
         let tan = rng.unit();
         let skin = Vec3A::new(0.70, 0.46, 0.35).lerp(Vec3A::new(0.10, 0.055, 0.035), tan * tan);
         let hair =
