@@ -196,6 +196,7 @@ impl FrontBand<'_> {
         let voltage = &mut self.voltage[held];
         let before = Voltages { first: self.pixels.start, values: self.before };
         array.scan(chain, tick, pixels, light, before, voltage);
+        // Nothing is before the first exposure, so that it changes nothing.
         if tick.index == 0 {
             self.before[own].copy_from_slice(voltage);
         }

@@ -156,6 +156,7 @@ fn pairs_of_pixels(events: &[Local]) -> [f64; 10] {
     let short = SHORT_US.map(|limit| intervals.iter().filter(|us| **us < limit).count());
     let [low, middle, high] = quantiles(&mut intervals);
     let all = events.len();
+    // Of all events, not of pairs: how often pixels repeat themselves shows as well.
     let [off_off, off_on, on_off, on_on] = kinds.map(|kind| share(kind, all));
     let alternation = share(kinds[1] + kinds[2], intervals.len());
     let [shortest, short] = short.map(|count| share(count, all));

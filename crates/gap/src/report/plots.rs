@@ -213,6 +213,7 @@ fn spectrum_of(view: &View<'_>) -> Vec<f64> {
             im += (count - mean) * sin;
         }
         let power = (re * re + im * im) / all;
+        // Zero has no place on a logarithmic axis.
         if power > 0.0 { power } else { f64::NAN }
     };
     (0..FREQUENCIES).map(power).collect()

@@ -83,6 +83,7 @@ pub(super) fn all_estimates(catalogue: Catalogue, recording: &Recording<'_>) -> 
     let mut estimates = Vec::new();
     for (mark, read) in READINGS {
         let mut specs = with_mark(catalogue, mark).peekable();
+        // A mark that no effect of the catalogue leaves is not worth reading.
         let Some(reading) = specs.peek().and_then(|_| read(recording)) else { continue };
         estimates.extend(specs.map(|spec| Estimate { spec, mark, reading: reading.clone() }));
     }

@@ -106,6 +106,7 @@ impl<'a> ScreeningBase<'a> {
     ) -> Result<Self, GapError> {
         let slopes = Slopes::around(objective, model, &nuisance, 1)?;
         let summary = objective.run(model, 0)?;
+        // Set below: profiling needs the rest of the base.
         let discrepancy_without = f64::INFINITY;
         let mut base =
             Self { objective, estimates, model, summary, nuisance, slopes, discrepancy_without };

@@ -41,6 +41,7 @@ pub(super) fn lower_edge(intervals: &[(u32, Interval)]) -> Option<f64> {
         return None;
     }
     let (_, edge, _) = lengths.select_nth_unstable(rank);
+    // Intervals of 0 us occur where stamps are coarse.
     Some((*edge as f64 + 0.5).ln())
 }
 

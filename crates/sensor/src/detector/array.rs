@@ -112,6 +112,7 @@ impl PixelArray {
     /// Goes on with other parameters: patterns are made anew, memories stay.
     pub(crate) fn retune(&mut self, chain: &Chain, before: &mut [f32], now_s: f64) {
         self.move_anchor(before, now_s);
+        // The leak until now, taken into the memories above, was at the rates before.
         self.make_pattern(chain);
         self.renew_all(chain);
         let pixels = self.size.pixels();

@@ -169,6 +169,7 @@ impl Queued<'_, '_> {
                 return;
             }
             Entry::Served(Served { request, then }) | Entry::Lost(Served { request, then }) => {
+                // A lost request is acknowledged, too: only its event does not come out.
                 if let Entry::Served(_) = entry {
                     out.push(request);
                 }
@@ -248,6 +249,7 @@ impl Queued<'_, '_> {
     ) {
         let was_free = service.bus().selects_s().is_none();
         service.enqueue(request, then);
+        // A bus at work has its next selection in the queue already.
         if was_free {
             self.expect_selection(step, service);
         }

@@ -141,6 +141,7 @@ impl Band<'_> {
         } else {
             (-from, -to, cell.threshold_off)
         };
+        // Differences of f32 are off in their last bits: what is so close is resolved in f64.
         let early = 1e-6 * (1.0 + cell.memory.abs());
         to < self.least(threshold) - early
             || from > threshold + self.deviation + early

@@ -125,6 +125,7 @@ impl PlaneStage for LensDistortion {
 
     fn step(&self, _tick: &Tick, size: SensorSize, plane: &mut Block<'_>, _noise: StageNoise) {
         let [columns, rows, work] = plane.state.planes();
+        // Pixels are sampled from a copy: later ones would read those written before.
         work.copy_from_slice(plane.signal);
         let (width, height) = (usize::from(size.width), usize::from(size.height));
         for ((y, column), row) in plane.signal.iter_mut().zip(columns).zip(rows) {
