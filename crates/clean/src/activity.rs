@@ -22,7 +22,7 @@ use crate::Mask;
 
 /// Standard deviations beyond which a count is not chance.
 const CLEAR: f64 = 5.0;
-/// Fewer events a second hurt nobody.
+/// Event rate, per second, below which a pixel is never hot.
 const MIN_HZ: f64 = 1.0;
 /// Pixels to each side that are neighbours.
 const REACH: usize = 2;
@@ -30,7 +30,7 @@ const REACH: usize = 2;
 /// When a pixel is hot.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum HotRule {
-    /// Far more events than so many times the median of the neighbours.
+    /// More events than this multiple of the median of the neighbours.
     Neighbours {
         /// How many times.
         factor: f64,

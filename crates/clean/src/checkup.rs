@@ -74,7 +74,7 @@ pub struct Findings {
 }
 
 impl Checkup {
-    /// Nothing seen yet of a recording that is said to be of `sensor`.
+    /// A check-up of a recording of `sensor`, before its first events.
     pub fn new(sensor: SensorSize) -> Self {
         Self {
             sensor,

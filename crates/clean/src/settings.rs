@@ -1,4 +1,4 @@
-//! The parameters of a cleaner: what there is, and what was given.
+//! The parameters of a cleaner: their specification, and the values given.
 
 use std::path::{Path, PathBuf};
 

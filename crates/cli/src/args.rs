@@ -21,7 +21,7 @@ pub struct ConfigArgs {
 #[derive(Debug, Clone, Copy, clap::Args)]
 pub struct DeviceArgs {
     /// flex (CPU), ndarray, wgpu or cuda, of several GPUs wgpu:1; all but flex need the Cargo feature of
-    /// that name, and `evpose info --devices` lists what there is
+    /// that name, and `evpose info --devices` lists them
     #[arg(long, default_value = "flex")]
     pub device: DeviceKind,
     /// CPU threads; all cores by default

@@ -63,6 +63,7 @@ impl Candidate {
     }
 
     fn is_identifiable(self) -> bool {
+        // Another law takes the place of the model's: no strength leads from one to the other.
         let is_other_law =
             matches!(self.spec.typical_stage(), Ok(Stage::Photoreceptor(_) | Stage::Detector(_)));
         let is_part = match self.spec.search().role {
@@ -311,6 +312,7 @@ pub(crate) fn without_effect(
 ) -> SensorConfig {
     let mut model = model.clone();
     model.effects.retain(|effect| effect.name != name);
+    // A stronger form of an effect that the model had already goes back to that.
     model.effects.extend(given.effect(name).cloned());
     model
 }

@@ -92,6 +92,7 @@ impl Expectation {
             StatisticKind::Value(_) => 0.0,
         };
         let tolerance = layout.tolerance(i, self.mean[i], self.events);
+        // Tolerances are errors of the simulation: they add in squares, as independent ones do.
         (self.variance[i].max(floor) + tolerance * tolerance).sqrt()
     }
 }
@@ -105,6 +106,7 @@ pub fn by_block(layout: &Layout, deviations: &[f64]) -> Vec<(StatisticBlock, f64
             continue;
         }
         let (sum, count) = sums.entry(entry.block).or_default();
+        // Means, so that a block counts alike however many statistics it has.
         *sum += rho(z * z);
         *count += 1.0;
     }

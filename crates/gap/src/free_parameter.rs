@@ -71,6 +71,8 @@ impl FreeParameter {
             Self::Effect(spec, param) => model
                 .effect(spec.name)
                 .and_then(|effect| effect.number(param.name))
+                // An effect that is not in the model, or does not set the parameter, has its
+                // neutral value.
                 .or(param.neutral)
                 .unwrap_or(0.0),
         }

@@ -44,6 +44,7 @@ impl Layout {
         debug_assert_eq!(values.len(), self.entries.len());
         for (value, entry) in values.iter_mut().zip(&self.entries) {
             if let StatisticKind::Count(_) = entry.kind {
+                // Anscombe's transform (1948): the variance of a Poisson count becomes one.
                 *value = 2.0 * (*value + ANSCOMBE).sqrt();
             }
         }

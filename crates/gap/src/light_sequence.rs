@@ -40,6 +40,7 @@ impl LightSequence {
         if planes.iter().any(|plane| (plane.width(), plane.height()) != (width, height)) {
             return Err(GapError::Scene("frames are not all of one size".to_owned()));
         }
+        // Times are whole microseconds.
         if !(fps > 0.0 && fps <= 1e6) {
             return Err(GapError::Scene(format!("{fps} frames per second")));
         }

@@ -64,7 +64,7 @@ pub struct RecordingSetup {
 /// A case: one camera, two recordings.
 #[derive(Debug, Clone)]
 pub struct Case {
-    /// Name that says nothing.
+    /// Name that does not reveal the effects of the case.
     pub id: String,
     /// Composition of its plan.
     pub tier: Tier,

@@ -318,6 +318,8 @@ impl<'a, F: StreamFrontend> Follower<'a, F> {
 
     fn accept(&mut self, inferred: Inferred<F::Input, F::Output>) {
         let Inferred { job, output } = inferred;
+        // A result of a recording that has ended meanwhile is dropped, but its memory is used
+        // again.
         if job.recording == self.recording {
             for (t, pose) in self.frontend.accept(job.t, &job.input, output, self.now) {
                 let latency = job.clock.since(t);

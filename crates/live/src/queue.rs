@@ -92,6 +92,7 @@ impl PacketQueue {
     pub fn push_waiting(&self, packet: Packet) {
         let new = packet.events.len();
         let mut state = self.lock();
+        // A condition variable may wake without a reason.
         while !state.is_abandoned && !self.has_room(&state, new) {
             state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
         }

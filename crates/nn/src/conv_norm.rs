@@ -50,7 +50,7 @@ impl ConvNormConfig {
         Self::rectangular(channels_in, channels_out, [kernel; 2])
     }
 
-    /// A convolution with so many rows and columns that mixes all channels.
+    /// A convolution with a kernel of these rows and columns, over all channels.
     pub fn rectangular(channels_in: usize, channels_out: usize, kernel: [usize; 2]) -> Self {
         let padding = kernel.map(|side| side / 2);
         let (stride, groups, bias) = (1, 1, false);
@@ -98,7 +98,7 @@ impl ConvNormConfig {
     }
 }
 
-/// A batch normalisation of so many channels, with fixed ids of its running statistics.
+/// A batch normalisation of `channels` channels, with fixed ids of its running statistics.
 pub(crate) fn batch_norm(channels: usize, epsilon: f64, device: &Device) -> BatchNorm {
     let mut norm = BatchNormConfig::new(channels).with_epsilon(epsilon).init(device);
     // Burn draws the ids of running statistics at random and never changes them afterwards.

@@ -226,6 +226,7 @@ fn fold(norm: &BatchNorm, weight: &mut [f32], bias: &mut [f32]) {
     for (channel, kernel) in weight.chunks_mut(kernel_size).enumerate() {
         let [gamma, beta, mean, variance] =
             [&gamma, &beta, &mean, &variance].map(|values| f64::from(values[channel]));
+        // In double precision, once: an error here would be in every output of the channel.
         let scale = gamma / (variance + norm.epsilon).sqrt();
         kernel.iter_mut().for_each(|value| *value = (f64::from(*value) * scale) as f32);
         bias[channel] = ((f64::from(bias[channel]) - mean) * scale + beta) as f32;

@@ -52,8 +52,10 @@ impl WindowAugmentation {
         let mut rng = CounterRng::new(seed, "window augmentation", sample);
         let shortest = self.shortest_frames.max(1);
         let longest = self.longest_frames.max(shortest);
+        // Even in the logarithm: half and double length are equally likely.
         let log_frames = rng.uniform((shortest as f32).ln(), (longest as f32).ln());
         let frames = (log_frames.exp().round() as u32).clamp(shortest, longest);
+        // Drawn in any case: switching one augmentation off must not change the others.
         let swap_image = rng.chance(0.5) && self.swap_image;
         let pixels =
             self.swap_pixels.then(|| StageNoise::new(seed, "window augmentation pixels", sample));

@@ -117,7 +117,7 @@ impl Default for ErosConfig {
 pub struct Eros {
     /// Events near each pixel since its own; [`NEVER`] where there was none.
     since: Neighbourhood,
-    /// The value after so many events, as exact as the variant has it; the last one stays.
+    /// Decayed value by number of events, with the precision of the variant; the last one is kept.
     values: Vec<f64>,
     /// The same for every number of events, up to where only zeros follow.
     values_f32: Vec<f32>,

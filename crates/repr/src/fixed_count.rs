@@ -1,4 +1,4 @@
-//! The fixed-count image: the latest so many events, in grey values.
+//! The fixed-count image: a fixed number of the latest events, in grey values.
 //!
 //! # Model
 //! The number of a pixel's events among the last `n`, whatever their polarity, scaled so that three

@@ -42,7 +42,7 @@ pub enum Memory {
     Window,
     /// All, older ones faded or written over: the length of the window is ignored.
     Own,
-    /// The latest so many: the length of the window is ignored.
+    /// A fixed number of the latest events: the length of the window is ignored.
     Count,
 }
 

@@ -164,6 +164,7 @@ impl VoxelGrid {
             return;
         };
         let (pixels, span_us) = (self.window.sensor.pixels(), (last.0 - first.0).max(1));
+        // The window is a ring: its events lie in two pieces.
         let (older, newer) = self.events.as_slices();
         for part in [older, newer] {
             spread(part, first, span_us, pixels, self.bins, out);

@@ -28,7 +28,7 @@ impl Gaussian {
         Self { weights: centre.chain(sides).map(|w| w as f32).collect() }
     }
 
-    /// Whether it spreads nothing.
+    /// Whether the convolution leaves an image as it is.
     pub(crate) fn is_point(&self) -> bool {
         self.weights.len() == 1
     }
@@ -67,6 +67,7 @@ impl Gaussian {
         for (t, v) in target.iter_mut().zip(row(0)) {
             *t = self.weights[0] * *v;
         }
+        // Symmetric weights: both sides share a multiplication.
         for (distance, weight) in self.weights.iter().enumerate().skip(1) {
             let (before, after) = (row(-(distance as isize)), row(distance as isize));
             for ((t, b), a) in target.iter_mut().zip(before).zip(after) {

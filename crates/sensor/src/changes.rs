@@ -17,7 +17,7 @@ pub(crate) const STRIP: usize = 64;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Task {
     /// Their light is not that of the last step.
-    Sense,
+    Recompute,
     /// Their voltage is that of the last step, and some may have further events.
     Scan,
 }
@@ -116,7 +116,7 @@ impl BandChanges<'_> {
                     let task = if strip.is_unknown || differ(shown, known) {
                         known.copy_from_slice(shown);
                         *strip = Strip { is_new: true, is_awake: false, is_unknown: false };
-                        Task::Sense
+                        Task::Recompute
                     } else {
                         // Two voltage planes take turns: after a change, both have to hold the
                         // voltage once.

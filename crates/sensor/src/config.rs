@@ -48,6 +48,7 @@ impl SensorConfig {
     pub fn relative_to(mut self, folder: &Path) -> Self {
         for effect in &mut self.effects {
             let spec = STAGES.iter().find(|spec| spec.name == effect.name);
+            // An unknown effect is refused when the model is built, with suggestions.
             for file in spec.map_or(&[][..], |spec| spec.files) {
                 if let Some(Value::Word(path)) = effect.params.get_mut(file.name) {
                     *path = folder.join(&*path).to_string_lossy().into_owned();

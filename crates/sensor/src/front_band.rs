@@ -108,7 +108,7 @@ impl FrontBand<'_> {
             for start in all.clone().step_by(block.max(1)) {
                 let pixels = start..(start + block).min(all.end);
                 if first_stage == 0 {
-                    self.sense(&luminance[pixels.clone()], &pixels);
+                    self.load_luminance(&luminance[pixels.clone()], &pixels);
                     // Frames come from far; the next block arrives while this one is in work.
                     for pixel in (pixels.end..(pixels.end + block).min(all.end)).step_by(CACHE_LINE)
                     {
@@ -120,7 +120,7 @@ impl FrontBand<'_> {
                     self.tap(link, tick, &pixels, seen_by.taps);
                 }
                 if is_last {
-                    self.show(chain, tick, &pixels, seen_by.array);
+                    self.scan_block(chain, tick, &pixels, seen_by.array);
                     if let Some(resolution) = &mut seen_by.resolution {
                         let before = Voltages { first: all.start, values: self.before };
                         let voltage = &self.voltage[..pixels.len()];
@@ -151,14 +151,14 @@ impl FrontBand<'_> {
         let own = &luminance[self.pixels.clone()];
         self.changes.find(own, self.before, self.voltage, self.block_pixels, &mut tasks);
         for (pixels, task) in &tasks {
-            if *task == Task::Sense {
-                self.sense(&luminance[pixels.clone()], pixels);
+            if *task == Task::Recompute {
+                self.load_luminance(&luminance[pixels.clone()], pixels);
                 for (index, link) in chain.front.iter().enumerate() {
                     self.step_stage(index, link, tick, pixels);
                 }
             }
             let first = array.awake_count();
-            self.show(chain, tick, pixels, array);
+            self.scan_block(chain, tick, pixels, array);
             self.changes.wake(array.awake_from(first));
         }
         self.room.tasks = tasks;
@@ -184,12 +184,19 @@ impl FrontBand<'_> {
     }
 
     /// Shows the voltages of a block to its pixels.
-    fn show(&mut self, chain: &Chain, tick: &Tick, pixels: &Range<usize>, array: &mut Band<'_>) {
+    fn scan_block(
+        &mut self,
+        chain: &Chain,
+        tick: &Tick,
+        pixels: &Range<usize>,
+        array: &mut Band<'_>,
+    ) {
         let light = &self.room.light[self.light_range(pixels)];
         let (own, held) = (self.own(pixels), self.voltage_range(pixels));
         let voltage = &mut self.voltage[held];
         let before = Voltages { first: self.pixels.start, values: self.before };
         array.scan(chain, tick, pixels, light, before, voltage);
+        // Nothing is before the first exposure, so that it changes nothing.
         if tick.index == 0 {
             self.before[own].copy_from_slice(voltage);
         }
@@ -208,7 +215,7 @@ impl FrontBand<'_> {
     }
 
     /// Copies luminance; what cannot be light becomes darkness.
-    fn sense(&mut self, luminance: &[f32], pixels: &Range<usize>) {
+    fn load_luminance(&mut self, luminance: &[f32], pixels: &Range<usize>) {
         let held = self.light_range(pixels);
         let light = &mut self.room.light[held];
         let is_faulty = vectorize(

@@ -23,6 +23,7 @@ pub(crate) const PIECE: usize = 64;
 #[inline(always)]
 pub(crate) fn fill_normal(noise: StageNoise, first_pixel: usize, draws: &mut [f32]) {
     let keys = noise.bits(usize::MAX >> 32, 0);
+    // 32-bit hashes instead of the 64-bit generator: eight lanes hold them, and draws are vectors.
     let (radius_key, angle_key) = (keys as u32, (keys >> 32) as u32);
     let first = first_pixel as u32;
     for (index, draw) in draws.iter_mut().enumerate() {

@@ -70,7 +70,7 @@ impl SensorModel {
         }
         for effect in &SensorConfig::default().effects {
             let ideal = Built::new(&STAGES, effect)?;
-            if built.iter().all(|other| other.stage.place() != ideal.stage.place()) {
+            if built.iter().all(|other| other.stage.role() != ideal.stage.role()) {
                 built.push(ideal);
             }
         }
@@ -141,8 +141,8 @@ impl Built {
             if other.spec.name == self.spec.name {
                 return Err(SensorError::DuplicateEffect { effect: self.spec.name });
             }
-            if let Some(place) = self.stage.place()
-                && other.stage.place() == Some(place)
+            if let Some(place) = self.stage.role()
+                && other.stage.role() == Some(place)
             {
                 let (first, second) = (other.spec.name, self.spec.name);
                 return Err(SensorError::PlaceTaken { place, first, second });

@@ -10,6 +10,7 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<
             let other = plain(candidate);
             let apart = distance(&typed, &other);
             let is_part = typed.len() >= 3 && (other.contains(&typed) || typed.contains(&other));
+            // At most two letters in five differ.
             let is_near = apart * 5 <= 2 * typed.chars().count().max(other.chars().count());
             (is_part || is_near).then_some((if is_part { 0 } else { apart }, candidate))
         })
@@ -29,6 +30,7 @@ fn distance(a: &str, b: &str) -> usize {
     let b: Vec<char> = b.chars().collect();
     let mut row: Vec<usize> = (0..=b.len()).collect();
     for (i, from) in a.chars().enumerate() {
+        // One row of the matrix of Levenshtein (1966) is enough: only the row before is looked at.
         let mut diagonal = row[0];
         row[0] = i + 1;
         for (j, to) in b.iter().enumerate() {

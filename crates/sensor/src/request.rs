@@ -19,13 +19,13 @@ pub enum Origin {
 /// stamps it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Request {
-    /// When, in seconds.
+    /// Time of the event, in seconds.
     pub t_s: f64,
     /// Pixel index, row by row from the top left.
     pub pixel: u32,
     /// Direction of the change.
     pub polarity: Polarity,
-    /// Why.
+    /// Cause of the event.
     pub origin: Origin,
 }
 

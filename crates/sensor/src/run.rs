@@ -320,6 +320,7 @@ impl SensorRun {
             let noise = StageNoise::new(self.seed, link.name, tick.index);
             link.stage.step(tick, self.size, requests, noise);
         }
+        // Background stages know nothing of pixels: dead ones are silenced here.
         if !chain.background.is_empty() {
             requests.retain(|request| !self.array.is_dead(request.pixel));
         }
@@ -359,7 +360,7 @@ fn band_ranges(pixels: usize, bands: usize) -> Vec<Range<usize>> {
 fn earliest_stamp(chain: &Chain, previous: Micros) -> Micros {
     let mut shown_s = previous.as_seconds();
     for link in &chain.clock {
-        shown_s = link.stage.shows(shown_s);
+        shown_s = link.stage.earliest_shown(shown_s);
     }
     previous.min(crate::clock::stamp(shown_s)) + Micros(1)
 }

@@ -51,19 +51,19 @@ pub struct StageSpec {
     pub name: &'static str,
     /// Place in the signal path.
     pub domain: Domain,
-    /// One sentence.
+    /// What the stage does, in one sentence.
     pub summary: &'static str,
     /// Effect on its signal, in the names of its parameters.
     pub formula: &'static str,
-    /// Its physical quantities.
+    /// Physical quantities that it depends on.
     pub params: &'static [ParamSpec],
-    /// Its variants.
+    /// Choices among variants of the stage.
     pub choices: &'static [ChoiceSpec],
-    /// Its measurements.
+    /// Files of measurements that it reads.
     pub files: &'static [FileSpec],
     /// Source of the model.
     pub source: Citation,
-    /// How it shows.
+    /// How the effect shows in events or in a measurement.
     pub signature: Signature,
     /// Makes the stage from checked settings.
     pub build: fn(&Settings) -> Result<Stage, SensorError>,

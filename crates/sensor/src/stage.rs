@@ -176,7 +176,7 @@ impl Stage {
     }
 
     /// Role of the stage, if a sensor has exactly one stage of it.
-    pub fn place(&self) -> Option<&'static str> {
+    pub fn role(&self) -> Option<&'static str> {
         match self {
             Self::Photoreceptor(_) => Some("photoreceptor law"),
             Self::Detector(_) => Some("change detector"),

@@ -68,7 +68,7 @@ fn every_effect_can_be_switched_off_or_takes_a_place() {
         }
         let settings = evpose_sensor::Settings::resolve(spec, &spec.typical()).unwrap();
         let stage = (spec.build)(&settings).unwrap();
-        assert!(stage.place().is_some(), "{} can only be left out", spec.name);
+        assert!(stage.role().is_some(), "{} can only be left out", spec.name);
     }
 }
 

@@ -150,7 +150,7 @@ fn noisy() -> EffectConfig {
 /// Whether a sensor has exactly one of this stage, so that it cannot be left out.
 fn holds_a_place(spec: &'static StageSpec) -> bool {
     let settings = Settings::resolve(spec, &typical(spec, 0.5)).unwrap();
-    (spec.build)(&settings).unwrap().place().is_some()
+    (spec.build)(&settings).unwrap().role().is_some()
 }
 
 #[test]

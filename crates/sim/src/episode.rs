@@ -44,6 +44,7 @@ impl Episode {
         sequence_seed: u64,
         index: u64,
     ) -> Self {
+        // A generator each: a change to what one part draws leaves the others as they were.
         let part = |name| CounterRng::new(sequence_seed, name, index);
         let mut shape = part("episode shape");
         let mut background = part("episode background");

@@ -155,6 +155,7 @@ pub fn record_shard(
     let reused = shard.sequences_of(set.sequences()).count() - unfinished.len();
     let sequences = unfinished
         .into_par_iter()
+        // Sequences are long and few: one at a time keeps every thread busy to the end.
         .with_max_len(1)
         .map(|sequence| -> Result<SequenceFiles, SimError> {
             let mut simulator = simulation.sequence(sequence)?;

@@ -223,6 +223,7 @@ impl Surroundings {
         let px_per_m = camera.pinhole().focal_px / eye_m.distance(centre_m);
         let skin = skins.paint(&config.skin, &episode.skin, sequence_seed, index)?;
         let scene = Scene {
+            // The model is of one side: the other hand is the same seen in a mirror.
             camera: if actor.is_mirrored(side) { camera.mirrored() } else { camera },
             lighting: episode.lighting,
             skin: skin.mip_level(actor.metres_per_texture(), px_per_m),

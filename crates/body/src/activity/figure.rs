@@ -49,7 +49,7 @@ pub enum Anchor {
     /// The middle between both ankles.
     #[default]
     Feet,
-    /// The hips: somebody who walks.
+    /// The hips: the anchor of walking.
     Pelvis,
     /// The left (0) or the right (1) ankle.
     Foot(usize),

@@ -241,7 +241,7 @@ pub(crate) fn describe(pickle: &Pickle, id: Id) -> String {
     }
 }
 
-/// A name of a file nobody trusts, for a message.
+/// A name from an untrusted file, for a message: at most 80 characters, none of them a control one.
 fn shortened(name: &str) -> String {
     let clean = name.chars().map(|c| if c.is_control() { '?' } else { c });
     clean.take(80).collect()

@@ -14,7 +14,7 @@ use super::{CAMERAS, SENSOR};
 /// The published `extract_from_aedat.m` and what it calls.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Dhp19Filters {
-    /// All of a pixel that has so many events in a movement, if any number is given.
+    /// Events of a pixel in a movement from which all of them are removed, if given.
     pub hot_pixel_events: Option<u32>,
     /// Those that nothing near them supports.
     pub background: Option<BackgroundFilter>,

@@ -57,7 +57,7 @@ pub struct StillOptions {
     /// For MPII, whether labels are those of the published program, with what is wrong with them:
     ///
     /// * of a photograph on which somebody is annotated in part, nobody is taken;
-    /// * a person with a point of which nobody says whether it can be seen is not taken;
+    /// * a person with a point of unknown visibility is not taken;
     /// * points whose visibility is written as a text are hidden, `1` or not;
     /// * joints outside of a person's image stay labelled, which heads can be.
     pub parity: bool,

@@ -156,6 +156,7 @@ fn pairs_of_pixels(events: &[Local]) -> [f64; 10] {
     let short = SHORT_US.map(|limit| intervals.iter().filter(|us| **us < limit).count());
     let [low, middle, high] = quantiles(&mut intervals);
     let all = events.len();
+    // Of all events, not of pairs: how often pixels repeat themselves shows as well.
     let [off_off, off_on, on_off, on_on] = kinds.map(|kind| share(kind, all));
     let alternation = share(kinds[1] + kinds[2], intervals.len());
     let [shortest, short] = short.map(|count| share(count, all));
@@ -191,6 +192,7 @@ fn coherence(events: &[Local], period_us: i64) -> f64 {
         re += phase.cos();
         im += phase.sin();
     }
+    // Less what random phases have on average, so that its mean does not depend on the count.
     if n > 1.0 { ((re * re + im * im) / n - 1.0) / (n - 1.0) } else { 0.0 }
 }
 
@@ -205,6 +207,7 @@ fn times(events: &[Local]) -> [f64; 5] {
     };
     let [fine, coarse] = BINS_US.map(counts);
     let quarter = |i: usize| coarse[i] / events.len().max(1) as f64;
+    // The fourth quarter is what the others leave of one.
     [quarter(0), quarter(1), quarter(2), dispersion(&fine), dispersion(&coarse)]
 }
 

@@ -64,6 +64,7 @@ impl Data {
             let held_out = (0..self.rows.len()).filter(|i| self.folds[*i] == fold);
             let scores = held_out.map(|i| (product(&weights, &self.rows[i]), labels[i])).collect();
             let (area, pairs) = area(scores);
+            // Areas are averaged, not scores pooled: those of different fits have no common scale.
             sum += area;
             weight += pairs;
         }
@@ -111,6 +112,7 @@ fn inverse(rows: &[Row], folds: &[usize], held_out: usize) -> Vec<[f64; COLUMNS]
         used += 1.0;
         for (out, a) in matrix.iter_mut().zip(row) {
             for (out, b) in out.iter_mut().zip(row) {
+                // A label's variance p (1 - p) is at most a quarter (Böhning and Lindsay, 1988).
                 *out += 0.25 * f64::from(a * b);
             }
         }
@@ -136,6 +138,7 @@ fn area(mut scores: Vec<(f32, bool)>) -> (f64, f64) {
     for equal in scores.chunk_by(|a, b| a.0 == b.0) {
         let own = equal.iter().filter(|(_, label)| *label).count() as f64;
         let others = equal.len() as f64 - own;
+        // Ties count half, as in the statistic of Mann and Whitney.
         area += own * (below + 0.5 * others);
         below += others;
         positives += own;

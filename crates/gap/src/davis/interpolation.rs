@@ -25,6 +25,7 @@ impl Interpolation {
             Self::Linear => share,
             Self::Edge { share: lasts, wave: [along_x, along_y, start] } => {
                 let (x, y) = ((pixel % width) as f32, (pixel / width) as f32);
+                // Another phase for each frame, by the golden ratio: no two of a row are alike.
                 let turns = along_x * x + along_y * y + start + GOLDEN_TURN * next as f32;
                 let place = 0.5 + 0.5 * (std::f32::consts::TAU * turns).sin();
                 let begins = (1.0 - lasts) * place;

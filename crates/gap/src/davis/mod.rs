@@ -147,6 +147,7 @@ impl Shots {
             let [low, high] = self.limits(code, 1.0);
             code >= self.white || 0.5 * (high - low) > MAX_UNCERTAINTY
         };
+        // By code once, as there are far fewer of them than pixels.
         let is_masked: Vec<bool> = (0..=self.white).map(is_masked).collect();
         let mut masked = vec![false; self.size.pixels()];
         for shot in &self.shots {

@@ -108,6 +108,7 @@ impl Problems {
             matches!(problem, Problem::Orientation(orientation) if orientation.best.transposes)
         });
         self.list.iter().any(|problem| match problem {
+            // A transposed recording is of the transposed size, which its correction corrects.
             Problem::Size { .. } => !turned,
             Problem::Unit { too_long_by } => *too_long_by < 1e-4,
             _ => false,
@@ -117,6 +118,7 @@ impl Problems {
     /// Corrects unit, start and orientation of a recording.
     pub fn repair(&self, events: &EventStream) -> EventStream {
         let mut events = events.clone();
+        // The list has the unit before the start, which is stated in corrected seconds.
         for problem in &self.list {
             match problem {
                 Problem::Unit { too_long_by } => events = units::divided(&events, *too_long_by),
@@ -191,6 +193,7 @@ fn is_other_length(events: &EventStream, reference: &EventStream, duration_s: f6
         return true;
     }
     let end = Micros::from_seconds(last_s + tolerance_s);
+    // A short recording is one only if the scene goes on having events: it may end at rest.
     let missing = reference.len() - reference.t().partition_point(|t| *t <= end);
     missing as f64 > (DURATION_TOLERANCE * reference.len() as f64).max(20.0)
 }

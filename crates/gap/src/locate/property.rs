@@ -172,6 +172,7 @@ fn middle(property: Property, edges: &[f64], k: usize) -> f64 {
         (Some(low), Some(high)) if is_log => (low * high).sqrt(),
         (Some(low), Some(high)) => 0.5 * (low + high),
         (None, Some(high)) => 0.5 * high,
+        // The outer ranges have one end only: a value somewhat beyond it stands for them.
         (Some(low), None) if is_log => 1.5 * low,
         (Some(low), None) => low + 0.5 * edges.first().copied().unwrap_or(0.0),
         (None, None) => 1.0,

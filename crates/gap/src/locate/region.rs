@@ -131,6 +131,7 @@ fn short(value: f64) -> String {
 fn place(columns: u64, rows: u64, view: &View<'_>) -> String {
     let pixels = |levels: u64, count: usize, size: u16| {
         let (from, to) = axis::ends(levels);
+        // The first pixel whose level, `pixel * count / size`, is this one.
         let at = |level: usize| (level * usize::from(size)).div_ceil(count);
         ((from, to) != (0, count)).then(|| format!("{}-{}", at(from), at(to) - 1))
     };

@@ -113,6 +113,7 @@ impl Search<'_> {
         let mut starts: Vec<ScoredBox> = Axis::ALL.iter().map(single).collect();
         starts.sort_by(|a, b| b.worth.total_cmp(&a.worth));
         starts.truncate(STARTS);
+        // Also from the whole: the best box on a single axis may be a trap.
         starts.push(everything);
         starts.dedup();
         let ends = starts.into_iter().map(|start| self.ascend(start));
@@ -125,6 +126,7 @@ impl Search<'_> {
             let before = at;
             for axis in Axis::ALL {
                 let better = best_of(self.on(axis, at.levels));
+                // Strictly better, beyond rounding: equal boxes would alternate for ever.
                 at = better.filter(|other| other.worth > at.worth + 1e-9).unwrap_or(at);
             }
             if at == before {

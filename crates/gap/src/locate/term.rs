@@ -86,6 +86,7 @@ impl Term {
         let level = self.axis().level(key);
         match self {
             Self::Level => 0,
+            // The axis has the fastest first and then rest; groups begin at rest.
             Self::Speed => 3 - level.min(3),
             Self::Age => level.saturating_sub(2),
             Self::Polarity => usize::from(level < 2),

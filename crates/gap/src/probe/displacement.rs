@@ -44,6 +44,7 @@ impl Tile {
     fn displacement(&self) -> (f64, f64) {
         let (xx, yy) = (self.xx + self.ridge(), self.yy + self.ridge());
         let scale = xx * yy - self.xy * self.xy;
+        // Edges of one direction only: the motion along them is not determined.
         if scale < self.ridge().powi(2) {
             return (0.0, 0.0);
         }
@@ -143,6 +144,7 @@ fn rest(tiles: &[Tile], bases: &[[[f64; TERMS]; 2]], terms: &[f64; TERMS]) -> f6
         let along = |basis: &[f64; TERMS]| -> f64 {
             basis.iter().zip(terms).map(|(b, term)| b * term).sum()
         };
+        // Weighted by contrast: tiles without edges say nothing.
         squares += tile.weight * ((dx - along(bx)).powi(2) + (dy - along(by)).powi(2));
         weights += tile.weight;
     }

@@ -25,6 +25,8 @@ impl Residuals {
             n += f64::from(*measured);
             e += f64::from(*expected);
         }
+        // Without the overall gain, which other statistics measure: a pattern is what deviates from
+        // it.
         let gain = if e > 0.0 { (n / e).clamp(0.2, 5.0) as f32 } else { 1.0 };
         let pairs = measured.iter().zip(expected);
         Self(pairs.map(|(n, e)| (n + 0.375).sqrt() - (gain * e + 0.375).sqrt()).collect())
@@ -69,6 +71,8 @@ impl Residuals {
             rows.push(row.iter().map(|d| f64::from(*d)).sum());
             columns.iter_mut().zip(row).for_each(|(sum, d)| *sum += f64::from(*d));
         }
+        // Of independent pixels, the squares of sums and the sum of squares are alike: the log is
+        // zero.
         let alone = dot(&self.0, &self.0);
         let settled = SETTLED * self.0.len() as f64;
         [rows, columns].map(|sums: Vec<f64>| {

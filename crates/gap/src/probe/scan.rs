@@ -217,6 +217,7 @@ pub(crate) fn scan_of(events: &EventStream) -> Option<Scan> {
 /// Correction of a clock's frequency, turns per microsecond, from the phases of events (in turns,
 /// at times in microseconds): the slope of a line through those near zero.
 fn drift(phases: impl Iterator<Item = (f64, f64)>) -> f64 {
+    // Phases half a turn away may have wrapped, which would tilt the line.
     let near = phases.filter(|(_, turns)| turns.abs() < NEAR_TURNS);
     let sums = near.fold([0.0; 5], |[n, t, p, tt, tp], (at, turns)| {
         [n + 1.0, t + at, p + turns, tt + at * at, tp + at * turns]

@@ -79,6 +79,7 @@ impl Spread {
             bins.zip(weights).for_each(|(bin, weight)| *bin += weight);
             return;
         }
+        // Lags beyond the table are rare: their bins are looked up one by one.
         for (offset, weight) in KERNEL {
             histogram[bin(lag_us.map(|lag_us| lag_us + offset * self.grain_us))] += weight;
         }
@@ -96,6 +97,7 @@ fn bin(lag_us: Option<i64>) -> usize {
     let size = EDGES_US.iter().filter(|edge| lag_us.abs() >= **edge).count();
     let middle = EDGES_US.len() - 1;
     match size {
+        // Lags beyond the last edge are those of other events, as is no lag at all.
         far if far > middle => none,
         size if lag_us < 0 => middle - size,
         size => middle + size,

@@ -92,6 +92,7 @@ fn by_age() -> (Plot, Curve) {
         ["time since light changed, by class", "events"],
         classes(Cell::AGES),
     );
+    // Behind an edge rates fall by orders of magnitude.
     (Plot { y_scale: AxisScale::Log, ..plot }, ages)
 }
 
@@ -212,6 +213,7 @@ fn spectrum_of(view: &View<'_>) -> Vec<f64> {
             im += (count - mean) * sin;
         }
         let power = (re * re + im * im) / all;
+        // Zero has no place on a logarithmic axis.
         if power > 0.0 { power } else { f64::NAN }
     };
     (0..FREQUENCIES).map(power).collect()

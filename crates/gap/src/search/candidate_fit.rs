@@ -23,7 +23,7 @@ const FAR_BEHIND: f64 = 2.0;
 const ROUNDS: usize = 3;
 /// Steps of the line search over the strength.
 const LINE_STEPS: [f64; 3] = [5.0, 2.5, 1.2];
-/// Every so many strengths of the grid, a slow effect is tried.
+/// Stride in the grid of strengths at which a slow effect is tried.
 const SLOW_STRIDE: usize = 2;
 /// Values across the range of a parameter whose estimate is rough, a phase, that are tried.
 const ROUGH_VALUES: usize = 8;

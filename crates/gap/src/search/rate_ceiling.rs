@@ -65,6 +65,7 @@ pub(super) fn rate_ceiling(events: &EventStream) -> Option<Reading> {
 
 /// Events of a full window; none if there are not enough of them.
 fn full(t_us: &[i64], length_us: i64, phase_us: i64) -> Option<usize> {
+    // Less one, since the end of a window belongs to it.
     let window = |t: &i64| (t - phase_us - 1).div_euclid(length_us);
     let counts: Vec<usize> =
         t_us.chunk_by(|a, b| window(a) == window(b)).map(<[i64]>::len).collect();

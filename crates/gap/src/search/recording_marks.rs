@@ -83,6 +83,7 @@ pub(super) fn all_estimates(catalogue: Catalogue, recording: &Recording<'_>) -> 
     let mut estimates = Vec::new();
     for (mark, read) in READINGS {
         let mut specs = with_mark(catalogue, mark).peekable();
+        // A mark that no effect of the catalogue leaves is not worth reading.
         let Some(reading) = specs.peek().and_then(|_| read(recording)) else { continue };
         estimates.extend(specs.map(|spec| Estimate { spec, mark, reading: reading.clone() }));
     }
@@ -160,6 +161,7 @@ pub(crate) fn common_period_us(events: &EventStream) -> i64 {
         a
     };
     let first = events.t().first().map_or(0, |t| t.0);
+    // Differences: a clock may have any offset.
     events.t().iter().fold(0, |period, t| gcd(period, t.0 - first))
 }
 
@@ -174,7 +176,7 @@ fn tick(events: &EventStream) -> Option<Reading> {
 
 /// Expected events of a pixel, from which one that has none is dead.
 const CERTAIN_EVENTS: usize = 8;
-/// Fewest pixels of which so many are expected, so that dead ones can be counted.
+/// Minimum number of such pixels for a count of dead ones.
 const MIN_CERTAIN: usize = 300;
 /// Fraction that stands for none.
 const MIN_FRACTION: f64 = 1e-6;

@@ -106,6 +106,7 @@ impl<'a> ScreeningBase<'a> {
     ) -> Result<Self, GapError> {
         let slopes = Slopes::around(objective, model, &nuisance, 1)?;
         let summary = objective.run(model, 0)?;
+        // Set below: profiling needs the rest of the base.
         let discrepancy_without = f64::INFINITY;
         let mut base =
             Self { objective, estimates, model, summary, nuisance, slopes, discrepancy_without };
@@ -244,6 +245,7 @@ impl<'a> ScreeningBase<'a> {
         let strengths = screened.trial.strengths();
         let nearest = |factor: f64| {
             let wanted = value * factor;
+            // On the grid, so that screened strengths are simulated once and found in the cache.
             let distance = |s: &&f64| (*s / wanted).ln().abs();
             strengths.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).copied()
         };

@@ -133,6 +133,7 @@ impl Selection {
                 Fit { model: self.model.clone(), discrepancy: train.discrepancy(&self.model, 1)? };
             candidate.add_parameters(train, given)?;
             candidate.drop_parameters(train, given)?;
+            // Short steps come last, since every run with them takes several times as long.
             candidate.refine_time_steps(train)?;
             self.model.clone_from(&candidate.fit.model);
             self.train_discrepancy = candidate.fit.discrepancy;

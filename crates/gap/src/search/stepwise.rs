@@ -44,6 +44,8 @@ impl Forward<'_> {
         starts: &[SensorConfig],
     ) -> Result<bool, GapError> {
         for extended in self.extended(selection, starts)? {
+            // The best by its discrepancy may fail the test on held-out data, and the next one pass
+            // it.
             if self.is_worth_trying(selection, &extended)? {
                 *selection = extended;
                 return Ok(true);

@@ -226,6 +226,8 @@ fn locking(train: &Train, axis: Axis, marks: &[Mark], frequency: f64) -> f64 {
     let start = train.span_us().0;
     let (mut re, mut im) = (0.0, 0.0);
     for mark in marks {
+        // From the first event on: large stamps times a frequency would lose the digits of the
+        // phase.
         let turns = axis.phase(train, mark.pixel) - frequency * (mark.t_us - start) as f64;
         let (sin, cos) = (TAU * turns.fract()).sin_cos();
         re += cos;

@@ -141,6 +141,7 @@ impl Parts {
     fn lamp(&self) -> Option<SceneFreeEffect> {
         let clear = |train: &Train| {
             let line = line::strongest(train)?;
+            // Lines beside the harmonics of one are a periodic motion, not a lamp.
             (line.contrast >= MIN_LINE && line.is_alone).then_some(line.frequency_hz)
         };
         let (whole, halves) = self.each(clear)?;

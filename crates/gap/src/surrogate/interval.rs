@@ -23,6 +23,7 @@ pub(super) fn intervals(train: &Train, max_us: i64) -> Vec<(u32, Interval)> {
     for mark in &train.marks {
         if let Some((t_us, is_on)) = last[mark.pixel as usize].replace((mark.t_us, mark.is_on)) {
             let interval_us: i64 = mark.t_us - t_us;
+            // Longer ones are not redrawn by windows of this length, and tell surrogates nothing.
             if interval_us < max_us {
                 intervals.push((mark.pixel, (interval_us, is_on != mark.is_on)));
             }
@@ -40,6 +41,7 @@ pub(super) fn lower_edge(intervals: &[(u32, Interval)]) -> Option<f64> {
         return None;
     }
     let (_, edge, _) = lengths.select_nth_unstable(rank);
+    // Intervals of 0 us occur where stamps are coarse.
     Some((*edge as f64 + 0.5).ln())
 }
 

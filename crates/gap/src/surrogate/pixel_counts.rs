@@ -127,6 +127,7 @@ impl Counts {
         }
         apart.sort_by(|a, b| a.0.total_cmp(&b.0));
         let (median, chance) = apart[apart.len() / 2];
+        // The median is not moved by hot pixels; the variance of counts is taken off.
         ((MAD_TO_SD * median).powi(2) - chance).max(0.0).sqrt()
     }
 

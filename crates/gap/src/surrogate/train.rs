@@ -110,6 +110,7 @@ impl Train {
         let (width, height) = (self.width(), usize::from(self.size.height));
         let mut pick = |at: usize, length: usize| {
             let begin = at / BLOCK * BLOCK;
+            // Blocks at the right and lower border are smaller.
             begin + rng.below(BLOCK.min(length - begin))
         };
         let moved = |mark: &Mark| {

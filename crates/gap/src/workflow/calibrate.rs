@@ -48,6 +48,8 @@ pub fn fit_probability(cases: &[(FindingEvidence, bool)]) -> Option<(f64, [f64; 
         let (intercept, slopes) = fit_with(cases, &is_used)?;
         let wrong = (0..FEATURES.len()).find(|i| slopes[*i] * SIGNS[*i] < 0.0);
         match wrong {
+            // A sign against what the feature means is an accident of few cases: it is left out,
+            // not trusted.
             Some(i) => is_used[i] = false,
             None => return Some((intercept, slopes)),
         }
@@ -121,6 +123,7 @@ fn logistic(x: f64) -> f64 {
 /// Fits the factor of errors beside a floor; none for too few estimates.
 pub fn fit_errors(errors: &[EstimateError], floor: f64) -> Option<ErrorScale> {
     let needed = |error: &EstimateError| {
+        // Errors add in squares: the factor has to cover what the floor does not.
         let beyond = (error.steps / SIDE).powi(2) - floor * floor;
         beyond.max(0.0).sqrt() / error.raw.max(MIN_RAW)
     };

@@ -63,6 +63,7 @@ impl Directions {
         let without = objective.expect(model, 1)?;
         let candidates = Candidate::missing_from(objective.catalogue(), model, left_out);
         let direction = |candidate: &Candidate| {
+            // The first form, with the fewest parameters: its direction is that of the effect.
             let trial = candidate.trials().into_iter().flatten().next();
             trial.map(|trial| direction(objective, model, &without, *candidate, &trial)).transpose()
         };

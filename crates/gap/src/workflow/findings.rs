@@ -163,6 +163,7 @@ fn quantity(free: FreeParameter, model: &SensorConfig, raw: &RawError) -> Quanti
         FreeParameter::Model(parameter) => parameter.unit(),
         FreeParameter::Effect(_, param) => param.unit,
     };
+    // Steps are on the scale of the parameter, and may end at its range.
     let (lo90, hi90) = (a.min(b).min(value), a.max(b).max(value));
     Quantity { value, lo90, hi90, unit: unit.into(), halves: None }
 }

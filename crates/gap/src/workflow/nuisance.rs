@@ -99,6 +99,7 @@ impl Prepared {
 }
 
 fn with_other_thresholds(model: &SensorConfig, rng: &mut CounterRng) -> SensorConfig {
+    // One factor for both: what a guessed scene leaves open is its contrast.
     let factor = rng.uniform(-THRESHOLD_SPREAD as f32, THRESHOLD_SPREAD as f32);
     let mut model = model.clone();
     for threshold in [ModelParameter::ThresholdOn, ModelParameter::ThresholdOff] {
@@ -154,6 +155,7 @@ impl Nuisance {
         let is_threshold = |p: &ModelParameter| {
             matches!(p, ModelParameter::ThresholdOn | ModelParameter::ThresholdOff)
         };
+        // Thresholds and the contrast of a guessed scene are one thing.
         identification.changed_parameters.retain(|changed| !is_threshold(&changed.parameter));
         if identification.answer == Answer::Parameter
             && identification.changed_parameters.is_empty()

@@ -54,6 +54,7 @@ impl NuisanceSpread {
                     (own, largest)
                 }
             };
+            // A statistic that depends that much on what is not known is left out.
             *tolerance = if apart > largest { f64::INFINITY } else { tolerance.max(apart) };
         }
     }

@@ -41,6 +41,7 @@ pub(super) fn is_on_frame_grid(events: &EventStream, step: Micros) -> bool {
     counts.sort_unstable_by(|a, b| b.cmp(a));
     let phases = ((PHASES * step.0 as f64).ceil() as usize).max(1);
     let on_grid: usize = counts.iter().take(phases).sum();
+    // With few phases in a step, any stamps would lie on so many of them.
     (phases as f64) < ON_GRID * step.0 as f64
         && (on_grid as f64 >= ON_GRID * events.len() as f64
             || counts[0] as f64 >= AT_ONE_PHASE * events.len() as f64)

@@ -131,6 +131,7 @@ impl Records {
         self.each(bytes, |records, address, _| {
             if let Word::Event { .. } = records.word(address) {
                 let camera = camera(address);
+                // The lowest number, not the first event: which camera fires first is chance.
                 first = Some(first.map_or(camera, |other: u8| other.min(camera)));
             }
         });

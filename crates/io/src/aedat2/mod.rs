@@ -61,12 +61,14 @@ fn open(mut input: Input, options: &OpenOptions) -> Result<Box<dyn EventSource>,
         records.camera = match options.camera {
             Some(camera) => Some(camera),
             None => {
+                // Events of cameras are mixed: the first to have one is read.
                 let first = bytes_at(&mut input, recorder.start, FIRST)?;
                 Some(Records::new(&recorder).first_camera(&first).unwrap_or(0))
             }
         };
     }
     let header = Header {
+        // Without a known chip the size is a guess, which events outside it refute.
         sensor: recorder.is_stated.then_some(recorder.sensor),
         usual_sensor: Some(recorder.sensor),
         facts: recorder.facts(records.camera),

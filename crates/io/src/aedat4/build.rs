@@ -43,6 +43,7 @@ impl Field {
                 put(&value.to_le_bytes());
                 (4, 4)
             }
+            // FlatBuffers align a struct as its widest member.
             Self::Pair([a, b]) => {
                 put(&a.to_le_bytes());
                 eight[4..].copy_from_slice(&b.to_le_bytes());

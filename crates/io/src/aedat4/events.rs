@@ -63,6 +63,7 @@ pub(super) fn encode<'a>(
         event[..8].copy_from_slice(&t.0.to_le_bytes());
         event[8..10].copy_from_slice(&x.to_le_bytes());
         event[10..12].copy_from_slice(&y.to_le_bytes());
+        // The 3 bytes behind stay zero: the struct is padded to the alignment of its time.
         event[12] = *polarity as u8;
         bytes.extend_from_slice(&event);
     }

@@ -138,6 +138,7 @@ impl<'a> Vector<'a> {
     /// The bytes of all elements.
     pub(super) fn whole(&self, size: usize) -> Result<&'a [u8], Broken> {
         let there = self.there(size);
+        // The count is that of an unknown file: it may be far beyond the bytes.
         match there.len() / size == self.count {
             true => Ok(there),
             false => Err(Broken {

@@ -31,6 +31,7 @@ pub(super) fn inflate(mut bytes: &[u8], out: &mut Scratch) -> Result<(), Fault> 
     while !bytes.is_empty() {
         match number(&mut bytes)? {
             MAGIC => frame(&mut bytes, out)?,
+            // The format lets other programs put data of theirs between frames.
             magic if magic & !15 == SKIPPED => {
                 let length = number(&mut bytes)? as usize;
                 take(&mut bytes, length)?;

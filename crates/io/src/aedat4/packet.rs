@@ -338,6 +338,7 @@ impl Frame {
                 self.pixels.len()
             ));
         }
+        // The schema has the duration of the exposure besides its two ends.
         let lasts = self.exposure_end.0.saturating_sub(self.exposure_start.0);
         builder.begin(*b"FRME");
         let place = builder.root(&[

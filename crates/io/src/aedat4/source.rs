@@ -20,6 +20,7 @@ pub(super) fn open(input: Input, options: &OpenOptions) -> Result<Box<dyn EventS
     let camera = usize::from(options.camera.unwrap_or(0));
     let cameras: Vec<&Stream> = streams.iter().filter(|s| s.kind == StreamKind::Events).collect();
     let chosen = cameras.get(camera).copied();
+    // Only a camera that is asked for has to exist: otherwise no stream of events is no events.
     if chosen.is_none() && options.camera.is_some() && !streams.is_empty() {
         let reason = format!("no camera {camera}: the file has {} of them", cameras.len());
         return Err(IoError::Stream { path, reason });

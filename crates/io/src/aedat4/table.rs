@@ -38,6 +38,7 @@ pub(super) fn encode<'a>(builder: &'a mut Builder, entries: &[Entry]) -> &'a [u8
     let fields = |entry: &Entry| {
         [
             Field::Long(entry.body),
+            // The schema has the two in one struct.
             Field::Pair([entry.stream, entry.size]),
             Field::Long(entry.elements),
             Field::Long(entry.first.0),

@@ -142,6 +142,7 @@ impl Walk {
             return Ok(None);
         };
         let length = self.input.length - at;
+        // The table only spares walking over the packets, so a damaged one is as good as none.
         match self.read(at, length) {
             Ok(()) => {}
             Err(damage) if damage.is_damage() => return Ok(None),

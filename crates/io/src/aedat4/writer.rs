@@ -100,6 +100,7 @@ impl Writer {
     pub fn events(&mut self, stream: i32, events: &EventStream) -> Result<(), IoError> {
         self.check(stream, StreamKind::Events)?;
         self.check_pixels(events.x(), events.y())?;
+        // Packets of limited length: readers hold one at a time.
         for start in (0..events.len()).step_by(EVENTS) {
             let range = start..events.len().min(start + EVENTS);
             let t = &events.t()[range.clone()];

@@ -101,6 +101,7 @@ pub(super) fn escaped(text: &str) -> String {
             '>' => out.push_str("&gt;"),
             '&' => out.push_str("&amp;"),
             '"' => out.push_str("&quot;"),
+            // Readers normalise plain line breaks in attributes to spaces.
             letter if letter.is_control() => out.push_str(&format!("&#{};", u32::from(letter))),
             letter => out.push(letter),
         }

@@ -25,6 +25,7 @@ pub(crate) fn is_dat(lines: &Lines, head: &[u8]) -> bool {
 pub(super) fn open(mut input: Input, _: &OpenOptions) -> Result<Box<dyn EventSource>, IoError> {
     let lines = Lines::read(&mut input)?;
     lines.check_end(&input)?;
+    // Behind the text, a byte each states the type and the size of the events.
     let start = lines.length + 2;
     let head = input.head(start)?;
     let data = head.get(lines.length..).unwrap_or_default();

@@ -90,6 +90,7 @@ impl EventSink for EvcSink {
     fn write(&mut self, events: &EventStream) -> Result<(), IoError> {
         self.writer.check_times(events, Micros(0))?;
         for event in events.iter() {
+            // Frames without events have their markers too: time is counted by them.
             while event.t.0 >= (self.writer.frames() as i64 + 1) * FRAME.0 {
                 self.writer.frame(&self.pending)?;
                 self.pending.clear();
@@ -112,6 +113,7 @@ fn labels(path: &Path, source: &dyn EventSource, warnings: &mut Vec<String>) -> 
     if !path.is_file() {
         return None;
     }
+    // Labels that cannot be read are a warning: the events beside them are whole.
     let opened = MetaReader::open_prefix(&path);
     let (labels, fault) = match opened {
         Ok((labels, fault)) => (labels, fault),

@@ -120,6 +120,8 @@ impl EvcReader {
         let after = self.frames + counts.markers;
         while self.index.len() as u64 * INDEX_STEP < after {
             let wanted = self.index.len() as u64 * INDEX_STEP;
+            // Counts of the run are known: it is searched again only where it holds an indexed
+            // frame.
             let Some(at) = marker_offset(run, wanted - self.frames) else { break };
             self.index.push(offset + at as u64);
         }
@@ -257,6 +259,7 @@ impl EvcReader {
             self.read_frames(start..end, window)?;
             let mut records = window.records();
             let mut frame = start;
+            // The first record of a frame is its marker.
             while let [_, events @ ..] = records {
                 let count = events.iter().position(|r| r[3] == NEW_FRAME).unwrap_or(events.len());
                 let (events, rest) = events.split_at(count);

@@ -33,6 +33,7 @@ impl EvcWriter {
     /// If the file cannot be created or the sensor has more than 256 rows.
     pub fn create(path: impl AsRef<Path>, sensor: SensorSize) -> Result<Self, IoError> {
         let path = path.as_ref().to_owned();
+        // A record holds its row in one byte.
         if sensor.height > 256 {
             return Err(IoError::SensorTooTall { path, sensor });
         }

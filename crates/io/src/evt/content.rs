@@ -29,6 +29,7 @@ pub(super) fn detect(data: &[u8]) -> Option<Encoding> {
         (is_evt21(data, true), Encoding::Evt21 { is_legacy: true }),
     ];
     let mut compatible = candidates.into_iter().filter(|&(may_be, _)| may_be);
+    // Two candidates are no answer: wrong events are worse than a question.
     match (compatible.next(), compatible.next()) {
         (Some((_, encoding)), None) => Some(encoding),
         _ => None,

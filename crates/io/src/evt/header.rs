@@ -52,6 +52,7 @@ impl Lines {
             lines.length += line.len() + 1;
             let text = line[1..].trim();
             let (key, value) = text.split_once([' ', '\t']).unwrap_or((text, ""));
+            // Newer headers end with a line for it, older ones before the first line without `%`.
             if key == "end" && value.is_empty() {
                 return lines;
             }
@@ -155,6 +156,7 @@ fn line(bytes: &[u8]) -> Result<Option<&str>, Unfinished> {
         _ => return Ok(None),
     }
     let near = &bytes[..bytes.len().min(MAX_LINE)];
+    // Binary data may begin with `%` as well: a line has no other control characters.
     let end = near.iter().position(|&b| b < b' ' && b != b'\t' && b != b'\r');
     match end {
         Some(end) if near[end] == b'\n' => Ok(str::from_utf8(&near[..end]).ok()),

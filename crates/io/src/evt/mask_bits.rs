@@ -28,6 +28,7 @@ pub(super) fn put_bits<const BYTES: usize>(
 const fn bits() -> [[u16; 8]; 256] {
     let mut table = [[0; 8]; 256];
     let mut byte = 0;
+    // `for` loops are not possible in a `const fn`.
     while byte < 256 {
         let (mut bit, mut count) = (0, 0);
         while bit < 8 {

@@ -41,6 +41,7 @@ pub(super) fn create<E: WordEncoder + 'static>(
 ) -> Result<Box<dyn EventSink>, IoError> {
     let SensorSize { width, height } = sensor;
     let (evt, format) = E::NAMES;
+    // A coordinate has 11 bits.
     if width > LARGEST || height > LARGEST {
         let reason = format!("EVT {evt} holds sensors of up to 2048x2048, this one is {sensor}");
         return Err(IoError::unwritable(path, reason));

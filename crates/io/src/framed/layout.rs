@@ -95,6 +95,7 @@ pub(super) fn decode(base: Micros, events: &[[u8; EVENT]], columns: &mut Columns
         #[inline(always)]
         || {
             for events in events.chunks(AT_ONCE) {
+                // A loop per column is vectorized; one loop that fills four columns is not.
                 let words = events.iter().map(|event| u64::from_le_bytes(*event));
                 columns.t.extend(words.clone().map(|w| Micros(base.0 + i64::from(w as u32))));
                 columns.x.extend(words.clone().map(|w| (w >> 32) as u16));

@@ -167,6 +167,7 @@ fn fill(out: &mut [f32], light: impl Iterator<Item = f32>) {
 
 /// The value of an IEEE 754 half-precision number.
 fn half(bits: u16) -> f64 {
+    // IEEE 754 binary16: 5 bits of exponent, biased by 15, and 10 of fraction.
     let (exponent, fraction) = (i32::from(bits >> 10 & 0x1f), f64::from(bits & 0x3ff));
     let size = match exponent {
         0 => fraction * 2f64.powi(-24),

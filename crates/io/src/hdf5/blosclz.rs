@@ -56,6 +56,7 @@ pub(super) fn decode(packed: &[u8], out: &mut [u8]) -> Option<()> {
 pub(super) fn copy(out: &mut [u8], done: usize, distance: usize, length: usize) -> Option<()> {
     let from = done.checked_sub(distance)?;
     let target = out.get_mut(from..done.checked_add(length)?)?;
+    // Overlapping copies repeat what they have just written, byte by byte.
     if distance >= length {
         target.copy_within(..length, distance);
     } else {

@@ -57,6 +57,7 @@ impl Storage for Bytes {
         self.last.store(offset.min(self.length), Ordering::Relaxed);
         let available = self.length.saturating_sub(offset);
         let mut bytes = Vec::new();
+        // Before memory is taken: lengths are those of an unknown file.
         if length as u64 <= available {
             self.read(offset, length as u64, &mut bytes)?;
         }

@@ -180,6 +180,7 @@ impl Packed<'_> {
         for ((x, polarity), group) in x.chunks_mut(4).zip(polarity.chunks_mut(4)).zip(groups) {
             let word = |k: usize| u16::from_le_bytes([group[2 * k], group[2 * k + 1]]);
             let [a, b, c] = [word(0), word(1), word(2)];
+            // Three words of 16 bits hold four values of 12: 11 of x above the polarity.
             let values = [a >> 4, a & 0xf | b >> 8 << 4, b & 0xff | c >> 12 << 8, c & 0xfff];
             for ((x, polarity), value) in x.iter_mut().zip(polarity).zip(values) {
                 *x = value >> 1;
@@ -201,6 +202,7 @@ impl Packed<'_> {
             let words = group.as_chunks::<4>().0;
             let word = |k: usize| u32::from_le_bytes(words[k]);
             let [a, b, c] = [word(0), word(1), word(2)];
+            // Three words of 32 bits hold four values of 24: y and x of 11 each above the polarity.
             let values =
                 [a >> 8, a & 0xff | b >> 16 << 8, b & 0xffff | c >> 24 << 16, c & 0xff_ffff];
             for (((x, y), polarity), value) in x.iter_mut().zip(y).zip(polarity).zip(values) {

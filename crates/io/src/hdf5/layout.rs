@@ -200,6 +200,7 @@ fn of_group(file: &Hdf5File, bytes: &Arc<Bytes>, group: &Group) -> Result<Column
         let missing = || Error::DatasetNotFound(required.to_owned());
         let name = array_by_name(what, &names).ok_or_else(missing)?;
         let dataset = group.dataset(name)?;
+        // Some programs save a column as a matrix of one column.
         let is_column = matches!(dataset.shape(), [_] | [_, 1]);
         let number = Number::from_datatype(dataset.dtype(), 0).filter(|_| is_column);
         let number = number.ok_or_else(|| not_events(&dataset))?;

@@ -13,6 +13,7 @@ pub(super) fn decode(packed: &[u8], out: &mut [u8]) -> Option<()> {
     let mut bytes = packed.iter();
     let mut done = 0;
     while let Some(control) = bytes.next().copied().map(usize::from) {
+        // Below 32 it counts literals, less one; else its upper 3 bits are the length of a copy.
         if control < 32 {
             let (literals, rest) = bytes.as_slice().split_at_checked(control + 1)?;
             out.get_mut(done..done + literals.len())?.copy_from_slice(literals);
@@ -21,6 +22,7 @@ pub(super) fn decode(packed: &[u8], out: &mut [u8]) -> Option<()> {
             continue;
         }
         let mut length = (control >> 5) + 2;
+        // The largest length of 3 bits says that a byte adds to it.
         if length == 9 {
             length += usize::from(*bytes.next()?);
         }

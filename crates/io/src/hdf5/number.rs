@@ -53,6 +53,7 @@ impl Number {
             }
             Datatype::FloatingPoint { size: 4, byte_order } => (F32, *byte_order),
             Datatype::FloatingPoint { size: 8, byte_order } => (F64, *byte_order),
+            // Booleans of h5py are enumerations of bytes.
             Datatype::Enum { base, .. } => return Self::from_datatype(base, offset),
             _ => return None,
         };

@@ -62,6 +62,8 @@ fn transposed(bytes: [u8; 8]) -> [u8; 8] {
     for (by, mask) in
         [(7, 0x00aa_00aa_00aa_00aa), (14, 0x0000_cccc_0000_cccc), (28, 0x0000_0000_f0f0_f0f0)]
     {
+        // Three swaps of blocks of 1, 2 and 4 bits transpose 8 by 8 (Warren: Hacker's Delight,
+        // 7-3).
         let moved = (x ^ x >> by) & mask;
         x ^= moved ^ moved << by;
     }

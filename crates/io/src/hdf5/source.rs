@@ -258,6 +258,7 @@ impl EventSource for Hdf5Source {
             self.part(columns).map_err(|damage| self.damaged(damage))?;
         }
         match &self.longer {
+            // Only when all whole rows have been given: the fault is what follows them.
             Some(reason) if columns.len() == before => {
                 let byte = self.tables.first().map_or(0, Table::chunk_byte);
                 let reason = Cow::Owned(reason.clone());

@@ -332,6 +332,7 @@ impl Index<'_> {
         let (storage, superblock) = (file.storage(), file.superblock());
         let (offset, length) = (superblock.offset_size, superblock.length_size);
         let shape = dataset.shape();
+        // An address of ones is undefined: no chunk was ever written.
         let is_none = address == u64::MAX >> (64 - 8 * u32::from(offset.clamp(1, 8)));
         if is_none || shape.contains(&0) {
             return Ok(Vec::new());

@@ -170,6 +170,7 @@ impl Hdf5Sink {
             events.polarity().iter().map(|&p| p as u8).collect(),
         ];
         for (place, mut column) in columns.into_iter().enumerate() {
+            // HDF5 has no shorter last chunk; the number of rows says where the column ends.
             column.resize(chunk_rows * usize::from(COLUMNS[place].1.bytes), 0);
             let address = self.append(&column)?;
             self.addresses[place].push(address);

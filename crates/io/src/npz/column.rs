@@ -96,6 +96,7 @@ impl Column {
         kind: Kind,
         values: impl ExactSizeIterator<Item = [u8; BYTES]>,
     ) -> Result<(), (NpzFault, usize)> {
+        // The order of bytes is decided here, outside the loop over values.
         if kind.is_big {
             self.extend_ordered(
                 kind,

@@ -116,6 +116,7 @@ fn sensor_warning(
             "the file does not state its sensor: this is the smallest that holds every event"
                 .to_owned(),
         ),
+        // Half of the columns without any event are unlikely on the sensor that is assumed.
         (SensorOrigin::Assumed, Some(usual)) if 2 * extent.width <= usual.width => Some(format!(
             "events fill no more than {extent}: the sensor may be smaller than assumed"
         )),

@@ -189,6 +189,7 @@ impl Windows {
         self.buffer = buffer;
         read?;
         for &t in &self.buffer.t[before..] {
+            // Windows up to `left_to` have been given away: an event before that comes too late.
             self.rejected.out_of_order += usize::from(t < self.left_to);
             self.straggling += u64::from(t.0 < self.read_to.0.saturating_sub(MAX_DELAY_US));
             self.read_to = self.read_to.max(t);

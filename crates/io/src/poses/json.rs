@@ -100,6 +100,7 @@ fn read(path: &Path, bytes: &[u8]) -> Result<PoseSequence, IoError> {
                 serde_json::from_slice(line).map_err(|error| fault(error.to_string()))?;
             let known = sequence.as_ref().map(|sequence| sequence.kind);
             let kind = kind_of(&value).or(known);
+            // A file is of persons or of hands, not of both.
             let kind = kind.filter(|kind| known.is_none_or(|known| known == *kind));
             let kind = kind.ok_or_else(|| fault("neither of a person nor of a hand".to_owned()))?;
             let pose = pose_of(&value, kind).map_err(fault)?;

@@ -154,6 +154,7 @@ fn params_of(names: &[&str]) -> Result<Option<[usize; PARAMETER_NAMES.len()]>, S
     }
     let mut indices = [0; PARAMETER_NAMES.len()];
     for ((index, column), name) in indices.iter_mut().zip(columns).zip(PARAMETER_NAMES) {
+        // Some without the others are more likely misspelt than left out.
         *index = column.ok_or_else(|| format!("no column `{name}`"))?;
     }
     Ok(Some(indices))
@@ -172,6 +173,7 @@ fn together<const N: usize>(
     }
     let mut indices = [0; N];
     for (index, name) in indices.iter_mut().zip(&wanted) {
+        // As for parameters, some of them alone are a mistake.
         *index = at(name).ok_or_else(|| format!("no column `{name}`"))?;
     }
     Ok(Some(indices))
@@ -197,6 +199,7 @@ fn all<const N: usize>(cells: &[&str], columns: [usize; N]) -> Result<Option<[f3
     for (out, column) in values.iter_mut().zip(columns) {
         match narrow(cells[column])? {
             Some(value) => *out = value,
+            // A position with a missing coordinate is none.
             None => is_whole = false,
         }
     }

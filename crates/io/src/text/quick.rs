@@ -74,6 +74,7 @@ fn run_lines(bytes: &[u8], shape: Shape, columns: &mut Columns) -> Progress {
             progress.bytes += line.length;
             count += 1;
         }
+        // Each column checks its capacity once per batch, not per event.
         columns.t.extend_from_slice(&t[..count]);
         columns.x.extend_from_slice(&x[..count]);
         columns.y.extend_from_slice(&y[..count]);

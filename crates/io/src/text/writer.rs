@@ -69,6 +69,7 @@ impl TextSink {
 #[inline(always)]
 fn line(room: &mut [u8], event: Event, separator: u8) -> usize {
     let room = &mut room[..LINE];
+    // Written always, and written over by the digits of a time that is not negative.
     room[0] = b'-';
     let mut at = put(room, usize::from(event.t.0 < 0), event.t.0.unsigned_abs());
     for number in [event.x, event.y] {

@@ -43,6 +43,7 @@ fn open(mut input: Input, options: &OpenOptions) -> Result<Box<dyn EventSource>,
     let has_ticks = has_ticks(&first).ok_or_else(unclear)?;
     let (cameras, elapsed) = survey(&first, has_ticks);
     let tick = Tick::new(options, elapsed);
+    // A recording of the right camera alone is read without asking for it.
     let words = Words::new(options, if cameras == 0b10 { 1 } else { 0 });
     let facts = vec![words.fact(), tick.fact()];
     let (bottles, ticks) = (Bottles::new(has_ticks), TickCounter::new(tick));
@@ -89,7 +90,8 @@ fn survey(first: &[u8], has_ticks: bool) -> (u8, Option<(f64, f64)>) {
         if let Some(ticks) = event.ticks {
             let ticks = counter.ticks(ticks);
             begin = begin.or(Some((event, ticks)));
-            // A bottle has one time for all its events: the tick of its first one is compared with it.
+            // A bottle has one time for all its events: the tick of its first one is compared with
+            // it.
             if end.is_none_or(|(last, _)| last.bottle != event.bottle) {
                 end = Some((event, ticks));
             }

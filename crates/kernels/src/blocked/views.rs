@@ -43,7 +43,7 @@ impl F32Src {
         self.corner(block, y, x, [padding; 2])
     }
 
-    /// The same with a padding of so many rows and so many columns.
+    /// The same with this padding, in rows and in columns.
     #[inline(always)]
     pub(super) fn corner(
         &self,

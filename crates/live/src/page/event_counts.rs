@@ -88,6 +88,7 @@ impl EventCounts {
         for ((&x, &y), &polarity) in events.x().iter().zip(events.y()).zip(events.polarity()) {
             let cell = self.row[usize::from(y)] + self.column[usize::from(x)];
             let count = &mut self.counts[cell as usize + polarity as usize];
+            // A burst must not turn a bright cell dark.
             *count = count.saturating_add(1);
         }
         self.newest = events.t().last().copied().or(self.newest);

@@ -17,6 +17,7 @@ pub(super) fn is_this_machine(host: &str) -> bool {
         Some((address, _)) => address,
         None => host.split_once(':').map_or(host, |(name, _)| name),
     };
+    // `localhost.` is the same name, fully qualified.
     let name = name.trim_end_matches('.').to_ascii_lowercase();
     name == "localhost"
         || name.ends_with(".localhost")

@@ -66,6 +66,7 @@ impl<I, O> InferenceHandle<I, O> {
                 self.is_busy = false;
                 inferred.map(Some)
             }
+            // Only a job that is not answered shows that the thread has ended by a fault.
             Err(TryRecvError::Disconnected) if self.is_busy => {
                 Err(LiveError::Task("the network's thread has ended".into()))
             }
@@ -94,6 +95,7 @@ impl<I, O> InferenceThread<I, O> {
             }
             self.queue.notify();
         }
+        // Also at the end, so that nobody waits for an answer that does not come.
         self.queue.notify();
     }
 }

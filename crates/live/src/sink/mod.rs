@@ -127,6 +127,7 @@ impl Sinks {
     /// as [`Self::finish`] would wait is not waited for until it does.
     pub fn send_waiting(&mut self, pose: &Arc<LivePose>) -> u64 {
         let timeout = self.timeout;
+        // A sink that has been waited for once in vain is not waited for again.
         let wait = |sink: &RunningSink| if sink.is_stuck { Duration::ZERO } else { timeout };
         let mut dropped = 0;
         for sink in &mut self.sinks {
@@ -157,6 +158,7 @@ impl Sinks {
         for sink in self.sinks {
             let (name, dropped) = (sink.name.clone(), sink.dropped);
             if let Err(source) = sink.finish(self.timeout) {
+                // The first failure is reported, but all sinks are ended.
                 failure.get_or_insert(LiveError::Sink { sink: name.clone(), source });
             }
             drop_counts.push((name, dropped));

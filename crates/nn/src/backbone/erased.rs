@@ -43,6 +43,7 @@ impl<N: BackboneNet + Sync + 'static> AnyNet for N {
             Ok(output) => return output,
             Err(images) => images,
         };
+        // A trait object cannot be generic: the kinds of tensors that there are, are tried in turn.
         let images = match forward_of::<_, Blocked>(self, images) {
             Ok(output) => return output,
             Err(images) => images,

@@ -203,6 +203,7 @@ fn torchvision_path(path: &str) -> String {
     const LAST: usize = FIRST_STACK + STACKS.len();
     let parts: Vec<&str> = path.split('.').collect();
     let inner = |kind: &str| usize::from(kind == "norm");
+    // A convolution, its normalisation and its ReLU come before the projection.
     let half = |half: &str| if half == "depthwise" { 0 } else { 3 };
     match *parts.as_slice() {
         ["stem", kind, name] => format!("layers.{}.{name}", STEM + inner(kind)),

@@ -139,6 +139,7 @@ impl InvertedResidual {
     ) -> Self {
         let hidden = channels_in * expansion;
         Self {
+            // Without an expansion the published block has no layer for it.
             expand: (expansion != 1)
                 .then(|| ConvNormConfig::new(channels_in, hidden, 1).init(device)),
             depthwise: ConvNormConfig::new(hidden, hidden, 3)

@@ -34,6 +34,7 @@ fn settled() -> Vec<AdapterInfo> {
     let mut software = Vec::new();
     for api in APIS {
         let adapters = adapters_of(*api);
+        // A later interface with a GPU is better than an earlier one in software.
         if adapters.iter().any(|adapter| adapter.device_type != DeviceType::Cpu) {
             return adapters;
         }

@@ -68,7 +68,7 @@ fn expectation(map: &Tensor<4>) -> Tensor<3> {
     Tensor::cat(vec![along(2, width), along(3, height)], 2)
 }
 
-/// The middles of so many cells between -1 and 1.
+/// The centres of `cells` equal cells between -1 and 1.
 ///
 /// # Shapes
 /// - output: `[1, 1, cells]`

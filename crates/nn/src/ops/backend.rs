@@ -165,7 +165,7 @@ pub(super) fn tensor(values: Vec<f32>, shape: Shape) -> FloatTensor<Flex> {
     <FloatTensor<Flex>>::from_data(TensorData::new(values, shape))
 }
 
-/// The shape of a tensor `[batch, blocks, height, width, 16]` of so many channels.
+/// The shape of a tensor `[batch, blocks, height, width, 16]` with this number of channels.
 pub(super) fn blocks(tensor: &FloatTensor<Flex>, channels: usize) -> Blocks {
     let [batch, _, height, width, _] = tensor.shape().dims();
     Blocks { batch, channels, height, width }

@@ -192,6 +192,7 @@ fn max_pool(layer: &MaxPool2d, input: Blocks) -> Option<MaxPool> {
         }
         _ => return None,
     };
+    // The kernels know the pools of the networks here; others go through planes.
     let is_supported = kernel == across
         && matches!(kernel, 2 | 3)
         && padding < kernel
@@ -236,6 +237,7 @@ impl NetOps for Blocked {
             variance,
             settings: NormSettings { epsilon: norm.epsilon as f32, activation },
         };
+        // The normalisation is left to the next layer, which applies it while it reads.
         Self { shape: shape.output(), values: LazyValues::Normalized(normalized) }
     }
 

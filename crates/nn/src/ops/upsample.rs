@@ -38,6 +38,7 @@ fn weights(length: usize, device: &Device) -> Tensor<4> {
     for (out, row) in values.chunks_exact_mut(length).enumerate() {
         let nearest = out / 2;
         let next = if out % 2 == 0 { nearest.saturating_sub(1) } else { nearest + 1 };
+        // Centres of output cells lie a quarter of an input cell off: weights 3/4 and 1/4.
         row[nearest] += 0.75;
         row[next.min(length - 1)] += 0.25;
     }

@@ -110,6 +110,8 @@ mod imp {
             let at = |index: usize| {
                 let (cell, second_index, first_index) =
                     (index % area, index / area % second, index / area / second);
+                // Keras stores kernels as rows, columns, in, out; PyTorch's order is out, in, rows,
+                // columns.
                 values[(cell * second + second_index) * first + first_index]
             };
             Some((0..values.len()).map(at).collect())

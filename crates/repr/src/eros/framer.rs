@@ -188,6 +188,7 @@ fn mix_rows(first: &[i32], second: &[i32], weights: [i32; 2], out: &mut [u8]) {
         #[inline(always)]
         move || {
             for ((out, &a), &b) in out.iter_mut().zip(first).zip(second) {
+                // OpenCV's own fixed-point steps, whose roundings the published images have.
                 let sum = ((weights[0] * (a >> 4)) >> 16) + ((weights[1] * (b >> 4)) >> 16);
                 *out = ((sum + 2) >> 2) as u8;
             }

@@ -52,6 +52,7 @@ impl EdgeMap {
         for word in first..end {
             self.reach(word, |_| false);
         }
+        // Two sweeps reach nearly all pixels; only what bends back again needs the stack.
         for word in (first..end).rev() {
             self.reach(word, |neighbour| neighbour > word);
         }

@@ -79,6 +79,7 @@ fn gather<const BIT: u8>(bytes: &[u8; 64]) -> [u8; 8] {
     let mut out = [0; 8];
     for (out, eight) in out.iter_mut().zip(eights) {
         let mut bits = (u64::from_le_bytes(*eight) / u64::from(BIT)) & 0x0101_0101_0101_0101;
+        // Each step halves the distance between bits: eight bytes become the bits of one.
         bits |= bits >> 7;
         bits |= bits >> 14;
         bits |= bits >> 28;

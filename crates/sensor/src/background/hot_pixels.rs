@@ -108,6 +108,8 @@ impl PixelTerm for HotPixels {
     fn table(&self, traits: &[PixelTraits], noise: StageNoise) -> TermTable {
         let is_hot =
             |&pixel: &usize| !traits[pixel].is_dead && noise.uniform(pixel, 0) <= self.fraction;
+        // A list of the few hot ones: a rate for every pixel would have to be searched at each
+        // tick.
         let hot = (0..traits.len()).filter(is_hot);
         let pairs = hot.flat_map(|pixel| {
             let draw = f64::from(noise.normal(pixel, 1));

@@ -74,7 +74,7 @@ impl ClockStage for ClockOffsetDrift {
         self.offset_s == 0.0 && self.drift == 0.0
     }
 
-    fn shows(&self, t_s: f64) -> f64 {
+    fn earliest_shown(&self, t_s: f64) -> f64 {
         t_s + t_s * self.drift + self.offset_s
     }
 
@@ -86,7 +86,7 @@ impl ClockStage for ClockOffsetDrift {
         _noise: StageNoise,
     ) {
         for event in events {
-            event.t_s = self.shows(event.t_s);
+            event.t_s = self.earliest_shown(event.t_s);
         }
     }
 }

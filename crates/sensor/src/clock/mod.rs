@@ -31,7 +31,7 @@ pub trait ClockStage: Send + Sync + Debug {
     /// The earliest that the clock shows of what happens at `t_s`: on one that runs slow, or
     /// scatters, events of the next step may have stamps before those of this one, which therefore
     /// wait until nothing can come before them.
-    fn shows(&self, t_s: f64) -> f64 {
+    fn earliest_shown(&self, t_s: f64) -> f64 {
         t_s
     }
 

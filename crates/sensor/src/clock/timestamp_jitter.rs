@@ -87,7 +87,7 @@ impl ClockStage for TimestampJitter {
         self.sigma_s <= 0.0
     }
 
-    fn shows(&self, t_s: f64) -> f64 {
+    fn earliest_shown(&self, t_s: f64) -> f64 {
         if self.is_late { t_s } else { (t_s - REACH * self.sigma_s).max(0.0) }
     }
 

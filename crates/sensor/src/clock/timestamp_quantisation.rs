@@ -91,7 +91,7 @@ impl ClockStage for TimestampQuantisation {
         }
     }
 
-    fn shows(&self, t_s: f64) -> f64 {
+    fn earliest_shown(&self, t_s: f64) -> f64 {
         // What comes right behind may carry the count that has begun.
         if self.is_up { t_s } else { self.stamp_s(t_s) - 1e-6 }
     }

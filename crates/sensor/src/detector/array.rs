@@ -112,12 +112,13 @@ impl PixelArray {
     /// Goes on with other parameters: patterns are made anew, memories stay.
     pub(crate) fn retune(&mut self, chain: &Chain, before: &mut [f32], now_s: f64) {
         self.move_anchor(before, now_s);
+        // The leak until now, taken into the memories above, was at the rates before.
         self.make_pattern(chain);
         self.renew_all(chain);
         let pixels = self.size.pixels();
         let mut whole = self.whole();
         for pixel in 0..pixels {
-            whole.arm(pixel, now_s, chain.plan.steps_while_refractory);
+            whole.set_wake_levels(pixel, now_s, chain.plan.steps_while_refractory);
         }
     }
 
@@ -151,7 +152,7 @@ impl PixelArray {
         let mut whole = self.whole();
         for pixel in 0..pixels {
             let traits = whole.renewed(chain, pixel, None);
-            whole.cells[pixel].take(&traits);
+            whole.cells[pixel].set_thresholds(&traits);
             if leaks {
                 leak_per_s.push(traits.leak_per_s());
             }
@@ -172,6 +173,7 @@ impl PixelArray {
     /// Takes what has leaked so far into the memories, if it is time.
     pub(crate) fn keep_anchor(&mut self, before: &mut [f32], now_s: f64) {
         if now_s - self.anchor_s >= ANCHOR_S {
+            // What has leaked so far leaked at the old rates.
             self.move_anchor(before, now_s);
         }
     }

@@ -51,7 +51,7 @@ impl<'a, T> Span<'a, T> {
         self.values.get(pixels.start - self.first..pixels.end - self.first)
     }
 
-    /// The same, to be written; empty if there are none.
+    /// The same values, mutable; empty if there are none.
     pub(super) fn of_mut(&mut self, pixels: &Range<usize>) -> &mut [T] {
         let range = pixels.start - self.first..pixels.end - self.first;
         self.values.get_mut(range).unwrap_or_default()
@@ -208,7 +208,12 @@ impl Band<'_> {
 
     /// Sets the levels at which a pixel wakes after `end_s`.
     #[inline(always)]
-    pub(super) fn arm(&mut self, pixel: usize, end_s: f64, steps_while_refractory: bool) {
+    pub(super) fn set_wake_levels(
+        &mut self,
+        pixel: usize,
+        end_s: f64,
+        steps_while_refractory: bool,
+    ) {
         let cell = &self.cells[pixel];
         // A pixel with a due time in a later step is visited in every step until then.
         let is_due = self.refractory_states.get(pixel).is_some_and(|refractory| {

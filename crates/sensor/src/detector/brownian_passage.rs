@@ -146,10 +146,12 @@ impl ChangeDetector for BrownianPassage {
 /// Probability of leaving at the top, in a form that does not overflow.
 fn probability_up(drift: f64, spread: f64, up: f64, down: f64) -> f64 {
     let rate = 2.0 * drift / (spread * spread);
+    // Without drift, the shares of the distances; the formula below would be 0/0.
     if rate.abs() < 1e-12 {
         return down / (up + down);
     }
     if rate > 0.0 {
+        // The mean of exp(-rate x) stays what it is until the exit.
         (-rate * down).exp_m1() / (-rate * (up + down)).exp_m1()
     } else {
         let all = (rate * (up + down)).exp();

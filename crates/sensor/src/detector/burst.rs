@@ -32,7 +32,7 @@ impl Band<'_> {
         // otherwise.
         match detector.event_limits(cell.memory, [cell.threshold_on, cell.threshold_off]) {
             Some([on, off]) => (self.wake_on[pixel], self.wake_off[pixel]) = (on, off),
-            None => self.arm(pixel, step.tick.end_s, false),
+            None => self.set_wake_levels(pixel, step.tick.end_s, false),
         }
     }
 }

@@ -101,6 +101,7 @@ fn beyond<L: Lanes8, const LEAKS: bool>(
     for k in 0..VECTORS {
         let voltage = l.load(v[k]);
         let x = if LEAKS { l.add(voltage, l.mul(l.load(leak[k]), age_s)) } else { voltage };
+        // "At or beyond": a voltage exactly on its level makes an event.
         masks[k] = l.or(l.le(l.load(on[k]), x), l.le(x, l.load(off[k])));
     }
     masks

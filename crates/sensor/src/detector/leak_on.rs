@@ -140,6 +140,7 @@ impl PixelTerm for LeakOn {
         traits: &mut PixelTraits,
         noise: StageNoise,
     ) {
+        // Draw indices wrap around after a billion events of one pixel.
         let interval = 1.0 + self.jitter * noise.normal(pixel, count & 0x3fff_ffff);
         traits.leak_hz /= interval.max(SHORTEST);
     }

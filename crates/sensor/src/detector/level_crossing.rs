@@ -95,6 +95,7 @@ pub(super) fn next_level_through(pixel: &PixelStep, from_s: f64) -> Option<Chang
     let now = pixel.at(from_s);
     let polarity = Polarity::from_on(pixel.to > now);
     let level = pixel.level(polarity);
+    // A level that was drawn behind the voltage is passed already in this exposure.
     let is_ahead = (level - now) * (pixel.to - now) > 0.0;
     let is_reached = if polarity.is_on() { pixel.to >= level } else { pixel.to <= level };
     let way = (level - pixel.from) / (pixel.to - pixel.from);

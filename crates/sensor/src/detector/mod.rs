@@ -13,8 +13,10 @@ use crate::{ParamSpec, Prior, Scale, Traits};
 
 pub(crate) mod array;
 pub(crate) mod band;
+mod batches;
 pub(crate) mod brownian_passage;
 mod burst;
+mod crossings;
 pub(crate) mod dead_pixels;
 mod find;
 pub(crate) mod fixed_pattern;
@@ -31,11 +33,9 @@ pub(crate) mod reset_overshoot;
 pub(crate) mod resolve;
 pub(crate) mod scan;
 mod spread;
-mod straight;
 pub(crate) mod term;
 pub(crate) mod threshold_mismatch;
 pub(crate) mod threshold_temporal_noise;
-mod together;
 
 pub(crate) use array::PixelArray;
 pub(crate) use band::Band;
@@ -68,13 +68,13 @@ pub trait ChangeDetector: Send + Sync + Debug {
 /// The answer of a detector for one pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Change {
-    /// When.
+    /// Time of the event or burst, in seconds.
     pub t_s: f64,
-    /// Its polarity.
+    /// Polarity of its events.
     pub polarity: Polarity,
     /// How many events at once. With none, only the memory changes.
     pub count: u32,
-    /// The level to be remembered.
+    /// Reference level behind it, ln.
     pub memory: f64,
 }
 

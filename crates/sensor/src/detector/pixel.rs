@@ -52,12 +52,12 @@ pub(crate) struct Cell {
 impl Cell {
     pub(crate) fn new(traits: &PixelTraits) -> Self {
         let mut cell = Self { memory: 0.0, threshold_on: 0.0, threshold_off: 0.0, count: 0 };
-        cell.take(traits);
+        cell.set_thresholds(traits);
         cell
     }
 
     /// Thresholds as these traits have them.
-    pub(crate) fn take(&mut self, traits: &PixelTraits) {
+    pub(crate) fn set_thresholds(&mut self, traits: &PixelTraits) {
         let dead = |threshold| if traits.is_dead { f32::INFINITY } else { threshold };
         self.threshold_on = dead(traits.threshold_on);
         self.threshold_off = dead(traits.threshold_off);
@@ -94,13 +94,13 @@ impl RefractoryState {
 /// A pixel in one step, as a detector sees it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PixelStep {
-    /// The start of the step, in seconds.
+    /// Start of the step, in seconds.
     pub start_s: f64,
-    /// Its end.
+    /// End of the step, in seconds.
     pub end_s: f64,
     /// The compared quantity at the start: log voltage and leak, or light.
     pub from: f64,
-    /// The same at the end.
+    /// The compared quantity at the end of the step.
     pub to: f64,
     /// The level compared with.
     pub memory: f64,

@@ -107,7 +107,11 @@ impl Band<'_> {
         }
         let noisy = accepted.iter().map(|noise_event| noise_event.pixel);
         for pixel in awake.iter().copied().chain(noisy) {
-            self.arm(pixel as usize, step.tick.end_s, step.chain.plan.steps_while_refractory);
+            self.set_wake_levels(
+                pixel as usize,
+                step.tick.end_s,
+                step.chain.plan.steps_while_refractory,
+            );
         }
         self.scanned.awake = awake;
         self.scanned.accepted = accepted;
@@ -133,7 +137,7 @@ impl Queued<'_, '_> {
                 );
             }
             if !self.waits(pixel) {
-                let mut pixel_state = self.band.take_out(step, pixel);
+                let mut pixel_state = self.band.load_pixel(step, pixel);
                 self.expect_change(step, &mut pixel_state, step.tick.start_s);
             }
         });
@@ -147,7 +151,7 @@ impl Queued<'_, '_> {
         service: &mut Service<'_>,
         out: &mut Vec<Request>,
     ) {
-        let mut pixel_state = self.band.take_out(step, pixel);
+        let mut pixel_state = self.band.load_pixel(step, pixel);
         let (count_now, waits) = (pixel_state.pixel_step.count, self.waits(pixel));
         let pending = match entry {
             Entry::Change { pending, count } if count == count_now && !waits => pending,
@@ -158,13 +162,14 @@ impl Queued<'_, '_> {
             }
             Entry::Background(request) => {
                 if service.reads_rows() {
-                    self.ask(step, service, request, ServeAction::Nothing);
+                    self.enqueue(step, service, request, ServeAction::Nothing);
                 } else if let Some(t_s) = service.acknowledge(&request) {
                     out.push(Request { t_s, ..request });
                 }
                 return;
             }
             Entry::Served(Served { request, then }) | Entry::Lost(Served { request, then }) => {
+                // A lost request is acknowledged, too: only its event does not come out.
                 if let Entry::Served(_) = entry {
                     out.push(request);
                 }
@@ -176,7 +181,7 @@ impl Queued<'_, '_> {
                 };
                 pixel_state.refractory.free_s = f64::NEG_INFINITY;
                 let pending = PendingEvent { t_s, polarity, origin, memory };
-                self.go_on(step, &mut pixel_state, &pending);
+                self.reset_and_continue(step, &mut pixel_state, &pending);
                 return;
             }
             Entry::Change { .. } | Entry::NoiseEvent(_) | Entry::Selection => return,
@@ -190,15 +195,15 @@ impl Queued<'_, '_> {
         let request = pending.request(pixel as u32);
         if service.reads_rows() {
             let then = self.wait(step, service.waiting(), &mut pixel_state, &pending);
-            self.ask(step, service, request, then);
+            self.enqueue(step, service, request, then);
             return;
         }
         match service.acknowledge(&request) {
             // Served in the very moment, or dropped behind the pixel, which does not know.
-            None => self.go_on(step, &mut pixel_state, &pending),
+            None => self.reset_and_continue(step, &mut pixel_state, &pending),
             Some(t_s) if t_s <= pending.t_s => {
                 out.push(request);
-                self.go_on(step, &mut pixel_state, &pending);
+                self.reset_and_continue(step, &mut pixel_state, &pending);
             }
             Some(t_s) => {
                 let then = self.wait(step, service.waiting(), &mut pixel_state, &pending);
@@ -228,14 +233,14 @@ impl Queued<'_, '_> {
                 ServeAction::Keep
             }
             Waiting::Free | Waiting::Latched => {
-                self.go_on(step, pixel_state, pending);
+                self.reset_and_continue(step, pixel_state, pending);
                 ServeAction::Nothing
             }
         }
     }
 
     /// Lets a request wait for the turn of its row.
-    fn ask(
+    fn enqueue(
         &mut self,
         step: Step<'_>,
         service: &mut Service<'_>,
@@ -243,7 +248,8 @@ impl Queued<'_, '_> {
         then: ServeAction,
     ) {
         let was_free = service.bus().selects_s().is_none();
-        service.ask(request, then);
+        service.enqueue(request, then);
+        // A bus at work has its next selection in the queue already.
         if was_free {
             self.expect_selection(step, service);
         }
@@ -283,7 +289,12 @@ impl Queued<'_, '_> {
     }
 
     /// Resets a pixel and looks for its next change.
-    fn go_on(&mut self, step: Step<'_>, pixel_state: &mut PixelState, pending: &PendingEvent) {
+    fn reset_and_continue(
+        &mut self,
+        step: Step<'_>,
+        pixel_state: &mut PixelState,
+        pending: &PendingEvent,
+    ) {
         self.band.reset(step, pixel_state, pending);
         self.expect_change(step, pixel_state, pending.t_s);
     }
@@ -295,6 +306,6 @@ impl Queued<'_, '_> {
             let (pixel, count) = (pixel_state.pixel_step.pixel, pixel_state.pixel_step.count);
             self.queue.push(pending.t_s, pixel, Entry::Change { pending, count });
         }
-        self.band.put_back(step, pixel_state);
+        self.band.store_pixel(step, pixel_state);
     }
 }

@@ -121,14 +121,14 @@ impl Band<'_> {
         spread: u32,
         out: &mut Vec<Request>,
     ) {
-        let mut pixel_state = self.take_out(step, pixel as usize);
+        let mut pixel_state = self.load_pixel(step, pixel as usize);
         match step.chain.plan.path {
             PixelPath::Bursts | PixelPath::Frames | PixelPath::SpreadFrames => {
                 self.resolve_frame(step, &mut pixel_state, noise_events, spread, out);
             }
             _ => self.resolve_exactly(step, &mut pixel_state, noise_events, out),
         }
-        self.put_back(step, &pixel_state);
+        self.store_pixel(step, &pixel_state);
     }
 
     /// Whether no threshold that may be drawn puts a level into the way of a pixel's voltage.
@@ -141,6 +141,7 @@ impl Band<'_> {
         } else {
             (-from, -to, cell.threshold_off)
         };
+        // Differences of f32 are off in their last bits: what is so close is resolved in f64.
         let early = 1e-6 * (1.0 + cell.memory.abs());
         to < self.least(threshold) - early
             || from > threshold + self.deviation + early
@@ -149,7 +150,7 @@ impl Band<'_> {
 
     /// A pixel as it is at the start of the step, or after what it has gone through in it.
     #[inline(always)]
-    pub(super) fn take_out(&self, step: Step<'_>, pixel: usize) -> PixelState {
+    pub(super) fn load_pixel(&self, step: Step<'_>, pixel: usize) -> PixelState {
         let leaked_in_step =
             self.leaked_in_step.get(pixel).map_or(0.0, |&leaked_in_step| f64::from(leaked_in_step));
         let steady = self.leak_per_s.get(pixel).map_or(0.0, |&leak| f64::from(leak));
@@ -173,7 +174,7 @@ impl Band<'_> {
     }
 
     #[inline(always)]
-    pub(super) fn put_back(&mut self, step: Step<'_>, pixel_state: &PixelState) {
+    pub(super) fn store_pixel(&mut self, step: Step<'_>, pixel_state: &PixelState) {
         let pixel = pixel_state.pixel_step.pixel as usize;
         let cell = &mut self.cells[pixel];
         cell.memory = pixel_state.pixel_step.memory as f32;
@@ -181,7 +182,7 @@ impl Band<'_> {
         if let Some(refractory) = self.refractory_states.get_mut(pixel) {
             *refractory = pixel_state.refractory;
         }
-        self.arm(pixel, step.tick.end_s, step.chain.plan.steps_while_refractory);
+        self.set_wake_levels(pixel, step.tick.end_s, step.chain.plan.steps_while_refractory);
     }
 
     /// Exact times, to the end of the step.
@@ -237,10 +238,10 @@ impl Band<'_> {
     /// level.
     fn renew(&mut self, step: Step<'_>, pixel_state: &mut PixelState, t_s: f64, last: Polarity) {
         let pixel = pixel_state.pixel_step.pixel as usize;
-        // `renewed` and `take_out` read the cell, which is behind the copied state during a step.
+        // `renewed` and `load_pixel` read the cell, which is behind the copied state during a step.
         self.cells[pixel].count = pixel_state.pixel_step.count;
         let traits = self.renewed(step.chain, pixel, Some(last));
-        self.cells[pixel].take(&traits);
+        self.cells[pixel].set_thresholds(&traits);
         let mut memory = pixel_state.pixel_step.memory;
         if let Some(leak) = self.leak_per_s.get_mut(pixel) {
             // The leak acts since the anchor: without this, the new rate would apply to the past as
@@ -249,7 +250,7 @@ impl Band<'_> {
             *leak = traits.leak_per_s();
         }
         let refractory = pixel_state.refractory;
-        *pixel_state = self.take_out(step, pixel);
+        *pixel_state = self.load_pixel(step, pixel);
         pixel_state.refractory = refractory;
         pixel_state.pixel_step.memory = memory;
     }

@@ -72,9 +72,10 @@ impl Band<'_> {
         for (offset, &v) in voltage.iter().enumerate() {
             let pixel = first + offset;
             let phase: f32 = if sees_light { 0.0 } else { self.first_phase(chain, pixel) };
+            // Detectors that compare light keep a residual, which starts in the middle.
             let start = if sees_light { 0.0 } else { cold.unwrap_or(v) };
             self.cells[pixel].memory = start - phase * self.traits[pixel].threshold_on;
-            self.arm(pixel, tick.start_s, chain.plan.steps_while_refractory);
+            self.set_wake_levels(pixel, tick.start_s, chain.plan.steps_while_refractory);
         }
     }
 
@@ -152,7 +153,7 @@ impl Band<'_> {
                 None => 0.0,
             };
             self.cells[pixel].memory -= steady + self.leaked_in_step.get(pixel).unwrap_or(&0.0);
-            self.arm(pixel, tick.start_s, chain.plan.steps_while_refractory);
+            self.set_wake_levels(pixel, tick.start_s, chain.plan.steps_while_refractory);
         }
     }
 

@@ -101,13 +101,13 @@ pub struct TermTable {
 /// A noise event: not caused by a change of light. It resets the memorised level to the voltage.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NoiseEvent {
-    /// When, in seconds.
+    /// Time of the event, in seconds.
     pub t_s: f64,
     /// Index of the pixel.
     pub pixel: u32,
-    /// Its polarity.
+    /// Polarity of the event.
     pub polarity: Polarity,
-    /// Why.
+    /// Cause of the event.
     pub origin: Origin,
     /// Uniform in (0, 1]: the noise event takes place if it is not above the acceptance.
     pub chance: f32,

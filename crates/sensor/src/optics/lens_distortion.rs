@@ -116,6 +116,7 @@ impl PlaneStage for LensDistortion {
         for (i, (column, row)) in columns.iter_mut().zip(rows).enumerate() {
             let (x, y) =
                 ((i % usize::from(size.width)) as f64, (i / usize::from(size.width)) as f64);
+            // Sources are looked up once: the inverse has no closed form.
             let source = self.source((x - 0.5 * right, y - 0.5 * bottom));
             *column = (source.0 + 0.5 * right).clamp(0.0, right) as f32;
             *row = (source.1 + 0.5 * bottom).clamp(0.0, bottom) as f32;
@@ -124,6 +125,7 @@ impl PlaneStage for LensDistortion {
 
     fn step(&self, _tick: &Tick, size: SensorSize, plane: &mut Block<'_>, _noise: StageNoise) {
         let [columns, rows, work] = plane.state.planes();
+        // Pixels are sampled from a copy: later ones would read those written before.
         work.copy_from_slice(plane.signal);
         let (width, height) = (usize::from(size.width), usize::from(size.height));
         for ((y, column), row) in plane.signal.iter_mut().zip(columns).zip(rows) {

@@ -1,4 +1,4 @@
-//! A pixel that adapts: what stays is forgotten.
+//! A pixel that adapts: a high-pass filter, through which steady light does not show.
 //!
 //! # Model
 //! `linear`: `dV/dt = dV_in/dt - V / tau_s`, exact for inputs that run in a line within a step.

@@ -81,7 +81,7 @@ pub trait Readout: Send + Sync + Debug {
     }
 
     /// The times of a bus that reads whole rows. Where there are any, requests wait for the turn
-    /// of their row, and nobody asks [`Readout::acknowledge`].
+    /// of their row, and [`Readout::acknowledge`] is not called.
     fn row_times(&self) -> Option<RowTimes> {
         None
     }
@@ -143,10 +143,10 @@ impl<'a> Service<'a> {
     }
 
     /// Lets a request wait for the turn of its row.
-    pub(crate) fn ask(&mut self, request: Request, then: ServeAction) {
+    pub(crate) fn enqueue(&mut self, request: Request, then: ServeAction) {
         if let Some(times) = self.row_times {
             let row = request.pixel / u32::from(self.size.width);
-            self.memory.bus.ask(times, row, request, then);
+            self.memory.bus.enqueue(times, row, request, then);
         }
     }
 
@@ -157,7 +157,7 @@ impl<'a> Service<'a> {
             // Rows are selected as time goes on: those due before a request do not read it.
             for request in std::mem::take(requests) {
                 self.read_rows(|selects_s| selects_s < request.t_s, requests);
-                self.ask(request, ServeAction::Nothing);
+                self.enqueue(request, ServeAction::Nothing);
             }
         } else {
             requests.retain_mut(|request| match self.acknowledge(request) {

@@ -64,7 +64,7 @@ impl<T> RowBus<T> {
     }
 
     /// A pixel of `row` asks. Requests come in order of time, and at equal times of pixels.
-    pub(crate) fn ask(&mut self, times: RowTimes, row: u32, request: Request, stays: T) {
+    pub(crate) fn enqueue(&mut self, times: RowTimes, row: u32, request: Request, stays: T) {
         self.times = times;
         self.selects_s.get_or_insert(request.t_s);
         self.rows.entry(row).or_default().push((request, stays));
@@ -135,7 +135,7 @@ mod tests {
                 run(&mut bus, &|at_s| at_s < t_s);
                 let request =
                     Request { t_s, pixel, polarity: Polarity::On, origin: Origin::Signal };
-                bus.ask(times, pixel / WIDTH, request, ());
+                bus.enqueue(times, pixel / WIDTH, request, ());
             }
             run(&mut bus, &|at_s| at_s <= stop_s);
         }

@@ -59,6 +59,7 @@ impl BackgroundPlane {
         let uniform = |rng: &mut CounterRng, [low, high]: [f32; 2]| rng.uniform(low, high);
         let size_m = view.extent_m * uniform(rng, SCALE);
         let centre = Vec2::new(uniform(rng, CENTRE[0]), uniform(rng, CENTRE[1]));
+        // A wall of one colour has no edges: events come from the person alone.
         let image = if rng.chance(config.plain) {
             LuminanceImage::uniform(level * uniform(rng, PLAIN))
         } else {

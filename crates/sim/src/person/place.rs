@@ -27,7 +27,7 @@ struct Metadata {
 
 impl RecordingPlace {
     /// Reads the metadata of a recording, `0007.toml`, and passes over all else in it. A file that
-    /// does not exist, or that says nothing of a place, says nothing.
+    /// does not exist, or has no place, gives the default.
     ///
     /// # Errors
     /// If the file cannot be read, is no TOML, or has a camera that is none.

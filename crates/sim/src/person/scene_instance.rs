@@ -30,7 +30,7 @@ const ASIDE_M: [f32; 2] = [-2.2, 2.2];
 pub(super) struct SceneInstance {
     /// Name of the activity, or of the captured motion.
     pub(super) activity: String,
-    /// The person with labels, unless nobody is there.
+    /// The person with labels; none in an empty scene.
     is_present: bool,
     person: CastMember,
     /// Other people, the farthest first.
@@ -183,7 +183,7 @@ impl SceneInstance {
         self.is_present.then(|| joints_px(&self.person.joints_m(), &self.camera))
     }
 
-    /// Joints of the last frame in the world, in metres; none if nobody is there.
+    /// Joints of the last frame in the world, in metres; none in an empty scene.
     pub(super) fn joints_m(&self) -> Option<BodyJoints3> {
         let back = Affine3A::from_rotation_y(self.angle_rad);
         let in_world = |joint_m: Vec3| match self.angle_rad {

@@ -39,7 +39,7 @@ pub struct PersonStep<'a> {
     pub luminance: &'a Plane<f32>,
     /// Events of the step.
     pub events: &'a EventStream,
-    /// Joints in the world, in metres, in the order of networks; NaN if nobody is there.
+    /// Joints in the world, in metres, in the order of networks; NaN in an empty scene.
     pub joints_m: BodyJoints3,
     /// Joints on the image in pixels; none outside of it.
     pub joints_px: BodyPoints,

@@ -25,6 +25,7 @@ pub fn is_closed(faces: &[[u32; 3]]) -> bool {
     let mut balance: HashMap<(u32, u32), i32> = HashMap::with_capacity(faces.len() * 2);
     for &[a, b, c] in faces {
         for (from, to) in [(a, b), (b, c), (c, a)] {
+            // In a closed mesh each edge is passed once in both directions.
             let (edge, step) = if from < to { ((from, to), 1) } else { ((to, from), -1) };
             *balance.entry(edge).or_default() += step;
         }

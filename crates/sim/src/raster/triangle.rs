@@ -58,6 +58,7 @@ impl Triangle {
             start.wrapping_add(x.wrapping_mul(step_x)).wrapping_add(y.wrapping_mul(step_y)) as f32
                 * per_area
         });
+        // Rounding may put the centre of an edge pixel a little outside.
         let second = second.clamp(0.0, 1.0);
         [second, third.max(0.0).min(1.0 - second)]
     }

@@ -59,6 +59,7 @@ impl FrameResponse {
             Self::Linear => channel,
             Self::Clipped => clipped,
             Self::Rgb8 => {
+                // Half up, as graphics hardware converts to 8 bits.
                 let code = l.floor(l.add(l.mul(clipped, l.splat(255.0)), l.splat(0.5)));
                 l.mul(code, l.splat(1.0 / 255.0))
             }

@@ -161,6 +161,7 @@ impl SequenceSet {
         let names = read.iter().map(|digest| digest.name.as_str());
         let files = self.files(sequence);
         let is_complete = names.eq(files.iter().map(String::as_str))
+            // A list of digests without its files is that of a set that was partly deleted.
             && files.iter().all(|file| self.directory.join(file).exists());
         is_complete.then(|| read.iter().map(FileDigest::line).collect())
     }

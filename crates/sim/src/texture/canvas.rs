@@ -64,6 +64,7 @@ impl Canvas {
 
     /// Repaints the texels whose centres lie in `area` with a function of position and colour.
     pub(super) fn paint(&mut self, area: Rect, mut brush: impl FnMut(Vec2, Vec3A) -> Vec3A) {
+        // Texels whose centre is inside: adjacent areas neither overlap nor leave gaps.
         let first = |edge: f32| (edge - 0.5).ceil().max(0.0) as usize;
         let (left, right) = (first(area.left), first(area.right).min(self.image.width()));
         for y in first(area.top)..first(area.bottom).min(self.image.height()) {

@@ -19,9 +19,9 @@ const SIZE: (usize, usize) = (512, 256);
 #[derive(Debug, Clone, Copy)]
 enum Pattern {
     Plain,
-    /// Stripes around the body, so many along it.
+    /// Stripes around the body; their number along it.
     Rings(f32),
-    /// Stripes along the body, so many around it.
+    /// Stripes along the body; their number around it.
     Stripes(f32),
     /// Both.
     Checks(f32),
@@ -94,6 +94,7 @@ struct Outfit {
 
 impl Outfit {
     fn draw(rng: &mut CounterRng) -> Self {
+        // Squared and cubed draws make light skin and dark hair the more frequent.
         let tan = rng.unit();
         let skin = Vec3A::new(0.70, 0.46, 0.35).lerp(Vec3A::new(0.10, 0.055, 0.035), tan * tan);
         let hair =

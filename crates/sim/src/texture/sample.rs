@@ -50,6 +50,8 @@ impl Texture {
             let (above, below) =
                 (image.row((y + height - 1) % height), image.row((y + height) % height));
             for (x, code) in codes.row_mut(y).iter_mut().enumerate() {
+                // Textures repeat: the border is the opposite side, so that interpolation need not
+                // ask.
                 let x = (x + width - 1) % width;
                 *code = [above[x], below[x]].map(i32::from_le_bytes);
             }

@@ -41,7 +41,7 @@ pub struct TuneArgs {
     /// Number of trials, that of the config as it is included
     #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     pub trials: u64,
-    /// Halving: one trial in so many goes on, for so many times as long
+    /// Halving: the best of each of these many trials goes on, for this many times as long
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u64).range(2..=100))]
     pub eta: u64,
     /// Halving: number of rungs [default: as many as the trials and the validations of a training

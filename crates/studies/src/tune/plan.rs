@@ -44,7 +44,7 @@ pub enum PlanError {
     },
 }
 
-/// A rung: so many trials are trained until so many steps.
+/// A rung of successive halving: the number of trials, and the step until which they are trained.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Rung {
     /// Trials that are trained.

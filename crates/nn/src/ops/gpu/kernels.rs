@@ -70,6 +70,7 @@ pub(super) fn scatter<E: Numeric>(
     for row in 0..rows {
         let down = row * *geometry.index(4);
         let i = (y - down) / *geometry.index(0);
+        // Only a whole number of strides leads from a pixel of the output to this one.
         if y >= down && i * *geometry.index(0) + down == y && i < height {
             for column in 0..taps {
                 let right = column * *geometry.index(5);

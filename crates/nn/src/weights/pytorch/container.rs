@@ -77,12 +77,14 @@ impl Container {
         }
         let protocol = pickle(bytes, magic.end())?;
         let machine = pickle(bytes, protocol.end())?;
+        // Elements are read as they are stored, so the byte order has to be that of this reader.
         let order = machine.get(machine.root(), "little_endian");
         if order.is_some_and(|order| *machine.node(order) != PickleValue::Bool(true)) {
             return Err(BIG_ENDIAN.to_owned());
         }
         let saved = pickle(bytes, machine.end())?;
         let keys = pickle(bytes, saved.end())?;
+        // The storages state counts of elements; their types are only in the pickle.
         let sizes = element_sizes(&saved);
         let mut storages = BTreeMap::new();
         let mut at = keys.end();

@@ -117,6 +117,7 @@ fn read<M: PyTorchNames>(path: &Path, network: M) -> Result<M, NnError> {
 fn state_dict(container: Container) -> BTreeMap<String, Stored> {
     let container = Rc::new(container);
     let pickle = &container.pickle;
+    // Checkpoints of Lightning hold the weights below a key; `torch.save` of a model, directly.
     let weights = pickle.get(pickle.root(), LIGHTNING_KEY).unwrap_or(pickle.root());
     let tensors = pickle.entries(weights).iter().filter_map(|&(name, tensor)| {
         let name = pickle.text(name).filter(|name| !name.ends_with(STEP_COUNT))?;

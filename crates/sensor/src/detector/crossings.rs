@@ -80,7 +80,7 @@ impl Band<'_> {
         if let Some(kept) = self.refractory_states.get_mut(index) {
             *kept = refractory;
         }
-        self.arm(index, end_s, false);
+        self.set_wake_levels(index, end_s, false);
         true
     }
 }

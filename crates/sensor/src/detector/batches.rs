@@ -1,16 +1,16 @@
 //! Eight pixels at once on the short way through a step: their crossings are vector operations.
 //!
 //! # Model
-//! That of [`straight`](super::straight), operation by operation: a pixel has the same events to the
+//! That of [`crossings`](super::crossings), operation by operation: a pixel has the same events to the
 //! last bit whether it goes with others or alone.
 
 use evpose_core::Polarity;
 use evpose_cpu::vectorize;
 
 use super::band::Band;
+use super::crossings::{later, sooner};
 use super::pixel::Cell;
 use super::resolve::{Step, for_each_pixel};
-use super::straight::{later, sooner};
 use super::term::NoiseEvent;
 use crate::{Origin, Request};
 
