@@ -72,7 +72,7 @@ fn main() -> Result<()> {
     let stream = hand_stream(&checkpoint.config, predictor, &camera, 1)?;
     let mut sinks = Sinks::new();
     sinks.add(WristSink::default());
-    run(source, stream, &mut sinks, &LiveOptions::default(), &Control::default())?;
+    run(Box::new(source), stream, &mut sinks, &LiveOptions::default(), &Control::default())?;
     // Waits for what is under way, and for errors of sinks.
     sinks.finish()?;
     Ok(())

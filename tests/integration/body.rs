@@ -44,20 +44,11 @@ fn two_stages_of_training_then_poses_of_a_recording() {
 
 /// Evaluates the checkpoint `fine` on the recordings in `held`.
 fn evaluate_recordings(sandbox: &Sandbox) {
-    let evaluated = sandbox.ok(&[
-        "eval",
-        "--checkpoint",
-        "fine",
-        "--data",
-        "held",
-        "--json",
-        "metrics.json",
-        "--fusion",
-        "--preview",
-        "predicted.png",
-        "--curves",
-        "pck.svg",
-    ]);
+    let evaluated = sandbox.run(
+        "eval --checkpoint fine --data held --json metrics.json --fusion --preview \
+         predicted.png --curves pck.svg",
+        &[],
+    );
     for row in ["network", "filtered", "jitter", "mean pose", "last pose", "propagated", "wrist_l"]
     {
         assert!(evaluated.contains(row), "{row}: {evaluated}");
@@ -109,21 +100,11 @@ fn infer_without_filter(sandbox: &Sandbox) {
 
 /// Infers the poses of a recording and draws them.
 fn infer_recording(sandbox: &Sandbox) {
-    sandbox.ok(&[
-        "infer",
-        "--checkpoint",
-        "fine/best.bpk",
-        "--events",
-        "held/0000.raw",
-        "--out",
-        "poses.csv",
-        "--stride-ms",
-        "20",
-        "--skeletons",
-        "skeletons",
-        "--fused",
-        "fused.csv",
-    ]);
+    sandbox.run(
+        "infer --checkpoint fine/best.bpk --events held/0000.raw --out poses.csv --stride-ms 20 \
+         --skeletons skeletons --fused fused.csv",
+        &[],
+    );
     infer_in_batches(sandbox);
     let text = String::from_utf8(bytes(&sandbox.path("poses.csv"))).unwrap();
     assert!(text.starts_with("t_us,origin,latency_ms,score,head_u_px,head_v_px,head_score,"));
@@ -149,18 +130,11 @@ fn infer_recording(sandbox: &Sandbox) {
             }
         }
     }
-    sandbox.ok(&[
-        "view",
-        "held/0000.raw",
-        "--of",
-        "eros",
-        "--joints",
-        "poses.csv",
-        "--truth",
-        "held/0000.poses.csv",
-        "--out",
-        "people.png",
-    ]);
+    sandbox.run(
+        "view held/0000.raw --of eros --joints poses.csv --truth held/0000.poses.csv --out \
+         people.png",
+        &[],
+    );
     assert!(bytes(&sandbox.path("people.png")).len() > 1_000);
     let fused = read_poses(&sandbox.path("fused.csv")).unwrap().poses;
     assert!(fused.len() > 8 * poses.len());

@@ -72,6 +72,11 @@ impl Sandbox {
         String::from_utf8(output.stdout).unwrap()
     }
 
+    /// As [`Self::ok`], with the words of a line and `more`.
+    pub(crate) fn run(&self, line: &str, more: &[&str]) -> String {
+        self.ok(&[&line.split_whitespace().collect::<Vec<_>>(), more].concat())
+    }
+
     /// Runs to the end and wants failure; returns standard error.
     pub(crate) fn fails(&self, args: &[&str]) -> String {
         let output = self.evpose(args).output().unwrap();

@@ -14,21 +14,11 @@ fn shipped(name: &str) -> String {
 
 /// Somebody who waves, before a small camera.
 fn recorded(sandbox: &Sandbox) {
-    sandbox.ok(&[
-        "simulate",
-        "finetune",
-        "--held-out",
-        "--out",
-        "held",
-        "--sequences",
-        "2",
-        "--seconds",
-        "1",
-        "--set",
-        "simulation.step_hz=250",
-        "--set",
-        "simulation.label_hz=50",
-    ]);
+    sandbox.run(
+        "simulate finetune --held-out --out held --sequences 2 --seconds 1 --set \
+         simulation.step_hz=250 --set simulation.label_hz=50",
+        &[],
+    );
 }
 
 fn lines(sandbox: &Sandbox, name: &str) -> Vec<serde_json::Value> {
@@ -41,19 +31,11 @@ fn a_recording_becomes_poses_with_their_latency_and_a_report() {
     let sandbox = Sandbox::new();
     recorded(&sandbox);
     let network = shipped("body-quick.bpk");
-    sandbox.ok(&[
-        "live",
-        "--source",
-        "held/0001.raw",
-        "--checkpoint",
-        &network,
-        "--json",
-        "poses.jsonl",
-        "--csv",
-        "poses.csv",
-        "--report",
-        "report.json",
-    ]);
+    sandbox.run(
+        "live --source held/0001.raw --json poses.jsonl --csv poses.csv \
+         --report report.json",
+        &["--checkpoint", &network],
+    );
     let poses = lines(&sandbox, "poses.jsonl");
     let of = |origin: &str| poses.iter().filter(|pose| pose["origin"] == origin).count() as u64;
     let (by_network, propagated) = (of("network"), of("propagated"));
@@ -204,38 +186,18 @@ fn a_benchmark_of_it_says_how_much_came_through() {
     let sandbox = Sandbox::new();
     recorded(&sandbox);
     let network = shipped("body-quick.bpk");
-    let output = sandbox.ok(&[
-        "bench",
-        "live",
-        "--source",
-        "held/0001.raw",
-        "--checkpoint",
-        &network,
-        "--speeds",
-        "1,4",
-        "--input",
-        "2",
-        "--seconds",
-        "0.5",
-        "--json",
-        "live.json",
-    ]);
+    let output = sandbox.run(
+        "bench live --source held/0001.raw --speeds 1,4 --input 2 \
+         --seconds 0.5 --json live.json",
+        &["--checkpoint", &network],
+    );
     assert!(output.contains("input alone") && output.contains("whole pipeline, 4x"), "{output}");
     let measured: serde_json::Value =
         serde_json::from_slice(&bytes(&sandbox.path("live.json"))).expect("JSON");
     let rows = measured["rows"].as_array().expect("rows");
     assert_eq!(rows.len(), 3);
     assert!(rows[1]["report"]["network"]["poses"].as_u64().is_some_and(|poses| poses > 0));
-    sandbox.ok(&[
-        "bench",
-        "live",
-        "--source",
-        "held/0001.raw",
-        "--checkpoint",
-        &network,
-        "--soak",
-        "3e6",
-    ]);
+    sandbox.run("bench live --source held/0001.raw --soak 3e6", &["--checkpoint", &network]);
 }
 
 #[cfg(not(feature = "rerun"))]

@@ -56,6 +56,7 @@ pub mod davis;
 mod entry;
 mod error;
 pub mod fit;
+mod fourier;
 pub mod free_parameter;
 pub mod input;
 mod layout;

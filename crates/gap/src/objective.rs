@@ -153,9 +153,4 @@ impl<'a> Objective<'a> {
         let deviations = self.expect(model, runs)?.deviations(self.layout, &self.measured);
         Ok((discrepancy(&deviations), gap(self.layout, &deviations)))
     }
-
-    /// Number of pairs of model and run that were simulated.
-    pub fn simulated(&self) -> usize {
-        self.cache.lock().unwrap_or_else(std::sync::PoisonError::into_inner).len()
-    }
 }

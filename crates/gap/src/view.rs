@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use evpose_core::{EventStream, Micros, SensorSize, TimeWindow};
+use evpose_core::{EventStream, SensorSize, TimeWindow};
 
 use crate::{Cell, Classes, LightSequence};
 
@@ -208,14 +208,5 @@ impl<'a> View<'a> {
     /// Time since the start of the window, microseconds.
     pub fn since_start_us(&self, t_us: i64) -> i64 {
         t_us - self.window.start.0
-    }
-
-    /// The same features over another window.
-    #[must_use]
-    pub fn over(mut self, window: TimeWindow) -> Self {
-        let at = |t: Micros| self.events.partition_point(|event| event.t_us < t.0);
-        self.range = at(window.start)..at(window.end);
-        self.window = window;
-        self
     }
 }

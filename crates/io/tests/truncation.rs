@@ -1,10 +1,12 @@
 //! Every format, cut at every byte: what is read of the rest is the beginning of what was there, and
-//! where something is missing, a typed error says from which byte on.
+//! where something is missing, a typed error says from which byte on. And with other bytes: nothing
+//! panics, and reading ends.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
+use std::sync::OnceLock;
 
 use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 use evpose_io::aedat4::{Aedat4Packet, Packets};
@@ -12,6 +14,8 @@ use evpose_io::yarp::read_skeletons_from;
 use evpose_io::{
     Columns, EventSource, FORMATS, Format, Input, IoError, OpenOptions, format_by_name, read_as,
 };
+use proptest::prelude::*;
+use proptest::sample::Index;
 
 /// Places at which a sample is cut: all, or so many that lie evenly.
 const CUTS: usize = 4096;
@@ -36,6 +40,9 @@ const GOLDEN: &[(&str, &str)] = &[
 
 /// Ends of names of files there that are no sample: descriptions, and codecs that are refused.
 const UNREAD: &[&str] = &[".md", "snappy.h5", "blosc2.h5"];
+
+/// Sizes of records in bytes, of formats that write one for each event.
+const RECORDS: &[(&str, usize)] = &[("dat", 8), ("nmnist", 5)];
 
 fn is_read(format: &Format) -> bool {
     format.name != "hdf5" || cfg!(feature = "hdf5")
@@ -138,6 +145,7 @@ fn what_is_read_of_a_cut_recording_is_how_it_begins() {
             let (whole, sensor, error) = events_of(format, &bytes);
             assert!(error.is_none() && !whole.is_empty(), "{sample}: {error:?}");
             let mut most = whole.len();
+            let record = RECORDS.iter().find(|(of, _)| *of == name && sample == "written");
             for cut in cuts(bytes.len()) {
                 let what = format!("{name} {sample} cut at {cut} of {}", bytes.len());
                 let (columns, stated, error) = events_of(format, &bytes[..cut]);
@@ -145,9 +153,53 @@ fn what_is_read_of_a_cut_recording_is_how_it_begins() {
                 assert!(columns.len() <= most, "{what}: more events of less of it");
                 assert!(columns.is_empty() || stated == sensor, "{what}: {stated:?}");
                 error.iter().for_each(|error| check_fault(error, cut, columns.len(), &what));
+                if let Some((_, size)) = record
+                    && let Some(behind) = cut.checked_sub(bytes.len() - whole.len() * size)
+                {
+                    let place = (behind % size > 0).then_some((cut - behind % size) as u64);
+                    let found = (columns.len(), error.and_then(|error| error.byte()));
+                    assert_eq!(found, (behind / size, place), "{what}");
+                }
                 most = columns.len();
             }
         }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+
+    #[test]
+    fn changed_bytes_never_panic_and_reading_ends(
+        sample in any::<Index>(),
+        changes in prop::collection::vec((any::<Index>(), any::<u8>()), 1..20),
+        cut in prop::option::of(any::<Index>()),
+    ) {
+        static SAMPLES: OnceLock<Vec<(&str, Vec<u8>)>> = OnceLock::new();
+        let all = SAMPLES.get_or_init(|| {
+            let of = |(name, samples): (&'static str, Vec<(String, Vec<u8>)>)| {
+                samples.into_iter().map(move |(_, bytes)| (name, bytes))
+            };
+            samples().into_iter().flat_map(of).collect()
+        });
+        let (name, mut bytes) = all[sample.index(all.len())].clone();
+        for (at, byte) in changes {
+            let length = bytes.len();
+            bytes[at.index(length)] = byte;
+        }
+        bytes.truncate(cut.map_or(bytes.len(), |cut| cut.index(bytes.len())));
+        for options in [options(), OpenOptions::default()] {
+            let input = Input::memory("changed", bytes.clone());
+            if let Ok(mut source) = (format_by_name(name).unwrap().open)(input, &options) {
+                let mut columns = Columns::new();
+                let fault = read_on(source.as_mut(), &mut columns);
+                if let Some(IoError::Damaged { events, .. }) = fault {
+                    prop_assert_eq!(events, columns.len() as u64);
+                }
+                let _ = source.seek(Micros(2_000));
+            }
+        }
+        let _ = read_as(Input::memory("changed", bytes), &OpenOptions::default());
     }
 }
 

@@ -88,7 +88,7 @@
 //! sinks.add(JsonLines::new("poses", std::io::sink()));
 //! // A recording waits for the pipeline: nothing is dropped, however fast it is read.
 //! let options = LiveOptions { propagate_hz: 0.0, ..LiveOptions::default() };
-//! let report = run(source, stream, &mut sinks, &options, &Control::default())?;
+//! let report = run(Box::new(source), stream, &mut sinks, &options, &Control::default())?;
 //! sinks.finish()?;
 //! assert_eq!((report.events, report.dropped_events), (1_000, 0));
 //! assert_eq!(report.network.poses, 100, "one each millisecond");

@@ -92,7 +92,7 @@ const POLL_INTERVAL: Duration = Duration::from_millis(50);
 /// # Errors
 /// If the source or the stream fails; every pose before that has been sent to the sinks.
 pub fn run<F, W>(
-    source: impl Source,
+    source: Box<dyn Source>,
     stream: PoseStream<F, W>,
     sinks: &mut Sinks,
     options: &LiveOptions,

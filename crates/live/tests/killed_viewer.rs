@@ -132,7 +132,7 @@ fn the_pipeline_goes_on() {
         // Every packet has its place, however busy the machine is.
         let options = LiveOptions { max_packets: PACKETS, ..LiveOptions::default() };
         run(
-            PacketSource(0),
+            Box::new(PacketSource(0)),
             PoseStream::new(ConstantFrontend, ConstantWorker),
             &mut sinks,
             &options,

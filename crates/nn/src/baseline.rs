@@ -4,7 +4,6 @@ use burn::module::Module;
 use burn::tensor::Device;
 use serde::{Deserialize, Serialize};
 
-use crate::parameters::trained_count;
 use crate::{Dhp19Cnn, Dhp19CnnConfig, LiftMono, LiftMonoConfig, NnError};
 
 /// Shape of a [`BaselineNetwork`]; `kind` says of which one.
@@ -78,10 +77,5 @@ impl BaselineNetwork {
             Self::Dhp19Cnn(network) => BaselineNetworkConfig::Dhp19Cnn(network.config().clone()),
             Self::LiftMono(network) => BaselineNetworkConfig::LiftMono(network.config().clone()),
         }
-    }
-
-    /// The number of trainable parameters.
-    pub fn parameter_count(&self) -> usize {
-        trained_count(self)
     }
 }

@@ -40,16 +40,12 @@ impl Slot {
 
 /// Every tensor of `module` in the order of its fields.
 pub fn slots<M: Module>(module: &M) -> Vec<Slot> {
-    let mut list = List { position: Position::default(), slots: Vec::new() };
-    module.visit(&mut list);
-    list.slots
+    List::of(module, false).into_iter().map(|(_, slot, _)| slot).collect()
 }
 
 /// The path of every parameter that training changes, by its id.
 pub(crate) fn paths<M: Module>(module: &M) -> HashMap<ParamId, String> {
-    let mut visitor = Paths { position: Position::default(), paths: HashMap::new() };
-    module.visit(&mut visitor);
-    visitor.paths
+    List::of(module, false).into_iter().map(|(id, slot, _)| (id, slot.path)).collect()
 }
 
 /// The number of trainable parameters, as papers count them.
@@ -63,9 +59,8 @@ pub fn trained_count<M: Module>(module: &M) -> usize {
 /// Running statistics are those of the last training step: Burn keeps the newest update of each
 /// thread aside until the next forward pass, and a plain visit would miss it.
 pub fn read<M: Module>(module: &M) -> Vec<(Slot, Vec<f32>)> {
-    let mut read = Read { position: Position::default(), tensors: Vec::new() };
-    module.valid().visit(&mut read);
-    read.tensors
+    let tensors = List::of(&module.valid(), true);
+    tensors.into_iter().map(|(_, slot, values)| (slot, values)).collect()
 }
 
 /// Gives every tensor of `module` the values of `source`, in row-major order.
@@ -149,9 +144,19 @@ fn id_of(path: &str) -> ParamId {
     ParamId::from(hash)
 }
 
+/// Ids and slots of all tensors, with their values where `reads_values`.
 struct List {
     position: Position,
-    slots: Vec<Slot>,
+    reads_values: bool,
+    tensors: Vec<(ParamId, Slot, Vec<f32>)>,
+}
+
+impl List {
+    fn of<M: Module>(module: &M, reads_values: bool) -> Vec<(ParamId, Slot, Vec<f32>)> {
+        let mut list = Self { position: Position::default(), reads_values, tensors: Vec::new() };
+        module.visit(&mut list);
+        list.tensors
+    }
 }
 
 impl ModuleVisitor for List {
@@ -164,47 +169,10 @@ impl ModuleVisitor for List {
     }
 
     fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
-        self.slots.push(self.position.slot(&param.lazy_shape()));
-    }
-}
-
-struct Paths {
-    position: Position,
-    paths: HashMap<ParamId, String>,
-}
-
-impl ModuleVisitor for Paths {
-    fn enter_module(&mut self, name: &str, container: &str) {
-        self.position.enter(name, container);
-    }
-
-    fn exit_module(&mut self, _name: &str, _container: &str) {
-        self.position.exit();
-    }
-
-    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
-        self.paths.insert(param.id, self.position.slot(&[]).path);
-    }
-}
-
-struct Read {
-    position: Position,
-    tensors: Vec<(Slot, Vec<f32>)>,
-}
-
-impl ModuleVisitor for Read {
-    fn enter_module(&mut self, name: &str, container: &str) {
-        self.position.enter(name, container);
-    }
-
-    fn exit_module(&mut self, _name: &str, _container: &str) {
-        self.position.exit();
-    }
-
-    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
-        let tensor = param.val();
-        let slot = self.position.slot(&tensor.dims());
-        self.tensors.push((slot, tensor.into_data().iter::<f32>().collect()));
+        // The shape of a parameter that is not initialised yet is known without its values.
+        let slot = self.position.slot(&param.lazy_shape());
+        let values = self.reads_values.then(|| param.val().into_data().iter::<f32>().collect());
+        self.tensors.push((param.id, slot, values.unwrap_or_default()));
     }
 }
 

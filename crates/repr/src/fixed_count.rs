@@ -5,8 +5,7 @@
 //! standard deviations of the pixels that fired are 255; fractions are kept.
 //!
 //! The published data sets pair the image with a pose that is `offset` events old when the image is
-//! complete, so that it lies about in the middle: [`FixedCountConfig::range`] says which events
-//! belong to an instant.
+//! complete, so that it lies about in the middle: that is up to who pairs them.
 //!
 //! # Borders
 //! None: an event changes its own pixel only.
@@ -16,7 +15,6 @@
 //! 2019, for the scale and for n = 7500.
 
 use std::collections::VecDeque;
-use std::ops::Range;
 
 use evpose_core::{EventStream, Micros, SensorSize};
 
@@ -45,7 +43,7 @@ pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
     any_order_at_once: false,
     channels: |_| 1,
     start: |window, values| {
-        let config = FixedCountConfig { events: values.whole("n"), ..FixedCountConfig::PUBLISHED };
+        let config = FixedCountConfig { events: values.whole("n") };
         Box::new(FixedCount::new(window.sensor, config))
     },
     fill: None,
@@ -56,21 +54,11 @@ pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
 pub struct FixedCountConfig {
     /// Number of events.
     pub events: u32,
-    /// Number of them after the time stamp of the image.
-    pub offset_events: u32,
 }
 
 impl FixedCountConfig {
     /// The published data sets.
-    pub const PUBLISHED: Self = Self { events: 7_500, offset_events: 3_250 };
-
-    /// The events of the image of instant `t`, by number: the `events` that end `offset_events`
-    /// after the first event later than `t`; fewer at the ends of a recording.
-    pub fn range(&self, times: &[Micros], t: Micros) -> Range<usize> {
-        let sample = times.partition_point(|&time| time <= t);
-        let end = (sample + self.offset_events as usize).min(times.len());
-        end.saturating_sub(self.events as usize)..end
-    }
+    pub const PUBLISHED: Self = Self { events: 7_500 };
 }
 
 impl Default for FixedCountConfig {
@@ -79,8 +67,7 @@ impl Default for FixedCountConfig {
     }
 }
 
-/// The fixed-count image of a stream: of its latest events, so `offset_events` is up to who pairs
-/// it with a pose. It has no window.
+/// The fixed-count image of a stream: of its latest events. It has no window.
 #[derive(Debug, Clone)]
 pub struct FixedCount {
     sensor: SensorSize,
@@ -155,20 +142,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_events_of_an_instant_end_an_offset_after_it() {
-        let config = FixedCountConfig { events: 4, offset_events: 1 };
-        let times: Vec<_> = [0, 1, 1, 2, 3, 5, 8].map(Micros).to_vec();
-        assert_eq!(config.range(&times, Micros(2)), 1..5);
-        assert_eq!(config.range(&times, Micros(4)), 2..6);
-        assert_eq!(config.range(&times, Micros(0)), 0..2);
-        assert_eq!(config.range(&times, Micros(9)), 3..7);
-        assert_eq!(config.range(&[], Micros(9)), 0..0);
-    }
-
-    #[test]
     fn only_the_latest_events_count() {
         let sensor = SensorSize { width: 3, height: 1 };
-        let config = FixedCountConfig { events: 3, ..FixedCountConfig::PUBLISHED };
+        let config = FixedCountConfig { events: 3 };
         let mut image = FixedCount::new(sensor, config);
         for (t, x) in [0, 0, 0, 0, 1, 2, 1].into_iter().enumerate() {
             let event = Event { t: Micros(t as i64), x, y: 0, polarity: Polarity::Off };

@@ -46,14 +46,6 @@ pub struct RecordedRun {
     pub elapsed: Duration,
 }
 
-impl RecordedRun {
-    /// Throughput: steps of all sequences per second of elapsed time.
-    pub fn steps_per_second(&self) -> f64 {
-        let steps: u64 = self.sequences.iter().map(|sequence| sequence.frames).sum();
-        steps as f64 / self.elapsed.as_secs_f64()
-    }
-}
-
 /// Simulates `frames` steps into `STEM.evc`, or the ending of the config's [`EventFormat`],
 /// `STEM.meta` and `STEM.toml` (a [`SequenceInfo`]), which appear when they are complete.
 ///

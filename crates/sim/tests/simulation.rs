@@ -51,9 +51,8 @@ fn the_bytes_do_not_depend_on_the_number_of_threads() {
         let count = |frames| {
             progress.fetch_add(frames, Ordering::Relaxed);
         };
-        let run = pool.install(|| record_all(&simulation, directory.path(), &count)).unwrap();
+        pool.install(|| record_all(&simulation, directory.path(), &count)).unwrap();
         assert_eq!(progress.into_inner(), 3 * 150);
-        assert!(run.steps_per_second() > 0.0);
         bytes_of(directory.path())
     });
     assert!(runs[0] == runs[1]);

@@ -7,7 +7,6 @@
 //! the type of them.
 
 mod components;
-mod lex;
 mod module;
 mod resolve;
 

@@ -2,7 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::lex::Token;
+use proc_macro2::{TokenStream, TokenTree};
+use quote::ToTokens;
+use syn::visit::{self, Visit};
+use syn::{
+    Attribute, Expr, ExprLit, Ident, ImplItem, Item, ItemMod, Lit, UseRename, UseTree, Visibility,
+};
 
 /// A path as written, split at `::`.
 pub(super) type Path = Vec<String>;
@@ -23,213 +28,54 @@ pub(super) struct Module {
 }
 
 /// Reads the modules of a file, by their path below the file's own module.
-pub(super) fn modules(tokens: &[Token]) -> BTreeMap<Path, Module> {
-    let mut reader = Reader { tokens, at: 0, here: Vec::new(), modules: BTreeMap::new() };
-    reader.modules.insert(Vec::new(), Module::default());
-    reader.items();
-    reader.modules
+///
+/// # Errors
+/// If the source is no Rust.
+pub(super) fn modules(source: &str) -> syn::Result<BTreeMap<Path, Module>> {
+    let mut reader = Reader { here: Vec::new(), depth: 0, modules: BTreeMap::new() };
+    reader.module();
+    reader.visit_file(&syn::parse_file(source)?);
+    Ok(reader.modules)
 }
 
-struct Reader<'t> {
-    tokens: &'t [Token],
-    at: usize,
+struct Reader {
     /// The module inside the file.
     here: Path,
+    /// Items around the one that is read, modules apart.
+    depth: usize,
     modules: BTreeMap<Path, Module>,
 }
 
-impl<'t> Reader<'t> {
+impl Reader {
     fn module(&mut self) -> &mut Module {
         self.modules.entry(self.here.clone()).or_default()
     }
 
-    fn ident(&self, at: usize) -> Option<&str> {
-        self.tokens.get(at).and_then(Token::ident)
-    }
-
-    fn is(&self, at: usize, other: char) -> bool {
-        self.tokens.get(at).is_some_and(|token| token.is(other))
-    }
-
-    /// Reads until the brace that closes the module.
-    fn items(&mut self) {
-        let (mut depth, mut is_test, mut is_public) = (0, false, false);
-        let mut file = None;
-        while self.at < self.tokens.len() {
-            if self.is(self.at, '#') {
-                let attribute = self.attribute();
-                let has = |name: &str| attribute.iter().any(|token| token.ident() == Some(name));
-                is_test |= (has("cfg") && has("test") && !has("not"))
-                    || matches!(attribute, [test] if test.ident() == Some("test"));
-                if let [Token::Ident(path), Token::Other('='), Token::Text(text)] = attribute
-                    && path == "path"
-                {
-                    file = Some(text.clone());
-                }
-                continue;
-            }
-            if is_test {
-                self.skip_item();
-                (is_test, is_public, file) = (false, false, None);
-                continue;
-            }
-            match self.ident(self.at) {
-                Some("pub") => is_public = true,
-                Some("use") => {
-                    self.at += 1;
-                    self.use_tree(&mut Vec::new(), is_public);
-                    is_public = false;
-                    continue;
-                }
-                Some("mod") if self.ident(self.at + 1).is_some() => {
-                    let name = self.ident(self.at + 1).unwrap_or_default().to_owned();
-                    self.at += 3;
-                    if self.is(self.at - 1, '{') {
-                        self.here.push(name);
-                        self.items();
-                        self.here.pop();
-                    } else {
-                        self.module().children.push((name, file.take()));
-                    }
-                    is_public = false;
-                    continue;
-                }
-                Some(
-                    "fn" | "struct" | "enum" | "trait" | "type" | "const" | "static" | "union",
-                ) => {
-                    if depth == 0
-                        && let Some(name) = self.defined_name()
-                    {
-                        self.module().items.insert(name);
-                    }
-                    is_public = false;
-                }
-                Some("macro_rules") => {
-                    if let Some(name) = self.ident(self.at + 2).map(str::to_owned) {
-                        self.module().items.insert(name);
-                    }
-                }
-                Some(_) => {
-                    self.path();
-                    continue;
-                }
-                None if self.is(self.at, '{') => depth += 1,
-                None if self.is(self.at, '}') => {
-                    if depth == 0 {
-                        self.at += 1;
-                        return;
-                    }
-                    depth -= 1;
-                }
-                None => {}
-            }
-            self.at += 1;
+    fn name(&mut self, path: Path) {
+        if path.len() > 1 {
+            self.module().named.insert(path);
         }
     }
 
-    /// The name behind `fn`, `struct` and the like.
-    fn defined_name(&self) -> Option<String> {
-        let modifiers = ["fn", "unsafe", "extern", "async", "mut"];
-        let is_modifier =
-            |at: &usize| self.ident(*at).is_some_and(|name| modifiers.contains(&name));
-        // `const fn name`, `static mut NAME`: the name comes behind the last of them.
-        let at = self.at + 1 + (self.at + 1..).take_while(is_modifier).count();
-        self.ident(at).filter(|&name| name != "_").map(str::to_owned)
-    }
-
-    /// Passes an attribute; returns what is inside its brackets.
-    fn attribute(&mut self) -> &'t [Token] {
-        let opening = (self.at..self.tokens.len()).find(|&at| self.is(at, '['));
-        let begin = opening.unwrap_or(self.at);
-        self.at = self.closing(begin);
-        &self.tokens
-            [(begin + 1).min(self.at)..self.at.saturating_sub(1).max(begin + 1).min(self.at)]
-    }
-
-    /// The place behind the bracket that closes the one at `begin`.
-    fn closing(&self, begin: usize) -> usize {
-        let mut depth = 0_usize;
-        for at in begin..self.tokens.len() {
-            match self.tokens[at] {
-                Token::Other('{' | '[' | '(') => depth += 1,
-                Token::Other('}' | ']' | ')') => depth = depth.saturating_sub(1),
-                _ => {}
+    fn use_tree(&mut self, prefix: &[String], tree: &UseTree, is_public: bool) {
+        let with = |name: &Ident| match name.to_string() {
+            // `use a::{self, b}` binds `a`.
+            name if name == "self" => prefix.to_vec(),
+            name => [prefix, &[name]].concat(),
+        };
+        match tree {
+            UseTree::Path(path) => self.use_tree(&with(&path.ident), &path.tree, is_public),
+            UseTree::Group(group) => {
+                group.items.iter().for_each(|tree| self.use_tree(prefix, tree, is_public));
             }
-            if depth == 0 {
-                return at + 1;
+            UseTree::Glob(_) => self.module().globs.push(prefix.to_vec()),
+            UseTree::Name(name) => {
+                let path = with(&name.ident);
+                self.bind(path.last().cloned().unwrap_or_default(), path, is_public);
             }
-        }
-        self.tokens.len()
-    }
-
-    /// Passes an item: to its semicolon, or the brace that closes it.
-    fn skip_item(&mut self) {
-        while self.at < self.tokens.len() && !self.is(self.at, ';') && !self.is(self.at, '}') {
-            if self.is(self.at, ',') {
-                break;
+            UseTree::Rename(UseRename { ident, rename, .. }) => {
+                self.bind(rename.to_string(), with(ident), is_public);
             }
-            let is_block = self.is(self.at, '{');
-            let opens = is_block || self.is(self.at, '(') || self.is(self.at, '[');
-            self.at = if opens { self.closing(self.at) } else { self.at + 1 };
-            if is_block {
-                return;
-            }
-        }
-        if !self.is(self.at, '}') {
-            self.at += 1;
-        }
-    }
-
-    /// Reads what follows `use`, up to its end.
-    fn use_tree(&mut self, prefix: &mut Path, is_public: bool) {
-        let length = prefix.len();
-        loop {
-            if let Some(name) = self.ident(self.at).map(str::to_owned) {
-                self.at += 1;
-                if name == "as" {
-                    let renamed = self.ident(self.at).unwrap_or("_").to_owned();
-                    self.at += 1;
-                    self.bind(renamed, prefix.clone(), is_public);
-                    break;
-                }
-                prefix.push(name);
-                continue;
-            }
-            match self.tokens.get(self.at) {
-                Some(Token::Path) => self.at += 1,
-                Some(Token::Other('*')) => {
-                    self.at += 1;
-                    self.module().globs.push(prefix.clone());
-                    break;
-                }
-                Some(Token::Other('{')) => {
-                    self.at += 1;
-                    while self.at < self.tokens.len() && !self.is(self.at, '}') {
-                        self.use_tree(prefix, is_public);
-                        if self.is(self.at, ',') {
-                            self.at += 1;
-                        }
-                    }
-                    self.at += 1;
-                    break;
-                }
-                _ => {
-                    // `use a::{self, b}` binds `a`.
-                    let is_self =
-                        prefix.len() > 1 && prefix.last().is_some_and(|last| last == "self");
-                    if is_self {
-                        prefix.pop();
-                    }
-                    if let Some(name) = prefix.last().cloned() {
-                        self.bind(name, prefix.clone(), is_public);
-                    }
-                    break;
-                }
-            }
-        }
-        prefix.truncate(length);
-        if prefix.is_empty() && self.is(self.at, ';') {
-            self.at += 1;
         }
     }
 
@@ -241,25 +87,109 @@ impl<'t> Reader<'t> {
         module.uses.insert(name, path);
     }
 
-    /// Reads a path in code.
-    fn path(&mut self) {
-        let mut path = vec![self.ident(self.at).unwrap_or_default().to_owned()];
-        self.at += 1;
-        while self.tokens.get(self.at) == Some(&Token::Path)
-            && let Some(part) = self.ident(self.at + 1).map(str::to_owned)
-        {
-            path.push(part);
-            self.at += 2;
+    /// Paths among the tokens of a macro, which `syn` does not parse.
+    fn tokens(&mut self, tokens: TokenStream) {
+        let (mut path, mut colons) = (Path::new(), 0);
+        for token in tokens {
+            let is_colon = matches!(&token, TokenTree::Punct(mark) if mark.as_char() == ':');
+            let goes_on = is_colon || (colons == 2 && matches!(token, TokenTree::Ident(_)));
+            if !goes_on {
+                self.name(std::mem::take(&mut path));
+            }
+            colons = if is_colon { colons + 1 } else { 0 };
+            match token {
+                TokenTree::Ident(name) => path.push(name.to_string()),
+                TokenTree::Group(group) => self.tokens(group.stream()),
+                _ => {}
+            }
         }
-        if path.len() > 1 {
-            self.module().named.insert(path);
+        self.name(path);
+    }
+}
+
+impl Visit<'_> for Reader {
+    fn visit_item(&mut self, item: &Item) {
+        if is_for_tests(item) {
+            return;
+        }
+        let defined = match item {
+            Item::Use(item) => {
+                let is_public = !matches!(item.vis, Visibility::Inherited);
+                return self.use_tree(&[], &item.tree, is_public);
+            }
+            Item::Mod(ItemMod { ident, content: None, attrs, .. }) => {
+                let file = attrs.iter().find_map(path_of_file);
+                return self.module().children.push((ident.to_string(), file));
+            }
+            Item::Mod(ItemMod { ident, content: Some((_, items)), .. }) => {
+                self.here.push(ident.to_string());
+                self.module();
+                items.iter().for_each(|item| self.visit_item(item));
+                self.here.pop();
+                return;
+            }
+            Item::Fn(item) => Some(&item.sig.ident),
+            Item::Struct(item) => Some(&item.ident),
+            Item::Enum(item) => Some(&item.ident),
+            Item::Trait(item) => Some(&item.ident),
+            Item::Type(item) => Some(&item.ident),
+            Item::Const(item) => Some(&item.ident),
+            Item::Static(item) => Some(&item.ident),
+            Item::Union(item) => Some(&item.ident),
+            Item::Macro(item) => item.ident.as_ref(),
+            _ => None,
+        };
+        if let Some(name) = defined.filter(|_| self.depth == 0) {
+            self.module().items.insert(name.to_string());
+        }
+        self.depth += 1;
+        visit::visit_item(self, item);
+        self.depth -= 1;
+    }
+
+    fn visit_impl_item(&mut self, item: &ImplItem) {
+        if !is_for_tests(item) {
+            visit::visit_impl_item(self, item);
         }
     }
+
+    fn visit_path(&mut self, path: &syn::Path) {
+        self.name(path.segments.iter().map(|part| part.ident.to_string()).collect());
+        visit::visit_path(self, path);
+    }
+
+    fn visit_macro(&mut self, call: &syn::Macro) {
+        self.visit_path(&call.path);
+        self.tokens(call.tokens.clone());
+    }
+
+    fn visit_attribute(&mut self, _: &Attribute) {}
+}
+
+/// Whether an attribute before an item is `#[test]` or a `#[cfg(…)]` of tests.
+fn is_for_tests(item: &impl ToTokens) -> bool {
+    let tokens: Vec<TokenTree> = item.to_token_stream().into_iter().collect();
+    let is_mark = |token: &TokenTree| matches!(token, TokenTree::Punct(p) if p.as_char() == '#');
+    tokens.chunks(2).take_while(|pair| is_mark(&pair[0])).any(|attribute| {
+        let text = attribute[1..].iter().map(ToString::to_string).collect::<String>();
+        let words: Vec<&str> = text
+            .split(|c: char| !c.is_alphanumeric() && c != '_')
+            .filter(|w| !w.is_empty())
+            .collect();
+        words == ["test"]
+            || (words[0] == "cfg" && words.contains(&"test") && !words.contains(&"not"))
+    })
+}
+
+/// The path in `#[path = "…"]`.
+fn path_of_file(attribute: &Attribute) -> Option<String> {
+    let value = &attribute.meta.require_name_value().ok()?.value;
+    let Expr::Lit(ExprLit { lit: Lit::Str(path), .. }) = value else { return None };
+    attribute.path().is_ident("path").then(|| path.value())
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::lex::tokens;
     use super::*;
 
     fn path(text: &str) -> Path {
@@ -267,22 +197,23 @@ mod tests {
     }
 
     fn root(source: &str) -> Module {
-        modules(&tokens(source)).remove(&Vec::new()).unwrap()
+        modules(source).unwrap().remove(&Vec::new()).unwrap()
     }
 
     #[test]
     fn items_imports_and_paths_are_read() {
         let module = root(
             "mod a; pub mod b; use crate::c::{self, D as E, f::*}; pub use a::Thing;
-             pub const fn make() -> crate::g::H { super::k::<u8>() } #[derive(Debug)] pub struct S;",
+             pub const fn make() -> crate::g::H { super::k::<u8>() } #[derive(Debug)] pub struct S;
+             fn f() { say!(\"{}\", super::m::n(a: 1)) }",
         );
         assert_eq!(module.children, [("a".into(), None), ("b".into(), None)]);
-        assert_eq!(module.items, ["S", "make"].map(str::to_owned).into());
+        assert_eq!(module.items, ["S", "f", "make"].map(str::to_owned).into());
         assert_eq!(module.uses["c"], path("crate::c"));
         assert_eq!(module.uses["E"], path("crate::c::D"));
         assert_eq!(module.uses["Thing"], path("a::Thing"));
         assert_eq!(module.globs, [path("crate::c::f")]);
-        let named = ["crate::c", "crate::c::D", "crate::g::H", "super::k"];
+        let named = ["crate::c", "crate::c::D", "crate::g::H", "super::k", "super::m::n"];
         assert_eq!(module.named, named.map(path).into());
     }
 
@@ -299,7 +230,8 @@ mod tests {
 
     #[test]
     fn modules_inside_a_file_have_a_scope_of_their_own() {
-        let modules = modules(&tokens("mod inner { use super::A; mod file; struct B; } struct A;"));
+        let source = "mod inner { use super::A; mod file; struct B; } struct A;";
+        let modules = modules(source).unwrap();
         assert_eq!(modules[&path("inner")].uses["A"], path("super::A"));
         assert_eq!(modules[&path("inner")].children, [("file".into(), None)]);
         assert_eq!(modules[&Vec::new()].items, ["A".to_owned()].into());

@@ -5,7 +5,6 @@ use std::path::{Path as FilePath, PathBuf};
 
 use anyhow::{Context, Result};
 
-use super::lex::tokens;
 use super::module::{Module, Path, modules};
 
 /// Re-exports of re-exports that are followed.
@@ -49,11 +48,12 @@ impl CrateFiles {
     ) -> Result<()> {
         let source = std::fs::read_to_string(&path);
         let source = source.with_context(|| format!("reading {}", path.display()))?;
+        let modules = modules(&source).with_context(|| format!("parsing {}", path.display()))?;
         let number = self.paths.len();
         let parent = path.parent().map(FilePath::to_owned).unwrap_or_default();
         self.paths.push(path);
         self.parents.push(declared_by);
-        for (inner, content) in modules(&tokens(&source)) {
+        for (inner, content) in modules {
             let folder = inner.iter().fold(folder.to_owned(), |folder, part| folder.join(part));
             let here = [module, &inner].concat();
             for (name, file) in &content.children {

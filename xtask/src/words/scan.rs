@@ -103,9 +103,9 @@ fn doc_text(line: &str) -> Option<&str> {
     Some(text.strip_prefix(' ').unwrap_or(text))
 }
 
-/// Whether a line lists an old spelling for the sake of it: an alias, or a row of renamings.
+/// Whether a line declares an alias: the spelling of a file that stays as it is.
 fn is_alias(line: &str) -> bool {
-    line.contains("alias") || line.contains(" → ")
+    line.contains("alias")
 }
 
 fn is_allowed(path: &str, line: &str, word: &Word) -> bool {

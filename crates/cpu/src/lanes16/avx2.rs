@@ -16,17 +16,22 @@ pub(crate) struct Ymm2(__m256, __m256);
 // SAFETY: whoever calls a method of `Lanes16` vouches for the instructions.
 const YMM: Avx2 = Avx2(unsafe { V3::new_unchecked() });
 
-impl Ymm2 {
-    #[inline(always)]
-    fn zip(self, other: Self, op: impl Fn(__m256, __m256) -> __m256) -> Self {
-        Self(op(self.0, other.0), op(self.1, other.1))
-    }
+/// Operations of two vectors, register by register.
+macro_rules! binary {
+    ($($name:ident),*) => {$(
+        #[inline(always)]
+        unsafe fn $name(self, other: Self) -> Self {
+            Self(YMM.$name(self.0, other.0), YMM.$name(self.1, other.1))
+        }
+    )*};
 }
 
 // SAFETY of all: the contract of `Lanes16` is that of the instructions.
 impl Lanes16 for Ymm2 {
     // 12 of 16 registers.
     const TILE: [usize; 2] = [6, 3];
+
+    binary!(add, sub, mul, max, min);
 
     #[inline(always)]
     unsafe fn splat(value: f32) -> Self {
@@ -48,56 +53,11 @@ impl Lanes16 for Ymm2 {
     }
 
     #[inline(always)]
-    unsafe fn add(self, other: Self) -> Self {
-        self.zip(
-            other,
-            #[inline(always)]
-            |a, b| YMM.add(a, b),
-        )
-    }
-
-    #[inline(always)]
-    unsafe fn sub(self, other: Self) -> Self {
-        self.zip(
-            other,
-            #[inline(always)]
-            |a, b| YMM.sub(a, b),
-        )
-    }
-
-    #[inline(always)]
-    unsafe fn mul(self, other: Self) -> Self {
-        self.zip(
-            other,
-            #[inline(always)]
-            |a, b| YMM.mul(a, b),
-        )
-    }
-
-    #[inline(always)]
     unsafe fn mul_add(self, factor: Self, term: Self) -> Self {
         let fma = YMM.0.fma;
         Self(
             fma._mm256_fmadd_ps(self.0, factor.0, term.0),
             fma._mm256_fmadd_ps(self.1, factor.1, term.1),
-        )
-    }
-
-    #[inline(always)]
-    unsafe fn max(self, other: Self) -> Self {
-        self.zip(
-            other,
-            #[inline(always)]
-            |a, b| YMM.max(a, b),
-        )
-    }
-
-    #[inline(always)]
-    unsafe fn min(self, other: Self) -> Self {
-        self.zip(
-            other,
-            #[inline(always)]
-            |a, b| YMM.min(a, b),
         )
     }
 

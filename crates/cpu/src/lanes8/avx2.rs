@@ -20,89 +20,38 @@ impl Lanes8 for Avx2 {
     type F = __m256;
     type I = __m256i;
 
-    #[inline(always)]
-    fn load(self, from: [f32; LANES_8]) -> __m256 {
-        cast(from)
-    }
-
-    #[inline(always)]
-    fn store(self, a: __m256) -> [f32; LANES_8] {
-        cast(a)
-    }
-
-    #[inline(always)]
-    fn splat(self, a: f32) -> __m256 {
-        self.0.avx._mm256_set1_ps(a)
-    }
-
-    #[inline(always)]
-    fn add(self, a: __m256, b: __m256) -> __m256 {
-        self.0.avx._mm256_add_ps(a, b)
-    }
-
-    #[inline(always)]
-    fn sub(self, a: __m256, b: __m256) -> __m256 {
-        self.0.avx._mm256_sub_ps(a, b)
-    }
-
-    #[inline(always)]
-    fn mul(self, a: __m256, b: __m256) -> __m256 {
-        self.0.avx._mm256_mul_ps(a, b)
-    }
-
-    #[inline(always)]
-    fn div(self, a: __m256, b: __m256) -> __m256 {
-        self.0.avx._mm256_div_ps(a, b)
-    }
-
-    #[inline(always)]
-    fn sqrt(self, a: __m256) -> __m256 {
-        self.0.avx._mm256_sqrt_ps(a)
-    }
-
-    #[inline(always)]
-    fn min(self, a: __m256, b: __m256) -> __m256 {
-        self.0.avx._mm256_min_ps(a, b)
-    }
-
-    #[inline(always)]
-    fn max(self, a: __m256, b: __m256) -> __m256 {
-        self.0.avx._mm256_max_ps(a, b)
-    }
-
-    #[inline(always)]
-    fn lt(self, a: __m256, b: __m256) -> __m256i {
-        cast(self.0.avx._mm256_cmp_ps::<LT_OQ>(a, b))
-    }
-
-    #[inline(always)]
-    fn le(self, a: __m256, b: __m256) -> __m256i {
-        cast(self.0.avx._mm256_cmp_ps::<LE_OQ>(a, b))
-    }
-
-    #[inline(always)]
-    fn floor(self, a: __m256) -> __m256 {
-        self.0.avx._mm256_floor_ps(a)
-    }
-
-    #[inline(always)]
-    fn to_i(self, a: __m256) -> __m256i {
-        self.0.avx._mm256_cvttps_epi32(a)
-    }
-
-    #[inline(always)]
-    fn to_f(self, a: __m256i) -> __m256 {
-        self.0.avx._mm256_cvtepi32_ps(a)
-    }
-
-    #[inline(always)]
-    fn to_bits(self, a: __m256) -> __m256i {
-        cast(a)
-    }
-
-    #[inline(always)]
-    fn from_bits(self, a: __m256i) -> __m256 {
-        cast(a)
+    lanes! {
+        load(self, from: [f32; LANES_8]) -> __m256 = cast(from);
+        store(self, a: __m256) -> [f32; LANES_8] = cast(a);
+        splat(self, a: f32) -> __m256 = self.0.avx._mm256_set1_ps(a);
+        add(self, a: __m256, b: __m256) -> __m256 = self.0.avx._mm256_add_ps(a, b);
+        sub(self, a: __m256, b: __m256) -> __m256 = self.0.avx._mm256_sub_ps(a, b);
+        mul(self, a: __m256, b: __m256) -> __m256 = self.0.avx._mm256_mul_ps(a, b);
+        div(self, a: __m256, b: __m256) -> __m256 = self.0.avx._mm256_div_ps(a, b);
+        sqrt(self, a: __m256) -> __m256 = self.0.avx._mm256_sqrt_ps(a);
+        min(self, a: __m256, b: __m256) -> __m256 = self.0.avx._mm256_min_ps(a, b);
+        max(self, a: __m256, b: __m256) -> __m256 = self.0.avx._mm256_max_ps(a, b);
+        lt(self, a: __m256, b: __m256) -> __m256i = cast(self.0.avx._mm256_cmp_ps::<LT_OQ>(a, b));
+        le(self, a: __m256, b: __m256) -> __m256i = cast(self.0.avx._mm256_cmp_ps::<LE_OQ>(a, b));
+        floor(self, a: __m256) -> __m256 = self.0.avx._mm256_floor_ps(a);
+        to_i(self, a: __m256) -> __m256i = self.0.avx._mm256_cvttps_epi32(a);
+        to_f(self, a: __m256i) -> __m256 = self.0.avx._mm256_cvtepi32_ps(a);
+        to_bits(self, a: __m256) -> __m256i = cast(a);
+        from_bits(self, a: __m256i) -> __m256 = cast(a);
+        load_i(self, from: [i32; LANES_8]) -> __m256i = cast(from);
+        store_i(self, a: __m256i) -> [i32; LANES_8] = cast(a);
+        splat_i(self, a: i32) -> __m256i = self.0.avx._mm256_set1_epi32(a);
+        add_i(self, a: __m256i, b: __m256i) -> __m256i = self.0.avx2._mm256_add_epi32(a, b);
+        sub_i(self, a: __m256i, b: __m256i) -> __m256i = self.0.avx2._mm256_sub_epi32(a, b);
+        mul_i(self, a: __m256i, b: __m256i) -> __m256i = self.0.avx2._mm256_mullo_epi32(a, b);
+        max_i(self, a: __m256i, b: __m256i) -> __m256i = self.0.avx2._mm256_max_epi32(a, b);
+        min_i(self, a: __m256i, b: __m256i) -> __m256i = self.0.avx2._mm256_min_epi32(a, b);
+        gt_i(self, a: __m256i, b: __m256i) -> __m256i = self.0.avx2._mm256_cmpgt_epi32(a, b);
+        and(self, a: __m256i, b: __m256i) -> __m256i = self.0.avx2._mm256_and_si256(a, b);
+        or(self, a: __m256i, b: __m256i) -> __m256i = self.0.avx2._mm256_or_si256(a, b);
+        and_not(self, a: __m256i, b: __m256i) -> __m256i = self.0.avx2._mm256_andnot_si256(b, a);
+        sign_mask(self, a: __m256i) -> __m256i = self.0.avx2._mm256_srai_epi32::<31>(a);
+        to_bitmask(self, mask: __m256i) -> u32 = self.0.avx._mm256_movemask_ps(cast(mask)) as u32;
     }
 
     #[inline(always)]
@@ -138,71 +87,6 @@ impl Lanes8 for Avx2 {
     }
 
     #[inline(always)]
-    fn load_i(self, from: [i32; LANES_8]) -> __m256i {
-        cast(from)
-    }
-
-    #[inline(always)]
-    fn store_i(self, a: __m256i) -> [i32; LANES_8] {
-        cast(a)
-    }
-
-    #[inline(always)]
-    fn splat_i(self, a: i32) -> __m256i {
-        self.0.avx._mm256_set1_epi32(a)
-    }
-
-    #[inline(always)]
-    fn add_i(self, a: __m256i, b: __m256i) -> __m256i {
-        self.0.avx2._mm256_add_epi32(a, b)
-    }
-
-    #[inline(always)]
-    fn sub_i(self, a: __m256i, b: __m256i) -> __m256i {
-        self.0.avx2._mm256_sub_epi32(a, b)
-    }
-
-    #[inline(always)]
-    fn mul_i(self, a: __m256i, b: __m256i) -> __m256i {
-        self.0.avx2._mm256_mullo_epi32(a, b)
-    }
-
-    #[inline(always)]
-    fn max_i(self, a: __m256i, b: __m256i) -> __m256i {
-        self.0.avx2._mm256_max_epi32(a, b)
-    }
-
-    #[inline(always)]
-    fn min_i(self, a: __m256i, b: __m256i) -> __m256i {
-        self.0.avx2._mm256_min_epi32(a, b)
-    }
-
-    #[inline(always)]
-    fn gt_i(self, a: __m256i, b: __m256i) -> __m256i {
-        self.0.avx2._mm256_cmpgt_epi32(a, b)
-    }
-
-    #[inline(always)]
-    fn and(self, a: __m256i, b: __m256i) -> __m256i {
-        self.0.avx2._mm256_and_si256(a, b)
-    }
-
-    #[inline(always)]
-    fn or(self, a: __m256i, b: __m256i) -> __m256i {
-        self.0.avx2._mm256_or_si256(a, b)
-    }
-
-    #[inline(always)]
-    fn and_not(self, a: __m256i, b: __m256i) -> __m256i {
-        self.0.avx2._mm256_andnot_si256(b, a)
-    }
-
-    #[inline(always)]
-    fn sign_mask(self, a: __m256i) -> __m256i {
-        self.0.avx2._mm256_srai_epi32::<31>(a)
-    }
-
-    #[inline(always)]
     fn shift_right<const BITS: i32>(self, a: __m256i) -> __m256i {
         self.0.avx2._mm256_srli_epi32::<BITS>(a)
     }
@@ -210,11 +94,6 @@ impl Lanes8 for Avx2 {
     #[inline(always)]
     fn shift_right_signed<const BITS: i32>(self, a: __m256i) -> __m256i {
         self.0.avx2._mm256_srai_epi32::<BITS>(a)
-    }
-
-    #[inline(always)]
-    fn to_bitmask(self, mask: __m256i) -> u32 {
-        self.0.avx._mm256_movemask_ps(cast(mask)) as u32
     }
 
     #[inline(always)]

@@ -6,6 +6,16 @@
 //!
 //! Operations are those of IEEE 754, none contracted: both give the same bits.
 
+/// Methods of one expression each, inlined everywhere.
+macro_rules! lanes {
+    ($($name:ident($self:ident $(, $arg:ident: $type:ty)*) -> $out:ty = $value:expr;)*) => {$(
+        #[inline(always)]
+        fn $name($self $(, $arg: $type)*) -> $out {
+            $value
+        }
+    )*};
+}
+
 #[cfg(target_arch = "x86_64")]
 pub(crate) mod avx2;
 mod portable;

@@ -17,44 +17,38 @@ impl Lanes8 for Portable {
     type F = [f32; LANES_8];
     type I = [i32; LANES_8];
 
-    #[inline(always)]
-    fn load(self, from: [f32; LANES_8]) -> Self::F {
-        from
-    }
-
-    #[inline(always)]
-    fn store(self, a: Self::F) -> [f32; LANES_8] {
-        a
+    lanes! {
+        load(self, from: [f32; LANES_8]) -> Self::F = from;
+        store(self, a: Self::F) -> [f32; LANES_8] = a;
+        add(self, a: Self::F, b: Self::F) -> Self::F = from_fn(|k| a[k] + b[k]);
+        sub(self, a: Self::F, b: Self::F) -> Self::F = from_fn(|k| a[k] - b[k]);
+        mul(self, a: Self::F, b: Self::F) -> Self::F = from_fn(|k| a[k] * b[k]);
+        div(self, a: Self::F, b: Self::F) -> Self::F = from_fn(|k| a[k] / b[k]);
+        sqrt(self, a: Self::F) -> Self::F = a.map(f32::sqrt);
+        lt(self, a: Self::F, b: Self::F) -> Self::I = from_fn(|k| mask(a[k] < b[k]));
+        le(self, a: Self::F, b: Self::F) -> Self::I = from_fn(|k| mask(a[k] <= b[k]));
+        floor(self, a: Self::F) -> Self::F = a.map(f32::floor);
+        to_i(self, a: Self::F) -> Self::I = a.map(|a| a as i32);
+        to_f(self, a: Self::I) -> Self::F = a.map(|a| a as f32);
+        to_bits(self, a: Self::F) -> Self::I = a.map(|a| a.to_bits() as i32);
+        from_bits(self, a: Self::I) -> Self::F = a.map(|a| f32::from_bits(a as u32));
+        load_i(self, from: [i32; LANES_8]) -> Self::I = from;
+        store_i(self, a: Self::I) -> [i32; LANES_8] = a;
+        add_i(self, a: Self::I, b: Self::I) -> Self::I = from_fn(|k| a[k].wrapping_add(b[k]));
+        sub_i(self, a: Self::I, b: Self::I) -> Self::I = from_fn(|k| a[k].wrapping_sub(b[k]));
+        mul_i(self, a: Self::I, b: Self::I) -> Self::I = from_fn(|k| a[k].wrapping_mul(b[k]));
+        max_i(self, a: Self::I, b: Self::I) -> Self::I = from_fn(|k| a[k].max(b[k]));
+        min_i(self, a: Self::I, b: Self::I) -> Self::I = from_fn(|k| a[k].min(b[k]));
+        gt_i(self, a: Self::I, b: Self::I) -> Self::I = from_fn(|k| mask(a[k] > b[k]));
+        and(self, a: Self::I, b: Self::I) -> Self::I = from_fn(|k| a[k] & b[k]);
+        or(self, a: Self::I, b: Self::I) -> Self::I = from_fn(|k| a[k] | b[k]);
+        and_not(self, a: Self::I, b: Self::I) -> Self::I = from_fn(|k| a[k] & !b[k]);
+        sign_mask(self, a: Self::I) -> Self::I = a.map(|a| a >> 31);
     }
 
     #[inline(always)]
     fn splat(self, a: f32) -> Self::F {
         [a; LANES_8]
-    }
-
-    #[inline(always)]
-    fn add(self, a: Self::F, b: Self::F) -> Self::F {
-        from_fn(|k| a[k] + b[k])
-    }
-
-    #[inline(always)]
-    fn sub(self, a: Self::F, b: Self::F) -> Self::F {
-        from_fn(|k| a[k] - b[k])
-    }
-
-    #[inline(always)]
-    fn mul(self, a: Self::F, b: Self::F) -> Self::F {
-        from_fn(|k| a[k] * b[k])
-    }
-
-    #[inline(always)]
-    fn div(self, a: Self::F, b: Self::F) -> Self::F {
-        from_fn(|k| a[k] / b[k])
-    }
-
-    #[inline(always)]
-    fn sqrt(self, a: Self::F) -> Self::F {
-        a.map(f32::sqrt)
     }
 
     #[inline(always)]
@@ -68,108 +62,13 @@ impl Lanes8 for Portable {
     }
 
     #[inline(always)]
-    fn lt(self, a: Self::F, b: Self::F) -> Self::I {
-        from_fn(|k| mask(a[k] < b[k]))
-    }
-
-    #[inline(always)]
-    fn le(self, a: Self::F, b: Self::F) -> Self::I {
-        from_fn(|k| mask(a[k] <= b[k]))
-    }
-
-    #[inline(always)]
-    fn floor(self, a: Self::F) -> Self::F {
-        a.map(f32::floor)
-    }
-
-    #[inline(always)]
-    fn to_i(self, a: Self::F) -> Self::I {
-        a.map(|a| a as i32)
-    }
-
-    #[inline(always)]
-    fn to_f(self, a: Self::I) -> Self::F {
-        a.map(|a| a as f32)
-    }
-
-    #[inline(always)]
-    fn to_bits(self, a: Self::F) -> Self::I {
-        a.map(|a| a.to_bits() as i32)
-    }
-
-    #[inline(always)]
-    fn from_bits(self, a: Self::I) -> Self::F {
-        a.map(|a| f32::from_bits(a as u32))
-    }
-
-    #[inline(always)]
     fn transpose(self, rows: [Self::F; LANES_8]) -> [Self::F; LANES_8] {
         from_fn(|i| from_fn(|k| rows[k][i]))
     }
 
     #[inline(always)]
-    fn load_i(self, from: [i32; LANES_8]) -> Self::I {
-        from
-    }
-
-    #[inline(always)]
-    fn store_i(self, a: Self::I) -> [i32; LANES_8] {
-        a
-    }
-
-    #[inline(always)]
     fn splat_i(self, a: i32) -> Self::I {
         [a; LANES_8]
-    }
-
-    #[inline(always)]
-    fn add_i(self, a: Self::I, b: Self::I) -> Self::I {
-        from_fn(|k| a[k].wrapping_add(b[k]))
-    }
-
-    #[inline(always)]
-    fn sub_i(self, a: Self::I, b: Self::I) -> Self::I {
-        from_fn(|k| a[k].wrapping_sub(b[k]))
-    }
-
-    #[inline(always)]
-    fn mul_i(self, a: Self::I, b: Self::I) -> Self::I {
-        from_fn(|k| a[k].wrapping_mul(b[k]))
-    }
-
-    #[inline(always)]
-    fn max_i(self, a: Self::I, b: Self::I) -> Self::I {
-        from_fn(|k| a[k].max(b[k]))
-    }
-
-    #[inline(always)]
-    fn min_i(self, a: Self::I, b: Self::I) -> Self::I {
-        from_fn(|k| a[k].min(b[k]))
-    }
-
-    #[inline(always)]
-    fn gt_i(self, a: Self::I, b: Self::I) -> Self::I {
-        from_fn(|k| mask(a[k] > b[k]))
-    }
-
-    #[inline(always)]
-    fn and(self, a: Self::I, b: Self::I) -> Self::I {
-        from_fn(|k| a[k] & b[k])
-    }
-
-    #[inline(always)]
-    fn or(self, a: Self::I, b: Self::I) -> Self::I {
-        from_fn(|k| a[k] | b[k])
-    }
-
-    #[inline(always)]
-    fn and_not(self, a: Self::I, b: Self::I) -> Self::I {
-        from_fn(|k| a[k] & !b[k])
-    }
-
-    #[inline(always)]
-    fn sign_mask(self, a: Self::I) -> Self::I {
-        a.map(|a| a >> 31)
     }
 
     #[inline(always)]

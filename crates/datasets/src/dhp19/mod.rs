@@ -37,7 +37,8 @@ pub use movement::{Movement, cut_movement};
 pub use movie::{Movie, read_movie};
 pub use projection::{PixelRule, Projection};
 pub use recording_name::{Dhp19Name, KNOWN_FAULTS, KnownFault, MOVEMENTS, SUBJECTS, TEST_SUBJECTS};
-pub use span::{Span, SpanOrigin, movement_span};
+use span::movement_span;
+pub use span::{Span, SpanOrigin};
 pub use vicon::{POSE_INTERVAL, Pose, read_vicon};
 
 #[cfg(test)]

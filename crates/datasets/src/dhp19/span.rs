@@ -41,7 +41,7 @@ pub enum SpanOrigin {
 ///
 /// # Source
 /// The published `Generate_DHP19.m`.
-pub fn movement_span(
+pub(super) fn movement_span(
     pulses: &[Micros],
     (first, last): (Micros, Micros),
     poses: usize,

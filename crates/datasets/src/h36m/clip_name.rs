@@ -45,11 +45,6 @@ impl ClipName {
         self.subject
     }
 
-    /// Action, with the count of earlier repetitions: `Walking_1`.
-    pub fn action(&self) -> &str {
-        &self.action
-    }
-
     /// Whether networks are tested on it.
     pub fn is_test(&self) -> bool {
         TEST_SUBJECTS.contains(&self.subject)

@@ -6,21 +6,8 @@ use glam::DVec2;
 use super::table::{LSP_POINTS, LspPoint};
 use crate::stills::{Joint, Person};
 
-/// LSP's index of each joint but the head, in the order of networks.
-const LSP_INDEX: [(usize, usize); BODY_JOINTS - 1] = [
-    (number::SHOULDER_L, 9),
-    (number::SHOULDER_R, 8),
-    (number::ELBOW_L, 10),
-    (number::ELBOW_R, 7),
-    (number::WRIST_L, 11),
-    (number::WRIST_R, 6),
-    (number::HIP_L, 3),
-    (number::HIP_R, 2),
-    (number::KNEE_L, 4),
-    (number::KNEE_R, 1),
-    (number::ANKLE_L, 5),
-    (number::ANKLE_R, 0),
-];
+/// LSP's indices of the joints after the head, in the order of networks.
+const LSP_INDEX: [usize; BODY_JOINTS - 1] = [9, 8, 10, 7, 11, 6, 3, 2, 4, 1, 5, 0];
 const NECK: usize = 12;
 const HEAD_TOP: usize = 13;
 /// Part of the way from the middle of the shoulders to the top of the head at which the middle of
@@ -35,10 +22,10 @@ const HEAD_FROM_SHOULDERS: f64 = 0.6;
 pub(super) fn person(points: &[LspPoint; LSP_POINTS]) -> Person {
     let at = |index: usize| points[index].map(|(at, _)| at);
     let mut joints = [None; BODY_JOINTS];
-    for (joint, index) in LSP_INDEX {
+    for (joint, index) in (1..).zip(LSP_INDEX) {
         joints[joint] = points[index].map(|(at, seen)| Joint { at, visibility: Some(seen) });
     }
-    let shoulders = || Some(at(LSP_INDEX[0].1)?.midpoint(at(LSP_INDEX[1].1)?));
+    let shoulders = || Some(at(LSP_INDEX[0])?.midpoint(at(LSP_INDEX[1])?));
     let head = |top: DVec2| match at(NECK) {
         Some(neck) => Some(neck.midpoint(top)),
         None => Some(shoulders()?.lerp(top, HEAD_FROM_SHOULDERS)),

@@ -2,6 +2,7 @@
 //!
 //! * [`convert()`]: photographs and annotations into images of persons and one annotation file.
 //! * [`read_joints`]: joints of all persons, without the images.
+//! * [`MPII_INDEX`]: which of its points our joints are.
 //!
 //! # Source
 //! Andriluka, Pishchulin, Gehler, Schiele: *2D Human Pose Estimation: New Benchmark and State of
@@ -15,3 +16,4 @@ mod release;
 
 pub use convert::convert;
 pub use joints::{MpiiImage, read_joints};
+pub use person::MPII_INDEX;

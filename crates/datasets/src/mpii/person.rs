@@ -6,23 +6,14 @@ use glam::DVec2;
 
 use crate::stills::{self, Joint, SkipReason};
 
-/// Index of MPII's point for each joint, in the order of networks. The head has none: it is the
+/// MPII's indices of the joints after the head, in the order of networks. The head has none: it is the
 /// middle of the head's box.
-pub(super) const PART_OF_JOINT: [Option<i64>; BODY_JOINTS] = [
-    None,
-    Some(13),
-    Some(12),
-    Some(14),
-    Some(11),
-    Some(15),
-    Some(10),
-    Some(3),
-    Some(2),
-    Some(4),
-    Some(1),
-    Some(5),
-    Some(0),
-];
+pub const MPII_INDEX: [usize; BODY_JOINTS - 1] = [13, 12, 14, 11, 15, 10, 3, 2, 4, 1, 5, 0];
+
+/// MPII's index of a joint.
+fn part(joint: usize) -> Option<i64> {
+    Some(MPII_INDEX[joint.checked_sub(1)?] as i64)
+}
 
 /// The field `is_visible` of a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -104,7 +95,7 @@ impl Person {
 
     /// Position of a joint.
     pub(super) fn joint(&self, joint: usize) -> Option<DVec2> {
-        match PART_OF_JOINT[joint] {
+        match part(joint) {
             None => self.head_center(),
             Some(part) => self.point(part).map(|point| point.at),
         }
@@ -114,7 +105,7 @@ impl Person {
     /// published.
     pub(super) fn to_still(&self, parity: bool) -> stills::Person {
         let joint = |joint: usize| {
-            let visibility = match PART_OF_JOINT[joint] {
+            let visibility = match part(joint) {
                 None => Some(Visibility::Visible),
                 Some(part) => self.point(part)?.is_visible.visibility(parity),
             };

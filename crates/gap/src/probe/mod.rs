@@ -5,7 +5,6 @@
 
 mod crossing;
 mod displacement;
-mod fourier;
 mod geometry;
 mod image;
 mod interface;
@@ -27,6 +26,9 @@ pub(crate) use geometry::{TILES, displacements};
 pub(crate) use scan::scan_of;
 
 pub use interface::StatisticProbe;
+
+/// Bins of the longest spectrum.
+const MAX_BINS: usize = 1 << 15;
 
 /// Number of leading entries that together count every event once.
 pub(crate) const ALL_EVENTS: usize = crossing::BY_SPEED;

@@ -12,12 +12,13 @@ use std::f64::consts::TAU;
 
 use evpose_core::EventStream;
 
-use crate::probe::fourier::{self, Fourier, MAX_LENGTH};
+use crate::fourier::{self, Fourier};
+use crate::probe::MAX_BINS;
 use crate::{EventFeatures, View};
 
 /// Length of a bin; the shortest measurable period is two bins.
 const BIN_US: i64 = 10;
-const BLOCK_US: i64 = BIN_US * MAX_LENGTH as i64;
+const BLOCK_US: i64 = BIN_US * MAX_BINS as i64;
 /// Maximum number of blocks, spread evenly over the window.
 const MAX_BLOCKS: i64 = 5;
 /// Neighbouring frequencies on either side, and those of them that a line leaks into.
@@ -32,7 +33,7 @@ pub(super) const AXES: [&str; 3] = ["no coordinate", "the column", "the row"];
 fn band(index: usize) -> std::ops::Range<usize> {
     let longest_us = 20.0 * 10_f64.powi(index as i32 + 1);
     let cycles = |period_us: f64| (BLOCK_US as f64 / period_us) as usize;
-    let highest = cycles(0.1 * longest_us).min(MAX_LENGTH / 2 - 1);
+    let highest = cycles(0.1 * longest_us).min(MAX_BINS / 2 - 1);
     cycles(longest_us).max(AROUND)..highest
 }
 
@@ -67,8 +68,8 @@ pub(super) fn resultants(view: &View<'_>, spots: &[Spot]) -> [f64; AXES.len() * 
         angles.map(|a| (a.cos() as f32, a.sin() as f32)).collect()
     };
     let (columns, rows) = (phases(size.width), phases(size.height));
-    let mut signals = [(); AXES.len()].map(|()| Fourier::zeros(MAX_LENGTH));
-    let mut powers = [(); AXES.len()].map(|()| vec![0.0_f32; MAX_LENGTH]);
+    let mut signals = [(); AXES.len()].map(|()| Fourier::zeros(MAX_BINS));
+    let mut powers = [(); AXES.len()].map(|()| vec![0.0_f32; MAX_BINS]);
     // Sum over blocks of the square of the number of events.
     let mut pairs = 0.0_f64;
     for start_us in block_starts(view) {
@@ -147,7 +148,7 @@ pub(crate) fn scan_of(events: &EventStream) -> Option<Scan> {
         let phase = |spot: &Spot| -> f64 {
             f64::from(if is_by_row { spot.y } else { spot.x }) / f64::from(lines)
         };
-        let mut signal = Fourier::zeros(MAX_LENGTH);
+        let mut signal = Fourier::zeros(MAX_BINS);
         for spot in spots.iter().take_while(|spot| spot.t_us < BLOCK_US) {
             let bin = (spot.t_us / BIN_US) as usize;
             let (sin, cos) = (-TAU * phase(spot)).sin_cos();

@@ -6,7 +6,8 @@
 //! statistic is Fisher's (1929): the largest ordinate between 30 and 950 Hz as a fraction of their
 //! sum.
 
-use crate::probe::fourier::{Fourier, MAX_LENGTH};
+use crate::fourier::Fourier;
+use crate::probe::MAX_BINS;
 use crate::probe::interface::StatisticProbe;
 use crate::{Entry, StatisticBlock, View};
 
@@ -60,10 +61,9 @@ impl Rates {
         let (mut strongest, mut all, mut opposed) = (0.0_f64, 0.0, 0.0);
         for k in 1..length / 2 {
             let hz = k as f64 * step_hz;
-            let (a, b) = (self.counts.bit_reversed(k), self.counts.bit_reversed(length - k));
             // Spectra of two real signals from one complex transform.
-            let (ar, ai) = (f64::from(self.counts.re[a]), f64::from(self.counts.im[a]));
-            let (br, bi) = (f64::from(self.counts.re[b]), f64::from(self.counts.im[b]));
+            let [ar, ai] = self.counts.at(k).map(f64::from);
+            let [br, bi] = self.counts.at(length - k).map(f64::from);
             let (on_re, on_im) = (0.5 * (ar + br), 0.5 * (ai - bi));
             let (off_re, off_im) = (0.5 * (ai + bi), 0.5 * (br - ar));
             let on = on_re * on_re + on_im * on_im;
@@ -107,7 +107,7 @@ impl StatisticProbe for Spectrum {
     }
 
     fn measure(&self, view: &View<'_>, out: &mut Vec<f64>) {
-        let bins = (view.window.length().0 / BIN_US).clamp(1, MAX_LENGTH as i64) as usize;
+        let bins = (view.window.length().0 / BIN_US).clamp(1, MAX_BINS as i64) as usize;
         let (mut all, mut quiet) = (Rates::new(bins), Rates::new(bins));
         for event in view.events() {
             let bin = (view.since_start_us(event.t_us) / BIN_US) as usize;

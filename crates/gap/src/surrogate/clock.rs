@@ -9,8 +9,8 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::fourier::{Complex, Fourier};
 use super::train::{Mark, Train};
+use crate::fourier::Fourier;
 
 /// Minimum events of a spectral line.
 const MIN_LINE_EVENTS: usize = 50;
@@ -80,31 +80,33 @@ pub(super) struct SpectralLines {
 
 /// The spectral lines of the three axes; none with fewer than fifty events.
 pub(super) fn lines(train: &Train) -> [Option<SpectralLines>; 3] {
-    let fourier = Fourier::new(STEPS);
-    Axis::ALL.map(|axis| lines_of(train, axis, &fourier))
+    Axis::ALL.map(|axis| lines_of(train, axis))
 }
 
-fn lines_of(train: &Train, axis: Axis, fourier: &Fourier) -> Option<SpectralLines> {
+fn lines_of(train: &Train, axis: Axis) -> Option<SpectralLines> {
     let (start, end) = train.span_us();
     let stretches = ((end - start) / STRETCH_US).clamp(1, MAX_STRETCHES);
     let spare = (end - start - stretches * STRETCH_US).max(0);
     let mut power = vec![0.0; STEPS];
     let mut n = 0usize;
-    let mut values = vec![Complex::default(); STEPS];
+    let mut values = Fourier::zeros(STEPS);
     for stretch in 0..stretches {
         // Spread evenly over the recording.
         let from = start + stretch * STRETCH_US + spare * stretch / (stretches - 1).max(1);
         let marks = within(&train.marks, from, from + STRETCH_US);
         n += marks.len();
-        values.fill(Complex::default());
+        values.clear();
         for mark in marks {
             let (sin, cos) = (TAU * axis.phase(train, mark.pixel)).sin_cos();
-            let value = &mut values[((mark.t_us - from) / STEP_US) as usize];
-            value.re += cos as f32;
-            value.im += sin as f32;
+            let step = ((mark.t_us - from) / STEP_US) as usize;
+            values.re[step] += cos as f32;
+            values.im[step] += sin as f32;
         }
-        fourier.transform(&mut values);
-        power.iter_mut().zip(&values).for_each(|(power, value)| *power += value.power());
+        values.transform();
+        for (f, power) in power.iter_mut().enumerate() {
+            let [re, im] = values.at(f).map(f64::from);
+            *power += re * re + im * im;
+        }
     }
     if n < MIN_LINE_EVENTS {
         return None;

@@ -1,7 +1,7 @@
 //! Spectral line at which ON and OFF rates are in antiphase: a flickering lamp.
 
-use super::fourier::{Complex, Fourier};
 use super::train::Train;
+use crate::fourier::Fourier;
 
 /// Bin length of the rates.
 const STEP_US: i64 = 250;
@@ -31,35 +31,32 @@ pub(super) struct LampLine {
 pub(super) fn strongest(train: &Train) -> Option<LampLine> {
     let (start, end) = train.span_us();
     let steps = (((end - start) / STEP_US + 1) as usize).min(MAX_STEPS);
-    let length = steps.next_power_of_two();
-    let mut values = vec![Complex::default(); length];
+    let mut values = Fourier::zeros(steps);
+    let length = values.length();
     let (mut on, mut off) = (0.0f64, 0.0f64);
     for mark in &train.marks {
         // Both rates in one transform: ON is the real part.
-        let Some(value) = values[..steps].get_mut(((mark.t_us - start) / STEP_US) as usize) else {
+        let step = ((mark.t_us - start) / STEP_US) as usize;
+        if step >= steps {
             break;
-        };
-        if mark.is_on {
-            value.re += 1.0;
-            on += 1.0;
-        } else {
-            value.im += 1.0;
-            off += 1.0;
         }
+        let (side, count) =
+            if mark.is_on { (&mut values.re, &mut on) } else { (&mut values.im, &mut off) };
+        side[step] += 1.0;
+        *count += 1.0;
     }
     if on.min(off) < 50.0 {
         return None;
     }
-    let (mean_on, mean_off) = ((on / steps as f64) as f32, (off / steps as f64) as f32);
-    for value in &mut values[..steps] {
-        value.re -= mean_on;
-        value.im -= mean_off;
+    for (side, count) in [(&mut values.re, on), (&mut values.im, off)] {
+        let mean = (count / steps as f64) as f32;
+        side[..steps].iter_mut().for_each(|value| *value -= mean);
     }
-    Fourier::new(length).transform(&mut values);
+    values.transform();
     let antiphase = |f: usize| {
-        let (z, mirror) = (values[f], values[length - f]);
-        let (a_re, a_im) = (z.re + mirror.re, z.im - mirror.im);
-        let (b_re, b_im) = (z.im + mirror.im, mirror.re - z.re);
+        let ([re, im], [mirror_re, mirror_im]) = (values.at(f), values.at(length - f));
+        let (a_re, a_im) = (re + mirror_re, im - mirror_im);
+        let (b_re, b_im) = (im + mirror_im, mirror_re - re);
         -0.25 * f64::from(a_re * b_re + a_im * b_im) / (on * off).sqrt()
     };
     let step_hz = 1e6 / (length as f64 * STEP_US as f64);

@@ -16,7 +16,6 @@ mod background;
 mod clock;
 mod evidence;
 mod findings;
-mod fourier;
 mod interval;
 mod line;
 mod load;

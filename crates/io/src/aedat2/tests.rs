@@ -196,37 +196,6 @@ fn earlier_stamps_are_passed_on_and_wrapped_ones_unwrapped() {
     assert_eq!(columns.t, [100, 90, -6, 3].map(Micros));
 }
 
-#[test]
-fn a_file_cut_at_any_byte_gives_an_error_or_the_exact_prefix() {
-    let records: Vec<_> = (0..20).map(|k| (davis(k, k, k % 2, 0), 10 * k)).collect();
-    let bytes = file("2.0", "davis.Davis346red", &records);
-    let start = bytes.len() - 160;
-    let (whole, ..) = all_of(&bytes, &OpenOptions::default());
-    for cut in 0..bytes.len() {
-        let input = Input::memory("cut", bytes[..cut].to_vec());
-        let mut source = match open(input, &OpenOptions::default()) {
-            Ok(source) => source,
-            Err(fault) => {
-                // The chip's name is cut.
-                assert!(cut < start && fault.is_damage(), "{cut}: {fault}");
-                continue;
-            }
-        };
-        let mut columns = Columns::new();
-        let mut result = source.next(&mut columns);
-        if result.is_ok() {
-            result = source.next(&mut columns);
-        }
-        if cut >= start {
-            let records = (cut - start) / 8;
-            assert!(columns.iter().eq(whole.iter().take(records)));
-            assert_eq!(result.is_ok(), (cut - start).is_multiple_of(8));
-        } else {
-            assert!(columns.is_empty() && result.is_ok(), "{cut}: {columns:?}");
-        }
-    }
-}
-
 /// See `tests/golden/aedat2`.
 #[test]
 fn files_of_v2e_hold_the_events_that_it_was_given() {

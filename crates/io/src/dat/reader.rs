@@ -3,8 +3,8 @@
 use evpose_core::{Micros, Polarity};
 
 use super::{EVENT_2D, EVENT_CD, EXT_TRIGGER, RECORD, counter};
+use crate::evt::SkippedRecords;
 use crate::evt::header::Lines;
-use crate::evt::{ExtTrigger, SkippedRecords, WordDecoder};
 use crate::time_stamp::WraparoundCounter;
 use crate::{BlockSource, Columns, DecodeFault, Decoder, EventSource, Input, IoError, OpenOptions};
 
@@ -105,33 +105,6 @@ impl DatDecoder {
     }
 }
 
-impl WordDecoder for DatDecoder {
-    fn decode_all(
-        &mut self,
-        bytes: &[u8],
-        columns: &mut Columns,
-        triggers: &mut Vec<ExtTrigger>,
-    ) -> usize {
-        let (records, _) = bytes.as_chunks::<RECORD>();
-        match self.layout {
-            Layout::Event => self.events::<14, 14>(records, columns),
-            Layout::Old => self.events::<9, 8>(records, columns),
-            Layout::ExtTrigger => {
-                self.triggers += records.len() as u64;
-                triggers.extend(records.iter().map(|&record| {
-                    let record = u64::from_le_bytes(record);
-                    ExtTrigger {
-                        t: Micros(self.counter.advance_or_late((record as u32).into())),
-                        channel: (record >> 58) as u8,
-                        is_rising: record >> 32 & 1 == 1,
-                    }
-                }));
-            }
-        }
-        records.as_flattened().len()
-    }
-}
-
 impl Decoder for DatDecoder {
     fn decode(
         &mut self,
@@ -139,7 +112,13 @@ impl Decoder for DatDecoder {
         _: bool,
         columns: &mut Columns,
     ) -> Result<usize, DecodeFault> {
-        Ok(self.decode_all(bytes, columns, &mut Vec::new()))
+        let (records, _) = bytes.as_chunks::<RECORD>();
+        match self.layout {
+            Layout::Event => self.events::<14, 14>(records, columns),
+            Layout::Old => self.events::<9, 8>(records, columns),
+            Layout::ExtTrigger => self.triggers += records.len() as u64,
+        }
+        Ok(records.as_flattened().len())
     }
 
     fn remarks(&self) -> Vec<String> {

@@ -1,12 +1,10 @@
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use std::fs;
-
 use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 use proptest::prelude::*;
 
 use super::*;
-use crate::{Columns, Decoder, Input, IoError, OpenOptions, SensorOrigin, open, read_as};
+use crate::{Columns, Decoder, Input, OpenOptions, SensorOrigin, open, read_as};
 
 const SENSOR: SensorSize = SensorSize { width: 640, height: 480 };
 
@@ -49,13 +47,6 @@ fn edges_at_trigger_inputs_are_counted() {
     let found = read(file("% Version 2\n", EXT_TRIGGER, &[[5, 1], [9, 6 << 26]]));
     assert_eq!(found.stream.len(), 0);
     assert_eq!(found.remarks, ["2 edges of trigger inputs are no events: they are left out"]);
-    let mut decoder = DatDecoder::new(EXT_TRIGGER, 8, None).unwrap();
-    let bytes: Vec<u8> =
-        [5_u32, 1, 9, 6 << 26].iter().flat_map(|half| half.to_le_bytes()).collect();
-    let mut edges = Vec::new();
-    crate::evt::WordDecoder::decode_all(&mut decoder, &bytes, &mut Columns::new(), &mut edges);
-    let edge = |t, channel, is_rising| crate::evt::ExtTrigger { t: Micros(t), channel, is_rising };
-    assert_eq!(edges, [edge(5, 0, true), edge(9, 6, false)]);
 }
 
 #[test]
@@ -78,33 +69,6 @@ fn what_records_cannot_hold_is_refused() {
     let sensor = SensorSize { width: 16385, height: 1 };
     assert!(FORMAT.write(&path, &EventStream::empty(sensor)).is_err());
     assert!(!path.exists());
-}
-
-#[test]
-fn a_file_cut_at_any_byte_gives_an_error_or_the_exact_prefix() {
-    let directory = tempfile::tempdir().unwrap();
-    let path = directory.path().join("events.dat");
-    let stream = EventStream::from_events(SENSOR, (0..60).map(|k| event(k, 5, 9, true))).unwrap();
-    FORMAT.write(&path, &stream).unwrap();
-    let bytes = fs::read(&path).unwrap();
-    let start = bytes.len() - 60 * RECORD;
-    for cut in 0..bytes.len() {
-        let read = read_as(Input::memory("cut", bytes[..cut].to_vec()), &OpenOptions::default());
-        let whole = cut.saturating_sub(start) / RECORD;
-        match read {
-            Ok(prefix) => {
-                assert_eq!((prefix.stream.len(), cut), (whole, start + whole * RECORD));
-                assert!(prefix.stream.iter().eq(stream.iter().take(whole)));
-            }
-            Err(IoError::Damaged { byte, events, .. }) if cut > start => {
-                let at = start + whole * RECORD;
-                assert_eq!((byte, events), (at as u64, whole as u64));
-            }
-            Err(IoError::Damaged { byte, events: 0, .. }) => assert!(byte <= cut as u64),
-            // Less than the line that says what it is.
-            Err(other) => assert!(cut < 34, "{cut}: {other}"),
-        }
-    }
 }
 
 proptest! {

@@ -173,17 +173,6 @@ impl EvcReader {
         self.tally.on
     }
 
-    /// The smallest sensor that holds every event.
-    pub fn extent(&self) -> SensorSize {
-        let clamp = |n: u32| u16::try_from(n).unwrap_or(u16::MAX);
-        SensorSize { width: clamp(self.tally.columns), height: clamp(self.tally.rows) }
-    }
-
-    /// Duration of the recording.
-    pub fn duration(&self) -> Micros {
-        Micros(self.frames as i64 * FRAME.0)
-    }
-
     /// Reads `frames` into `window`, replacing what it held.
     ///
     /// # Errors

@@ -63,18 +63,12 @@ pub(super) struct Tally {
     pub(super) markers: u64,
     /// ON events.
     pub(super) on: u64,
-    /// One past the largest column of an event, 0 without events.
-    pub(super) columns: u32,
-    /// One past the largest row of an event.
-    pub(super) rows: u32,
 }
 
 impl Tally {
     pub(super) fn add(&mut self, other: Self) {
         self.markers += other.markers;
         self.on += other.on;
-        self.columns = self.columns.max(other.columns);
-        self.rows = self.rows.max(other.rows);
     }
 }
 
@@ -103,7 +97,7 @@ pub(super) fn tally(bytes: &[u8], sensor: SensorSize) -> Result<Tally, (usize, E
             }
         }
     }
-    Ok(Tally { markers: markers.into(), on: on.into(), columns, rows })
+    Ok(Tally { markers: markers.into(), on: on.into() })
 }
 
 fn fault([low, high, y, polarity]: [u8; RECORD], sensor: SensorSize) -> Option<EvcFault> {

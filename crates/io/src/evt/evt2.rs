@@ -11,11 +11,9 @@
 //! <https://docs.prophesee.ai/stable/data/encoding_formats/evt2.html>; for what that leaves open,
 //! OpenEB's `hal/cpp/include/metavision/hal/decoders/evt2`.
 
-use evpose_core::Micros;
-
+use super::SkippedRecords;
 use super::batch::Batch;
 use super::time_high::TimeHigh;
-use super::{ExtTrigger, SkippedRecords, WordDecoder};
 use crate::{Columns, DecodeFault, Decoder};
 
 /// Events are 0 (OFF) and 1 (ON).
@@ -44,37 +42,22 @@ impl Default for Evt2Decoder {
 impl Evt2Decoder {
     /// Takes a word that is no event.
     #[cold]
-    fn other(&mut self, word: u32, triggers: &mut Vec<ExtTrigger>) {
+    fn other(&mut self, word: u32) {
         match word >> 28 {
-            EXT_TRIGGER => {
-                self.skipped.triggers += 1;
-                // Counted in any case, so that remarks tell of edges that have no time.
-                if self.time_high.is_set() {
-                    triggers.push(trigger(word, self.time_high));
-                }
-            }
+            EXT_TRIGGER => self.skipped.triggers += 1,
             OTHERS | CONTINUED => self.skipped.monitoring += 1,
             _ => self.skipped.unknown += 1,
         }
     }
 }
 
-/// Decodes the word of a trigger, which EVT 2.1 shares.
-pub(super) fn trigger(word: u32, time_high: TimeHigh<28>) -> ExtTrigger {
-    ExtTrigger {
-        t: Micros(time_high.value() << LOW_BITS | i64::from(word >> 22 & 0x3F)),
-        channel: (word >> 8 & 0x1F) as u8,
-        is_rising: word & 1 == 1,
-    }
-}
-
-impl WordDecoder for Evt2Decoder {
-    fn decode_all(
+impl Decoder for Evt2Decoder {
+    fn decode(
         &mut self,
         bytes: &[u8],
+        _: bool,
         columns: &mut Columns,
-        triggers: &mut Vec<ExtTrigger>,
-    ) -> usize {
+    ) -> Result<usize, DecodeFault> {
         let (words, _) = bytes.as_chunks::<4>();
         let mut rest = words;
         // Before the first high time no event has a time. A loop of its own keeps the main one free
@@ -86,7 +69,7 @@ impl WordDecoder for Evt2Decoder {
             match word >> 28 {
                 0 | ON => self.skipped.untimed += 1,
                 TIME_HIGH => _ = self.time_high.advance((word & 0x0FFF_FFFF).into()),
-                _ => self.other(word, triggers),
+                _ => self.other(word),
             }
             rest = behind;
         }
@@ -103,23 +86,12 @@ impl WordDecoder for Evt2Decoder {
                 } else if kind == TIME_HIGH {
                     high = self.time_high.advance((word & 0x0FFF_FFFF).into()) << LOW_BITS;
                 } else {
-                    self.other(word, triggers);
+                    self.other(word);
                 }
             }
             batch.flush(columns);
         }
-        words.as_flattened().len()
-    }
-}
-
-impl Decoder for Evt2Decoder {
-    fn decode(
-        &mut self,
-        bytes: &[u8],
-        _: bool,
-        columns: &mut Columns,
-    ) -> Result<usize, DecodeFault> {
-        Ok(self.decode_all(bytes, columns, &mut Vec::new()))
+        Ok(words.as_flattened().len())
     }
 
     fn remarks(&self) -> Vec<String> {

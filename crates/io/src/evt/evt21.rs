@@ -12,10 +12,10 @@
 
 use evpose_cpu::vectorize;
 
-use super::evt2::{CONTINUED, EXT_TRIGGER, ON, OTHERS, TIME_HIGH, trigger};
+use super::SkippedRecords;
+use super::evt2::{CONTINUED, EXT_TRIGGER, ON, OTHERS, TIME_HIGH};
 use super::time_high::TimeHigh;
 use super::words::Words;
-use super::{ExtTrigger, SkippedRecords, WordDecoder};
 use crate::{Columns, DecodeFault, Decoder};
 
 /// Pixels of a word.
@@ -37,14 +37,9 @@ impl Evt21Decoder {
 
     /// Takes a word that is no event.
     #[cold]
-    fn other(&mut self, upper: u32, triggers: &mut Vec<ExtTrigger>) {
+    fn other(&mut self, upper: u32) {
         match upper >> 28 {
-            EXT_TRIGGER => {
-                self.skipped.triggers += 1;
-                if self.time_high.is_set() {
-                    triggers.push(trigger(upper, self.time_high));
-                }
-            }
+            EXT_TRIGGER => self.skipped.triggers += 1,
             OTHERS | CONTINUED => self.skipped.monitoring += 1,
             _ => self.skipped.unknown += 1,
         }
@@ -59,13 +54,13 @@ pub(super) fn halves(word: [u8; 8], is_legacy: bool) -> (u32, u32) {
     ((word >> 32) as u32, word as u32)
 }
 
-impl WordDecoder for Evt21Decoder {
-    fn decode_all(
+impl Decoder for Evt21Decoder {
+    fn decode(
         &mut self,
         bytes: &[u8],
+        _: bool,
         columns: &mut Columns,
-        triggers: &mut Vec<ExtTrigger>,
-    ) -> usize {
+    ) -> Result<usize, DecodeFault> {
         let (words, _) = bytes.as_chunks::<8>();
         let mut rest = words;
         // Before the first high time no event has a time. A loop of its own keeps the main one free
@@ -77,7 +72,7 @@ impl WordDecoder for Evt21Decoder {
             match upper >> 28 {
                 0 | ON => self.skipped.untimed += u64::from(mask.count_ones()),
                 TIME_HIGH => _ = self.time_high.advance((upper & 0x0FFF_FFFF).into()),
-                _ => self.other(upper, triggers),
+                _ => self.other(upper),
             }
             rest = behind;
         }
@@ -94,24 +89,13 @@ impl WordDecoder for Evt21Decoder {
                             let high = self.time_high.advance((upper & 0x0FFF_FFFF).into());
                             batch.set_high(high, columns);
                         }
-                        _ => self.other(upper, triggers),
+                        _ => self.other(upper),
                     }
                 }
                 batch.flush(columns);
             },
         );
-        words.as_flattened().len()
-    }
-}
-
-impl Decoder for Evt21Decoder {
-    fn decode(
-        &mut self,
-        bytes: &[u8],
-        _: bool,
-        columns: &mut Columns,
-    ) -> Result<usize, DecodeFault> {
-        Ok(self.decode_all(bytes, columns, &mut Vec::new()))
+        Ok(words.as_flattened().len())
     }
 
     fn remarks(&self) -> Vec<String> {

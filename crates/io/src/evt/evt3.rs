@@ -20,12 +20,11 @@
 //! <https://docs.prophesee.ai/stable/data/encoding_formats/evt3.html>; for what that leaves open,
 //! OpenEB's `hal/cpp/include/metavision/hal/decoders/evt3`.
 
-use evpose_core::Micros;
 use evpose_cpu::vectorize;
 
+use super::SkippedRecords;
 use super::states::{State, States};
 use super::time_high::TimeHigh;
-use super::{ExtTrigger, SkippedRecords, WordDecoder};
 use crate::{Columns, DecodeFault, Decoder};
 
 pub(super) const ADDR_Y: u16 = 0x0;
@@ -80,7 +79,7 @@ impl Evt3Decoder {
     }
 
     /// Takes a word before the first row behind the first high time.
-    fn begin(&mut self, word: u16, triggers: &mut Vec<ExtTrigger>) {
+    fn begin(&mut self, word: u16) {
         let value = word & VALUE;
         match word >> 12 {
             TIME_HIGH => self.set_high(value),
@@ -96,7 +95,7 @@ impl Evt3Decoder {
                 self.camera = self.camera.or(Some(value & FLAG));
             }
             ADDR_Y_OF_LIGHT => self.skipped.unknown += 1,
-            _ => self.other(word, triggers),
+            _ => self.other(word),
         }
     }
 
@@ -117,16 +116,8 @@ impl Evt3Decoder {
     }
 
     /// Takes a word that does not affect events.
-    fn other(&mut self, word: u16, triggers: &mut Vec<ExtTrigger>) {
+    fn other(&mut self, word: u16) {
         match word >> 12 {
-            EXT_TRIGGER if self.time_high.is_set() => {
-                self.skipped.triggers += 1;
-                triggers.push(ExtTrigger {
-                    t: Micros(self.time_high.value() << 12 | i64::from(self.low)),
-                    channel: (word >> 8 & 0xF) as u8,
-                    is_rising: word & 1 == 1,
-                });
-            }
             EXT_TRIGGER => self.skipped.triggers += 1,
             OTHERS | CONTINUED_4 | CONTINUED_12 => self.skipped.monitoring += 1,
             _ => self.skipped.unknown += 1,
@@ -135,13 +126,7 @@ impl Evt3Decoder {
 
     /// Decodes the words between two flushes. `row` and `camera` are known.
     #[inline(always)]
-    fn decode_words(
-        &mut self,
-        words: &[[u8; 2]],
-        states: &mut States,
-        columns: &mut Columns,
-        triggers: &mut Vec<ExtTrigger>,
-    ) {
+    fn decode_words(&mut self, words: &[[u8; 2]], states: &mut States, columns: &mut Columns) {
         let camera = self.camera.unwrap_or(0);
         let row_before = self.row.unwrap_or(0);
         let mut state = State::new(row_before, self.low);
@@ -196,7 +181,7 @@ impl Evt3Decoder {
                 }
                 _ => {
                     self.low = state.low();
-                    self.other(word, triggers);
+                    self.other(word);
                 }
             }
         }
@@ -251,37 +236,6 @@ fn events_of_other_camera(words: &[[u8; 2]], mut row: u16, camera: u16) -> u64 {
     count
 }
 
-impl WordDecoder for Evt3Decoder {
-    fn decode_all(
-        &mut self,
-        bytes: &[u8],
-        columns: &mut Columns,
-        triggers: &mut Vec<ExtTrigger>,
-    ) -> usize {
-        let (words, _) = bytes.as_chunks::<2>();
-        let mut rest = words;
-        // Before the first row no event has a place. A loop of its own keeps the main one free of
-        // it.
-        while self.row.is_none()
-            && let Some((&word, behind)) = rest.split_first()
-        {
-            self.begin(u16::from_le_bytes(word), triggers);
-            rest = behind;
-        }
-        let mut states = States::new();
-        vectorize(
-            #[inline(always)]
-            || {
-                for some in rest.chunks(States::WORDS) {
-                    self.decode_words(some, &mut states, columns, triggers);
-                    states.flush(columns);
-                }
-            },
-        );
-        words.as_flattened().len()
-    }
-}
-
 impl Decoder for Evt3Decoder {
     fn decode(
         &mut self,
@@ -289,7 +243,25 @@ impl Decoder for Evt3Decoder {
         is_last: bool,
         columns: &mut Columns,
     ) -> Result<usize, DecodeFault> {
-        let took = self.decode_all(bytes, columns, &mut Vec::new());
+        let (words, _) = bytes.as_chunks::<2>();
+        let mut rest = words;
+        while self.row.is_none()
+            && let Some((&word, behind)) = rest.split_first()
+        {
+            self.begin(u16::from_le_bytes(word));
+            rest = behind;
+        }
+        let mut states = States::new();
+        vectorize(
+            #[inline(always)]
+            || {
+                for some in rest.chunks(States::WORDS) {
+                    self.decode_words(some, &mut states, columns);
+                    states.flush(columns);
+                }
+            },
+        );
+        let took = words.as_flattened().len();
         // Some programs end their files with an end of line.
         if is_last && matches!(bytes[took..], [b'\n' | b'\r']) {
             self.skipped.padding += 1;

@@ -4,12 +4,9 @@ use super::content::SAMPLE;
 use super::encoding::Encoding;
 use super::header::Lines;
 use super::writer::create;
-use super::{
-    Evt2Decoder, Evt2Encoder, Evt3Decoder, Evt3Encoder, Evt21Decoder, Evt21Encoder, ExtTrigger,
-    WordDecoder,
-};
+use super::{Evt2Decoder, Evt2Encoder, Evt3Decoder, Evt3Encoder, Evt21Decoder, Evt21Encoder};
 use crate::open::{Format, no_labels};
-use crate::{BlockSource, Columns, EventSource, Header, Input, IoError, OpenOptions};
+use crate::{BlockSource, EventSource, Header, Input, IoError, OpenOptions};
 
 /// The registry's entry of EVT 2.0.
 pub(crate) const EVT2: Format = Format {
@@ -84,40 +81,4 @@ fn open(
             Box::new(BlockSource::new(input, start, header, decoder))
         }
     })
-}
-
-/// Reads the edges at trigger inputs in a RAW file of any encoding.
-///
-/// # Errors
-/// If it cannot be read or is no RAW file.
-pub fn triggers(mut input: Input) -> Result<Vec<ExtTrigger>, IoError> {
-    let (_, encoding, start) = begin(&mut input)?;
-    match encoding {
-        Encoding::Evt2 => read_triggers(input, start, Evt2Decoder::default()),
-        Encoding::Evt21 { is_legacy } => read_triggers(input, start, Evt21Decoder::new(is_legacy)),
-        Encoding::Evt3 => read_triggers(input, start, Evt3Decoder::new(None)),
-    }
-}
-
-fn read_triggers(
-    mut input: Input,
-    start: u64,
-    mut decoder: impl WordDecoder,
-) -> Result<Vec<ExtTrigger>, IoError> {
-    use std::io::{Read, Seek, SeekFrom};
-
-    let (mut triggers, mut columns) = (Vec::new(), Columns::new());
-    let (mut words, path) = (Vec::new(), input.path);
-    let mut read = || {
-        input.bytes.seek(SeekFrom::Start(start))?;
-        // Whole words of any encoding.
-        while (&mut input.bytes).take(SAMPLE as u64).read_to_end(&mut words)? > 0 {
-            decoder.decode_all(&words, &mut columns, &mut triggers);
-            columns.clear();
-            words.clear();
-        }
-        Ok(())
-    };
-    read().map_err(|e| IoError::file(&path, "read", e))?;
-    Ok(triggers)
 }

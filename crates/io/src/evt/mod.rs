@@ -3,7 +3,7 @@
 //! Three encodings, distinguished by the header (`% format EVT3;height=720;width=1280`, or `% evt
 //! 3.0` of older programs), or by the words where it does not say: [`Evt2Decoder`],
 //! [`Evt21Decoder`], [`Evt3Decoder`]. Writers of all three are [`Evt2Encoder`], [`Evt21Encoder`],
-//! [`Evt3Encoder`]. Edges at trigger inputs are no events: [`triggers`] reads them.
+//! [`Evt3Encoder`]. Edges at trigger inputs are no events: they are counted.
 //!
 //! # Source
 //! <https://docs.prophesee.ai/stable/data/file_formats/raw.html>
@@ -24,8 +24,6 @@ mod skipped;
 mod states;
 pub mod synthetic;
 mod time_high;
-mod trigger;
-mod word_decoder;
 mod words;
 mod writer;
 
@@ -36,11 +34,8 @@ use encoding::Encoding;
 pub use evt2::Evt2Decoder;
 pub use evt3::Evt3Decoder;
 pub use evt21::Evt21Decoder;
-pub use format::triggers;
 pub(crate) use format::{EVT2, EVT3, EVT21};
 pub(crate) use skipped::SkippedRecords;
-pub use trigger::ExtTrigger;
-pub use word_decoder::WordDecoder;
 pub use writer::WordEncoder;
 
 #[cfg(test)]

@@ -210,17 +210,6 @@ mod reading {
     }
 
     #[test]
-    fn a_file_cut_anywhere_gives_what_is_before_and_an_error() {
-        for (name, ..) in GOLDEN {
-            let (bytes, all) = (golden(name), whole(name));
-            let is_of_many = !["prophesee-ecf.hdf5", "dsec-zstd.h5", "v2e.h5"].contains(name);
-            for length in (0..bytes.len()).step_by(if is_of_many { 29 } else { 1 }) {
-                check(name, bytes[..length].to_vec(), &all);
-            }
-        }
-    }
-
-    #[test]
     fn a_file_behind_another_programs_block_is_read_from_there() {
         for (name, before) in [("prophesee-ecf.hdf5", 512), ("prophesee-plain.hdf5", 2048)] {
             let moved = [vec![0; before], golden(name)].concat();
@@ -332,29 +321,6 @@ mod reading {
             let path = directory.path().join("events.h5");
             crate::hdf5::FORMAT.write(&path, &stream).unwrap();
             prop_assert_eq!(crate::open(&path).unwrap().stream, stream);
-        }
-    }
-
-    proptest! {
-        #![proptest_config(ProptestConfig::with_cases(2000))]
-
-        #[test]
-        fn changed_bytes_never_panic_and_reading_ends(
-            file in prop::sample::select(GOLDEN.to_vec()),
-            changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..20),
-        ) {
-            let mut bytes = golden(file.0);
-            let length = bytes.len();
-            for (at, byte) in changes {
-                bytes[at.index(length)] = byte;
-            }
-            if let Ok(mut source) = source(file.0, bytes) {
-                let (columns, fault) = events(source.as_mut());
-                if let Some(IoError::Damaged { events, .. }) = fault {
-                    prop_assert_eq!(events, columns.len() as u64);
-                }
-                let _ = source.seek(Micros(2_000));
-            }
         }
     }
 }

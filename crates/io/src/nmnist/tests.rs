@@ -85,30 +85,6 @@ fn marks_put_later_times_on_and_times_wrap_around() {
 }
 
 #[test]
-fn a_file_cut_at_any_byte_gives_the_whole_records_before() {
-    let bytes = sample().concat();
-    let (whole, _) = all_of(bytes.clone());
-    for cut in 0..bytes.len() {
-        let mut source =
-            open(Input::memory("cut", bytes[..cut].to_vec()), &OpenOptions::default()).unwrap();
-        let mut columns = Columns::new();
-        let mut result = source.next(&mut columns);
-        if result.is_ok() {
-            result = source.next(&mut columns);
-        }
-        let records = cut / RECORD;
-        assert!(columns.iter().eq(whole.iter().take(records)));
-        match result {
-            Ok(()) => assert_eq!(cut % RECORD, 0),
-            Err(IoError::Damaged { byte, events, .. }) => {
-                assert_eq!((byte, events), ((records * RECORD) as u64, records as u64));
-            }
-            Err(other) => panic!("{other}"),
-        }
-    }
-}
-
-#[test]
 fn what_the_format_cannot_hold_is_refused() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("sample.bin");
@@ -154,11 +130,5 @@ proptest! {
         FORMAT.write(&path, &stream).unwrap();
         let (columns, _) = all_of(fs::read(&path)?);
         prop_assert!(columns.iter().eq(stream.iter()));
-    }
-
-    #[test]
-    fn random_bytes_never_panic(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
-        let _ = probe(&bytes);
-        let _ = read_as(Input::memory("random", bytes), &OpenOptions::default());
     }
 }

@@ -186,7 +186,7 @@ mod tests {
         assert_eq!(skeleton.points_px()[8], None);
         assert_eq!(
             skeleton.clone().transposed().points_px()[0],
-            skeleton.points_px()[0].map(|p| p.yx())
+            skeleton.points_px()[0].map(|at| [at.y, at.x].into())
         );
     }
 

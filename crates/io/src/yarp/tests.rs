@@ -222,24 +222,6 @@ fn a_bottle_of_any_length_is_read() {
 }
 
 #[test]
-fn a_log_cut_at_any_byte_gives_an_error_or_the_exact_prefix() {
-    let sample = &sample()[..60];
-    let text = text(sample, 0.08).into_bytes();
-    let values: Vec<_> = sample.iter().flat_map(|(t, word)| [*t, *word]).collect();
-    let packed: Vec<u8> = values.chunks(10).flat_map(|part| packed("0.1", part)).collect();
-    let options = OpenOptions { tick_us: Some(0.08), ..OpenOptions::default() };
-    for log in [text, packed] {
-        let (whole, ..) = all_of(&log, &options);
-        assert_eq!(whole.len(), 60);
-        for cut in 0..log.len() {
-            let (columns, _, fault) = all_of(&log[..cut], &options);
-            assert!(columns.iter().eq(whole.iter().take(columns.len())), "{cut}");
-            assert!(fault.is_none_or(|fault| fault.is_damage()));
-        }
-    }
-}
-
-#[test]
 fn a_first_bottle_that_is_cut_says_too_little_of_its_words() {
     let words: Vec<_> = (0..40).map(|k| word(k, k, true, 0)).collect();
     let bottle = packed("0.5", &words);
@@ -393,23 +375,5 @@ proptest! {
             let (columns, _, fault) = all_of(&log, &options);
             prop_assert!(fault.is_none() && columns.iter().eq(events_of(&events, 0.08)));
         }
-    }
-
-    #[test]
-    fn changed_bytes_never_panic(
-        changes in prop::collection::vec(any::<(usize, u8)>(), 1..20), is_packed in any::<bool>(),
-    ) {
-        let sample = &sample()[..60];
-        let values: Vec<_> = sample.iter().flat_map(|(t, word)| [*t, *word]).collect();
-        let mut log = if is_packed { packed("0.1", &values) } else { text(sample, 0.08).into_bytes() };
-        for (at, byte) in changes {
-            let at = at % log.len();
-            log[at] = byte;
-        }
-        let (columns, _, fault) = all_of(&log, &OpenOptions::default());
-        if let Some(IoError::Damaged { events, .. }) = fault {
-            prop_assert_eq!(events, columns.len() as u64);
-        }
-        let _ = read_as(Input::memory("x", log), &OpenOptions::default());
     }
 }

@@ -57,7 +57,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let source = SimulatedSource::new(actor.clone(), seconds);
     let task = PoseStream::new(SimulatedFrontend::new(actor.clone()), SimulatedNetwork::new(actor));
-    run(source, task, &mut sinks, &LiveOptions::default(), &control)?;
+    run(Box::new(source), task, &mut sinks, &LiveOptions::default(), &control)?;
     sinks.finish()?;
     std::thread::sleep(LINGER);
     Ok(())

@@ -19,13 +19,13 @@ pub(super) struct Feeder {
 
 impl Feeder {
     pub(super) fn start(
-        mut source: impl Source,
+        mut source: Box<dyn Source>,
         queue: Arc<PacketQueue>,
         meter: Arc<Meter>,
     ) -> Self {
         let wake = source.waker();
         let thread = std::thread::spawn(move || {
-            let fed = feed(&mut source, &queue, &meter);
+            let fed = feed(source.as_mut(), &queue, &meter);
             queue.close();
             fed
         });
@@ -50,7 +50,7 @@ impl Feeder {
 /// of a packet.
 const PACKET: Micros = Micros(1_000);
 
-fn feed(source: &mut impl Source, queue: &PacketQueue, meter: &Meter) -> Result<(), LiveError> {
+fn feed(source: &mut dyn Source, queue: &PacketQueue, meter: &Meter) -> Result<(), LiveError> {
     let sensor = source.sensor();
     let (mut columns, mut latest) = (Columns::new(), None);
     let (mut malformed, mut lost, mut slipped_us) = (0, 0, 0);

@@ -202,7 +202,7 @@ fn play(packets: Vec<Vec<i64>>, propagate_hz: f64) -> (CallLog, Report, Vec<Live
     sinks.add(CollectingSink(Arc::clone(&kept)));
     let task = PoseStream::new(LoggingFrontend(diary.clone()), ImmediateWorker);
     let (options, control) = (options(propagate_hz), Control::default());
-    let report = run(given(packets), task, &mut sinks, &options, &control).unwrap();
+    let report = run(Box::new(given(packets)), task, &mut sinks, &options, &control).unwrap();
     sinks.finish().unwrap();
     let kept = kept.lock().unwrap().clone();
     (diary, report, kept)
@@ -267,8 +267,9 @@ fn the_network_is_shown_the_newest_and_what_it_missed_is_counted() {
     let meter = control.meter.clone();
     let report = std::thread::scope(|scope| {
         let control = &control;
-        let running = scope
-            .spawn(move || run(source, task, &mut Sinks::new(), &options(0.0), control).unwrap());
+        let running = scope.spawn(move || {
+            run(Box::new(source), task, &mut Sinks::new(), &options(0.0), control).unwrap()
+        });
         assert_eq!(begun.recv_timeout(Duration::from_secs(10)).unwrap(), 999);
         // Six packets pass while the network infers the first.
         (0..6).for_each(|_| come.send(()).unwrap());
@@ -314,7 +315,8 @@ fn poses_go_on_by_the_clock_while_nothing_happens_until_the_source_has_stalled()
     let meter = control.meter.clone();
     let report = std::thread::scope(|scope| {
         let (control, sinks) = (&control, &mut sinks);
-        let running = scope.spawn(move || run(source, task, sinks, &options(100.0), control));
+        let running =
+            scope.spawn(move || run(Box::new(source), task, sinks, &options(100.0), control));
         let end = Instant::now() + Duration::from_secs(10);
         while meter.stalls.get() == 0 && Instant::now() < end {
             std::thread::sleep(Duration::from_millis(5));
@@ -358,7 +360,7 @@ fn a_source_that_waits_loses_nothing_and_every_stride_is_inferred() {
         }
     });
     let options = LiveOptions { propagate_hz: 0.0, max_packets: 4, ..LiveOptions::default() };
-    let report = run(source, task, &mut Sinks::new(), &options, &control).unwrap();
+    let report = run(Box::new(source), task, &mut Sinks::new(), &options, &control).unwrap();
     slow.join().unwrap();
     assert_eq!((report.events, report.followed), (events.len() as u64, events.len() as u64));
     assert_eq!((report.dropped_events, report.skipped_strides), (0, 0));
@@ -377,7 +379,8 @@ fn each_repetition_begins_anew_and_is_followed_as_the_first() {
     let source = ScriptedSource { is_lossless: true, repeated: Some(20), ..given(packets) };
     let (diary, control) = (CallLog::default(), Control::default());
     let task = PoseStream::new(LoggingFrontend(diary.clone()), ImmediateWorker);
-    let report = run(source, task, &mut Sinks::new(), &options(2_000.0), &control).unwrap();
+    let report =
+        run(Box::new(source), task, &mut Sinks::new(), &options(2_000.0), &control).unwrap();
     assert_eq!((report.restarts, report.network.poses), (2, 60));
     let calls = diary.read();
     let parts: Vec<&[Call]> = calls.split(|call| *call == Call::Reset).collect();

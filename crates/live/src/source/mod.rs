@@ -3,10 +3,9 @@
 #[cfg(feature = "cameras")]
 mod camera;
 mod connection;
-mod dv;
-mod framed;
 mod named;
 mod replay;
+mod stream;
 
 use std::time::{Duration, Instant};
 
@@ -15,10 +14,9 @@ use evpose_io::{Columns, IoError};
 
 #[cfg(feature = "cameras")]
 pub use camera::CameraSource;
-pub use dv::Dv;
-pub use framed::Framed;
 pub use named::{SourceOptions, open};
 pub use replay::{Replay, ReplayOptions};
+pub use stream::StreamSource;
 
 use crate::LiveError;
 
@@ -91,47 +89,5 @@ fn check_sensor(
     match given.filter(|given| *given != stated) {
         None => Ok(()),
         Some(given) => Err(IoError::OtherSensor { path: name.into(), given, stated }.into()),
-    }
-}
-
-impl Source for Box<dyn Source> {
-    fn name(&self) -> String {
-        (**self).name()
-    }
-
-    fn sensor(&self) -> SensorSize {
-        (**self).sensor()
-    }
-
-    fn next(&mut self, columns: &mut Columns) -> Result<Option<Instant>, LiveError> {
-        (**self).next(columns)
-    }
-
-    fn pace(&self) -> Option<f64> {
-        (**self).pace()
-    }
-
-    fn is_lossless(&self) -> bool {
-        (**self).is_lossless()
-    }
-
-    fn repetition(&self) -> u64 {
-        (**self).repetition()
-    }
-
-    fn slipped(&self) -> Duration {
-        (**self).slipped()
-    }
-
-    fn malformed(&self) -> u64 {
-        (**self).malformed()
-    }
-
-    fn lost(&self) -> u64 {
-        (**self).lost()
-    }
-
-    fn waker(&self) -> Option<Box<dyn Fn() + Send + Sync>> {
-        (**self).waker()
     }
 }

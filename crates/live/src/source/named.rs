@@ -8,7 +8,7 @@ use evpose_io::aedat4::{SNIFF_BYTES, is_stream};
 use evpose_io::framed::MAGIC;
 
 use super::connection::Connection;
-use super::{Dv, Framed, Replay, ReplayOptions, Source};
+use super::{Replay, ReplayOptions, Source, StreamSource};
 use crate::LiveError;
 
 /// Options of a source.
@@ -35,7 +35,7 @@ const RULE: &str = "FILE, tcp://HOST:PORT, - for standard input, camera or camer
 /// | name | source |
 /// |---|---|
 /// | `FILE` | [`Replay`] of a recording of any format |
-/// | `tcp://HOST:PORT` | a connection; [`Framed`] or [`Dv`], by its first bytes |
+/// | `tcp://HOST:PORT` | a connection; framed or of DV, by its first bytes ([`StreamSource`]) |
 /// | `-` | standard input, likewise; it waits for the pipeline unless in real time |
 /// | `camera` | the first camera found; needs the Cargo feature |
 /// | `camera:TYPE` | a camera by type, such as `davis346`, or by serial number |
@@ -72,15 +72,14 @@ fn stream(connection: Connection, options: &SourceOptions) -> Result<Box<dyn Sou
         .map_err(|source| LiveError::Connection { endpoint: name.clone(), source })?;
     let bytes = Cursor::new(head.clone()).chain(bytes);
     let open = &options.replay.open;
-    if head.starts_with(MAGIC) {
-        let stream = Framed::open(&name, bytes)?.of_sensor(open.sensor)?;
+    let stream = match &head[..] {
+        head if head.starts_with(MAGIC) => Some(StreamSource::framed(&name, bytes, open.sensor)?),
+        head if is_stream(head) => Some(StreamSource::dv(&name, bytes, open)?),
+        _ => None,
+    };
+    if let Some(stream) = stream {
         shutdown.clear_read_timeout(&name)?;
-        return Ok(Box::new(stream.with_shutdown_handle(shutdown).with_waiting(is_lossless)));
-    }
-    if is_stream(&head) {
-        let stream = Dv::open(&name, bytes, open)?;
-        shutdown.clear_read_timeout(&name)?;
-        return Ok(Box::new(stream.with_shutdown_handle(shutdown).with_waiting(is_lossless)));
+        return Ok(Box::new(stream.with(shutdown, is_lossless)));
     }
     let reason = match head.len() {
         0 => "ended before anything came".to_owned(),

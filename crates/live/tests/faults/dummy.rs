@@ -8,7 +8,7 @@ use std::time::Duration;
 use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 use evpose_io::framed::FramedWriter;
 use evpose_live::sink::Sink;
-use evpose_live::source::Framed;
+use evpose_live::source::{Source, StreamSource};
 use evpose_live::{Control, LiveOptions, LivePose, Meter, PoseOrigin};
 use evpose_pose::PoseEstimate;
 use evpose_pose::body::BODY_JOINTS;
@@ -54,8 +54,8 @@ pub(crate) fn stream(packets: impl IntoIterator<Item = EventStream>) -> Vec<u8> 
 }
 
 /// A source of the bytes of a stream.
-pub(crate) fn framed(bytes: Vec<u8>) -> Framed<io::Cursor<Vec<u8>>> {
-    Framed::open("the stream", io::Cursor::new(bytes)).unwrap()
+pub(crate) fn framed(bytes: Vec<u8>) -> Box<dyn Source> {
+    Box::new(StreamSource::framed("the stream", io::Cursor::new(bytes), None).unwrap())
 }
 
 /// A reader of byte pieces from a channel.
@@ -91,9 +91,9 @@ pub(crate) struct EndlessStream {
 }
 
 impl EndlessStream {
-    pub(crate) fn source() -> Framed<Self> {
+    pub(crate) fn source() -> Box<dyn Source> {
         let packet = io::Cursor::new(stream([]));
-        Framed::open("endless", Self { packet, t: 0 }).unwrap()
+        Box::new(StreamSource::framed("endless", Self { packet, t: 0 }, None).unwrap())
     }
 }
 

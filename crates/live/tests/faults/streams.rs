@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use evpose_core::{Event, EventStream, Micros, Polarity};
 use evpose_live::sink::Sinks;
-use evpose_live::source::Framed;
+use evpose_live::source::StreamSource;
 use evpose_live::{Control, LiveError, LiveOptions, PoseOrigin, Report, run};
 use evpose_pose::stream::PoseStream;
 
@@ -61,8 +61,9 @@ fn a_stall_is_counted_and_the_pipeline_goes_on_when_events_come_again() {
         sinks.add(kept.clone());
         let running = std::thread::spawn(move || {
             let options = LiveOptions { stall: Duration::from_millis(60), ..options() };
-            let source = Framed::open("fed", ChannelReader::new(fed)).unwrap();
-            let report = run(source, task(frontend), &mut sinks, &options, &control).unwrap();
+            let source = StreamSource::framed("fed", ChannelReader::new(fed), None).unwrap();
+            let report =
+                run(Box::new(source), task(frontend), &mut sinks, &options, &control).unwrap();
             sinks.finish().unwrap();
             report
         });
@@ -90,8 +91,11 @@ fn a_source_that_is_given_up_ends_the_pipeline_with_an_error() {
         let (began, frontend) = (Instant::now(), CountingFrontend::new(&control));
         let give_up = Some(Duration::from_millis(200));
         let options = LiveOptions { give_up, ..options() };
-        let source = Framed::open("fed", ChannelReader::new(fed)).unwrap();
-        (run(source, task(frontend), &mut Sinks::new(), &options, &control), began.elapsed())
+        let source = StreamSource::framed("fed", ChannelReader::new(fed), None).unwrap();
+        (
+            run(Box::new(source), task(frontend), &mut Sinks::new(), &options, &control),
+            began.elapsed(),
+        )
     });
     let message = ended.unwrap_err().to_string();
     assert!(message.ends_with("no events for 0.2 s"), "{message}");

@@ -27,7 +27,7 @@ impl Distribution {
     ///
     /// # Errors
     /// If the array is not one of it; the message says what it must be.
-    pub fn read(name: &str, array: &[Value]) -> Result<Self, String> {
+    pub(crate) fn read(name: &str, array: &[Value]) -> Result<Self, String> {
         if name == "choose" {
             return match array {
                 [] => Err("`choose` needs at least one value".to_owned()),

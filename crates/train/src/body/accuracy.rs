@@ -117,20 +117,6 @@ impl BodyAccuracy {
         }
     }
 
-    /// Adds the counts of another.
-    ///
-    /// # Panics
-    /// If the counts of joints differ.
-    pub fn merge(&mut self, other: &Self) {
-        assert_eq!(self.correct.len(), other.correct.len(), "as many joints in both");
-        self.without_measure += other.without_measure;
-        let add = |ours: &mut [u64], theirs: &[u64]| {
-            ours.iter_mut().zip(theirs).for_each(|(ours, theirs)| *ours += theirs);
-        };
-        add(&mut self.correct, &other.correct);
-        add(&mut self.labelled, &other.labelled);
-    }
-
     /// The share of correct detections of each joint; none where it was never labelled.
     pub fn per_joint(&self) -> Vec<Option<f64>> {
         let share = |(&correct, &labelled): (&u64, &u64)| {
@@ -202,9 +188,7 @@ mod tests {
         label.keypoints[0].visibility = Visibility::Unlabelled;
         let mut missing = right;
         missing.iter_mut().for_each(|joint| joint.position = None);
-        let mut others = BodyAccuracy::new(13);
-        (0..3).for_each(|_| others.push(config, &missing, &label));
-        accuracy.merge(&others);
+        (0..3).for_each(|_| accuracy.push(config, &missing, &label));
         assert_eq!(accuracy.per_joint()[..2], [Some(1.0), Some(0.25)]);
         assert_eq!(accuracy.mean(), Some(4.0 / 13.0));
         assert_eq!(BodyAccuracy::new(13).mean(), None);

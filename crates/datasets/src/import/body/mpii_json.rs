@@ -12,6 +12,8 @@ use std::path::Path;
 
 use crate::DatasetError;
 use evpose_core::Micros;
+
+use crate::mpii::MPII_INDEX;
 use evpose_pose::body::{BODY_JOINTS, BodyPoints, number};
 use glam::Vec2;
 use serde::Deserialize;
@@ -32,21 +34,6 @@ pub(super) static FORMAT: BodyLabelFormat = BodyLabelFormat {
 const MPII_JOINTS: usize = 16;
 /// MPII's indices of upper neck and top of the head.
 const HEAD: [usize; 2] = [8, 9];
-/// MPII's index of each joint but the head, in the order of networks.
-const MPII_INDEX: [(usize, usize); BODY_JOINTS - 1] = [
-    (number::SHOULDER_L, 13),
-    (number::SHOULDER_R, 12),
-    (number::ELBOW_L, 14),
-    (number::ELBOW_R, 11),
-    (number::WRIST_L, 15),
-    (number::WRIST_R, 10),
-    (number::HIP_L, 3),
-    (number::HIP_R, 2),
-    (number::KNEE_L, 4),
-    (number::KNEE_R, 1),
-    (number::ANKLE_L, 5),
-    (number::ANKLE_R, 0),
-];
 
 #[derive(Debug, Deserialize)]
 struct Entry {
@@ -100,7 +87,7 @@ fn points(entry: &Entry) -> Result<BodyPoints, (&'static str, String)> {
     };
     let mut joints_px = [None; BODY_JOINTS];
     joints_px[number::HEAD] = at(HEAD[0]).zip(at(HEAD[1])).map(|(neck, top)| (neck + top) / 2.0);
-    for (joint, index) in MPII_INDEX {
+    for (joint, index) in (1..).zip(MPII_INDEX) {
         joints_px[joint] = at(index);
     }
     Ok(joints_px)

@@ -41,11 +41,6 @@ impl Estimator {
             Self::Displacement => "displacement",
         }
     }
-
-    /// The estimator of this name.
-    pub fn by_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|estimator| estimator.name() == name)
-    }
 }
 
 impl fmt::Display for Estimator {
@@ -169,14 +164,13 @@ mod tests {
             let text =
                 format!("estimator = \"{name}\"\nlost_after_s = inf\nconfidence.joint = 0.1");
             let read: FusionConfig = toml::from_str(&text).unwrap();
-            assert_eq!((read.estimator, Estimator::by_name(name)), (estimator, Some(estimator)));
+            assert_eq!(read.estimator, estimator);
             assert_eq!((read.lost_after_s, read.confidence.pose), (f64::INFINITY, 0.4));
             let again: FusionConfig = toml::from_str(&toml::to_string(&read).unwrap()).unwrap();
             assert_eq!(again, read);
         }
         assert!(toml::from_str::<FusionConfig>("estimater = \"integration\"").is_err());
         assert!(toml::from_str::<FusionConfig>("confidence.joints = 0.1").is_err());
-        assert_eq!(Estimator::by_name("kalman"), None);
     }
 
     #[test]

@@ -6,7 +6,7 @@
 //! `PCK`, `MPJPE` and `RMSE` of hpe-core (revision 4e31dd9) compute for its instants, with (-640,
 //! -480) and (-1, -1) where something is missing; without anything missing both agree. Root mean
 //! squares in pixels and what is counted are the program's own, with NaN where something is
-//! missing. Velocities went through `numpy.gradient` and `scipy.signal.savgol_filter`.
+//! missing.
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
@@ -225,59 +225,4 @@ fn missing_joints_are_evaluated_as_by_the_published_program() {
             joint_4: (219.646_269_268_113_02, 299.045_365_383_575_3),
         },
     );
-}
-
-#[test]
-fn velocities_are_those_of_the_published_program() {
-    let evaluate = |predicted_velocity| {
-        let protocol = VelocityProtocol {
-            predicted: predicted_velocity,
-            sampling: BodyProtocol::published(640.0, 480.0),
-            ..VelocityProtocol::default()
-        };
-        VelocityErrors::evaluate(&truth(false), &predicted(false), &protocol).unwrap()
-    };
-    let near = |ours: Option<f64>, said: f64| {
-        assert!((ours.unwrap() - said).abs() < 1e-8 * said, "{ours:?}, not {said}");
-    };
-    let published = evaluate(PredictedVelocity::Velocities { scale: 10.0 });
-    near(published.rmse_percent(), 100.169_147_448_798_41);
-    near(published.joints[3].percent(), 99.951_680_237_593_11);
-    near(published.rmse_px_s(), 4_396.952_143_897_884_5);
-    let positions = evaluate(PredictedVelocity::Positions);
-    near(positions.rmse_px_s(), 147.782_882_992_544_56);
-    near(positions.joints[3].length(), 79.112_831_483_688_07);
-}
-
-#[test]
-fn smoothed_values_are_those_of_scipy() {
-    let values: Vec<_> = (0..700).map(|k| f64::from((k * k * 7 + 3 * k) % 97) / 4.0).collect();
-    let compare = |window, degree, values: &[f64], said: &[(usize, f64)]| {
-        let smoothed = SavitzkyGolay::new(window, degree).unwrap().smoothed(values).unwrap();
-        assert_eq!(smoothed.len(), values.len());
-        for (k, said) in said {
-            assert!((smoothed[*k] - said).abs() < 1e-10, "{k}: {}, not {said}", smoothed[*k]);
-        }
-    };
-    let said = [
-        (0, 13.567_552_522_839_078),
-        (100, 12.733_928_583_171_105),
-        (249, 12.760_728_928_530_79),
-        (250, 12.762_736_816_436_464),
-        (300, 12.904_473_385_371_723),
-        (449, 12.603_549_809_906_108),
-        (450, 12.606_388_141_598_297),
-        (699, 12.185_832_382_531_483),
-    ];
-    compare(501, 3, &values, &said);
-    let said = [
-        (0, -0.577_380_952_380_969_8),
-        (1, 4.232_142_857_142_849),
-        (2, 8.499_999_999_999_996),
-        (3, 12.226_190_476_190_489),
-        (20, 14.059_523_809_523_823),
-        (38, 17.910_714_285_714_292),
-        (39, 20.613_095_238_095_255),
-    ];
-    compare(7, 2, &values[..40], &said);
 }

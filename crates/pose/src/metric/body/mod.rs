@@ -7,7 +7,6 @@
 //! * [`BodySequence`]: the errors of one sequence, at evenly spaced instants and at those of the
 //!   predictions; [`BodyEvaluation`]: of all of them, and [`BodySummary`] the table.
 //! * [`BodyErrors`]: joint by joint [`BodyPck`], MPJPE and [`RootMeanSquare`]; they add up over sequences.
-//! * [`VelocityErrors`]: errors of velocities, smoothed by [`SavitzkyGolay`].
 //! * [`SpatialErrors`], [`SpatialSummary`]: MPJPE in millimetres of joints in the world.
 //! * [`MeanBody`]: the baseline that ignores the events.
 
@@ -19,12 +18,10 @@ mod pck;
 mod protocol;
 mod root_mean_square;
 mod sample;
-mod savitzky_golay;
 mod sequence;
 mod spatial;
 mod summary;
 mod track;
-mod velocity;
 
 pub use errors::{BodyErrors, JointErrors};
 pub use mean_body::MeanBody;
@@ -32,8 +29,6 @@ pub use pck::{BODY_THRESHOLDS, BodyPck};
 pub use protocol::{BodyProtocol, MissingJoints};
 pub use root_mean_square::RootMeanSquare;
 pub use sample::{BodyPrediction, BodyTruth};
-pub use savitzky_golay::SavitzkyGolay;
 pub use sequence::BodySequence;
 pub use spatial::{SpatialErrors, SpatialJoint, SpatialSummary};
 pub use summary::{BodyEvaluation, BodyScores, BodySummary, JointScores};
-pub use velocity::{PredictedVelocity, VelocityErrors, VelocityProtocol};

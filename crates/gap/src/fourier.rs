@@ -1,16 +1,16 @@
 //! Discrete Fourier transform whose length is a power of two.
 //!
 //! Radix two, decimation in frequency (Gentleman and Sande 1966): input is in natural order, output
-//! in bit-reversed order, which [`Fourier::bit_reversed`] maps back. Powers can thus be summed over blocks
+//! in bit-reversed order, which [`bit_reversed`] maps back. Powers can thus be summed over blocks
 //! before any reordering.
 
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
 
 /// Logarithm to base two of the longest transform.
-const MAX_BITS: u32 = 15;
+const MAX_BITS: u32 = 18;
 /// Length of the longest transform.
-pub(super) const MAX_LENGTH: usize = 1 << MAX_BITS;
+const MAX_LENGTH: usize = 1 << MAX_BITS;
 
 /// Twiddle factors: real and imaginary parts of `exp(-2 pi i j / 2h)` for `j < h`, for every `h =
 /// 1, 2, 4, ...`: those of `h` are at `h - 1 + j`.
@@ -34,33 +34,33 @@ impl Roots {
 
 /// A complex signal and, after [`Fourier::transform`], its spectrum.
 #[derive(Debug, Clone)]
-pub(super) struct Fourier {
+pub(crate) struct Fourier {
     /// Real parts.
-    pub(super) re: Vec<f32>,
+    pub(crate) re: Vec<f32>,
     /// Imaginary parts.
-    pub(super) im: Vec<f32>,
+    pub(crate) im: Vec<f32>,
 }
 
 impl Fourier {
     /// A signal of zeros with the next power of two of `length` values, up to [`MAX_LENGTH`].
-    pub(super) fn zeros(length: usize) -> Self {
+    pub(crate) fn zeros(length: usize) -> Self {
         let length = length.next_power_of_two().clamp(2, MAX_LENGTH);
         Self { re: vec![0.0; length], im: vec![0.0; length] }
     }
 
     /// Number of values, a power of two.
-    pub(super) fn length(&self) -> usize {
+    pub(crate) fn length(&self) -> usize {
         self.re.len()
     }
 
     /// Sets all values to zero.
-    pub(super) fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.re.fill(0.0);
         self.im.fill(0.0);
     }
 
     /// Transforms the signal into its spectrum `sum_n z_n exp(-2 pi i k n / N)`, in reversed order.
-    pub(super) fn transform(&mut self) {
+    pub(crate) fn transform(&mut self) {
         // Dispatched to the widest SIMD registers of the processor; nothing is reordered.
         evpose_cpu::vectorize(
             #[inline(always)]
@@ -93,14 +93,15 @@ impl Fourier {
         }
     }
 
-    /// Index of frequency `k` (cycles per signal, modulo its length) in the spectrum.
-    pub(super) fn bit_reversed(&self, k: usize) -> usize {
-        bit_reversed(k, self.length())
+    /// Real and imaginary part at frequency `k`, in cycles per signal, of the spectrum.
+    pub(crate) fn at(&self, k: usize) -> [f32; 2] {
+        let place = bit_reversed(k, self.length());
+        [self.re[place], self.im[place]]
     }
 }
 
 /// Index of frequency `k` in a bit-reversed spectrum of `length` values.
-pub(super) fn bit_reversed(k: usize, length: usize) -> usize {
+pub(crate) fn bit_reversed(k: usize, length: usize) -> usize {
     k.reverse_bits() >> (usize::BITS - length.trailing_zeros())
 }
 
@@ -126,9 +127,9 @@ mod tests {
                     re += a * c - b * s;
                     im += a * s + b * c;
                 }
-                let place = spectrum.bit_reversed(k);
-                assert!((re - f64::from(spectrum.re[place])).abs() < 1e-4, "{length} {k}");
-                assert!((im - f64::from(spectrum.im[place])).abs() < 1e-4, "{length} {k}");
+                let [found_re, found_im] = spectrum.at(k).map(f64::from);
+                assert!((re - found_re).abs() < 1e-4, "{length} {k}");
+                assert!((im - found_im).abs() < 1e-4, "{length} {k}");
             }
         }
     }
