@@ -87,6 +87,8 @@ pub(crate) const RULES: &[Rule] = &[
     rule("", "--device cuda", GPU),
     rule("", "--device wgpu", WGPU),
     rule("gpu.md", "cargo build", Skip("builds for minutes")),
+    rule("gpu.md", "cargo xtask gpu", Skip("builds for minutes")),
+    rule("gpu.md", "evpose bench gpu", GPU),
     rule("gpu.md", "target/release/evpose", Replace("target/release/evpose", "evpose")),
     rule("", "evpose gap run", EFFECTS),
     rule("", "evpose simulate quick", Append("{hand}")),
@@ -123,7 +125,6 @@ pub(crate) const RULES: &[Rule] = &[
     rule("commands.md", "--serve", Replace("--serve", "--serve 127.0.0.1:0 --speed max")),
     rule("commands.md", "evpose prepare mpii", LICENCE),
     rule("commands.md", "evpose check-labels", Replace("data/mpii ", "")),
-    rule("commands.md", "evpose check-labels", Answers(&[2])),
     rule("commands.md", "evpose bench train", Append("--config small.toml --steps 2 --batch 2")),
     rule(
         "commands.md",
@@ -217,8 +218,9 @@ pub(crate) const RULES: &[Rule] = &[
     rule("gap.md", "evpose gap payoff", Append("{hand}")),
     rule("gap.md", "--out runs/guide/payoff", Append("--stride-ms 20")),
     // gap-examples.md
-    rule("gap-examples.md", "--limit 2", Replace("--limit 2", "--limit 1")),
-    rule("gap-examples.md", "$CASE", Replace("$CASE", "runs/single/cases/00d08cde2585")),
+    rule("gap-examples.md", "runs/none-report", Answers(&[12])),
+    // No effect explains all structure of these times.
+    rule("gap.md", "--scene none", Answers(&[13])),
     // hands-conditions.md
     rule(
         "hands-conditions.md",
@@ -347,7 +349,7 @@ pub(crate) const INPUTS: &[(&str, &[(&str, &str)])] = &[
     ),
     ("hands-conditions.md", &[("runs/demo/train", "runs/hand"), ("slow.npz", "hand.npz")]),
     ("live.md", &[("rec.raw", "short.raw"), ("rec.aedat4", "short.aedat4")]),
-    ("networks.md", &[("foreign", "foreign")]),
+    ("networks.md", &[("foreign", "foreign"), ("small.toml", "small.toml")]),
     (
         "own-labels.md",
         &[
