@@ -48,7 +48,7 @@ impl Evt2Decoder {
         match word >> 28 {
             EXT_TRIGGER => {
                 self.skipped.triggers += 1;
-                // Counted in any case, so that remarks tell of edges that have no time.
+                // Counted in any case, so that remarks mention edges without a time.
                 if self.time_high.is_set() {
                     triggers.push(trigger(word, self.time_high));
                 }
