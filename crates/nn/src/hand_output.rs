@@ -40,6 +40,7 @@ impl RotationOutput {
         let (before, rotation) = pose.split_at(BEFORE_ROTATION);
         let matrix = matrix_from_axis_angle(Vec3::from_slice(rotation));
         targets.extend_from_slice(before);
+        // The third column is the cross product of the two.
         targets.extend(matrix.x_axis.to_array());
         targets.extend(matrix.y_axis.to_array());
     }

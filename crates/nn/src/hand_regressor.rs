@@ -122,6 +122,7 @@ impl HandRegressor {
             Some(path) => format!("rn.{}", self.backbone.torchvision_path(path)),
             None => slot.path.clone(),
         };
+        // PyTorch names the parameters of a normalisation as those of any layer.
         match path.rsplit_once('.') {
             Some((layer, "gamma")) => format!("{layer}.weight"),
             Some((layer, "beta")) => format!("{layer}.bias"),

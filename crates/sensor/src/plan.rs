@@ -120,9 +120,9 @@ mod tests {
         let light = Traits { compares: Compares::Light, ..leak };
         let renewal = Traits { renews: true, ..leak };
         let redraw = Traits { redraws: Some(0.1), ..leak };
-        let pause = Recovery { refractory_s: 1e-3, ..Recovery::default() };
-        let pause = Traits { recovery: pause, ..leak };
-        let stepping = Traits { steps_while_refractory: true, ..pause };
+        let refractory = Recovery { refractory_s: 1e-3, ..Recovery::default() };
+        let refractory = Traits { recovery: refractory, ..leak };
+        let stepping = Traits { steps_while_refractory: true, ..refractory };
         // Behind division and path: skips unchanged pixels, is queued, is refractory, is single.
         let (yes, no) = (true, false);
         for (stages, division, path, rest) in [
@@ -133,7 +133,7 @@ mod tests {
             (&[filter, levels], Bands, Crossings, [no, no, no, no]),
             (&[lens, coupling, levels], Whole, Crossings, [no, no, no, no]),
             (&[levels, leak], Bands, Crossings, [no, no, no, no]),
-            (&[levels, pause], Bands, Crossings, [no, no, yes, no]),
+            (&[levels, refractory], Bands, Crossings, [no, no, yes, no]),
             (&[levels, renewal], Bands, Levels, [no, no, no, no]),
             (&[levels, stepping], Bands, Levels, [no, no, yes, no]),
             (&[levels, redraw, renewal], Bands, RedrawnLevels, [no, no, no, no]),

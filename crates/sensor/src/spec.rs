@@ -51,7 +51,7 @@ pub struct StageSpec {
     pub name: &'static str,
     /// Place in the signal path.
     pub domain: Domain,
-    /// What the stage does, in one sentence.
+    /// Effect of the stage, in one sentence.
     pub summary: &'static str,
     /// Effect on its signal, in the names of its parameters.
     pub formula: &'static str,

@@ -8,13 +8,13 @@ use crate::Recovery;
 /// for any stage, and the path that follows from it is the slow one.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Traits {
-    /// What the stage acts on. The chain sets it, from the kind of the stage and its domain.
+    /// The quantity that the stage acts on. The chain sets it, from the stage's kind and domain.
     pub acts_on: ActsOn,
     /// While the light of a pixel stays as it is, the stage does nothing new: it has no memory of
     /// its own, noise or time. A static pixel term is a fixed pattern and nothing else; a static
     /// readout serves every request when it is made.
     pub is_static: bool,
-    /// What a change detector compares.
+    /// The quantity that a change detector compares.
     pub compares: Compares,
     /// The memory starts at the voltage of darkness rather than at the first exposure.
     pub starts_cold: bool,

@@ -172,7 +172,7 @@ impl Variation {
         if !(0.0..=1.0).contains(&self.probability) {
             return Err(format!("a probability of {}", self.probability));
         }
-        // A range without its source could not be told from an invented one.
+        // A range without its source could not be distinguished from an invented one.
         if self.reason.trim().is_empty() {
             return Err("a range needs its reason".to_owned());
         }

@@ -112,7 +112,7 @@ fn inverse(rows: &[Row], folds: &[usize], held_out: usize) -> Vec<[f64; COLUMNS]
         used += 1.0;
         for (out, a) in matrix.iter_mut().zip(row) {
             for (out, b) in out.iter_mut().zip(row) {
-                // A label's variance p (1 - p) is at most a quarter (Böhning and Lindsay, 1988).
+                // A label's variance p (1 - p) is at most a quarter.
                 *out += 0.25 * f64::from(a * b);
             }
         }

@@ -44,7 +44,7 @@ pub fn two_sample(
     let groups = 1 + pairs.iter().map(|pair| pair.group).max().unwrap_or(0);
     let data = Data::from_pairs(&pairs);
     let auc = data.auc(&labels(&pairs, &vec![false; groups]));
-    // Labels are exchanged by group: patches of one place and time are not independent.
+    // Labels are permuted by group: patches of one place and time are not independent.
     let permuted = (0..PERMUTATIONS).into_par_iter().map(|i| {
         let mut rng = CounterRng::new(seed, "exchanged labels", i);
         let swaps: Vec<bool> = (0..groups).map(|_| rng.chance(0.5)).collect();

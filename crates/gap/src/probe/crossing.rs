@@ -67,8 +67,7 @@ impl StatisticProbe for Crossing {
         let mut by_fineness = [0.0; BY_FINENESS];
         for event in view.events() {
             let (cell, is_on) = (event.cell, usize::from(event.is_on));
-            // Indices as in `entries`: the position in the summary is all that tells statistics
-            // apart.
+            // Indices as in `entries`: statistics differ by their positions in the summary alone.
             by_speed[(cell.brightness() * Cell::SPEEDS + cell.speed()) * 2 + is_on] += 1.0;
             if cell.speed() > 0 {
                 by_contrast[(cell.contrast() * 3 + cell.speed() - 1) * 2 + is_on] += 1.0;

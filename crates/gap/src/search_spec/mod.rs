@@ -1,5 +1,5 @@
-//! What the search for missing effects must know of an effect, beside its parameters, its strength
-//! and its domain.
+//! Properties of an effect that the search for missing effects needs, beside its parameters, its
+//! strength and its domain.
 
 mod effects;
 
@@ -9,10 +9,9 @@ use crate::common_parameter::CommonParameter;
 use crate::recording_mark::RecordingMark;
 use effects::EFFECTS;
 
-/// What the search must know of an effect. [`PLAIN`] is right for most: an effect of the
+/// Properties of an effect that the search needs. [`PLAIN`] is right for most: an effect of the
 /// camera whose parameters are found by simulating it.
 #[derive(Debug, Clone, Copy)]
-
 pub(crate) struct SearchSpec {
     /// Name of the effect; empty for all that are not listed.
     pub(crate) effect: &'static str,
@@ -141,7 +140,7 @@ pub enum SceneSource {
 
 /// An effect with a part in the search.
 pub(crate) trait Searched {
-    /// What the search must know of it.
+    /// Its properties for the search.
     fn search(&self) -> &'static SearchSpec;
 }
 

@@ -23,7 +23,7 @@ pub(super) fn intervals(train: &Train, max_us: i64) -> Vec<(u32, Interval)> {
     for mark in &train.marks {
         if let Some((t_us, is_on)) = last[mark.pixel as usize].replace((mark.t_us, mark.is_on)) {
             let interval_us: i64 = mark.t_us - t_us;
-            // Longer ones are not redrawn by windows of this length, and tell surrogates nothing.
+            // Longer ones are not redrawn by windows of this length: all surrogates have the same.
             if interval_us < max_us {
                 intervals.push((mark.pixel, (interval_us, is_on != mark.is_on)));
             }

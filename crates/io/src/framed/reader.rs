@@ -108,7 +108,7 @@ impl<R: Read> FramedReader<R> {
             self.taken += took;
             self.at += took as u64;
             let given = columns.len() - before;
-            // Not in the middle of a packet: its events belong to one moment.
+            // Not in the middle of a packet: its events belong together.
             if given >= ENOUGH || given > 0 && self.decoder.is_between() {
                 return Ok(true);
             }

@@ -83,7 +83,7 @@ impl FrameSource {
             Kind::Folder(folder) => folder.depth(),
             Kind::Npy(npy) => npy.depth(),
         };
-        // The level of white depends on the depth, which only the first frame tells.
+        // The level of white depends on the depth, known from the first frame alone.
         let light = Light::new(depth, encoding, white);
         Ok(Self { path: path.to_owned(), kind, encoding, light })
     }

@@ -4,7 +4,7 @@
 /// so on. What is left behind the last whole value was not moved.
 pub(super) fn bytes(shuffled: &[u8], size: usize, out: &mut [u8]) {
     match size {
-        // Sizes of numbers have loops of their own, which become vectors.
+        // Usual sizes have loops of their own, which become vectors.
         1 => weave::<1>(shuffled, out),
         2 => weave::<2>(shuffled, out),
         4 => weave::<4>(shuffled, out),

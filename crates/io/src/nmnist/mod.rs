@@ -81,7 +81,7 @@ impl Decoder for Records {
         for &[x, y, high, middle, low] in records {
             let stamp_us = u32::from_be_bytes([0, high & 0x7f, middle, low]);
             let unwrapped_us = self.counter.advance(stamp_us.into());
-            // Such a record stands for a turn of the clock and is no event.
+            // Such a record stands for a wraparound of the clock and is no event.
             if y == OVERFLOW_ROW {
                 self.overflows += 1;
                 continue;

@@ -66,7 +66,7 @@ impl Windows {
             salvages: options.salvage,
             lost: None,
         };
-        // The first events are read now: a file that does not state its sensor is judged by them.
+        // The first events are read now: a file that does not state its sensor is sized by them.
         windows.read_on()?;
         let header = windows.source.header();
         (windows.sensor, windows.sensor_origin) =

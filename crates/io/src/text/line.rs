@@ -144,7 +144,7 @@ fn fields(text: &str) -> impl Iterator<Item = &str> {
 /// The order of the fields in a line that names them. The first may have no name, as the row index
 /// of tables of pandas.
 pub(super) fn names(text: &str) -> Option<FieldOrder> {
-    // Tables of pandas begin with a column of row numbers that has no name.
+    // Tables of pandas begin with a nameless column of row indices.
     let unnamed = usize::from(text.starts_with([',', ';', '\t']));
     let name = |field: &str| field.trim_matches('"').to_ascii_lowercase();
     let listed: Vec<String> = fields(text).map(name).collect();

@@ -78,8 +78,7 @@ impl Decoder for Lines {
         }
         if is_beginning && !self.is_named && columns.len() - before >= MIN_EVENTS {
             let times = columns.t[before..].iter().map(|t| t.0 as f64);
-            // Four numbers in another order are valid lines too: only times that do not rise give
-            // them away.
+            // Values in another order are valid lines, too; only times that do not rise show it.
             if !is_time(&times) {
                 columns.truncate(before);
                 let reason = TextFault::Order.to_string().into();

@@ -99,7 +99,7 @@ impl Norm {
     ) -> Self {
         let Statistics { mean, variance } = statistics;
         assert_eq!([gamma.len(), beta.len()], [mean.len(); 2], "a factor and offset each channel");
-        // In double precision: the offset is a difference of two numbers that may be nearly equal.
+        // In double precision: the offset is a difference of two values that may be nearly equal.
         let inverse = |variance: &f32| 1.0 / f64::from(variance + epsilon).sqrt();
         let inverses: Vec<f64> = variance.iter().map(inverse).collect();
         let scales: Vec<f64> = gamma

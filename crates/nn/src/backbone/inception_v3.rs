@@ -286,7 +286,7 @@ impl BackboneNet for InceptionV3 {
             ["blocks", block, "branches", branch, part, index, layer, name] => {
                 let block = &plans()[number(block)];
                 let branch = &block.branches[number(branch)];
-                // torchvision numbers the convolutions of a branch from 1, unless it has only one.
+                // torchvision counts the convolutions of a branch from 1, unless it has only one.
                 let (count, index) = (branch.convs.len(), number(index));
                 let suffix = match part {
                     "fork" => format!("_{}{}", count + 1, ["a", "b"][index]),

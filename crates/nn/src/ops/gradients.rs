@@ -214,6 +214,7 @@ impl Backward<Flex, 5> for Convolution {
         // Images need no gradient: the first layer of a network skips the largest pass.
         if parents[..3].iter().any(Option::is_some) {
             let by_input = layer.backward_input(values(weight), values(&dy));
+            // As large as an activation, and of no further use.
             drop(dy);
             stored.register(&parents[..3], by_input, grads);
         }

@@ -220,7 +220,7 @@ impl Band<'_> {
         pending: &PendingEvent,
     ) {
         let PendingEvent { t_s, polarity, memory, .. } = *pending;
-        // The count numbers the draws of the pixel and may wrap.
+        // The count is the index of the pixel's draws and may wrap.
         pixel_state.pixel_step.count = pixel_state.pixel_step.count.wrapping_add(1);
         let recovery = &step.chain.plan.recovery;
         let threshold = match polarity {

@@ -29,7 +29,7 @@ pub(super) fn gather<E: Numeric>(
     let (rest, row) = shape.index(3).div_mod(rest);
     let (rest, x) = shape.index(2).div_mod(rest);
     let (image, y) = shape.index(1).div_mod(rest);
-    // Unsigned numbers: the padding is subtracted only where that leaves a pixel.
+    // Unsigned: the padding is subtracted only where that leaves a pixel.
     let y = y * *geometry.index(0) + row * *geometry.index(4);
     let x = x * *geometry.index(1) + column * *geometry.index(5);
     let (top, left) = (*geometry.index(2), *geometry.index(3));
