@@ -1,8 +1,8 @@
 //! `evpose info`: descriptions of files, data sets and devices.
 
+use crate::tasks::opening::OpeningArgs;
 use anyhow::{Result, bail};
 use evpose_body::files::ModelFile;
-use crate::tasks::opening::OpeningArgs;
 
 use super::{checkpoint_info, data_set, devices};
 use crate::progress::say;
