@@ -4,8 +4,10 @@
 use std::path::Path;
 
 use clap::{ArgMatches, Command, CommandFactory as _};
-use evpose_cli::args::ConfigArgs;
-use evpose_cli::{body_config, config_names, hand_config};
+use evpose_cli::configs;
+use evpose_cli::tasks::task_of_config;
+use evpose_task::body::BodyConfig;
+use evpose_task::hand::HandConfig;
 
 use crate::Args;
 use console::{commands, pages};
@@ -34,15 +36,14 @@ fn check(words: &[String]) -> Result<(), String> {
     };
     // Files that the page makes are the other test's.
     let here = |config: &String| {
-        let is_name = config_names::config_names().any(|name| name == config);
+        let is_name = configs::names().any(|name| name == config);
         is_name || !config.ends_with(".toml") || Path::new(config).exists()
     };
     for config in configs.into_iter().flatten().filter(here) {
-        let args = ConfigArgs { config, overrides: overrides.clone() };
-        let read = match body_config::config(&args) {
-            Ok(None) => hand_config::load_for_simulation(&args.config, &args.overrides).map(drop),
-            of_body => of_body.map(drop),
-        };
+        let read = task_of_config(&config).and_then(|task| match task.name() {
+            "body" => configs::load_for_simulation::<BodyConfig>(&config, &overrides).map(drop),
+            _ => configs::load_for_simulation::<HandConfig>(&config, &overrides).map(drop),
+        });
         read.map_err(|error| format!("{error:#}"))?;
     }
     Ok(())
@@ -158,7 +159,7 @@ fn help_names_every_embedded_config() {
     for name in ["simulate", "train"] {
         let inner = command.find_subcommand_mut(name).expect("a command");
         let help = inner.render_long_help().to_string();
-        for config in config_names::config_names() {
+        for config in configs::names() {
             assert!(help.contains(&format!("`{config}`")), "{name} --help does not name {config}");
         }
     }

@@ -6,7 +6,8 @@ use evpose_sim::{SequenceSet, Shard};
 use super::Command;
 use crate::Args;
 use evpose_cli::args::ConfigArgs;
-use evpose_cli::hand_config;
+use evpose_cli::configs;
+use evpose_task::hand::HandConfig;
 
 const SLURM: &str = include_str!("../../configs/jobs/simulate.slurm");
 const KUBERNETES: &str = include_str!("../../configs/jobs/simulate.k8s.yaml");
@@ -32,7 +33,7 @@ fn parse(command: &str, values: &[(&str, &str)]) -> Result<Command, String> {
         return Err(format!("{text}: a variable that nobody sets"));
     }
     let args = Args::try_parse_from(text.split_whitespace()).map_err(|e| e.to_string())?;
-    let read = |args: &ConfigArgs| hand_config::load(&args.config, &args.overrides);
+    let read = |args: &ConfigArgs| configs::load::<HandConfig>(&args.config, &args.overrides);
     match &args.command {
         Command::Simulate(args) => read(&args.config).map(|_| ()),
         Command::Train(args) => read(&args.config).map(|_| ()),
@@ -117,7 +118,7 @@ fn the_training_job_is_understood_and_resumes() {
     let command = parse(&found[0], &[("$DATA", "data"), ("$RUN", "run")]);
     let Ok(Command::Train(args)) = command else { panic!("{command:?}") };
     assert!(args.resume && args.plain);
-    let config = hand_config::load(&args.config.config, &args.config.overrides);
+    let config = configs::load::<HandConfig>(&args.config.config, &args.config.overrides);
     let devices = config.map_or(0, |config| config.training.devices as u64);
     assert_eq!(number_behind(TRAIN, "--gres=gpu:"), Some(devices));
 }

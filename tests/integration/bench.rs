@@ -84,7 +84,7 @@ fn all_benchmarks_make_a_page_and_figures_that_a_later_run_is_compared_with() {
 }
 
 /// Images and networks small enough for a test.
-const SMALL: &str = "[simulation]\nimage_scale = 0.3\n[network]\nwidth = 0.0625\n";
+const SMALL: &str = "task = \"hand\"\n[simulation]\nimage_scale = 0.3\n[network]\nwidth = 0.0625\n";
 
 #[test]
 fn every_network_is_timed_on_every_number_of_threads() {

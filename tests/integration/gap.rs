@@ -189,7 +189,7 @@ fn inputs_that_cannot_be_used_end_with_two_and_say_why() {
 /// A scene config of 60 x 45 pixels whose sensor has these effects beside the ideal ones.
 fn config(sandbox: &Sandbox, name: &str, effects: &str) {
     let text = format!(
-        "seed = 1\n[training]\nvalidation_s = 0.1\n[simulation]\nsequences = 2\nseconds = 0.8\nimage_scale = 0.25\n\
+        "task = \"hand\"\nseed = 1\n[training]\nvalidation_s = 0.1\n[simulation]\nsequences = 2\nseconds = 0.8\nimage_scale = 0.25\n\
          threshold_sd = 0.0\nsensor = {{ effect = [ {{ name = \"logarithmic\", dark_offset = 1e-5 \
          }}, {{ name = \"level_crossing\", threshold_on = 0.2, threshold_off = 0.2 }}{effects} ] }}\n"
     );

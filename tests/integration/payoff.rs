@@ -137,7 +137,7 @@ fn inputs_of_a_payoff_that_cannot_be_used_are_named() {
     refused(&payoff(&[], &["--data", "gap", "--upper-bound"]), "cannot be used with");
     refused(&payoff(&[], &["--data", "gap", "--task", "foot"]), "hand");
     let other = ["--data", "gap", "--task", "body", "--config", "quick"];
-    refused(&payoff(&[], &other), "not a config of the task");
+    refused(&payoff(&[], &other), "must be \"body\", and is \"hand\"");
     refused(&payoff(&[], &["--data", "nowhere"]), "nowhere: no directory");
     std::fs::copy(sandbox.path("gap/model.toml"), sandbox.path("gap/corrected.toml")).unwrap();
     refused(&payoff(&[], &["--camera", "camera.toml"]), "nothing to compare");

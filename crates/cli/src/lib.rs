@@ -5,7 +5,7 @@
 //! * [`tasks`]: the registry of pose tasks, and the commands that every task implements.
 //! * [`pages`]: reports of experiments, galleries, images of people.
 //! * [`args`]: the groups of arguments that several commands take.
-//! * [`hand_config`], [`body_config`], [`config_names`]: embedded configs and config files.
+//! * [`configs`]: embedded configs and config files.
 //! * [`run_info`]: config, seed and commit beside every output.
 //! * [`shipped`]: checkpoints that come with the program, by name.
 //! * [`sidecar`]: sizes of sensors that files beside recordings state.
@@ -14,17 +14,18 @@
 //! * [`machine`], [`provenance`], [`latency`]: measurements, and the machine, program and day they were made on.
 //!
 //! ```
-//! let config = evpose_cli::hand_config::load("quick", &["training.steps=10".to_owned()])?;
+//! use evpose_task::hand::HandConfig;
+//!
+//! let changes = ["training.steps=10".to_owned()];
+//! let config: HandConfig = evpose_cli::configs::load("quick", &changes)?;
 //! assert_eq!(config.training.steps, 10);
 //! # Ok::<(), anyhow::Error>(())
 //! ```
 
 pub mod args;
 pub mod bad_input;
-pub mod body_config;
 pub mod commands;
-pub mod config_names;
-pub mod hand_config;
+pub mod configs;
 pub mod json;
 pub mod latency;
 pub mod machine;

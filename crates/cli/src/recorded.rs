@@ -8,17 +8,23 @@ use std::path::Path;
 use anyhow::{Result, bail};
 use evpose_sim::set::{HANDS, PEOPLE};
 use evpose_sim::{SequenceSet, Shard};
+use evpose_task::TaskConfig;
 
 pub use hand::{SimulationSummary, record, record_shard_of};
 pub use people::{frames, prepare, record as record_people_of, summary_of_people};
 
-use crate::run_info::{self, RunConfig};
+use crate::run_info;
 
 /// Claims `dir` for the sequences of `config`.
 ///
 /// # Errors
 /// If the directory belongs to another config, or holds sequences and `resume` is not set.
-pub fn claim(set: &SequenceSet, config: &impl RunConfig, shard: Shard, resume: bool) -> Result<()> {
+pub fn claim(
+    set: &SequenceSet,
+    config: &impl TaskConfig,
+    shard: Shard,
+    resume: bool,
+) -> Result<()> {
     let dir = set.directory();
     let others = holds_sequences(dir);
     let ours = if shard.is_whole() { others } else { set.holds_any(shard) };

@@ -4,9 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use evpose_core::atomic_write;
-use evpose_task::FieldDifference;
-use evpose_task::TaskError;
-use evpose_task::body::BodyConfig;
+use evpose_task::TaskConfig;
 use evpose_task::hand::HandConfig;
 use evpose_train::TrainError;
 
@@ -14,49 +12,6 @@ use evpose_train::TrainError;
 const RUN: &str = "run.toml";
 /// File of the resolved config.
 pub const CONFIG: &str = "config.toml";
-
-/// A config of an output directory.
-pub trait RunConfig: Sized {
-    /// The seed of the experiment.
-    fn seed(&self) -> u64;
-    /// The config as TOML.
-    ///
-    /// # Errors
-    /// If it cannot be serialised.
-    fn toml(&self) -> Result<String, TaskError>;
-    /// Reads a config.
-    ///
-    /// # Errors
-    /// If the file cannot be read or parsed.
-    fn read_from(path: &Path) -> Result<Self, TaskError>;
-    /// The fields in which two configs differ.
-    ///
-    /// # Errors
-    /// If one of them cannot be serialised.
-    fn differs(&self, there: &Self) -> Result<Vec<FieldDifference>, TaskError>;
-}
-
-macro_rules! run_config {
-    ($config:ty) => {
-        impl RunConfig for $config {
-            fn seed(&self) -> u64 {
-                self.seed
-            }
-            fn toml(&self) -> Result<String, TaskError> {
-                self.to_toml()
-            }
-            fn read_from(path: &Path) -> Result<Self, TaskError> {
-                Self::read(path)
-            }
-            fn differs(&self, there: &Self) -> Result<Vec<FieldDifference>, TaskError> {
-                self.differences(there)
-            }
-        }
-    };
-}
-
-run_config!(HandConfig);
-run_config!(BodyConfig);
 
 /// The commit this binary was built from.
 pub const COMMIT: &str = env!("EVPOSE_COMMIT");
@@ -101,16 +56,16 @@ pub fn claim_origin(dir: &Path, seed: u64) -> Result<()> {
 
 /// As [`write()`], for a directory that several processes share: without the command, which differs
 /// between them. `config.toml` is written last, so that its existence implies that of `run.toml`.
-pub fn write_shared(dir: &Path, config: &impl RunConfig) -> Result<()> {
+pub fn write_shared(dir: &Path, config: &impl TaskConfig) -> Result<()> {
     write_file(&dir.join(RUN), &origin(config.seed())?.to_string())?;
-    write_file(&dir.join(CONFIG), &config.toml()?)
+    write_file(&dir.join(CONFIG), &config.to_toml()?)
 }
 
 /// Refuses a directory of another config, or of another build of the program, whose random draws
 /// may differ.
-pub fn check_shared<C: RunConfig>(dir: &Path, config: &C) -> Result<()> {
+pub fn check_shared<C: TaskConfig>(dir: &Path, config: &C) -> Result<()> {
     let path = dir.join(CONFIG);
-    let fields = config.differs(&C::read_from(&path)?)?;
+    let fields = config.differences(&C::read(&path)?)?;
     if !fields.is_empty() {
         return Err(TrainError::ConfigDiffers { path, fields }.into());
     }

@@ -3,11 +3,6 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use serde::Serialize;
-
-use crate::hand::HandConfig;
-use crate::{TaskError, toml_text};
-
 /// A field that two configs give different values.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FieldDifference {
@@ -27,9 +22,9 @@ impl fmt::Display for FieldDifference {
 }
 
 impl FieldDifference {
-    /// The fields in which the config of a directory differs from the one that was `given`.
-    pub(crate) fn between<C: Serialize>(given: &C, there: &C) -> Result<Vec<Self>, TaskError> {
-        let (mut given, mut there) = (fields(given)?, fields(there)?);
+    /// The fields in which the config of a directory, `there`, differs from the one that was given.
+    pub(crate) fn between(given: &toml::Table, there: &toml::Table) -> Vec<Self> {
+        let (mut given, mut there) = (fields(given), fields(there));
         let mut names: Vec<String> = given.keys().chain(there.keys()).cloned().collect();
         names.sort_unstable();
         names.dedup();
@@ -38,26 +33,14 @@ impl FieldDifference {
             given: given.remove(&field),
             field,
         });
-        Ok(pairs.filter(|pair| pair.there != pair.given).collect())
+        pairs.filter(|pair| pair.there != pair.given).collect()
     }
 }
 
-impl HandConfig {
-    /// The fields in which the config of a directory differs from this one.
-    ///
-    /// # Errors
-    /// If one of the two cannot be written as TOML.
-    pub fn differences(&self, there: &Self) -> Result<Vec<FieldDifference>, TaskError> {
-        FieldDifference::between(self, there)
-    }
-}
-
-fn fields(config: &impl Serialize) -> Result<BTreeMap<String, String>, TaskError> {
-    let table: toml::Table = toml::from_str(&toml_text::written(config)?)
-        .map_err(|error| TaskError::Config { path: "config".into(), message: error.to_string() })?;
+fn fields(table: &toml::Table) -> BTreeMap<String, String> {
     let mut out = BTreeMap::new();
-    flatten("", &table, &mut out);
-    Ok(out)
+    flatten("", table, &mut out);
+    out
 }
 
 fn flatten(prefix: &str, table: &toml::Table, out: &mut BTreeMap<String, String>) {
@@ -75,7 +58,8 @@ fn flatten(prefix: &str, table: &toml::Table, out: &mut BTreeMap<String, String>
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
-    use super::*;
+    use crate::TaskConfig as _;
+    use crate::hand::HandConfig;
 
     #[test]
     fn every_field_that_differs_is_named_with_both_values() {

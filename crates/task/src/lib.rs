@@ -2,6 +2,7 @@
 //!
 //! * [`PoseStream`](evpose_pose::stream::PoseStream): events → representation → network → decoding
 //!   → filter → pose.
+//! * [`TaskConfig`]: reading, checking, comparing and writing the config of any task.
 //! * [`hand`], [`body`]: configs, checkpoints, predictors and front ends of the two tasks.
 //! * [`baseline`]: the same of the networks that MoveEnet is compared with.
 //! * [`QuantizationRanges`]: calibration of int8 inference, for any network.
@@ -11,10 +12,11 @@
 //! ```
 //! use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 //! use evpose_pose::HandParams;
+//! use evpose_task::TaskConfig as _;
 //! use evpose_task::hand::{ConstantPose, HandConfig, poses_every_ms};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! let config = HandConfig::parse("[representation]\nwindow_ms = 50", &[])?;
+//! let config = HandConfig::parse("task = \"hand\"\n[representation]\nwindow_ms = 50", &[])?;
 //! let mut events = EventStream::empty(SensorSize { width: 32, height: 24 });
 //! for ms in 0..60 {
 //!     events.push(Event { t: Micros(1_000 * ms), x: ms as u16 % 32, y: 7, polarity: Polarity::On })?;
@@ -31,13 +33,14 @@
 
 pub mod baseline;
 pub mod body;
+mod config;
 mod differences;
 mod error;
 pub mod hand;
 mod quantized;
 pub mod schedule;
-pub mod toml_text;
 
+pub use config::TaskConfig;
 pub use differences::FieldDifference;
 pub use error::TaskError;
 pub use quantized::QuantizationRanges;

@@ -6,20 +6,21 @@
 use evpose_body::activity::{HELD_OUT_ACTIVITIES, activity_by_name};
 use evpose_sim::Simulation;
 use evpose_sim::person::{People, PeopleConfig};
+use evpose_task::TaskConfig;
 use evpose_task::body::BodyConfig;
 use evpose_task::hand::HandConfig;
 
 /// Sequences of each set that are compared with all of every other set.
 const SEQUENCES: u64 = 6;
 
-/// Every embedded config of a folder, read by `parse`.
-fn embedded<T>(folder: &str, parse: impl Fn(&str) -> T) -> Vec<(&'static str, T)> {
+/// Every embedded config of a folder.
+fn embedded<C: TaskConfig>(folder: &str) -> Vec<(&'static str, C)> {
     let files = evpose_configs::FILES.iter().filter(|(path, _)| path.starts_with(folder));
-    files.map(|(path, text)| (*path, parse(text))).collect()
+    files.map(|(path, text)| (*path, C::unchecked(text, &[]).unwrap())).collect()
 }
 
 fn bodies() -> Vec<(&'static str, BodyConfig)> {
-    embedded("body/", |text| BodyConfig::parse(text, &[]).unwrap())
+    embedded("body/")
 }
 
 fn is_held_out(name: &str) -> bool {
@@ -117,7 +118,7 @@ fn no_embedded_config_trains_on_people_motions_or_scenes_that_one_evaluates_on()
     };
     assert_disjoint(&sets(false), &sets(true));
 
-    let configs = embedded("hand/", |text| HandConfig::parse_for_simulation(text, &[]).unwrap());
+    let configs = embedded::<HandConfig>("hand/");
     let sets = |held_out: bool| -> Vec<Drawn> {
         let sets = configs.iter().flat_map(|(path, config)| {
             let config = if held_out { config.held_out() } else { config.clone() };

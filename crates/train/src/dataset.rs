@@ -18,6 +18,7 @@ use crate::order::SampleOrder;
 use crate::sequence_events::keep_confirmed;
 use evpose_camera::Calibration;
 use evpose_clean::Denoise;
+use evpose_task::TaskConfig as _;
 use evpose_task::hand::{CameraTurnConfig, HandConfig, PerspectiveCrop, TwoPass, canonical_view};
 
 mod files;
@@ -351,9 +352,10 @@ fn calibration_of(
     sensor: SensorSize,
     camera: Option<&str>,
 ) -> Result<Calibration, TrainError> {
-    let simulated = HandConfig::read(&directory.join("config.toml")).ok();
-    match (camera, simulated) {
-        (None, Some(made_with)) => {
+    let config = directory.join("config.toml");
+    match camera {
+        None if config.exists() => {
+            let made_with = HandConfig::read(&config)?;
             let fov_deg = f64::from(made_with.simulation.camera.vertical_fov_deg);
             Ok(Calibration::from_vertical_fov(sensor, fov_deg))
         }

@@ -11,7 +11,6 @@ use evpose_nn::{HandLoss, HandRegressor};
 use evpose_pose::HandParams;
 use evpose_pose::metric::MeanPose;
 use evpose_task::hand::{HandCheckpoint, HandConfig, HandView};
-use evpose_task::{FieldDifference, TaskError};
 
 use crate::TrainError;
 use crate::dataset::{HandDataset, HandSplit};
@@ -23,7 +22,7 @@ use crate::loader::HandLoader;
 use crate::metric::Field;
 use crate::passes::TrainingSpan;
 use crate::training::{
-    ADAM_EPSILON, Loaders, Run, RunConfig, TrainOptions, TrainSummary, TrainingTask, check_shape,
+    ADAM_EPSILON, Loaders, Run, TrainOptions, TrainSummary, TrainingTask, check_shape,
 };
 
 /// Poses averaged for the mean pose, at most; spread evenly over the training data.
@@ -121,16 +120,6 @@ fn mean_pose(train: &HandDataset) -> Result<HandParams, TrainError> {
 struct HandTask<'a> {
     config: &'a HandConfig,
     mean_pose: HandParams,
-}
-
-impl RunConfig for HandConfig {
-    fn to_toml(&self) -> Result<String, TaskError> {
-        Self::to_toml(self)
-    }
-
-    fn differences_from(&self, path: &Path) -> Result<Vec<FieldDifference>, TaskError> {
-        self.differences(&Self::read(path)?)
-    }
 }
 
 impl TrainingTask for HandTask<'_> {

@@ -18,6 +18,7 @@ use evpose_nn::parameters::{slots, trained_count};
 use evpose_nn::{BACKBONES, HandRegressorConfig};
 use evpose_repr::{ChannelOrder, REPRESENTATIONS, StreamWindow, representation_by_name};
 use evpose_sensor::{EffectConfig, STAGES, SensorConfig};
+use evpose_task::TaskConfig as _;
 use evpose_task::hand::HandConfig;
 
 /// Tests share the process, and so the registries.
@@ -121,7 +122,7 @@ fn the_cleaner_is_chosen_by_name() {
 fn a_config_names_the_backbone_and_the_representation() {
     register_once();
     let overrides = ["network.backbone=tiny", "representation.name=signed-lnes"];
-    let config = HandConfig::parse("", &overrides.map(str::to_owned)).unwrap();
+    let config = HandConfig::parse("task = \"hand\"", &overrides.map(str::to_owned)).unwrap();
     assert_eq!(config.network.backbone, "tiny");
 }
 

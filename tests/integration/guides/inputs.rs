@@ -28,10 +28,10 @@ const GROUPS: [Group; 4] = [
 ];
 
 /// Networks and images small enough for a test.
-const SMALL: &str = "[simulation]\nimage_scale = 0.3\n[network]\nwidth = 0.0625\n";
+const SMALL: &str = "task = \"hand\"\n[simulation]\nimage_scale = 0.3\n[network]\nwidth = 0.0625\n";
 
 /// A camera that the hands of the guide to the gap are recorded with.
-const SCENE: &str = "seed = 11\n[training]\nvalidation_s = 0.1\n[simulation]\nsequences = 2\nseconds = \
+const SCENE: &str = "task = \"hand\"\nseed = 11\n[training]\nvalidation_s = 0.1\n[simulation]\nsequences = 2\nseconds = \
     1.0\nimage_scale = 0.25\nthreshold_sd = 0.0\nsensor = { effect = [\n  { name = \"logarithmic\", \
     dark_offset = 0.001 },\n  { name = \"level_crossing\", threshold_on = 0.2, threshold_off = 0.2 \
     },\n  { name = \"leak_on\", rate_hz = 15.0 },\n] }\n";

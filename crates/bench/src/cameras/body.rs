@@ -1,8 +1,7 @@
 //! People before any sensor.
 
 use anyhow::{Context, Result};
-use evpose_cli::args::ConfigArgs;
-use evpose_cli::body_config;
+use evpose_cli::configs;
 use evpose_cli::progress::bar;
 use evpose_cli::recorded;
 use evpose_cli::run_info;
@@ -28,9 +27,7 @@ pub(super) struct BodyScenes {
 
 impl BodyScenes {
     pub(super) fn new(checkpoint: BodyCheckpoint, args: &BenchCamerasArgs) -> Result<Self> {
-        let config = ConfigArgs { config: SCENES.to_owned(), overrides: Vec::new() };
-        let scenes = body_config::config(&config)?.context("a config of bodies")?;
-        let mut scenes = scenes.held_out();
+        let mut scenes = configs::load::<BodyConfig>(SCENES, &[])?.held_out();
         scenes.seed = args.seed;
         scenes.simulation.sequences = args.sequences;
         scenes.simulation.seconds = args.seconds;

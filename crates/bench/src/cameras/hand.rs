@@ -3,12 +3,13 @@
 use anyhow::{Context, Result};
 use burn::tensor::Device;
 use evpose_camera::{Calibration, ViewAdaptor};
-use evpose_cli::hand_config;
+use evpose_cli::configs;
 use evpose_cli::progress::bar;
 use evpose_core::{EventStream, SensorSize};
 use evpose_pose::HandParams;
 use evpose_pose::metric::{HandEvaluation, SequenceScores};
 use evpose_sim::{Simulation, SimulationConfig};
+use evpose_task::hand::HandConfig;
 use evpose_task::hand::{HandCheckpoint, HandView, canonical_view, poses_every_ms};
 use rayon::prelude::*;
 
@@ -33,7 +34,7 @@ struct SeenSequence {
 
 impl HandScenes {
     pub(super) fn new(checkpoint: HandCheckpoint, args: &BenchCamerasArgs) -> Result<Self> {
-        let mut simulation = hand_config::load(SCENES, &[])?.simulation;
+        let mut simulation = configs::load::<HandConfig>(SCENES, &[])?.simulation;
         simulation.sequences = args.sequences;
         simulation.seconds = args.seconds;
         simulation.image_scale = 1.0;

@@ -19,13 +19,14 @@ use crate::all::Figure;
 pub(crate) use case::MeasuredLayers;
 use case::{Case, Setting};
 use evpose_cli::args::parse_threads;
-use evpose_cli::hand_config;
+use evpose_cli::configs;
 use evpose_cli::json::write_json;
 use evpose_cli::progress::say;
 use evpose_cli::provenance::Provenance;
 use evpose_cli::threads::use_threads;
 use evpose_infer::Precision;
 use evpose_nn::{DeviceKind, adapter_name};
+use evpose_task::hand::HandConfig;
 use peers::PeerName;
 use std::path::PathBuf;
 
@@ -115,7 +116,7 @@ pub(crate) fn figures(args: &BenchInferArgs) -> Result<(Vec<Figure>, Vec<Measure
 }
 
 fn measure(args: &BenchInferArgs) -> Result<Report> {
-    let config = hand_config::load(&args.config, &[])?;
+    let config: HandConfig = configs::load(&args.config, &[])?;
     let device = args.device.resolve()?;
     let is_engine = !args.burn && device == Device::flex();
     ensure!(

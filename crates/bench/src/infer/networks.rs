@@ -142,12 +142,12 @@ mod tests {
 
     use super::*;
     use crate::infer::against::max_difference;
-    use evpose_cli::hand_config;
+    use evpose_cli::configs;
 
     #[test]
     fn outputs_differ_between_images() {
         let changes = ["simulation.image_scale=0.5", "network.width=0.25"].map(str::to_owned);
-        let config = hand_config::load("eventhands", &changes).unwrap();
+        let config: HandConfig = configs::load("eventhands", &changes).unwrap();
         for entry in &BACKBONES {
             let name = entry.name;
             let network = network(&config, name, &Device::flex()).unwrap();

@@ -15,12 +15,13 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::all::{Figure, threads};
-use evpose_cli::hand_config;
+use evpose_cli::configs;
 use evpose_cli::json::write_json;
 use evpose_cli::progress::{bar, say};
 use evpose_cli::provenance::Provenance;
 use evpose_cli::threads::use_threads;
 use evpose_core::stats::quantile::{nearest_rank, outlier_count};
+use evpose_task::hand::HandConfig;
 use raster::RasterTime;
 use std::path::PathBuf;
 
@@ -117,7 +118,7 @@ pub(crate) fn figures(args: &BenchSimArgs) -> Result<Vec<Figure>> {
 
 fn measure_all(args: &BenchSimArgs) -> Result<Report> {
     use_threads(args.threads)?;
-    let mut config = hand_config::load(&args.config, &[])?;
+    let mut config: HandConfig = configs::load(&args.config, &[])?;
     let (sequences, seconds) = if args.quick { QUICK } else { (args.sequences, args.seconds) };
     config.simulation.sequences = sequences as usize;
     config.simulation.seconds = seconds;

@@ -16,7 +16,7 @@ use serde::Serialize;
 
 use crate::all::{Figure, threads};
 use evpose_cli::args::DeviceArgs;
-use evpose_cli::hand_config;
+use evpose_cli::configs;
 use evpose_cli::json::write_json;
 use evpose_cli::latency;
 use evpose_cli::progress::say;
@@ -123,7 +123,7 @@ pub(crate) fn figure(args: &BenchTrainArgs) -> Result<Figure> {
 }
 
 fn measure(args: &BenchTrainArgs) -> Result<Report> {
-    let mut config = hand_config::load(&args.config, &[])?;
+    let mut config: HandConfig = configs::load(&args.config, &[])?;
     let target = args.device.open()?.autodiff();
     set_training_kernels(!args.burn);
     if let Some(name) = &args.network {

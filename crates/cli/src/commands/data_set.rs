@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::tasks::DataSetInfo;
+use crate::tasks::{DataSetInfo, task_of_config};
 use anyhow::{Context, Result, bail};
 use evpose_sim::Shard;
 use evpose_sim::set::{self, MANIFEST};
@@ -17,7 +17,7 @@ pub(super) fn describe(directory: &Path) -> Result<()> {
         bail!("{}: not a directory of `evpose simulate`: no {CONFIG}", directory.display());
     }
     let DataSetInfo { content, sequences, seconds, seed, set } =
-        crate::tasks::data_set(directory, &path)?;
+        task_of_config(&path.to_string_lossy())?.data_set(directory, &path)?;
     let unfinished = set.unfinished(Shard::WHOLE).len();
     let complete = sequences - unfinished;
     say(directory.display());

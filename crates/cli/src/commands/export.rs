@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use crate::args::{ConfigArgs, DeviceArgs};
 use crate::progress::say;
+use crate::tasks::{open, task_of_config};
 use anyhow::{Context, Result};
 use burn::tensor::Device;
 use evpose_core::atomic_write;
@@ -35,12 +36,12 @@ pub fn run(args: &ExportArgs) -> Result<()> {
     let pose_model = match (&args.checkpoint, &args.config) {
         (Some(path), _) => {
             let device = DeviceArgs { device: DeviceKind::Flex, threads: None };
-            crate::tasks::open(path, &device)?
+            open(path, &device)?
         }
         (None, source) => {
             let config = source.clone().context("a config or a checkpoint")?;
             let config = ConfigArgs { config, overrides: args.overrides.clone() };
-            crate::tasks::untrained(&config, &Device::flex())?
+            task_of_config(&config.config)?.untrained(&config, &Device::flex())?
         }
     };
     let [channels, height, width] = pose_model.input_shape();

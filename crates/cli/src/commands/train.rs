@@ -1,16 +1,11 @@
 //! `evpose train`, by the task of the config.
 
-use crate::tasks::TASKS;
 use crate::tasks::args::TrainArgs;
+use crate::tasks::task_of_config;
 use anyhow::Result;
 
 /// Runs `evpose train`.
 pub fn run(args: &TrainArgs) -> Result<()> {
     evpose_kernels::keep_freed_memory();
-    for task in TASKS {
-        if task.train(args)? {
-            break;
-        }
-    }
-    Ok(())
+    task_of_config(&args.config.config)?.train(args)
 }

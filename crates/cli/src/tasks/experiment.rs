@@ -3,10 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use crate::pages::learning::TrainingLength;
-use crate::run_info::{CONFIG, RunConfig};
+use crate::run_info::CONFIG;
 use anyhow::{Result, bail};
 use evpose_core::stats::bootstrap::BootstrapConfig;
 use evpose_sensor::SensorConfig;
+use evpose_task::TaskConfig;
 use evpose_task::hand::BEST;
 use evpose_train::{LoggedValue, TrainOptions};
 
@@ -89,13 +90,13 @@ pub trait PoseExperiment {
 ///
 /// # Errors
 /// If it has, with another config.
-pub(crate) fn is_trained<C: RunConfig>(config: &C, run: &Path) -> Result<bool> {
+pub(crate) fn is_trained<C: TaskConfig>(config: &C, run: &Path) -> Result<bool> {
     // The best checkpoint is the last file that a training writes.
     if !run.join(BEST).exists() {
         return Ok(false);
     }
     let path = run.join(CONFIG);
-    let fields = config.differs(&C::read_from(&path)?)?;
+    let fields = config.differences(&C::read(&path)?)?;
     if let Some(field) = fields.first() {
         bail!("{}: of another config ({field}): choose another directory", path.display());
     }

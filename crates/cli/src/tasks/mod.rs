@@ -1,6 +1,6 @@
 //! The registry of pose tasks, and the commands that every task implements.
 //!
-//! * [`TASKS`]: the registry; [`open`] finds the task of a checkpoint.
+//! * [`TASKS`]: the registry; [`task_of_config`] and [`open`] find the task of a config, of a checkpoint.
 //! * [`PoseTask`], [`PoseModel`]: what a task has to implement so that every command takes it.
 //! * [`PoseExperiment`]: the steps of a config's experiment, for studies that repeat them.
 //! * [`args`]: arguments of the commands whose work is the task's.
@@ -39,15 +39,19 @@ mod task;
 use std::path::Path;
 
 use crate::args::{ConfigArgs, DeviceArgs};
+use crate::configs::toml_of;
+use crate::run_info::CONFIG;
 use crate::shipped::{checkpoint_path, unknown_checkpoint};
 use anyhow::{Context, Result, bail, ensure};
+use evpose_nn::weights::task_of;
+use evpose_sensor::nearest;
+use evpose_task::hand::BEST;
 
 pub use experiment::{PoseExperiment, StartWeights};
 pub use scores::{EvaluationScores, Metric, RecordingScores};
 pub use task::{DataSetInfo, PoseModel, PoseTask, PrecisionScores};
 
-/// The pose tasks. A checkpoint is offered to each in turn; the last reports files that none can
-/// read.
+/// The pose tasks. Configs and checkpoints name theirs.
 pub const TASKS: &[&dyn PoseTask] = &[&body::Body, &hand::Hand];
 
 /// The task called `name`.
@@ -57,9 +61,30 @@ pub const TASKS: &[&dyn PoseTask] = &[&body::Body, &hand::Hand];
 pub fn task_by_name(name: &str) -> Result<&'static dyn PoseTask> {
     let task = TASKS.iter().copied().find(|task| task.name() == name);
     task.with_context(|| {
-        let known: Vec<&str> = TASKS.iter().map(|task| task.name()).collect();
-        format!("no task is called `{name}`; there are {}", known.join(", "))
+        let hint = match nearest(name, TASKS.iter().map(|task| task.name())).as_slice() {
+            [] => String::new(),
+            near => format!(": did you mean {}?", near.join(" or ")),
+        };
+        format!("no task is called `{name}`{hint} (there are {})", names())
     })
+}
+
+fn names() -> String {
+    TASKS.iter().map(|task| task.name()).collect::<Vec<_>>().join(", ")
+}
+
+/// The task that a config names, by the name of an embedded one or the path of a file.
+///
+/// # Errors
+/// If it cannot be read, or names no task, or one that there is not; the message lists the tasks.
+pub fn task_of_config(config: &str) -> Result<&'static dyn PoseTask> {
+    let table: toml::Table =
+        toml::from_str(&toml_of(config)?).with_context(|| config.to_owned())?;
+    let name = table.get("task").and_then(toml::Value::as_str);
+    let name = name.with_context(|| {
+        format!("{config}: names no task: add `task = \"NAME\"` (there are {})", names())
+    })?;
+    task_by_name(name).with_context(|| config.to_owned())
 }
 
 /// The model of a checkpoint on a device, of whichever task it is. Sets the thread count.
@@ -70,52 +95,32 @@ pub fn open(checkpoint: &Path, device: &DeviceArgs) -> Result<Box<dyn PoseModel>
     let checkpoint = &checkpoint_path(checkpoint)?;
     ensure!(checkpoint.exists(), unknown_checkpoint(checkpoint));
     let device = device.open()?;
+    if let Some(task) = task_of(checkpoint).or_else(|| task_of(&checkpoint.join(BEST))) {
+        return task_by_name(task)?.open(checkpoint, &device);
+    }
+    let config = checkpoint.join(CONFIG);
+    if config.exists() {
+        return task_of_config(&config.to_string_lossy())?.open(checkpoint, &device);
+    }
+    // Weights of others name no task: they are of the one whose network they fit.
+    let mut errors = Vec::new();
     for task in TASKS {
-        if let Some(model) = task.open(checkpoint, &device)? {
-            return Ok(model);
+        match task.open(checkpoint, &device) {
+            Ok(model) => return Ok(model),
+            Err(error) => errors.push(format!("as of the task `{}`: {error:#}", task.name())),
         }
     }
-    bail!("{}: a checkpoint of no known task", checkpoint.display())
+    bail!("{}: of no known task\n{}", checkpoint.display(), errors.join("\n"))
 }
 
 /// The experiment of a config, of whichever task it is; see [`PoseTask::experiment`].
 ///
 /// # Errors
-/// If no task has such a config.
+/// If the config names no task, or that task cannot read it.
 pub fn experiment(
     config: &ConfigArgs,
     start: StartWeights<'_>,
 ) -> Result<(&'static dyn PoseTask, Box<dyn PoseExperiment>)> {
-    for task in TASKS.iter().copied() {
-        if let Some(experiment) = task.experiment(config, start)? {
-            return Ok((task, experiment));
-        }
-    }
-    bail!("{}: a config of no known task", config.config)
-}
-
-/// The simulated data set in `directory`, by its config, of whichever task it is.
-///
-/// # Errors
-/// If no task can read the config.
-pub fn data_set(directory: &Path, config: &Path) -> Result<DataSetInfo> {
-    for task in TASKS {
-        if let Some(info) = task.data_set(directory, config)? {
-            return Ok(info);
-        }
-    }
-    bail!("{}: a config of no known task", config.display())
-}
-
-/// A model with the initial weights of a config, of whichever task it is.
-///
-/// # Errors
-/// If no task has such a config.
-pub fn untrained(config: &ConfigArgs, device: &burn::tensor::Device) -> Result<Box<dyn PoseModel>> {
-    for task in TASKS {
-        if let Some(model) = task.untrained(config, device)? {
-            return Ok(model);
-        }
-    }
-    bail!("{}: a config of no known task", config.config)
+    let task = task_of_config(&config.config)?;
+    Ok((task, task.experiment(config, start)?))
 }

@@ -21,19 +21,17 @@ pub trait PoseTask: Sync {
     /// Name, as `--task` takes it.
     fn name(&self) -> &'static str;
 
-    /// The model of a checkpoint, a run directory or a file of weights, on `device`. None if it is of
-    /// another task.
+    /// The model of a checkpoint, a run directory or a file of weights, on `device`.
     ///
     /// # Errors
-    /// If it is of this task and cannot be read.
-    fn open(&self, checkpoint: &Path, device: &Device) -> Result<Option<Box<dyn PoseModel>>>;
+    /// If it is of another task, or cannot be read.
+    fn open(&self, checkpoint: &Path, device: &Device) -> Result<Box<dyn PoseModel>>;
 
-    /// A model with the initial weights of a config. None if the config is of another task.
+    /// A model with the initial weights of a config.
     ///
     /// # Errors
-    /// If it is of this task and not valid.
-    fn untrained(&self, config: &ConfigArgs, device: &Device)
-    -> Result<Option<Box<dyn PoseModel>>>;
+    /// If the config is of another task, or not valid.
+    fn untrained(&self, config: &ConfigArgs, device: &Device) -> Result<Box<dyn PoseModel>>;
 
     /// A model of the published size with random weights on `device`: for benchmarks.
     ///
@@ -41,37 +39,36 @@ pub trait PoseTask: Sync {
     /// If the network cannot be initialised.
     fn published(&self, device: &Device) -> Result<Box<dyn PoseModel>>;
 
-    /// Runs `evpose simulate`. Returns false if the config is of another task.
+    /// Runs `evpose simulate`.
     ///
     /// # Errors
-    /// If the simulation fails.
-    fn simulate(&self, args: &SimulateArgs) -> Result<bool>;
+    /// If the config is of another task, or the simulation fails.
+    fn simulate(&self, args: &SimulateArgs) -> Result<()>;
 
-    /// Runs `evpose train`. Returns false if the config is of another task.
+    /// Runs `evpose train`.
     ///
     /// # Errors
-    /// If the training fails.
-    fn train(&self, args: &TrainArgs) -> Result<bool>;
+    /// If the config is of another task, or the training fails.
+    fn train(&self, args: &TrainArgs) -> Result<()>;
 
-    /// The simulated data set in `directory`, by its config. None if the config is of another task.
+    /// The simulated data set in `directory`, by its config.
     ///
     /// # Errors
     /// If the config cannot be read.
-    fn data_set(&self, directory: &Path, config: &Path) -> Result<Option<DataSetInfo>>;
+    fn data_set(&self, directory: &Path, config: &Path) -> Result<DataSetInfo>;
 
     /// Name of the embedded config that trains on recordings in minutes.
     fn quick_config(&self) -> &'static str;
 
-    /// The experiment of a config, its training from the weights `start`. None if the config is of
-    /// another task.
+    /// The experiment of a config, its training from the weights `start`.
     ///
     /// # Errors
-    /// If it is of this task and not valid, or the task's networks do not start from others.
+    /// If the config is of another task, or not valid.
     fn experiment(
         &self,
         config: &ConfigArgs,
         start: StartWeights<'_>,
-    ) -> Result<Option<Box<dyn PoseExperiment>>>;
+    ) -> Result<Box<dyn PoseExperiment>>;
 
     /// Simulates a recording at `rate` events a second into `directory`: for benchmarks. Returns
     /// its path.

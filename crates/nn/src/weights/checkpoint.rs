@@ -93,11 +93,12 @@ pub fn load_baseline(
     Ok((filled(path, reader, network)?, card))
 }
 
-/// Whether `path` is a weight file of a body's network, by its card; the card may be damaged.
-pub fn holds_body(path: &Path) -> bool {
-    map(path).is_ok_and(|bytes| {
-        Reader::from_bytes(bytes).is_ok_and(|reader| reader.metadata().contains_key(BODY_KEY))
-    })
+/// The task of a weight file: `hand`, `body` or `baseline`, by its card, which may be damaged; none if
+/// it is no file of ours.
+pub fn task_of(path: &Path) -> Option<&'static str> {
+    let reader = Reader::from_bytes(map(path).ok()?).ok()?;
+    let kinds = [(CARD_KEY, "hand"), (BODY_KEY, "body"), (BASELINE_KEY, "baseline")];
+    kinds.into_iter().find(|(key, _)| reader.metadata().contains_key(*key)).map(|(_, task)| task)
 }
 
 fn write<M: Module>(
@@ -195,9 +196,9 @@ mod tests {
         assert_eq!((&card.network, card.provenance["seed"].as_str()), (&config, "5"));
         assert_eq!((read(&back), back.config()), (read(&saved), &config));
         assert!(matches!(load(&path, &device), Err(NnError::Card { .. })));
-        assert!(holds_body(&path) && !holds_body(folder.path()));
+        assert_eq!((task_of(&path), task_of(folder.path())), (Some("body"), None));
         save(&path, &network(5, &device), &ModelCard::default()).unwrap();
-        assert!(!holds_body(&path));
+        assert_eq!(task_of(&path), Some("hand"));
     }
 
     #[test]

@@ -1,8 +1,8 @@
 //! Weight files: our own checkpoints, which describe their network, and PyTorch's.
 //!
 //! * [`save`], [`load`]: a `.bpk` file with a [`ModelCard`] inside; [`save_body`], [`load_body`]:
-//!   the same of bodies; [`holds_body`]: whether a file is one of the latter; [`save_baseline`],
-//!   [`load_baseline`]: the same of baselines.
+//!   the same of bodies; [`save_baseline`], [`load_baseline`]: the same of baselines;
+//!   [`task_of`]: which of them a file is.
 //! * [`load_pytorch`], [`load_move_enet`]: `.pth` and Lightning `.ckpt` files of the published
 //!   networks.
 //! * [`load_dhp19_cnn`], [`load_lift_mono`]: those of the networks that MoveEnet is compared with.
@@ -16,7 +16,7 @@ mod model_card;
 mod pytorch;
 mod strict;
 
-pub use checkpoint::{holds_body, load, load_baseline, load_body, save, save_baseline, save_body};
+pub use checkpoint::{load, load_baseline, load_body, save, save_baseline, save_body, task_of};
 pub use keras::load_dhp19_cnn;
 pub use model_card::{BaselineCard, BodyCard, InputConfig, ModelCard};
 pub use pytorch::{load_lift_mono, load_move_enet, load_pytorch};

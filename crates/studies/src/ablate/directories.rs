@@ -8,6 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
+use evpose_task::TaskConfig as _;
 use evpose_task::hand::HandConfig;
 
 use evpose_cli::progress::say;
@@ -30,7 +31,7 @@ impl<'a> StudyDirectory<'a> {
             if !config.exists() {
                 bail!("{} holds no ablation: choose another --out", out.display());
             }
-            if HandConfig::load(&config, &[])? != *base {
+            if HandConfig::read(&config)? != *base {
                 bail!(
                     "{} differs from the config given: give the same, or another --out",
                     config.display()

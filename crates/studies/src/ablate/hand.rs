@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use anyhow::{Context, Result};
+use evpose_task::TaskConfig as _;
 use evpose_task::hand::HandConfig;
 
 use super::args::AblateHandArgs;
@@ -12,7 +13,7 @@ use super::rows::{self, Row};
 use super::selection::selected;
 use super::{networks_table, page, table, trial};
 use crate::study::{self, ResultFiles};
-use evpose_cli::hand_config;
+use evpose_cli::configs;
 use evpose_cli::machine::Machine;
 use evpose_cli::progress::{note, say};
 
@@ -20,7 +21,7 @@ pub(super) fn run(args: &AblateHandArgs) -> Result<()> {
     let started = Instant::now();
     // An error now rather than after the simulation.
     args.device.open()?;
-    let mut base = hand_config::load(&args.config, &args.overrides)?;
+    let mut base: HandConfig = configs::load(&args.config, &args.overrides)?;
     rows::check(&base)?;
     // All rows are evaluated on the same poses: from the first full window of the longest.
     base.evaluation.first_ms = base.evaluation.first_ms.max(rows::longest_window_ms(&base));

@@ -292,7 +292,8 @@ mod tests {
     use std::collections::BTreeMap;
 
     use super::*;
-    use evpose_cli::hand_config;
+    use evpose_cli::configs;
+    use evpose_task::TaskConfig as _;
 
     use super::super::selection::selected;
 
@@ -316,7 +317,7 @@ mod tests {
     #[test]
     fn every_row_changes_its_one_thing_and_nothing_else() -> Result<()> {
         for config in ["ablation", "quick", "eventhands"] {
-            let base = hand_config::load(config, &[])?;
+            let base: HandConfig = configs::load(config, &[])?;
             check(&base)?;
             let before = fields(&base)?;
             let (rows, too_small) = selected(&[], &base);
@@ -337,7 +338,7 @@ mod tests {
 
     #[test]
     fn no_two_rows_are_the_same() -> Result<()> {
-        let base = hand_config::load("ablation", &[])?;
+        let base: HandConfig = configs::load("ablation", &[])?;
         for (i, one) in ROWS.iter().enumerate() {
             for other in &ROWS[..i] {
                 assert_ne!(one.name, other.name);
@@ -352,7 +353,7 @@ mod tests {
 
     #[test]
     fn all_rows_are_evaluated_on_the_same_sequences_from_the_first_full_window_on() -> Result<()> {
-        let base = hand_config::load("ablation", &[])?;
+        let base: HandConfig = configs::load("ablation", &[])?;
         assert_eq!(longest_window_ms(&base), base.evaluation.first_ms);
         for row in ROWS {
             let config = row.config(&base);
@@ -379,7 +380,7 @@ mod tests {
             ("augmentation", "augmentation.swap_image=false"),
             ("network.backbone", "network.backbone=resnet34"),
         ] {
-            let base = hand_config::load("ablation", &[change.to_owned()])?;
+            let base: HandConfig = configs::load("ablation", &[change.to_owned()])?;
             let message = check(&base).map_or_else(|error| error.to_string(), |()| String::new());
             assert!(message.contains(field), "{change}: {message}");
         }

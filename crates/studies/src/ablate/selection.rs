@@ -34,7 +34,8 @@ fn fits(row: &Row, base: &HandConfig) -> bool {
 #[cfg(test)]
 mod tests {
     use anyhow::Result;
-    use evpose_cli::hand_config;
+    use evpose_cli::configs;
+    use evpose_task::TaskConfig as _;
 
     use super::*;
 
@@ -50,7 +51,7 @@ mod tests {
     #[test]
     fn networks_of_larger_images_are_left_out_unless_they_are_named() -> Result<()> {
         let names = |rows: Vec<&Row>| rows.into_iter().map(|row| row.name).collect::<Vec<_>>();
-        let small = hand_config::load("ablation", &[])?;
+        let small = configs::load("ablation", &[])?;
         for asked in [vec![], vec![BACKBONES.to_owned()]] {
             let (rows, too_small) = selected(&asked, &small);
             assert_eq!(names(too_small), ["inception-v3"]);
@@ -61,7 +62,7 @@ mod tests {
         let message =
             rows[1].config(&small).validate().map_or_else(|e| e.to_string(), |()| "".into());
         assert!(message.contains("75 pixels") && message.contains("image_scale"), "{message}");
-        let larger = hand_config::load("ablation", &["simulation.image_scale=0.42".to_owned()])?;
+        let larger = configs::load("ablation", &["simulation.image_scale=0.42".to_owned()])?;
         let (rows, too_small) = selected(&[BACKBONES.to_owned()], &larger);
         assert_eq!((rows.len(), too_small.len()), (11 - 1, 0));
         Ok(())

@@ -9,6 +9,7 @@ use evpose_core::stats::interval::Interval;
 use evpose_nn::parameters::trained_count;
 use evpose_nn::{DeviceKind, HandRegressorConfig};
 use evpose_pose::metric::HandEvaluation;
+use evpose_task::TaskConfig as _;
 use evpose_task::hand::{ConstantPose, HandCheckpoint, HandConfig};
 use evpose_train::{
     HandDataset, Method, TrainOptions, evaluate, evaluated_pose_count, read_history, train_hand,
@@ -121,7 +122,7 @@ pub(super) fn run(
     let (trial_path, trained_path) = (dir.join("trial.json"), dir.join("trained.json"));
     let kept: Option<Trial> = read_result(&trial_path)?;
     let trained: Option<Trained> = read_result(&trained_path)?;
-    if trained.is_some() && HandConfig::load(&dir.join("config.toml"), &[])? != *config {
+    if trained.is_some() && HandConfig::read(&dir.join("config.toml"))? != *config {
         bail!("{} is of another config: remove it, or choose another --out", dir.display());
     }
     if let Some(trial) = kept.filter(|trial| trained.is_some() && trial.stride_ms == stride_ms) {

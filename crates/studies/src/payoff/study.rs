@@ -151,10 +151,7 @@ fn experiment_of(args: &PayoffArgs) -> Result<(&'static dyn PoseTask, Box<dyn Po
         (task, config) => {
             let task = task_by_name(task.as_deref().unwrap_or(USUAL))?;
             let config = config_args(config.as_deref().unwrap_or(task.quick_config()));
-            match task.experiment(&config, start)? {
-                Some(experiment) => Ok((task, experiment)),
-                None => bail!("{} is not a config of the task `{}`", config.config, task.name()),
-            }
+            Ok((task, task.experiment(&config, start)?))
         }
     }
 }
@@ -228,7 +225,6 @@ impl Trial<'_> {
         say(format!("    {:.0} s", began.elapsed().as_secs_f64()));
         say(format!("model {name}, seed {seed}: evaluating on {}", recordings.display()));
         let opened = self.task.open(&network, &self.args.device.device.resolve()?)?;
-        let opened = opened.with_context(|| format!("{}: of another task", network.display()))?;
         opened.scores(recordings, self.args.stride_ms)
     }
 }

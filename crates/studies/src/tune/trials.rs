@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, bail};
 use evpose_cli::args::ConfigArgs;
 use evpose_cli::shipped::checkpoint_path;
 use evpose_cli::tasks::{PoseExperiment, PoseTask, StartWeights, experiment};
@@ -96,9 +96,7 @@ impl<'a> TrialConfigs<'a> {
         let mut overrides = self.config.overrides.clone();
         overrides.append(&mut changes);
         let args = ConfigArgs { config: self.config.config.clone(), overrides };
-        let (task, experiment) = experiment(&args, start_of(self.start_from.as_deref()))?;
-        ensure!(task.name() == self.task.name(), "of another task");
-        Ok(experiment)
+        self.task.experiment(&args, start_of(self.start_from.as_deref()))
     }
 
     /// The values of trial `trial`; none where the config does not have the field.

@@ -8,9 +8,9 @@ use evpose_nn::{BaselineNetwork, Dhp19CnnConfig, LiftMonoConfig};
 use evpose_pose::body::BodyPoints;
 
 use super::config::BaselineConfig;
-use crate::TaskError;
 use crate::body::{pose_as_text, pose_from_text};
 use crate::hand::BEST;
+use crate::{TaskConfig as _, TaskError};
 
 /// The torso of LiftMono-HPE in metres, the mean of DHP19's people.
 pub const PUBLISHED_TORSO_M: f32 = 0.453_524_23;

@@ -1,6 +1,6 @@
 //! The file that describes an experiment with a baseline.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use evpose_clean::Denoise;
 use evpose_nn::{BaselineNetworkConfig, Dhp19CnnConfig, LiftMonoConfig};
@@ -12,10 +12,8 @@ use crate::body::{
     Interpolation, LabelTime,
 };
 use crate::schedule::{EarlyStop, Schedule};
-use crate::{FieldDifference, TaskError, toml_text};
+use crate::{TaskConfig, TaskError};
 
-/// The value of `task` in such files.
-const TASK: &str = "baseline";
 /// Events of an image, as published.
 const EVENTS: usize = 7_500;
 /// Columns and rows of the input of DHP19's network, as published.
@@ -94,7 +92,7 @@ impl Default for BaselineConfig {
     /// [`Self::dhp19_cnn`].
     fn default() -> Self {
         Self {
-            task: TASK.to_owned(),
+            task: Self::TASK.to_owned(),
             seed: 1,
             out: PathBuf::from("runs/body/dhp19-cnn"),
             start_from: None,
@@ -233,65 +231,22 @@ impl BaselineConfig {
         }
     }
 
-    /// Whether a text is such a file.
-    pub fn is_one(text: &str) -> bool {
-        text.parse::<toml::Table>()
-            .is_ok_and(|table| table.get("task").and_then(toml::Value::as_str) == Some(TASK))
+    fn body_checks(&self) -> Result<(), TaskError> {
+        let body = self.body();
+        BodyConfig { training: self.training.clone(), ..body }.validate()
+    }
+}
+
+impl TaskConfig for BaselineConfig {
+    const TASK: &'static str = "baseline";
+
+    fn seed(&self) -> u64 {
+        self.seed
     }
 
-    /// Reads a TOML file and checks it. `overrides` are `dotted.key=value` as on the command line.
-    ///
-    /// # Errors
-    /// If the file cannot be read, has unknown or wrongly typed fields, or values that make no
-    /// sense; the error names the field.
-    pub fn load(path: &Path, overrides: &[String]) -> Result<Self, TaskError> {
-        toml_text::load(path, |text| Self::parse(text, overrides))
-    }
-
-    /// Reads the config of a directory, defaults filled in and nothing checked.
-    ///
-    /// # Errors
-    /// If the file cannot be read, or has unknown or wrongly typed fields.
-    pub fn read(path: &Path) -> Result<Self, TaskError> {
-        toml_text::load(path, |text| toml_text::parse(text, &[]))
-    }
-
-    /// As [`Self::load`], from text.
-    ///
-    /// # Errors
-    /// As [`Self::load`].
-    pub fn parse(text: &str, overrides: &[String]) -> Result<Self, TaskError> {
-        let config: Self = toml_text::parse(text, overrides)?;
-        config.validate()?;
-        Ok(config)
-    }
-
-    /// The whole config as TOML, defaults included.
-    ///
-    /// # Errors
-    /// If a value cannot be written as TOML.
-    pub fn to_toml(&self) -> Result<String, TaskError> {
-        toml_text::written(self)
-    }
-
-    /// The fields in which the config of a directory differs from this one.
-    ///
-    /// # Errors
-    /// If one of the two cannot be written as TOML.
-    pub fn differences(&self, there: &Self) -> Result<Vec<FieldDifference>, TaskError> {
-        FieldDifference::between(self, there)
-    }
-
-    /// Checks ranges and combinations of values.
-    ///
-    /// # Errors
-    /// The first field that makes no sense.
-    pub fn validate(&self) -> Result<(), TaskError> {
+    fn validate(&self) -> Result<(), TaskError> {
         let fail =
             |field, message: &str| Err(TaskError::Field { field, message: message.to_owned() });
-        if self.task != TASK {
-            return fail("task", "must be \"baseline\"");
-        }
         if representation_by_name(&self.image.representation)?.channels() != 1 {
             return fail("image.representation", "must have one channel");
         }
@@ -325,11 +280,6 @@ impl BaselineConfig {
         }
         Ok(())
     }
-
-    fn body_checks(&self) -> Result<(), TaskError> {
-        let body = self.body();
-        BodyConfig { training: self.training.clone(), ..body }.validate()
-    }
 }
 
 #[cfg(test)]
@@ -346,7 +296,6 @@ mod tests {
         ] {
             config.validate().unwrap();
             let text = config.to_toml().unwrap();
-            assert!(BaselineConfig::is_one(&text) && !BodyConfig::is_one(&text), "{text}");
             assert_eq!(BaselineConfig::parse(&text, &[]).unwrap(), config);
         }
     }
@@ -361,7 +310,9 @@ mod tests {
     #[test]
     fn faults_are_named_by_their_field() {
         let fault = |set: &str| {
-            let message = BaselineConfig::parse("", &[set.to_owned()]).unwrap_err().to_string();
+            let message = BaselineConfig::parse("task = \"baseline\"", &[set.to_owned()])
+                .unwrap_err()
+                .to_string();
             message.split('`').nth(1).unwrap_or(&message).to_owned()
         };
         assert_eq!(fault("image.width_px=345"), "image");
@@ -369,7 +320,7 @@ mod tests {
         assert_eq!(fault("decoding.confidence=2"), "decoding.confidence");
         assert_eq!(fault("data.source=\"stills\""), "data.source");
         assert_eq!(fault("training.steps=0"), "training");
-        let text = "[network]\nkind = \"dhp19-cnn\"\nstages = 3";
+        let text = "task = \"baseline\"\n[network]\nkind = \"dhp19-cnn\"\nstages = 3";
         let message = BaselineConfig::parse(text, &[]).unwrap_err().to_string();
         assert!(message.contains("stages"), "{message}");
     }

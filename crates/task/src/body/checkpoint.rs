@@ -9,8 +9,8 @@ use evpose_pose::body::{BODY_JOINTS, BodyPoints};
 use glam::Vec2;
 
 use super::config::BodyConfig;
-use crate::TaskError;
 use crate::hand::BEST;
+use crate::{TaskConfig as _, TaskError};
 
 /// Keys of the provenance in a weight file.
 const CONFIG: &str = "config";

@@ -1,6 +1,6 @@
 //! The file that describes an experiment with bodies.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use evpose_clean::Denoise;
 use evpose_core::stats::bootstrap::BootstrapConfig;
@@ -16,10 +16,7 @@ use super::augmentation::BodyAugmentation;
 use super::detection::BodyDetectionConfig;
 use super::resample::Interpolation;
 use crate::schedule::{EarlyStop, Schedule};
-use crate::{FieldDifference, TaskError, toml_text};
-
-/// The value of `task` in such files; those of hands have none.
-pub(super) const TASK: &str = "body";
+use crate::{TaskConfig, TaskError};
 
 /// Minimum score of a joint in the published online program.
 const PUBLISHED_CONFIDENCE: f32 = 0.01;
@@ -275,7 +272,7 @@ impl Default for BodyConfig {
     /// Fine-tuning at the published size.
     fn default() -> Self {
         Self {
-            task: TASK.to_owned(),
+            task: Self::TASK.to_owned(),
             seed: 1,
             out: PathBuf::from("runs/body/finetune"),
             start_from: None,
@@ -366,66 +363,16 @@ impl Default for BodyEvaluationConfig {
     }
 }
 
-impl BodyConfig {
-    /// Whether a text is such a file, and not one of hands.
-    pub fn is_one(text: &str) -> bool {
-        text.parse::<toml::Table>()
-            .is_ok_and(|table| table.get("task").and_then(toml::Value::as_str) == Some(TASK))
+impl TaskConfig for BodyConfig {
+    const TASK: &'static str = "body";
+
+    fn seed(&self) -> u64 {
+        self.seed
     }
 
-    /// Reads a TOML file and checks it. `overrides` are `dotted.key=value` as on the command line.
-    ///
-    /// # Errors
-    /// If the file cannot be read, has unknown or wrongly typed fields, or values that make no
-    /// sense; the error names the field.
-    pub fn load(path: &Path, overrides: &[String]) -> Result<Self, TaskError> {
-        toml_text::load(path, |text| Self::parse(text, overrides))
-    }
-
-    /// Reads the config of a directory, defaults filled in and nothing checked.
-    ///
-    /// # Errors
-    /// If the file cannot be read, or has unknown or wrongly typed fields.
-    pub fn read(path: &Path) -> Result<Self, TaskError> {
-        toml_text::load(path, |text| toml_text::parse(text, &[]))
-    }
-
-    /// As [`Self::load`], from text.
-    ///
-    /// # Errors
-    /// As [`Self::load`].
-    pub fn parse(text: &str, overrides: &[String]) -> Result<Self, TaskError> {
-        let config: Self = toml_text::parse(text, overrides)?;
-        config.validate()?;
-        Ok(config)
-    }
-
-    /// The whole config as TOML, defaults included.
-    ///
-    /// # Errors
-    /// If a value cannot be written as TOML.
-    pub fn to_toml(&self) -> Result<String, TaskError> {
-        toml_text::written(self)
-    }
-
-    /// The fields in which the config of a directory differs from this one.
-    ///
-    /// # Errors
-    /// If one of the two cannot be written as TOML.
-    pub fn differences(&self, there: &Self) -> Result<Vec<FieldDifference>, TaskError> {
-        FieldDifference::between(self, there)
-    }
-
-    /// Checks ranges and combinations of values.
-    ///
-    /// # Errors
-    /// The first field that makes no sense.
-    pub fn validate(&self) -> Result<(), TaskError> {
+    fn validate(&self) -> Result<(), TaskError> {
         let fail =
             |field, message: &str| Err(TaskError::Field { field, message: message.to_owned() });
-        if self.task != TASK {
-            return fail("task", "must be \"body\"");
-        }
         self.simulation.validate()?;
         self.held_out().simulation.validate()?;
         self.augmentation.validate(self.network.joints)?;
@@ -502,7 +449,9 @@ impl BodyConfig {
         }
         training.schedule.validate()
     }
+}
 
+impl BodyConfig {
     /// The experiment's held-out recordings: other people, other places, a seed nothing else uses,
     /// and what the evaluation says that is done. Their bodies and motions are the program's own:
     /// folders of others have the motions of the training, and may be missing elsewhere.

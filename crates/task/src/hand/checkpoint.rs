@@ -10,7 +10,7 @@ use evpose_repr::ChannelOrder;
 
 use super::config::HandConfig;
 use super::predictor::NetworkPredictor;
-use crate::TaskError;
+use crate::{TaskConfig as _, TaskError};
 
 /// The network of the lowest validation loss, in a run directory.
 pub const BEST: &str = "best.bpk";
@@ -96,7 +96,9 @@ impl HandCheckpoint {
         }
         let (network, card) = weights::load(path, device)?;
         let config = match card.provenance.get(CONFIG) {
-            Some(text) => HandConfig::parse(text, &[])?,
+            // The networks that ship were trained before configs named their task, and a file cannot be
+            // changed without another training: of hands is what has the card of a hand network.
+            Some(text) => HandConfig::parse(text, &["task=hand".to_owned()])?,
             None => HandConfig { network: card.network, ..HandConfig::default() },
         };
         let mean_pose = card.provenance.get(MEAN_POSE).and_then(|text| {

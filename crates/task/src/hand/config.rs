@@ -1,6 +1,6 @@
 //! The file that describes a hand experiment from the scene to the metric.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use evpose_clean::Denoise;
 use evpose_core::stats::bootstrap::BootstrapConfig;
@@ -15,14 +15,15 @@ use super::camera_turns::CameraTurnConfig;
 use super::detection::HandDetectionConfig;
 use super::slow_motion::SlowMotionConfig;
 use super::two_pass::TwoPassConfig;
-use crate::TaskError;
 use crate::schedule::Schedule;
-use crate::toml_text;
+use crate::{TaskConfig, TaskError};
 
 /// Everything about a hand experiment. `Default` is the published setting.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct HandConfig {
+    /// `"hand"`.
+    pub task: String,
     /// Seed of every random stream of the experiment.
     pub seed: u64,
     /// A finished run, or a file of weights, to begin with.
@@ -138,6 +139,7 @@ pub struct EvaluationConfig {
 impl Default for HandConfig {
     fn default() -> Self {
         Self {
+            task: Self::TASK.to_owned(),
             seed: 1,
             start_from: None,
             simulation: SimulationConfig::default(),
@@ -203,74 +205,9 @@ impl HandConfig {
         config
     }
 
-    /// Reads a TOML file and checks it. `overrides` are `dotted.key=value` as on the command line.
-    ///
-    /// # Errors
-    /// If the file cannot be read, has unknown or wrongly typed fields, or values that make no
-    /// sense; the error names the field.
-    pub fn load(path: &Path, overrides: &[String]) -> Result<Self, TaskError> {
-        toml_text::load(path, |text| Self::parse(text, overrides))
-    }
-
-    /// Reads the config of a directory, defaults filled in and nothing checked: sequences may be
-    /// shorter than a training would need.
-    ///
-    /// # Errors
-    /// If the file cannot be read, or has unknown or wrongly typed fields.
-    pub fn read(path: &Path) -> Result<Self, TaskError> {
-        toml_text::load(path, |text| toml_text::parse(text, &[]))
-    }
-
-    /// As [`Self::load`], from text.
-    ///
-    /// # Errors
-    /// As [`Self::load`].
-    pub fn parse(text: &str, overrides: &[String]) -> Result<Self, TaskError> {
-        let config: Self = toml_text::parse(text, overrides)?;
-        config.validate()?;
-        Ok(config)
-    }
-
-    /// As [`Self::load`], for a simulation: the training is not checked, as sequences may be shorter
-    /// than it would need, nor are the crops of two passes, as sensors may be of another shape.
-    ///
-    /// # Errors
-    /// As [`Self::load`], but for the fields of the training.
-    pub fn load_for_simulation(path: &Path, overrides: &[String]) -> Result<Self, TaskError> {
-        toml_text::load(path, |text| Self::parse_for_simulation(text, overrides))
-    }
-
-    /// As [`Self::load_for_simulation`], from text.
-    ///
-    /// # Errors
-    /// As [`Self::load_for_simulation`].
-    pub fn parse_for_simulation(text: &str, overrides: &[String]) -> Result<Self, TaskError> {
-        let config: Self = toml_text::parse(text, overrides)?;
-        // Crops are of the network's view, of which recordings need not be: they are brought to it.
-        Self { two_pass: None, ..config.clone() }.validate_without_training()?;
-        Ok(config)
-    }
-
     /// Size of the network's images: of the canonical view, or of crops of it.
     pub fn network_size(&self) -> SensorSize {
         self.two_pass.map_or(self.simulation.image_size(), |two_pass| two_pass.size)
-    }
-
-    /// The whole config as TOML, defaults included.
-    ///
-    /// # Errors
-    /// If a value cannot be written as TOML.
-    pub fn to_toml(&self) -> Result<String, TaskError> {
-        toml_text::written(self)
-    }
-
-    /// Checks ranges and combinations of values.
-    ///
-    /// # Errors
-    /// The first field that makes no sense.
-    pub fn validate(&self) -> Result<(), TaskError> {
-        self.validate_without_training()?;
-        self.validate_training()
     }
 
     /// As [`Self::validate`], without the training and the length of sequences that it needs.
@@ -358,6 +295,25 @@ impl HandConfig {
     }
 }
 
+impl TaskConfig for HandConfig {
+    const TASK: &'static str = "hand";
+
+    fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    fn validate(&self) -> Result<(), TaskError> {
+        self.validate_without_training()?;
+        self.validate_training()
+    }
+
+    /// Sequences may be shorter than a training would need. Crops are of the network's view, of which
+    /// recordings need not be: they are brought to it.
+    fn validate_simulation(&self) -> Result<(), TaskError> {
+        Self { two_pass: None, ..self.clone() }.validate_without_training()
+    }
+}
+
 /// The error of a field.
 fn fail(field: &'static str, message: &str) -> Result<(), TaskError> {
     Err(TaskError::Field { field, message: message.to_owned() })
@@ -368,17 +324,20 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
+    const HAND: &str = "task = \"hand\"\n";
+
     #[test]
     fn an_override_changes_one_field() {
         let overrides = ["training.steps=7".to_owned(), "representation.name=eoi".to_owned()];
-        let config = HandConfig::parse("seed = 4", &overrides).unwrap();
+        let config = HandConfig::parse(&format!("{HAND}seed = 4"), &overrides).unwrap();
         assert_eq!((config.seed, config.training.steps), (4, 7));
         assert_eq!(config.representation.name, "eoi");
     }
 
     #[test]
     fn an_unknown_field_is_named() {
-        let error = HandConfig::parse("[training]\nstepz = 3", &[]).unwrap_err().to_string();
+        let text = format!("{HAND}[training]\nstepz = 3");
+        let error = HandConfig::parse(&text, &[]).unwrap_err().to_string();
         assert!(error.contains("stepz"), "{error}");
     }
 
@@ -386,7 +345,7 @@ mod tests {
     fn an_image_too_small_for_the_backbone_is_refused() {
         let with = |scale: &str| {
             let overrides = ["network.backbone=vgg11_bn".to_owned(), scale.to_owned()];
-            HandConfig::parse("", &overrides)
+            HandConfig::parse(HAND, &overrides)
         };
         assert!(with("simulation.image_scale=0.25").is_ok());
         let error = with("simulation.image_scale=0.15").unwrap_err().to_string();
@@ -400,26 +359,20 @@ mod tests {
             "simulation.sensor_size={ width = 1280, height = 720 }",
         ];
         let overrides = overrides.map(str::to_owned);
-        let error = HandConfig::parse("", &overrides).unwrap_err().to_string();
+        let error = HandConfig::parse(HAND, &overrides).unwrap_err().to_string();
         assert!(error.contains("two_pass"), "{error}");
-        let config = HandConfig::parse_for_simulation("", &overrides).unwrap();
+        let config = HandConfig::unchecked(HAND, &overrides).unwrap();
+        config.validate_simulation().unwrap();
         assert_eq!(config.two_pass.map(|two_pass| two_pass.size.width), Some(96));
     }
 
     #[test]
     fn a_simulation_may_be_shorter_than_a_training_needs() {
         let short = ["simulation.seconds=2".to_owned()];
-        let simulated = HandConfig::parse_for_simulation("", &short).unwrap();
-        assert_eq!(simulated.simulation.seconds, 2.0);
-        let error = HandConfig::parse("", &short).unwrap_err().to_string();
+        HandConfig::unchecked(HAND, &short).unwrap().validate_simulation().unwrap();
+        let error = HandConfig::parse(HAND, &short).unwrap_err().to_string();
         assert!(error.contains("training.validation_s"), "{error}");
         let wrong = ["simulation.seconds=-2".to_owned()];
-        assert!(HandConfig::parse_for_simulation("", &wrong).is_err());
-    }
-
-    #[test]
-    fn what_was_written_is_read_back() {
-        let config = HandConfig::default();
-        assert_eq!(HandConfig::parse(&config.to_toml().unwrap(), &[]).unwrap(), config);
+        assert!(HandConfig::unchecked(HAND, &wrong).unwrap().validate_simulation().is_err());
     }
 }

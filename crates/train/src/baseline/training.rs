@@ -10,9 +10,9 @@ use burn::tensor::Device;
 use evpose_core::seed_for;
 use evpose_nn::{BaselineNetwork, BaselineNetworkConfig};
 use evpose_pose::body::{BodyPoints, number};
+use evpose_task::TaskConfig as _;
 use evpose_task::baseline::{BaselineCheckpoint, BaselineConfig, LiftGeometry, torso_m};
 use evpose_task::schedule::EarlyStop;
-use evpose_task::{FieldDifference, TaskError};
 
 use super::batches::{BaselineBatches, BaselineItem};
 use super::learner::{BASELINE_FIELDS, BaselineLearner, BaselineScalars};
@@ -24,7 +24,7 @@ use crate::guard::Guard;
 use crate::metric::Field;
 use crate::passes::TrainingSpan;
 use crate::training::{
-    ADAM_EPSILON, Loaders, Run, RunConfig, TrainOptions, TrainSummary, TrainingTask, check_shape,
+    ADAM_EPSILON, Loaders, Run, TrainOptions, TrainSummary, TrainingTask, check_shape,
 };
 
 /// The images of the recordings in `data` from which the network of `config` learns: for
@@ -128,16 +128,6 @@ struct BaselineTask<'a> {
     mean_pose: BodyPoints,
     /// Digest of the data.
     data: String,
-}
-
-impl RunConfig for BaselineConfig {
-    fn to_toml(&self) -> Result<String, TaskError> {
-        Self::to_toml(self)
-    }
-
-    fn differences_from(&self, path: &Path) -> Result<Vec<FieldDifference>, TaskError> {
-        self.differences(&Self::read(path)?)
-    }
 }
 
 impl TrainingTask for BaselineTask<'_> {

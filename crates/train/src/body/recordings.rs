@@ -11,6 +11,7 @@ use rayon::prelude::*;
 
 use super::frames::{BodyFrame, BodyFrames, CameraJoints, label_of, size_of};
 use crate::TrainError;
+use evpose_task::TaskConfig as _;
 use evpose_task::body::RepresentationReader;
 use evpose_task::body::{BodyConfig, EventPackets, LabelTime, NoiseHistory};
 

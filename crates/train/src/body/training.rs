@@ -12,7 +12,6 @@ use evpose_nn::{BodyLoss, MoveEnet};
 use evpose_pose::body::BodyPoints;
 use evpose_task::body::{BodyCheckpoint, BodyConfig};
 use evpose_task::schedule::EarlyStop;
-use evpose_task::{FieldDifference, TaskError};
 use sha2::{Digest, Sha256};
 
 use super::confidence::calibrate_confidence;
@@ -27,7 +26,7 @@ use crate::guard::Guard;
 use crate::metric::Field;
 use crate::passes::TrainingSpan;
 use crate::training::{
-    ADAM_EPSILON, Loaders, Run, RunConfig, TrainOptions, TrainSummary, TrainingTask, check_shape,
+    ADAM_EPSILON, Loaders, Run, TrainOptions, TrainSummary, TrainingTask, check_shape,
 };
 
 /// A network with initial weights, or the one that the config starts from.
@@ -115,16 +114,6 @@ struct BodyTask<'a> {
     mean_pose: BodyPoints,
     /// Digest of the data.
     data: String,
-}
-
-impl RunConfig for BodyConfig {
-    fn to_toml(&self) -> Result<String, TaskError> {
-        Self::to_toml(self)
-    }
-
-    fn differences_from(&self, path: &Path) -> Result<Vec<FieldDifference>, TaskError> {
-        self.differences(&Self::read(path)?)
-    }
 }
 
 impl TrainingTask for BodyTask<'_> {

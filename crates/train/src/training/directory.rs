@@ -3,7 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::task::RunConfig;
+use evpose_task::TaskConfig;
+
 use crate::TrainError;
 use crate::checkpoint::newest_checkpoint;
 
@@ -32,14 +33,14 @@ impl RunDirectory<'_> {
     ///
     /// # Errors
     /// If it holds checkpoints and `resume` is not given, or the run of another config.
-    pub(super) fn prepare(
+    pub(super) fn prepare<C: TaskConfig>(
         &self,
-        config: &impl RunConfig,
+        config: &C,
         resume: bool,
     ) -> Result<usize, TrainError> {
         let newest = newest_checkpoint(&self.checkpoints())?;
         if resume && self.config().exists() {
-            let fields = config.differences_from(&self.config())?;
+            let fields = config.differences(&C::read(&self.config())?)?;
             if !fields.is_empty() {
                 return Err(TrainError::ConfigDiffers { path: self.config(), fields });
             }

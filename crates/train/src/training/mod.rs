@@ -14,6 +14,7 @@ use burn_train::metric::store::EventStoreClient;
 use burn_train::renderer::{MetricsRenderer, default_renderer};
 use burn_train::{EarlyStoppingStrategy, Interrupter, Learner, SupervisedTraining};
 use evpose_nn::DeviceKind;
+use evpose_task::TaskConfig;
 use evpose_task::hand::{BEST, LAST};
 use evpose_task::schedule::EarlyStop;
 
@@ -30,7 +31,7 @@ use crate::retention::{LastTwoAndBest, best_interval};
 use crate::waiting::{DataWait, WaitMeter};
 use directory::RunDirectory;
 
-pub(crate) use task::{Loaders, RunConfig, TrainingTask};
+pub(crate) use task::{Loaders, TrainingTask};
 
 /// PyTorch's default; Burn's is 1e-5.
 pub(crate) const ADAM_EPSILON: f32 = 1e-8;
@@ -108,7 +109,7 @@ impl<'a> Run<'a> {
     /// If it cannot be written, or holds another run.
     pub(crate) fn open(
         path: &'a Path,
-        config: &impl RunConfig,
+        config: &impl TaskConfig,
         span: TrainingSpan,
         options: &'a TrainOptions,
     ) -> Result<Self, TrainError> {

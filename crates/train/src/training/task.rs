@@ -9,7 +9,6 @@ use burn::optim::lr_scheduler::module_lr_scheduler::ModuleLrScheduler;
 use burn::tensor::Device;
 use burn_train::{InferenceStep, LearnerModel, TrainStep};
 use evpose_task::schedule::EarlyStop;
-use evpose_task::{FieldDifference, TaskError};
 
 use crate::TrainError;
 use crate::guard::Guard;
@@ -21,15 +20,6 @@ pub(crate) struct Loaders<B> {
     pub(crate) train: Arc<dyn DataLoader<B>>,
     /// Every pass is the same.
     pub(crate) valid: Arc<dyn DataLoader<B>>,
-}
-
-/// The config of a task, as a run directory keeps it.
-pub(crate) trait RunConfig {
-    /// The whole config as TOML.
-    fn to_toml(&self) -> Result<String, TaskError>;
-
-    /// The fields in which the config in the file `path` differs from this one.
-    fn differences_from(&self, path: &Path) -> Result<Vec<FieldDifference>, TaskError>;
 }
 
 /// A task as a training run needs it: network, loss, optimiser and checkpoint.

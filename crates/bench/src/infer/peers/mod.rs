@@ -98,6 +98,7 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_infer::{Engine, EngineOptions};
     use evpose_nn::Network;
+    use evpose_task::hand::HandConfig;
 
     use super::*;
     use crate::infer::against::max_difference;
@@ -108,7 +109,7 @@ mod tests {
     fn all_agree(name: PeerName) {
         for (backbone, scale) in Network::names().flat_map(|name| [(name, "1.0"), (name, "0.45")]) {
             let changes = [format!("simulation.image_scale={scale}"), "network.width=0.25".into()];
-            let config = evpose_cli::hand_config::load("eventhands", &changes).unwrap();
+            let config: HandConfig = evpose_cli::configs::load("eventhands", &changes).unwrap();
             let network =
                 networks::network(&config, backbone, &burn::tensor::Device::flex()).unwrap();
             let [_, height, width] = network.input;

@@ -13,7 +13,7 @@ use evpose_train::{HandDataset, TrainOptions, TrainSummary, read_history, train_
 use serde_json::{Map, Value, json};
 
 use crate::args::DeviceArgs;
-use crate::hand_config;
+use crate::configs;
 use crate::machine::Machine;
 use crate::pages::hand::{self as report, Material};
 use crate::pages::held_out;
@@ -65,7 +65,7 @@ pub fn run(args: &DemoArgs) -> Result<()> {
     if !(args.minutes > 0.0 && args.minutes.is_finite()) {
         bail!("--minutes {}: more than 0 are needed", args.minutes);
     }
-    let config = hand_config::load(&args.config, &args.overrides)?;
+    let config: HandConfig = configs::load(&args.config, &args.overrides)?;
     let shipped = Shipped::load(&device)?;
     let out = output_directory(args)?;
     let machine = Machine::this();

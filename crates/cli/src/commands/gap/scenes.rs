@@ -18,8 +18,9 @@ use evpose_gap::{GapError, LightSequence};
 use evpose_io::MetaReader;
 use evpose_pose::{HandParams, HandSide};
 use evpose_sim::{SequenceInfo, Simulation};
+use evpose_task::hand::HandConfig;
 
-use crate::hand_config;
+use crate::configs;
 
 /// A recording without a scene.
 pub(super) const NONE: &str = "none";
@@ -138,7 +139,7 @@ impl SceneSource {
         if path.is_dir() {
             return written.is_file().then(|| (written.to_string_lossy().into_owned(), index));
         }
-        (path.is_file() || hand_config::is_embedded(&name)).then_some((name, index))
+        (path.is_file() || configs::is_embedded(&name)).then_some((name, index))
     }
 
     fn sequence(&self) -> Result<Option<Sequence>> {
@@ -155,7 +156,7 @@ impl SceneSource {
             }
             return Ok(None);
         };
-        let config = hand_config::load(&name, &[])?;
+        let config: HandConfig = configs::load(&name, &[])?;
         let simulation = Simulation::new(&config.simulation, config.seed)?;
         let (frames, count) = (config.simulation.frames(), config.simulation.sequences as u64);
         if index >= count {
@@ -239,7 +240,7 @@ pub(super) fn whole(path: &Path) -> Result<PathBuf> {
     }
     let name = path.to_string_lossy();
     let name = name.split('#').next().unwrap_or_default();
-    if hand_config::is_embedded(name) && !Path::new(name).exists() {
+    if configs::is_embedded(name) && !Path::new(name).exists() {
         return Ok(path.to_owned());
     }
     std::path::absolute(path).with_context(|| path.display().to_string())

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::progress::{bar, say};
-use crate::{hand_config, run_info};
+use crate::{configs, run_info};
 use anyhow::{Context, Result};
 use burn::tensor::Device;
 use evpose_core::Micros;
@@ -66,8 +66,8 @@ pub(super) fn run(args: &HandsArgs) -> Result<()> {
 fn config(target: &str) -> Result<HandConfig> {
     let path = Path::new(target);
     let is_config = path.extension().is_some_and(|ending| ending == "toml");
-    if hand_config::is_embedded(target) || is_config || !path.exists() {
-        return hand_config::load(target, &[]);
+    if configs::is_embedded(target) || is_config || !path.exists() {
+        return configs::load(target, &[]);
     }
     let checkpoint = HandCheckpoint::load(path, &Device::flex());
     Ok(checkpoint.with_context(|| format!("--for {target}: no network of hands"))?.config)

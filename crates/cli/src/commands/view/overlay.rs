@@ -6,6 +6,7 @@ use anyhow::{Context, Result};
 use evpose_core::Micros;
 use evpose_io::poses::{PoseKind, PoseSequence, TimedPose, read_poses};
 use evpose_pose::body::{BODY_JOINTS, BodyPoints};
+use evpose_task::TaskConfig as _;
 use evpose_task::hand::{HandConfig, HandView};
 use evpose_train::HandLabelTrack;
 use glam::Vec2;

@@ -13,7 +13,7 @@ mod world;
 use std::path::{Path, PathBuf};
 
 use crate::args::ConfigArgs;
-use crate::body_config;
+use crate::configs;
 use anyhow::{Context, Result, ensure};
 use burn::module::Module;
 use burn::tensor::Device;
@@ -23,13 +23,11 @@ use evpose_infer::{CalibrationRanges, Precision};
 use evpose_live::page::Skeleton;
 use evpose_nn::MoveEnetConfig;
 use evpose_nn::graph::Graph;
-use evpose_nn::weights::holds_body;
 use evpose_sim::SequenceSet;
-use evpose_task::QuantizationRanges;
 use evpose_task::body::{
     BodyCheckpoint, BodyConfig, BodyPredictor, BodyPredictorOptions, PropagationConfig, body_stream,
 };
-use evpose_task::hand::BEST;
+use evpose_task::{QuantizationRanges, TaskConfig};
 use evpose_train::body::{BodyFrames, BodyRecordings};
 
 use crate::tasks::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
@@ -41,39 +39,27 @@ use crate::tasks::task::{DataSetInfo, PoseModel, PoseTask, PrecisionScores};
 
 /// Propagated poses per second.
 const PROPAGATE_HZ: f64 = 500.0;
-/// In a run directory.
-const CONFIG: &str = "config.toml";
 
 /// The body task.
 pub(crate) struct Body;
 
 impl PoseTask for Body {
     fn name(&self) -> &'static str {
-        "body"
+        BodyConfig::TASK
     }
 
-    fn open(&self, path: &Path, device: &Device) -> Result<Option<Box<dyn PoseModel>>> {
-        let checkpoint = match BodyCheckpoint::load(path, device) {
-            Ok(checkpoint) => checkpoint,
-            Err(error) if is_body(path) => {
-                return Err(error).with_context(|| format!("the body network {}", path.display()));
-            }
-            // A file of another kind may be of another task, whose reader reports its errors.
-            Err(_) => return Ok(None),
-        };
+    fn open(&self, path: &Path, device: &Device) -> Result<Box<dyn PoseModel>> {
+        let checkpoint = BodyCheckpoint::load(path, device)
+            .with_context(|| format!("the body network {}", path.display()))?;
         let (path, device) = (Some(path.to_owned()), device.clone());
-        Ok(Some(Box::new(BodyModel { checkpoint, path, device })))
+        Ok(Box::new(BodyModel { checkpoint, path, device }))
     }
 
-    fn untrained(
-        &self,
-        config: &ConfigArgs,
-        device: &Device,
-    ) -> Result<Option<Box<dyn PoseModel>>> {
-        let Some(config) = body_config::config(config)? else { return Ok(None) };
+    fn untrained(&self, config: &ConfigArgs, device: &Device) -> Result<Box<dyn PoseModel>> {
+        let config: BodyConfig = configs::load(&config.config, &config.overrides)?;
         let network = config.network.init(config.seed, device)?;
         let checkpoint = BodyCheckpoint { config, network, mean_pose: None, data: None };
-        Ok(Some(Box::new(BodyModel { checkpoint, path: None, device: device.clone() })))
+        Ok(Box::new(BodyModel { checkpoint, path: None, device: device.clone() }))
     }
 
     fn published(&self, device: &Device) -> Result<Box<dyn PoseModel>> {
@@ -83,30 +69,23 @@ impl PoseTask for Body {
         Ok(Box::new(BodyModel { checkpoint, path: None, device: device.clone() }))
     }
 
-    fn simulate(&self, args: &SimulateArgs) -> Result<bool> {
-        let Some(config) = body_config::config(&args.config)? else { return Ok(false) };
-        simulate::run(config, args).map(|()| true)
+    fn simulate(&self, args: &SimulateArgs) -> Result<()> {
+        simulate::run(args)
     }
 
-    fn train(&self, args: &TrainArgs) -> Result<bool> {
-        let Some(config) = body_config::config(&args.config)? else { return Ok(false) };
-        train::run(config, args).map(|()| true)
+    fn train(&self, args: &TrainArgs) -> Result<()> {
+        train::run(args)
     }
 
-    fn data_set(&self, directory: &Path, config: &Path) -> Result<Option<DataSetInfo>> {
-        let text = std::fs::read_to_string(config)
-            .with_context(|| format!("reading {}", config.display()))?;
-        if !BodyConfig::is_one(&text) {
-            return Ok(None);
-        }
+    fn data_set(&self, directory: &Path, config: &Path) -> Result<DataSetInfo> {
         let BodyConfig { simulation, seed, .. } = BodyConfig::read(config)?;
-        Ok(Some(DataSetInfo {
+        Ok(DataSetInfo {
             content: format!("people: {}", simulation.activities.join(", ")),
             sequences: simulation.sequences,
             seconds: simulation.seconds,
             seed,
             set: SequenceSet::of_people(directory, &simulation)?,
-        }))
+        })
     }
 
     fn quick_config(&self) -> &'static str {
@@ -117,21 +96,15 @@ impl PoseTask for Body {
         &self,
         config: &ConfigArgs,
         start: StartWeights<'_>,
-    ) -> Result<Option<Box<dyn PoseExperiment>>> {
-        let Some(config) = body_config::config(config)? else { return Ok(None) };
+    ) -> Result<Box<dyn PoseExperiment>> {
+        let config: BodyConfig = configs::load(&config.config, &config.overrides)?;
         let start_from = start.field(config.start_from.clone());
-        Ok(Some(Box::new(BodyConfig { start_from, ..config })))
+        Ok(Box::new(BodyConfig { start_from, ..config }))
     }
 
     fn benchmark_recording(&self, directory: &Path, rate: f64) -> Result<PathBuf> {
         benchmark_recording::of_body(directory, rate)
     }
-}
-
-/// Whether a run directory or a weight file says that it is of a body, readable or not.
-fn is_body(path: &Path) -> bool {
-    let config = std::fs::read_to_string(path.join(CONFIG)).unwrap_or_default();
-    BodyConfig::is_one(&config) || holds_body(path) || holds_body(&path.join(BEST))
 }
 
 /// A body network with the experiment it came from.
@@ -185,7 +158,7 @@ impl PoseModel for BodyModel {
     }
 
     fn config_toml(&self) -> Result<String> {
-        Ok(self.checkpoint.config.to_toml()?)
+        Ok(TaskConfig::to_toml(&self.checkpoint.config)?)
     }
 
     fn graph(&self) -> Graph {

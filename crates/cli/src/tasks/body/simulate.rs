@@ -1,17 +1,21 @@
 //! `evpose simulate` of people.
 
+use crate::configs;
 use crate::progress::say;
 use crate::recorded::{claim, record_people_of, summary_of_people};
 use anyhow::{Result, bail};
 use evpose_sim::person::People;
 use evpose_sim::set::MANIFEST;
 use evpose_sim::{SequenceSet, Shard};
+use evpose_task::TaskConfig as _;
 use evpose_task::body::BodyConfig;
 
 use crate::pages::people;
 use crate::tasks::args::SimulateArgs;
 
-pub(super) fn run(mut config: BodyConfig, args: &SimulateArgs) -> Result<()> {
+pub(super) fn run(args: &SimulateArgs) -> Result<()> {
+    let given = &args.config;
+    let mut config: BodyConfig = configs::load_for_simulation(&given.config, &given.overrides)?;
     if args.condition.is_some() {
         bail!(
             "--condition is for hands: people have `--set simulation.light_level=0.01` and the like"

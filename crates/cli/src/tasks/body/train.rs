@@ -10,12 +10,13 @@ use crate::shipped::checkpoint_path;
 use crate::tasks::args::TrainArgs;
 use crate::tasks::experiment::PoseExperiment as _;
 use crate::tasks::learning_curves;
-use crate::{recorded, run_info};
+use crate::{configs, recorded, run_info};
 
 /// Directory of simulated data in a run, without --data.
 const DATA: &str = "data";
 
-pub(super) fn run(mut config: BodyConfig, args: &TrainArgs) -> Result<()> {
+pub(super) fn run(args: &TrainArgs) -> Result<()> {
+    let mut config: BodyConfig = configs::load(&args.config.config, &args.config.overrides)?;
     // An error now rather than after the simulation.
     args.device.open()?;
     if let Some(start) = &args.start_from {

@@ -11,6 +11,7 @@ use evpose_pose::metric::SequenceScores;
 use evpose_sensor::SensorConfig;
 use evpose_sim::config::SensorChoice;
 use evpose_sim::{SequenceSet, Shard};
+use evpose_task::TaskConfig;
 use evpose_task::hand::HandConfig;
 use evpose_train::{
     HandDataset, LoggedValue, Method, TrainOptions, evaluate, evaluated_pose_count, hand_values,
@@ -64,7 +65,7 @@ impl PoseExperiment for HandConfig {
     }
 
     fn to_toml(&self) -> Result<String> {
-        Ok(Self::to_toml(self)?)
+        Ok(TaskConfig::to_toml(self)?)
     }
 
     fn description(&self) -> String {

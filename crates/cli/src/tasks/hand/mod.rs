@@ -14,7 +14,7 @@ mod train;
 use std::path::{Path, PathBuf};
 
 use crate::args::ConfigArgs;
-use crate::hand_config;
+use crate::configs;
 use crate::json::write_json;
 use anyhow::{Result, bail};
 use burn::module::Module;
@@ -27,6 +27,7 @@ use evpose_nn::HandRegressorConfig;
 use evpose_nn::graph::Graph;
 use evpose_pose::HandParams;
 use evpose_sim::SequenceSet;
+use evpose_task::TaskConfig;
 use evpose_task::hand::{HandCheckpoint, HandConfig, HandView, NetworkPredictor, hand_stream};
 use evpose_train::{HandDataset, untrained};
 
@@ -48,24 +49,20 @@ pub(crate) struct Hand;
 
 impl PoseTask for Hand {
     fn name(&self) -> &'static str {
-        "hand"
+        HandConfig::TASK
     }
 
-    fn open(&self, path: &Path, device: &Device) -> Result<Option<Box<dyn PoseModel>>> {
+    fn open(&self, path: &Path, device: &Device) -> Result<Box<dyn PoseModel>> {
         let checkpoint = HandCheckpoint::load(path, device)?;
         let (path, device) = (Some(path.to_owned()), device.clone());
-        Ok(Some(Box::new(HandModel { checkpoint, path, device })))
+        Ok(Box::new(HandModel { checkpoint, path, device }))
     }
 
-    fn untrained(
-        &self,
-        config: &ConfigArgs,
-        device: &Device,
-    ) -> Result<Option<Box<dyn PoseModel>>> {
-        let config = hand_config::load(&config.config, &config.overrides)?;
+    fn untrained(&self, config: &ConfigArgs, device: &Device) -> Result<Box<dyn PoseModel>> {
+        let config = configs::load(&config.config, &config.overrides)?;
         let network = untrained(&config, device)?;
         let checkpoint = HandCheckpoint { config, network, mean_pose: None };
-        Ok(Some(Box::new(HandModel { checkpoint, path: None, device: device.clone() })))
+        Ok(Box::new(HandModel { checkpoint, path: None, device: device.clone() }))
     }
 
     fn published(&self, device: &Device) -> Result<Box<dyn PoseModel>> {
@@ -74,23 +71,23 @@ impl PoseTask for Hand {
         Ok(Box::new(HandModel { checkpoint, path: None, device: device.clone() }))
     }
 
-    fn simulate(&self, args: &SimulateArgs) -> Result<bool> {
-        simulate::run(args).map(|()| true)
+    fn simulate(&self, args: &SimulateArgs) -> Result<()> {
+        simulate::run(args)
     }
 
-    fn train(&self, args: &TrainArgs) -> Result<bool> {
-        train::run(args).map(|()| true)
+    fn train(&self, args: &TrainArgs) -> Result<()> {
+        train::run(args)
     }
 
-    fn data_set(&self, directory: &Path, config: &Path) -> Result<Option<DataSetInfo>> {
+    fn data_set(&self, directory: &Path, config: &Path) -> Result<DataSetInfo> {
         let HandConfig { simulation, seed, .. } = HandConfig::read(config)?;
-        Ok(Some(DataSetInfo {
+        Ok(DataSetInfo {
             content: "hands".to_owned(),
             sequences: simulation.sequences,
             seconds: simulation.seconds,
             seed,
             set: SequenceSet::of_hands(directory, &simulation)?,
-        }))
+        })
     }
 
     fn quick_config(&self) -> &'static str {
@@ -101,10 +98,10 @@ impl PoseTask for Hand {
         &self,
         config: &ConfigArgs,
         start: StartWeights<'_>,
-    ) -> Result<Option<Box<dyn PoseExperiment>>> {
-        let config = hand_config::load(&config.config, &config.overrides)?;
+    ) -> Result<Box<dyn PoseExperiment>> {
+        let config: HandConfig = configs::load(&config.config, &config.overrides)?;
         let start_from = start.field(config.start_from.clone());
-        Ok(Some(Box::new(HandConfig { start_from, ..config })))
+        Ok(Box::new(HandConfig { start_from, ..config }))
     }
 
     fn benchmark_recording(&self, directory: &Path, rate: f64) -> Result<PathBuf> {
@@ -153,7 +150,7 @@ impl PoseModel for HandModel {
     }
 
     fn config_toml(&self) -> Result<String> {
-        Ok(self.checkpoint.config.to_toml()?)
+        Ok(TaskConfig::to_toml(&self.checkpoint.config)?)
     }
 
     fn graph(&self) -> Graph {

@@ -1,6 +1,6 @@
 //! `evpose simulate` of hands.
 
-use crate::hand_config;
+use crate::configs;
 use crate::pages::camera_views;
 use crate::progress::say;
 use crate::recorded::{claim, record_shard_of};
@@ -9,12 +9,14 @@ use evpose_core::atomic_write;
 use evpose_report::png::png;
 use evpose_sim::set::MANIFEST;
 use evpose_sim::{SequenceSet, Shard, Simulation};
+use evpose_task::hand::HandConfig;
 use evpose_train::Condition;
 
 use crate::tasks::args::SimulateArgs;
 
 pub(super) fn run(args: &SimulateArgs) -> Result<()> {
-    let mut config = hand_config::load_for_simulation(&args.config.config, &args.config.overrides)?;
+    let given = &args.config;
+    let mut config: HandConfig = configs::load_for_simulation(&given.config, &given.overrides)?;
     if let Some(condition) = &args.condition {
         config = Condition::load(condition)?.apply(&config)?;
     }

@@ -2,8 +2,9 @@
 
 use crate::progress::say;
 use crate::shipped::checkpoint_path;
-use crate::{hand_config, run_info};
+use crate::{configs, run_info};
 use anyhow::{Result, bail};
+use evpose_task::hand::HandConfig;
 use evpose_train::{TrainOptions, train_hand};
 
 use crate::tasks::args::TrainArgs;
@@ -14,7 +15,7 @@ pub(super) fn run(args: &TrainArgs) -> Result<()> {
     let ([data], Some(out)) = (&args.data[..], &args.out) else {
         bail!("hands need one --data, a directory of sequences from `evpose simulate`, and --out");
     };
-    let mut config = hand_config::load(&args.config.config, &args.config.overrides)?;
+    let mut config: HandConfig = configs::load(&args.config.config, &args.config.overrides)?;
     if let Some(start) = &args.start_from {
         config.start_from = Some(checkpoint_path(start)?);
     }

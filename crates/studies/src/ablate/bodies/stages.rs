@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use evpose_cli::args::ConfigArgs;
-use evpose_cli::{body_config, run_info};
+use evpose_cli::{configs, run_info};
 use evpose_core::atomic_write;
+use evpose_task::TaskConfig as _;
 use evpose_task::body::BodyConfig;
 
 /// Arguments of commands that train both stages.
@@ -41,9 +41,7 @@ impl Stages {
     /// If one cannot be read, or they are of different networks.
     pub fn load(args: &StageArgs) -> Result<Self> {
         let load = |config: &str| -> Result<BodyConfig> {
-            let given = ConfigArgs { config: config.to_owned(), overrides: args.overrides.clone() };
-            let mut config = body_config::config(&given)?
-                .with_context(|| format!("{config}: no config of bodies"))?;
+            let mut config: BodyConfig = configs::load(config, &args.overrides)?;
             config.training.steps = args.steps;
             config.training.steps_per_validation =
                 config.training.steps_per_validation.min(args.steps);

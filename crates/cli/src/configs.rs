@@ -1,20 +1,25 @@
-//! Configs by file or by name.
+//! Configs of every task, by file or by name.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
 use evpose_configs::text;
-use evpose_task::TaskError;
-use evpose_task::hand::HandConfig;
+use evpose_sensor::nearest;
+use evpose_task::TaskConfig;
 
-use crate::config_names::unknown_config;
-
-/// Configs embedded in the binary.
+/// Names of the configs in the program, and their contents.
 const EMBEDDED: &[(&str, &str)] = &[
     ("quick", text("hand/quick.toml")),
     ("hand-wide", text("hand/wide.toml")),
     ("ablation", text("hand/ablation.toml")),
     ("eventhands", text("hand/eventhands.toml")),
+    ("pretrain", text("body/pretrain.toml")),
+    ("finetune", text("body/finetune.toml")),
+    ("body-wide", text("body/wide.toml")),
+    ("studio", text("body/studio.toml")),
+    ("pretrain-full", text("body/pretrain-full.toml")),
+    ("finetune-full", text("body/finetune-full.toml")),
 ];
 
 /// Names of the embedded configs.
@@ -27,40 +32,65 @@ pub fn is_embedded(name: &str) -> bool {
     names().any(|embedded| embedded == name)
 }
 
-/// Loads the embedded config `source`, or else the file of that path.
+/// The text of the embedded config `source`, or else of the file of that path.
 ///
 /// # Errors
-/// If there is neither, or it makes no sense.
-pub fn load(source: &str, overrides: &[String]) -> Result<HandConfig> {
-    read_with(source, HandConfig::parse, HandConfig::load, overrides)
+/// If there is neither.
+pub(crate) fn toml_of(source: &str) -> Result<Cow<'static, str>> {
+    if let Some((_, text)) = EMBEDDED.iter().find(|(name, _)| *name == source) {
+        return Ok(Cow::Borrowed(text));
+    }
+    ensure!(Path::new(source).exists(), unknown(source));
+    Ok(Cow::Owned(std::fs::read_to_string(source).with_context(|| source.to_owned())?))
+}
+
+/// Loads the embedded config `source`, or else the file of that path. `overrides` are
+/// `dotted.key=value`.
+///
+/// # Errors
+/// If there is neither, if it is of another task, or it makes no sense.
+pub fn load<C: TaskConfig>(source: &str, overrides: &[String]) -> Result<C> {
+    read(source, overrides, C::validate)
 }
 
 /// As [`load`], for a simulation: its sequences may be shorter than a training would need.
 ///
 /// # Errors
 /// As [`load`], but for the fields of the training.
-pub fn load_for_simulation(source: &str, overrides: &[String]) -> Result<HandConfig> {
-    let (parse, load) = (HandConfig::parse_for_simulation, HandConfig::load_for_simulation);
-    read_with(source, parse, load, overrides)
+pub fn load_for_simulation<C: TaskConfig>(source: &str, overrides: &[String]) -> Result<C> {
+    read(source, overrides, C::validate_simulation)
 }
 
-/// Reads a config with `parse` if it is embedded, or else with `load`.
-fn read_with(
+fn read<C: TaskConfig>(
     source: &str,
-    parse: fn(&str, &[String]) -> Result<HandConfig, TaskError>,
-    load: fn(&Path, &[String]) -> Result<HandConfig, TaskError>,
     overrides: &[String],
-) -> Result<HandConfig> {
-    if let Some((name, text)) = EMBEDDED.iter().find(|(name, _)| *name == source) {
-        return parse(text, overrides).with_context(|| format!("the embedded config `{name}`"));
-    }
-    let path = Path::new(source);
-    ensure!(path.exists(), unknown_config(source));
-    Ok(load(path, overrides)?)
+    check: fn(&C) -> Result<(), evpose_task::TaskError>,
+) -> Result<C> {
+    let text = toml_of(source)?;
+    let config = C::unchecked(&text, overrides).and_then(|config| check(&config).map(|()| config));
+    config.with_context(|| format!("the config `{source}`"))
+}
+
+/// Message for `source`, which is neither a file nor an embedded config: the most similar names, and
+/// all there are.
+fn unknown(source: &str) -> String {
+    let near = nearest(source, names());
+    let hint = match near.as_slice() {
+        [] => String::new(),
+        near => format!(": did you mean {}?", near.join(" or ")),
+    };
+    let all: Vec<&str> = names().collect();
+    format!(
+        "{source}: no such file, and no embedded config of that name{hint} (there are {})",
+        all.join(", ")
+    )
 }
 
 #[cfg(test)]
 mod tests {
+    use evpose_task::body::BodyConfig;
+    use evpose_task::hand::HandConfig;
+
     use super::*;
 
     fn flatten(prefix: &str, table: &toml::Table, out: &mut Vec<(String, toml::Value)>) {
@@ -81,7 +111,7 @@ mod tests {
 
     #[test]
     fn the_published_config_is_the_default() -> Result<()> {
-        assert_eq!(load("eventhands", &[])?, HandConfig::default());
+        assert_eq!(load::<HandConfig>("eventhands", &[])?, HandConfig::default());
         Ok(())
     }
 
@@ -139,8 +169,27 @@ mod tests {
     }
 
     #[test]
-    fn a_config_that_is_nowhere_is_an_error_that_lists_the_embedded_ones() {
-        let message = load("nowhere", &[]).map_or_else(|e| e.to_string(), |_| String::new());
-        assert!(message.contains("quick") && message.contains("eventhands"), "{message}");
+    fn every_embedded_config_is_of_the_task_that_it_names() -> Result<()> {
+        for (name, text) in EMBEDDED {
+            let body = load::<BodyConfig>(name, &[]);
+            match text.contains("\ntask = \"body\"\n") {
+                true => drop(body?),
+                false => {
+                    load::<HandConfig>(name, &[])?;
+                    let message = body.map_or_else(|e| format!("{e:#}"), |_| String::new());
+                    assert!(message.contains("must be \"body\", and is \"hand\""), "{message}");
+                }
+            }
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn the_nearest_name_is_suggested_and_configs_of_all_tasks_are_listed() {
+        let message = unknown("fintune");
+        assert!(message.contains("did you mean finetune"), "{message}");
+        assert!(message.contains("quick") && message.contains("pretrain-full"), "{message}");
+        let message = unknown("runs/config.toml");
+        assert!(!message.contains("did you mean") && message.contains("body-wide"), "{message}");
     }
 }

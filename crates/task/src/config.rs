@@ -1,0 +1,151 @@
+//! The config of a task: read with changes from the command line, checked, compared, written.
+
+use std::path::Path;
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::{FieldDifference, TaskError};
+
+/// The file that describes an experiment of a task. Its field `task` names the task.
+pub trait TaskConfig: Serialize + DeserializeOwned {
+    /// The value of `task`.
+    const TASK: &'static str;
+
+    /// Seed of every random stream of the experiment.
+    fn seed(&self) -> u64;
+
+    /// Checks ranges and combinations of values.
+    ///
+    /// # Errors
+    /// The first field that makes no sense.
+    fn validate(&self) -> Result<(), TaskError>;
+
+    /// As [`Self::validate`], of what a simulation needs.
+    ///
+    /// # Errors
+    /// As [`Self::validate`].
+    fn validate_simulation(&self) -> Result<(), TaskError> {
+        self.validate()
+    }
+
+    /// Reads TOML, defaults filled in and nothing checked but the task. `overrides` are
+    /// `dotted.key=value` as on the command line.
+    ///
+    /// # Errors
+    /// If it is of another task or of none, or has unknown or wrongly typed fields; the error names
+    /// them.
+    fn unchecked(text: &str, overrides: &[String]) -> Result<Self, TaskError> {
+        let mut table: toml::Table = toml::from_str(text).map_err(problem)?;
+        for assignment in overrides {
+            set(&mut table, assignment).map_err(problem)?;
+        }
+        let task = table.get("task");
+        if task.and_then(toml::Value::as_str) != Some(Self::TASK) {
+            let found = task.map_or_else(|| "is missing".to_owned(), |task| format!("is {task}"));
+            let message = format!("must be \"{}\", and {found}", Self::TASK);
+            return Err(TaskError::Field { field: "task", message });
+        }
+        // Straight from the text where nothing is changed, so that errors can point at lines.
+        let config = if overrides.is_empty() { toml::from_str(text) } else { table.try_into() };
+        config.map_err(problem)
+    }
+
+    /// As [`Self::unchecked`], and checked.
+    ///
+    /// # Errors
+    /// As [`Self::unchecked`], or if values make no sense.
+    fn parse(text: &str, overrides: &[String]) -> Result<Self, TaskError> {
+        let config = Self::unchecked(text, overrides)?;
+        config.validate()?;
+        Ok(config)
+    }
+
+    /// Reads the config of a directory, defaults filled in and nothing checked: sequences may be
+    /// shorter than a training would need.
+    ///
+    /// # Errors
+    /// As [`Self::unchecked`], or if the file cannot be read.
+    fn read(path: &Path) -> Result<Self, TaskError> {
+        let text = std::fs::read_to_string(path)
+            .map_err(|source| TaskError::Io { path: path.to_path_buf(), source })?;
+        Self::unchecked(&text, &[]).map_err(|error| match error {
+            TaskError::Config { message, .. } => {
+                TaskError::Config { path: path.to_path_buf(), message }
+            }
+            other => other,
+        })
+    }
+
+    /// The whole config as TOML, defaults included.
+    ///
+    /// # Errors
+    /// If a value cannot be written as TOML.
+    fn to_toml(&self) -> Result<String, TaskError> {
+        toml::to_string_pretty(self).map_err(problem)
+    }
+
+    /// The fields in which the config of a directory differs from this one.
+    ///
+    /// # Errors
+    /// If one of the two cannot be written as TOML.
+    fn differences(&self, there: &Self) -> Result<Vec<FieldDifference>, TaskError> {
+        let table = |config: &Self| toml::from_str(&config.to_toml()?).map_err(problem);
+        Ok(FieldDifference::between(&table(self)?, &table(there)?))
+    }
+}
+
+fn problem(error: impl ToString) -> TaskError {
+    TaskError::Config { path: "config".into(), message: error.to_string() }
+}
+
+/// Applies `dotted.key=value` to a table; the value is TOML, or else a bare string.
+fn set(table: &mut toml::Table, assignment: &str) -> Result<(), String> {
+    let (key, value) = assignment
+        .split_once('=')
+        .ok_or_else(|| format!("--set {assignment}: write it as key=value"))?;
+    let value = value.trim();
+    let parsed: toml::Value = toml::from_str::<toml::Table>(&format!("value = {value}"))
+        .ok()
+        .and_then(|mut t| t.remove("value"))
+        .unwrap_or_else(|| toml::Value::String(value.to_owned()));
+    let (path, last) = key.trim().rsplit_once('.').unwrap_or(("", key.trim()));
+    let mut inner = table;
+    for part in path.split('.').filter(|part| !part.is_empty()) {
+        inner = inner
+            .entry(part)
+            .or_insert_with(|| toml::Value::Table(toml::Table::new()))
+            .as_table_mut()
+            .ok_or_else(|| format!("--set {assignment}: `{part}` is not a section"))?;
+    }
+    inner.insert(last.to_owned(), parsed);
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use super::*;
+    use crate::baseline::BaselineConfig;
+    use crate::body::BodyConfig;
+    use crate::hand::HandConfig;
+
+    /// What was written is read back, and by no other task; nor is a config that names none.
+    fn is_its_own<C: TaskConfig + Default + PartialEq + std::fmt::Debug>(others: [&str; 2]) {
+        let text = C::default().to_toml().unwrap();
+        assert_eq!(C::parse(&text, &[]).unwrap(), C::default());
+        let message = C::parse("seed = 1", &[]).unwrap_err().to_string();
+        assert!(message.contains("is missing") && message.contains(C::TASK), "{message}");
+        for other in others {
+            let message = C::parse(&text, &[format!("task={other}")]).unwrap_err().to_string();
+            assert!(message.contains(other) && message.contains(C::TASK), "{message}");
+        }
+    }
+
+    #[test]
+    fn a_config_is_read_by_the_task_that_it_names() {
+        is_its_own::<HandConfig>(["body", "baseline"]);
+        is_its_own::<BodyConfig>(["hand", "baseline"]);
+        is_its_own::<BaselineConfig>(["hand", "body"]);
+    }
+}
