@@ -12,6 +12,7 @@ use std::path::Path;
 use anyhow::Result;
 use evpose_camera::Calibration;
 use evpose_nn::DeviceKind;
+use evpose_pose::stream::{InferenceSchedule, StreamFrontend as _};
 use evpose_sim::Simulator;
 use evpose_task::hand::{HandCheckpoint, hand_stream};
 
@@ -28,12 +29,14 @@ fn main() -> Result<()> {
     let sensor = simulator.advance()?.events.sensor();
     let predictor = checkpoint.predictor(device)?;
     // Events → representation → network → Kalman filter → pose, one window per inference.
-    let mut stream = hand_stream(&checkpoint.config, predictor, &Calibration::guessed(sensor), 1)?;
+    let (camera, schedule) = (Calibration::guessed(sensor), InferenceSchedule::NewestWhenFree);
+    let mut stream = hand_stream(&checkpoint.config, predictor, &camera, schedule, 1)?;
     println!("   t (ms)   predicted wrist (m)          error (mm)");
     let (mut errors, mut shown) = (Vec::new(), 0);
     for _ in 0..STEPS {
         let step = simulator.advance()?;
-        for (t, pose) in stream.infer_at(step.events, step.t)? {
+        stream.frontend.push(step.events)?;
+        for (t, pose) in stream.infer(step.t)? {
             let predicted = pose.filtered.translation_m;
             let error_mm = 1e3 * predicted.distance(step.label.translation_m);
             errors.push(error_mm);

@@ -184,11 +184,6 @@ impl HandDataset {
         (usize::from(self.sensor.height), usize::from(self.sensor.width))
     }
 
-    /// Size of the canonical view.
-    pub(crate) fn sensor(&self) -> SensorSize {
-        self.sensor
-    }
-
     /// `(height, width)` of the network's images: of samples.
     pub fn sample_size(&self) -> (usize, usize) {
         let size = self.two_pass.as_ref().map_or(self.sensor, |two_pass| two_pass.size());
@@ -300,23 +295,6 @@ impl HandDataset {
             input.extend_from_within(..);
         }
         Ok(input)
-    }
-
-    /// The inputs of the evaluation windows that end with each of `frames`, one after another.
-    pub(crate) fn windows_ending_at(
-        &self,
-        sequence: &HandSequence,
-        frames: &[u64],
-        out: &mut Vec<f32>,
-    ) -> Result<(), SampleError> {
-        use rayon::prelude::*;
-        let inputs: Vec<Vec<f32>> = frames
-            .par_iter()
-            .map(|&frame| self.window(sequence, frame, self.window_frames))
-            .collect::<Result<_, _>>()?;
-        out.clear();
-        inputs.iter().for_each(|input| out.extend_from_slice(input));
-        Ok(())
     }
 
     /// The input of the evaluation window that ends with `frame`.

@@ -7,10 +7,13 @@ use std::sync::OnceLock;
 
 use burn::tensor::Device;
 use evpose_core::{Micros, SensorSize};
+use evpose_io::{OpenOptions, Windows};
 use evpose_nn::{BaselineNetworkConfig, DeviceKind, Dhp19CnnConfig, LiftMonoConfig};
+use evpose_pose::stream::InferenceSchedule;
 use evpose_sim::Shard;
 use evpose_sim::person::{People, PeopleConfig, record_people};
-use evpose_task::baseline::{BaselineCheckpoint, BaselineConfig, BaselineStream};
+use evpose_task::RecordingStream;
+use evpose_task::baseline::{BaselineCheckpoint, BaselineConfig, baseline_stream};
 use evpose_task::body::LabelTime;
 use evpose_train::baseline::{baseline_frames, train_baseline};
 use evpose_train::body::BodyRecordings;
@@ -134,8 +137,11 @@ fn lift_mono_learns_and_places_joints_in_metres() {
     let camera = frames.frames[0].camera.unwrap();
     // Without a camera the same joints on the image, in metres by a guess.
     let [pose, guess] = [Some(camera.lens), None].map(|lens| {
-        let mut stream = BaselineStream::open(&recordings.files[0].0, &best, lens).unwrap();
-        stream.pose(Micros(100_000)).unwrap()
+        let windows = Windows::open(&recordings.files[0].0, &OpenOptions::default()).unwrap();
+        let stream = baseline_stream(&best, windows.sensor(), lens).unwrap();
+        let every = InferenceSchedule::Every(Micros(100_000));
+        let inferred = RecordingStream::new(windows, stream, every).next().unwrap().unwrap();
+        inferred.poses[0].1
     });
     assert_eq!(pose.joints_px, guess.joints_px);
     assert_ne!(pose.joints_m, guess.joints_m);

@@ -11,12 +11,12 @@ mod inference;
 mod predictor;
 mod propagation;
 mod reader;
-mod recording_stream;
 mod resample;
 mod spatial;
 
 pub use augmentation::BodyAugmentation;
 pub use batch::ImageBatch;
+pub(crate) use canonical_events::CanonicalEvents;
 pub use checkpoint::BodyCheckpoint;
 pub(crate) use checkpoint::{pose_as_text, pose_from_text};
 pub use config::{
@@ -25,10 +25,10 @@ pub use config::{
     NoiseHistory, SecondPass,
 };
 pub use detection::BodyDetectionConfig;
-pub use frontend::{BodyFrontend, BodyWorker, body_stream};
+pub(crate) use frontend::start_representation;
+pub use frontend::{BodyFrontend, BodyPose, BodyWorker, body_stream};
 pub use predictor::{BodyPredictor, BodyPredictorOptions, joints_in_pixels};
 pub use propagation::PropagationConfig;
 pub use reader::RepresentationReader;
-pub use recording_stream::{BodyRecordingStream, TimedEstimates};
 pub use resample::{Interpolation, resize_grey, sample};
 pub use spatial::{PlacedRecording, SpatialConfig, SpatialPose, SpatialRecordings};

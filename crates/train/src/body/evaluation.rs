@@ -4,13 +4,15 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use evpose_core::{Micros, SensorSize};
+use evpose_io::{OpenOptions, Windows};
+use evpose_pose::PoseError;
 use evpose_pose::body::BodyPoints;
 use evpose_pose::body::fusion::ScoredPoints;
-use evpose_pose::filter::{BodyFilter, BodyFilterConfig};
+use evpose_pose::filter::BodyFilterConfig;
 use evpose_pose::metric::body::{
     BodyEvaluation, BodyPrediction, BodyProtocol, BodySequence, BodyTruth, MeanBody,
 };
-use evpose_pose::{PoseError, PoseEstimate};
+use evpose_pose::stream::InferenceSchedule;
 use evpose_sim::person::PoseTable;
 use glam::Vec2;
 use rayon::prelude::*;
@@ -20,8 +22,10 @@ use super::filter_noise::{ScoredPose, estimate_filter};
 use super::frames::{BodyFrame, BodyFrames, label_of};
 use super::recordings::{BodyRecordings, PoseTrack};
 use crate::TrainError;
-use evpose_task::body::{BodyCheckpoint, BodyImageConfig};
-use evpose_task::body::{BodyPredictor, BodyRecordingStream, RepresentationReader};
+use evpose_task::body::BodyCheckpoint;
+use evpose_task::body::{BodyPredictor, body_stream};
+use evpose_task::{InferredPoses, RecordingStream};
+use evpose_camera::Calibration;
 
 /// Ground truth, predictions and scores of one recording.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,6 +36,8 @@ pub struct BodyRecordingResult {
     pub truth: Vec<BodyTruth>,
     /// Poses predicted by the network.
     pub predictions: Vec<BodyPrediction>,
+    /// The same through the filter of the config; none of networks without one.
+    pub filtered_predictions: Vec<BodyPrediction>,
     /// Whether somebody is reported where somebody is.
     pub detections: DetectionCounts,
     /// The same with scores and truth.
@@ -85,8 +91,9 @@ impl BodyResults {
     }
 }
 
-/// Evaluates a network on recordings: a prediction every `every` from the first sample of its
-/// config on, and for comparison the mean pose. `camera` is as in [`Calibration::choose`](evpose_camera::Calibration::choose). `progress` receives 1 after each recording.
+/// Evaluates a network on recordings: the poses that `evpose infer` writes every `every`, from the time of the
+/// first sample of its config on, and for comparison the mean pose. `camera` is as in [`Calibration::choose`].
+/// `progress` receives 1 after each recording.
 ///
 /// # Errors
 /// If a recording cannot be read.
@@ -102,28 +109,30 @@ pub fn evaluate_body(
     let one = |(events, poses): &(PathBuf, PathBuf)| {
         let track = PoseTrack(PoseTable::read(poses)?);
         let truth = ground_truth(&track.0);
-        let mut stream =
-            BodyRecordingStream::open(events, camera, checkpoint, None, predictor.another())?;
+        let windows = Windows::open(events, &OpenOptions::default())?;
+        let calibration = Calibration::choose(camera, windows.sensor())?;
+        let mut stream = body_stream(checkpoint, &calibration, None, predictor.another())?;
+        stream.frontend = stream.frontend.with_filter(checkpoint.config.filter)?;
+        let recording = RecordingStream::new(windows, stream, InferenceSchedule::Every(every));
         let first = Micros(1_000 * i64::from(checkpoint.config.data.first_ms));
-        let end = Micros::from_seconds(truth.last().map_or(0.0, |last| last.t_s));
         let (mut predictions, mut smoothed, mut scored) = (Vec::new(), Vec::new(), Vec::new());
-        let mut filter = BodyFilter::new(checkpoint.config.filter)?;
-        let mut t = first;
-        while t <= end {
-            let (estimate, delay_s) = stream.pose(t)?;
+        for inferred in recording {
+            let InferredPoses { t, poses, delay_s } = inferred?;
+            if t < first || t > track.end() {
+                continue;
+            }
             let mut joints = [BodyPoints::default(); 2];
-            if let Some(PoseEstimate::Body { joints_px, scores, .. }) = estimate {
-                let pose = ScoredPoints { points: joints_px, scores };
-                joints = [joints_px, filter.update(t, &pose)];
-                scored.push(ScoredPose { t, pose, truth: track.at(t).unwrap_or_default() });
+            if let Some((_, pose)) = poses.first() {
+                joints = [pose.detection.points, pose.joints_px];
+                let truth = track.at(t).unwrap_or_default();
+                scored.push(ScoredPose { t, pose: pose.detection, truth });
             }
             let [raw, filtered] =
                 joints.map(|joints_px| BodyPrediction { t_s: t.as_seconds(), delay_s, joints_px });
             predictions.push(raw);
             smoothed.push(filtered);
-            t = t + every;
         }
-        let constant = constant_predictions(&predictions, mean_pose, stream.sensor());
+        let constant = constant_predictions(&predictions, mean_pose, calibration.sensor);
         let detections = DetectionCounts::of(&track, &predictions, every);
         let protocol = BodyProtocol::default();
         let network = BodySequence::evaluate(&truth, &predictions, &protocol)?;
@@ -134,6 +143,7 @@ pub fn evaluate_body(
             events: events.clone(),
             truth,
             predictions,
+            filtered_predictions: smoothed,
             detections,
             scored,
             network,
@@ -224,13 +234,10 @@ pub fn ground_truth(table: &PoseTable) -> Vec<BodyTruth> {
 ///
 /// # Errors
 /// If a table cannot be read.
-pub fn mean_pose_of_recordings(
-    recordings: &BodyRecordings,
-    image: &BodyImageConfig,
-) -> Result<BodyPoints, TrainError> {
+pub fn mean_pose_of_recordings(recordings: &BodyRecordings) -> Result<BodyPoints, TrainError> {
     let mut mean = MeanBody::default();
     for (events, poses) in &recordings.files {
-        let sensor = RepresentationReader::open(events, image)?.sensor();
+        let sensor = Windows::open(events, &OpenOptions::default())?.sensor();
         for row in PoseTable::read(poses)?.rows {
             mean.push(&label_of(&row.joints_px, sensor));
         }
