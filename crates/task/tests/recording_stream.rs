@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use burn::tensor::Device;
+use evpose_camera::Calibration;
 use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 use evpose_io::{Header, MemorySource, OpenOptions, Windows};
 use evpose_pose::stream::{InferenceSchedule, InferenceWorker, StreamFrontend};
@@ -14,7 +15,6 @@ use evpose_task::hand::{
     HandConfig, HandEstimate, HandWorker, Predictor, calibration_for, hand_recording,
 };
 use evpose_task::{MAX_SILENCE, RecordingStream, TaskError};
-use evpose_camera::Calibration;
 
 /// The whole of the published size, so that thresholds are the published ones.
 const SENSOR: SensorSize = SensorSize::DAVIS240C;

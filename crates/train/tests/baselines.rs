@@ -112,8 +112,12 @@ fn a_network_of_dhp19_learns_and_finds_joints_on_the_sensor() {
     let recordings = BodyRecordings::open(data).unwrap();
     let mut poses = Vec::new();
     for (events, _) in &recordings.files {
-        let mut stream = BaselineStream::open(events, &checkpoint, None).unwrap();
-        poses.extend((1..5).map(|k| stream.pose(Micros(100_000 * k)).unwrap()));
+        let windows = Windows::open(events, &OpenOptions::default()).unwrap();
+        let stream = baseline_stream(&checkpoint, windows.sensor(), None).unwrap();
+        let every = InferenceSchedule::Every(Micros(100_000));
+        for inferred in RecordingStream::new(windows, stream, every) {
+            poses.extend(inferred.unwrap().poses.into_iter().map(|(_, pose)| pose));
+        }
     }
     assert!(poses.iter().all(|pose| pose.joints_m.iter().all(Option::is_none)), "no depth");
     let mut found = poses.iter().flat_map(|pose| pose.joints_px.iter().flatten()).peekable();

@@ -108,7 +108,6 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
     use std::fs;
 
-    use glam::Vec2Swizzles as _;
     use proptest::prelude::*;
 
     use super::*;

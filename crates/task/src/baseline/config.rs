@@ -198,7 +198,6 @@ impl BaselineConfig {
                 source: BodySourceKind::Recordings,
                 label_at: self.data.label_at,
                 noise_history: None,
-                packets: None,
                 ..experiment.data.clone()
             },
             training: BodyTrainingConfig {

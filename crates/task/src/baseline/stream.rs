@@ -1,11 +1,11 @@
 //! The stream of a baseline: events to images of a representation, and joints on them to poses.
 
+use evpose_camera::Calibration;
 use evpose_core::{EventStream, LensCamera, Micros, Plane, SensorSize};
 use evpose_pose::PoseEstimate;
 use evpose_pose::body::{BODY_JOINTS, BodyPoints, pose_score};
 use evpose_pose::stream::{InferenceWorker, PoseStream, StreamError, StreamFrontend};
 use evpose_repr::Representation;
-use evpose_camera::Calibration;
 use glam::{Vec2, Vec3};
 
 use super::checkpoint::{BaselineCheckpoint, PUBLISHED_TORSO_M};

@@ -95,7 +95,7 @@ pub struct BodyAugmentation {
     pub rest_probability: f32,
     /// How far from a limb, relative to the longer side of the person's bounding box.
     pub rest_width: [f32; 2],
-    /// Probability of single bright pixels, in half of the cases also a disc of them; not published.
+    /// Probability of single bright pixels; not published.
     pub speckle_probability: f32,
     /// Their share of all pixels.
     pub speckle: [f32; 2],

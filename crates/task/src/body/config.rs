@@ -109,29 +109,12 @@ pub struct BodyDataConfig {
     /// people have moved. Simulated recordings begin with an empty one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub noise_history: Option<NoiseHistory>,
-    /// Events of some recordings come in packets: only the last part of the time between two
-    /// samples is seen, as by programs that read a batch of events, work, and drop what came
-    /// meanwhile. An EROS then keeps a fan of places where a fast limb was.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub packets: Option<EventPackets>,
     /// Share of the recordings, or of the images, kept for validation.
     pub validation_share: f64,
     /// Minimum number of labelled joints of a sample.
     // The spelling in the card of a shipped network.
     #[serde(alias = "fewest_joints")]
     pub min_joints: usize,
-}
-
-/// Recordings of which only packets of events are seen.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct EventPackets {
-    /// Probability that a recording is seen so.
-    pub probability: f32,
-    /// Share of the time that is seen, log-uniform.
-    pub share: [f32; 2],
-    /// The time between packets is up to so many times that between samples.
-    pub max_interval: u32,
 }
 
 /// Noise events before a recording.
@@ -301,7 +284,6 @@ impl Default for BodyDataConfig {
             first_ms: 500,
             label_at: LabelTime::Now,
             noise_history: None,
-            packets: None,
             validation_share: 0.1,
             min_joints: 8,
         }
@@ -410,16 +392,6 @@ impl TaskConfig for BodyConfig {
             return fail(
                 "data.noise_history",
                 "probability must be 0 to 1, events_per_pixel a range above 0 and up to 100",
-            );
-        }
-        if self.data.packets.is_some_and(|EventPackets { probability, share, max_interval }| {
-            let [low, high] = share;
-            let is_range = 0.0 < low && low <= high && high <= 1.0;
-            !((0.0..=1.0).contains(&probability) && is_range && (1..=100).contains(&max_interval))
-        }) {
-            return fail(
-                "data.packets",
-                "probability must be 0 to 1, share a range above 0 and up to 1, max_interval 1 to 100",
             );
         }
         if self.network.joints != evpose_pose::body::BODY_JOINTS {

@@ -21,8 +21,8 @@ pub use checkpoint::BodyCheckpoint;
 pub(crate) use checkpoint::{pose_as_text, pose_from_text};
 pub use config::{
     BodyConfig, BodyDataConfig, BodyDecodingConfig, BodyEvaluationConfig, BodyImageConfig,
-    BodySourceKind, BodyTargetConfig, BodyTrainingConfig, BodyViewKind, EventPackets, LabelTime,
-    NoiseHistory, SecondPass,
+    BodySourceKind, BodyTargetConfig, BodyTrainingConfig, BodyViewKind, LabelTime, NoiseHistory,
+    SecondPass,
 };
 pub use detection::BodyDetectionConfig;
 pub(crate) use frontend::start_representation;

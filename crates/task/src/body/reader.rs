@@ -80,12 +80,6 @@ impl RepresentationReader {
         self.representation.push(&noise.finish().0);
     }
 
-    /// Leaves out the events before `t` that were not read yet.
-    pub fn skip_to(&mut self, t: Micros) {
-        let read_to = self.read_to.or(self.windows.start()).unwrap_or(t);
-        self.read_to = Some(read_to.max(t));
-    }
-
     /// The image at `t`, which is not before the last one asked for. `observe` receives the events
     /// since then, in pieces.
     ///
@@ -148,20 +142,6 @@ mod tests {
         assert!(lit(&noisy) > 5 * lit(&clean), "{} and {}", lit(&noisy), lit(&clean));
         assert_eq!(noisy, image(Some((0.2, 7))));
         assert_ne!(noisy, image(Some((0.2, 8))));
-    }
-
-    #[test]
-    fn events_that_are_skipped_are_not_seen() {
-        let directory = tempfile::tempdir().unwrap();
-        let path = recording(directory.path());
-        let mut reader = RepresentationReader::open(&path, &BodyImageConfig::default()).unwrap();
-        let mut seen = Vec::new();
-        for (skipped_to_ms, t_ms) in [(0, 1_020), (1_055, 1_080), (1_070, 1_100)] {
-            reader.skip_to(Micros(1_000 * skipped_to_ms));
-            reader.at(Micros(1_000 * t_ms), |events| seen.extend_from_slice(events.t())).unwrap();
-        }
-        let expected = [1_000, 1_010, 1_020, 1_060, 1_070, 1_080, 1_090, 1_100];
-        assert_eq!(seen, expected.map(|t_ms| Micros(1_000 * t_ms)));
     }
 
     #[test]

@@ -10,7 +10,6 @@ use evpose_pose::body::triangulation::{
 };
 use evpose_pose::body::{BODY_JOINTS, SpatialFilter, SpatialFilterConfig, WorldJoints};
 use evpose_pose::stream::InferenceSchedule;
-use evpose_camera::Calibration;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 

@@ -22,10 +22,10 @@ use super::filter_noise::{ScoredPose, estimate_filter};
 use super::frames::{BodyFrame, BodyFrames, label_of};
 use super::recordings::{BodyRecordings, PoseTrack};
 use crate::TrainError;
+use evpose_camera::Calibration;
 use evpose_task::body::BodyCheckpoint;
 use evpose_task::body::{BodyPredictor, body_stream};
 use evpose_task::{InferredPoses, RecordingStream};
-use evpose_camera::Calibration;
 
 /// Ground truth, predictions and scores of one recording.
 #[derive(Debug, Clone, PartialEq)]

@@ -21,11 +21,11 @@ use rayon::prelude::*;
 use super::evaluation::ground_truth;
 use super::recordings::BodyRecordings;
 use crate::TrainError;
+use evpose_camera::Calibration;
 use evpose_task::body::{
     BodyCheckpoint, BodyFrontend, BodyPredictor, BodyWorker, PropagationConfig, body_stream,
 };
 use evpose_task::{RecordingStream, TaskError};
-use evpose_camera::Calibration;
 
 /// The pose at one instant, without and with propagation.
 #[derive(Debug, Clone, PartialEq)]

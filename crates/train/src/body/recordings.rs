@@ -13,7 +13,7 @@ use super::frames::{BodyFrame, BodyFrames, CameraJoints, label_of, size_of};
 use crate::TrainError;
 use evpose_task::TaskConfig as _;
 use evpose_task::body::RepresentationReader;
-use evpose_task::body::{BodyConfig, EventPackets, LabelTime, NoiseHistory};
+use evpose_task::body::{BodyConfig, LabelTime, NoiseHistory};
 
 /// Ending of the tables.
 const POSES: &str = ".poses.csv";
@@ -142,15 +142,8 @@ fn frames_of(
     };
     let mut recent = RecentTimes { most: counted, times: VecDeque::new() };
     let mut frames = Vec::new();
-    let (mut t, mut step) = sample_times(config);
-    let packet = packet_of(config, sequence, step);
-    if let Some(packet) = &packet {
-        step = packet.interval;
-    }
+    let (mut t, step) = sample_times(config);
     while t <= track.end() {
-        if let Some(packet) = &packet {
-            reader.skip_to(Micros(t.0 - packet.length.0));
-        }
         let image = reader.at(t, |events| recent.push(events))?;
         let labelled_at = recent.mean().unwrap_or(t);
         if let Some(joints_px) = track.at(labelled_at) {
@@ -183,23 +176,6 @@ fn noise_before(config: &BodyConfig, sequence: u64) -> Option<f32> {
     let NoiseHistory { probability, events_per_pixel: [low, high] } = config.data.noise_history?;
     let mut rng = CounterRng::new(config.seed, "noise before", sequence);
     rng.chance(probability).then(|| rng.uniform(low.ln(), high.ln()).exp())
-}
-
-/// The packets that the events of a recording come in, each of which ends at a sample.
-struct Packet {
-    interval: Micros,
-    length: Micros,
-}
-
-/// Draws the packets of a recording with samples every `step`.
-fn packet_of(config: &BodyConfig, sequence: u64, step: Micros) -> Option<Packet> {
-    let EventPackets { probability, share: [low, high], max_interval } = config.data.packets?;
-    let mut rng = CounterRng::new(config.seed, "event packets", sequence);
-    rng.chance(probability).then(|| {
-        let interval = Micros(step.0 * (1 + rng.below(max_interval as usize) as i64));
-        let share = f64::from(rng.uniform(low.ln(), high.ln()).exp());
-        Packet { interval, length: Micros((share * interval.0 as f64) as i64) }
-    })
 }
 
 /// A table of poses as a function of time.

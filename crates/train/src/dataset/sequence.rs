@@ -13,7 +13,6 @@ use evpose_task::RecordingStream;
 use evpose_task::hand::{
     HandConfig, HandFrontend, HandWorker, Predictor, calibration_for, hand_recording,
 };
-use evpose_camera::{Calibration, CanonicalView, ViewAdaptor};
 
 use super::files::SequenceFiles;
 use crate::TrainError;

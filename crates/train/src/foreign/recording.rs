@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use evpose_camera::{Calibration, CalibrationSource};
 use evpose_core::SensorSize;
 use evpose_io::{OpenOptions, Windows};
 use evpose_pose::HandSide;

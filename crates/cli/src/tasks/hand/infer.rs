@@ -2,15 +2,15 @@
 
 use std::path::Path;
 
-use anyhow::{Result, bail};
 use crate::progress::{bar, note, say};
+use anyhow::{Result, bail};
+use evpose_camera::Calibration;
 use evpose_core::{Micros, SensorSize};
 use evpose_io::Windows;
 use evpose_io::poses::{PoseColumns, PoseKind, TimedPose, write_poses_from};
 use evpose_pose::stream::InferenceSchedule;
 use evpose_pose::{HandParams, JointFrame, PoseOrigin};
 use evpose_task::hand::{HandConfig, calibration_for, hand_recording};
-use evpose_camera::Calibration;
 
 use super::HandModel;
 use crate::tasks::args::InferArgs;

@@ -128,7 +128,7 @@ impl BodyView {
             rest.erase(out, side);
         }
         if let Some((rng, [share, most])) = &self.speckle {
-            add_speckle(out, side, &mut rng.clone(), *share, *most);
+            add_speckle(out, &mut rng.clone(), *share, *most);
         }
         if let Some([contrast, brightness]) = self.light {
             relight(out, contrast, brightness);
