@@ -19,6 +19,7 @@ use evpose_live::source::{Replay, ReplayOptions, Source};
 use evpose_live::{Control, LiveOptions, LivePose, run};
 use evpose_nn::DeviceKind;
 use evpose_pose::PoseEstimate;
+use evpose_pose::stream::InferenceSchedule;
 use evpose_sim::{Simulator, record};
 use evpose_task::hand::{HandCheckpoint, hand_stream};
 use evpose_view::Calibration;
@@ -69,7 +70,8 @@ fn main() -> Result<()> {
     let source = Replay::open(&recording, ReplayOptions::default())?;
     let predictor = checkpoint.predictor(device)?;
     let camera = Calibration::guessed(source.sensor());
-    let stream = hand_stream(&checkpoint.config, predictor, &camera, 1)?;
+    let schedule = InferenceSchedule::NewestWhenFree;
+    let stream = hand_stream(&checkpoint.config, predictor, &camera, schedule, 1)?;
     let mut sinks = Sinks::new();
     sinks.add(WristSink::default());
     run(source, stream, &mut sinks, &LiveOptions::default(), &Control::default())?;

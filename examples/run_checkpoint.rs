@@ -11,6 +11,7 @@ use std::path::Path;
 
 use anyhow::Result;
 use evpose_nn::DeviceKind;
+use evpose_pose::stream::InferenceSchedule;
 use evpose_sim::Simulator;
 use evpose_task::hand::{HandCheckpoint, hand_stream};
 use evpose_view::Calibration;
@@ -28,7 +29,8 @@ fn main() -> Result<()> {
     let sensor = simulator.advance()?.events.sensor();
     let predictor = checkpoint.predictor(device)?;
     // Events → representation → network → Kalman filter → pose, one window per inference.
-    let mut stream = hand_stream(&checkpoint.config, predictor, &Calibration::guessed(sensor), 1)?;
+    let (camera, schedule) = (Calibration::guessed(sensor), InferenceSchedule::NewestWhenFree);
+    let mut stream = hand_stream(&checkpoint.config, predictor, &camera, schedule, 1)?;
     println!("   t (ms)   predicted wrist (m)          error (mm)");
     let (mut errors, mut shown) = (Vec::new(), 0);
     for _ in 0..STEPS {

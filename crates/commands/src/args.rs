@@ -225,7 +225,7 @@ pub struct InferArgs {
     /// Hands: also write a table of the joints alone, without parameters
     #[arg(long)]
     pub joints: Option<PathBuf>,
-    /// Bodies: milliseconds between poses [the config's]
+    /// Milliseconds between poses [hands: 1; bodies: the config's]
     #[arg(long)]
     pub stride_ms: Option<u32>,
     /// Bodies: images per call of the network; hands have 64 [default: 1 on the CPU, 16 on other devices]

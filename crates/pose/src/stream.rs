@@ -5,7 +5,8 @@
 //!                 └──────────── filter, propagated poses ◄──────────────────────────────────────┘
 //! ```
 //!
-//! Offline, [`PoseStream`] runs both in turn; online, each of its halves has a thread of its own.
+//! Both halves run in turn over a recording, and on a thread each over a camera. An [`InferenceSchedule`]
+//! says when inputs are taken.
 
 use evpose_core::{EventStream, Micros};
 
@@ -21,6 +22,17 @@ impl StreamError {
     pub fn new(error: impl std::error::Error + Send + Sync + 'static) -> Self {
         Self(Box::new(error))
     }
+}
+
+/// When inputs of a network are taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum InferenceSchedule {
+    /// So much event time apart, at the times of [`StreamFrontend::first_stride`].
+    Every(Micros),
+    /// Where events trigger one.
+    Triggered,
+    /// The newest, whenever the network is free: online.
+    NewestWhenFree,
 }
 
 /// Events to inputs of a network, and its outputs to filtered poses.
@@ -47,6 +59,32 @@ pub trait StreamFrontend: Send {
     /// The input at `t`, in the memory of an earlier one. None if nothing has changed since the
     /// last.
     fn input(&mut self, t: Micros, memory: Option<Self::Input>) -> Option<Self::Input>;
+
+    /// The inputs of a batch that will not be full: the events end. None if there are none.
+    fn rest(&mut self) -> Option<Self::Input> {
+        None
+    }
+
+    /// The poses of the last input that needed no inference, which [`Self::input`] or [`Self::rest`] then
+    /// left out: those of a scene at rest.
+    fn repeated(&mut self) -> Vec<(Micros, Self::Pose)> {
+        Vec::new()
+    }
+
+    /// The first time of [`InferenceSchedule::Every`] `step` in events that begin at `begin`.
+    fn first_stride(&self, begin: Micros, step: Micros) -> Micros {
+        begin + step
+    }
+
+    /// The latest time of such a schedule in events of which `last` is the last.
+    fn last_stride(&self, last: Micros) -> Micros {
+        last
+    }
+
+    /// Remarks on the events so far, in sentences without a full stop.
+    fn remarks(&self) -> Vec<String> {
+        Vec::new()
+    }
 
     /// Takes the output for the input of `t`, which is known at `now`. Returns the poses of the
     /// input with their time stamps.
@@ -123,9 +161,25 @@ where
     /// # Errors
     /// If a stage fails.
     pub fn infer(&mut self, t: Micros) -> Result<Vec<(Micros, F::Pose)>, StreamError> {
-        let Some(input) = self.frontend.input(t, self.memory.take()) else {
-            return Ok(Vec::new());
-        };
+        let input = self.frontend.input(t, self.memory.take());
+        self.complete(input, t)
+    }
+
+    /// Infers the inputs that wait for a batch to become full: the events end at `t`.
+    ///
+    /// # Errors
+    /// If a stage fails.
+    pub fn finish(&mut self, t: Micros) -> Result<Vec<(Micros, F::Pose)>, StreamError> {
+        let rest = self.frontend.rest();
+        self.complete(rest, t)
+    }
+
+    fn complete(
+        &mut self,
+        input: Option<F::Input>,
+        t: Micros,
+    ) -> Result<Vec<(Micros, F::Pose)>, StreamError> {
+        let Some(input) = input else { return Ok(self.frontend.repeated()) };
         let output = self.worker.infer(&input)?;
         let poses = self.frontend.accept(t, &input, output, t);
         self.memory = Some(input);

@@ -7,7 +7,7 @@ use evpose_core::{Plane, atomic_write};
 use evpose_pose::HandParams;
 use evpose_pose::metric::Pck;
 use evpose_task::hand::{HandConfig, HandView};
-use evpose_train::{HandDataset, HandSequence, HistoryLine, MethodResults};
+use evpose_train::{HandDataset, HandPoseTrack, HandSequence, HistoryLine, MethodResults};
 use image::{Rgb, RgbImage};
 
 use crate::canvas::{Canvas, PREDICTION, TRUTH, contact_sheet};
@@ -147,8 +147,7 @@ fn shown(evaluation: &HeldOutEvaluation) -> Result<&MethodResults> {
     filtered.or(evaluation.methods.last()).context("no method was evaluated")
 }
 
-/// Frames from all over `data`, with the hands of some methods, which were evaluated at the same
-/// frames, in colours of their own.
+/// Frames from all over `data`, with the hands of some methods at those of the first, in colours of their own.
 pub fn strip(
     config: &HandConfig,
     data: &HandDataset,
@@ -164,8 +163,10 @@ pub fn strip(
             let frames = &tracks.clone().next().context("no method is shown")?.0.frames;
             // Spread over the sequence, away from its ends.
             let at = (frames.len() * (2 * (i % 5) + 1)) / 10;
-            let hands: Vec<_> = tracks.map(|(track, colour)| (track.poses[at], colour)).collect();
-            overlay(config, data, &view, &sequences[sequence], frames[at], &hands)
+            let frame = *frames.get(at).context("no pose was evaluated")?;
+            let hand = |(track, colour): (&HandPoseTrack, _)| Some((track.at(frame)?, colour));
+            let hands: Vec<_> = tracks.filter_map(hand).collect();
+            overlay(config, data, &view, &sequences[sequence], frame, &hands)
         })
         .collect::<Result<_>>()?;
     Ok(contact_sheet(&frames, 4))

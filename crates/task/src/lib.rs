@@ -1,7 +1,7 @@
 //! Pose tasks: experiments, checkpoints, predictors, and the stream from events to poses.
 //!
 //! * [`PoseStream`](evpose_pose::stream::PoseStream): events → representation → network → decoding
-//!   → filter → pose.
+//!   → filter → pose. [`RecordingStream`]: a recording through it.
 //! * [`hand`], [`body`]: configs, checkpoints, predictors and front ends of the two tasks.
 //! * [`baseline`]: the same of the networks that MoveEnet is compared with.
 //! * [`QuantizationRanges`]: calibration of int8 inference, for any network.
@@ -9,22 +9,34 @@
 //! * [`FieldDifference`]: the fields in which two configs differ.
 //!
 //! ```
-//! use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
+//! use evpose_core::Micros;
+//! use evpose_io::{Input, OpenOptions, Windows};
 //! use evpose_pose::HandParams;
-//! use evpose_task::hand::{ConstantPose, HandConfig, poses_every_ms};
+//! use evpose_pose::stream::InferenceSchedule;
+//! use evpose_task::RecordingStream;
+//! use evpose_task::hand::{ConstantPose, HandConfig, hand_stream};
+//! use evpose_view::Calibration;
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let config = HandConfig::parse("[representation]\nwindow_ms = 50", &[])?;
-//! let mut events = EventStream::empty(SensorSize { width: 32, height: 24 });
-//! for ms in 0..60 {
-//!     events.push(Event { t: Micros(1_000 * ms), x: ms as u16 % 32, y: 7, polarity: Polarity::On })?;
-//! }
+//! // Seconds, column, row, polarity.
+//! let mut text = "32 24\n".to_owned();
+//! (0..60).for_each(|ms| text += &format!("{:.3} {} 7 1\n", 1e-3 * f64::from(ms), ms % 32));
+//! let options = OpenOptions::default();
+//! let file = Input::memory("a.txt", text.into_bytes());
+//! let windows = Windows::from_source(evpose_io::source(file, &options)?.1, &options)?;
+//! let every_ms = InferenceSchedule::Every(Micros(1_000));
 //! // A network takes the place of the constant: see `NetworkPredictor`.
-//! let mut predictor = ConstantPose(HandParams::default());
-//! let poses = poses_every_ms(&config, &events, &mut predictor, &mut |_| {})?;
+//! let predictor = ConstantPose(HandParams::default());
+//! let camera = Calibration::guessed(windows.sensor());
+//! let stream = hand_stream(&config, predictor, &camera, every_ms, 1)?;
+//! let mut poses = Vec::new();
+//! for inferred in RecordingStream::new(windows, stream, every_ms) {
+//!     poses.extend(inferred?.poses);
+//! }
 //! assert_eq!(poses.len(), 10);
 //! // Of the events before 51 ms.
-//! assert_eq!(poses[0].t, Micros(51_000));
+//! assert_eq!(poses[0].0, Micros(51_000));
 //! # Ok(())
 //! # }
 //! ```
@@ -35,9 +47,11 @@ mod differences;
 mod error;
 pub mod hand;
 mod quantized;
+mod recording_stream;
 pub mod schedule;
 pub mod toml_text;
 
 pub use differences::FieldDifference;
 pub use error::TaskError;
 pub use quantized::QuantizationRanges;
+pub use recording_stream::{InferredPoses, MAX_SILENCE, RecordingStream};

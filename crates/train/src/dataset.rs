@@ -182,11 +182,6 @@ impl HandDataset {
         (usize::from(self.sensor.height), usize::from(self.sensor.width))
     }
 
-    /// Size of the canonical view.
-    pub(crate) fn sensor(&self) -> SensorSize {
-        self.sensor
-    }
-
     /// `(height, width)` of the network's images: of samples.
     pub fn sample_size(&self) -> (usize, usize) {
         let size = self.two_pass.as_ref().map_or(self.sensor, |two_pass| two_pass.size());

@@ -2,17 +2,14 @@
 
 use evpose_core::Micros;
 use evpose_pose::HandParams;
-use evpose_pose::filter::{HandFilter, HoldAtRest};
 use evpose_pose::metric::{HandEvaluation, HandPoints, SequenceScores};
+use evpose_pose::stream::InferenceSchedule;
 
 use crate::TrainError;
 use crate::dataset::{HandDataset, HandSequence};
 use evpose_task::hand::HandConfig;
 use evpose_task::hand::HandView;
 use evpose_task::hand::Predictor;
-
-/// Windows in one inference: enough to occupy every thread, few enough for the memory.
-const BATCH: usize = 64;
 
 /// The poses that a method predicted for a sequence.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -24,19 +21,15 @@ pub struct HandPoseTrack {
 }
 
 impl HandPoseTrack {
-    /// The same poses after the Kalman filter, one update for each.
-    ///
-    /// # Errors
-    /// If the filter's settings make no sense.
-    pub fn filtered(&self, config: &HandConfig) -> Result<Self, TrainError> {
-        let mut filter = HandFilter::new(&config.filter)?;
-        let poses = self
-            .frames
-            .iter()
-            .zip(&self.poses)
-            .map(|(&frame, pose)| filter.update(Micros(frame as i64 * 1000), pose))
-            .collect();
-        Ok(Self { frames: self.frames.clone(), poses })
+    /// The pose at the end of a frame, if there is one.
+    pub fn at(&self, frame: u64) -> Option<HandParams> {
+        self.frames.binary_search(&frame).ok().map(|index| self.poses[index])
+    }
+
+    /// Appends a pose.
+    pub(crate) fn push(&mut self, frame: u64, pose: HandParams) {
+        self.frames.push(frame);
+        self.poses.push(pose);
     }
 }
 
@@ -61,8 +54,9 @@ pub struct MethodResults {
     pub tracks: Vec<HandPoseTrack>,
 }
 
-/// Evaluates `methods` on every sequence of `data`, a pose every `stride_ms`. `progress` receives
-/// the number of poses after each batch, in all [`evaluated_pose_count`].
+/// Evaluates `methods` on every sequence of `data`: the poses that `evpose infer` writes of its recording, one
+/// every `stride_ms`. `progress` receives the number of poses from time to time, in all about
+/// [`evaluated_pose_count`].
 ///
 /// The true hand has the shape it was recorded with, predicted hands the neutral one, as published.
 ///
@@ -87,18 +81,10 @@ pub fn evaluate(
         })
         .collect();
     for sequence in data.sequences() {
-        let mut tracks = Vec::new();
-        for track in predict(config, data, sequence, methods, stride_ms, progress)?
-            .into_iter()
-            .zip(methods.iter())
-            .map(|(track, method)| -> Result<_, TrainError> {
-                let filtered = method.filtered.map(|_| track.filtered(config)).transpose()?;
-                Ok([Some(track), filtered])
-            })
-        {
-            tracks.extend(track?.into_iter().flatten());
-        }
-        let truth = true_points(&view, sequence, &tracks[0].frames)?;
+        let tracks = infer(config, sequence, methods, stride_ms, progress)?;
+        // Every method has poses at the same frames.
+        let frames = tracks.first().map_or(&[][..], |track| &track.frames);
+        let truth = true_points(&view, sequence, frames)?;
         for (result, track) in results.iter_mut().zip(tracks) {
             result.evaluation.sequences.push(score(&view, sequence, &track, &truth)?);
             result.tracks.push(track);
@@ -107,53 +93,62 @@ pub fn evaluate(
     Ok(results)
 }
 
-/// Poses that [`evaluate`] compares with the ground truth.
+/// Poses that [`evaluate`] compares with the ground truth, about: a recording may begin or end without any.
 pub fn evaluated_pose_count(config: &HandConfig, data: &HandDataset, stride_ms: u32) -> u64 {
-    data.sequences().iter().map(|s| evaluated_frames(config, s, stride_ms).count() as u64).sum()
+    let count = |s: &HandSequence| (0..s.frames()).filter(|&k| is_scored(config, s, k)).count();
+    data.sequences().iter().map(|s| count(s) as u64).sum::<u64>() / u64::from(stride_ms.max(1))
 }
 
-/// The frames of a sequence that are evaluated; of one that ends before `evaluation.first_ms`, the
-/// last.
-pub(crate) fn evaluated_frames(
-    config: &HandConfig,
-    sequence: &HandSequence,
-    stride_ms: u32,
-) -> impl Iterator<Item = u64> + use<> {
+/// Whether a pose at the end of a frame is scored: from `evaluation.first_ms` on, and the last one of a
+/// sequence that ends before. A burst of events where a simulation draws its scene anew is no motion: poses
+/// whose windows hold one are left out.
+pub(crate) fn is_scored(config: &HandConfig, sequence: &HandSequence, frame: u64) -> bool {
     let first = u64::from(config.evaluation.first_ms).min(sequence.frames().saturating_sub(1));
-    (first..sequence.frames()).step_by(stride_ms.max(1) as usize)
+    let window = (frame + 1).saturating_sub(config.representation.window_ms.into())..frame + 1;
+    (first..sequence.frames()).contains(&frame) && !sequence.is_redrawn(window)
 }
 
-/// Every method's poses for one sequence; windows are made once for all methods.
-fn predict(
+/// The poses of one sequence, of each method and of each filtered one.
+fn infer(
     config: &HandConfig,
-    data: &HandDataset,
     sequence: &HandSequence,
     methods: &mut [Method<'_>],
     stride_ms: u32,
     progress: &mut dyn FnMut(u64),
 ) -> Result<Vec<HandPoseTrack>, TrainError> {
-    let frames: Vec<u64> = evaluated_frames(config, sequence, stride_ms).collect();
-    let mut tracks =
-        vec![HandPoseTrack { frames: frames.clone(), poses: Vec::new() }; methods.len()];
-    let mut inputs = Vec::new();
-    let (height, width) = data.image_size();
-    let hold = config.hold.map(|hold| HoldAtRest::new(&hold, data.sensor())).transpose()?;
-    let mut holds = vec![hold; methods.len()];
-    for chunk in frames.chunks(BATCH) {
-        data.windows_ending_at(sequence, chunk, &mut inputs)?;
-        for ((method, track), hold) in methods.iter_mut().zip(&mut tracks).zip(&mut holds) {
-            let mut poses = method.predictor.predict(&inputs, (height, width))?;
-            if let Some(hold) = hold {
-                let windows = inputs.chunks_exact(2 * height * width);
-                poses.iter_mut().zip(windows).for_each(|(pose, window)| {
-                    *pose = hold.pose(window, pose);
-                });
-            }
-            track.poses.extend(poses);
-        }
-        progress(chunk.len() as u64);
+    let schedule = InferenceSchedule::Every(Micros(1_000 * i64::from(stride_ms.max(1))));
+    let mut streams = Vec::new();
+    for method in methods.iter_mut() {
+        streams.push(sequence.stream(config, &mut *method.predictor, schedule)?);
     }
-    Ok(tracks)
+    let mut tracks = vec![[HandPoseTrack::default(), HandPoseTrack::default()]; streams.len()];
+    loop {
+        let mut done = None;
+        for (stream, [measured, filtered]) in streams.iter_mut().zip(&mut tracks) {
+            let Some(inferred) = stream.next().transpose()? else { continue };
+            let before = measured.frames.len();
+            for (t, estimate) in inferred.poses {
+                let frame = frame_before(t);
+                if is_scored(config, sequence, frame) {
+                    measured.push(frame, estimate.measured);
+                    filtered.push(frame, estimate.filtered);
+                }
+            }
+            done = Some(measured.frames.len() - before);
+        }
+        let Some(done) = done else { break };
+        progress(done as u64);
+    }
+    drop(streams);
+    let of = |(method, [measured, filtered]): (&Method<'_>, [HandPoseTrack; 2])| {
+        [Some(measured), method.filtered.map(|_| filtered)]
+    };
+    Ok(methods.iter().zip(tracks).flat_map(of).flatten().collect())
+}
+
+/// The frame that ends at `t`.
+fn frame_before(t: Micros) -> u64 {
+    u64::try_from(t.0.div_euclid(1_000) - 1).unwrap_or_default()
 }
 
 /// The true points at `frames`, with the shapes the sequence was recorded with.

@@ -10,9 +10,11 @@ use evpose_io::poses::{
     PoseFormat, PoseKind, PoseSequence, TimedPose, pose_format_by_name, write_poses,
 };
 use evpose_pose::PoseOrigin;
+use evpose_pose::stream::{InferenceSchedule, StreamFrontend as _};
 use evpose_task::body::{
-    BodyPredictorOptions, BodyRecordingStream, PropagationConfig, TimedEstimates,
+    BodyFrontend, BodyPredictorOptions, BodyWorker, PropagationConfig, body_stream,
 };
+use evpose_task::{InferredPoses, RecordingStream};
 use evpose_train::body::propagated_poses;
 use evpose_view::Calibration;
 
@@ -20,6 +22,9 @@ use super::{BodyModel, infer_cameras};
 use crate::args::InferArgs;
 use crate::online;
 use evpose_app::progress::{bar, note, say};
+
+/// A recording of a person.
+type BodyRecording = RecordingStream<BodyFrontend, BodyWorker>;
 
 pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
     let checkpoint = &model.checkpoint;
@@ -41,25 +46,26 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
         predictor.warm_up(batch);
     }
     let opening = args.opening.options_with_sensor(events)?;
-    let open = |propagation: Option<&PropagationConfig>| -> Result<BodyRecordingStream> {
-        let windows = Windows::open(events, &opening)?;
-        let calibration = Calibration::choose(args.camera.as_deref(), windows.sensor())?;
-        let predictor = predictor.another();
-        let of = BodyRecordingStream::of_camera;
-        let stream = of(windows, &calibration, checkpoint, propagation, predictor)?;
-        // Propagation goes on from one pose to the next.
-        let stream = if propagation.is_none() { stream.with_batch(batch) } else { stream };
-        let stream = match args.min_score {
-            Some(min_score) => stream.with_min_score(min_score),
-            None => stream,
-        };
-        Ok(if args.unfiltered { stream } else { stream.with_filter(checkpoint.config.filter)? })
-    };
-    let mut recording = open(None)?;
-    let Some(start) = recording.start() else { bail!("{}: no events", events.display()) };
-    let end = recording.end()?;
     let stride_ms = args.stride_ms.unwrap_or(checkpoint.config.evaluation.every_ms);
     let step = Micros(1_000 * i64::from(stride_ms.max(1)));
+    let open = |propagation: Option<&PropagationConfig>| -> Result<BodyRecording> {
+        let windows = Windows::open(events, &opening)?;
+        let calibration = Calibration::choose(args.camera.as_deref(), windows.sensor())?;
+        let mut stream = body_stream(checkpoint, &calibration, propagation, predictor.another())?;
+        if propagation.is_none() {
+            // Propagation goes on from one pose to the next.
+            stream.frontend = stream.frontend.with_batch(batch);
+        }
+        if let Some(min_score) = args.min_score {
+            stream.frontend = stream.frontend.with_min_score(min_score);
+        }
+        if !args.unfiltered {
+            stream.frontend = stream.frontend.with_filter(checkpoint.config.filter)?;
+        }
+        Ok(RecordingStream::new(windows, stream, InferenceSchedule::Every(step)))
+    };
+    let mut recording = open(None)?;
+    let Some([start, end]) = recording.span()? else { bail!("{}: no events", events.display()) };
     ensure!(
         start + step <= end,
         "{} lasts {:.1} ms, and the first pose is at {stride_ms} ms: record for longer, or set a \
@@ -69,23 +75,20 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
     );
     let mut poses = PoseSequence::new(PoseKind::Body);
     let progress = bar("inferring", (end - start).0 as u64 / 1_000, "ms");
-    let (mut t, mut count, mut delay_s) = (start + step, 0u64, 0.0);
-    let mut take = |(estimates, own_s): (TimedEstimates, f64)| {
+    let mut delay_s = 0.0;
+    while let Some(inferred) = recording.next().transpose()? {
+        let InferredPoses { t, poses: inferred, delay_s: own_s } = inferred;
         delay_s += own_s;
-        poses.poses.extend(estimates.into_iter().map(|(t, estimate)| TimedPose {
+        let frontend = &recording.stream().frontend;
+        poses.poses.extend(inferred.iter().map(|(t, pose)| TimedPose {
             origin: Some(PoseOrigin::Network),
             // A pose is known when its whole batch is.
             latency_ms: Some(1e3 * own_s),
-            ..TimedPose::new(t, &estimate)
+            ..TimedPose::new(*t, &frontend.estimate(pose))
         }));
-    };
-    while t <= end {
-        take(recording.poses(t)?);
-        count += 1;
         progress.set_position((t - start).0 as u64 / 1_000);
-        t = t + step;
     }
-    take(recording.rest()?);
+    let count = recording.strides();
     progress.finish_and_clear();
     write_poses(&args.out, &poses, args.format)?;
     for warning in recording.warnings() {
@@ -126,7 +129,7 @@ fn skeletons_format() -> Result<&'static PoseFormat> {
 fn write_propagated(
     path: &Path,
     args: &InferArgs,
-    open: &dyn Fn(Option<&PropagationConfig>) -> Result<BodyRecordingStream>,
+    open: &dyn Fn(Option<&PropagationConfig>) -> Result<BodyRecording>,
     stride_ms: u32,
 ) -> Result<()> {
     let events = args.recording()?;
@@ -136,8 +139,7 @@ fn write_propagated(
         ..PropagationConfig::default()
     };
     let mut recording = open(Some(&config))?;
-    let Some(start) = recording.start() else { bail!("{}: no events", events.display()) };
-    let end = recording.end()?;
+    let Some([start, end]) = recording.span()? else { bail!("{}: no events", events.display()) };
     let mut poses = PoseSequence::new(PoseKind::Body);
     for pose in propagated_poses(&mut recording, &config, (start, end))? {
         // There is nothing to propagate before the first inference.

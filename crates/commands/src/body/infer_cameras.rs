@@ -40,18 +40,14 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
     for (events, camera) in args.events.iter().zip(&cameras) {
         let opening = args.opening.options_with_sensor(events)?;
         let windows = Windows::open(events, &opening)?;
-        let one = PlacedRecording::new(windows, *camera, checkpoint, predictor.another())?;
-        recordings.push(match args.min_score {
-            Some(min_score) => one.with_min_score(min_score),
-            None => one,
-        });
+        let (min_score, predictor) = (args.min_score, predictor.another());
+        recordings.push(PlacedRecording::new(windows, *camera, checkpoint, min_score, predictor)?);
     }
     let config = if args.unfiltered { SpatialConfig::default() } else { SpatialConfig::filtered() };
-    let mut people = SpatialRecordings::new(recordings, config);
-    let span = people.span()?;
-    let [start, end] = span.context("the recordings have no time in common")?;
     let stride_ms = args.stride_ms.unwrap_or(checkpoint.config.evaluation.every_ms);
     let step = Micros(1_000 * i64::from(stride_ms.max(1)));
+    let mut people = SpatialRecordings::new(recordings, config, step)?;
+    let [start, end] = people.span().context("the recordings have no time in common")?;
     ensure!(
         start + step <= end,
         "the recordings have {:.1} ms in common, and the first pose is at {stride_ms} ms: set a \
@@ -61,16 +57,15 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
     let mut poses =
         PoseSequence { frame: Some(JointFrame::World), ..PoseSequence::new(PoseKind::Body) };
     let progress = bar("inferring", (end - start).0 as u64 / 1_000, "ms");
-    let (mut t, mut delay_s) = (start + step, 0.0);
+    let mut delay_s = 0.0;
     let (mut joints, mut errors_px) = (0_usize, Vec::new());
-    while t <= end {
-        let pose = people.pose(t)?;
+    for pose in &mut people {
+        let pose = pose?;
         delay_s += pose.delay_s;
         joints += pose.joints_m.iter().flatten().count();
         errors_px.extend(pose.points.iter().flatten().map(|point| point.error_px));
-        poses.poses.push(timed(t, &pose, &cameras[0]));
-        progress.set_position((t - start).0 as u64 / 1_000);
-        t = t + step;
+        poses.poses.push(timed(&pose, &cameras[0]));
+        progress.set_position((pose.t - start).0 as u64 / 1_000);
     }
     progress.finish_and_clear();
     write_poses(&args.out, &poses, args.format)?;
@@ -120,7 +115,8 @@ fn camera_beside(events: &Path) -> Result<PlacedCamera> {
 
 /// A pose with the mean score of the cameras that saw each joint; positions on the image are those of
 /// the first camera.
-fn timed(t: Micros, pose: &SpatialPose, first: &PlacedCamera) -> TimedPose {
+fn timed(pose: &SpatialPose, first: &PlacedCamera) -> TimedPose {
+    let t = pose.t;
     let seen: Vec<TimedPose> =
         pose.estimates.iter().flatten().map(|estimate| TimedPose::new(t, estimate)).collect();
     let mut timed = TimedPose::empty(PoseKind::Body, t);

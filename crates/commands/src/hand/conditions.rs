@@ -173,7 +173,7 @@ fn evaluate_methods(
     let progress = bar("slow motion", total_ms, "ms");
     let mut advance = |ms| progress.inc(ms);
     let SlowMotionResults { methods, usage } =
-        evaluate_slow_motion(config, data, &mut network, mean, stride_ms, &mut advance)?;
+        evaluate_slow_motion(config, data, &mut network, stride_ms, &mut advance)?;
     progress.finish_and_clear();
     evaluated.extend(methods);
     Ok((evaluated, usage))

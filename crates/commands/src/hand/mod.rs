@@ -26,6 +26,7 @@ use evpose_live::page::{HandMesh, Skeleton};
 use evpose_nn::HandRegressorConfig;
 use evpose_nn::graph::Graph;
 use evpose_pose::HandParams;
+use evpose_pose::stream::InferenceSchedule;
 use evpose_sim::SequenceSet;
 use evpose_task::hand::{HandCheckpoint, HandConfig, HandView, NetworkPredictor, hand_stream};
 use evpose_train::{HandDataset, untrained};
@@ -215,12 +216,8 @@ impl PoseModel for HandModel {
     }
 
     fn infer(&self, args: &InferArgs) -> Result<()> {
-        let is_for_bodies = args.skeletons.is_some()
-            || args.fused.is_some()
-            || args.stride_ms.is_some()
-            || args.batch.is_some();
-        if is_for_bodies {
-            bail!("--skeletons, --fused, --stride-ms and --batch are for bodies");
+        if args.skeletons.is_some() || args.fused.is_some() || args.batch.is_some() {
+            bail!("--skeletons, --fused and --batch are for bodies");
         }
         if args.min_score.is_some() {
             bail!(NO_SCORE);
@@ -233,10 +230,11 @@ impl PoseModel for HandModel {
             bail!(NO_SCORE);
         }
         let config = self.checkpoint.config.clone();
-        let adaptor = infer::adaptor(&config, sensor, options.camera.as_deref())?;
+        let calibration = infer::calibration(&config, sensor, options.camera.as_deref())?;
         let batch = online::batch(options.batch, &self.device);
-        let stream =
-            hand_stream(&config, self.predictor(options.precision)?, adaptor.calibration(), batch)?;
+        let predictor = self.predictor(options.precision)?;
+        let schedule = InferenceSchedule::NewestWhenFree;
+        let stream = hand_stream(&config, predictor, &calibration, schedule, batch)?;
         let mesh = move || hand_mesh(&config);
         Ok(Box::new(TaskStream {
             stream,

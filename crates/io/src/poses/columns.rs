@@ -1,10 +1,13 @@
 //! Lines of a table of poses.
 
 use std::fmt::Write as _;
+use std::path::Path;
 
 use evpose_pose::{JointFrame, PARAMETER_NAMES};
 
-use super::{PoseKind, PoseSequence, TimedPose};
+use super::format::{PoseIterator, write_lines};
+use super::{PoseKind, TimedPose};
+use crate::IoError;
 
 /// Suffixes of the columns of a joint.
 pub(super) const PIXELS: [&str; 2] = ["_u_px", "_v_px"];
@@ -30,16 +33,29 @@ impl PoseColumns {
         Self { kind, has_params, frame }
     }
 
-    /// All columns of a sequence: of people, those in metres are there if it has a frame.
-    pub fn of_sequence(sequence: &PoseSequence) -> Self {
-        let own = Self::of(sequence.kind);
-        Self { frame: sequence.frame.or(own.frame), ..own }
+    /// All columns of poses with positions in a frame: of people, those in metres are there if there is one.
+    pub fn of_frame(kind: PoseKind, frame: Option<JointFrame>) -> Self {
+        let own = Self::of(kind);
+        Self { frame: frame.or(own.frame), ..own }
     }
 
     /// The same without parameters of hands: joints alone.
     #[must_use]
     pub fn without_params(self) -> Self {
         Self { has_params: false, ..self }
+    }
+
+    /// Writes a table.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn write(self, path: &Path, poses: PoseIterator<'_>) -> Result<(), IoError> {
+        let line = |pose| {
+            let mut line = String::new();
+            self.push_line(&mut line, &pose);
+            line
+        };
+        write_lines(path, std::iter::once(self.header()).chain(poses.map(line)))
     }
 
     /// The header line, with its end.

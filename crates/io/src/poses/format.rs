@@ -1,14 +1,20 @@
 //! A format of poses.
 
+use std::io::Write as _;
 use std::path::Path;
 
-use evpose_core::atomic_write;
+use evpose_core::AtomicFile;
+use evpose_pose::JointFrame;
 
-use super::pose::PoseSequence;
+use super::pose::{PoseKind, PoseSequence, TimedPose};
 use crate::IoError;
 
-/// Writes a file of poses.
-pub(super) type Write = fn(&Path, &PoseSequence) -> Result<(), IoError>;
+/// Poses that are made while they are written, so that a long recording does not hold them all.
+pub type PoseIterator<'a> = &'a mut dyn Iterator<Item = TimedPose>;
+
+/// Writes a file of poses of a kind, with the frame of positions in metres where it is known.
+pub(super) type Write =
+    fn(&Path, PoseKind, Option<JointFrame>, PoseIterator<'_>) -> Result<(), IoError>;
 
 /// A format of poses. Adding one is a file with its `FORMAT` and a line of [`POSE_FORMATS`](super::POSE_FORMATS).
 #[derive(Debug)]
@@ -32,9 +38,19 @@ impl PoseFormat {
     }
 }
 
-/// Writes a text under its name when it is whole.
-pub(super) fn write_text(path: &Path, text: &str) -> Result<(), IoError> {
-    atomic_write(path, text.as_bytes()).map_err(|source| IoError::file(path, "write", source))
+/// Writes lines, each with its end, under the name of the file when it is whole.
+pub(super) fn write_lines(
+    path: &Path,
+    lines: impl Iterator<Item = String>,
+) -> Result<(), IoError> {
+    let write = || {
+        let mut file = AtomicFile::create(path)?;
+        for line in lines {
+            file.write_all(line.as_bytes())?;
+        }
+        file.commit()
+    };
+    write().map_err(|source| IoError::file(path, "write", source))
 }
 
 /// The fault of a line.

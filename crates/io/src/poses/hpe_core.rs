@@ -4,9 +4,10 @@
 use std::path::Path;
 
 use evpose_core::Micros;
+use evpose_pose::JointFrame;
 use evpose_pose::metric::body::BodyPrediction;
 
-use super::format::PoseFormat;
+use super::format::{PoseFormat, PoseIterator};
 use super::{PoseKind, PoseSequence, TimedPose};
 use crate::predictions::{DelayUnit, PredictionWriter, Undetected, predictions_of};
 use crate::{Input, IoError};
@@ -37,12 +38,17 @@ fn read(path: &Path, bytes: &[u8]) -> Result<PoseSequence, IoError> {
     Ok(sequence)
 }
 
-fn write(path: &Path, sequence: &PoseSequence) -> Result<(), IoError> {
-    if sequence.kind != PoseKind::Body {
+fn write(
+    path: &Path,
+    kind: PoseKind,
+    _: Option<JointFrame>,
+    poses: PoseIterator<'_>,
+) -> Result<(), IoError> {
+    if kind != PoseKind::Body {
         return Err(IoError::unwritable(path, "hpe-core has no table of hands"));
     }
     let mut writer = PredictionWriter::create(path, DelayUnit::Seconds, Undetected::MinusOne)?;
-    for pose in &sequence.poses {
+    for pose in poses {
         writer.write(&BodyPrediction {
             t_s: pose.t.as_seconds(),
             delay_s: 1e-3 * pose.latency_ms.unwrap_or(0.0),

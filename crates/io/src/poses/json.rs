@@ -12,7 +12,7 @@ use evpose_pose::{HandParams, JointFrame, PARAMETER_NAMES, PARAMETERS, PoseOrigi
 use glam::{Vec2, Vec3};
 use serde_json::{Map, Value};
 
-use super::format::{PoseFormat, row_fault, write_text};
+use super::format::{PoseFormat, row_fault, write_lines};
 use super::{PoseJoint, PoseKind, PoseSequence, TimedPose};
 use crate::IoError;
 
@@ -22,10 +22,8 @@ pub(super) static FORMAT: PoseFormat = PoseFormat {
     summary: "JSON Lines with the names of the table",
     detect: |start| start.trim_ascii_start().starts_with(b"{") && !start.contains(&b'['),
     read: |path, bytes| read(path, bytes, joint_of, params_of),
-    write: Some(|path, sequence| {
-        let PoseSequence { kind, frame, poses } = sequence;
-        let lines = poses.iter().map(|pose| line_of(*kind, *frame, pose));
-        write_text(path, &lines.collect::<String>())
+    write: Some(|path, kind, frame, poses| {
+        write_lines(path, poses.map(|pose| line_of(kind, frame, &pose)))
     }),
 };
 

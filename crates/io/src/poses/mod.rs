@@ -32,8 +32,10 @@ mod table;
 mod tests;
 
 pub use columns::PoseColumns;
-pub use format::PoseFormat;
+pub use format::{PoseFormat, PoseIterator};
 pub use json::json_line;
 pub use pose::{PoseJoint, PoseKind, PoseSequence, TimedPose};
-pub use registry::{POSE_FORMATS, pose_format_by_name, poses_from, read_poses, write_poses};
+pub use registry::{
+    POSE_FORMATS, pose_format_by_name, poses_from, read_poses, write_poses, write_poses_from,
+};
 pub use table::read_pose_table;

@@ -3,8 +3,10 @@
 use std::io::Read as _;
 use std::path::Path;
 
-use super::format::PoseFormat;
-use super::pose::PoseSequence;
+use evpose_pose::JointFrame;
+
+use super::format::{PoseFormat, PoseIterator};
+use super::pose::{PoseKind, PoseSequence};
 use super::{hpe_core, json, live_json, skeletons, table};
 use crate::IoError;
 
@@ -59,8 +61,23 @@ pub fn write_poses(
     sequence: &PoseSequence,
     format: &PoseFormat,
 ) -> Result<(), IoError> {
+    let PoseSequence { kind, frame, ref poses } = *sequence;
+    write_poses_from(path, kind, frame, &mut poses.iter().cloned(), format)
+}
+
+/// As [`write_poses`], of poses that are made while they are written.
+///
+/// # Errors
+/// As [`write_poses`].
+pub fn write_poses_from(
+    path: &Path,
+    kind: PoseKind,
+    frame: Option<JointFrame>,
+    poses: PoseIterator<'_>,
+    format: &PoseFormat,
+) -> Result<(), IoError> {
     match format.write {
-        Some(write) => write(path, sequence),
+        Some(write) => write(path, kind, frame, poses),
         None => Err(IoError::unwritable(path, format!("poses are not written as {}", format.name))),
     }
 }

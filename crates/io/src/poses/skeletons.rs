@@ -3,9 +3,10 @@
 
 use std::path::Path;
 
+use evpose_pose::JointFrame;
 use evpose_pose::body::{file_from_network, network_from_file, torso};
 
-use super::format::PoseFormat;
+use super::format::{PoseFormat, PoseIterator};
 use super::{PoseJoint, PoseKind, PoseSequence, TimedPose};
 use crate::yarp::{CoordinateFormat, YarpSkeleton, read_skeletons_from, write_skeletons};
 use crate::{Input, IoError};
@@ -42,11 +43,16 @@ fn read(path: &Path, bytes: &[u8]) -> Result<PoseSequence, IoError> {
     Ok(sequence)
 }
 
-fn write(path: &Path, sequence: &PoseSequence) -> Result<(), IoError> {
-    if sequence.kind != PoseKind::Body {
+fn write(
+    path: &Path,
+    kind: PoseKind,
+    _: Option<JointFrame>,
+    poses: PoseIterator<'_>,
+) -> Result<(), IoError> {
+    if kind != PoseKind::Body {
         return Err(IoError::unwritable(path, "YARP has no skeletons of hands"));
     }
-    let skeletons: Vec<YarpSkeleton> = sequence.poses.iter().map(skeleton).collect();
+    let skeletons: Vec<YarpSkeleton> = poses.map(|pose| skeleton(&pose)).collect();
     write_skeletons(path, CHANNEL, &skeletons, CoordinateFormat::Whole)
 }
 

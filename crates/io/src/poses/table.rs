@@ -11,7 +11,7 @@ use evpose_pose::{HandParams, JointFrame, PARAMETER_NAMES, PoseOrigin};
 use glam::{Vec2, Vec3};
 
 use super::columns::{METRES, PIXELS, SCORE};
-use super::format::{PoseFormat, row_fault, write_text};
+use super::format::{PoseFormat, row_fault};
 use super::{PoseColumns, PoseJoint, PoseKind, PoseSequence, TimedPose};
 use crate::IoError;
 
@@ -26,12 +26,7 @@ pub(super) static FORMAT: PoseFormat = PoseFormat {
         names.any(|name| name.trim().trim_matches('"') == "t_us")
     },
     read,
-    write: Some(|path, sequence| {
-        let columns = PoseColumns::of_sequence(sequence);
-        let mut text = columns.header();
-        sequence.poses.iter().for_each(|pose| columns.push_line(&mut text, pose));
-        write_text(path, &text)
-    }),
+    write: Some(|path, kind, frame, poses| PoseColumns::of_frame(kind, frame).write(path, poses)),
 };
 
 /// Reads a table with a header.

@@ -1,10 +1,9 @@
-//! The body's stream online: a representation at the network's pace, and velocities of events in
-//! between.
+//! The body's stream: a representation at the network's pace, and velocities of events in between.
 
 use evpose_core::{EventStream, Micros, Plane, SensorSize};
 use evpose_pose::PoseEstimate;
 use evpose_pose::body::fusion::ScoredPoints;
-use evpose_pose::body::{BodyFollower, BodyJoint, PresenceScore, pose_score};
+use evpose_pose::body::{BodyFollower, BodyJoint, BodyPoints, PresenceScore, pose_score};
 use evpose_pose::filter::{BodyFilter, BodyFilterConfig};
 use evpose_pose::stream::{InferenceWorker, PoseStream, StreamError, StreamFrontend};
 use evpose_repr::{
@@ -90,12 +89,23 @@ pub fn body_stream(
         canonical,
         events: 0,
         follower,
-        last_detection: None,
+        last_pose: None,
         batch: 1,
         pending: ImageBatch::default(),
         filter: None,
     };
     Ok(PoseStream::new(frontend, BodyWorker { predictor, blur: Blur::new(image.blur) }))
+}
+
+/// A pose of a person.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BodyPose {
+    /// Joints of the network on the sensor, in pixels, with their scores.
+    pub detection: ScoredPoints,
+    /// The same through the temporal filter; unchanged without one.
+    pub joints_px: BodyPoints,
+    /// Score of the pose, 0 to 1.
+    pub score: f32,
 }
 
 /// Follows the events of a person.
@@ -113,7 +123,7 @@ pub struct BodyFrontend {
     min_events: u64,
     /// None if poses are not propagated.
     follower: Option<BodyFollower>,
-    last_detection: Option<(ScoredPoints, f32)>,
+    last_pose: Option<BodyPose>,
     /// Images per inference, and those of the next one.
     batch: usize,
     pending: ImageBatch,
@@ -126,17 +136,6 @@ impl BodyFrontend {
     #[must_use]
     pub fn with_batch(self, batch: usize) -> Self {
         Self { batch: batch.max(1), ..self }
-    }
-
-    /// Whether events have shown that polarities say nothing, where they would count.
-    pub fn has_lost_polarities(&self) -> bool {
-        self.canonical.has_lost_polarities()
-    }
-
-    /// The images of a batch that will not be full: the recording ends. None if there are none.
-    pub fn rest(&mut self) -> Option<ImageBatch> {
-        let rest = std::mem::take(&mut self.pending);
-        (!rest.is_empty()).then_some(rest)
     }
 
     /// Adds the image at `t` to the batch, once there have been enough events.
@@ -155,11 +154,11 @@ impl BodyFrontend {
         t: Micros,
         joints: &[BodyJoint],
         now: Micros,
-    ) -> (Micros, (ScoredPoints, f32)) {
+    ) -> (Micros, BodyPose) {
         let mut detection = ScoredPoints::in_image(joints, self.canonical.size());
         detection.points = self.canonical.sensor_points(&detection.points);
         let score = self.presence.update(t, pose_score(&detection.scores));
-        let mut detection = self.reported(detection, score);
+        let detection = self.reported(detection, score);
         if let Some(follower) = &mut self.follower {
             if detection.points.iter().any(Option::is_some) {
                 follower.detection(t, &detection, now);
@@ -168,11 +167,13 @@ impl BodyFrontend {
                 follower.forget_detections();
             }
         }
-        if let Some(filter) = &mut self.filter {
-            detection.points = filter.update(t, &detection);
-        }
-        self.last_detection = Some((detection, score));
-        (t, (detection, score))
+        let joints_px = match &mut self.filter {
+            Some(filter) => filter.update(t, &detection),
+            None => detection.points,
+        };
+        let pose = BodyPose { detection, joints_px, score };
+        self.last_pose = Some(pose);
+        (t, pose)
     }
 
     /// The same with the temporal filter of the checkpoint's config on the joints of poses; propagated
@@ -203,8 +204,7 @@ impl BodyFrontend {
 impl StreamFrontend for BodyFrontend {
     type Input = ImageBatch;
     type Output = Vec<Vec<BodyJoint>>;
-    /// With the score of the pose.
-    type Pose = (ScoredPoints, f32);
+    type Pose = BodyPose;
 
     fn push(&mut self, events: &EventStream) -> Result<(), StreamError> {
         let view_events = self.canonical.push(events);
@@ -250,15 +250,28 @@ impl StreamFrontend for BodyFrontend {
         each.map(|(t, joints)| self.accept_one(*t, &joints, now)).collect()
     }
 
-    fn estimate(&self, (detection, score): &Self::Pose) -> PoseEstimate {
-        let ScoredPoints { points, scores } = *detection;
-        PoseEstimate::Body { joints_px: points, scores, score: *score }
+    fn rest(&mut self) -> Option<ImageBatch> {
+        let rest = std::mem::take(&mut self.pending);
+        (!rest.is_empty()).then_some(rest)
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        let lost = self.canonical.has_lost_polarities().then(|| {
+            "polarities say nothing: events are pooled to the network's view without them"
+                .to_owned()
+        });
+        lost.into_iter().collect()
+    }
+
+    fn estimate(&self, pose: &BodyPose) -> PoseEstimate {
+        let BodyPose { detection, joints_px, score } = *pose;
+        PoseEstimate::Body { joints_px, scores: detection.scores, score }
     }
 
     fn propagate(&mut self, t: Micros) -> Option<PoseEstimate> {
-        let (ScoredPoints { points, scores }, score) = self.last_detection?;
-        let joints_px = self.follower.as_mut().map_or(points, |follower| follower.at(t));
-        Some(PoseEstimate::Body { joints_px, scores, score })
+        let pose = self.last_pose?;
+        let joints_px = self.follower.as_mut().map_or(pose.joints_px, |follower| follower.at(t));
+        Some(self.estimate(&BodyPose { joints_px, ..pose }))
     }
 
     fn reset(&mut self) {
@@ -272,7 +285,7 @@ impl StreamFrontend for BodyFrontend {
         if let Some(filter) = &mut self.filter {
             filter.reset();
         }
-        self.last_detection = None;
+        self.last_pose = None;
         self.pending.clear();
     }
 }

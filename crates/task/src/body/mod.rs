@@ -11,7 +11,6 @@ mod inference;
 mod predictor;
 mod propagation;
 mod reader;
-mod recording_stream;
 mod resample;
 mod spatial;
 
@@ -25,10 +24,9 @@ pub use config::{
     SecondPass,
 };
 pub use detection::BodyDetectionConfig;
-pub use frontend::{BodyFrontend, BodyWorker, body_stream};
+pub use frontend::{BodyFrontend, BodyPose, BodyWorker, body_stream};
 pub use predictor::{BodyPredictor, BodyPredictorOptions, joints_in_pixels};
 pub use propagation::PropagationConfig;
 pub use reader::RepresentationReader;
-pub use recording_stream::{BodyRecordingStream, TimedEstimates};
 pub use resample::{Interpolation, resize_grey, sample};
 pub use spatial::{PlacedRecording, SpatialConfig, SpatialPose, SpatialRecordings};

@@ -4,6 +4,7 @@
 use evpose_core::{Micros, PlacedCamera};
 use evpose_io::Windows;
 use evpose_pose::PoseEstimate;
+use evpose_pose::stream::InferenceSchedule;
 use evpose_pose::body::triangulation::{
     Observation, TriangulatedPoint, TriangulationConfig, triangulate,
 };
@@ -13,9 +14,9 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::checkpoint::BodyCheckpoint;
+use super::frontend::{BodyFrontend, BodyPose, BodyWorker, body_stream};
 use super::predictor::BodyPredictor;
-use super::recording_stream::BodyRecordingStream;
-use crate::TaskError;
+use crate::{InferredPoses, RecordingStream, TaskError};
 
 /// From detections of several cameras to joints in the world.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -37,6 +38,8 @@ impl SpatialConfig {
 /// A person in the world.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpatialPose {
+    /// Time stamp.
+    pub t: Micros,
     /// Joints in metres, filtered if the config has a filter; none where fewer than two cameras
     /// agree.
     pub joints_m: WorldJoints,
@@ -50,12 +53,13 @@ pub struct SpatialPose {
 
 /// A recording of a calibrated camera.
 pub struct PlacedRecording {
-    stream: BodyRecordingStream,
+    stream: RecordingStream<BodyFrontend, BodyWorker>,
     camera: PlacedCamera,
 }
 
 impl PlacedRecording {
-    /// The recording `windows` of a camera.
+    /// The recording `windows` of a camera; with a minimum score of poses and joints as in
+    /// [`BodyFrontend::with_min_score`].
     ///
     /// # Errors
     /// If the stream cannot be made for its sensor.
@@ -63,49 +67,57 @@ impl PlacedRecording {
         windows: Windows,
         camera: PlacedCamera,
         checkpoint: &BodyCheckpoint,
+        min_score: Option<f32>,
         predictor: BodyPredictor,
     ) -> Result<Self, TaskError> {
         let calibration = Calibration::of_lens(windows.sensor(), camera.lens);
-        let of = BodyRecordingStream::of_camera;
-        let stream = of(windows, &calibration, checkpoint, None, predictor)?;
-        Ok(Self { stream, camera })
-    }
-
-    /// The same with a minimum score of poses and joints.
-    #[must_use]
-    pub fn with_min_score(mut self, min_score: f32) -> Self {
-        self.stream = self.stream.with_min_score(min_score);
-        self
+        let mut stream = body_stream(checkpoint, &calibration, None, predictor)?;
+        if let Some(min_score) = min_score {
+            stream.frontend = stream.frontend.with_min_score(min_score);
+        }
+        // The schedule is that of all recordings together.
+        let schedule = InferenceSchedule::NewestWhenFree;
+        Ok(Self { stream: RecordingStream::new(windows, stream, schedule), camera })
     }
 }
 
-/// Recordings of one person by several cameras with one clock, read forwards in time.
+/// Recordings of one person by several cameras with one clock, read forwards in time: an iterator over
+/// poses at an even rate, in the time that all recordings have.
 pub struct SpatialRecordings {
     recordings: Vec<PlacedRecording>,
+    every: Micros,
+    /// The time of the next pose, and that up to which there are some.
+    next: Micros,
+    end: Micros,
     config: TriangulationConfig,
     filter: Option<SpatialFilter>,
 }
 
 impl SpatialRecordings {
-    /// Joins recordings.
-    pub fn new(recordings: Vec<PlacedRecording>, config: SpatialConfig) -> Self {
-        let filter = config.filter.map(SpatialFilter::new);
-        Self { recordings, config: config.triangulation, filter }
-    }
-
-    /// The time span that all recordings have; none if they have none in common.
+    /// Joins recordings; poses are `every` apart.
     ///
     /// # Errors
     /// If one cannot be read to its end.
-    pub fn span(&mut self) -> Result<Option<[Micros; 2]>, TaskError> {
-        let (mut start, mut end) = (None, None);
-        for PlacedRecording { stream, .. } in &mut self.recordings {
-            let Some(own) = stream.start() else { return Ok(None) };
-            start = Some(start.map_or(own, |start: Micros| start.max(own)));
-            let own = stream.end()?;
-            end = Some(end.map_or(own, |end: Micros| end.min(own)));
+    pub fn new(
+        mut recordings: Vec<PlacedRecording>,
+        config: SpatialConfig,
+        every: Micros,
+    ) -> Result<Self, TaskError> {
+        let (mut start, mut end) = (Micros(i64::MIN), Micros(i64::MAX));
+        for PlacedRecording { stream, .. } in &mut recordings {
+            // Nothing is in common with an empty one.
+            let [own_start, own_end] = stream.span()?.unwrap_or([end, start]);
+            (start, end) = (start.max(own_start), end.min(own_end));
         }
-        Ok(start.zip(end).filter(|(start, end)| start < end).map(|(start, end)| [start, end]))
+        let filter = config.filter.map(SpatialFilter::new);
+        let next = Micros(start.0.saturating_add(every.0));
+        Ok(Self { recordings, every, next, end, config: config.triangulation, filter })
+    }
+
+    /// The time from the beginning to the end of what all recordings have; none if that is nothing.
+    pub fn span(&self) -> Option<[Micros; 2]> {
+        let start = Micros(self.next.0.saturating_sub(self.every.0));
+        (start < self.end).then_some([start, self.end])
     }
 
     /// Remarks on the recordings, each with its number.
@@ -116,32 +128,44 @@ impl SpatialRecordings {
         self.recordings.iter().enumerate().flat_map(|one| -> Vec<_> { of(one) }).collect()
     }
 
+    /// The time of the next pose at which a recording is not silent.
+    fn next_time(&mut self) -> Result<Micros, TaskError> {
+        let mut heard = Micros(i64::MAX);
+        for PlacedRecording { stream, .. } in &mut self.recordings {
+            heard = heard.min(stream.heard_from(self.next)?);
+        }
+        let skipped = (heard.0.saturating_sub(self.next.0) + self.every.0 - 1).div_euclid(self.every.0);
+        Ok(self.next + Micros(skipped * self.every.0))
+    }
+
     /// The pose at `t`, which is not before the last one. Cameras are inferred in parallel.
-    ///
-    /// # Errors
-    /// If a recording cannot be read up to there, or the network fails.
-    pub fn pose(&mut self, t: Micros) -> Result<SpatialPose, TaskError> {
-        let one = |recording: &mut PlacedRecording| recording.stream.pose(t);
-        let estimates: Vec<(Option<PoseEstimate>, f64)> =
+    fn pose(&mut self, t: Micros) -> Result<SpatialPose, TaskError> {
+        let one = |PlacedRecording { stream, .. }: &mut PlacedRecording| stream.infer_at(t);
+        let inferred: Vec<InferredPoses<BodyPose>> =
             self.recordings.par_iter_mut().map(one).collect::<Result<_, TaskError>>()?;
-        let delay_s = estimates.iter().map(|(_, delay_s)| delay_s).sum();
-        let seen: Vec<_> = estimates.into_iter().map(|(estimate, _)| estimate).collect();
+        let delay_s = inferred.iter().map(|inferred| inferred.delay_s).sum();
+        let seen: Vec<Option<BodyPose>> =
+            inferred.iter().map(|one| one.poses.first().map(|(_, pose)| *pose)).collect();
         let points = self.points(&seen);
         let positions = || points.map(|point| point.map(|point| point.position_m));
         let joints_m = match &mut self.filter {
             Some(filter) => filter.update(t, &points),
             None => positions(),
         };
-        Ok(SpatialPose { joints_m, points, estimates: seen, delay_s })
+        let estimate = |pose: BodyPose| PoseEstimate::Body {
+            joints_px: pose.joints_px,
+            scores: pose.detection.scores,
+            score: pose.score,
+        };
+        let estimates = seen.into_iter().map(|pose| pose.map(estimate)).collect();
+        Ok(SpatialPose { t, joints_m, points, estimates, delay_s })
     }
 
-    fn points(&self, seen: &[Option<PoseEstimate>]) -> [Option<TriangulatedPoint>; BODY_JOINTS] {
+    fn points(&self, seen: &[Option<BodyPose>]) -> [Option<TriangulatedPoint>; BODY_JOINTS] {
         std::array::from_fn(|joint| {
-            let observation = |(recording, estimate): (&'_ PlacedRecording, _)| match estimate {
-                &Some(PoseEstimate::Body { joints_px, scores, .. }) => {
-                    Some((recording.camera, joints_px[joint]?, scores[joint]))
-                }
-                _ => None,
+            let observation = |(recording, pose): (&'_ PlacedRecording, &Option<BodyPose>)| {
+                let BodyPose { detection, joints_px, .. } = pose.as_ref()?;
+                Some((recording.camera, joints_px[joint]?, detection.scores[joint]))
             };
             let all: Vec<_> = self.recordings.iter().zip(seen).filter_map(observation).collect();
             let all: Vec<Observation<'_>> = all
@@ -149,6 +173,21 @@ impl SpatialRecordings {
                 .map(|(camera, at_px, score)| Observation { camera, at_px: *at_px, score: *score })
                 .collect();
             triangulate(&all, &self.config)
+        })
+    }
+}
+
+impl Iterator for SpatialRecordings {
+    type Item = Result<SpatialPose, TaskError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let t = match self.next_time() {
+            Ok(t) => t,
+            Err(error) => return Some(Err(error)),
+        };
+        (t <= self.end).then(|| {
+            self.next = t + self.every;
+            self.pose(t)
         })
     }
 }

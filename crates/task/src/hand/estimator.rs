@@ -51,10 +51,7 @@ impl Smoothing {
 
 /// Events to inputs of the network, and its outputs to filtered poses.
 ///
-/// When inputs are taken is the schedule of the caller: every millisecond
-/// ([`poses_every_ms`](super::poses_every_ms)), where events trigger them
-/// ([`SlowMotionTracker`](super::SlowMotionTracker)), or when the network is free
-/// ([`HandFrontend`](super::HandFrontend)).
+/// When inputs are taken is the schedule of [`HandFrontend`](super::HandFrontend).
 #[derive(Debug)]
 pub struct HandEstimator {
     sensor: SensorSize,

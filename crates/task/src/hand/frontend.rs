@@ -1,18 +1,23 @@
-//! The hand's stream online: the newest inputs for the network, and a filter that propagates its
-//! poses.
+//! The hand's stream: inputs for the network by a schedule, and a filter of its poses.
 //!
 //! # Model
-//! An input is due when time has passed and events have come. A network that takes one input gets
-//! the newest whenever it is free; one that takes a batch gets the newest batch that is full.
-//! Inputs of a scene at rest are not inferred: the last pose stands. Outputs go through the filter
-//! of the slow-motion mode, with its two settings, at the time stamps of their inputs; propagated
-//! poses are the filter's.
+//! * Every so often, plain: inputs are inferred in batches and smoothed by the published Kalman filter.
+//!   The pose at `k` ms is that of the events before, as in training: record `k` of a `.meta` is the pose at
+//!   the end of frame `k`. The first is that of the first full window.
+//! * Triggered, the slow-motion mode: an input is taken at the event that triggers one, from the first full
+//!   window on. Batches of a scene at rest repeat earlier poses, and the filter has two settings.
+//! * The newest when the network is free, online: an input is due when time has passed and events have come. A
+//!   network that takes one input gets the newest; one that takes a batch gets the newest batch that is full.
+//!   Inputs of a scene at rest are not inferred: the last pose stands. Propagated poses are the filter's.
 //!
 //! # Source
 //! EventHands, live pipeline; there the filter's poses come with those of the network alone.
 
 use evpose_core::{EventStream, Micros};
-use evpose_pose::stream::{InferenceWorker, PoseStream, StreamError, StreamFrontend};
+use evpose_io::Windows;
+use evpose_pose::stream::{
+    InferenceSchedule, InferenceWorker, PoseStream, StreamError, StreamFrontend,
+};
 use evpose_pose::{HandParams, HandSide, PoseEstimate};
 use evpose_repr::RepresentationTrigger;
 
@@ -21,56 +26,119 @@ use super::config::HandConfig;
 use super::estimator::{HandEstimate, HandEstimator};
 use super::predictor::Predictor;
 use super::view::{HandView, canonical_view};
-use crate::TaskError;
+use crate::{RecordingStream, TaskError};
 use evpose_view::{Calibration, ViewAdaptor};
+
+/// A frame of labels, at whose ends the plain pipeline has its poses.
+const FRAME: Micros = Micros(1_000);
+/// Inputs of one inference of a recording: enough to occupy every thread, few enough for the memory.
+const PLAIN_BATCH: usize = 64;
 
 /// The stream of a network of hands, for events of the camera of `calibration`, with `batch` inputs
 /// per inference.
 ///
 /// # Errors
 /// If the representation is not known, the hand cannot be made, or a setting is out of range.
-pub fn hand_stream<P: Predictor + Send>(
+pub fn hand_stream<P: Predictor>(
     config: &HandConfig,
     predictor: P,
     calibration: &Calibration,
+    schedule: InferenceSchedule,
     batch: usize,
 ) -> Result<PoseStream<HandFrontend, HandWorker<P>>, TaskError> {
     let adaptor = ViewAdaptor::new(calibration, &canonical_view(config));
     let sensor = adaptor.view().sensor;
+    let window = config.representation.window();
+    let estimator = match schedule {
+        InferenceSchedule::Every(_) => HandEstimator::plain(config, sensor, batch)?,
+        _ => HandEstimator::slow_motion(config, sensor, batch)?,
+    };
     let frontend = HandFrontend {
+        schedule,
+        window,
         view_events: EventStream::empty(sensor),
-        estimator: HandEstimator::slow_motion(config, sensor, batch)?,
+        estimator,
         trigger: RepresentationTrigger::new(&config.slow_motion.trigger, sensor),
+        first_event: None,
         is_due: false,
+        repeated: Vec::new(),
         view: HandView::new(config)?.seen_by(&adaptor),
         adaptor,
+        is_mirrored: false,
         // A network of both hands does not distinguish them.
         side: config.simulation.hands.side(0),
     };
     let size = (usize::from(sensor.height), usize::from(sensor.width));
     let mut worker = HandWorker { predictor, size };
-    // The first inference compiles the network: it must not delay the first pose.
-    let warm_up = InputBatch::without_events(sensor, frontend.estimator.batch());
-    worker.predictor.predict(warm_up.values(), size)?;
+    if schedule == InferenceSchedule::NewestWhenFree {
+        // The first inference compiles the network: it must not delay the first pose.
+        let warm_up = InputBatch::without_events(sensor, frontend.estimator.batch());
+        worker.predictor.predict(warm_up.values(), size)?;
+    }
     Ok(PoseStream::new(frontend, worker))
+}
+
+/// A recording `windows` of a camera through the stream of a network of hands: plain or in slow motion,
+/// by the schedule.
+///
+/// # Errors
+/// As [`hand_stream`].
+pub fn hand_recording<P: Predictor>(
+    config: &HandConfig,
+    predictor: P,
+    windows: Windows,
+    calibration: &Calibration,
+    schedule: InferenceSchedule,
+) -> Result<RecordingStream<HandFrontend, HandWorker<P>>, TaskError> {
+    let batch = match schedule {
+        InferenceSchedule::Every(_) => PLAIN_BATCH,
+        _ => config.slow_motion.batch_inputs,
+    };
+    let stream = hand_stream(config, predictor, calibration, schedule, batch)?;
+    Ok(RecordingStream::new(windows, stream, schedule))
 }
 
 /// Follows the events of a hand.
 #[derive(Debug)]
 pub struct HandFrontend {
+    schedule: InferenceSchedule,
+    window: Micros,
     adaptor: ViewAdaptor,
     /// The events of the canonical view.
     view_events: EventStream,
     estimator: HandEstimator,
     trigger: RepresentationTrigger,
+    /// Time of the first event of the view.
+    first_event: Option<Micros>,
     is_due: bool,
+    /// Poses of the last batch, of a scene at rest.
+    repeated: Vec<HandEstimate>,
     view: HandView,
+    /// Whether the network sees the mirror image.
+    is_mirrored: bool,
     side: HandSide,
 }
 
 impl HandFrontend {
-    fn pose(&self, params: HandParams) -> PoseEstimate {
+    /// Sets whether the network sees the mirror image of the view: of a hand of the other side.
+    pub fn mirror(&mut self, is_mirrored: bool) {
+        self.is_mirrored = is_mirrored;
+    }
+
+    /// A pose of the network's, in the pixels of the sensor.
+    pub fn pose(&self, params: HandParams) -> PoseEstimate {
         self.view.estimate(self.side, params)
+    }
+
+    /// Whether inputs are taken at every stride, whatever the events.
+    fn is_plain(&self) -> bool {
+        matches!(self.schedule, InferenceSchedule::Every(_))
+    }
+
+    /// The batch for the network; none while it is not full, or of a scene at rest.
+    fn batch(&mut self, memory: Option<InputBatch>) -> Option<InputBatch> {
+        self.repeated = self.estimator.repeat_at_rest().unwrap_or_default();
+        self.repeated.is_empty().then(|| self.estimator.take(memory.unwrap_or_default()))
     }
 }
 
@@ -81,18 +149,27 @@ impl StreamFrontend for HandFrontend {
 
     fn push(&mut self, events: &EventStream) -> Result<(), StreamError> {
         self.adaptor.push(events, &mut self.view_events);
+        if self.is_mirrored {
+            self.view_events = mirrored(&self.view_events);
+        }
         let events = &self.view_events;
         self.estimator.push(events);
+        let Some(&first) = events.t().first().filter(|_| !self.is_plain()) else { return Ok(()) };
+        // Recordings wait for a full window; online, the newest counts.
+        let first = *self.first_event.get_or_insert(first);
+        let is_online = self.schedule == InferenceSchedule::NewestWhenFree;
         let mut from = 0;
         while let Some(taken) = self.trigger.due(&events.t()[from..]) {
             from += taken;
-            self.is_due = true;
+            self.is_due |= is_online || events.t()[from - 1] - first >= self.window;
         }
         Ok(())
     }
 
     fn stride(&mut self, t: Micros) {
-        if self.estimator.batch() > 1 && std::mem::take(&mut self.is_due) {
+        if self.is_plain() {
+            self.estimator.sample(t, t + Micros(1));
+        } else if self.estimator.batch() > 1 && std::mem::take(&mut self.is_due) {
             // The network had no time for a full batch: newer inputs replace it.
             if self.estimator.is_full() {
                 self.estimator.clear();
@@ -102,17 +179,41 @@ impl StreamFrontend for HandFrontend {
     }
 
     fn input(&mut self, t: Micros, memory: Option<InputBatch>) -> Option<InputBatch> {
-        if self.estimator.batch() == 1 {
+        if self.estimator.batch() == 1 && !self.is_plain() {
             if !std::mem::take(&mut self.is_due) {
                 return None;
             }
             self.estimator.clear();
             self.estimator.sample(t, t);
         }
-        if !self.estimator.is_full() || self.estimator.repeat_at_rest().is_some() {
-            return None;
-        }
-        Some(self.estimator.take(memory.unwrap_or_default()))
+        self.estimator.is_full().then(|| self.batch(memory))?
+    }
+
+    fn rest(&mut self) -> Option<InputBatch> {
+        (!self.estimator.is_empty()).then(|| self.batch(None))?
+    }
+
+    fn repeated(&mut self) -> Vec<(Micros, HandEstimate)> {
+        self.repeated.drain(..).map(|estimate| (estimate.t, estimate)).collect()
+    }
+
+    fn first_stride(&self, begin: Micros, step: Micros) -> Micros {
+        // Frames whose number is a multiple of the step.
+        let full = frame_end(begin) - FRAME + self.window;
+        frame_end(Micros((full.0 + step.0 - 1).div_euclid(step.0) * step.0)) - Micros(1)
+    }
+
+    fn last_stride(&self, last: Micros) -> Micros {
+        frame_end(last) - Micros(1)
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        let lost = self.adaptor.has_lost_polarities().then(|| {
+            "polarities say nothing, and a network of hands sees ON and OFF apart: poses are less \
+             accurate"
+                .to_owned()
+        });
+        lost.into_iter().collect()
     }
 
     fn accept(
@@ -138,8 +239,26 @@ impl StreamFrontend for HandFrontend {
         self.adaptor.reset();
         self.estimator.reset();
         self.trigger.reset();
-        self.is_due = false;
+        (self.first_event, self.is_due) = (None, false);
+        self.repeated.clear();
     }
+}
+
+/// The end of the frame of labels that a time is in.
+fn frame_end(t: Micros) -> Micros {
+    Micros((t.0.div_euclid(FRAME.0) + 1) * FRAME.0)
+}
+
+/// The events of the mirror image.
+fn mirrored(events: &EventStream) -> EventStream {
+    let last = events.sensor().width - 1;
+    let mut out = EventStream::empty(events.sensor());
+    for mut event in events.iter() {
+        event.x = last - event.x;
+        // On the sensor and in order, as before.
+        let _ = out.push(event);
+    }
+    out
 }
 
 /// Infers poses from batches of inputs.
@@ -149,7 +268,7 @@ pub struct HandWorker<P> {
     size: (usize, usize),
 }
 
-impl<P: Predictor + Send> InferenceWorker for HandWorker<P> {
+impl<P: Predictor> InferenceWorker for HandWorker<P> {
     type Input = InputBatch;
     type Output = Vec<HandParams>;
 

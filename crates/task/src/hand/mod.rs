@@ -10,7 +10,6 @@ mod frontend;
 mod perspective_crop;
 mod predictor;
 mod slow_motion;
-mod tracker;
 mod two_pass;
 mod view;
 
@@ -22,10 +21,9 @@ pub use config::{
 };
 pub use detection::HandDetectionConfig;
 pub use estimator::{HandEstimate, HandEstimator};
-pub use frontend::{HandFrontend, HandWorker, hand_stream};
+pub use frontend::{HandFrontend, HandWorker, hand_recording, hand_stream};
 pub use perspective_crop::PerspectiveCrop;
 pub use predictor::{ConstantPose, NetworkPredictor, Predictor};
 pub use slow_motion::SlowMotionConfig;
-pub use tracker::{SlowMotionTracker, poses_every_ms};
 pub use two_pass::{CropErrors, TwoPass, TwoPassConfig};
 pub use view::{HandView, calibration_for, canonical_view};

@@ -13,7 +13,7 @@ use super::two_pass::TwoPass;
 use crate::TaskError;
 
 /// A predictor of poses: a network, or a constant.
-pub trait Predictor {
+pub trait Predictor: Send {
     /// Poses of `inputs`, which holds representations of `[2, height, width]`, one after another;
     /// `image_size` is `(height, width)`.
     ///
@@ -24,6 +24,16 @@ pub trait Predictor {
         inputs: &[f32],
         image_size: (usize, usize),
     ) -> Result<Vec<HandParams>, TaskError>;
+}
+
+impl<P: Predictor + ?Sized> Predictor for &mut P {
+    fn predict(
+        &mut self,
+        inputs: &[f32],
+        image_size: (usize, usize),
+    ) -> Result<Vec<HandParams>, TaskError> {
+        (**self).predict(inputs, image_size)
+    }
 }
 
 /// A network: on the CPU compiled, on other devices by Burn. With [`TwoPass`], it infers twice.

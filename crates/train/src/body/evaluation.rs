@@ -4,13 +4,15 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use evpose_core::{Micros, SensorSize};
+use evpose_io::{OpenOptions, Windows};
 use evpose_pose::body::BodyPoints;
 use evpose_pose::body::fusion::ScoredPoints;
-use evpose_pose::filter::{BodyFilter, BodyFilterConfig};
+use evpose_pose::filter::BodyFilterConfig;
 use evpose_pose::metric::body::{
     BodyEvaluation, BodyPrediction, BodyProtocol, BodySequence, BodyTruth, MeanBody,
 };
-use evpose_pose::{PoseError, PoseEstimate};
+use evpose_pose::PoseError;
+use evpose_pose::stream::InferenceSchedule;
 use evpose_sim::person::PoseTable;
 use glam::Vec2;
 use rayon::prelude::*;
@@ -21,7 +23,9 @@ use super::frames::{BodyFrame, BodyFrames, label_of};
 use super::recordings::{BodyRecordings, PoseTrack};
 use crate::TrainError;
 use evpose_task::body::{BodyCheckpoint, BodyImageConfig};
-use evpose_task::body::{BodyPredictor, BodyRecordingStream, RepresentationReader};
+use evpose_task::body::{BodyPredictor, RepresentationReader, body_stream};
+use evpose_task::{InferredPoses, RecordingStream};
+use evpose_view::Calibration;
 
 /// Ground truth, predictions and scores of one recording.
 #[derive(Debug, Clone, PartialEq)]
@@ -85,8 +89,9 @@ impl BodyResults {
     }
 }
 
-/// Evaluates a network on recordings: a prediction every `every` from the first sample of its
-/// config on, and for comparison the mean pose. `camera` is as in [`Calibration::choose`](evpose_view::Calibration::choose). `progress` receives 1 after each recording.
+/// Evaluates a network on recordings: the poses that `evpose infer` writes every `every`, from the time of the
+/// first sample of its config on, and for comparison the mean pose. `camera` is as in [`Calibration::choose`].
+/// `progress` receives 1 after each recording.
 ///
 /// # Errors
 /// If a recording cannot be read.
@@ -102,28 +107,30 @@ pub fn evaluate_body(
     let one = |(events, poses): &(PathBuf, PathBuf)| {
         let track = PoseTrack(PoseTable::read(poses)?);
         let truth = ground_truth(&track.0);
-        let mut stream =
-            BodyRecordingStream::open(events, camera, checkpoint, None, predictor.another())?;
+        let windows = Windows::open(events, &OpenOptions::default())?;
+        let calibration = Calibration::choose(camera, windows.sensor())?;
+        let mut stream = body_stream(checkpoint, &calibration, None, predictor.another())?;
+        stream.frontend = stream.frontend.with_filter(checkpoint.config.filter)?;
+        let recording = RecordingStream::new(windows, stream, InferenceSchedule::Every(every));
         let first = Micros(1_000 * i64::from(checkpoint.config.data.first_ms));
-        let end = Micros::from_seconds(truth.last().map_or(0.0, |last| last.t_s));
         let (mut predictions, mut smoothed, mut scored) = (Vec::new(), Vec::new(), Vec::new());
-        let mut filter = BodyFilter::new(checkpoint.config.filter)?;
-        let mut t = first;
-        while t <= end {
-            let (estimate, delay_s) = stream.pose(t)?;
+        for inferred in recording {
+            let InferredPoses { t, poses, delay_s } = inferred?;
+            if t < first || t > track.end() {
+                continue;
+            }
             let mut joints = [BodyPoints::default(); 2];
-            if let Some(PoseEstimate::Body { joints_px, scores, .. }) = estimate {
-                let pose = ScoredPoints { points: joints_px, scores };
-                joints = [joints_px, filter.update(t, &pose)];
-                scored.push(ScoredPose { t, pose, truth: track.at(t).unwrap_or_default() });
+            if let Some((_, pose)) = poses.first() {
+                joints = [pose.detection.points, pose.joints_px];
+                let truth = track.at(t).unwrap_or_default();
+                scored.push(ScoredPose { t, pose: pose.detection, truth });
             }
             let [raw, filtered] =
                 joints.map(|joints_px| BodyPrediction { t_s: t.as_seconds(), delay_s, joints_px });
             predictions.push(raw);
             smoothed.push(filtered);
-            t = t + every;
         }
-        let constant = constant_predictions(&predictions, mean_pose, stream.sensor());
+        let constant = constant_predictions(&predictions, mean_pose, calibration.sensor);
         let detections = DetectionCounts::of(&track, &predictions, every);
         let protocol = BodyProtocol::default();
         let network = BodySequence::evaluate(&truth, &predictions, &protocol)?;

@@ -10,18 +10,22 @@ use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 
 use evpose_core::Micros;
+use evpose_io::{OpenOptions, Windows};
 use evpose_pose::PoseEstimate;
 use evpose_pose::body::{BODY_JOINTS, BodyPoints};
 use evpose_pose::metric::body::{BodyEvaluation, BodyPrediction, BodyProtocol, BodySequence};
-use evpose_pose::stream::{InferenceWorker, PoseStream, StreamFrontend};
+use evpose_pose::stream::{InferenceSchedule, InferenceWorker, PoseStream, StreamFrontend};
 use evpose_sim::person::PoseTable;
 use rayon::prelude::*;
 
 use super::evaluation::ground_truth;
 use super::recordings::BodyRecordings;
 use crate::TrainError;
-use evpose_task::TaskError;
-use evpose_task::body::{BodyCheckpoint, BodyPredictor, BodyRecordingStream, PropagationConfig};
+use evpose_task::body::{
+    BodyCheckpoint, BodyFrontend, BodyPredictor, BodyWorker, PropagationConfig, body_stream,
+};
+use evpose_task::{RecordingStream, TaskError};
+use evpose_view::Calibration;
 
 /// The pose at one instant, without and with propagation.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,7 +45,7 @@ pub struct PropagatedPose {
 /// # Errors
 /// If the recording cannot be read, or the settings are out of their range.
 pub fn propagated_poses(
-    recording: &mut BodyRecordingStream,
+    recording: &mut RecordingStream<BodyFrontend, BodyWorker>,
     config: &PropagationConfig,
     (first, end): (Micros, Micros),
 ) -> Result<Vec<PropagatedPose>, TrainError> {
@@ -54,6 +58,9 @@ pub fn propagated_poses(
     let mut poses = Vec::new();
     let mut t = first;
     while t <= end {
+        // Time without events is skipped.
+        let heard = recording.heard_from(t)?;
+        t = t + Micros((heard - t).0.div_euclid(step.0) * step.0);
         recording.advance(t)?;
         let PoseStream { frontend, worker, .. } = recording.stream();
         if t >= next_inference {
@@ -71,8 +78,8 @@ pub fn propagated_poses(
         while let Some((stamp, input, joints)) =
             pending.pop_front_if(|(stamp, ..)| *stamp + latency <= t)
         {
-            for (_, (detection, _)) in frontend.accept(stamp, &input, joints, t) {
-                last_detection = detection.points;
+            for (_, pose) in frontend.accept(stamp, &input, joints, t) {
+                last_detection = pose.joints_px;
             }
         }
         let estimate = frontend.propagate(t);
@@ -139,8 +146,10 @@ fn score_recording(
     config: &PropagationConfig,
 ) -> Result<[BodySequence; 4], TrainError> {
     let truth = ground_truth(&PoseTable::read(poses)?);
-    let mut recording =
-        BodyRecordingStream::open(events, None, checkpoint, Some(config), predictor)?;
+    let windows = Windows::open(events, &OpenOptions::default())?;
+    let calibration = Calibration::choose(None, windows.sensor())?;
+    let stream = body_stream(checkpoint, &calibration, Some(config), predictor)?;
+    let mut recording = RecordingStream::new(windows, stream, InferenceSchedule::NewestWhenFree);
     let first = Micros(1_000 * i64::from(checkpoint.config.data.first_ms));
     let end = Micros::from_seconds(truth.last().map_or(0.0, |last| last.t_s));
     let poses = propagated_poses(&mut recording, config, (first, end))?;

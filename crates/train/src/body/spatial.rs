@@ -13,7 +13,7 @@ use evpose_task::body::{
 };
 use rayon::prelude::*;
 
-use super::recordings::BodyRecordings;
+use super::recordings::{BodyRecordings, PoseTrack};
 use crate::TrainError;
 
 /// The recordings of a scene.
@@ -43,8 +43,9 @@ pub fn calibrated_scenes(recordings: &BodyRecordings) -> Result<Vec<CalibratedSc
     Ok(scenes.into_iter().map(scene).collect())
 }
 
-/// Errors of each scene: of its triangulated joints, and of the filtered ones, a pose every `every`
-/// from the first sample of the checkpoint's config on. `progress` receives 1 after each scene.
+/// Errors of each scene: of its triangulated joints, and of the filtered ones, of the poses that `evpose infer`
+/// writes every `every`, from the time of the first sample of the checkpoint's config on. `progress` receives 1
+/// after each scene.
 ///
 /// # Errors
 /// If a recording cannot be read.
@@ -59,23 +60,19 @@ pub fn evaluate_spatial(
     let one = |scene: &CalibratedScene| {
         let open = |(events, _, camera): &(PathBuf, PathBuf, PlacedCamera)| {
             let windows = Windows::open(events, &OpenOptions::default())?;
-            Ok(PlacedRecording::new(windows, *camera, checkpoint, predictor.another())?)
+            Ok(PlacedRecording::new(windows, *camera, checkpoint, None, predictor.another())?)
         };
         let recordings =
             scene.recordings.iter().map(open).collect::<Result<Vec<_>, TrainError>>()?;
-        let mut people = SpatialRecordings::new(recordings, *config);
-        let table = PoseTable::read(&scene.recordings[0].1)?;
-        let mut next = Micros(1_000 * i64::from(checkpoint.config.data.first_ms));
+        let track = PoseTrack(PoseTable::read(&scene.recordings[0].1)?);
+        let first = Micros(1_000 * i64::from(checkpoint.config.data.first_ms));
         let mut errors = [SpatialErrors::default(), SpatialErrors::default()];
-        // At labels alone: the world of the labels is not interpolated.
-        for row in table.rows.iter().filter(|row| row.joints_m[0].is_finite()) {
-            if row.t < next {
-                continue;
-            }
-            next = row.t + every;
+        for pose in SpatialRecordings::new(recordings, *config, every)? {
+            let pose = pose?;
+            let joints_m = track.at_m(pose.t).filter(|m| pose.t >= first && m[0].is_finite());
+            let Some(joints_m) = joints_m else { continue };
             let truth: WorldJoints =
-                row.joints_m.map(|at_m| at_m.is_finite().then(|| at_m.as_dvec3()));
-            let pose = people.pose(row.t)?;
+                joints_m.map(|at_m| at_m.is_finite().then(|| at_m.as_dvec3()));
             let points = pose.points.map(|point| point.map(|point| point.position_m));
             errors[0].push(&points, &truth);
             errors[1].push(&pose.joints_m, &truth);

@@ -1,13 +1,17 @@
 //! A recording of a hand with its labels.
 
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use evpose_core::{EventStream, SensorSize};
-use evpose_io::MetaReader;
+use evpose_io::{MetaReader, OpenOptions, Windows};
+use evpose_pose::stream::InferenceSchedule;
 use evpose_pose::{HandParams, HandSide};
 use evpose_sim::SequenceInfo;
-use evpose_task::hand::HandConfig;
+use evpose_task::RecordingStream;
+use evpose_task::hand::{
+    HandConfig, HandFrontend, HandWorker, Predictor, calibration_for, hand_recording,
+};
 use evpose_view::{Calibration, CanonicalView, ViewAdaptor};
 
 use super::files::SequenceFiles;
@@ -65,6 +69,9 @@ impl HandLabelTrack {
 #[derive(Debug)]
 pub struct HandSequence {
     name: String,
+    /// The file of events, and the camera that recorded it.
+    path: PathBuf,
+    calibration: Calibration,
     pub(super) events: SequenceEvents,
     pub(super) labels: MetaReader,
     pub(super) info: SequenceInfo,
@@ -96,12 +103,31 @@ impl HandSequence {
             true => SequenceInfo::foreign(sensor, frames),
             false => SequenceInfo { sensor, hand: HandSide::Right, episodes: Vec::new() },
         });
-        let adaptor = calibration(sensor)?.map(|calibration| ViewAdaptor::new(&calibration, view));
+        let own = calibration(sensor)?;
+        let adaptor = own.as_ref().map(|calibration| ViewAdaptor::new(calibration, view));
         if adaptor.is_some() {
             info.sensor = view.sensor;
         }
+        let calibration = own.map_or_else(|| calibration_for(config, sensor, None), Ok)?;
         let events = events.into_sequence(frames, adaptor)?;
-        Ok(Self { name: name_of(&files.stem), events, labels, info, frames })
+        let (name, path) = (name_of(&files.stem), files.events.clone());
+        Ok(Self { name, path, calibration, events, labels, info, frames })
+    }
+
+    /// The recording through the stream of a network, as `evpose infer` reads it.
+    ///
+    /// # Errors
+    /// If it cannot be read, or the stream not be made.
+    pub fn stream<P: Predictor>(
+        &self,
+        config: &HandConfig,
+        predictor: P,
+        schedule: InferenceSchedule,
+    ) -> Result<RecordingStream<HandFrontend, HandWorker<P>>, TrainError> {
+        let sensor = Some(self.calibration.sensor);
+        let options = OpenOptions { sensor, ..OpenOptions::default() };
+        let windows = Windows::open(&self.path, &options)?;
+        Ok(hand_recording(config, predictor, windows, &self.calibration, schedule)?)
     }
 
     /// Name of its files without extension.
@@ -140,9 +166,9 @@ impl HandSequence {
         Ok(self.events.stream(frames)?)
     }
 
-    /// Whether the scene is drawn anew in a frame, so that its events are a burst.
-    pub fn is_redraw(&self, frame: u64) -> bool {
-        self.info.last_redraw(frame..frame + 1).is_some()
+    /// Whether the scene is drawn anew in some of `frames`, so that its events are a burst.
+    pub fn is_redrawn(&self, frames: Range<u64>) -> bool {
+        self.info.last_redraw(frames).is_some()
     }
 
     /// Index of the episode of a frame: a stretch of constant shape, texture and background.

@@ -1,11 +1,13 @@
 //! Evaluation of a network of hands on recordings of any camera, by labelled joints.
 
-use evpose_core::{EventStream, Micros, TimeWindow};
+use evpose_core::Micros;
 use evpose_pose::metric::{HandEvaluation, HandPoints, SequenceScores};
+use evpose_pose::stream::{InferenceSchedule, InferenceWorker, PoseStream, StreamFrontend};
 use evpose_pose::{HandParams, HandSide};
 use evpose_task::hand::{
-    HandConfig, HandEstimator, HandView, InputBatch, Predictor, canonical_view, poses_every_ms,
+    HandConfig, HandFrontend, HandView, HandWorker, Predictor, canonical_view, hand_recording,
 };
+use evpose_task::{RecordingStream, TaskError};
 use evpose_view::ViewAdaptor;
 use glam::{Vec2, Vec3};
 
@@ -41,7 +43,10 @@ pub fn evaluate_foreign_hands(
     let mut results = ForeignHandResults::default();
     for recording in recordings {
         let seen = SeenHand::new(config, recording)?;
-        let poses = poses_every_ms(config, &seen.events, predictor, &mut |_| {})?;
+        let mut poses = Vec::new();
+        for inferred in seen.recording(config, recording, &mut *predictor)? {
+            poses.extend(inferred?.poses.into_iter().map(|(_, estimate)| estimate));
+        }
         let mut scores: [SequenceScores; 3] = Default::default();
         for label in &recording.labels.rows {
             let next = poses.partition_point(|pose| pose.t < label.t);
@@ -90,24 +95,26 @@ pub fn foreign_hand_views(
     count: usize,
 ) -> Result<Vec<ForeignHandView>, TrainError> {
     let seen = SeenHand::new(config, recording)?;
-    let sensor = seen.events.sensor();
+    let sensor = seen.adaptor.view().sensor;
     let size = (usize::from(sensor.height), usize::from(sensor.width));
-    let window = config.representation.window();
-    let first = recording.events.t().first().copied().unwrap_or_default() + window;
+    let mut stream = seen.recording(config, recording, predictor)?;
+    let Some([begin, _]) = stream.span()? else { return Ok(Vec::new()) };
+    let first = begin + config.representation.window();
     let rows: Vec<&HandJointRow> =
         recording.labels.rows.iter().filter(|label| label.t >= first).collect();
     let mut views = Vec::new();
     for k in 0..count.min(rows.len()) {
         let label = rows[(2 * k + 1) * rows.len() / (2 * count)];
-        let mut estimator = HandEstimator::plain(config, sensor, 1)?;
-        let end = label.t + Micros(1);
-        estimator.push(&seen.events.slice(TimeWindow { start: Micros(i64::MIN), end }));
-        estimator.sample(label.t, label.t);
-        let values = estimator.take(InputBatch::default()).values().to_vec();
-        let poses = predictor.predict(&values, size)?;
+        stream.advance(label.t)?;
+        let PoseStream { frontend, worker, .. } = stream.stream();
+        frontend.stride(label.t);
+        // A batch that is not full: of this input alone.
+        let Some(input) = frontend.rest() else { continue };
+        let poses = worker.infer(&input).map_err(TaskError::Stream)?;
         let Some(pose) = poses.first() else { continue };
         let predicted_px = seen.view.points(seen.side, pose, &[]).image_px;
         let truth_px = label.image_px.map(|point| seen.view_px(point?));
+        let values = input.values().to_vec();
         views.push(ForeignHandView { values, size, truth_px, predicted_px });
     }
     Ok(views)
@@ -117,7 +124,6 @@ pub fn foreign_hand_views(
 struct SeenHand {
     adaptor: ViewAdaptor,
     view: HandView,
-    events: EventStream,
     is_mirrored: bool,
     /// The side of the network's hands.
     side: HandSide,
@@ -125,15 +131,24 @@ struct SeenHand {
 
 impl SeenHand {
     fn new(config: &HandConfig, recording: &ForeignHand) -> Result<Self, TrainError> {
-        let mut adaptor = ViewAdaptor::new(&recording.calibration, &canonical_view(config));
-        let mut events = EventStream::empty(adaptor.view().sensor);
-        adaptor.push(&recording.events, &mut events);
+        let adaptor = ViewAdaptor::new(&recording.calibration, &canonical_view(config));
         let side = config.simulation.hands.side(0);
         let is_mirrored = recording.side != side;
-        if is_mirrored {
-            events = mirrored(&events);
-        }
-        Ok(Self { adaptor, view: HandView::new(config)?, events, is_mirrored, side })
+        Ok(Self { adaptor, view: HandView::new(config)?, is_mirrored, side })
+    }
+
+    /// The recording through the stream, a pose every millisecond; a hand of the other side is mirrored.
+    fn recording<'a>(
+        &self,
+        config: &HandConfig,
+        recording: &ForeignHand,
+        predictor: &'a mut dyn Predictor,
+    ) -> Result<RecordingStream<HandFrontend, HandWorker<&'a mut dyn Predictor>>, TrainError> {
+        let (windows, every_ms) = (recording.windows()?, InferenceSchedule::Every(Micros(1_000)));
+        let calibration = &recording.calibration;
+        let mut stream = hand_recording(config, predictor, windows, calibration, every_ms)?;
+        stream.stream().frontend.mirror(self.is_mirrored);
+        Ok(stream)
     }
 
     /// The points of a predicted pose: on the sensor, and in the frame of the camera, y downwards.
@@ -170,16 +185,4 @@ impl SeenHand {
             scores.push_image_points(&predicted, &truth);
         }
     }
-}
-
-/// The events of the mirror image.
-fn mirrored(events: &EventStream) -> EventStream {
-    let last = events.sensor().width - 1;
-    let mut out = EventStream::empty(events.sensor());
-    for mut event in events.iter() {
-        event.x = last - event.x;
-        // On the sensor and in order, as before.
-        let _ = out.push(event);
-    }
-    out
 }

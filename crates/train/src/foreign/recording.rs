@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use evpose_core::{EventStream, SensorSize};
+use evpose_core::SensorSize;
+use evpose_io::{OpenOptions, Windows};
 use evpose_pose::HandSide;
 use evpose_view::{Calibration, CalibrationSource};
 use serde::Deserialize;
@@ -18,14 +19,28 @@ const JOINTS: &str = ".joints.csv";
 pub struct ForeignHand {
     /// Name of its files without extension.
     pub name: String,
-    /// Its events.
-    pub events: EventStream,
+    /// The file of its events.
+    pub path: PathBuf,
     /// Its camera.
     pub calibration: Calibration,
     /// Side of the hand.
     pub side: HandSide,
     /// Its labels.
     pub labels: HandJointTable,
+}
+
+impl ForeignHand {
+    /// Its events.
+    ///
+    /// # Errors
+    /// If the file cannot be read.
+    pub(super) fn windows(&self) -> Result<Windows, TrainError> {
+        windows(&self.path, self.calibration.sensor)
+    }
+}
+
+fn windows(path: &Path, sensor: SensorSize) -> Result<Windows, TrainError> {
+    Ok(Windows::open(path, &OpenOptions { sensor: Some(sensor), ..OpenOptions::default() })?)
 }
 
 /// The fields that are read of the file of a recording; all others are for people.
@@ -89,9 +104,9 @@ fn read(directory: &Path, stem: &str, names: &[String]) -> Result<ForeignHand, T
         .iter()
         .find(is_events)
         .ok_or_else(|| wrong(format!("no events beside it, such as {stem}.npz or {stem}.raw")))?;
-    let recording = evpose_io::open_with(directory.join(events), Some(info.sensor))?;
-    if recording.stream.sensor() != info.sensor {
-        let own = recording.stream.sensor();
+    let recording = directory.join(events);
+    let own = windows(&recording, info.sensor)?.sensor();
+    if own != info.sensor {
         return Err(wrong(format!("sensor: {}, but {events} is of {own}", info.sensor)));
     }
     let CameraInfo { fx_px, fy_px, cx_px, cy_px, distortion } = &info.camera;
@@ -106,7 +121,7 @@ fn read(directory: &Path, stem: &str, names: &[String]) -> Result<ForeignHand, T
     };
     Ok(ForeignHand {
         name: stem.to_owned(),
-        events: recording.stream,
+        path: recording,
         calibration: Calibration {
             sensor: info.sensor,
             camera,
@@ -121,7 +136,7 @@ fn read(directory: &Path, stem: &str, names: &[String]) -> Result<ForeignHand, T
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
-    use evpose_core::{Event, Micros, Polarity};
+    use evpose_core::{Event, EventStream, Micros, Polarity};
 
     use super::*;
 
