@@ -11,7 +11,7 @@ use std::path::Path;
 
 use anyhow::Result;
 use evpose_nn::DeviceKind;
-use evpose_pose::stream::InferenceSchedule;
+use evpose_pose::stream::{InferenceSchedule, StreamFrontend as _};
 use evpose_sim::Simulator;
 use evpose_task::hand::{HandCheckpoint, hand_stream};
 use evpose_view::Calibration;
@@ -35,7 +35,8 @@ fn main() -> Result<()> {
     let (mut errors, mut shown) = (Vec::new(), 0);
     for _ in 0..STEPS {
         let step = simulator.advance()?;
-        for (t, pose) in stream.infer_at(step.events, step.t)? {
+        stream.frontend.push(step.events)?;
+        for (t, pose) in stream.infer(step.t)? {
             let predicted = pose.filtered.translation_m;
             let error_mm = 1e3 * predicted.distance(step.label.translation_m);
             errors.push(error_mm);

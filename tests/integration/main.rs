@@ -26,6 +26,7 @@ mod guides;
 mod harness;
 mod live;
 mod models;
+mod one_stream;
 mod own_labels;
 mod payoff;
 mod people_in_the_world;

@@ -186,8 +186,7 @@ fn ready(
                 evpose_app::recorded::prepare(&stages.finetune, &data.train(out, seed))?;
             }
             let recordings = BodyRecordings::open(&data.train(out, seed))?;
-            let image = &system.experiment(stages).image;
-            Ok(ReadySystem::constant(mean_pose_of_recordings(&recordings, image)?))
+            Ok(ReadySystem::constant(mean_pose_of_recordings(&recordings)?))
         }
         _ => anyhow::bail!("{}: no weights", system.name),
     }

@@ -76,6 +76,11 @@ pub trait StreamFrontend: Send {
         begin + step
     }
 
+    /// The earliest time of the next input of [`InferenceSchedule::Triggered`]; none if any event may trigger it.
+    fn earliest_trigger(&self) -> Option<Micros> {
+        None
+    }
+
     /// The latest time of such a schedule in events of which `last` is the last.
     fn last_stride(&self, last: Micros) -> Micros {
         last
@@ -118,6 +123,9 @@ pub trait InferenceWorker: Send {
     /// # Errors
     /// If the computation fails or yields values that are not finite.
     fn infer(&mut self, input: &Self::Input) -> Result<Self::Output, StreamError>;
+
+    /// Forgets earlier inputs, where an output depends on them.
+    fn reset(&mut self) {}
 }
 
 /// Events → representation → network → decoding → filter → pose.
@@ -141,21 +149,6 @@ where
     F: StreamFrontend,
     W: InferenceWorker<Input = F::Input, Output = F::Output>,
 {
-    /// Takes the events up to and including `t`, and infers there. Returns the poses that became
-    /// known, none while a batch is not full.
-    ///
-    /// # Errors
-    /// If a stage fails.
-    pub fn infer_at(
-        &mut self,
-        events: &EventStream,
-        t: Micros,
-    ) -> Result<Vec<(Micros, F::Pose)>, StreamError> {
-        self.frontend.push(events)?;
-        self.frontend.stride(t);
-        self.infer(t)
-    }
-
     /// Infers the input at `t`, if there is one.
     ///
     /// # Errors
@@ -172,6 +165,12 @@ where
     pub fn finish(&mut self, t: Micros) -> Result<Vec<(Micros, F::Pose)>, StreamError> {
         let rest = self.frontend.rest();
         self.complete(rest, t)
+    }
+
+    /// Forgets everything: another recording begins.
+    pub fn reset(&mut self) {
+        self.frontend.reset();
+        self.worker.reset();
     }
 
     fn complete(

@@ -74,6 +74,11 @@ impl RepresentationTrigger {
         }
     }
 
+    /// The earliest time at which a representation can be due; none before the first event.
+    pub fn earliest(&self) -> Option<Micros> {
+        Some(self.since? + self.min_interval)
+    }
+
     /// Takes events by their ascending times until a representation is due, and returns how many
     /// that were: the representation shows these, at the time of the last of them. None if all were
     /// taken and no representation is due. To be called again with the rest.

@@ -115,9 +115,9 @@ where
     ///
     /// # Errors
     /// If the recording cannot be read up to there.
-    pub fn heard_from(&mut self, t: Micros) -> Result<Micros, TaskError> {
+    pub fn skip_silence(&mut self, t: Micros) -> Result<Micros, TaskError> {
         self.advance(t)?;
-        Ok(self.events.peek()?.filter(|next| self.parts(*next)).unwrap_or(t))
+        Ok(self.events.peek()?.filter(|next| self.is_behind_silence(*next)).unwrap_or(t))
     }
 
     /// Takes the input at `t`, which is not before the last one.
@@ -132,7 +132,7 @@ where
     /// Pushes the events up to and including `t`; returns whether a silence parts some of them.
     fn push_until(&mut self, t: Micros) -> Result<bool, TaskError> {
         while let Some(next) = self.events.peek()?.filter(|next| *next <= t) {
-            if self.parts(next) {
+            if self.is_behind_silence(next) {
                 return Ok(true);
             }
             let events = self.events.take_until(t);
@@ -143,7 +143,7 @@ where
     }
 
     /// Whether a silence lies between the newest event and one at `next`.
-    fn parts(&self, next: Micros) -> bool {
+    fn is_behind_silence(&self, next: Micros) -> bool {
         self.newest.is_some_and(|newest| next - newest > MAX_SILENCE)
     }
 
@@ -170,7 +170,7 @@ where
     fn begin(&mut self) -> Result<Option<Micros>, TaskError> {
         let Some(next) = self.events.peek()? else { return Ok(None) };
         if self.newest.is_none() && std::mem::replace(&mut self.has_begun, true) {
-            self.stream.frontend.reset();
+            self.stream.reset();
         }
         Ok(Some(next))
     }
@@ -186,7 +186,7 @@ where
                 }
             };
             self.push_until(t)?;
-            let goes_on = self.events.peek()?.is_some_and(|next| !self.parts(next));
+            let goes_on = self.events.peek()?.is_some_and(|next| !self.is_behind_silence(next));
             let last = self.newest.map_or(t, |newest| self.stream.frontend.last_stride(newest));
             // Events that are over before the first time have one input, at their end.
             let is_short = is_first && !goes_on && t > last;
@@ -203,10 +203,13 @@ where
 
     fn triggered(&mut self) -> Result<Option<InferredPoses<F::Pose>>, TaskError> {
         while let Some(next) = self.begin()? {
-            // The events of one time stamp are pushed together: each may trigger an input.
-            let inferred = match self.push_until(next)? {
-                true => self.finish()?,
-                false => Some(self.infer(next)?),
+            // The events of one time stamp are pushed together, since each may trigger an input; those
+            // before the earliest that can, at once.
+            let earliest = self.stream.frontend.earliest_trigger().map(|t| t - Micros(1));
+            let is_over = self.push_until(next.max(earliest.unwrap_or(next)))?;
+            let inferred = match self.newest.filter(|_| !is_over) {
+                Some(newest) => Some(self.infer(newest)?),
+                None => self.finish()?,
             };
             if let Some(inferred) = inferred.filter(|inferred| !inferred.poses.is_empty()) {
                 return Ok(Some(inferred));
@@ -233,8 +236,8 @@ where
 }
 
 /// The events of a recording, forwards, without time that has none.
-struct ForwardEvents {
-    windows: Windows,
+pub(crate) struct ForwardEvents {
+    pub(crate) windows: Windows,
     chunk: EventStream,
     /// Events of the chunk that were taken.
     taken: usize,
@@ -244,13 +247,13 @@ struct ForwardEvents {
 }
 
 impl ForwardEvents {
-    fn new(windows: Windows) -> Self {
+    pub(crate) fn new(windows: Windows) -> Self {
         let [chunk, piece] = [(); 2].map(|()| EventStream::empty(windows.sensor()));
         Self { windows, chunk, taken: 0, piece, read_to: Micros(i64::MIN), count: 0 }
     }
 
     /// The time of the next event.
-    fn peek(&mut self) -> Result<Option<Micros>, IoError> {
+    pub(crate) fn peek(&mut self) -> Result<Option<Micros>, IoError> {
         while self.taken == self.chunk.len() {
             if self.windows.is_over_at(self.read_to)? {
                 return Ok(None);
@@ -269,7 +272,7 @@ impl ForwardEvents {
     }
 
     /// The events of the chunk up to and including `t`.
-    fn take_until(&mut self, t: Micros) -> &EventStream {
+    pub(crate) fn take_until(&mut self, t: Micros) -> &EventStream {
         let from = self.taken;
         self.taken += self.chunk.t()[from..].partition_point(|at| *at <= t);
         self.count += (self.taken - from) as u64;

@@ -295,23 +295,6 @@ impl HandDataset {
         Ok(input)
     }
 
-    /// The inputs of the evaluation windows that end with each of `frames`, one after another.
-    pub(crate) fn windows_ending_at(
-        &self,
-        sequence: &HandSequence,
-        frames: &[u64],
-        out: &mut Vec<f32>,
-    ) -> Result<(), SampleError> {
-        use rayon::prelude::*;
-        let inputs: Vec<Vec<f32>> = frames
-            .par_iter()
-            .map(|&frame| self.window(sequence, frame, self.window_frames))
-            .collect::<Result<_, _>>()?;
-        out.clear();
-        inputs.iter().for_each(|input| out.extend_from_slice(input));
-        Ok(())
-    }
-
     /// The input of the evaluation window that ends with `frame`.
     ///
     /// # Errors

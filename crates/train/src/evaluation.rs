@@ -147,7 +147,7 @@ fn infer(
 }
 
 /// The frame that ends at `t`.
-fn frame_before(t: Micros) -> u64 {
+pub(crate) fn frame_before(t: Micros) -> u64 {
     u64::try_from(t.0.div_euclid(1_000) - 1).unwrap_or_default()
 }
 

@@ -101,7 +101,7 @@ fn estimate_filter(
     device: &Device,
 ) -> Result<(), TrainError> {
     let mut predictor = checkpoint.predictor(device.clone())?;
-    let tracks = unseen.measured_tracks(&mut predictor)?;
+    let tracks = unseen.measured_tracks(&checkpoint.config, &mut predictor)?;
     let view = HandView::new(&checkpoint.config)?;
     let side = checkpoint.config.simulation.hands.side(0);
     if let Some(estimate) = estimate_filters(&view, side, &tracks)? {

@@ -7,10 +7,13 @@ use std::sync::OnceLock;
 
 use burn::tensor::Device;
 use evpose_core::{Micros, SensorSize};
+use evpose_io::{OpenOptions, Windows};
 use evpose_nn::{BaselineNetworkConfig, DeviceKind, Dhp19CnnConfig, LiftMonoConfig};
+use evpose_pose::stream::InferenceSchedule;
 use evpose_sim::Shard;
 use evpose_sim::person::{People, PeopleConfig, record_people};
-use evpose_task::baseline::{BaselineCheckpoint, BaselineConfig, BaselineStream};
+use evpose_task::RecordingStream;
+use evpose_task::baseline::{BaselineCheckpoint, BaselineConfig, baseline_stream};
 use evpose_task::body::LabelTime;
 use evpose_train::baseline::{baseline_frames, evaluate_baseline, train_baseline};
 use evpose_train::body::BodyRecordings;
@@ -140,8 +143,11 @@ fn lift_mono_learns_and_places_joints_in_metres() {
     let mpjpe_m = results.mpjpe_m().unwrap();
     assert!((0.01..5.0).contains(&mpjpe_m), "{mpjpe_m}");
     // Without a camera the same joints on the image, in metres by a guess.
-    let mut stream = BaselineStream::open(&recordings.files[0].0, &best, None).unwrap();
-    let pose = stream.pose(Micros(100_000)).unwrap();
+    let windows = Windows::open(&recordings.files[0].0, &OpenOptions::default()).unwrap();
+    let stream = baseline_stream(&best, windows.sensor(), None).unwrap();
+    let every = InferenceSchedule::Every(Micros(100_000));
+    let inferred = RecordingStream::new(windows, stream, every).next().unwrap().unwrap();
+    let (_, pose) = inferred.poses[0];
     assert_eq!(pose.joints_px, results.poses[0][0].joints_px);
     assert_ne!(pose.joints_m, results.poses[0][0].joints_m);
 }

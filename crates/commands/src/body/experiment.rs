@@ -111,7 +111,7 @@ pub(super) fn scores(
     let recordings = BodyRecordings::open(data)?;
     let mean = match checkpoint.mean_pose {
         Some(mean) => mean,
-        None => mean_pose_of_recordings(&recordings, &checkpoint.config.image)?,
+        None => mean_pose_of_recordings(&recordings)?,
     };
     let every_ms = stride_ms.unwrap_or(checkpoint.config.evaluation.every_ms);
     let every = Micros(1_000 * i64::from(every_ms));

@@ -24,7 +24,7 @@ pub(super) fn evaluate(
     let recordings = BodyRecordings::open(data)?;
     let mean = match checkpoint.mean_pose {
         Some(mean) => mean,
-        None => mean_pose_of_recordings(&recordings, &checkpoint.config.image)?,
+        None => mean_pose_of_recordings(&recordings)?,
     };
     let stride = Micros(1_000 * i64::from(stride_ms.max(1)));
     let all = (Precision::ALL.len() * recordings.files.len()) as u64;

@@ -68,13 +68,7 @@ pub(super) fn run(model: &HandModel, args: &InferArgs) -> Result<()> {
         ..TimedPose::new(*t, &frontend.pose(*params))
     };
     let frame = Some(JointFrame::Camera);
-    write_poses_from(
-        &args.out,
-        PoseKind::Hand,
-        frame,
-        &mut poses.iter().map(timed),
-        args.format,
-    )?;
+    write_poses_from(&args.out, PoseKind::Hand, frame, &mut poses.iter().map(timed), args.format)?;
     say(format!("{} poses: {}", poses.len(), args.out.display()));
     if let Some(path) = &args.joints {
         let columns = PoseColumns::of(PoseKind::Hand).without_params();

@@ -39,10 +39,7 @@ impl PoseFormat {
 }
 
 /// Writes lines, each with its end, under the name of the file when it is whole.
-pub(super) fn write_lines(
-    path: &Path,
-    lines: impl Iterator<Item = String>,
-) -> Result<(), IoError> {
+pub(super) fn write_lines(path: &Path, lines: impl Iterator<Item = String>) -> Result<(), IoError> {
     let write = || {
         let mut file = AtomicFile::create(path)?;
         for line in lines {

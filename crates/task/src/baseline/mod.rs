@@ -4,7 +4,7 @@
 //! * [`BaselineCheckpoint`]: a network on disk, ours or as distributed.
 //! * [`BaselinePredictor`]: images in, joints out.
 //! * [`LiftGeometry`]: joints in metres to the network's coordinates and back.
-//! * [`BaselineStream`]: a recording to poses.
+//! * [`baseline_stream`]: events to poses.
 
 mod checkpoint;
 mod config;
@@ -18,4 +18,4 @@ pub use config::{BaselineConfig, BaselineDecodingConfig, BaselineImageConfig, Ba
 pub use geometry::{LiftGeometry, torso_m};
 pub use input::BaselineInput;
 pub use predictor::{BaselineJoints, BaselinePredictor};
-pub use stream::{BaselinePose, BaselineStream};
+pub use stream::{BaselineFrontend, BaselinePose, baseline_stream};

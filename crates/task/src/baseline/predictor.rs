@@ -58,7 +58,7 @@ impl BaselinePredictor {
     }
 
     /// Forgets where joints were found last.
-    pub fn reset(&mut self) {
+    pub fn forget(&mut self) {
         self.last = BodyPoints::default();
     }
 
@@ -168,7 +168,7 @@ mod tests {
         let later = predictor.peaks(&maps(0.3, 400));
         assert_eq!((later.points[2], later.scores[2]), (at, 0.3));
         assert_ne!(predictor.peaks(&maps(0.5, 400)).points[2], at);
-        predictor.reset();
+        predictor.forget();
         assert_eq!(predictor.peaks(&maps(0.4, 35)).points[2], None);
     }
 

@@ -1,27 +1,22 @@
-//! A recording through a baseline: events to poses.
+//! The stream of a baseline: events to images of a representation, and joints on them to poses.
 
-use std::path::Path;
-use std::time::Instant;
-
-use evpose_core::{LensCamera, Micros, SensorSize};
-use evpose_pose::body::{BODY_JOINTS, BodyPoints};
-use evpose_pose::metric::body::BodyPrediction;
+use evpose_core::{EventStream, LensCamera, Micros, Plane, SensorSize};
+use evpose_pose::PoseEstimate;
+use evpose_pose::body::{BODY_JOINTS, BodyPoints, pose_score};
+use evpose_pose::stream::{InferenceWorker, PoseStream, StreamError, StreamFrontend};
+use evpose_repr::Representation;
 use evpose_view::Calibration;
 use glam::{Vec2, Vec3};
 
 use super::checkpoint::{BaselineCheckpoint, PUBLISHED_TORSO_M};
 use super::geometry::LiftGeometry;
-use super::predictor::BaselinePredictor;
+use super::predictor::{BaselineJoints, BaselinePredictor};
 use crate::TaskError;
-use crate::body::RepresentationReader;
+use crate::body::{CanonicalEvents, start_representation};
 
 /// A pose of a baseline.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BaselinePose {
-    /// Time stamp in seconds: that of the newest event.
-    pub t_s: f64,
-    /// Time from the image to the pose, in seconds.
-    pub delay_s: f64,
     /// Joints in pixels of the sensor; none where a joint was not found.
     pub joints_px: BodyPoints,
     /// Scores, 0 to 1.
@@ -31,93 +26,103 @@ pub struct BaselinePose {
     pub joints_m: [Option<Vec3>; BODY_JOINTS],
 }
 
-impl BaselinePose {
-    /// The pose on the image, as evaluations take it.
-    pub fn prediction(&self) -> BodyPrediction {
-        let Self { t_s, delay_s, joints_px, .. } = *self;
-        BodyPrediction { t_s, delay_s, joints_px }
-    }
+/// The stream of a baseline, for events of `sensor`; without its camera, a field of view is guessed, and
+/// joints in metres are in proportion to it.
+///
+/// # Errors
+/// If the representation cannot be made.
+pub fn baseline_stream(
+    checkpoint: &BaselineCheckpoint,
+    sensor: SensorSize,
+    camera: Option<LensCamera>,
+) -> Result<PoseStream<BaselineFrontend, BaselinePredictor>, TaskError> {
+    let (image, guessed) = (checkpoint.config.body().image, Calibration::guessed(sensor));
+    let canonical = CanonicalEvents::new(&image, &guessed);
+    let geometry = LiftGeometry::new(camera.unwrap_or(guessed.camera), sensor);
+    let frontend = BaselineFrontend {
+        representation: start_representation(&image, canonical.size())?,
+        canonical,
+        geometry: match checkpoint.depths_m {
+            Some(depths_m) => geometry.within_depths(depths_m),
+            None => geometry,
+        },
+        torso_m: checkpoint.torso_m.unwrap_or(PUBLISHED_TORSO_M),
+        last_pose: None,
+    };
+    Ok(PoseStream::new(frontend, BaselinePredictor::new(checkpoint)))
 }
 
-/// A recording, read forwards in time.
-pub struct BaselineStream {
-    reader: RepresentationReader,
-    predictor: BaselinePredictor,
+/// Follows the events of a person.
+#[derive(Debug)]
+pub struct BaselineFrontend {
+    canonical: CanonicalEvents,
+    representation: Box<dyn Representation>,
     geometry: LiftGeometry,
     torso_m: f32,
+    last_pose: Option<BaselinePose>,
 }
 
-impl BaselineStream {
-    /// Opens a recording of a camera; without one, a field of view is guessed, and joints in metres
-    /// are in proportion to it.
-    ///
-    /// # Errors
-    /// If it cannot be read, or the representation not be made.
-    pub fn open(
-        path: &Path,
-        checkpoint: &BaselineCheckpoint,
-        camera: Option<LensCamera>,
-    ) -> Result<Self, TaskError> {
-        let reader = RepresentationReader::open(path, &checkpoint.config.body().image)?;
-        let sensor = reader.sensor();
-        let camera = camera.unwrap_or_else(|| Calibration::guessed(sensor).camera);
-        let geometry = LiftGeometry::new(camera, sensor);
-        Ok(Self {
-            reader,
-            predictor: BaselinePredictor::new(checkpoint),
-            geometry: match checkpoint.depths_m {
-                Some(depths_m) => geometry.within_depths(depths_m),
-                None => geometry,
-            },
-            torso_m: checkpoint.torso_m.unwrap_or(PUBLISHED_TORSO_M),
-        })
+impl StreamFrontend for BaselineFrontend {
+    type Input = Plane<u8>;
+    type Output = BaselineJoints;
+    type Pose = BaselinePose;
+
+    fn push(&mut self, events: &EventStream) -> Result<(), StreamError> {
+        self.representation.push(self.canonical.push(events));
+        Ok(())
     }
 
-    /// The sensor.
-    pub fn sensor(&self) -> SensorSize {
-        self.reader.sensor()
+    fn input(&mut self, t: Micros, memory: Option<Plane<u8>>) -> Option<Plane<u8>> {
+        self.representation.advance(t);
+        let mut image = memory.unwrap_or_else(|| Plane::for_sensor(self.canonical.size(), 0));
+        self.representation.render_u8(image.data_mut());
+        Some(image)
     }
 
-    /// When the recording begins; none if it is empty.
-    pub fn start(&self) -> Option<Micros> {
-        self.reader.start()
-    }
-
-    /// When it ends.
-    ///
-    /// # Errors
-    /// If it cannot be read to its end.
-    pub fn end(&mut self) -> Result<Micros, TaskError> {
-        self.reader.end()
-    }
-
-    /// The pose at `t`, which is not before the last one.
-    ///
-    /// # Errors
-    /// If the recording cannot be read up to there.
-    pub fn pose(&mut self, t: Micros) -> Result<BaselinePose, TaskError> {
-        let image = self.reader.at(t, |_| {})?;
-        let begin = Instant::now();
-        let joints = self.predictor.predict(&image);
+    fn accept(
+        &mut self,
+        t: Micros,
+        image: &Plane<u8>,
+        joints: BaselineJoints,
+        _now: Micros,
+    ) -> Vec<(Micros, BaselinePose)> {
         let size = Vec2::new(image.width() as f32, image.height() as f32);
         let view_px = joints.points.map(|point| Some(point? * size));
-        let joints_px = self.reader.sensor_points(&view_px);
+        let joints_px = self.canonical.sensor_points(&view_px);
         let joints_m = match &joints.depths {
             Some(depths) => self.geometry.joints_m(&joints_px, depths, self.torso_m),
             None => [None; BODY_JOINTS],
         };
-        Ok(BaselinePose {
-            t_s: t.as_seconds(),
-            delay_s: begin.elapsed().as_secs_f64(),
-            joints_px,
-            scores: joints.scores,
-            joints_m,
-        })
+        let pose = BaselinePose { joints_px, scores: joints.scores, joints_m };
+        self.last_pose = Some(pose);
+        vec![(t, pose)]
+    }
+
+    fn estimate(&self, pose: &BaselinePose) -> PoseEstimate {
+        let BaselinePose { joints_px, scores, .. } = *pose;
+        PoseEstimate::Body { joints_px, scores, score: pose_score(&scores) }
+    }
+
+    fn propagate(&mut self, _t: Micros) -> Option<PoseEstimate> {
+        Some(self.estimate(&self.last_pose?))
+    }
+
+    fn reset(&mut self) {
+        self.canonical.reset();
+        self.representation.reset();
+        self.last_pose = None;
     }
 }
 
-impl std::fmt::Debug for BaselineStream {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("BaselineStream").field("sensor", &self.sensor()).finish_non_exhaustive()
+impl InferenceWorker for BaselinePredictor {
+    type Input = Plane<u8>;
+    type Output = BaselineJoints;
+
+    fn infer(&mut self, image: &Plane<u8>) -> Result<BaselineJoints, StreamError> {
+        Ok(self.predict(image))
+    }
+
+    fn reset(&mut self) {
+        self.forget();
     }
 }

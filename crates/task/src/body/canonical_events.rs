@@ -9,7 +9,7 @@ use super::config::{BodyImageConfig, BodyViewKind};
 
 /// Events of the canonical view of bodies, or of the sensor itself.
 #[derive(Debug, Clone)]
-pub(super) struct CanonicalEvents {
+pub(crate) struct CanonicalEvents {
     sensor: SensorSize,
     /// None if events stay as they are.
     adaptor: Option<ViewAdaptor>,
@@ -19,7 +19,7 @@ pub(super) struct CanonicalEvents {
 }
 
 impl CanonicalEvents {
-    pub(super) fn new(image: &BodyImageConfig, calibration: &Calibration) -> Self {
+    pub(crate) fn new(image: &BodyImageConfig, calibration: &Calibration) -> Self {
         let sensor = calibration.sensor;
         let adaptor = match image.view {
             BodyViewKind::Sensor => None,
@@ -34,12 +34,12 @@ impl CanonicalEvents {
     }
 
     /// Size of the images.
-    pub(super) fn size(&self) -> SensorSize {
+    pub(crate) fn size(&self) -> SensorSize {
         self.adaptor.as_ref().map_or(self.sensor, |map| map.view().sensor)
     }
 
     /// The events of the view.
-    pub(super) fn push<'a>(&'a mut self, events: &'a EventStream) -> &'a EventStream {
+    pub(crate) fn push<'a>(&'a mut self, events: &'a EventStream) -> &'a EventStream {
         match (&mut self.adaptor, &self.denoise) {
             (None, None) => return events,
             (None, Some(_)) => self.events.clone_from(events),
@@ -52,7 +52,7 @@ impl CanonicalEvents {
     }
 
     /// Joints on the sensor of joints in the view, in pixels; none beyond the sensor.
-    pub(super) fn sensor_points(&self, view_px: &BodyPoints) -> BodyPoints {
+    pub(crate) fn sensor_points(&self, view_px: &BodyPoints) -> BodyPoints {
         let Some(map) = &self.adaptor else { return *view_px };
         let size = Vec2::new(f32::from(self.sensor.width), f32::from(self.sensor.height));
         view_px.map(|point| {
@@ -62,18 +62,18 @@ impl CanonicalEvents {
     }
 
     /// Joints in the view of joints on the sensor, in pixels.
-    pub(super) fn view_points(&self, sensor_px: &BodyPoints) -> BodyPoints {
+    pub(crate) fn view_points(&self, sensor_px: &BodyPoints) -> BodyPoints {
         let Some(map) = &self.adaptor else { return *sensor_px };
         sensor_px.map(|point| map.view_from_sensor(point?))
     }
 
     /// Whether events have shown that polarities say nothing; those that stay as they are do without.
-    pub(super) fn has_lost_polarities(&self) -> bool {
+    pub(crate) fn has_lost_polarities(&self) -> bool {
         self.adaptor.as_ref().is_some_and(ViewAdaptor::has_lost_polarities)
     }
 
     /// Forgets all events.
-    pub(super) fn reset(&mut self) {
+    pub(crate) fn reset(&mut self) {
         if let Some(map) = &mut self.adaptor {
             map.reset();
         }

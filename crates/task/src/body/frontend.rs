@@ -26,7 +26,7 @@ const WINDOW: Micros = Micros(100_000);
 ///
 /// # Errors
 /// If it is not known, or cannot be made for such a sensor.
-pub(super) fn start_representation(
+pub(crate) fn start_representation(
     image: &BodyImageConfig,
     sensor: SensorSize,
 ) -> Result<Box<dyn Representation>, TaskError> {
@@ -149,12 +149,7 @@ impl BodyFrontend {
     }
 
     /// Takes the joints of the image of `t`, known at `now`.
-    fn accept_one(
-        &mut self,
-        t: Micros,
-        joints: &[BodyJoint],
-        now: Micros,
-    ) -> (Micros, BodyPose) {
+    fn accept_one(&mut self, t: Micros, joints: &[BodyJoint], now: Micros) -> (Micros, BodyPose) {
         let mut detection = ScoredPoints::in_image(joints, self.canonical.size());
         detection.points = self.canonical.sensor_points(&detection.points);
         let score = self.presence.update(t, pose_score(&detection.scores));

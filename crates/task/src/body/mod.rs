@@ -16,6 +16,7 @@ mod spatial;
 
 pub use augmentation::BodyAugmentation;
 pub use batch::ImageBatch;
+pub(crate) use canonical_events::CanonicalEvents;
 pub use checkpoint::BodyCheckpoint;
 pub(crate) use checkpoint::{pose_as_text, pose_from_text};
 pub use config::{
@@ -24,6 +25,7 @@ pub use config::{
     SecondPass,
 };
 pub use detection::BodyDetectionConfig;
+pub(crate) use frontend::start_representation;
 pub use frontend::{BodyFrontend, BodyPose, BodyWorker, body_stream};
 pub use predictor::{BodyPredictor, BodyPredictorOptions, joints_in_pixels};
 pub use propagation::PropagationConfig;

@@ -4,7 +4,6 @@ use std::path::Path;
 
 use evpose_core::{
     CounterRng, Event, EventStream, EventStreamBuilder, Micros, Plane, Polarity, SensorSize,
-    TimeWindow,
 };
 use evpose_io::{OpenOptions, Windows};
 use evpose_pose::body::BodyPoints;
@@ -14,6 +13,7 @@ use super::canonical_events::CanonicalEvents;
 use super::config::BodyImageConfig;
 use super::frontend::{Blur, start_representation};
 use crate::TaskError;
+use crate::recording_stream::ForwardEvents;
 use evpose_repr::Representation;
 
 /// How long noise has been there when a recording begins.
@@ -21,12 +21,10 @@ const HISTORY: Micros = Micros(1_000_000);
 
 /// A recording as images of a representation, forwards in time.
 pub struct RepresentationReader {
-    windows: Windows,
+    events: ForwardEvents,
     canonical: CanonicalEvents,
     representation: Box<dyn Representation>,
     blur: Blur,
-    events: EventStream,
-    read_to: Option<Micros>,
 }
 
 impl RepresentationReader {
@@ -35,30 +33,17 @@ impl RepresentationReader {
     /// # Errors
     /// If it cannot be read, or the representation not be made.
     pub fn open(path: &Path, image: &BodyImageConfig) -> Result<Self, TaskError> {
-        Self::with(path, image, &OpenOptions::default())
-    }
-
-    /// As [`Self::open`], where a file leaves a choice.
-    ///
-    /// # Errors
-    /// As there.
-    pub fn with(
-        path: &Path,
-        image: &BodyImageConfig,
-        options: &OpenOptions,
-    ) -> Result<Self, TaskError> {
-        let windows = Windows::open(path, options)?;
+        let windows = Windows::open(path, &OpenOptions::default())?;
         let sensor = windows.sensor();
         let canonical = CanonicalEvents::new(image, &Calibration::guessed(sensor));
         let representation = start_representation(image, canonical.size())?;
-        let events = EventStream::empty(sensor);
-        let blur = Blur::new(image.blur);
-        Ok(Self { windows, canonical, representation, blur, events, read_to: None })
+        let (events, blur) = (ForwardEvents::new(windows), Blur::new(image.blur));
+        Ok(Self { events, canonical, representation, blur })
     }
 
     /// The sensor.
     pub fn sensor(&self) -> SensorSize {
-        self.windows.sensor()
+        self.events.windows.sensor()
     }
 
     /// Size of the images: that of the canonical view.
@@ -76,23 +61,10 @@ impl RepresentationReader {
         self.canonical.sensor_points(image_px)
     }
 
-    /// When the recording begins; none if it is empty.
-    pub fn start(&self) -> Option<Micros> {
-        self.windows.start()
-    }
-
-    /// When it ends.
-    ///
-    /// # Errors
-    /// If it cannot be read to its end.
-    pub fn end(&mut self) -> Result<Micros, TaskError> {
-        Ok(self.windows.end()?)
-    }
-
     /// Noise in the second before the recording: so many events per pixel of the view, anywhere.
     pub fn add_noise_history(&mut self, events_per_pixel: f32, seed: u64) {
         let size = self.image_size();
-        let start = self.windows.start().unwrap_or(Micros(0));
+        let start = self.events.windows.start().unwrap_or(Micros(0));
         let count = (events_per_pixel * size.pixels() as f32) as usize;
         let at = |k: usize| Micros(start.0 - HISTORY.0 + HISTORY.0 * k as i64 / count as i64);
         let mut rng = CounterRng::new(seed, "noise history", 0);
@@ -109,22 +81,19 @@ impl RepresentationReader {
     }
 
     /// The image at `t`, which is not before the last one asked for. `observe` receives the events
-    /// since then.
+    /// since then, in pieces.
     ///
     /// # Errors
     /// If the recording cannot be read up to there.
     pub fn at(
         &mut self,
         t: Micros,
-        observe: impl FnOnce(&EventStream),
+        mut observe: impl FnMut(&EventStream),
     ) -> Result<Plane<u8>, TaskError> {
-        let begin = self.read_to.or(self.windows.start()).unwrap_or(t);
-        let end = t + Micros(1);
-        if begin < end {
-            self.windows.read(TimeWindow { start: begin, end }, &mut self.events)?;
-            self.read_to = Some(end);
-            observe(&self.events);
-            self.representation.push(self.canonical.push(&self.events));
+        while self.events.peek()?.is_some_and(|next| next <= t) {
+            let events = self.events.take_until(t);
+            observe(events);
+            self.representation.push(self.canonical.push(events));
         }
         self.representation.advance(t);
         let mut image = Plane::for_sensor(self.image_size(), 0);

@@ -4,11 +4,11 @@
 use evpose_core::{Micros, PlacedCamera};
 use evpose_io::Windows;
 use evpose_pose::PoseEstimate;
-use evpose_pose::stream::InferenceSchedule;
 use evpose_pose::body::triangulation::{
     Observation, TriangulatedPoint, TriangulationConfig, triangulate,
 };
 use evpose_pose::body::{BODY_JOINTS, SpatialFilter, SpatialFilterConfig, WorldJoints};
+use evpose_pose::stream::InferenceSchedule;
 use evpose_view::Calibration;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -130,11 +130,12 @@ impl SpatialRecordings {
 
     /// The time of the next pose at which a recording is not silent.
     fn next_time(&mut self) -> Result<Micros, TaskError> {
-        let mut heard = Micros(i64::MAX);
+        let mut active = Micros(i64::MAX);
         for PlacedRecording { stream, .. } in &mut self.recordings {
-            heard = heard.min(stream.heard_from(self.next)?);
+            active = active.min(stream.skip_silence(self.next)?);
         }
-        let skipped = (heard.0.saturating_sub(self.next.0) + self.every.0 - 1).div_euclid(self.every.0);
+        let skipped =
+            (active.0.saturating_sub(self.next.0) + self.every.0 - 1).div_euclid(self.every.0);
         Ok(self.next + Micros(skipped * self.every.0))
     }
 

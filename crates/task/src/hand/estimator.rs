@@ -53,7 +53,7 @@ impl Smoothing {
 ///
 /// When inputs are taken is the schedule of [`HandFrontend`](super::HandFrontend).
 #[derive(Debug)]
-pub struct HandEstimator {
+pub(super) struct HandEstimator {
     sensor: SensorSize,
     representation: Box<dyn Representation>,
     denoise: Option<DenoiseFilter>,
@@ -63,44 +63,32 @@ pub struct HandEstimator {
     gate: Option<StillnessGate>,
     hold: Option<HoldAtRest>,
     smoothing: Smoothing,
-    batch: usize,
-    pending: InputBatch,
+    /// Inputs of a full batch, and those so far.
+    pub(super) batch: usize,
+    pub(super) pending: InputBatch,
 }
 
 impl HandEstimator {
     /// The plain pipeline: every input is inferred, in batches of `batch`, and the published Kalman
-    /// filter smooths the poses.
+    /// filter smooths the poses. Otherwise the slow-motion mode: batches of a scene at rest repeat
+    /// earlier poses, and the filter has two settings.
     ///
     /// # Errors
     /// If the representation is not known or a setting is out of range.
-    pub fn plain(config: &HandConfig, sensor: SensorSize, batch: usize) -> Result<Self, TaskError> {
-        let smoothing = Smoothing::Kalman(Box::new(HandFilter::new(&config.filter)?));
-        Self::new(config, sensor, batch, None, smoothing)
-    }
-
-    /// The slow-motion mode: batches of a scene at rest repeat earlier poses, and the filter has
-    /// two settings.
-    ///
-    /// # Errors
-    /// As [`Self::plain`].
-    pub fn slow_motion(
+    pub(super) fn new(
         config: &HandConfig,
         sensor: SensorSize,
         batch: usize,
+        is_plain: bool,
     ) -> Result<Self, TaskError> {
         let mode = &config.slow_motion;
-        let gate = StillnessGate::new(&mode.stillness, sensor)?;
-        let smoothing = Smoothing::Adaptive(Box::new(AdaptiveHandFilter::new(&mode.filter)?));
-        Self::new(config, sensor, batch, Some(gate), smoothing)
-    }
-
-    fn new(
-        config: &HandConfig,
-        sensor: SensorSize,
-        batch: usize,
-        gate: Option<StillnessGate>,
-        smoothing: Smoothing,
-    ) -> Result<Self, TaskError> {
+        let (gate, smoothing) = if is_plain {
+            (None, Smoothing::Kalman(Box::new(HandFilter::new(&config.filter)?)))
+        } else {
+            let filter = AdaptiveHandFilter::new(&mode.filter)?;
+            let gate = StillnessGate::new(&mode.stillness, sensor)?;
+            (Some(gate), Smoothing::Adaptive(Box::new(filter)))
+        };
         let input = &config.representation;
         let window = StreamWindow::new(sensor, input.window(), input.channel_order)?;
         let representation = representation_by_name(&input.name)?.start(window);
@@ -121,18 +109,8 @@ impl HandEstimator {
         })
     }
 
-    /// The sensor of the events.
-    pub fn sensor(&self) -> SensorSize {
-        self.sensor
-    }
-
-    /// Inputs of a full batch.
-    pub fn batch(&self) -> usize {
-        self.batch
-    }
-
     /// Takes events.
-    pub fn push(&mut self, events: &EventStream) {
+    pub(super) fn push(&mut self, events: &EventStream) {
         let Some(denoise) = &mut self.denoise else { return self.representation.push(events) };
         self.filtered.clone_from(events);
         denoise.apply(&mut self.filtered);
@@ -140,29 +118,19 @@ impl HandEstimator {
     }
 
     /// Adds the input at `now` to the batch, with the time stamp `t`.
-    pub fn sample(&mut self, now: Micros, t: Micros) {
+    pub(super) fn sample(&mut self, now: Micros, t: Micros) {
         self.representation.advance(now);
         self.pending.add(&mut *self.representation, self.sensor, t);
     }
 
     /// Whether the batch is full.
-    pub fn is_full(&self) -> bool {
+    pub(super) fn is_full(&self) -> bool {
         self.pending.len() >= self.batch
-    }
-
-    /// Whether the batch holds no input.
-    pub fn is_empty(&self) -> bool {
-        self.pending.is_empty()
-    }
-
-    /// Drops the inputs of the batch.
-    pub fn clear(&mut self) {
-        self.pending.clear();
     }
 
     /// The poses of the batch if the scene is at rest: those of an earlier batch, once more. The
     /// batch is then empty.
-    pub fn repeat_at_rest(&mut self) -> Option<Vec<HandEstimate>> {
+    pub(super) fn repeat_at_rest(&mut self) -> Option<Vec<HandEstimate>> {
         let (gate, pending) = (self.gate.as_mut()?, &self.pending);
         if !gate.is_at_rest(pending.values(), pending.len()) {
             return None;
@@ -176,14 +144,14 @@ impl HandEstimator {
     }
 
     /// Takes the batch, leaving the memory of `next` for the one to come.
-    pub fn take(&mut self, mut next: InputBatch) -> InputBatch {
+    pub(super) fn take(&mut self, mut next: InputBatch) -> InputBatch {
         next.clear();
         std::mem::replace(&mut self.pending, next)
     }
 
     /// Takes the network's outputs for a batch. There are none before an input has shown enough: see
     /// [`HandDetectionConfig`](super::HandDetectionConfig).
-    pub fn accept(
+    pub(super) fn accept(
         &mut self,
         batch: &InputBatch,
         mut outputs: Vec<HandParams>,
@@ -226,7 +194,7 @@ impl HandEstimator {
     }
 
     /// The filter's pose at `t`. None before the first output.
-    pub fn propagate(&self, t: Micros) -> Option<HandParams> {
+    pub(super) fn propagate(&self, t: Micros) -> Option<HandParams> {
         match &self.smoothing {
             Smoothing::Kalman(filter) => filter.at(t),
             Smoothing::Adaptive(filter) => filter.at(t),
@@ -234,7 +202,7 @@ impl HandEstimator {
     }
 
     /// Forgets everything.
-    pub fn reset(&mut self) {
+    pub(super) fn reset(&mut self) {
         self.representation.reset();
         if let Some(denoise) = &mut self.denoise {
             denoise.reset();

@@ -28,6 +28,7 @@ use super::predictor::Predictor;
 use super::view::{HandView, canonical_view};
 use crate::{RecordingStream, TaskError};
 use evpose_view::{Calibration, ViewAdaptor};
+use glam::Vec2;
 
 /// A frame of labels, at whose ends the plain pipeline has its poses.
 const FRAME: Micros = Micros(1_000);
@@ -49,10 +50,8 @@ pub fn hand_stream<P: Predictor>(
     let adaptor = ViewAdaptor::new(calibration, &canonical_view(config));
     let sensor = adaptor.view().sensor;
     let window = config.representation.window();
-    let estimator = match schedule {
-        InferenceSchedule::Every(_) => HandEstimator::plain(config, sensor, batch)?,
-        _ => HandEstimator::slow_motion(config, sensor, batch)?,
-    };
+    let is_plain = matches!(schedule, InferenceSchedule::Every(_));
+    let estimator = HandEstimator::new(config, sensor, batch, is_plain)?;
     let frontend = HandFrontend {
         schedule,
         window,
@@ -64,7 +63,6 @@ pub fn hand_stream<P: Predictor>(
         repeated: Vec::new(),
         view: HandView::new(config)?.seen_by(&adaptor),
         adaptor,
-        is_mirrored: false,
         // A network of both hands does not distinguish them.
         side: config.simulation.hands.side(0),
     };
@@ -72,7 +70,7 @@ pub fn hand_stream<P: Predictor>(
     let mut worker = HandWorker { predictor, size };
     if schedule == InferenceSchedule::NewestWhenFree {
         // The first inference compiles the network: it must not delay the first pose.
-        let warm_up = InputBatch::without_events(sensor, frontend.estimator.batch());
+        let warm_up = InputBatch::without_events(sensor, frontend.estimator.batch);
         worker.predictor.predict(warm_up.values(), size)?;
     }
     Ok(PoseStream::new(frontend, worker))
@@ -114,18 +112,22 @@ pub struct HandFrontend {
     /// Poses of the last batch, of a scene at rest.
     repeated: Vec<HandEstimate>,
     view: HandView,
-    /// Whether the network sees the mirror image.
-    is_mirrored: bool,
     side: HandSide,
 }
 
 impl HandFrontend {
     /// Sets whether the network sees the mirror image of the view: of a hand of the other side.
     pub fn mirror(&mut self, is_mirrored: bool) {
-        self.is_mirrored = is_mirrored;
+        self.view.is_mirrored = is_mirrored;
     }
 
-    /// A pose of the network's, in the pixels of the sensor.
+    /// The position in the network's image of one on the sensor, both in pixels; none where the camera's
+    /// lens has no inverse.
+    pub fn view_from_sensor(&self, sensor_px: Vec2) -> Option<Vec2> {
+        self.view.view_from_sensor(sensor_px)
+    }
+
+    /// A pose of the network's on the sensor; of the other hand, in the mirror image.
     pub fn pose(&self, params: HandParams) -> PoseEstimate {
         self.view.estimate(self.side, params)
     }
@@ -149,7 +151,7 @@ impl StreamFrontend for HandFrontend {
 
     fn push(&mut self, events: &EventStream) -> Result<(), StreamError> {
         self.adaptor.push(events, &mut self.view_events);
-        if self.is_mirrored {
+        if self.view.is_mirrored {
             self.view_events = mirrored(&self.view_events);
         }
         let events = &self.view_events;
@@ -169,28 +171,28 @@ impl StreamFrontend for HandFrontend {
     fn stride(&mut self, t: Micros) {
         if self.is_plain() {
             self.estimator.sample(t, t + Micros(1));
-        } else if self.estimator.batch() > 1 && std::mem::take(&mut self.is_due) {
+        } else if self.estimator.batch > 1 && std::mem::take(&mut self.is_due) {
             // The network had no time for a full batch: newer inputs replace it.
             if self.estimator.is_full() {
-                self.estimator.clear();
+                self.estimator.pending.clear();
             }
             self.estimator.sample(t, t);
         }
     }
 
     fn input(&mut self, t: Micros, memory: Option<InputBatch>) -> Option<InputBatch> {
-        if self.estimator.batch() == 1 && !self.is_plain() {
+        if self.estimator.batch == 1 && !self.is_plain() {
             if !std::mem::take(&mut self.is_due) {
                 return None;
             }
-            self.estimator.clear();
+            self.estimator.pending.clear();
             self.estimator.sample(t, t);
         }
         self.estimator.is_full().then(|| self.batch(memory))?
     }
 
     fn rest(&mut self) -> Option<InputBatch> {
-        (!self.estimator.is_empty()).then(|| self.batch(None))?
+        (!self.estimator.pending.is_empty()).then(|| self.batch(None))?
     }
 
     fn repeated(&mut self) -> Vec<(Micros, HandEstimate)> {
@@ -201,6 +203,10 @@ impl StreamFrontend for HandFrontend {
         // Frames whose number is a multiple of the step.
         let full = frame_end(begin) - FRAME + self.window;
         frame_end(Micros((full.0 + step.0 - 1).div_euclid(step.0) * step.0)) - Micros(1)
+    }
+
+    fn earliest_trigger(&self) -> Option<Micros> {
+        self.trigger.earliest()
     }
 
     fn last_stride(&self, last: Micros) -> Micros {

@@ -20,7 +20,7 @@ pub use config::{
     DeviceStrategy, EvaluationConfig, HandConfig, RepresentationConfig, TrainingConfig,
 };
 pub use detection::HandDetectionConfig;
-pub use estimator::{HandEstimate, HandEstimator};
+pub use estimator::HandEstimate;
 pub use frontend::{HandFrontend, HandWorker, hand_recording, hand_stream};
 pub use perspective_crop::PerspectiveCrop;
 pub use predictor::{ConstantPose, NetworkPredictor, Predictor};

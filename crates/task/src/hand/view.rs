@@ -6,7 +6,7 @@ use evpose_pose::metric::HandPoints;
 use evpose_pose::{HandParams, HandSide, PoseEstimate};
 use evpose_sim::Actor;
 use evpose_sim::raster::Camera;
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::config::HandConfig;
 use crate::TaskError;
@@ -20,6 +20,8 @@ pub struct HandView {
     camera: Camera,
     /// The camera on whose image points are; none if that is the canonical one.
     adaptor: Option<ViewAdaptor>,
+    /// Whether poses are of the mirror image of the view.
+    pub(super) is_mirrored: bool,
 }
 
 /// The camera of recordings by `sensor`: see [`Calibration::choose`]. Without a choice, those of the
@@ -53,6 +55,21 @@ impl HandView {
         Self { adaptor: (!adaptor.is_identity()).then(|| adaptor.clone()), ..self }
     }
 
+    /// The position in the view, or in its mirror image, of one on the sensor, both in pixels.
+    pub(super) fn view_from_sensor(&self, sensor_px: Vec2) -> Option<Vec2> {
+        let view_px = match &self.adaptor {
+            Some(adaptor) => adaptor.view_from_sensor(sensor_px)?,
+            None => sensor_px,
+        };
+        Some(self.unmirrored(view_px))
+    }
+
+    /// The position in the view of one in its mirror image, where poses are of that.
+    fn unmirrored(&self, at_px: Vec2) -> Vec2 {
+        let width_px = f32::from(self.camera.sensor().width);
+        if self.is_mirrored { Vec2::new(width_px - at_px.x, at_px.y) } else { at_px }
+    }
+
     /// The neutral shape.
     pub fn neutral(&self) -> &ShapedBody {
         &self.neutral
@@ -71,7 +88,7 @@ impl HandView {
         let simulation = &config.simulation;
         let actor = Actor::load(&simulation.body, &simulation.camera)?;
         let neutral = actor.body().shaped(&[]);
-        Ok(Self { actor, neutral, camera: simulation.camera(), adaptor: None })
+        Ok(Self { actor, neutral, camera: simulation.camera(), adaptor: None, is_mirrored: false })
     }
 
     /// The evaluated points of a hand of `side` and of shape `betas` (empty: the neutral one).
@@ -118,7 +135,8 @@ impl HandView {
     /// Points of the world in the camera's frame as tables of poses have it, which is OpenCV's: x
     /// right, y down, z forwards.
     pub fn opencv_points<const N: usize>(&self, world_m: &[Vec3; N]) -> [Vec3; N] {
-        self.camera_points(world_m).map(|at| Vec3::new(at.x, -at.y, -at.z))
+        let right = if self.is_mirrored { -1.0 } else { 1.0 };
+        self.camera_points(world_m).map(|at| Vec3::new(right * at.x, -at.y, -at.z))
     }
 
     /// A pose of the neutral hand of `side` with its points.
@@ -133,7 +151,7 @@ impl HandView {
         let mut posed = PosedBody::default();
         let world_m = self.actor.points_of(side, pose, shaped, &mut posed);
         let image_px = world_m.map(|p| {
-            let view_px = self.camera.image_from_world(p)?;
+            let view_px = self.unmirrored(self.camera.image_from_world(p)?);
             Some(match &self.adaptor {
                 Some(adaptor) => adaptor.sensor_from_view(view_px),
                 None => view_px,

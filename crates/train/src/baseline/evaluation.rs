@@ -3,10 +3,13 @@
 use std::path::PathBuf;
 
 use evpose_core::Micros;
+use evpose_io::{OpenOptions, Windows};
 use evpose_pose::body::BodyPoints;
 use evpose_pose::metric::body::{BodyPrediction, BodyProtocol, BodySequence};
+use evpose_pose::stream::InferenceSchedule;
 use evpose_sim::person::PoseTable;
-use evpose_task::baseline::{BaselineCheckpoint, BaselinePose, BaselineStream};
+use evpose_task::baseline::{BaselineCheckpoint, BaselinePose, baseline_stream};
+use evpose_task::{InferredPoses, RecordingStream};
 use rayon::prelude::*;
 
 use crate::TrainError;
@@ -38,7 +41,7 @@ impl BaselineResults {
     }
 }
 
-/// Evaluates a network on recordings: a pose every `every` from the first sample of its config on,
+/// Evaluates a network on recordings: a pose every `every`, from the time of the first sample of its config on,
 /// and for comparison the mean pose. Cameras are those that the recordings say. `progress`
 /// receives 1 after each recording.
 ///
@@ -55,12 +58,15 @@ pub fn evaluate_baseline(
         let track = PoseTrack(PoseTable::read(poses)?);
         let truth = ground_truth(&track.0);
         let camera = placed_camera(poses);
-        let mut stream =
-            BaselineStream::open(events, checkpoint, camera.map(|camera| camera.lens))?;
-        let mut t = Micros(1_000 * i64::from(checkpoint.config.data.first_ms));
-        let (mut predicted, mut errors_m) = (Vec::new(), Vec::new());
-        while t <= track.end() {
-            let pose = stream.pose(t)?;
+        let windows = Windows::open(events, &OpenOptions::default())?;
+        let sensor = windows.sensor();
+        let stream = baseline_stream(checkpoint, sensor, camera.map(|camera| camera.lens))?;
+        let first = Micros(1_000 * i64::from(checkpoint.config.data.first_ms));
+        let (mut predicted, mut predictions, mut errors_m) = (Vec::new(), Vec::new(), Vec::new());
+        for inferred in RecordingStream::new(windows, stream, InferenceSchedule::Every(every)) {
+            let InferredPoses { t, poses, delay_s } = inferred?;
+            let is_scored = t >= first && t <= track.end();
+            let Some((_, pose)) = poses.first().filter(|_| is_scored) else { continue };
             if let Some((camera, joints_m)) = camera.zip(track.at_m(t)) {
                 let truth = joints_m.map(|at_m| in_camera(&camera, at_m));
                 let errors = pose.joints_m.iter().zip(truth).filter_map(|(joint, truth)| {
@@ -68,17 +74,17 @@ pub fn evaluate_baseline(
                 });
                 errors_m.extend(errors);
             }
-            predicted.push(pose);
-            t = t + every;
+            let joints_px = pose.joints_px;
+            predictions.push(BodyPrediction { t_s: t.as_seconds(), delay_s, joints_px });
+            predicted.push(*pose);
         }
-        let predictions: Vec<BodyPrediction> =
-            predicted.iter().map(BaselinePose::prediction).collect();
-        let constant = constant_predictions(&predictions, mean_pose, stream.sensor());
+        let constant = constant_predictions(&predictions, mean_pose, sensor);
         let protocol = BodyProtocol::default();
         let result = BodyRecordingResult {
             events: events.clone(),
             detections: DetectionCounts::of(&track, &predictions, every),
             scored: Vec::new(),
+            filtered_predictions: Vec::new(),
             filtered: None,
             network: BodySequence::evaluate(&truth, &predictions, &protocol)?,
             mean_pose: BodySequence::evaluate(&truth, &constant, &protocol)?,

@@ -5,13 +5,13 @@ use std::time::Instant;
 
 use evpose_core::{Micros, SensorSize};
 use evpose_io::{OpenOptions, Windows};
+use evpose_pose::PoseError;
 use evpose_pose::body::BodyPoints;
 use evpose_pose::body::fusion::ScoredPoints;
 use evpose_pose::filter::BodyFilterConfig;
 use evpose_pose::metric::body::{
     BodyEvaluation, BodyPrediction, BodyProtocol, BodySequence, BodyTruth, MeanBody,
 };
-use evpose_pose::PoseError;
 use evpose_pose::stream::InferenceSchedule;
 use evpose_sim::person::PoseTable;
 use glam::Vec2;
@@ -22,8 +22,8 @@ use super::filter_noise::{ScoredPose, estimate_filter};
 use super::frames::{BodyFrame, BodyFrames, label_of};
 use super::recordings::{BodyRecordings, PoseTrack};
 use crate::TrainError;
-use evpose_task::body::{BodyCheckpoint, BodyImageConfig};
-use evpose_task::body::{BodyPredictor, RepresentationReader, body_stream};
+use evpose_task::body::BodyCheckpoint;
+use evpose_task::body::{BodyPredictor, body_stream};
 use evpose_task::{InferredPoses, RecordingStream};
 use evpose_view::Calibration;
 
@@ -36,6 +36,8 @@ pub struct BodyRecordingResult {
     pub truth: Vec<BodyTruth>,
     /// Poses predicted by the network.
     pub predictions: Vec<BodyPrediction>,
+    /// The same through the filter of the config; none of networks without one.
+    pub filtered_predictions: Vec<BodyPrediction>,
     /// Whether somebody is reported where somebody is.
     pub detections: DetectionCounts,
     /// The same with scores and truth.
@@ -141,6 +143,7 @@ pub fn evaluate_body(
             events: events.clone(),
             truth,
             predictions,
+            filtered_predictions: smoothed,
             detections,
             scored,
             network,
@@ -231,13 +234,10 @@ pub fn ground_truth(table: &PoseTable) -> Vec<BodyTruth> {
 ///
 /// # Errors
 /// If a table cannot be read.
-pub fn mean_pose_of_recordings(
-    recordings: &BodyRecordings,
-    image: &BodyImageConfig,
-) -> Result<BodyPoints, TrainError> {
+pub fn mean_pose_of_recordings(recordings: &BodyRecordings) -> Result<BodyPoints, TrainError> {
     let mut mean = MeanBody::default();
     for (events, poses) in &recordings.files {
-        let sensor = RepresentationReader::open(events, image)?.sensor();
+        let sensor = Windows::open(events, &OpenOptions::default())?.sensor();
         for row in PoseTable::read(poses)?.rows {
             mean.push(&label_of(&row.joints_px, sensor));
         }

@@ -59,8 +59,8 @@ pub fn propagated_poses(
     let mut t = first;
     while t <= end {
         // Time without events is skipped.
-        let heard = recording.heard_from(t)?;
-        t = t + Micros((heard - t).0.div_euclid(step.0) * step.0);
+        let active = recording.skip_silence(t)?;
+        t = t + Micros((active - t).0.div_euclid(step.0) * step.0);
         recording.advance(t)?;
         let PoseStream { frontend, worker, .. } = recording.stream();
         if t >= next_inference {

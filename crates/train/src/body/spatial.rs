@@ -71,8 +71,7 @@ pub fn evaluate_spatial(
             let pose = pose?;
             let joints_m = track.at_m(pose.t).filter(|m| pose.t >= first && m[0].is_finite());
             let Some(joints_m) = joints_m else { continue };
-            let truth: WorldJoints =
-                joints_m.map(|at_m| at_m.is_finite().then(|| at_m.as_dvec3()));
+            let truth: WorldJoints = joints_m.map(|at_m| at_m.is_finite().then(|| at_m.as_dvec3()));
             let points = pose.points.map(|point| point.map(|point| point.position_m));
             errors[0].push(&points, &truth);
             errors[1].push(&pose.joints_m, &truth);

@@ -3,20 +3,20 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use evpose_core::Micros;
+use evpose_pose::stream::InferenceSchedule;
 use evpose_task::hand::{HandConfig, Predictor};
 
 use super::{HandDataset, HandSequence};
 use crate::TrainError;
-use crate::evaluation::HandPoseTrack;
+use crate::evaluation::{HandPoseTrack, frame_before};
 use crate::filter_noise::MeasuredTrack;
 
 /// Frames of a sequence that filters are estimated from, at most.
-const FILTER_FRAMES: usize = 2000;
+const FILTER_FRAMES: u64 = 2000;
 /// Sequences that filters are estimated from: one of so many, and at most so many.
 const FILTER_SHARE: usize = 20;
 const FILTER_SEQUENCES: usize = 12;
-/// Windows of one inference.
-const FILTER_BATCH: usize = 64;
 
 /// The parts that a data set is split into for a training.
 #[derive(Debug, Clone)]
@@ -59,26 +59,38 @@ impl HandDataset {
         })
     }
 
-    /// Measured and true poses of the parts, a pose for each frame.
+    /// Measured and true poses of the parts, a pose for each frame: those that the stream's filter takes.
     pub(crate) fn measured_tracks(
         &self,
+        config: &HandConfig,
         predictor: &mut dyn Predictor,
     ) -> Result<Vec<MeasuredTrack>, TrainError> {
+        let every_ms = InferenceSchedule::Every(Micros(1_000));
         let mut tracks = Vec::new();
-        for (sequence, part) in self.sequences.iter().zip(self.parts.clone()) {
+        for (sequence, part) in self.sequences.iter().zip(&self.parts) {
+            let part = part.start..part.end.min(part.start + FILTER_FRAMES);
             if part.is_empty() {
                 continue;
             }
-            let frames: Vec<u64> = part.take(FILTER_FRAMES).collect();
-            let mut poses = Vec::with_capacity(frames.len());
-            let mut inputs = Vec::new();
-            for chunk in frames.chunks(FILTER_BATCH) {
-                self.windows_ending_at(sequence, chunk, &mut inputs)?;
-                poses.extend(predictor.predict(&inputs, self.image_size())?);
+            let mut measured = HandPoseTrack::default();
+            for inferred in sequence.stream(config, &mut *predictor, every_ms)? {
+                let inferred = inferred?;
+                for (t, estimate) in inferred.poses {
+                    let frame = frame_before(t);
+                    if part.contains(&frame) {
+                        measured.push(frame, estimate.measured);
+                    }
+                }
+                if frame_before(inferred.t) >= part.end {
+                    break;
+                }
             }
-            let truth = frames.iter().map(|&frame| sequence.pose(frame));
+            if measured.frames.is_empty() {
+                continue;
+            }
+            let truth = measured.frames.iter().map(|&frame| sequence.pose(frame));
             let truth = truth.collect::<Result<_, TrainError>>()?;
-            tracks.push(MeasuredTrack { measured: HandPoseTrack { frames, poses }, truth });
+            tracks.push(MeasuredTrack { measured, truth });
         }
         Ok(tracks)
     }

@@ -3,12 +3,11 @@
 use evpose_core::Micros;
 use evpose_pose::metric::{HandEvaluation, HandPoints, SequenceScores};
 use evpose_pose::stream::{InferenceSchedule, InferenceWorker, PoseStream, StreamFrontend};
-use evpose_pose::{HandParams, HandSide};
+use evpose_pose::{HandParams, PoseEstimate};
 use evpose_task::hand::{
-    HandConfig, HandFrontend, HandView, HandWorker, Predictor, canonical_view, hand_recording,
+    HandConfig, HandFrontend, HandWorker, Predictor, canonical_view, hand_recording,
 };
 use evpose_task::{RecordingStream, TaskError};
-use evpose_view::ViewAdaptor;
 use glam::{Vec2, Vec3};
 
 use super::{ForeignHand, HandJointRow};
@@ -42,11 +41,12 @@ pub fn evaluate_foreign_hands(
 ) -> Result<ForeignHandResults, TrainError> {
     let mut results = ForeignHandResults::default();
     for recording in recordings {
-        let seen = SeenHand::new(config, recording)?;
+        let mut stream = stream(config, recording, &mut *predictor)?;
         let mut poses = Vec::new();
-        for inferred in seen.recording(config, recording, &mut *predictor)? {
+        for inferred in &mut stream {
             poses.extend(inferred?.poses.into_iter().map(|(_, estimate)| estimate));
         }
+        let frontend = &stream.stream().frontend;
         let mut scores: [SequenceScores; 3] = Default::default();
         for label in &recording.labels.rows {
             let next = poses.partition_point(|pose| pose.t < label.t);
@@ -59,7 +59,7 @@ pub fn evaluate_foreign_hands(
             for (scores, params) in
                 scores.iter_mut().zip([&pose.measured, &pose.filtered, mean_pose])
             {
-                seen.score(params, label, scores);
+                score(&frontend.pose(*params), label, scores);
             }
         }
         let [network, filtered, constant] = scores;
@@ -94,10 +94,9 @@ pub fn foreign_hand_views(
     predictor: &mut dyn Predictor,
     count: usize,
 ) -> Result<Vec<ForeignHandView>, TrainError> {
-    let seen = SeenHand::new(config, recording)?;
-    let sensor = seen.adaptor.view().sensor;
+    let sensor = canonical_view(config).sensor;
     let size = (usize::from(sensor.height), usize::from(sensor.width));
-    let mut stream = seen.recording(config, recording, predictor)?;
+    let mut stream = stream(config, recording, predictor)?;
     let Some([begin, _]) = stream.span()? else { return Ok(Vec::new()) };
     let first = begin + config.representation.window();
     let rows: Vec<&HandJointRow> =
@@ -112,77 +111,38 @@ pub fn foreign_hand_views(
         let Some(input) = frontend.rest() else { continue };
         let poses = worker.infer(&input).map_err(TaskError::Stream)?;
         let Some(pose) = poses.first() else { continue };
-        let predicted_px = seen.view.points(seen.side, pose, &[]).image_px;
-        let truth_px = label.image_px.map(|point| seen.view_px(point?));
+        let view_px = |at_px: Option<Vec2>| frontend.view_from_sensor(at_px?);
+        let PoseEstimate::Hand { points, .. } = frontend.pose(*pose) else { continue };
+        let predicted_px = points.image_px.map(view_px);
+        let truth_px = label.image_px.map(view_px);
         let values = input.values().to_vec();
         views.push(ForeignHandView { values, size, truth_px, predicted_px });
     }
     Ok(views)
 }
 
-/// A recording as the network sees it: a right hand before the canonical camera.
-struct SeenHand {
-    adaptor: ViewAdaptor,
-    view: HandView,
-    is_mirrored: bool,
-    /// The side of the network's hands.
-    side: HandSide,
+/// A recording through the stream, a pose every millisecond; the network sees hands of the other side mirrored.
+fn stream<'a>(
+    config: &HandConfig,
+    recording: &ForeignHand,
+    predictor: &'a mut dyn Predictor,
+) -> Result<RecordingStream<HandFrontend, HandWorker<&'a mut dyn Predictor>>, TrainError> {
+    let (windows, every_ms) = (recording.windows()?, InferenceSchedule::Every(Micros(1_000)));
+    let calibration = &recording.calibration;
+    let mut stream = hand_recording(config, predictor, windows, calibration, every_ms)?;
+    stream.stream().frontend.mirror(recording.side != config.simulation.hands.side(0));
+    Ok(stream)
 }
 
-impl SeenHand {
-    fn new(config: &HandConfig, recording: &ForeignHand) -> Result<Self, TrainError> {
-        let adaptor = ViewAdaptor::new(&recording.calibration, &canonical_view(config));
-        let side = config.simulation.hands.side(0);
-        let is_mirrored = recording.side != side;
-        Ok(Self { adaptor, view: HandView::new(config)?, is_mirrored, side })
-    }
-
-    /// The recording through the stream, a pose every millisecond; a hand of the other side is mirrored.
-    fn recording<'a>(
-        &self,
-        config: &HandConfig,
-        recording: &ForeignHand,
-        predictor: &'a mut dyn Predictor,
-    ) -> Result<RecordingStream<HandFrontend, HandWorker<&'a mut dyn Predictor>>, TrainError> {
-        let (windows, every_ms) = (recording.windows()?, InferenceSchedule::Every(Micros(1_000)));
-        let calibration = &recording.calibration;
-        let mut stream = hand_recording(config, predictor, windows, calibration, every_ms)?;
-        stream.stream().frontend.mirror(self.is_mirrored);
-        Ok(stream)
-    }
-
-    /// The points of a predicted pose: on the sensor, and in the frame of the camera, y downwards.
-    fn points(&self, pose: &HandParams) -> HandPoints {
-        let canonical = self.view.points(self.side, pose, &[]);
-        let width_px = f32::from(self.adaptor.view().sensor.width);
-        let image_px = canonical.image_px.map(|point| {
-            let point = point?;
-            let x = if self.is_mirrored { width_px - point.x } else { point.x };
-            Some(self.adaptor.sensor_from_view(Vec2::new(x, point.y)))
-        });
-        let mirror = if self.is_mirrored { -1.0 } else { 1.0 };
-        let world_m = self.view.camera_points(&canonical.world_m).map(|point| {
-            // From y up, looking along -z, to y down, looking along z.
-            Vec3::new(mirror * point.x, -point.y, -point.z)
-        });
-        HandPoints { world_m, image_px }
-    }
-
-    /// Position in what the network sees of a position on the sensor.
-    fn view_px(&self, sensor_px: Vec2) -> Option<Vec2> {
-        let at = self.adaptor.view_from_sensor(sensor_px)?;
-        let width_px = f32::from(self.adaptor.view().sensor.width);
-        Some(Vec2::new(if self.is_mirrored { width_px - at.x } else { at.x }, at.y))
-    }
-
-    fn score(&self, pose: &HandParams, label: &HandJointRow, scores: &mut SequenceScores) {
-        let predicted = self.points(pose);
-        let world_m = label.camera_m.unwrap_or([Vec3::ZERO; 21]);
-        let truth = HandPoints { world_m, image_px: label.image_px };
-        if label.camera_m.is_some() {
-            scores.push_points(&predicted, &truth);
-        } else {
-            scores.push_image_points(&predicted, &truth);
-        }
+/// Compares a pose with labels on the sensor and in the frame of the camera.
+fn score(predicted: &PoseEstimate, label: &HandJointRow, scores: &mut SequenceScores) {
+    let PoseEstimate::Hand { points, camera_m, .. } = predicted else { return };
+    let predicted = HandPoints { world_m: **camera_m, image_px: points.image_px };
+    let world_m = label.camera_m.unwrap_or([Vec3::ZERO; 21]);
+    let truth = HandPoints { world_m, image_px: label.image_px };
+    if label.camera_m.is_some() {
+        scores.push_points(&predicted, &truth);
+    } else {
+        scores.push_image_points(&predicted, &truth);
     }
 }

@@ -157,8 +157,7 @@ mod tests {
         let plain = evaluate(config, &data, &mut methods, 7, &mut |_| {}).unwrap();
         let mut done = 0;
         let mut progress = |ms| done += ms;
-        let slow =
-            evaluate_slow_motion(config, &data, &mut constant, 7, &mut progress).unwrap();
+        let slow = evaluate_slow_motion(config, &data, &mut constant, 7, &mut progress).unwrap();
         assert_eq!(done, config.simulation.frames());
         (plain, slow)
     }

@@ -1,0 +1,182 @@
+//! `evpose eval` scores the poses that `evpose infer` writes: recordings with rests, gaps and late starts.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use burn::tensor::Device;
+use evpose_core::{Event, EventStream, Micros};
+use evpose_io::poses::{TimedPose, read_poses};
+use evpose_io::{MetaReader, MetaWriter};
+use evpose_pose::metric::body::BodyPrediction;
+use evpose_sim::person::PoseTable;
+use evpose_task::body::{BodyCheckpoint, BodyPredictor, BodyPredictorOptions};
+use evpose_task::hand::HandCheckpoint;
+use evpose_train::body::{BodyRecordings, evaluate_body};
+use evpose_train::{HandDataset, HandPoseTrack, Method, evaluate, evaluate_slow_motion};
+
+use crate::harness::Sandbox;
+
+/// A silence that parts a recording.
+const GAP: Micros = Micros(12_000_000);
+
+fn shipped(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("checkpoints").join(name);
+    path.to_str().expect("a path of text").to_owned()
+}
+
+/// What happens to a recording: which events stay, and how much later an event or a label is.
+type Change = (&'static str, fn(Micros) -> bool, fn(Micros) -> Micros);
+
+const CHANGES: [Change; 4] = [
+    ("plain", |_| true, |t| t),
+    ("late", |t| t.0 >= 153_400, |t| t),
+    ("rest", |t| !(250_000..420_000).contains(&t.0), |t| t),
+    ("gap", |_| true, |t| if t.0 < 330_000 { t } else { t + GAP }),
+];
+
+/// Writes the recording `from` with a change to `to`.
+fn change_events(from: &Path, to: &Path, (_, stays, moved): Change) {
+    let events = evpose_io::open(from).unwrap().stream;
+    let changed = events.iter().filter(|event| stays(event.t));
+    let changed = changed.map(|event| Event { t: moved(event.t), ..event });
+    let changed = EventStream::from_events(events.sensor(), changed).unwrap();
+    evpose_io::format_by_name("evt3").unwrap().write(to, &changed).unwrap();
+}
+
+/// The poses that `evpose infer` writes of a recording, by their time stamps.
+fn infer(
+    sandbox: &Sandbox,
+    network: &str,
+    events: &Path,
+    more: &[&str],
+) -> BTreeMap<i64, TimedPose> {
+    let network = shipped(network);
+    let events = events.to_str().unwrap();
+    let infer = ["infer", "--checkpoint", &network, "--events", events, "--out", "poses.csv"];
+    sandbox.ok(&[&infer[..], more].concat());
+    let poses = read_poses(&sandbox.path("poses.csv")).unwrap().poses;
+    poses.into_iter().map(|pose| (pose.t.0, pose)).collect()
+}
+
+/// A table holds every bit of a hand's parameters.
+#[test]
+fn hands_are_scored_by_the_poses_that_are_written() {
+    let sandbox = Sandbox::new();
+    let simulate = ["simulate", "quick", "--held-out", "--sequences", "1", "--seconds", "0.7"];
+    sandbox.ok(&[&simulate[..], &["--out", "data"]].concat());
+    let labels = MetaReader::open(sandbox.path("data/0000.meta")).unwrap();
+    let mut checkpoint =
+        HandCheckpoint::load(Path::new(&shipped("hand-quick.bpk")), &Device::flex()).unwrap();
+    checkpoint.config.evaluation.bootstrap.resamples = 0;
+    let config = &checkpoint.config;
+    for change in CHANGES {
+        let (name, _, moved) = change;
+        let folder = sandbox.path(name);
+        std::fs::create_dir(&folder).unwrap();
+        let recording = folder.join("0000.raw");
+        change_events(&sandbox.path("data/0000.evc"), &recording, change);
+        // In a gap, the last pose stands.
+        let mut writer = MetaWriter::create_for_hands(folder.join("0000.meta")).unwrap();
+        for k in 0..labels.records() {
+            let pose = labels.read_hand(k).unwrap();
+            while writer.records() <= moved(Micros(1_000 * k as i64)).0 as u64 / 1_000 {
+                writer.hand(&pose).unwrap();
+            }
+        }
+        writer.finish().unwrap();
+        let data = HandDataset::open(&folder, config).unwrap();
+        let mut network = checkpoint.predictor(Device::flex()).unwrap();
+        let same = |track: &HandPoseTrack, more: &[&str], at_least: usize| {
+            let written = infer(&sandbox, "hand-quick.bpk", &recording, more);
+            assert!(track.frames.len() >= at_least, "{name}: {}", track.frames.len());
+            for (frame, pose) in track.frames.iter().zip(&track.poses) {
+                let t = 1_000 * (*frame as i64 + 1);
+                let written = written.get(&t).and_then(|pose| pose.params);
+                assert_eq!(written, Some(*pose), "{name} at {t} {more:?}");
+            }
+            // All of them are scored, from the first window on.
+            let first = 1_000 * (i64::from(config.evaluation.first_ms) + 1);
+            let end = 1_000 * data.sequences()[0].frames() as i64;
+            let scored = written.range(first..=end).count();
+            assert!(scored == track.frames.len(), "{name}: {scored}");
+        };
+        for stride in [1, 7] {
+            let mut methods = [Method {
+                name: "trained",
+                predictor: &mut network,
+                filtered: Some("trained_kalman"),
+            }];
+            let stride_ms = stride.to_string();
+            let results = evaluate(config, &data, &mut methods, stride, &mut |_| {}).unwrap();
+            let [measured, filtered] = [0, 1].map(|k| &results[k].tracks[0]);
+            let stride_args = ["--stride-ms", &stride_ms];
+            same(filtered, &stride_args, 200 / stride as usize);
+            same(measured, &[&stride_args[..], &["--unfiltered"]].concat(), 200 / stride as usize);
+        }
+        let slow = evaluate_slow_motion(config, &data, &mut network, 1, &mut |_| {}).unwrap();
+        let slow_motion = ["--mode", "slow-motion"];
+        let written = infer(&sandbox, "hand-quick.bpk", &recording, &slow_motion);
+        let HandPoseTrack { frames, poses } = &slow.methods[0].tracks[0];
+        assert!(frames.len() > 200, "{name}: {}", frames.len());
+        for (frame, pose) in frames.iter().zip(poses) {
+            let newest = written.range(..1_000 * (*frame as i64 + 1)).next_back();
+            assert_eq!(newest.and_then(|(_, pose)| pose.params), Some(*pose), "{name} at {frame}");
+        }
+    }
+}
+
+/// To the last digit that is written.
+#[test]
+fn people_are_scored_by_the_poses_that_are_written() {
+    let sandbox = Sandbox::new();
+    let simulate = ["simulate", "finetune", "--held-out", "--sequences", "1", "--seconds", "0.8"];
+    let changes = ["--set", "simulation.step_hz=250", "--set", "simulation.label_hz=50"];
+    let size = ["--set", "simulation.sensor_size={ width = 160, height = 120 }", "--out", "data"];
+    sandbox.ok(&[&simulate[..], &changes, &size].concat());
+    let labels = PoseTable::read(&sandbox.path("data/0000.poses.csv")).unwrap();
+    let checkpoint =
+        BodyCheckpoint::load(Path::new(&shipped("body-quick.bpk")), &Device::flex()).unwrap();
+    let options = BodyPredictorOptions::default();
+    let predictor = BodyPredictor::new(&checkpoint, options, None).unwrap();
+    let first_us = 1_000 * i64::from(checkpoint.config.data.first_ms);
+    for change in CHANGES {
+        let (name, _, moved) = change;
+        let folder = sandbox.path(name);
+        std::fs::create_dir(&folder).unwrap();
+        let recording = folder.join("0000.raw");
+        change_events(&sandbox.path("data/0000.raw"), &recording, change);
+        let mut table = labels.clone();
+        table.rows.iter_mut().for_each(|row| row.t = moved(row.t));
+        table.write(&folder.join("0000.poses.csv")).unwrap();
+        let recordings = BodyRecordings::open(&folder).unwrap();
+        let every = Micros(20_000);
+        let mean = Default::default();
+        let results =
+            evaluate_body(&checkpoint, &predictor, &recordings, every, None, &mean, &|_| {})
+                .unwrap();
+        let result = &results.recordings[0];
+        let end = table.rows.last().unwrap().t;
+        let same = |predictions: &[BodyPrediction], more: &[&str]| {
+            let more = [&["--stride-ms", "20"], more].concat();
+            let written = infer(&sandbox, "body-quick.bpk", &recording, &more);
+            assert!(predictions.len() > 10, "{name}: {}", predictions.len());
+            let mut found = 0;
+            for prediction in predictions {
+                let t = Micros::from_seconds(prediction.t_s);
+                let none = TimedPose::empty(evpose_io::poses::PoseKind::Body, t);
+                let pose = written.get(&t.0).unwrap_or(&none);
+                let rounded = prediction.joints_px.map(|at| {
+                    at.map(|at| at.to_array().map(|px| format!("{px:.3}").parse().unwrap()))
+                });
+                let written = pose.body_px().map(|at| at.map(|at| at.to_array()));
+                assert_eq!(written, rounded, "{name} at {t} {more:?}");
+                found += rounded.iter().flatten().count();
+            }
+            assert!(found > 50, "{name}: {found} joints");
+            let scored = written.range(first_us..=end.0).count();
+            assert!(scored <= predictions.len(), "{name}: {scored} of {}", predictions.len());
+        };
+        same(&result.predictions, &["--unfiltered"]);
+        same(&result.filtered_predictions, &[]);
+    }
+}
