@@ -53,7 +53,7 @@ impl ReadySystem {
         let torso_m = checkpoint.torso_m.unwrap_or(PUBLISHED_TORSO_M);
         let depths_m = checkpoint.depths_m;
         let mut predictor = BaselinePredictor::new(&checkpoint);
-        predictor.reset();
+        predictor.forget();
         Ok(Self(Box::new(move || {
             Box::new(Baseline { predictor: predictor.clone(), torso_m, depths_m })
         })))
