@@ -25,7 +25,7 @@ pub struct SlowMotionResults {
 pub struct SlowMotionUsage {
     /// Duration of all sequences.
     pub seconds: f64,
-    /// Events of all sequences.
+    /// Events of all sequences, without those of a scene that is drawn anew.
     pub events: u64,
     /// Representations rendered.
     pub inputs: u64,
@@ -121,6 +121,9 @@ fn track(
     }
     progress(sequence.frames() - done);
     usage.events += stream.events();
+    for frame in (0..sequence.frames()).filter(|&frame| sequence.is_redrawn(frame..frame + 1)) {
+        usage.events -= (sequence.events(frame..frame + 1)?.len() as u64).min(usage.events);
+    }
     usage.seconds += sequence.frames() as f64 * 1e-3;
     Ok(poses)
 }
@@ -129,6 +132,8 @@ fn track(
 mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_sim::{Simulation, record_all};
+
+    use evpose_pose::HandParams;
 
     use super::*;
     use crate::{Condition, Method, evaluate};
