@@ -441,7 +441,7 @@ proptest! {
     }
 }
 
-fn pieces_agree(decoder: impl Decoder + Clone, data: &[u8], pieces: &[usize]) {
+fn pieces_agree(decoder: impl Decoder, data: &[u8], pieces: &[usize]) {
     let (mut whole, mut parts) = (Columns::new(), Columns::new());
     let (mut once, mut often) = (decoder.clone(), decoder);
     once.decode(data, true, &mut whole).unwrap();
