@@ -13,8 +13,8 @@ use std::process::ExitCode;
 use anyhow::Result;
 use clap::Subcommand;
 use evpose_cli::commands::{
-    calibrate, check_labels, clean, convert, demo, eval, events, export, infer, info, live,
-    prepare, quantize, represent, sensor, simulate, train, view,
+    average, calibrate, check_labels, clean, convert, demo, eval, events, export, infer, info,
+    live, prepare, quantize, represent, sensor, simulate, train, view,
 };
 use evpose_cli::tasks::args as tasks;
 use evpose_studies::{ablate, compare, tune};
@@ -78,6 +78,8 @@ commands! {
     Live(live::LiveArgs) => live::run,
     /// Calibrate int8 quantisation, and measure the loss of accuracy
     Quantize(quantize::QuantizeArgs) => quantize::run,
+    /// Average two networks, for example a shipped one and one trained further from it
+    Average(average::AverageArgs) => average::run,
     /// Export a network as an ONNX file
     Export(export::ExportArgs) => export::run,
     /// Benchmarks: speed and memory of inference, training, simulation, files

@@ -48,6 +48,23 @@ fn an_installed_program_has_its_networks() {
 }
 
 #[test]
+fn the_mean_of_a_network_and_itself_is_that_network_and_other_shapes_have_none() {
+    let sandbox = Sandbox::new();
+    sandbox.ok(&["average", "body-quick", "body-quick", "--out", "mean.bpk"]);
+    let onnx = |network: &str| {
+        sandbox.ok(&["export", "--checkpoint", network, "--onnx", "network.onnx"]);
+        bytes(&sandbox.path("network.onnx"))
+    };
+    assert!(onnx("mean.bpk") == onnx("body-quick"));
+    assert_eq!(
+        sandbox.ok(&["info", "mean.bpk"]).lines().nth(1),
+        sandbox.ok(&["info", "body-quick"]).lines().nth(1)
+    );
+    sandbox.fails(&["average", "body", "hand", "--out", "no.bpk"]);
+    assert!(!sandbox.path("no.bpk").exists());
+}
+
+#[test]
 fn a_training_starts_from_a_shipped_network_by_its_name() {
     let sandbox = Sandbox::new();
     let changes = [

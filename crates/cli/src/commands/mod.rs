@@ -5,6 +5,7 @@
 //! the causes of what the user can correct.
 
 mod account;
+pub mod average;
 pub mod calibrate;
 pub mod check_labels;
 mod checkpoint_info;

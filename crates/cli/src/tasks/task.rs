@@ -101,6 +101,13 @@ pub trait PoseModel {
     /// Channels, rows and columns of an input.
     fn input_shape(&self) -> [usize; 3];
 
+    /// Runs `evpose average`: writes the mean of this network and that of the checkpoint `other`, with
+    /// this one's config, thresholds and provenance.
+    ///
+    /// # Errors
+    /// If `other` cannot be read or is of another shape, or `out` cannot be written.
+    fn save_average(&self, other: &Path, out: &Path) -> Result<()>;
+
     /// Up to `count` inputs of a data set, spread evenly: for the calibration of int8 inference.
     ///
     /// # Errors

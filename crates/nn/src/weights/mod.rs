@@ -3,12 +3,14 @@
 //! * [`save`], [`load`]: a `.bpk` file with a [`ModelCard`] inside; [`save_body`], [`load_body`]:
 //!   the same of bodies; [`save_baseline`], [`load_baseline`]: the same of baselines;
 //!   [`task_of`]: which of them a file is.
+//! * [`average`]: the mean of two networks.
 //! * [`load_pytorch`], [`load_move_enet`]: `.pth` and Lightning `.ckpt` files of the published
 //!   networks.
 //! * [`load_dhp19_cnn`], [`load_lift_mono`]: those of the networks that MoveEnet is compared with.
 //!
 //! Loading is strict: a parameter missing, left over or of another shape is an error that names it.
 
+mod average;
 mod checkpoint;
 mod keras;
 mod mapped;
@@ -16,6 +18,7 @@ mod model_card;
 mod pytorch;
 mod strict;
 
+pub use average::average;
 pub use checkpoint::{load, load_baseline, load_body, save, save_baseline, save_body, task_of};
 pub use keras::load_dhp19_cnn;
 pub use model_card::{BaselineCard, BodyCard, InputConfig, ModelCard};

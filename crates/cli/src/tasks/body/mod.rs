@@ -23,6 +23,7 @@ use evpose_infer::{CalibrationRanges, Precision};
 use evpose_live::page::Skeleton;
 use evpose_nn::MoveEnetConfig;
 use evpose_nn::graph::Graph;
+use evpose_nn::weights::average;
 use evpose_sim::SequenceSet;
 use evpose_task::body::{
     BodyCheckpoint, BodyConfig, BodyPredictor, BodyPredictorOptions, PropagationConfig, body_stream,
@@ -168,6 +169,15 @@ impl PoseModel for BodyModel {
     fn input_shape(&self) -> [usize; 3] {
         let side = self.checkpoint.config.image.side_px;
         [self.graph().nodes[0].channels, side, side]
+    }
+
+    fn save_average(&self, other: &Path, out: &Path) -> Result<()> {
+        let BodyCheckpoint { config, network, mean_pose, data } = &self.checkpoint;
+        let other = BodyCheckpoint::load(other, &self.device)?.network;
+        ensure!(other.config() == network.config(), "the networks are of different shapes");
+        let network = average(&other, network.clone());
+        let (config, data) = (config.clone(), data.clone());
+        Ok(BodyCheckpoint { config, network, mean_pose: *mean_pose, data }.save(out)?)
     }
 
     fn calibration_inputs(

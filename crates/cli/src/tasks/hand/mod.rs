@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use crate::args::ConfigArgs;
 use crate::configs;
 use crate::json::write_json;
-use anyhow::{Result, bail};
+use anyhow::{Result, bail, ensure};
 use burn::module::Module;
 use burn::tensor::Device;
 use evpose_body::PosedBody;
@@ -25,6 +25,7 @@ use evpose_infer::{CalibrationRanges, Precision};
 use evpose_live::page::{HandMesh, Skeleton};
 use evpose_nn::HandRegressorConfig;
 use evpose_nn::graph::Graph;
+use evpose_nn::weights::average;
 use evpose_pose::HandParams;
 use evpose_pose::stream::InferenceSchedule;
 use evpose_sim::SequenceSet;
@@ -161,6 +162,14 @@ impl PoseModel for HandModel {
     fn input_shape(&self) -> [usize; 3] {
         let size = self.checkpoint.config.network_size();
         [self.graph().nodes[0].channels, size.height.into(), size.width.into()]
+    }
+
+    fn save_average(&self, other: &Path, out: &Path) -> Result<()> {
+        let HandCheckpoint { config, network, mean_pose } = &self.checkpoint;
+        let other = HandCheckpoint::load(other, &Device::flex())?;
+        ensure!(other.config.network == config.network, "the networks are of different shapes");
+        let network = average(&other.network, network.clone());
+        Ok(HandCheckpoint { config: config.clone(), network, mean_pose: *mean_pose }.save(out)?)
     }
 
     fn calibration_inputs(
