@@ -251,6 +251,21 @@ pub(crate) const RULES: &[Rule] = &[
         "--sequences 420 --seconds 2",
         Replace("--sequences 420 --seconds 2", "{people}"),
     ),
+    rule(
+        "networks.md",
+        "--sequences 600 --seconds 0.78",
+        Replace("--sequences 600 --seconds 0.78", "{people}"),
+    ),
+    rule(
+        "networks.md",
+        "--sequences 400 --seconds 2.5",
+        Replace("--sequences 400 --seconds 2.5", "{people}"),
+    ),
+    rule(
+        "networks.md",
+        "--sequences 500 --seconds 0.78",
+        Replace("--sequences 500 --seconds 0.78", "{people}"),
+    ),
     rule("networks.md", "evpose train body-wide", Append("{steps} --plain")),
     // own-labels.md
     rule("own-labels.md", "evpose check-labels", Answers(&[2])),
