@@ -172,14 +172,13 @@ mod tests {
     fn every_embedded_config_is_of_the_task_that_it_names() -> Result<()> {
         for (name, text) in EMBEDDED {
             let body = load::<BodyConfig>(name, &[]);
-            match text.contains("\ntask = \"body\"\n") {
-                true => drop(body?),
-                false => {
-                    load::<HandConfig>(name, &[])?;
-                    let message = body.map_or_else(|e| format!("{e:#}"), |_| String::new());
-                    assert!(message.contains("must be \"body\", and is \"hand\""), "{message}");
-                }
+            if text.contains("\ntask = \"body\"\n") {
+                body?;
+                continue;
             }
+            load::<HandConfig>(name, &[])?;
+            let message = body.map_or_else(|e| format!("{e:#}"), |_| String::new());
+            assert!(message.contains("must be \"body\", and is \"hand\""), "{message}");
         }
         Ok(())
     }

@@ -36,9 +36,9 @@ pub trait TaskConfig: Serialize + DeserializeOwned {
     /// If it is of another task or of none, or has unknown or wrongly typed fields; the error names
     /// them.
     fn unchecked(text: &str, overrides: &[String]) -> Result<Self, TaskError> {
-        let mut table: toml::Table = toml::from_str(text).map_err(problem)?;
+        let mut table: toml::Table = toml::from_str(text).map_err(|e| problem(&e))?;
         for assignment in overrides {
-            set(&mut table, assignment).map_err(problem)?;
+            set(&mut table, assignment).map_err(|e| problem(&e))?;
         }
         let task = table.get("task");
         if task.and_then(toml::Value::as_str) != Some(Self::TASK) {
@@ -48,7 +48,7 @@ pub trait TaskConfig: Serialize + DeserializeOwned {
         }
         // Straight from the text where nothing is changed, so that errors can point at lines.
         let config = if overrides.is_empty() { toml::from_str(text) } else { table.try_into() };
-        config.map_err(problem)
+        config.map_err(|error| problem(&error))
     }
 
     /// As [`Self::unchecked`], and checked.
@@ -82,7 +82,7 @@ pub trait TaskConfig: Serialize + DeserializeOwned {
     /// # Errors
     /// If a value cannot be written as TOML.
     fn to_toml(&self) -> Result<String, TaskError> {
-        toml::to_string_pretty(self).map_err(problem)
+        toml::to_string_pretty(self).map_err(|error| problem(&error))
     }
 
     /// The fields in which the config of a directory differs from this one.
@@ -90,12 +90,12 @@ pub trait TaskConfig: Serialize + DeserializeOwned {
     /// # Errors
     /// If one of the two cannot be written as TOML.
     fn differences(&self, there: &Self) -> Result<Vec<FieldDifference>, TaskError> {
-        let table = |config: &Self| toml::from_str(&config.to_toml()?).map_err(problem);
+        let table = |config: &Self| toml::from_str(&config.to_toml()?).map_err(|e| problem(&e));
         Ok(FieldDifference::between(&table(self)?, &table(there)?))
     }
 }
 
-fn problem(error: impl ToString) -> TaskError {
+fn problem(error: &impl ToString) -> TaskError {
     TaskError::Config { path: "config".into(), message: error.to_string() }
 }
 
