@@ -43,7 +43,7 @@ fn a_device_that_was_not_built_in_names_its_feature() {
 #[test]
 fn a_wrong_field_in_a_config_is_named() {
     let sandbox = Sandbox::new();
-    std::fs::write(sandbox.path("mine.toml"), "[training]\nstepz = 3\n").unwrap();
+    std::fs::write(sandbox.path("mine.toml"), "task = \"hand\"\n[training]\nstepz = 3\n").unwrap();
     let message = sandbox.fails(&["simulate", "mine.toml", "--out", "x"]);
     assert!(message.contains("mine.toml") && message.contains("stepz"), "{message}");
     assert!(!sandbox.path("x").exists());
