@@ -24,7 +24,7 @@ fn shipped(name: &str) -> String {
     path.to_str().expect("a path of text").to_owned()
 }
 
-/// What happens to a recording: which events stay, and how much later an event or a label is.
+/// A change of a recording: which events stay, and how much later an event or a label is.
 type Change = (&'static str, fn(Micros) -> bool, fn(Micros) -> Micros);
 
 const CHANGES: [Change; 4] = [

@@ -29,7 +29,7 @@ impl StreamError {
 pub enum InferenceSchedule {
     /// So much event time apart, at the times of [`StreamFrontend::first_stride`].
     Every(Micros),
-    /// Where events trigger one.
+    /// At the triggers of events.
     Triggered,
     /// The newest, whenever the network is free: online.
     NewestWhenFree,

@@ -130,7 +130,7 @@ mod tests {
     use crate::body::BodyConfig;
     use crate::hand::HandConfig;
 
-    /// What was written is read back, and by no other task; nor is a config that names none.
+    /// A config that was written is read back, and by no other task; nor is one that names none.
     fn is_its_own<C: TaskConfig + Default + PartialEq + std::fmt::Debug>(others: [&str; 2]) {
         let text = C::default().to_toml().unwrap();
         assert_eq!(C::parse(&text, &[]).unwrap(), C::default());
