@@ -87,7 +87,7 @@ fn greys_of_openpose_are_centred() {
 #[test]
 fn a_size_that_the_file_leaves_open_is_that_of_the_system() {
     let directory = tempfile::tempdir().unwrap();
-    let bytes = files::onnx::openpose_of_any_size();
+    let bytes = onnx::openpose_of_any_size();
     let path = written(directory.path(), "open.onnx", &bytes);
     let network = OpenPose::open(&path).unwrap();
     assert_eq!(network.description(), "OpenPose, 18 parts, 496x368 px");
@@ -111,7 +111,7 @@ fn files_of_something_else_are_refused_by_name() {
     let other = written(directory.path(), "maps.onnx", &maps);
     let error = message(MoveNet::open(&other).err());
     assert!(error.contains("[1, 19, 12, 16], [1, 38, 12, 16]"), "{error}");
-    let grey = written(directory.path(), "grey.onnx", &files::onnx::of_grey_images());
+    let grey = written(directory.path(), "grey.onnx", &onnx::of_grey_images());
     let error = message(MoveNet::open(&grey).err());
     assert!(error.contains("[1, 1, 16, 16]; one image of three channels"), "{error}");
 }
