@@ -1,7 +1,7 @@
 //! Parameters that every description of an event camera has values of.
 
 /// A parameter that every description of an event camera has a value of. The stage that owns it
-/// says so in its [`SearchSpec`](crate::SearchSpec).
+/// says so in its `SearchSpec`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CommonParameter {
     /// Threshold of ON events, ln.
