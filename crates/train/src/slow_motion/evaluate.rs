@@ -173,8 +173,10 @@ mod tests {
         let plain = &plain[0].tracks[0];
         for method in &slow.methods {
             let HandPoseTrack { frames, poses } = &method.tracks[0];
-            assert!(frames.len() > 50 && plain.frames.ends_with(frames), "{}", method.name);
-            assert_eq!(poses[..], plain.poses[..poses.len()], "{}", method.name);
+            // Strides end with the last event, and the newest pose stands until the last frame.
+            let common = frames.len() - 1;
+            assert!(common > 50 && plain.frames.ends_with(&frames[..common]), "{}", method.name);
+            assert_eq!(poses[..common], plain.poses[..common], "{}", method.name);
         }
     }
 
