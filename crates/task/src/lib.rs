@@ -13,7 +13,7 @@
 //! use evpose_io::{Input, OpenOptions, Windows};
 //! use evpose_pose::HandParams;
 //! use evpose_pose::stream::InferenceSchedule;
-//! use evpose_task::RecordingStream;
+//! use evpose_task::{RecordingStream, TaskConfig as _};
 //! use evpose_task::hand::{ConstantPose, HandConfig, hand_stream};
 //! use evpose_camera::Calibration;
 //!
