@@ -17,7 +17,7 @@
 //! let stream = EventStream::from_events(SensorSize::DAVIS240C, (0..100).map(|ms| event(ms, 7)))?;
 //!
 //! // The 30 ms before 60 ms; windows are half-open.
-//! let window = TimeWindow::ending_at(Micros(60_000), Micros(30_000));
+//! let window = TimeWindow { start: Micros(30_000), end: Micros(60_000) };
 //! let events = stream.slice(window);
 //! assert_eq!(events.len(), 30);
 //! assert_eq!(events.t().first(), Some(&Micros(30_000)));
