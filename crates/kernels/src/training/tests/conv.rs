@@ -80,10 +80,12 @@ proptest! {
         let [taken, terms] = ReferenceNorm::apply(norm.as_ref(), &x, &input);
         let (w64, dy64) = (double(&w), double(&dy));
         let mut sums = reference(&conv, &taken, &w64, &dy64);
-        let sizes = reference(&conv, &terms, &absolute(&w64), &absolute(&dy64));
-        for (k, value) in sums[0].iter_mut().enumerate() {
+        let mut sizes = reference(&conv, &terms, &absolute(&w64), &absolute(&dy64));
+        for (k, (value, size)) in sums[0].iter_mut().zip(&mut sizes[0]).enumerate() {
             let channel = k / (out.height * out.width) % channels[1];
-            *value += bias.as_ref().map_or(0.0, |bias| f64::from(bias[channel]));
+            let bias = bias.as_ref().map_or(0.0, |bias| f64::from(bias[channel]));
+            *value += bias;
+            *size += bias.abs();
         }
         let (x, dy) = (input.from_planes(&x), out.from_planes(&dy));
         let norm = norm.map(|norm| norm.norm());
