@@ -44,7 +44,7 @@ pub trait RegistryEntry: Sync {
 /// # Ok::<(), evpose_core::RegistryError>(())
 /// ```
 #[derive(Debug)]
-pub struct Registry<T: 'static> {
+pub struct Registry<T: ?Sized + 'static> {
     entries: RwLock<&'static [&'static T]>,
 }
 
@@ -69,7 +69,7 @@ pub enum RegistryError {
     },
 }
 
-impl<T: RegistryEntry> Registry<T> {
+impl<T: RegistryEntry + ?Sized> Registry<T> {
     /// A registry of built-in entries, whose names tests check.
     pub const fn new(built_in: &'static [&'static T]) -> Self {
         Self { entries: RwLock::new(built_in) }
@@ -119,7 +119,7 @@ fn is_of_names(character: char) -> bool {
     character.is_ascii_alphanumeric() || "-_".contains(character)
 }
 
-impl<T: RegistryEntry> Deref for Registry<T> {
+impl<T: RegistryEntry + ?Sized> Deref for Registry<T> {
     type Target = [&'static T];
 
     fn deref(&self) -> &Self::Target {
@@ -127,7 +127,7 @@ impl<T: RegistryEntry> Deref for Registry<T> {
     }
 }
 
-impl<T: RegistryEntry> IntoIterator for &Registry<T> {
+impl<T: RegistryEntry + ?Sized> IntoIterator for &Registry<T> {
     type Item = &'static &'static T;
     type IntoIter = Iter<'static, &'static T>;
 

@@ -25,6 +25,7 @@ impl LivePose {
         match self.pose {
             PoseEstimate::Body { .. } => PoseKind::Body,
             PoseEstimate::Hand { .. } => PoseKind::Hand,
+            PoseEstimate::Values { layout, .. } => PoseKind::Values(layout),
         }
     }
 

@@ -92,8 +92,8 @@ impl Initializer {
     }
 }
 
-/// Gives every tensor of `module` its initial values.
-pub(crate) fn seeded<M: Module>(module: M, seed: u64, initial: impl Fn(&Slot) -> Initializer) -> M {
+/// Gives every tensor of `module` its initial values; the seed and its path decide each.
+pub fn seeded<M: Module>(module: M, seed: u64, initial: impl Fn(&Slot) -> Initializer) -> M {
     fill(module, |slot| {
         let mut rng = CounterRng::new(seed, &slot.path, 0);
         initial(slot).draw(slot.shape.iter().product(), &mut rng)

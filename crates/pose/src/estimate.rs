@@ -1,8 +1,8 @@
 //! Poses of any task.
 
-use crate::HandParams;
 use crate::body::{BODY_JOINTS, BodyPoints};
 use crate::metric::HandPoints;
+use crate::{HandParams, PoseLayout};
 use glam::Vec3;
 
 /// A pose of a task.
@@ -27,15 +27,22 @@ pub enum PoseEstimate {
         /// The points in metres in the camera's frame: x right, y down, z forwards.
         camera_m: Box<[Vec3; 21]>,
     },
+    /// Of another task.
+    Values {
+        /// What it consists of.
+        layout: &'static PoseLayout,
+        /// The values, in the order of the layout.
+        values: Vec<f32>,
+    },
 }
 
 impl PoseEstimate {
     /// Score of the pose, 0 to 1: see [`pose_score`](crate::body::pose_score). None for hands, whose
-    /// networks regress a pose for every input and score none.
+    /// networks regress a pose for every input and score none, and for other tasks.
     pub fn score(&self) -> Option<f32> {
         match self {
             Self::Body { score, .. } => Some(*score),
-            Self::Hand { .. } => None,
+            Self::Hand { .. } | Self::Values { .. } => None,
         }
     }
 }

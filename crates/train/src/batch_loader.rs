@@ -10,10 +10,11 @@ use burn::tensor::Device;
 
 use crate::passes::{Passes, TrainingSpan};
 use crate::prefetch::Prefetch;
+use crate::training::StepBatch;
 use crate::waiting::{DataWait, WaitMeter};
 
 /// Makes batches of samples: first in the memory of the host, then on a device.
-pub(crate) trait BatchSource: Clone + Send + Sync + 'static {
+pub trait BatchSource: Clone + Send + Sync + 'static {
     /// A batch in the memory of the host.
     type Host: Send + 'static;
     /// A batch on the device.
@@ -22,8 +23,8 @@ pub(crate) trait BatchSource: Clone + Send + Sync + 'static {
     /// The samples at `positions` of a pass.
     fn host_batch(&self, passes: &Passes, positions: Range<u64>) -> Self::Host;
 
-    /// The batch on `device`, for optimiser step `step`, from 1.
-    fn item(&self, host: Self::Host, step: u64, device: &Device) -> Self::Item;
+    /// The batch on `device`.
+    fn item(&self, host: Self::Host, device: &Device) -> Self::Item;
 }
 
 /// A source as batches for Burn.
@@ -67,13 +68,14 @@ struct Batches<'a, S: BatchSource> {
 }
 
 impl<S: BatchSource> Iterator for Batches<'_, S> {
-    type Item = Result<S::Item, DatasetError>;
+    type Item = Result<StepBatch<S::Item>, DatasetError>;
 
     fn next(&mut self) -> Option<Self::Item> {
         let (end, batch) = self.batches.next()?;
         self.next = end;
         let BatchLoader { source, batch_size, device, .. } = self.loader;
-        Some(Ok(source.item(batch, end / *batch_size as u64, device)))
+        let (batch, step) = (source.item(batch, device), end / *batch_size as u64);
+        Some(Ok(StepBatch { batch, step }))
     }
 }
 
@@ -86,15 +88,15 @@ impl<S: BatchSource> Drop for Batches<'_, S> {
     }
 }
 
-impl<S: BatchSource> DataLoaderIterator<S::Item> for Batches<'_, S> {
+impl<S: BatchSource> DataLoaderIterator<StepBatch<S::Item>> for Batches<'_, S> {
     fn progress(&self) -> Progress {
         let items = |end: u64| (end - self.pass.start) as usize;
         Progress::new(items(self.next), items(self.pass.end), Some("samples".to_owned()))
     }
 }
 
-impl<S: BatchSource> DataLoader<S::Item> for BatchLoader<S> {
-    fn iter<'a>(&'a self) -> Box<dyn DataLoaderIterator<S::Item> + 'a> {
+impl<S: BatchSource> DataLoader<StepBatch<S::Item>> for BatchLoader<S> {
+    fn iter<'a>(&'a self) -> Box<dyn DataLoaderIterator<StepBatch<S::Item>> + 'a> {
         let (interval, pass) = self.passes.start();
         let (source, passes, last) = (self.source.clone(), self.passes.clone(), pass.end);
         let size = self.batch_size as u64;
@@ -111,12 +113,12 @@ impl<S: BatchSource> DataLoader<S::Item> for BatchLoader<S> {
         self.passes.samples() as usize
     }
 
-    fn to_device(&self, device: &Device) -> Arc<dyn DataLoader<S::Item>> {
+    fn to_device(&self, device: &Device) -> Arc<dyn DataLoader<StepBatch<S::Item>>> {
         Arc::new(Self { device: device.clone(), ..self.clone() })
     }
 
     /// One device takes all of it.
-    fn slice(&self, _: usize, _: usize) -> Arc<dyn DataLoader<S::Item>> {
+    fn slice(&self, _: usize, _: usize) -> Arc<dyn DataLoader<StepBatch<S::Item>>> {
         Arc::new(self.clone())
     }
 }

@@ -3,7 +3,6 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use burn::optim::AdamConfig;
 use burn::optim::lr_scheduler::module_lr_scheduler::ModuleLrScheduler;
 use burn::tensor::Device;
 use evpose_core::seed_for;
@@ -16,13 +15,11 @@ use crate::TrainError;
 use crate::dataset::{HandDataset, HandSplit};
 use crate::devices::DeviceGroup;
 use crate::filter_noise::estimate_filters;
-use crate::guard::Guard;
-use crate::hand_learner::{HAND_FIELDS, HandBatch, HandLearner, HandScalars};
+use crate::hand_loss::HAND_VALUES;
 use crate::loader::HandLoader;
-use crate::metric::Field;
-use crate::passes::TrainingSpan;
+use crate::metric::LoggedValue;
 use crate::training::{
-    ADAM_EPSILON, Loaders, Run, TrainOptions, TrainSummary, TrainingTask, check_shape,
+    Loaders, Run, TrainOptions, TrainSummary, TrainingSpan, TrainingTask, check_shape,
 };
 
 /// Poses averaged for the mean pose, at most; spread evenly over the training data.
@@ -65,11 +62,7 @@ pub fn train_hand(
 ) -> Result<TrainSummary<HandCheckpoint>, TrainError> {
     let training = &config.training;
     let devices = DeviceGroup::new(options.device, training)?;
-    let span = TrainingSpan {
-        batch_size: training.batch_size,
-        steps: training.steps,
-        steps_per_interval: training.steps_per_validation,
-    };
+    let span = TrainingSpan::from(training);
     let run = Run::open(run, config, span, options)?;
     let HandSplit { train, valid, filter } = HandDataset::open(data, config)?.split(config)?;
     let task = HandTask { config, mean_pose: mean_pose(&train)? };
@@ -123,13 +116,11 @@ struct HandTask<'a> {
 }
 
 impl TrainingTask for HandTask<'_> {
-    type Batch = HandBatch;
-    type Scalars = HandScalars;
     type Network = HandRegressor;
-    type Learner = HandLearner;
+    type Loss = HandLoss;
     type Checkpoint = HandCheckpoint;
 
-    const FIELDS: &'static [Field<HandScalars>] = &HAND_FIELDS;
+    const VALUES: &'static [LoggedValue] = &HAND_VALUES;
 
     fn untrained(&self, device: &Device) -> Result<HandRegressor, TrainError> {
         untrained(self.config, device)
@@ -139,16 +130,8 @@ impl TrainingTask for HandTask<'_> {
         first_network(self.config, device)
     }
 
-    fn learner(&self, network: HandRegressor, guard: Guard) -> HandLearner {
-        HandLearner::new(network, HandLoss::new(self.config.loss), guard)
-    }
-
-    fn network(learner: HandLearner) -> HandRegressor {
-        learner.network
-    }
-
-    fn optimizer(&self) -> AdamConfig {
-        AdamConfig::new().with_epsilon(ADAM_EPSILON)
+    fn loss(&self) -> HandLoss {
+        HandLoss::new(self.config.loss)
     }
 
     fn learning_rate(&self) -> ModuleLrScheduler {

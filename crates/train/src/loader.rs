@@ -17,9 +17,10 @@ use rayon::prelude::*;
 
 use crate::barrier::StepBarrier;
 use crate::dataset::{HandDataset, Sample, SampleError};
-use crate::hand_learner::HandBatch;
+use crate::hand_loss::HandBatch;
 use crate::passes::{Passes, TrainingSpan};
 use crate::prefetch::Prefetch;
+use crate::training::StepBatch;
 use crate::waiting::{DataWait, WaitMeter};
 
 /// The part of every batch that a device takes.
@@ -166,20 +167,19 @@ impl HandLoader {
         Ok(Windows { inputs, poses, count })
     }
 
-    fn batch(&self, Windows { inputs, poses, count }: Windows, step: u64) -> HandBatch {
+    fn batch(&self, Windows { inputs, poses, count }: Windows) -> HandBatch {
         let (height, width) = self.data.sample_size();
         let inputs = TensorData::new(inputs, [count, 2, height, width]);
         let outputs = self.data.rotation().outputs();
         HandBatch {
             inputs: Tensor::from_data(inputs, &self.device),
             poses: Tensor::from_data(TensorData::new(poses, [count, outputs]), &self.device),
-            step,
         }
     }
 }
 
 impl Iterator for Batches<'_> {
-    type Item = Result<HandBatch, DatasetError>;
+    type Item = Result<StepBatch<HandBatch>, DatasetError>;
 
     fn next(&mut self) -> Option<Self::Item> {
         let windows = self.windows.next()?;
@@ -193,7 +193,7 @@ impl Iterator for Batches<'_> {
             self.next = self.pass.end;
             return None;
         }
-        let batch = windows.map(|windows| self.loader.batch(windows, step));
+        let batch = windows.map(|windows| StepBatch { batch: self.loader.batch(windows), step });
         Some(batch.map_err(DatasetError::new))
     }
 }
@@ -207,15 +207,15 @@ impl Drop for Batches<'_> {
     }
 }
 
-impl DataLoaderIterator<HandBatch> for Batches<'_> {
+impl DataLoaderIterator<StepBatch<HandBatch>> for Batches<'_> {
     fn progress(&self) -> Progress {
         let items = |end: u64| self.loader.shared_items(end - self.pass.start) as usize;
         Progress::new(items(self.next), items(self.pass.end), Some("samples".to_owned()))
     }
 }
 
-impl DataLoader<HandBatch> for HandLoader {
-    fn iter<'a>(&'a self) -> Box<dyn DataLoaderIterator<HandBatch> + 'a> {
+impl DataLoader<StepBatch<HandBatch>> for HandLoader {
+    fn iter<'a>(&'a self) -> Box<dyn DataLoaderIterator<StepBatch<HandBatch>> + 'a> {
         let (interval, pass) = self.passes.start();
         let (loader, end) = (self.clone(), pass.clone());
         let starts = pass.clone().step_by(self.batch_size);
@@ -231,13 +231,13 @@ impl DataLoader<HandBatch> for HandLoader {
         self.shared_items(self.passes.samples()) as usize
     }
 
-    fn to_device(&self, device: &Device) -> Arc<dyn DataLoader<HandBatch>> {
+    fn to_device(&self, device: &Device) -> Arc<dyn DataLoader<StepBatch<HandBatch>>> {
         Arc::new(Self { device: device.clone(), ..self.clone() })
     }
 
     /// Burn cuts a loader into one run of items for each device; of them, only the number matters
     /// here.
-    fn slice(&self, start: usize, _: usize) -> Arc<dyn DataLoader<HandBatch>> {
+    fn slice(&self, start: usize, _: usize) -> Arc<dyn DataLoader<StepBatch<HandBatch>>> {
         let device = start as u64 * self.devices / self.passes.samples();
         let share = Share { device, devices: self.devices };
         // Every share counts its own passes: each device iterates over its slice.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use burn::tensor::TensorReadError;
+use burn::tensor::{ExecutionError, TensorReadError};
 use burn_train::metric::state::{FormatOptions, NumericMetricState};
 use burn_train::metric::{
     Adaptor, ItemLazy, Metric, MetricAttributes, MetricMetadata, MetricName, Numeric,
@@ -15,7 +15,7 @@ pub const LOSS: &str = "loss";
 /// A value that a training logs for each batch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LoggedValue {
-    /// Its name in `metrics.jsonl`.
+    /// Its name in `metrics.jsonl` and on screen.
     pub name: &'static str,
     /// Its unit, empty where it has none.
     pub unit: &'static str,
@@ -23,66 +23,79 @@ pub struct LoggedValue {
     pub higher_is_better: bool,
 }
 
-/// The logged values of a batch, on the host.
-pub(crate) trait Scalars: ItemLazy + Adaptor<Self> + Copy + Send + Sync + 'static {
-    /// Samples in the batch.
-    fn batch_size(&self) -> usize;
-}
-
-/// One value of [`Scalars`] as a metric.
-#[derive(Clone, Copy)]
-pub(crate) struct Field<S> {
-    /// Its name in the log and on screen.
-    pub name: &'static str,
-    /// Its unit, empty where it has none.
-    pub unit: &'static str,
-    /// Whether more of it is better.
-    pub higher_is_better: bool,
-    /// Reads the value.
-    pub get: fn(&S) -> f64,
-}
-
-impl<S> Field<S> {
-    /// Its description, for studies that read the log.
-    pub(crate) fn logged(&self) -> LoggedValue {
-        let Self { name, unit, higher_is_better, .. } = *self;
-        LoggedValue { name, unit, higher_is_better }
+impl LoggedValue {
+    /// A value of which less is better.
+    pub const fn error(name: &'static str, unit: &'static str) -> Self {
+        Self { name, unit, higher_is_better: false }
     }
 }
 
-/// A running mean of one [`Field`], as Burn wants it.
+/// The logged values of a batch, on the host: as many and in the order of the task's [`LoggedValue`]s.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BatchValues {
+    /// Samples in the batch.
+    pub samples: usize,
+    /// The values, the loss first.
+    pub values: Vec<f64>,
+}
+
+impl BatchValues {
+    /// The loss.
+    pub(crate) fn loss(&self) -> f64 {
+        self.values[0]
+    }
+}
+
+impl ItemLazy for BatchValues {
+    fn sync(self) -> Result<Self, ExecutionError> {
+        Ok(self)
+    }
+}
+
+impl Adaptor<Self> for BatchValues {
+    fn adapt(&self) -> Self {
+        self.clone()
+    }
+}
+
+/// A running mean of one of the [`BatchValues`], as Burn wants it.
 #[derive(Clone)]
-pub(crate) struct FieldMetric<S> {
-    field: Field<S>,
+pub(crate) struct ValueMetric {
+    index: usize,
+    value: LoggedValue,
     state: NumericMetricState,
 }
 
-impl<S: Scalars> FieldMetric<S> {
-    /// The metric of `field`.
-    pub(crate) fn new(field: Field<S>) -> Self {
-        Self { field, state: NumericMetricState::default() }
+impl ValueMetric {
+    /// The metric of a value by its position.
+    pub(crate) fn new((index, value): (usize, &LoggedValue)) -> Self {
+        Self { index, value: *value, state: NumericMetricState::default() }
     }
 
     fn format(&self) -> FormatOptions {
         let options = FormatOptions::new(self.name()).precision(3);
-        if self.field.unit.is_empty() { options } else { options.unit(self.field.unit) }
+        if self.value.unit.is_empty() { options } else { options.unit(self.value.unit) }
     }
 }
 
-impl<S: Scalars> Metric for FieldMetric<S> {
-    type Input = S;
+impl Metric for ValueMetric {
+    type Input = BatchValues;
 
     fn name(&self) -> MetricName {
-        Arc::new(self.field.name.to_owned())
+        Arc::new(self.value.name.to_owned())
     }
 
     fn attributes(&self) -> MetricAttributes {
-        let unit = (!self.field.unit.is_empty()).then(|| self.field.unit.to_owned());
-        NumericAttributes { unit, higher_is_better: self.field.higher_is_better }.into()
+        let unit = (!self.value.unit.is_empty()).then(|| self.value.unit.to_owned());
+        NumericAttributes { unit, higher_is_better: self.value.higher_is_better }.into()
     }
 
-    fn update(&mut self, item: &S, _: &MetricMetadata) -> Result<SerializedEntry, TensorReadError> {
-        self.state.update((self.field.get)(item), item.batch_size());
+    fn update(
+        &mut self,
+        item: &BatchValues,
+        _: &MetricMetadata,
+    ) -> Result<SerializedEntry, TensorReadError> {
+        self.state.update(item.values[self.index], item.samples);
         Ok(self.state.compute_update(self.format()))
     }
 
@@ -95,7 +108,7 @@ impl<S: Scalars> Metric for FieldMetric<S> {
     }
 }
 
-impl<S: Scalars> Numeric for FieldMetric<S> {
+impl Numeric for ValueMetric {
     fn value(&self) -> Option<NumericEntry> {
         Some(self.state.current_value())
     }

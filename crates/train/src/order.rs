@@ -14,7 +14,7 @@ const ROUNDS: u64 = 4;
 /// A balanced Feistel network with cycle walking (Black and Rogaway, *Ciphers with arbitrary finite
 /// domains*, CT-RSA 2002).
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct SampleOrder {
+pub struct SampleOrder {
     len: u64,
     half_bits: u32,
     seed: u64,
@@ -25,14 +25,14 @@ impl SampleOrder {
     ///
     /// # Panics
     /// If `len` is zero.
-    pub(crate) fn new(len: u64, seed: u64) -> Self {
+    pub fn new(len: u64, seed: u64) -> Self {
         assert!(len > 0, "an order needs at least one sample");
         let bits = u64::BITS - (len - 1).leading_zeros();
         Self { len, half_bits: bits.div_ceil(2).max(1), seed }
     }
 
     /// The sample at position `position` of the endless sequence of passes.
-    pub(crate) fn at(&self, position: u64) -> u64 {
+    pub fn at(&self, position: u64) -> u64 {
         let (pass, mut index) = (position / self.len, position % self.len);
         // Cycle walking: the network permutes a power of four, so step until back inside.
         loop {

@@ -5,38 +5,63 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use evpose_task::body::BodyTrainingConfig;
+use evpose_task::hand::TrainingConfig;
+
 use crate::order::SampleOrder;
 
 /// Length of a training.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct TrainingSpan {
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TrainingSpan {
     /// Samples per optimiser step, those of all devices together.
-    pub(crate) batch_size: usize,
+    pub batch_size: usize,
     /// Optimiser steps of the whole run.
-    pub(crate) steps: u64,
+    pub steps: u64,
     /// Optimiser steps between validations.
-    pub(crate) steps_per_interval: u64,
+    pub steps_per_validation: u64,
+}
+
+impl From<&TrainingConfig> for TrainingSpan {
+    fn from(config: &TrainingConfig) -> Self {
+        let &TrainingConfig { batch_size, steps, steps_per_validation, .. } = config;
+        Self { batch_size, steps, steps_per_validation }
+    }
+}
+
+impl From<&BodyTrainingConfig> for TrainingSpan {
+    fn from(config: &BodyTrainingConfig) -> Self {
+        let &BodyTrainingConfig { batch_size, steps, steps_per_validation, .. } = config;
+        Self { batch_size, steps, steps_per_validation }
+    }
 }
 
 impl TrainingSpan {
     /// Validation intervals of the whole run; the last may be a short one.
     pub(crate) fn intervals(&self) -> usize {
-        self.steps.div_ceil(self.steps_per_interval) as usize
+        self.steps.div_ceil(self.steps_per_validation) as usize
     }
 
     /// Optimiser steps of the first `intervals` intervals.
     pub(crate) fn steps_by(&self, intervals: usize) -> u64 {
-        (intervals as u64 * self.steps_per_interval).min(self.steps)
+        (intervals as u64 * self.steps_per_validation).min(self.steps)
     }
 }
 
 /// The passes of a loader: the positions of the samples that each yields.
 #[derive(Debug, Clone)]
-pub(crate) enum Passes {
+pub enum Passes {
     /// Pass `i` (from 1) is validation interval `i` of a training.
-    Training { next: Arc<AtomicUsize>, span: TrainingSpan },
-    /// Every pass is the same `samples` samples, spread evenly over the data.
-    Validation { samples: u64 },
+    Training {
+        /// Of the pass that starts next.
+        next: Arc<AtomicUsize>,
+        /// Length of the training.
+        span: TrainingSpan,
+    },
+    /// Every pass is the same samples, spread evenly over the data.
+    Validation {
+        /// How many.
+        samples: u64,
+    },
 }
 
 impl Passes {
@@ -58,7 +83,7 @@ impl Passes {
     }
 
     /// The sample of `len` at a position: in the order of a training, evenly spread in validation.
-    pub(crate) fn sample(&self, order: &SampleOrder, len: usize, position: u64) -> usize {
+    pub fn sample(&self, order: &SampleOrder, len: usize, position: u64) -> usize {
         match self {
             Self::Training { .. } => order.at(position) as usize,
             Self::Validation { samples } => (position * len as u64 / samples) as usize,
@@ -88,7 +113,7 @@ mod tests {
 
     #[test]
     fn passes_cover_a_training_once_and_validations_are_equal() {
-        let span = TrainingSpan { batch_size: 4, steps: 5, steps_per_interval: 2 };
+        let span = TrainingSpan { batch_size: 4, steps: 5, steps_per_validation: 2 };
         assert_eq!(span.intervals(), 3);
         let passes = Passes::training(2, span);
         let detached = passes.detached();

@@ -53,7 +53,7 @@ impl ProgressRenderer {
         Self {
             callback,
             total_samples: samples(span.steps),
-            samples_per_interval: samples(span.steps_per_interval),
+            samples_per_interval: samples(span.steps_per_validation),
             interval: 1,
             is_validating: false,
         }
@@ -127,7 +127,7 @@ mod tests {
                 received.lock().expect("not poisoned").push(progress.samples);
             })
         };
-        let span = TrainingSpan { batch_size: 4, steps: 5, steps_per_interval: 2 };
+        let span = TrainingSpan { batch_size: 4, steps: 5, steps_per_validation: 2 };
         let mut renderer = ProgressRenderer::new(callback, span);
         // Resumed after the first of three intervals, the last of which has one step.
         renderer.start(3, 2, None, None);

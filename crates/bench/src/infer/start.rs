@@ -5,8 +5,8 @@ use std::time::Instant;
 use anyhow::{Context, Result};
 use burn::tensor::Device;
 use evpose_infer::{Engine, EngineOptions};
-use evpose_nn::Network;
-use evpose_nn::weights::{BodyCard, ModelCard, load, load_body, save, save_body};
+use evpose_nn::weights::{BodyCard, ModelCard, load, save};
+use evpose_nn::{HandRegressor, MoveEnet, Network};
 use evpose_pose::body::{BodyDecoder, BodyMaps, DEFAULT_THRESHOLD};
 use serde::Serialize;
 
@@ -43,16 +43,16 @@ impl StartTime {
         let folder = tempfile::tempdir().context("making a folder for a checkpoint")?;
         let path = folder.path().join("weights.bpk");
         match network {
-            Network::Hand(network) => save(&path, network, &ModelCard::default())?,
-            Network::Body(network) => save_body(&path, network, &BodyCard::default())?,
+            Network::Hand(network) => save(&path, &**network, &ModelCard::default())?,
+            Network::Body(network) => save(&path, &**network, &BodyCard::default())?,
         }
         let image = vec![0.5; input.iter().product()];
         let mut times_ms: [Vec<f64>; 4] = Default::default();
         for _ in 0..STARTS {
             let begin = Instant::now();
             let graph = match network {
-                Network::Hand(_) => load(&path, &Device::flex())?.0.graph(),
-                Network::Body(_) => load_body(&path, &Device::flex())?.0.graph(),
+                Network::Hand(_) => load::<HandRegressor>(&path, &Device::flex())?.0.graph(),
+                Network::Body(_) => load::<MoveEnet>(&path, &Device::flex())?.0.graph(),
             };
             let read = begin.elapsed();
             let mut engine = Engine::compile(&graph, input, options)?;

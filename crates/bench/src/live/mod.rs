@@ -71,6 +71,7 @@ pub(crate) fn run(args: &BenchLiveArgs) -> Result<()> {
         None => {
             note("making a recording");
             evpose_cli::tasks::task_by_name(&args.task)?
+                .studied()?
                 .benchmark_recording(folder.path(), args.rate)?
         }
     };
@@ -259,7 +260,10 @@ impl<'a> Bench<'a> {
         let device = DeviceArgs { threads: None, ..self.args.device };
         let model = match &self.args.checkpoint {
             Some(checkpoint) => evpose_cli::tasks::open(checkpoint, &device)?,
-            None => evpose_cli::tasks::task_by_name(&self.args.task)?.published(&device.open()?)?,
+            None => {
+                let task = evpose_cli::tasks::task_by_name(&self.args.task)?;
+                task.studied()?.published(&device.open()?)?
+            }
         };
         model.stream(self.sensor, &options)
     }

@@ -29,7 +29,7 @@ pub fn run(args: &AverageArgs) -> Result<()> {
     let first = open(&args.first, &DeviceArgs { device: DeviceKind::Flex, threads: None })?;
     let second = checkpoint_path(&args.second)?;
     let context = || format!("{} and {}", args.first.display(), args.second.display());
-    first.save_average(&second, &args.out).with_context(context)?;
+    first.network()?.save_average(&second, &args.out).with_context(context)?;
     say(format!("the mean of both: {}", args.out.display()));
     Ok(())
 }

@@ -41,18 +41,19 @@ pub fn run(args: &ExportArgs) -> Result<()> {
         (None, source) => {
             let config = source.clone().context("a config or a checkpoint")?;
             let config = ConfigArgs { config, overrides: args.overrides.clone() };
-            task_of_config(&config.config)?.untrained(&config, &Device::flex())?
+            task_of_config(&config.config)?.studied()?.untrained(&config, &Device::flex())?
         }
     };
-    let [channels, height, width] = pose_model.input_shape();
-    let model = model(&pose_model.graph(), [channels, height, width])?;
+    let network = pose_model.network()?;
+    let [channels, height, width] = network.input_shape();
+    let model = model(&network.graph(), [channels, height, width])?;
     let bytes = model.encode_to_vec();
     atomic_write(&args.onnx, &bytes).with_context(|| format!("writing {}", args.onnx.display()))?;
     let nodes = model.graph.map_or(0, |graph| graph.node.len());
     say(format!(
         "{}: {}, input 1x{channels}x{height}x{width}, {nodes} operators of opset {OPSET}, {:.1} MB",
         args.onnx.display(),
-        pose_model.network_name(),
+        network.network_name(),
         bytes.len() as f64 / 1e6
     ));
     Ok(())

@@ -50,6 +50,7 @@ pub struct QuantizeArgs {
 pub fn run(args: &QuantizeArgs) -> Result<()> {
     let device = DeviceArgs { device: DeviceKind::Flex, threads: args.threads };
     let model = crate::tasks::open(&args.checkpoint, &device)?;
+    let model = model.network()?;
     let inputs = model.calibration_inputs(&args.data, args.windows)?;
     let progress = bar("calibrating", inputs.len() as u64, "inputs");
     let observed = || progress.inc(1);

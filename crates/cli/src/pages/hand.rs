@@ -13,12 +13,13 @@ use image::{Rgb, RgbImage};
 
 use crate::pages::findings;
 use crate::pages::held_out::{self, HeldOutEvaluation};
-use crate::pages::learning::{self, TrainingLength};
+use crate::pages::learning;
 use evpose_report::canvas::{Canvas, PREDICTION, TRUTH, contact_sheet};
 use evpose_report::chart::{self, Series};
 use evpose_report::colour::palette;
 use evpose_report::html::{HtmlPage, escape};
 use evpose_report::png::png;
+use evpose_train::training::TrainingSpan;
 
 /// Frames in the strip.
 const STRIP: usize = 12;
@@ -132,12 +133,7 @@ fn pck_plots(methods: &[MethodResults]) -> Result<Vec<String>> {
 
 /// Loss and the errors it is made of, over training samples.
 fn learning_curves(material: &Material<'_>) -> Result<Vec<String>> {
-    let training = &material.config.training;
-    let length = TrainingLength {
-        batch_size: training.batch_size,
-        steps_per_validation: training.steps_per_validation,
-        steps: training.steps,
-    };
+    let length = TrainingSpan::from(&material.config.training);
     let charts = learning::charts(material.history, length);
     Ok(charts.iter().map(chart::curves).collect::<Result<_, _>>()?)
 }

@@ -1,5 +1,6 @@
 //! Learning curves: what a training logged, over the samples that it had seen.
 
+use evpose_train::training::TrainingSpan;
 use evpose_train::{HistoryLine, HistorySplit};
 
 use evpose_report::chart::{self, Chart, ChartAxis, Series};
@@ -10,17 +11,6 @@ use evpose_report::drawing::DrawingError;
 const POINTS: usize = 200;
 /// Size of one chart of the image, pixels.
 const CHART: (u32, u32) = (460, 280);
-
-/// How long a training is, and how often it is validated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct TrainingLength {
-    /// Samples of an optimiser step.
-    pub batch_size: usize,
-    /// Optimiser steps between validations.
-    pub steps_per_validation: u64,
-    /// All optimiser steps.
-    pub steps: u64,
-}
 
 /// A logged value that is worth a chart.
 struct Curve {
@@ -43,7 +33,7 @@ const CURVES: [Curve; 7] = [
 ];
 
 /// A chart for each value that was logged, of training and validation.
-pub fn charts(history: &[HistoryLine], length: TrainingLength) -> Vec<Chart> {
+pub fn charts(history: &[HistoryLine], length: TrainingSpan) -> Vec<Chart> {
     let logged = |curve: &&Curve| history.iter().any(|line| line.values.contains_key(curve.name));
     CURVES.iter().filter(logged).map(|curve| chart_of(curve, history, length)).collect()
 }
@@ -52,11 +42,11 @@ pub fn charts(history: &[HistoryLine], length: TrainingLength) -> Vec<Chart> {
 ///
 /// # Errors
 /// If the SVG backend fails.
-pub fn image(history: &[HistoryLine], length: TrainingLength) -> Result<String, DrawingError> {
+pub fn image(history: &[HistoryLine], length: TrainingSpan) -> Result<String, DrawingError> {
     chart::grid(&charts(history, length), 2, CHART)
 }
 
-fn chart_of(curve: &Curve, history: &[HistoryLine], length: TrainingLength) -> Chart {
+fn chart_of(curve: &Curve, history: &[HistoryLine], length: TrainingSpan) -> Chart {
     let y = match curve.is_log {
         true => ChartAxis::log(curve.y),
         false => ChartAxis::new(curve.y).from_zero(),
@@ -73,7 +63,7 @@ fn chart_of(curve: &Curve, history: &[HistoryLine], length: TrainingLength) -> C
 }
 
 /// Means over neighbouring steps.
-fn training(name: &str, history: &[HistoryLine], length: TrainingLength) -> Vec<(f64, f64)> {
+fn training(name: &str, history: &[HistoryLine], length: TrainingSpan) -> Vec<(f64, f64)> {
     let lines: Vec<&HistoryLine> =
         history.iter().filter(|line| line.part == HistorySplit::Train).collect();
     let group = lines.len().div_ceil(POINTS).max(1);
@@ -91,7 +81,7 @@ fn training(name: &str, history: &[HistoryLine], length: TrainingLength) -> Vec<
 }
 
 /// Means over the batches of each validation.
-fn validation(name: &str, history: &[HistoryLine], length: TrainingLength) -> Vec<(f64, f64)> {
+fn validation(name: &str, history: &[HistoryLine], length: TrainingSpan) -> Vec<(f64, f64)> {
     let intervals = history.iter().map(|line| line.interval as u64).max().unwrap_or(0);
     (1..=intervals)
         .filter_map(|interval| {
@@ -109,7 +99,7 @@ fn validation(name: &str, history: &[HistoryLine], length: TrainingLength) -> Ve
         .collect()
 }
 
-fn thousands(steps: u64, length: TrainingLength) -> f64 {
+fn thousands(steps: u64, length: TrainingSpan) -> f64 {
     (steps * length.batch_size as u64) as f64 / 1e3
 }
 
@@ -127,7 +117,7 @@ mod tests {
     #[test]
     fn curves_lie_at_the_samples_that_were_seen() -> Result<(), DrawingError> {
         use HistorySplit::{Train, Valid};
-        let length = TrainingLength { batch_size: 10, steps_per_validation: 2, steps: 3 };
+        let length = TrainingSpan { batch_size: 10, steps_per_validation: 2, steps: 3 };
         let history = [
             line(1, 1, Train, 4.0),
             line(1, 2, Train, 3.0),

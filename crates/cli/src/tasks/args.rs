@@ -7,6 +7,7 @@ use evpose_infer::Precision;
 use evpose_io::poses::{POSE_FORMATS, PoseFormat, pose_format_by_name};
 use evpose_pose::body::JointDefinition;
 use evpose_sim::Shard;
+use evpose_train::TrainOptions;
 
 use crate::tasks::opening::OpeningArgs;
 
@@ -92,6 +93,19 @@ pub struct TrainArgs {
     /// Device and threads.
     #[command(flatten)]
     pub device: DeviceArgs,
+}
+
+impl TrainArgs {
+    /// Options of the run.
+    pub fn options(&self) -> TrainOptions {
+        TrainOptions {
+            device: self.device.device,
+            resume: self.resume,
+            plain: self.plain,
+            progress: None,
+            pause_after: None,
+        }
+    }
 }
 
 /// Arguments of `evpose eval`.

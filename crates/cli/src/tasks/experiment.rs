@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::pages::learning::TrainingLength;
 use crate::run_info::CONFIG;
 use anyhow::{Result, bail};
 use evpose_core::stats::bootstrap::BootstrapConfig;
 use evpose_sensor::SensorConfig;
 use evpose_task::TaskConfig;
 use evpose_task::hand::BEST;
+use evpose_train::training::TrainingSpan;
 use evpose_train::{LoggedValue, TrainOptions};
 
 /// The weights that a training starts from.
@@ -60,10 +60,10 @@ pub trait PoseExperiment {
     fn description(&self) -> String;
 
     /// The length of its training.
-    fn length(&self) -> TrainingLength;
+    fn length(&self) -> TrainingSpan;
 
     /// The values that its training logs for each batch, the loss first.
-    fn logged_values(&self) -> Vec<LoggedValue>;
+    fn logged_values(&self) -> &'static [LoggedValue];
 
     /// Whether it trains on a directory of recordings, which [`Self::simulate`] makes.
     fn trains_on_recordings(&self) -> bool;

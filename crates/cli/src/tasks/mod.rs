@@ -1,8 +1,10 @@
 //! The registry of pose tasks, and the commands that every task implements.
 //!
 //! * [`TASKS`]: the registry; [`task_of_config`] and [`open`] find the task of a config, of a checkpoint.
-//! * [`PoseTask`], [`PoseModel`]: what a task has to implement so that every command takes it.
-//! * [`PoseExperiment`]: the steps of a config's experiment, for studies that repeat them.
+//! * [`PoseTask`], [`PoseModel`]: what a task has to implement so that commands take it.
+//! * [`StudiedTask`], [`PoseExperiment`], [`NetworkModel`]: what studies, benchmarks, exports and
+//!   quantisation take besides.
+//! * [`TaskStream`], [`infer_all`], [`finish_training`]: what tasks share.
 //! * [`args`]: arguments of the commands whose work is the task's.
 //! * [`opening`]: arguments of opening a recording, and the size of its sensor.
 //!
@@ -11,15 +13,14 @@
 //! use evpose_nn::DeviceKind;
 //!
 //! # fn main() -> anyhow::Result<()> {
-//! let names: Vec<&str> = evpose_cli::tasks::TASKS.iter().map(|task| task.name()).collect();
-//! assert_eq!(names, ["body", "hand"]);
+//! assert_eq!(evpose_cli::tasks::TASKS.names(), ["body", "hand"]);
 //!
 //! // The task of a checkpoint is found from its contents.
 //! let shipped = concat!(env!("CARGO_MANIFEST_DIR"), "/../../checkpoints/body-quick.bpk");
 //! let device = DeviceArgs { device: DeviceKind::Flex, threads: None };
 //! let model = evpose_cli::tasks::open(shipped.as_ref(), &device)?;
 //! assert_eq!(model.task(), "body");
-//! let [channels, height, width] = model.input_shape();
+//! let [channels, height, width] = model.network()?.input_shape();
 //! assert_eq!([channels, height, width], [3, 128, 128]);
 //! # Ok(())
 //! # }
@@ -29,8 +30,9 @@ pub mod args;
 mod benchmark_recording;
 mod body;
 mod experiment;
+mod finish_training;
 mod hand;
-mod learning_curves;
+mod infer_all;
 pub mod online;
 pub mod opening;
 mod scores;
@@ -43,34 +45,33 @@ use crate::configs::toml_of;
 use crate::run_info::CONFIG;
 use crate::shipped::{checkpoint_path, unknown_checkpoint};
 use anyhow::{Context, Result, bail, ensure};
+use evpose_core::Registry;
 use evpose_nn::weights::task_of;
 use evpose_sensor::nearest;
 use evpose_task::hand::BEST;
 
 pub use experiment::{PoseExperiment, StartWeights};
+pub use finish_training::finish_training;
+pub use infer_all::infer_all;
+pub use online::TaskStream;
 pub use scores::{EvaluationScores, Metric, RecordingScores};
-pub use task::{DataSetInfo, PoseModel, PoseTask, PrecisionScores};
+pub use task::{DataSetInfo, NetworkModel, PoseModel, PoseTask, PrecisionScores, StudiedTask};
 
-/// The pose tasks. Configs and checkpoints name theirs.
-pub const TASKS: &[&dyn PoseTask] = &[&body::Body, &hand::Hand];
+/// The pose tasks. Configs and checkpoints name theirs; a program registers its own.
+pub static TASKS: Registry<dyn PoseTask> = Registry::new(&[&body::Body, &hand::Hand]);
 
 /// The task called `name`.
 ///
 /// # Errors
 /// If there is none of that name; the message lists those there are.
 pub fn task_by_name(name: &str) -> Result<&'static dyn PoseTask> {
-    let task = TASKS.iter().copied().find(|task| task.name() == name);
-    task.with_context(|| {
-        let hint = match nearest(name, TASKS.iter().map(|task| task.name())).as_slice() {
+    TASKS.find(name).with_context(|| {
+        let hint = match nearest(name, TASKS.names()).as_slice() {
             [] => String::new(),
             near => format!(": did you mean {}?", near.join(" or ")),
         };
-        format!("no task is called `{name}`{hint} (there are {})", names())
+        format!("no task is called `{name}`{hint} (there are {})", TASKS.names().join(", "))
     })
-}
-
-fn names() -> String {
-    TASKS.iter().map(|task| task.name()).collect::<Vec<_>>().join(", ")
 }
 
 /// The task that a config names, by the name of an embedded one or the path of a file.
@@ -82,7 +83,8 @@ pub fn task_of_config(config: &str) -> Result<&'static dyn PoseTask> {
         toml::from_str(&toml_of(config)?).with_context(|| config.to_owned())?;
     let name = table.get("task").and_then(toml::Value::as_str);
     let name = name.with_context(|| {
-        format!("{config}: names no task: add `task = \"NAME\"` (there are {})", names())
+        let names = TASKS.names().join(", ");
+        format!("{config}: names no task: add `task = \"NAME\"` (there are {names})")
     })?;
     task_by_name(name).with_context(|| config.to_owned())
 }
@@ -96,7 +98,7 @@ pub fn open(checkpoint: &Path, device: &DeviceArgs) -> Result<Box<dyn PoseModel>
     ensure!(checkpoint.exists(), unknown_checkpoint(checkpoint));
     let device = device.open()?;
     if let Some(task) = task_of(checkpoint).or_else(|| task_of(&checkpoint.join(BEST))) {
-        return task_by_name(task)?.open(checkpoint, &device);
+        return task_by_name(&task)?.open(checkpoint, &device);
     }
     let config = checkpoint.join(CONFIG);
     if config.exists() {
@@ -104,7 +106,7 @@ pub fn open(checkpoint: &Path, device: &DeviceArgs) -> Result<Box<dyn PoseModel>
     }
     // Weights of others name no task: they are of the one whose network they fit.
     let mut errors = Vec::new();
-    for task in TASKS {
+    for task in &TASKS {
         match task.open(checkpoint, &device) {
             Ok(model) => return Ok(model),
             Err(error) => errors.push(format!("as of the task `{}`: {error:#}", task.name())),
@@ -113,7 +115,7 @@ pub fn open(checkpoint: &Path, device: &DeviceArgs) -> Result<Box<dyn PoseModel>
     bail!("{}: of no known task\n{}", checkpoint.display(), errors.join("\n"))
 }
 
-/// The experiment of a config, of whichever task it is; see [`PoseTask::experiment`].
+/// The experiment of a config, of whichever task it is; see [`StudiedTask::experiment`].
 ///
 /// # Errors
 /// If the config names no task, or that task cannot read it.
@@ -122,5 +124,5 @@ pub fn experiment(
     start: StartWeights<'_>,
 ) -> Result<(&'static dyn PoseTask, Box<dyn PoseExperiment>)> {
     let task = task_of_config(&config.config)?;
-    Ok((task, task.experiment(config, start)?))
+    Ok((task, task.studied()?.experiment(config, start)?))
 }

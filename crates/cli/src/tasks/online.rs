@@ -60,14 +60,27 @@ pub trait OnlineStream {
 }
 
 /// Makes the mesh of a pose.
-pub(crate) type MeshMaker = Box<dyn Fn() -> Result<HandMesh>>;
+type MeshMaker = Box<dyn Fn() -> Result<HandMesh>>;
 
 /// A stream with the properties of its task.
-pub(crate) struct TaskStream<F: StreamFrontend, W> {
-    pub(crate) stream: PoseStream<F, W>,
-    pub(crate) propagate_hz: f64,
-    pub(crate) skeleton: Skeleton,
-    pub(crate) mesh: Option<MeshMaker>,
+pub struct TaskStream<F: StreamFrontend, W> {
+    stream: PoseStream<F, W>,
+    propagate_hz: f64,
+    skeleton: Skeleton,
+    mesh: Option<MeshMaker>,
+}
+
+impl<F: StreamFrontend, W> TaskStream<F, W> {
+    /// A stream whose poses are propagated `propagate_hz` times a second by default, 0 for never.
+    pub fn new(stream: PoseStream<F, W>, propagate_hz: f64, skeleton: Skeleton) -> Self {
+        Self { stream, propagate_hz, skeleton, mesh: None }
+    }
+
+    /// The same, its poses with the meshes that `mesh` makes.
+    #[must_use]
+    pub(crate) fn with_mesh(self, mesh: impl Fn() -> Result<HandMesh> + 'static) -> Self {
+        Self { mesh: Some(Box::new(mesh)), ..self }
+    }
 }
 
 impl<F, W> OnlineStream for TaskStream<F, W>

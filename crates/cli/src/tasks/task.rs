@@ -1,11 +1,11 @@
 //! A pose task as the commands see it.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::args::ConfigArgs;
-use anyhow::Result;
+use anyhow::{Result, bail};
 use burn::tensor::Device;
-use evpose_core::SensorSize;
+use evpose_core::{RegistryEntry, SensorSize};
 use evpose_infer::Precision;
 use evpose_nn::graph::Graph;
 use evpose_sim::SequenceSet;
@@ -15,10 +15,10 @@ use crate::tasks::experiment::{PoseExperiment, StartWeights};
 use crate::tasks::online::{OnlineOptions, OnlineStream};
 use crate::tasks::scores::EvaluationScores;
 
-/// A pose task. Adding one is an implementation and a line of [`TASKS`](crate::tasks::TASKS); every
-/// command then takes its configs and its checkpoints.
+/// A pose task. Adding one is an implementation and a line of [`TASKS`](crate::tasks::TASKS), or its
+/// registration there by a program; every command then takes its configs and its checkpoints.
 pub trait PoseTask: Sync {
-    /// Name, as `--task` takes it.
+    /// Name: `task` in configs.
     fn name(&self) -> &'static str;
 
     /// The model of a checkpoint, a run directory or a file of weights, on `device`.
@@ -26,18 +26,6 @@ pub trait PoseTask: Sync {
     /// # Errors
     /// If it is of another task, or cannot be read.
     fn open(&self, checkpoint: &Path, device: &Device) -> Result<Box<dyn PoseModel>>;
-
-    /// A model with the initial weights of a config.
-    ///
-    /// # Errors
-    /// If the config is of another task, or not valid.
-    fn untrained(&self, config: &ConfigArgs, device: &Device) -> Result<Box<dyn PoseModel>>;
-
-    /// A model of the published size with random weights on `device`: for benchmarks.
-    ///
-    /// # Errors
-    /// If the network cannot be initialised.
-    fn published(&self, device: &Device) -> Result<Box<dyn PoseModel>>;
 
     /// Runs `evpose simulate`.
     ///
@@ -57,6 +45,25 @@ pub trait PoseTask: Sync {
     /// If the config cannot be read.
     fn data_set(&self, directory: &Path, config: &Path) -> Result<DataSetInfo>;
 
+    /// What studies and benchmarks repeat.
+    ///
+    /// # Errors
+    /// If the task takes no part in them, as by default.
+    fn studied(&self) -> Result<&dyn StudiedTask> {
+        bail!("the task `{}` takes no part in studies and benchmarks", self.name())
+    }
+}
+
+impl RegistryEntry for dyn PoseTask {
+    const KIND: &'static str = "pose task";
+
+    fn name(&self) -> &'static str {
+        PoseTask::name(self)
+    }
+}
+
+/// A pose task as studies and benchmarks take it.
+pub trait StudiedTask {
     /// Name of the embedded config that trains on recordings in minutes.
     fn quick_config(&self) -> &'static str;
 
@@ -70,12 +77,24 @@ pub trait PoseTask: Sync {
         start: StartWeights<'_>,
     ) -> Result<Box<dyn PoseExperiment>>;
 
+    /// A model with the initial weights of a config.
+    ///
+    /// # Errors
+    /// If the config is of another task, or not valid.
+    fn untrained(&self, config: &ConfigArgs, device: &Device) -> Result<Box<dyn PoseModel>>;
+
+    /// A model of the published size with random weights on `device`: for benchmarks.
+    ///
+    /// # Errors
+    /// If the network cannot be initialised.
+    fn published(&self, device: &Device) -> Result<Box<dyn PoseModel>>;
+
     /// Simulates a recording at `rate` events a second into `directory`: for benchmarks. Returns
     /// its path.
     ///
     /// # Errors
     /// If the simulation fails.
-    fn benchmark_recording(&self, directory: &Path, rate: f64) -> Result<std::path::PathBuf>;
+    fn benchmark_recording(&self, directory: &Path, rate: f64) -> Result<PathBuf>;
 }
 
 /// A network with its decoder and its config, as a checkpoint holds them.
@@ -86,14 +105,43 @@ pub trait PoseModel {
     /// A description of the network, its input, its size and its training data.
     fn description(&self) -> String;
 
-    /// The name of the network.
-    fn network_name(&self) -> String;
-
     /// The config as TOML.
     ///
     /// # Errors
     /// If it cannot be serialised.
     fn config_toml(&self) -> Result<String>;
+
+    /// Runs `evpose eval`.
+    ///
+    /// # Errors
+    /// If the data cannot be read, or an argument is for another task.
+    fn evaluate(&self, args: &EvalArgs) -> Result<()>;
+
+    /// Runs `evpose infer`.
+    ///
+    /// # Errors
+    /// If the recording cannot be read, or an argument is for another task.
+    fn infer(&self, args: &InferArgs) -> Result<()>;
+
+    /// The stream from events of `sensor` to poses, for the online pipeline.
+    ///
+    /// # Errors
+    /// If the model cannot be used with such a sensor.
+    fn stream(&self, sensor: SensorSize, options: &OnlineOptions) -> Result<Box<dyn OnlineStream>>;
+
+    /// The network for exports, quantisation, averages and studies.
+    ///
+    /// # Errors
+    /// If they do not take it, as by default.
+    fn network(&self) -> Result<&dyn NetworkModel> {
+        bail!("networks of the task `{}` are not exported, quantised or averaged", self.task())
+    }
+}
+
+/// A model whose network is compiled, and so exported, quantised, averaged and compared.
+pub trait NetworkModel {
+    /// The name of the network.
+    fn network_name(&self) -> String;
 
     /// The network, layer by layer, with its weights.
     fn graph(&self) -> Graph;
@@ -129,30 +177,12 @@ pub trait PoseModel {
         stride_ms: u32,
     ) -> Result<Vec<PrecisionScores>>;
 
-    /// Runs `evpose eval`.
-    ///
-    /// # Errors
-    /// If the data cannot be read, or an argument is for another task.
-    fn evaluate(&self, args: &EvalArgs) -> Result<()>;
-
     /// Scores on each recording of a directory, with a pose every `stride_ms` milliseconds, by
     /// default the task's.
     ///
     /// # Errors
     /// If the data cannot be read.
     fn scores(&self, data: &Path, stride_ms: Option<u32>) -> Result<EvaluationScores>;
-
-    /// Runs `evpose infer`.
-    ///
-    /// # Errors
-    /// If the recording cannot be read, or an argument is for another task.
-    fn infer(&self, args: &InferArgs) -> Result<()>;
-
-    /// The stream from events of `sensor` to poses, for the online pipeline.
-    ///
-    /// # Errors
-    /// If the model cannot be used with such a sensor.
-    fn stream(&self, sensor: SensorSize, options: &OnlineOptions) -> Result<Box<dyn OnlineStream>>;
 }
 
 /// A simulated data set, as its config describes it.

@@ -27,7 +27,7 @@ impl PoseColumns {
     /// All columns of a kind of poses.
     pub fn of(kind: PoseKind) -> Self {
         let (has_params, frame) = match kind {
-            PoseKind::Body => (false, None),
+            PoseKind::Body | PoseKind::Values(_) => (false, None),
             PoseKind::Hand => (true, Some(JointFrame::Camera)),
         };
         Self { kind, has_params, frame }
@@ -67,6 +67,9 @@ impl PoseColumns {
         for name in PARAMETER_NAMES.iter().filter(|_| self.has_params) {
             let _ = write!(line, ",{name}");
         }
+        for name in self.kind.value_names() {
+            let _ = write!(line, ",{name}");
+        }
         for joint in self.kind.joint_names() {
             for suffix in PIXELS {
                 let _ = write!(line, ",{joint}{suffix}");
@@ -96,6 +99,10 @@ impl PoseColumns {
             for k in 0..PARAMETER_NAMES.len() {
                 push(text, values.map(|values| values[k].to_string()));
             }
+        }
+        for k in 0..self.kind.value_names().len() {
+            let value = pose.values.as_ref().map(|values| values[k]);
+            push(text, value.filter(|value| value.is_finite()).map(|value| value.to_string()));
         }
         for joint in &pose.joints {
             let at = joint.image_px.filter(|at| at.is_finite());

@@ -45,7 +45,10 @@ fn write(
     poses: PoseIterator<'_>,
 ) -> Result<(), IoError> {
     if kind != PoseKind::Body {
-        return Err(IoError::unwritable(path, "hpe-core has no table of hands"));
+        return Err(IoError::unwritable(
+            path,
+            format!("hpe-core has no table of {}", kind.subject()),
+        ));
     }
     let mut writer = PredictionWriter::create(path)?;
     for pose in poses {

@@ -1,14 +1,14 @@
 //! Poses as JSON Lines, with the names of the table's columns.
 //!
 //! An object a line: `t_us`, `origin`, `latency_ms`, `score`, and `frame` and `params` of hands as in
-//! the table, `joints` an object by name with `u_px`, `v_px`, `score`, `x_m`, `y_m`, `z_m`. What has no
+//! the table, `values` of other tasks, `joints` an object by name with `u_px`, `v_px`, `score`, `x_m`, `y_m`, `z_m`. What has no
 //! value is left out, and so is a joint without a position.
 
 use std::fmt::Write as _;
 use std::path::Path;
 
 use evpose_core::Micros;
-use evpose_pose::{HandParams, JointFrame, PARAMETER_NAMES, PARAMETERS, PoseOrigin};
+use evpose_pose::{HandParams, JointFrame, PARAMETER_NAMES, PARAMETERS, PoseLayout, PoseOrigin};
 use glam::{Vec2, Vec3};
 use serde_json::{Map, Value};
 
@@ -52,6 +52,14 @@ fn line_of(kind: PoseKind, frame: Option<JointFrame>, pose: &TimedPose) -> Strin
         "params",
         params.map(|values| {
             let pairs = PARAMETER_NAMES.iter().zip(values);
+            object(pairs.map(|(name, value)| (*name, value.to_string())))
+        }),
+    );
+    let values = pose.values.as_ref().filter(|values| values.iter().all(|v| v.is_finite()));
+    value(
+        "values",
+        values.map(|values| {
+            let pairs = kind.value_names().iter().zip(values);
             object(pairs.map(|(name, value)| (*name, value.to_string())))
         }),
     );
@@ -117,6 +125,9 @@ fn kind_of(line: &Map<String, Value>) -> Option<PoseKind> {
     if line.contains_key("params") {
         return Some(PoseKind::Hand);
     }
+    if let Some(values) = line.get("values") {
+        return PoseLayout::of_names(|name| values.get(name).is_some()).map(PoseKind::Values);
+    }
     let joints = line.get("joints")?.as_object()?;
     match joints.keys().next() {
         Some(name) => [PoseKind::Body, PoseKind::Hand]
@@ -135,6 +146,10 @@ fn pose_of(line: &Map<String, Value>, kind: PoseKind) -> Result<TimedPose, Strin
     pose.latency_ms = line.get("latency_ms").and_then(Value::as_f64);
     pose.score = line.get("score").and_then(Value::as_f64).map(|score| score as f32);
     pose.params = line.get("params").map(params_of).transpose()?;
+    if let Some(values) = line.get("values") {
+        let number = |name: &&str| Some(values.get(name)?.as_f64()? as f32);
+        pose.values = kind.value_names().iter().map(number).collect();
+    }
     let joints = line.get("joints").and_then(Value::as_object).ok_or("no `joints`")?;
     for (name, value) in joints {
         let index = kind.joint_names().iter().position(|known| known == name);

@@ -1,4 +1,4 @@
-//! Poses of a hand or a person over time: one set of names, as a table and as JSON Lines.
+//! Poses of a hand, a person or another thing over time: one set of names, as a table and as JSON Lines.
 //!
 //! | column | unit | |
 //! |---|---|---|
@@ -8,6 +8,7 @@
 //! | `score` | 0 to 1 | of the pose; empty where the network has none |
 //! | `frame` | | of `_x_m`, `_y_m`, `_z_m`: `camera` or `world` |
 //! | `articulation_1` … `rotation_z_rad` | | [`PARAMETER_NAMES`](evpose_pose::PARAMETER_NAMES), hands |
+//! | | | the values of a registered [`PoseLayout`](evpose_pose::PoseLayout), other tasks |
 //! | `JOINT_u_px`, `JOINT_v_px` | px | on the sensor, from the outer corner of the top left pixel |
 //! | `JOINT_score` | 0 to 1 | of the joint, people |
 //! | `JOINT_x_m`, `JOINT_y_m`, `JOINT_z_m` | m | in `frame`, hands |

@@ -1,8 +1,10 @@
-//! Poses of a hand or a person over time.
+//! Poses of a hand, a person or another thing over time.
 
 use evpose_core::Micros;
 use evpose_pose::body::{BODY_JOINTS, BodyPoints, JOINT_NAMES};
-use evpose_pose::{EVALUATION_JOINTS, HandParams, JointFrame, PoseEstimate, PoseOrigin};
+use evpose_pose::{
+    EVALUATION_JOINTS, HandParams, JointFrame, PoseEstimate, PoseLayout, PoseOrigin,
+};
 use glam::{Vec2, Vec3};
 
 /// Kind of the poses of a sequence.
@@ -12,6 +14,8 @@ pub enum PoseKind {
     Body,
     /// Of a hand: 21 joints and 12 parameters.
     Hand,
+    /// Of another task: values.
+    Values(&'static PoseLayout),
 }
 
 impl PoseKind {
@@ -20,6 +24,15 @@ impl PoseKind {
         match self {
             Self::Body => &JOINT_NAMES,
             Self::Hand => &EVALUATION_JOINTS,
+            Self::Values(_) => &[],
+        }
+    }
+
+    /// Names of the values, in the order of [`TimedPose::values`].
+    pub(super) fn value_names(self) -> &'static [&'static str] {
+        match self {
+            Self::Values(layout) => layout.values,
+            Self::Body | Self::Hand => &[],
         }
     }
 
@@ -28,6 +41,7 @@ impl PoseKind {
         match self {
             Self::Body => "people",
             Self::Hand => "hands",
+            Self::Values(layout) => layout.name,
         }
     }
 }
@@ -59,6 +73,8 @@ pub struct TimedPose {
     pub params: Option<HandParams>,
     /// Joints, as many and in the order of [`PoseKind::joint_names`].
     pub joints: Vec<PoseJoint>,
+    /// Values of another task, in the order of its layout; none if one of them is missing.
+    pub values: Option<Vec<f32>>,
 }
 
 impl TimedPose {
@@ -71,12 +87,18 @@ impl TimedPose {
             score: None,
             params: None,
             joints: vec![PoseJoint::default(); kind.joint_names().len()],
+            values: None,
         }
     }
 
     /// A pose of a task; joints of hands are in the camera's frame.
     pub fn new(t: Micros, estimate: &PoseEstimate) -> Self {
+        let mut values = None;
         let (params, joints) = match estimate {
+            PoseEstimate::Values { values: known, .. } => {
+                values = Some(known.clone());
+                (None, Vec::new())
+            }
             PoseEstimate::Body { joints_px, scores, .. } => {
                 let joint = |(image_px, score): (&Option<Vec2>, &f32)| PoseJoint {
                     image_px: *image_px,
@@ -94,7 +116,7 @@ impl TimedPose {
                 (Some(*params), points.image_px.iter().zip(&**camera_m).map(joint).collect())
             }
         };
-        Self { t, origin: None, latency_ms: None, score: estimate.score(), params, joints }
+        Self { t, origin: None, latency_ms: None, score: estimate.score(), params, joints, values }
     }
 
     /// The joints of a person; none of them for a hand.
@@ -115,7 +137,7 @@ impl TimedPose {
     }
 }
 
-/// Poses of one hand or person over time.
+/// Poses of one hand, person or other thing over time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PoseSequence {
     /// Kind of the poses.
@@ -130,7 +152,7 @@ impl PoseSequence {
     /// An empty sequence; joints of hands are in the camera's frame.
     pub fn new(kind: PoseKind) -> Self {
         let frame = match kind {
-            PoseKind::Body => None,
+            PoseKind::Body | PoseKind::Values(_) => None,
             PoseKind::Hand => Some(JointFrame::Camera),
         };
         Self { kind, frame, poses: Vec::new() }

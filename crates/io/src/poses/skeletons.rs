@@ -50,7 +50,10 @@ fn write(
     poses: PoseIterator<'_>,
 ) -> Result<(), IoError> {
     if kind != PoseKind::Body {
-        return Err(IoError::unwritable(path, "YARP has no skeletons of hands"));
+        return Err(IoError::unwritable(
+            path,
+            format!("YARP has no skeletons of {}", kind.subject()),
+        ));
     }
     let skeletons: Vec<YarpSkeleton> = poses.map(|pose| skeleton(&pose)).collect();
     write_skeletons(path, CHANNEL, &skeletons, CoordinateFormat::Whole)

@@ -6,7 +6,7 @@
 use std::path::Path;
 
 use evpose_core::Micros;
-use evpose_pose::{HandParams, JointFrame, PARAMETER_NAMES, PoseOrigin};
+use evpose_pose::{HandParams, JointFrame, PARAMETER_NAMES, PoseLayout, PoseOrigin};
 use glam::{Vec2, Vec3};
 
 use super::columns::{METRES, PIXELS, SCORE};
@@ -46,6 +46,7 @@ struct Columns {
     score: Option<usize>,
     frame: Option<usize>,
     params: Option<[usize; PARAMETER_NAMES.len()]>,
+    values: Vec<usize>,
     joints: Vec<JointColumns>,
     count: usize,
 }
@@ -70,12 +71,15 @@ impl Columns {
         let params = params_of(names)?;
         // A table of parameters alone is one of hands: bodies have none.
         let kind = kinds.into_iter().find(is_of).or(params.map(|_| PoseKind::Hand));
+        let own = || PoseLayout::of_names(|name| names.contains(&name)).map(PoseKind::Values);
+        let kind = kind.or_else(own);
         let kind = kind.ok_or("no columns of a pose, such as `head_u_px` or `wrist_u_px`")?;
         let coordinates = || PIXELS.iter().chain(&METRES);
         let is_coordinate = |name: &str| coordinates().any(|suffix| name.ends_with(suffix));
-        let is_param = |name: &str| PARAMETER_NAMES.contains(&name);
+        let values = kind.value_names();
+        let is_value = |name: &str| PARAMETER_NAMES.contains(&name) || values.contains(&name);
         // A misspelt joint is an error; columns of other meanings are left alone.
-        let mut unknown = names.iter().filter(|name| is_coordinate(name) && !is_param(name));
+        let mut unknown = names.iter().filter(|name| is_coordinate(name) && !is_value(name));
         if let Some(name) = unknown.find(|name| joint_of(kind, name).is_none()) {
             return Err(format!(
                 "column `{name}`: no such joint of {}; there are {}",
@@ -99,6 +103,7 @@ impl Columns {
             score: at("score"),
             frame: at("frame"),
             params,
+            values: values.iter().filter_map(|name| at(name)).collect(),
             joints,
             count: names.len(),
         })
@@ -118,6 +123,10 @@ impl Columns {
         if let Some(columns) = self.params {
             let values = all(cells, columns)?;
             pose.params = values.map(HandParams::from_array);
+        }
+        if !self.values.is_empty() {
+            let values = self.values.iter().map(|column| narrow(cells[*column]));
+            pose.values = values.collect::<Result<Option<_>, String>>()?;
         }
         for (joint, columns) in pose.joints.iter_mut().zip(&self.joints) {
             *joint = PoseJoint {

@@ -162,6 +162,7 @@ impl InferenceWorker for SimulatedNetwork {
             PoseEstimate::Hand { points, .. } => {
                 points.image_px.iter_mut().flatten().for_each(|at| *at += error());
             }
+            PoseEstimate::Values { .. } => {}
         }
         if let PoseEstimate::Body { scores, .. } = &mut estimate {
             scores.iter_mut().for_each(|score| *score = rng.uniform(0.25, 1.0));

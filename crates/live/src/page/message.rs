@@ -23,16 +23,19 @@ pub(super) struct About {
     /// Side of a cell of the event image, in pixels of the sensor.
     cell_px: u16,
     skeleton: &'static str,
-    joints: &'static [&'static str],
+    joints: Vec<&'static str>,
     bones: &'static [[usize; 2]],
     faces: Option<Vec<[u32; 3]>>,
 }
 
 impl About {
     pub(super) fn new(info: &PageInfo) -> Self {
-        let (skeleton, joints, bones): (_, &[_], &[_]) = match info.skeleton {
-            Skeleton::Body => ("body", &JOINT_NAMES, &LIMBS),
-            Skeleton::Hand => ("hand", &EVALUATION_JOINTS, &HAND_BONES),
+        let (skeleton, joints, bones): (_, _, &[_]) = match info.skeleton {
+            Skeleton::Body => ("body", JOINT_NAMES.to_vec(), &LIMBS),
+            Skeleton::Hand => ("hand", EVALUATION_JOINTS.to_vec(), &HAND_BONES),
+            Skeleton::Points(layout) => {
+                (layout.name, layout.points().map(|(name, _)| name).collect(), &[])
+            }
         };
         Self {
             kind: "about",
@@ -125,6 +128,9 @@ impl PoseMessage {
             PoseEstimate::Body { joints_px, scores, .. } => {
                 self.joints = joints_px.iter().map(joint).collect();
                 self.tenths = Some(scores.iter().map(|score| Tenth(10.0 * score)).collect());
+            }
+            PoseEstimate::Values { layout, values } => {
+                self.joints = layout.points_px(values).iter().map(joint).collect();
             }
             PoseEstimate::Hand { params, points, .. } => {
                 self.joints = points.image_px.iter().map(joint).collect();

@@ -34,7 +34,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
 use evpose_core::SensorSize;
-use evpose_pose::HandParams;
+use evpose_pose::{HandParams, PoseLayout};
 use glam::Vec3;
 
 pub use event_counts::PageEvents;
@@ -56,6 +56,8 @@ pub enum Skeleton {
     Body,
     /// A hand: 21 joints.
     Hand,
+    /// The points of another task's poses, without bones.
+    Points(&'static PoseLayout),
 }
 
 /// Description of the stream that a page shows.

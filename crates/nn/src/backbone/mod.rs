@@ -22,7 +22,7 @@ use crate::NnError;
 
 pub use crate::channels::{multiple_of_eight, scaled};
 pub use crate::conv_norm::{ConvNorm, ConvNormConfig};
-pub use crate::initializer::Initializer;
+pub use crate::initializer::{Initializer, seeded};
 pub use crate::linear::linear;
 pub use crate::net_ops::{NetOps, VectorOps};
 pub use crate::parameters::Slot;

@@ -19,22 +19,78 @@ use crate::parameters::read;
 use crate::{BaselineNetwork, HandRegressor, MoveEnet, NnError};
 
 const FORMAT: &str = "burnpack";
-/// Key of the card among the container's metadata.
-const CARD_KEY: &str = "evpose.model";
-/// The same for the config of a body's network.
-const BODY_KEY: &str = "evpose.body";
-/// The same for the config of a baseline.
-const BASELINE_KEY: &str = "evpose.baseline";
+/// What keys of cards begin with, among the container's metadata; the name of the task follows.
+const KEYS: &str = "evpose.";
+/// The key of hands: their files are older than the names of tasks.
+const HAND_KEY: &str = "evpose.model";
 
-/// Writes `network` to `path`, whole or not at all.
-///
-/// The card's `network` is replaced by the network's own configuration.
+/// A network that weight files hold, with a card that describes it.
+pub trait StoredNetwork: Module {
+    /// The description, kept inside the file as TOML.
+    type Card: Clone + Serialize + DeserializeOwned;
+
+    /// Key of the card: `evpose.` and the name of the task.
+    const KEY: &'static str;
+
+    /// The card with the configuration that the network was built from.
+    fn described(&self, card: &Self::Card) -> Self::Card;
+
+    /// A network of the described shape, whose weights are yet to be filled.
+    ///
+    /// # Errors
+    /// If there is none.
+    fn of_card(card: &Self::Card, device: &Device) -> Result<Self, NnError>;
+}
+
+impl StoredNetwork for HandRegressor {
+    type Card = ModelCard;
+
+    const KEY: &'static str = HAND_KEY;
+
+    fn described(&self, card: &ModelCard) -> ModelCard {
+        ModelCard { network: self.config().clone(), ..card.clone() }
+    }
+
+    fn of_card(card: &ModelCard, device: &Device) -> Result<Self, NnError> {
+        card.network.zeros(device)
+    }
+}
+
+impl StoredNetwork for MoveEnet {
+    type Card = BodyCard;
+
+    const KEY: &'static str = "evpose.body";
+
+    fn described(&self, card: &BodyCard) -> BodyCard {
+        BodyCard { network: self.config().clone(), ..card.clone() }
+    }
+
+    fn of_card(card: &BodyCard, device: &Device) -> Result<Self, NnError> {
+        card.network.zeros(device)
+    }
+}
+
+impl StoredNetwork for BaselineNetwork {
+    type Card = BaselineCard;
+
+    const KEY: &'static str = "evpose.baseline";
+
+    fn described(&self, card: &BaselineCard) -> BaselineCard {
+        BaselineCard { network: self.config(), ..card.clone() }
+    }
+
+    fn of_card(card: &BaselineCard, device: &Device) -> Result<Self, NnError> {
+        card.network.zeros(device)
+    }
+}
+
+/// Writes `network` to `path`, whole or not at all. What the card says of the network is replaced by its
+/// own configuration.
 ///
 /// # Errors
 /// [`NnError::Io`] if the file cannot be written.
-pub fn save(path: &Path, network: &HandRegressor, card: &ModelCard) -> Result<(), NnError> {
-    let card = ModelCard { network: network.config().clone(), ..card.clone() };
-    write(path, network, CARD_KEY, &card)
+pub fn save<N: StoredNetwork>(path: &Path, network: &N, card: &N::Card) -> Result<(), NnError> {
+    write(path, network, N::KEY, &network.described(card))
 }
 
 /// Reads a network and its card from `path`.
@@ -42,63 +98,19 @@ pub fn save(path: &Path, network: &HandRegressor, card: &ModelCard) -> Result<()
 /// # Errors
 /// [`NnError::Io`], [`NnError::Unreadable`] for a damaged file, [`NnError::Card`] for a container
 /// without a card, [`NnError::Mismatch`] for weights of another network than the card says.
-pub fn load(path: &Path, device: &Device) -> Result<(HandRegressor, ModelCard), NnError> {
-    let (reader, card) = open::<ModelCard>(path, CARD_KEY)?;
-    let network = card.network.zeros(device)?;
+pub fn load<N: StoredNetwork>(path: &Path, device: &Device) -> Result<(N, N::Card), NnError> {
+    let (reader, card) = open::<N::Card>(path, N::KEY)?;
+    let network = N::of_card(&card, device)?;
     Ok((filled(path, reader, network)?, card))
 }
 
-/// As [`save`], of a body's network; the card's `network` is replaced by what it was built from.
-///
-/// # Errors
-/// [`NnError::Io`] if the file cannot be written.
-pub fn save_body(path: &Path, network: &MoveEnet, card: &BodyCard) -> Result<(), NnError> {
-    let card = BodyCard { network: network.config().clone(), ..card.clone() };
-    write(path, network, BODY_KEY, &card)
-}
-
-/// As [`load`], of a body's network.
-///
-/// # Errors
-/// As there.
-pub fn load_body(path: &Path, device: &Device) -> Result<(MoveEnet, BodyCard), NnError> {
-    let (reader, card) = open::<BodyCard>(path, BODY_KEY)?;
-    let network = card.network.zeros(device)?;
-    Ok((filled(path, reader, network)?, card))
-}
-
-/// As [`save`], of a baseline; the card's `network` is replaced by what it was built from.
-///
-/// # Errors
-/// [`NnError::Io`] if the file cannot be written.
-pub fn save_baseline(
-    path: &Path,
-    network: &BaselineNetwork,
-    card: &BaselineCard,
-) -> Result<(), NnError> {
-    let card = BaselineCard { network: network.config(), ..card.clone() };
-    write(path, network, BASELINE_KEY, &card)
-}
-
-/// As [`load`], of a baseline.
-///
-/// # Errors
-/// As there.
-pub fn load_baseline(
-    path: &Path,
-    device: &Device,
-) -> Result<(BaselineNetwork, BaselineCard), NnError> {
-    let (reader, card) = open::<BaselineCard>(path, BASELINE_KEY)?;
-    let network = card.network.zeros(device)?;
-    Ok((filled(path, reader, network)?, card))
-}
-
-/// The task of a weight file: `hand`, `body` or `baseline`, by its card, which may be damaged; none if
-/// it is no file of ours.
-pub fn task_of(path: &Path) -> Option<&'static str> {
+/// The task of a weight file, `hand`, `body`, `baseline` or that of another crate, by the key of its
+/// card, which may be damaged; none if it is no file of ours.
+pub fn task_of(path: &Path) -> Option<String> {
     let reader = Reader::from_bytes(map(path).ok()?).ok()?;
-    let kinds = [(CARD_KEY, "hand"), (BODY_KEY, "body"), (BASELINE_KEY, "baseline")];
-    kinds.into_iter().find(|(key, _)| reader.metadata().contains_key(*key)).map(|(_, task)| task)
+    let key = reader.metadata().keys().find(|key| key.starts_with(KEYS))?;
+    let task = if *key == HAND_KEY { "hand" } else { &key[KEYS.len()..] };
+    Some(task.to_owned())
 }
 
 fn write<M: Module>(
@@ -191,14 +203,14 @@ mod tests {
         let config = MoveEnetConfig { joints: 3, width: 0.25, expansion: 2 };
         let saved = config.init(7, &device).unwrap();
         let provenance = [("seed".to_owned(), "5".to_owned())].into();
-        save_body(&path, &saved, &BodyCard { provenance, ..BodyCard::default() }).unwrap();
-        let (back, card) = load_body(&path, &device).unwrap();
+        save(&path, &saved, &BodyCard { provenance, ..BodyCard::default() }).unwrap();
+        let (back, card) = load::<MoveEnet>(&path, &device).unwrap();
         assert_eq!((&card.network, card.provenance["seed"].as_str()), (&config, "5"));
         assert_eq!((read(&back), back.config()), (read(&saved), &config));
-        assert!(matches!(load(&path, &device), Err(NnError::Card { .. })));
-        assert_eq!((task_of(&path), task_of(folder.path())), (Some("body"), None));
+        assert!(matches!(load::<HandRegressor>(&path, &device), Err(NnError::Card { .. })));
+        assert_eq!((task_of(&path).as_deref(), task_of(folder.path())), (Some("body"), None));
         save(&path, &network(5, &device), &ModelCard::default()).unwrap();
-        assert_eq!(task_of(&path), Some("hand"));
+        assert_eq!(task_of(&path).as_deref(), Some("hand"));
     }
 
     #[test]
@@ -212,11 +224,11 @@ mod tests {
             BaselineNetworkConfig::LiftMono(lift),
         ] {
             let saved = config.init(7, &device).unwrap();
-            save_baseline(&path, &saved, &BaselineCard::default()).unwrap();
-            let (back, card) = load_baseline(&path, &device).unwrap();
+            save(&path, &saved, &BaselineCard::default()).unwrap();
+            let (back, card) = load::<BaselineNetwork>(&path, &device).unwrap();
             assert_eq!((&card.network, back.config()), (&config, config.clone()));
             assert_eq!(read(&back), read(&saved));
-            assert!(matches!(load_body(&path, &device), Err(NnError::Card { .. })));
+            assert!(matches!(load::<MoveEnet>(&path, &device), Err(NnError::Card { .. })));
         }
     }
 
@@ -270,7 +282,7 @@ mod tests {
         let step = whole.len() / 40;
         for length in (0..whole.len()).step_by(step).chain([whole.len() - 1]) {
             std::fs::write(&path, &whole[..length]).unwrap();
-            let error = load(&path, &Device::flex()).map(|_| ()).unwrap_err();
+            let error = load::<HandRegressor>(&path, &Device::flex()).map(|_| ()).unwrap_err();
             assert!(matches!(error, NnError::Unreadable { .. }), "{length}: {error}");
         }
     }
@@ -288,9 +300,9 @@ mod tests {
             ..ModelCard::default()
         };
         let tensors = vec![tensor("conv1.bias", 4), tensor("strange", 1)];
-        let writer = Writer::new(tensors).with_metadata(CARD_KEY, &toml::to_string(&card).unwrap());
+        let writer = Writer::new(tensors).with_metadata(HAND_KEY, &toml::to_string(&card).unwrap());
         std::fs::write(&path, &*writer.into_bytes().unwrap()).unwrap();
-        let error = load(&path, &Device::flex()).map(|_| ()).unwrap_err();
+        let error = load::<HandRegressor>(&path, &Device::flex()).map(|_| ()).unwrap_err();
         let NnError::Mismatch { mismatch, .. } = &error else { panic!("{error}") };
         assert_eq!(mismatch.unexpected, ["strange"]);
         assert_eq!(mismatch.reshaped, [("conv1.bias".into(), vec![3], vec![4])]);

@@ -1,8 +1,7 @@
 //! Weight files: our own checkpoints, which describe their network, and PyTorch's.
 //!
-//! * [`save`], [`load`]: a `.bpk` file with a [`ModelCard`] inside; [`save_body`], [`load_body`]:
-//!   the same of bodies; [`save_baseline`], [`load_baseline`]: the same of baselines;
-//!   [`task_of`]: which of them a file is.
+//! * [`save`], [`load`]: a `.bpk` file of a [`StoredNetwork`] with a card inside: [`ModelCard`] of
+//!   hands, [`BodyCard`], [`BaselineCard`]; [`task_of`]: which of them a file is.
 //! * [`average`]: the mean of two networks.
 //! * [`load_pytorch`], [`load_move_enet`]: `.pth` and Lightning `.ckpt` files of the published
 //!   networks.
@@ -19,7 +18,7 @@ mod pytorch;
 mod strict;
 
 pub use average::average;
-pub use checkpoint::{load, load_baseline, load_body, save, save_baseline, save_body, task_of};
+pub use checkpoint::{StoredNetwork, load, save, task_of};
 pub use keras::load_dhp19_cnn;
 pub use model_card::{BaselineCard, BodyCard, InputConfig, ModelCard};
 pub use pytorch::{load_lift_mono, load_move_enet, load_pytorch};

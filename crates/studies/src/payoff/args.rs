@@ -63,5 +63,5 @@ pub struct PayoffArgs {
 }
 
 fn task_names() -> clap::builder::PossibleValuesParser {
-    TASKS.iter().map(|task| task.name()).collect::<Vec<_>>().into()
+    TASKS.names().into()
 }

@@ -150,8 +150,9 @@ fn experiment_of(args: &PayoffArgs) -> Result<(&'static dyn PoseTask, Box<dyn Po
         (None, Some(config)) => experiment(&config_args(config), start),
         (task, config) => {
             let task = task_by_name(task.as_deref().unwrap_or(USUAL))?;
-            let config = config_args(config.as_deref().unwrap_or(task.quick_config()));
-            Ok((task, task.experiment(&config, start)?))
+            let studied = task.studied()?;
+            let config = config_args(config.as_deref().unwrap_or(studied.quick_config()));
+            Ok((task, studied.experiment(&config, start)?))
         }
     }
 }
@@ -225,6 +226,6 @@ impl Trial<'_> {
         say(format!("    {:.0} s", began.elapsed().as_secs_f64()));
         say(format!("model {name}, seed {seed}: evaluating on {}", recordings.display()));
         let opened = self.task.open(&network, &self.args.device.device.resolve()?)?;
-        opened.scores(recordings, self.args.stride_ms)
+        opened.network()?.scores(recordings, self.args.stride_ms)
     }
 }

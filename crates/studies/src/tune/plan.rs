@@ -4,7 +4,7 @@
 //! Successive halving: Jamieson, Talwalkar: *Non-stochastic best arm identification and
 //! hyperparameter optimization*, AISTATS 2016.
 
-use evpose_cli::pages::learning::TrainingLength;
+use evpose_train::training::TrainingSpan;
 use serde::Serialize;
 
 /// A plan that cannot be made.
@@ -64,7 +64,7 @@ pub struct TrialPlan {
 
 impl TrialPlan {
     /// All trials to the end.
-    pub fn random(trials: u64, length: TrainingLength) -> Self {
+    pub fn random(trials: u64, length: TrainingSpan) -> Self {
         Self { rungs: vec![Rung { trials, pause_after: None }], steps: length.steps }
     }
 
@@ -77,7 +77,7 @@ impl TrialPlan {
         trials: u64,
         eta: u64,
         rungs: Option<u32>,
-        length: TrainingLength,
+        length: TrainingSpan,
     ) -> Result<Self, PlanError> {
         let validations = length.steps.div_ceil(length.steps_per_validation);
         let fits = |rungs: u32| {
@@ -150,8 +150,8 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
-    fn length(steps: u64, steps_per_validation: u64) -> TrainingLength {
-        TrainingLength { batch_size: 4, steps_per_validation, steps }
+    fn length(steps: u64, steps_per_validation: u64) -> TrainingSpan {
+        TrainingSpan { batch_size: 4, steps_per_validation, steps }
     }
 
     fn rungs(plan: &TrialPlan) -> Vec<(u64, u64)> {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use anyhow::Result;
-use evpose_cli::pages::learning::TrainingLength;
+use evpose_train::training::TrainingSpan;
 use evpose_train::{LOSS, LoggedValue, read_history, validation_means};
 use serde::{Deserialize, Serialize};
 
@@ -57,7 +57,7 @@ impl RungResult {
     pub fn of_run(
         run: &Path,
         status: TrialStatus,
-        length: TrainingLength,
+        length: TrainingSpan,
         logged: &[LoggedValue],
     ) -> Result<Self> {
         let history = read_history(&run.join("metrics.jsonl"))?;
@@ -143,7 +143,7 @@ pub(crate) mod tests {
             line(3, "valid", "1.0"),
         ];
         std::fs::write(directory.path().join("metrics.jsonl"), log.concat()).unwrap();
-        let length = TrainingLength { batch_size: 4, steps_per_validation: 5, steps: 12 };
+        let length = TrainingSpan { batch_size: 4, steps_per_validation: 5, steps: 12 };
         let logged = [LoggedValue { name: LOSS, unit: "", higher_is_better: false }];
         let read =
             RungResult::of_run(directory.path(), TrialStatus::Trained, length, &logged).unwrap();

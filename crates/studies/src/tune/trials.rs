@@ -96,7 +96,7 @@ impl<'a> TrialConfigs<'a> {
         let mut overrides = self.config.overrides.clone();
         overrides.append(&mut changes);
         let args = ConfigArgs { config: self.config.config.clone(), overrides };
-        self.task.experiment(&args, start_of(self.start_from.as_deref()))
+        self.task.studied()?.experiment(&args, start_of(self.start_from.as_deref()))
     }
 
     /// The values of trial `trial`; none where the config does not have the field.

@@ -59,7 +59,7 @@ impl BaselineCheckpoint {
         add(DEPTHS, self.depths_m.map(|[nearest, farthest]| format!("{nearest} {farthest}")));
         add(MEAN_POSE, self.mean_pose.as_ref().map(pose_as_text));
         add(DATA, self.data.clone());
-        Ok(weights::save_baseline(path, &self.network, &card)?)
+        Ok(weights::save(path, &self.network, &card)?)
     }
 
     /// Reads a run directory (its best network), a `.bpk` file, the distributed weights of DHP19's
@@ -92,7 +92,7 @@ impl BaselineCheckpoint {
             let network = BaselineNetwork::LiftMono(network);
             return Ok(Self::from_elsewhere(BaselineConfig::lift_mono(), network));
         }
-        let (network, card) = weights::load_baseline(path, device)?;
+        let (network, card) = weights::load::<BaselineNetwork>(path, device)?;
         let value = |key: &str| card.provenance.get(key);
         let config = match value(CONFIG) {
             Some(text) => BaselineConfig::parse(text, &[])?,

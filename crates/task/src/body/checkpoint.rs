@@ -45,7 +45,7 @@ impl BodyCheckpoint {
         if let Some(data) = &self.data {
             card.provenance.insert(DATA.to_owned(), data.clone());
         }
-        Ok(weights::save_body(path, &self.network, &card)?)
+        Ok(weights::save(path, &self.network, &card)?)
     }
 
     /// Reads a run directory (its best network), a `.bpk` file, or the published PyTorch weights
@@ -71,7 +71,7 @@ impl BodyCheckpoint {
             let network = weights::load_move_enet(path, &config.network, device)?;
             return Ok(Self { config, network, mean_pose: None, data: None });
         }
-        let (network, card) = weights::load_body(path, device)?;
+        let (network, card) = weights::load::<MoveEnet>(path, device)?;
         let config = match card.provenance.get(CONFIG) {
             Some(text) => BodyConfig::parse(text, &[])?,
             None => BodyConfig { network: card.network, ..BodyConfig::default() },

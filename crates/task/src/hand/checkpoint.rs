@@ -94,7 +94,7 @@ impl HandCheckpoint {
             let network = weights::load_pytorch(path, &config.network, device)?;
             return Ok(Self { config, network, mean_pose: None });
         }
-        let (network, card) = weights::load(path, device)?;
+        let (network, card) = weights::load::<HandRegressor>(path, device)?;
         let config = match card.provenance.get(CONFIG) {
             // The networks that ship were trained before configs named their task, and a file cannot be
             // changed without another training: of hands is what has the card of a hand network.

@@ -25,8 +25,6 @@ pub(super) struct BaselineItem {
     pub(super) targets: BaselineTargets,
     /// Joints in pixels of the input; none where they are not in view.
     pub(super) joints_px: Vec<BodyPoints>,
-    /// Optimiser step this batch is for, from 1.
-    pub(super) step: u64,
 }
 
 /// The targets of a network.
@@ -145,7 +143,7 @@ impl BatchSource for BaselineBatches {
         HostBatch(positions.into_par_iter().map(sample).collect())
     }
 
-    fn item(&self, host: HostBatch, step: u64, device: &Device) -> BaselineItem {
+    fn item(&self, host: HostBatch, device: &Device) -> BaselineItem {
         let [width, height] = self.input.size_px();
         let count = host.0.len();
         let (mut images, mut joints_px) = (Vec::new(), Vec::with_capacity(count));
@@ -179,7 +177,7 @@ impl BatchSource for BaselineBatches {
             }
         };
         let images = Tensor::from_data(TensorData::new(images, [count, 1, height, width]), device);
-        BaselineItem { images, targets, joints_px, step }
+        BaselineItem { images, targets, joints_px }
     }
 }
 

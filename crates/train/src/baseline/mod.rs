@@ -5,7 +5,7 @@
 
 mod batches;
 mod blur;
-mod learner;
+mod loss;
 mod training;
 
 pub use training::{baseline_frames, train_baseline};

@@ -4,7 +4,6 @@ use std::path::Path;
 use std::sync::Arc;
 
 use burn::optim::AdamConfig;
-use burn::optim::decay::WeightDecayConfig;
 use burn::optim::lr_scheduler::module_lr_scheduler::ModuleLrScheduler;
 use burn::tensor::Device;
 use evpose_core::seed_for;
@@ -14,17 +13,13 @@ use evpose_task::TaskConfig as _;
 use evpose_task::baseline::{BaselineCheckpoint, BaselineConfig, LiftGeometry, torso_m};
 use evpose_task::schedule::EarlyStop;
 
-use super::batches::{BaselineBatches, BaselineItem};
-use super::learner::{BASELINE_FIELDS, BaselineLearner, BaselineScalars};
+use super::batches::BaselineBatches;
+use super::loss::{BASELINE_VALUES, BaselineLoss};
 use crate::TrainError;
-use crate::batch_loader::BatchLoader;
 use crate::body::{BodyFrames, digest_of};
-use crate::devices::DeviceGroup;
-use crate::guard::Guard;
-use crate::metric::Field;
-use crate::passes::TrainingSpan;
+use crate::metric::LoggedValue;
 use crate::training::{
-    ADAM_EPSILON, Loaders, Run, TrainOptions, TrainSummary, TrainingTask, check_shape,
+    TrainOptions, TrainSummary, TrainingData, TrainingSpan, TrainingTask, adam, check_shape, train,
 };
 
 /// The images of the recordings in `data` from which the network of `config` learns: for
@@ -70,13 +65,7 @@ pub fn train_baseline(
 ) -> Result<TrainSummary<BaselineCheckpoint>, TrainError> {
     config.validate()?;
     let training = &config.training;
-    let devices = DeviceGroup::single(options.device)?;
-    let span = TrainingSpan {
-        batch_size: training.batch_size,
-        steps: training.steps,
-        steps_per_interval: training.steps_per_validation,
-    };
-    let run = Run::open(run, config, span, options)?;
+    let span = TrainingSpan::from(training);
     let (torso_m, depths_m) = torso_and_depths_m(&frames).unzip();
     let task = BaselineTask {
         config,
@@ -85,26 +74,13 @@ pub fn train_baseline(
         mean_pose: frames.mean_pose(),
         data: digest_of(&frames),
     };
-    let (train, valid) = frames.split(config.data.validation_share);
-    if train.is_empty() || valid.is_empty() {
-        let message = format!(
-            "{} images to train on and {} to validate with: more recordings are needed",
-            train.len(),
-            valid.len()
-        );
-        return Err(TrainError::Field { field: "data.validation_share", message });
-    }
-    let device = devices.main().clone();
-    let train = BatchLoader::training(
-        BaselineBatches::new(Arc::new(train), config),
-        (run.first_interval(), span),
-        device.clone().autodiff(),
-        run.meter().clone(),
-    );
-    let samples = training.validation_samples.min(valid.len() as u64);
-    let batches = BaselineBatches::new(Arc::new(valid), config);
-    let valid = BatchLoader::validation(batches, training.batch_size, samples, device);
-    run.train(&task, &devices, Loaders { train: Arc::new(train), valid: Arc::new(valid) })
+    let [learnt, valid] = frames.split_for_training(config.data.validation_share)?.map(Arc::new);
+    let data = TrainingData {
+        validation_samples: training.validation_samples.min(valid.len() as u64),
+        train: BaselineBatches::new(learnt, config),
+        valid: BaselineBatches::new(valid, config),
+    };
+    train(&task, config, span, data, run, options)
 }
 
 /// The mean torso of the people on the images, and the smallest and the largest depth of their
@@ -131,13 +107,11 @@ struct BaselineTask<'a> {
 }
 
 impl TrainingTask for BaselineTask<'_> {
-    type Batch = BaselineItem;
-    type Scalars = BaselineScalars;
     type Network = BaselineNetwork;
-    type Learner = BaselineLearner;
+    type Loss = BaselineLoss;
     type Checkpoint = BaselineCheckpoint;
 
-    const FIELDS: &'static [Field<BaselineScalars>] = &BASELINE_FIELDS;
+    const VALUES: &'static [LoggedValue] = &BASELINE_VALUES;
 
     fn untrained(&self, device: &Device) -> Result<BaselineNetwork, TrainError> {
         Ok(self.config.network.init(0, device)?)
@@ -155,18 +129,12 @@ impl TrainingTask for BaselineTask<'_> {
         Ok(start.network)
     }
 
-    fn learner(&self, network: BaselineNetwork, guard: Guard) -> BaselineLearner {
-        BaselineLearner::new(network, self.config.loss.sigma_px, guard)
-    }
-
-    fn network(learner: BaselineLearner) -> BaselineNetwork {
-        learner.network
+    fn loss(&self) -> BaselineLoss {
+        BaselineLoss { sigma_cells: self.config.loss.sigma_px }
     }
 
     fn optimizer(&self) -> AdamConfig {
-        let decay = self.config.training.weight_decay;
-        let decay = (decay > 0.0).then(|| WeightDecayConfig::new(decay));
-        AdamConfig::new().with_epsilon(ADAM_EPSILON).with_weight_decay(decay)
+        adam(self.config.training.weight_decay)
     }
 
     fn learning_rate(&self) -> ModuleLrScheduler {

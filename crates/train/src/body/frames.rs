@@ -159,6 +159,23 @@ impl BodyFrames {
         (Self { frames: train }, Self { frames: valid })
     }
 
+    /// As [`Self::split`], for a training, which needs both parts.
+    ///
+    /// # Errors
+    /// If one of them is empty.
+    pub(crate) fn split_for_training(self, share: f64) -> Result<[Self; 2], TrainError> {
+        let (train, valid) = self.split(share);
+        if train.is_empty() || valid.is_empty() {
+            let message = format!(
+                "{} images to train on and {} to validate with: more recordings are needed",
+                train.len(),
+                valid.len()
+            );
+            return Err(TrainError::Field { field: "data.validation_share", message });
+        }
+        Ok([train, valid])
+    }
+
     /// The mean position of every joint over all labels, relative to the image: what a network has
     /// to beat. None of a joint that is on no image.
     pub fn mean_pose(&self) -> BodyPoints {

@@ -25,13 +25,11 @@ const CELL_PX: usize = 4;
 
 /// Images with targets and labels.
 #[derive(Debug, Clone)]
-pub(super) struct BodyItem {
+pub struct BodyItem {
     /// `[batch, 3, side, side]`, 0 to 255.
     pub(super) images: Tensor<4>,
     pub(super) targets: BodyTargets,
     pub(super) labels: Vec<BodyLabel>,
-    /// Optimiser step this batch is for, from 1.
-    pub(super) step: u64,
 }
 
 /// Images that become batches: augmented in training, as they are in validation.
@@ -107,13 +105,12 @@ impl BatchSource for BodyBatches {
         HostBatch { images, batch, labels }
     }
 
-    fn item(&self, host: HostBatch, step: u64, device: &Device) -> BodyItem {
+    fn item(&self, host: HostBatch, device: &Device) -> BodyItem {
         let shape = [host.labels.len(), CHANNELS, self.side_px, self.side_px];
         BodyItem {
             images: Tensor::from_data(TensorData::new(host.images, shape), device),
             targets: host.batch.into_tensors(device),
             labels: host.labels,
-            step,
         }
     }
 }

@@ -18,8 +18,8 @@ mod detections;
 mod evaluation;
 mod filter_noise;
 mod frames;
-mod learner;
 mod loader;
+mod loss;
 mod propagation;
 mod recordings;
 mod spatial;
@@ -37,7 +37,7 @@ pub use evaluation::{
 };
 pub use filter_noise::{ScoredPose, estimate_filter};
 pub use frames::{BodyFrame, BodyFrames, CameraJoints};
-pub use learner::body_values;
+pub use loss::BODY_VALUES;
 pub use propagation::{PropagatedPose, PropagationResults, evaluate_propagation, propagated_poses};
 pub use recordings::{BodyRecordings, PoseTrack};
 pub use spatial::{CalibratedScene, calibrated_scenes, evaluate_spatial};

@@ -4,7 +4,6 @@ use std::path::Path;
 use std::sync::Arc;
 
 use burn::optim::AdamConfig;
-use burn::optim::decay::WeightDecayConfig;
 use burn::optim::lr_scheduler::module_lr_scheduler::ModuleLrScheduler;
 use burn::tensor::Device;
 use evpose_core::seed_for;
@@ -17,16 +16,12 @@ use sha2::{Digest, Sha256};
 use super::confidence::calibrate_confidence;
 use super::filter_noise::calibrate_filter;
 use super::frames::BodyFrames;
-use super::learner::{BODY_FIELDS, BodyLearner, BodyScalars};
-use super::loader::{BodyBatches, BodyItem};
+use super::loader::BodyBatches;
+use super::loss::BODY_VALUES;
 use crate::TrainError;
-use crate::batch_loader::BatchLoader;
-use crate::devices::DeviceGroup;
-use crate::guard::Guard;
-use crate::metric::Field;
-use crate::passes::TrainingSpan;
+use crate::metric::LoggedValue;
 use crate::training::{
-    ADAM_EPSILON, Loaders, Run, TrainOptions, TrainSummary, TrainingTask, check_shape,
+    TrainOptions, TrainSummary, TrainingData, TrainingSpan, TrainingTask, adam, check_shape, train,
 };
 
 /// A network with initial weights, or the one that the config starts from.
@@ -56,36 +51,15 @@ pub fn train_body(
     options: &TrainOptions,
 ) -> Result<TrainSummary<BodyCheckpoint>, TrainError> {
     let training = &config.training;
-    let devices = DeviceGroup::single(options.device)?;
-    let span = TrainingSpan {
-        batch_size: training.batch_size,
-        steps: training.steps,
-        steps_per_interval: training.steps_per_validation,
-    };
-    let run = Run::open(run, config, span, options)?;
+    let span = TrainingSpan::from(training);
     let task = BodyTask { config, mean_pose: frames.mean_pose(), data: digest_of(&frames) };
-    let (train, valid) = frames.split(config.data.validation_share);
-    if train.is_empty() || valid.is_empty() {
-        let message = format!(
-            "{} images to train on and {} to validate with: more recordings are needed",
-            train.len(),
-            valid.len()
-        );
-        return Err(TrainError::Field { field: "data.validation_share", message });
-    }
-    let device = devices.main().clone();
-    let train = BatchLoader::training(
-        BodyBatches::new(Arc::new(train), config),
-        (run.first_interval(), span),
-        device.clone().autodiff(),
-        run.meter().clone(),
-    );
-    let valid = Arc::new(valid);
-    let samples = training.validation_samples.min(valid.len() as u64);
-    let batches = BodyBatches::new(Arc::clone(&valid), config);
-    let loader = BatchLoader::validation(batches, training.batch_size, samples, device);
-    let mut summary =
-        run.train(&task, &devices, Loaders { train: Arc::new(train), valid: Arc::new(loader) })?;
+    let [learnt, valid] = frames.split_for_training(config.data.validation_share)?.map(Arc::new);
+    let data = TrainingData {
+        train: BodyBatches::new(learnt, config),
+        valid: BodyBatches::new(Arc::clone(&valid), config),
+        validation_samples: training.validation_samples.min(valid.len() as u64),
+    };
+    let mut summary = train(&task, config, span, data, run, options)?;
     if training.calibrate_confidence && !summary.is_paused {
         let samples = training.validation_samples as usize;
         calibrate_confidence(&mut summary.best, &valid, samples)?;
@@ -117,13 +91,11 @@ struct BodyTask<'a> {
 }
 
 impl TrainingTask for BodyTask<'_> {
-    type Batch = BodyItem;
-    type Scalars = BodyScalars;
     type Network = MoveEnet;
-    type Learner = BodyLearner;
+    type Loss = BodyLoss;
     type Checkpoint = BodyCheckpoint;
 
-    const FIELDS: &'static [Field<BodyScalars>] = &BODY_FIELDS;
+    const VALUES: &'static [LoggedValue] = &BODY_VALUES;
 
     fn untrained(&self, device: &Device) -> Result<MoveEnet, TrainError> {
         Ok(self.config.network.init(0, device)?)
@@ -133,22 +105,12 @@ impl TrainingTask for BodyTask<'_> {
         first_network(self.config, device)
     }
 
-    fn learner(&self, network: MoveEnet, guard: Guard) -> BodyLearner {
-        BodyLearner::new(
-            network,
-            BodyLoss::new(self.config.loss, self.config.network.joints),
-            guard,
-        )
-    }
-
-    fn network(learner: BodyLearner) -> MoveEnet {
-        learner.network
+    fn loss(&self) -> BodyLoss {
+        BodyLoss::new(self.config.loss, self.config.network.joints)
     }
 
     fn optimizer(&self) -> AdamConfig {
-        let decay = self.config.training.weight_decay;
-        let decay = (decay > 0.0).then(|| WeightDecayConfig::new(decay));
-        AdamConfig::new().with_epsilon(ADAM_EPSILON).with_weight_decay(decay)
+        adam(self.config.training.weight_decay)
     }
 
     fn learning_rate(&self) -> ModuleLrScheduler {

@@ -1,10 +1,17 @@
 //! A training run of any task in its directory: started, interrupted, resumed, finished.
+//!
+//! * [`TrainingTask`], [`TrainingLoss`]: what a task brings: network, loss, optimiser, checkpoint.
+//! * [`BatchSource`]: its samples as batches, in the order of [`SampleOrder`].
+//! * [`train`]: the run. It shuffles, optimises, validates, logs and writes checkpoints; a run that was
+//!   interrupted goes on with `resume` and ends with the same bytes.
 
 mod directory;
+mod learner;
 mod task;
 
 use std::io::stdout;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use burn::module::Module as _;
@@ -12,29 +19,34 @@ use burn::store::ModuleRecord;
 use burn::tensor::Device;
 use burn_train::metric::store::EventStoreClient;
 use burn_train::renderer::{MetricsRenderer, default_renderer};
-use burn_train::{EarlyStoppingStrategy, Interrupter, Learner, SupervisedTraining};
+use burn_train::{EarlyStoppingStrategy, Interrupter, SupervisedTraining};
 use evpose_nn::DeviceKind;
 use evpose_task::TaskConfig;
 use evpose_task::hand::{BEST, LAST};
 use evpose_task::schedule::EarlyStop;
 
 use crate::TrainError;
+use crate::batch_loader::BatchLoader;
 use crate::checkpoint::{AtomicCheckpointer, newest_checkpoint, weights_path};
 use crate::devices::DeviceGroup;
 use crate::guard::{Divergence, Guard};
 use crate::history::History;
-use crate::metric::FieldMetric;
-use crate::passes::TrainingSpan;
+use crate::metric::ValueMetric;
 use crate::plain_renderer::PlainRenderer;
 use crate::progress_renderer::{ProgressCallback, ProgressRenderer};
 use crate::retention::{LastTwoAndBest, best_interval};
 use crate::waiting::{DataWait, WaitMeter};
 use directory::RunDirectory;
+use learner::Learner;
+use task::BatchOf;
 
-pub(crate) use task::{Loaders, TrainingTask};
-
-/// PyTorch's default; Burn's is 1e-5.
-pub(crate) const ADAM_EPSILON: f32 = 1e-8;
+pub use crate::batch_loader::BatchSource;
+pub use crate::metric::BatchValues;
+pub use crate::order::SampleOrder;
+pub use crate::passes::{Passes, TrainingSpan};
+pub use learner::{StepBatch, TrainingLoss};
+pub(crate) use task::Loaders;
+pub use task::{TrainingTask, adam};
 
 /// Whether the network in the file `path`, which a training starts from, is of the shape of the
 /// config.
@@ -91,6 +103,46 @@ pub struct TrainSummary<C> {
     pub is_paused: bool,
 }
 
+/// The samples of a training.
+#[derive(Debug, Clone)]
+pub struct TrainingData<S> {
+    /// Those that it learns from.
+    pub train: S,
+    /// Those that it is validated with.
+    pub valid: S,
+    /// How many of the latter are seen at each validation, spread evenly over them.
+    pub validation_samples: u64,
+}
+
+/// Trains `task`, the one of `config`, on one device. Writes to the directory `run`: `config.toml`,
+/// `metrics.jsonl`, `loading.jsonl` (the time it waited for data), `checkpoint/`, and the networks
+/// `best.bpk` and `last.bpk`.
+///
+/// # Errors
+/// If the directory cannot be used, if it holds another run, or if the loss stops being finite;
+/// checkpoints written before stay.
+pub fn train<T, S>(
+    task: &T,
+    config: &impl TaskConfig,
+    span: TrainingSpan,
+    data: TrainingData<S>,
+    run: &Path,
+    options: &TrainOptions,
+) -> Result<TrainSummary<T::Checkpoint>, TrainError>
+where
+    T: TrainingTask,
+    S: BatchSource<Item = BatchOf<T>>,
+{
+    let devices = DeviceGroup::single(options.device)?;
+    let run = Run::open(run, config, span, options)?;
+    let device = devices.main().clone();
+    let TrainingData { train, valid, validation_samples } = data;
+    let from = (run.first_interval(), span);
+    let train = BatchLoader::training(train, from, device.clone().autodiff(), run.meter().clone());
+    let valid = BatchLoader::validation(valid, span.batch_size, validation_samples, device);
+    run.train(task, &devices, Loaders { train: Arc::new(train), valid: Arc::new(valid) })
+}
+
 /// A run whose directory is ready.
 pub(crate) struct Run<'a> {
     directory: RunDirectory<'a>,
@@ -144,13 +196,13 @@ impl<'a> Run<'a> {
         self,
         task: &T,
         devices: &DeviceGroup,
-        loaders: Loaders<T::Batch>,
+        loaders: Loaders<BatchOf<T>>,
     ) -> Result<TrainSummary<T::Checkpoint>, TrainError> {
         let history = History::resume(&self.directory.history(), self.resumed)?;
         let guard = Guard::new(self.interrupter.clone());
         let network = task.initial_network(&devices.main().clone().autodiff())?;
-        let learner = Learner::new(
-            task.learner(network, guard.clone()),
+        let learner = burn_train::Learner::new(
+            Learner::new(network, task.loss(), guard.clone()),
             task.optimizer().init(),
             task.learning_rate(),
         );
@@ -172,7 +224,7 @@ impl<'a> Run<'a> {
         let is_paused = done < intervals && done >= self.last_interval() && !is_over;
         let best_interval = best_interval(&losses);
         let mut path = self.directory.0.join(BEST);
-        let last = task.checkpoint(T::network(result.model));
+        let last = task.checkpoint(result.model.network);
         if is_paused {
             path = weights_path(&self.directory.checkpoints(), best_interval.unwrap_or(done));
         } else {
@@ -202,7 +254,7 @@ impl<'a> Run<'a> {
     /// The validation interval that the run ends or pauses after.
     fn last_interval(&self) -> usize {
         let intervals = self.span.intervals();
-        let pause = |steps: u64| steps.div_ceil(self.span.steps_per_interval).max(1) as usize;
+        let pause = |steps: u64| steps.div_ceil(self.span.steps_per_validation).max(1) as usize;
         self.options.pause_after.map_or(intervals, |steps| pause(steps).min(intervals))
     }
 
@@ -210,9 +262,9 @@ impl<'a> Run<'a> {
         &self,
         task: &T,
         devices: &DeviceGroup,
-        loaders: Loaders<T::Batch>,
+        loaders: Loaders<BatchOf<T>>,
         history: &History,
-    ) -> SupervisedTraining<T::Learner> {
+    ) -> SupervisedTraining<Learner<T::Network, T::Loss>> {
         let [weights, optimizer, schedule] =
             AtomicCheckpointer::parts(&self.directory.checkpoints());
         let mut supervised =
@@ -224,10 +276,9 @@ impl<'a> Run<'a> {
                 .with_custom_checkpointers(weights, optimizer, schedule)
                 .with_application_logger(None)
                 .renderer(self.renderer());
-        for field in T::FIELDS {
-            supervised = supervised
-                .metric_train_numeric(FieldMetric::new(*field))
-                .metric_valid_numeric(FieldMetric::new(*field));
+        for metric in T::VALUES.iter().enumerate().map(ValueMetric::new) {
+            supervised =
+                supervised.metric_train_numeric(metric.clone()).metric_valid_numeric(metric);
         }
         if let Some(rule) = task.early_stop() {
             supervised = supervised.early_stopping(EndsEarly { rule, history: history.clone() });
@@ -293,10 +344,10 @@ impl<'a> Run<'a> {
     ) -> Result<T::Network, TrainError> {
         let path = weights_path(&self.directory.checkpoints(), interval);
         let guard = Guard::new(Interrupter::new());
-        let learner = task.learner(task.untrained(device)?, guard);
+        let learner = Learner::new(task.untrained(device)?, task.loss(), guard);
         let record = ModuleRecord::load(&path)
             .map_err(|error| TrainError::Stopped(format!("{}: {error}", path.display())))?;
-        Ok(T::network(learner.load_record(record)))
+        Ok(learner.load_record(record).network)
     }
 }
 

@@ -4,58 +4,71 @@ use std::path::Path;
 use std::sync::Arc;
 
 use burn::data::dataloader::DataLoader;
+use burn::module::{Module, ModuleDisplay};
 use burn::optim::AdamConfig;
+use burn::optim::decay::WeightDecayConfig;
 use burn::optim::lr_scheduler::module_lr_scheduler::ModuleLrScheduler;
 use burn::tensor::Device;
-use burn_train::{InferenceStep, LearnerModel, TrainStep};
 use evpose_task::schedule::EarlyStop;
 
+use super::learner::{StepBatch, TrainingLoss};
 use crate::TrainError;
-use crate::guard::Guard;
-use crate::metric::{Field, Scalars};
+use crate::metric::LoggedValue;
+
+/// PyTorch's default; Burn's is 1e-5.
+const ADAM_EPSILON: f32 = 1e-8;
+
+/// Adam with PyTorch's epsilon and, above 0, a weight decay.
+pub fn adam(weight_decay: f32) -> AdamConfig {
+    let decay = (weight_decay > 0.0).then(|| WeightDecayConfig::new(weight_decay));
+    AdamConfig::new().with_epsilon(ADAM_EPSILON).with_weight_decay(decay)
+}
+
+/// Inputs and targets of a task's steps.
+pub(crate) type BatchOf<T> =
+    <<T as TrainingTask>::Loss as TrainingLoss<<T as TrainingTask>::Network>>::Batch;
 
 /// Batches of a training.
 pub(crate) struct Loaders<B> {
     /// Pass `i` is validation interval `i`.
-    pub(crate) train: Arc<dyn DataLoader<B>>,
+    pub(crate) train: Arc<dyn DataLoader<StepBatch<B>>>,
     /// Every pass is the same.
-    pub(crate) valid: Arc<dyn DataLoader<B>>,
+    pub(crate) valid: Arc<dyn DataLoader<StepBatch<B>>>,
 }
 
 /// A task as a training run needs it: network, loss, optimiser and checkpoint.
-pub(crate) trait TrainingTask {
-    /// Inputs and targets of an optimiser step.
-    type Batch: Send + 'static;
-    /// The values logged for each batch.
-    type Scalars: Scalars;
+pub trait TrainingTask {
     /// The trained network.
-    type Network;
-    /// The network with its loss.
-    type Learner: LearnerModel
-        + TrainStep<Input = Self::Batch, Output = Self::Scalars>
-        + InferenceStep<Input = Self::Batch, Output = Self::Scalars>;
+    type Network: Module + ModuleDisplay + 'static;
+    /// Its loss.
+    type Loss: TrainingLoss<Self::Network>;
     /// The network with everything needed to use it.
     type Checkpoint;
 
-    /// The logged values; checkpoints are ranked by the first.
-    const FIELDS: &'static [Field<Self::Scalars>];
+    /// The logged values, the loss first: checkpoints are ranked by it.
+    const VALUES: &'static [LoggedValue];
 
     /// A network of the shape of the config, with initial weights.
+    ///
+    /// # Errors
+    /// If the config makes none.
     fn untrained(&self, device: &Device) -> Result<Self::Network, TrainError>;
 
     /// The network that the training starts from.
+    ///
+    /// # Errors
+    /// If it cannot be read, or is of another shape.
     fn initial_network(&self, device: &Device) -> Result<Self::Network, TrainError> {
         self.untrained(device)
     }
 
-    /// `network` with the loss; `guard` checks every step.
-    fn learner(&self, network: Self::Network, guard: Guard) -> Self::Learner;
-
-    /// The network of a learner.
-    fn network(learner: Self::Learner) -> Self::Network;
+    /// The loss.
+    fn loss(&self) -> Self::Loss;
 
     /// The optimiser.
-    fn optimizer(&self) -> AdamConfig;
+    fn optimizer(&self) -> AdamConfig {
+        adam(0.0)
+    }
 
     /// The learning rate over the steps.
     fn learning_rate(&self) -> ModuleLrScheduler;
@@ -69,5 +82,8 @@ pub(crate) trait TrainingTask {
     fn checkpoint(&self, network: Self::Network) -> Self::Checkpoint;
 
     /// Writes a checkpoint.
+    ///
+    /// # Errors
+    /// If it cannot be written.
     fn save(checkpoint: &Self::Checkpoint, path: &Path) -> Result<(), TrainError>;
 }

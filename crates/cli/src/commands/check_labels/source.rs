@@ -137,7 +137,7 @@ fn annotated(path: &Path, image_size: Option<SensorSize>) -> Result<Vec<LabelTra
 
 fn simulated(path: &Path, image_size: Option<SensorSize>) -> Result<LabelTrack> {
     let PoseSequence { kind, poses, .. } = read_poses(path)?;
-    ensure!(kind == PoseKind::Body, "{}: poses of a hand, not of a person", path.display());
+    ensure!(kind == PoseKind::Body, "{}: not poses of a person", path.display());
     let name = path.to_string_lossy();
     let name = name.strip_suffix(TABLE).unwrap_or(&name).to_owned();
     let size = match image_size {

@@ -225,7 +225,8 @@ mod sdk {
 
     fn joints_px(pose: Option<&LivePose>) -> Vec<Option<[f32; 2]>> {
         let joints: &[_] = match pose.map(|pose| &pose.pose) {
-            None => &[],
+            // What is drawn is bones, which other tasks have none of.
+            None | Some(PoseEstimate::Values { .. }) => &[],
             Some(PoseEstimate::Body { joints_px, .. }) => joints_px,
             Some(PoseEstimate::Hand { points, .. }) => &points.image_px,
         };

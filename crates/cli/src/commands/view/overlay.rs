@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use evpose_core::Micros;
 use evpose_io::poses::{PoseKind, PoseSequence, TimedPose, read_poses};
 use evpose_pose::body::{BODY_JOINTS, BodyPoints};
@@ -113,6 +113,9 @@ fn poses(path: &Path) -> Result<Track> {
             Track::Bodies(poses.iter().map(body).collect())
         }
         PoseKind::Hand => Track::Hands(poses.iter().map(|pose| (pose.t, pose.hand_px())).collect()),
+        PoseKind::Values(layout) => {
+            bail!("{}: poses of `{}`, which has no joints to draw", path.display(), layout.name)
+        }
     })
 }
 

@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use crate::pages::learning::TrainingLength;
 use crate::progress::bar;
 use crate::recorded::{self, claim, record_people_of, summary_of_people};
 use anyhow::Result;
@@ -15,8 +14,9 @@ use evpose_sim::{SequenceSet, Shard};
 use evpose_task::TaskConfig;
 use evpose_task::body::{BodyConfig, BodyPredictorOptions};
 use evpose_train::body::{
-    BodyRecordings, body_values, evaluate_body, mean_pose_of_recordings, train_body,
+    BODY_VALUES, BodyRecordings, evaluate_body, mean_pose_of_recordings, train_body,
 };
+use evpose_train::training::TrainingSpan;
 use evpose_train::{LoggedValue, TrainOptions};
 
 use super::BodyModel;
@@ -66,17 +66,12 @@ impl PoseExperiment for BodyConfig {
         )
     }
 
-    fn length(&self) -> TrainingLength {
-        let training = &self.training;
-        TrainingLength {
-            batch_size: training.batch_size,
-            steps_per_validation: training.steps_per_validation,
-            steps: training.steps,
-        }
+    fn length(&self) -> TrainingSpan {
+        TrainingSpan::from(&self.training)
     }
 
-    fn logged_values(&self) -> Vec<LoggedValue> {
-        body_values()
+    fn logged_values(&self) -> &'static [LoggedValue] {
+        &BODY_VALUES
     }
 
     fn trains_on_recordings(&self) -> bool {

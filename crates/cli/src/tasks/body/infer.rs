@@ -19,9 +19,9 @@ use evpose_task::{InferredPoses, RecordingStream};
 use evpose_train::body::propagated_poses;
 
 use super::{BodyModel, infer_cameras};
-use crate::progress::{bar, note, say};
+use crate::progress::{note, say};
 use crate::tasks::args::InferArgs;
-use crate::tasks::online;
+use crate::tasks::{infer_all, online};
 
 /// A recording of a person.
 type BodyRecording = RecordingStream<BodyFrontend, BodyWorker>;
@@ -74,26 +74,19 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
         1e3 * (end - start).as_seconds()
     );
     let mut poses = PoseSequence::new(PoseKind::Body);
-    let progress = bar("inferring", (end - start).0 as u64 / 1_000, "ms");
     let mut delay_s = 0.0;
-    while let Some(inferred) = recording.next().transpose()? {
-        let InferredPoses { t, poses: inferred, delay_s: own_s } = inferred;
+    infer_all(&mut recording, events, [start, end], |frontend, inferred| {
+        let InferredPoses { poses: inferred, delay_s: own_s, .. } = inferred;
         delay_s += own_s;
-        let frontend = &recording.stream().frontend;
         poses.poses.extend(inferred.iter().map(|(t, pose)| TimedPose {
             origin: Some(PoseOrigin::Network),
             // A pose is known when its whole batch is.
             latency_ms: Some(1e3 * own_s),
             ..TimedPose::new(*t, &frontend.estimate(pose))
         }));
-        progress.set_position((t - start).0 as u64 / 1_000);
-    }
+    })?;
     let count = recording.strides();
-    progress.finish_and_clear();
     write_poses(&args.out, &poses, args.format)?;
-    for warning in recording.warnings() {
-        note(format!("warning: {}: {warning}", events.display()));
-    }
     let inferred = poses.poses.len() as u64;
     if inferred < count {
         let early = count - inferred;

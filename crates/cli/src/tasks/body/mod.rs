@@ -36,7 +36,9 @@ use crate::tasks::benchmark_recording;
 use crate::tasks::experiment::{PoseExperiment, StartWeights};
 use crate::tasks::online::{OnlineOptions, OnlineStream, TaskStream};
 use crate::tasks::scores::EvaluationScores;
-use crate::tasks::task::{DataSetInfo, PoseModel, PoseTask, PrecisionScores};
+use crate::tasks::task::{
+    DataSetInfo, NetworkModel, PoseModel, PoseTask, PrecisionScores, StudiedTask,
+};
 
 /// Propagated poses per second.
 const PROPAGATE_HZ: f64 = 500.0;
@@ -54,20 +56,6 @@ impl PoseTask for Body {
             .with_context(|| format!("the body network {}", path.display()))?;
         let (path, device) = (Some(path.to_owned()), device.clone());
         Ok(Box::new(BodyModel { checkpoint, path, device }))
-    }
-
-    fn untrained(&self, config: &ConfigArgs, device: &Device) -> Result<Box<dyn PoseModel>> {
-        let config: BodyConfig = configs::load(&config.config, &config.overrides)?;
-        let network = config.network.init(config.seed, device)?;
-        let checkpoint = BodyCheckpoint { config, network, mean_pose: None, data: None };
-        Ok(Box::new(BodyModel { checkpoint, path: None, device: device.clone() }))
-    }
-
-    fn published(&self, device: &Device) -> Result<Box<dyn PoseModel>> {
-        let network = MoveEnetConfig::default().init(1, device)?;
-        let config = BodyConfig::default();
-        let checkpoint = BodyCheckpoint { config, network, mean_pose: None, data: None };
-        Ok(Box::new(BodyModel { checkpoint, path: None, device: device.clone() }))
     }
 
     fn simulate(&self, args: &SimulateArgs) -> Result<()> {
@@ -89,6 +77,12 @@ impl PoseTask for Body {
         })
     }
 
+    fn studied(&self) -> Result<&dyn StudiedTask> {
+        Ok(self)
+    }
+}
+
+impl StudiedTask for Body {
     fn quick_config(&self) -> &'static str {
         "finetune"
     }
@@ -101,6 +95,20 @@ impl PoseTask for Body {
         let config: BodyConfig = configs::load(&config.config, &config.overrides)?;
         let start_from = start.field(config.start_from.clone());
         Ok(Box::new(BodyConfig { start_from, ..config }))
+    }
+
+    fn untrained(&self, config: &ConfigArgs, device: &Device) -> Result<Box<dyn PoseModel>> {
+        let config: BodyConfig = configs::load(&config.config, &config.overrides)?;
+        let network = config.network.init(config.seed, device)?;
+        let checkpoint = BodyCheckpoint { config, network, mean_pose: None, data: None };
+        Ok(Box::new(BodyModel { checkpoint, path: None, device: device.clone() }))
+    }
+
+    fn published(&self, device: &Device) -> Result<Box<dyn PoseModel>> {
+        let network = MoveEnetConfig::default().init(1, device)?;
+        let config = BodyConfig::default();
+        let checkpoint = BodyCheckpoint { config, network, mean_pose: None, data: None };
+        Ok(Box::new(BodyModel { checkpoint, path: None, device: device.clone() }))
     }
 
     fn benchmark_recording(&self, directory: &Path, rate: f64) -> Result<PathBuf> {
@@ -154,12 +162,50 @@ impl PoseModel for BodyModel {
         text
     }
 
-    fn network_name(&self) -> String {
-        format!("move_enet of width {}", self.checkpoint.network.config().width)
-    }
-
     fn config_toml(&self) -> Result<String> {
         Ok(TaskConfig::to_toml(&self.checkpoint.config)?)
+    }
+
+    fn evaluate(&self, args: &EvalArgs) -> Result<()> {
+        eval::run(self, args)
+    }
+
+    fn infer(&self, args: &InferArgs) -> Result<()> {
+        infer::run(self, args)
+    }
+
+    fn stream(&self, sensor: SensorSize, options: &OnlineOptions) -> Result<Box<dyn OnlineStream>> {
+        let mut predictor = self.predictor(BodyPredictorOptions {
+            precision: options.precision,
+            confidence: options.confidence,
+            ..BodyPredictorOptions::default()
+        })?;
+        // Every image of a batch but the last waits, so that only who asks for it gets one.
+        let batch = options.batch.map_or(1, usize::from);
+        if self.device != Device::flex() {
+            predictor.warm_up(batch);
+        }
+        let propagation = PropagationConfig::default();
+        // Nothing in 2D follows from the focal length: a guess needs no note.
+        let calibration = Calibration::choose(options.camera.as_deref(), sensor)?;
+        let mut stream =
+            body_stream(&self.checkpoint, &calibration, Some(&propagation), predictor)?;
+        stream.frontend =
+            stream.frontend.with_batch(batch).with_filter(self.checkpoint.config.filter)?;
+        if let Some(min_score) = options.min_score {
+            stream.frontend = stream.frontend.with_min_score(min_score);
+        }
+        Ok(Box::new(TaskStream::new(stream, PROPAGATE_HZ, Skeleton::Body)))
+    }
+
+    fn network(&self) -> Result<&dyn NetworkModel> {
+        Ok(self)
+    }
+}
+
+impl NetworkModel for BodyModel {
+    fn network_name(&self) -> String {
+        format!("move_enet of width {}", self.checkpoint.network.config().width)
     }
 
     fn graph(&self) -> Graph {
@@ -208,44 +254,7 @@ impl PoseModel for BodyModel {
         precision::evaluate(&self.checkpoint, data, ranges, stride_ms)
     }
 
-    fn evaluate(&self, args: &EvalArgs) -> Result<()> {
-        eval::run(self, args)
-    }
-
     fn scores(&self, data: &Path, stride_ms: Option<u32>) -> Result<EvaluationScores> {
         experiment::scores(self, data, stride_ms)
-    }
-
-    fn infer(&self, args: &InferArgs) -> Result<()> {
-        infer::run(self, args)
-    }
-
-    fn stream(&self, sensor: SensorSize, options: &OnlineOptions) -> Result<Box<dyn OnlineStream>> {
-        let mut predictor = self.predictor(BodyPredictorOptions {
-            precision: options.precision,
-            confidence: options.confidence,
-            ..BodyPredictorOptions::default()
-        })?;
-        // Every image of a batch but the last waits, so that only who asks for it gets one.
-        let batch = options.batch.map_or(1, usize::from);
-        if self.device != Device::flex() {
-            predictor.warm_up(batch);
-        }
-        let propagation = PropagationConfig::default();
-        // Nothing in 2D follows from the focal length: a guess needs no note.
-        let calibration = Calibration::choose(options.camera.as_deref(), sensor)?;
-        let mut stream =
-            body_stream(&self.checkpoint, &calibration, Some(&propagation), predictor)?;
-        stream.frontend =
-            stream.frontend.with_batch(batch).with_filter(self.checkpoint.config.filter)?;
-        if let Some(min_score) = options.min_score {
-            stream.frontend = stream.frontend.with_min_score(min_score);
-        }
-        Ok(Box::new(TaskStream {
-            stream,
-            propagate_hz: PROPAGATE_HZ,
-            skeleton: Skeleton::Body,
-            mesh: None,
-        }))
     }
 }

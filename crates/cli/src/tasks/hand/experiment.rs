@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use crate::pages::learning::TrainingLength;
 use crate::progress::bar;
 use crate::recorded::{claim, record_shard_of};
 use anyhow::Result;
@@ -13,8 +12,9 @@ use evpose_sim::config::SensorChoice;
 use evpose_sim::{SequenceSet, Shard};
 use evpose_task::TaskConfig;
 use evpose_task::hand::HandConfig;
+use evpose_train::training::TrainingSpan;
 use evpose_train::{
-    HandDataset, LoggedValue, Method, TrainOptions, evaluate, evaluated_pose_count, hand_values,
+    HAND_VALUES, HandDataset, LoggedValue, Method, TrainOptions, evaluate, evaluated_pose_count,
     train_hand,
 };
 
@@ -76,17 +76,12 @@ impl PoseExperiment for HandConfig {
         )
     }
 
-    fn length(&self) -> TrainingLength {
-        let training = &self.training;
-        TrainingLength {
-            batch_size: training.batch_size,
-            steps_per_validation: training.steps_per_validation,
-            steps: training.steps,
-        }
+    fn length(&self) -> TrainingSpan {
+        TrainingSpan::from(&self.training)
     }
 
-    fn logged_values(&self) -> Vec<LoggedValue> {
-        hand_values()
+    fn logged_values(&self) -> &'static [LoggedValue] {
+        &HAND_VALUES
     }
 
     fn trains_on_recordings(&self) -> bool {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::progress::{bar, note, say};
+use crate::progress::{note, say};
 use anyhow::{Result, bail};
 use evpose_camera::Calibration;
 use evpose_core::{Micros, SensorSize};
@@ -14,6 +14,7 @@ use evpose_task::hand::{HandConfig, calibration_for, hand_recording};
 
 use super::HandModel;
 use crate::tasks::args::InferArgs;
+use crate::tasks::infer_all;
 
 pub(super) fn run(model: &HandModel, args: &InferArgs) -> Result<()> {
     let config = &model.checkpoint.config;
@@ -35,22 +36,15 @@ pub(super) fn run(model: &HandModel, args: &InferArgs) -> Result<()> {
         bail!("{}: no events: there is nothing to infer from", path.display());
     };
     note_if_short(config, path, end - start);
-    let progress = bar("inferring", (end - start).0 as u64 / 1_000, "ms");
     // Parameters alone: joints of a long recording would not fit the memory.
     let mut poses: Vec<(Micros, HandParams)> = Vec::new();
     let mut repeated = 0_usize;
-    for inferred in &mut recording {
-        let inferred = inferred?;
+    infer_all(&mut recording, path, [start, end], |_, inferred| {
         repeated += inferred.poses.iter().filter(|(_, estimate)| estimate.is_repeated).count();
         poses.extend(inferred.poses.into_iter().map(|(t, estimate)| {
             (t, if args.unfiltered { estimate.measured } else { estimate.filtered })
         }));
-        progress.set_position((inferred.t - start).0 as u64 / 1_000);
-    }
-    progress.finish_and_clear();
-    for warning in recording.warnings() {
-        note(format!("warning: {}: {warning}", path.display()));
-    }
+    })?;
     if poses.is_empty() {
         bail!(
             "{}: no pose: no window of {} ms has the events that {} needs",

@@ -38,7 +38,9 @@ use crate::tasks::benchmark_recording;
 use crate::tasks::experiment::{PoseExperiment, StartWeights};
 use crate::tasks::online::{self, OnlineOptions, OnlineStream, TaskStream};
 use crate::tasks::scores::EvaluationScores;
-use crate::tasks::task::{DataSetInfo, PoseModel, PoseTask, PrecisionScores};
+use crate::tasks::task::{
+    DataSetInfo, NetworkModel, PoseModel, PoseTask, PrecisionScores, StudiedTask,
+};
 
 /// Propagated poses per second.
 const PROPAGATE_HZ: f64 = 1_000.0;
@@ -60,19 +62,6 @@ impl PoseTask for Hand {
         Ok(Box::new(HandModel { checkpoint, path, device }))
     }
 
-    fn untrained(&self, config: &ConfigArgs, device: &Device) -> Result<Box<dyn PoseModel>> {
-        let config = configs::load(&config.config, &config.overrides)?;
-        let network = untrained(&config, device)?;
-        let checkpoint = HandCheckpoint { config, network, mean_pose: None };
-        Ok(Box::new(HandModel { checkpoint, path: None, device: device.clone() }))
-    }
-
-    fn published(&self, device: &Device) -> Result<Box<dyn PoseModel>> {
-        let network = HandRegressorConfig::default().init(1, device)?;
-        let checkpoint = HandCheckpoint { config: HandConfig::default(), network, mean_pose: None };
-        Ok(Box::new(HandModel { checkpoint, path: None, device: device.clone() }))
-    }
-
     fn simulate(&self, args: &SimulateArgs) -> Result<()> {
         simulate::run(args)
     }
@@ -92,6 +81,12 @@ impl PoseTask for Hand {
         })
     }
 
+    fn studied(&self) -> Result<&dyn StudiedTask> {
+        Ok(self)
+    }
+}
+
+impl StudiedTask for Hand {
     fn quick_config(&self) -> &'static str {
         "quick"
     }
@@ -104,6 +99,19 @@ impl PoseTask for Hand {
         let config: HandConfig = configs::load(&config.config, &config.overrides)?;
         let start_from = start.field(config.start_from.clone());
         Ok(Box::new(HandConfig { start_from, ..config }))
+    }
+
+    fn untrained(&self, config: &ConfigArgs, device: &Device) -> Result<Box<dyn PoseModel>> {
+        let config = configs::load(&config.config, &config.overrides)?;
+        let network = untrained(&config, device)?;
+        let checkpoint = HandCheckpoint { config, network, mean_pose: None };
+        Ok(Box::new(HandModel { checkpoint, path: None, device: device.clone() }))
+    }
+
+    fn published(&self, device: &Device) -> Result<Box<dyn PoseModel>> {
+        let network = HandRegressorConfig::default().init(1, device)?;
+        let checkpoint = HandCheckpoint { config: HandConfig::default(), network, mean_pose: None };
+        Ok(Box::new(HandModel { checkpoint, path: None, device: device.clone() }))
     }
 
     fn benchmark_recording(&self, directory: &Path, rate: f64) -> Result<PathBuf> {
@@ -146,13 +154,65 @@ impl PoseModel for HandModel {
         )
     }
 
+    fn config_toml(&self) -> Result<String> {
+        Ok(TaskConfig::to_toml(&self.checkpoint.config)?)
+    }
+
+    fn evaluate(&self, args: &EvalArgs) -> Result<()> {
+        if args.fusion || args.curves.is_some() {
+            bail!("--fusion and --curves are for bodies");
+        }
+        if args.preview.is_some() && args.foreign.is_none() {
+            bail!("--preview of hands shows foreign recordings: give --foreign as well");
+        }
+        if let Some(data) = &args.data {
+            eval::run(self, args, data)?;
+        }
+        if let Some(foreign) = &args.foreign {
+            let report = foreign::run(self, args, &foreign.join("hands"))?;
+            if args.data.is_none() {
+                write_json(args.json.as_deref(), &report)?;
+            }
+        }
+        if args.data.is_none() && args.foreign.is_none() {
+            conditions::run(self, args)?;
+        }
+        Ok(())
+    }
+
+    fn infer(&self, args: &InferArgs) -> Result<()> {
+        if args.skeletons.is_some() || args.fused.is_some() || args.batch.is_some() {
+            bail!("--skeletons, --fused and --batch are for bodies");
+        }
+        if args.min_score.is_some() {
+            bail!(NO_SCORE);
+        }
+        infer::run(self, args)
+    }
+
+    fn stream(&self, sensor: SensorSize, options: &OnlineOptions) -> Result<Box<dyn OnlineStream>> {
+        if options.min_score.is_some() {
+            bail!(NO_SCORE);
+        }
+        let config = self.checkpoint.config.clone();
+        let calibration = infer::calibration(&config, sensor, options.camera.as_deref())?;
+        let batch = online::batch(options.batch, &self.device);
+        let predictor = self.predictor(options.precision)?;
+        let schedule = InferenceSchedule::NewestWhenFree;
+        let stream = hand_stream(&config, predictor, &calibration, schedule, batch)?;
+        let stream = TaskStream::new(stream, PROPAGATE_HZ, Skeleton::Hand);
+        Ok(Box::new(stream.with_mesh(move || hand_mesh(&config))))
+    }
+
+    fn network(&self) -> Result<&dyn NetworkModel> {
+        Ok(self)
+    }
+}
+
+impl NetworkModel for HandModel {
     fn network_name(&self) -> String {
         let network = &self.checkpoint.config.network;
         format!("{} of width {}", network.backbone, network.width)
-    }
-
-    fn config_toml(&self) -> Result<String> {
-        Ok(TaskConfig::to_toml(&self.checkpoint.config)?)
     }
 
     fn graph(&self) -> Graph {
@@ -195,59 +255,8 @@ impl PoseModel for HandModel {
         precision::evaluate(&self.checkpoint, data, ranges, stride_ms)
     }
 
-    fn evaluate(&self, args: &EvalArgs) -> Result<()> {
-        if args.fusion || args.curves.is_some() {
-            bail!("--fusion and --curves are for bodies");
-        }
-        if args.preview.is_some() && args.foreign.is_none() {
-            bail!("--preview of hands shows foreign recordings: give --foreign as well");
-        }
-        if let Some(data) = &args.data {
-            eval::run(self, args, data)?;
-        }
-        if let Some(foreign) = &args.foreign {
-            let report = foreign::run(self, args, &foreign.join("hands"))?;
-            if args.data.is_none() {
-                write_json(args.json.as_deref(), &report)?;
-            }
-        }
-        if args.data.is_none() && args.foreign.is_none() {
-            conditions::run(self, args)?;
-        }
-        Ok(())
-    }
-
     fn scores(&self, data: &Path, stride_ms: Option<u32>) -> Result<EvaluationScores> {
         experiment::scores(self, data, stride_ms)
-    }
-
-    fn infer(&self, args: &InferArgs) -> Result<()> {
-        if args.skeletons.is_some() || args.fused.is_some() || args.batch.is_some() {
-            bail!("--skeletons, --fused and --batch are for bodies");
-        }
-        if args.min_score.is_some() {
-            bail!(NO_SCORE);
-        }
-        infer::run(self, args)
-    }
-
-    fn stream(&self, sensor: SensorSize, options: &OnlineOptions) -> Result<Box<dyn OnlineStream>> {
-        if options.min_score.is_some() {
-            bail!(NO_SCORE);
-        }
-        let config = self.checkpoint.config.clone();
-        let calibration = infer::calibration(&config, sensor, options.camera.as_deref())?;
-        let batch = online::batch(options.batch, &self.device);
-        let predictor = self.predictor(options.precision)?;
-        let schedule = InferenceSchedule::NewestWhenFree;
-        let stream = hand_stream(&config, predictor, &calibration, schedule, batch)?;
-        let mesh = move || hand_mesh(&config);
-        Ok(Box::new(TaskStream {
-            stream,
-            propagate_hz: PROPAGATE_HZ,
-            skeleton: Skeleton::Hand,
-            mesh: Some(Box::new(mesh)),
-        }))
     }
 }
 

@@ -1,15 +1,14 @@
 //! `evpose train` of hands.
 
-use crate::progress::say;
+use crate::configs;
 use crate::shipped::checkpoint_path;
-use crate::{configs, run_info};
 use anyhow::{Result, bail};
 use evpose_task::hand::HandConfig;
-use evpose_train::{TrainOptions, train_hand};
+use evpose_train::train_hand;
+use evpose_train::training::TrainingSpan;
 
 use crate::tasks::args::TrainArgs;
-use crate::tasks::experiment::PoseExperiment as _;
-use crate::tasks::learning_curves;
+use crate::tasks::finish_training;
 
 pub(super) fn run(args: &TrainArgs) -> Result<()> {
     let ([data], Some(out)) = (&args.data[..], &args.out) else {
@@ -21,26 +20,6 @@ pub(super) fn run(args: &TrainArgs) -> Result<()> {
     }
     // An error now rather than after the simulation.
     args.device.open()?;
-    let options = TrainOptions {
-        device: args.device.device,
-        resume: args.resume,
-        plain: args.plain,
-        progress: None,
-        pause_after: None,
-    };
-    let trained = train_hand(&config, data, out, &options);
-    // A training that failed is the worse fault.
-    let curves = learning_curves::write_after(&trained, out, config.length());
-    let summary = trained?;
-    curves?;
-    run_info::write(out, config.seed, None)?;
-    say(format!(
-        "{} samples in {:.0} s, {:.0} samples/s",
-        summary.samples,
-        summary.elapsed.as_secs_f64(),
-        summary.samples_per_second
-    ));
-    say(summary.data_wait.to_string());
-    say(format!("checkpoint: {}", summary.path.display()));
-    Ok(())
+    let trained = train_hand(&config, data, out, &args.options());
+    finish_training(trained, out, TrainingSpan::from(&config.training), config.seed, "samples")
 }

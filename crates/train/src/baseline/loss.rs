@@ -1,69 +1,33 @@
-//! A baseline with its loss: training and validation steps for Burn.
+//! A baseline's loss on a batch.
 
-use burn::module::Module;
 use burn::tensor::{Int, Tensor};
-use burn_train::metric::{Adaptor, ItemLazy};
-use burn_train::{InferenceStep, TrainOutput, TrainStep};
 use evpose_nn::{BaselineNetwork, heatmap_loss, marginal_loss};
 use evpose_pose::body::{BODY_JOINTS, BodyPoints};
 use glam::Vec2;
 
 use super::batches::{BaselineItem, BaselineTargets};
-use crate::guard::Guard;
-use crate::metric::{Field, LOSS, Scalars};
+use crate::metric::{BatchValues, LOSS, LoggedValue};
+use crate::training::TrainingLoss;
 
-/// The logged values of a batch.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(super) struct BaselineScalars {
-    batch_size: usize,
-    loss: f64,
-    /// Mean distance of joints in view from where they should be, in pixels of the input.
-    error_px: f64,
+/// The values logged per step: the loss, and the mean distance of joints in view from where they should
+/// be, in pixels of the input.
+pub(super) const BASELINE_VALUES: [LoggedValue; 2] =
+    [LoggedValue::error(LOSS, ""), LoggedValue::error("error_px", "px")];
+
+/// The loss of either network.
+#[derive(Debug, Clone)]
+pub(super) struct BaselineLoss {
+    /// Deviation of the targets of `lift-mono`, in cells.
+    pub(super) sigma_cells: f32,
 }
 
-impl ItemLazy for BaselineScalars {
-    fn sync(self) -> Result<Self, burn::tensor::ExecutionError> {
-        Ok(self)
-    }
-}
+impl TrainingLoss<BaselineNetwork> for BaselineLoss {
+    type Batch = BaselineItem;
 
-impl Adaptor<Self> for BaselineScalars {
-    fn adapt(&self) -> Self {
-        *self
-    }
-}
-
-impl Scalars for BaselineScalars {
-    fn batch_size(&self) -> usize {
-        self.batch_size
-    }
-}
-
-/// The values logged per step.
-pub(super) const BASELINE_FIELDS: [Field<BaselineScalars>; 2] = [
-    Field { name: LOSS, unit: "", higher_is_better: false, get: |s| s.loss },
-    Field { name: "error_px", unit: "px", higher_is_better: false, get: |s| s.error_px },
-];
-
-/// The network with its loss.
-#[derive(Module, Debug)]
-pub(super) struct BaselineLearner {
-    pub(super) network: BaselineNetwork,
-    #[module(skip)]
-    sigma_cells: f32,
-    #[module(skip)]
-    guard: Guard,
-}
-
-impl BaselineLearner {
-    pub(super) fn new(network: BaselineNetwork, sigma_cells: f32, guard: Guard) -> Self {
-        Self { network, sigma_cells, guard }
-    }
-
-    fn measure(&self, item: BaselineItem) -> (Tensor<1>, BaselineScalars) {
-        let [batch_size, _, height, width] = item.images.dims();
+    fn measure(&self, network: &BaselineNetwork, item: BaselineItem) -> (Tensor<1>, BatchValues) {
+        let [samples, _, height, width] = item.images.dims();
         let size_px = Vec2::new(width as f32, height as f32);
-        let (loss, joints_px) = match (&self.network, &item.targets) {
+        let (loss, joints_px) = match (network, &item.targets) {
             (BaselineNetwork::Dhp19Cnn(network), BaselineTargets::Heatmaps(targets)) => {
                 let maps = network.forward(item.images);
                 let joints_px = peaks_px(&maps);
@@ -77,12 +41,9 @@ impl BaselineLearner {
             }
             _ => unreachable!("batches are those of the network"),
         };
-        let scalars = BaselineScalars {
-            batch_size,
-            loss: f64::from(loss.clone().into_scalar::<f32>()),
-            error_px: mean_error_px(&joints_px, &item.joints_px),
-        };
-        (loss, scalars)
+        let error_px = mean_error_px(&joints_px, &item.joints_px);
+        let values = vec![f64::from(loss.clone().into_scalar::<f32>()), error_px];
+        (loss, BatchValues { samples, values })
     }
 }
 
@@ -116,27 +77,6 @@ fn mean_error_px(joints_px: &[Vec2], labels_px: &[BodyPoints]) -> f64 {
         }
     }
     sum / count.max(1) as f64
-}
-
-impl TrainStep for BaselineLearner {
-    type Input = BaselineItem;
-    type Output = BaselineScalars;
-
-    fn step(&self, item: BaselineItem) -> TrainOutput<BaselineScalars> {
-        let step = item.step;
-        let (loss, measured) = self.measure(item);
-        self.guard.check(measured.loss, step);
-        TrainOutput::new(self, loss.backward(), measured)
-    }
-}
-
-impl InferenceStep for BaselineLearner {
-    type Input = BaselineItem;
-    type Output = BaselineScalars;
-
-    fn step(&self, item: BaselineItem) -> BaselineScalars {
-        self.measure(item).1
-    }
 }
 
 #[cfg(test)]
