@@ -73,12 +73,13 @@ fn code_of_the_contributors_page_is_of_the_examples() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let read = |path: &Path| std::fs::read_to_string(path).unwrap();
     let page = read(&root.join("CONTRIBUTING.md"));
-    let folders = ["examples", "examples/plugin/src"].map(|folder| root.join(folder));
+    let folders =
+        ["examples", "examples/plugin/src", "examples/task/src"].map(|folder| root.join(folder));
     let entries = folders.iter().flat_map(|folder| std::fs::read_dir(folder).unwrap());
     let files = entries.map(|entry| entry.unwrap().path()).filter(|path| path.is_file());
     let examples: Vec<String> = files.map(|path| flush_left(&read(&path))).collect();
     let blocks: Vec<&str> = page.split("```rust\n").skip(1).collect();
-    assert_eq!(blocks.len(), 5);
+    assert_eq!(blocks.len(), 6);
     for block in blocks {
         let code = flush_left(block.split_once("```").unwrap().0);
         assert!(examples.iter().any(|example| example.contains(&code)), "of no example:\n{code}");

@@ -116,7 +116,7 @@ pub(crate) const SLOW: &[Step] = &[
     // they hold is not compiled, and whether names are free is not asked.
     step(
         "every crate makes a package",
-        "package --workspace --exclude=xtask --exclude=evpose-plugin --no-verify --offline \
+        "package --workspace --exclude=xtask --exclude=evpose-plugin --exclude=evpose-blob --no-verify --offline \
          --allow-dirty --quiet",
     ),
     step("an engine beside a busy thread", "test --workspace --test=threads -- --ignored"),

@@ -88,6 +88,22 @@ impl QuantizationRanges {
             .map_err(|source| TaskError::Io { path: path.to_path_buf(), source })
     }
 
+    /// The ranges that inference in a precision needs: of int8 those beside the checkpoint, of others none.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn needed(
+        precision: Precision,
+        checkpoint: Option<&Path>,
+        graph: impl FnOnce() -> Graph,
+    ) -> Result<Option<CalibrationRanges>, TaskError> {
+        if precision != Precision::Int8 {
+            return Ok(None);
+        }
+        let path = Self::path(checkpoint.unwrap_or(Path::new("")));
+        Ok(Some(Self::read(&path, &graph())?.ranges))
+    }
+
     /// Reads the file of a network.
     ///
     /// # Errors

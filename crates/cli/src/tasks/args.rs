@@ -95,6 +95,24 @@ pub struct TrainArgs {
     pub device: DeviceArgs,
 }
 
+impl SimulateArgs {
+    /// Refuses the arguments that not every task has.
+    ///
+    /// # Errors
+    /// If one of them was given.
+    pub fn refuse_others(&self, task: &str) -> anyhow::Result<()> {
+        let Self { format, condition, preview, .. } = self;
+        refuse(
+            task,
+            &[
+                ("--format", format.is_some()),
+                ("--condition", condition.is_some()),
+                ("--preview", preview.is_some()),
+            ],
+        )
+    }
+}
+
 impl TrainArgs {
     /// Options of the run.
     pub fn options(&self) -> TrainOptions {
@@ -195,6 +213,26 @@ impl EvalArgs {
     pub fn without_outputs(&self) -> Self {
         Self { json: None, preview: None, curves: None, ..self.clone() }
     }
+
+    /// Refuses the arguments that not every task has.
+    ///
+    /// # Errors
+    /// If one of them was given.
+    pub fn refuse_others(&self, task: &str) -> anyhow::Result<()> {
+        refuse(
+            task,
+            &[
+                ("--foreign", self.foreign.is_some()),
+                ("--camera", self.camera.is_some()),
+                ("--conditions", !self.conditions.is_empty()),
+                ("--fusion", self.fusion),
+                ("--joints", self.joints.is_some()),
+                ("--preview", self.preview.is_some()),
+                ("--curves", self.curves.is_some()),
+                ("--precision", self.precision != Precision::F32),
+            ],
+        )
+    }
 }
 
 /// Arguments of `evpose infer`.
@@ -287,7 +325,36 @@ pub fn score(text: &str) -> Result<f32, String> {
     score.ok_or_else(|| "expected a score from 0 to 1".to_owned())
 }
 
+/// Refuses arguments of other tasks, each by its name and whether it was given.
+pub(crate) fn refuse(task: &str, others: &[(&str, bool)]) -> anyhow::Result<()> {
+    match others.iter().find(|(_, is_given)| *is_given) {
+        Some((name, _)) => anyhow::bail!("{name} is not for the task `{task}`"),
+        None => Ok(()),
+    }
+}
+
 impl InferArgs {
+    /// Refuses the arguments that not every task has.
+    ///
+    /// # Errors
+    /// If one of them was given.
+    pub fn refuse_others(&self, task: &str) -> anyhow::Result<()> {
+        refuse(
+            task,
+            &[
+                ("--camera", self.camera.is_some()),
+                ("--mode", self.mode != "plain"),
+                ("--joints", self.joints.is_some()),
+                ("--batch", self.batch.is_some()),
+                ("--min-score", self.min_score.is_some()),
+                ("--confidence", self.confidence.is_some()),
+                ("--skeletons", self.skeletons.is_some()),
+                ("--fused", self.fused.is_some()),
+                ("--precision", self.precision != Precision::F32),
+            ],
+        )
+    }
+
     /// The only recording.
     ///
     /// # Errors

@@ -9,6 +9,8 @@ use evpose_live::source::Source;
 use evpose_live::{Control, LiveError, LiveOptions, Report};
 use evpose_pose::stream::{InferenceWorker, PoseStream, StreamFrontend};
 
+use super::args::refuse;
+
 /// Inputs per inference on devices other than the CPU, as EventHands published.
 const DEVICE_BATCH: usize = 16;
 
@@ -30,6 +32,25 @@ pub struct OnlineOptions {
     pub min_score: Option<f32>,
     /// Minimum score of a joint in the decoder, for tasks that score them; the checkpoint's if none.
     pub confidence: Option<f32>,
+}
+
+impl OnlineOptions {
+    /// Refuses the options that not every task has.
+    ///
+    /// # Errors
+    /// If one of them was given.
+    pub fn refuse_others(&self, task: &str) -> Result<()> {
+        refuse(
+            task,
+            &[
+                ("--camera", self.camera.is_some()),
+                ("--precision", self.precision != Precision::F32),
+                ("--batch", self.batch.is_some()),
+                ("--min-score", self.min_score.is_some()),
+                ("--confidence", self.confidence.is_some()),
+            ],
+        )
+    }
 }
 
 /// A stream from events to poses that the online pipeline can run.

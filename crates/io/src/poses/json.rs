@@ -55,14 +55,10 @@ fn line_of(kind: PoseKind, frame: Option<JointFrame>, pose: &TimedPose) -> Strin
             object(pairs.map(|(name, value)| (*name, value.to_string())))
         }),
     );
-    let values = pose.values.as_ref().filter(|values| values.iter().all(|v| v.is_finite()));
-    value(
-        "values",
-        values.map(|values| {
-            let pairs = kind.value_names().iter().zip(values);
-            object(pairs.map(|(name, value)| (*name, value.to_string())))
-        }),
-    );
+    let values = kind.value_names().iter().zip(pose.values.iter().flatten());
+    let values = values.filter(|(_, value)| value.is_finite());
+    let values = object(values.map(|(name, value)| (*name, value.to_string())));
+    value("values", matches!(kind, PoseKind::Values(_)).then_some(values));
     let joints = kind.joint_names().iter().zip(&pose.joints);
     let joints = joints.filter_map(|(name, joint)| Some((*name, json_joint(joint)?)));
     value("joints", Some(object(joints)));

@@ -6,7 +6,10 @@ use std::path::Path;
 use evpose_core::Micros;
 use evpose_pose::body::BODY_JOINTS;
 use evpose_pose::metric::HandPoints;
-use evpose_pose::{HandParams, JointFrame, PARAMETER_NAMES, PARAMETERS, PoseEstimate, PoseOrigin};
+use evpose_pose::{
+    HandParams, JointFrame, PARAMETER_NAMES, PARAMETERS, POSE_LAYOUTS, PoseEstimate, PoseLayout,
+    PoseOrigin,
+};
 use glam::{Vec2, Vec3};
 
 use super::*;
@@ -144,6 +147,31 @@ fn layouts_of_other_programs_are_of_people() {
         let format = pose_format_by_name(format).unwrap();
         assert!(write_poses(&path, &hand(), format).is_err());
         assert!(!path.exists());
+    }
+}
+
+#[test]
+fn poses_of_other_tasks_are_values_of_their_layout() {
+    static STICK: PoseLayout =
+        PoseLayout { name: "stick", values: &["tip_u_px", "tip_v_px", "angle_deg"] };
+    let estimate =
+        |values: [f32; 3]| PoseEstimate::Values { layout: &STICK, values: values.into() };
+    let pose = |t, values| TimedPose::new(Micros(t), &estimate(values));
+    let poses = vec![pose(10, [0.1, -2.5, 90.0]), pose(20, [1.0 / 3.0, 3.0, f32::NAN])];
+    let sequence = PoseSequence { poses, ..PoseSequence::new(PoseKind::Values(&STICK)) };
+    let table = "t_us,origin,latency_ms,score,tip_u_px,tip_v_px,angle_deg\n10,,,,0.1,-2.5,90\n";
+    assert!(of(table).is_err(), "nothing has this layout yet");
+    POSE_LAYOUTS.register(&[&STICK]).unwrap();
+    for format in ["table", "json"] {
+        let (text, back) = through(&sequence, format);
+        assert!(format == "json" || text.starts_with(table), "{text}");
+        assert_eq!((back.kind, &back.poses[0]), (sequence.kind, &sequence.poses[0]), "{text}");
+    }
+    assert_eq!(through(&sequence, "table").1.poses[1].values, None, "a cell is empty");
+    for format in ["hpe-core", "yarp"] {
+        let format = pose_format_by_name(format).unwrap();
+        let error = write_poses(Path::new("poses"), &sequence, format).unwrap_err();
+        assert!(error.to_string().contains("of stick"), "{error}");
     }
 }
 

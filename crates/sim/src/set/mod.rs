@@ -142,7 +142,7 @@ impl SequenceSet {
 
     /// Marks a sequence as complete: reads its files once more, from the page cache, and writes
     /// their digests.
-    pub(crate) fn seal(&self, sequence: u64) -> Result<(), SimError> {
+    pub fn seal(&self, sequence: u64) -> Result<(), SimError> {
         let mut text = String::new();
         for file in self.files(sequence) {
             text += &FileDigest::compute(&self.directory, &file, &|_| {})?.line();

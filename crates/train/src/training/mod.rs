@@ -2,11 +2,13 @@
 //!
 //! * [`TrainingTask`], [`TrainingLoss`]: what a task brings: network, loss, optimiser, checkpoint.
 //! * [`BatchSource`]: its samples as batches, in the order of [`SampleOrder`].
+//! * [`PlaneNetwork`], [`PlaneSamples`], [`MeanSquareError`]: both, of networks from planes to values.
 //! * [`train`]: the run. It shuffles, optimises, validates, logs and writes checkpoints; a run that was
 //!   interrupted goes on with `resume` and ends with the same bytes.
 
 mod directory;
 mod learner;
+mod planes;
 mod task;
 
 use std::io::stdout;
@@ -45,6 +47,7 @@ pub use crate::metric::BatchValues;
 pub use crate::order::SampleOrder;
 pub use crate::passes::{Passes, TrainingSpan};
 pub use learner::{StepBatch, TrainingLoss};
+pub use planes::{MeanSquareError, PlaneBatch, PlaneNetwork, PlaneSamples};
 pub(crate) use task::Loaders;
 pub use task::{TrainingTask, adam};
 

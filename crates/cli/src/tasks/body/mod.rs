@@ -19,7 +19,7 @@ use burn::module::Module;
 use burn::tensor::Device;
 use evpose_camera::Calibration;
 use evpose_core::SensorSize;
-use evpose_infer::{CalibrationRanges, Precision};
+use evpose_infer::CalibrationRanges;
 use evpose_live::page::Skeleton;
 use evpose_nn::MoveEnetConfig;
 use evpose_nn::graph::Graph;
@@ -128,17 +128,9 @@ pub(crate) struct BodyModel {
 impl BodyModel {
     /// A predictor; int8 takes its ranges from the file beside the checkpoint.
     fn predictor(&self, options: BodyPredictorOptions) -> Result<BodyPredictor> {
-        let ranges = self.ranges(options.precision)?;
-        let ranges = ranges.as_ref().map(QuantizationRanges::ranges);
-        Ok(BodyPredictor::new(&self.checkpoint, options, ranges)?)
-    }
-
-    fn ranges(&self, precision: Precision) -> Result<Option<QuantizationRanges>> {
-        if precision != Precision::Int8 {
-            return Ok(None);
-        }
-        let path = QuantizationRanges::path(self.path.as_deref().unwrap_or(Path::new("")));
-        Ok(Some(QuantizationRanges::read(&path, &self.graph())?))
+        let graph = || self.graph();
+        let ranges = QuantizationRanges::needed(options.precision, self.path.as_deref(), graph)?;
+        Ok(BodyPredictor::new(&self.checkpoint, options, ranges.as_ref())?)
     }
 }
 

@@ -7,7 +7,6 @@ mod foreign;
 mod foreign_preview;
 mod infer;
 mod precision;
-mod predictor;
 mod simulate;
 mod train;
 
@@ -29,8 +28,8 @@ use evpose_nn::weights::average;
 use evpose_pose::HandParams;
 use evpose_pose::stream::InferenceSchedule;
 use evpose_sim::SequenceSet;
-use evpose_task::TaskConfig;
 use evpose_task::hand::{HandCheckpoint, HandConfig, HandView, NetworkPredictor, hand_stream};
+use evpose_task::{QuantizationRanges, TaskConfig, TaskError};
 use evpose_train::{HandDataset, untrained};
 
 use crate::tasks::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
@@ -128,10 +127,19 @@ pub(crate) struct HandModel {
 }
 
 impl HandModel {
-    /// A predictor in a precision.
+    /// A predictor in a precision; int8 takes its ranges from the file beside the checkpoint.
+    ///
+    /// # Errors
+    /// If the precision is not f32 on a device other than flex, or int8 without that file.
     pub(crate) fn predictor(&self, precision: Precision) -> Result<NetworkPredictor> {
-        let path = self.path.as_deref().unwrap_or(Path::new(""));
-        predictor::predictor(path, &self.checkpoint, precision, self.device.clone())
+        if precision == Precision::F32 {
+            return Ok(self.checkpoint.predictor(self.device.clone())?);
+        }
+        ensure!(self.device == Device::flex(), TaskError::Precision { precision });
+        let HandCheckpoint { config, network, .. } = &self.checkpoint;
+        let graph = || network.graph();
+        let ranges = QuantizationRanges::needed(precision, self.path.as_deref(), graph)?;
+        Ok(NetworkPredictor::compiled(config, network, precision, ranges)?)
     }
 }
 

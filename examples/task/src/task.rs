@@ -1,0 +1,106 @@
+//! What the commands call.
+
+use std::path::Path;
+
+use anyhow::{Context, Result, ensure};
+use burn::module::Module as _;
+use burn::tensor::Device;
+use evpose_cli::configs;
+use evpose_cli::tasks::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
+use evpose_cli::tasks::online::{OnlineOptions, OnlineStream};
+use evpose_cli::tasks::values::{evaluate_values, record_values, write_values};
+use evpose_cli::tasks::{DataSetInfo, PoseModel, PoseTask, TaskStream, finish_training};
+use evpose_core::{SensorSize, seed_for};
+use evpose_live::page::Skeleton;
+use evpose_nn::weights;
+use evpose_sim::SequenceSet;
+use evpose_sim::set::PEOPLE;
+use evpose_task::TaskConfig;
+
+use crate::config::BlobConfig;
+use crate::network::{BlobCard, BlobModel, train_blob};
+use crate::simulation::record;
+use crate::stream::{LAYOUT, stream};
+
+pub(crate) struct BlobTask;
+
+/// The files of the sequences: events, a table of poses, a description.
+fn sequences(directory: &Path, config: &BlobConfig) -> SequenceSet {
+    SequenceSet::new(directory, config.sequences).with_endings(PEOPLE)
+}
+
+impl PoseTask for BlobTask {
+    fn name(&self) -> &'static str {
+        BlobConfig::TASK
+    }
+
+    fn open(&self, checkpoint: &Path, device: &Device) -> Result<Box<dyn PoseModel>> {
+        let best = checkpoint.join("best.bpk");
+        let path = if checkpoint.is_dir() { &best } else { checkpoint };
+        let (network, card) = weights::load(path, device)?;
+        Ok(Box::new(BlobModel { network, card, device: device.clone() }))
+    }
+
+    fn simulate(&self, args: &SimulateArgs) -> Result<()> {
+        args.refuse_others(self.name())?;
+        let mut config: BlobConfig = configs::load(&args.config.config, &args.config.overrides)?;
+        config.seed = args.seed.unwrap_or(config.seed);
+        if args.held_out {
+            config.seed = seed_for(config.seed, "held out", 0) >> 1;
+        }
+        config.seconds = args.seconds.unwrap_or(config.seconds);
+        config.sequences = args.sequences.unwrap_or(config.sequences);
+        let set = sequences(&args.out, &config);
+        record_values(args, &config, &set, |sequence| record(&config, &set, sequence))
+    }
+
+    fn train(&self, args: &TrainArgs) -> Result<()> {
+        ensure!(args.start_from.is_none(), "--start-from is not for the task `blob`");
+        let config: BlobConfig = configs::load(&args.config.config, &args.config.overrides)?;
+        let data = args.data.first().context("--data, a directory of sequences, is missing")?;
+        let out = args.out.as_deref().context("--out is missing")?;
+        args.device.open()?;
+        let trained = train_blob(&config, data, out, &args.options())?;
+        finish_training(trained, out, config.training, config.seed, "samples")
+    }
+
+    fn data_set(&self, directory: &Path, config: &Path) -> Result<DataSetInfo> {
+        let config = BlobConfig::read(config)?;
+        Ok(DataSetInfo {
+            content: "a disc that moves".to_owned(),
+            sequences: config.sequences,
+            seconds: config.seconds,
+            seed: config.seed,
+            set: sequences(directory, &config),
+        })
+    }
+}
+
+impl PoseModel for BlobModel {
+    fn task(&self) -> &'static str {
+        BlobConfig::TASK
+    }
+
+    fn description(&self) -> String {
+        format!("blobs: {} parameters", self.network.num_params())
+    }
+
+    fn config_toml(&self) -> Result<String> {
+        Ok(self.card.config.to_toml()?)
+    }
+
+    fn evaluate(&self, args: &EvalArgs) -> Result<()> {
+        let BlobCard { mean, config } = &self.card;
+        evaluate_values(args, &LAYOUT, mean, config.every(), |sensor| stream(self, sensor))
+    }
+
+    fn infer(&self, args: &InferArgs) -> Result<()> {
+        write_values(args, &LAYOUT, self.card.config.every(), |sensor| stream(self, sensor))
+    }
+
+    fn stream(&self, sensor: SensorSize, options: &OnlineOptions) -> Result<Box<dyn OnlineStream>> {
+        options.refuse_others(self.task())?;
+        let stream = stream(self, sensor)?;
+        Ok(Box::new(TaskStream::new(stream, 0.0, Skeleton::Points(&LAYOUT))))
+    }
+}
