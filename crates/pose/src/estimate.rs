@@ -29,7 +29,7 @@ pub enum PoseEstimate {
     },
     /// Of another task.
     Values {
-        /// What it consists of.
+        /// The names of its values.
         layout: &'static PoseLayout,
         /// The values, in the order of the layout.
         values: Vec<f32>,

@@ -6,7 +6,7 @@ use glam::Vec2;
 /// Endings of the two values that are a position on the sensor.
 const PIXELS: [&str; 2] = ["_u_px", "_v_px"];
 
-/// What a pose consists of.
+/// The values that a pose consists of.
 #[derive(Debug, PartialEq, Eq, Hash)]
 pub struct PoseLayout {
     /// The name of the task.

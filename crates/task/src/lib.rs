@@ -4,6 +4,7 @@
 //!   → filter → pose. [`RecordingStream`]: a recording through it.
 //! * [`hand`], [`body`]: configs, checkpoints, predictors and front ends of the two tasks.
 //! * [`baseline`]: the same of the networks that MoveEnet is compared with.
+//! * [`network_file`]: finished networks of a run directory.
 //! * [`QuantizationRanges`]: calibration of int8 inference, for any network.
 //! * [`schedule`]: learning rates over a training, early stopping.
 //! * [`FieldDifference`]: the fields in which two configs differ.
@@ -47,6 +48,7 @@ mod config;
 mod differences;
 mod error;
 pub mod hand;
+mod network_file;
 mod quantized;
 mod recording_stream;
 pub mod schedule;
@@ -54,5 +56,6 @@ pub mod schedule;
 pub use config::TaskConfig;
 pub use differences::FieldDifference;
 pub use error::TaskError;
+pub use network_file::{BEST, LAST, network_file};
 pub use quantized::QuantizationRanges;
 pub use recording_stream::{InferredPoses, MAX_SILENCE, RecordingStream};

@@ -8,8 +8,7 @@ use evpose_nn::graph::{Graph, Operation};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
-use crate::TaskError;
-use crate::hand::BEST;
+use crate::{BEST, TaskError};
 
 /// Name of the file in a run directory.
 const NAME: &str = "int8.json";

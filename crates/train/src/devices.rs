@@ -18,7 +18,7 @@ use evpose_nn::DeviceKind;
 
 use crate::TrainError;
 use crate::barrier::StepBarrier;
-use crate::loader::HandLoader;
+use crate::batch_loader::{BatchLoader, BatchSource};
 use evpose_task::hand::{DeviceStrategy, TrainingConfig};
 
 /// The devices that train one network together, the first of which validates and saves.
@@ -62,7 +62,11 @@ impl DeviceGroup {
     }
 
     /// The loader, cut into one part of every batch for each device.
-    pub(crate) fn share(&self, loader: HandLoader, interrupter: &Interrupter) -> HandLoader {
+    pub(crate) fn share<S: BatchSource>(
+        &self,
+        loader: BatchLoader<S>,
+        interrupter: &Interrupter,
+    ) -> BatchLoader<S> {
         let count = self.devices.len();
         // With one thread that reads all loaders in turn, no device can run ahead of another.
         let needs_barrier = count > 1 && self.strategy == DeviceStrategy::Ddp;

@@ -15,11 +15,11 @@ use crate::TrainError;
 use crate::dataset::{HandDataset, HandSplit};
 use crate::devices::DeviceGroup;
 use crate::filter_noise::estimate_filters;
+use crate::hand_batches::HandBatches;
 use crate::hand_loss::HAND_VALUES;
-use crate::loader::HandLoader;
 use crate::metric::LoggedValue;
 use crate::training::{
-    Loaders, Run, TrainOptions, TrainSummary, TrainingSpan, TrainingTask, check_shape,
+    Run, TrainOptions, TrainSummary, TrainingData, TrainingSpan, TrainingTask, check_shape,
 };
 
 /// Poses averaged for the mean pose, at most; spread evenly over the training data.
@@ -66,21 +66,15 @@ pub fn train_hand(
     let run = Run::open(run, config, span, options)?;
     let HandSplit { train, valid, filter } = HandDataset::open(data, config)?.split(config)?;
     let task = HandTask { config, mean_pose: mean_pose(&train)? };
-    let device = devices.main().clone();
-    let train = HandLoader::training(
-        Arc::new(train),
-        run.first_interval(),
-        span,
-        device.clone().autodiff(),
-    );
-    let train = devices.share(train.metered(run.meter().clone()), run.interrupter());
-    let samples = training.validation_samples;
-    let loader =
-        HandLoader::validation(Arc::new(valid), training.batch_size, samples, device.clone());
-    let mut summary =
-        run.train(&task, &devices, Loaders { train: Arc::new(train), valid: Arc::new(loader) })?;
+    let [train, valid] = [train, valid].map(Arc::new);
+    let data = TrainingData {
+        validation_samples: training.validation_samples.min(valid.len()),
+        train: HandBatches(train),
+        valid: HandBatches(valid),
+    };
+    let mut summary = run.train(&task, &devices, data)?;
     if training.estimate_filter && !summary.is_paused {
-        estimate_filter(&mut summary.best, &filter, &device)?;
+        estimate_filter(&mut summary.best, &filter, devices.main())?;
         summary.best.save(&summary.path)?;
     }
     Ok(summary)
@@ -181,13 +175,7 @@ mod tests {
         let (data, run) = (directory.path().join("data"), directory.path().join("run"));
         record_all(&Simulation::new(&simulation, config.seed).unwrap(), &data, &|_| {}).unwrap();
         assert!(data.join("0000.raw").exists() && !data.join("0000.evc").exists());
-        let options = TrainOptions {
-            device: DeviceKind::Flex,
-            resume: false,
-            plain: true,
-            progress: None,
-            pause_after: None,
-        };
+        let options = TrainOptions::new(DeviceKind::Flex);
         let summary = train_hand(&config, &data, &run, &options).unwrap();
         assert_eq!(summary.samples, 8);
         let data = HandDataset::open(&data, &config).unwrap();
@@ -218,13 +206,8 @@ mod tests {
         let [data, whole, paused] = ["data", "whole", "paused"].map(|n| directory.path().join(n));
         record_all(&Simulation::new(&config.simulation, 1).unwrap(), &data, &|_| {}).unwrap();
         let train = |run: &Path, pause_after| {
-            let options = TrainOptions {
-                device: DeviceKind::Flex,
-                resume: true,
-                plain: true,
-                progress: None,
-                pause_after,
-            };
+            let options = TrainOptions::new(DeviceKind::Flex);
+            let options = TrainOptions { resume: true, pause_after, ..options };
             train_hand(&config, &data, run, &options).unwrap()
         };
         assert!(!train(&whole, None).is_paused);

@@ -71,13 +71,7 @@ fn lift(steps: u64) -> BaselineConfig {
 fn train(config: &BaselineConfig, run: &Path, resume: bool) -> BaselineCheckpoint {
     let (_, data, _) = recordings();
     let frames = baseline_frames(config, data, &|_| {}).unwrap();
-    let options = TrainOptions {
-        device: DeviceKind::Flex,
-        resume,
-        plain: true,
-        progress: None,
-        pause_after: None,
-    };
+    let options = TrainOptions { resume, ..TrainOptions::new(DeviceKind::Flex) };
     train_baseline(config, frames, run, &options).unwrap().best
 }
 

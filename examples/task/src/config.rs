@@ -2,7 +2,7 @@
 
 use std::num::NonZeroU16;
 
-use evpose_core::{Micros, SensorSize};
+use evpose_core::SensorSize;
 use evpose_task::{TaskConfig, TaskError};
 use evpose_train::training::TrainingSpan;
 use serde::{Deserialize, Serialize};
@@ -41,9 +41,5 @@ impl BlobConfig {
     /// Channels, rows and columns of the input.
     pub(crate) fn shape(&self) -> [usize; 3] {
         [self.channels[0], self.sensor.height.into(), self.sensor.width.into()]
-    }
-
-    pub(crate) fn every(&self) -> Micros {
-        Micros(1_000 * i64::from(self.every_ms.get()))
     }
 }

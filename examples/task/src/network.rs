@@ -9,7 +9,7 @@ use burn::nn::{Linear, LinearConfig, PaddingConfig2d};
 use burn::optim::lr_scheduler::module_lr_scheduler::ModuleLrScheduler;
 use burn::tensor::activation::relu;
 use burn::tensor::{Device, Tensor};
-use evpose_cli::tasks::values::{mean_values, read_samples};
+use evpose_cli::tasks::values::{ValueModel as _, mean_values};
 use evpose_core::seed_for;
 use evpose_nn::NnError;
 use evpose_nn::backbone::{Initializer, seeded};
@@ -22,7 +22,7 @@ use evpose_train::{LOSS, LoggedValue, TrainError, TrainOptions, TrainSummary};
 use serde::{Deserialize, Serialize};
 
 use crate::config::BlobConfig;
-use crate::stream::{Blob, LAYOUT, stream};
+use crate::stream::Blob;
 
 /// Convolutions that halve the image, and a fully connected layer.
 #[derive(Module, Debug)]
@@ -38,7 +38,7 @@ impl PlaneNetwork for BlobNetwork {
     }
 }
 
-/// What a weight file says of its network.
+/// The card of a weight file.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct BlobCard {
     /// Mean of the labels, which outputs of the network are relative to.
@@ -137,7 +137,7 @@ pub(crate) fn train_blob(
     // Inputs do not depend on the weights.
     let network = BlobNetwork::of_card(&card, &device)?;
     let model = BlobModel { network, card: card.clone(), device };
-    let parts = read_samples(data, &LAYOUT, config.every(), |sensor| stream(&model, sensor))?;
+    let parts = model.samples(data)?;
     card.mean = mean_values(&parts[0]);
     let validation_samples = parts[1].len() as u64;
     let [train, valid] = parts.map(|samples| {

@@ -2,6 +2,7 @@
 
 use anyhow::{Result, ensure};
 use burn::tensor::{Tensor, TensorData};
+use evpose_cli::tasks::values::ValueModel;
 use evpose_core::{EventStream, Micros, SensorSize};
 use evpose_pose::stream::{InferenceWorker, PoseStream, StreamError, StreamFrontend};
 use evpose_pose::{PoseEstimate, PoseLayout};
@@ -21,21 +22,29 @@ pub(crate) fn estimate(blob: &Blob) -> PoseEstimate {
     PoseEstimate::Values { layout: &LAYOUT, values: blob.to_vec() }
 }
 
-/// The stream of a model before a camera of `sensor`.
-pub(crate) fn stream(
-    model: &BlobModel,
-    sensor: SensorSize,
-) -> Result<PoseStream<BlobFrontend, BlobModel>> {
-    let config = &model.card.config;
-    let known = config.sensor;
-    ensure!(sensor == known, "a sensor of {sensor}: the network was trained before one of {known}");
-    let length = Micros(1_000 * i64::from(config.window_ms));
-    let window = StreamWindow::new(sensor, length, ChannelOrder::OffFirst)?;
-    let representation = representation_by_name(&config.representation)?.start(window);
-    let planes = representation.channels();
-    ensure!(planes == config.channels[0], "channels: the representation has {planes} planes");
-    let frontend = BlobFrontend { representation, values: planes * sensor.pixels() };
-    Ok(PoseStream::new(frontend, model.clone()))
+impl ValueModel for BlobModel {
+    type Frontend = BlobFrontend;
+    type Worker = Self;
+
+    fn layout(&self) -> &'static PoseLayout {
+        &LAYOUT
+    }
+
+    fn every(&self) -> Micros {
+        Micros(1_000 * i64::from(self.card.config.every_ms.get()))
+    }
+
+    fn open_stream(&self, sensor: SensorSize) -> Result<PoseStream<BlobFrontend, Self>> {
+        let config = &self.card.config;
+        ensure!(sensor == config.sensor, "the network was trained before {}", config.sensor);
+        let length = Micros(1_000 * i64::from(config.window_ms));
+        let window = StreamWindow::new(sensor, length, ChannelOrder::OffFirst)?;
+        let representation = representation_by_name(&config.representation)?.start(window);
+        let planes = representation.channels();
+        ensure!(planes == config.channels[0], "channels: the representation has {planes} planes");
+        let frontend = BlobFrontend { representation, values: planes * sensor.pixels() };
+        Ok(PoseStream::new(frontend, self.clone()))
+    }
 }
 
 pub(crate) struct BlobFrontend {

@@ -1,4 +1,4 @@
-//! What the commands call.
+//! The task as the commands call it.
 
 use std::path::Path;
 
@@ -8,19 +8,17 @@ use burn::tensor::Device;
 use evpose_cli::configs;
 use evpose_cli::tasks::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
 use evpose_cli::tasks::online::{OnlineOptions, OnlineStream};
-use evpose_cli::tasks::values::{evaluate_values, record_values, write_values};
-use evpose_cli::tasks::{DataSetInfo, PoseModel, PoseTask, TaskStream, finish_training};
+use evpose_cli::tasks::values::{ValueModel as _, record_values};
+use evpose_cli::tasks::{DataSetInfo, PoseModel, PoseTask, finish_training};
 use evpose_core::{SensorSize, seed_for};
-use evpose_live::page::Skeleton;
 use evpose_nn::weights;
 use evpose_sim::SequenceSet;
 use evpose_sim::set::PEOPLE;
-use evpose_task::TaskConfig;
+use evpose_task::{TaskConfig, network_file};
 
 use crate::config::BlobConfig;
-use crate::network::{BlobCard, BlobModel, train_blob};
+use crate::network::{BlobModel, train_blob};
 use crate::simulation::record;
-use crate::stream::{LAYOUT, stream};
 
 pub(crate) struct BlobTask;
 
@@ -35,14 +33,11 @@ impl PoseTask for BlobTask {
     }
 
     fn open(&self, checkpoint: &Path, device: &Device) -> Result<Box<dyn PoseModel>> {
-        let best = checkpoint.join("best.bpk");
-        let path = if checkpoint.is_dir() { &best } else { checkpoint };
-        let (network, card) = weights::load(path, device)?;
+        let (network, card) = weights::load(&network_file(checkpoint)?, device)?;
         Ok(Box::new(BlobModel { network, card, device: device.clone() }))
     }
 
     fn simulate(&self, args: &SimulateArgs) -> Result<()> {
-        args.refuse_others(self.name())?;
         let mut config: BlobConfig = configs::load(&args.config.config, &args.config.overrides)?;
         config.seed = args.seed.unwrap_or(config.seed);
         if args.held_out {
@@ -90,17 +85,14 @@ impl PoseModel for BlobModel {
     }
 
     fn evaluate(&self, args: &EvalArgs) -> Result<()> {
-        let BlobCard { mean, config } = &self.card;
-        evaluate_values(args, &LAYOUT, mean, config.every(), |sensor| stream(self, sensor))
+        self.evaluate_values(args, &self.card.mean)
     }
 
     fn infer(&self, args: &InferArgs) -> Result<()> {
-        write_values(args, &LAYOUT, self.card.config.every(), |sensor| stream(self, sensor))
+        self.write_values(args)
     }
 
     fn stream(&self, sensor: SensorSize, options: &OnlineOptions) -> Result<Box<dyn OnlineStream>> {
-        options.refuse_others(self.task())?;
-        let stream = stream(self, sensor)?;
-        Ok(Box::new(TaskStream::new(stream, 0.0, Skeleton::Points(&LAYOUT))))
+        self.stream_values(sensor, options)
     }
 }

@@ -23,7 +23,7 @@ use evpose_cli::progress::{note, say};
 use evpose_cli::provenance::Provenance;
 use evpose_cli::tasks::online::{OnlineOptions, OnlineStream};
 use memory::{Memory, MemorySamples};
-use no_task::NoTask;
+use no_task::no_task;
 
 /// Minimum score of a joint, as of the published online program.
 const MIN_CONFIDENCE: f32 = 0.01;
@@ -124,7 +124,7 @@ impl<'a> Bench<'a> {
         let mut rows = Vec::new();
         for &millions in &self.args.input {
             let speed = 1e6 * millions / self.events_per_s;
-            rows.push(self.row("input alone", speed, 0.0, Box::new(NoTask))?);
+            rows.push(self.row("input alone", speed, 0.0, no_task())?);
         }
         for &speed in &self.args.speeds {
             rows.push(self.task_row(&format!("whole pipeline, {speed}x"), speed)?);

@@ -1,40 +1,18 @@
 //! A stream that infers nothing: the cost of the input alone.
 
-use anyhow::Result;
+use evpose_cli::tasks::TaskStream;
 use evpose_cli::tasks::online::OnlineStream;
 use evpose_core::{EventStream, Micros};
-use evpose_live::page::{HandMesh, Skeleton};
-use evpose_live::sink::Sinks;
-use evpose_live::source::Source;
-use evpose_live::{Control, LiveError, LiveOptions, Report};
+use evpose_live::page::Skeleton;
 use evpose_pose::PoseEstimate;
 use evpose_pose::stream::{InferenceWorker, PoseStream, StreamError, StreamFrontend};
 
 /// Takes events and drops them.
-pub(super) struct NoTask;
+struct NoTask;
 
-impl OnlineStream for NoTask {
-    fn run(
-        self: Box<Self>,
-        source: Box<dyn Source>,
-        sinks: &mut Sinks,
-        options: &LiveOptions,
-        control: &Control,
-    ) -> Result<Report, LiveError> {
-        evpose_live::run(source, PoseStream::new(Self, Self), sinks, options, control)
-    }
-
-    fn propagate_hz(&self) -> f64 {
-        0.0
-    }
-
-    fn skeleton(&self) -> Skeleton {
-        Skeleton::Body
-    }
-
-    fn mesh(&self) -> Result<Option<HandMesh>> {
-        Ok(None)
-    }
+/// Its stream.
+pub(super) fn no_task() -> Box<dyn OnlineStream> {
+    Box::new(TaskStream::new(PoseStream::new(NoTask, NoTask), 0.0, Skeleton::Body))
 }
 
 impl StreamFrontend for NoTask {

@@ -116,13 +116,8 @@ impl SimulateArgs {
 impl TrainArgs {
     /// Options of the run.
     pub fn options(&self) -> TrainOptions {
-        TrainOptions {
-            device: self.device.device,
-            resume: self.resume,
-            plain: self.plain,
-            progress: None,
-            pause_after: None,
-        }
+        let Self { resume, plain, .. } = *self;
+        TrainOptions { resume, plain, ..TrainOptions::new(self.device.device) }
     }
 }
 

@@ -6,8 +6,7 @@ use crate::run_info::CONFIG;
 use anyhow::{Result, bail};
 use evpose_core::stats::bootstrap::BootstrapConfig;
 use evpose_sensor::SensorConfig;
-use evpose_task::TaskConfig;
-use evpose_task::hand::BEST;
+use evpose_task::{BEST, TaskConfig};
 use evpose_train::training::TrainingSpan;
 use evpose_train::{LoggedValue, TrainOptions};
 

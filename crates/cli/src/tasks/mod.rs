@@ -49,7 +49,7 @@ use anyhow::{Context, Result, bail, ensure};
 use evpose_core::Registry;
 use evpose_nn::weights::task_of;
 use evpose_sensor::nearest;
-use evpose_task::hand::BEST;
+use evpose_task::BEST;
 
 pub use experiment::{PoseExperiment, StartWeights};
 pub use finish_training::finish_training;

@@ -45,7 +45,7 @@ pub trait PoseTask: Sync {
     /// If the config cannot be read.
     fn data_set(&self, directory: &Path, config: &Path) -> Result<DataSetInfo>;
 
-    /// What studies and benchmarks repeat.
+    /// The task as studies and benchmarks take it.
     ///
     /// # Errors
     /// If the task takes no part in them, as by default.

@@ -1,5 +1,5 @@
-//! What tasks share whose poses are the values of a [`PoseLayout`], and whose data sets are recordings with
-//! tables of poses.
+//! Tasks whose poses are the values of a [`PoseLayout`], and whose data sets are recordings with tables of
+//! poses: a [`ValueModel`] has samples, `evpose infer`, `evpose eval` and `evpose live`.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -9,6 +9,7 @@ use evpose_core::stats::bootstrap::Totals;
 use evpose_core::{Micros, SensorSize};
 use evpose_io::poses::{PoseKind, TimedPose, read_poses, write_poses_from};
 use evpose_io::{OpenOptions, Windows};
+use evpose_live::page::Skeleton;
 use evpose_pose::stream::{InferenceSchedule, InferenceWorker, PoseStream, StreamFrontend};
 use evpose_pose::{PoseLayout, PoseOrigin};
 use evpose_sim::{SequenceSet, Shard};
@@ -18,6 +19,7 @@ use glam::Vec2;
 
 use super::args::{EvalArgs, InferArgs, SimulateArgs};
 use super::infer_all;
+use super::online::{OnlineOptions, OnlineStream, TaskStream};
 use super::opening::OpeningArgs;
 use crate::json::write_json;
 use crate::progress::{bar, say};
@@ -29,16 +31,17 @@ const VALIDATION: f64 = 0.2;
 /// Inputs of a network, each with the values at its time.
 pub type Samples<I> = Vec<(I, Vec<f32>)>;
 
-/// Records the sequences of `set` that are missing, each by `record`.
+/// Runs `evpose simulate` of a config to which its arguments were applied: `record` makes a sequence.
 ///
 /// # Errors
 /// If the directory is of another config, or a sequence cannot be recorded.
-pub fn record_values(
+pub fn record_values<C: TaskConfig>(
     args: &SimulateArgs,
-    config: &impl TaskConfig,
+    config: &C,
     set: &SequenceSet,
     record: impl Fn(u64) -> Result<()>,
 ) -> Result<()> {
+    args.refuse_others(C::TASK)?;
     let shard = args.shard.unwrap_or(Shard::WHOLE);
     claim(set, config, shard, args.resume)?;
     let unfinished = set.unfinished(shard);
@@ -62,41 +65,6 @@ fn read_values(path: &Path, layout: &'static PoseLayout) -> Result<BTreeMap<Micr
     Ok(sequence.poses.into_iter().filter_map(|pose| Some((pose.t, pose.values?))).collect())
 }
 
-/// What a network learns from in the directory `data`, by recordings in the order of their names: inputs so
-/// often, from the first such time on, with the values of `layout` at their times. The second part is for
-/// validation. Inputs are those of `stream`, which before a sensor is that of inference.
-///
-/// # Errors
-/// If the data cannot be read, or a part is empty.
-pub fn read_samples<F, W>(
-    data: &Path,
-    layout: &'static PoseLayout,
-    every: Micros,
-    stream: impl Fn(SensorSize) -> Result<PoseStream<F, W>>,
-) -> Result<[Samples<F::Input>; 2]>
-where
-    F: StreamFrontend,
-    W: InferenceWorker<Input = F::Input, Output = F::Output>,
-{
-    let files = BodyRecordings::open(data)?.files;
-    let learnt = files.len() - (VALIDATION * files.len() as f64).ceil() as usize;
-    let mut parts = [Vec::new(), Vec::new()];
-    for (index, (events, table)) in files.iter().enumerate() {
-        let windows = Windows::open(events, &OpenOptions::default())?;
-        let stream = stream(windows.sensor())?;
-        let mut recording = RecordingStream::new(windows, stream, InferenceSchedule::Every(every));
-        let at_times = read_values(table, layout)?.into_iter();
-        for (t, values) in at_times.filter(|(t, _)| t.0 > 0 && t.0 % every.0 == 0) {
-            recording.advance(t)?;
-            let input = recording.stream().frontend.input(t, None);
-            parts[usize::from(index >= learnt)].extend(input.map(|input| (input, values)));
-        }
-    }
-    let too_few = || format!("{}: too few recordings to train and validate", data.display());
-    ensure!(parts.iter().all(|part| !part.is_empty()), too_few());
-    Ok(parts)
-}
-
 /// The mean of the values of samples.
 ///
 /// # Panics
@@ -106,101 +74,155 @@ pub fn mean_values<I, const N: usize>(samples: &Samples<I>) -> [f32; N] {
     std::array::from_fn(|k| (sum(k) / samples.len() as f64) as f32)
 }
 
-/// The poses of the recording `path`, `every` so often, as every command has them.
-fn infer_values<F, W>(
-    path: &Path,
-    (opening, every): (&OpeningArgs, Micros),
-    stream: &impl Fn(SensorSize) -> Result<PoseStream<F, W>>,
-) -> Result<Vec<TimedPose>>
-where
-    F: StreamFrontend,
-    W: InferenceWorker<Input = F::Input, Output = F::Output>,
-{
-    let windows = Windows::open(path, &opening.options_with_sensor(path)?)?;
-    let stream = stream(windows.sensor())?;
-    let mut recording = RecordingStream::new(windows, stream, InferenceSchedule::Every(every));
-    let span = recording.span()?.with_context(|| format!("{}: no events", path.display()))?;
-    let mut poses = Vec::new();
-    infer_all(&mut recording, path, span, |frontend, inferred| {
-        poses.extend(inferred.poses.iter().map(|(t, pose)| TimedPose {
-            origin: Some(PoseOrigin::Network),
-            ..TimedPose::new(*t, &frontend.estimate(pose))
-        }));
-    })?;
-    Ok(poses)
-}
+/// A model whose poses are values.
+pub trait ValueModel {
+    /// Follows events.
+    type Frontend: StreamFrontend + 'static;
+    /// Infers.
+    type Worker: InferenceWorker<
+            Input = <Self::Frontend as StreamFrontend>::Input,
+            Output = <Self::Frontend as StreamFrontend>::Output,
+        > + 'static;
 
-/// The time between poses: of `--stride-ms`, or else `every`.
-fn stride(stride_ms: Option<u32>, every: Micros) -> Micros {
-    stride_ms.map_or(every, |ms| Micros(1_000 * i64::from(ms.max(1))))
-}
+    /// The values.
+    fn layout(&self) -> &'static PoseLayout;
 
-/// Runs `evpose infer` with the poses of `stream`, by default `every` so often.
-///
-/// # Errors
-/// If the recording cannot be read, the network fails, or the file cannot be written.
-pub fn write_values<F, W>(
-    args: &InferArgs,
-    layout: &'static PoseLayout,
-    every: Micros,
-    stream: impl Fn(SensorSize) -> Result<PoseStream<F, W>>,
-) -> Result<()>
-where
-    F: StreamFrontend,
-    W: InferenceWorker<Input = F::Input, Output = F::Output>,
-{
-    args.refuse_others(layout.name)?;
-    let every = stride(args.stride_ms, every);
-    let poses = infer_values(args.recording()?, (&args.opening, every), &stream)?;
-    let count = poses.len();
-    let kind = PoseKind::Values(layout);
-    write_poses_from(&args.out, kind, None, &mut poses.into_iter(), args.format)?;
-    say(format!("{count} poses: {}", args.out.display()));
-    Ok(())
-}
+    /// Time between inputs, unless the user says otherwise.
+    fn every(&self) -> Micros;
 
-/// Runs `evpose eval`: the poses that [`write_values`] writes of each recording against the table beside it,
-/// linear between its rows, and the constant `mean` in their place. Errors are distances of points, and differences of other values.
-///
-/// # Errors
-/// If the data cannot be read, or a recording not be inferred.
-pub fn evaluate_values<F, W>(
-    args: &EvalArgs,
-    layout: &'static PoseLayout,
-    mean: &[f32],
-    every: Micros,
-    stream: impl Fn(SensorSize) -> Result<PoseStream<F, W>>,
-) -> Result<()>
-where
-    F: StreamFrontend,
-    W: InferenceWorker<Input = F::Input, Output = F::Output>,
-{
-    args.refuse_others(layout.name)?;
-    let every = stride(args.stride_ms, every);
-    let data = args.data.as_deref().context("--data, a directory of recordings, is missing")?;
-    let mut errors = [BTreeMap::<String, Totals>::new(), BTreeMap::new()];
-    for (events, table) in BodyRecordings::open(data)?.files {
-        let truth = read_values(&table, layout)?;
-        for pose in infer_values(&events, (&OpeningArgs::default(), every), &stream)? {
-            let known = pose.values.as_ref().zip(values_at(&truth, pose.t));
-            let Some((values, truth)) = known else { continue };
-            for (errors, values) in errors.iter_mut().zip([&values[..], mean]) {
-                push_errors(errors, layout, values, &truth);
+    /// The stream before a sensor.
+    ///
+    /// # Errors
+    /// If the network does not suit it.
+    fn open_stream(&self, sensor: SensorSize) -> Result<PoseStream<Self::Frontend, Self::Worker>>;
+
+    /// The stream of a recording, with an input `every` so often.
+    ///
+    /// # Errors
+    /// If it cannot be read, or the network does not suit its sensor.
+    fn open_recording(
+        &self,
+        path: &Path,
+        every: Micros,
+        options: &OpenOptions,
+    ) -> Result<RecordingStream<Self::Frontend, Self::Worker>> {
+        let windows = Windows::open(path, options)?;
+        let stream = self.open_stream(windows.sensor())?;
+        Ok(RecordingStream::new(windows, stream, InferenceSchedule::Every(every)))
+    }
+
+    /// Inputs with the values at their times, of the recordings in the directory `data` by their names. The
+    /// second part is for validation.
+    ///
+    /// # Errors
+    /// If the data cannot be read, or a part is empty.
+    fn samples(
+        &self,
+        data: &Path,
+    ) -> Result<[Samples<<Self::Frontend as StreamFrontend>::Input>; 2]> {
+        let (files, every) = (BodyRecordings::open(data)?.files, self.every());
+        let learnt = files.len() - (VALIDATION * files.len() as f64).ceil() as usize;
+        let mut parts = [Vec::new(), Vec::new()];
+        for (index, (events, table)) in files.iter().enumerate() {
+            let mut recording = self.open_recording(events, every, &OpenOptions::default())?;
+            let at_times = read_values(table, self.layout())?.into_iter();
+            for (t, values) in at_times.filter(|(t, _)| t.0 > 0 && t.0 % every.0 == 0) {
+                recording.advance(t)?;
+                let input = recording.stream().frontend.input(t, None);
+                parts[usize::from(index >= learnt)].extend(input.map(|input| (input, values)));
             }
         }
+        let is_whole = parts.iter().all(|part| !part.is_empty());
+        ensure!(is_whole, "{}: too few recordings to train and validate", data.display());
+        Ok(parts)
     }
-    let [network, constant] = errors.map(|errors| -> BTreeMap<String, Option<f64>> {
-        errors.into_iter().map(|(name, totals)| (name, totals.mean())).collect()
-    });
-    ensure!(!network.is_empty(), "{}: no pose at a time with labels", data.display());
-    let means = BTreeMap::from([("network", network), ("mean pose", constant)]);
-    for (method, means) in &means {
-        let cell = |(name, mean): (&String, &Option<f64>)| {
-            format!("  {name} {:.2}", mean.unwrap_or(f64::NAN))
-        };
-        say(format!("{method:<10}{}", means.iter().map(cell).collect::<String>()));
+
+    /// The poses of the recording `path`, as every command has them.
+    ///
+    /// # Errors
+    /// If it cannot be read or is empty, or the network fails.
+    fn infer_values(
+        &self,
+        path: &Path,
+        stride_ms: Option<u32>,
+        opening: &OpeningArgs,
+    ) -> Result<Vec<TimedPose>> {
+        let every = stride_ms.map_or(self.every(), |ms| Micros(1_000 * i64::from(ms.max(1))));
+        let mut recording =
+            self.open_recording(path, every, &opening.options_with_sensor(path)?)?;
+        let span = recording.span()?.with_context(|| format!("{}: no events", path.display()))?;
+        let mut poses = Vec::new();
+        infer_all(&mut recording, path, span, |frontend, inferred| {
+            poses.extend(inferred.poses.iter().map(|(t, pose)| TimedPose {
+                origin: Some(PoseOrigin::Network),
+                ..TimedPose::new(*t, &frontend.estimate(pose))
+            }));
+        })?;
+        Ok(poses)
     }
-    write_json(args.json.as_deref(), &means)
+
+    /// Runs `evpose infer`.
+    ///
+    /// # Errors
+    /// If the recording cannot be inferred, or the file not be written.
+    fn write_values(&self, args: &InferArgs) -> Result<()> {
+        let layout = self.layout();
+        args.refuse_others(layout.name)?;
+        let poses = self.infer_values(args.recording()?, args.stride_ms, &args.opening)?;
+        let (count, kind) = (poses.len(), PoseKind::Values(layout));
+        write_poses_from(&args.out, kind, None, &mut poses.into_iter(), args.format)?;
+        say(format!("{count} poses: {}", args.out.display()));
+        Ok(())
+    }
+
+    /// Runs `evpose eval`: the poses that [`Self::write_values`] writes of each recording against the table
+    /// beside it, linear between its rows, and the constant `mean` in their place. Errors are distances of
+    /// points, and differences of other values.
+    ///
+    /// # Errors
+    /// If the data cannot be read, or a recording not be inferred.
+    fn evaluate_values(&self, args: &EvalArgs, mean: &[f32]) -> Result<()> {
+        let layout = self.layout();
+        args.refuse_others(layout.name)?;
+        let data = args.data.as_deref().context("--data, a directory of recordings, is missing")?;
+        let mut errors = [BTreeMap::<String, Totals>::new(), BTreeMap::new()];
+        for (events, table) in BodyRecordings::open(data)?.files {
+            let truth = read_values(&table, layout)?;
+            for pose in self.infer_values(&events, args.stride_ms, &OpeningArgs::default())? {
+                let known = pose.values.as_ref().zip(values_at(&truth, pose.t));
+                let Some((values, truth)) = known else { continue };
+                for (errors, values) in errors.iter_mut().zip([&values[..], mean]) {
+                    push_errors(errors, layout, values, &truth);
+                }
+            }
+        }
+        let [network, constant] = errors.map(|errors| -> BTreeMap<String, Option<f64>> {
+            errors.into_iter().map(|(name, totals)| (name, totals.mean())).collect()
+        });
+        ensure!(!network.is_empty(), "{}: no pose at a time with labels", data.display());
+        let means = BTreeMap::from([("network", network), ("mean pose", constant)]);
+        for (method, means) in &means {
+            let cell = |(name, mean): (&String, &Option<f64>)| {
+                format!("  {name} {:.2}", mean.unwrap_or(f64::NAN))
+            };
+            say(format!("{method:<10}{}", means.iter().map(cell).collect::<String>()));
+        }
+        write_json(args.json.as_deref(), &means)
+    }
+
+    /// The stream for `evpose live`, its poses as they are inferred.
+    ///
+    /// # Errors
+    /// As [`Self::open_stream`], or if an option is for another task.
+    fn stream_values(
+        &self,
+        sensor: SensorSize,
+        options: &OnlineOptions,
+    ) -> Result<Box<dyn OnlineStream>> {
+        options.refuse_others(self.layout().name)?;
+        let skeleton = Skeleton::Points(self.layout());
+        Ok(Box::new(TaskStream::new(self.open_stream(sensor)?, 0.0, skeleton)))
+    }
 }
 
 /// The values at `t`, between those of the labels before and behind; none outside of them.

@@ -19,7 +19,7 @@ use crate::parameters::read;
 use crate::{BaselineNetwork, HandRegressor, MoveEnet, NnError};
 
 const FORMAT: &str = "burnpack";
-/// What keys of cards begin with, among the container's metadata; the name of the task follows.
+/// The beginning of the keys of cards among the container's metadata; the name of the task follows.
 const KEYS: &str = "evpose.";
 /// The key of hands: their files are older than the names of tasks.
 const HAND_KEY: &str = "evpose.model";

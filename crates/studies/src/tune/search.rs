@@ -8,7 +8,7 @@ use evpose_cli::bad_input::BadInput;
 use evpose_cli::machine::Machine;
 use evpose_cli::progress::{say, training_bar};
 use evpose_sim::Shard;
-use evpose_task::hand::BEST;
+use evpose_task::BEST;
 use evpose_train::{TrainError, TrainOptions};
 
 use crate::tune::args::{TuneArgs, TuneMethod};
@@ -181,7 +181,7 @@ impl Search<'_> {
             },
         };
         let logged = experiment.logged_values();
-        let result = RungResult::of_run(&run, status, experiment.length(), &logged)?;
+        let result = RungResult::of_run(&run, status, experiment.length(), logged)?;
         self.directory.write_result(trial, rung, &result)?;
         self.steps += self.plan.added_steps(rung);
         say(format!("    {}", self.line(&result)));

@@ -9,8 +9,7 @@ use evpose_pose::body::BodyPoints;
 
 use super::config::BaselineConfig;
 use crate::body::{pose_as_text, pose_from_text};
-use crate::hand::BEST;
-use crate::{TaskConfig as _, TaskError};
+use crate::{TaskConfig as _, TaskError, network_file};
 
 /// The torso of LiftMono-HPE in metres, the mean of DHP19's people.
 pub const PUBLISHED_TORSO_M: f32 = 0.453_524_23;
@@ -69,17 +68,7 @@ impl BaselineCheckpoint {
     /// # Errors
     /// If there is no network at `path`, or it is damaged or of another shape than it says.
     pub fn load(path: &Path, device: &Device) -> Result<Self, TaskError> {
-        if path.is_dir() {
-            let best = path.join(BEST);
-            if !best.exists() {
-                let message = format!(
-                    "no {BEST} here: a run writes it when it ends; resume the training, or give a .bpk, \
-                     .model or .ckpt file"
-                );
-                return Err(TaskError::Config { path: path.to_path_buf(), message });
-            }
-            return Self::load(&best, device);
-        }
+        let path = &network_file(path)?;
         let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
         let is_one = |known: &[&str]| known.iter().any(|known| extension == *known);
         if is_one(&["model", "h5", "hdf5"]) {
@@ -128,6 +117,7 @@ mod tests {
     use glam::Vec2;
 
     use super::*;
+    use crate::BEST;
 
     #[test]
     fn a_checkpoint_comes_back_with_everything_it_knows() {

@@ -9,8 +9,7 @@ use evpose_pose::body::{BODY_JOINTS, BodyPoints};
 use glam::Vec2;
 
 use super::config::BodyConfig;
-use crate::hand::BEST;
-use crate::{TaskConfig as _, TaskError};
+use crate::{TaskConfig as _, TaskError, network_file};
 
 /// Keys of the provenance in a weight file.
 const CONFIG: &str = "config";
@@ -54,17 +53,7 @@ impl BodyCheckpoint {
     /// # Errors
     /// If there is no network at `path`, or it is damaged or of another shape than it says.
     pub fn load(path: &Path, device: &Device) -> Result<Self, TaskError> {
-        if path.is_dir() {
-            let best = path.join(BEST);
-            if !best.exists() {
-                let message = format!(
-                    "no {BEST} here: a run writes it when it ends; finish it with `evpose train … --resume`, \
-                     or give a .bpk or .pth file"
-                );
-                return Err(TaskError::Config { path: path.to_path_buf(), message });
-            }
-            return Self::load(&best, device);
-        }
+        let path = &network_file(path)?;
         let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
         if ["pth", "pt", "ckpt"].iter().any(|known| extension == *known) {
             let config = BodyConfig::default();

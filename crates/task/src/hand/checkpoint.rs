@@ -10,12 +10,7 @@ use evpose_repr::ChannelOrder;
 
 use super::config::HandConfig;
 use super::predictor::NetworkPredictor;
-use crate::{TaskConfig as _, TaskError};
-
-/// The network of the lowest validation loss, in a run directory.
-pub const BEST: &str = "best.bpk";
-/// The network after the last step.
-pub const LAST: &str = "last.bpk";
+use crate::{TaskConfig as _, TaskError, network_file};
 
 /// Keys of the model card's provenance.
 const CONFIG: &str = "config";
@@ -75,19 +70,7 @@ impl HandCheckpoint {
     /// # Errors
     /// If there is no network at `path`, or it is damaged or of another shape than it says.
     pub fn load(path: &Path, device: &Device) -> Result<Self, TaskError> {
-        if path.is_dir() {
-            let best = path.join(BEST);
-            if !best.exists() {
-                return Err(TaskError::Config {
-                    path: path.to_path_buf(),
-                    message: format!(
-                        "no {BEST} here: a run writes it when it ends; finish it with \
-                         `evpose train … --resume`, or give a .bpk, .pth or .ckpt file"
-                    ),
-                });
-            }
-            return Self::load(&best, device);
-        }
+        let path = &network_file(path)?;
         let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
         if extension == "pth" || extension == "ckpt" || extension == "pt" {
             let config = HandConfig::default();

@@ -15,7 +15,7 @@ mod view;
 
 pub use batch::{InputBatch, render_channels};
 pub use camera_turns::CameraTurnConfig;
-pub use checkpoint::{BEST, HandCheckpoint, LAST};
+pub use checkpoint::HandCheckpoint;
 pub use config::{
     DeviceStrategy, EvaluationConfig, HandConfig, RepresentationConfig, TrainingConfig,
 };

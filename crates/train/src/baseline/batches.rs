@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use burn::data::dataset::DatasetError;
 use burn::tensor::{Device, Tensor, TensorData};
 use evpose_core::seed_for;
 use evpose_nn::{BaselineNetworkConfig, HeatmapTargets, MarginalTargets};
@@ -135,12 +136,16 @@ impl BatchSource for BaselineBatches {
     type Host = HostBatch;
     type Item = BaselineItem;
 
-    fn host_batch(&self, passes: &Passes, positions: Range<u64>) -> HostBatch {
+    fn host_batch(
+        &self,
+        passes: &Passes,
+        positions: Range<u64>,
+    ) -> Result<HostBatch, DatasetError> {
         let sample = |position: u64| {
             let index = passes.sample(&self.order, self.data.len(), position);
             self.sample(&self.data.frames[index])
         };
-        HostBatch(positions.into_par_iter().map(sample).collect())
+        Ok(HostBatch(positions.into_par_iter().map(sample).collect()))
     }
 
     fn item(&self, host: HostBatch, device: &Device) -> BaselineItem {

@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use burn::data::dataset::DatasetError;
 use burn::tensor::{Device, Tensor, TensorData};
 use evpose_core::seed_for;
 use evpose_nn::BodyTargets;
@@ -83,7 +84,11 @@ impl BatchSource for BodyBatches {
     type Host = HostBatch;
     type Item = BodyItem;
 
-    fn host_batch(&self, passes: &Passes, positions: Range<u64>) -> HostBatch {
+    fn host_batch(
+        &self,
+        passes: &Passes,
+        positions: Range<u64>,
+    ) -> Result<HostBatch, DatasetError> {
         let count = (positions.end - positions.start) as usize;
         let pixels = self.side_px * self.side_px;
         let mut images = vec![0.0; count * CHANNELS * pixels];
@@ -102,7 +107,7 @@ impl BatchSource for BodyBatches {
                 view.label().clone()
             })
             .collect();
-        HostBatch { images, batch, labels }
+        Ok(HostBatch { images, batch, labels })
     }
 
     fn item(&self, host: HostBatch, device: &Device) -> BodyItem {

@@ -11,11 +11,11 @@ use crate::metric::BatchValues;
 
 /// A batch with the optimiser step that it is for.
 #[derive(Debug, Clone)]
-pub struct StepBatch<B> {
+pub(crate) struct StepBatch<B> {
     /// Inputs and targets.
-    pub batch: B,
+    pub(crate) batch: B,
     /// The step, from 1.
-    pub step: u64,
+    pub(crate) step: u64,
 }
 
 /// The loss of a task.
@@ -23,7 +23,7 @@ pub trait TrainingLoss<N>: Debug + Clone + Send + Sync + 'static {
     /// Inputs and targets of an optimiser step, on the device.
     type Batch: Send + 'static;
 
-    /// What is minimised, a single value, and the values that are logged, the loss first.
+    /// The objective, a single value that is minimised, and the values that are logged, the loss first.
     fn measure(&self, network: &N, batch: Self::Batch) -> (Tensor<1>, BatchValues);
 }
 

@@ -5,6 +5,8 @@
 //! * [`PlaneNetwork`], [`PlaneSamples`], [`MeanSquareError`]: both, of networks from planes to values.
 //! * [`train`]: the run. It shuffles, optimises, validates, logs and writes checkpoints; a run that was
 //!   interrupted goes on with `resume` and ends with the same bytes.
+//!
+//! `examples/task` trains a network of its own with them.
 
 mod directory;
 mod learner;
@@ -23,9 +25,8 @@ use burn_train::metric::store::EventStoreClient;
 use burn_train::renderer::{MetricsRenderer, default_renderer};
 use burn_train::{EarlyStoppingStrategy, Interrupter, SupervisedTraining};
 use evpose_nn::DeviceKind;
-use evpose_task::TaskConfig;
-use evpose_task::hand::{BEST, LAST};
 use evpose_task::schedule::EarlyStop;
+use evpose_task::{BEST, LAST, TaskConfig};
 
 use crate::TrainError;
 use crate::batch_loader::BatchLoader;
@@ -46,9 +47,9 @@ pub use crate::batch_loader::BatchSource;
 pub use crate::metric::BatchValues;
 pub use crate::order::SampleOrder;
 pub use crate::passes::{Passes, TrainingSpan};
-pub use learner::{StepBatch, TrainingLoss};
+pub(crate) use learner::StepBatch;
+pub use learner::TrainingLoss;
 pub use planes::{MeanSquareError, PlaneBatch, PlaneNetwork, PlaneSamples};
-pub(crate) use task::Loaders;
 pub use task::{TrainingTask, adam};
 
 /// Whether the network in the file `path`, which a training starts from, is of the shape of the
@@ -83,6 +84,13 @@ pub struct TrainOptions {
     /// run can go on from there with `resume`; none trains to the end. The learning rate is that of
     /// the whole run: a run that was paused ends with the weights of one that was not.
     pub pause_after: Option<u64>,
+}
+
+impl TrainOptions {
+    /// A new run to its end, in plain lines.
+    pub fn new(device: DeviceKind) -> Self {
+        Self { device, resume: false, plain: true, progress: None, pause_after: None }
+    }
 }
 
 /// The result of a run that came to its end, or to its pause.
@@ -137,13 +145,7 @@ where
     S: BatchSource<Item = BatchOf<T>>,
 {
     let devices = DeviceGroup::single(options.device)?;
-    let run = Run::open(run, config, span, options)?;
-    let device = devices.main().clone();
-    let TrainingData { train, valid, validation_samples } = data;
-    let from = (run.first_interval(), span);
-    let train = BatchLoader::training(train, from, device.clone().autodiff(), run.meter().clone());
-    let valid = BatchLoader::validation(valid, span.batch_size, validation_samples, device);
-    run.train(task, &devices, Loaders { train: Arc::new(train), valid: Arc::new(valid) })
+    Run::open(run, config, span, options)?.train(task, &devices, data)
 }
 
 /// A run whose directory is ready.
@@ -174,33 +176,22 @@ impl<'a> Run<'a> {
         Ok(Self { directory, resumed, span, options, interrupter: Interrupter::new(), meter })
     }
 
-    /// The first validation interval to train, from 1.
-    pub(crate) fn first_interval(&self) -> usize {
-        self.resumed + 1
-    }
-
-    /// Stops the training.
-    pub(crate) fn interrupter(&self) -> &Interrupter {
-        &self.interrupter
-    }
-
-    /// Measures how long the network waits for data.
-    pub(crate) fn meter(&self) -> &WaitMeter {
-        &self.meter
-    }
-
     /// Trains to the end, and writes the last and the best network; or to the pause, which leaves
     /// checkpoints alone.
     ///
     /// # Errors
     /// If a batch or a file cannot be read or written, if the loss stops being finite, or if the
     /// run is interrupted; checkpoints written before stay.
-    pub(crate) fn train<T: TrainingTask>(
+    pub(crate) fn train<T, S>(
         self,
         task: &T,
         devices: &DeviceGroup,
-        loaders: Loaders<BatchOf<T>>,
-    ) -> Result<TrainSummary<T::Checkpoint>, TrainError> {
+        data: TrainingData<S>,
+    ) -> Result<TrainSummary<T::Checkpoint>, TrainError>
+    where
+        T: TrainingTask,
+        S: BatchSource<Item = BatchOf<T>>,
+    {
         let history = History::resume(&self.directory.history(), self.resumed)?;
         let guard = Guard::new(self.interrupter.clone());
         let network = task.initial_network(&devices.main().clone().autodiff())?;
@@ -209,7 +200,7 @@ impl<'a> Run<'a> {
             task.optimizer().init(),
             task.learning_rate(),
         );
-        let supervised = self.supervised(task, devices, loaders, &history);
+        let supervised = self.supervised(task, devices, data, &history);
 
         let started = Instant::now();
         let result = supervised.launch(learner);
@@ -261,17 +252,28 @@ impl<'a> Run<'a> {
         self.options.pause_after.map_or(intervals, |steps| pause(steps).min(intervals))
     }
 
-    fn supervised<T: TrainingTask>(
+    fn supervised<T, S>(
         &self,
         task: &T,
         devices: &DeviceGroup,
-        loaders: Loaders<BatchOf<T>>,
+        TrainingData { train, valid, validation_samples }: TrainingData<S>,
         history: &History,
-    ) -> SupervisedTraining<Learner<T::Network, T::Loss>> {
+    ) -> SupervisedTraining<Learner<T::Network, T::Loss>>
+    where
+        T: TrainingTask,
+        S: BatchSource<Item = BatchOf<T>>,
+    {
+        let (from, device) = ((self.resumed + 1, self.span), devices.main().clone());
+        let (autodiff, meter) = (device.clone().autodiff(), self.meter.clone());
+        let train = BatchLoader::training(train, from, autodiff, meter);
+        // Each device takes its part of every batch.
+        let train = devices.share(train, &self.interrupter);
+        let size = self.span.batch_size;
+        let valid = BatchLoader::validation(valid, size, validation_samples, device);
         let [weights, optimizer, schedule] =
             AtomicCheckpointer::parts(&self.directory.checkpoints());
         let mut supervised =
-            SupervisedTraining::new(self.directory.0, loaders.train, loaders.valid)
+            SupervisedTraining::new(self.directory.0, Arc::new(train), Arc::new(valid))
                 .num_epochs(self.last_interval())
                 .with_interrupter(self.interrupter.clone())
                 .with_metric_logger(history.clone())

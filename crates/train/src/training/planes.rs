@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use burn::data::dataset::DatasetError;
 use burn::module::Module;
 use burn::tensor::{Device, Tensor, TensorData};
 
@@ -50,9 +51,13 @@ impl BatchSource for PlaneSamples {
     type Host = Vec<usize>;
     type Item = PlaneBatch;
 
-    fn host_batch(&self, passes: &Passes, positions: Range<u64>) -> Vec<usize> {
+    fn host_batch(
+        &self,
+        passes: &Passes,
+        positions: Range<u64>,
+    ) -> Result<Vec<usize>, DatasetError> {
         let len = self.samples.len();
-        positions.map(|position| passes.sample(&self.order, len, position)).collect()
+        Ok(positions.map(|position| passes.sample(&self.order, len, position)).collect())
     }
 
     fn item(&self, indices: Vec<usize>, device: &Device) -> PlaneBatch {
@@ -106,7 +111,7 @@ mod tests {
         let sample = |value: f32| (vec![value, value + 1.0, 0.0, 0.0], vec![value + 0.5, 2.0]);
         let samples = PlaneSamples::new([2, 1, 2], (0..5).map(|k| sample(k as f32)).collect(), 7);
         let validation = Passes::Validation { samples: 5 };
-        assert_eq!(samples.host_batch(&validation, 1..3), [1, 2]);
+        assert_eq!(samples.host_batch(&validation, 1..3).ok(), Some(vec![1, 2]));
         let batch = samples.item(vec![3, 0], &Device::flex());
         let planes: Vec<f32> = batch.planes.clone().into_data().iter().collect();
         assert_eq!(planes, [3.0, 4.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0]);

@@ -1,9 +1,7 @@
 //! The interface between a training run and a task.
 
 use std::path::Path;
-use std::sync::Arc;
 
-use burn::data::dataloader::DataLoader;
 use burn::module::{Module, ModuleDisplay};
 use burn::optim::AdamConfig;
 use burn::optim::decay::WeightDecayConfig;
@@ -11,7 +9,7 @@ use burn::optim::lr_scheduler::module_lr_scheduler::ModuleLrScheduler;
 use burn::tensor::Device;
 use evpose_task::schedule::EarlyStop;
 
-use super::learner::{StepBatch, TrainingLoss};
+use super::learner::TrainingLoss;
 use crate::TrainError;
 use crate::metric::LoggedValue;
 
@@ -27,14 +25,6 @@ pub fn adam(weight_decay: f32) -> AdamConfig {
 /// Inputs and targets of a task's steps.
 pub(crate) type BatchOf<T> =
     <<T as TrainingTask>::Loss as TrainingLoss<<T as TrainingTask>::Network>>::Batch;
-
-/// Batches of a training.
-pub(crate) struct Loaders<B> {
-    /// Pass `i` is validation interval `i`.
-    pub(crate) train: Arc<dyn DataLoader<StepBatch<B>>>,
-    /// Every pass is the same.
-    pub(crate) valid: Arc<dyn DataLoader<StepBatch<B>>>,
-}
 
 /// A task as a training run needs it: network, loss, optimiser and checkpoint.
 pub trait TrainingTask {

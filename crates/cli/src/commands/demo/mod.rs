@@ -91,13 +91,7 @@ pub fn run(args: &DemoArgs) -> Result<()> {
     ));
     let run = out.join("train");
     // Plain lines: a dashboard would wait for a key at the end.
-    let options = TrainOptions {
-        device: args.device.device,
-        resume: false,
-        plain: true,
-        progress: None,
-        pause_after: None,
-    };
+    let options = TrainOptions::new(args.device.device);
     let summary = train_hand(&config, &sets.train_dir, &run, &options)?;
 
     say("3/4 evaluating on held-out sequences");
