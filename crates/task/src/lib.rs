@@ -4,7 +4,7 @@
 //!   → filter → pose. [`RecordingStream`]: a recording through it.
 //! * [`hand`], [`body`]: configs, checkpoints, predictors and front ends of the two tasks.
 //! * [`baseline`]: the same of the networks that MoveEnet is compared with.
-//! * [`network_file`]: finished networks of a run directory.
+//! * [`network_file()`]: finished networks of a run directory.
 //! * [`QuantizationRanges`]: calibration of int8 inference, for any network.
 //! * [`schedule`]: learning rates over a training, early stopping.
 //! * [`FieldDifference`]: the fields in which two configs differ.

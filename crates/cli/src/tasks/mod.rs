@@ -4,7 +4,7 @@
 //! * [`PoseTask`], [`PoseModel`]: what a task has to implement so that commands take it.
 //! * [`StudiedTask`], [`PoseExperiment`], [`NetworkModel`]: what studies, benchmarks, exports and
 //!   quantisation take besides.
-//! * [`TaskStream`], [`infer_all`], [`finish_training`], [`values`]: what tasks share.
+//! * [`TaskStream`], [`infer_all()`], [`finish_training()`], [`values`]: what tasks share.
 //! * [`args`]: arguments of the commands whose work is the task's.
 //! * [`opening`]: arguments of opening a recording, and the size of its sensor.
 //!
