@@ -11,6 +11,7 @@ mod inference;
 mod predictor;
 mod propagation;
 mod reader;
+mod recent_events;
 mod resample;
 mod spatial;
 

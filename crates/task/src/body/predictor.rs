@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use evpose_core::{Plane, SensorSize};
 use evpose_infer::{CalibrationRanges, EngineOptions, Precision};
-use evpose_pose::body::{BODY_JOINTS, BodyDecoder, BodyJoint, BodyPoints, MIRRORED};
+use evpose_pose::body::{BODY_JOINTS, BodyDecoder, BodyJoint, BodyPoints, MIRRORED, pose_score};
 use evpose_pose::metric::body::BodyPrediction;
 use glam::{DAffine2, DVec2, Vec2};
 
@@ -21,12 +21,17 @@ const CELL_PX: usize = 4;
 /// Distance, relative to the image, up to which two inferences found the same joint.
 const SAME_JOINT: f32 = 0.06;
 
+/// Side of a crop about the latest events, relative to that about the joints, up to which it is tried.
+const SMALLER: f64 = 0.6;
+
 /// Finds joints on images.
 ///
 /// # Model
 /// The network sees the whole image. With a second pass in the checkpoint's config it then sees a crop about the
 /// joints that it found, so that small people are as large to it as others; without any joint
-/// found, the first pass counts.
+/// found, the first pass counts. Where the latest events are in a much smaller rectangle, as of somebody who
+/// walks away from the trail that an EROS keeps, it also sees a crop about that one, and the pose of the higher
+/// score counts.
 ///
 /// # Source
 /// Crops about the person of the frame before are from MoveNet (Votel & Li, 2021). Here the crop
@@ -155,22 +160,28 @@ impl BodyPredictor {
     /// takes seconds.
     pub fn warm_up(&mut self, batch: usize) {
         let image = Plane::filled(1, 1, 0);
-        self.joints_of(&vec![&image; batch.max(1)]);
+        self.joints_of(&vec![&image; batch.max(1)], &[]);
     }
 
     /// The joints of the person on an image.
     pub fn joints(&mut self, image: &Plane<u8>) -> Vec<BodyJoint> {
-        self.joints_of(&[image]).pop().unwrap_or_default()
+        self.joints_of(&[image], &[]).pop().unwrap_or_default()
     }
 
-    /// The joints of the person on each of several images, which a GPU infers together.
-    pub fn joints_of(&mut self, images: &[&Plane<u8>]) -> Vec<Vec<BodyJoint>> {
+    /// The joints of the person on each of several images, which a GPU infers together. `extents` are the corners
+    /// of the rectangle of the latest events of each image, relative to it, where they are known.
+    pub fn joints_of(
+        &mut self,
+        images: &[&Plane<u8>],
+        extents: &[Option<[Vec2; 2]>],
+    ) -> Vec<Vec<BodyJoint>> {
         self.fill_inputs(images);
         let mut joints = self.infer();
         let mut crops = vec![None; images.len()];
         if let Some(second) = self.second_pass {
             crops = joints.iter().map(|joints| crop_about(joints, second)).collect();
             self.infer_crops(images, &crops, &mut joints);
+            self.infer_recent(images, extents, (&mut crops, &mut joints));
         }
         if self.mirror_average {
             // The inputs of the last pass, turned over.
@@ -222,6 +233,43 @@ impl BodyPredictor {
         }
     }
 
+    /// Infers crops about the latest events where these are much smaller than those inferred, and takes them
+    /// where their pose has the higher score.
+    fn infer_recent(
+        &mut self,
+        images: &[&Plane<u8>],
+        extents: &[Option<[Vec2; 2]>],
+        (crops, joints): (&mut [Option<DAffine2>], &mut [Vec<BodyJoint>]),
+    ) {
+        let Some(second) = self.second_pass else { return };
+        let side = |crop: &Option<DAffine2>| crop.map_or(1.0, |crop| crop.matrix2.x_axis.x);
+        for (index, corners) in extents.iter().enumerate() {
+            let crop = corners.and_then(|corners| crop_around(corners, second));
+            let Some(crop) = crop.filter(|_| joints[index].iter().any(is_found)) else { continue };
+            if side(&Some(crop)) > SMALLER * side(&crops[index]) {
+                continue;
+            }
+            self.fill_input(index, images[index], crop);
+            let found = self.infer_one(index);
+            if score_of(&found) > score_of(&joints[index]) {
+                (crops[index], joints[index]) = (Some(crop), found);
+            } else {
+                // As it was, for the mirror image.
+                self.fill_input(index, images[index], crops[index].unwrap_or(DAffine2::IDENTITY));
+            }
+        }
+    }
+
+    /// The joints in one of the network's inputs.
+    fn infer_one(&mut self, index: usize) -> Vec<BodyJoint> {
+        let size = self.size();
+        let input = self.inputs[index * size..][..size].to_vec();
+        let all = std::mem::replace(&mut self.inputs, input);
+        let found = self.infer().pop().unwrap_or_default();
+        self.inputs = all;
+        found
+    }
+
     /// The joints in each of the network's inputs.
     fn infer(&mut self) -> Vec<Vec<BodyJoint>> {
         let shape = [CHANNELS, self.side_px, self.side_px];
@@ -252,6 +300,11 @@ fn crop_about(joints: &[BodyJoint], second: SecondPass) -> Option<DAffine2> {
     let found = joints.iter().filter_map(|joint| joint.position);
     let (low, high) =
         found.map(|at| (at, at)).reduce(|(low, high), (at, _)| (low.min(at), high.max(at)))?;
+    crop_around([low, high], second)
+}
+
+/// The same about a rectangle.
+fn crop_around([low, high]: [Vec2; 2], second: SecondPass) -> Option<DAffine2> {
     let side = ((high - low).max_element() * second.side).max(second.min_side);
     if side >= 1.0 {
         return None;
@@ -260,6 +313,17 @@ fn crop_about(joints: &[BodyJoint], second: SecondPass) -> Option<DAffine2> {
     let start = (0.5 * (low + high) - 0.5 * side).clamp(Vec2::ZERO, Vec2::splat(1.0 - side));
     let side = DVec2::splat(f64::from(side));
     Some(DAffine2::from_scale_angle_translation(side, 0.0, start.as_dvec2()))
+}
+
+/// Score of the pose of joints.
+fn score_of(joints: &[BodyJoint]) -> f32 {
+    let mut scores = [0.0; BODY_JOINTS];
+    scores.iter_mut().zip(joints).for_each(|(score, joint)| *score = joint.score);
+    pose_score(&scores)
+}
+
+fn is_found(joint: &BodyJoint) -> bool {
+    joint.position.is_some()
 }
 
 /// Joints of a person from those of the mirror image.

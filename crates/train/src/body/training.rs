@@ -42,9 +42,10 @@ pub fn first_network(config: &BodyConfig, device: &Device) -> Result<MoveEnet, T
     Ok(start.network)
 }
 
-/// Trains the network of `config` on `frames`. Writes to the directory `run`: `config.toml`,
-/// `metrics.jsonl`, `loading.jsonl`, `checkpoint/`, and the networks `best.bpk` and `last.bpk`. With
-/// `training.calibrate_confidence`, the best one holds thresholds and a filter of its own.
+/// Trains the network of `config` on `frames`, of which it holds back some sequences for validation. Writes to
+/// the directory `run`: `config.toml`, `metrics.jsonl`, `loading.jsonl`, `checkpoint/`, and the networks
+/// `best.bpk` and `last.bpk`. With `training.calibrate_confidence`, the best one holds thresholds and a filter of
+/// its own.
 ///
 /// # Errors
 /// If the directory cannot be used, if it holds another run, or if the loss stops being finite;
@@ -55,6 +56,33 @@ pub fn train_body(
     run: &Path,
     options: &TrainOptions,
 ) -> Result<TrainSummary<BodyCheckpoint>, TrainError> {
+    let task = BodyTask { config, mean_pose: frames.mean_pose(), data: digest_of(&frames) };
+    train(&task, frames.split(config.data.validation_share), run, options)
+}
+
+/// As [`train_body`] on `frames` alone, validated on `others`: learning curves of people that nothing is
+/// trained on. Who evaluates on them takes the last network, since the best one is chosen by them.
+///
+/// # Errors
+/// As [`train_body`].
+pub fn train_body_validated_on(
+    others: BodyFrames,
+    config: &BodyConfig,
+    frames: BodyFrames,
+    run: &Path,
+    options: &TrainOptions,
+) -> Result<TrainSummary<BodyCheckpoint>, TrainError> {
+    let task = BodyTask { config, mean_pose: frames.mean_pose(), data: digest_of(&frames) };
+    train(&task, (frames, others), run, options)
+}
+
+fn train(
+    task: &BodyTask<'_>,
+    (train, valid): (BodyFrames, BodyFrames),
+    run: &Path,
+    options: &TrainOptions,
+) -> Result<TrainSummary<BodyCheckpoint>, TrainError> {
+    let config = task.config;
     let training = &config.training;
     let devices = DeviceGroup::single(options.device)?;
     let span = TrainingSpan {
@@ -63,8 +91,6 @@ pub fn train_body(
         steps_per_interval: training.steps_per_validation,
     };
     let run = Run::open(run, config, span, options)?;
-    let task = BodyTask { config, mean_pose: frames.mean_pose(), data: digest_of(&frames) };
-    let (train, valid) = frames.split(config.data.validation_share);
     if train.is_empty() || valid.is_empty() {
         let message = format!(
             "{} images to train on and {} to validate with: more recordings are needed",
@@ -85,7 +111,7 @@ pub fn train_body(
     let batches = BodyBatches::new(Arc::clone(&valid), config);
     let loader = BatchLoader::validation(batches, training.batch_size, samples, device);
     let mut summary =
-        run.train(&task, &devices, Loaders { train: Arc::new(train), valid: Arc::new(loader) })?;
+        run.train(task, &devices, Loaders { train: Arc::new(train), valid: Arc::new(loader) })?;
     if training.calibrate_confidence && !summary.is_paused {
         let samples = training.validation_samples as usize;
         calibrate_confidence(&mut summary.best, &valid, samples)?;
