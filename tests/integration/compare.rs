@@ -140,3 +140,64 @@ fn networks_of_others_run_from_their_files() {
         system(&comparison, "movenet-grey")["per_seed"][0]["weights"]
     );
 }
+
+/// Two clips of three images each: joints on an oblique line, which is drawn.
+fn write_clips(sandbox: &Sandbox) {
+    for (clip, shift) in [("a", 0.0), ("b", 0.1)] {
+        let folder = sandbox.path("clips").join(clip);
+        std::fs::create_dir_all(folder.join("images")).expect("folders");
+        let label = |index: u32| {
+            let name = format!("{clip}_{index:05}.png");
+            let bright = |x: u32, y: u32| image::Luma([255 * u8::from(x + index == y)]);
+            let image = image::GrayImage::from_fn(64, 48, bright);
+            image.save(folder.join("images").join(&name)).expect("an image");
+            let place = |k| [0.2 + shift + 0.04 * f64::from(k), 0.1 + 0.06 * f64::from(k), 2.0];
+            let keypoints: Vec<f64> = (0..13).flat_map(place).collect();
+            serde_json::json!({ "img_name": name, "keypoints": keypoints,
+                "center": [0.5, 0.5], "head_size": 0.1, "torso_size": 0.3 })
+        };
+        let labels = serde_json::json!((0..3).map(label).collect::<Vec<_>>());
+        std::fs::write(folder.join("poses.json"), labels.to_string()).expect("labels");
+    }
+}
+
+#[test]
+fn every_clip_is_left_out_once_and_evaluated_with_and_without_fine_tuning() {
+    let sandbox = Sandbox::new();
+    write_clips(&sandbox);
+    let small = tiny_body(&["--config", "finetune", "--set", "training.steps=2"]);
+    let clips = |more: &[&'static str]| {
+        let begin = ["compare", "clips", "clips", "--out", "study"];
+        [&begin[..], &small, &["--set", "training.steps_per_validation=1"], more].concat()
+    };
+    let start = ["train", "finetune", "--data", "clips/a", "--out", "start"];
+    let annotated = ["--set", "data.source=annotations", "--set", "data.validation_share=0.5"];
+    sandbox.ok(&[&tiny_body(&start)[..], &annotated].concat());
+    let said = sandbox.ok(&clips(&["--start", "start", "--json", "stored.json"]));
+    assert!(said.contains("start, fine-tuned: training on all clips but b"), "{said}");
+    let stored = bytes(&sandbox.path("stored.json"));
+    let outcome: serde_json::Value = serde_json::from_slice(&stored).expect("JSON");
+    let rows = outcome["rows"].as_array().expect("rows");
+    let names: Vec<&str> = rows.iter().filter_map(|row| row["name"].as_str()).collect();
+    assert_eq!(names, ["from nothing", "start", "start, fine-tuned"]);
+    for row in rows {
+        let clips = row["clips"].as_array().expect("clips");
+        let of = |field: &str| clips.iter().filter_map(|clip| clip[field].as_f64());
+        assert_eq!((clips.len(), of("images").sum::<f64>()), (2, 6.0), "{row}");
+        let mean = of("pck_40").sum::<f64>() / 2.0;
+        assert!(row["pck_40"].as_f64().is_some_and(|pck| (pck - mean).abs() < 1e-12), "{row}");
+        // After each of the two steps, on the clip that was left out.
+        let curve = clips[0]["learning_curve"].as_array().map_or(0, Vec::len);
+        assert_eq!(curve, if row["name"] == "start" { 0 } else { 2 }, "{row}");
+    }
+    assert!(outcome["published"].to_string().contains("0.97"), "{outcome}");
+    let page = String::from_utf8(bytes(&sandbox.path("study/clips.html"))).expect("text");
+    assert!(page.contains("from nothing") && page.contains("<svg"));
+
+    assert!(sandbox.fails(&clips(&[])).contains("--resume"));
+    let again = sandbox.ok(&clips(&["--start", "start", "--resume"]));
+    assert!(!again.contains("training on"), "{again}");
+    std::fs::remove_dir_all(sandbox.path("clips/b")).expect("removed");
+    let refused = sandbox.fails(&clips(&["--out", "other"]));
+    assert!(refused.contains("two are needed"), "{refused}");
+}

@@ -85,8 +85,7 @@ struct Category {
 /// # Errors
 /// If it cannot be read, or violates the format: the message names the annotation and its field.
 pub fn read_keypoints(path: &Path) -> Result<Vec<CocoImage>, DatasetError> {
-    let failed = |source| DatasetError::Io { path: path.to_owned(), action: "read it", source };
-    parse(path, &std::fs::read(path).map_err(failed)?)
+    parse(path, &std::fs::read(path).map_err(DatasetError::io(path, "read it"))?)
 }
 
 /// Reads the bytes of the file at `path`.

@@ -53,8 +53,7 @@ impl Projection {
     /// # Errors
     /// If it cannot be read, or is not of 3x4 finite values of 64 bits.
     pub fn read(path: &Path) -> Result<Self, DatasetError> {
-        let failed = |source| DatasetError::Io { path: path.to_owned(), action: "read it", source };
-        let bytes = std::fs::read(path).map_err(failed)?;
+        let bytes = std::fs::read(path).map_err(DatasetError::io(path, "read it"))?;
         parse(&bytes)
             .map_err(|(byte, reason)| DatasetError::malformed(path, format!("byte {byte}"), reason))
     }

@@ -129,7 +129,6 @@ impl ErosRenderer {
 }
 
 fn write_png(path: &Path, image: &Plane<u8>) -> Result<(), DatasetError> {
-    let failed = |source| DatasetError::Io { path: path.to_owned(), action: "write it", source };
     // A sensor has at most 65,535 columns and rows.
     let (width, height) = (image.width() as u32, image.height() as u32);
     let pixels = GrayImage::from_raw(width, height, image.data().to_vec());
@@ -140,7 +139,7 @@ fn write_png(path: &Path, image: &Plane<u8>) -> Result<(), DatasetError> {
             image.write_to(&mut bytes, ImageFormat::Png).map_err(std::io::Error::other)
         })
         .and_then(|()| atomic_write(path, bytes.get_ref()))
-        .map_err(failed)
+        .map_err(DatasetError::io(path, "write it"))
 }
 
 #[cfg(test)]
