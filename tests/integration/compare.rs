@@ -182,7 +182,7 @@ fn every_clip_is_left_out_once_and_evaluated_with_and_without_fine_tuning() {
     assert_eq!(names, ["from nothing", "start", "start, fine-tuned"]);
     for row in rows {
         let clips = row["clips"].as_array().expect("clips");
-        let of = |field: &str| clips.iter().filter_map(|clip| clip[field].as_f64());
+        let of = |field: &'static str| clips.iter().filter_map(move |clip| clip[field].as_f64());
         assert_eq!((clips.len(), of("images").sum::<f64>()), (2, 6.0), "{row}");
         let mean = of("pck_40").sum::<f64>() / 2.0;
         assert!(row["pck_40"].as_f64().is_some_and(|pck| (pck - mean).abs() < 1e-12), "{row}");
