@@ -171,7 +171,7 @@ fn every_clip_is_left_out_once_and_evaluated_with_and_without_fine_tuning() {
         [&begin[..], &small, &["--set", "training.steps_per_validation=1"], more].concat()
     };
     let start = ["train", "finetune", "--data", "clips/a", "--out", "start"];
-    let annotated = ["--set", "data.source=annotations", "--set", "data.validation_share=0.5"];
+    let annotated = ["--set", "data.source=annotations", "--data", "clips/b"];
     sandbox.ok(&[&tiny_body(&start)[..], &annotated].concat());
     let said = sandbox.ok(&clips(&["--start", "start", "--json", "stored.json"]));
     assert!(said.contains("start, fine-tuned: training on all clips but b"), "{said}");
