@@ -53,6 +53,7 @@ impl Front {
         let pixels = size.pixels();
         let memory = chain.front.iter().map(|link| StageMemory {
             planes: vec![vec![0.0; pixels]; link.stage.state_planes()],
+            // By name: a stage that is added leaves the noise of the others unchanged.
             noise_key: seed_for(seed, link.name, 0),
         });
         Self {

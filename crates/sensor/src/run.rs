@@ -53,6 +53,7 @@ impl SensorRun {
     pub(crate) fn new(chain: Arc<Chain>, size: SensorSize, seed: u64, layout: Layout) -> Self {
         let clocks = chain.clock.iter().map(|link| vec![0.0; link.stage.state_len()]);
         Self {
+            // By name, as in the front: the noise of the detector does not depend on other stages.
             detector_key: seed_for(seed, chain.detector.name, 0),
             divider: Divider::new(&chain),
             front: Front::new(&chain, size, seed, layout.block_pixels),

@@ -112,6 +112,7 @@ fn resolve_word(
     given: Option<&Value>,
 ) -> Result<&'static str, SensorError> {
     let value = match given {
+        // The first of the allowed words is the default.
         None => return Ok(choice.allowed[0]),
         Some(Value::Word(word)) => {
             if let Some(known) = choice.allowed.iter().find(|known| *known == word) {

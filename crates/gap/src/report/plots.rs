@@ -165,6 +165,7 @@ fn speeds(view: &View<'_>) -> Vec<f64> {
     }
     let counts = counts(view, Cell::SPEEDS, |event| event.cell.speed());
     let ratio = |(count, expected): (f64, f64)| {
+        // A ratio of a few events is noise: the plot has a gap there.
         if expected >= MIN_EVENTS as f64 { count / expected } else { f64::NAN }
     };
     counts.into_iter().zip(expected).map(ratio).collect()

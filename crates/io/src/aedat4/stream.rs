@@ -159,6 +159,7 @@ impl<R: Read> Aedat4Stream<R> {
         let mut head = [0; HEAD as usize];
         match fill(&mut self.bytes, &mut head) {
             Ok(0) => return Ok(None),
+            // A cut head is damage; only between two packets may a stream end.
             Ok(there) if there < head.len() => {
                 let reason = format!("the stream ends {there} bytes into the head of a packet");
                 return Err(self.damage(self.at, reason));
@@ -169,6 +170,7 @@ impl<R: Read> Aedat4Stream<R> {
         let [a, b, c, d, size @ ..] = head;
         match usize::try_from(i32::from_le_bytes(size)) {
             Err(_) => Err(self.damage(self.at + 4, "a packet has a size below zero")),
+            // Before anything is allocated: a wrong size would ask for gigabytes.
             Ok(size) if size > MAX_BYTES => Err(self.damage(self.at + 4, TOO_LONG)),
             Ok(size) => Ok(Some((i32::from_le_bytes([a, b, c, d]), size as u64))),
         }

@@ -157,6 +157,7 @@ impl Writer {
         stream: i32,
         (elements, first, last): (usize, Micros, Micros),
     ) -> Result<(), IoError> {
+        // The format stores sizes as signed integers of 32 bits.
         let Ok(size) = i32::try_from(self.packed.len()) else {
             return Err(IoError::unwritable(&self.path, "a packet of more than 2 GiB"));
         };
@@ -166,6 +167,7 @@ impl Writer {
             self.file.write_all(&self.packed)
         };
         write().map_err(|e| IoError::file(&self.path, "write", e))?;
+        // Entries of the data table point behind the head of a packet.
         let body = self.at + walk::HEAD;
         self.at = body + self.packed.len() as u64;
         let (body, elements) = (body as i64, elements as i64);

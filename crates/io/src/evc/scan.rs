@@ -86,6 +86,7 @@ pub(super) fn tally(bytes: &[u8], sensor: SensorSize) -> Result<Tally, (usize, E
         markers += marker;
         on += u32::from(polarity == 1);
         unknown += 1 - (event | marker);
+        // Plus 1, so that the largest is a width or a height; markers count as none.
         columns = columns.max(((word & 0xffff) + 1) * event);
         rows = rows.max((((word >> 16) & 0xff) + 1) * event);
     }

@@ -65,6 +65,7 @@ impl<R: Read> FramedReader<R> {
             name,
             bytes,
             sensor,
+            // A live stream may lose bytes: the decoder goes on at the next packet.
             decoder: FramedDecoder::lenient().together(TOGETHER),
             buffer: vec![0; BUFFER].into_boxed_slice(),
             taken: 0,

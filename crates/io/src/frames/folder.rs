@@ -64,6 +64,7 @@ impl Folder {
             Ok((got, _)) if got != self.size => FrameFault::Size { got, first: self.size },
             Ok((_, got)) if got != self.depth => FrameFault::Depth { got, first: self.depth },
             Ok(_) => {
+                // Only now: after a fault, the next call reports the same image again.
                 convert(&image, light, out);
                 self.next += 1;
                 return Ok(true);

@@ -233,6 +233,7 @@ impl Hdf5Source {
         let Column { table, number } = self.columns[0];
         let table = &mut self.tables[table];
         table.load_row(row).ok()?;
+        // A chunk that is decoded already is the cheap way; else the row's own bytes are.
         if let Some((events, at)) = table.events(row) {
             return events.t.get(at).copied();
         }

@@ -51,6 +51,7 @@ pub(super) fn sensor_of(
         (Some(stated), _) => (stated, SensorOrigin::Stated),
         (None, Some(given)) => (given, SensorOrigin::Given),
         (None, None) => {
+            // A closure: the extent costs a pass over all events, and few formats need it.
             let extent = extent();
             let holds = |s: &SensorSize| extent.width <= s.width && extent.height <= s.height;
             match header.usual_sensor.filter(holds) {

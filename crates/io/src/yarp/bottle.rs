@@ -83,6 +83,7 @@ impl Bottles {
                 Place::End => Ok(self.end(rest)),
             };
             match step {
+                // The rest of this place has not come yet.
                 Ok(0) => return Ok(at),
                 Ok(step) => at += step,
                 Err(fault) => return Err(DecodeFault { at: at + fault.at, ..fault }),

@@ -159,6 +159,7 @@ impl BackboneNet for Vgg {
                 let layer = 3 * (before + index_of(index)) + stage + usize::from(kind == "norm");
                 format!("features.{layer}.{name}")
             }
+            // A linear layer, its ReLU and its dropout count as three.
             ["hidden", index, name] => format!("classifier.{}.{name}", 3 * index_of(index)),
             ["head", name] => format!("classifier.{}.{name}", 3 * self.hidden.len()),
             _ => path.to_owned(),

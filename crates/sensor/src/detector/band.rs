@@ -253,6 +253,7 @@ impl Band<'_> {
         PixelStep {
             start_s: tick.start_s,
             end_s: tick.end_s,
+            // From the anchor on, not step by step: rounding errors do not add up.
             from: f64::from(step.before.at(pixel)) + leak * (tick.start_s - self.anchor_s),
             to: f64::from(step.after.at(pixel)) + leak * (tick.end_s - self.anchor_s),
             memory: f64::from(cell.memory),

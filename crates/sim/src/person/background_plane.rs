@@ -94,6 +94,7 @@ impl BackgroundPlane {
         let object = |_| Distractor::draw(rng, images, view, level).at_rest_or_not(rng);
         Self {
             z_m,
+            // Never painted: `cover` samples the objects alone.
             image: LuminanceImage::uniform(0.0),
             corner_m: view.centre_m,
             size_m: view.extent_m,
@@ -213,6 +214,7 @@ impl BackgroundPlane {
         for y in rect.top..rect.bottom {
             let row = &mut frame.row_mut(y)[rect.left..rect.right];
             for (x, pixel) in (rect.left..).zip(row) {
+                // Centres of pixels lie at halves.
                 let point_m = rays.point_m(Vec2::new(x as f32 + 0.5, y as f32 + 0.5));
                 let covering =
                     self.distractors.iter().find_map(|one| one.sample(point_m, one.centre_m(t_s)));

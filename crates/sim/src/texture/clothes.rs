@@ -131,6 +131,7 @@ impl Outfit {
     /// Colour at texture coordinates, given the noise there.
     fn at(&self, u: f32, v: f32, noise: f32) -> Vec3A {
         let around = (v * 2.0).fract();
+        // The upper half of v is of objects and arms, the lower one runs from the soles to the head.
         if v >= 0.5 {
             return if u < U_OBJECTS {
                 self.thing * (1.0 + 0.3 * noise)

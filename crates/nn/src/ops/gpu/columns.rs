@@ -113,6 +113,7 @@ impl Geometry {
     }
 
     /// `[pixels, taps]`.
+    // Channels last: neighbouring threads read neighbouring values.
     fn columns(&self, input: CubeTensor) -> CubeTensor {
         let input = permute_nchw_to_nhwc(input);
         let shape = Shape::from([self.pixels(), self.taps()]);

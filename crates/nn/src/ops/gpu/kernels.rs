@@ -101,9 +101,11 @@ pub(super) fn normalize<E: Float>(
     #[comptime] activation: u32,
     #[define(E)] _element: ElemType,
 ) {
+    // The last cube reaches behind the end.
     if ABSOLUTE_POS >= output.len() {
         terminate!();
     }
+    // Channels are last in the output, so they run fastest.
     let (rest, channel) = shape.index(3).div_mod(ABSOLUTE_POS);
     let (rest, x) = shape.index(2).div_mod(rest);
     let (image, y) = shape.index(1).div_mod(rest);

@@ -20,6 +20,7 @@ pub(super) fn paint((width, height): (usize, usize), rng: &mut CounterRng) -> Ca
         while x < w {
             let thickness = rng.uniform(0.012, 0.05) * w;
             let tall = rng.uniform(0.55, 0.9) * step;
+            // Some places stay empty, as on real shelves.
             if rng.chance(0.93) {
                 spine(&mut canvas, Rect::new(x, foot - tall, x + thickness, foot), rng);
             }
