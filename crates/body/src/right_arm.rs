@@ -65,6 +65,7 @@ impl SubMesh {
 
     /// Reindexes the faces and closes open edges with a fan around one further vertex.
     fn close(&mut self) {
+        // An inner edge is passed once each way: edges of holes are out of balance.
         let mut open: HashMap<(u32, u32), i32> = HashMap::new();
         for &[a, b, c] in &self.faces {
             for (from, to) in [(a, b), (b, c), (c, a)] {
@@ -74,6 +75,7 @@ impl SubMesh {
         }
         let mut edges: Vec<(u32, u32)> =
             open.into_iter().filter(|&(_, balance)| balance > 0).map(|(edge, _)| edge).collect();
+        // Hash maps have no order.
         edges.sort_unstable();
         let cap = self.old.len() as u32;
         let faces = self.faces.iter().map(|face| face.map(|v| self.new_index(v)));

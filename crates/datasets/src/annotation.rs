@@ -111,6 +111,7 @@ fn from_entry(path: &Path, index: usize, entry: Entry) -> Result<Annotation, Dat
     let keypoints = joints
         .iter()
         .map(|&[x, y, z]| {
+            // Numbered as COCO does.
             let visibility = match z {
                 0.0 => Visibility::Unlabelled,
                 1.0 => Visibility::Hidden,

@@ -272,6 +272,7 @@ where
     for series in &chart.series {
         let colour = rgb(series.colour);
         let points = series.points.iter().copied().filter(|p| {
+            // A logarithmic axis has no place for zero.
             let fits = |v: f64, axis: &ChartAxis| v.is_finite() && (!axis.is_log || v > 0.0);
             fits(p.0, &chart.x) && fits(p.1, &chart.y)
         });
@@ -311,8 +312,10 @@ fn label(value: f64) -> String {
     if size < 1e-12 {
         "0".to_owned()
     } else if (1e-3..1e5).contains(&size) {
+        // Three significant digits.
         let decimals = (2 - size.log10().floor() as i32).clamp(0, 4) as usize;
         let text = format!("{value:.decimals$}");
+        // Zeros at the end of a whole number are no decimals.
         if text.contains('.') {
             text.trim_end_matches('0').trim_end_matches('.').to_owned()
         } else {

@@ -139,6 +139,7 @@ fn infer(
         let Some(done) = done else { break };
         progress(done as u64);
     }
+    // They borrow the predictors of `methods`.
     drop(streams);
     let of = |(method, [measured, filtered]): (&Method<'_>, [HandPoseTrack; 2])| {
         [Some(measured), method.filtered.map(|_| filtered)]

@@ -134,6 +134,7 @@ fn innovation_limit(
         let measured = &track.measured;
         for ((&frame, pose), speed) in measured.frames.iter().zip(&measured.poses).zip(speeds) {
             filter.update(at(frame), pose);
+            // The slower half shows what noise alone does; larger innovations mean motion.
             if *speed <= median {
                 innovations.push(filter.largest_innovation());
             }
@@ -176,8 +177,10 @@ impl Parts {
             .zip(&truth.articulation)
             .map(|(pose, truth)| f64::from(pose - truth).powi(2))
             .sum();
+        // A rotation has many vectors: the one nearest to the truth.
         let rotation = nearest_axis_angle(pose.rotation, truth.rotation) - truth.rotation;
         let translation = pose.translation_m - truth.translation_m;
+        // Per component: there are 6, 3 and 3 of them.
         Self([
             articulation / 6.0,
             f64::from(translation.length_squared()) / 3.0,

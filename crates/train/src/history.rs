@@ -69,6 +69,7 @@ fn parse<'a>(path: &Path, text: &'a str) -> Result<Vec<(&'a str, HistoryLine)>, 
     for (number, line) in text.lines().enumerate() {
         match serde_json::from_str(line) {
             Ok(parsed) => lines.push((line, parsed)),
+            // A crash may cut the last line off: it counts as not written.
             Err(_) if !text.ends_with('\n') && number + 1 == text.lines().count() => {}
             Err(error) => {
                 return Err(TrainError::Config {

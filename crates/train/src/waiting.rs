@@ -108,6 +108,7 @@ impl WaitMeter {
             .chain(now)
             .map(|line| serde_json::json!(line).to_string() + "\n")
             .collect();
+        // Training goes on; the first failure is reported at its end.
         if let Err(error) = atomic_write(&shared.path, text.as_bytes()) {
             shared.failure.get_or_insert(error);
         }

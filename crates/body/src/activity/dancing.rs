@@ -38,6 +38,7 @@ fn arm(rng: &mut CounterRng) -> Arm {
 
 fn legs(rng: &mut CounterRng) -> [Leg; 2] {
     let bent = rng.uniform(0.0, 0.35);
+    // Hip and ankle share the bend of the knee, so that soles stay level.
     let stand = Leg {
         flexion: bent,
         knee: 2.0 * bent,
@@ -46,6 +47,7 @@ fn legs(rng: &mut CounterRng) -> [Leg; 2] {
         turn: rng.uniform(0.0, 0.4),
     };
     let mut legs = [stand; 2];
+    // One leg at most leaves the floor.
     if rng.chance(0.6) {
         legs[usize::from(rng.chance(0.5))] = Leg {
             flexion: rng.uniform(-0.6, 1.5),

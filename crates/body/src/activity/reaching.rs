@@ -43,6 +43,7 @@ fn draw(rng: &mut CounterRng) -> Motion {
             let at = (t_s / period_s + begin).max(0.0);
             let (step, rest) = (at as usize, at.fract());
             let [from, to] = [step, step + 1].map(|k| &postures[k % POSTURES]);
+            // Two thirds of a period are motion, the rest is a hold.
             blend(from, to, ease(1.5 * rest))
         });
         Figure {

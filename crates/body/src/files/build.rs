@@ -30,6 +30,7 @@ const MAX_MAGNITUDE: f64 = 1e4;
 /// The model that the arrays describe.
 pub(super) fn model(mut fields: Fields) -> Result<ModelFile, ModelFileError> {
     let tree = fields.required("kintree_table", "which joint hangs on which")?;
+    // The number of joints says which kind of model it is.
     let joints = tree.shape.last().copied().unwrap_or(0);
     let is_body = match joints {
         HAND_AND_WRIST => false,
@@ -153,6 +154,7 @@ fn parents_of(table: &Array, joints: usize) -> Result<Vec<Option<usize>>, FieldF
     let expected: Vec<Option<usize>> = if joints == JOINTS {
         parents().to_vec()
     } else {
+        // Three joints a finger, the first of which hangs on the wrist.
         (0..joints).map(|j| j.checked_sub(1).map(|k| if k % 3 == 0 { 0 } else { k })).collect()
     };
     for (joint, (&parent, expected)) in parent_ids.iter().zip(&expected).enumerate() {
@@ -185,6 +187,7 @@ fn regressor(
     }
     for (index, (joint, vertex, weight)) in sparse.entries.into_iter().enumerate() {
         let weight = check(fields, FIELD, checked(index, weight))?;
+        // Dense matrices are nearly all zeros.
         if weight != 0.0 {
             rows[joint].push((vertex as u32, weight));
         }

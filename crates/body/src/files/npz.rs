@@ -91,11 +91,13 @@ fn header(bytes: &[u8]) -> Result<(Header, &[u8]), ArrayError> {
     const NONE: ArrayError = ArrayError::Damaged("no header of a NumPy array");
     let rest = bytes.strip_prefix(MAGIC).ok_or(NONE)?;
     let (length, rest) = match rest {
+        // Version 1 has lengths of two bytes, later ones of four.
         [1, _, a, b, rest @ ..] => (u32::from_le_bytes([*a, *b, 0, 0]), rest),
         [2 | 3, _, a, b, c, d, rest @ ..] => (u32::from_le_bytes([*a, *b, *c, *d]), rest),
         _ => return Err(NONE),
     };
     let length = length as usize;
+    // A damaged length would ask for gigabytes.
     if length > MAX_HEADER_BYTES {
         return Err(NONE);
     }
@@ -119,6 +121,7 @@ fn parse(text: &str) -> Option<Header> {
     }
     let (shape, _) = after("shape")?.strip_prefix('(')?.split_once(')')?;
     let lengths = shape.split(',').map(str::trim).filter(|length| !length.is_empty());
+    // Python 2 wrote numbers with an L.
     let shape = lengths.map(|length| length.trim_end_matches('L').parse().ok());
     Some(Header {
         element: element.to_owned(),

@@ -101,6 +101,7 @@ fn fill_pinches(values: &mut [f32], grid: &Grid) {
     let strides = grid.strides();
     let corner = |bits: usize| corner(strides, bits);
     let single: Vec<bool> = (0..=u8::MAX).map(is_single_sheet).collect();
+    // Again and again, since a filled point may pinch a neighbouring cell.
     loop {
         let mut filled = false;
         for cell in grid.cells() {
@@ -110,6 +111,7 @@ fn fill_pinches(values: &mut [f32], grid: &Grid) {
                 continue;
             }
             let outside = (0..8).map(|bits| cell + corner(bits)).filter(|&i| values[i] >= 0.0);
+            // The point nearest to the surface changes the shape least.
             if let Some(nearest) = outside.min_by(|&a, &b| values[a].total_cmp(&values[b])) {
                 values[nearest] = -FILLED_M;
                 filled = true;

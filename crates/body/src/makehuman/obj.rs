@@ -30,6 +30,7 @@ impl BaseMesh {
                 Some("g") => group = words.next().unwrap_or_default().to_owned(),
                 Some("f") => {
                     let index = |word: &str| {
+                        // Corners are `vertex/texture/normal`, counted from 1.
                         let number: u32 = word.split('/').next()?.parse().ok()?;
                         number.checked_sub(1).filter(|&v| (v as usize) < vertices.len())
                     };

@@ -152,6 +152,7 @@ impl Target {
         match part {
             Part::Arm => {
                 self.translation_m = from.translation_m;
+                // The wrist's three values are a part of their own.
                 for range in [0..WRIST_X, WRIST_X + 3..RIGHT_COEFFICIENTS] {
                     self.parameters[range.clone()].copy_from_slice(&from.parameters[range]);
                 }

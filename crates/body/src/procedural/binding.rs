@@ -156,6 +156,7 @@ fn digit_length_u(point_m: Vec3, number: usize, digit: &Digit) -> f32 {
 fn smoothed(bindings: &[Binding], faces: &[[u32; 3]]) -> Vec<Binding> {
     let mut sums: Vec<([f32; JOINTS], f32)> = vec![([0.0; JOINTS], 0.0); bindings.len()];
     for face in faces {
+        // Each corner adds the next one: over all faces, that is every neighbour once.
         for (&to, &from) in face.iter().zip(face.iter().cycle().skip(1)) {
             let (sum, count) = &mut sums[to as usize];
             for (total, share) in sum.iter_mut().zip(&bindings[from as usize].shares) {

@@ -79,6 +79,7 @@ fn exchanged(
             else {
                 return false;
             };
+            // Limbs cross in motion: the place at constant velocity is an alternative.
             let earlier = (frame >= segment.start + 2).then(|| at(frame - 2)).flatten();
             let expected =
                 earlier.map(|earlier| [0, 1].map(|side| 2.0 * before[side] - earlier[side]));
@@ -88,6 +89,7 @@ fn exchanged(
         })
         .collect();
     let span = |pair: &[usize]| pair[0]..pair.get(1).copied().unwrap_or(segment.end);
+    // Every second exchange puts the sides back.
     exchanges.chunks(2).map(span).collect()
 }
 
@@ -103,6 +105,7 @@ fn exchanged_on_photograph(
     };
     let mut found = Vec::new();
     if let (Some(shoulders), Some(hips)) = (at(SHOULDERS), at(HIPS)) {
+        // Shoulders and hips face the same way, unless one of the pairs is exchanged.
         let [across_shoulders, across_hips] = [shoulders, hips].map(|[left, right]| left - right);
         let narrower = across_shoulders.length().min(across_hips.length());
         let is_opposed = across_shoulders.normalize_or_zero().dot(across_hips.normalize_or_zero())

@@ -76,8 +76,10 @@ pub fn events_of_frames(
     while source.next_into(&mut frame)? {
         resizer.resize(&frame, &mut now);
         let is_first = step == 0;
+        // Before the first frame there is nothing to interpolate from.
         for part in if is_first { how.steps } else { 1 }..=how.steps {
             mix(&before, &now, part as f32 / how.steps as f32, &mut between);
+            // From the number of the step: summed intervals would drift.
             let t = Micros::from_seconds(step as f64 / steps_a_second);
             let events = run.expose(&between, t).map_err(sensor)?;
             for event in events.iter() {

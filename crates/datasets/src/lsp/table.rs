@@ -37,6 +37,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Vec<[LspPoint; LSP_POINT
     };
     let values = table.values().map_err(&failed)?;
     let point = |person: &[f64], point: usize| {
+        // MATLAB's first dimension runs fastest.
         let value = |value: usize| match is_extended {
             true => person[value * LSP_POINTS + point],
             false => person[point * VALUES + value],

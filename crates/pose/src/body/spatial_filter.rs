@@ -122,6 +122,7 @@ impl SpatialFilter {
                     *track = None;
                 }
             }
+            // A track that was lost begins again with this very point.
             if track.is_none() {
                 *track = point.as_ref().map(|point| Track::begin(point, t, &self.config));
             }

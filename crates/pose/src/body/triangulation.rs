@@ -75,6 +75,7 @@ pub fn triangulate(
         .iter()
         .filter(|seen| seen.score >= config.min_score && seen.score > 0.0 && seen.at_px.is_finite())
         .collect();
+    // A camera may be wrong: the worst one is dropped until the others agree.
     while used.len() >= 2 {
         let point = least_squares(&used, config)?;
         let relative = |seen: &Observation<'_>| {
@@ -130,6 +131,7 @@ fn least_squares(
 ) -> Option<TriangulatedPoint> {
     let seen: Vec<Observation<'_>> = used.iter().map(|seen| **seen).collect();
     let mut position_m = intersect_rays(&seen)?;
+    // That of the last step is the inverse of the covariance.
     let mut normal = DMat3::ZERO;
     for _ in 0..NEWTON_STEPS {
         let mut gradient = DVec3::ZERO;
@@ -144,6 +146,7 @@ fn least_squares(
             }
         }
         let step_m = normal.inverse() * gradient;
+        // Rays are parallel: any point along them will do.
         if !step_m.is_finite() {
             return None;
         }

@@ -223,6 +223,7 @@ impl ConstantVelocityKalman {
                 }
             }
             InitialState::Concatenated => {
+                // As published: measurements are taken for positions and velocities in turn.
                 for (i, track) in self.tracks.iter_mut().enumerate() {
                     *track = Track { position: value(2 * i), velocity: value(2 * i + 1) };
                 }
@@ -248,6 +249,7 @@ impl TemporalFilter for ConstantVelocityKalman {
         assert_eq!(out.len(), self.tracks.len(), "the filter was made for another length");
         let measured = z.iter().all(|v| v.is_finite());
         self.largest_innovation = 0.0;
+        // Time goes back: another recording has begun.
         if self.last.is_some_and(|last| t < last) {
             self.reset();
         }

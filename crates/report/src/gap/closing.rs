@@ -32,6 +32,7 @@ pub(crate) fn findings(page: &mut HtmlPage, data: &ReportData) {
             values(finding),
             match finding.probability {
                 None => "-".to_owned(),
+                // Without a scene it is one minus the p-value.
                 Some(right) if verdict.is_scene_free() => escape(&words::probability(1.0 - right)),
                 Some(right) => short(right),
             },
@@ -76,6 +77,7 @@ pub(crate) fn closing(page: &mut HtmlPage, data: &ReportData) -> Result<(), Draw
             "If the answer is right, the gap closes with it, opens again without it, and stays open \
              with the nearest other effect in its place.",
         );
+        // The axis always shows 1, the gap by chance.
         let largest = data.ablation.iter().map(|row| row.gap.hi).fold(1.0, f64::max);
         let bar = |row: &Ablation| Bar {
             label: words::change(row),

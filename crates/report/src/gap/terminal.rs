@@ -185,6 +185,7 @@ fn unseen(verdict: &Verdict) -> String {
         return format!("not testable here: {}", names.join(", "));
     }
     let mut reasons: Vec<&String> = verdict.untestable.values().collect();
+    // Sorted, so that ties are decided alike each time.
     reasons.sort();
     let count = |reason: &String| reasons.iter().filter(|other| **other == reason).count();
     let Some(usual) = reasons.iter().max_by_key(|reason| count(reason)) else {

@@ -197,6 +197,7 @@ fn evaluate_trial(
         ConstantPose(checkpoint.mean_pose.context("the training poses have no mean")?);
     let mut network = checkpoint.predictor(device.clone())?;
     let mut methods = [
+        // Filtered poses come from the same inferences.
         Method { name: "unfiltered", predictor: &mut network, filtered: Some("filtered") },
         Method { name: "mean_pose", predictor: &mut mean_pose, filtered: None },
     ];

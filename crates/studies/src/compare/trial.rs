@@ -182,6 +182,7 @@ fn ready(
         (Weights::Baseline(_), Some(run), _) => ReadySystem::baseline(&run),
         (Weights::File(kind), _, Some(path)) => ReadySystem::file(kind, path),
         (Weights::MeanPose, ..) => {
+            // The pose that knows no events is that of the recordings networks learn from.
             if data.given_train().is_none() {
                 evpose_cli::recorded::prepare(&stages.finetune, &data.train(out, seed))?;
             }

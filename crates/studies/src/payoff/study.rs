@@ -175,6 +175,7 @@ fn recordings(
     directory: &StudyDirectory<'_>,
 ) -> Result<PathBuf> {
     match (&args.data, &models.camera) {
+        // Real recordings come first.
         (Some(data), _) => Ok(data.clone()),
         (None, Some(camera)) => {
             let held_out = directory.held_out();
@@ -224,6 +225,7 @@ impl Trial<'_> {
         trained.with_context(|| format!("training in {}", network.display()))?;
         say(format!("    {:.0} s", began.elapsed().as_secs_f64()));
         say(format!("model {name}, seed {seed}: evaluating on {}", recordings.display()));
+        // Read back from the directory, as everybody else does.
         let opened = self.task.open(&network, &self.args.device.device.resolve()?)?;
         opened.scores(recordings, self.args.stride_ms)
     }

@@ -37,6 +37,7 @@ impl Distribution {
         let [low, high] = array else { return Err(format!("`{name}` takes [low, high]")) };
         if name == "integer" {
             return match (low.as_integer(), high.as_integer()) {
+                // The span has to fit into 64 bits as well.
                 (Some(low), Some(high)) if low <= high && high.checked_sub(low).is_some() => {
                     Ok(Self::Integer(low, high))
                 }

@@ -83,6 +83,7 @@ impl<'a> TrialConfigs<'a> {
                 others.join(", ")
             ));
         }
+        // Ends of ranges are tried, so that no trial fails after hours.
         for value in parameter.distribution.extremes() {
             let overrides = vec![format!("{field}={}", inline(&value))];
             if let Err(error) = self.experiment(overrides) {

@@ -167,6 +167,7 @@ impl BatchSource for BaselineBatches {
         let profiles = |values: Vec<f32>, length: usize| {
             Tensor::from_data(TensorData::new(values, [count, BODY_JOINTS, length]), device)
         };
+        // A heatmap is the product of two profiles, which are far smaller to copy.
         let targets = match self.kind {
             Kind::Heatmaps { .. } => BaselineTargets::Heatmaps(HeatmapTargets {
                 rows: profiles(first, height),

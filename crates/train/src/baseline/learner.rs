@@ -71,6 +71,7 @@ impl BaselineLearner {
             }
             (BaselineNetwork::LiftMono(network), BaselineTargets::Marginals(targets)) => {
                 let stages = network.forward(item.images);
+                // The last stage is the answer; the others only help it to learn.
                 let positions = stages.last().map(|maps| maps.positions());
                 let joints_px = positions.map_or_else(Vec::new, |at| positions_px(at, size_px));
                 (marginal_loss(&stages, targets, self.sigma_cells).total, joints_px)

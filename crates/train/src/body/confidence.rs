@@ -112,6 +112,7 @@ pub(super) fn calibrate_confidence(
     frames: &BodyFrames,
     samples: usize,
 ) -> Result<(), TrainError> {
+    // Every joint, since thresholds are chosen from the scores of wrong ones, too.
     let options =
         BodyPredictorOptions { confidence: Some(LOWEST as f32), ..BodyPredictorOptions::default() };
     let predictor = BodyPredictor::new(checkpoint, options, None)?;
@@ -121,6 +122,7 @@ pub(super) fn calibrate_confidence(
         .map_init(
             || predictor.another(),
             |predictor, k| {
+                // Spread over all images, which are sorted by sequence.
                 let frame = &frames.frames[k * frames.len() / count];
                 let size_px = Vec2::new(frame.image.width() as f32, frame.image.height() as f32);
                 let mut scores = FoundScores::default();

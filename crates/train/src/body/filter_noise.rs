@@ -120,6 +120,7 @@ fn score_exponent(sequences: &[&[ScoredPose]]) -> Option<f64> {
         .flatten()
         .flat_map(|pose| pose.residuals(&pose.pose.points).into_iter().zip(pose.pose.scores))
         .filter_map(|(residual, score)| {
+            // An exact hit has no logarithm.
             let square = residual?.powi(2).max(MIN_SQUARE);
             Some([f64::from(score.max(MIN_SCORE)).ln(), square.ln()])
         })
@@ -130,6 +131,7 @@ fn score_exponent(sequences: &[&[ScoredPose]]) -> Option<f64> {
     let (both, square) = points.iter().fold((0.0, 0.0), |(both, square), point| {
         (both + (point[0] - x) * (point[1] - y), square + (point[0] - x).powi(2))
     });
+    // A single score has no slope.
     (square > 0.0).then(|| (-both / square).clamp(EXPONENTS[0], EXPONENTS[1]))
 }
 

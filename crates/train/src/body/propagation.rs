@@ -162,6 +162,7 @@ fn score_recording(
         BodySequence::evaluate(&truth, &predictions, &protocol)
     };
     Ok([
+        // Over joints that both have, too: leaving joints out must not look like accuracy.
         sequence(|pose| pose.last_detection)?,
         sequence(|pose| pose.propagated)?,
         sequence(|pose| on_common_joints(&pose.last_detection, &pose.propagated))?,

@@ -64,6 +64,7 @@ pub fn evaluate_spatial(
         };
         let recordings =
             scene.recordings.iter().map(open).collect::<Result<Vec<_>, TrainError>>()?;
+        // Each table has the same positions in the world.
         let track = PoseTrack(PoseTable::read(&scene.recordings[0].1)?);
         let first = Micros(1_000 * i64::from(checkpoint.config.data.first_ms));
         let mut errors = [SpatialErrors::default(), SpatialErrors::default()];

@@ -54,6 +54,7 @@ impl HandDataset {
             valid: part(&|_, s| first.min(cut(s))..cut(s))?,
             filter: part(&|is_whole, s| {
                 let end = if is_whole { s.frames } else { cut(s) };
+                // Without whole sequences, the part for validation has to do.
                 if is_whole || whole == 0 { first.min(end)..end } else { 0..0 }
             })?,
         })

@@ -49,6 +49,7 @@ pub fn evaluate_foreign_hands(
         let frontend = &stream.stream().frontend;
         let mut scores: [SequenceScores; 3] = Default::default();
         for label in &recording.labels.rows {
+            // Labels have times of their own: the pose before or after, whichever is nearer.
             let next = poses.partition_point(|pose| pose.t < label.t);
             let around = poses[next.saturating_sub(1)..].iter().take(2);
             let nearest = around.min_by_key(|pose| (pose.t - label.t).0.abs());

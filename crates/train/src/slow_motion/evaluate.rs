@@ -74,6 +74,7 @@ pub fn evaluate_slow_motion(
     for sequence in data.sequences() {
         let poses = track(config, sequence, predictor, &mut usage, progress)?;
         usage.add(&poses);
+        // By its own time, and by when a live user knew of it.
         for (method, since) in methods.iter_mut().zip([
             (|pose: &HandEstimate| pose.t) as fn(&HandEstimate) -> Micros,
             |pose: &HandEstimate| pose.known,

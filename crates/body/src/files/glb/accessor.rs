@@ -29,6 +29,7 @@ pub(super) fn read(accessor: &Accessor<'_>, blob: &[u8]) -> Result<Array, FieldF
     let part = blob.get(view.offset()..).and_then(|rest| rest.get(..view.length()));
     let part = part.and_then(|part| part.get(accessor.offset()..)).ok_or(OUTSIDE)?;
     let width = components * element.size();
+    // Attributes may be interleaved.
     let stride = view.stride().unwrap_or(width).max(1);
     let mut packed = Vec::new();
     for row in 0..accessor.count() {

@@ -113,8 +113,10 @@ fn skin_weights(
     let rows = joints.values.as_chunks::<4>().0.iter().zip(weights.values.as_chunks::<4>().0);
     rows.enumerate()
         .map(|(vertex, (joints, weights))| {
+            // Several bones of a file can be one joint here.
             let mut shares = [0.0f32; HAND_SIZE];
             for (k, (&joint, &weight)) in joints.iter().zip(weights).enumerate() {
+                // Slots that are not used may name any joint.
                 if weight == 0.0 {
                     continue;
                 }
@@ -130,6 +132,7 @@ fn skin_weights(
                 shares[joint] += weight as f32;
             }
             let sum = shares.iter().sum::<f32>();
+            // Weights in bytes are rounded.
             if (sum - 1.0).abs() > 0.02 {
                 return Err(FieldFault::Sum { vertex, sum: sum.into() });
             }

@@ -56,6 +56,7 @@ pub(super) fn minimise(
         while damping < MAX_DAMPING {
             let mut damped = normal.clone();
             for (k, row) in damped.iter_mut().enumerate() {
+                // Marquardt's scaling: relative to each parameter's curvature, which may be zero.
                 row[k] += damping * row[k].max(MIN_DIAGONAL);
             }
             let tried = solve(damped, gradient.clone()).map(|step| {
@@ -69,12 +70,14 @@ pub(super) fn minimise(
                 if tried_cost < cost {
                     (parameters, cost) = (tried, tried_cost);
                     std::mem::swap(&mut current, &mut shifted);
+                    // Towards Gauss-Newton after a success, towards small steps after a failure.
                     damping = (0.1 * damping).max(1e-9);
                     break;
                 }
             }
             damping *= 10.0;
         }
+        // No damping lowers the cost any more.
         if before - cost <= CONVERGED * before {
             break;
         }

@@ -26,6 +26,7 @@ pub(super) fn best_start(
     scale: f64,
     freedom: Freedom,
 ) -> Guess {
+    // Rigid first: from a wrong rotation, fingers would bend to fit.
     let rigid = |rotation: &Mat3| {
         let guess = placed(fitter, target, *rotation, scale);
         fitter.refine(target, guess, Freedom::Rigid, RIGID_ITERATIONS)

@@ -29,6 +29,7 @@ impl Target {
     ) -> Option<Self> {
         match joints {
             HandJoints::Metres(joints_m, frame) => {
+                // The model is of one side, the other hand its mirror image.
                 let mirror = if is_mirrored { -1.0 } else { 1.0 };
                 let in_camera = joints_m.map(|at_m| {
                     let at_m = match frame {

@@ -132,6 +132,7 @@ impl FusionConfig {
             ("position_noise_px2_per_s", self.position_noise_px2_per_s),
             ("velocity_noise_px2_per_s3", self.velocity_noise_px2_per_s3),
         ] {
+            // Negated, so that NaN is refused as well.
             if !(value > 0.0 && value.is_finite()) {
                 return Err(PoseError::OutOfRange { field, value, rule: "positive and finite" });
             }

@@ -56,6 +56,7 @@ impl<F: JointFilter> BodyEstimator for SharedClock<F> {
         check(now, self.clock)?;
         for joint in in_order() {
             let Some(position_px) = given(positions_px[joint]) else { continue };
+            // As published: one clock for all joints, so that after the first no time has passed.
             let dt_s = self.clock.replace(now).map_or(0.0, |before| seconds(before, now));
             match &mut self.filters[joint] {
                 Some(filter) => {

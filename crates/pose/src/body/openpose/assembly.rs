@@ -59,6 +59,7 @@ pub(super) fn assemble(
             (Some(one), Some(other)) => {
                 merge(&mut people, one.min(other), one.max(other), connection.score);
             }
+            // A connection of a higher score has taken the part.
             _ => {}
         }
     }

@@ -99,6 +99,7 @@ impl OpenPoseDecoder {
         let cells = self.rows * self.columns;
         assert_eq!(heatmaps.len(), self.model.heatmap_channels() * cells, "heatmaps of this size");
         assert_eq!(fields.len(), self.model.field_channels() * cells, "fields of this size");
+        // Map by map, since they are large at this resolution.
         let fine = |maps: &[f32], channel: usize| -> FineMap {
             let map = &maps[channel * cells..][..cells];
             upsample(map, [self.rows, self.columns], self.options.stride)

@@ -58,6 +58,7 @@ impl Network {
             Self::Pretrained | Self::GreyPretrained => stages.pretrain.clone(),
             _ => stages.finetune.clone(),
         };
+        // The directory of the study decides it: see `train`.
         config.start_from = None;
         match self {
             Self::Pretrained | Self::Full | Self::Scratch => {}

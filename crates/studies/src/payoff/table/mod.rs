@@ -94,6 +94,7 @@ impl PairedTable {
         let names = |scores: &EvaluationScores| -> Vec<String> {
             scores.recordings.iter().map(|recording| recording.recording.clone()).collect()
         };
+        // Differences are paired: recordings have to agree in their order, too.
         for model in models {
             ensure!(
                 model.by_seed.len() == models[0].by_seed.len()

@@ -71,6 +71,7 @@ fn parts_beyond(label: &BodyLabel, limb: [usize; 3], known: f32) -> Vec<[Vec2; 2
     let mut parts = Vec::new();
     for (part, ends) in limb.windows(2).enumerate() {
         let (Some(from), Some(to)) = (at(ends[0]), at(ends[1])) else { continue };
+        // `known` counts parts: 1.5 is the middle of the second.
         let share = known - part as f32;
         if share < 1.0 {
             let is_last = part + 2 == limb.len();
