@@ -40,6 +40,7 @@ pub fn stamp(
             })
         })
         .collect();
+    // Jitter and latency have changed the order.
     events.sort_unstable();
     events
 }

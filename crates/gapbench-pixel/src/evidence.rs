@@ -77,6 +77,8 @@ pub fn compare(without: &Recording, with: &Recording, stage: CameraStage) -> Evi
             }
             for (old_us, new_us) in pairs {
                 let shift_us = (new_us - old_us).abs();
+                // The readout shifts all alike; elsewhere a shift counts relative to the pixel's
+                // spacing.
                 let min_shift_us = if in_clock {
                     CLOCK_SHIFT_US
                 } else {
@@ -132,6 +134,7 @@ fn spacing_us(times_us: &[f64], at_us: f64) -> f64 {
 fn align(old: &[f64], new: &[f64]) -> Vec<(f64, f64)> {
     let columns = new.len() + 1;
     let mut costs = vec![0.0; (old.len() + 1) * columns];
+    // As of edit distances: an event alone costs a half, so that a pair may cost up to 1.
     for i in 0..=old.len() {
         for j in 0..=new.len() {
             if i == 0 || j == 0 {
@@ -143,6 +146,7 @@ fn align(old: &[f64], new: &[f64]) -> Vec<(f64, f64)> {
             costs[i * columns + j] = pair.min(alone);
         }
     }
+    // Back along the cheapest way.
     let (mut i, mut j) = (old.len(), new.len());
     let mut pairs = Vec::new();
     while i > 0 && j > 0 {

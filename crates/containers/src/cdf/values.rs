@@ -56,6 +56,7 @@ impl StoredRecords<'_> {
         while let Some(at) = next {
             let index = Record::of_kind(self.file, at, kind::INDEX)?;
             visited += 1;
+            // A record has 28 bytes at least: more than fit into the file are a circle.
             if depth > MAX_INDEX_DEPTH || visited * 28 > self.file.len() {
                 return Err(CdfError::malformed(at, "an index that leads back to itself"));
             }
@@ -130,6 +131,7 @@ fn row_major(values: &[f64], sizes: &[u32], values_per_record: usize) -> Vec<f64
     }
     let place = |mut index: usize| {
         let mut place = 0;
+        // The last dimension runs fastest here, the first one in the file.
         for (&size, stride) in sizes.iter().zip(&strides).rev() {
             place += index % size as usize * stride;
             index /= size as usize;

@@ -97,6 +97,7 @@ impl MatFile {
 }
 
 fn header(bytes: &[u8]) -> Result<ByteOrder, MatError> {
+    // MATLAB puts 512 bytes of its own before HDF5's.
     const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
     if bytes.starts_with(HDF5) || bytes.get(512..).is_some_and(|bytes| bytes.starts_with(HDF5)) {
         return Err(MatError::Version73);

@@ -127,6 +127,7 @@ impl<'a> Builder<'a> {
             is_complex: false,
             content: Content::Nothing,
         };
+        // Its index first, since nested arrays refer to it.
         self.tree.nodes.push(node);
         if element.length == 0 {
             return Ok((id, String::new()));
@@ -140,6 +141,7 @@ impl<'a> Builder<'a> {
         node.is_logical = flags & LOGICAL != 0;
         node.is_complex = flags & COMPLEX != 0;
         let mut count = 0;
+        // An opaque object has no sizes.
         if class != MatClass::Opaque {
             count = self.dimensions(&mut parts, &mut node)?;
         }
@@ -247,6 +249,7 @@ impl<'a> Builder<'a> {
         };
         let element = parts.element("names of fields")?;
         let bytes = parts.data(&element);
+        // Arrays of structures repeat their names, which are kept once.
         let names = match self.known_names.get(&(room, bytes)) {
             Some(&names) => names,
             None => {
@@ -260,6 +263,7 @@ impl<'a> Builder<'a> {
             }
         };
         let fields = self.tree.names[names].len();
+        // A few bytes could state billions of them.
         if fields == 0 && count > FIELDLESS_LIMIT {
             return self.malformed(element.tag, format!("{count} structures without any field"));
         }

@@ -69,6 +69,7 @@ impl Comparators {
             }
             None => {}
         }
+        // Log-normal, so that no threshold is negative.
         let spread = |xi: f64| (detector.offset_sigma_ln * xi + smooth).exp();
         let leak_per_s = detector.leak.map_or(0.0, |junction| {
             let xi = draw(camera_seed, Purpose::Leakage).normal(0);
@@ -101,6 +102,7 @@ impl Comparators {
 
     /// Balances the amplifier at `level`.
     pub(crate) fn balance(&mut self, level: f64, t_s: f64) {
+        // The first balance is no reset and injects no charge.
         self.memory = level - self.injected * f64::from(u8::from(self.last.is_some()));
         self.since_s = t_s;
         self.release_s = None;
@@ -116,8 +118,10 @@ impl Comparators {
             None => {}
         }
         if self.noise > 0.0 {
+            // Drawn anew for each event: by its number, or by the cell of time that it falls in.
             let index = self.cells.as_mut().map_or(self.fired, |cells| cells.index(t_s));
             let noisy = |mean: f64, stream: Stream| {
+                // Not near zero, where a pixel would fire without an end.
                 (mean + self.noise * stream.normal(index)).max(SMALLEST_SHARE * mean)
             };
             thresholds =

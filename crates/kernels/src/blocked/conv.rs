@@ -186,8 +186,10 @@ impl ConvExec<'_> {
     unsafe fn run(&self) {
         let mut first = 0;
         for (group, blocks) in self.conv.block_groups().enumerate() {
+            // Weights of the groups follow each other.
             let lines = self.conv.shape.channels_in * self.conv.shape.taps() * blocks.len();
             let block_out = blocks.start;
+            // Constants, so that the compiler unrolls each kernel.
             macro_rules! run {
                 ($b:literal, $stride:literal, $pixel:expr) => {{
                     let kernel =

@@ -184,6 +184,7 @@ impl DepthwiseRows<'_> {
             let mut sums = [V::load(bias); N];
             for ky in 0..K {
                 for kx in 0..K {
+                    // A weight is loaded once for all pixels, whose sums stay in registers.
                     let weight = V::load(weights.add((ky * K + kx) * LANES));
                     for (pixel, sum) in sums.iter_mut().enumerate() {
                         let at = ky * row_pitch + (pixel * STRIDE + kx) * LANES;

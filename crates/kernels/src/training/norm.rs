@@ -465,6 +465,7 @@ pub(super) fn channel_sums(shape: &Blocks, values: &[f32]) -> Vec<f32> {
         .par_chunks(shape.block().max(1))
         .map(|block| {
             let mut totals = [0.0; LANES];
+            // Runs in f32 vectorise, and their sums in f64 keep the precision over a batch.
             for pixels in block.chunks(RUN) {
                 let mut sums = [0.0; LANES];
                 for pixel in pixels.as_chunks::<LANES>().0 {
@@ -479,6 +480,7 @@ pub(super) fn channel_sums(shape: &Blocks, values: &[f32]) -> Vec<f32> {
             totals
         })
         .collect();
+    // In the order of images, whatever the number of threads.
     let total = |channel: usize| -> f64 {
         sums.iter().skip(channel / LANES).step_by(blocks).map(|sums| sums[channel % LANES]).sum()
     };

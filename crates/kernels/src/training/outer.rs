@@ -70,6 +70,7 @@ unsafe fn sums<V: Lanes, const M: usize, const B: usize>(
     let [columns, rows, images] = pixels.size;
     // SAFETY: the caller's; every offset below is of a pixel or a sum that is named there.
     unsafe {
+        // In registers for all pixels: memory is touched once before and once after.
         let mut sums: [[V; B]; M] = std::array::from_fn(|channel| {
             std::array::from_fn(|block| V::load(to.add((channel * B + block) * LANES)))
         });

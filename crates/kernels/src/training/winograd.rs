@@ -215,6 +215,7 @@ impl<S: WinogradTransform> Round<'_, S> {
                     }
                     *half = S::output(m);
                 }
+                // Tiles at the border reach beyond the output.
                 for y in 0..S::OUT.min(height - y0) {
                     let row = S::output(std::array::from_fn(|x| halves[x][y]));
                     for (x, value) in row.iter().enumerate().take(S::OUT.min(width - x0)) {

@@ -36,6 +36,7 @@ impl Weights<'_> {
         let mut lines = vec![Line::ZERO; places * of_place];
         let to = Places { first: lines.as_mut_ptr().cast(), pitch: of_place * LANES };
         let all = block_groups(channels_out, together).len();
+        // A single kernel is too little work for a task.
         (0..all * channels_in).into_par_iter().with_min_len(16).for_each(|k| {
             let work = Kernels {
                 of: self,
@@ -231,6 +232,7 @@ impl Transform<'_> {
                 let to = self.to.add(k * LANES);
                 let zero = V::splat(0.0);
                 let mut columns = [[zero; MAX_INPUTS]; 4];
+                // Beyond the border there is no gradient: it stays zero.
                 let (rows, across) = (S::OUT.min(height - y0), S::OUT.min(width - x0));
                 for (x, column) in columns.iter_mut().enumerate().take(across) {
                     let mut dy = [zero; 4];

@@ -268,6 +268,7 @@ impl DepthwiseRows<'_> {
             // SAFETY: the caller's; taps and outputs of this row are inside.
             unsafe {
                 let mut x = 0;
+                // Four pixels share each weight; the rest of the row goes one by one.
                 while x + 4 <= self.width {
                     self.tile::<D, K, STRIDE, 4>(block, from, to, x);
                     x += 4;

@@ -267,6 +267,7 @@ impl<'a> Batches<'a> {
         first: usize,
         count: usize,
     ) -> Tiles<'a, R, C> {
+        // A single batch is shared: threads have its inputs in common, and sums of their own.
         let (inputs, own) = if self.is_single() {
             (0, self.input_lines + thread * self.thread_lines)
         } else {

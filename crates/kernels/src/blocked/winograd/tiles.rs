@@ -88,6 +88,7 @@ impl<R: WinogradTransform, C: WinogradTransform> Kernel for InputTransform<'_, R
                     for y in 0..R::IN {
                         let row = C::input(std::array::from_fn(|x| columns[x][y]));
                         for (x, value) in row.iter().enumerate().take(C::IN) {
+                            // The scales of `G` go to the inputs: its rows are whole numbers then.
                             let factor = V::splat(R::G_SCALES[y] * C::G_SCALES[x]);
                             value.mul(factor).store(to.add((y * C::IN + x) * pitch));
                         }
@@ -194,6 +195,7 @@ impl<R: WinogradTransform, C: WinogradTransform> GroupKernel<'_, R, C> {
         for (k, block) in blocks.enumerate() {
             for (at, tile) in range.clone().enumerate() {
                 let [y0, x0] = tiles.tile_origin(tile);
+                // Tiles at the right and lower border reach beyond the output.
                 let (rows, columns) = (R::OUT.min(height - y0), C::OUT.min(width - x0));
                 let residual = exec
                     .residual

@@ -82,6 +82,7 @@ impl LowPrecisionConv {
         assert!(matches!(stride, 1 | 2) && is_square, "a square kernel of stride 1 or 2");
         assert_eq!(weight.len(), channels_out * channels_in * shape.taps(), "weights");
         assert_eq!(bias.len(), channels_out, "bias");
+        // Two blocks share each loaded pixel, where registers have room for their sums.
         let blocks_per_group = if level.has_room_for_two_blocks() { 2 } else { 1 };
         let groups = block_groups(channels_out, blocks_per_group);
         let (weights, scales, bias) = match input {
@@ -191,6 +192,7 @@ impl ConvExec<'_> {
                 let rows = rows.clone();
                 match conv.arithmetic {
                     Arithmetic::Vectors => {
+                        // Prefetching may go on into the next group's weights, not behind the last.
                         let left = all - first - bytes;
                         self.run_vectors::<S>(blocks, rows, weights, [bytes, left]);
                     }

@@ -76,12 +76,14 @@ impl<S: TileElement, U: TileUnit> Kernel for TileKernel<'_, S, U> {
     unsafe fn run<V: Lanes>(&self) {
         let [_, _, width] = self.exec.size;
         let mut sums = [[Sums([[S::Sum::default(); LANES]; TILE_ROWS]); 2]; 2];
+        // The last tile overlaps the one before, so that all are equally wide.
         let column = |tile: usize| (tile * self.pixels).min(width - self.pixels);
         let tiles = width.div_ceil(self.pixels);
         // SAFETY: the caller's; pixels are inside the output.
         unsafe {
             let mut unit = U::configure(&self.config());
             for y in self.rows.clone() {
+                // Two tiles share the weights that were loaded.
                 for first in (0..tiles).step_by(2) {
                     let second = (first + 1 < tiles).then(|| column(first + 1));
                     let columns = [Some(column(first)), second];

@@ -92,6 +92,7 @@ impl<const B: usize, const STRIDE: usize> GroupKernel<'_, B, STRIDE> {
                     for kx in 0..kernel {
                         let from = from.add(ky * row_pitch + kx * LANES);
                         for step in 0..steps {
+                            // A line at each step, spread over the arithmetic that hides it.
                             if fetched < prefetch_lines {
                                 D::Lanes::prefetch(
                                     prefetch.wrapping_add(fetched * CACHE_LINE_BYTES).cast(),
