@@ -213,6 +213,7 @@ fn spectrum_of(view: &View<'_>) -> Vec<f64> {
             re += (count - mean) * cos;
             im += (count - mean) * sin;
         }
+        // Independent events have the power of their number.
         let power = (re * re + im * im) / all;
         // Zero has no place on a logarithmic axis.
         if power > 0.0 { power } else { f64::NAN }
