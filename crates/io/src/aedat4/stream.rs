@@ -82,6 +82,7 @@ impl<R: Read> Aedat4Stream<R> {
             start = MAGIC.len() as u64;
         }
         let size = head.first_chunk().map_or(0, |size| u32::from_le_bytes(*size));
+        // A connection that is of another protocol would name any size.
         if size > MAX_HEADER {
             return Err(damage(&name, start, format!("a header of {size} bytes is none")));
         }
@@ -133,6 +134,7 @@ impl<R: Read> Aedat4Stream<R> {
                 return Ok(false);
             }
             let Some((stream, size)) = self.head()? else { return Ok(false) };
+            // Packets of other streams are read away: a socket cannot skip.
             let there = if stream == self.chosen {
                 self.body.clear();
                 (&mut self.bytes).take(size).read_to_end(&mut self.body).map(|there| there as u64)
@@ -145,6 +147,7 @@ impl<R: Read> Aedat4Stream<R> {
                 return Err(self.damage(self.at, reason));
             }
             self.at += HEAD + size;
+            // A packet that cannot be read is passed over: a live view goes on.
             if stream == self.chosen && !self.decode(columns) {
                 columns.truncate(before);
                 self.malformed += 1;

@@ -48,6 +48,7 @@ impl Writer {
             return Err(IoError::unwritable(path, reason));
         }
         for (k, stream) in streams.iter().enumerate() {
+            // Packets name their stream by its number alone.
             if streams[..k].iter().any(|other| other.id == stream.id) {
                 let reason = format!("two streams of number {}", stream.id);
                 return Err(IoError::unwritable(path, reason));
@@ -59,6 +60,7 @@ impl Writer {
                 return Err(IoError::unwritable(path, reason));
             }
         }
+        // Without the place of the table, which is known at the end.
         let header = header::bytes(compression, None, streams);
         let failed = |e| IoError::file(path, "create", e);
         let mut file = AtomicFile::create(path).map_err(failed)?;

@@ -40,6 +40,7 @@ impl Folder {
         let Some(first) = images.first() else {
             return Err(IoError::frames(path, FrameFault::NoImages));
         };
+        // The first image gives size and depth, which all must have.
         let image = decode(first)?;
         let (size, depth) = properties(&image).map_err(|fault| IoError::frames(first, fault))?;
         Ok(Self { images, next: 0, size, depth })

@@ -94,12 +94,14 @@ impl EventSink for Hdf5Sink {
         if !self.pending.is_empty() {
             self.write_chunks(chunk_rows)?;
         }
+        // Datasets first: a group holds their addresses.
         let mut group = ObjectHeader::group();
         for (place, (name, kind)) in COLUMNS.into_iter().enumerate() {
             let addresses = std::mem::take(&mut self.addresses[place]);
             group = group.link(name, self.dataset(kind, rows, chunk_rows, addresses)?);
         }
         let events = self.append(&group.into_bytes())?;
+        // Times are stored from zero, as DSEC's are.
         let offset = ObjectHeader::scalar(self.ms_index.offset_us());
         let offset = self.append(&offset.into_bytes())?;
         let mut root = ObjectHeader::group()
@@ -112,6 +114,7 @@ impl EventSink for Hdf5Sink {
             let is_short = self.ms_addresses.is_empty();
             let chunk_rows = if is_short { entries as usize } else { CHUNK_ROWS };
             if !self.ms_index.pending.is_empty() {
+                // Padded, since a chunk is stored whole.
                 self.ms_index.pending.resize(chunk_rows, 0);
                 self.write_index(chunk_rows)?;
             }

@@ -19,6 +19,7 @@ pub(super) fn read(
     source: &mut dyn EventSource,
     options: &OpenOptions,
 ) -> Result<Recording, IoError> {
+    // Sources that are in memory hand out their columns.
     let mut columns = source.take_all().unwrap_or_default();
     let mut remarks = Vec::new();
     loop {

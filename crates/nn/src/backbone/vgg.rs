@@ -106,6 +106,7 @@ impl VggConfig {
             });
             stage.collect()
         });
+        // Ended here, since it borrows the count of channels.
         let stages = stages.collect();
         let hidden = scaled(HIDDEN, self.width);
         Vgg {
@@ -113,6 +114,7 @@ impl VggConfig {
             pool: MaxPool2dConfig::new([2, 2]).init(),
             mean: AdaptiveAvgPool2dConfig::new([FIELDS, FIELDS]).init(),
             hidden: vec![
+                // Flattened: one weight for each channel and each of the last fields.
                 linear(channels * FIELDS * FIELDS, hidden, device),
                 linear(hidden, hidden, device),
             ],

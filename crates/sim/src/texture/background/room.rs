@@ -26,6 +26,7 @@ pub(super) fn paint((width, height): (usize, usize), rng: &mut CounterRng) -> Ca
     }
     for _ in 0..9 {
         let (bw, bh) = (rng.uniform(0.06, 0.25) * w, rng.uniform(0.08, 0.4) * h);
+        // What is nearer than the wall stands lower on the image.
         let left = rng.uniform(-0.1, 1.0) * w;
         let foot = skirting + rng.uniform(-0.05, 0.3) * h;
         cabinet(&mut canvas, Rect::new(left, foot - bh, left + bw, foot), rng);

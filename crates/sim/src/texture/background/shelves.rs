@@ -15,6 +15,7 @@ pub(super) fn paint((width, height): (usize, usize), rng: &mut CounterRng) -> Ca
     for shelf in 0..shelves {
         let foot = step * (shelf + 1) as f32 - board;
         canvas.rect(Rect::new(0.0, foot, w, foot + board), wood);
+        // The lower part of a board is in shadow.
         canvas.rect(Rect::new(0.0, foot + 0.6 * board, w, foot + board), wood * 0.4);
         let mut x = 0.0;
         while x < w {
@@ -24,6 +25,7 @@ pub(super) fn paint((width, height): (usize, usize), rng: &mut CounterRng) -> Ca
             if rng.chance(0.93) {
                 spine(&mut canvas, Rect::new(x, foot - tall, x + thickness, foot), rng);
             }
+            // A gap of a pixel divides spines of one colour.
             x += thickness + 1.0;
         }
     }

@@ -41,6 +41,7 @@ fn write(canvas: &mut Canvas, sheet: Rect, ink: Vec3A, rng: &mut CounterRng) {
             if !rng.chance(0.17) {
                 let top = y + letter * if rng.chance(0.5) { 0.0 } else { 0.3 };
                 let stem = (0.3 * letter).max(1.0);
+                // A stem and a bar are enough: letters only have to have edges.
                 canvas.rect(Rect::new(x, top, x + stem, y + letter), ink);
                 let bar = if rng.chance(0.5) { top } else { y + 0.6 * letter };
                 canvas.rect(Rect::new(x, bar, x + wide, bar + stem), ink);
