@@ -108,6 +108,7 @@ impl SubMesh {
         }
         let mut skin: Vec<SkinWeights> = self.old.iter().map(|&v| whole.skin[v as usize]).collect();
         let mut uvs: Vec<Vec2> = self.old.iter().map(|&v| whole.uvs[v as usize]).collect();
+        // The cut is closed by a vertex of its own.
         if let Some(&first) = self.rim.first() {
             let mut shares = vec![0.0; whole.parents.len()];
             for (joint, weight) in self.rim.iter().flat_map(|&v| whole.skin[v as usize].iter()) {
@@ -135,6 +136,7 @@ impl SubMesh {
             shape_directions_m: directions(&whole.shape_directions_m),
             shape_space: whole.shape_space.clone(),
             pose_directions_m,
+            // Without the rest of the body no vertex says where joints are: they have places.
             joint_regressor: vec![Vec::new(); whole.parents.len()],
             joint_offsets_m: whole.blended(&[]).joints_m,
             joint_directions_m: whole

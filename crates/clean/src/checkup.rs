@@ -149,6 +149,7 @@ impl Checkup {
     fn remarks(&self, findings: &Findings) -> Vec<String> {
         let sensor = self.sensor;
         let mut remarks = Vec::new();
+        // Without events there are no extents.
         if let (Some((_, right)), Some((_, bottom))) = (findings.columns, findings.rows) {
             let reach = format!("columns reach {right} and rows {bottom}");
             match findings.fit {

@@ -134,15 +134,18 @@ pub fn find(recording: &EventStream, reference: &EventStream) -> Option<Orientat
     let norm = (seen.power() * wanted.power()).sqrt();
     let (seen_rate, wanted_rate) = (seen.rate(), wanted.rate());
     let rate_correlation = correlation(&seen_rate, &wanted_rate);
+    // Without a pattern there is nothing to compare.
     if norm <= 0.0 {
         return None;
     }
     let mut scored: Vec<(Symmetry, f64, Vec<f64>)> = Vec::new();
     for symmetry in Symmetry::all() {
+        // Sides exchanged, the sensor would have another shape.
         if symmetry.size(size) != target {
             continue;
         }
         let sign = if symmetry.swaps_polarity { -1.0 } else { 1.0 };
+        // Summed slice by slice: their spread gives the error of the advantage.
         let mut parts = seen.products(&wanted, symmetry, 0);
         parts.iter_mut().for_each(|part| *part *= sign / norm);
         scored.push((symmetry, parts.iter().sum(), parts));

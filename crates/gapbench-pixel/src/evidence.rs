@@ -66,10 +66,12 @@ pub fn compare(without: &Recording, with: &Recording, stage: CameraStage) -> Evi
     let (mut added, mut removed, mut moved, mut added_in_quiet) = (0, 0, 0, 0);
     let mut shifts_us = Vec::new();
     for (old, new) in before.iter().zip(&after) {
+        // Where next to nothing happened before, an added event shows.
         let quiet = old[0].len() + old[1].len() <= 1;
         let all = spacing_times(old);
         for (old, new) in old.iter().zip(new) {
             let pairs = align(old, new);
+            // What has no partner is gone, or new.
             removed += old.len() - pairs.len();
             added += new.len() - pairs.len();
             if quiet {
@@ -89,6 +91,7 @@ pub fn compare(without: &Recording, with: &Recording, stage: CameraStage) -> Evi
             }
         }
     }
+    // For the median: shifts of most events, not of the worst.
     shifts_us.sort_by(f64::total_cmp);
     let median_shift_us = shifts_us.get(shifts_us.len() / 2).copied().unwrap_or(0.0);
     let mut evidence = Evidence {

@@ -56,6 +56,7 @@ impl Planner<'_> {
 
     /// One step that runs several.
     fn fused_step(&self, mut steps: Vec<PlannedStep>) -> PlannedStep {
+        // A chain of one would cost bands and save nothing.
         if steps.len() == 1 {
             return steps.remove(0);
         }

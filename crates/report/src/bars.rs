@@ -124,6 +124,7 @@ pub fn svg(bars: &[Bar], along: &Along<'_>) -> Result<String, DrawingError> {
     let width = along.labels + along.length + along.notes;
     let height = bottom + if along.name.is_empty() { 4.0 } else { FOOT };
     document((width.ceil() as u32, height.ceil() as u32), |area| {
+        // The axis takes room only where it has a name.
         if !along.name.is_empty() {
             draw_axis(area, along, bottom)?;
         }

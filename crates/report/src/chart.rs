@@ -134,6 +134,7 @@ impl ChartAxis {
         if let Some(range) = self.range {
             return range;
         }
+        // A logarithmic axis has no zero.
         let zero = (self.has_zero && !self.is_log).then_some(0.0);
         let usable = values.chain(zero).filter(|v| v.is_finite() && (!self.is_log || *v > 0.0));
         let (low, high) =
@@ -253,6 +254,7 @@ where
 {
     let mut builder = ChartBuilder::on(area);
     builder.margin(8).margin_top(4).margin_right(14).y_label_area_size(LABELS_PX);
+    // Room for the numbers alone, or for a name as well.
     builder.x_label_area_size(if chart.x.name.is_empty() { 18 } else { 36 });
     let mut canvas = builder.build_cartesian_2d(x, y).map_err(DrawingError::new)?;
     canvas

@@ -77,6 +77,7 @@ fn draw(rng: &mut CounterRng) -> Motion {
     let (mut heading, turning) = (rng.uniform(-1.0, 1.0), if rng.chance(0.4) { 0.8 } else { 0.15 });
     let postures: Vec<Posture> = (0..POSTURES)
         .map(|_| {
+            // Headings add up: people who dance do not turn back each time.
             heading += turning * rng.uniform(0.0, 1.0) * side(rng);
             Posture {
                 heading,
@@ -91,6 +92,7 @@ fn draw(rng: &mut CounterRng) -> Motion {
         let at = (t_s / period_s).max(0.0);
         let step = at as usize;
         let [from, to] = [step, step + 1].map(|k| &postures[k % POSTURES]);
+        // Reached before the period ends, and held for the rest.
         let x = ease(1.3 * at.fract());
         let mix = |a: f32, b: f32| a + x * (b - a);
         Figure {

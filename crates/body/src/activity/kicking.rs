@@ -38,6 +38,7 @@ fn draw(rng: &mut CounterRng) -> Motion {
         arms[1 - kicking].flexion = 0.7 * kicked - 0.3 * swung;
         Figure {
             heading,
+            // The foot that stands is the one that must not slip.
             anchor: Anchor::Foot(1 - kicking),
             pelvis: [-0.15 * kicked + 0.15 * swung, 0.0],
             spine: [0.1 * kicked, 0.0, 0.0],

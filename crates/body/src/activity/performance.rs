@@ -79,9 +79,11 @@ impl Performance {
         if self.turns_s.is_empty() {
             return (t_s, 1.0);
         }
+        // Motion and rest take turns.
         let moves = turns.is_multiple_of(2);
         let (since_s, passed_s) = match turns.checked_sub(1) {
             Some(last) => (t_s - self.turns_s[last], self.passed_s[last]),
+            // The beginning is at full pace, as long after a turn.
             None => (t_s + STOPPING_S, -STOPPING_S),
         };
         // After a turn the pace changes over a while: its integral is the time that passes.

@@ -53,6 +53,7 @@ pub(super) fn model(mut fields: Fields) -> Result<ModelFile, ModelFileError> {
     let mut missing = Vec::new();
     let pose_directions_m = match fields.optional("posedirs")? {
         Some(poses) => {
+            // Nine entries of a rotation for every joint but the root.
             let entries = 9 * (joints - 1);
             check(&fields, "posedirs", vectors(&poses, &[count, 3, entries], entries))?
         }
@@ -75,6 +76,7 @@ pub(super) fn model(mut fields: Fields) -> Result<ModelFile, ModelFileError> {
         missing.push("forearm: the hand ends at the wrist");
         (None, basis(&mut fields, "hands_components", "hands_mean", 1)?)
     };
+    // Files of this kind have none.
     missing.push("texture coordinates: a made-up skin is laid along the limb");
     let mut model = BodyModel {
         uvs: vec![Vec2::ZERO; count],
@@ -94,6 +96,7 @@ pub(super) fn model(mut fields: Fields) -> Result<ModelFile, ModelFileError> {
         left_hand,
         right_hand,
     };
+    // Coordinates follow from the shape at rest, which needs the model.
     model.uvs = coordinates(&model, &model.shaped(&[]));
     let kind = if is_body { ModelKind::Body } else { ModelKind::Hand(side(&model)) };
     Ok(ModelFile { kind, format: fields.format(), model, hand_components, missing })
@@ -181,6 +184,7 @@ fn regressor(
     };
     let mut rows = vec![Vec::new(); joints];
     let expected = [joints, vertices];
+    // Entries are places in a matrix of this shape.
     if sparse.shape != expected {
         let (expected, actual) = (format!("{expected:?}"), sparse.shape.to_vec());
         return Err(fields.fault(FIELD, FieldFault::Shape { expected, actual }));

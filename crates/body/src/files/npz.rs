@@ -114,6 +114,7 @@ fn parse(text: &str) -> Option<Header> {
         Some(rest.trim_start().strip_prefix(':')?.trim_start())
     };
     let (element, _) = after("descr")?.strip_prefix('\'')?.split_once('\'')?;
+    // Written as Python prints it, not as JSON.
     let order = after("fortran_order")?;
     let is_column_major = order.starts_with("True");
     if !is_column_major && !order.starts_with("False") {

@@ -39,6 +39,7 @@ impl BaseMesh {
                         let reason = "a face of vertices above it expected";
                         return Err(FolderError::line(path, line, reason));
                     };
+                    // A fan: quadrilaterals become two triangles.
                     let triangles = rest.windows(2).map(|pair| [*first, pair[0], pair[1]]);
                     groups.entry(group.clone()).or_default().extend(triangles);
                 }

@@ -49,6 +49,7 @@ fn rotation(degrees: Vec3) -> Mat3 {
 impl Skeleton {
     /// Parses an ASF file; `path` is for messages.
     pub(super) fn parse(path: &Path, text: &str) -> Result<Self, FolderError> {
+        // The root is not listed among the bones.
         let mut bones = vec![Bone::new("root")];
         let (mut section, mut parents) = ("", Vec::new());
         for (line, row) in text.lines().enumerate() {

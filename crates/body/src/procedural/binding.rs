@@ -81,6 +81,7 @@ fn bind_point(point_m: Vec3, anatomy: &Anatomy, digits: &[Digit; DIGITS]) -> Bin
     let mut along = layout::U_SHOULDER
         + (layout::U_ELBOW - layout::U_SHOULDER) * fraction(point_m, SHOULDER_M, ELBOW_M)
         + (layout::U_WRIST - layout::U_ELBOW) * fraction(point_m, ELBOW_M, WRIST_M);
+    // The palm holds what no finger takes.
     let mut in_palm = passed;
     for (k, digit) in digits.iter().enumerate() {
         along += digit_shares[k] * digit_length_u(point_m, k, digit);

@@ -31,6 +31,7 @@ pub(crate) fn decode(
     let values =
         records.bytes.chunks_exact(kind.size()).map(|bytes| kind.decode(bytes, file.order));
     let mut values: Vec<f64> = values.collect();
+    // Columns first are turned around, so that readers know one order only.
     if !file.is_row_major {
         values = row_major(&values, &variable.sizes, variable.values_per_record as usize);
     }
@@ -65,6 +66,7 @@ impl StoredRecords<'_> {
                 let reason = format!("an index of {entries} entries, {used} of them used");
                 return Err(CdfError::malformed(at, reason));
             }
+            // Three lists one behind the other: first records, last records, places.
             for entry in 0..used {
                 let first = index.u32(28 + 4 * entry)?;
                 let last = index.u32(28 + 4 * entries + 4 * entry)?;
@@ -89,6 +91,7 @@ impl StoredRecords<'_> {
         if first >= end {
             return Ok(());
         }
+        // Records come in order: one that is missing leaves a gap here.
         if first != self.next {
             return Err(self.missing(index));
         }

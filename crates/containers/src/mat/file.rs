@@ -46,6 +46,7 @@ impl MatFile {
         let origin = Origin::File { start: 0 };
         let mut reader = Reader { bytes, order, origin, at: HEADER_BYTES, end: bytes.len() };
         let mut variables = Vec::new();
+        // A limit for all variables together: many small ones may be one large.
         let mut left = inflated_limit;
         while reader.at < reader.end {
             let element = reader.element("a variable")?;
@@ -105,6 +106,7 @@ fn header(bytes: &[u8]) -> Result<ByteOrder, MatError> {
     let Some(header) = bytes.first_chunk::<HEADER_BYTES>() else {
         return Err(if is_version_4(bytes) { MatError::Version4 } else { MatError::NotMat });
     };
+    // Two letters in the order of the machine show the order of the bytes.
     let (order, major) = match header[124..] {
         [_, major, b'I', b'M'] => (ByteOrder::Little, major),
         [major, _, b'M', b'I'] => (ByteOrder::Big, major),

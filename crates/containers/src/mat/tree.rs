@@ -174,6 +174,7 @@ impl<'a> Builder<'a> {
             return self
                 .malformed(element.tag, "the size of an array is expected: two or more int32");
         };
+        // Sizes are signed in the format.
         if let Some(size) = sizes.iter().flatten().find(|&&size| size > i32::MAX as u32) {
             return self.malformed(element.tag, format!("a size of {}", *size as i32));
         }
@@ -243,6 +244,7 @@ impl<'a> Builder<'a> {
         depth: usize,
     ) -> Result<Content, MatError> {
         let element = parts.element("the length of names of fields")?;
+        // All names have the same room, padded with zeros.
         let room = match (element.kind, integers(parts, &element).as_deref()) {
             (INT32, Some(&[room])) if room > 0 && room <= i32::MAX as u32 => room as usize,
             _ => return self.malformed(element.tag, "the length of names of fields is expected"),
@@ -286,6 +288,7 @@ impl<'a> Builder<'a> {
         if count > left / 8 {
             return self.malformed(parts.at, format!("{count} arrays cannot be in {left} bytes"));
         }
+        // Links of one array lie next to each other, though nested arrays come between.
         let first = self.tree.links.len();
         self.tree.links.resize(first + count, 0);
         for slot in 0..count {

@@ -81,6 +81,7 @@ impl Array {
     fn from_columns(shape: Vec<usize>, stored: &[f64]) -> Self {
         let mut strides = Vec::with_capacity(shape.len());
         let mut stride = 1;
+        // The first dimension is next in memory.
         for &length in &shape {
             strides.push(stride);
             stride *= length;

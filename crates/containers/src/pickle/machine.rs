@@ -159,6 +159,7 @@ impl<'a> Machine<'a> {
                 let values = self.pop_group()?;
                 self.push(PickleValue::Tuple(values));
             }
+            // From the top of the stack, so the last comes first.
             count @ op::TUPLE1..=op::TUPLE3 => {
                 let popped = (0..=count - op::TUPLE1).map(|_| self.pop());
                 let mut values = popped.collect::<Step<Vec<_>>>()?;
@@ -170,6 +171,7 @@ impl<'a> Machine<'a> {
                 self.push(PickleValue::Dict(pairs(&values)?));
             }
             op::SETITEM => {
+                // The value lies on top of its key.
                 let (value, key) = (self.pop()?, self.pop()?);
                 self.insert(vec![(key, value)])?;
             }
@@ -191,6 +193,7 @@ impl<'a> Machine<'a> {
                 self.push(PickleValue::Global { module, name });
             }
             op::STACK_GLOBAL => {
+                // The name lies on top of its module.
                 let (name, module) = (self.pop_text()?, self.pop_text()?);
                 self.push(PickleValue::Global { module, name });
             }

@@ -86,6 +86,7 @@ pub(super) fn detector(circuit: &Circuit, nominal: &Nominal, terms: &mut Vec<Ter
     let [on, off] = thresholds_ln(circuit);
     let mut push = |name, parameters| terms.push(effect(name, CameraStage::Detector, parameters));
     if let Some(junction) = detector.leak {
+        // Amperes over farads are volts per second.
         let slope_v_s = junction.amperes(circuit.temperature_k) / (detector.feedback_ff * FEMTO);
         // The slope reaches the threshold so often.
         let rate_hz = slope_v_s / (detector.threshold_on_mv * 1e-3);

@@ -50,6 +50,7 @@ impl Comparators {
         let mut dark_offsets = None;
         let mut extra = 0.0;
         let mut injected = 0.0;
+        // Without an oddity one timer serves both polarities.
         let timer_s = detector.refractory.map_or(0.0, |timer| timer.seconds());
         let (mut hold_on_s, mut hold_off_s) = (timer_s, timer_s);
         match detector.oddity {
@@ -80,6 +81,7 @@ impl Comparators {
             base_on: detector.threshold_on_mv * 1e-3 / efold_v * spread(xi_on),
             base_off: detector.threshold_off_mv * 1e-3 / efold_v * spread(xi_off),
             noise: detector.comparator_noise_mv * 1e-3 / efold_v,
+            // Noise differs from run to run, offsets are the camera's.
             noise_on: draw(run_seed, Purpose::ComparatorOn),
             noise_off: draw(run_seed, Purpose::ComparatorOff),
             dark_offsets,

@@ -147,6 +147,7 @@ impl<F: Fn(f64) -> f64> Walker<F> {
             let due = self.interrupt(to.t_s);
             let (end_s, end_log) = match due {
                 Some(due_s) if due_s < to.t_s => {
+                    // What was due before this moment is due now.
                     let due_s = due_s.max(t_s);
                     (due_s, self.log_at(due_s))
                 }
@@ -155,6 +156,7 @@ impl<F: Fn(f64) -> f64> Walker<F> {
             let end = self.front.advance(&self.state, log, end_log, end_s - t_s);
             if self.comparators.release_s().is_none() {
                 if let Some(on) = self.comparators.crossing(self.state.output(), t_s) {
+                    // The level was crossed already, as when a release ends beyond it.
                     self.comparators.fire(on, t_s);
                     self.record(on, t_s);
                     continue;

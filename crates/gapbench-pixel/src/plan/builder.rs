@@ -44,6 +44,7 @@ impl Builder {
             Tier::Home => mix(self.seed ^ HOME_KEY),
         };
         let key = mix(seed ^ mix((kind as u64) << 32 | number as u64));
+        // Camera and scenes depend on kind and number alone, not on the strength.
         let mut draws = Sequence::new(key, Purpose::Plan, 0);
         // Kinds of scenes in turn, so that every kind of case has each.
         let first = number % SCENE_KINDS.len();
@@ -67,6 +68,7 @@ impl Builder {
         let mut slots: Vec<Slot> = changes.iter().flat_map(|change| change.slots.clone()).collect();
         let conventions = match self.tier {
             Tier::Plain => Vec::new(),
+            // A stream of its own: the plain tier draws none, and its cases stay as they were.
             Tier::Home => draw_conventions(&slots, &mut Sequence::new(key, Purpose::Convention, 0)),
         };
         slots.extend(conventions.iter().flat_map(Convention::slots));

@@ -71,6 +71,7 @@ pub fn triangulate(
     observations: &[Observation<'_>],
     config: &TriangulationConfig,
 ) -> Option<TriangulatedPoint> {
+    // Deviations are divided by the score: zero has none.
     let mut used: Vec<&Observation<'_>> = observations
         .iter()
         .filter(|seen| seen.score >= config.min_score && seen.score > 0.0 && seen.at_px.is_finite())
@@ -80,6 +81,7 @@ pub fn triangulate(
         let point = least_squares(&used, config)?;
         let relative = |seen: &Observation<'_>| {
             let at_px = seen.camera.image_from_world(point.position_m);
+            // A point behind a camera cannot be what it shows.
             let error_px = at_px.map_or(f64::INFINITY, |at| at.distance(seen.at_px.as_dvec2()));
             error_px / deviation_px(seen, config)
         };
@@ -130,6 +132,7 @@ fn least_squares(
     config: &TriangulationConfig,
 ) -> Option<TriangulatedPoint> {
     let seen: Vec<Observation<'_>> = used.iter().map(|seen| **seen).collect();
+    // A start: it minimises distances in space, not errors on the images.
     let mut position_m = intersect_rays(&seen)?;
     // That of the last step is the inverse of the covariance.
     let mut normal = DMat3::ZERO;
@@ -137,6 +140,7 @@ fn least_squares(
         let mut gradient = DVec3::ZERO;
         normal = DMat3::ZERO;
         for seen in &seen {
+            // The inverse of the variance, as for any weighted mean.
             let weight = deviation_px(seen, config).powi(-2);
             let (at_px, rows) = projection_and_slopes(seen.camera, position_m)?;
             let error_px = seen.at_px.as_dvec2() - at_px;
@@ -156,6 +160,7 @@ fn least_squares(
         let at_px = seen.camera.image_from_world(position_m)?;
         Some(at_px.distance_squared(seen.at_px.as_dvec2()))
     });
+    // A point behind one camera is no answer.
     let squared: f64 = errors.sum::<Option<f64>>()?;
     Some(TriangulatedPoint {
         position_m,

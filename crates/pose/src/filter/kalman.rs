@@ -229,6 +229,7 @@ impl ConstantVelocityKalman {
                 }
             }
             InitialState::Zero => {
+                // From zero, the first measurement is a correction like all others.
                 self.predict(t, t);
                 self.correct(z);
                 self.write(out);
@@ -247,6 +248,7 @@ impl TemporalFilter for ConstantVelocityKalman {
     fn update(&mut self, t: Micros, z: &[f32], out: &mut [f32]) {
         assert_eq!(z.len(), self.tracks.len(), "the filter was made for another length");
         assert_eq!(out.len(), self.tracks.len(), "the filter was made for another length");
+        // A measurement is taken whole or not at all.
         let measured = z.iter().all(|v| v.is_finite());
         self.largest_innovation = 0.0;
         // Time goes back: another recording has begun.
@@ -254,6 +256,7 @@ impl TemporalFilter for ConstantVelocityKalman {
             self.reset();
         }
         let Some(last) = self.last else {
+            // Without a state there is nothing to filter.
             out.copy_from_slice(z);
             if measured {
                 self.start(t, z, out);
@@ -261,6 +264,7 @@ impl TemporalFilter for ConstantVelocityKalman {
             }
             return;
         };
+        // Without a measurement the prediction stands.
         self.predict(last, t);
         if measured {
             self.correct(z);

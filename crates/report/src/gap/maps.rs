@@ -109,6 +109,7 @@ fn strip(profile: &Profile, name: &str) -> String {
          background:#fff;border:1px solid var(--line)\">"
     );
     for (i, z) in profile.z.iter().enumerate() {
+        // Two pixels of margin, so that the largest does not touch the frame.
         let height = (z / largest * (middle - 2.0)).abs();
         let top = if *z > 0.0 { middle - height } else { middle };
         let is_significant = profile.is_significant.get(i).copied().unwrap_or(false);
@@ -119,6 +120,7 @@ fn strip(profile: &Profile, name: &str) -> String {
             "<rect x=\"{:.2}\" y=\"{top:.2}\" width=\"{:.2}\" height=\"{height:.2}\" \
              fill=\"rgb({r},{g},{b})\"/>",
             i as f64 * width / n,
+            // Narrow bars would vanish between pixels.
             (width / n).max(0.6)
         );
     }

@@ -45,6 +45,7 @@ impl SkinnedMesh {
         names: &[String],
         faults: &Faults<'_>,
     ) -> Result<(), ModelFileError> {
+        // Primitives share one mesh: indices of the next begin here.
         let base = self.template_m.len();
         let array = |semantic: Semantic, field: &'static str| {
             let accessor = primitive.get(&semantic);

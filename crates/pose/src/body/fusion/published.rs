@@ -112,6 +112,7 @@ impl BodyEstimator for ForgetfulDisplacement {
         now: Micros,
     ) -> Result<(), FusionError> {
         let is_compensated = self.config.latency_compensation;
+        // With compensation, a detection belongs to the image that it describes.
         let t = if is_compensated { described } else { now };
         check(t, self.detected)?;
         let before = self.detected.replace(t).unwrap_or(t);
@@ -123,6 +124,7 @@ impl BodyEstimator for ForgetfulDisplacement {
                     let elapsed_ms = milliseconds(before, t);
                     let count = if is_compensated { elapsed_ms.min(SLOTS) } else { SLOTS };
                     let (past, rest) = way.px_per_ms.split_at(count);
+                    // The way before the image, then the detection, then the way since.
                     filter.shift(past.iter().sum());
                     filter.advance(seconds(before, t), &self.config);
                     if let Some(position_px) = position_px {

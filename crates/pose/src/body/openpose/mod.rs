@@ -109,6 +109,7 @@ impl OpenPoseDecoder {
             .collect();
         let mut found = Vec::new();
         for (index, limb) in self.model.limbs().iter().enumerate() {
+            // Without a part there is no limb: its fields need not be enlarged.
             if limb.parts.iter().any(|part| candidates[*part].is_empty()) {
                 continue;
             }
@@ -117,6 +118,7 @@ impl OpenPoseDecoder {
         }
         let OpenPoseOptions { min_parts, min_score, .. } = self.options;
         let mut people: Vec<OpenPosePerson> = assemble(found, self.model.limbs(), &candidates)
+            // Few parts, or weak ones, are no person.
             .iter()
             .filter(|person| person.len() >= min_parts)
             .filter(|person| person.score >= min_score * person.len() as f32)

@@ -52,6 +52,7 @@ impl BodySequence {
         for ((_, pose), truth) in kept.iter().zip(&truth) {
             push(&mut sequence.raw, pose, truth);
         }
+        // Three in a row are the fewest that have an acceleration.
         for (kept, truth) in kept.windows(3).zip(truth.windows(3)) {
             let times_s = [kept[0].0, kept[1].0, kept[2].0];
             let errors = acceleration_errors(times_s, [0, 1, 2].map(|k| (&kept[k].1, &truth[k])));
