@@ -127,7 +127,7 @@ fn the_same_inputs_give_the_same_bytes_on_any_number_of_threads() {
 fn without_a_scene_noise_shows_nothing_and_motion_is_no_effect() {
     let sandbox = Sandbox::new();
     recorded(&sandbox, "");
-    // A generator of its own: numbers must stay the same in all versions.
+    // A generator of its own: draws must stay the same in all versions.
     let mut state = 7u64;
     let mut below = |n: u64| {
         state =

@@ -14,10 +14,10 @@ pub fn background_spikes(
     duration_s: f64,
 ) -> Vec<Spike> {
     let mut spikes = Vec::new();
+    // Both polarities have streams of their own: one's rate does not move the other's events.
     let polarities = [
         (background.on_hz, Purpose::BackgroundOn, true),
         (background.off_hz, Purpose::BackgroundOff, false),
-    // Both polarities have streams of their own: one's rate does not move the other's events.
     ];
     for (rate_hz, purpose, on) in polarities {
         let stream = Stream::new(seeds.run, purpose, u64::from(pixel));

@@ -254,7 +254,7 @@ where
 {
     let mut builder = ChartBuilder::on(area);
     builder.margin(8).margin_top(4).margin_right(14).y_label_area_size(LABELS_PX);
-    // Room for the numbers alone, or for a name as well.
+    // Room for the ticks alone, or for a name as well.
     builder.x_label_area_size(if chart.x.name.is_empty() { 18 } else { 36 });
     let mut canvas = builder.build_cartesian_2d(x, y).map_err(DrawingError::new)?;
     canvas

@@ -179,6 +179,7 @@ unsafe fn tile<V: Lanes, const N: usize, const B: usize>(
             }
         }
         for block in taps.blocks.clone() {
+            // Lanes without a channel would add zeros: they are left out.
             let channels = LANES.min(taps.channels - block * LANES);
             for offset in taps.offsets {
                 let from = from.add(block * taps.block_pitch + offset);

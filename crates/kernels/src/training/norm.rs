@@ -178,6 +178,7 @@ impl Norm {
                 )
             })
             .collect();
+        // At least one, so that a batch without pixels divides by no zero.
         let count = (shape.batch * shape.height * shape.width).max(1) as f64;
         let (mut gamma, mut beta) = (Vec::new(), Vec::new());
         // The gradient by the input is `a dy + b x + c`.
@@ -187,6 +188,7 @@ impl Norm {
             let total = |which: usize| -> f64 {
                 sums.iter().skip(block).step_by(blocks).map(|sums| sums[which][lane]).sum()
             };
+            // Sums over the batch, of the gradient and of its product with the centred value.
             let [plain, centred] = [0, 1].map(total);
             let inverse = self.inverses[channel];
             let a = f64::from(self.scales[block][lane]);

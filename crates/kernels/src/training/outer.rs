@@ -41,6 +41,7 @@ pub(super) unsafe fn outer<V: Lanes>(
             (2, true) => sums::<V, OFFSETS, 2>(pixels, from, offsets, gradient, to),
             (_, true) => sums::<V, OFFSETS, 1>(pixels, from, offsets, gradient, to),
             (_, false) => {
+                // Fewer registers: four channels and one block at a time.
                 for (k, offsets) in offsets.as_chunks::<4>().0.iter().enumerate() {
                     for block in 0..blocks {
                         let gradient = gradient.add(block * pixels.block_pitch);

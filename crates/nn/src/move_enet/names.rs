@@ -29,7 +29,7 @@ pub(super) fn pytorch(path: &str) -> String {
             format!("backbone.features1.1.{}", after(3, kind))
         }
         ["backbone", "stages", index, pass, layer, kind] => {
-            // Stages have names in the published code, not numbers.
+            // Stages have names in the published code, not indices.
             let stage = index.parse().ok().and_then(|index: usize| STAGES.get(index));
             let pass = if pass == "first" { "conv1" } else { "conv2" };
             let first = match layer {

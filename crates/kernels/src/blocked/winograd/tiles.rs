@@ -77,6 +77,7 @@ impl<R: WinogradTransform, C: WinogradTransform> Kernel for InputTransform<'_, R
                 unsafe {
                     let to = tiles.inputs.add((block * tiles.count + tile) * LANES);
                     let zero = V::splat(0.0);
+                    // Columns first, then rows: the transform is separable.
                     let mut columns = [[zero; MAX_INPUTS]; MAX_INPUTS];
                     for (x, column) in columns.iter_mut().enumerate().take(C::IN) {
                         let mut d = [zero; MAX_INPUTS];
@@ -143,6 +144,7 @@ impl<R: WinogradTransform, C: WinogradTransform> GroupKernel<'_, R, C> {
             let blocks = block_in..tiles.blocks_in.min(block_in + chunk);
             let last_channels = LANES.min(channels_in - (blocks.end - 1) * LANES);
             let (blocks_in, block_pitch) = (blocks.len(), tiles.count * LANES);
+            // As in the direct convolution: later chunks add to the sums before.
             let init = if block_in == 0 { AccumulatorInit::Zero } else { AccumulatorInit::Dst };
             let prefetch = weights.next_lines(*group, B, blocks.clone());
             // SAFETY: the caller's; the points of these tiles are in the scratch.

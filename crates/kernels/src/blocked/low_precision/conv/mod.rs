@@ -90,6 +90,7 @@ impl LowPrecisionConv {
                 let weight: Vec<Bf16> = weight.iter().map(|value| Bf16::nearest(*value)).collect();
                 let depth = arithmetic.depth::<Bf16>(level);
                 let weights = PackedWeights::new(shape, groups, arithmetic, depth, &weight);
+                // Scales are of quantised weights alone.
                 (weights, pad_to_blocks(&vec![1.0; channels_out]), pad_to_blocks(bias))
             }
             LowPrecisionType::Uint8(params) => {
@@ -217,8 +218,10 @@ impl ConvExec<'_> {
         weights: *const u8,
         [bytes, left]: [usize; 2],
     ) {
+        // No more than there are weights behind, and no more than a group has.
         let prefetch_lines = bytes.min(left) / size_of::<Line>();
         let block = blocks.start;
+        // Literals, since blocks and strides are constants of the compiled kernels.
         macro_rules! run {
             ($b:literal, $stride:literal) => {{
                 let kernel = GroupKernel::<$b, $stride> {

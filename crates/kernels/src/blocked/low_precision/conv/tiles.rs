@@ -125,6 +125,7 @@ impl<S: TileElement, U: TileUnit> TileKernel<'_, S, U> {
         // SAFETY: the caller's. A tile's rows are the taps of pixels of the output, which are
         // inside the input and its border; weights are packed in this order.
         unsafe {
+            // All four are stored below, those that are not used as well.
             unit.zero::<SUMS_00>();
             unit.zero::<SUMS_01>();
             unit.zero::<SUMS_10>();
@@ -135,6 +136,7 @@ impl<S: TileElement, U: TileUnit> TileKernel<'_, S, U> {
                 for ky in 0..kernel {
                     for kx in self.taps.first_taps() {
                         let at = ky * row_bytes + kx * pixel_bytes;
+                        // Each tile of weights and of inputs is loaded once for two products.
                         unit.load::<WEIGHTS_0>(weights, weight_pitch);
                         unit.load::<INPUTS_0>(window[0].add(at), stride * pixel_bytes);
                         S::add_products::<U, SUMS_00, INPUTS_0, WEIGHTS_0>(unit);
@@ -149,6 +151,7 @@ impl<S: TileElement, U: TileUnit> TileKernel<'_, S, U> {
                                 S::add_products::<U, SUMS_11, INPUTS_1, WEIGHTS_1>(unit);
                             }
                         }
+                        // Packed in the order of these loops, so that one pointer moves on.
                         weights = weights.add(self.weight_rows() * weight_pitch);
                     }
                 }
