@@ -228,8 +228,7 @@ impl Cleaner for Undistort {
         let mut kept = 0;
         for i in 0..t.len() {
             let place = self.places[usize::from(y[i]) * width + usize::from(x[i])];
-            // Written in any case and overwritten unless it is kept, so that the loop has no
-            // branch.
+            // Written in any case and overwritten unless it stays: the loop has no branch.
             self.events[place.fate as usize] += 1;
             (t[kept], x[kept]) = (t[i], place.x);
             (y[kept], polarity[kept]) = (place.y, polarity[i]);

@@ -140,8 +140,7 @@ fn row(title: &str, names: &[(f64, bool)], held: &[bool]) -> String {
         right.lo95,
         right.hi95,
         stated.mean.map_or_else(|| "-".to_owned(), |mean| format!("{mean:.3}")),
-        // Outside: the mean of what was stated lies outside the interval of the share that is
-        // right.
+        // Outside: the mean of what was stated is not in the interval of the share that is right.
         if stated.holds() { "inside" } else { "**outside**" },
         calibration_error(&bins(names))
             .map_or_else(|| "-".to_owned(), |error| format!("{error:.3}"))

@@ -163,8 +163,7 @@ impl Seen {
         let mut moved = Vec::new();
         for (name, parameters) in &self.effects {
             for (key, (value, unit)) in parameters {
-                // What the catalogue does not have describes the recording, which the change
-                // alters.
+                // What the catalogue lacks describes the recording, which the change alters.
                 let is_compared = is_compared(name, key);
                 let Some((of_whole, _)) = whole.effects.get(name).and_then(|p| p.get(key)) else {
                     continue;

@@ -35,8 +35,7 @@ pub struct ExportArgs {
 pub fn run(args: &ExportArgs) -> Result<()> {
     let pose_model = match (&args.checkpoint, &args.config) {
         (Some(path), _) => {
-            // Weights are only read and written, for which the CPU, which every build has, is
-            // enough.
+            // Weights are only read and written: the CPU, which every build has, is enough.
             let device = DeviceArgs { device: DeviceKind::Flex, threads: None };
             open(path, &device)?
         }

@@ -54,8 +54,7 @@ pub(super) fn keep_supported(cameras: &mut [EventStream; CAMERAS], filter: &Back
             }
         }
         NeighbourRule::Published => {
-            // As published: cameras lie side by side, so that borders support the next camera's
-            // events.
+            // As published: cameras lie side by side, and borders support events of the next.
             let mut support = Support::new(CAMERAS * width, height, filter);
             let mut next = [0; CAMERAS];
             let mut are_kept = cameras.each_ref().map(|camera| Vec::with_capacity(camera.len()));

@@ -40,8 +40,7 @@ impl Blobs {
                     // A wave's largest slope is 8 amplitudes per turn.
                     turns_hz: speed_px_s / (8.0 * reach),
                     phase: [draws.between(0.0, 1.0), draws.between(0.0, 1.0)],
-                    // The radius grows with the speed: no blob passes a pixel in less than a fixed
-                    // time.
+                    // Fast blobs are large: none passes a pixel in less than a fixed time.
                     radius_px: draws.between(6.0, 14.0).max(speed_px_s / 35.0),
                     level_ln: if i % 2 == 0 {
                         draws.between(-1.0, -0.05)

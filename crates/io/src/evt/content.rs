@@ -145,8 +145,7 @@ fn are_plausible(words: impl Iterator<Item = (u32, u32)>) -> bool {
             }
             TIME_HIGH => {
                 let value = i64::from(word & 0x0FFF_FFFF);
-                // Clocks wrap around, so a step back is counted, not refused; random words make too
-                // many.
+                // Clocks wrap around: a step back is counted. Random words make too many.
                 if high.is_some_and(|before| value < before) {
                     course.back += 1;
                     course.last = None;

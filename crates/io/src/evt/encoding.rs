@@ -56,8 +56,7 @@ impl Encoding {
                     // Big-endian words are documented, but no camera is known to record them.
                     Some(_) => None,
                     None => {
-                        // Old files say nothing: the words decide, and where they do not, the
-                        // camera's age.
+                        // Old files say nothing: the words decide, or else the camera's age.
                         let system = lines.get("system_ID").and_then(|id| id.parse().ok());
                         let is_old = system.is_some_and(|id: u32| id < FIRST_LITTLE_SYSTEM);
                         Some(Self::Evt21 { is_legacy: is_legacy(data).unwrap_or(is_old) })

@@ -148,8 +148,7 @@ impl States {
         vectorize(
             #[inline(always)]
             || {
-                // A loop per column vectorises; high bits are the same for all, since `set_high`
-                // flushes.
+                // A loop per column vectorises: `set_high` flushes, so that all share their high bits.
                 let t = states.iter().map(|state| Micros(high_us | (state >> LOW & TIME) as i64));
                 columns.t.extend(t);
                 columns.x.extend(states.iter().map(|state| (state >> X & COORDINATE) as u16));

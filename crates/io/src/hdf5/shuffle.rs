@@ -44,8 +44,7 @@ pub(super) fn bits(shuffled: &[u8], size: usize, out: &mut [u8]) {
     let row = values / 8;
     let mut planes = vec![0; values * size];
     for (rows, plane) in shuffled.chunks_exact(8 * row).zip(planes.chunks_exact_mut(values)) {
-        // For one byte of a value: eight rows of bits, a row of each place, make one plane of
-        // bytes.
+        // Eight rows of bits, a row of each place, make one plane of bytes of the values.
         let rows: [&[u8]; 8] = std::array::from_fn(|bit| &rows[bit * row..][..row]);
         for (k, eight) in plane.as_chunks_mut::<8>().0.iter_mut().enumerate() {
             *eight = transposed(std::array::from_fn(|bit| rows[bit][k]));

@@ -99,8 +99,7 @@ impl Lines {
         if line.len() > MAX_LINE {
             return Err(TextFault::TooLong);
         }
-        // Asked before parsing, which may learn the order from this line: a cut one must not teach
-        // it.
+        // Asked before parsing, which may learn the order from this line: it may be a cut one.
         let knew_order = self.known.order.is_some();
         match parse(line, &mut self.known)? {
             None => {}

@@ -91,8 +91,7 @@ impl Gather<'_> {
                         let from = self.from.add(place(self.from_pitch));
                         let at = block_out * self.block_pitch_out + place(self.to_pitch);
                         let to = (self.to.add(at), [self.to_pitch[0], self.block_pitch_out]);
-                        // The first blocks begin with the bias, later ones with what these have
-                        // summed.
+                        // The first blocks begin with the bias, later ones with the sums so far.
                         let init = match (block_in, self.bias) {
                             (0, Some(bias)) => {
                                 AccumulatorInit::Bias(bias[block_out..].as_ptr().cast())

@@ -93,8 +93,7 @@ pub(super) fn convolved(
             };
             // SAFETY: tiles of rounds are disjoint and there is room for what they transform.
             unsafe {
-                // Inputs, products at each place, outputs: all of the round's data stay in the
-                // cache.
+                // Inputs, products, outputs: all of a round's data stay in the cache.
                 level.run(&work);
                 for place in 0..Chosen::IN * Chosen::IN {
                     level.run(&work.products(place));

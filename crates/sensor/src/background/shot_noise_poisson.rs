@@ -246,8 +246,7 @@ impl ShotNoisePoisson {
                 (Polarity::Off, (rest - begin - on) / (end - begin - on))
             };
             noise_events.push(NoiseEvent {
-                // The exposure before ended at the step's start: an event there would come too
-                // late.
+                // Not at the step's start, where the exposure before has ended.
                 t_s: tick.end_s - tick.dt_s() * f64::from(share.clamp(0.0, LAST_SHARE)),
                 pixel: (first + index) as u32,
                 polarity,

@@ -229,8 +229,7 @@ impl Queued<'_, '_> {
         let pixel = pixel_state.pixel_step.pixel as usize;
         match waiting {
             Waiting::Reset => {
-                // The level is taken when the pixel is served: what the light does until then is
-                // lost.
+                // Served, the pixel takes its level: what the light does until then is lost.
                 self.band.refractory_states[pixel].free_s = f64::INFINITY;
                 ServeAction::Reset
             }

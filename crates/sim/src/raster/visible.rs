@@ -143,8 +143,7 @@ impl Raster {
             let weight = weight * self.screen[corner].inverse_depth();
             inverse_depth += weight;
             in_face += weight
-                // A number beyond the mesh's vertices is that of a cut, which knows its place in
-                // the face.
+                // Beyond the mesh's vertices are those of cuts, which know their place.
                 * match corner.checked_sub(mesh.vertices_m.len()) {
                     Some(cut) => self.cuts[cut].in_face,
                     None => {

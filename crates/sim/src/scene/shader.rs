@@ -57,8 +57,7 @@ impl Kernel8 for Shade<'_> {
         let (mut seen, mut positions) =
             ([[[0.0; LANES_8]; 6]; LOOKUP_GROUPS], [[0; LANES_8]; LOOKUP_GROUPS]);
         while left > 0 {
-            // Groups first, light second: independent lookups overlap instead of waiting for
-            // memory.
+            // Groups first, light second: independent lookups overlap in memory.
             let mut known = 0;
             for ((seen, kept), (eight, triangles)) in
                 seen.iter_mut().zip(&mut positions).zip(eights.by_ref())

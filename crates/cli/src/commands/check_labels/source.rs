@@ -122,8 +122,7 @@ impl Source {
 fn annotated(path: &Path, image_size: Option<SensorSize>) -> Result<Vec<LabelTrack>> {
     let annotations = read_annotations(path)?;
     let mut tracks = tracks_of(&annotations, Vec2::ONE, |annotation| {
-        // Photographs have no order in time: each is a track of its own, or motion would be
-        // checked.
+        // Photographs have no order in time: each is a track, or motion would be checked.
         if annotation.t_s.is_some() { annotation.sequence() } else { &annotation.image }
     });
     let sizes = ImageSizes::beside(path, image_size);

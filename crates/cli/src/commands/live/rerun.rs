@@ -111,8 +111,7 @@ mod sdk {
                 Some(file) => PoseRecording::create(Path::new(file), name, sensor, layout)?,
                 None => PoseRecording::connect(place, name, sensor, layout)?,
             };
-            // The pipeline must not wait for a viewer: both share what is newest, and a thread
-            // sends it.
+            // The pipeline must not wait for a viewer: a thread sends what is newest.
             let shared = Arc::<Shared>::default();
             observers.push(event_observer(shared.clone()));
             sinks.add(ViewerSink(shared.clone()));

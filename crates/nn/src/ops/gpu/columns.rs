@@ -113,8 +113,8 @@ impl Geometry {
     }
 
     /// `[pixels, taps]`.
-    // Channels last: neighbouring threads read neighbouring values.
     fn columns(&self, input: CubeTensor) -> CubeTensor {
+        // Channels last: neighbouring threads read neighbouring values.
         let input = permute_nchw_to_nhwc(input);
         let shape = Shape::from([self.pixels(), self.taps()]);
         let columns = empty(&input, shape);

@@ -124,8 +124,7 @@ impl BodyView {
     /// If `out` is of another size.
     pub fn render(&self, image: &Plane<u8>, side: usize, out: &mut [f32]) {
         sample(image, self.view_from_image.inverse(), self.interpolation, [side; 2], out);
-        // Rest and speckle are of events, light and noise of the whole image; a blank covers all of
-        // it.
+        // Rest and speckle are of events, light and noise of the whole image; a blank covers it.
         if let Some(rest) = &self.rest {
             rest.erase(out, side);
         }
