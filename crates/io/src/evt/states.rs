@@ -148,7 +148,7 @@ impl States {
         vectorize(
             #[inline(always)]
             || {
-                // A loop per column vectorises: `set_high` flushes, so that all share their high bits.
+                // A loop per column vectorises: all have the high bits of the last `set_high`.
                 let t = states.iter().map(|state| Micros(high_us | (state >> LOW & TIME) as i64));
                 columns.t.extend(t);
                 columns.x.extend(states.iter().map(|state| (state >> X & COORDINATE) as u16));
