@@ -86,8 +86,8 @@ pub fn train_body(
     let loader = BatchLoader::validation(batches, training.batch_size, samples, device);
     let mut summary =
         run.train(&task, &devices, Loaders { train: Arc::new(train), valid: Arc::new(loader) })?;
-    // Of the best network, which is known only now.
     if training.calibrate_confidence && !summary.is_paused {
+        // Of the best network, which is known only now.
         let samples = training.validation_samples as usize;
         calibrate_confidence(&mut summary.best, &valid, samples)?;
         calibrate_filter(&mut summary.best, &valid, samples)?;
