@@ -122,6 +122,7 @@ impl HandDataset {
         // Samples are counted through all parts.
         let mut starts = vec![0];
         for part in &parts {
+            // A part may be empty, but never of negative length.
             starts.push(starts[starts.len() - 1] + part.end.saturating_sub(part.start));
         }
         let samples = starts[starts.len() - 1];

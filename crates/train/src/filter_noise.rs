@@ -57,6 +57,7 @@ pub(crate) fn estimate_filters(
     tracks: &[MeasuredTrack],
 ) -> Result<Option<FilterEstimate>, TrainError> {
     let Some(residuals) = Parts::mean_square_residuals(tracks) else { return Ok(None) };
+    // Slow and fast are relative to the median of these frames.
     let speeds: Vec<Vec<f64>> = tracks.iter().map(|track| speeds(track, &residuals)).collect();
     let Some(median) = sorted_quantile(speeds.concat(), 0.5) else { return Ok(None) };
     let truth: Vec<Vec<HandPoints>> = tracks
@@ -83,6 +84,7 @@ pub(crate) fn estimate_filters(
         }
         Ok::<_, TrainError>(all)
     };
+    // What filters must improve on.
     let unfiltered = errors(&|track| Ok(track.clone()))?;
     let mut best = [Best::default(); 3];
     for k in 0..CUTOFFS {
@@ -96,6 +98,7 @@ pub(crate) fn estimate_filters(
     }
     let [all, slow, fast] = best.map(|best| with_noise(residuals.noise(best.cutoff_hz)));
     let adaptive = AdaptiveFilterConfig {
+        // Below this the slow filter is used, above it the fast one.
         innovation_limit: innovation_limit(tracks, &speeds, median, &slow)?,
         unwrap_rotation: true,
         detector: slow.kalman,

@@ -193,6 +193,7 @@ impl MetricLogger for History {
         if values.is_empty() {
             return;
         }
+        // Batches are counted on within an interval, also after a resume.
         let batch = 1 + shared
             .lines
             .iter()
@@ -200,6 +201,7 @@ impl MetricLogger for History {
             .find(|line| line.part == part && line.interval == interval)
             .map_or(0, |line| line.batch);
         let line = HistoryLine { interval, batch, part, samples, values };
+        // Training goes on: the first failure is reported at its end.
         if let Err(error) = shared.file.write_all(to_json(&line).as_bytes()) {
             shared.failure.get_or_insert(error);
         }

@@ -94,6 +94,7 @@ impl WaitMeter {
     /// Adds what a loader saw in an interval, and writes the file anew.
     pub(crate) fn add(&self, interval: usize, wait: DataWait) {
         let mut shared = self.lock();
+        // Several loaders report on one interval.
         shared.intervals.entry(interval).or_default().add(wait);
         let now = shared.intervals.iter().map(|(&interval, wait)| Line {
             interval,

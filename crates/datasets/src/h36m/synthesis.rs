@@ -61,6 +61,7 @@ pub fn events_of_frames(
         return Err(wrong("crop", reason));
     }
     let steps_a_second = how.fps * f64::from(how.steps);
+    // Written as what is allowed, so that NaN is refused.
     if !(how.fps > 0.0 && how.steps > 0 && steps_a_second <= 1e6) {
         let reason = format!("{} a second in {} steps: up to a million are", how.fps, how.steps);
         return Err(wrong("frames", reason));
@@ -87,6 +88,7 @@ pub fn events_of_frames(
             }
             step += 1;
         }
+        // Swapped, not copied: the next frame overwrites the older one.
         std::mem::swap(&mut before, &mut now);
     }
     Ok(stream)

@@ -27,6 +27,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Vec<[LspPoint; LSP_POINT
     let table = file.variable("joints").map_err(&failed)?;
     let dimensions = table.dimensions();
     let is_extended = match dimensions[..] {
+        // One photograph is a table without a third dimension.
         [LSP_POINTS, VALUES] | [LSP_POINTS, VALUES, _] => true,
         [VALUES, LSP_POINTS] | [VALUES, LSP_POINTS, _] => false,
         _ => {

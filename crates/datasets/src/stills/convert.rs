@@ -109,6 +109,7 @@ fn start(options: &StillOptions, annotations_sha256: String) -> Result<(), Datas
         seed: u64,
         parity: bool,
     }
+    // What changes images is compared; threads and folders may differ.
     let StillOptions { style, format, seed, parity, .. } = *options;
     let bytes = json(&Settings { annotations_sha256, style, format, seed, parity })?;
     let path = options.output.join(SETTINGS);
@@ -209,6 +210,7 @@ fn photograph_of(
             out
         }
     };
+    // Written at the end: a photograph is read once for all of its persons.
     for (window, path) in missing {
         write(&path, &window.cut(&image), options.format)?;
     }
@@ -239,6 +241,7 @@ fn finish(
     not_for_training: usize,
 ) -> Result<Converted, DatasetError> {
     let photographs = outcomes.len();
+    // A photograph counts if somebody on it can be used.
     let images = outcomes.iter().filter(|outcome| !outcome.annotations.is_empty()).count();
     let mut annotations = Vec::new();
     let mut skipped = Vec::new();

@@ -120,6 +120,7 @@ pub(super) fn run(
     let device = &kind.resolve()?;
     let dir = directory.run(row, config.seed);
     let (trial_path, trained_path) = (dir.join("trial.json"), dir.join("trained.json"));
+    // Training and evaluation are stored apart: another stride needs no training.
     let kept: Option<Trial> = read_result(&trial_path)?;
     let trained: Option<Trained> = read_result(&trained_path)?;
     if trained.is_some() && HandConfig::read(&dir.join("config.toml"))? != *config {
@@ -221,6 +222,7 @@ fn scores(evaluation: &HandEvaluation) -> Result<Scores> {
              `evaluation.first_ms`",
         )
     };
+    // A point of each few percent is enough to draw.
     let thinned = |curve: Vec<f64>| curve.into_iter().step_by(CURVE_STRIDE).collect();
     let curves = evaluation.curves();
     Ok(Scores {

@@ -65,6 +65,7 @@ pub(crate) fn train(
         return Ok(());
     }
     let directory = data.train(out, seed);
+    // Given recordings are used as they are.
     if data.given_train().is_none() {
         recorded::prepare(&stages.finetune, &directory)?;
     }

@@ -116,6 +116,7 @@ fn missing(
             missing.push((system.name, reason));
         }
     }
+    // Some systems may be missing, but not all.
     if missing.len() == systems.len() {
         let reasons: Vec<String> =
             missing.iter().map(|(name, reason)| format!("{name}: {reason}")).collect();

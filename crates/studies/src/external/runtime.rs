@@ -117,6 +117,7 @@ fn input_of(
     model: &InferenceModel,
     [open_width, open_height]: [usize; 2],
 ) -> Result<(InputShape, DatumType), String> {
+    // One image goes in: models of more are not known here.
     let inputs = model.input_outlets().map_err(|error| error.to_string())?;
     if inputs.len() != 1 {
         return Err(format!("{} tensors", inputs.len()));

@@ -82,6 +82,7 @@ pub fn run(args: &PayoffArgs) -> Result<()> {
     // An error now rather than after the simulation.
     args.device.open()?;
     let models = Models::load(args)?;
+    // Before hours are spent on the simulation.
     if let Some(data) = args.data.as_ref().filter(|data| !data.is_dir()) {
         let problem = anyhow!("{}: no directory of recordings", data.display());
         return Err(problem.context(BadInput));
@@ -105,6 +106,7 @@ pub fn run(args: &PayoffArgs) -> Result<()> {
         .iter()
         .map(|model| ModelScores { model: model.name, by_seed: Vec::new() })
         .collect();
+    // Seed after seed: with the first one, all models can be compared.
     for &seed in &seeds {
         for (model, scores) in models.trained.iter().zip(&mut scores) {
             let study = Trial { args, task, experiment: base.with_seed(seed), seed };
@@ -207,6 +209,7 @@ impl Trial<'_> {
     ) -> Result<EvaluationScores> {
         let (name, seed) = (model.name, self.seed);
         let (data, network) = (directory.data(seed, name), directory.network(seed, name));
+        // The same experiment: only the sensor's model differs.
         let experiment = self.experiment.with_sensor(&model.sensor);
         say(format!("model {name}, seed {seed}: simulating"));
         say(format!("    {}", experiment.simulate(&data, name)?));

@@ -53,6 +53,7 @@ impl Distribution {
         };
         match name {
             "uniform" => Ok(Self::Uniform(low, high)),
+            // A logarithm has no value at zero.
             "log_uniform" if low > 0.0 => Ok(Self::LogUniform(low, high)),
             "log_uniform" => Err("`log_uniform` takes positive values".to_owned()),
             _ => Err(format!("no such distribution; there are {}", Self::NAMES.join(", "))),

@@ -116,6 +116,7 @@ fn scatter(outcome: &SearchOutcome, parameter: &Parameter) -> Result<String> {
             _ => value.as_float().or(value.as_integer().map(|v| v as f64)),
         }
     };
+    // Trials without a score have no place.
     let point = |trial: &TrialOutcome| Some((place(trial)?, trial.score?));
     let dots = |label: String, colour, points: Vec<(f64, f64)>| Series {
         label,

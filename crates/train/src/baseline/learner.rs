@@ -61,6 +61,7 @@ impl BaselineLearner {
     }
 
     fn measure(&self, item: BaselineItem) -> (Tensor<1>, BaselineScalars) {
+        // The size of the images, since joints are compared in pixels.
         let [batch_size, _, height, width] = item.images.dims();
         let size_px = Vec2::new(width as f32, height as f32);
         let (loss, joints_px) = match (&self.network, &item.targets) {

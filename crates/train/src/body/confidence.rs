@@ -44,7 +44,9 @@ impl FoundScores {
         for (point, keypoint) in labelled.iter_mut().zip(&label.keypoints) {
             *point = keypoint.is_labelled().then(|| keypoint.position * size_px);
         }
+        // Distances are in torsos: images show people of any size.
         let torso_px = BodyTruth::by_torso(0.0, labelled).size_px;
+        // How many joints of this pose are right is the difference.
         let right_before = self.right.len();
         let mut scores = [0.0; BODY_JOINTS];
         for (score, joint) in scores.iter_mut().zip(joints) {

@@ -142,6 +142,7 @@ fn frames_of(
         LabelTime::Now => 0,
         LabelTime::MeanOf(events) => events,
     };
+    // No more times than are counted, however long the recording.
     let mut recent = RecentTimes { most: counted, times: VecDeque::new() };
     let mut frames = Vec::new();
     let (mut t, step) = sample_times(config);

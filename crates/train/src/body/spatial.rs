@@ -70,6 +70,7 @@ pub fn evaluate_spatial(
         let mut errors = [SpatialErrors::default(), SpatialErrors::default()];
         for pose in SpatialRecordings::new(recordings, *config, every)? {
             let pose = pose?;
+            // Tables without positions in the world have no truth.
             let joints_m = track.at_m(pose.t).filter(|m| pose.t >= first && m[0].is_finite());
             let Some(joints_m) = joints_m else { continue };
             let truth: WorldJoints = joints_m.map(|at_m| at_m.is_finite().then(|| at_m.as_dvec3()));

@@ -81,6 +81,7 @@ pub fn train_body(
         run.meter().clone(),
     );
     let valid = Arc::new(valid);
+    // Validation may ask for more than there is.
     let samples = training.validation_samples.min(valid.len() as u64);
     let batches = BodyBatches::new(Arc::clone(&valid), config);
     let loader = BatchLoader::validation(batches, training.batch_size, samples, device);

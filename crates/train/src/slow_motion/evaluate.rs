@@ -80,6 +80,7 @@ pub fn evaluate_slow_motion(
             |pose: &HandEstimate| pose.known,
         ]) {
             let mut track = HandPoseTrack::default();
+            // At the same frames as all other methods.
             let frames = (0..sequence.frames()).step_by(stride_ms.max(1) as usize);
             for frame in frames.filter(|&frame| is_scored(config, sequence, frame)) {
                 if let Some(pose) = newest(&poses, frame, since) {

@@ -68,6 +68,7 @@ fn read(table: &Table, choice: LabelChoice) -> Result<HandLabels, ImportError> {
                 Some(column) => stated_frame(table, row, column, choice.frame)?,
                 None => choice.frame.unwrap_or_default(),
             };
+            // Behind the camera a projection is meaningless: the frame is likely another.
             if frame == JointFrame::Camera
                 && let Some(joint) = behind_camera(&joints_m)
             {

@@ -33,6 +33,7 @@ pub(super) fn minimise(
     increments: &[f64],
     iterations: usize,
 ) -> Minimum {
+    // Parameters that are fixed have no derivative and no place in the equations.
     let free: Vec<usize> = (0..start.len()).filter(|k| increments[*k] > 0.0).collect();
     let mut parameters = start.to_vec();
     let (mut current, mut shifted) = (Vec::new(), Vec::new());
@@ -51,6 +52,7 @@ pub(super) fn minimise(
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let normal: Vec<Vec<f64>> =
             jacobian.iter().map(|a| jacobian.iter().map(|b| dot(a, b)).collect()).collect();
+        // The negative gradient: steps go downhill.
         let gradient: Vec<f64> = jacobian.iter().map(|column| -dot(column, &current)).collect();
         let before = cost;
         while damping < MAX_DAMPING {
@@ -64,6 +66,7 @@ pub(super) fn minimise(
                 free.iter().zip(step).for_each(|(&k, step)| tried[k] += step);
                 tried
             });
+            // An equation without a solution is damped more.
             if let Some(tried) = tried {
                 residuals(&tried, &mut shifted);
                 let tried_cost = sum_of_squares(&shifted);

@@ -114,6 +114,7 @@ pub fn import_hand(
     let poses = match labels {
         HandLabels::Parameters(labels) => {
             let labels = select(labels, options.start, events, path, &mut report)?;
+            // Parameters need no fit: they are labels already.
             progress(labels.len() as u64);
             let own = |label: HandParams| if is_mirrored { view.mirrored(&label) } else { label };
             let own =

@@ -70,6 +70,7 @@ impl Network {
             Self::GreyPretrained => config.data.source = BodySourceKind::GreyStills,
             Self::Grey => config.data.source = BodySourceKind::GreyRecordings,
         }
+        // Grey images are sharp already: the blur is for events.
         if matches!(self, Self::GreyPretrained | Self::Grey) {
             config.image.blur = None;
         }

@@ -45,6 +45,7 @@ pub(super) fn draw_rest(
     for (limb, is_leg) in
         LEGS.map(|leg| (leg, true)).into_iter().chain(ARMS.map(|arm| (arm, false)))
     {
+        // Draws come for every limb, whether or not it rests.
         let alone = rng.chance(ALONE);
         let known_alone = rng.uniform(KNOWN[0], KNOWN[1]);
         // Who stands rests with both legs, to the same height.
@@ -57,6 +58,7 @@ pub(super) fn draw_rest(
             segments.extend(parts_beyond(label, limb, known));
         }
     }
+    // The width is a share of the body, whose size on the image differs.
     let radius = width * (high - low).max_element();
     (!segments.is_empty()).then_some(Rest { segments, radius, rng })
 }

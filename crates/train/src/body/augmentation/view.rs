@@ -42,11 +42,13 @@ pub(in crate::body) fn draw(
         0 => Interpolation::Linear,
         n => augmentation.interpolation[places.below(n)],
     };
+    // No map, if the drawn one loses too many joints.
     let mut view = BodyView::plain(label, interpolation);
     let is_mirrored = places.chance(augmentation.mirror_probability);
     let mut people = CounterRng::new(seed, "body augmentation people", sample);
     let map = geometry::draw_person_crop(augmentation, &mut people, label)
         .or_else(|| geometry::draw_map(augmentation, &mut places, label));
+    // Without either, the plain view is the view.
     if is_mirrored || map.is_some() {
         let mirror = if is_mirrored { geometry::mirror() } else { DAffine2::IDENTITY };
         let view_from_image = map.unwrap_or(DAffine2::IDENTITY) * mirror;
