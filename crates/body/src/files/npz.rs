@@ -122,7 +122,7 @@ fn parse(text: &str) -> Option<Header> {
     }
     let (shape, _) = after("shape")?.strip_prefix('(')?.split_once(')')?;
     let lengths = shape.split(',').map(str::trim).filter(|length| !length.is_empty());
-    // Python 2 wrote numbers with an L.
+    // Python 2 wrote long integers with an L.
     let shape = lengths.map(|length| length.trim_end_matches('L').parse().ok());
     Some(Header {
         element: element.to_owned(),

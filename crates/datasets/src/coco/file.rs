@@ -149,7 +149,7 @@ fn labelled(
         return Err(format!("{value} is not a position"));
     }
     let triples = values.as_chunks::<3>().0.iter().zip(names);
-    // COCO's numbers: 0 is not labelled, 1 hidden, 2 visible.
+    // COCO's codes: 0 is not labelled, 1 hidden, 2 visible.
     // Keypoints that have no name here are left out.
     let keypoint = |(&[x, y, visibility], name): (&[f32; 3], &Option<NamedKeypoint>)| {
         let seen = if visibility >= 2.0 { Visibility::Visible } else { Visibility::Hidden };

@@ -98,7 +98,7 @@ impl PoseColumns {
             }
         }
         for joint in &pose.joints {
-            // CSV has no numbers for NaN and infinities: an empty cell is read as no value.
+            // CSV has no form of NaN and infinities: an empty cell is read as no value.
             let at = joint.image_px.filter(|at| at.is_finite());
             push(text, at.map(|at| format!("{:.3}", at.x)));
             push(text, at.map(|at| format!("{:.3}", at.y)));
