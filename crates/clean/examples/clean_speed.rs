@@ -46,21 +46,18 @@ fn main() -> Result<(), CleanError> {
         let (mut best_s, mut left) = (f64::INFINITY, 0);
         for _ in 0..PASSES {
             let mut chain = CleanerChain::new(SENSOR, std::slice::from_ref(&request))?;
-            // Surveys read all events before any is cleaned; their time is not the cleaners'.
             for _ in 0..chain.surveys() {
                 batches.iter().try_for_each(|batch| chain.survey(batch))?;
                 chain.end_survey()?;
             }
             let mut seconds = 0.0;
             for batch in &batches {
-                // The copy is not what is timed.
                 let mut batch = batch.clone();
                 let start = Instant::now();
                 chain.clean(&mut batch)?;
                 seconds += start.elapsed().as_secs_f64();
             }
             let start = Instant::now();
-            // What a cleaner holds back is part of its work.
             chain.finish()?;
             best_s = best_s.min(seconds + start.elapsed().as_secs_f64());
             left = chain.report()[0].left;

@@ -63,7 +63,6 @@ impl Source for SimulatedSource {
         let outline = outline.unwrap_or_else(|| self.actor.outline(t, ahead));
         let mut push = |at: Vec2, polarity| {
             let size = Vec2::new(f32::from(SENSOR.width), f32::from(SENSOR.height));
-            // A cast of what is below zero would put events on the border.
             if at.cmpge(Vec2::ZERO).all() && at.cmplt(size).all() {
                 columns.push(Event { t, x: at.x as u16, y: at.y as u16, polarity });
             }
@@ -82,7 +81,6 @@ impl Source for SimulatedSource {
             push(at, Polarity::from_on(rng.unit() < 0.5));
         }
         self.outline = Some(outline);
-        // Packets come at their time, as from a camera.
         std::thread::sleep(due.saturating_duration_since(Instant::now()));
         Ok(Some(due))
     }
