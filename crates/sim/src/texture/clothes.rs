@@ -135,7 +135,7 @@ impl Outfit {
     fn at(&self, u: f32, v: f32, noise: f32) -> Vec3A {
         // The texture is two strips, each of which runs once around the body.
         let around = (v * 2.0).fract();
-        // The upper half of v is of objects and arms, the lower one runs from the soles to the head.
+        // The upper half of v is of objects and arms, the lower one of all from the soles upwards.
         if v >= 0.5 {
             return if u < U_OBJECTS {
                 self.thing * (1.0 + 0.3 * noise)
