@@ -65,6 +65,7 @@ fn a_run_directory_is_not_overwritten() {
     let arguments = tiny(&["train", "quick", "--data", "data", "--out", "run"]);
     sandbox.ok(&arguments);
     let message = sandbox.fails(&arguments);
+    // The remedy is in the message, not only the fault.
     assert!(
         message.contains("add --resume to continue") && !message.contains("cannot"),
         "{message}"
@@ -72,6 +73,7 @@ fn a_run_directory_is_not_overwritten() {
     let mut other = [&arguments[..], &["--resume"]].concat();
     other.extend(["--set", "training.learning_rate=0.5"]);
     let message = sandbox.fails(&other);
+    // The value there and the value here.
     let named = "training.learning_rate is 0.001 there, not 0.5";
     assert!(message.contains("run/config.toml") && message.contains(named), "{message}");
 }

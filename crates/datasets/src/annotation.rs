@@ -99,6 +99,7 @@ pub fn write_annotations(path: &Path, annotations: &[Annotation]) -> Result<(), 
 fn from_entry(path: &Path, index: usize, entry: Entry) -> Result<Annotation, DatasetError> {
     let place = |field: &str| format!("entry {index} ({}), `{field}`", entry.img_name);
     let (joints, rest) = entry.keypoints.as_chunks::<3>();
+    // What is left over would be of a joint that is cut.
     if !rest.is_empty() {
         let reason = format!("{} values: three a joint are expected", entry.keypoints.len());
         return Err(DatasetError::malformed(path, place("keypoints"), reason));
@@ -106,6 +107,7 @@ fn from_entry(path: &Path, index: usize, entry: Entry) -> Result<Annotation, Dat
     let keypoints = joints
         .iter()
         .map(|&[x, y, z]| {
+            // Numbered as COCO does.
             let visibility = match z {
                 0.0 => Visibility::Unlabelled,
                 1.0 => Visibility::Hidden,

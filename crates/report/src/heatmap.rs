@@ -109,6 +109,7 @@ impl Heatmap {
     fn with_tooltips(&self, svg: String, left: f64, top: f64) -> String {
         let mut tooltips = String::new();
         for (i, cells) in self.cells.iter().enumerate() {
+            // A cell without a tooltip stays as it is.
             for (j, cell) in cells.iter().enumerate().filter(|(_, cell)| !cell.tooltip.is_empty()) {
                 let _ = write!(
                     tooltips,
@@ -122,6 +123,7 @@ impl Heatmap {
                 );
             }
         }
+        // At the end, so that they lie above everything else.
         match svg.rfind("</svg>") {
             Some(end) => format!("{}{tooltips}{}", &svg[..end], &svg[end..]),
             None => svg,

@@ -39,6 +39,7 @@ pub fn two_sample(
 ) -> TwoSample {
     let pairs = patches::pairs(measured, simulated, window, seed);
     if pairs.len() < MIN_PAIRS {
+        // So few pairs say nothing.
         return TwoSample { auc: 0.5, p: 1.0 };
     }
     let groups = 1 + pairs.iter().map(|pair| pair.group).max().unwrap_or(0);
@@ -51,6 +52,7 @@ pub fn two_sample(
         data.auc(&labels(&pairs, &swaps))
     });
     let as_large = permuted.filter(|other| *other >= auc).count();
+    // The recording counts as one of the permutations.
     TwoSample { auc, p: (1 + as_large) as f64 / (PERMUTATIONS + 1) as f64 }
 }
 

@@ -64,6 +64,7 @@ pub(super) fn errors(
             }
         }
     }
+    // What a parameter changes may be nothing: it has its prior.
     for (a, free_parameter) in free_parameters.iter().enumerate() {
         matrix[a][a] += 1.0 / free_parameter.prior_steps().powi(2) + 1e-9;
     }
@@ -77,7 +78,9 @@ pub(super) fn errors(
     };
     let mut blocks: Vec<StatisticBlock> =
         objective.layout.entries.iter().map(|entry| entry.block).collect();
+    // Entries of a block follow each other.
     blocks.dedup();
+    // Blocks can be wrong independently of each other.
     let by_blocks: Vec<Vec<f64>> = blocks
         .iter()
         .map(|block| pulled(&z, &|i| objective.layout.entries[i].block == *block))
@@ -89,6 +92,7 @@ pub(super) fn errors(
         })
         .collect::<Result<Vec<_>, GapError>>()?;
     let known = z.iter().filter(|z| **z != 0.0).count().max(1) as f64;
+    // What deviates by more than chance is wrong in its estimates as well.
     let widened = (crate::discrepancy(&z) / known).max(1.0);
     let squares = |pulls: &[Vec<f64>], a: usize| {
         let sum: f64 = pulls.iter().map(|pull| pull[a] * pull[a]).sum();

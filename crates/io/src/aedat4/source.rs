@@ -23,6 +23,7 @@ pub(super) fn open(input: Input, options: &OpenOptions) -> Result<Box<dyn EventS
     // Only a camera that is asked for has to exist: otherwise no stream of events is no events.
     if chosen.is_none() && options.camera.is_some() && !streams.is_empty() {
         let reason = format!("no camera {camera}: the file has {} of them", cameras.len());
+        // Cameras are counted among streams of events alone.
         return Err(IoError::Stream { path, reason });
     }
     let mut facts = Vec::new();
@@ -109,6 +110,7 @@ impl Source {
         // Packets are counted once, also where a search has gone back.
         let is_new = head.at >= self.seen_to;
         let kind = self.kind(head.stream);
+        // A stream that no header named may be one of events: its first packet says.
         if self.chosen == Some(head.stream) || kind.is_none() {
             self.take(&head, kind.is_none(), columns)?;
             self.walk.pass(&head);
@@ -121,6 +123,7 @@ impl Source {
         }
         self.now.at = self.walk.at;
         let is_far = self.marks.last().is_none_or(|mark| mark.at + BETWEEN_MARKS <= self.now.at);
+        // Without a data table the marks of reading make the index.
         if self.table != Index::Read && is_far {
             self.marks.push(self.now);
         }
@@ -145,6 +148,7 @@ impl Source {
         }
         if let (true, Ok(kind)) = (is_unnamed, kind) {
             let cameras = self.streams.iter().filter(|s| s.kind == StreamKind::Events).count();
+            // The first unnamed stream of events that is wanted becomes the chosen one.
             if kind == StreamKind::Events && cameras == self.camera && self.chosen.is_none() {
                 self.chosen = Some(id);
             }
@@ -168,6 +172,7 @@ impl Source {
             Ok(_) => Err(super::flat::Broken { at: 8, reason: "a packet that holds no events" }),
             Err(broken) => Err(broken),
         };
+        // After the events: those before a cut are handed out.
         if let Some(fault) = fault {
             return Err(fault);
         }
@@ -196,12 +201,14 @@ impl Source {
         let mut mark = self.marks[0];
         let mut marks = vec![mark];
         for entry in entries.iter().filter(|entry| Some(entry.stream) == self.chosen) {
+            // Entries point at the body of a packet; the walk begins at its head.
             let at = u64::try_from(entry.body).ok().and_then(|body| body.checked_sub(HEAD));
             let Some(at) = at.filter(|&at| at >= mark.at) else {
                 return Ok(());
             };
             mark.at = at;
             marks.push(mark);
+            // A mark counts the events before it.
             mark.events = mark.events.saturating_add_signed(entry.elements);
             mark.latest = mark.latest.max(entry.last);
         }

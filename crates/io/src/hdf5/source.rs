@@ -44,6 +44,8 @@ pub(super) fn open(input: Input, options: &OpenOptions) -> Result<Box<dyn EventS
     let file = Hdf5File::from_storage_with_options(Arc::<Bytes>::clone(&bytes), reader);
     let file = file.map_err(|error| failed(error.into()))?;
     let layout = layout::find(&file, &bytes, options).map_err(failed)?;
+    // Times with a fraction have no stated unit: the first and the last decide.
+    // Times may be seconds or microseconds: the first of them decide.
     let mut source = Hdf5Source::new(path.clone(), layout);
     source.detect_unit().map_err(|damage| source.damaged(damage))?;
     Ok(Box::new(source))
@@ -142,6 +144,7 @@ impl Hdf5Source {
         }
         let packed = self.tables.iter().find_map(|table| Some((table, table.events(self.row)?)));
         if let Some((table, (events, at))) = packed {
+            // ECF packs whole events: a dataset of one column cannot be of that.
             if self.tables.len() > 1 {
                 return Err(table.damage(self.row, "one column, packed as whole events"));
             }
@@ -175,6 +178,7 @@ impl Hdf5Source {
         self.fill(self.row, before, columns)?;
         // Row by row, to find the faulty one.
         for k in 0..rows {
+            // One event at a time through the same code.
             let mut one = Columns::new();
             one.push(columns.event(before + k));
             if let Some(what) = self.fill(self.row + k as u64, 0, &mut one) {
@@ -206,6 +210,7 @@ impl Hdf5Source {
             let mut is_time = true;
             number.floats(bytes, size, times, |value| {
                 let us = (value * unit_us).round();
+                // Beyond this a cast to 64 bits would saturate.
                 is_time &= us.abs() < 9e18;
                 Micros((us as i64).wrapping_add(offset))
             });
@@ -222,6 +227,7 @@ impl Hdf5Source {
         let mut is_polarity = true;
         let is_whole = p.2.whole(p.0, p.1, &mut columns.polarity[at..], |value| {
             is_polarity &= (-1..=1).contains(&value);
+            // Off is 0 or -1: both are written by programs.
             Polarity::from_on(value > 0)
         });
         is_good[3] = is_polarity && is_whole;
@@ -233,6 +239,7 @@ impl Hdf5Source {
         let Column { table, number } = self.columns[0];
         let table = &mut self.tables[table];
         table.load_row(row).ok()?;
+        // A chunk that is decoded already is the cheap way; else the row's own bytes are.
         if let Some((events, at)) = table.events(row) {
             return events.t.get(at).copied();
         }

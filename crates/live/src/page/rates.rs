@@ -120,6 +120,7 @@ impl RateWindow {
     }
 }
 
+// Twice the same instant has no rate.
 fn since(first: &Report, last: &Report) -> Rates {
     let passed_s = last.seconds - first.seconds;
     if passed_s <= 0.0 {

@@ -108,11 +108,13 @@ impl HandEvaluation {
         baseline: &Self,
         config: &BootstrapConfig,
     ) -> Result<HandRatios, PoseError> {
+        // Pairs need the same sequences on both sides.
         let (left, right) = (self.sequences.len(), baseline.sequences.len());
         if left != right {
             return Err(PoseError::Unpaired { left, right });
         }
         let ratio = |totals: fn(&SequenceScores) -> Totals| {
+            // Paired by sequence, since hard ones are hard for both.
             let pairs = self.sequences.iter().zip(&baseline.sequences);
             let pairs: Vec<_> =
                 pairs.map(|(ours, theirs)| (totals(ours), totals(theirs))).collect();

@@ -148,6 +148,7 @@ impl BatchSource for BaselineBatches {
     fn item(&self, host: HostBatch, step: u64, device: &Device) -> BaselineItem {
         let [width, height] = self.input.size_px();
         let count = host.0.len();
+        // One after the other, so that a batch is one copy to the device.
         let (mut images, mut joints_px) = (Vec::new(), Vec::with_capacity(count));
         let (mut first, mut second) = (Vec::new(), Vec::new());
         for sample in host.0 {
@@ -167,6 +168,7 @@ impl BatchSource for BaselineBatches {
         let profiles = |values: Vec<f32>, length: usize| {
             Tensor::from_data(TensorData::new(values, [count, BODY_JOINTS, length]), device)
         };
+        // A heatmap is the product of two profiles, which are far smaller to copy.
         let targets = match self.kind {
             Kind::Heatmaps { .. } => BaselineTargets::Heatmaps(HeatmapTargets {
                 rows: profiles(first, height),

@@ -61,6 +61,7 @@ impl BaselineLearner {
     }
 
     fn measure(&self, item: BaselineItem) -> (Tensor<1>, BaselineScalars) {
+        // The size of the images, since joints are compared in pixels.
         let [batch_size, _, height, width] = item.images.dims();
         let size_px = Vec2::new(width as f32, height as f32);
         let (loss, joints_px) = match (&self.network, &item.targets) {
@@ -71,6 +72,7 @@ impl BaselineLearner {
             }
             (BaselineNetwork::LiftMono(network), BaselineTargets::Marginals(targets)) => {
                 let stages = network.forward(item.images);
+                // The last stage is the answer; the others only help it to learn.
                 let positions = stages.last().map(|maps| maps.positions());
                 let joints_px = positions.map_or_else(Vec::new, |at| positions_px(at, size_px));
                 (marginal_loss(&stages, targets, self.sigma_cells).total, joints_px)

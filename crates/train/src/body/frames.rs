@@ -111,6 +111,7 @@ impl BodyFrames {
             let still = people.still(index)?;
             let sensor = size_of(&still.grey);
             let image = if edges {
+                // By number of the still: threads draw them in any order.
                 let seed = evpose_core::seed_for(config.seed, "eros-like", index);
                 let mut image = Plane::filled(0, 0, 0);
                 config.image.eros_like.convert_into(&still.grey, seed, work, &mut image);
@@ -124,6 +125,7 @@ impl BodyFrames {
         };
         let frames = (0..config.data.stills)
             .into_par_iter()
+            // The working memory is one a thread.
             .map_init(ErosLikeWork::default, frame)
             .collect::<Result<_, TrainError>>()?;
         Ok(Self { frames })

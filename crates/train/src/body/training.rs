@@ -107,12 +107,14 @@ fn train(
         run.meter().clone(),
     );
     let valid = Arc::new(valid);
+    // Validation may ask for more than there is.
     let samples = training.validation_samples.min(valid.len() as u64);
     let batches = BodyBatches::new(Arc::clone(&valid), config);
     let loader = BatchLoader::validation(batches, training.batch_size, samples, device);
     let mut summary =
         run.train(task, &devices, Loaders { train: Arc::new(train), valid: Arc::new(loader) })?;
     if training.calibrate_confidence && !summary.is_paused {
+        // Of the best network, which is known only now.
         let samples = training.validation_samples as usize;
         calibrate_confidence(&mut summary.best, &valid, samples)?;
         calibrate_filter(&mut summary.best, &valid, samples)?;
