@@ -1,4 +1,4 @@
-//! Wrievents.t().iter().flat_map(|t| t.0.wrapping_sub(offset_us).to_le_bytes()).collect(),es events as columns of an HDF5 file in DSEC's layout: `events/{t,x,y,p}`, `t_offset` and
+//! Writes events as columns of an HDF5 file in DSEC's layout: `events/{t,x,y,p}`, `t_offset` and
 //! `ms_to_idx`.
 //!
 //! Chunks of all columns are written as they fill; the structure comes behind them, and the

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use evpose_core::{Plane, SensorSize};
+use evpose_core::Plane;
 use evpose_infer::{CalibrationRanges, EngineOptions, Precision};
 use evpose_pose::body::{BODY_JOINTS, BodyDecoder, BodyJoint, BodyPoints, MIRRORED, pose_score};
 use evpose_pose::metric::body::BodyPrediction;
@@ -353,10 +353,6 @@ fn average(joints: &mut [BodyJoint], others: &[BodyJoint]) {
 }
 
 /// Joints relative to an image, on it.
-pub fn joints_in_pixels(joints: &[BodyJoint], sensor: SensorSize) -> BodyPoints {
-    in_pixels(joints, Vec2::new(f32::from(sensor.width), f32::from(sensor.height)))
-}
-
 fn in_pixels(joints: &[BodyJoint], size_px: Vec2) -> BodyPoints {
     let mut points = [None; BODY_JOINTS];
     for (point, joint) in points.iter_mut().zip(joints) {
