@@ -145,7 +145,7 @@ pub fn find(recording: &EventStream, reference: &EventStream) -> Option<Orientat
             continue;
         }
         let sign = if symmetry.swaps_polarity { -1.0 } else { 1.0 };
-        // Summed slice by slice: their spread gives the error of the advantage.
+        // Summed by slice and tile: the parts give the error of the advantage.
         let mut parts = seen.products(&wanted, symmetry, 0);
         parts.iter_mut().for_each(|part| *part *= sign / norm);
         scored.push((symmetry, parts.iter().sum(), parts));

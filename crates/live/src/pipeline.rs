@@ -223,7 +223,7 @@ impl<'a, F: StreamFrontend> Follower<'a, F> {
         while let Some((step, tick)) = self.step.zip(self.next_propagated)
             && self.clock.until(Some(tick)) == Some(Duration::ZERO)
         {
-            // Later images are not before what has been propagated.
+            // Detections that arrive later arrive after what has been propagated.
             self.now = self.now.max(tick);
             self.propagate(tick);
             self.next_propagated = Some(tick + step);

@@ -67,7 +67,7 @@ impl StartTime {
                 std::hint::black_box(decoder.decode(&BodyMaps::from_array(maps)));
             }
             let done = begin.elapsed();
-            // Times since the beginning become times of the parts.
+            // Readings are cumulative: parts are their differences, and the last is the whole.
             let times = [read, compiled - read, done - compiled, done];
             let ms = times.map(|time| time.as_secs_f64() * 1e3);
             times_ms.iter_mut().zip(ms).for_each(|(all, ms)| all.push(ms));

@@ -79,7 +79,7 @@ impl Performance {
         if self.turns_s.is_empty() {
             return (t_s, 1.0);
         }
-        // Motion and rest take turns.
+        // It begins in motion, and each turn changes that.
         let moves = turns.is_multiple_of(2);
         let (since_s, passed_s) = match turns.checked_sub(1) {
             Some(last) => (t_s - self.turns_s[last], self.passed_s[last]),

@@ -128,7 +128,7 @@ fn run(rng: &mut CounterRng) -> Motion {
     let heading = rng.uniform(-1.0, 1.0);
     let bounce_m = rng.uniform(0.02, 0.08);
     Box::new(move |t_s| {
-        // Both feet leave the floor twice in a stride.
+        // Four rises in a stride: the absolute value doubles the frequency of the cosine.
         let rise_m = bounce_m * (2.0 * TAU * (gait.stride_hz * t_s + gait.phase)).cos().abs();
         Figure { heading, rise_m, ..gait.figure(t_s) }
     })

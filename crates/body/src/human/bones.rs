@@ -56,7 +56,7 @@ pub(super) fn bones() -> Vec<Bone> {
     });
     let sides = LEFT.into_iter().flat_map(|(joint, start, end, radius_m)| {
         let (start_m, end_m) = (Vec3::from(start), Vec3::from(end));
-        // Left and right are mirror images.
+        // The left side is at positive x.
         let mirror = Vec3::new(-1.0, 1.0, 1.0);
         let left = Bone { joint, start_m, end_m, radius_m, side: 1.0 };
         // Joints of the body come in pairs, the left one first.

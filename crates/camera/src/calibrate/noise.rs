@@ -135,7 +135,7 @@ fn hot(counts: &[[u32; 2]]) -> Vec<bool> {
     for _ in 0..ROUNDS {
         let cold = || both.iter().zip(&is_hot).filter(|(_, is_hot)| !**is_hot).map(|(n, _)| *n);
         let mean = cold().map(f64::from).sum::<f64>() / cold().count().max(1) as f64;
-        // By the number of pixels, of which one in so many would be hot by chance.
+        // Divided by the number of pixels: `CHANCE` is that of the whole image.
         let limit = poisson_quantile(HOT * mean, CHANCE / both.len() as f64);
         let now: Vec<bool> = both.iter().map(|n| *n > limit).collect();
         if now == is_hot {

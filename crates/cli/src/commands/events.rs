@@ -182,7 +182,7 @@ impl Converted {
             all - on,
             1e-3 * all as f64 / duration_s,
         ));
-        // An empty source takes no time, and its rate should not be infinite.
+        // A coarse clock may show no time at all: rates should not be infinite.
         let elapsed_s = self.elapsed.as_secs_f64().max(1e-9);
         say(format!(
             "speed     {:.0} steps/s, {:.2} million events/s, reading included",

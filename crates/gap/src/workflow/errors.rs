@@ -92,7 +92,7 @@ pub(super) fn errors(
         })
         .collect::<Result<Vec<_>, GapError>>()?;
     let known = z.iter().filter(|z| **z != 0.0).count().max(1) as f64;
-    // What deviates by more than chance is wrong in its estimates as well.
+    // As a reduced chi-square above 1: what stays unexplained makes curvature too optimistic.
     let widened = (crate::discrepancy(&z) / known).max(1.0);
     let squares = |pulls: &[Vec<f64>], a: usize| {
         let sum: f64 = pulls.iter().map(|pull| pull[a] * pull[a]).sum();

@@ -49,7 +49,7 @@ impl Disc {
             d - period * (d / period + 0.5).floor()
         };
         let dx = offset(x_px, 0, WIDTH as f64);
-        // The row is done before the square: most pixels are left here.
+        // Most pixels are left here: their column does not meet the disc.
         if dx.abs() >= reach {
             return ground;
         }

@@ -108,7 +108,6 @@ impl HandEvaluation {
         baseline: &Self,
         config: &BootstrapConfig,
     ) -> Result<HandRatios, PoseError> {
-        // Pairs need the same sequences on both sides.
         let (left, right) = (self.sequences.len(), baseline.sequences.len());
         if left != right {
             return Err(PoseError::Unpaired { left, right });

@@ -107,7 +107,7 @@ impl Wide {
         let edges = [Edge::new(b, c, origin), Edge::new(c, a, origin), Edge::new(a, b, origin)];
         let (width, height) = (rect.right - rect.left, rect.bottom - rect.top);
         let bits = edges[1..].iter().map(|edge| edge.bits(width, height)).max();
-        // Interpolation needs no exact edges: low bits are dropped until 32 hold the rest.
+        // Interpolation needs no exact edges: low bits are dropped until 31 hold the rest.
         let shift = bits.unwrap_or(0).saturating_sub(31);
         let row = |edge: &Edge, last: i32| {
             let [start, step_x, step_y] =

@@ -133,7 +133,7 @@ impl Outfit {
 
     /// Colour at texture coordinates, given the noise there.
     fn at(&self, u: f32, v: f32, noise: f32) -> Vec3A {
-        // The texture is two strips, each of which runs once around the body.
+        // Two strips, of the trunk and of the arms: either runs from the front to the back.
         let around = (v * 2.0).fract();
         // The upper half of v is of objects and arms, the lower one of all from the soles upwards.
         if v >= 0.5 {

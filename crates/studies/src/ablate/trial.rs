@@ -222,7 +222,7 @@ fn scores(evaluation: &HandEvaluation) -> Result<Scores> {
              `evaluation.first_ms`",
         )
     };
-    // A point of each few percent is enough to draw.
+    // A point for each millimetre or percent is enough to draw.
     let thinned = |curve: Vec<f64>| curve.into_iter().step_by(CURVE_STRIDE).collect();
     let curves = evaluation.curves();
     Ok(Scores {

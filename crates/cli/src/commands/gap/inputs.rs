@@ -129,7 +129,7 @@ const SPARE: f64 = 1.1;
 /// the whole sequence has stamps in another unit: that is for the search for problems to say.
 fn cut(recording: &mut LoadedRecording, scene: &LoadedScene) -> Result<(), GapError> {
     let window = TimeWindow { start: Micros(0), end: scene.scene.duration() + Micros(1) };
-    // Unsorted stamps in another unit would be cut to nothing here.
+    // Cutting it would hide that its stamps are in another unit.
     let last_s = recording.events.t().last().map_or(0.0, |t| t.as_seconds());
     if last_s > SPARE * scene.duration_s {
         return Ok(());

@@ -253,7 +253,7 @@ fn joints_are_unknown_before_their_first_detection_and_when_lost() {
         assert_eq!(fusion.query(at_ms(9)), nobody);
         let known = fusion.query(at_ms(1_010)).map(|joint| joint.is_some());
         assert!(!known[3] && !known[4] && known.iter().filter(|&&known| known).count() == 11);
-        // A millisecond later all are lost.
+        // The detection is of 10 ms, and a joint is lost a second after its last one.
         assert_eq!(fusion.query(at_ms(1_011)), nobody);
         // What comes after is a new start, whatever has been.
         fusion.velocity(at_ms(2_000), &[Vec2::new(900.0, 0.0); BODY_JOINTS]).unwrap();
