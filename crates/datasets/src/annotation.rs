@@ -99,7 +99,7 @@ pub fn write_annotations(path: &Path, annotations: &[Annotation]) -> Result<(), 
 fn from_entry(path: &Path, index: usize, entry: Entry) -> Result<Annotation, DatasetError> {
     let place = |field: &str| format!("entry {index} ({}), `{field}`", entry.img_name);
     let (joints, rest) = entry.keypoints.as_chunks::<3>();
-    // What is left over would be of a joint that is cut.
+    // Values that are left over belong to a joint that was cut off.
     if !rest.is_empty() {
         let reason = format!("{} values: three a joint are expected", entry.keypoints.len());
         return Err(DatasetError::malformed(path, place("keypoints"), reason));

@@ -54,7 +54,7 @@ impl Simulation {
         if betas.len() == body.shape_coefficients() {
             around.shaped = body.shaped(betas);
         }
-        // One wrist for all poses: the arm stays still under the hand.
+        // One angle of the wrist for all poses: the forearm does not move against the hand.
         let mut arm = CounterRng::new(seed, "arm", 0);
         let mut angle = || arm.uniform(-WRIST_RANGE, WRIST_RANGE);
         let wrist = Vec3::new(angle(), angle(), angle());

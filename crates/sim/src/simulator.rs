@@ -149,7 +149,7 @@ impl Simulator {
             self.surroundings =
                 Surroundings::new(&self.shared, config, self.side, self.seed, next)?;
             let offset = self.surroundings.episode.threshold_offset;
-            // Pixels keep their memories from episode to episode, as those of a camera do.
+            // Pixels keep their reference levels from episode to episode, as those of a camera do.
             self.sensor.retune(&sensor_model(config, offset)?)?;
         }
         let (actor, mirror) = (&self.shared.actor, &self.mirror);

@@ -66,7 +66,7 @@ fn bandwidth_gb_per_s(threads: usize) -> f64 {
         let begin = Instant::now();
         to.par_chunks_mut(share)
             .zip(from.par_chunks(share))
-            // One part per thread: splitting further measures the scheduler.
+            // A part is a job: two parts in one job would leave a thread idle.
             .with_max_len(1)
             .for_each(|(to, from)| to.copy_from_slice(from));
         // The fastest: a limit is what the machine can do, and everything else slows it down.

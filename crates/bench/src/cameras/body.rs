@@ -48,7 +48,7 @@ impl Scenes for BodyScenes {
         let mut scenes = self.scenes.clone();
         let simulation = &mut scenes.simulation;
         simulation.sensor_size = sensor;
-        // The scene fills the image as it did: only resolution and shape of the sensor change.
+        // Every sensor sees at least what one of 4 to 3 does: none loses a part of the scene.
         simulation.vertical_fov_deg = simulation
             .vertical_fov_deg
             .map(|degrees| covering_fov_deg(sensor, f64::from(degrees)) as f32);

@@ -103,7 +103,7 @@ impl Fit {
             strict.extend(stated(&calibration, &folder.strict));
             unseen.push((folder.tier, names, held));
         }
-        // A tier is the pool of what its folders get from fits without each of them.
+        // A tier pools its folders, each of them scored by the fit without it.
         for tier in ["plain", "home", OUTSIDE] {
             let of = || unseen.iter().filter(|(other, ..)| *other == tier);
             let names: Vec<_> = of().flat_map(|(_, names, _)| names.clone()).collect();

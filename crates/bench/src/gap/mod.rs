@@ -65,7 +65,7 @@ pub fn run(args: &BenchArgs) -> Result<()> {
     use_threads(args.threads)?;
     std::fs::create_dir_all(&args.out)
         .with_context(|| format!("creating {}", args.out.display()))?;
-    // Runs of our own model need no cases of a plan.
+    // Runs of our own model choose their cases themselves: nulls of the plan.
     if let Some(sets) = args.own {
         return own::run(args, sets);
     }

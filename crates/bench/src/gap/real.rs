@@ -92,7 +92,7 @@ impl Aspect {
             _ => return Ok(events.clone()),
         };
         let middle = Micros(first.0 + (last.0 - first.0) / 2);
-        // Windows end before their end.
+        // A window excludes its end.
         let end = last + Micros(1);
         let seen = |change: &dyn Fn(Event) -> Event| {
             EventStream::from_events(size, events.iter().map(change))

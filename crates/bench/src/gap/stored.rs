@@ -89,7 +89,7 @@ fn folders(root: &Path) -> Result<Vec<(PathBuf, Vec<PathBuf>)>> {
     for entry in std::fs::read_dir(root).with_context(|| format!("reading {}", root.display()))? {
         let dir = entry.with_context(|| format!("reading {}", root.display()))?.path();
         let of = if dir.join(RESULTS).is_file() {
-            // A pool holds no rows, only the names of the folders that it is of.
+            // A folder with rows is its own source; a pool has only the names of its folders.
             vec![dir.clone()]
         } else if dir.join(SCORES).is_file() {
             let path = dir.join(SCORES);

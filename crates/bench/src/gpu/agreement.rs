@@ -81,7 +81,7 @@ fn step(name: &str, device: &Device) -> Result<[Vec<f64>; 2]> {
     Ok(match network {
         Network::Hand(network) => {
             let outputs = network.forward(images);
-            // Other numbers than the images: equal ones would make a special case.
+            // Targets differ from the images: equal values would be a special case.
             let targets = windows([BATCH, outputs.dims()[1], 1, 1], SEED ^ 1);
             let targets = TensorData::new(targets, outputs.dims());
             let targets = Tensor::from_data(targets, device);

@@ -140,7 +140,7 @@ fn burst_ms(mut run: impl FnMut() -> Result<()>) -> Result<f64> {
     sleep(IDLE_TIME);
     let begin = Instant::now();
     let mut runs = 0;
-    // So many runs and so long: caches are filled by the one, clocks of cores rise with the other.
+    // Runs fill the caches, time lets clock frequencies rise: each has a minimum.
     while runs < WARM_UP || begin.elapsed() < WARM_UP_TIME {
         run()?;
         runs += 1;

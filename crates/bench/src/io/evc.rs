@@ -25,7 +25,7 @@ pub(super) fn cases(folder: &Path, frames: u64, events_per_frame: u32) -> Result
     let events = make(&stem, frames, events_per_frame)? as usize;
     let (evc, meta) = (stem.with_extension("evc"), stem.with_extension("meta"));
     let reader = || EvcReader::open_with(&evc, SENSOR);
-    // Readers of their own, since each case keeps its windows.
+    // A reader for each case, whose closure owns it.
     let (records, streams, both) = (reader()?, reader()?, reader()?);
     let labels = MetaReader::open(&meta)?;
     let (mut window, mut scratch, mut beside) =

@@ -62,7 +62,7 @@ struct Bench<'a> {
 }
 
 pub(crate) fn run(args: &BenchLiveArgs) -> Result<()> {
-    // Before the recording is made, which takes a while.
+    // First: a device that cannot be used is reported before a recording is made.
     args.device.open()?;
     let provenance = Provenance::this();
     say(format!("machine    {}", provenance.machine));

@@ -168,8 +168,8 @@ impl Draw for Plain<'_> {
             let inverse = 1.0 / clip.w;
             Vec3::new(
                 (clip.x * inverse + 1.0) * 0.5 * width,
-                // 1/w is linear in the image, so that it can be interpolated as depth.
                 (1.0 - clip.y * inverse) * 0.5 * height,
+                // 1/w is linear in the image, so that it can be interpolated as depth.
                 inverse,
             )
         }));

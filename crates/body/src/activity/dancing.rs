@@ -92,7 +92,7 @@ fn draw(rng: &mut CounterRng) -> Motion {
         let at = (t_s / period_s).max(0.0);
         let step = at as usize;
         let [from, to] = [step, step + 1].map(|k| &postures[k % POSTURES]);
-        // Reached before the period ends, and held for the rest.
+        // The posture is reached before the period ends, and held for the rest.
         let x = ease(1.3 * at.fract());
         let mix = |a: f32, b: f32| a + x * (b - a);
         Figure {

@@ -144,7 +144,7 @@ impl Figure {
             self.rise_m - lowest_sole_m(posed),
             self.place_m.y - anchor_m.z,
         );
-        // They were posed before the displacement was known.
+        // The joints were posed before the displacement was known.
         for joint in &mut posed.joints {
             joint.translation += glam::Vec3A::from(pose.translation_m);
         }

@@ -47,7 +47,7 @@ fn draw(rng: &mut CounterRng) -> Motion {
             elbow: held,
             ..Arm::default()
         };
-        // Half each, for the spine and the head.
+        // The spine and the head share the turn: each adds half.
         let twist = 0.5 * (heading(ahead) - heading(there));
         Figure {
             heading: heading(there),

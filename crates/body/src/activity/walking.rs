@@ -97,7 +97,7 @@ fn walk(rng: &mut CounterRng) -> Motion {
         place_m += Vec2::from(heading(step as f32 / PATH_HZ).sin_cos()) * (speed_m_s / PATH_HZ);
     }
     let extent = |axis: fn(&Vec2) -> f32| {
-        // One period shows the extent: the path repeats.
+        // One period shows the extent to the side, in which the path repeats.
         let period = &places_m[..(period_s * PATH_HZ) as usize];
         period.iter().map(axis).fold((f32::MAX, f32::MIN), |(l, h), x| (l.min(x), h.max(x)))
     };

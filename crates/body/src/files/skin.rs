@@ -31,7 +31,7 @@ pub(super) fn skin(
         }
         let mut sorted: Vec<(usize, f64)> =
             row.iter().copied().enumerate().filter(|&(_, weight)| weight > LEAST).collect();
-        // Ties by number, so that the four are the same everywhere.
+        // Ties go by the joint's number, so that the four are the same everywhere.
         sorted.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
         let mut four = SkinWeights { joints: [0; 4], weights: [0.0; 4] };
         for (slot, (joint, weight)) in sorted.into_iter().enumerate() {

@@ -93,7 +93,7 @@ impl Bone {
 /// A bone's share falls off with how much farther it is than the nearest one.
 pub(super) fn shares(bones: &[Bone], point_m: Vec3) -> [f32; JOINTS] {
     let gaps_m: Vec<f32> = bones.iter().map(|bone| bone.gap_m(point_m)).collect();
-    // A bone of one side holds no skin of the other, however near that is.
+    // A bone of one side holds skin of the other only just over the middle, however near it is.
     let on_side = |bone: &Bone| match bone.side {
         0.0 => 1.0,
         side => smooth_step(-OVER_MIDDLE_M, OVER_MIDDLE_M, side * point_m.x),

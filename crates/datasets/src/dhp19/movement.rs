@@ -73,7 +73,7 @@ impl Movement {
     ) -> LabelledRecording {
         let times = (0..).map(|k| Micros(k * POSE_INTERVAL.0));
         let duration = self.span.window.length();
-        // Poses may go on when the cameras have stopped.
+        // There may be poses after the end of the movement, where no event is.
         let bodies = times.zip(poses).take_while(|(t, _)| *t <= duration);
         let body = |(t, pose)| TimedBody { t, points_px: projection.project_pose(pose, rule) };
         LabelledRecording {

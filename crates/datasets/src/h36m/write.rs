@@ -36,7 +36,7 @@ pub fn write_published(
         let reason = format!("{SENSOR} is expected, they are of {}", events.sensor());
         return Err(DatasetError::malformed(clip, "events", reason));
     }
-    // Either may begin first.
+    // Events or bodies may begin first.
     let first = events.t().first().copied().into_iter().chain(bodies.first().map(|b| b.t)).min();
     if let Some(early) = first.filter(|t| t.0 < 0) {
         let reason = format!("one is at {early}, before 0, where a log begins");

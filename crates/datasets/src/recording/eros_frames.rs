@@ -73,7 +73,7 @@ pub fn write_eros_frames(
     let mut annotations = Vec::new();
     let mut start = Micros(i64::MIN);
     for (index, body) in bodies.iter().enumerate() {
-        // The instant is included, and windows end before their end.
+        // The instant is included, and a window excludes its end.
         let window = TimeWindow { start, end: body.t + Micros(1) };
         // Also before instants that are left out: the representation remembers.
         renderer.eros.push(&events.slice(window));

@@ -62,7 +62,7 @@ pub(crate) fn convert(
     let bytes = std::fs::read(path).map_err(|source| file_error(path, "read it", source))?;
     let digest = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
     let set = read(path, &bytes)?;
-    // Annotations take hundreds of megabytes.
+    // COCO's annotations take hundreds of megabytes.
     drop(bytes);
     start(options, digest)?;
     let unnamed = bad_names(&set.photographs);

@@ -57,7 +57,7 @@ impl BackgroundPlane {
         rng: &mut CounterRng,
     ) -> Self {
         let uniform = |rng: &mut CounterRng, [low, high]: [f32; 2]| rng.uniform(low, high);
-        // In extents of the view: the image covers it at any distance.
+        // In extents of the view: details look equally large at any distance of the plane.
         let size_m = view.extent_m * uniform(rng, SCALE);
         let centre = Vec2::new(uniform(rng, CENTRE[0]), uniform(rng, CENTRE[1]));
         // A wall of one colour has no edges: events come from the person alone.
@@ -191,7 +191,6 @@ impl BackgroundPlane {
             for (x, pixel) in (rect.left..).zip(row) {
                 let point_m = rays.point_m(Vec2::new(x as f32 + 0.5, y as f32 + 0.5));
                 // The first distractor of the list is the nearest one.
-                // Earlier objects cover later ones; the plane itself is painted elsewhere.
                 let covering =
                     distractors.iter().find_map(|(one, centre_m)| one.sample(point_m, *centre_m));
                 *pixel = covering.unwrap_or_else(|| {

@@ -220,7 +220,7 @@ impl PeopleConfig {
         if !(self.seconds > 0.0 && self.seconds.is_finite()) {
             return refuse("seconds", self.seconds.to_string(), "must be a positive number");
         }
-        // Steps are whole microseconds, as stamps are.
+        // Steps are whole microseconds, as time stamps are.
         if self.step_hz == 0 || !1_000_000u32.is_multiple_of(self.step_hz) {
             return refuse("step_hz", self.step_hz.to_string(), "must divide a million");
         }
@@ -267,7 +267,7 @@ impl PeopleConfig {
         if matches!(self.surroundings.source, BackgroundSource::Procedural(0)) {
             return refuse("surroundings.source", "0".to_owned(), "at least one image");
         }
-        // Last: these join several fields, each of which is valid by now.
+        // Last: these compare fields, most of which are checked above.
         self.validate_cameras()?;
         crate::EventFormat::of_people(self)?;
         Ok(())

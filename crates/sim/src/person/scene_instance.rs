@@ -81,7 +81,7 @@ impl SceneInstance {
             capture: part("person capture"),
         };
         let mut person = CastMember::draw(shared, config, activity, seconds, Vec3::ZERO, streams)?;
-        // The drawn body's height, not the mean's: framing is a share of it.
+        // The drawn body's height, not the mean's: framing is relative to it.
         let height_m = shared.height_m(&person.shaped);
         let (path, pinhole) =
             CameraPath::draw(config, height_m, &mut part_of_camera("person camera"));
@@ -244,7 +244,7 @@ fn companions(
         CastMember::draw(shared, config, activity, seconds, place_m, streams)
     };
     let mut drawn = (0..config.companions).map(member).collect::<Result<Vec<_>, _>>()?;
-    // People's depths are never compared: the nearer are painted over the farther.
+    // There is no depth test between people: the nearer are painted over the farther.
     drawn.sort_by(|a, b| a.place_m.z.total_cmp(&b.place_m.z));
     Ok(drawn)
 }

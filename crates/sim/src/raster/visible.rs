@@ -100,7 +100,7 @@ impl Raster {
                 let on_screen = part.map(|Corner { on_screen, .. }| on_screen);
                 if let Some(set_up) = Wide::new(face, corners, on_screen, false, whole) {
                     self.visibility.fill_wide(&set_up, self.count as u32);
-                    // What lies behind the count is left over.
+                    // Triangles behind the count are left over from an earlier frame.
                     self.triangles.truncate(self.count);
                     self.triangles.push(set_up.triangle);
                     self.count += 1;

@@ -48,7 +48,7 @@ pub fn run(args: &OutsideArgs) -> Result<()> {
     let cases = identify::cases(dir_of_cases).context(BadInput)?;
     let dirs: Vec<PathBuf> = if args.score.is_empty() {
         let (of, parts) = part::shard(&args.shard).context(BadInput)?;
-        // Interleaved, so that shards get all generators, which names sort by.
+        // Interleaved, so that shards are alike even where names sort by generator.
         let of_shard = cases.iter().skip(of - 1).step_by(parts);
         let of_shard: Vec<PathBuf> =
             of_shard.take(args.limit.unwrap_or(usize::MAX)).cloned().collect();

@@ -42,7 +42,7 @@ impl Opened {
         let scene = Description::read(&cases.join(&row.id).join("scene.json"))?;
         let path: PathBuf = truths.join(&row.id).join("truth.json");
         let truth = Truth::read(&path)?;
-        // A truth without a row in the answer key would count every name as wrong.
+        // An effect without an entry in the answer key would pass for one outside the catalogue.
         for effect in &truth.effects {
             ensure!(
                 names::entry(&effect.name).is_some(),

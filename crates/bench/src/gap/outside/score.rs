@@ -126,7 +126,7 @@ pub(super) fn score_cases(opened: &[Opened], folders: Vec<String>) -> OutsideSco
         };
         groups.push(of(title, &is_in));
     }
-    // Apart from the others, since naming any effect is wrong there.
+    // Apart from the others, since not all that is hidden there has a name.
     groups.push(of("outside the catalogue", &Opened::is_outside_catalogue));
     groups.retain(|group| group.cases > 0);
     let of_strength = |strength: &str| {

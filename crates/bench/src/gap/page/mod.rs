@@ -139,7 +139,7 @@ fn misses(page: &mut HtmlPage, opened: &[Opened], scores: &Scores) {
     let row = |case: &Opened| {
         let scene = case.truth.scene.clone();
         let strength = case.truth.strength.map_or_else(String::new, |s| s.to_string());
-        // The three nearest: further ones are far behind, and the column is narrow.
+        // The three best: the column has no room for more.
         let tried = case.row.tried.first().map_or_else(String::new, |tried| {
             let first = tried.iter().take(3);
             first.map(|(name, left)| format!("{name} {left:.0}")).collect::<Vec<_>>().join(", ")

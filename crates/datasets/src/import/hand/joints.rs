@@ -41,7 +41,7 @@ fn read(table: &Table, choice: LabelChoice) -> Result<HandLabels, ImportError> {
     check_names(table)?;
     let has =
         |suffixes: &[&str]| table.columns().iter().any(|name| joint_of(name, suffixes).is_some());
-    // Positions in space say more, so that pixels are used if asked for, or alone.
+    // Positions in space say more: pixels are used if asked for, or if there is nothing else.
     let in_pixels = choice.on_image || !has(&METRES);
     if in_pixels && !has(&PIXELS) {
         let reason = "no joint on the image: expected columns such as `wrist_u_px`";

@@ -66,7 +66,7 @@ pub(super) fn minimise(
                 free.iter().zip(step).for_each(|(&k, step)| tried[k] += step);
                 tried
             });
-            // An equation without a solution is damped more.
+            // Equations without a solution are damped more.
             if let Some(tried) = tried {
                 residuals(&tried, &mut shifted);
                 let tried_cost = sum_of_squares(&shifted);
@@ -80,7 +80,7 @@ pub(super) fn minimise(
             }
             damping *= 10.0;
         }
-        // No damping lowers the cost any more.
+        // The last step lowered the cost by next to nothing, or no step did.
         if before - cost <= CONVERGED * before {
             break;
         }
