@@ -79,8 +79,8 @@ pub fn compare(without: &Recording, with: &Recording, stage: CameraStage) -> Evi
             }
             for (old_us, new_us) in pairs {
                 let shift_us = (new_us - old_us).abs();
-                // The readout shifts all alike; elsewhere a shift counts relative to the pixel's
-                // spacing.
+                // Readout and clock delay events of all pixels: their limit is fixed. Elsewhere a
+                // shift also has to be large for the spacing of the pixel's events.
                 let min_shift_us = if in_clock {
                     CLOCK_SHIFT_US
                 } else {
@@ -91,7 +91,6 @@ pub fn compare(without: &Recording, with: &Recording, stage: CameraStage) -> Evi
             }
         }
     }
-    // For the median: shifts of most events, not of the worst.
     shifts_us.sort_by(f64::total_cmp);
     let median_shift_us = shifts_us.get(shifts_us.len() / 2).copied().unwrap_or(0.0);
     let mut evidence = Evidence {
@@ -137,7 +136,7 @@ fn spacing_us(times_us: &[f64], at_us: f64) -> f64 {
 fn align(old: &[f64], new: &[f64]) -> Vec<(f64, f64)> {
     let columns = new.len() + 1;
     let mut costs = vec![0.0; (old.len() + 1) * columns];
-    // As of edit distances: an event alone costs a half, so that a pair may cost up to 1.
+    // An edit distance: an event alone costs a half, so that a pair may cost up to 1.
     for i in 0..=old.len() {
         for j in 0..=new.len() {
             if i == 0 || j == 0 {

@@ -102,7 +102,7 @@ impl Front {
 
     /// Bands of pixels that follow each other from the first pixel to the last.
     pub(crate) fn bands(&mut self, ranges: &[Range<usize>]) -> Vec<FrontBand<'_>> {
-        // Room stays from step to step, with its memory.
+        // Buffers are kept from step to step, so that nothing is allocated again.
         if self.room.len() < ranges.len() {
             self.room.resize_with(ranges.len(), Room::default);
         }

@@ -150,7 +150,7 @@ impl FrontBand<'_> {
         let mut tasks = std::mem::take(&mut self.room.tasks);
         let own = &luminance[self.pixels.clone()];
         self.changes.find(own, self.before, self.voltage, self.block_pixels, &mut tasks);
-        // What is only scanned has the light of the step before, but pixels that woke in it.
+        // Pieces to scan have the voltage of the step before, and pixels that may have more events.
         for (pixels, task) in &tasks {
             if *task == Task::Recompute {
                 self.load_luminance(&luminance[pixels.clone()], pixels);

@@ -53,7 +53,7 @@ impl LinearOptics {
         let mut images = luminance.to_vec();
         let Some(first) = images.first() else { return images };
         let size = SensorSize { width: first.width() as u16, height: first.height() as u16 };
-        // Values without end would spread over the whole image in a convolution.
+        // One infinity or NaN would spread over the whole image: a veil is a mean of all pixels.
         for image in &mut images {
             image.data_mut().iter_mut().for_each(|light| *light = light.clamp(0.0, f32::MAX));
             for light in image.data_mut().iter_mut().filter(|light| light.is_nan()) {

@@ -62,12 +62,12 @@ impl ExecutionPlan {
             stages.iter().filter(|stage| stage.acts_on == signal).all(|stage| stage.is_static)
         };
         let recovery = stages.iter().fold(Recovery::default(), |all, s| all.and(s.recovery));
-        // One stage compares; of what the others say, the largest holds.
+        // The detector alone says what it compares: other stages have the default, the least.
         let compares = stages.iter().map(|stage| stage.compares).max().unwrap_or_default();
         let (spreads, renews) = (any(|stage| stage.spreads), any(|stage| stage.renews));
         let steps_while_refractory = any(|stage| stage.steps_while_refractory);
         let sees_voltages = any(|stage| stage.acts_on == ActsOn::VoltagePlane);
-        // Rounding as published needs voltages that no stage has changed since.
+        // Rounding as published needs the photoreceptor's voltages, which no stage has changed.
         let is_single = any(|stage| stage.rounds_as_published)
             && !sees_voltages
             && !any(|stage| stage.acts_on == ActsOn::Voltage);
@@ -95,7 +95,7 @@ impl ExecutionPlan {
             path,
             // A plane carries the change of one pixel to others, which would be left out.
             skips_unchanged: division == Division::Bands && stages.iter().all(|s| s.is_static),
-            // Only levels are crossed at times of their own, in whose order requests wait.
+            // Only where levels are compared do pixels wait; else the readout delays events.
             is_queued: !is_immediate && compares == Compares::Levels,
             has_refractory_states,
             is_single,

@@ -39,7 +39,6 @@ pub fn two_sample(
 ) -> TwoSample {
     let pairs = patches::pairs(measured, simulated, window, seed);
     if pairs.len() < MIN_PAIRS {
-        // So few pairs say nothing.
         return TwoSample { auc: 0.5, p: 1.0 };
     }
     let groups = 1 + pairs.iter().map(|pair| pair.group).max().unwrap_or(0);

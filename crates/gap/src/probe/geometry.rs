@@ -101,7 +101,7 @@ impl StatisticProbe for Geometry {
         for [mut measured, mut expected] in images(view) {
             for (blur, products) in products.iter_mut().enumerate() {
                 if blur > 0 {
-                    // The second blur is one of the first.
+                    // The second blur is applied to the result of the first.
                     measured = measured.smoothed(blur);
                     expected = expected.smoothed(blur);
                 }

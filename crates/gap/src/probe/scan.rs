@@ -111,7 +111,7 @@ pub(super) fn resultants(view: &View<'_>, spots: &[Spot]) -> [f64; AXES.len() * 
             let excess = excess(power, backward);
             for b in 0..BANDS {
                 let band = band(b);
-                // The largest of n powers is about ln n times their mean by chance.
+                // By chance, the largest of n excesses is about ln n standard deviations.
                 let highest = chance * (band.len() as f64).ln();
                 let best = excess[band].iter().fold(0.0, |best: f64, e| best.max(*e));
                 let square = ((best - highest) / pairs).clamp(0.0, 1.0);

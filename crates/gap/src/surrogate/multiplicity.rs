@@ -37,7 +37,7 @@ pub(super) fn test(values: &[Vec<f64>], tests: &[Test]) -> Vec<Tested> {
         .enumerate()
         .map(|(j, test)| {
             let column: Vec<f64> = values.iter().map(|row| row[j]).collect();
-            // All in one, since the recording is one of them if there is no effect.
+            // Over recording and surrogates: without an effect, the recording is one of them.
             let (mean, sd) = mean_and_deviation(&column);
             let sign = if test.is_upper { 1.0 } else { -1.0 };
             // Variation within rounding errors is none.

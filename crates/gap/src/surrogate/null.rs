@@ -56,7 +56,7 @@ impl Null {
 
     fn statistics(self) -> Vec<Listed> {
         let mut listed = match self {
-            // Of several windows, the one that suits a statistic counts in the correction.
+            // The window that suits a statistic counts in the correction; for the first, each does.
             Self::Window(us) => vec![
                 upper("log lower edge of intervals", Some(RecordingMark::DeadTime), true),
                 upper("alternation of polarity", None, us == 20_000),

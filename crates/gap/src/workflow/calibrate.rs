@@ -60,7 +60,7 @@ fn fit_with(
     cases: &[(FindingEvidence, bool)],
     is_used: &[bool; FEATURES.len()],
 ) -> Option<(f64, [f64; FEATURES.len()])> {
-    // With one outcome alone, weights would be infinite.
+    // With one outcome alone, the intercept would be infinite: it has no prior.
     let right = cases.iter().filter(|(_, is_right)| *is_right).count();
     if right == 0 || right == cases.len() {
         return None;

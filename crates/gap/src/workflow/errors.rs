@@ -64,7 +64,7 @@ pub(super) fn errors(
             }
         }
     }
-    // What a parameter changes may be nothing: it has its prior.
+    // A parameter may change nothing: its prior then bounds its error.
     for (a, free_parameter) in free_parameters.iter().enumerate() {
         matrix[a][a] += 1.0 / free_parameter.prior_steps().powi(2) + 1e-9;
     }

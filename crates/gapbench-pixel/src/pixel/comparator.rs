@@ -50,7 +50,7 @@ impl Comparators {
         let mut dark_offsets = None;
         let mut extra = 0.0;
         let mut injected = 0.0;
-        // Without an oddity one timer serves both polarities.
+        // One timer serves both polarities, unless the oddity is a timer of ON events alone.
         let timer_s = detector.refractory.map_or(0.0, |timer| timer.seconds());
         let (mut hold_on_s, mut hold_off_s) = (timer_s, timer_s);
         match detector.oddity {

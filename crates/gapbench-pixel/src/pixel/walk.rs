@@ -156,7 +156,7 @@ impl<F: Fn(f64) -> f64> Walker<F> {
             let end = self.front.advance(&self.state, log, end_log, end_s - t_s);
             if self.comparators.release_s().is_none() {
                 if let Some(on) = self.comparators.crossing(self.state.output(), t_s) {
-                    // The level was crossed already, as when a release ends beyond it.
+                    // The level is crossed already: a step of light can cross several at once.
                     self.comparators.fire(on, t_s);
                     self.record(on, t_s);
                     continue;
@@ -225,7 +225,7 @@ impl<F: Fn(f64) -> f64> Walker<F> {
         let input = end.output() + noise_to;
         let undisturbed = self.interrupt(to.t_s).is_none();
         let in_reset = self.comparators.release_s().is_some();
-        // Certainly without a crossing in between.
+        // Nothing is due, and in reset or far from both thresholds nothing crosses in between.
         let clear = undisturbed
             && (in_reset || {
                 let here =

@@ -68,7 +68,7 @@ impl Builder {
         let mut slots: Vec<Slot> = changes.iter().flat_map(|change| change.slots.clone()).collect();
         let conventions = match self.tier {
             Tier::Plain => Vec::new(),
-            // A stream of its own: the plain tier draws none, and its cases stay as they were.
+            // A stream of its own, so that it does not matter how much the changes drew.
             Tier::Home => draw_conventions(&slots, &mut Sequence::new(key, Purpose::Convention, 0)),
         };
         slots.extend(conventions.iter().flat_map(Convention::slots));

@@ -225,7 +225,7 @@ impl<const B: usize, const STRIDE: usize, const PIXEL: usize> Kernel
         let blocks_in = exec.conv.shape.blocks_in();
         let lines_per_block = exec.conv.shape.taps() * LANES * B;
         let block_bytes = lines_per_block * size_of::<Line>();
-        // As many input channels as have their weights in the L1 cache, over all rows.
+        // As many input blocks as have weights that fit in the L1 cache: all rows use them again.
         let chunk = (L1_WEIGHT_BYTES / block_bytes).clamp(1, blocks_in);
         let max_tile =
             if STRIDE == 2 { V::TILE[B - 1].min(MAX_STRIDE_2_TILE) } else { V::TILE[B - 1] };

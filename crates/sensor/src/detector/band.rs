@@ -139,7 +139,7 @@ impl PixelArray {
 
     /// Bands of pixels that follow each other from the first pixel to the last.
     pub(crate) fn bands(&mut self, ranges: &[Range<usize>]) -> Vec<Band<'_>> {
-        // Room stays from step to step, with its memory.
+        // Buffers are kept from step to step, so that nothing is allocated again.
         if self.scanned.len() < ranges.len() {
             self.scanned.resize_with(ranges.len(), Scanned::default);
         }

@@ -70,7 +70,7 @@ impl Band<'_> {
             memory = level - recovery.short_fraction * threshold;
             refractory = RefractoryState::after(t_s, end_s, recovery);
             now_s = later(t_s, refractory.follows_until_s);
-            // Where the reference level follows the light, memory is the light at the end of that.
+            // The reference level followed the voltage until then: the memory is what it was there.
             if refractory.follows_until_s > f64::NEG_INFINITY && now_s <= end_s {
                 memory = at(refractory.follows_until_s);
                 refractory.follows_until_s = f64::NEG_INFINITY;

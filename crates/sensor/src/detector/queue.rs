@@ -108,7 +108,7 @@ impl Band<'_> {
             }
         }
         let noisy = accepted.iter().map(|noise_event| noise_event.pixel);
-        // Levels last: a pixel may be served several times within the step.
+        // A pixel that began to wait has the levels of before: `wait` changes its state alone.
         for pixel in awake.iter().copied().chain(noisy) {
             self.set_wake_levels(
                 pixel as usize,
@@ -229,7 +229,7 @@ impl Queued<'_, '_> {
         let pixel = pixel_state.pixel_step.pixel as usize;
         match waiting {
             Waiting::Reset => {
-                // Served, the pixel takes its level: what the light does until then is lost.
+                // When served, it memorises the voltage of that time: earlier changes are lost.
                 self.band.refractory_states[pixel].free_s = f64::INFINITY;
                 ServeAction::Reset
             }

@@ -72,7 +72,7 @@ impl Band<'_> {
     /// which are served at once: pixel by pixel, those of one pixel in order of time.
     pub(crate) fn resolve(&mut self, step: Step<'_>, out: &mut Vec<Request>) {
         let Resolved { awake: first, accepted: first_accepted } = self.scanned.resolved;
-        // Nothing woke since the block before.
+        // No pixel woke since the block before, and none has noise events.
         if self.scanned.awake.len() == first && self.scanned.accepted.len() == first_accepted {
             return;
         }

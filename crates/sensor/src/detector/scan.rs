@@ -47,7 +47,7 @@ impl Band<'_> {
                 *v = WHITE_CODE * i;
             }
         }
-        // The first voltage is what memories start at; no event comes of it.
+        // Memories start at the first voltage, or at that of darkness, with a burst of events.
         if tick.index == 0 {
             self.settle(chain, tick, pixels.start, voltage);
         }

@@ -34,7 +34,7 @@ impl Divider {
             return 1;
         }
         let dark = dark_light(chain);
-        // As the photoreceptor sees it, ln(I + I_dark): there parts are to be small.
+        // In ln(I + I_dark), about as the photoreceptor responds: thresholds are steps of that.
         let largest = vectorize(
             #[inline(always)]
             || {
@@ -45,7 +45,7 @@ impl Divider {
                 })
             },
         );
-        // At most half of a threshold a part: no pixel has two events within one.
+        // Half of a threshold a part, so that no pixel has two events in one, up to `max_parts`.
         let [on, off] = chain.detector.stage.thresholds();
         let for_light = f64::from(largest) / f64::from(0.5 * on.min(off));
         let for_time = chain.time_constant_s().map_or(0.0, |tau_s| tick.dt_s() / tau_s);

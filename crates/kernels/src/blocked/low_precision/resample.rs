@@ -180,7 +180,7 @@ impl ResampleRows<'_> {
         // SAFETY: the caller's; columns are those of the input.
         unsafe {
             let [of_near, of_far] = [V::splat(NEAR_WEIGHT), V::splat(FAR_WEIGHT)];
-            // A column of both rows is mixed once and serves two outputs.
+            // A column of both rows is mixed once and contributes to four outputs.
             let column = |x: usize| {
                 let most = S::load::<V>(near.add(x * LANES)).mul(of_near);
                 S::load::<V>(far.add(x * LANES)).mul_add(of_far, most)
