@@ -165,7 +165,7 @@ impl Checkup {
         if findings.backwards > 0 {
             remarks.push(format!("{} events are earlier than the one before", findings.backwards));
         }
-        // Shares of a few events say nothing.
+        // A few events have odd shares, gaps and steps by chance.
         if findings.events < MIN_EVENTS {
             return remarks;
         }

@@ -166,7 +166,7 @@ pub fn find(recording: &EventStream, reference: &EventStream) -> Option<Orientat
     };
     let advantage_z = standard_errors(&differences);
     let against = as_it_is.unwrap_or(0.0);
-    // The net rate shows a swapped polarity wherever things move; 1/sqrt(n) is its error.
+    // The net rate shows a swapped polarity; a correlation over n slices has the error 1/sqrt(n).
     let contradicts = if best.swaps_polarity { rate_correlation } else { -rate_correlation }
         > 3.0 / (slices as f64).sqrt();
     let is_clear = *best != Symmetry::default()
@@ -217,7 +217,7 @@ impl Images {
                 values[slice as usize * pixels + pixel] += sign;
             }
         }
-        // Blurred, so that a shift of one pixel does no harm.
+        // Smoothed, so that a shift of one pixel lowers a score little.
         values.chunks_exact_mut(pixels).for_each(|image| smooth(image, width));
         Self { size, values }
     }

@@ -196,7 +196,7 @@ fn place(
     is_settled: bool,
 ) -> Place {
     let nowhere = |fate| Place { x: 0, y: 0, fate };
-    // An inverse that has not settled is no place, unless the published one is asked for.
+    // An inverse that has not settled is no place, unless a fixed number of steps is wanted.
     if !position.is_finite() || (!is_settled && options.inverse == Inverse::Converged) {
         return nowhere(Fate::Unsettled);
     }

@@ -31,7 +31,7 @@ pub(crate) fn decode(
     let values =
         records.bytes.chunks_exact(kind.size()).map(|bytes| kind.decode(bytes, file.order));
     let mut values: Vec<f64> = values.collect();
-    // Columns first are turned around, so that readers know one order only.
+    // Column-major values are reordered, so that callers know one order only.
     if !file.is_row_major {
         values = row_major(&values, &variable.sizes, variable.values_per_record as usize);
     }
@@ -57,7 +57,7 @@ impl StoredRecords<'_> {
         while let Some(at) = next {
             let index = Record::of_kind(self.file, at, kind::INDEX)?;
             visited += 1;
-            // A record has 28 bytes at least: more than fit into the file are a circle.
+            // An index has 28 bytes at least: more of them than fit into the file are a circle.
             if depth > MAX_INDEX_DEPTH || visited * 28 > self.file.len() {
                 return Err(CdfError::malformed(at, "an index that leads back to itself"));
             }

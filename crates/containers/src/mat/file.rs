@@ -46,7 +46,7 @@ impl MatFile {
         let origin = Origin::File { start: 0 };
         let mut reader = Reader { bytes, order, origin, at: HEADER_BYTES, end: bytes.len() };
         let mut variables = Vec::new();
-        // A limit for all variables together: many small ones may be one large.
+        // One limit for all variables together, since many small ones add up.
         let mut left = inflated_limit;
         while reader.at < reader.end {
             let element = reader.element("a variable")?;

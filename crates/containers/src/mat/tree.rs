@@ -251,7 +251,7 @@ impl<'a> Builder<'a> {
         };
         let element = parts.element("names of fields")?;
         let bytes = parts.data(&element);
-        // Arrays of structures repeat their names, which are kept once.
+        // Nested structures repeat the names of those before them; each set is stored once.
         let names = match self.known_names.get(&(room, bytes)) {
             Some(&names) => names,
             None => {

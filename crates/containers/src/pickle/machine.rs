@@ -48,7 +48,7 @@ impl<'a> Machine<'a> {
 
     /// Executes one opcode; returns the root at the last one.
     pub(crate) fn step(&mut self) -> Step<Option<Id>> {
-        // A few bytes can make lists without an end.
+        // One byte can make a value, which takes many times its memory.
         if self.nodes.len().max(self.stack.len()) > MAX_VALUES {
             return Err(format!("more than {MAX_VALUES} values"));
         }

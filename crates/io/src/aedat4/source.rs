@@ -23,7 +23,6 @@ pub(super) fn open(input: Input, options: &OpenOptions) -> Result<Box<dyn EventS
     // Only a camera that is asked for has to exist: otherwise no stream of events is no events.
     if chosen.is_none() && options.camera.is_some() && !streams.is_empty() {
         let reason = format!("no camera {camera}: the file has {} of them", cameras.len());
-        // Cameras are counted among streams of events alone.
         return Err(IoError::Stream { path, reason });
     }
     let mut facts = Vec::new();
@@ -148,7 +147,7 @@ impl Source {
         }
         if let (true, Ok(kind)) = (is_unnamed, kind) {
             let cameras = self.streams.iter().filter(|s| s.kind == StreamKind::Events).count();
-            // The first unnamed stream of events that is wanted becomes the chosen one.
+            // Streams of events are the cameras, in the order in which they appear.
             if kind == StreamKind::Events && cameras == self.camera && self.chosen.is_none() {
                 self.chosen = Some(id);
             }

@@ -89,7 +89,7 @@ impl EvcReader {
                 fault = Some((0, EvcFault::NoMarker { polarity: block[3] }));
                 break;
             }
-            // Runs short enough that a faulty one is looked at twice without cost.
+            // In runs that stay in the cache, since a faulty one is read several times.
             for run in block[..length].chunks(RUN) {
                 let (good, found) = match tally(run, self.sensor) {
                     Ok(tally) => (tally, None),

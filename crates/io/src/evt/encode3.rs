@@ -94,13 +94,12 @@ impl WordEncoder for Evt3Encoder {
             }
             let polarity = (event.polarity as u16) << 11;
             // A vector is worth its words only if these are fewer than its events.
-            // A vector of fewer events than words costs more than the events alone.
             let Some((base, mask, count)) = self.vector(events, at) else {
                 word(ADDR_X, polarity | event.x);
                 at += 1;
                 continue;
             };
-            // Readers go on at the base: a vector that follows needs no word for it.
+            // Readers go on behind the last vector: one that begins there needs no base.
             if self.base != Some((base, event.polarity)) {
                 word(VECT_BASE_X, polarity | base);
             }

@@ -63,7 +63,7 @@ impl Encoding {
                     }
                 }
             }
-            // Without a header at all, all three encodings are possible.
+            // Nothing says that this is a recording: its first word must be a high time as well.
             (None, None) if lines.is_empty() => detect_without_header(data),
             (None, None) => detect(data),
             _ => None,

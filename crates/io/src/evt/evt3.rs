@@ -260,7 +260,7 @@ impl Decoder for Evt3Decoder {
         vectorize(
             #[inline(always)]
             || {
-                // In parts, so that states stay in the cache.
+                // In parts: states have places for so many words between two flushes.
                 for some in rest.chunks(States::WORDS) {
                     self.decode_words(some, &mut states, columns);
                     states.flush(columns);

@@ -105,7 +105,7 @@ impl Decoder for FramedDecoder {
                     false => Ok(at),
                 };
             }
-            // Not even a whole head is there.
+            // Without a whole head: more bytes may come, or the stream ends here.
             let Some(first) = rest.first_chunk::<HEAD>() else {
                 let begun = rest.len().min(MARKER.len());
                 if !is_last || rest.is_empty() {
@@ -129,7 +129,7 @@ impl Decoder for FramedDecoder {
             if length > rest.len() && !is_last && (at > 0 || rest.len() < HEAD + EVENT) {
                 return Ok(at);
             }
-            // Packets of one millisecond go out together, those of another begin a new call.
+            // Packets not within `together` after the first event wait for another call.
             let is_apart = |(together, first): (Micros, &Micros)| {
                 !(0..together.0).contains(&(head.base.0 - first.0))
             };

@@ -41,7 +41,7 @@ pub(super) fn decode(chunk: &[u8], most: usize, out: &mut Vec<u8>) -> Result<(),
     if version != VERSION {
         return Err(format!("a Blosc chunk of version {version}, not {VERSION}").into());
     }
-    // A chunk in a file of no worth must not take memory.
+    // A damaged header must not decide how much memory is taken.
     if unpacked > most {
         return Err(format!("a Blosc chunk of {unpacked} bytes, more than {most}").into());
     }
@@ -68,7 +68,7 @@ pub(super) fn decode(chunk: &[u8], most: usize, out: &mut Vec<u8>) -> Result<(),
         if bytes / filters::TIGHTEST > streams.len() {
             return Err(ENDS);
         }
-        // The last block is shorter, and is packed as one stream.
+        // A last block that is shorter is packed as one stream.
         let shape = Block { size: size.into(), bytes, is_last: bytes < block, flags };
         let before = out.len();
         out.resize(before + bytes, 0);

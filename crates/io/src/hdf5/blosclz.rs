@@ -49,7 +49,7 @@ pub(super) fn decode(packed: &[u8], out: &mut [u8]) -> Option<()> {
         }
         match bytes.next() {
             Some(next) => control = usize::from(*next),
-            // Packed to the last byte, no more and no less.
+            // The stream has to end where `out` is full.
             None => return (done == out.len()).then_some(()),
         }
     }

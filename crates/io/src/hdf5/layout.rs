@@ -113,7 +113,7 @@ pub(super) fn find(
         }
     }
     let camera = usize::from(options.camera.unwrap_or(0));
-    // What there is helps to see why.
+    // The message lists what the file has instead.
     if cameras.is_empty() {
         let (groups, datasets) = root.member_names()?;
         let names = [groups, datasets].concat().join(", ");

@@ -44,8 +44,7 @@ pub(super) fn open(input: Input, options: &OpenOptions) -> Result<Box<dyn EventS
     let file = Hdf5File::from_storage_with_options(Arc::<Bytes>::clone(&bytes), reader);
     let file = file.map_err(|error| failed(error.into()))?;
     let layout = layout::find(&file, &bytes, options).map_err(failed)?;
-    // Times with a fraction have no stated unit: the first and the last decide.
-    // Times may be seconds or microseconds: the first of them decide.
+    // Times that are floats have no stated unit: the first and the last ones decide.
     let mut source = Hdf5Source::new(path.clone(), layout);
     source.detect_unit().map_err(|damage| source.damaged(damage))?;
     Ok(Box::new(source))
@@ -178,7 +177,6 @@ impl Hdf5Source {
         self.fill(self.row, before, columns)?;
         // Row by row, to find the faulty one.
         for k in 0..rows {
-            // One event at a time through the same code.
             let mut one = Columns::new();
             one.push(columns.event(before + k));
             if let Some(what) = self.fill(self.row + k as u64, 0, &mut one) {
@@ -210,7 +208,7 @@ impl Hdf5Source {
             let mut is_time = true;
             number.floats(bytes, size, times, |value| {
                 let us = (value * unit_us).round();
-                // Beyond this a cast to 64 bits would saturate.
+                // Little above this a cast to 64 bits would saturate.
                 is_time &= us.abs() < 9e18;
                 Micros((us as i64).wrapping_add(offset))
             });
@@ -239,7 +237,7 @@ impl Hdf5Source {
         let Column { table, number } = self.columns[0];
         let table = &mut self.tables[table];
         table.load_row(row).ok()?;
-        // A chunk that is decoded already is the cheap way; else the row's own bytes are.
+        // A chunk of ECF was decoded as it was loaded: its bytes are no rows.
         if let Some((events, at)) = table.events(row) {
             return events.t.get(at).copied();
         }

@@ -223,7 +223,7 @@ impl Table {
                 read.map_err(|fault| of_file(loaded.address, fault.to_string().into()))?;
             }
             Storage::Chunks(chunks) => {
-                // Chunks that were never written are left out by the library.
+                // HDF5 stores no chunk that was never written to.
                 let position = chunks.binary_search_by_key(&number, |chunk| chunk.number);
                 let Ok(chunk) = position.map(|at| chunks[at]) else {
                     let byte = self.bytes.last();
@@ -344,7 +344,7 @@ impl Index<'_> {
         if is_none || shape.contains(&0) {
             return Ok(Vec::new());
         }
-        // As many ways to list chunks as HDF5 has had.
+        // HDF5 1.10 added five ways to list chunks to its first one, a tree.
         match indexing {
             None => {
                 let rank = Some(shape.len() as u32);

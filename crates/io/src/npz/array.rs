@@ -63,7 +63,7 @@ pub(super) fn read(mut entry: impl Read) -> Result<Array, (NpzFault, usize)> {
         Ok(_) => return Err((NpzFault::Trailing, layout.rows as usize)),
         Err(e) => return Err((unreadable(&e), 0)),
     }
-    // A table in the order of columns is one column until here.
+    // A column-major table was read as one column, which is divided here.
     match (layout.is_one_after_another, columns.as_slice()) {
         (true, [all]) => Ok(Array { names: layout.names, columns: all.apart(layout.of_each) }),
         _ => Ok(Array { names: layout.names, columns }),

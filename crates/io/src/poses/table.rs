@@ -58,8 +58,8 @@ struct JointColumns {
 }
 
 impl Columns {
-    // Twice the same name would leave one of both columns unread.
     fn of(names: &[&str]) -> Result<Self, String> {
+        // Of two columns with one name, the second would never be read.
         for (index, name) in names.iter().enumerate() {
             if names[..index].contains(name) {
                 return Err(format!("column `{name}` occurs twice"));

@@ -130,7 +130,7 @@ fn line(here: &[u8; REACH], shape: Shape) -> Option<Line> {
     }
     let t = match shape {
         Shape::Seconds => seconds(here, dot, ends[0])?,
-        // Sixteen digits are the longest that two loads hold.
+        // `sixteen` loads sixteen bytes, so that longer numerals go the slow way.
         _ if length(t).wrapping_sub(1) < 16 => digits(sixteen(here, begins[t]), length(t)) as i64,
         _ => return None,
     };

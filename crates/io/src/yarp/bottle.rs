@@ -112,7 +112,7 @@ impl Bottles {
                 _ => fault("a bottle begins with its number, its time in seconds and its name"),
             });
         };
-        // Values per event depend on the kind of bottle.
+        // A time and a word; a label in `LAE` besides, and a velocity of two values in `FLOW`.
         let values_per_event = match name {
             "AE" => 2,
             "LAE" => 3,
