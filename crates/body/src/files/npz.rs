@@ -97,7 +97,7 @@ fn header(bytes: &[u8]) -> Result<(Header, &[u8]), ArrayError> {
         _ => return Err(NONE),
     };
     let length = length as usize;
-    // No real header is that long: the length itself is damaged.
+    // No header of a model's array is that long: the length is damaged.
     if length > MAX_HEADER_BYTES {
         return Err(NONE);
     }

@@ -43,7 +43,7 @@ pub(super) fn check(
         // Medians, so that outliers do not widen the limit that is to detect them.
         let differences = lengths.iter().map(|length| (length.2 - middle).abs()).collect();
         let spread = DEVIATION_OF_MEDIAN * median(differences).unwrap_or(0.0);
-        // Where lengths hardly vary, any difference would be an outlier: the spread has a least value.
+        // Of lengths that hardly vary any would be an outlier: the spread has a minimum.
         let limit = options.outlier_spreads * spread.max(options.min_spread * middle);
         let joints = limb.map(|joint| JOINT_NAMES[joint]);
         let before = outliers.len();
