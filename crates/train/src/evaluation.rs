@@ -121,7 +121,7 @@ fn infer(
     for method in methods.iter_mut() {
         streams.push(sequence.stream(config, &mut *method.predictor, schedule)?);
     }
-    // Beside each other, at the same frames.
+    // Streams advance together, so that `progress` counts each frame once.
     let mut tracks = vec![[HandPoseTrack::default(), HandPoseTrack::default()]; streams.len()];
     loop {
         let mut done = None;
@@ -204,7 +204,7 @@ fn score(
         };
         // A new shape of the hand is no motion.
         let is_one_episode = sequence.episode_of(*first) == sequence.episode_of(*third);
-        // Unequal steps have no second difference.
+        // `push_acceleration` takes one step for both differences.
         if is_one_episode && second - first == third - second {
             let step_s = 1e-3 * (second - first) as f64;
             scores.push_acceleration([a, b, c], [d, e, f], step_s);

@@ -193,7 +193,7 @@ impl MetricLogger for History {
         if values.is_empty() {
             return;
         }
-        // Batches are counted on within an interval, also after a resume.
+        // Batches are counted from 1 in each interval, training and validation apart.
         let batch = 1 + shared
             .lines
             .iter()

@@ -118,7 +118,7 @@ impl RecordedEvents {
             }
             mapped = EventStream::empty(size);
         }
-        // Without any event, its clock may have another unit or origin.
+        // No event in the labelled time: the recording's clock may have another unit or origin.
         if is_empty {
             self.check_clock(frames)?;
         }

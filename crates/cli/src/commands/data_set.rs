@@ -26,7 +26,7 @@ pub(super) fn describe(directory: &Path) -> Result<()> {
     say(format!("  duration  {seconds} s each, seed {seed}"));
     say(format!("  size      {:.3} GB", bytes_in(directory)? as f64 * 1e-9));
     say(match (set.manifest().exists(), unfinished) {
-        // Shards write no manifest: sequences may be complete without one.
+        // The run that completes a set writes it; shards that were copied together have none.
         (true, _) => format!("  manifest  {MANIFEST}"),
         (false, 0) => "  manifest  none yet: `evpose simulate … --resume` writes it".to_owned(),
         (false, _) => "  manifest  none: the set is not finished".to_owned(),

@@ -214,7 +214,7 @@ fn provenance(args: &EventsArgs, source: &FrameSource, sensor: &SensorConfig) ->
     frames.insert("white".into(), source.white().into());
     let mut table = run_info::table(args.seed)?;
     table.insert("frames".into(), frames.into());
-    // Paths of maps in the sensor are relative to where it came from.
+    // Paths of maps are relative to the working folder here: they become absolute, too.
     let sensor = sensor.clone().relative_to(&std::env::current_dir()?);
     table.insert("sensor".into(), toml::Table::try_from(sensor)?.into());
     Ok(table.to_string())

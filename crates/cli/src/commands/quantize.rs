@@ -71,7 +71,7 @@ fn calibrate(
     inputs: impl Iterator<Item = Result<Vec<f32>>>,
     mut observed: impl FnMut(),
 ) -> Result<QuantizationRanges> {
-    // The calibration has errors of its own type: ours ends the inputs and is kept aside.
+    // An input that cannot be read ends the inputs; its error is returned below.
     let mut failure = None;
     let readable = inputs.map_while(|input| input.map_err(|error| failure = Some(error)).ok());
     let ranges =

@@ -192,7 +192,7 @@ fn effect_row(spec: &'static StageSpec, hand: &[Plane<f32>], seed: u64) -> Resul
         facts(&known)
     );
     let variants = Variant::all(spec)?;
-    // Without variants but the ideal sensor: maps of pixels have no typical values.
+    // The ideal sensor is the only variant: maps of pixels have no typical values.
     if variants.len() == 1 {
         return Ok(head + "<p>Nothing to show without files of the user.</p>\n");
     }
@@ -246,7 +246,7 @@ fn shown(measured: Shown, variants: &[Variant]) -> Result<String> {
             Ok(format!("<p>{}</p><div class=\"strip\">{strip}</div>\n", escape(&what)))
         }
         Shown::Together(mut charts) => {
-            // One key above all charts, which would repeat it.
+            // One key below all charts, each of which would repeat it.
             let key = charts.first().map(|chart| key(&chart.series)).unwrap_or_default();
             let series = charts.iter_mut().flat_map(|chart| &mut chart.series);
             series.for_each(|series| series.label.clear());

@@ -101,7 +101,7 @@ fn validation(name: &str, history: &[HistoryLine], length: TrainingLength) -> Ve
                 line.part == HistorySplit::Valid && line.interval as u64 == interval
             };
             for line in history.iter().filter(of_interval) {
-                // The last batch is smaller, so that batches are weighted by their samples.
+                // The last batch may be smaller, so that batches are weighted by their samples.
                 sum += line.values.get(name)? * line.samples as f64;
                 samples += line.samples;
             }

@@ -275,7 +275,6 @@ impl BackboneNet for InceptionV3 {
         let parts: Vec<&str> = path.split('.').collect();
         let number = |text: &str| text.parse::<usize>().unwrap_or(0);
         let kind = |kind: &str| if kind == "norm" { "bn" } else { "conv" };
-        // By these names torchvision's weights are loaded.
         match *parts.as_slice() {
             ["stem", index, layer, name] => {
                 format!("{}.{}.{name}", STEM[number(index)], kind(layer))

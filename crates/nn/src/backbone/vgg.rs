@@ -106,7 +106,7 @@ impl VggConfig {
             });
             stage.collect()
         });
-        // Ended here, since it borrows the count of channels.
+        // Collected here: the iterator borrows `channels`, which is read below.
         let stages = stages.collect();
         let hidden = scaled(HIDDEN, self.width);
         Vgg {

@@ -76,7 +76,7 @@ pub(super) fn fill_strictly<M: Module>(
             Some(stored) => matched.push((slot, name, stored)),
         }
     }
-    // What nobody took is of another network.
+    // No tensor of the network has these names.
     mismatch.unexpected = file.into_keys().collect();
     // In order, so that messages do not depend on the network's traversal.
     mismatch.missing.sort();
@@ -95,7 +95,7 @@ pub(super) fn fill_strictly<M: Module>(
                 return Err(format!("{length} values for {count}"));
             }
             let values = data.as_slice::<f32>().map_err(|error| format!("{error:?}"))?;
-            // Dense layers of other frameworks store their weights transposed.
+            // PyTorch stores linear weights transposed, Keras kernels with their channels last.
             Ok(match layout.reordered(&slot, values) {
                 Some(values) => TensorData::new(values, slot.shape.clone()),
                 None => data,

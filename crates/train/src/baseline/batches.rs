@@ -148,7 +148,7 @@ impl BatchSource for BaselineBatches {
     fn item(&self, host: HostBatch, step: u64, device: &Device) -> BaselineItem {
         let [width, height] = self.input.size_px();
         let count = host.0.len();
-        // One after the other, so that a batch is one copy to the device.
+        // One after the other, so that each tensor of a batch is one copy to the device.
         let (mut images, mut joints_px) = (Vec::new(), Vec::with_capacity(count));
         let (mut first, mut second) = (Vec::new(), Vec::new());
         for sample in host.0 {

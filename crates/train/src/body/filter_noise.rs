@@ -75,7 +75,7 @@ pub fn estimate_filter(
             let mut filter = BodyFilter::new(config)?;
             filtered.extend(sequence.iter().map(|pose| (pose, filter.update(pose.t, &pose.pose))));
         }
-        // The worst of all errors decides: a filter must not gain one by another.
+        // The worst of all errors decides: none may grow for the sake of another.
         Ok((Errors::of(filtered.into_iter()).worst_over(&unfiltered), config))
     };
     let all =

@@ -51,7 +51,6 @@ pub fn evaluate_foreign_hands(
         for label in &recording.labels.rows {
             // Labels have times of their own: the pose before or after, whichever is nearer.
             let next = poses.partition_point(|pose| pose.t < label.t);
-            // The two poses around the label.
             let around = poses[next.saturating_sub(1)..].iter().take(2);
             let nearest = around.min_by_key(|pose| (pose.t - label.t).0.abs());
             let Some(pose) = nearest.filter(|pose| (pose.t - label.t).0.abs() <= MAX_OFFSET.0)

@@ -25,7 +25,7 @@ impl<'a> Passes<'a> {
     /// Reads the recording once, and decides whether it can be read in windows.
     pub(super) fn open(path: &'a Path, options: OpenOptions) -> Result<(Self, Account)> {
         let mut windows = Windows::open(path, &options)?;
-        // Windows need a sensor that is known before the last event.
+        // An inferred sensor is known only after the last event, too late for windows.
         if windows.sensor_origin() != SensorOrigin::Inferred && windows.start().is_some() {
             // Read to the end once: only then is it known whether windows give every event.
             windows.end()?;

@@ -174,14 +174,14 @@ pub(super) fn power(args: &PowerArgs) -> Result<()> {
     use_threads(args.threads)?;
     let path = args.scene.clone();
     let mut source = SceneSource { path, poses: None, seconds: None, response: None };
-    // Rendering is the slow part: only what is looked at.
+    // Rendering is the slow part: no more of the scene than is used below.
     if source.is_rendered() {
         source.seconds = Some(args.seconds);
     }
     let loaded = source.load().context(BadInput)?;
     let model = prepared(&inputs::model(&args.model)?, loaded.nominal.as_ref());
     let scene = loaded.scene.first(Micros::from_seconds(args.seconds));
-    // Windows end before their end, and events at the last frame count.
+    // A window excludes its end, and events at the last frame count.
     let window = TimeWindow { start: Micros(0), end: scene.duration() + Micros(1) };
     let reference_scene = ReferenceScene::new(scene, &model.reference)?;
     let events = reference_scene.simulate(&model.config, seed_for(args.seed, "stream", 0))?;

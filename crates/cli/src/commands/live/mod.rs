@@ -51,7 +51,7 @@ pub fn run(args: &LiveArgs) -> Result<()> {
         confidence: args.confidence,
     };
     let model = crate::tasks::open(&args.checkpoint, &args.device)?;
-    // The checkpoint knows its task: a wish for another one is a mistake, not a choice.
+    // A checkpoint has one task, so that another one in `--task` is a mistake.
     if let Some(task) = args.task.as_deref().filter(|task| *task != model.task()) {
         let (path, is) = (args.checkpoint.display(), model.task());
         bail!("{path}: a network of the task `{is}`, not `{task}`");

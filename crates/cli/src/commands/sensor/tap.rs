@@ -80,7 +80,7 @@ fn record(
     // A stage without effect would repeat the signal before it.
     for row in model.describe().rows.iter().filter(|row| row.is_active) {
         let stage = (row.spec.build)(&row.settings)?;
-        // Other kinds act on events and their stamps, where a pixel has no signal.
+        // Other kinds change detection, steps, requests or time stamps, and have no signal.
         let has_signal = matches!(
             stage,
             Stage::Pixel(_) | Stage::Plane(_) | Stage::Photoreceptor(_) | Stage::Detector(_)

@@ -114,7 +114,7 @@ impl Geometry {
 
     /// `[pixels, taps]`.
     fn columns(&self, input: CubeTensor) -> CubeTensor {
-        // Channels last: neighbouring threads read neighbouring values.
+        // Channels last, as `planes` leaves them in memory: neighbouring threads read neighbours.
         let input = permute_nchw_to_nhwc(input);
         let shape = Shape::from([self.pixels(), self.taps()]);
         let columns = empty(&input, shape);

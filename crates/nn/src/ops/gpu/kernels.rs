@@ -35,7 +35,6 @@ pub(super) fn gather<E: Numeric>(
     let x = x * *geometry.index(1) + column * *geometry.index(5);
     let (top, left) = (*geometry.index(2), *geometry.index(3));
     let mut value = E::from_int(0);
-    // Shifted by the padding on both sides: no difference is below zero.
     if y >= top && x >= left && y < images.shape(1) + top && x < images.shape(2) + left {
         value = images[image * images.stride(0)
             + (y - top) * images.stride(1)
@@ -63,7 +62,7 @@ pub(super) fn scatter<E: Numeric>(
     let (rest, channel) = shape.index(3).div_mod(ABSOLUTE_POS);
     let (rest, x) = shape.index(2).div_mod(rest);
     let (image, y) = shape.index(1).div_mod(rest);
-    // In padded coordinates, so that differences from here on are of one sign.
+    // In padded coordinates, in which strides and dilations count from 0.
     let y = y + *geometry.index(2);
     let x = x + *geometry.index(3);
     let (height, width) = (*geometry.index(6), *geometry.index(7));

@@ -55,7 +55,7 @@ impl Container {
         // The root folder may have any name.
         let root = names.iter().find_map(|name| name.strip_suffix("data.pkl"));
         let root = root.ok_or("a zip archive without data.pkl")?.to_owned();
-        // Older archives do not state it.
+        // Archives of older PyTorch versions do not state the byte order.
         let order = format!("{root}byteorder");
         if names.contains(&order) && read(&order)? != b"little" {
             return Err(BIG_ENDIAN.to_owned());

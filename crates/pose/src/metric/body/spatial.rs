@@ -68,7 +68,7 @@ impl SpatialSummary {
             });
             totals
         };
-        // At least one, so that no joints are none missing.
+        // Without any joint the share is 0, not NaN.
         let share = |missing: u64, count: u64| missing as f64 / (missing + count).max(1) as f64;
         let joint = |k: usize| {
             let (mut all, mut missing) = (Totals::default(), 0);

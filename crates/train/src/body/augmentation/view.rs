@@ -48,7 +48,6 @@ pub(in crate::body) fn draw(
     let mut people = CounterRng::new(seed, "body augmentation people", sample);
     let map = geometry::draw_person_crop(augmentation, &mut people, label)
         .or_else(|| geometry::draw_map(augmentation, &mut places, label));
-    // Without either, the plain view is the view.
     if is_mirrored || map.is_some() {
         let mirror = if is_mirrored { geometry::mirror() } else { DAffine2::IDENTITY };
         let view_from_image = map.unwrap_or(DAffine2::IDENTITY) * mirror;

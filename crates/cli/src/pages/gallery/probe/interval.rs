@@ -50,7 +50,7 @@ pub(super) fn rest(variants: &[Variant], seed: u64) -> Result<Shown> {
         y: ChartAxis::new("share of all intervals"),
         series: Vec::new(),
     };
-    // A pixel at rest may have an event in minutes.
+    // Minutes, since a pixel at rest may fire less than once a minute.
     let scene = Scene { size: (24, 18), steps: 8_000, step_us: 50_000, light: |_, _, _| GREY };
     for variant in variants {
         let (events, _) = scene.rest(&variant.model, seed)?;
