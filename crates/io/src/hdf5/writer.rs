@@ -101,7 +101,7 @@ impl EventSink for Hdf5Sink {
             group = group.link(name, self.dataset(kind, rows, chunk_rows, addresses)?);
         }
         let events = self.append(&group.into_bytes())?;
-        // Times are stored from zero, as DSEC's are.
+        // Times are stored less this offset, as DSEC's are.
         let offset = ObjectHeader::scalar(self.ms_index.offset_us());
         let offset = self.append(&offset.into_bytes())?;
         let mut root = ObjectHeader::group()
