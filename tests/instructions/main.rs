@@ -77,11 +77,11 @@ fn run_tests() -> ExitCode {
 
 /// Compares a kernel with its stored count, where that can be done.
 fn compare(kernel: &str) -> Result<Completion> {
-    // The compiler is asked once, for all kernels.
+    // Compiler and valgrind are asked once, for all kernels.
     static OBSTACLE: OnceLock<Option<String>> = OnceLock::new();
     let stored = StoredCounts::read()?;
     let before = *stored.counts.get(kernel).context("a kernel without a stored count")?;
-    // Counts depend on compiler and system.
+    // Counts depend on the build, the system and the vector instructions that valgrind has.
     if let Some(reason) = OBSTACLE.get_or_init(|| obstacle(&stored.conditions)) {
         return Ok(Completion::ignored_with(reason));
     }

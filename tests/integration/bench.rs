@@ -20,7 +20,7 @@ fn readers_are_timed_beside_a_peer_that_finds_their_files() {
     let small = ["bench", "io", "--events", "3000", "--passes", "2", "--only", "DAT"];
     let with = ["--only", "edges", "--peer", "other=sh peer.sh", "--json", "io.json"];
     let said = sandbox.ok(&[small.as_slice(), &with].concat());
-    // A case that only the peer has is an error of the user's.
+    // A case that only the peer has is skipped with a warning.
     assert!(said.contains("other: there is no case `mine.dat`"), "{said}");
     let cases = json(&sandbox, "io.json")["cases"].clone();
     let named = |name: &str| {

@@ -58,7 +58,7 @@ fn evaluate_recordings(sandbox: &Sandbox) {
         serde_json::from_slice(&bytes(&sandbox.path("metrics.json"))).unwrap();
     assert_eq!(report["network"]["sequences"], 2);
     assert_eq!(report["network"]["raw"]["curve"].as_array().unwrap().len(), 100);
-    // An image of nothing is smaller.
+    // An empty figure is smaller.
     for file in ["held.png", "predicted.png", "pck.svg"] {
         assert!(bytes(&sandbox.path(file)).len() > 1_000, "{file}");
     }

@@ -129,7 +129,7 @@ fn a_sensor_that_the_file_does_not_state_is_of_its_sidecar_given_or_inferred_and
 fn recordings_without_a_pose_are_errors_that_say_how_long_they_must_be() {
     let sandbox = Sandbox::new();
     let mut text = String::from("60 45\n");
-    // Ten milliseconds: shorter than any window.
+    // Ten milliseconds: shorter than the window of the hand and the stride of the body.
     (0..100).for_each(|k| text += &format!("{:.6} {} 7 1\n", 1e-4 * f64::from(k), k % 60));
     std::fs::write(sandbox.path("short.txt"), text).unwrap();
     std::fs::write(sandbox.path("none.txt"), "60 45\n").unwrap();

@@ -121,7 +121,7 @@ fn a_recording_is_seen_as_a_page_a_sheet_and_an_animation() {
 #[test]
 fn a_page_begins_where_most_happens() {
     let sandbox = sandbox();
-    // Nine events in one pixel at one time, among three others.
+    // Nine events in one pixel at one time, between two others.
     let mut text = "4 3\n0 1 1 1\n".to_owned();
     for _ in 0..9 {
         text += "700 2 2 1\n";

@@ -39,7 +39,7 @@ fn the_foreign_set_is_what_was_sealed() {
     }
     let mut there = BTreeSet::new();
     files(&set(), &set(), &mut there);
-    // Neither a file more nor one less.
+    // No file of the set is missing from the list.
     assert_eq!(there, summed);
     let ends = |ending: &str| there.iter().filter(|name| name.ends_with(ending)).count();
     assert_eq!((ends(".poses.csv"), ends(".joints.csv")), (BODIES, HANDS));

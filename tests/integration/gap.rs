@@ -158,7 +158,7 @@ fn without_a_scene_noise_shows_nothing_and_motion_is_no_effect() {
 fn inputs_that_cannot_be_used_end_with_two_and_say_why() {
     let sandbox = Sandbox::new();
     recorded(&sandbox, "");
-    // Code 2 is for inputs; other codes are verdicts.
+    // Code 2 is for inputs, 1 for other errors; the rest are verdicts.
     let refused = |args: &[&str], part: &str| {
         let (exit, said) = code(&sandbox, args);
         assert_eq!(exit, Some(2), "{args:?}: {said}");

@@ -43,7 +43,7 @@ fn planes(name: &str, length: i64, end: i64) -> Vec<f32> {
 #[test]
 fn a_stack_holds_what_the_library_gives_for_the_same_windows() {
     let sandbox = sandbox();
-    // Each kind of representation: with options, of several channels, by count.
+    // With and without options, of one and of several channels, by time and by count.
     for name in ["lnes", "eros:kernel=5", "voxel-grid:bins=3", "event-count", "fixed-count"] {
         let length = ["--window-ms", "50", "--every-ms", "20"];
         let args = [&["represent", "rec.npz", "--of", name, "--out", "a.npz"][..], &length];

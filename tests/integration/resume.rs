@@ -73,7 +73,6 @@ fn a_run_directory_is_not_overwritten() {
     let mut other = [&arguments[..], &["--resume"]].concat();
     other.extend(["--set", "training.learning_rate=0.5"]);
     let message = sandbox.fails(&other);
-    // The value there and the value here.
     let named = "training.learning_rate is 0.001 there, not 0.5";
     assert!(message.contains("run/config.toml") && message.contains(named), "{message}");
 }

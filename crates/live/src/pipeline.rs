@@ -118,10 +118,10 @@ where
     });
     // A feeder that is blocked on an abandoned source must not block the caller.
     queue.abandon();
-    // A source is waited for only if it ended by itself.
+    // A source that has not ended is woken first, or abandoned if nothing wakes it.
     let fed = feeder.end(control.is_stopped() || sinks.have_all_failed() || ended.is_err());
     let report = control.meter.report();
-    // The stream's error comes before the source's, which may follow from it.
+    // If the stream failed, its source was abandoned and has no error.
     ended?;
     fed?;
     Ok(report)
@@ -197,7 +197,7 @@ impl<'a, F: StreamFrontend> Follower<'a, F> {
                     if let Some(observer) = &self.control.observer {
                         observer(&packet.events);
                     }
-                    // Buffers go back: packets take no memory of their own.
+                    // The feeder fills the buffer again, instead of allocating one for each packet.
                     queue.recycle(packet.events);
                 }
                 PopOutcome::Empty => self.wait()?,
@@ -298,7 +298,7 @@ impl<'a, F: StreamFrontend> Follower<'a, F> {
         if self.next_image.is_some_and(|next| t < next) {
             return Ok(());
         }
-        // Strides are counted also while the network is busy.
+        // Front ends that batch inputs take one at each stride, also while the network is busy.
         self.frontend.stride(t);
         let stride = self.options.stride;
         if self.inference.is_busy() {

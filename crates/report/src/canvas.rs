@@ -136,7 +136,7 @@ impl Canvas {
                 let p = Vec2::new(x as f32 + 0.5, y as f32 + 0.5) - a;
                 // Nearest place on the segment, which has no length if it is a dot.
                 let s = (p.dot(along) / along.length_squared().max(1e-6)).clamp(0.0, 1.0);
-                // Half a pixel of slope, so that edges are smooth.
+                // Coverage falls from 1 to 0 over one pixel, so that edges are smooth.
                 let cover = (radius + 0.5 - (p - along * s).length()).clamp(0.0, 1.0);
                 let pixel = self.image.get_pixel_mut(x, y);
                 for c in 0..3 {

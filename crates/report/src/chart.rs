@@ -314,7 +314,7 @@ fn label(value: f64) -> String {
     if size < 1e-12 {
         "0".to_owned()
     } else if (1e-3..1e5).contains(&size) {
-        // Three significant digits.
+        // Three significant digits, as far as four decimals hold them.
         let decimals = (2 - size.log10().floor() as i32).clamp(0, 4) as usize;
         let text = format!("{value:.decimals$}");
         // Zeros at the end of a whole number are no decimals.

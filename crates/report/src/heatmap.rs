@@ -109,7 +109,6 @@ impl Heatmap {
     fn with_tooltips(&self, svg: String, left: f64, top: f64) -> String {
         let mut tooltips = String::new();
         for (i, cells) in self.cells.iter().enumerate() {
-            // A cell without a tooltip stays as it is.
             for (j, cell) in cells.iter().enumerate().filter(|(_, cell)| !cell.tooltip.is_empty()) {
                 let _ = write!(
                     tooltips,

@@ -46,7 +46,7 @@ impl<'a> ChartHead<'a> {
         // No gap follows the last entry.
         let room = width_px - 2.0 * MARGIN_PX + ENTRY_GAP_PX;
         let mut rows: Vec<Vec<Entry<'a>>> = Vec::new();
-        // Too much already, so that the first entry begins a row.
+        // Any value serves: the first entry begins a row, which sets it.
         let mut used = f64::INFINITY;
         for entry in entries {
             used += entry.width_px();

@@ -26,7 +26,7 @@ pub struct WaterfallStep {
 /// # Errors
 /// If the SVG backend fails.
 pub fn svg(steps: &[WaterfallStep], along: &Along<'_>) -> Result<String, DrawingError> {
-    // The backend measures no text: so many pixels a letter are enough.
+    // The backend measures no text: its width follows from that of a letter.
     let longest = steps.iter().map(|step| step.label.chars().count()).max().unwrap_or(0);
     let along = &Along { labels: along.labels.max(LETTER * longest as f64 + 10.0), ..*along };
     let bottom = TOP + steps.len() as f64 * (BAR + ROOM) + 4.0;

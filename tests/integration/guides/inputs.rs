@@ -95,7 +95,7 @@ fn moving(sandbox: &Sandbox) {
         }
     }
     fs::write(sandbox.path("moving.txt"), text).unwrap();
-    // One recording in all formats that pages mention.
+    // Pages read the recording in several formats.
     for out in ["moving.raw", "moving.aedat4", "moving.npz", "moving.h5"] {
         sandbox.ok(&["convert", "moving.txt", out, "--sensor", "346x260"]);
     }

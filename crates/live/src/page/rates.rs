@@ -120,9 +120,9 @@ impl RateWindow {
     }
 }
 
-// Twice the same instant has no rate.
 fn since(first: &Report, last: &Report) -> Rates {
     let passed_s = last.seconds - first.seconds;
+    // The first report is both ends of the window: no time has passed.
     if passed_s <= 0.0 {
         return Rates::default();
     }

@@ -79,7 +79,7 @@ impl Replay {
     pub fn open(path: &Path, options: ReplayOptions) -> Result<Self, LiveError> {
         let invalid =
             |setting, value: String, rule| Err(LiveError::Setting { setting, value, rule });
-        // Endless is allowed: as fast as it goes.
+        // Infinity is allowed: no event is waited for.
         if options.speed.is_nan() || options.speed <= 0.0 {
             return invalid("speed", options.speed.to_string(), "above zero");
         }

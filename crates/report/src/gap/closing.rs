@@ -78,7 +78,6 @@ pub(crate) fn closing(page: &mut HtmlPage, data: &ReportData) -> Result<(), Draw
             "If the answer is right, the gap closes with it, opens again without it, and stays open \
              with the nearest other effect in its place.",
         );
-        // The axis always shows 1, the gap by chance.
         let largest = data.ablation.iter().map(|row| row.gap.hi).fold(1.0, f64::max);
         let bar = |row: &Ablation| Bar {
             label: words::change(row),

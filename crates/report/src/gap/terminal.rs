@@ -187,7 +187,7 @@ fn unseen(verdict: &Verdict) -> String {
         return format!("not testable here: {}", names.join(", "));
     }
     let mut reasons: Vec<&String> = verdict.untestable.values().collect();
-    // Sorted, so that ties are decided alike each time.
+    // Sorted, so that names of effects do not decide ties.
     reasons.sort();
     let count = |reason: &String| reasons.iter().filter(|other| **other == reason).count();
     let Some(usual) = reasons.iter().max_by_key(|reason| count(reason)) else {

@@ -186,7 +186,7 @@ fn check(row: &Row, other: &Row, finding: &Finding, trials: &Trials) -> Result<F
         row_trials(trials, row.trained_as())?.iter().zip(row_trials(trials, other.trained_as())?);
     let is_speed = finding.relation == Relation::Slower;
     let measures = if is_speed { SPEED } else { ACCURACY };
-    // Times of two machines cannot be compared, accuracies can.
+    // Times of other machines or devices cannot be compared, accuracies can.
     let is_comparable = !is_speed || pairs.clone().all(|(a, b)| a.made.is_as_fast(&b.made));
     let checks = measures.iter().map(|measure| {
         let value = |row, trial| (measure.get)(trial, &scores(row, trial).figures);

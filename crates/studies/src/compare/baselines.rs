@@ -44,7 +44,7 @@ impl BaselineKind {
             BaselineNetworkConfig::Dhp19Cnn(network) => network.width = experiment.network.width,
             BaselineNetworkConfig::LiftMono(network) => network.width = experiment.network.width,
         }
-        // All systems see the same events.
+        // With the view and the filter of MoveEnet, both networks see the same events.
         config.image.view = experiment.image.view;
         config.image.denoise = experiment.image.denoise;
         config.of_experiment(experiment)

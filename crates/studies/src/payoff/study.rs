@@ -106,7 +106,7 @@ pub fn run(args: &PayoffArgs) -> Result<()> {
         .iter()
         .map(|model| ModelScores { model: model.name, by_seed: Vec::new() })
         .collect();
-    // Seed after seed: with the first one, all models can be compared.
+    // Seed after seed: an interrupted study has all networks of the first seeds.
     for &seed in &seeds {
         for (model, scores) in models.trained.iter().zip(&mut scores) {
             let study = Trial { args, task, experiment: base.with_seed(seed), seed };
@@ -228,7 +228,7 @@ impl Trial<'_> {
         trained.with_context(|| format!("training in {}", network.display()))?;
         say(format!("    {:.0} s", began.elapsed().as_secs_f64()));
         say(format!("model {name}, seed {seed}: evaluating on {}", recordings.display()));
-        // Read back from the directory, as everybody else does.
+        // Read back from its directory: a resumed study may find it trained already.
         let opened = self.task.open(&network, &self.args.device.device.resolve()?)?;
         opened.scores(recordings, self.args.stride_ms)
     }

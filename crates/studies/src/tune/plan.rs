@@ -87,7 +87,7 @@ impl TrialPlan {
                 factor <= trials && length.steps / factor >= length.steps_per_validation
             })
         };
-        // More rungs would need more than half a million trials.
+        // More than 20 rungs would need at least 2^20 trials.
         let allowed = (1..=20).take_while(|&rungs| fits(rungs)).last().unwrap_or(1);
         if allowed < 2 {
             return Err(PlanError::OneRung { eta, trials, validations });

@@ -70,7 +70,7 @@ impl Network {
             Self::GreyPretrained => config.data.source = BodySourceKind::GreyStills,
             Self::Grey => config.data.source = BodySourceKind::GreyRecordings,
         }
-        // Grey images are sharp already: the blur is for events.
+        // The blur is for images of events, which single events make rough.
         if matches!(self, Self::GreyPretrained | Self::Grey) {
             config.image.blur = None;
         }

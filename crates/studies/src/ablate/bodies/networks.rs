@@ -114,7 +114,6 @@ fn queue(out: &Path, networks: &[Network], stages: &[Stages]) -> VecDeque<Chain>
             chain.push(network);
         }
     }
-    // Long chains first: short ones fill what is left of the time.
     chains.sort_by_key(|chain| std::cmp::Reverse(chain.len()));
     let missing = |chain: &[Network], seed: u64| -> Vec<Network> {
         let is_missing = |n: &Network| !is_finished(&directory(out, n.name(), seed));

@@ -62,7 +62,7 @@ impl Outcome {
 
 fn outcome_of(row: &'static Row, trials: &[Trial], full: &[Trial]) -> Result<RowOutcome> {
     let of = |get: fn(&Trial) -> f64| mean(trials.iter().map(get));
-    // Seed by seed: both rows have the same recordings under a seed.
+    // Seed by seed: both rows share the random draws of a seed.
     let difference_40 =
         mean(trials.iter().zip(full).map(|(trial, full)| trial.pck_40 - full.pck_40))?;
     // One seed without a time: no mean.
@@ -144,7 +144,7 @@ pub(super) fn html(outcome: &Outcome, configs: &str) -> Result<String> {
     page.section("All rows", &legend(outcome));
     page.text_table(&HEADER, outcome.rows.iter().map(cells));
     page.section("Correct joints", "The share of joints nearer than a threshold, mean over seeds.");
-    // A chart has as many curves as there are colours.
+    // A chart has no more curves than there are colours.
     let parts = outcome.rows.chunks(PALETTE.len());
     let parts = parts.map(|rows| pck_chart(rows.iter().map(|row| (row.name, &*row.curve))));
     page.plots(&parts.collect::<Result<Vec<_>>>()?);

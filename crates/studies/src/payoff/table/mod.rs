@@ -148,7 +148,7 @@ fn row(models: &[ModelScores], metric: usize, config: &BootstrapConfig) -> Metri
             interval.low.zip(interval.high).is_some_and(|(low, high)| low > 0.0 || high < 0.0)
         })
     };
-    // Without a bound that is clearly better there is no fraction of it.
+    // Unless the interval of the bound excludes zero, a fraction of it means nothing.
     let has_bound = pooled.len() > 2 && is_measurable(interval(&|drawn| less(2, 0, drawn)));
     MetricRow {
         metric: models[0].by_seed[0].metrics[metric],
