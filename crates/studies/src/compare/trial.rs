@@ -105,7 +105,7 @@ pub(crate) fn run(
             let pose = predictor.predict(frame)?;
             let mut errors_m = errors_m.lock().unwrap_or_else(PoisonError::into_inner);
             errors_m.extend(errors_of(frame, &pose));
-            // Released at once: others wait to predict.
+            // Released first: no thread holds one lock while it waits for the other.
             drop(errors_m);
             let mut seen = seen.lock().unwrap_or_else(PoisonError::into_inner);
             seen.extend(SeenJoints::new(frame, pose.prediction.joints_px));
@@ -186,7 +186,7 @@ fn ready(
         (Weights::Baseline(_), Some(run), _) => ReadySystem::baseline(&run),
         (Weights::File(kind), _, Some(path)) => ReadySystem::file(kind, path),
         (Weights::MeanPose, ..) => {
-            // The pose that knows no events is that of the recordings networks learn from.
+            // The mean pose is that of the recordings that networks are trained on.
             if data.given_train().is_none() {
                 evpose_cli::recorded::prepare(&stages.finetune, &data.train(out, seed))?;
             }
@@ -233,7 +233,7 @@ fn poses_per_s(ready: &ReadySystem, frames: &BodyFrames) -> Result<f64> {
             let start = Instant::now();
             predictor.predict(frame)?;
             seconds.push(start.elapsed().as_secs_f64());
-            // A slow system predicts a few frames, a fast one all.
+            // A slow system is timed on fewer poses.
             if begin.elapsed().as_secs_f64() > TIMED_S && seconds.len() > 1 {
                 break;
             }
