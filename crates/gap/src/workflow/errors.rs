@@ -78,7 +78,7 @@ pub(super) fn errors(
     };
     let mut blocks: Vec<StatisticBlock> =
         objective.layout.entries.iter().map(|entry| entry.block).collect();
-    // Entries of a block follow each other.
+    // Only neighbours become one: a block whose entries stand apart occurs several times.
     blocks.dedup();
     // Blocks can be wrong independently of each other.
     let by_blocks: Vec<Vec<f64>> = blocks

@@ -101,7 +101,7 @@ impl PixelStage for AdaptiveHighpass {
         let a = (tick.dt_s() / self.tau_s) as f32;
         let signal = &mut *block.signal;
         if self.is_sinh {
-            // The exact solution over the step: Euler's would overshoot in a long one.
+            // The exact decay over the step: Euler's would overshoot in a long one.
             let left = 1.0 + exp_m1(-STEEPNESS * a);
             vectorize(
                 #[inline(always)]
