@@ -41,7 +41,7 @@ impl BodyRecordings {
         names.sort();
         let mut files = Vec::new();
         for stem in names.iter().filter_map(|name| name.strip_suffix(POSES)) {
-            // A further dot makes it a file about the recording, or another one.
+            // With a further dot, as in `0000.poses.csv`, it is another file than the recording.
             let is_events = |name: &&String| {
                 let ending = name.strip_prefix(stem).and_then(|rest| rest.strip_prefix('.'));
                 ending.is_some_and(|ending| {

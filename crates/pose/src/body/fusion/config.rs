@@ -144,7 +144,7 @@ impl FusionConfig {
                 return Err(PoseError::OutOfRange { field, value, rule: "from 0 to 60 seconds" });
             }
         }
-        // Endless is allowed: joints are then never lost.
+        // Infinity is allowed: joints are then never lost.
         if self.lost_after_s.is_nan() || self.lost_after_s <= 0.0 {
             let (field, value) = ("lost_after_s", self.lost_after_s);
             return Err(PoseError::OutOfRange { field, value, rule: "positive" });
