@@ -91,7 +91,7 @@ fn error_m(views: &[(&PlacedCamera, &SeenJoints)], joint: usize) -> Option<f32> 
         return None;
     }
     let position_m = intersect_rays(&observations)?;
-    // The same point by the labels of each camera: their mean has less rounding.
+    // Frames of cameras may be labelled at slightly different times: the truth is the mean.
     let truths: Vec<DVec3> = views
         .iter()
         .map(|(camera, seen)| {
