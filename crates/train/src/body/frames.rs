@@ -125,7 +125,7 @@ impl BodyFrames {
         };
         let frames = (0..config.data.stills)
             .into_par_iter()
-            // The working memory is one a thread.
+            // Rayon makes working memory for a run of stills, not for each.
             .map_init(ErosLikeWork::default, frame)
             .collect::<Result<_, TrainError>>()?;
         Ok(Self { frames })
