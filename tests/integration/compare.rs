@@ -165,15 +165,15 @@ fn write_clips(sandbox: &Sandbox) {
 fn every_clip_is_left_out_once_and_evaluated_with_and_without_fine_tuning() {
     let sandbox = Sandbox::new();
     write_clips(&sandbox);
-    let small = tiny_body(&["--config", "finetune", "--set", "training.steps=2"]);
-    let clips = |more: &[&'static str]| {
-        let begin = ["compare", "clips", "clips", "--out", "study"];
-        [&begin[..], &small, &["--set", "training.steps_per_validation=1"], more].concat()
-    };
-    let start = ["train", "finetune", "--data", "clips/a", "--out", "start"];
+    let small = tiny_body(&["compare", "clips", "clips", "--config", "pretrain"]);
+    // Three steps, the last of them alone behind a validation.
+    let short = ["--set", "training.steps=3", "--set", "training.steps_per_validation=2"];
+    let clips = |more: &[&'static str]| [&small[..], &short, more].concat();
+    let start = ["train", "pretrain", "--data", "clips/a", "--out", "start"];
     let annotated = ["--set", "data.source=annotations", "--data", "clips/b"];
     sandbox.ok(&[&tiny_body(&start)[..], &annotated].concat());
-    let said = sandbox.ok(&clips(&["--start", "start", "--json", "stored.json"]));
+    let in_study = ["--start", "start", "--out", "study"];
+    let said = sandbox.ok(&clips(&[&in_study[..], &["--json", "stored.json"]].concat()));
     assert!(said.contains("start, fine-tuned: training on all clips but b"), "{said}");
     let stored = bytes(&sandbox.path("stored.json"));
     let outcome: serde_json::Value = serde_json::from_slice(&stored).expect("JSON");
@@ -186,17 +186,24 @@ fn every_clip_is_left_out_once_and_evaluated_with_and_without_fine_tuning() {
         assert_eq!((clips.len(), of("images").sum::<f64>()), (2, 6.0), "{row}");
         let mean = of("pck_40").sum::<f64>() / 2.0;
         assert!(row["pck_40"].as_f64().is_some_and(|pck| (pck - mean).abs() < 1e-12), "{row}");
-        // After each of the two steps, on the clip that was left out.
-        let curve = clips[0]["learning_curve"].as_array().map_or(0, Vec::len);
-        assert_eq!(curve, if row["name"] == "start" { 0 } else { 2 }, "{row}");
+        // On the clip that was left out.
+        let curve = clips[0]["learning_curve"].as_array();
+        let steps = curve.into_iter().flatten().filter_map(|point| point[0].as_u64());
+        let wanted: &[u64] = if row["name"] == "start" { &[] } else { &[2, 3] };
+        assert_eq!(steps.collect::<Vec<_>>(), wanted, "{row}");
     }
     assert!(outcome["published"].to_string().contains("0.97"), "{outcome}");
     let page = String::from_utf8(bytes(&sandbox.path("study/clips.html"))).expect("text");
     assert!(page.contains("from nothing") && page.contains("<svg"));
 
-    assert!(sandbox.fails(&clips(&[])).contains("--resume"));
-    let again = sandbox.ok(&clips(&["--start", "start", "--resume"]));
+    assert!(sandbox.fails(&clips(&in_study)).contains("--resume"));
+    let again = sandbox.ok(&clips(&[&in_study[..], &["--resume"]].concat()));
     assert!(!again.contains("training on"), "{again}");
+    // Other inputs are another study, and two networks of one name would be one row.
+    let other = ["--start", "start/last.bpk", "--out", "study", "--resume"];
+    assert!(sandbox.fails(&clips(&other)).contains("inputs.txt"));
+    let twice = ["--start", "start/last.bpk,./start/last.bpk", "--out", "other"];
+    assert!(sandbox.fails(&clips(&twice)).contains("one name"));
     std::fs::remove_dir_all(sandbox.path("clips/b")).expect("removed");
     let refused = sandbox.fails(&clips(&["--out", "other"]));
     assert!(refused.contains("two are needed"), "{refused}");

@@ -62,7 +62,7 @@ pub(crate) const CI: &[Step] = &[
     step("links of pages lead somewhere", "xtask links"),
     step("the command line stays small", "xtask lines"),
     // With all that is optional, which is compiled, not built: its tests are slow. The documentation shares what
-    // is compiled.
+    // is compiled. What is there without a feature alone is linted by the CI of pull requests.
     step(
         "lints, tests, benches and optional features included",
         of_workspace!("clippy", "--all-targets --quiet -- -D warnings"),

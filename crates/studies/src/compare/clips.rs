@@ -23,13 +23,16 @@ use evpose_report::colour::palette;
 use evpose_report::html::HtmlPage;
 use evpose_task::TaskConfig as _;
 use evpose_task::body::{BodyCheckpoint, BodyConfig, BodyPredictor, BodyPredictorOptions};
-use evpose_task::hand::LAST;
-use evpose_train::body::{BodyFrames, evaluate_frames, holds_annotations, train_body_validated_on};
+use evpose_task::hand::{BEST, LAST};
+use evpose_train::body::{
+    BodyFrames, evaluate_frames, first_network, holds_annotations, train_body_validated_on,
+};
 use evpose_train::{TrainOptions, read_history, validation_means};
 use serde::{Deserialize, Serialize};
 
 use super::measure::DataSet;
 use super::system::{MOVE_ENET, selected};
+use super::trial::digest_of;
 use crate::study::{self, ResultFiles, markdown_table};
 
 /// Settings of every fine-tuning, before those of `--set`. Nothing is chosen or calibrated by the clip left out, and
@@ -83,7 +86,16 @@ struct Row {
     name: String,
     /// None for initial weights.
     start: Option<PathBuf>,
+    /// SHA-256 of the file of `start`.
+    digest: String,
     is_trained: bool,
+}
+
+impl Row {
+    /// Name of its directory.
+    fn directory(&self) -> String {
+        self.name.replace([' ', ','], "-")
+    }
 }
 
 /// Scores on a clip.
@@ -147,12 +159,17 @@ pub(super) fn run(args: &CompareClipsArgs) -> Result<()> {
     args.device.open()?;
     let overrides: Vec<String> =
         FINE_TUNING.iter().map(|&set| set.to_owned()).chain(args.overrides.clone()).collect();
-    let config = BodyConfig { start_from: None, ..configs::load(&args.config, &overrides)? };
+    let mut config: BodyConfig = configs::load(&args.config, &overrides)?;
+    config.start_from = None;
+    // The clip left out is what the training validates on: it may not end it.
+    config.training.early_stop.window = 0;
     let clips = Clip::all(&args.clips, &config)?;
+    let all = rows_of(args, &config)?;
     study::is_begun(&args.out, args.resume)?;
     study::claim(&args.out.join("config.toml"), &config.to_toml()?)?;
+    study::claim(&args.out.join("inputs.txt"), &inputs(&all, &clips))?;
     let mut rows = Vec::new();
-    for row in rows_of(args)? {
+    for row in all {
         let scores = clips
             .iter()
             .map(|held| scores(args, &config, &row, held, &clips))
@@ -173,17 +190,47 @@ pub(super) fn run(args: &CompareClipsArgs) -> Result<()> {
 }
 
 /// The rows of the study: initial weights trained, then every start as it is and trained.
-fn rows_of(args: &CompareClipsArgs) -> Result<Vec<Row>> {
-    let mut rows = vec![Row { name: "from nothing".to_owned(), start: None, is_trained: true }];
+///
+/// # Errors
+/// If a start cannot be read or is of another shape than `config`, or two of them have one name.
+fn rows_of(args: &CompareClipsArgs, config: &BodyConfig) -> Result<Vec<Row>> {
+    let row = |name: &str, start: Option<&PathBuf>, digest: &str, is_trained| Row {
+        name: name.to_owned(),
+        start: start.cloned(),
+        digest: digest.to_owned(),
+        is_trained,
+    };
+    let mut rows = vec![row("from nothing", None, "", true)];
     for start in &args.start {
-        let path = checkpoint_path(start)?;
-        ensure!(path.exists(), "{}: no such network", start.display());
-        let name = start.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        rows.push(Row { name: name.clone(), start: Some(path.clone()), is_trained: false });
-        let name = format!("{name}, fine-tuned");
-        rows.push(Row { name, start: Some(path), is_trained: true });
+        let mut path = checkpoint_path(start)?;
+        if path.is_dir() {
+            path = path.join(BEST);
+        }
+        let config = BodyConfig { start_from: Some(path.clone()), ..config.clone() };
+        first_network(&config, &args.device.open()?)
+            .with_context(|| format!("--start {}", start.display()))?;
+        let digest = digest_of(&path)?;
+        let name = start.file_name().unwrap_or_default().to_string_lossy();
+        let name = name.trim_end_matches(".bpk");
+        rows.push(row(name, Some(&path), &digest, false));
+        rows.push(row(&format!("{name}, fine-tuned"), Some(&path), &digest, true));
     }
+    let mut names: Vec<String> = rows.iter().map(Row::directory).collect();
+    names.sort();
+    names.dedup();
+    ensure!(
+        names.len() == rows.len(),
+        "--start: two networks have one name: copy one to another file"
+    );
     Ok(rows)
+}
+
+/// What the results of a study are of: its directory takes no others.
+fn inputs(rows: &[Row], clips: &[Clip]) -> String {
+    let starts = rows.iter().filter(|row| row.start.is_some() && !row.is_trained);
+    let starts = starts.map(|row| format!("start {} {}\n", row.name, row.digest));
+    let clips = clips.iter().map(|clip| format!("clip {} {}\n", clip.name, clip.frames.digest()));
+    starts.chain(clips).collect()
 }
 
 /// The images of a clip.
@@ -195,12 +242,12 @@ struct Clip {
 impl Clip {
     /// All clips in a folder, by name.
     fn all(folder: &Path, config: &BodyConfig) -> Result<Vec<Self>> {
-        let entries = folder.read_dir().with_context(|| folder.display().to_string())?;
-        let mut paths: Vec<PathBuf> = entries
-            .flatten()
-            .map(|entry| entry.path())
-            .filter(|path| holds_annotations(path))
-            .collect();
+        let in_folder = || folder.display().to_string();
+        let mut paths = Vec::new();
+        for entry in folder.read_dir().with_context(in_folder)? {
+            paths.push(entry.with_context(in_folder)?.path());
+        }
+        paths.retain(|path| holds_annotations(path));
         paths.sort();
         ensure!(
             paths.len() > 1,
@@ -224,7 +271,7 @@ fn scores(
     held: &Clip,
     clips: &[Clip],
 ) -> Result<ClipScores> {
-    let run = args.out.join(row.name.replace([' ', ','], "-")).join(&held.name);
+    let run = args.out.join(row.directory()).join(&held.name);
     let stored = run.join("scores.json");
     if let Some(scores) = read_result(&stored)? {
         return Ok(scores);
@@ -251,14 +298,17 @@ fn scores(
             train_body_validated_on(held.frames.clone(), &config, others, &run, &options)
                 .with_context(|| format!("training {}", run.display()))?;
             let history = read_history(&run.join("metrics.jsonl"))?;
-            let steps = config.training.steps_per_validation;
-            let of = |(interval, pck): (usize, f64)| (interval as u64 * steps, pck);
+            let training = &config.training;
+            let step_of = |interval| interval as u64 * training.steps_per_validation;
+            let of = |(interval, pck)| (step_of(interval).min(training.steps), pck);
             learning_curve = validation_means(&history, "accuracy").into_iter().map(of).collect();
             // The best one was chosen by the clip left out.
             run.join(LAST)
         }
     };
-    let checkpoint = BodyCheckpoint::load(&path, &args.device.open()?)?;
+    let mut checkpoint = BodyCheckpoint::load(&path, &args.device.open()?)?;
+    // Rows differ in their training alone.
+    checkpoint.config.decoding = config.decoding;
     let predictor = BodyPredictor::new(&checkpoint, BodyPredictorOptions::default(), None)?;
     let mut frames = held.frames.clone();
     for (index, frame) in (0..).zip(&mut frames.frames) {

@@ -247,7 +247,8 @@ fn poses_per_s(ready: &ReadySystem, frames: &BodyFrames) -> Result<f64> {
     rayon::ThreadPoolBuilder::new().num_threads(1).build()?.install(time)
 }
 
-fn digest_of(path: &Path) -> Result<String> {
+/// SHA-256 of a file.
+pub(crate) fn digest_of(path: &Path) -> Result<String> {
     let bytes = std::fs::read(path).with_context(|| format!("reading {}", path.display()))?;
     Ok(Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect())
 }

@@ -4,7 +4,9 @@ use std::time::Instant;
 
 use evpose_core::Plane;
 use evpose_infer::{CalibrationRanges, EngineOptions, Precision};
-use evpose_pose::body::{BODY_JOINTS, BodyDecoder, BodyJoint, BodyPoints, MIRRORED, pose_score};
+use evpose_pose::body::{
+    BODY_JOINTS, BodyDecoder, BodyJoint, BodyPoints, MIRRORED, score_of_joints,
+};
 use evpose_pose::metric::body::BodyPrediction;
 use glam::{DAffine2, DVec2, Vec2};
 
@@ -35,7 +37,7 @@ const SMALLER: f64 = 0.6;
 ///
 /// # Source
 /// Crops about the person of the frame before are from MoveNet (Votel & Li, 2021). Here the crop
-/// follows from the same image, so that a pose depends on nothing before it.
+/// follows from the same image and the latest events, so that a pose depends on no earlier one.
 pub struct BodyPredictor {
     inference: BodyInference,
     decoder: BodyDecoder,
@@ -181,7 +183,7 @@ impl BodyPredictor {
         if let Some(second) = self.second_pass {
             crops = joints.iter().map(|joints| crop_about(joints, second)).collect();
             self.infer_crops(images, &crops, &mut joints);
-            self.infer_recent(images, extents, (&mut crops, &mut joints));
+            self.infer_recent(images, extents, second, (&mut crops, &mut joints));
         }
         if self.mirror_average {
             // The inputs of the last pass, turned over.
@@ -239,35 +241,33 @@ impl BodyPredictor {
         &mut self,
         images: &[&Plane<u8>],
         extents: &[Option<[Vec2; 2]>],
+        second: SecondPass,
         (crops, joints): (&mut [Option<DAffine2>], &mut [Vec<BodyJoint>]),
     ) {
-        let Some(second) = self.second_pass else { return };
-        let side = |crop: &Option<DAffine2>| crop.map_or(1.0, |crop| crop.matrix2.x_axis.x);
-        for (index, corners) in extents.iter().enumerate() {
+        let side = |crop: &DAffine2| crop.matrix2.x_axis.x;
+        let mut recent = vec![None; images.len()];
+        for (index, (recent, corners)) in recent.iter_mut().zip(extents).enumerate() {
+            // Without joints there is nobody, as small as the events may be.
+            let is_somebody = joints[index].iter().any(|joint| joint.position.is_some());
+            let widest = SMALLER * crops[index].as_ref().map_or(1.0, side);
             let crop = corners.and_then(|corners| crop_around(corners, second));
-            let Some(crop) = crop.filter(|_| joints[index].iter().any(is_found)) else { continue };
-            if side(&Some(crop)) > SMALLER * side(&crops[index]) {
-                continue;
-            }
-            self.fill_input(index, images[index], crop);
-            let found = self.infer_one(index);
-            if score_of(&found) > score_of(&joints[index]) {
-                (crops[index], joints[index]) = (Some(crop), found);
+            *recent = crop.filter(|crop| is_somebody && side(crop) <= widest);
+        }
+        if recent.iter().all(Option::is_none) {
+            return;
+        }
+        let mut found = joints.to_vec();
+        self.infer_crops(images, &recent, &mut found);
+        for (index, (recent, found)) in recent.into_iter().zip(found).enumerate() {
+            let Some(recent) = recent else { continue };
+            if score_of_joints(&found) > score_of_joints(&joints[index]) {
+                (crops[index], joints[index]) = (Some(recent), found);
             } else {
-                // As it was, for the mirror image.
-                self.fill_input(index, images[index], crops[index].unwrap_or(DAffine2::IDENTITY));
+                // The input as it was, for the mirror image.
+                let crop = crops[index].unwrap_or(DAffine2::IDENTITY);
+                self.fill_input(index, images[index], crop);
             }
         }
-    }
-
-    /// The joints in one of the network's inputs.
-    fn infer_one(&mut self, index: usize) -> Vec<BodyJoint> {
-        let size = self.size();
-        let input = self.inputs[index * size..][..size].to_vec();
-        let all = std::mem::replace(&mut self.inputs, input);
-        let found = self.infer().pop().unwrap_or_default();
-        self.inputs = all;
-        found
     }
 
     /// The joints in each of the network's inputs.
@@ -315,17 +315,6 @@ fn crop_around([low, high]: [Vec2; 2], second: SecondPass) -> Option<DAffine2> {
     Some(DAffine2::from_scale_angle_translation(side, 0.0, start.as_dvec2()))
 }
 
-/// Score of the pose of joints.
-fn score_of(joints: &[BodyJoint]) -> f32 {
-    let mut scores = [0.0; BODY_JOINTS];
-    scores.iter_mut().zip(joints).for_each(|(score, joint)| *score = joint.score);
-    pose_score(&scores)
-}
-
-fn is_found(joint: &BodyJoint) -> bool {
-    joint.position.is_some()
-}
-
 /// Joints of a person from those of the mirror image.
 fn mirrored(joints: &[BodyJoint]) -> Vec<BodyJoint> {
     let back = |at: Vec2| Vec2::new(1.0 - at.x, at.y);
@@ -363,7 +352,10 @@ fn in_pixels(joints: &[BodyJoint], size_px: Vec2) -> BodyPoints {
 
 #[cfg(test)]
 mod tests {
+    use burn::tensor::Device;
+
     use super::*;
+    use crate::body::BodyConfig;
 
     #[test]
     fn joints_of_the_mirror_image_come_back() {
@@ -387,6 +379,36 @@ mod tests {
         average(&mut apart, &others);
         assert_eq!(apart[0].position, Some(Vec2::splat(0.5)));
         assert_eq!(apart[1].position, Some(Vec2::splat(0.1)));
+    }
+
+    #[test]
+    fn images_that_are_inferred_together_have_the_joints_of_each_alone() {
+        let mut config = BodyConfig::default();
+        (config.image.side_px, config.network.width) = (32, 0.25);
+        config.decoding.second_pass = Some(SecondPass { side: 1.2, min_side: 0.1 });
+        (config.decoding.mirror_average, config.decoding.confidence) = (true, 0.0);
+        let network = config.network.init(3, &Device::flex()).expect("a network");
+        let checkpoint = BodyCheckpoint { config, network, mean_pose: None, data: None };
+        let options = BodyPredictorOptions::default();
+        let mut predictor = BodyPredictor::new(&checkpoint, options, None).expect("compiles");
+        let images: Vec<Plane<u8>> = (1..5_u8)
+            .map(|k| {
+                let grey = |i: usize| (i * usize::from(k) * 37 % 251) as u8;
+                Plane::from_vec(48, 36, (0..48 * 36).map(grey).collect()).expect("a plane")
+            })
+            .collect();
+        let images: Vec<&Plane<u8>> = images.iter().collect();
+        let small = |x: f32| Some([Vec2::new(x, 0.2), Vec2::new(x + 0.1, 0.3)]);
+        let extents = [small(0.1), None, small(0.5), Some([Vec2::ZERO, Vec2::ONE])];
+        let together = predictor.joints_of(&images, &extents);
+        let alone: Vec<_> = (0..4)
+            .map(|k| predictor.joints_of(&images[k..=k], &extents[k..=k]).remove(0))
+            .collect();
+        assert_eq!(alone, together);
+        let without = predictor.joints_of(&images, &[]);
+        assert_eq!((&without[1], &without[3]), (&together[1], &together[3]));
+        let differs = [0, 2].map(|k| without[k] != together[k]);
+        assert!(differs.contains(&true) && score_of_joints(&together[0]) > 0.0, "{differs:?}");
     }
 
     fn detected(places: &[[f32; 2]]) -> Vec<BodyJoint> {

@@ -3,19 +3,21 @@
 use evpose_core::{EventStream, Micros, SensorSize};
 use glam::Vec2;
 
-/// Counts are kept for one to two of these: a step of somebody who walks.
+/// Counts are kept for one to two of these, a step of somebody who walks, or for longer, until enough events
+/// have come: somebody far who rests stays where they are.
 const GENERATION: Micros = Micros(150_000);
 /// Share of the events that is beyond the extent, on each of its four sides.
 const OUTSIDE: f32 = 0.03;
-/// Fewer events have no extent.
+/// Fewer events have no extent, and end no generation.
 const MIN_EVENTS: u32 = 100;
 
-/// Events of the latest tenths of a second, counted by column and by row.
+/// The latest events, counted by column and by row.
 #[derive(Debug, Clone)]
 pub(super) struct RecentEvents {
     /// Of the columns and of the rows: counts of this generation and of the one before.
     counts: [[Vec<u32>; 2]; 2],
-    /// End of this generation.
+    /// Events of this generation, and the time that it ends at.
+    count: u32,
     end: Micros,
 }
 
@@ -23,30 +25,29 @@ impl RecentEvents {
     pub(super) fn new(size: SensorSize) -> Self {
         let counts = [size.width, size.height]
             .map(|side| [vec![0; usize::from(side)], vec![0; usize::from(side)]]);
-        Self { counts, end: Micros(i64::MIN) }
+        Self { counts, count: 0, end: Micros(i64::MAX) }
     }
 
     pub(super) fn push(&mut self, events: &EventStream) {
         for ((t, x), y) in events.t().iter().zip(events.x()).zip(events.y()) {
-            if *t >= self.end {
+            if self.count == 0 {
+                self.end = *t + GENERATION;
+            } else if *t >= self.end && self.count >= MIN_EVENTS {
                 self.begin_generation(*t);
             }
+            self.count += 1;
             self.counts[0][0][usize::from(*x)] += 1;
             self.counts[1][0][usize::from(*y)] += 1;
         }
     }
 
     fn begin_generation(&mut self, t: Micros) {
-        // What is older than a whole generation is forgotten.
-        let is_next = self.end.0.checked_add(GENERATION.0).is_some_and(|end| t.0 < end);
+        // A generation that ended long ago says where somebody was, until the next one is as large.
         for [current, before] in &mut self.counts {
             std::mem::swap(current, before);
             current.fill(0);
-            if !is_next {
-                before.fill(0);
-            }
         }
-        self.end = if is_next { self.end + GENERATION } else { t + GENERATION };
+        (self.count, self.end) = (0, t + GENERATION);
     }
 
     /// The corners of the rectangle that holds most of them, relative to the image; none of few events.
@@ -58,7 +59,7 @@ impl RecentEvents {
 
     pub(super) fn reset(&mut self) {
         self.counts.iter_mut().flatten().for_each(|counts| counts.fill(0));
-        self.end = Micros(i64::MIN);
+        self.count = 0;
     }
 }
 
@@ -112,19 +113,27 @@ mod tests {
         let mut recent = RecentEvents::new(SIZE);
         assert_eq!(recent.extent(), None);
         recent.push(&rectangle(0, 0..40, 0..20));
-        assert_eq!(
-            recent.extent().unwrap(),
-            [Vec2::new(1.0 / 40.0, 0.0), Vec2::new(39.0 / 40.0, 1.0)]
-        );
+        let all = [Vec2::new(1.0 / 40.0, 0.0), Vec2::new(39.0 / 40.0, 1.0)];
+        assert_eq!(recent.extent().unwrap(), all);
         // In the next generation both count, in the one behind it the latter alone.
         recent.push(&rectangle(160, 10..30, 5..15));
         assert!(recent.extent().unwrap()[0].x < 0.1);
         recent.push(&rectangle(310, 10..30, 5..15));
         recent.push(&rectangle(320, 0..1, 0..3));
-        assert_eq!(recent.extent().unwrap(), [Vec2::splat(0.25), Vec2::splat(0.75)]);
-        recent.push(&rectangle(5_000, 0..2, 0..2));
-        assert_eq!(recent.extent(), None, "few since");
+        let middle = [Vec2::splat(0.25), Vec2::splat(0.75)];
+        assert_eq!(recent.extent().unwrap(), middle);
+        // A few events are nobody: the place stands until there are enough of them.
+        for t_s in 1..4 {
+            recent.push(&rectangle(1_000 * t_s, 0..5, 0..5));
+        }
+        assert_eq!(recent.counts[0][1].iter().sum::<u32>(), 203);
+        recent.push(&rectangle(5_000, 0..20, 0..10));
+        recent.push(&rectangle(5_100, 0..20, 0..10));
+        recent.push(&rectangle(6_000, 0..20, 0..10));
+        assert_eq!(recent.extent().unwrap(), [Vec2::ZERO, Vec2::splat(0.5)]);
         recent.reset();
-        assert_eq!(recent.counts.iter().flatten().flatten().sum::<u32>(), 0);
+        assert_eq!(recent.extent(), None);
+        recent.push(&rectangle(0, 10..30, 5..15));
+        assert_eq!(recent.extent().unwrap(), middle);
     }
 }

@@ -18,7 +18,7 @@ use super::batches::{BaselineBatches, BaselineItem};
 use super::learner::{BASELINE_FIELDS, BaselineLearner, BaselineScalars};
 use crate::TrainError;
 use crate::batch_loader::BatchLoader;
-use crate::body::{BodyFrames, digest_of};
+use crate::body::BodyFrames;
 use crate::devices::DeviceGroup;
 use crate::guard::Guard;
 use crate::metric::Field;
@@ -83,7 +83,7 @@ pub fn train_baseline(
         torso_m,
         depths_m,
         mean_pose: frames.mean_pose(),
-        data: digest_of(&frames),
+        data: frames.digest(),
     };
     let (train, valid) = frames.split(config.data.validation_share);
     if train.is_empty() || valid.is_empty() {

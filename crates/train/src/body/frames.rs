@@ -9,6 +9,7 @@ use evpose_repr::ErosLikeWork;
 use evpose_sim::person::People;
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
+use sha2::{Digest as _, Sha256};
 
 use super::recordings::BodyRecordings;
 use crate::TrainError;
@@ -159,6 +160,20 @@ impl BodyFrames {
         let first_held = sequences.get(kept).copied().unwrap_or(u64::MAX);
         let (train, valid) = self.frames.into_iter().partition(|frame| frame.sequence < first_held);
         (Self { frames: train }, Self { frames: valid })
+    }
+
+    /// A digest of all images and labels.
+    pub fn digest(&self) -> String {
+        let mut hash = Sha256::new();
+        for frame in &self.frames {
+            hash.update(frame.image.data());
+            for keypoint in &frame.label.keypoints {
+                hash.update(keypoint.position.x.to_le_bytes());
+                hash.update(keypoint.position.y.to_le_bytes());
+            }
+        }
+        let bytes = hash.finalize();
+        bytes.iter().map(|byte| format!("{byte:02x}")).collect()
     }
 
     /// The mean position of every joint over all labels, relative to the image: what a network has

@@ -12,7 +12,6 @@ use evpose_nn::{BodyLoss, MoveEnet};
 use evpose_pose::body::BodyPoints;
 use evpose_task::body::{BodyCheckpoint, BodyConfig};
 use evpose_task::schedule::EarlyStop;
-use sha2::{Digest, Sha256};
 
 use super::confidence::calibrate_confidence;
 use super::filter_noise::calibrate_filter;
@@ -56,7 +55,7 @@ pub fn train_body(
     run: &Path,
     options: &TrainOptions,
 ) -> Result<TrainSummary<BodyCheckpoint>, TrainError> {
-    let task = BodyTask { config, mean_pose: frames.mean_pose(), data: digest_of(&frames) };
+    let task = BodyTask { config, mean_pose: frames.mean_pose(), data: frames.digest() };
     train(&task, frames.split(config.data.validation_share), run, options)
 }
 
@@ -72,7 +71,7 @@ pub fn train_body_validated_on(
     run: &Path,
     options: &TrainOptions,
 ) -> Result<TrainSummary<BodyCheckpoint>, TrainError> {
-    let task = BodyTask { config, mean_pose: frames.mean_pose(), data: digest_of(&frames) };
+    let task = BodyTask { config, mean_pose: frames.mean_pose(), data: frames.digest() };
     train(&task, (frames, others), run, options)
 }
 
@@ -121,20 +120,6 @@ fn train(
         summary.best.save(&summary.path)?;
     }
     Ok(summary)
-}
-
-/// A digest of all images and labels.
-pub(crate) fn digest_of(frames: &BodyFrames) -> String {
-    let mut hash = Sha256::new();
-    for frame in &frames.frames {
-        hash.update(frame.image.data());
-        for keypoint in &frame.label.keypoints {
-            hash.update(keypoint.position.x.to_le_bytes());
-            hash.update(keypoint.position.y.to_le_bytes());
-        }
-    }
-    let bytes = hash.finalize();
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 struct BodyTask<'a> {
