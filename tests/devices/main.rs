@@ -19,6 +19,7 @@ use crate::harness::{Sandbox, bytes, stderr, tiny, tiny_body};
 const GPU: [&str; 2] = ["--device", "wgpu"];
 
 fn main() -> ExitCode {
+    // A test harness of its own: whether a machine has an adapter is known only at run time.
     let on_adapters: [(&str, fn()); 3] = [
         (
             "poses_of_hands_and_bodies_are_those_of_the_cpu",
@@ -31,6 +32,7 @@ fn main() -> ExitCode {
         "a_missing_adapter_is_an_error_that_says_what_is_missing",
         || Ok(a_missing_adapter_is_an_error_that_says_what_is_missing()),
     )];
+    // Ignored with the reason, instead of passed: a log shows what was not tested.
     trials.extend(on_adapters.map(|(name, test)| {
         Trial::ignorable_test(name, move || {
             match Availability::of(DeviceKind::Wgpu { adapter: None }) {
@@ -59,6 +61,7 @@ fn distances_px(sandbox: &Sandbox, [a, b]: [&str; 2]) -> [f32; 2] {
             distances.extend(a.image_px.zip(b.image_px).map(|(a, b)| a.distance(b)));
         }
     }
+    // Two files without joints would agree.
     assert!(!distances.is_empty());
     let mean = distances.iter().sum::<f32>() / distances.len() as f32;
     [distances.iter().copied().fold(0.0, f32::max), mean]
@@ -99,6 +102,7 @@ fn a_training_goes_on_from_device_to_device() {
     };
     sandbox.ok(&train("whole"));
     let resumed = [&train("mixed")[..], &["--resume"]].concat();
+    // Killed behind a checkpoint each time; the next run goes on elsewhere.
     for (device, until) in [(&[][..], 2), (&GPU, 5)] {
         let mut child = sandbox.start(&[&resumed[..], device].concat());
         let state = sandbox.path("mixed/checkpoint").join(format!("schedule-{until}.bpk"));
@@ -109,10 +113,12 @@ fn a_training_goes_on_from_device_to_device() {
         }
         child.kill().unwrap();
         child.wait().unwrap();
+        // Otherwise the last run would have nothing to resume.
         assert!(!sandbox.path("mixed/last.bpk").exists(), "the kill came too late");
     }
     sandbox.ok(&resumed);
     let difference = difference_of_losses(&sandbox, ["whole", "mixed"]);
+    // Bits differ between devices: equal losses would mean that only one computed.
     assert!(difference > 0.0, "every step was computed on the CPU");
     assert!(difference < 0.02, "{difference}");
 }

@@ -36,6 +36,7 @@ const RUN: &str = "--run-kernel";
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let result = match arguments.as_slice() {
+        // The program is its own child, which runs under valgrind.
         [run, name] if run == RUN => run_kernel(name),
         [first, ..] if first == "--store" => store(),
         _ => return run_tests(),
@@ -76,9 +77,11 @@ fn run_tests() -> ExitCode {
 
 /// Compares a kernel with its stored count, where that can be done.
 fn compare(kernel: &str) -> Result<Completion> {
+    // Compiler and valgrind are asked once, for all kernels.
     static OBSTACLE: OnceLock<Option<String>> = OnceLock::new();
     let stored = StoredCounts::read()?;
     let before = *stored.counts.get(kernel).context("a kernel without a stored count")?;
+    // Counts depend on the build, the system and the vector instructions that valgrind has.
     if let Some(reason) = OBSTACLE.get_or_init(|| obstacle(&stored.conditions)) {
         return Ok(Completion::ignored_with(reason));
     }
@@ -137,6 +140,7 @@ fn count(name: &str) -> Result<u64> {
     let options = [
         "--tool=callgrind",
         "--callgrind-out-file=/dev/null",
+        // Counted inside the measured function alone: setting up costs more than it.
         "--collect-atstart=no",
         "--toggle-collect=*kernels::measured*",
     ];
@@ -145,6 +149,7 @@ fn count(name: &str) -> Result<u64> {
     let collected = text.lines().find_map(|line| line.split_once("Collected : "));
     let (_, count) = collected.with_context(|| format!("no count in what it printed:\n{text}"))?;
     let count: u64 = count.trim().parse().context("a count")?;
+    // An inlined or renamed function would count nothing, and pass for ever.
     ensure!(count > 0, "{name}: the function that is measured was not found");
     Ok(count)
 }

@@ -90,6 +90,7 @@ fn an_ablation_ends_with_a_table_curves_and_verdicts_and_survives_being_killed()
 #[test]
 fn what_cannot_be_run_is_said_before_anything_is() {
     let sandbox = Sandbox::new();
+    // Refused before anything is simulated or trained: rows take hours.
     let args = tiny(&["ablate", "hand", "--rows", "vgg11-bn", "--out", "x"]);
     let message = sandbox.fails(&args);
     assert!(message.contains("row vgg11-bn") && message.contains("network.backbone"), "{message}");
@@ -101,6 +102,7 @@ fn what_cannot_be_run_is_said_before_anything_is() {
     let other = ["ablate", "hand", "--set", "representation.window_ms=50", "--out", "x"];
     let message = sandbox.fails(&other);
     assert!(message.contains("representation"), "{message}");
+    // A refused command leaves nothing behind.
     assert!(!sandbox.path("x").exists());
     assert!(sandbox.ok(&["ablate", "hand", "--help"]).contains("evpose ablate hand"));
 }

@@ -123,12 +123,14 @@ fn home(sandbox: &Sandbox, stored: &Stored, task: &str, shard: &str) -> PathBuf 
     let simulated = stored.0["simulated"].as_array().unwrap();
     let simulated = simulated.iter().find(|simulated| simulated["task"] == task).unwrap();
     let command = simulated["simulation"].as_str().unwrap();
+    // The command that is stored with the figures makes the recordings that they are of.
     let words = command.split(' ').skip(1).chain(["--out", "home", "--shard", shard]);
     sandbox.ok(&words.collect::<Vec<_>>());
     let directory = sandbox.path("home");
     let manifest = simulated["manifest"].as_array().unwrap();
     for line in manifest.iter().map(|line| line.as_str().unwrap()) {
         let (stored, name) = line.split_once("  ").unwrap();
+        // Only files of this shard were made.
         let Ok(content) = fs::read(directory.join(name)) else { continue };
         let digest: String =
             Sha256::digest(content).iter().map(|byte| format!("{byte:02x}")).collect();
@@ -204,6 +206,7 @@ impl ModuleMapper for Noise {
 /// A control of the tests above: with noise on the weights, figures are out of tolerance.
 #[test]
 fn noise_on_the_weights_is_seen() {
+    // So much noise that few recordings are enough to show it.
     let device = Device::flex();
     device.seed(5);
     let noise = &mut Noise { spread: 0.3 };

@@ -11,6 +11,7 @@ fn json(sandbox: &Sandbox, name: &str) -> serde_json::Value {
 #[test]
 fn readers_are_timed_beside_a_peer_that_finds_their_files() {
     let sandbox = Sandbox::new();
+    // A peer that fails if it cannot find the file: its answer shows that it could.
     std::fs::write(
         sandbox.path("peer.sh"),
         "test -s $EVPOSE_BENCH/edges.dat && echo 'edges.dat: 0.5' && echo 'mine.dat: 1'\n",
@@ -19,6 +20,7 @@ fn readers_are_timed_beside_a_peer_that_finds_their_files() {
     let small = ["bench", "io", "--events", "3000", "--passes", "2", "--only", "DAT"];
     let with = ["--only", "edges", "--peer", "other=sh peer.sh", "--json", "io.json"];
     let said = sandbox.ok(&[small.as_slice(), &with].concat());
+    // A case that only the peer has is skipped with a warning.
     assert!(said.contains("other: there is no case `mine.dat`"), "{said}");
     let cases = json(&sandbox, "io.json")["cases"].clone();
     let named = |name: &str| {
@@ -53,6 +55,7 @@ fn representations_are_timed_by_their_names() {
     let want =
         ["lnes update 240x180 wandering", "lnes update 240x180 uniform", "lnes image 240x180"];
     assert_eq!(names, want);
+    // A misspelt name must not time nothing.
     let message = sandbox.fails(&[small.as_slice(), &["--only", "lness"]].concat());
     assert!(message.contains("no case has `lness` in its name") && message.contains("lnes image"));
 }
@@ -164,5 +167,6 @@ fn another_runtime_is_timed_interleaved_with_ours() {
     let [low, estimate, high] =
         ["low", "estimate", "high"].map(|name| ratio[name].as_f64().unwrap());
     assert!(0.0 < low && low <= estimate && estimate <= high, "{ratio}");
+    // Close, so that both ran the same network.
     assert!(tract["difference"].as_f64().unwrap() < 1e-4, "{tract}");
 }

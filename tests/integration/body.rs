@@ -29,6 +29,7 @@ fn two_stages_of_training_then_poses_of_a_recording() {
         "simulate",
         "finetune",
         "--held-out",
+        // Recordings that the training has not seen.
         "--out",
         "held",
         "--preview",
@@ -57,6 +58,7 @@ fn evaluate_recordings(sandbox: &Sandbox) {
         serde_json::from_slice(&bytes(&sandbox.path("metrics.json"))).unwrap();
     assert_eq!(report["network"]["sequences"], 2);
     assert_eq!(report["network"]["raw"]["curve"].as_array().unwrap().len(), 100);
+    // An empty figure is smaller.
     for file in ["held.png", "predicted.png", "pck.svg"] {
         assert!(bytes(&sandbox.path(file)).len() > 1_000, "{file}");
     }
@@ -88,9 +90,11 @@ fn infer_without_filter(sandbox: &Sandbox) {
     let found = |poses: &[BodyPoints]| -> Vec<bool> {
         poses.iter().flatten().map(Option::is_some).collect()
     };
+    // The filter moves joints: it neither adds nor removes one.
     assert_eq!(found(&filtered), found(&raw));
     let jitter_px = |poses: &[BodyPoints]| -> f32 {
         let of = |joint: usize, three: &[BodyPoints]| {
+            // The second difference: a joint that moves evenly does not jitter.
             Some((three[0][joint]? - 2.0 * three[1][joint]? + three[2][joint]?).length())
         };
         poses.windows(3).flat_map(|three| (0..13).filter_map(|joint| of(joint, three))).sum()
@@ -108,6 +112,7 @@ fn infer_recording(sandbox: &Sandbox) {
     infer_in_batches(sandbox);
     let text = String::from_utf8(bytes(&sandbox.path("poses.csv"))).unwrap();
     assert!(text.starts_with("t_us,origin,latency_ms,score,head_u_px,head_v_px,head_score,"));
+    // Four columns of the row, three of each joint.
     assert!(text.lines().all(|line| line.split(',').count() == 4 + 3 * 13), "{text}");
     let poses = read_poses(&sandbox.path("poses.csv")).unwrap().poses;
     assert!(poses.len() >= 20);
@@ -121,6 +126,7 @@ fn infer_recording(sandbox: &Sandbox) {
         let written = ["--stride-ms", "20", "--format", format, "--out", out];
         sandbox.ok(&[&infer[..], &written].concat());
         let others = read_poses(&sandbox.path(out)).unwrap().poses;
+        // The same poses in any format, apart from rounding.
         assert_eq!(others.len(), poses.len(), "{format}");
         for (a, b) in others.iter().zip(&poses) {
             assert_eq!(a.t, b.t, "{format}");
@@ -137,6 +143,7 @@ fn infer_recording(sandbox: &Sandbox) {
     );
     assert!(bytes(&sandbox.path("people.png")).len() > 1_000);
     let fused = read_poses(&sandbox.path("fused.csv")).unwrap().poses;
+    // Between two poses of the network there are many propagated ones.
     assert!(fused.len() > 8 * poses.len());
     assert!(fused.iter().all(|pose| pose.origin == Some(PoseOrigin::Propagated)));
 }
@@ -151,6 +158,7 @@ fn a_killed_run_resumes_to_the_bit() {
         std::fs::read_to_string(path).map_or(0, |text| text.lines().count())
     };
     let arguments = [&train("killed")[..], &["--resume"]].concat();
+    // Killed twice, after the first line that is new.
     for kill in 0..2 {
         let before = lines();
         let mut child = sandbox.start(&arguments);
@@ -164,6 +172,7 @@ fn a_killed_run_resumes_to_the_bit() {
     }
     assert!(!sandbox.path("killed/last.bpk").exists(), "the kills came too late to test anything");
     sandbox.ok(&arguments);
+    // To the last bit, states of the optimizer included.
     for file in ["metrics.jsonl", "last.bpk", "best.bpk", "checkpoint/optimizer-4.bpk"] {
         let (whole, killed) = (sandbox.path("whole").join(file), sandbox.path("killed").join(file));
         assert!(bytes(&whole) == bytes(&killed), "{file} differs after resuming");

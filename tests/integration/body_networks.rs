@@ -59,11 +59,13 @@ fn a_body_that_cannot_be_read_is_refused_as_a_body() {
     let mut file = bytes(&shipped);
     let field = b"side_px";
     let at = file.windows(field.len()).position(|part| part == field).unwrap();
+    // A field of a later version: as long, so that no length in the file changes.
     file[at..at + field.len()].copy_from_slice(b"side_py");
     std::fs::write(sandbox.path("newer.bpk"), &file).unwrap();
     std::fs::create_dir(sandbox.path("run")).unwrap();
     std::fs::write(sandbox.path("run/best.bpk"), &file).unwrap();
     std::fs::create_dir(sandbox.path("data")).unwrap();
+    // A file and a directory: both find the task in the file.
     for checkpoint in ["newer.bpk", "run"] {
         let infer = ["infer", "--precision", "int8", "--events", "a.raw", "--out", "a.csv"];
         for command in

@@ -9,6 +9,7 @@ const FRAMES: usize = 400;
 /// A wave of light that moves to and fro, as f32.
 fn light() -> Vec<u8> {
     let value = |k: usize, x: usize, y: usize| {
+        // To and fro, so that both polarities come everywhere.
         let shift = 9.0 * (0.012 * k as f32).sin();
         let wave = (0.4 * (x as f32 - shift)).sin() * (0.3 * y as f32).cos();
         0.3 * (0.9 * wave).exp()
@@ -20,6 +21,7 @@ fn light() -> Vec<u8> {
         }
     }
     let shape = format!("({FRAMES}, {HEIGHT}, {WIDTH})");
+    // The header is padded to a multiple of 64 bytes, as NumPy does.
     let header = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': {shape}, }}");
     [b"\x93NUMPY\x01\x00\x76\x00", format!("{header:<117}\n").as_bytes(), &all].concat()
 }

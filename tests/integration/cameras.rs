@@ -101,6 +101,7 @@ fn a_sensor_that_the_file_does_not_state_is_of_its_sidecar_given_or_inferred_and
         sandbox.evpose(&[&infer[..], &output, more].concat()).output().unwrap()
     };
     for network in &networks {
+        // The sidecar beside the recording states the sensor.
         let beside = infer(network, &[]);
         let said = stderr(&beside);
         assert!(beside.status.success() && !said.contains("outside"), "{said}");
@@ -109,6 +110,7 @@ fn a_sensor_that_the_file_does_not_state_is_of_its_sidecar_given_or_inferred_and
         let said = stderr(&other);
         assert!(!other.status.success() && said.contains("states a sensor of 240x180"), "{said}");
     }
+    // Without it the events alone are left.
     std::fs::remove_file(sandbox.path("data/0000.toml")).unwrap();
     for network in &networks {
         let given = infer(network, &["--sensor", "240x180", "--salvage", "--camera", "45deg"]);
@@ -127,6 +129,7 @@ fn a_sensor_that_the_file_does_not_state_is_of_its_sidecar_given_or_inferred_and
 fn recordings_without_a_pose_are_errors_that_say_how_long_they_must_be() {
     let sandbox = Sandbox::new();
     let mut text = String::from("60 45\n");
+    // Ten milliseconds: shorter than the window of the hand and the stride of the body.
     (0..100).for_each(|k| text += &format!("{:.6} {} 7 1\n", 1e-4 * f64::from(k), k % 60));
     std::fs::write(sandbox.path("short.txt"), text).unwrap();
     std::fs::write(sandbox.path("none.txt"), "60 45\n").unwrap();
@@ -135,6 +138,7 @@ fn recordings_without_a_pose_are_errors_that_say_how_long_they_must_be() {
         let infer = ["infer", "--checkpoint", network, "--events", events, "--out", "poses.csv"];
         sandbox.evpose(&infer).output().unwrap()
     };
+    // A hand has a pose all the same, with a warning.
     let short = infer(&hand, "short.txt");
     let said = stderr(&short);
     assert!(short.status.success() && said.contains("lasts 9.9 ms"), "{said}");

@@ -30,6 +30,7 @@ fn an_installed_program_has_its_networks() {
     std::fs::copy(env!("CARGO_BIN_EXE_evpose"), &program).expect("a copy of the program");
     let run = |args: &[&str]| {
         let mut command = std::process::Command::new(&program);
+        // A data directory of its own: the user's networks are not touched.
         command.current_dir(sandbox.path("")).env("EVPOSE_DATA", sandbox.path("data"));
         command.args(args).output().expect("the program starts")
     };
@@ -37,10 +38,12 @@ fn an_installed_program_has_its_networks() {
         let output = run(&["export", "--checkpoint", name, "--onnx", "network.onnx"]);
         assert!(output.status.success(), "{name}: {}", stderr(&output));
         let unpacked = format!("data/{}/checkpoints/{name}.bpk", env!("CARGO_PKG_VERSION"));
+        // Unpacked once, byte for byte.
         assert!(bytes(&sandbox.path(&unpacked)) == bytes(&shipped(&format!("{name}.bpk"))));
         let info = String::from_utf8(run(&["info", name]).stdout).expect("text");
         let (_, card) = info.split_once(&format!("# `{name}`\n")).expect("a card");
         assert!(["**Terms**", "AUC", "**Limits**"].iter().all(|part| card.contains(part)));
+        // Comments in a card are for its writers.
         assert!(!card.contains("<!--"), "{card}");
     }
     let output = run(&["export", "--checkpoint", "foot", "--onnx", "network.onnx"]);
@@ -119,6 +122,7 @@ fn joints_of_images_are_also_evaluated_as_their_labels_put_them() {
     let sandbox = Sandbox::new();
     std::fs::create_dir_all(sandbox.path("clip/images")).expect("folders");
     image::GrayImage::new(64, 48).save(sandbox.path("clip/images/0.png")).expect("an image");
+    // Joints at places that no two share.
     let places = (0..13).flat_map(|joint| [0.5, 0.05 + 0.07 * f64::from(joint), 2.0]);
     let keypoints: Vec<f64> = places.collect();
     let pose = serde_json::json!([{ "img_name": "0.png", "keypoints": keypoints,
@@ -133,5 +137,6 @@ fn joints_of_images_are_also_evaluated_as_their_labels_put_them() {
     let json: serde_json::Value =
         serde_json::from_slice(&bytes(&sandbox.path("eval.json"))).expect("JSON");
     assert!(json["placed"]["raw"]["pck"].is_array(), "{json}");
+    // A convention that is not known is named with those that are.
     assert!(sandbox.fails(&[&eval[..], &["--joints", "mpii"]].concat()).contains("dhp19"));
 }

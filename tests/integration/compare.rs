@@ -140,3 +140,71 @@ fn networks_of_others_run_from_their_files() {
         system(&comparison, "movenet-grey")["per_seed"][0]["weights"]
     );
 }
+
+/// Two clips of three images each: joints on an oblique line, which is drawn.
+fn write_clips(sandbox: &Sandbox) {
+    for (clip, shift) in [("a", 0.0), ("b", 0.1)] {
+        let folder = sandbox.path("clips").join(clip);
+        std::fs::create_dir_all(folder.join("images")).expect("folders");
+        let label = |index: u32| {
+            let name = format!("{clip}_{index:05}.png");
+            let bright = |x: u32, y: u32| image::Luma([255 * u8::from(x + index == y)]);
+            let image = image::GrayImage::from_fn(64, 48, bright);
+            image.save(folder.join("images").join(&name)).expect("an image");
+            let place = |k| [0.2 + shift + 0.04 * f64::from(k), 0.1 + 0.06 * f64::from(k), 2.0];
+            let keypoints: Vec<f64> = (0..13).flat_map(place).collect();
+            serde_json::json!({ "img_name": name, "keypoints": keypoints,
+                "center": [0.5, 0.5], "head_size": 0.1, "torso_size": 0.3 })
+        };
+        let labels = serde_json::json!((0..3).map(label).collect::<Vec<_>>());
+        std::fs::write(folder.join("poses.json"), labels.to_string()).expect("labels");
+    }
+}
+
+#[test]
+fn every_clip_is_left_out_once_and_evaluated_with_and_without_fine_tuning() {
+    let sandbox = Sandbox::new();
+    write_clips(&sandbox);
+    let small = tiny_body(&["compare", "clips", "clips", "--config", "pretrain"]);
+    // Three steps, the last of them alone behind a validation.
+    let short = ["--set", "training.steps=3", "--set", "training.steps_per_validation=2"];
+    let clips = |more: &[&'static str]| [&small[..], &short, more].concat();
+    let start = ["train", "pretrain", "--data", "clips/a", "--out", "start"];
+    let annotated = ["--set", "data.source=annotations", "--data", "clips/b"];
+    sandbox.ok(&[&tiny_body(&start)[..], &annotated].concat());
+    let in_study = ["--start", "start", "--out", "study"];
+    let said = sandbox.ok(&clips(&[&in_study[..], &["--json", "stored.json"]].concat()));
+    assert!(said.contains("start, fine-tuned: training on all clips but b"), "{said}");
+    let stored = bytes(&sandbox.path("stored.json"));
+    let outcome: serde_json::Value = serde_json::from_slice(&stored).expect("JSON");
+    let rows = outcome["rows"].as_array().expect("rows");
+    let names: Vec<&str> = rows.iter().filter_map(|row| row["name"].as_str()).collect();
+    assert_eq!(names, ["from nothing", "start", "start, fine-tuned"]);
+    for row in rows {
+        let clips = row["clips"].as_array().expect("clips");
+        let of = |field: &'static str| clips.iter().filter_map(move |clip| clip[field].as_f64());
+        assert_eq!((clips.len(), of("images").sum::<f64>()), (2, 6.0), "{row}");
+        let mean = of("pck_40").sum::<f64>() / 2.0;
+        assert!(row["pck_40"].as_f64().is_some_and(|pck| (pck - mean).abs() < 1e-12), "{row}");
+        // On the clip that was left out.
+        let curve = clips[0]["learning_curve"].as_array();
+        let steps = curve.into_iter().flatten().filter_map(|point| point[0].as_u64());
+        let wanted: &[u64] = if row["name"] == "start" { &[] } else { &[2, 3] };
+        assert_eq!(steps.collect::<Vec<_>>(), wanted, "{row}");
+    }
+    assert!(outcome["published"].to_string().contains("0.97"), "{outcome}");
+    let page = String::from_utf8(bytes(&sandbox.path("study/clips.html"))).expect("text");
+    assert!(page.contains("from nothing") && page.contains("<svg"));
+
+    assert!(sandbox.fails(&clips(&in_study)).contains("--resume"));
+    let again = sandbox.ok(&clips(&[&in_study[..], &["--resume"]].concat()));
+    assert!(!again.contains("training on"), "{again}");
+    // Other inputs are another study, and two networks of one name would be one row.
+    let other = ["--start", "start/last.bpk", "--out", "study", "--resume"];
+    assert!(sandbox.fails(&clips(&other)).contains("inputs.txt"));
+    let twice = ["--start", "start/last.bpk,./start/last.bpk", "--out", "other"];
+    assert!(sandbox.fails(&clips(&twice)).contains("one name"));
+    std::fs::remove_dir_all(sandbox.path("clips/b")).expect("removed");
+    let refused = sandbox.fails(&clips(&["--out", "other"]));
+    assert!(refused.contains("two are needed"), "{refused}");
+}

@@ -67,6 +67,7 @@ fn a_recording_is_inferred_in_slow_motion() {
     let poses = String::from_utf8(bytes(&sandbox.path("poses.csv"))).unwrap();
     let times: Vec<i64> = poses
         .lines()
+        // The header has no time.
         .skip(1)
         .map(|line| line.split(',').next().unwrap().parse().unwrap())
         .collect();

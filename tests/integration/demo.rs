@@ -40,6 +40,7 @@ fn is_of_its_metrics(report: &str, metrics: &Value) {
 
 /// Nothing is loaded from elsewhere: the only address is the name of SVG.
 fn is_self_contained(report: &str) {
+    // A report must be readable without a network.
     for (at, _) in report.match_indices("://") {
         assert!(
             report[at..].starts_with("://www.w3.org/2000/svg\""),
@@ -129,6 +130,7 @@ fn the_demo_ends_with_metrics_and_a_report_and_its_checkpoint_can_be_used() {
 fn a_demo_of_a_minute_shows_the_network_that_ships() {
     let sandbox = Sandbox::new();
     let shipped = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("checkpoints/hand.bpk");
+    // By its path, as in a checkout.
     std::fs::create_dir(sandbox.path("checkpoints")).unwrap();
     std::fs::copy(shipped, sandbox.path("checkpoints/hand.bpk")).unwrap();
     let demo = ["demo", "--minutes", "1", "--out", "shown", "--stride-ms", "20"];

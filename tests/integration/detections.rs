@@ -65,6 +65,7 @@ fn there_is_nobody_in_noise() {
 #[test]
 fn nothing_is_said_before_there_was_something_to_see() {
     let sandbox = Sandbox::new();
+    // Sixty events in a second are too few for a pose.
     noise(&sandbox, "empty.txt", 60);
     let (poses, said) = infer(&sandbox, "body.bpk", "empty.txt", &[]);
     assert!(poses.is_empty() && said.contains("nothing before enough events"), "{said}");
@@ -94,6 +95,7 @@ fn a_person_is_found_and_thresholds_leave_out_what_scores_lower() {
     assert!(detected(&poses) > poses.len() * 3 / 4, "{} of {}", detected(&poses), poses.len());
     let strict = [&stride[..], &["--min-score", "0.6"]].concat();
     let (strict, _) = infer(&sandbox, "body.bpk", "held/0001.raw", &strict);
+    // Rows stay, so that times do not depend on the threshold.
     assert_eq!(strict.len(), poses.len(), "rows are kept");
     let joints = |poses: &[TimedPose]| -> usize {
         poses.iter().map(|pose| pose.body_px().iter().flatten().count()).sum()
@@ -122,6 +124,7 @@ fn a_person_is_found_and_thresholds_leave_out_what_scores_lower() {
     let eval = ["eval", "--checkpoint", &network, "--stride-ms", "100", "--data"];
     let said = sandbox.ok(&[&eval[..], &["held"]].concat());
     assert!(said.contains("people not found") && !said.contains("nobody in view"), "{said}");
+    // A camera that moves before nobody: events without a person.
     let empty = ["--set", "simulation.framing=nobody", "--set", "evaluation.moving_cameras=1"];
     sandbox.ok(&[&simulate[..], &changes, &empty, &["--out", "empty"]].concat());
     let said = sandbox.ok(&[&eval[..], &["empty"]].concat());

@@ -53,6 +53,7 @@ fn images_and_arrays_of_the_same_frames_give_the_same_bytes() {
     }
     sandbox.ok(&args("frames.npy", "b.npz", &[]));
     assert!(bytes(&sandbox.path("a.npz")) == bytes(&sandbox.path("b.npz")));
+    // Another seed must change something, or it is ignored.
     sandbox.ok(&args("images", "c.npz", &["--seed", "5"]));
     assert!(bytes(&sandbox.path("a.npz")) != bytes(&sandbox.path("c.npz")));
     let info = sandbox.ok(&["info", "a.npz"]);
@@ -123,12 +124,15 @@ fn what_is_wrong_is_said_before_anything_is_written() {
     assert!(message(&args("nowhere", "a.npz", &[])).contains("nowhere"));
     std::fs::create_dir(sandbox.path("empty")).unwrap();
     assert!(message(&args("empty", "a.npz", &[])).contains("no .png"));
+    // One byte short: the last frame is cut.
     let cut = bytes(&sandbox.path("frames.npy"));
     std::fs::write(sandbox.path("cut.npy"), &cut[..cut.len() - 1]).unwrap();
     assert!(message(&args("cut.npy", "a.npz", &[])).contains("11 of its 12 frames"));
+    // An image of another size among the frames.
     GrayImage::new(3, 3).save(sandbox.path("images/3.png")).unwrap();
     let found = message(&args("images", "a.npz", &[]));
     assert!(found.contains("3.png") && found.contains("3x3"), "{found}");
+    // Found before writing: no file is left half written.
     assert!(!sandbox.path("a.npz").exists() && !sandbox.path("a.npz.toml").exists());
 }
 
@@ -150,6 +154,7 @@ fn the_sensor_bench_times_peers_on_its_frames() {
         "--json",
         "sensor.json",
     ]);
+    // The peer answers 1000, the rate of its frames, in place of a time.
     assert!(said.contains("other") && said.contains("1000.00 ns"), "{said}");
     let report: serde_json::Value =
         serde_json::from_slice(&bytes(&sandbox.path("sensor.json"))).unwrap();

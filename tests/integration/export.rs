@@ -41,12 +41,14 @@ fn every_backbone_is_exported() {
         "inception_v3",
     ] {
         let backbone = format!("network.backbone={name}");
+        // Inception v3 needs 75 pixels a side.
         let changes = [&backbone, "network.width=0.0625", "simulation.image_scale=0.42"];
         let mut args = vec!["export", "eventhands", "--onnx", "a.onnx"];
         args.extend(changes.iter().flat_map(|change| ["--set", change]));
         let said = sandbox.ok(&args);
         assert!(said.contains(name) && said.contains("input 1x2x76x101"), "{said}");
         let graph = ModelProto::decode(&*bytes(&sandbox.path("a.onnx"))).unwrap().graph.unwrap();
+        // An export that stops half way has fewer.
         assert!(graph.node.len() >= 30, "{name}: {} operators", graph.node.len());
     }
 }

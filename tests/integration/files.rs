@@ -121,6 +121,7 @@ fn a_recording_is_seen_as_a_page_a_sheet_and_an_animation() {
 #[test]
 fn a_page_begins_where_most_happens() {
     let sandbox = sandbox();
+    // Nine events in one pixel at one time, between two others.
     let mut text = "4 3\n0 1 1 1\n".to_owned();
     for _ in 0..9 {
         text += "700 2 2 1\n";
@@ -200,6 +201,7 @@ fn wandering() -> String {
 fn a_noisy_recording_is_cleaned_and_its_mask_serves_again() {
     let sandbox = Sandbox::new();
     std::fs::write(sandbox.path("noisy.txt"), noisy()).unwrap();
+    // First without any filter: `clean` alone only looks.
     let checked = sandbox.ok(&["clean", "noisy.txt"]);
     assert!(checked.contains("check     10008 events"), "{checked}");
     assert!(checked.contains("time stamps are multiples of 500"), "{checked}");
@@ -208,12 +210,14 @@ fn a_noisy_recording_is_cleaned_and_its_mask_serves_again() {
     assert!(said.contains("hot       removed 2000 of 10008 events"), "{said}");
     assert!(said.contains("1 hot pixels"), "{said}");
     let left = String::from_utf8(bytes(&sandbox.path("clean.txt"))).unwrap();
+    // Neither the hot pixel nor the isolated one is left.
     assert!(!left.contains(" 39 29 "), "{said}");
     assert!(!left.contains(" 38 3 "), "{said}");
     assert!(left.lines().count() > 7800, "{said}");
     let mask = "mask:file=masks/1-hot.toml";
     let said = sandbox.ok(&["clean", "noisy.txt", "masked.txt", "--with", mask]);
     assert!(said.contains("mask      removed 2000 of 10008 events"), "{said}");
+    // A misspelt parameter is refused before a file is made.
     let message = sandbox.fails(&["clean", "noisy.txt", "no.txt", "--with", "hot:factr=3"]);
     assert!(message.contains("factor"), "{message}");
     assert!(!sandbox.path("no.txt").exists());
@@ -226,6 +230,7 @@ fn mirrored_columns_are_detected_by_events_of_the_same_scene_and_corrected() {
     let mirrored: String = right
         .lines()
         .map(|line| match line.split(' ').collect::<Vec<_>>()[..] {
+            // Columns from the other end, as of a camera behind a mirror.
             [t, x, y, p] => format!("{t} {} {y} {p}\n", 39 - x.parse::<i32>().unwrap()),
             _ => format!("{line}\n"),
         })

@@ -28,6 +28,7 @@ fn files(directory: &Path, of: &Path, into: &mut BTreeSet<String>) {
 #[test]
 fn the_foreign_set_is_what_was_sealed() {
     let sums = String::from_utf8(bytes(&set().join("SHA256SUMS"))).expect("text");
+    // The list itself is in no list.
     let mut summed = BTreeSet::from(["SHA256SUMS".to_owned()]);
     for line in sums.lines() {
         let (sum, name) = line.split_once("  ").expect("as sha256sum writes them");
@@ -38,6 +39,7 @@ fn the_foreign_set_is_what_was_sealed() {
     }
     let mut there = BTreeSet::new();
     files(&set(), &set(), &mut there);
+    // No file of the set is missing from the list.
     assert_eq!(there, summed);
     let ends = |ending: &str| there.iter().filter(|name| name.ends_with(ending)).count();
     assert_eq!((ends(".poses.csv"), ends(".joints.csv")), (BODIES, HANDS));
@@ -65,6 +67,7 @@ fn gestures_cover_each_recording_of_a_hand() {
         let mut end = 0;
         for line in lines {
             let fields: Vec<&str> = line.split(',').collect();
+            // No gap and no overlap: each begins where the last ended.
             assert_eq!(fields[0].parse::<i64>().unwrap(), end, "{number:02}: {line}");
             let next = fields[1].parse().unwrap();
             assert!(next > end, "{number:02}: {line}");
@@ -77,6 +80,7 @@ fn gestures_cover_each_recording_of_a_hand() {
         }
         assert_eq!(Some(end), info["duration_us"].as_integer(), "{number:02}");
     }
+    // Between two gestures there is a transition.
     assert!(named.remove("transition"));
     assert!(named.len() >= 12, "{named:?}");
 }

@@ -26,6 +26,7 @@ pub(crate) fn recorded(sandbox: &Sandbox, effects: &str) {
     let header = format!(
         "{{'descr': '<f4', 'fortran_order': False, 'shape': ({FRAMES}, {HEIGHT}, {WIDTH}), }}"
     );
+    // NumPy's header is padded, so that data begin at a multiple of 64.
     let mut npy = [b"\x93NUMPY\x01\x00\x76\x00", format!("{header:<117}\n").as_bytes()].concat();
     for k in 0..FRAMES {
         let pixels = (0..WIDTH * HEIGHT).map(|i| light(k, i % WIDTH, i / WIDTH));
@@ -110,6 +111,7 @@ fn the_same_inputs_give_the_same_bytes_on_any_number_of_threads() {
     for (threads, out) in [("1", "a"), ("2", "b")] {
         let more = ["--quick", "--threads", threads, "--out", out];
         let (exit, said) = code(&sandbox, &[&RUN[..], &more].concat());
+        // An ideal camera has no gap: code 0.
         assert_eq!(exit, Some(0), "{said}");
     }
     for name in ["verdict.json", "corrected.toml"] {
@@ -125,6 +127,7 @@ fn the_same_inputs_give_the_same_bytes_on_any_number_of_threads() {
 fn without_a_scene_noise_shows_nothing_and_motion_is_no_effect() {
     let sandbox = Sandbox::new();
     recorded(&sandbox, "");
+    // A generator of its own: draws must stay the same in all versions.
     let mut state = 7u64;
     let mut below = |n: u64| {
         state =
@@ -134,6 +137,7 @@ fn without_a_scene_noise_shows_nothing_and_motion_is_no_effect() {
     let mut noise: Vec<[u64; 4]> = (0..20_000)
         .map(|_| [below(600_000), below(WIDTH as u64), below(HEIGHT as u64), below(2)])
         .collect();
+    // By time first, as a recording is.
     noise.sort_unstable();
     let lines = noise.iter().map(|[t, x, y, p]| format!("{t} {x} {y} {p}\n"));
     std::fs::write(sandbox.path("noise.txt"), lines.collect::<String>()).unwrap();
@@ -143,6 +147,7 @@ fn without_a_scene_noise_shows_nothing_and_motion_is_no_effect() {
         assert_eq!(exit, Some(expected), "{said}");
         let verdict = json(&sandbox.path(&format!("{answer}/verdict.json")));
         assert_eq!(verdict["verdict"], answer, "{said}");
+        // Neither of both is an effect of the sensor.
         assert_eq!(verdict["effects"], serde_json::json!([]), "{said}");
         assert!(verdict["gap_before"]["value"].is_null() && !said.contains("unknown"), "{said}");
         sandbox.ok(&["gap", "report", answer]);
@@ -153,6 +158,7 @@ fn without_a_scene_noise_shows_nothing_and_motion_is_no_effect() {
 fn inputs_that_cannot_be_used_end_with_two_and_say_why() {
     let sandbox = Sandbox::new();
     recorded(&sandbox, "");
+    // Code 2 is for inputs, 1 for other errors; the rest are verdicts.
     let refused = |args: &[&str], part: &str| {
         let (exit, said) = code(&sandbox, args);
         assert_eq!(exit, Some(2), "{args:?}: {said}");
@@ -181,6 +187,7 @@ fn inputs_that_cannot_be_used_end_with_two_and_say_why() {
     refused(&["gap", "bench", "--plan", "7", "--tier", "hme", "--out", "b"], "home");
     let json = sandbox.path("scene/scene.json");
     let text = std::fs::read_to_string(&json).unwrap();
+    // The scene says a size that its frames do not have.
     std::fs::write(&json, text.replace("\"width\": 48", "\"width\": 36")).unwrap();
     refused(&run("rec.npz", "scene", &[]), "width");
     assert!(!sandbox.path("gap").exists());
@@ -247,6 +254,7 @@ fn with_poses_alone_an_effect_is_named_and_a_texture_is_not() {
         let found = json(&sandbox.path("gap/verdict.json"));
         assert_eq!(found["verdict"], verdict, "{said}");
         assert!(found["notes"][0].as_str().unwrap().starts_with("mode B"), "{said}");
+        // Without the light the texture's contrast is unknown.
         let why = found["untestable"]["tone_curve"].as_str().unwrap();
         assert!(why.contains("contrast of the texture"), "{why}");
         if expected == 11 {
@@ -314,6 +322,7 @@ fn a_recording_in_the_manner_of_another_program_is_corrected() {
             format!("{x},{y},{},{}", 2 * p - 1, 1000 * t)
         })
         .collect();
+    // Batches turned around: no line is far from its place.
     lines.chunks_mut(8).for_each(|batch| batch.reverse());
     std::fs::write(sandbox.path("other.csv"), format!("x,y,p,t\n{}\n", lines.join("\n"))).unwrap();
     let args = ["gap", "name", "--measured", "other.csv", "--scene", "scene"];

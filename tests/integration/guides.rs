@@ -58,6 +58,7 @@ fn small(page: &str, command: &PageCommand) -> Small {
                 small.text += words;
             }
             Change::Replace(from, to) => {
+                // A rule for text that the page no longer has would do nothing.
                 assert!(small.text.contains(from), "{page}:{}: no `{from}`", command.line);
                 small.text = small.text.replace(from, to);
             }
@@ -79,12 +80,14 @@ fn script(page: &str, text: &str) -> String {
         if small.skipped.is_some() {
             continue;
         }
+        // Each block begins in the page's directory: readers open a new terminal.
         if block != command.block {
             block = command.block;
             script += "cd \"$here\"\n";
         }
         let answers: Vec<String> = small.answers.iter().map(i32::to_string).collect();
         let _ = write!(
+            // `$?` of the command before is set again, as readers may print it.
             script,
             "echo '== line {}' | tee /dev/stderr\n(exit ${{code:-0}})\n{}\ncode=$?\ncase $code in\n  {}) ;;\n  *) echo \
              \"line {}: exit code $code\" >&2; exit 1 ;;\nesac\n",
@@ -182,6 +185,7 @@ fn run(page: &str, text: &str, inputs: &Inputs) -> Result<Said, String> {
         .current_dir(&directory)
         .env("PROGRAM", program())
         .env("EVPOSE_DATA", sandbox.path("data-directory"))
+        // No terminal: questions of the program must not wait.
         .stdin(Stdio::null())
         .output()
         .unwrap();
@@ -265,6 +269,7 @@ fn a_page_that_prints_another_output_is_seen() {
         )
     };
     assert_eq!(check("", &page(0, "0.001", "ideal"), &inputs), Ok(()));
+    // One thing differs from what the program prints, each time.
     for (code, offset, name, line) in
         [(1, "0.001", "ideal", ":4:"), (0, "0.003", "ideal", ":6:"), (0, "0.001", "idea", ":13:")]
     {

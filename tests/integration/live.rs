@@ -137,6 +137,7 @@ fn every_loop_has_the_poses_of_the_first_and_no_event_is_lost() {
     let loops = ["--source", "held/0001.raw", "--speed", "max", "--times", "3"];
     sandbox.ok(&[&live[..], &loops, &output].concat());
     let looped = report();
+    // Nothing may be lost, however fast it goes.
     for count in ["dropped_events", "dropped_poses", "skipped_strides"] {
         assert_eq!(looped[count], 0, "{count}");
     }
@@ -147,11 +148,13 @@ fn every_loop_has_the_poses_of_the_first_and_no_event_is_lost() {
     };
     for origin in ["network", "propagated"] {
         let joints = joints(origin);
+        // Thirds: each loop has the poses of the first.
         let (first, others) = joints.split_at(joints.len() / 3);
         assert!(first.len() > 20, "{origin}: {}", first.len());
         assert!(others.chunks(first.len()).all(|part| part == first), "{origin}");
     }
 
+    // Through a pipe the same events come only once.
     sandbox.ok(&["convert", "held/0001.raw", "rec.evs"]);
     let input = std::fs::File::open(sandbox.path("rec.evs")).expect("just written");
     let mut piped = sandbox.evpose(&[&live[..], &["--source", "-"], &output].concat());

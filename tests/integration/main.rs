@@ -37,3 +37,4 @@ mod resume;
 mod sensor;
 mod shards;
 mod tune;
+mod walk_away;

@@ -11,6 +11,7 @@ fn hand() -> Vec<u8> {
         values.flat_map(f32::to_le_bytes).collect()
     };
     let template = floats(&mut (0..3 * VERTICES).map(|k| 0.01 * (k / 3 % 19) as f32));
+    // The tree of the published model: chains of three joints behind the wrist.
     let tree = floats(&mut (0..2 * JOINTS).map(|k| match (k, k % JOINTS) {
         (0, _) => -1.0,
         (_, joint) if k >= JOINTS => joint as f32,
@@ -19,6 +20,7 @@ fn hand() -> Vec<u8> {
     }));
     let weights: Vec<u8> = (0..VERTICES * JOINTS).map(|k| u8::from(k % JOINTS == 0)).collect();
     let regressor: Vec<u8> = (0..VERTICES * JOINTS).map(|k| u8::from(k % VERTICES == 0)).collect();
+    // Protocol 2, as Python 2 wrote it.
     let mut out = b"\x80\x02}(".to_vec();
     array(&mut out, "v_template", &[VERTICES, 3], "f4", &template);
     array(&mut out, "shapedirs", &[VERTICES, 3, 10], "u1", &[0; VERTICES * 30]);
@@ -38,6 +40,7 @@ fn array(out: &mut Vec<u8>, name: &str, shape: &[usize], kind: &str, content: &[
         out.extend(text.bytes());
     };
     text(out, name);
+    // Opcodes of a pickled array: the function that rebuilds it, and its arguments.
     out.extend(b"cnumpy.core.multiarray\n_reconstruct\ncnumpy\nndarray\nK\0\x85U\x01b\x87R(K\x01(");
     for &length in shape {
         out.push(b'J');

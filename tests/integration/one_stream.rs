@@ -146,6 +146,7 @@ fn people_are_scored_by_the_poses_that_are_written() {
         let recording = folder.join("0000.raw");
         change_events(&sandbox.path("data/0000.raw"), &recording, change);
         let mut table = labels.clone();
+        // Labels move with the events.
         table.rows.iter_mut().for_each(|row| row.t = moved(row.t));
         table.write(&folder.join("0000.poses.csv")).unwrap();
         let recordings = BodyRecordings::open(&folder).unwrap();
@@ -165,6 +166,7 @@ fn people_are_scored_by_the_poses_that_are_written() {
                 let t = Micros::from_seconds(prediction.t_s);
                 let none = TimedPose::empty(evpose_io::poses::PoseKind::Body, t);
                 let pose = written.get(&t.0).unwrap_or(&none);
+                // The file has three decimals.
                 let rounded = prediction.joints_px.map(|at| {
                     at.map(|at| at.to_array().map(|px| format!("{px:.3}").parse().unwrap()))
                 });
@@ -172,6 +174,7 @@ fn people_are_scored_by_the_poses_that_are_written() {
                 assert_eq!(written, rounded, "{name} at {t} {more:?}");
                 found += rounded.iter().flatten().count();
             }
+            // Equal without joints would show nothing.
             assert!(found > 50, "{name}: {found} joints");
             let scored = written.range(first_us..=end.0).count();
             assert!(scored <= predictions.len(), "{name}: {scored} of {}", predictions.len());

@@ -106,6 +106,7 @@ fn faults_of_labels_are_reported_before_anything_is_written() {
         let prepare = ["prepare", "people", "foreign/0000.npz", "--labels", name, "--out", "own"];
         let said = sandbox.fails(&prepare);
         assert!(said.contains(want), "{name}: {said}");
+        // Labels are read in full before the first file is written.
         assert!(!sandbox.path("own").exists(), "{name}: something was written");
     }
     let prepare = ["prepare", "people", "foreign/0000.npz", "--labels", "foreign/0000.csv"];

@@ -139,6 +139,7 @@ fn inputs_of_a_payoff_that_cannot_be_used_are_named() {
     let other = ["--data", "gap", "--task", "body", "--config", "quick"];
     refused(&payoff(&[], &other), "must be \"body\", and is \"hand\"");
     refused(&payoff(&[], &["--data", "nowhere"]), "nowhere: no directory");
+    // A corrected model that is the model itself.
     std::fs::copy(sandbox.path("gap/model.toml"), sandbox.path("gap/corrected.toml")).unwrap();
     refused(&payoff(&[], &["--camera", "camera.toml"]), "nothing to compare");
     std::fs::remove_file(sandbox.path("gap/verdict.json")).unwrap();

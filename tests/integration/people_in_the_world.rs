@@ -70,6 +70,7 @@ fn two_cameras_give_joints_in_metres_near_the_true_ones() {
 fn cameras_that_are_missing_or_too_few_are_errors() {
     let sandbox = Sandbox::new();
     studio(&sandbox);
+    // A recording without its sidecar has no camera.
     std::fs::copy(sandbox.path("room/0001.raw"), sandbox.path("other.raw")).unwrap();
     let network = shipped_body();
     let fails = |args: &[&str]| {
@@ -80,6 +81,7 @@ fn cameras_that_are_missing_or_too_few_are_errors() {
     };
     let said = fails(&["room/0000.raw", "other.raw"]);
     assert!(said.contains("other.toml") && said.contains("--cameras"), "{said}");
+    // One camera, where two recordings need two.
     let rig = "[[camera]]\nprojection = [[300.0, 0.0, -173.0, 519.0], [0.0, -300.0, -130.0, 690.0], \
                [0.0, 0.0, -1.0, 3.0]]\n";
     std::fs::write(sandbox.path("rig.toml"), rig).unwrap();

@@ -33,6 +33,7 @@ fn mpii() -> Sandbox {
     let mat = "mpii_human_pose_v1_u12_2/mpii_human_pose_v1_u12_1.mat";
     copy(&golden("mpii/release.mat"), &folder.join(mat));
     std::fs::create_dir(folder.join("images")).unwrap();
+    // Sizes and places are those of the labels in the golden release.
     for (name, index, width, height) in [
         ("a.png", 0, 64, 48),
         ("b.b.png", 1, 80, 60),
@@ -43,6 +44,7 @@ fn mpii() -> Sandbox {
         ("i.png", 8, 50, 40),
         ("j.png", 9, 50, 40),
     ] {
+        // A texture by index: no two images are alike.
         let pixel = |x, y| image::Luma([((7 * x + 11 * y + x * y / 5 + 31 * index) % 256) as u8]);
         let image = image::GrayImage::from_fn(width, height, pixel);
         image.save(folder.join("images").join(name)).unwrap();
@@ -219,6 +221,7 @@ fn labels_of_dhp19_are_where_numpy_projects_them() {
         }
         let want = Vec2::new(u.parse().unwrap(), v.parse().unwrap());
         let image = format!("S1_2_5_ch{camera}_{pose:0>5}.png");
+        // As published, positions are cut to whole pixels.
         for (set, want) in [(&exact, want), (&published, want.trunc())] {
             let found = set.iter().find(|a| a.image == image).unwrap().label.keypoints[0].position;
             let found = found * Vec2::new(346.0, 260.0);
@@ -270,6 +273,7 @@ fn clips_of_eh36m_become_frames_once() {
     sandbox.ok(&["prepare", "eh36m", &folder, "--out", "published", "--parity"]);
     let [ours, theirs] = ["data", "published"]
         .map(|out| annotations(&sandbox, &format!("{out}/test.json"))[0].label.torso_size.unwrap());
+    // As published, torsos are measured otherwise.
     assert_ne!(ours, theirs);
 }
 
@@ -322,6 +326,7 @@ fn a_network_is_trained_on_what_was_prepared() {
         "training.steps_per_validation=2",
         "training.validation_samples=4",
     ];
+    // A directory and a single file are both accepted.
     for (data, run) in [("data", "one"), ("data/test.json", "two")] {
         let args = ["train", "pretrain", "--data", data, "--out", run];
         let small = small.iter().flat_map(|change| ["--set", change]);

@@ -43,6 +43,7 @@ fn planes(name: &str, length: i64, end: i64) -> Vec<f32> {
 #[test]
 fn a_stack_holds_what_the_library_gives_for_the_same_windows() {
     let sandbox = sandbox();
+    // With and without options, of one and of several channels, by time and by count.
     for name in ["lnes", "eros:kernel=5", "voxel-grid:bins=3", "event-count", "fixed-count"] {
         let length = ["--window-ms", "50", "--every-ms", "20"];
         let args = [&["represent", "rec.npz", "--of", name, "--out", "a.npz"][..], &length];
@@ -55,6 +56,7 @@ fn a_stack_holds_what_the_library_gives_for_the_same_windows() {
         assert_eq!(ends, (0..24).map(|k| 1_050_000 + 20_000 * k).collect::<Vec<_>>());
         let windows = stack.values.chunks_exact((channels * 1200) as usize);
         for (window, end) in windows.zip(ends) {
+            // To the bit: the command adds nothing to the library.
             assert!(window == planes(name, 50_000, end), "{name} at {end}");
         }
     }

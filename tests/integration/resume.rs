@@ -65,6 +65,7 @@ fn a_run_directory_is_not_overwritten() {
     let arguments = tiny(&["train", "quick", "--data", "data", "--out", "run"]);
     sandbox.ok(&arguments);
     let message = sandbox.fails(&arguments);
+    // The remedy is in the message, not only the fault.
     assert!(
         message.contains("add --resume to continue") && !message.contains("cannot"),
         "{message}"

@@ -58,8 +58,10 @@ fn a_tapped_step_has_the_events_it_is_worth() {
         .collect();
     assert_eq!(events.len(), 14, "{csv}");
     for (k, (t_s, sign)) in events.iter().enumerate() {
+        // Seven rises, then seven falls.
         let (edge_s, expected) = if k < 7 { (0.05, 1.0) } else { (0.15, -1.0) };
         assert_eq!(*sign, expected);
+        // Events come within the step that ends at the edge.
         assert!((edge_s - 1e-4..=edge_s).contains(t_s), "{t_s}");
     }
 }

@@ -27,7 +27,7 @@ usage: cargo xtask ci|quick|slow [--only TEXT] [--from N] [--list]
        cargo xtask setup | words [CRATE…] [--list] | circles [CRATE…] | lines | links
        cargo xtask mutants [CRATE [K/N|again]] | figures [--check] | guides | gpu
 
-  ci    formatting, lints with and without optional features, documentation, all tests, what the
+  ci    formatting, lints with all optional features, documentation, all tests, what the
         benchmark is built from (what CI runs)
   quick what ci checks without building, then lints and unit tests of small crates: minutes
   slow  tests with all optional features, and of what takes long: blind recordings, all commands of

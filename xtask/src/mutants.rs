@@ -107,12 +107,14 @@ fn outcomes(name: &str) -> Result<(BTreeMap<String, String>, usize)> {
     let runs = fs::read_dir(Path::new(RUNS).join(name)).into_iter().flatten().flatten();
     let results = runs.map(|run| run.path().join("mutants.out/outcomes.json"));
     let mut results: Vec<_> = results.filter(|path| path.is_file()).collect();
+    // Oldest first: newer results replace them.
     results.sort_by_key(|path| path.metadata().and_then(|data| data.modified()).ok());
     let mut newest = BTreeMap::new();
     for path in results {
         let run: Value = serde_json::from_slice(&fs::read(&path)?)?;
         for outcome in run["outcomes"].as_array().into_iter().flatten() {
             let mutant = outcome["scenario"]["Mutant"]["name"].as_str().unwrap_or_default();
+            // Others are mutants of code that has changed since.
             if list.lines().any(|listed| listed == mutant) {
                 let summary = outcome["summary"].as_str().unwrap_or_default();
                 newest.insert(mutant.to_owned(), summary.to_owned());

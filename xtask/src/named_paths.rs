@@ -13,6 +13,7 @@ pub(crate) fn absent(root: &Path, text: &str) -> Vec<String> {
     let mut absent = Vec::new();
     for (number, line) in prose(text) {
         let mut file = None;
+        // Every second part between backticks is a code span.
         for span in line.split('`').skip(1).step_by(2) {
             let is_path = FOLDERS.iter().any(|folder| span.starts_with(folder));
             let is_constant = span.len() > 4 && span.chars().all(|c| c.is_uppercase() || c == '_');

@@ -31,6 +31,13 @@ macro_rules! with_features {
     };
 }
 
+/// A call for the whole workspace with the same features.
+macro_rules! of_workspace {
+    ($command:literal, $rest:literal) => {
+        concat!($command, " --workspace --features=onnx,rerun,peers,ndarray,wgpu,live,gltf ", $rest)
+    };
+}
+
 impl Step {
     const fn with_env(self, env: &'static [(&'static str, &'static str)]) -> Self {
         Self { env, ..self }
@@ -54,26 +61,21 @@ pub(crate) const CI: &[Step] = &[
     step("figures of pages are those that are stored", "xtask figures --check"),
     step("links of pages lead somewhere", "xtask links"),
     step("the command line stays small", "xtask lines"),
+    // With all that is optional, which is compiled, not built: its tests are slow. The documentation shares what
+    // is compiled. What is there without a feature alone is linted by the CI of pull requests.
     step(
-        "lints, tests and benches included",
-        "clippy --workspace --all-targets --quiet -- -D warnings",
+        "lints, tests, benches and optional features included",
+        of_workspace!("clippy", "--all-targets --quiet -- -D warnings"),
     ),
-    // Compiled, not built: their tests are slow.
-    step(
-        "lints of what optional features add",
-        with_features!("clippy", "--all-targets --quiet -- -D warnings"),
-    ),
-    step("documentation complete, its links alive", "doc --workspace --no-deps --quiet")
+    step("documentation complete, its links alive", of_workspace!("doc", "--no-deps --quiet"))
         .with_env(&[("RUSTDOCFLAGS", "-D warnings")]),
-    step("tests", "test --workspace --no-fail-fast"),
+    step("tests, with hands of glTF files", "test --workspace --features=gltf --no-fail-fast"),
     // With the features of the step above: nothing is compiled.
-    step("tiles of AMX", "test --workspace --lib tiles_of_the_processor -- --ignored")
-        .with_need(Need::Amx),
     step(
-        "optional features: HDF5 recordings, Zstandard's library, hands of glTF files",
-        "test --package=evpose-io --package=evpose-body \
-         --features=evpose-io/hdf5,evpose-io/zstd,evpose-body/gltf --no-fail-fast",
-    ),
+        "tiles of AMX",
+        "test --workspace --features=gltf --lib tiles_of_the_processor -- --ignored",
+    )
+    .with_need(Need::Amx),
     // Its recordings evaluate the gap workflow: a shared formula would be compared with itself.
     step(
         "the benchmark's pixel shares no code with the simulator",

@@ -204,6 +204,7 @@ impl BodyModel {
                 })
             })
             .collect();
+        // Joints may move by themselves, beside what the regressor says.
         for (direction_m, &weight) in self.joint_directions_m.iter().zip(weights) {
             for (joint_m, &offset_m) in joints_m.iter_mut().zip(direction_m) {
                 *joint_m += offset_m * weight;

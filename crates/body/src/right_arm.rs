@@ -65,6 +65,7 @@ impl SubMesh {
 
     /// Reindexes the faces and closes open edges with a fan around one further vertex.
     fn close(&mut self) {
+        // An inner edge is passed once each way: edges of holes are out of balance.
         let mut open: HashMap<(u32, u32), i32> = HashMap::new();
         for &[a, b, c] in &self.faces {
             for (from, to) in [(a, b), (b, c), (c, a)] {
@@ -74,6 +75,7 @@ impl SubMesh {
         }
         let mut edges: Vec<(u32, u32)> =
             open.into_iter().filter(|&(_, balance)| balance > 0).map(|(edge, _)| edge).collect();
+        // Hash maps have no order.
         edges.sort_unstable();
         let cap = self.old.len() as u32;
         let faces = self.faces.iter().map(|face| face.map(|v| self.new_index(v)));
@@ -106,6 +108,7 @@ impl SubMesh {
         }
         let mut skin: Vec<SkinWeights> = self.old.iter().map(|&v| whole.skin[v as usize]).collect();
         let mut uvs: Vec<Vec2> = self.old.iter().map(|&v| whole.uvs[v as usize]).collect();
+        // The cut is closed by a vertex of its own.
         if let Some(&first) = self.rim.first() {
             let mut shares = vec![0.0; whole.parents.len()];
             for (joint, weight) in self.rim.iter().flat_map(|&v| whole.skin[v as usize].iter()) {
@@ -133,6 +136,7 @@ impl SubMesh {
             shape_directions_m: directions(&whole.shape_directions_m),
             shape_space: whole.shape_space.clone(),
             pose_directions_m,
+            // Without the rest of the body no vertex says where joints are: they have places.
             joint_regressor: vec![Vec::new(); whole.parents.len()],
             joint_offsets_m: whole.blended(&[]).joints_m,
             joint_directions_m: whole

@@ -62,6 +62,7 @@ impl ViewAdaptor {
             }
         }
         starts.push(covered.len() as u32);
+        // Each pixel covers the one at its own place alone: events may pass unchanged.
         let is_identity = sensor == view.sensor
             && covered.len() == sensor.pixels()
             && covered.iter().enumerate().all(|(i, (cell, _))| i == *cell as usize);
@@ -169,6 +170,7 @@ fn cover(
     let corner = DVec2::new(f64::from(x), f64::from(y));
     let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
     for offset in [DVec2::ZERO, DVec2::X, DVec2::Y, DVec2::ONE] {
+        // A corner at which the inverse of the distortion fails: its pixel covers nothing.
         let Some(at) = view_position(calibration, view, corner + offset) else { return };
         (low, high) = (low.min(at), high.max(at));
     }

@@ -97,6 +97,7 @@ impl Calibration {
             return Ok(Self::from_vertical_fov(sensor, degrees));
         }
         let path = Path::new(text);
+        // Neither an ending nor a file: a name that is not known.
         if path.extension().is_none() && !path.exists() {
             let known = NAMED_CAMERAS.iter().map(|camera| camera.name).collect();
             return Err(CalibrationError::Unknown { text: text.to_owned(), known });

@@ -40,6 +40,7 @@ impl CameraFile {
         Self {
             sensor: SensorSize::DAVIS240C,
             focal_px: [252.912_940_04, 253.082_705_35],
+            // Published for OpenCV, which puts centres of pixels at whole numbers.
             principal_px: [129.631_818_08 + 0.5, 89.725_985_11 + 0.5],
             distortion: vec![
                 -33.078_311_8,

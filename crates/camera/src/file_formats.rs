@@ -22,6 +22,7 @@ pub(crate) fn read_file(path: &Path) -> Result<CameraOfFile, CalibrationError> {
     let text = std::fs::read_to_string(path)
         .map_err(|source| CalibrationError::File { path: path.to_owned(), source })?;
     let malformed = |reason: String| CalibrationError::Malformed { path: path.to_owned(), reason };
+    // By content, which differs from format to format: the extension does not matter.
     let begin = text.trim_start();
     if begin.starts_with('{') {
         return dv_processing(&text).map_err(malformed);
@@ -93,6 +94,7 @@ type Values<'a> = dyn Fn(&str) -> Option<Vec<f64>> + 'a;
 /// A camera in the keys of OpenCV's calibration, and of ROS's.
 fn opencv(values: &Values<'_>) -> Result<CameraOfFile, String> {
     let first = |names: &[&str]| names.iter().find_map(|name| values(name));
+    // OpenCV's programs write the first two names, ROS's messages the last.
     let matrix = first(&["camera_matrix", "cameraMatrix", "K"])
         .ok_or("no `camera_matrix`: OpenCV's camera matrix is expected")?;
     let [fx, _, cx, _, fy, cy, _, _, _] = matrix[..] else {

@@ -52,6 +52,7 @@ impl PolarityEvidence {
         }
         let pixel = usize::from(event.y) * self.width + usize::from(event.x);
         let on = i64::from(event.polarity.is_on());
+        // Time and polarity share a word: an event costs one store and one load.
         self.last[pixel] = (event.t.0 << 1) | on;
         self.events += 1;
         if event.x > 0 {

@@ -147,6 +147,7 @@ impl PixelActivity {
         let (x, y) = (pixel % width, pixel / width);
         let columns = x.saturating_sub(REACH)..(x + REACH + 1).min(width);
         let rows = y.saturating_sub(REACH)..(y + REACH + 1).min(height);
+        // A median, so that a second hot pixel nearby does not hide the first.
         let mut around: Vec<u32> = rows
             .flat_map(|row| columns.clone().map(move |column| row * width + column))
             .filter(|&neighbour| neighbour != pixel)

@@ -161,6 +161,7 @@ impl Cleaner for Background {
         let Some(&first) = events.t().first() else { return };
         let SensorSize { width, height } = self.sensor;
         let stride = usize::from(width) + 2;
+        // Zero is allowed: events of the same microsecond confirm each other.
         // At most so long that what never fired is out of it.
         let tau_us = self.options.tau.0.clamp(0, Self::LONGEST.0 - 1) as i32;
         let BackgroundOptions { neighbours, own_pixel, border_confirms, .. } = self.options;
@@ -171,10 +172,12 @@ impl Cleaner for Background {
         events.retain(|Event { t, x, y, polarity }| {
             let mut now_us = t.0.saturating_sub(origin);
             if now_us > FURTHEST_US {
+                // Times are 32 bits from the origin, which moves before they overflow.
                 move_origin(last_us, now_us);
                 (origin, now_us) = (t.0, 0);
             }
             let now_us = now_us.max(0) as i32;
+            // With one map for each polarity, only events of the same confirm.
             let map = apart * usize::from(polarity.is_on());
             let pixel = map + (usize::from(y) + 1) * stride + usize::from(x) + 1;
             let [a, b, c] = three(last_us, pixel - stride - 1);
@@ -184,6 +187,7 @@ impl Cleaner for Background {
             let confirms = |at_us: i32| u8::from(now_us - at_us <= tau_us);
             let count = [a, b, c, d, e, f, g, h, own].map(confirms).into_iter().sum::<u8>();
             let is_inside = (x > 0) & (y > 0) & (x + 1 < width) & (y + 1 < height);
+            // Stored where nothing reads, so that the loop has no branch.
             let place = if border_confirms | is_inside { pixel } else { nowhere };
             last_us[place] = now_us;
             count >= neighbours

@@ -107,6 +107,7 @@ impl Checkup {
                 self.same_time += u64::from(t == previous.0);
                 self.repeats += u64::from((t, x, y, polarity) == previous);
                 self.backwards += u64::from(t < previous.0);
+                // 1 divides everything, so that there is nothing left to find.
                 if self.step_us != 1 {
                     self.step_us = common_divisor(self.step_us, t.0.abs_diff(previous.0.0));
                 }
@@ -148,6 +149,7 @@ impl Checkup {
     fn remarks(&self, findings: &Findings) -> Vec<String> {
         let sensor = self.sensor;
         let mut remarks = Vec::new();
+        // Without events there are no extents.
         if let (Some((_, right)), Some((_, bottom))) = (findings.columns, findings.rows) {
             let reach = format!("columns reach {right} and rows {bottom}");
             match findings.fit {
@@ -163,6 +165,7 @@ impl Checkup {
         if findings.backwards > 0 {
             remarks.push(format!("{} events are earlier than the one before", findings.backwards));
         }
+        // A few events have odd shares, gaps and steps by chance.
         if findings.events < MIN_EVENTS {
             return remarks;
         }

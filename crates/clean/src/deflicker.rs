@@ -210,6 +210,7 @@ impl Cleaner for Deflicker {
         let mut at = 0;
         while at < events.len() {
             let number = since(start, events.t()[at]) / length_us;
+            // The window before is complete: its events are decided together.
             if number != self.number {
                 self.release(start);
                 self.number = number;
@@ -219,6 +220,7 @@ impl Cleaner for Deflicker {
             append(&mut self.buffered, events, at..end);
             at = end;
         }
+        // Events leave later than they come.
         std::mem::swap(events, &mut self.out);
         self.out.clear();
     }

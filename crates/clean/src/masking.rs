@@ -67,9 +67,11 @@ fn dhp19(preset: &str, sensor: SensorSize) -> Result<Mask, CleanError> {
         "dhp19-camera2" => (2, (780, 810), (115, 145)),
         _ => (3, (1252, 1259), (136, 144)),
     };
+    // Less the images to the left: columns within the camera's own image.
     let left = DAVIS346.width * camera;
     let (first, last) = (columns.0 + 1 - left, columns.1 - 1 - left);
     let (top, bottom) = (rows.0 + 1, rows.1 - 1);
+    // Raw addresses count both axes from the opposite ends.
     let (x, y) = if is_raw {
         (DAVIS346.width - last, DAVIS346.height - bottom)
     } else {

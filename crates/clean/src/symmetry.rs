@@ -134,15 +134,18 @@ pub fn find(recording: &EventStream, reference: &EventStream) -> Option<Orientat
     let norm = (seen.power() * wanted.power()).sqrt();
     let (seen_rate, wanted_rate) = (seen.rate(), wanted.rate());
     let rate_correlation = correlation(&seen_rate, &wanted_rate);
+    // Without a pattern there is nothing to compare.
     if norm <= 0.0 {
         return None;
     }
     let mut scored: Vec<(Symmetry, f64, Vec<f64>)> = Vec::new();
     for symmetry in Symmetry::all() {
+        // Sides exchanged, the sensor would have another shape.
         if symmetry.size(size) != target {
             continue;
         }
         let sign = if symmetry.swaps_polarity { -1.0 } else { 1.0 };
+        // Summed by slice and tile: the parts give the error of the advantage.
         let mut parts = seen.products(&wanted, symmetry, 0);
         parts.iter_mut().for_each(|part| *part *= sign / norm);
         scored.push((symmetry, parts.iter().sum(), parts));
@@ -152,6 +155,7 @@ pub fn find(recording: &EventStream, reference: &EventStream) -> Option<Orientat
     let (best, score, parts) = &scored[*good.first()?];
     let as_good = good[1..].iter().map(|i| scored[*i].0).collect();
     let identity = scored.iter().find(|(symmetry, ..)| *symmetry == Symmetry::default());
+    // A late recording is not mixed up: the best of several lags counts for it as it is.
     let as_it_is = identity.map(|_| {
         let at = |lag| seen.products(&wanted, Symmetry::default(), lag).iter().sum::<f64>() / norm;
         LAGS.map(at).fold(f64::NEG_INFINITY, f64::max)
@@ -162,6 +166,7 @@ pub fn find(recording: &EventStream, reference: &EventStream) -> Option<Orientat
     };
     let advantage_z = standard_errors(&differences);
     let against = as_it_is.unwrap_or(0.0);
+    // The net rate shows a swapped polarity; a correlation over n slices has the error 1/sqrt(n).
     let contradicts = if best.swaps_polarity { rate_correlation } else { -rate_correlation }
         > 3.0 / (slices as f64).sqrt();
     let is_clear = *best != Symmetry::default()
@@ -212,6 +217,7 @@ impl Images {
                 values[slice as usize * pixels + pixel] += sign;
             }
         }
+        // Smoothed, so that a shift of one pixel lowers a score little.
         values.chunks_exact_mut(pixels).for_each(|image| smooth(image, width));
         Self { size, values }
     }

@@ -196,6 +196,7 @@ fn place(
     is_settled: bool,
 ) -> Place {
     let nowhere = |fate| Place { x: 0, y: 0, fate };
+    // An inverse that has not settled is no place, unless a fixed number of steps is wanted.
     if !position.is_finite() || (!is_settled && options.inverse == Inverse::Converged) {
         return nowhere(Fate::Unsettled);
     }
@@ -227,6 +228,7 @@ impl Cleaner for Undistort {
         let mut kept = 0;
         for i in 0..t.len() {
             let place = self.places[usize::from(y[i]) * width + usize::from(x[i])];
+            // Written in any case and overwritten unless it stays: the loop has no branch.
             self.events[place.fate as usize] += 1;
             (t[kept], x[kept]) = (t[i], place.x);
             (y[kept], polarity[kept]) = (place.y, polarity[i]);

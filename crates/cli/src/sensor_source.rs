@@ -24,6 +24,7 @@ impl NamedSensor {
 
 /// Loads the preset `name`, or else the file of that path; paths inside are relative to the file.
 pub fn sensor(name: &str) -> Result<NamedSensor> {
+    // Presets first: a file of the same name in the working folder does not replace one.
     if let Some(preset) = PRESETS.iter().find(|preset| preset.name == name) {
         let config = SensorConfig::preset(name)?;
         return Ok(NamedSensor { name: name.to_owned(), origin: preset.origin(), config });
@@ -31,6 +32,7 @@ pub fn sensor(name: &str) -> Result<NamedSensor> {
     let path = Path::new(name);
     if !path.exists() {
         let presets: Vec<&str> = PRESETS.iter().map(|preset| preset.name).collect();
+        // The likely mistake is a name from the list of effects.
         let effect = effect(name).map(|found| found.name);
         if let Some(effect) = effect {
             bail!(

@@ -60,6 +60,7 @@ impl EventStream {
     pub fn push(&mut self, event: Event) -> Result<(), CoreError> {
         let Event { t, x, y, polarity } = event;
         let index = self.t.len();
+        // All checks come before the first column grows, so that a refused event leaves no trace.
         if !self.sensor.contains(x, y) {
             return Err(CoreError::OutsideSensor { index, x, y, sensor: self.sensor });
         }

@@ -79,8 +79,7 @@ struct Entry {
 /// If it cannot be read, is no JSON of this form (the message says where), or a joint is not of
 /// three values, the last of which is 0, 1 or 2.
 pub fn read_annotations(path: &Path) -> Result<Vec<Annotation>, DatasetError> {
-    let failed = |source| DatasetError::Io { path: path.to_owned(), action: "read it", source };
-    let bytes = std::fs::read(path).map_err(failed)?;
+    let bytes = std::fs::read(path).map_err(DatasetError::io(path, "read it"))?;
     let entries: Vec<Entry> = serde_json::from_slice(&bytes).map_err(DatasetError::json(path))?;
     entries.into_iter().enumerate().map(|(index, entry)| from_entry(path, index, entry)).collect()
 }
@@ -94,16 +93,13 @@ pub fn write_annotations(path: &Path, annotations: &[Annotation]) -> Result<(), 
     let entries: Vec<Entry> = annotations.iter().map(to_entry).collect();
     let bytes = serde_json::to_vec(&entries)
         .map_err(|error| DatasetError::malformed(path, "annotations", error.to_string()))?;
-    atomic_write(path, &bytes).map_err(|error| DatasetError::Io {
-        path: path.to_owned(),
-        action: "write it",
-        source: std::io::Error::other(error),
-    })
+    atomic_write(path, &bytes).map_err(DatasetError::io(path, "write it"))
 }
 
 fn from_entry(path: &Path, index: usize, entry: Entry) -> Result<Annotation, DatasetError> {
     let place = |field: &str| format!("entry {index} ({}), `{field}`", entry.img_name);
     let (joints, rest) = entry.keypoints.as_chunks::<3>();
+    // Values that are left over belong to a joint that was cut off.
     if !rest.is_empty() {
         let reason = format!("{} values: three a joint are expected", entry.keypoints.len());
         return Err(DatasetError::malformed(path, place("keypoints"), reason));
@@ -111,6 +107,7 @@ fn from_entry(path: &Path, index: usize, entry: Entry) -> Result<Annotation, Dat
     let keypoints = joints
         .iter()
         .map(|&[x, y, z]| {
+            // Numbered as COCO does.
             let visibility = match z {
                 0.0 => Visibility::Unlabelled,
                 1.0 => Visibility::Hidden,

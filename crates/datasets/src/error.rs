@@ -84,6 +84,15 @@ impl DatasetError {
         }
     }
 
+    /// Adds path and action to an error of the file system.
+    pub(crate) fn io(
+        path: impl Into<PathBuf>,
+        action: &'static str,
+    ) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.into();
+        move |source| Self::Io { path, action, source }
+    }
+
     /// The error for a fault in the file at `path`.
     pub(crate) fn malformed(
         path: impl Into<PathBuf>,

@@ -24,6 +24,5 @@ pub(crate) fn open_cdf(path: &Path) -> Result<CdfFile, DatasetError> {
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, DatasetError> {
-    let failed = |source| DatasetError::Io { path: path.to_owned(), action: "read it", source };
-    std::fs::read(path).map_err(failed)
+    std::fs::read(path).map_err(DatasetError::io(path, "read it"))
 }

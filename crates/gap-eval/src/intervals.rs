@@ -23,6 +23,7 @@ fn histogram(events: &EventStream) -> [f64; BINS + 1] {
         if let Some(before) = last[pixel].replace(event.t.0) {
             let interval_us = event.t.0 - before;
             let bin = match interval_us {
+                // Zero has no logarithm.
                 0 => 0,
                 us => 1 + ((us as f64).log10() * PER_DECADE) as usize,
             };

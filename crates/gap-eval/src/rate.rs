@@ -21,6 +21,7 @@ pub(crate) fn lag_ms(a: &EventStream, b: &EventStream) -> f64 {
         let from = |rates: &'_ [f64], step: i64| rates.len().min(step.max(0) as usize);
         a[from(&a, -lag)..].iter().zip(&b[from(&b, lag)..]).map(|(a, b)| a * b).sum()
     };
+    // From 0 outwards: of equal overlaps, the smaller lag wins.
     let mut best = (overlap(0), 0i64);
     for steps in 1..=MAX_STEPS {
         for lag in [-steps, steps] {

@@ -297,6 +297,7 @@ impl Trial {
         }
         config.effects.retain(|known| known.name != effect.name);
         self.catalogue.insert(&mut config, effect);
+        // Some effects are faster than the frames of a scene.
         if let Some(substeps) = self.spec.search().substeps {
             config.divide_steps(substeps.screened);
         }

@@ -113,6 +113,7 @@ impl Slopes {
                 right[a] -= prior * steps[a];
             }
             let Some(change) = solve(matrix, right) else { break };
+            // Slopes hold near the model only.
             for (step, change) in steps.iter_mut().zip(change) {
                 *step = (*step + change).clamp(-max_steps, max_steps);
             }

@@ -73,6 +73,7 @@ impl Fourier {
         let roots = Roots::get();
         let mut half = self.length() / 2;
         while half > 1 {
+            // Tables of the shorter stages come first: together they have `half - 1` roots.
             let (wr, wi) = (&roots.re[half - 1..2 * half - 1], &roots.im[half - 1..2 * half - 1]);
             let blocks = self.re.chunks_exact_mut(2 * half).zip(self.im.chunks_exact_mut(2 * half));
             for (re, im) in blocks {

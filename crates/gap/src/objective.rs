@@ -90,6 +90,7 @@ impl<'a> Objective<'a> {
             min_variances: Vec::new(),
             cache: Mutex::default(),
         };
+        // A model without noise has no variance: a reference with a little noise gives the least.
         let dithered =
             objective.expect(&dithered(reference, objective.catalogue()), DITHERED_RUNS)?;
         objective.min_variances = dithered.variance.iter().map(|v| DITHER_SHARE * v).collect();

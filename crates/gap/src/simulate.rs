@@ -22,6 +22,7 @@ impl LightSequence {
         seed: u64,
         max_events: usize,
     ) -> Result<Option<EventStream>, GapError> {
+        // Light behind the optics is kept: they are slow, and most models share them.
         let behind = self.behind_optics(config)?;
         let (planes, model) = match &behind {
             Some(divided) => (divided.light.as_slice(), &divided.rest),

@@ -172,6 +172,7 @@ impl<'a> View<'a> {
         for (event, (pixel, log, slope, cell)) in events.iter().zip(features) {
             let (t_us, is_on) = (event.t.0, event.polarity.is_on());
             let before = last[pixel].replace((t_us, is_on, log));
+            // Before its first event, a pixel remembers the beginning.
             let change = log - before.map_or_else(|| classes.log_at(pixel, 0.0), |(.., log)| log);
             let lag_us = reference_scene.expected.lag_us(&mut cursors, pixel, is_on, t_us);
             of_events.push(EventFeatures {
@@ -181,6 +182,7 @@ impl<'a> View<'a> {
                 cell,
                 interval_us: before.map_or(NONE, |(t, ..)| clipped(t_us - t)),
                 was_on: before.is_some_and(|(_, on, _)| on),
+                // In the direction of the event, where an ideal sensor has its threshold.
                 log_step: if is_on { change } else { -change },
                 slope,
                 lag_us: lag_us.map_or(NONE, clipped),

@@ -14,6 +14,7 @@ pub fn background_spikes(
     duration_s: f64,
 ) -> Vec<Spike> {
     let mut spikes = Vec::new();
+    // Both polarities have streams of their own: one's rate does not move the other's events.
     let polarities = [
         (background.on_hz, Purpose::BackgroundOn, true),
         (background.off_hz, Purpose::BackgroundOff, false),
@@ -25,6 +26,7 @@ pub fn background_spikes(
     if let Some(rate_hz) = background.hot.and_then(|hot| hot_rate_hz(&hot, seeds.camera, pixel)) {
         let on_share = Stream::new(seeds.camera, Purpose::HotMap, u64::from(pixel)).uniform(2);
         let stream = Stream::new(seeds.run, Purpose::HotEvents, u64::from(pixel));
+        // Another stream: in the first, draw `index` is the interval before the event.
         let polarity = Stream::new(seeds.run ^ 1, Purpose::HotEvents, u64::from(pixel));
         poisson(stream, rate_hz, duration_s, |t_s, index| {
             spikes.push(Spike { t_s, pixel, on: polarity.uniform(index) < on_share });

@@ -24,6 +24,7 @@ pub fn record(circuit: &Circuit, scene: &Scene, seeds: Seeds) -> Recording {
             spikes
         })
         .collect();
+    // The readout serves in the order of time, whichever thread was first.
     sort_spikes(&mut spikes);
     let read = read_out(&circuit.readout, seeds, spikes);
     let events = stamp(&circuit.clock, circuit.noise_address, seeds, &read, DURATION_S);

@@ -229,6 +229,7 @@ impl Case {
             circuit.clock.period_us = 1.0;
             self.record_with(&circuit, Which::Train)
         };
+        // Recorded once for all hidden things.
         let with = (!self.alone.is_empty()).then(|| fine(&self.circuit));
         let of = |(alone, without): (&Circuit, &Circuit)| {
             let has_grid = alone.clock.period_us > 1.0;

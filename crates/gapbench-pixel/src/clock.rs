@@ -22,6 +22,7 @@ pub fn stamp(
         .zip(0..)
         .filter_map(|(spike, index)| {
             let mut t_us =
+                // The counter counts from its own zero.
                 spike.t_s * 1e6 + latency_us(clock, seeds.camera, spike) + clock.offset_us;
             if clock.jitter_us > 0.0 {
                 t_us += clock.jitter_us * jitter.normal(spike, index);
@@ -31,6 +32,7 @@ pub fn stamp(
             } else {
                 t_us.round()
             };
+            // What comes before the recording reads zero, as a counter that is reset does.
             let t_us = counted_us.max(0.0) as u64;
             (t_us < end_us).then_some(Event {
                 t_us,
@@ -40,6 +42,7 @@ pub fn stamp(
             })
         })
         .collect();
+    // Jitter and latency have changed the order.
     events.sort_unstable();
     events
 }

@@ -176,6 +176,7 @@ fn normal_quantile(p: f64) -> f64 {
         let r = q * q;
         horner(&A, r) * q / (horner(&B, r) * r + 1.0)
     } else {
+        // The tails differ in their sign alone.
         let q = (-2.0 * p.min(1.0 - p).ln()).sqrt();
         let tail = horner(&C, q) / (horner(&D, q) * q + 1.0);
         if p < 0.5 { tail } else { -tail }

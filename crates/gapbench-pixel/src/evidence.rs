@@ -66,10 +66,12 @@ pub fn compare(without: &Recording, with: &Recording, stage: CameraStage) -> Evi
     let (mut added, mut removed, mut moved, mut added_in_quiet) = (0, 0, 0, 0);
     let mut shifts_us = Vec::new();
     for (old, new) in before.iter().zip(&after) {
+        // Where next to nothing happened before, an added event shows.
         let quiet = old[0].len() + old[1].len() <= 1;
         let all = spacing_times(old);
         for (old, new) in old.iter().zip(new) {
             let pairs = align(old, new);
+            // What has no partner is gone, or new.
             removed += old.len() - pairs.len();
             added += new.len() - pairs.len();
             if quiet {
@@ -77,6 +79,8 @@ pub fn compare(without: &Recording, with: &Recording, stage: CameraStage) -> Evi
             }
             for (old_us, new_us) in pairs {
                 let shift_us = (new_us - old_us).abs();
+                // Readout and clock delay events of all pixels: their limit is fixed. Elsewhere a
+                // shift also has to be large for the spacing of the pixel's events.
                 let min_shift_us = if in_clock {
                     CLOCK_SHIFT_US
                 } else {
@@ -132,6 +136,7 @@ fn spacing_us(times_us: &[f64], at_us: f64) -> f64 {
 fn align(old: &[f64], new: &[f64]) -> Vec<(f64, f64)> {
     let columns = new.len() + 1;
     let mut costs = vec![0.0; (old.len() + 1) * columns];
+    // An edit distance: an event alone costs a half, so that a pair may cost up to 1.
     for i in 0..=old.len() {
         for j in 0..=new.len() {
             if i == 0 || j == 0 {
@@ -143,6 +148,7 @@ fn align(old: &[f64], new: &[f64]) -> Vec<(f64, f64)> {
             costs[i * columns + j] = pair.min(alone);
         }
     }
+    // Back along the cheapest way.
     let (mut i, mut j) = (old.len(), new.len());
     let mut pairs = Vec::new();
     while i > 0 && j > 0 {

@@ -15,6 +15,7 @@ const MIN_VALUE_BYTES: usize = 350 << 10;
 impl Planner<'_> {
     /// Fuses consecutive steps if the values between them are large and have no other user.
     pub(crate) fn fuse_chains(&mut self) {
+        // Taken out one by one, since a chain owns its steps.
         let mut from: Vec<Option<PlannedStep>> =
             std::mem::take(&mut self.steps).into_iter().map(Some).collect();
         let mut first = 0;
@@ -55,6 +56,7 @@ impl Planner<'_> {
 
     /// One step that runs several.
     fn fused_step(&self, mut steps: Vec<PlannedStep>) -> PlannedStep {
+        // A chain of one would cost bands and save nothing.
         if steps.len() == 1 {
             return steps.remove(0);
         }

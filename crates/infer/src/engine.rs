@@ -109,6 +109,7 @@ impl Engine {
         ranges: Option<&CalibrationRanges>,
     ) -> Result<Self, InferError> {
         let EngineOptions { threads, level, precision, is_layer_by_layer } = options;
+        // A level that the processor lacks would end in an illegal instruction.
         if !Level::available().contains(&level) {
             return Err(InferError::Level { level: level.to_string() });
         }

@@ -152,6 +152,7 @@ impl<'a> Planner<'a> {
     fn nchw_conv(&self, first: NodeId) -> Option<Step> {
         let mut users =
             self.graph.nodes.iter().enumerate().filter(|(_, n)| n.inputs.contains(&first));
+        // Another user would need the input in nChw16c as well.
         let (Some((id, node)), None) = (users.next(), users.next()) else { return None };
         let activation = self.fused.iter().find_map(|fused| match fused {
             FusedOp::Conv { conv, residual: None, activation } if *conv == id => Some(*activation),
@@ -210,6 +211,7 @@ impl<'a> Planner<'a> {
     /// Whether a user of a node reads low precision.
     fn is_used_in_low_precision(&self, id: NodeId) -> bool {
         let takes = |(user, fused): (usize, &FusedOp)| match fused {
+            // The step that absorbed it has its inputs.
             FusedOp::Absorbed => false,
             FusedOp::Unfused => {
                 let node = &self.graph.nodes[user];

@@ -41,6 +41,7 @@ fn output_shape(node: &Node, inputs: &[Shape], image: Shape) -> Result<Shape, In
         }
         Operation::MaxPool { window, stride, padding } => {
             let side = |k: usize, pixels: usize| {
+                // A window larger than the padded image fits nowhere: 0, which is an error.
                 let room = (pixels + 2 * padding[k]).checked_sub(window[k]);
                 room.map_or(0, |room| room / stride[k] + 1)
             };

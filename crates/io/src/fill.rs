@@ -20,6 +20,7 @@ pub(crate) fn fill_to_fault(
         match bytes.read(&mut out[filled..]) {
             Ok(0) => break,
             Ok(got) => filled += got,
+            // A signal came in between: no byte is lost.
             Err(error) if error.kind() == ErrorKind::Interrupted => {}
             Err(error) => return (filled, Some(error)),
         }

@@ -123,6 +123,7 @@ impl Meter {
     /// A snapshot of all counters.
     pub fn report(&self) -> Report {
         let seconds = self.began.elapsed().as_secs_f64();
+        // Counts stay valid if a thread has panicked.
         let latency = |histogram: &Mutex<Histogram<u64>>| {
             LatencySummary::from_histogram(
                 &histogram.lock().unwrap_or_else(PoisonError::into_inner),

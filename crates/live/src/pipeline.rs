@@ -108,6 +108,7 @@ where
     let mode = Mode { is_lossless, infers_all: is_lossless && source.pace().is_none() };
     let feeder = Feeder::start(source, queue.clone(), control.meter.clone());
     let PoseStream { frontend, mut worker, .. } = stream;
+    // Scoped, so that the follower may borrow the sinks of the caller.
     let ended = std::thread::scope(|scope| {
         let (inference, thread) = InferenceHandle::new(queue.clone());
         scope.spawn(move || thread.run(&mut worker));
@@ -117,8 +118,10 @@ where
     });
     // A feeder that is blocked on an abandoned source must not block the caller.
     queue.abandon();
+    // A source that has not ended is woken first, or abandoned if nothing wakes it.
     let fed = feeder.end(control.is_stopped() || sinks.have_all_failed() || ended.is_err());
     let report = control.meter.report();
+    // If the stream failed, its source was abandoned and has no error.
     ended?;
     fed?;
     Ok(report)
@@ -185,6 +188,7 @@ impl<'a, F: StreamFrontend> Follower<'a, F> {
 
     fn run(&mut self, queue: &PacketQueue) -> Result<(), LiveError> {
         loop {
+            // Never longer than the interval: stopping must be noticed without events.
             let next = self.clock.until(self.next_propagated);
             match queue.pop(next.map_or(POLL_INTERVAL, |next| next.min(POLL_INTERVAL))) {
                 PopOutcome::Packet(packet) => {
@@ -193,6 +197,7 @@ impl<'a, F: StreamFrontend> Follower<'a, F> {
                     if let Some(observer) = &self.control.observer {
                         observer(&packet.events);
                     }
+                    // The feeder fills the buffer again, instead of allocating one for each packet.
                     queue.recycle(packet.events);
                 }
                 PopOutcome::Empty => self.wait()?,
@@ -218,11 +223,13 @@ impl<'a, F: StreamFrontend> Follower<'a, F> {
         while let Some((step, tick)) = self.step.zip(self.next_propagated)
             && self.clock.until(Some(tick)) == Some(Duration::ZERO)
         {
+            // Detections that arrive later arrive after what has been propagated.
             self.now = self.now.max(tick);
             self.propagate(tick);
             self.next_propagated = Some(tick + step);
         }
         let silence = self.clock.silence();
+        // Counted once a silence, not once a timeout.
         if silence >= self.options.stall && !self.has_stalled {
             self.has_stalled = true;
             self.control.meter.stalls.add(1);
@@ -241,6 +248,7 @@ impl<'a, F: StreamFrontend> Follower<'a, F> {
         let (Some(&first), Some(&last)) = (events.t().first(), events.t().last()) else {
             return Ok(());
         };
+        // Another recording: nothing of the one before may show in its poses.
         if packet.is_restart {
             self.frontend.reset();
             self.recording += 1;
@@ -250,6 +258,7 @@ impl<'a, F: StreamFrontend> Follower<'a, F> {
         self.clock.update(last, packet.host_time);
         let stall = i64::try_from(self.options.stall.as_micros()).unwrap_or(i64::MAX);
         let mut pushed = first;
+        // Propagated in between: a packet may be longer than a step.
         while let Some((step, tick)) =
             self.step.zip(self.next_propagated).filter(|(_, t)| *t <= last)
         {
@@ -269,6 +278,7 @@ impl<'a, F: StreamFrontend> Follower<'a, F> {
             self.propagate(tick);
             self.next_propagated = Some(tick + step);
         }
+        // The end of a window is not in it.
         let end = last + Micros(1);
         if pushed <= first {
             self.frontend.push(events)?;
@@ -288,6 +298,7 @@ impl<'a, F: StreamFrontend> Follower<'a, F> {
         if self.next_image.is_some_and(|next| t < next) {
             return Ok(());
         }
+        // Front ends that batch inputs take one at each stride, also while the network is busy.
         self.frontend.stride(t);
         let stride = self.options.stride;
         if self.inference.is_busy() {
@@ -308,6 +319,7 @@ impl<'a, F: StreamFrontend> Follower<'a, F> {
             }
             None => self.control.meter.repeated.add(1),
         }
+        // Without a pace nothing is late: each stride waits for its pose.
         if self.mode.infers_all
             && let Some(inferred) = self.inference.wait_for_last()?
         {

@@ -78,10 +78,12 @@ impl PacketQueue {
                 Some(next) => next.is_restart |= oldest.is_restart,
                 None => packet.is_restart |= oldest.is_restart,
             }
+            // Buffers of dropped packets serve new ones.
             store_spare(&mut state.spare, oldest.events);
         }
         state.events += new;
         state.packets.push_back(packet);
+        // Unlocked first, or those who wake would wait again.
         drop(state);
         self.changed.notify_all();
         dropped
@@ -123,6 +125,7 @@ impl PacketQueue {
                 self.changed.notify_all();
                 return PopOutcome::Packet(packet);
             }
+            // Notified: something else has happened that the caller waits for.
             if std::mem::take(&mut state.is_notified) {
                 return PopOutcome::Empty;
             }

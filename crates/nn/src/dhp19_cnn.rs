@@ -97,6 +97,7 @@ impl Dhp19CnnConfig {
         }
         // Names of layers are those of the published Keras model, whose weights are found by them.
         let [fine, middle, coarse] = CHANNELS.map(|channels| scaled(channels, self.width));
+        // Padding as wide as the dilation: the side stays.
         let conv = |channels: [usize; 2], dilation: usize| {
             Conv2dConfig::new(channels, [3, 3])
                 .with_padding(PaddingConfig2d::Explicit(dilation, dilation, dilation, dilation))

@@ -187,6 +187,7 @@ impl TracedNode {
         let shape = layer.weight.dims();
         let mut weight = values(layer.weight.val());
         let bias = layer.bias.as_ref();
+        // A convolution without a bias gets one of zeros, for the normalisation to fold into.
         let mut bias = bias.map_or_else(|| vec![0.0; shape[0]], |bias| values(bias.val()));
         if let Some(norm) = norm {
             fold(norm, &mut weight, &mut bias);
@@ -201,6 +202,7 @@ impl TracedNode {
             }
         };
         let name = self.layer(&layer.weight);
+        // Convolution and normalisation are one layer: the name is that of both.
         let name = name.strip_suffix(".conv").unwrap_or(&name).to_owned();
         let conv = ConvLayer {
             shape,

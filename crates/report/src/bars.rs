@@ -124,6 +124,7 @@ pub fn svg(bars: &[Bar], along: &Along<'_>) -> Result<String, DrawingError> {
     let width = along.labels + along.length + along.notes;
     let height = bottom + if along.name.is_empty() { 4.0 } else { FOOT };
     document((width.ceil() as u32, height.ceil() as u32), |area| {
+        // The axis takes room only where it has a name.
         if !along.name.is_empty() {
             draw_axis(area, along, bottom)?;
         }
@@ -173,7 +174,9 @@ fn draw_bar(area: &Area<'_>, along: &Along<'_>, bar: &Bar, y: f64) -> Result<(),
     let middle = y + (BAR - 2.0) / 2.0;
     text(&bar.label, HPos::Right, INK).draw(area, (along.labels - 8.0, middle))?;
     let (from, to) = (along.place(along.range.0), along.place(bar.value));
+    // A value of zero still shows a line.
     fill(area, (from, y), (to.max(from + 1.0), y + BAR - 2.0), bar.colour)?;
+    // The note stands behind the interval, which may reach further than the bar.
     let mut end = to;
     if let Some((low, high)) = bar.interval {
         let (a, b) = (along.place(low), along.place(high));

@@ -122,17 +122,21 @@ impl Canvas {
     /// A stroke of round ends: every pixel is covered by as much as lies within `radius` of it.
     fn line(&mut self, from_px: Vec2, to_px: Vec2, radius: f32, colour: Rgb<u8>) {
         let (a, b) = (from_px * self.scale as f32, to_px * self.scale as f32);
+        // A projection may be infinite.
         if !(a.is_finite() && b.is_finite()) {
             return;
         }
         let size = Vec2::new(self.image.width() as f32, self.image.height() as f32);
+        // Only pixels that the stroke can reach.
         let low = (a.min(b) - radius - 1.0).clamp(Vec2::ZERO, size);
         let high = (a.max(b) + radius + 1.0).clamp(Vec2::ZERO, size);
         let along = b - a;
         for y in low.y as u32..high.y as u32 {
             for x in low.x as u32..high.x as u32 {
                 let p = Vec2::new(x as f32 + 0.5, y as f32 + 0.5) - a;
+                // Nearest place on the segment, which has no length if it is a dot.
                 let s = (p.dot(along) / along.length_squared().max(1e-6)).clamp(0.0, 1.0);
+                // Coverage falls from 1 to 0 over one pixel, so that edges are smooth.
                 let cover = (radius + 0.5 - (p - along * s).length()).clamp(0.0, 1.0);
                 let pixel = self.image.get_pixel_mut(x, y);
                 for c in 0..3 {

@@ -134,6 +134,7 @@ impl ChartAxis {
         if let Some(range) = self.range {
             return range;
         }
+        // A logarithmic axis has no zero.
         let zero = (self.has_zero && !self.is_log).then_some(0.0);
         let usable = values.chain(zero).filter(|v| v.is_finite() && (!self.is_log || *v > 0.0));
         let (low, high) =
@@ -253,6 +254,7 @@ where
 {
     let mut builder = ChartBuilder::on(area);
     builder.margin(8).margin_top(4).margin_right(14).y_label_area_size(LABELS_PX);
+    // Room for the ticks alone, or for a name as well.
     builder.x_label_area_size(if chart.x.name.is_empty() { 18 } else { 36 });
     let mut canvas = builder.build_cartesian_2d(x, y).map_err(DrawingError::new)?;
     canvas
@@ -272,6 +274,7 @@ where
     for series in &chart.series {
         let colour = rgb(series.colour);
         let points = series.points.iter().copied().filter(|p| {
+            // A logarithmic axis has no place for zero.
             let fits = |v: f64, axis: &ChartAxis| v.is_finite() && (!axis.is_log || v > 0.0);
             fits(p.0, &chart.x) && fits(p.1, &chart.y)
         });
@@ -311,8 +314,10 @@ fn label(value: f64) -> String {
     if size < 1e-12 {
         "0".to_owned()
     } else if (1e-3..1e5).contains(&size) {
+        // Three significant digits, as far as four decimals hold them.
         let decimals = (2 - size.log10().floor() as i32).clamp(0, 4) as usize;
         let text = format!("{value:.decimals$}");
+        // Zeros at the end of a whole number are no decimals.
         if text.contains('.') {
             text.trim_end_matches('0').trim_end_matches('.').to_owned()
         } else {

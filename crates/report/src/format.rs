@@ -13,6 +13,7 @@ pub fn short(value: f64) -> String {
         "0".to_owned()
     } else if (1e-3..1e6).contains(&size) {
         let decimals = (2 - size.log10().floor() as i32).clamp(0, 5) as usize;
+        // Zeros at the end of a whole number are no decimals.
         let text = format!("{value:.decimals$}");
         let text = if text.contains('.') { text.trim_end_matches('0') } else { &text };
         text.trim_end_matches('.').to_owned()

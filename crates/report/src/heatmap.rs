@@ -122,6 +122,7 @@ impl Heatmap {
                 );
             }
         }
+        // At the end, so that they lie above everything else.
         match svg.rfind("</svg>") {
             Some(end) => format!("{}{tooltips}{}", &svg[..end], &svg[end..]),
             None => svg,

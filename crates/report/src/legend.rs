@@ -43,8 +43,10 @@ pub(crate) struct ChartHead<'a> {
 impl<'a> ChartHead<'a> {
     /// Lays the legend out in rows over this width.
     pub(crate) fn new(title: &'a str, entries: &[Entry<'a>], width_px: f64) -> Self {
+        // No gap follows the last entry.
         let room = width_px - 2.0 * MARGIN_PX + ENTRY_GAP_PX;
         let mut rows: Vec<Vec<Entry<'a>>> = Vec::new();
+        // Any value serves: the first entry begins a row, which sets it.
         let mut used = f64::INFINITY;
         for entry in entries {
             used += entry.width_px();

@@ -16,8 +16,10 @@ pub(crate) fn log_ticks(low: f64, high: f64) -> Vec<f64> {
         let decades = (first..=last).flat_map(|power| factors.iter().map(move |f| (f, power)));
         decades.map(|(factor, power)| factor * 10_f64.powi(power)).filter(is_on_axis).collect()
     };
+    // The finest ones that are not too many.
     for factors in [&[1.0, 2.0, 5.0][..], &[1.0, 3.0], &[1.0]] {
         let ticks = times(factors);
+        // A part of a decade has few of them.
         if ticks.len() < MIN_TICKS && factors.len() == 3 {
             return even_ticks(low, high);
         }

@@ -26,6 +26,7 @@ pub struct WaterfallStep {
 /// # Errors
 /// If the SVG backend fails.
 pub fn svg(steps: &[WaterfallStep], along: &Along<'_>) -> Result<String, DrawingError> {
+    // The backend measures no text: its width follows from that of a letter.
     let longest = steps.iter().map(|step| step.label.chars().count()).max().unwrap_or(0);
     let along = &Along { labels: along.labels.max(LETTER * longest as f64 + 10.0), ..*along };
     let bottom = TOP + steps.len() as f64 * (BAR + ROOM) + 4.0;
@@ -37,6 +38,7 @@ pub fn svg(steps: &[WaterfallStep], along: &Along<'_>) -> Result<String, Drawing
             let middle = y + 0.5 * (BAR - 2.0);
             text(&step.label, HPos::Right, INK).draw(area, (along.labels - 8.0, middle))?;
             let (from, to) = (along.place(step.from), along.place(step.to));
+            // At least a pixel wide: a step of nothing is a line.
             let (left, right) = (from.min(to), from.max(to).max(from.min(to) + 1.0));
             fill(area, (left, y), (right, y + BAR - 2.0), step.colour)?;
             if i + 1 < steps.len() {

@@ -100,6 +100,7 @@ impl Representation for FixedCount {
         self.clock.observe(last);
         // Events that later ones of the same call push out are not counted at all.
         let shown = events.len().saturating_sub(self.max_events);
+        // The oldest go: those that exceed `max_events` together with the new ones.
         let gone = (self.last.len() + events.len() - shown).saturating_sub(self.max_events);
         for index in self.last.drain(..gone) {
             self.counts[index as usize] -= 1;

@@ -40,6 +40,7 @@ impl LastTimes {
         let start = *self.origin.get_or_insert(first);
         let is_near = first.0 >= start.0 && last.0.saturating_sub(start.0) <= FURTHEST_US;
         let indices = self.window.indices(events, 0);
+        // Near the origin 32 bits hold all differences, so that none is checked.
         if is_near {
             // In order, so that all others are as near.
             let last_us = self.last_us.as_mut_slice();

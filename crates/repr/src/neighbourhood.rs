@@ -95,6 +95,7 @@ impl Neighbourhood {
             5 => square.apply::<5, NARROW>(cells, x, y, fired, rule),
             7 => square.apply::<7, NARROW>(cells, x, y, fired, rule),
             8 => square.apply::<8, NARROW>(cells, x, y, fired, rule),
+            // Other narrow sizes share a loop whose length is known only at run time.
             ..NARROW => square.apply::<ANY, NARROW>(cells, x, y, fired, rule),
             _ => square.apply::<ANY, BROAD>(cells, x, y, fired, rule),
         }

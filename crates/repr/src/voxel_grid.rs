@@ -181,6 +181,7 @@ fn spread(
     bins: usize,
     out: &mut [f32],
 ) {
+    // The first event lies on the first bin, the last on the last.
     let per_us = (bins - 1) as f64 / span_us as f64;
     let place = |t: Micros| (t.0 - first.0) as f64 * per_us;
     let mut rest = events;

@@ -51,6 +51,7 @@ impl Gaussian {
                     });
                 }
                 let last = image.len() / width - 1;
+                // Along columns whole rows are summed, so that memory is read in order.
                 for (y, target) in image.chunks_exact_mut(width).enumerate() {
                     self.sum(target, |offset| {
                         let y = y.saturating_add_signed(offset).min(last);

@@ -140,6 +140,7 @@ impl Delivery {
         let times = self.pending.iter().map(|event| event.t.0);
         let (low, high) = times.fold((i64::MAX, i64::MIN), |(l, h), t| (l.min(t), h.max(t)));
         let span = (high - low) as usize + 1;
+        // A table much longer than the events costs more than comparing them.
         if span > SPAN_PER_EVENT * self.pending.len() {
             self.pending.sort_by_key(|event| event.t);
             return;
@@ -149,6 +150,7 @@ impl Delivery {
         for event in &self.pending {
             self.starts[(event.t.0 - low) as usize + 1] += 1;
         }
+        // Running sums turn counts into the place at which each microsecond begins.
         let mut sum = 0;
         for start in &mut self.starts {
             sum += *start;

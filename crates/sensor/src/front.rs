@@ -53,6 +53,7 @@ impl Front {
         let pixels = size.pixels();
         let memory = chain.front.iter().map(|link| StageMemory {
             planes: vec![vec![0.0; pixels]; link.stage.state_planes()],
+            // By name: a stage that is added leaves the noise of the others unchanged.
             noise_key: seed_for(seed, link.name, 0),
         });
         Self {
@@ -101,6 +102,7 @@ impl Front {
 
     /// Bands of pixels that follow each other from the first pixel to the last.
     pub(crate) fn bands(&mut self, ranges: &[Range<usize>]) -> Vec<FrontBand<'_>> {
+        // Buffers are kept from step to step, so that nothing is allocated again.
         if self.room.len() < ranges.len() {
             self.room.resize_with(ranges.len(), Room::default);
         }

@@ -150,6 +150,7 @@ impl FrontBand<'_> {
         let mut tasks = std::mem::take(&mut self.room.tasks);
         let own = &luminance[self.pixels.clone()];
         self.changes.find(own, self.before, self.voltage, self.block_pixels, &mut tasks);
+        // Pieces to scan have the voltage of the step before, and pixels that may have more events.
         for (pixels, task) in &tasks {
             if *task == Task::Recompute {
                 self.load_luminance(&luminance[pixels.clone()], pixels);
@@ -157,6 +158,7 @@ impl FrontBand<'_> {
                     self.step_stage(index, link, tick, pixels);
                 }
             }
+            // Only pixels that wake in this piece are marked.
             let first = array.awake_count();
             self.scan_block(chain, tick, pixels, array);
             self.changes.wake(array.awake_from(first));
@@ -266,6 +268,7 @@ impl FrontBand<'_> {
         match &link.stage {
             FrontStage::Photoreceptor(_) => {}
             FrontStage::Pixel(stage) => {
+                // Started with the first light: filters begin at rest.
                 if is_first {
                     stage.init(block, noise);
                 }

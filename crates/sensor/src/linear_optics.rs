@@ -30,6 +30,7 @@ impl LinearOptics {
         let mut rest = config.clone();
         for effect in &config.effects {
             let Some(spec) = catalogue.find(&effect.name) else { continue };
+            // Effects may come in any order: those that are not of the optics stay in the rest.
             if spec.domain != Domain::Optics {
                 continue;
             }
@@ -40,6 +41,7 @@ impl LinearOptics {
                 }
                 // Light within a divided step is not linear in that at its ends.
                 Stage::Steps(_) => return Ok(None),
+                // What comes behind a stage that is not linear cannot be taken out either.
                 _ => break,
             }
         }
@@ -51,12 +53,14 @@ impl LinearOptics {
         let mut images = luminance.to_vec();
         let Some(first) = images.first() else { return images };
         let size = SensorSize { width: first.width() as u16, height: first.height() as u16 };
+        // One infinity or NaN would spread over the whole image: a veil is a mean of all pixels.
         for image in &mut images {
             image.data_mut().iter_mut().for_each(|light| *light = light.clamp(0.0, f32::MAX));
             for light in image.data_mut().iter_mut().filter(|light| light.is_nan()) {
                 *light = 0.0;
             }
         }
+        // Linear optics draw nothing: no seed has an effect.
         let noise = StageNoise::new(0, "", 0);
         let tick = Tick { start_s: 0.0, end_s: 0.0, index: 0 };
         for stage in &self.stages {

@@ -49,6 +49,7 @@ impl PixelMap {
         let unreadable = |e: io::Error| MapFault::Unreadable(e.to_string());
         let file = BufReader::new(File::open(path).map_err(unreadable)?);
         let npy = NpyFile::new(file).map_err(unreadable)?;
+        // A side of no pixels is refused as well as one that is too long.
         let side = |n: u64| u16::try_from(n).ok().filter(|&n| n > 0);
         let size = match npy.shape() {
             &[height, width] => side(width).zip(side(height)),
@@ -61,6 +62,7 @@ impl PixelMap {
         if npy.order() != Order::C {
             return Err(MapFault::Type(format!("{} in columns", npy.dtype().descr())));
         }
+        // NumPy writes double precision unless asked otherwise: both are read.
         let values: io::Result<Vec<f32>> = match npy.try_data::<f32>() {
             Ok(values) => values.collect(),
             Err(npy) => match npy.try_data::<f64>() {

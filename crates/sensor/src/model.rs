@@ -155,6 +155,7 @@ impl Built {
 impl From<Vec<Built>> for Chain {
     /// Sorts stages, which come in the order of the signal, by what they act on.
     fn from(mut built: Vec<Built>) -> Self {
+        // Neutral stages are removed first: the plan would be slower for nothing.
         built.retain(|b| !b.stage.is_neutral());
         let traits = |b: &Built| b.stage.traits(b.spec.domain);
         let plan = ExecutionPlan::choose(&built.iter().map(traits).collect::<Vec<_>>());

@@ -62,20 +62,24 @@ impl ExecutionPlan {
             stages.iter().filter(|stage| stage.acts_on == signal).all(|stage| stage.is_static)
         };
         let recovery = stages.iter().fold(Recovery::default(), |all, s| all.and(s.recovery));
+        // The detector alone says what it compares: other stages have the default, the least.
         let compares = stages.iter().map(|stage| stage.compares).max().unwrap_or_default();
         let (spreads, renews) = (any(|stage| stage.spreads), any(|stage| stage.renews));
         let steps_while_refractory = any(|stage| stage.steps_while_refractory);
         let sees_voltages = any(|stage| stage.acts_on == ActsOn::VoltagePlane);
+        // Rounding as published needs the photoreceptor's voltages, which no stage has changed.
         let is_single = any(|stage| stage.rounds_as_published)
             && !sees_voltages
             && !any(|stage| stage.acts_on == ActsOn::Voltage);
         let is_immediate = is_static_on(ActsOn::Requests);
         let has_refractory_states = recovery.is_refractory() || !is_immediate;
+        // Voltages of neighbours and the largest count are known only behind all pixels.
         let division = match () {
             () if sees_voltages || spreads => Division::Whole,
             () if any(|stage| stage.acts_on == ActsOn::LightPlane) => Division::Blocks,
             () => Division::Bands,
         };
+        // All events of a step in one go: nothing may change a pixel between two of them.
         let has_bursts = is_static_on(ActsOn::Pixels) && !is_single && !has_refractory_states;
         let path = match compares {
             Compares::Frames if spreads => PixelPath::SpreadFrames,
@@ -91,6 +95,7 @@ impl ExecutionPlan {
             path,
             // A plane carries the change of one pixel to others, which would be left out.
             skips_unchanged: division == Division::Bands && stages.iter().all(|s| s.is_static),
+            // Only where levels are compared do pixels wait; else the readout delays events.
             is_queued: !is_immediate && compares == Compares::Levels,
             has_refractory_states,
             is_single,

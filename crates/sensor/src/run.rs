@@ -53,6 +53,7 @@ impl SensorRun {
     pub(crate) fn new(chain: Arc<Chain>, size: SensorSize, seed: u64, layout: Layout) -> Self {
         let clocks = chain.clock.iter().map(|link| vec![0.0; link.stage.state_len()]);
         Self {
+            // By name, as in the front: the noise of the detector does not depend on other stages.
             detector_key: seed_for(seed, chain.detector.name, 0),
             divider: Divider::new(&chain),
             front: Front::new(&chain, size, seed, layout.block_pixels),
@@ -216,6 +217,7 @@ impl SensorRun {
         }
         let end_s = t.as_seconds();
         match self.last {
+            // The first exposure has no length: memories start at it.
             None => Ok(Tick { start_s: end_s, end_s, index: 0 }),
             Some((_, previous)) if t <= previous => Err(SensorError::NotLater { t, previous }),
             Some((index, previous)) => {
@@ -242,6 +244,7 @@ impl SensorRun {
         let skips_unchanged = self.front.skips_unchanged(chain);
         let threads = self.thread_pool.threads();
         let in_bands = threads > 1 && chain.plan.division == Division::Bands;
+        // More bands than threads, since those with many events take longer.
         let bands = if in_bands { BANDS_PER_THREAD * threads } else { 1 };
         let ranges = band_ranges(self.size.pixels(), bands);
         let fronts = self.front.bands(&ranges);
@@ -257,6 +260,7 @@ impl SensorRun {
                 front.step(chain, tick, light, &mut Observers { array, taps: &mut [], resolution });
             }
         };
+        // A single band writes straight into the buffer of the step.
         if ranges.len() == 1 {
             for (mut front, mut array) in fronts.into_iter().zip(arrays) {
                 step(&mut front, &mut array, &mut self.requests);
@@ -266,6 +270,7 @@ impl SensorRun {
             let bands = fronts.into_iter().zip(arrays).zip(&mut self.band_requests);
             let bands: Vec<_> = bands.map(Mutex::new).collect();
             self.thread_pool.run(&|part| {
+                // In turns: neighbouring bands have about as many events.
                 for band in bands.iter().skip(part.index).step_by(part.count) {
                     // No other thread has this band.
                     let ((front, array), requests) =
@@ -275,6 +280,7 @@ impl SensorRun {
                 }
             });
             drop(bands);
+            // In the order of bands, whichever thread ran them.
             for requests in &self.band_requests {
                 self.requests.extend_from_slice(requests);
             }
@@ -307,6 +313,7 @@ impl SensorRun {
         } else {
             array.resolve(step, &mut self.requests);
         }
+        // Behind all pixels: the residual is what their events left.
         for tap in self.taps.iter_mut().filter(|tap| tap.stage() == chain.detector.name) {
             tap.push(tick.end_s, array.residual(step, tap.pixel()));
         }

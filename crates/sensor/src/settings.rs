@@ -112,8 +112,10 @@ fn resolve_word(
     given: Option<&Value>,
 ) -> Result<&'static str, SensorError> {
     let value = match given {
+        // The first of the allowed words is the default.
         None => return Ok(choice.allowed[0]),
         Some(Value::Word(word)) => {
+            // The spec's own word, which outlives the caller's.
             if let Some(known) = choice.allowed.iter().find(|known| *known == word) {
                 return Ok(known);
             }

@@ -54,10 +54,12 @@ impl StageSpec {
             (_, true) => [("weak", Some(0.25)), ("middle", Some(0.5)), ("strong", Some(0.75))],
             (_, false) => [("weak", Some(0.0)), ("typical", Some(0.5)), ("strong", Some(1.0))],
         };
+        // A falling parameter is strongest at its low end.
         if !is_rising && !is_signed {
             steps = steps.map(|(label, share)| (label, share.map(|share| 1.0 - share)));
         }
         let level = |(label, share)| {
+            // Alone: typical values of its other parameters would hide this one's effect.
             let mut effect = match self.signature.strength {
                 Strength::RisingAlone(_) => EffectConfig::new(self.name),
                 _ => self.typical(),

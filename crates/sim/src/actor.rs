@@ -208,6 +208,7 @@ fn texture_coordinates(path: &Path, vertices: usize) -> Result<Vec<Vec2>, SimErr
     let fault = |reason: String| SimError::TextureCoordinates { path: path.to_owned(), reason };
     let text = std::fs::read_to_string(path).map_err(|error| fault(error.to_string()))?;
     let mut uvs = Vec::with_capacity(vertices);
+    // Lines are counted before empty ones are skipped, as editors count them.
     for (line, row) in text.lines().enumerate().filter(|(_, row)| !row.trim().is_empty()) {
         let mut columns = row.split_whitespace().map(str::parse::<f32>);
         match (columns.next(), columns.next(), columns.next()) {

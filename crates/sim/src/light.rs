@@ -50,14 +50,17 @@ impl Simulation {
         let config = SimulationConfig { camera_pose, ..shared.config.clone() };
         let mut around = Surroundings::new(shared, &config, side, seed, 0)?;
         let (actor, body) = (&shared.actor, shared.actor.body());
+        // A shape has all coefficients; with others the drawn one stays.
         if betas.len() == body.shape_coefficients() {
             around.shaped = body.shaped(betas);
         }
+        // One angle of the wrist for all poses: the forearm does not move against the hand.
         let mut arm = CounterRng::new(seed, "arm", 0);
         let mut angle = || arm.uniform(-WRIST_RANGE, WRIST_RANGE);
         let wrist = Vec3::new(angle(), angle(), angle());
         let mut posed = PosedBody::default();
         let render = |hand: &HandParams| {
+            // The model is of one side: a hand of the other is posed as its mirror image.
             let own = if actor.is_mirrored(side) { actor.mirrored(hand) } else { *hand };
             body.pose_hand_at(&around.shaped, &own, wrist, &mut posed);
             around.renderer.render(&mesh(actor, &posed, side)).clone()

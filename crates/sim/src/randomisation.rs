@@ -131,6 +131,7 @@ impl Randomisation {
     pub fn draw<C: Randomised>(&self, base: &C, seed: u64, index: u64) -> Result<C, SimError> {
         let mut config = base.clone();
         for variation in &self.variations {
+            // One list serves all tasks: fields of another are not in this configuration.
             if variation.task.is_some_and(|task| task != C::TASK) {
                 continue;
             }

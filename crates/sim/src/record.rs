@@ -89,6 +89,7 @@ fn record_as(
     };
     for _ in 0..frames {
         let step = simulator.advance()?;
+        // Episodes count from zero: a new one is not in the list yet.
         if info.episodes.len() as u64 == step.episode.index {
             info.episodes.push(EpisodeInfo {
                 first_frame: step.frame,
@@ -99,6 +100,7 @@ fn record_as(
         labels.hand(&step.label)?;
         events.step(step.events)?;
         unreported += 1;
+        // In batches, since all threads report to one receiver.
         if unreported == REPORT_EVERY {
             progress(unreported);
             unreported = 0;

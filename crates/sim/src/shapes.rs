@@ -51,6 +51,7 @@ impl Shape {
                 let (a, b) = (at(band, step), at(band + 1, step));
                 let (c, d) = (at(band + 1, step + 1), at(band, step + 1));
                 for face in [[a, b, c], [a, c, d]] {
+                    // At the poles one of the two has no area.
                     if face[0] != face[1] && face[1] != face[2] && face[2] != face[0] {
                         shape.faces.push(face);
                     }

@@ -143,11 +143,13 @@ impl Simulator {
     pub fn advance(&mut self) -> Result<HandStep<'_>, SimError> {
         let (frame, config) = (self.next, &self.config);
         let lagging = config.parity.lagging_episode_clock;
+        // The first frame has its episode since the sequence began.
         if frame > 0 && starts_episode(frame, config.episode_frames(), lagging) {
             let next = self.surroundings.episode.index + 1;
             self.surroundings =
                 Surroundings::new(&self.shared, config, self.side, self.seed, next)?;
             let offset = self.surroundings.episode.threshold_offset;
+            // Pixels keep their reference levels from episode to episode, as those of a camera do.
             self.sensor.retune(&sensor_model(config, offset)?)?;
         }
         let (actor, mirror) = (&self.shared.actor, &self.mirror);
@@ -219,6 +221,7 @@ impl Surroundings {
         let betas = body.shape_coefficients();
         let episode = Episode::draw(config, betas, backgrounds.len(), sequence_seed, index);
         let background = backgrounds.image(episode.background);
+        // At the distance of the view's centre: one texture level serves all poses.
         let LookAt { eye_m, centre_m, .. } = config.placement();
         let px_per_m = camera.pinhole().focal_px / eye_m.distance(centre_m);
         let skin = skins.paint(&config.skin, &episode.skin, sequence_seed, index)?;

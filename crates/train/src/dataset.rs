@@ -95,10 +95,12 @@ impl HandDataset {
         let view = canonical_view(config);
         let mut note = None;
         let mut calibration = |sensor: SensorSize| -> Result<Option<Calibration>, TrainError> {
+            // Recordings of the view's own sensor need no camera.
             if camera.is_none() && sensor == view.sensor {
                 return Ok(None);
             }
             let calibration = calibration_of(directory, sensor, camera)?;
+            // One note stands for all recordings.
             note = note.take().or_else(|| calibration.note.clone());
             Ok(Some(calibration))
         };
@@ -117,8 +119,10 @@ impl HandDataset {
         config: &HandConfig,
         sensor: SensorSize,
     ) -> Result<Self, TrainError> {
+        // Samples are counted through all parts.
         let mut starts = vec![0];
         for part in &parts {
+            // A part may be empty, but never of negative length.
             starts.push(starts[starts.len() - 1] + part.end.saturating_sub(part.start));
         }
         let samples = starts[starts.len() - 1];
@@ -332,6 +336,7 @@ fn calibration_of(
 ) -> Result<Calibration, TrainError> {
     let config = directory.join("config.toml");
     match camera {
+        // A simulation says exactly what its camera was.
         None if config.exists() => {
             let made_with = HandConfig::read(&config)?;
             let fov_deg = f64::from(made_with.simulation.camera.vertical_fov_deg);

@@ -121,6 +121,7 @@ fn infer(
     for method in methods.iter_mut() {
         streams.push(sequence.stream(config, &mut *method.predictor, schedule)?);
     }
+    // Streams advance together, so that `progress` counts each frame once.
     let mut tracks = vec![[HandPoseTrack::default(), HandPoseTrack::default()]; streams.len()];
     loop {
         let mut done = None;
@@ -139,6 +140,7 @@ fn infer(
         let Some(done) = done else { break };
         progress(done as u64);
     }
+    // They borrow the predictors of `methods`.
     drop(streams);
     let of = |(method, [measured, filtered]): (&Method<'_>, [HandPoseTrack; 2])| {
         [Some(measured), method.filtered.map(|_| filtered)]
@@ -202,6 +204,7 @@ fn score(
         };
         // A new shape of the hand is no motion.
         let is_one_episode = sequence.episode_of(*first) == sequence.episode_of(*third);
+        // `push_acceleration` takes one step for both differences.
         if is_one_episode && second - first == third - second {
             let step_s = 1e-3 * (second - first) as f64;
             scores.push_acceleration([a, b, c], [d, e, f], step_s);

@@ -57,6 +57,7 @@ pub(crate) fn estimate_filters(
     tracks: &[MeasuredTrack],
 ) -> Result<Option<FilterEstimate>, TrainError> {
     let Some(residuals) = Parts::mean_square_residuals(tracks) else { return Ok(None) };
+    // Slow and fast are relative to the median of these frames.
     let speeds: Vec<Vec<f64>> = tracks.iter().map(|track| speeds(track, &residuals)).collect();
     let Some(median) = sorted_quantile(speeds.concat(), 0.5) else { return Ok(None) };
     let truth: Vec<Vec<HandPoints>> = tracks
@@ -83,6 +84,7 @@ pub(crate) fn estimate_filters(
         }
         Ok::<_, TrainError>(all)
     };
+    // What filters must improve on.
     let unfiltered = errors(&|track| Ok(track.clone()))?;
     let mut best = [Best::default(); 3];
     for k in 0..CUTOFFS {
@@ -96,6 +98,7 @@ pub(crate) fn estimate_filters(
     }
     let [all, slow, fast] = best.map(|best| with_noise(residuals.noise(best.cutoff_hz)));
     let adaptive = AdaptiveFilterConfig {
+        // Below this the slow filter is used, above it the fast one.
         innovation_limit: innovation_limit(tracks, &speeds, median, &slow)?,
         unwrap_rotation: true,
         detector: slow.kalman,
@@ -134,6 +137,7 @@ fn innovation_limit(
         let measured = &track.measured;
         for ((&frame, pose), speed) in measured.frames.iter().zip(&measured.poses).zip(speeds) {
             filter.update(at(frame), pose);
+            // The slower half shows what noise alone does; larger innovations mean motion.
             if *speed <= median {
                 innovations.push(filter.largest_innovation());
             }
@@ -176,8 +180,10 @@ impl Parts {
             .zip(&truth.articulation)
             .map(|(pose, truth)| f64::from(pose - truth).powi(2))
             .sum();
+        // A rotation has many vectors: the one nearest to the truth.
         let rotation = nearest_axis_angle(pose.rotation, truth.rotation) - truth.rotation;
         let translation = pose.translation_m - truth.translation_m;
+        // Per component: there are 6, 3 and 3 of them.
         Self([
             articulation / 6.0,
             f64::from(translation.length_squared()) / 3.0,

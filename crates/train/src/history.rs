@@ -69,6 +69,7 @@ fn parse<'a>(path: &Path, text: &'a str) -> Result<Vec<(&'a str, HistoryLine)>, 
     for (number, line) in text.lines().enumerate() {
         match serde_json::from_str(line) {
             Ok(parsed) => lines.push((line, parsed)),
+            // A crash may cut the last line off: it counts as not written.
             Err(_) if !text.ends_with('\n') && number + 1 == text.lines().count() => {}
             Err(error) => {
                 return Err(TrainError::Config {
@@ -192,6 +193,7 @@ impl MetricLogger for History {
         if values.is_empty() {
             return;
         }
+        // Batches are counted from 1 in each interval, training and validation apart.
         let batch = 1 + shared
             .lines
             .iter()
@@ -199,6 +201,7 @@ impl MetricLogger for History {
             .find(|line| line.part == part && line.interval == interval)
             .map_or(0, |line| line.batch);
         let line = HistoryLine { interval, batch, part, samples, values };
+        // Training goes on: the first failure is reported at its end.
         if let Err(error) = shared.file.write_all(to_json(&line).as_bytes()) {
             shared.failure.get_or_insert(error);
         }

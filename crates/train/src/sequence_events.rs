@@ -92,6 +92,7 @@ impl RecordedEvents {
         frames: u64,
         mut adaptor: Option<ViewAdaptor>,
     ) -> Result<SequenceEvents, IoError> {
+        // As it is in the file: windows are read when they are needed.
         if adaptor.is_none()
             && let Self::Evc(file) = self
         {
@@ -104,6 +105,7 @@ impl RecordedEvents {
         };
         let mut mapped = EventStream::empty(size);
         let mut is_empty = true;
+        // In chunks, since packed events take a fraction of the memory.
         for first in (0..frames).step_by(CHUNK_FRAMES as usize) {
             let mut events = self.chunk(first..(first + CHUNK_FRAMES).min(frames))?;
             is_empty &= events.is_empty();
@@ -116,6 +118,7 @@ impl RecordedEvents {
             }
             mapped = EventStream::empty(size);
         }
+        // No event in the labelled time: the recording's clock may have another unit or origin.
         if is_empty {
             self.check_clock(frames)?;
         }

@@ -94,6 +94,7 @@ impl WaitMeter {
     /// Adds what a loader saw in an interval, and writes the file anew.
     pub(crate) fn add(&self, interval: usize, wait: DataWait) {
         let mut shared = self.lock();
+        // Several loaders report on one interval.
         shared.intervals.entry(interval).or_default().add(wait);
         let now = shared.intervals.iter().map(|(&interval, wait)| Line {
             interval,
@@ -108,6 +109,7 @@ impl WaitMeter {
             .chain(now)
             .map(|line| serde_json::json!(line).to_string() + "\n")
             .collect();
+        // Training goes on; the first failure is reported at its end.
         if let Err(error) = atomic_write(&shared.path, text.as_bytes()) {
             shared.failure.get_or_insert(error);
         }

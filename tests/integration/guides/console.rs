@@ -47,6 +47,7 @@ pub(crate) fn pages() -> Vec<(String, String)> {
         let pages = files.map(|name| format!("{folder}/{}", name.to_string_lossy()));
         names.extend(pages.filter(|name| name.ends_with(".md")));
     }
+    // In a fixed order, whatever the file system's.
     names.sort();
     let read = |name: String| {
         let text = fs::read_to_string(root.join(&name)).expect("a page that can be read");

@@ -50,6 +50,7 @@ impl Inputs {
         let sandbox = Sandbox::new();
         fs::write(sandbox.path("small.toml"), SMALL).unwrap();
         fs::write(sandbox.path("scene.toml"), SCENE).unwrap();
+        // Only what these pages need: inputs take time to make.
         let of_pages = INPUTS.iter().filter(|(page, _)| pages.iter().any(|p| p.ends_with(page)));
         let wanted: Vec<&str> =
             of_pages.flat_map(|(_, inputs)| inputs.iter().map(|i| i.1)).collect();
@@ -87,12 +88,14 @@ fn moving(sandbox: &Sandbox) {
     let mut text = String::new();
     for t_ms in (0..3200).step_by(2) {
         let (t_us, x) = (1000 * t_ms, 12 + t_ms / 10);
+        // A pixel that never rests beside edges that move.
         let _ = writeln!(text, "{t_us} 5 5 1");
         for y in (60..200).step_by(4) {
             let _ = writeln!(text, "{t_us} {x} {y} 1\n{t_us} {} {y} 0", x - 12);
         }
     }
     fs::write(sandbox.path("moving.txt"), text).unwrap();
+    // Pages read the recording in several formats.
     for out in ["moving.raw", "moving.aedat4", "moving.npz", "moving.h5"] {
         sandbox.ok(&["convert", "moving.txt", out, "--sensor", "346x260"]);
     }

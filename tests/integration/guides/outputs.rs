@@ -72,6 +72,7 @@ fn matched<'a>(page: &[&str], said: &[&'a str]) -> Result<Vec<&'a str>, String> 
         let is_here =
             |lines: &[&str]| lines.iter().zip(group).all(|(said, page)| is_same_line(page, said));
         let at = said[from..].windows(group.len()).position(is_here).ok_or_else(|| {
+            // The first line that is nowhere: others may only have moved.
             let missing =
                 group.iter().find(|page| !said[from..].iter().any(|said| is_same_line(page, said)));
             format!("the program does not say `{}`", missing.unwrap_or(&group[0]).trim())
@@ -132,6 +133,7 @@ pub(crate) fn renewed(page: &[String], said: &str) -> Result<Vec<String>, String
             });
             Ok(renewed.collect())
         }
+        // Without an ellipsis the whole output is the page's.
         Err(_) if !page.iter().any(|line| ELLIPSES.contains(&line.trim())) => {
             Ok(said.into_iter().map(str::to_owned).collect())
         }

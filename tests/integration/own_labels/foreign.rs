@@ -29,6 +29,7 @@ pub(crate) fn export(directory: &Path, out: &Path) -> Result<usize> {
     for entry in std::fs::read_dir(directory)? {
         names.extend(entry?.file_name().into_string().ok());
     }
+    // In order of names, so that failures are the same on every machine.
     names.sort();
     let mut count = 0;
     for name in &names {

@@ -8,6 +8,7 @@ pub(super) fn circles<T>(nodes: usize, edges: &BTreeMap<(usize, usize), T>) -> V
     for &(from, to) in edges.keys() {
         next[from].push(to);
     }
+    // Graphs of a crate are small enough for all pairs.
     let reached: Vec<Vec<bool>> = (0..nodes).map(|start| reachable(start, &next)).collect();
     let mut is_done = vec![false; nodes];
     let mut circles = Vec::new();

@@ -92,6 +92,7 @@ impl Reader {
         let (mut path, mut colons) = (Path::new(), 0);
         for token in tokens {
             let is_colon = matches!(&token, TokenTree::Punct(mark) if mark.as_char() == ':');
+            // Only two colons join names to a path.
             let goes_on = is_colon || (colons == 2 && matches!(token, TokenTree::Ident(_)));
             if !goes_on {
                 self.name(std::mem::take(&mut path));
@@ -139,6 +140,7 @@ impl Visit<'_> for Reader {
             Item::Macro(item) => item.ident.as_ref(),
             _ => None,
         };
+        // What is defined inside a function is no item of the module.
         if let Some(name) = defined.filter(|_| self.depth == 0) {
             self.module().items.insert(name.to_string());
         }

@@ -18,6 +18,7 @@ pub(super) fn tables(page: &str, text: &str) -> Vec<String> {
     }
     let (mut is_inside, mut is_stated, mut figures) = (false, false, 0);
     let mut found = Vec::new();
+    // One more empty line ends a table at the end of the page.
     for (number, line) in (1..).zip(text.lines().chain([""])) {
         if line.starts_with(BEGIN.trim_start()) || line == END.trim_end() {
             is_inside = line != END.trim_end();

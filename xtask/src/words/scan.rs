@@ -47,6 +47,7 @@ impl Scanner {
         for (index, line) in text.lines().enumerate() {
             let split = split::spaced(line);
             let doc = doc_text(line);
+            // Only the first line of a paragraph is its opening.
             let opening = doc.filter(|_| !was_doc).map(str::to_lowercase);
             was_doc = doc.is_some_and(|doc| !doc.trim().is_empty());
             if is_alias(line) {

@@ -24,9 +24,11 @@ pub(super) fn of_path(path: &Path) -> Result<String> {
     list(path, &mut files)?;
     let mut lines = Vec::with_capacity(files.len());
     for file in files {
+        // The same digest on Windows.
         let name = file.strip_prefix(path)?.to_string_lossy().replace('\\', "/");
         lines.push((name, of_path(&file)?));
     }
+    // After the names are made, since separators sort differently from system to system.
     lines.sort();
     let lines: String = lines.iter().map(|(name, digest)| format!("{digest}  {name}\n")).collect();
     Ok(of_bytes(lines.as_bytes()))

@@ -100,6 +100,7 @@ fn foreign_path(args: &BenchAccuracyArgs, version: &str, digest: &str) -> Result
 fn evaluated(checkpoint: &Path, set: &Prepared, scratch: &Path) -> Result<Option<NetworkRecord>> {
     let path = checkpoint_path(checkpoint)?;
     let name = checkpoint.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    // Always the CPU: GPUs differ in the last bits from device to device.
     let device =
         evpose_cli::args::DeviceArgs { device: evpose_nn::DeviceKind::Flex, threads: None };
     let model = evpose_cli::tasks::open(&path, &device)?;

@@ -72,6 +72,7 @@ impl SetName {
                 )
             }
         };
+        // A missing set is an error: a record without it would look complete.
         ensure!(directory.is_dir(), "{}: no such directory", directory.display());
         Ok(Prepared {
             digest: digest::of_path(directory)?,
@@ -88,6 +89,7 @@ fn home(scratch: &Path) -> Result<Prepared> {
     for (task, command) in HOME {
         let directory = scratch.join(task);
         let out = directory.to_string_lossy();
+        // The first word is the command, which is printed with the rest but not parsed.
         let words = command.split(' ').skip(1).chain(["--out", &out]);
         evpose_cli::tasks::task_by_name(task)?.simulate(&parsed::<SimulateArgs>(words)?)?;
         let text =
@@ -100,6 +102,7 @@ fn home(scratch: &Path) -> Result<Prepared> {
         });
         data.push((task, "--data", directory));
     }
+    // Of the manifests, which hold the digests of all files.
     Ok(Prepared { digest: digest::of_bytes(manifests.as_bytes()), simulated, data, labels: None })
 }
 

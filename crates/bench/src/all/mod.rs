@@ -100,10 +100,12 @@ impl Effort {
 }
 
 pub(crate) fn run(args: &BenchAllArgs) -> Result<()> {
+    // Read first, so that a wrong path does not cost the whole run.
     let before = args.before.as_deref().map(StoredRun::read).transpose()?;
     let effort = if args.quick { Effort::QUICK } else { Effort::WHOLE };
     let provenance = Provenance::this();
     let mut counts = vec![1, provenance.machine.threads];
+    // A machine of one thread is measured once.
     counts.dedup();
     let limits: Vec<_> = counts.iter().map(|threads| MachineLimits::measure(*threads)).collect();
 
@@ -136,6 +138,7 @@ pub(crate) fn run(args: &BenchAllArgs) -> Result<()> {
     }
 
     let run = StoredRun { provenance, limits, figures };
+    // Before the page: an error of drawing does not cost the figures.
     write_json(args.json.as_deref(), &run)?;
     let page = page::html(&run, &layers, before.as_ref())?;
     atomic_write(&args.html, page.as_bytes())

@@ -134,6 +134,7 @@ fn beside_peers(figures: &[Figure]) -> Result<Option<String>> {
     if rows.is_empty() {
         return Ok(None);
     }
+    // The axis always shows half and twice, so that small differences look small.
     let most = rows.iter().map(|bar| bar.value).fold(2.0, f64::max);
     let least = rows.iter().map(|bar| bar.value).fold(0.5, f64::min);
     let along = Along {
@@ -151,11 +152,13 @@ fn beside_peers(figures: &[Figure]) -> Result<Option<String>> {
 /// The layers of a network below the roof of the machine.
 fn roofline(measured: &MeasuredLayers, limits: &MachineLimits) -> Result<String> {
     let (low, high) = INTENSITIES;
+    // The ridge may lie outside the axis, and the line must not leave it.
     let corners = [low, limits.ridge().clamp(low, high), high];
     let roof = corners.map(|intensity| (intensity, limits.roof_gflop_per_s(intensity))).to_vec();
     let points: Vec<(f64, f64)> = measured
         .layers
         .iter()
+        // Layers without arithmetic have no place on a logarithmic axis.
         .filter(|layer| layer.gflop_per_s > 0.0)
         .map(|layer| (layer.flop_per_byte, layer.gflop_per_s))
         .collect();

@@ -44,6 +44,7 @@ impl StoredRun {
 /// Figures that became faster or slower, as lines.
 pub(crate) fn changes(run: &StoredRun, before: &StoredRun) -> Vec<String> {
     let mut lines = Vec::new();
+    // Differences between machines are no changes of the program, but still of interest.
     if run.provenance.machine != before.provenance.machine {
         lines.push(format!(
             "warning   the earlier figures are of another machine: {}, {} threads",

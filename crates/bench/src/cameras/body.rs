@@ -48,6 +48,7 @@ impl Scenes for BodyScenes {
         let mut scenes = self.scenes.clone();
         let simulation = &mut scenes.simulation;
         simulation.sensor_size = sensor;
+        // Every sensor sees at least what one of 4 to 3 does: none loses a part of the scene.
         simulation.vertical_fov_deg = simulation
             .vertical_fov_deg
             .map(|degrees| covering_fov_deg(sensor, f64::from(degrees)) as f32);

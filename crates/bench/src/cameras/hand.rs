@@ -43,6 +43,7 @@ impl Scenes for HandScenes {
         let mut scenes = self.scenes.clone();
         let simulation = &mut scenes.simulation;
         simulation.sensor_size = sensor;
+        // Every sensor sees at least what one of 4 to 3 does: none loses a part of the scene.
         let fov_deg = f64::from(simulation.camera.vertical_fov_deg);
         simulation.camera.vertical_fov_deg = covering_fov_deg(sensor, fov_deg) as f32;
         let directory = tempfile::tempdir().context("a directory for the recordings")?;

@@ -89,6 +89,7 @@ pub(super) fn run(args: &BenchCamerasArgs) -> Result<()> {
     }
     let path = checkpoint_path(&args.checkpoint)?;
     let device = Device::flex();
+    // Hands first; what is no checkpoint of either fails with the second error.
     let scenes: Box<dyn Scenes> = match HandCheckpoint::load(&path, &device) {
         Ok(checkpoint) => Box::new(hand::HandScenes::new(checkpoint, args)?),
         Err(_) => Box::new(body::BodyScenes::new(BodyCheckpoint::load(&path, &device)?, args)?),
@@ -98,6 +99,7 @@ pub(super) fn run(args: &BenchCamerasArgs) -> Result<()> {
     let measure = |sensor: SensorSize| -> Result<CameraScore> {
         Ok(CameraScore { sensor, score: scenes.score(sensor)? })
     };
+    // The sensor of its training is what the others are compared with.
     let native = measure(scenes.native())?;
     say(format!("{:<12}{:>14}{:>10}", "sensor", scenes.metric(), "relative"));
     say(format!("{:<12}{:>14.3}{:>10}", native.sensor.to_string(), native.score, "native"));
@@ -108,6 +110,7 @@ pub(super) fn run(args: &BenchCamerasArgs) -> Result<()> {
         say(format!("{:<12}{:>14.3}{relative:>10.3}", camera.sensor.to_string(), camera.score));
         cameras.push(camera);
     }
+    // The worst of all: a network that works before most sensors only is not done.
     let worst = cameras.iter().map(|camera| camera.score).min_by(f64::total_cmp);
     let worst_over_native = worst.context("no sensor")? / native.score;
     say(format!("worst over native: {worst_over_native:.3}"));

@@ -93,6 +93,7 @@ impl Fit {
                  probabilities | estimates inside 90 % intervals |\n|---|---|---|---|---|---|---|\n";
         let (mut unseen, mut strict) = (Vec::new(), Vec::new());
         for folder in &self.folders {
+            // Fitted without the folder whose names are scored: a fit always suits its own data.
             let is_other = |other: &&Folder| other.name != folder.name;
             let others: Vec<&Folder> = self.folders.iter().filter(is_other).collect();
             let Some(calibration) = fit(&others) else { continue };
@@ -102,6 +103,7 @@ impl Fit {
             strict.extend(stated(&calibration, &folder.strict));
             unseen.push((folder.tier, names, held));
         }
+        // A tier pools its folders, each of them scored by the fit without it.
         for tier in ["plain", "home", OUTSIDE] {
             let of = || unseen.iter().filter(|(other, ..)| *other == tier);
             let names: Vec<_> = of().flat_map(|(_, names, _)| names.clone()).collect();
@@ -138,6 +140,7 @@ fn row(title: &str, names: &[(f64, bool)], held: &[bool]) -> String {
         right.lo95,
         right.hi95,
         stated.mean.map_or_else(|| "-".to_owned(), |mean| format!("{mean:.3}")),
+        // Outside: the mean of what was stated is not in the interval of the share that is right.
         if stated.holds() { "inside" } else { "**outside**" },
         calibration_error(&bins(names))
             .map_or_else(|| "-".to_owned(), |error| format!("{error:.3}"))
@@ -181,6 +184,7 @@ fn folders(root: &Path) -> Result<Vec<Folder>> {
     let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
     let fits: Vec<StatedBy> =
         serde_json::from_str(&text).with_context(|| path.display().to_string())?;
+    // The fit of its commit turns a probability back into the evidence that it was stated for.
     let fit_of = |commit: &String| {
         let fit = fits.iter().find(|fit| fit.commits.contains(commit));
         fit.with_context(|| format!("{}: no fit of commit {commit}", path.display()))
@@ -198,6 +202,7 @@ fn folders(root: &Path) -> Result<Vec<Folder>> {
             let mut names = Vec::new();
             for case in &opened {
                 let by = &fit_of(&case.row.commit)?.calibration;
+                // Without a gap afterwards there was no answer, and no probability.
                 let Some(gap_after) = case.row.gap_after else { continue };
                 let evidence = |(p, is_right)| (by.evidence(p, gap_after), is_right);
                 names.extend(case.stated(is_strict).into_iter().map(evidence));
@@ -236,6 +241,7 @@ fn names(opened: &[Opened]) -> Vec<(FindingEvidence, bool)> {
 /// Errors of the estimated values of right names, in steps.
 fn misses(opened: &[Opened], kind: ParameterOwner) -> Vec<EstimateError> {
     let of = |case: &Opened| -> Vec<EstimateError> {
+        // Wrong names have no true value that an estimate could miss.
         let miss = |(finding, key, truth): &(String, String, f64)| {
             let estimate = case.estimate(finding, key)?.value;
             let raw = case.row.errors.get(finding)?.get(key)?.steps();

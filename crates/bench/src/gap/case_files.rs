@@ -47,7 +47,9 @@ fn write_frames(path: &Path, case: &Case, which: Which, size: SensorSize) -> std
     let shape = format!("({FRAMES}, {}, {})", size.height, size.width);
     let header = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': {shape}, }}");
     let mut file = AtomicFile::create(path)?;
+    // Version 1.0, then the size of the header, 118 bytes: 10 and 118 are 128, a multiple of 64.
     file.write_all(b"\x93NUMPY\x01\x00\x76\x00")?;
+    // Filled up with spaces before the line break, as NumPy does.
     file.write_all(format!("{header:<117}\n").as_bytes())?;
     let scene = case.scene(which);
     let mut bytes = Vec::new();

@@ -27,6 +27,7 @@ impl Confusion {
     pub(super) fn from_cases(opened: &[Opened]) -> Self {
         let mut rows = BTreeMap::new();
         let mut columns = BTreeMap::new();
+        // Ranks before names: rows and columns in the order of the page, each once.
         for case in opened {
             rows.insert((row_rank(case), case.title()), ());
             columns.insert((column_rank(&case.answer_label()), case.answer_label()), ());

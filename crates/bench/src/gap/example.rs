@@ -108,6 +108,7 @@ fn row(truth: &Truth) -> Row {
         .map(|name| {
             let of = truth.values.iter().filter(|(finding, ..)| finding == name);
             let quantity = |value: f64| Quantity {
+                // Inside its interval, but not exactly right, as a good estimate is.
                 value: 1.02 * value,
                 lo90: 0.97 * value,
                 hi90: 1.06 * value,
@@ -141,6 +142,7 @@ fn row(truth: &Truth) -> Row {
         tried: Vec::new(),
         events: 50_000,
         make_s: 4.0,
+        // Differs between cases, so that medians and plots have something to show.
         name_s: 12.0 + 0.02 * f64::from(truth.id.as_bytes()[0]),
         threads: 1,
         commit: "example".to_owned(),

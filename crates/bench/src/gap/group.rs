@@ -56,9 +56,11 @@ impl Group {
     fn new(name: &'static str, cases: &[&Opened]) -> Self {
         let names = || cases.iter().flat_map(|case| case.names().into_iter().map(|n| (*case, n)));
         let is_right = |(case, name): (&Opened, &str)| case.truth.holds(name);
+        // Names that only a convention makes right would flatter precision.
         let is_no_convention = |(case, name): &(&Opened, &str)| {
             case.truth.hides(name) || !case.truth.is_convention(name)
         };
+        // What is outside of the catalogue cannot be named, so that it is no miss.
         let recall = cases.iter().filter(|case| !case.is_outside()).flat_map(|case| {
             let names = case.names();
             let is_named = |truth: &String| case.truth.is_named(truth, &names);

@@ -42,6 +42,7 @@ pub(super) fn merge(dirs: &[PathBuf], cases: &[Case], is_partial: bool) -> Resul
             files.push(results);
         }
     }
+    // Sets are few: comparing all with all is the shortest way.
     let twice = own.iter().enumerate().find(|(i, row)| own[..*i].iter().any(|o| o.set == row.set));
     if let Some((_, row)) = twice {
         bail!("set {} of our own model is there twice; leave one directory out", row.set);
@@ -73,6 +74,7 @@ pub(super) fn rows(files: &[PathBuf], cases: &[Case]) -> Result<Vec<Row>> {
             all.push(row);
         }
     }
+    // By case, not by file: the table does not depend on how cases were spread over shards.
     all.sort_by(|a, b| a.id.cmp(&b.id));
     Ok(all)
 }

@@ -65,6 +65,7 @@ pub fn run(args: &BenchArgs) -> Result<()> {
     use_threads(args.threads)?;
     std::fs::create_dir_all(&args.out)
         .with_context(|| format!("creating {}", args.out.display()))?;
+    // Runs of our own model choose their cases themselves: nulls of the plan.
     if let Some(sets) = args.own {
         return own::run(args, sets);
     }
@@ -74,6 +75,7 @@ pub fn run(args: &BenchArgs) -> Result<()> {
         return naming::write_cases(args, &cases);
     }
     naming::run(args, plan, &cases)?;
+    // A shard publishes nothing: scores of a part invite conclusions from it.
     if part::is_whole(&args.shard) {
         let dirs = [args.out.clone()];
         let Merged { rows, own } = merge::merge(&dirs, &cases, false)?;

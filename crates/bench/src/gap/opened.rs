@@ -29,6 +29,7 @@ pub(super) fn open(
     let progress = bar("opening", rows.len() as u64, "labels");
     let opened = rows
         .into_par_iter()
+        // A label takes recordings with and without each effect: in parallel.
         .map(|row| {
             let case = cases.iter().find(|case| case.id == row.id);
             let case = case.with_context(|| format!("case {} is not of this plan", row.id))?;

@@ -61,6 +61,7 @@ pub(super) struct OwnSummary {
 pub(super) fn run(args: &BenchArgs, sets: usize) -> Result<()> {
     let plan = PlanId::new(&args.plan, args.tier).context(BadInput)?;
     let (of, parts) = part::shard(&args.shard).context(BadInput)?;
+    // Without noise all runs have the same events, and p would not be uniform.
     let is_noisy = |case: &Case| case.nominal.noise_on_hz > 0.0 || case.nominal.noise_off_hz > 0.0;
     let nulls: Vec<Case> = plan
         .cases()
@@ -70,6 +71,7 @@ pub(super) fn run(args: &BenchArgs, sets: usize) -> Result<()> {
     ensure!(!nulls.is_empty(), "no null of the plan has background");
     let path = args.out.join(NAME);
     let known = if args.resume && path.is_file() { read(&path)? } else { Vec::new() };
+    // A line that was cut off is dropped, so that the next begins on a line of its own.
     files::write(&args.out, NAME, text(&known).as_bytes())?;
     let done: HashSet<usize> = known.iter().map(|row| row.set).collect();
     let open: Vec<usize> =
@@ -83,6 +85,7 @@ pub(super) fn run(args: &BenchArgs, sets: usize) -> Result<()> {
     for set in open {
         let begin = Instant::now();
         let case = &nulls[set % nulls.len()];
+        // By number of the set: shards give the same recordings as one run.
         let seed = seed_for(plan.seed, "recording of our own", set as u64);
         let found = own_run(scene(case)?, &model, Some(&nominal(case)), REPLICATES as u64, seed)?;
         let row = OwnRow {
@@ -92,10 +95,12 @@ pub(super) fn run(args: &BenchArgs, sets: usize) -> Result<()> {
             events: found.events,
             seconds: begin.elapsed().as_secs_f64(),
         };
+        // Written at once, so that an interrupted run goes on from here.
         file.write_all(line(&row).as_bytes()).context("writing pvalues.csv")?;
         progress.inc(1);
     }
     progress.finish_and_clear();
+    // Read back: rows of earlier runs count, too.
     if let Some(summary) = summary(&read(&path)?) {
         lines(&summary).iter().for_each(say);
     }

@@ -92,6 +92,7 @@ impl Aspect {
             _ => return Ok(events.clone()),
         };
         let middle = Micros(first.0 + (last.0 - first.0) / 2);
+        // A window excludes its end.
         let end = last + Micros(1);
         let seen = |change: &dyn Fn(Event) -> Event| {
             EventStream::from_events(size, events.iter().map(change))
@@ -162,10 +163,12 @@ impl Seen {
         let mut moved = Vec::new();
         for (name, parameters) in &self.effects {
             for (key, (value, unit)) in parameters {
+                // What the catalogue lacks describes the recording, which the change alters.
                 let is_compared = is_compared(name, key);
                 let Some((of_whole, _)) = whole.effects.get(name).and_then(|p| p.get(key)) else {
                     continue;
                 };
+                // Stretching time changes what is measured in seconds or hertz.
                 let expected = of_whole * self.aspect.factor(unit);
                 if is_compared && (value - expected).abs() > TOLERANCE * expected.abs() {
                     moved.push(format!("{name}.{key} {value:.4} for {expected:.4} {unit}"));

@@ -255,6 +255,7 @@ fn power(opened: &[Opened]) -> Vec<Power> {
         .iter()
         .flat_map(|effect| (0..STRENGTHS).map(move |strength| (effect.name(), strength)))
         .map(|(effect, strength)| of(effect, strength))
+        // Strengths that no case has would be points of nothing.
         .filter(|power| power.right.n > 0)
         .collect()
 }

@@ -68,6 +68,7 @@ pub(super) fn cases(dirs: &[PathBuf]) -> Result<(Vec<Opened>, Vec<OwnRow>)> {
         ensure!(pair[0].row.id != pair[1].row.id, "case {} is there twice", pair[0].row.id);
     }
     let tier = opened.first().map(|case| case.truth.plan.tier);
+    // Tiers have targets of their own.
     ensure!(opened.iter().all(|case| Some(case.truth.plan.tier) == tier), "plans of two tiers");
     Ok((opened, own))
 }
@@ -88,6 +89,7 @@ fn folders(root: &Path) -> Result<Vec<(PathBuf, Vec<PathBuf>)>> {
     for entry in std::fs::read_dir(root).with_context(|| format!("reading {}", root.display()))? {
         let dir = entry.with_context(|| format!("reading {}", root.display()))?.path();
         let of = if dir.join(RESULTS).is_file() {
+            // A folder with rows is its own source; a pool has only the names of its folders.
             vec![dir.clone()]
         } else if dir.join(SCORES).is_file() {
             let path = dir.join(SCORES);
@@ -129,8 +131,10 @@ pub(super) fn derived(root: &Path) -> Result<BTreeMap<PathBuf, String>> {
     }
     all.insert(root.join(KEY), outside::key());
     all.insert(root.join(calibrate::NAME), calibrate::Fit::of_stored(root)?.markdown());
+    // Pages last: they show what was derived above.
     for entry in std::fs::read_dir(root).with_context(|| format!("reading {}", root.display()))? {
         let path = entry.with_context(|| format!("reading {}", root.display()))?.path();
+        // Derived pages are whole; others have marked parts.
         if path.extension().is_some_and(|end| end == "md") && !all.contains_key(&path) {
             let text =
                 std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
@@ -153,11 +157,13 @@ fn with_blocks(text: &str, root: &Path, derived: &BTreeMap<PathBuf, String>) -> 
             page += &format!("{line}\n\n{}\n\n{END}\n", shown.trim_end());
             is_inside = true;
         } else if line == END && is_inside {
+            // The end was written with the new content; the old one is skipped.
             is_inside = false;
         } else if !is_inside {
             page += &format!("{line}\n");
         }
     }
+    // Or the rest of the page would be lost.
     ensure!(!is_inside, "a generated part without {END}");
     Ok(page)
 }

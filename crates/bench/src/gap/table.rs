@@ -52,6 +52,7 @@ pub(super) fn rows(headlines: &[Headline]) -> String {
             None => "-".to_owned(),
             Some(value) => {
                 let value = spaced(&figure(headline.unit, value));
+                // A share has its count before it, other figures the number of cases behind them.
                 match headline.cases.contains('/') {
                     true => format!("{} ({value})", headline.cases),
                     false => format!("{value} (of {})", headline.cases),

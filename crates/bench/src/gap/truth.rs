@@ -94,13 +94,16 @@ impl Truth {
             })
         });
         let values: Vec<_> = values.collect();
+        // A value that the description states is nothing to be found.
         let differs = |(finding, _, value): &&(String, String, f64)| {
             nominal(label, finding).is_some_and(|nominal| (value - nominal).abs() > 1e-9)
         };
+        // A low-pass has one corner or two; without a node, the follower is all there is.
         let corners = terms().filter(|term| term.name == LOWPASS).find_map(|term| {
             let value = |name| term.parameters.iter().find(|p| p.name == name).map(|p| p.value);
             Some((value(FOLLOWER_CORNER)?, value(NODE_CORNER).unwrap_or(f64::INFINITY)))
         });
+        // The lower corner is what can be seen: behind a slower node, a follower hardly shows.
         let has_follower = corners.is_some_and(|(follower_hz, node_hz)| follower_hz <= node_hz);
         let note = corners.filter(|_| has_follower).map(|(follower_hz, node_hz)| {
             format!(

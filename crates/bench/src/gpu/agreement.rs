@@ -40,6 +40,7 @@ pub(super) fn measure(kind: DeviceKind) -> Result<Agreement> {
     let mut agreement =
         Agreement { device: kind.to_string(), adapter: adapter_name(&gpu), networks: Vec::new() };
     for network in NETWORKS {
+        // Relative to 1, the scale of outputs, since some are near 0.
         let outputs = largest_difference(&outputs(network, &gpu)?, &outputs(network, &cpu)?, 1.0);
         let ([objective, gradients], [objective_cpu, gradients_cpu]) =
             (step(network, &gpu)?, step(network, &cpu)?);
@@ -48,6 +49,7 @@ pub(super) fn measure(kind: DeviceKind) -> Result<Agreement> {
             outputs,
             objective: largest_difference(&objective, &objective_cpu, 1.0),
             gradients: largest_difference(&gradients, &gradients_cpu, 0.0),
+            // One number for all: single gradients near 0 differ by any factor.
             gradients_norm: norm(&minus(&gradients, &gradients_cpu)) / norm(&gradients_cpu),
         };
         say(format!("{differences:?}"));
@@ -79,6 +81,7 @@ fn step(name: &str, device: &Device) -> Result<[Vec<f64>; 2]> {
     Ok(match network {
         Network::Hand(network) => {
             let outputs = network.forward(images);
+            // Targets differ from the images: equal values would be a special case.
             let targets = windows([BATCH, outputs.dims()[1], 1, 1], SEED ^ 1);
             let targets = TensorData::new(targets, outputs.dims());
             let targets = Tensor::from_data(targets, device);

@@ -61,6 +61,7 @@ impl Step {
         limit_s: f64,
         lines: &[String],
     ) -> Self {
+        // Names of files hold no colons on Windows.
         let file = |k: usize| format!("{name}-{}-{way}-{k}.json", device.replace(':', "-"));
         let files: Vec<String> = (0..lines.len()).map(file).collect();
         let mut arguments = vec!["bench".to_owned(), "gpu".to_owned()];
@@ -154,6 +155,7 @@ impl Plan<'_> {
 
     /// Our engine on the CPU.
     fn engine(&self) -> Step {
+        // Enough for a median, and a run takes milliseconds.
         let (config, runs) = (self.config(), if self.small { 2 } else { 25 });
         let threads: Vec<String> = self.threads().iter().map(usize::to_string).collect();
         let line = |network: &str, precision: &str| {
@@ -215,6 +217,7 @@ pub(super) fn cases(steps: &[Finished]) -> Vec<Map<String, Value>> {
     for step in steps {
         for result in &step.results {
             for (name, field, ms) in measured(step, result) {
+                // Few rows, so that a search beats a map; rows stay in the order of steps.
                 let row = match rows.iter_mut().find(|row| row["name"] == name) {
                     Some(row) => row,
                     None => {
@@ -237,6 +240,7 @@ fn measured(step: &Finished, result: &Value) -> Vec<(String, String, f64)> {
         let (network, batch) = (&result["network"], &result["input"][0]);
         let name = format!("training step of {batch}, {}", network.as_str().unwrap_or_default());
         let threads = &result["machine"]["threads"];
+        // The CPU is measured with several numbers of threads, each in a column of its own.
         let field =
             if step.device == "flex" { format!("{by}_{threads}_ms") } else { format!("{by}_ms") };
         return result["step"]["median_ms"]

@@ -76,6 +76,7 @@ impl PeerBenchmark<'_> {
         if names.is_empty() {
             return Ok(Vec::new());
         }
+        // Peers get the same network as a file, which they optimise in their own way.
         let model = evpose_infer::onnx::encoded(self.graph, self.shape)?;
         let job = Job {
             model: &model,
@@ -94,6 +95,7 @@ impl PeerBenchmark<'_> {
     }
 
     fn against(&self, engine: &mut Engine, name: &str, peer: &mut dyn Peer) -> Result<Comparison> {
+        // Before any time is taken: a wrong answer can be arbitrarily fast.
         let difference = max_difference(engine.run(self.image), &peer.outputs()?);
         let limit = peer.tolerance(tolerance(self.precision));
         ensure!(
@@ -103,6 +105,7 @@ impl PeerBenchmark<'_> {
         );
         let (mut ours_ms, mut theirs_ms) = (Vec::new(), Vec::new());
         for pair in 0..self.pairs {
+            // Who begins alternates: the second finds the processor in another state.
             for order in 0..2 {
                 if (pair + order) % 2 == 0 {
                     let run = || {
@@ -133,9 +136,11 @@ impl PeerBenchmark<'_> {
 
 /// Median time of a burst.
 fn burst_ms(mut run: impl FnMut() -> Result<()>) -> Result<f64> {
+    // Threads of the other runtime spin for a while after its burst.
     sleep(IDLE_TIME);
     let begin = Instant::now();
     let mut runs = 0;
+    // Runs fill the caches, time lets clock frequencies rise: each has a minimum.
     while runs < WARM_UP || begin.elapsed() < WARM_UP_TIME {
         run()?;
         runs += 1;
@@ -146,6 +151,7 @@ fn burst_ms(mut run: impl FnMut() -> Result<()>) -> Result<f64> {
         run()?;
         times_ms.push(begin.elapsed().as_secs_f64() * 1e3);
     }
+    // The median: an interruption by the system slows single runs down.
     Ok(median(times_ms))
 }
 

@@ -80,6 +80,7 @@ impl Setting<'_> {
         let instructions = engine.instructions();
         let mut runner = Runner::Engine(Box::new(engine));
         let mut case = self.timed(&mut runner, precision, peak.threads);
+        // Two operations for a multiply-accumulate.
         let gflop = 2e-9 * macs as f64 * self.args.batch as f64;
         let gflop_per_s = gflop / (case.p50_ms * 1e-3);
         case.gflop_per_s = Some(gflop_per_s);

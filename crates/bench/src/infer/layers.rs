@@ -36,6 +36,7 @@ pub(super) fn timed(
     peak: f64,
 ) -> Vec<LayerTime> {
     let windows = latency::windows([1, channels, height, width], seed);
+    // Layers are timed within whole inferences: alone, their inputs would be in the cache.
     let runs: Vec<_> = (0..RUNS).map(|_| engine.run_timed(&windows)).collect();
     let layers = engine.layers().iter().enumerate().map(|(k, layer)| {
         let mut times_s: Vec<f64> = runs.iter().map(|run| run[k].as_secs_f64()).collect();
@@ -47,6 +48,7 @@ pub(super) fn timed(
             algorithm: layer.algorithm,
             output: layer.output,
             macs_m: layer.macs as f64 / 1e6,
+            // Every value is moved once, from or to memory.
             flop_per_byte: 2.0 * layer.macs as f64 / layer.bytes as f64,
             median_ms: median_s * 1e3,
             gflop_per_s,

@@ -119,6 +119,7 @@ fn measure(args: &BenchInferArgs) -> Result<Report> {
     let config: HandConfig = configs::load(&args.config, &[])?;
     let device = args.device.resolve()?;
     let is_engine = !args.burn && device == Device::flex();
+    // What does not apply is refused: figures would look as if it had been applied.
     ensure!(
         is_engine
             || args.threads.len() <= 1
@@ -133,6 +134,7 @@ fn measure(args: &BenchInferArgs) -> Result<Report> {
         args.against.is_empty() || args.batch == 1,
         "other runtimes run at batch size 1: leave --batch out"
     );
+    // The engine has threads of its own.
     if !is_engine {
         use_threads(args.threads.first().copied())?;
     }
@@ -155,6 +157,7 @@ fn measure(args: &BenchInferArgs) -> Result<Report> {
     if let Some(adapter) = &report.adapter {
         say(format!("device    {}: {adapter}", report.device));
     }
+    // At the level and thread count that are measured: figures are relative to them.
     if is_engine {
         report.peaks = threads.iter().map(|threads| Peak::measure(*threads, level)).collect();
     }

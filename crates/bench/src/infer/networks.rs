@@ -64,6 +64,7 @@ pub(super) fn names(config: &HandConfig, asked: &[String]) -> Result<Vec<String>
         return Ok(vec![config.network.backbone.clone()]);
     }
     if asked.iter().any(|name| name == ALL) {
+        // It would name the others twice.
         ensure!(asked.len() == 1, "`--network {ALL}` leaves nothing to add");
         return Ok(Module::names().filter(|name| fits(config, name)).map(str::to_owned).collect());
     }
@@ -103,6 +104,7 @@ pub(super) fn network(config: &HandConfig, name: &str, device: &Device) -> Resul
         let module = Module::Hand(Box::new(untrained(&config, device)?));
         (module, [2, usize::from(size.height), usize::from(size.width)])
     };
+    // Initial variances of 1 let values vanish: outputs would agree whatever is computed.
     let module = match module {
         Module::Hand(network) => Module::Hand(Box::new(with_matched_variances(*network))),
         Module::Body(network) => {

@@ -46,6 +46,7 @@ impl StartTime {
             Network::Hand(network) => save(&path, &**network, &ModelCard::default())?,
             Network::Body(network) => save(&path, &**network, &BodyCard::default())?,
         }
+        // Values do not change the time of a first inference.
         let image = vec![0.5; input.iter().product()];
         let mut times_ms: [Vec<f64>; 4] = Default::default();
         for _ in 0..STARTS {
@@ -62,9 +63,11 @@ impl StartTime {
                 let maps = [heatmaps, centers, regs, offsets].map(Vec::as_slice);
                 let cells = [input[1], input[2]].map(|side| side / MAP_STRIDE);
                 let decoder = BodyDecoder::new(cells, DEFAULT_THRESHOLD);
+                // The first pose, not the first maps.
                 std::hint::black_box(decoder.decode(&BodyMaps::from_array(maps)));
             }
             let done = begin.elapsed();
+            // Readings are cumulative: parts are their differences, and the last is the whole.
             let times = [read, compiled - read, done - compiled, done];
             let ms = times.map(|time| time.as_secs_f64() * 1e3);
             times_ms.iter_mut().zip(ms).for_each(|(all, ms)| all.push(ms));

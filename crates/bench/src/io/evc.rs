@@ -25,6 +25,7 @@ pub(super) fn cases(folder: &Path, frames: u64, events_per_frame: u32) -> Result
     let events = make(&stem, frames, events_per_frame)? as usize;
     let (evc, meta) = (stem.with_extension("evc"), stem.with_extension("meta"));
     let reader = || EvcReader::open_with(&evc, SENSOR);
+    // A reader for each case, whose closure owns it.
     let (records, streams, both) = (reader()?, reader()?, reader()?);
     let labels = MetaReader::open(&meta)?;
     let (mut window, mut scratch, mut beside) =
@@ -98,6 +99,7 @@ fn record_by_record(path: PathBuf) -> Run {
             if filled == 0 {
                 break;
             }
+            // As published: coordinates are bytes, since that sensor has fewer than 256 columns.
             for &[x, _, y, p] in block[..filled].as_chunks::<4>().0 {
                 if p == 255 {
                     frames.push(Vec::new());
@@ -119,6 +121,7 @@ fn make(stem: &Path, frames: u64, events_per_frame: u32) -> Result<u64> {
     let mut stream = EventStream::empty(SENSOR);
     for _ in 0..frames {
         stream.clear();
+        // Uniform up to twice the mean: frames have different numbers, as those of a camera.
         let count = rng.below(2 * events_per_frame as usize + 1);
         for _ in 0..count {
             let x = rng.below(usize::from(SENSOR.width)) as u16;

@@ -75,6 +75,7 @@ fn measure(args: &BenchIoArgs) -> Result<Report> {
         None => tempfile::tempdir(),
     }
     .context("making a folder for the files")?;
+    // One thread, whatever the machine has: files are read on one core.
     let provenance = Provenance::new(Machine { threads: 1, ..Machine::this() });
     say(format!("machine   {}", provenance.machine));
     say(format!(

@@ -62,6 +62,7 @@ struct Bench<'a> {
 }
 
 pub(crate) fn run(args: &BenchLiveArgs) -> Result<()> {
+    // First: a device that cannot be used is reported before a recording is made.
     args.device.open()?;
     let provenance = Provenance::this();
     say(format!("machine    {}", provenance.machine));
@@ -123,7 +124,9 @@ impl<'a> Bench<'a> {
         ));
         let mut rows = Vec::new();
         for &millions in &self.args.input {
+            // Speed that offers this many million events per second.
             let speed = 1e6 * millions / self.events_per_s;
+            // Without a network: what the input alone can do.
             rows.push(self.row("input alone", speed, 0.0, no_task())?);
         }
         for &speed in &self.args.speeds {
@@ -226,6 +229,7 @@ impl<'a> Bench<'a> {
         let row = Row {
             name: "soak".to_owned(),
             speed: f64::INFINITY,
+            // As fast as possible, so that what was read is what was offered.
             offered_per_s: report.per_second(report.events),
             report,
             memory,

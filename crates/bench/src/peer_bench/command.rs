@@ -36,6 +36,7 @@ impl PeerCommand {
         let errors = String::from_utf8_lossy(&output.stderr);
         ensure!(output.status.success(), "the peer {} failed: {}", self.name, errors.trim());
         let text = String::from_utf8_lossy(&output.stdout);
+        // Other output of a peer is skipped: runtimes like to print banners.
         let results = text.lines().filter_map(|line| {
             let (case, value) = line.rsplit_once(':')?;
             Some((case.trim().to_owned(), value.trim().parse().ok()?))

@@ -10,6 +10,7 @@ pub(super) fn wandering(sensor: SensorSize, count: usize) -> EventStream {
     let (width, height) = (f32::from(sensor.width), f32::from(sensor.height));
     let mut blobs: Vec<[f32; 2]> =
         (0..100).map(|_| [rng.uniform(0.0, width), rng.uniform(0.0, height)]).collect();
+    // A step of at most half a pixel per event: blobs stay blobs.
     let place = |i: usize| {
         let blob = &mut blobs[rng.below(100)];
         *blob = [blob[0] + rng.uniform(-0.5, 0.5), blob[1] + rng.uniform(-0.5, 0.5)];
@@ -45,5 +46,6 @@ fn stream(
             polarity: Polarity::from_on(is_on),
         }
     });
+    // Stamps go up with i, and places are clamped.
     EventStream::from_events(sensor, events).unwrap_or_else(|_| unreachable!("in order and inside"))
 }

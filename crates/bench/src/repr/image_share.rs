@@ -102,9 +102,11 @@ fn packets(window: &EventStream, start: Micros) -> Result<Vec<EventStream>> {
     while rest.peek().is_some() {
         let mut packet = EventStream::empty(window.sensor());
         while let Some(mut event) = rest.next_if(|event| event.t < end) {
+            // Windows follow each other, while these events begin at 0.
             event.t = Micros(start.0 + event.t.0);
             packet.push(event)?;
         }
+        // Empty packets as well: a camera sends them.
         packets.push(packet);
         end = Micros(end.0 + PACKET.0);
     }

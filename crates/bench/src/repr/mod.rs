@@ -92,6 +92,7 @@ fn measure(args: &BenchReprArgs) -> Result<Report> {
     ));
     let cases = cases(args.events, args.image.as_deref())?;
     let has_shares = image_share::are_named(&args.only);
+    // If shares alone were asked for, the cases, which take minutes, are left out.
     let has_cases = cases.iter().any(|case| is_named(&case.name, &args.only));
     let mut lines = match has_cases || !has_shares {
         true => time(matching(cases, &args.only)?, args.passes)?,
@@ -102,6 +103,7 @@ fn measure(args: &BenchReprArgs) -> Result<Report> {
         for sensor in SENSORS {
             let path = folder.path().join(format!("wandering-{sensor}.npz"));
             let npz = format_by_name("npz").context("npz is a format")?;
+            // The same events as ours, since peers read them from this file.
             npz.write(path, &events::wandering(sensor, args.events))?;
         }
         run_peers(&args.peers, folder.path(), &mut lines)?;
@@ -127,6 +129,7 @@ fn cases(count: usize, photograph: Option<&Path>) -> Result<Vec<Case>> {
                     events.len(),
                     update(name, events)?,
                 );
+                // Two have plain loops to be compared with.
                 cases.push(match name {
                     "eros" => case.with_peer("plain loop over squares", plain::eros(events)),
                     "lnes" => case.with_peer("plain loop over events", plain::lnes(events)),

@@ -9,6 +9,7 @@ use crate::peer_bench::Run;
 /// EROS as its definition has it: every event multiplies a square of 7 by 7 doubles.
 pub(super) fn eros(events: &EventStream) -> Run {
     let (width, height) = (usize::from(events.sensor().width), usize::from(events.sensor().height));
+    // As defined: 0.3 to the power of one over the side of the square.
     let decay = 0.3_f64.powf(1.0 / 7.0);
     let events = events.clone();
     let mut image = vec![0.0_f64; width * height];

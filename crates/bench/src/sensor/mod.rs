@@ -167,6 +167,7 @@ fn measure(
         setting,
         effects: config.effects.iter().map(|effect| effect.name.clone()).collect(),
         passes: times_ns.len(),
+        // Sorted: the first is the least.
         min_ns: times_ns[0],
         median_ns,
         p90_ns: nearest_rank(&times_ns, 0.9),
@@ -191,6 +192,7 @@ fn pass_times(
     let step = 1_000_000 / i64::from(scene::FPS);
     let pixel_steps = (frames.len() * scene::SIZE.pixels()) as f64;
     let mut now = 0;
+    // Time goes on from pass to pass: a sensor does not go back.
     let mut pass = || -> Result<(f64, usize)> {
         let begin = Instant::now();
         let mut events = 0;
@@ -200,11 +202,13 @@ fn pass_times(
         }
         Ok((begin.elapsed().as_secs_f64() * 1e9 / pixel_steps, events))
     };
+    // The first passes fill caches, and pixels get used to the light.
     for _ in 0..3 {
         pass()?;
     }
     let begin = Instant::now();
     let (mut times_ns, mut events) = (Vec::new(), 0);
+    // At least five, or the median of a slow setting would be one value.
     while begin.elapsed().as_secs_f64() < seconds || times_ns.len() < 5 {
         let (ns, count) = pass()?;
         times_ns.push(ns);

@@ -51,10 +51,12 @@ impl Peer {
             .with_context(|| format!("peer {}: {program} cannot be run", self.name))?;
         ensure!(output.status.success(), "peer {}: {}", self.name, output.status);
         let text = String::from_utf8_lossy(&output.stdout);
+        // The last line with something in it: programs print what they like before.
         let last = text.lines().rfind(|line| !line.trim().is_empty()).unwrap_or_default();
         let ns: f64 = last.trim().parse().with_context(|| {
             format!("peer {}: its last line should be nanoseconds, it is {last:?}", self.name)
         })?;
+        // Zero and infinity would decide every comparison.
         ensure!(ns > 0.0 && ns.is_finite(), "peer {}: {ns} nanoseconds", self.name);
         Ok(ns)
     }

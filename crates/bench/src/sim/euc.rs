@@ -56,6 +56,7 @@ impl Pipeline for Flat {
 impl Draw for Euc<'_> {
     fn draw(&mut self, vertices_m: &[Vec3]) {
         use euc::Target as _;
+        // Within the time, since every frame needs it.
         self.faces.clear(NONE);
         self.depth.clear(1.0);
         let positions: Vec<[f32; 4]> = vertices_m
@@ -64,6 +65,7 @@ impl Draw for Euc<'_> {
             .collect();
         self.corners.clear();
         for (number, face) in self.model.faces.iter().enumerate() {
+            // A corner carries the number of its triangle, which is what is drawn.
             self.corners.extend(face.map(|v| (positions[v as usize], number as f32)));
         }
         Flat.draw::<Triangles<'_, _, BackfaceCullingEnabled>, _>(

@@ -123,6 +123,7 @@ fn measure_all(args: &BenchSimArgs) -> Result<Report> {
     config.simulation.sequences = sequences as usize;
     config.simulation.seconds = seconds;
     config.simulation.validate()?;
+    // A disk of the user's choice: writing is a part of the time.
     let scratch = match &args.scratch {
         Some(folder) => tempfile::tempdir_in(folder),
         None => tempfile::tempdir(),
@@ -144,6 +145,7 @@ fn measure_all(args: &BenchSimArgs) -> Result<Report> {
         report.sequences,
         report.seconds
     ));
+    // The mesh of SMPL+H cannot be shipped: one with as many vertices stands for it.
     let arm = BodyModel::procedural_arm();
     let fine = mesh::refined(arm.clone(), mesh::SMPLH_VERTICES);
     for (name, body) in [("procedural", arm), ("as fine as SMPL+H", fine)] {
@@ -168,6 +170,7 @@ fn measure(
     let begin = Instant::now();
     let sequences: Vec<Timed> = (0..config.sequences)
         .into_par_iter()
+        // Sequences are the unit of work, as in `evpose simulate`.
         .with_max_len(1)
         .map(|index| sequence(&simulation, index as u64, scratch, &|steps| progress.inc(steps)))
         .collect::<Result<_>>()?;
@@ -186,10 +189,12 @@ fn measure(
         .collect();
     let total_us = per_step_us(sequences.iter().map(|timed| timed.total_s).sum());
     let known_us: f64 = parts_us.iter().map(|(_, us)| us).sum();
+    // The rest is what no stopwatch measured.
     parts_us.push(("write and rest", total_us - known_us));
     parts_us.push(("step", total_us));
     let mut rates: Vec<f64> = sequences.iter().map(|timed| timed.steps_per_s).collect();
     rates.sort_by(f64::total_cmp);
+    // Threads beyond the number of sequences have nothing to do.
     let at_a_time = rayon::current_num_threads().min(sequences.len()) as f64;
     Ok(Measured {
         mesh,
@@ -218,6 +223,7 @@ fn sequence(
     let begin = Instant::now();
     let mut simulator = simulation.sequence(index)?.timed();
     let stem = scratch.join(format!("{index:04}"));
+    // Files are written: that is part of a step.
     let recorded = record(&mut simulator, frames, &stem, progress)?;
     let total_s = begin.elapsed().as_secs_f64();
     for ending in ["evc", "meta", "toml"] {

@@ -169,6 +169,7 @@ impl Draw for Plain<'_> {
             Vec3::new(
                 (clip.x * inverse + 1.0) * 0.5 * width,
                 (1.0 - clip.y * inverse) * 0.5 * height,
+                // 1/w is linear in the image, so that it can be interpolated as depth.
                 inverse,
             )
         }));
@@ -178,9 +179,11 @@ impl Draw for Plain<'_> {
                 (q.x - p.x) * (y - p.y) - (q.y - p.y) * (x - p.x)
             };
             let area = edge(a, b, c.x, c.y);
+            // It faces away.
             if area >= 0.0 {
                 continue;
             }
+            // Corners may lie outside of the image.
             let least = a.min(b).min(c).max(Vec3::ZERO);
             let most = a.max(b).max(c);
             let right = (most.x.ceil().max(0.0) as usize).min(usize::from(self.size.width));
@@ -192,6 +195,7 @@ impl Draw for Plain<'_> {
                     if wa <= 0.0 && wb <= 0.0 && wc <= 0.0 {
                         let depth = (wa * a.z + wb * b.z + wc * c.z) / area;
                         let pixel = y * usize::from(self.size.width) + x;
+                        // Larger 1/w is nearer.
                         if depth > self.depth[pixel] {
                             self.depth[pixel] = depth;
                             self.faces[pixel] = number as u32;

@@ -193,6 +193,7 @@ fn measured<M: BurnModule>(
     let mut before_s = processor_s();
     for step in 0..WARM_UP + steps {
         if step == WARM_UP {
+            // Processor time of the warm-up is not counted either.
             before_s = processor_s();
         }
         let times;
@@ -205,6 +206,7 @@ fn measured<M: BurnModule>(
     let [step, forward, backward, update] = phases;
     let mut sorted = step.clone();
     sorted.sort_by(f64::total_cmp);
+    // Our kernels are for the CPU alone.
     let ours = !args.burn && args.device.device == DeviceKind::Flex;
     let [step, forward, backward, update] =
         [step, forward, backward, update].map(Times::from_samples);
@@ -218,6 +220,7 @@ fn measured<M: BurnModule>(
         provenance,
         by: if ours { "our kernels" } else { "Burn" },
         steps,
+        // The median step: interruptions by the system do not count.
         windows_per_second: args.batch as f64 * 1e3 / step.median_ms,
         step,
         forward,

@@ -15,6 +15,7 @@ pub(super) const ACTIVITY: Activity = Activity {
 
 fn draw(rng: &mut CounterRng) -> Motion {
     let (turn_hz, direction) = (rng.uniform(0.4, 1.1), side(rng));
+    // Both arms in step, or half a turn apart.
     let lag = if rng.chance(0.5) { 0.0 } else { 0.5 };
     let (wide, middle) = (rng.uniform(0.3, 0.8), rng.uniform(0.9, 1.6));
     let elbow = rng.uniform(0.0, 0.3);

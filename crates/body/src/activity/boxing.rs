@@ -27,6 +27,7 @@ fn draw(rng: &mut CounterRng) -> Motion {
         wrist: 0.0,
     };
     let (period_s, begin) = (rng.uniform(0.9, 1.8), rng.unit());
+    // Sides have offsets of their own: punches come in turn, or together.
     let order = [rng.unit(), rng.unit()];
     let quick = rng.uniform(0.12, 0.22);
     let heading = rng.uniform(-0.9, 0.9);
@@ -53,6 +54,7 @@ fn draw(rng: &mut CounterRng) -> Motion {
             arms: out.map(|out| blend(&guard, &punch, out)),
             legs: [leg(1.0), leg(-1.0)],
             pelvis: [0.08, 0.0],
+            // The trunk turns with the arm that punches, the head against it.
             spine: [0.12, 0.0, 0.55 * (out[1] - out[0])],
             head: [0.0, 0.0, -0.5 * (out[1] - out[0])],
             ..Figure::default()

@@ -38,6 +38,7 @@ fn arm(rng: &mut CounterRng) -> Arm {
 
 fn legs(rng: &mut CounterRng) -> [Leg; 2] {
     let bent = rng.uniform(0.0, 0.35);
+    // Hip and ankle share the bend of the knee, so that soles stay level.
     let stand = Leg {
         flexion: bent,
         knee: 2.0 * bent,
@@ -46,6 +47,7 @@ fn legs(rng: &mut CounterRng) -> [Leg; 2] {
         turn: rng.uniform(0.0, 0.4),
     };
     let mut legs = [stand; 2];
+    // One leg at most leaves the floor.
     if rng.chance(0.6) {
         legs[usize::from(rng.chance(0.5))] = Leg {
             flexion: rng.uniform(-0.6, 1.5),
@@ -75,6 +77,7 @@ fn draw(rng: &mut CounterRng) -> Motion {
     let (mut heading, turning) = (rng.uniform(-1.0, 1.0), if rng.chance(0.4) { 0.8 } else { 0.15 });
     let postures: Vec<Posture> = (0..POSTURES)
         .map(|_| {
+            // Headings add up: people who dance do not turn back each time.
             heading += turning * rng.uniform(0.0, 1.0) * side(rng);
             Posture {
                 heading,
@@ -89,6 +92,7 @@ fn draw(rng: &mut CounterRng) -> Motion {
         let at = (t_s / period_s).max(0.0);
         let step = at as usize;
         let [from, to] = [step, step + 1].map(|k| &postures[k % POSTURES]);
+        // The posture is reached before the period ends, and held for the rest.
         let x = ease(1.3 * at.fract());
         let mix = |a: f32, b: f32| a + x * (b - a);
         Figure {

@@ -111,6 +111,7 @@ impl Figure {
         }
         let turned = |rotation: Mat3| axis_angle_from_matrix(rotation);
         let [forwards, aside] = self.pelvis;
+        // The heading comes last: bends are relative to the body's own front.
         pose.joints[0] = turned(
             Mat3::from_rotation_y(self.heading)
                 * Mat3::from_rotation_x(forwards)
@@ -123,12 +124,14 @@ impl Figure {
                     * Mat3::from_rotation_y(share * left),
             )
         };
+        // Several joints share each bend, as vertebrae do.
         for joint in [3, 6, 9] {
             pose.joints[joint] = bend(self.spine, 1.0 / 3.0);
         }
         for joint in [12, 15] {
             pose.joints[joint] = bend(self.head, 0.5);
         }
+        // Without a place first, which follows from where the joints come to lie.
         model.pose_joints(shaped, &pose, posed);
         let joint_m = |joint: usize| Vec3::from(posed.joints[joint].translation);
         let anchor_m = match self.anchor {
@@ -141,6 +144,7 @@ impl Figure {
             self.rise_m - lowest_sole_m(posed),
             self.place_m.y - anchor_m.z,
         );
+        // The joints were posed before the displacement was known.
         for joint in &mut posed.joints {
             joint.translation += glam::Vec3A::from(pose.translation_m);
         }
@@ -149,17 +153,20 @@ impl Figure {
 
     /// The arm and the leg of one side.
     fn set_side(&self, pose: &mut BodyPose, side: usize) {
+        // A mirror image turns the other way about y and z.
         let mirror = |v: Vec3| if side == 0 { v } else { Vec3::new(v.x, -v.y, -v.z) };
         let mut set = |joint: usize, rotation: Mat3| {
             pose.joints[joint + side] = mirror(axis_angle_from_matrix(rotation));
         };
         let Arm { flexion, abduction, twist, elbow, wrist } = self.arms[side];
+        // A raised arm lifts its shoulder.
         let lift = flexion.abs().max(abduction);
         let collar = Mat3::from_rotation_z(COLLAR * (lift - 0.9));
         let upper = Mat3::from_rotation_x(-flexion)
             * Mat3::from_rotation_z(abduction - FRAC_PI_2)
             * Mat3::from_rotation_x(twist);
         set(13, collar);
+        // The arm's angles are relative to the trunk, not to the collar.
         set(16, collar.transpose() * upper);
         set(18, Mat3::from_rotation_y(-elbow));
         set(20, Mat3::from_rotation_z(wrist));

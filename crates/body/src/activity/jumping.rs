@@ -22,6 +22,7 @@ const G: f32 = 9.81;
 
 fn jump(rng: &mut CounterRng) -> Motion {
     let height_m = rng.uniform(0.12, 0.4);
+    // Up and down again: the height gives the time in the air.
     let flight_s = 2.0 * (2.0 * height_m / G).sqrt();
     let period_s = flight_s + rng.uniform(0.7, 1.3);
     let begin = rng.unit();
@@ -78,6 +79,7 @@ fn jacks(rng: &mut CounterRng) -> Motion {
         let open = pulse(now, [0.0, 0.38, 0.5, 0.88]);
         // Two hops a period.
         let hop = part(now, 0.5, 0.0);
+        // In the air for three quarters of a hop.
         let rise_m = 0.28 * (hop * (0.75 - hop)).max(0.0);
         let bend = pulse(hop, [0.62, 0.8, 0.82, 1.0]);
         let leg = Leg {

@@ -33,10 +33,12 @@ impl Performance {
         let (mut t_s, mut own_s, mut moves) = (0.0, 0.0, true);
         let pause_s = 1.2;
         if stillness > 0.0 {
+            // With this, pauses are `stillness` of the time.
             let moving_s = pause_s * (1.0 - stillness) / stillness;
             while t_s < seconds {
                 let for_s = if moves { moving_s } else { pause_s } * rng.uniform(0.5, 1.5);
                 t_s += for_s;
+                // The activity's own time stands in a pause, and goes on from there.
                 own_s += if moves { for_s } else { 0.0 };
                 turns_s.push(t_s);
                 passed_s.push(own_s);
@@ -52,9 +54,11 @@ impl Performance {
     pub fn at(&self, t_s: f32) -> Figure {
         let (own_s, moving) = self.own_time(t_s);
         let mut figure = (self.motion)(own_s);
+        // Nobody stands quite still.
         let sway = SWAY * (0.15 + 0.85 * moving);
         let more: [f32; 12] =
             std::array::from_fn(|k| self.postures[k] + sway * self.sways[k].at(t_s));
+        // People stoop, and do not lean back all the time.
         figure.spine[0] += more[0].abs();
         figure.spine[1] += 0.7 * more[1];
         figure.spine[2] += more[2];
@@ -75,9 +79,11 @@ impl Performance {
         if self.turns_s.is_empty() {
             return (t_s, 1.0);
         }
+        // It begins in motion, and each turn changes that.
         let moves = turns.is_multiple_of(2);
         let (since_s, passed_s) = match turns.checked_sub(1) {
             Some(last) => (t_s - self.turns_s[last], self.passed_s[last]),
+            // The beginning is at full pace, as long after a turn.
             None => (t_s + STOPPING_S, -STOPPING_S),
         };
         // After a turn the pace changes over a while: its integral is the time that passes.

@@ -28,6 +28,7 @@ fn posture(rng: &mut CounterRng) -> Arm {
 fn draw(rng: &mut CounterRng) -> Motion {
     let hanging = Arm { abduction: 0.15, elbow: rng.uniform(0.1, 0.4), ..Arm::default() };
     let arms = [(); 2].map(|()| {
+        // Some arms hang for most of the time.
         let lazy = if rng.chance(0.3) { 0.9 } else { 0.25 };
         let postures: Vec<Arm> =
             (0..POSTURES).map(|_| if rng.chance(lazy) { hanging } else { posture(rng) }).collect();
@@ -43,6 +44,7 @@ fn draw(rng: &mut CounterRng) -> Motion {
             let at = (t_s / period_s + begin).max(0.0);
             let (step, rest) = (at as usize, at.fract());
             let [from, to] = [step, step + 1].map(|k| &postures[k % POSTURES]);
+            // Two thirds of a period are motion, the rest is a hold.
             blend(from, to, ease(1.5 * rest))
         });
         Figure {

@@ -25,8 +25,10 @@ fn draw(rng: &mut CounterRng) -> Motion {
     Box::new(move |t_s| {
         let now = part(t_s, period_s, begin);
         let there = ease((now - 0.02) / 0.4) - ease((now - 0.52) / 0.4);
+        // Head and spine turn before the feet do.
         let ahead = ease(now / 0.36) - ease((now - 0.5) / 0.36);
         let heading = |share: f32| reach[1] + (reach[0] - reach[1]) * share;
+        // Steps are made only while the heading changes.
         let moving = (12.0 * there * (1.0 - there)).min(1.0);
         let phase = TAU * step_hz * t_s;
         let leg = |phase: f32| {
@@ -45,6 +47,7 @@ fn draw(rng: &mut CounterRng) -> Motion {
             elbow: held,
             ..Arm::default()
         };
+        // The spine and the head share the turn: each adds half.
         let twist = 0.5 * (heading(ahead) - heading(there));
         Figure {
             heading: heading(there),

@@ -51,6 +51,7 @@ impl Gait {
             elbow: self.elbow + 0.3 * self.arm * phase.sin(),
             ..Arm::default()
         };
+        // Arms swing against the legs of their side.
         let opposite = phase + 0.5 * TAU;
         Figure {
             anchor: Anchor::Pelvis,
@@ -84,16 +85,19 @@ fn walk(rng: &mut CounterRng) -> Motion {
     // To one side and back, with a turn through the camera's direction between.
     let heading = move |t_s: f32| {
         let wave = (TAU * (t_s / period_s + begin)).sin();
+        // A steep wave: turns are quick, with straight ways between.
         turned * wave / (wave * wave + 0.06).sqrt()
     };
     let steps = (PATH_S * PATH_HZ) as usize;
     let mut places_m = Vec::with_capacity(steps + 1);
     let mut place_m = Vec2::ZERO;
+    // Integrated in steps: heading has no closed integral.
     for step in 0..=steps {
         places_m.push(place_m);
         place_m += Vec2::from(heading(step as f32 / PATH_HZ).sin_cos()) * (speed_m_s / PATH_HZ);
     }
     let extent = |axis: fn(&Vec2) -> f32| {
+        // One period shows the extent to the side, in which the path repeats.
         let period = &places_m[..(period_s * PATH_HZ) as usize];
         period.iter().map(axis).fold((f32::MAX, f32::MIN), |(l, h), x| (l.min(x), h.max(x)))
     };
@@ -124,6 +128,7 @@ fn run(rng: &mut CounterRng) -> Motion {
     let heading = rng.uniform(-1.0, 1.0);
     let bounce_m = rng.uniform(0.02, 0.08);
     Box::new(move |t_s| {
+        // Four rises in a stride: the absolute value doubles the frequency of the cosine.
         let rise_m = bounce_m * (2.0 * TAU * (gait.stride_hz * t_s + gait.phase)).cos().abs();
         Figure { heading, rise_m, ..gait.figure(t_s) }
     })

@@ -41,6 +41,7 @@ fn draw(rng: &mut CounterRng) -> Motion {
         let raised = pulse(part(t_s, period_s, begin), [0.0, 0.14, 0.8, 0.95]);
         let wave = swing * (rate * t_s).sin();
         let mut waving = blend(&rest, &up, raised);
+        // From the shoulder the whole arm waves, otherwise the forearm most.
         if from_shoulder {
             waving.abduction += raised * wave;
         } else {

@@ -30,6 +30,7 @@ const MAX_MAGNITUDE: f64 = 1e4;
 /// The model that the arrays describe.
 pub(super) fn model(mut fields: Fields) -> Result<ModelFile, ModelFileError> {
     let tree = fields.required("kintree_table", "which joint hangs on which")?;
+    // The number of joints says which kind of model it is.
     let joints = tree.shape.last().copied().unwrap_or(0);
     let is_body = match joints {
         HAND_AND_WRIST => false,
@@ -52,6 +53,7 @@ pub(super) fn model(mut fields: Fields) -> Result<ModelFile, ModelFileError> {
     let mut missing = Vec::new();
     let pose_directions_m = match fields.optional("posedirs")? {
         Some(poses) => {
+            // Nine entries of a rotation for every joint but the root.
             let entries = 9 * (joints - 1);
             check(&fields, "posedirs", vectors(&poses, &[count, 3, entries], entries))?
         }
@@ -74,6 +76,7 @@ pub(super) fn model(mut fields: Fields) -> Result<ModelFile, ModelFileError> {
         missing.push("forearm: the hand ends at the wrist");
         (None, basis(&mut fields, "hands_components", "hands_mean", 1)?)
     };
+    // Files of this kind have none.
     missing.push("texture coordinates: a made-up skin is laid along the limb");
     let mut model = BodyModel {
         uvs: vec![Vec2::ZERO; count],
@@ -93,6 +96,7 @@ pub(super) fn model(mut fields: Fields) -> Result<ModelFile, ModelFileError> {
         left_hand,
         right_hand,
     };
+    // Coordinates follow from the shape at rest, which needs the model.
     model.uvs = coordinates(&model, &model.shaped(&[]));
     let kind = if is_body { ModelKind::Body } else { ModelKind::Hand(side(&model)) };
     Ok(ModelFile { kind, format: fields.format(), model, hand_components, missing })
@@ -153,6 +157,7 @@ fn parents_of(table: &Array, joints: usize) -> Result<Vec<Option<usize>>, FieldF
     let expected: Vec<Option<usize>> = if joints == JOINTS {
         parents().to_vec()
     } else {
+        // Three joints a finger, the first of which hangs on the wrist.
         (0..joints).map(|j| j.checked_sub(1).map(|k| if k % 3 == 0 { 0 } else { k })).collect()
     };
     for (joint, (&parent, expected)) in parent_ids.iter().zip(&expected).enumerate() {
@@ -179,12 +184,14 @@ fn regressor(
     };
     let mut rows = vec![Vec::new(); joints];
     let expected = [joints, vertices];
+    // Entries are places in a matrix of this shape.
     if sparse.shape != expected {
         let (expected, actual) = (format!("{expected:?}"), sparse.shape.to_vec());
         return Err(fields.fault(FIELD, FieldFault::Shape { expected, actual }));
     }
     for (index, (joint, vertex, weight)) in sparse.entries.into_iter().enumerate() {
         let weight = check(fields, FIELD, checked(index, weight))?;
+        // Dense matrices are nearly all zeros.
         if weight != 0.0 {
             rows[joint].push((vertex as u32, weight));
         }

@@ -41,6 +41,7 @@ impl fmt::Display for ModelFile {
         writeln!(f, "  pose      {} corrective directions", model.pose_directions_m.len())?;
         writeln!(f, "  hand      {} components of articulation", self.hand_components)?;
         let mut crowded: Vec<u32> = model.further_weights.iter().map(|more| more.vertex).collect();
+        // Weights of a vertex follow each other.
         crowded.dedup();
         let crowded = crowded.len();
         writeln!(f, "  skinning  {crowded} vertices moved by more than four joints")?;

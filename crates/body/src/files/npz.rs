@@ -91,11 +91,13 @@ fn header(bytes: &[u8]) -> Result<(Header, &[u8]), ArrayError> {
     const NONE: ArrayError = ArrayError::Damaged("no header of a NumPy array");
     let rest = bytes.strip_prefix(MAGIC).ok_or(NONE)?;
     let (length, rest) = match rest {
+        // Version 1 has lengths of two bytes, later ones of four.
         [1, _, a, b, rest @ ..] => (u32::from_le_bytes([*a, *b, 0, 0]), rest),
         [2 | 3, _, a, b, c, d, rest @ ..] => (u32::from_le_bytes([*a, *b, *c, *d]), rest),
         _ => return Err(NONE),
     };
     let length = length as usize;
+    // No header of a model's array is that long: the length is damaged.
     if length > MAX_HEADER_BYTES {
         return Err(NONE);
     }
@@ -112,6 +114,7 @@ fn parse(text: &str) -> Option<Header> {
         Some(rest.trim_start().strip_prefix(':')?.trim_start())
     };
     let (element, _) = after("descr")?.strip_prefix('\'')?.split_once('\'')?;
+    // Written as Python prints it, not as JSON.
     let order = after("fortran_order")?;
     let is_column_major = order.starts_with("True");
     if !is_column_major && !order.starts_with("False") {
@@ -119,6 +122,7 @@ fn parse(text: &str) -> Option<Header> {
     }
     let (shape, _) = after("shape")?.strip_prefix('(')?.split_once(')')?;
     let lengths = shape.split(',').map(str::trim).filter(|length| !length.is_empty());
+    // Python 2 wrote long integers with an L.
     let shape = lengths.map(|length| length.trim_end_matches('L').parse().ok());
     Some(Header {
         element: element.to_owned(),

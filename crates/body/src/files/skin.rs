@@ -20,6 +20,7 @@ pub(super) fn skin(
 ) -> Result<(Vec<SkinWeights>, Vec<FurtherWeight>), FieldFault> {
     let (mut skin, mut further) = (Vec::new(), Vec::new());
     for (vertex, row) in weights.values.chunks_exact(joints).enumerate() {
+        // Rounding leaves tiny negative weights.
         let is_weight = |value: f64| value.is_finite() && value > -TOLERANCE && value < 2.0;
         if let Some(joint) = row.iter().position(|&value| !is_weight(value)) {
             return Err(FieldFault::Value { index: vertex * joints + joint, value: row[joint] });
@@ -30,6 +31,7 @@ pub(super) fn skin(
         }
         let mut sorted: Vec<(usize, f64)> =
             row.iter().copied().enumerate().filter(|&(_, weight)| weight > LEAST).collect();
+        // Ties go by the joint's number, so that the four are the same everywhere.
         sorted.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
         let mut four = SkinWeights { joints: [0; 4], weights: [0.0; 4] };
         for (slot, (joint, weight)) in sorted.into_iter().enumerate() {

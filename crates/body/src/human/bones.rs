@@ -56,6 +56,7 @@ pub(super) fn bones() -> Vec<Bone> {
     });
     let sides = LEFT.into_iter().flat_map(|(joint, start, end, radius_m)| {
         let (start_m, end_m) = (Vec3::from(start), Vec3::from(end));
+        // The left side is at positive x.
         let mirror = Vec3::new(-1.0, 1.0, 1.0);
         let left = Bone { joint, start_m, end_m, radius_m, side: 1.0 };
         // Joints of the body come in pairs, the left one first.
@@ -92,6 +93,7 @@ impl Bone {
 /// A bone's share falls off with how much farther it is than the nearest one.
 pub(super) fn shares(bones: &[Bone], point_m: Vec3) -> [f32; JOINTS] {
     let gaps_m: Vec<f32> = bones.iter().map(|bone| bone.gap_m(point_m)).collect();
+    // A bone of one side holds skin of the other only just over the middle, however near it is.
     let on_side = |bone: &Bone| match bone.side {
         0.0 => 1.0,
         side => smooth_step(-OVER_MIDDLE_M, OVER_MIDDLE_M, side * point_m.x),
@@ -106,6 +108,7 @@ pub(super) fn shares(bones: &[Bone], point_m: Vec3) -> [f32; JOINTS] {
         shares[bone.joint] += on_side(bone) / (1.0 + farther * farther).powi(3);
     }
     let total: f32 = shares.iter().sum();
+    // Tiny shares cost time in every frame and move nothing that is seen.
     for share in &mut shares {
         *share = if *share < MIN_SHARE * total { 0.0 } else { *share };
     }

@@ -111,6 +111,7 @@ impl Garments {
         .into_iter()
         .flatten()
         {
+            // Smooth unions, since a crease would be an edge for the camera.
             distance_m = smooth_min(distance_m, part_m, BLEND_M);
         }
         distance_m

@@ -61,10 +61,12 @@ pub(crate) fn polygonise(distance: impl Fn(Vec3) -> f32, grid: &Grid) -> QuadMes
     let (points_m, strides) = (&grid.points_m, grid.strides());
     let corner = |bits: usize| corner(strides, bits);
     let mut values: Vec<f32> = points_m.iter().map(|&point_m| distance(point_m)).collect();
+    // A cell with two sheets of surface would join both in one vertex.
     fill_pinches(&mut values, grid);
     let mut mesh = QuadMesh { vertices_m: Vec::new(), quads: Vec::new() };
     let mut vertex_of_cell = vec![u32::MAX; points_m.len()];
     for cell in grid.cells() {
+        // One vertex a cell, amid the crossings of its edges.
         let (mut sum, mut crossings) = (Vec3::ZERO, 0.0);
         for (a, b) in CELL_EDGES {
             let (a, b) = (cell + corner(a), cell + corner(b));
@@ -81,6 +83,7 @@ pub(crate) fn polygonise(distance: impl Fn(Vec3) -> f32, grid: &Grid) -> QuadMes
     for cell in grid.cells() {
         for axis in 0..3 {
             let (u, v) = (strides[(axis + 1) % 3], strides[(axis + 2) % 3]);
+            // Where an edge crosses the surface, the four cells around it share a face.
             let inside = values[cell] < 0.0;
             if inside == (values[cell + strides[axis]] < 0.0) {
                 continue;
@@ -101,6 +104,7 @@ fn fill_pinches(values: &mut [f32], grid: &Grid) {
     let strides = grid.strides();
     let corner = |bits: usize| corner(strides, bits);
     let single: Vec<bool> = (0..=u8::MAX).map(is_single_sheet).collect();
+    // Again and again, since a filled point may pinch a neighbouring cell.
     loop {
         let mut filled = false;
         for cell in grid.cells() {
@@ -110,6 +114,7 @@ fn fill_pinches(values: &mut [f32], grid: &Grid) {
                 continue;
             }
             let outside = (0..8).map(|bits| cell + corner(bits)).filter(|&i| values[i] >= 0.0);
+            // The point nearest to the surface changes the shape least.
             if let Some(nearest) = outside.min_by(|&a, &b| values[a].total_cmp(&values[b])) {
                 values[nearest] = -FILLED_M;
                 filled = true;

@@ -24,6 +24,7 @@ pub(crate) fn surface(distance: impl Fn(Vec3) -> f32, grid: &Grid) -> (Vec<Vec3>
             .map(|(around, &vertex_m)| {
                 let mean_m = around.iter().map(|&i| vertices_m[i as usize]).sum::<Vec3>()
                     / around.len() as f32;
+                // Means shrink a body: every round puts vertices back onto its surface.
                 onto_surface(&distance, vertex_m.lerp(mean_m, STEP))
             })
             .collect();

@@ -30,6 +30,7 @@ impl BaseMesh {
                 Some("g") => group = words.next().unwrap_or_default().to_owned(),
                 Some("f") => {
                     let index = |word: &str| {
+                        // Corners are `vertex/texture/normal`, counted from 1.
                         let number: u32 = word.split('/').next()?.parse().ok()?;
                         number.checked_sub(1).filter(|&v| (v as usize) < vertices.len())
                     };
@@ -38,6 +39,7 @@ impl BaseMesh {
                         let reason = "a face of vertices above it expected";
                         return Err(FolderError::line(path, line, reason));
                     };
+                    // A fan: quadrilaterals become two triangles.
                     let triangles = rest.windows(2).map(|pair| [*first, pair[0], pair[1]]);
                     groups.entry(group.clone()).or_default().extend(triangles);
                 }

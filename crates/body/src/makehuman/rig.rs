@@ -112,6 +112,7 @@ impl Rig {
         let mut shares = vec![Vec::new(); kept.len()];
         for (joint, weights) in self.weights.iter().enumerate() {
             for &(vertex, weight) in weights.iter().filter(|(_, weight)| *weight > 0.0) {
+                // Vertices that were not kept have no place.
                 if let Ok(place) = kept.binary_search(&vertex) {
                     shares[place].push((joint, weight));
                 }

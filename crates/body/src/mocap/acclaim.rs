@@ -49,6 +49,7 @@ fn rotation(degrees: Vec3) -> Mat3 {
 impl Skeleton {
     /// Parses an ASF file; `path` is for messages.
     pub(super) fn parse(path: &Path, text: &str) -> Result<Self, FolderError> {
+        // The root is not listed among the bones.
         let mut bones = vec![Bone::new("root")];
         let (mut section, mut parents) = ("", Vec::new());
         for (line, row) in text.lines().enumerate() {
@@ -62,6 +63,7 @@ impl Skeleton {
                 continue;
             }
             if section == ":hierarchy" && !matches!(key, "begin" | "end") {
+                // Resolved at the end, when all bones are known.
                 parents.push((line, words));
                 continue;
             }
@@ -104,6 +106,7 @@ impl Skeleton {
             };
             let places = words.iter().map(|name| place(name)).collect::<Result<Vec<_>, _>>()?;
             for &child in &places[1..] {
+                // Poses are computed in this order.
                 if child <= places[0] {
                     let reason = format!("`{}` comes before its parent", bones[child].name);
                     return Err(FolderError::line(path, line, reason));
@@ -135,12 +138,14 @@ impl Skeleton {
             let Some(key) = words.next().filter(|key| !key.starts_with(['#', ':'])) else {
                 continue;
             };
+            // Frames count from 1.
             let is_used =
                 |number: Option<usize>| number.is_some_and(|n| (n - 1).is_multiple_of(every));
             if let Ok(next) = key.parse::<usize>() {
                 if next != number.map_or(1, |number| number + 1) {
                     return Err(fault(format!("frame {next} out of order")));
                 }
+                // A frame is complete when the next one begins.
                 if is_used(number) {
                     visit(&self.pose(&angles));
                 }
@@ -158,6 +163,7 @@ impl Skeleton {
                 }
             }
         }
+        // Nothing follows the last frame.
         if number.is_some_and(|n| (n - 1).is_multiple_of(every)) {
             visit(&self.pose(&angles));
         }
@@ -168,6 +174,7 @@ impl Skeleton {
         let (mut rotations, mut ends) = (Vec::<Mat3>::new(), Vec::<Vec3>::new());
         for (place, (bone, &[tx, ty, tz, rx, ry, rz])) in self.bones.iter().zip(values).enumerate()
         {
+            // Angles are about the bone's axes, directions are in the skeleton's.
             let own = bone.axes * rotation(Vec3::new(rx, ry, rz)) * bone.axes.transpose();
             if place == 0 {
                 rotations.push(own);

@@ -114,6 +114,7 @@ impl BezierMotion {
     pub fn new(config: MotionConfig, seed: u64, step_hz: u32) -> Self {
         assert!(step_hz > 0, "a motion needs steps");
         let [steps_per_curve, steps_between] = config.steps(step_hz);
+        // As published, all motions begin in the same pose.
         let start = if config.parity {
             Target::REST
         } else {

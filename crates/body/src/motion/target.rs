@@ -105,6 +105,7 @@ impl Target {
             Variant::Paper | Variant::Bottom => rng.chance(0.5),
         };
         parameters[ELBOW_X] += if twist_is_negative { -TWIST_OFFSET } else { TWIST_OFFSET };
+        // Offsets of the released program as well.
         parameters[COLLAR_Z] += 0.2;
         parameters[SHOULDER_Z] += 0.1;
         parameters[ELBOW_Z] += 0.5;
@@ -152,6 +153,7 @@ impl Target {
         match part {
             Part::Arm => {
                 self.translation_m = from.translation_m;
+                // The wrist's three values are a part of their own.
                 for range in [0..WRIST_X, WRIST_X + 3..RIGHT_COEFFICIENTS] {
                     self.parameters[range.clone()].copy_from_slice(&from.parameters[range]);
                 }

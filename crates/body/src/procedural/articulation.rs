@@ -110,7 +110,9 @@ pub(super) fn right_hand(digits: &[Digit; DIGITS]) -> HandBasis {
     let mut components = Box::new([[0.0; ANGLES]; ANGLES]);
     let mut count = 0;
     let synergies = SYNERGIES.iter().map(|s| (angles(digits, &s.flexion, &s.spread), s.length_rad));
+    // What is left of the basis has the length of the weakest synergy.
     let shortest = SYNERGIES.iter().map(|s| s.length_rad).fold(f32::INFINITY, f32::min);
+    // Synergies are few: unit vectors fill the basis up.
     let completion = (0..ANGLES).map(|k| {
         let mut unit = [0.0; ANGLES];
         unit[k] = 1.0;
@@ -149,6 +151,7 @@ fn angles(
     for (k, digit) in digits.iter().enumerate() {
         for joint in 0..3 {
             let mut rotation = flexion_axis(k, joint, digit) * flexion[k][joint];
+            // Fingers spread at the knuckles alone.
             if joint == 0 {
                 rotation += digit.dorsal[0] * spread[k];
             }

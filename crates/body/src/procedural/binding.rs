@@ -81,6 +81,7 @@ fn bind_point(point_m: Vec3, anatomy: &Anatomy, digits: &[Digit; DIGITS]) -> Bin
     let mut along = layout::U_SHOULDER
         + (layout::U_ELBOW - layout::U_SHOULDER) * fraction(point_m, SHOULDER_M, ELBOW_M)
         + (layout::U_WRIST - layout::U_ELBOW) * fraction(point_m, ELBOW_M, WRIST_M);
+    // The palm holds what no finger takes.
     let mut in_palm = passed;
     for (k, digit) in digits.iter().enumerate() {
         along += digit_shares[k] * digit_length_u(point_m, k, digit);
@@ -156,6 +157,7 @@ fn digit_length_u(point_m: Vec3, number: usize, digit: &Digit) -> f32 {
 fn smoothed(bindings: &[Binding], faces: &[[u32; 3]]) -> Vec<Binding> {
     let mut sums: Vec<([f32; JOINTS], f32)> = vec![([0.0; JOINTS], 0.0); bindings.len()];
     for face in faces {
+        // Each corner adds the next one: over all faces, that is every neighbour once.
         for (&to, &from) in face.iter().zip(face.iter().cycle().skip(1)) {
             let (sum, count) = &mut sums[to as usize];
             for (total, share) in sum.iter_mut().zip(&bindings[from as usize].shares) {

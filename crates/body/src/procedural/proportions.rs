@@ -116,6 +116,7 @@ pub(super) fn shape_directions(
                 })
             };
             let mut moved_m = [Vec3::ZERO; JOINTS];
+            // From the trunk outwards: a parent has moved before its children.
             for joint in RIGHT_COLLAR + 1..JOINTS {
                 if let Some(parent) = parents[joint] {
                     moved_m[joint] =
@@ -126,6 +127,7 @@ pub(super) fn shape_directions(
                 .iter()
                 .zip(bindings)
                 .map(|(&vertex_m, binding)| {
+                    // Most shares are zero.
                     let held = binding.shares.iter().enumerate().filter(|(_, share)| **share > 0.0);
                     held.map(|(joint, &share)| {
                         (moved_m[joint] + grown(joint, vertex_m - joints_m[joint])) * share

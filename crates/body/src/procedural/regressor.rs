@@ -21,6 +21,7 @@ pub(super) fn regressor_row(vertices_m: &[Vec3], joint_m: Vec3) -> Vec<(u32, f32
         .sort_by(|a, b| a.1.length_squared().total_cmp(&b.1.length_squared()).then(a.0.cmp(&b.0)));
     nearest.truncate(NEAREST);
 
+    // Weights linear in the offset that sum to 1 and have their mean at the joint.
     let sum: Vec3 = nearest.iter().map(|&(_, offset)| offset).sum();
     let moments = nearest.iter().fold(Mat3::ZERO, |m, &(_, offset)| {
         m + Mat3::from_cols(offset * offset.x, offset * offset.y, offset * offset.z)

@@ -66,6 +66,7 @@ impl Kernel8 for Blend<'_> {
                 add(l, &mut sum, third, of_third);
                 add(l, &mut sum, fourth, of_fourth);
             }
+            // In the order of the vertices, so that one pass over both is enough.
             while let [FurtherWeight { vertex: of, joint, weight }, others @ ..] = further
                 && *of as usize == vertex
             {
@@ -73,6 +74,7 @@ impl Kernel8 for Blend<'_> {
                 further = others;
             }
             *posed_m = apply(l, sum, *rest_m, 1.0);
+            // Normals turn, but do not move.
             *posed_normal = apply(l, sum, *rest_normal, 0.0);
         }
         normalise(l, posed.1);

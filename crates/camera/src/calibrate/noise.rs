@@ -80,6 +80,7 @@ pub fn noise(events: &EventStream, window: TimeWindow, seed: u64) -> Result<Nois
         counts[pixel][usize::from(event.polarity.is_on())] += 1;
     }
     let is_hot = hot(&counts);
+    // Of the other pixels, since hot ones would dominate any rate.
     for event in looked_at() {
         let pixel = usize::from(event.y) * width + usize::from(event.x);
         if !is_hot[pixel] {
@@ -89,6 +90,7 @@ pub fn noise(events: &EventStream, window: TimeWindow, seed: u64) -> Result<Nois
     let quiet = is_hot.iter().filter(|is_hot| !**is_hot).count().max(1) as f64;
     let config = BootstrapConfig { resamples: RESAMPLES, seed };
     let rate = |polarity: usize| {
+        // Parts of time are drawn whole: noise within one is correlated.
         bootstrap(PARTS, &config, |drawn| {
             let events: u64 = drawn.iter().map(|i| u64::from(parts[*i][polarity])).sum();
             events as f64 / (seconds * quiet)
@@ -133,6 +135,7 @@ fn hot(counts: &[[u32; 2]]) -> Vec<bool> {
     for _ in 0..ROUNDS {
         let cold = || both.iter().zip(&is_hot).filter(|(_, is_hot)| !**is_hot).map(|(n, _)| *n);
         let mean = cold().map(f64::from).sum::<f64>() / cold().count().max(1) as f64;
+        // Divided by the number of pixels: `CHANCE` is that of the whole image.
         let limit = poisson_quantile(HOT * mean, CHANCE / both.len() as f64);
         let now: Vec<bool> = both.iter().map(|n| *n > limit).collect();
         if now == is_hot {

@@ -192,6 +192,7 @@ impl<'a> ThresholdRun<'a> {
         }
         let tiles = &self.tile_states;
         let config = BootstrapConfig { resamples: RESAMPLES, seed };
+        // Tiles of the image are drawn: pixels next to each other see the same edges.
         let of = |statistic: &dyn Fn(&[usize]) -> f64| bootstrap(tiles.len(), &config, statistic);
         let ratio = |light: fn(&Tile) -> f64, events: fn(&Tile) -> usize| {
             of(&|drawn| {

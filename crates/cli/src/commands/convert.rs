@@ -50,6 +50,7 @@ const STEP: Micros = Micros(20_000);
 pub fn run(args: &ConvertArgs) -> Result<()> {
     let format = format(&args.out, args.format.as_deref())?;
     let options = args.recording.opening.options(&args.recording.input)?;
+    // Opening counts as well: for a user, speed is events over the whole wait.
     let begin = Instant::now();
     let done = match windows(args, format, &options)? {
         Some(done) => done,
@@ -120,6 +121,7 @@ impl Cut {
             return Ok(0);
         }
         let count = taken.len() as u64;
+        // The usual case needs no copy.
         if self.shift == Micros(0) {
             sink.write(&taken)?;
         } else {
@@ -136,6 +138,7 @@ impl Cut {
 /// Converts window by window. None if that would lose events or need all of them.
 fn windows(args: &ConvertArgs, format: &Format, options: &OpenOptions) -> Result<Option<Done>> {
     let mut windows = Windows::open(&args.recording.input, options)?;
+    // The header of the output has the sensor before the first event is known.
     if windows.sensor_origin() == SensorOrigin::Inferred {
         return Ok(None);
     }
@@ -150,6 +153,7 @@ fn windows(args: &ConvertArgs, format: &Format, options: &OpenOptions) -> Result
         while start < cut.window.end && !windows.is_over_at(start)? {
             let window = TimeWindow { start, end: start + STEP };
             windows.read(window, &mut events)?;
+            // Known only as events come: what was written so far is thrown away with the sink.
             let is_assumed = windows.sensor_origin() == SensorOrigin::Assumed;
             let is_too_small = is_assumed && windows.rejected().outside_sensor > 0;
             if windows.straggling() > 0 || is_too_small {
@@ -157,6 +161,7 @@ fn windows(args: &ConvertArgs, format: &Format, options: &OpenOptions) -> Result
             }
             written += cut.write(&events, sink.as_mut())?;
             progress.set_message(format!("{written} events"));
+            // Silences are jumped over, whatever their length.
             start = window.end.max(windows.next_after(window.end));
         }
     }

@@ -26,6 +26,7 @@ pub(super) fn describe(directory: &Path) -> Result<()> {
     say(format!("  duration  {seconds} s each, seed {seed}"));
     say(format!("  size      {:.3} GB", bytes_in(directory)? as f64 * 1e-9));
     say(match (set.manifest().exists(), unfinished) {
+        // The run that completes a set writes it; shards that were copied together have none.
         (true, _) => format!("  manifest  {MANIFEST}"),
         (false, 0) => "  manifest  none yet: `evpose simulate … --resume` writes it".to_owned(),
         (false, _) => "  manifest  none: the set is not finished".to_owned(),
@@ -50,6 +51,7 @@ pub(super) fn verify(directory: &Path) -> Result<()> {
             verified.leftovers
         ));
     }
+    // Digests of complete files prove nothing about those that are missing.
     if !verified.finished {
         bail!(
             "{}: no {MANIFEST}: finish the set with `evpose simulate … --resume`",

@@ -15,6 +15,7 @@ pub(super) fn describe() -> String {
             }
             Availability::Missing { reason } => line(kind.name(), &format!("none: {reason}")),
             Availability::Adapters(adapters) => {
+                // The CPU is one device, whatever number of cores it has.
                 let has_index = matches!(kind, DeviceKind::Wgpu { .. } | DeviceKind::Cuda { .. });
                 for (index, adapter) in adapters.iter().enumerate() {
                     let name = if has_index { format!("{kind}:{index}") } else { kind.to_string() };

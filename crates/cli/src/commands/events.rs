@@ -76,12 +76,14 @@ pub fn run(args: &EventsArgs) -> Result<()> {
 /// The sensor of the arguments, with per-pixel thresholds after its other effects.
 fn sensor(args: &EventsArgs) -> Result<SensorConfig> {
     let mut sensor = source::sensor(&args.sensor)?.config;
+    // No map: the sensor stays as the preset or the file has it.
     let (on, off) = match args.threshold_map.as_slice() {
         [] => return Ok(sensor),
         [both] => (both, both),
         [on, off, ..] => (on, off),
     };
     let name = "fixed_pattern";
+    // The map belongs to an effect that the sensor may not have.
     if sensor.effect(name).is_none() {
         sensor.effects.push(EffectConfig::new(name));
     }
@@ -133,19 +135,23 @@ fn convert(source: &mut FrameSource, clock: &FrameClock, run: &mut SensorRun) ->
         }
         Ok(())
     };
+    // Three planes are reused: a frame may have megapixels, and there are thousands.
     let [mut before, mut frame, mut between] = [0; 3].map(|_| Plane::for_sensor(size, 0.0));
     let progress = bar("events of", source.frames(), "frames");
     let begin = Instant::now();
     let (mut index, mut steps) = (0, 0);
     while source.next_into(&mut frame)? {
+        // The first frame has none before it to be interpolated from.
         let parts = if index == 0 { 1 } else { clock.steps };
         for part in 1..parts {
             let share = part as f32 / parts as f32;
+            // Linear in light, as exposure is; a logarithm comes later, in the sensor.
             for ((y, a), b) in between.data_mut().iter_mut().zip(before.data()).zip(frame.data()) {
                 *y = a + (b - a) * share;
             }
             show(run, &between, clock.at(index, part))?;
         }
+        // The frame itself, without rounding of the interpolation.
         show(run, &frame, clock.at(index, clock.steps))?;
         steps += u64::from(parts);
         std::mem::swap(&mut before, &mut frame);
@@ -176,6 +182,7 @@ impl Converted {
             all - on,
             1e-3 * all as f64 / duration_s,
         ));
+        // A coarse clock may show no time at all: rates should not be infinite.
         let elapsed_s = self.elapsed.as_secs_f64().max(1e-9);
         say(format!(
             "speed     {:.0} steps/s, {:.2} million events/s, reading included",
@@ -192,6 +199,7 @@ impl Converted {
 
 /// Run, frames and sensor as TOML, with absolute paths.
 fn provenance(args: &EventsArgs, source: &FrameSource, sensor: &SensorConfig) -> Result<String> {
+    // Absolute: the file is read from other folders, too.
     let whole = |path: &Path| -> Result<String> {
         Ok(std::path::absolute(path)?.to_string_lossy().into_owned())
     };
@@ -206,6 +214,7 @@ fn provenance(args: &EventsArgs, source: &FrameSource, sensor: &SensorConfig) ->
     frames.insert("white".into(), source.white().into());
     let mut table = run_info::table(args.seed)?;
     table.insert("frames".into(), frames.into());
+    // Paths of maps are relative to the working folder here: they become absolute, too.
     let sensor = sensor.clone().relative_to(&std::env::current_dir()?);
     table.insert("sensor".into(), toml::Table::try_from(sensor)?.into());
     Ok(table.to_string())

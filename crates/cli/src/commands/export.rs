@@ -35,6 +35,7 @@ pub struct ExportArgs {
 pub fn run(args: &ExportArgs) -> Result<()> {
     let pose_model = match (&args.checkpoint, &args.config) {
         (Some(path), _) => {
+            // Weights are only read and written: the CPU, which every build has, is enough.
             let device = DeviceArgs { device: DeviceKind::Flex, threads: None };
             open(path, &device)?
         }
@@ -48,6 +49,7 @@ pub fn run(args: &ExportArgs) -> Result<()> {
     let [channels, height, width] = network.input_shape();
     let model = model(&network.graph(), [channels, height, width])?;
     let bytes = model.encode_to_vec();
+    // Whole or not at all, so that an aborted export leaves no file that looks like a network.
     atomic_write(&args.onnx, &bytes).with_context(|| format!("writing {}", args.onnx.display()))?;
     let nodes = model.graph.map_or(0, |graph| graph.node.len());
     say(format!(

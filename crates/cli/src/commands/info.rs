@@ -37,6 +37,7 @@ pub fn run(args: &InfoArgs) -> Result<()> {
         say(devices::describe());
     }
     for (i, given) in args.files.iter().enumerate() {
+        // Names of shipped networks are accepted as paths are.
         let file = &checkpoint_path(given)?;
         if i > 0 {
             say("");

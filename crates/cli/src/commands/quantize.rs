@@ -72,6 +72,7 @@ fn calibrate(
     inputs: impl Iterator<Item = Result<Vec<f32>>>,
     mut observed: impl FnMut(),
 ) -> Result<QuantizationRanges> {
+    // An input that cannot be read ends the inputs; its error is returned below.
     let mut failure = None;
     let readable = inputs.map_while(|input| input.map_err(|error| failure = Some(error)).ok());
     let ranges =

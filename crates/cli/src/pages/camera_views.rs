@@ -55,6 +55,7 @@ fn instant(simulation: &Simulation, index: u64) -> Result<[RgbImage; 2]> {
         let step = simulator.advance()?;
         recent.push(step.events);
         let now = step.t;
+        // The busiest of a few: at a turning point of the motion there are few events to show.
         let is_candidate = number >= first && (number - first).is_multiple_of(CANDIDATE_STEPS);
         let count = if is_candidate { recent.count(now, corners) } else { 0 };
         if is_candidate && busiest.as_ref().is_none_or(|(most, _)| count > *most) {

@@ -38,6 +38,7 @@ fn sentence(name: &str, ratio: Option<Interval>) -> String {
         _ => String::new(),
     };
     let share = format!("its error is {estimate:.2}{interval} of the mean pose's");
+    // By the ends of the interval, not by the estimate: few sequences prove little.
     match (low, high) {
         (_, Some(high)) if high < 0.5 => format!("{name} was learned well: {share}."),
         (_, Some(high)) if high < 1.0 => format!("{name} was learned in part: {share}."),

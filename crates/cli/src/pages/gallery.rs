@@ -73,6 +73,7 @@ pub fn write(args: &GalleryOptions<'_>) -> Result<()> {
     let hand = hand(args.scale, args.seed)?;
     let progress = bar("drawing", entries.len() as u64, "rows");
     let rows = entries
+        // Collected in the order of entries, whichever is done first.
         .par_iter()
         .map(|entry| {
             let row = match entry {
@@ -146,6 +147,7 @@ fn page(entries: &[Entry], rows: &[String]) -> String {
                  (quarters of the range where an effect is no property of a camera).",
             ),
         };
+        // Entries come by domain: another one begins a section.
         if heading != domain {
             domain = heading;
             page.section(&heading.to_uppercase(), text);
@@ -190,6 +192,7 @@ fn effect_row(spec: &'static StageSpec, hand: &[Plane<f32>], seed: u64) -> Resul
         facts(&known)
     );
     let variants = Variant::all(spec)?;
+    // The ideal sensor is the only variant: maps of pixels have no typical values.
     if variants.len() == 1 {
         return Ok(head + "<p>Nothing to show without files of the user.</p>\n");
     }
@@ -243,6 +246,7 @@ fn shown(measured: Shown, variants: &[Variant]) -> Result<String> {
             Ok(format!("<p>{}</p><div class=\"strip\">{strip}</div>\n", escape(&what)))
         }
         Shown::Together(mut charts) => {
+            // One key below all charts, each of which would repeat it.
             let key = charts.first().map(|chart| key(&chart.series)).unwrap_or_default();
             let series = charts.iter_mut().flat_map(|chart| &mut chart.series);
             series.for_each(|series| series.label.clear());

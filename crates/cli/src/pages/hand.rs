@@ -188,12 +188,14 @@ fn animation(material: &Material<'_>) -> Result<Vec<u8>> {
     let track = &shown.tracks[index];
     let mut gif = Vec::new();
     {
+        // 20 of 1 (best) to 30 (fastest): few flat colours need no better palette.
         let mut encoder = GifEncoder::new_with_speed(&mut gif, 20);
         encoder.set_repeat(Repeat::Infinite)?;
         let step_ms = 1000 / ANIMATION_HZ;
         let mut next = track.frames.first().copied().unwrap_or(0);
         let end = next + ANIMATION_S * 1000;
         for (&frame, pose) in track.frames.iter().zip(&track.poses) {
+            // Poses are denser than frames of the animation.
             if frame < next || frame >= end {
                 continue;
             }
@@ -231,8 +233,10 @@ fn overlay(
     let betas = sequence.betas(sequence.episode_of(frame));
     let hand = sequence.hand();
     let truth = view.points(hand, &sequence.pose(frame)?, betas);
+    // The shape is not predicted: a hand of mean shape stands for it.
     let predicted = predicted.iter().map(|(pose, colour)| (view.points(hand, pose, &[]), *colour));
     for (points, colour) in std::iter::once((truth, TRUTH)).chain(predicted) {
+        // What is behind the camera has no image.
         if let Some(points) = points.in_front() {
             canvas.hand(&points, colour);
         }

@@ -177,6 +177,7 @@ pub fn rows(config: &HandConfig, evaluation: &HeldOutEvaluation) -> Vec<Vec<(Str
         ("trained / mean_pose", &evaluation.metrics.trained_over_mean_pose),
         ("trained_kalman / mean_pose", &evaluation.metrics.trained_kalman_over_mean_pose),
     ] {
+        // Ratios are of errors of parameters, which AUC and jitter are not.
         let cells = [ratios.translation, ratios.rotation, ratios.articulation, None, None, None];
         rows.push(
             std::iter::once(name(label)).chain(cells.map(|interval| cell(interval, 3))).collect(),

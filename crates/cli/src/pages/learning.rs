@@ -73,6 +73,7 @@ fn training(name: &str, history: &[HistoryLine], length: TrainingSpan) -> Vec<(f
             let values: Vec<f64> =
                 group.iter().filter_map(|line| line.values.get(name).copied()).collect();
             let last = group.last()?;
+            // Intervals are counted from 1, batches within each of them.
             let step = (last.interval as u64 - 1) * length.steps_per_validation + last.batch as u64;
             let mean = values.iter().sum::<f64>() / values.len() as f64;
             Some((thousands(step, length), mean))
@@ -90,9 +91,11 @@ fn validation(name: &str, history: &[HistoryLine], length: TrainingSpan) -> Vec<
                 line.part == HistorySplit::Valid && line.interval as u64 == interval
             };
             for line in history.iter().filter(of_interval) {
+                // The last batch may be smaller, so that batches are weighted by their samples.
                 sum += line.values.get(name)? * line.samples as f64;
                 samples += line.samples;
             }
+            // The last interval may be cut short.
             let steps = (interval * length.steps_per_validation).min(length.steps);
             (samples > 0).then(|| (thousands(steps, length), sum / samples as f64))
         })

@@ -49,6 +49,7 @@ pub fn prepare(config: &BodyConfig, data: &Path) -> Result<()> {
     if set.unfinished(Shard::WHOLE).is_empty() {
         return run_info::check_shared(data, config);
     }
+    // First: whatever is recorded afterwards has to be of this config.
     run_info::write_shared(data, config)?;
     let simulation = &config.simulation;
     say(format!(

@@ -68,6 +68,7 @@ impl CdfFile {
         let description = Record::of_kind(&bytes, FIRST, kind::DESCRIPTION)?;
         let order = ByteOrder::of_encoding(description.u32(28)?, FIRST + 28)?;
         let flags = description.u32(32)?;
+        // A bit of the flags: one file for everything.
         if flags & 2 == 0 {
             return Err(CdfError::Unsupported {
                 byte: FIRST + 32,

@@ -43,6 +43,7 @@ pub(crate) enum NumberKind {
 impl NumberKind {
     /// The type by the format's code, which stands at `byte`.
     pub(crate) fn of_type(code: u32, byte: u64) -> Result<Self, CdfError> {
+        // 41, 44 and 45 are other names of the same types.
         Ok(match code {
             1 | 41 => Self::I8,
             2 => Self::I16,

@@ -31,6 +31,7 @@ pub(crate) fn decode(
     let values =
         records.bytes.chunks_exact(kind.size()).map(|bytes| kind.decode(bytes, file.order));
     let mut values: Vec<f64> = values.collect();
+    // Column-major values are reordered, so that callers know one order only.
     if !file.is_row_major {
         values = row_major(&values, &variable.sizes, variable.values_per_record as usize);
     }
@@ -56,6 +57,7 @@ impl StoredRecords<'_> {
         while let Some(at) = next {
             let index = Record::of_kind(self.file, at, kind::INDEX)?;
             visited += 1;
+            // An index has 28 bytes at least: more of them than fit into the file are a circle.
             if depth > MAX_INDEX_DEPTH || visited * 28 > self.file.len() {
                 return Err(CdfError::malformed(at, "an index that leads back to itself"));
             }
@@ -64,6 +66,7 @@ impl StoredRecords<'_> {
                 let reason = format!("an index of {entries} entries, {used} of them used");
                 return Err(CdfError::malformed(at, reason));
             }
+            // Three lists one behind the other: first records, last records, places.
             for entry in 0..used {
                 let first = index.u32(28 + 4 * entry)?;
                 let last = index.u32(28 + 4 * entries + 4 * entry)?;
@@ -88,6 +91,7 @@ impl StoredRecords<'_> {
         if first >= end {
             return Ok(());
         }
+        // Records come in order: one that is missing leaves a gap here.
         if first != self.next {
             return Err(self.missing(index));
         }
@@ -130,6 +134,7 @@ fn row_major(values: &[f64], sizes: &[u32], values_per_record: usize) -> Vec<f64
     }
     let place = |mut index: usize| {
         let mut place = 0;
+        // The last dimension runs fastest here, the first one in the file.
         for (&size, stride) in sizes.iter().zip(&strides).rev() {
             place += index % size as usize * stride;
             index /= size as usize;

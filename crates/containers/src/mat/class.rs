@@ -170,6 +170,7 @@ impl Storage {
         for (i, byte) in bytes.iter().enumerate().take(8) {
             word[if order == ByteOrder::Little { i } else { bytes.len() - 1 - i }] = *byte;
         }
+        // Shorter values leave zeros above, and casts below give them their sign.
         let word = u64::from_le_bytes(word);
         match self {
             Self::I8 => Number::Integer(i128::from(word as u8 as i8)),

@@ -46,6 +46,7 @@ impl MatFile {
         let origin = Origin::File { start: 0 };
         let mut reader = Reader { bytes, order, origin, at: HEADER_BYTES, end: bytes.len() };
         let mut variables = Vec::new();
+        // One limit for all variables together, since many small ones add up.
         let mut left = inflated_limit;
         while reader.at < reader.end {
             let element = reader.element("a variable")?;
@@ -97,6 +98,7 @@ impl MatFile {
 }
 
 fn header(bytes: &[u8]) -> Result<ByteOrder, MatError> {
+    // MATLAB puts 512 bytes of its own before HDF5's.
     const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
     if bytes.starts_with(HDF5) || bytes.get(512..).is_some_and(|bytes| bytes.starts_with(HDF5)) {
         return Err(MatError::Version73);
@@ -104,6 +106,7 @@ fn header(bytes: &[u8]) -> Result<ByteOrder, MatError> {
     let Some(header) = bytes.first_chunk::<HEADER_BYTES>() else {
         return Err(if is_version_4(bytes) { MatError::Version4 } else { MatError::NotMat });
     };
+    // Two letters in the order of the machine show the order of the bytes.
     let (order, major) = match header[124..] {
         [_, major, b'I', b'M'] => (ByteOrder::Little, major),
         [major, _, b'M', b'I'] => (ByteOrder::Big, major),

@@ -127,6 +127,7 @@ impl<'a> Builder<'a> {
             is_complex: false,
             content: Content::Nothing,
         };
+        // Its index first, since nested arrays refer to it.
         self.tree.nodes.push(node);
         if element.length == 0 {
             return Ok((id, String::new()));
@@ -140,6 +141,7 @@ impl<'a> Builder<'a> {
         node.is_logical = flags & LOGICAL != 0;
         node.is_complex = flags & COMPLEX != 0;
         let mut count = 0;
+        // An opaque object has no sizes.
         if class != MatClass::Opaque {
             count = self.dimensions(&mut parts, &mut node)?;
         }
@@ -172,6 +174,7 @@ impl<'a> Builder<'a> {
             return self
                 .malformed(element.tag, "the size of an array is expected: two or more int32");
         };
+        // Sizes are signed in the format.
         if let Some(size) = sizes.iter().flatten().find(|&&size| size > i32::MAX as u32) {
             return self.malformed(element.tag, format!("a size of {}", *size as i32));
         }
@@ -241,12 +244,14 @@ impl<'a> Builder<'a> {
         depth: usize,
     ) -> Result<Content, MatError> {
         let element = parts.element("the length of names of fields")?;
+        // All names have the same room, padded with zeros.
         let room = match (element.kind, integers(parts, &element).as_deref()) {
             (INT32, Some(&[room])) if room > 0 && room <= i32::MAX as u32 => room as usize,
             _ => return self.malformed(element.tag, "the length of names of fields is expected"),
         };
         let element = parts.element("names of fields")?;
         let bytes = parts.data(&element);
+        // Nested structures repeat the names of those before them; each set is stored once.
         let names = match self.known_names.get(&(room, bytes)) {
             Some(&names) => names,
             None => {
@@ -260,6 +265,7 @@ impl<'a> Builder<'a> {
             }
         };
         let fields = self.tree.names[names].len();
+        // A few bytes could state billions of them.
         if fields == 0 && count > FIELDLESS_LIMIT {
             return self.malformed(element.tag, format!("{count} structures without any field"));
         }
@@ -282,6 +288,7 @@ impl<'a> Builder<'a> {
         if count > left / 8 {
             return self.malformed(parts.at, format!("{count} arrays cannot be in {left} bytes"));
         }
+        // Links of one array lie next to each other, though nested arrays come between.
         let first = self.tree.links.len();
         self.tree.links.resize(first + count, 0);
         for slot in 0..count {

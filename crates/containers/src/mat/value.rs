@@ -241,6 +241,7 @@ impl<'a> MatValue<'a> {
         let tree = &self.variable.tree;
         let mut steps = Vec::new();
         let mut id = self.node;
+        // The root has no parent; its name is the variable's.
         while id != 0 {
             let node = &tree.nodes[id as usize];
             steps.push((&tree.nodes[node.parent as usize], node.slot as usize));
@@ -262,6 +263,7 @@ impl<'a> MatValue<'a> {
                 }
             }
         }
+        // A single value needs no index.
         if let Some(element) = self.element.filter(|_| tree.count(self.node()) > 1) {
             let _ = write!(path, "({})", element + 1);
         }

@@ -61,6 +61,7 @@ impl Array {
         if shape.len() > MAX_DIMENSIONS {
             return Err(ArrayError::Damaged("more than 32 dimensions"));
         }
+        // The product of the sizes of a damaged file may overflow.
         let count = shape.iter().try_fold(1usize, |count, &length| count.checked_mul(length));
         let expected = count.and_then(|count| count.checked_mul(element.size()));
         if expected != Some(bytes.len()) {
@@ -80,6 +81,7 @@ impl Array {
     fn from_columns(shape: Vec<usize>, stored: &[f64]) -> Self {
         let mut strides = Vec::with_capacity(shape.len());
         let mut stride = 1;
+        // Column-major: neighbours along the first dimension are next to each other.
         for &length in &shape {
             strides.push(stride);
             stride *= length;
@@ -89,6 +91,7 @@ impl Array {
         for _ in 0..stored.len() {
             let at: usize = position.iter().zip(&strides).map(|(at, stride)| at * stride).sum();
             values.push(stored[at]);
+            // The result is row-major: its last dimension runs fastest.
             for (at, &length) in position.iter_mut().zip(&shape).rev() {
                 *at = (*at + 1) % length;
                 if *at != 0 {
@@ -154,6 +157,7 @@ impl Array {
         };
         let shape = pickle.sizes(shape).ok_or(ArrayError::Damaged("no shape"))?;
         let element = element(pickle, dtype)?;
+        // NumPy itself accepts an integer as well.
         let is_column_major = match pickle.node(is_column_major) {
             PickleValue::Bool(value) => *value,
             PickleValue::Int(value) => *value != 0,
@@ -187,6 +191,7 @@ fn element(pickle: &Pickle, id: Id) -> Result<Element, ArrayError> {
         return Err(ArrayError::Objects);
     }
     let element = Element::parse(name).ok_or_else(|| ArrayError::Type(shortened(name)))?;
+    // NumPy writes the order of bytes into the state, not into the name.
     let state = pickle.state(id).and_then(|state| pickle.sequence(state));
     let order = state.and_then(|state| pickle.text(*state.get(1)?));
     Ok(order.map_or(element, |order| element.with_order(order)))

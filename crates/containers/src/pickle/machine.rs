@@ -48,6 +48,7 @@ impl<'a> Machine<'a> {
 
     /// Executes one opcode; returns the root at the last one.
     pub(crate) fn step(&mut self) -> Step<Option<Id>> {
+        // One byte can make a value, which takes many times its memory.
         if self.nodes.len().max(self.stack.len()) > MAX_VALUES {
             return Err(format!("more than {MAX_VALUES} values"));
         }
@@ -67,6 +68,7 @@ impl<'a> Machine<'a> {
     /// Executes an opcode of the stack and of framing; false for one of another group.
     fn stack_opcode(&mut self, opcode: u8) -> Step<bool> {
         match opcode {
+            // Neither says anything about values.
             op::PROTO => drop(self.program.byte()?),
             op::FRAME => drop(self.program.take(8)?),
             op::MARK => self.stack.push(Item::Mark),
@@ -96,6 +98,7 @@ impl<'a> Machine<'a> {
             op::LONG1 => self.long(1)?,
             op::LONG4 => self.long(4)?,
             op::BINFLOAT => {
+                // The only value of the format that is big-endian.
                 let bytes = self.program.array()?;
                 self.push(PickleValue::Float(f64::from_be_bytes(bytes)));
             }
@@ -136,6 +139,7 @@ impl<'a> Machine<'a> {
     /// Executes an opcode of lists, tuples, sets and dictionaries; false for one of another group.
     fn container_opcode(&mut self, opcode: u8) -> Step<bool> {
         match opcode {
+            // Sets are lists here, since nothing asks for members.
             op::EMPTY_LIST | op::EMPTY_SET => self.push(PickleValue::List(Vec::new())),
             op::EMPTY_TUPLE => self.push(PickleValue::Tuple(Vec::new())),
             op::EMPTY_DICT => self.push(PickleValue::Dict(Vec::new())),
@@ -155,6 +159,7 @@ impl<'a> Machine<'a> {
                 let values = self.pop_group()?;
                 self.push(PickleValue::Tuple(values));
             }
+            // From the top of the stack, so the last comes first.
             count @ op::TUPLE1..=op::TUPLE3 => {
                 let popped = (0..=count - op::TUPLE1).map(|_| self.pop());
                 let mut values = popped.collect::<Step<Vec<_>>>()?;
@@ -166,6 +171,7 @@ impl<'a> Machine<'a> {
                 self.push(PickleValue::Dict(pairs(&values)?));
             }
             op::SETITEM => {
+                // The value lies on top of its key.
                 let (value, key) = (self.pop()?, self.pop()?);
                 self.insert(vec![(key, value)])?;
             }
@@ -187,6 +193,7 @@ impl<'a> Machine<'a> {
                 self.push(PickleValue::Global { module, name });
             }
             op::STACK_GLOBAL => {
+                // The name lies on top of its module.
                 let (name, module) = (self.pop_text()?, self.pop_text()?);
                 self.push(PickleValue::Global { module, name });
             }

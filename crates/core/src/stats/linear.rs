@@ -17,6 +17,7 @@ const MIN_PIVOT: f64 = 1e-300;
 pub fn solve(mut matrix: Vec<Vec<f64>>, mut right: Vec<f64>) -> Option<Vec<f64>> {
     let n = right.len();
     for column in 0..n {
+        // With the largest pivot no factor is above 1 in magnitude, and errors stay small.
         let pivot = (column..n)
             .max_by(|a, b| matrix[*a][column].abs().total_cmp(&matrix[*b][column].abs()))?;
         if matrix[pivot][column].abs() < MIN_PIVOT {

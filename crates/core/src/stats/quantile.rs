@@ -110,6 +110,7 @@ pub fn of_histogram(
     let counts = counts.into_iter();
     let rank = q * counts.clone().sum::<u64>() as f64;
     let mut below = 0.0;
+    // An empty bin holds no quantile.
     for (bin, count) in counts.enumerate().filter(|(_, count)| *count > 0) {
         let count = count as f64;
         if below + count >= rank {

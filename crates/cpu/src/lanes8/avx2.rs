@@ -117,6 +117,7 @@ impl Lanes8 for Avx2 {
     #[inline(always)]
     fn scatter_columns(self, [a, b, c, d]: [__m256i; 4], out: &mut [[i32; 4]; LANES_8]) {
         let avx2 = self.0.avx2;
+        // Each half of 128 bits is a transposition of 4x4 by itself.
         let (ab_low, ab_high) =
             (avx2._mm256_unpacklo_epi32(a, b), avx2._mm256_unpackhi_epi32(a, b));
         let (cd_low, cd_high) =

@@ -31,6 +31,7 @@ pub(super) fn check(
         for (number, track) in tracks.iter().enumerate() {
             for (frame, torso) in torsos[number].iter().enumerate() {
                 let ends = limb.map(|joint| track.joint(frame, joint));
+                // In torsos, so that people near the camera are no outliers.
                 if let ([Some(a), Some(b)], Some(torso)) = (ends, torso) {
                     lengths.push((number, frame, a.distance(b) / torso));
                 }
@@ -39,11 +40,14 @@ pub(super) fn check(
         let Some(middle) = median(lengths.iter().map(|length| length.2).collect()) else {
             continue;
         };
+        // Medians, so that outliers do not widen the limit that is to detect them.
         let differences = lengths.iter().map(|length| (length.2 - middle).abs()).collect();
         let spread = DEVIATION_OF_MEDIAN * median(differences).unwrap_or(0.0);
+        // Of lengths that hardly vary any would be an outlier: the spread has a minimum.
         let limit = options.outlier_spreads * spread.max(options.min_spread * middle);
         let joints = limb.map(|joint| JOINT_NAMES[joint]);
         let before = outliers.len();
+        // A few lengths say nothing about their spread.
         if lengths.len() >= MIN_LENGTHS {
             for &(track, frame, length) in &lengths {
                 if (length - middle).abs() > limit {

@@ -13,6 +13,7 @@ pub(super) fn check(
 ) {
     let frames = &track.frames;
     for (start, length) in runs(frames.len(), |a, b| frames[a].joints == frames[b].joints) {
+        // Someone without labels does not move either.
         let is_known = frames[start].joints.iter().any(Option::is_some);
         if length >= options.frozen_frames.max(2) && is_known {
             report(start, Vec::new(), LabelFault::FrozenBody { frames: length });
@@ -25,6 +26,7 @@ pub(super) fn check(
                 continue;
             }
             let Some(torso) = torsos[start] else { continue };
+            // Joints of somebody who stands still are no fault: others have to move meanwhile.
             if motion(track, start, length) > options.frozen_motion * torso {
                 let fault = LabelFault::FrozenJoint { frames: length };
                 report(start, vec![name], fault);

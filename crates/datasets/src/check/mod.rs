@@ -28,6 +28,7 @@ pub fn check_labels(tracks: &[LabelTrack], options: &CheckOptions) -> CheckRepor
         |joint| JointSummary { joint, labelled: 0, missing: 0, outside: 0, not_finite: 0 };
     let mut joints: Vec<JointSummary> = JOINT_NAMES.into_iter().map(summary).collect();
     let mut findings: Vec<(usize, usize, Vec<&'static str>, LabelFault)> = Vec::new();
+    // Sizes of torsos are the unit of the checks: they are measured once.
     let torsos: Vec<_> = tracks.iter().map(|track| track.torsos(options)).collect();
     for (index, track) in tracks.iter().enumerate() {
         let mut report = |frame, joints, fault| findings.push((index, frame, joints, fault));
@@ -35,6 +36,7 @@ pub fn check_labels(tracks: &[LabelTrack], options: &CheckOptions) -> CheckRepor
         sides::check(track, &torsos[index], options, &mut report);
         frozen::check(track, &torsos[index], options, &mut report);
     }
+    // Limbs are compared over all tracks, as people share proportions.
     let (limbs, outliers) = bones::check(tracks, &torsos, options);
     findings.extend(
         outliers

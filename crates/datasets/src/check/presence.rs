@@ -18,6 +18,7 @@ pub(super) fn check(
                 continue;
             };
             summary.labelled += 1;
+            // A position that is not finite lies nowhere: it is not outside as well.
             if !point.is_finite() {
                 summary.not_finite += 1;
                 report(frame, vec![JOINT_NAMES[joint]], LabelFault::NotFinite);

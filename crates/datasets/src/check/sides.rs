@@ -35,6 +35,7 @@ pub(super) fn check(
     options: &CheckOptions,
     report: &mut impl FnMut(usize, Vec<&'static str>, LabelFault),
 ) {
+    // A photograph has no time before it: sides are compared within the body.
     if let ([frame], [Some(torso)]) = (&track.frames[..], torsos) {
         let joints = exchanged_on_photograph(&frame.joints, *torso, options);
         if !joints.is_empty() {
@@ -46,6 +47,7 @@ pub(super) fn check(
         let mut spans: BTreeMap<(usize, usize), Vec<&'static str>> = BTreeMap::new();
         for left in 0..BODY_JOINTS {
             let right = MIRRORED[left];
+            // Each pair once.
             if left < right {
                 for span in exchanged(track, [left, right], segment.clone(), torsos, options) {
                     let joints = spans.entry((span.start, span.end)).or_default();
@@ -79,6 +81,7 @@ fn exchanged(
             else {
                 return false;
             };
+            // Limbs cross in motion: the place at constant velocity is an alternative.
             let earlier = (frame >= segment.start + 2).then(|| at(frame - 2)).flatten();
             let expected =
                 earlier.map(|earlier| [0, 1].map(|side| 2.0 * before[side] - earlier[side]));
@@ -88,6 +91,7 @@ fn exchanged(
         })
         .collect();
     let span = |pair: &[usize]| pair[0]..pair.get(1).copied().unwrap_or(segment.end);
+    // Every second exchange puts the sides back.
     exchanges.chunks(2).map(span).collect()
 }
 
@@ -103,10 +107,12 @@ fn exchanged_on_photograph(
     };
     let mut found = Vec::new();
     if let (Some(shoulders), Some(hips)) = (at(SHOULDERS), at(HIPS)) {
+        // Shoulders and hips face the same way, unless one of the pairs is exchanged.
         let [across_shoulders, across_hips] = [shoulders, hips].map(|[left, right]| left - right);
         let narrower = across_shoulders.length().min(across_hips.length());
         let is_opposed = across_shoulders.normalize_or_zero().dot(across_hips.normalize_or_zero())
             < options.opposed_cosine;
+        // Seen from the side both are narrow, and may point either way.
         if is_opposed && narrower > options.min_width * torso {
             found.extend(SHOULDERS.iter().chain(&HIPS).map(|&joint| JOINT_NAMES[joint]));
         }
@@ -114,6 +120,7 @@ fn exchanged_on_photograph(
     for [inner, outer] in LIMB_PAIRS {
         let (Some(before), Some(now)) = (at(inner), at(outer)) else { continue };
         let (kept, swapped) = (way(now, before), way([now[1], now[0]], before));
+        // By a ratio and by a distance: short ways have ratios by chance.
         if swapped < options.swap_ratio * kept && kept - swapped > options.swap_gain * torso {
             found.extend(outer.map(|joint| JOINT_NAMES[joint]));
         }

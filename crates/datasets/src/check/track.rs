@@ -90,6 +90,7 @@ impl LabelTrack {
         for frame in 1..=self.frames.len() {
             let is_end = frame == self.frames.len()
                 || match (self.frames[frame - 1].t_s, self.frames[frame].t_s) {
+                    // A step back in time begins another segment, too.
                     (Some(before), Some(now)) => !(0.0..=options.gap_s).contains(&(now - before)),
                     _ => false,
                 };

@@ -85,14 +85,14 @@ struct Category {
 /// # Errors
 /// If it cannot be read, or violates the format: the message names the annotation and its field.
 pub fn read_keypoints(path: &Path) -> Result<Vec<CocoImage>, DatasetError> {
-    let failed = |source| DatasetError::Io { path: path.to_owned(), action: "read it", source };
-    parse(path, &std::fs::read(path).map_err(failed)?)
+    parse(path, &std::fs::read(path).map_err(DatasetError::io(path, "read it"))?)
 }
 
 /// Reads the bytes of the file at `path`.
 pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<CocoImage>, DatasetError> {
     let file: File = serde_json::from_slice(bytes).map_err(DatasetError::json(path))?;
     let keypoints = |names: &mut dyn Iterator<Item = &str>| names.map(keypoint_by_name).collect();
+    // Files without categories have COCO's own names.
     let standard: Vec<_> = keypoints(&mut COCO_KEYPOINT_NAMES.iter().copied());
     let named = file.categories.iter().filter(|category| !category.keypoints.is_empty());
     let named: HashMap<i64, Vec<Option<NamedKeypoint>>> = named
@@ -101,6 +101,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<CocoImage>, Dataset
         })
         .collect();
     let mut images = Vec::with_capacity(file.images.len());
+    // Annotations name images by id, in any order.
     let mut index_of_id = HashMap::new();
     for (index, image) in file.images.into_iter().enumerate() {
         if index_of_id.insert(image.id, index).is_some() {
@@ -147,6 +148,8 @@ fn labelled(
         return Err(format!("{value} is not a position"));
     }
     let triples = values.as_chunks::<3>().0.iter().zip(names);
+    // COCO's codes: 0 is not labelled, 1 hidden, 2 visible.
+    // Keypoints that have no name here are left out.
     let keypoint = |(&[x, y, visibility], name): (&[f32; 3], &Option<NamedKeypoint>)| {
         let seen = if visibility >= 2.0 { Visibility::Visible } else { Visibility::Hidden };
         (visibility > 0.0).then_some(((*name)?, Vec2::new(x, y), seen))

@@ -54,10 +54,12 @@ pub(super) fn keep_supported(cameras: &mut [EventStream; CAMERAS], filter: &Back
             }
         }
         NeighbourRule::Published => {
+            // As published: cameras lie side by side, and borders support events of the next.
             let mut support = Support::new(CAMERAS * width, height, filter);
             let mut next = [0; CAMERAS];
             let mut are_kept = cameras.each_ref().map(|camera| Vec::with_capacity(camera.len()));
             loop {
+                // In the order of time over all cameras, as they were in one stream.
                 let waiting = (0..CAMERAS).filter(|&k| next[k] < cameras[k].len());
                 let Some(k) = waiting.min_by_key(|&k| cameras[k].t()[next[k]]) else { break };
                 let (camera, i) = (&cameras[k], next[k]);

@@ -74,6 +74,7 @@ impl Dhp19Filters {
         assert!(cameras.iter().all(|camera| camera.sensor() == SENSOR), "of another sensor");
         let count = |cameras: &[EventStream]| cameras.iter().map(EventStream::len).sum::<usize>();
         let all = count(cameras);
+        // First, since hot pixels would support the noise around them.
         if let Some(events) = self.hot_pixel_events {
             cameras.iter_mut().for_each(|camera| remove_hot_pixels(camera, events));
         }

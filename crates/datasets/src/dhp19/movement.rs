@@ -44,6 +44,7 @@ pub fn cut_movement(
         .map_err(|reason| DatasetError::malformed(path, "special events", reason))?;
     let mut cameras = movie.cameras.each_ref().map(|camera| camera.slice(span.window));
     let removed = Some(filters.apply(&mut cameras));
+    // Poses count from the beginning of the movement.
     let cameras = cameras.map(|camera| from_beginning(camera, span.window));
     Ok(Movement { cameras, span, removed, remarks: movie.remarks.clone() })
 }
@@ -72,6 +73,7 @@ impl Movement {
     ) -> LabelledRecording {
         let times = (0..).map(|k| Micros(k * POSE_INTERVAL.0));
         let duration = self.span.window.length();
+        // There may be poses after the end of the movement, where no event is.
         let bodies = times.zip(poses).take_while(|(t, _)| *t <= duration);
         let body = |(t, pose)| TimedBody { t, points_px: projection.project_pose(pose, rule) };
         LabelledRecording {

@@ -35,7 +35,9 @@ pub fn read_movie(path: &Path, salvage: bool) -> Result<Movie, DatasetError> {
         let reason = format!("four cameras of {SENSOR} are expected, this is one of {found}");
         return Err(DatasetError::malformed(path, "header", reason));
     }
+    // Pulses are not of one camera.
     let pulses = special_events(path, &options(None))?.iter().map(|pulse| pulse.t).collect();
+    // A reader gives one camera's events: four read at once.
     let recordings: Result<Vec<Recording>, _> = (0..CAMERAS as u8)
         .into_par_iter()
         .map(|camera| open_as(path, &options(Some(camera))))

@@ -53,8 +53,7 @@ impl Projection {
     /// # Errors
     /// If it cannot be read, or is not of 3x4 finite values of 64 bits.
     pub fn read(path: &Path) -> Result<Self, DatasetError> {
-        let failed = |source| DatasetError::Io { path: path.to_owned(), action: "read it", source };
-        let bytes = std::fs::read(path).map_err(failed)?;
+        let bytes = std::fs::read(path).map_err(DatasetError::io(path, "read it"))?;
         parse(&bytes)
             .map_err(|(byte, reason)| DatasetError::malformed(path, format!("byte {byte}"), reason))
     }
@@ -86,6 +85,7 @@ fn parse(bytes: &[u8]) -> Result<Projection, (usize, String)> {
     const MATRIX_BYTES: usize = 12 * 8;
     let no_array = || (0, "no array of NumPy, of version 1 of its format".to_owned());
     let rest = bytes.strip_prefix(b"\x93NUMPY\x01\x00").ok_or_else(no_array)?;
+    // The length of the header, two bytes in version 1.
     let (length, rest) = rest.split_first_chunk::<2>().ok_or_else(no_array)?;
     let length = u16::from_le_bytes(*length).into();
     let (header, values) = rest.split_at_checked(length).ok_or_else(no_array)?;
@@ -98,6 +98,7 @@ fn parse(bytes: &[u8]) -> Result<Projection, (usize, String)> {
         let reason = format!("float64 of shape (3, 4) is expected, this is {header}");
         return Err((10, reason));
     }
+    // Offsets in messages are those of the file.
     let at = bytes.len() - values.len();
     if values.len() != MATRIX_BYTES {
         let reason =
@@ -113,6 +114,7 @@ fn parse(bytes: &[u8]) -> Result<Projection, (usize, String)> {
         if !value.is_finite() {
             return Err((at + 8 * index, format!("{value} where a number is expected")));
         }
+        // Columns first, as Fortran stores them.
         let (row, column) =
             if is_by_columns { (index % 3, index / 3) } else { (index / 4, index % 4) };
         rows[row][column] = value;

@@ -111,6 +111,7 @@ fn paper(least: Vec2, most: Vec2, frame_px: IVec2) -> Crop {
     let sensor = Vec2::new(SENSOR.width.into(), SENSOR.height.into());
     let size = most - least;
     let aspect = sensor.x / sensor.y;
+    // A person smaller than the sensor is not enlarged.
     let size = if size.cmple(sensor).all() {
         sensor
     } else {
@@ -153,6 +154,7 @@ fn published(least: Vec2, most: Vec2) -> Crop {
     let cuts = |axis: usize| {
         let mut before = middle[axis] - (0.5 * size[axis]) as i32;
         let mut behind = PUBLISHED_FRAME - (f64::from(middle[axis]) + 0.5 * size[axis]) as i32;
+        // As published, small crops may reach beyond the frame.
         if before < 0 && !is_small {
             (before, behind) = (0, behind + before);
         }

@@ -61,6 +61,7 @@ pub fn events_of_frames(
         return Err(wrong("crop", reason));
     }
     let steps_a_second = how.fps * f64::from(how.steps);
+    // Written as what is allowed, so that NaN is refused.
     if !(how.fps > 0.0 && how.steps > 0 && steps_a_second <= 1e6) {
         let reason = format!("{} a second in {} steps: up to a million are", how.fps, how.steps);
         return Err(wrong("frames", reason));
@@ -76,8 +77,10 @@ pub fn events_of_frames(
     while source.next_into(&mut frame)? {
         resizer.resize(&frame, &mut now);
         let is_first = step == 0;
+        // Before the first frame there is nothing to interpolate from.
         for part in if is_first { how.steps } else { 1 }..=how.steps {
             mix(&before, &now, part as f32 / how.steps as f32, &mut between);
+            // From the number of the step: summed intervals would drift.
             let t = Micros::from_seconds(step as f64 / steps_a_second);
             let events = run.expose(&between, t).map_err(sensor)?;
             for event in events.iter() {
@@ -85,6 +88,7 @@ pub fn events_of_frames(
             }
             step += 1;
         }
+        // Swapped, not copied: the next frame overwrites the older one.
         std::mem::swap(&mut before, &mut now);
     }
     Ok(stream)

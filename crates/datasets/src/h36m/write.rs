@@ -36,6 +36,7 @@ pub fn write_published(
         let reason = format!("{SENSOR} is expected, they are of {}", events.sensor());
         return Err(DatasetError::malformed(clip, "events", reason));
     }
+    // Events or bodies may begin first.
     let first = events.t().first().copied().into_iter().chain(bodies.first().map(|b| b.t)).min();
     if let Some(early) = first.filter(|t| t.0 < 0) {
         let reason = format!("one is at {early}, before 0, where a log begins");
@@ -47,6 +48,7 @@ pub fn write_published(
         let path = folder.join("data.log");
         let failed = |source| DatasetError::Io { path: path.clone(), action: "write it", source };
         let info = format!("Type: Bottle;\n[0.0] /file/{channel}:o [connected]\n");
+        // The description first: a folder with data is complete.
         atomic_write(folder.join("info.log"), info.as_bytes()).map_err(failed)?;
         let mut file = AtomicFile::create(&path).map_err(failed)?;
         write(&mut file).map_err(failed)?;

@@ -48,6 +48,7 @@ impl LabelClock {
             ImageTime::Stamp(_) => true,
             ImageTime::Name(name) => last_digits(name).is_some(),
         };
+        // Names count if all of them have digits: one without would have no index.
         let by_name = match self.count {
             FrameCount::Automatic => images.iter().all(has_digits),
             FrameCount::Name => true,

@@ -12,26 +12,6 @@ use evpose_task::TaskError;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImportError {
-    /// A file or a directory cannot be read or written.
-    #[error("{}: cannot {action}: {source}", path.display())]
-    Io {
-        /// The file or directory.
-        path: PathBuf,
-        /// The failed action, an infinitive.
-        action: &'static str,
-        /// Cause of the failure.
-        source: std::io::Error,
-    },
-    /// A label file that violates its format.
-    #[error("{}: {place}: {reason}", path.display())]
-    Malformed {
-        /// File that violates its format.
-        path: PathBuf,
-        /// The line, or the index of the image or of the annotation, with the field.
-        place: String,
-        /// The fault, and the expected content.
-        reason: String,
-    },
     /// A label file of none of the known formats.
     #[error("{}: labels of no known format: expected {known}", path.display())]
     UnknownFormat {
@@ -89,27 +69,27 @@ pub enum ImportError {
     /// The hand model of a config cannot be read.
     #[error(transparent)]
     Task(#[from] TaskError),
-    /// Annotations of a published data set cannot be read.
+    /// A file cannot be read or written, or violates its format.
     #[error(transparent)]
     DataSet(#[from] DatasetError),
 }
 
 impl ImportError {
-    /// Adds path and action to an error of the file system.
+    /// As [`DatasetError::io`].
     pub(crate) fn io(
         path: impl Into<PathBuf>,
         action: &'static str,
     ) -> impl FnOnce(std::io::Error) -> Self {
-        let path = path.into();
-        move |source| Self::Io { path, action, source }
+        let error = DatasetError::io(path, action);
+        move |source| error(source).into()
     }
 
-    /// The error for a fault in the file at `path`.
+    /// As [`DatasetError::malformed`].
     pub(crate) fn malformed(
         path: impl Into<PathBuf>,
         place: impl Into<String>,
         reason: impl Into<String>,
     ) -> Self {
-        Self::Malformed { path: path.into(), place: place.into(), reason: reason.into() }
+        DatasetError::malformed(path, place, reason).into()
     }
 }

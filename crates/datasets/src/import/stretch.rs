@@ -42,6 +42,7 @@ pub(crate) fn within(
     };
     // A scene at rest makes no events: labels may begin before the first and end after the last.
     let window = TimeWindow { start: floor_ms(first) - REST, end: floor_ms(last) + REST };
+    // Times are in order: two searches are enough.
     let range =
         times.partition_point(|t| *t < window.start)..times.partition_point(|t| *t < window.end);
     if range.is_empty() {

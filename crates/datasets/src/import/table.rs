@@ -56,6 +56,7 @@ impl Table {
             return Err(ImportError::malformed(path, "line 1", reason));
         };
         let mut rows = Vec::new();
+        // Lines as editors count them; the header is the first.
         for (line, text) in (2..).zip(lines).filter(|(_, text)| !text.trim().is_empty()) {
             let cells = split(text);
             if cells.len() != columns.len() {

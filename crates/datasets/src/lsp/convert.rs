@@ -24,6 +24,7 @@ pub fn convert(
 ) -> Result<Converted, DatasetError> {
     let read = |path: &Path, bytes: &[u8]| {
         let persons = table::read(path, bytes)?;
+        // The sets number their photographs with different counts of digits.
         let first = |digits: usize| options.images.join(name(0, digits)).is_file();
         let digits = DIGITS.into_iter().find(|&digits| first(digits)).unwrap_or(DIGITS[0]);
         let photograph = |(index, points)| Photograph {

@@ -27,6 +27,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Vec<[LspPoint; LSP_POINT
     let table = file.variable("joints").map_err(&failed)?;
     let dimensions = table.dimensions();
     let is_extended = match dimensions[..] {
+        // One photograph is a table without a third dimension.
         [LSP_POINTS, VALUES] | [LSP_POINTS, VALUES, _] => true,
         [VALUES, LSP_POINTS] | [VALUES, LSP_POINTS, _] => false,
         _ => {
@@ -37,6 +38,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Vec<[LspPoint; LSP_POINT
     };
     let values = table.values().map_err(&failed)?;
     let point = |person: &[f64], point: usize| {
+        // MATLAB's first dimension runs fastest.
         let value = |value: usize| match is_extended {
             true => person[value * LSP_POINTS + point],
             false => person[point * VALUES + value],

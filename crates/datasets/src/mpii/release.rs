@@ -41,6 +41,7 @@ impl Release {
         }
         let mut photographs = Vec::new();
         for (index, image) in images.elements().map_err(failed)?.enumerate() {
+            // Joints of the others are not published.
             if flags[index] == 1.0 {
                 photographs.push(photograph(index, image).map_err(failed)?);
             }

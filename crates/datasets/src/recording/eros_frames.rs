@@ -73,7 +73,9 @@ pub fn write_eros_frames(
     let mut annotations = Vec::new();
     let mut start = Micros(i64::MIN);
     for (index, body) in bodies.iter().enumerate() {
+        // The instant is included, and a window excludes its end.
         let window = TimeWindow { start, end: body.t + Micros(1) };
+        // Also before instants that are left out: the representation remembers.
         renderer.eros.push(&events.slice(window));
         start = window.end;
         let is_known = body.points_px.iter().any(Option::is_some);
@@ -129,7 +131,6 @@ impl ErosRenderer {
 }
 
 fn write_png(path: &Path, image: &Plane<u8>) -> Result<(), DatasetError> {
-    let failed = |source| DatasetError::Io { path: path.to_owned(), action: "write it", source };
     // A sensor has at most 65,535 columns and rows.
     let (width, height) = (image.width() as u32, image.height() as u32);
     let pixels = GrayImage::from_raw(width, height, image.data().to_vec());
@@ -140,7 +141,7 @@ fn write_png(path: &Path, image: &Plane<u8>) -> Result<(), DatasetError> {
             image.write_to(&mut bytes, ImageFormat::Png).map_err(std::io::Error::other)
         })
         .and_then(|()| atomic_write(path, bytes.get_ref()))
-        .map_err(failed)
+        .map_err(DatasetError::io(path, "write it"))
 }
 
 #[cfg(test)]

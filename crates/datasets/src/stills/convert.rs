@@ -62,10 +62,12 @@ pub(crate) fn convert(
     let bytes = std::fs::read(path).map_err(|source| file_error(path, "read it", source))?;
     let digest = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
     let set = read(path, &bytes)?;
+    // COCO's annotations take hundreds of megabytes.
     drop(bytes);
     start(options, digest)?;
     let unnamed = bad_names(&set.photographs);
     let photographs = set.photographs.len() as u64;
+    // Outcomes are in the order of the set, whichever thread was first.
     let outcomes = set
         .photographs
         .par_iter()
@@ -107,10 +109,12 @@ fn start(options: &StillOptions, annotations_sha256: String) -> Result<(), Datas
         seed: u64,
         parity: bool,
     }
+    // What changes images is compared; threads and folders may differ.
     let StillOptions { style, format, seed, parity, .. } = *options;
     let bytes = json(&Settings { annotations_sha256, style, format, seed, parity })?;
     let path = options.output.join(SETTINGS);
     match std::fs::read(&path) {
+        // Compared as bytes: any other setting is another conversion.
         Ok(found) if found == bytes => Ok(()),
         Ok(_) => {
             let reason = "this folder was converted with other ones: take another, or remove it";
@@ -163,6 +167,7 @@ fn photograph_of(
         };
         Ok(Outcome::skipped(photograph, reason, Some(error.to_string())))
     };
+    // The header alone: pixels are decoded only if an image is missing.
     let size = match size(&path) {
         Ok(size) => size,
         Err(error) => return unreadable(error),
@@ -174,6 +179,7 @@ fn photograph_of(
             Ok(person) => match labelled(options, photograph, index, person, size) {
                 Ok((window, annotation)) => {
                     let path = options.output.join(IMAGES).join(&annotation.image);
+                    // It may be there from an interrupted run.
                     if !path.exists() {
                         missing.push((window, path));
                     }
@@ -197,12 +203,14 @@ fn photograph_of(
     let image = match options.style {
         StillStyle::Grey => grey,
         StillStyle::ErosLike(look) => {
+            // By number of the photograph: threads and restarts do not change it.
             let seed = seed_for(options.seed, set, photograph.index as u64);
             let mut out = Plane::filled(0, 0, 0);
             look.convert_into(&grey, seed, work, &mut out);
             out
         }
     };
+    // Written at the end: a photograph is read once for all of its persons.
     for (window, path) in missing {
         write(&path, &window.cut(&image), options.format)?;
     }
@@ -233,6 +241,7 @@ fn finish(
     not_for_training: usize,
 ) -> Result<Converted, DatasetError> {
     let photographs = outcomes.len();
+    // A photograph counts if somebody on it can be used.
     let images = outcomes.iter().filter(|outcome| !outcome.annotations.is_empty()).count();
     let mut annotations = Vec::new();
     let mut skipped = Vec::new();
@@ -256,6 +265,7 @@ fn finish(
     let path = options.output.join(REPORT);
     let bytes = json(&converted)?;
     atomic_write(&path, &bytes).map_err(|source| file_error(&path, "write it", source))?;
+    // Last: a folder with labels is complete.
     write_annotations(&options.output.join(LABELS), &annotations)?;
     Ok(converted)
 }

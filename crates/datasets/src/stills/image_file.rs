@@ -39,7 +39,6 @@ pub(super) fn write(
     image: &Plane<u8>,
     format: CropFormat,
 ) -> Result<(), DatasetError> {
-    let failed = |source| DatasetError::Io { path: path.to_owned(), action: "write it", source };
     let mut bytes = Vec::new();
     let (width, height) = (image.width() as u32, image.height() as u32);
     let encoded = match format {
@@ -52,6 +51,6 @@ pub(super) fn write(
         CropFormat::Jpeg { quality } => JpegEncoder::new_with_quality(&mut bytes, quality)
             .write_image(image.data(), width, height, ExtendedColorType::L8),
     };
-    encoded.map_err(|error| failed(std::io::Error::other(error)))?;
-    atomic_write(path, &bytes).map_err(failed)
+    encoded.map_err(|error| DatasetError::io(path, "write it")(std::io::Error::other(error)))?;
+    atomic_write(path, &bytes).map_err(DatasetError::io(path, "write it"))
 }

@@ -38,6 +38,7 @@ impl Window {
         if !is_near {
             return Err(SkipReason::PointsOutside);
         }
+        // The side is width and height together: half of it to either side.
         let (center, half) = ((low + high) / 2.0, (high - low).element_sum() / 2.0);
         let [start, end] = [center - half, center + half].map(|corner| corner.as_i64vec2());
         let side = (end - start).as_usizevec2();

@@ -87,6 +87,7 @@ impl Data {
                     *g += error * x;
                 }
             }
+            // The ridge keeps weights finite where a feature separates all patches.
             for (g, w) in gradient.iter_mut().zip(&weights) {
                 *g -= RIDGE as f32 * used * w;
             }
@@ -117,6 +118,7 @@ fn inverse(rows: &[Row], folds: &[usize], held_out: usize) -> Vec<[f64; COLUMNS]
             }
         }
     }
+    // A constant feature would make it singular.
     for (i, row) in matrix.iter_mut().enumerate() {
         row[i] += RIDGE * used + 1e-6;
     }

@@ -51,6 +51,7 @@ pub fn two_sample(
         data.auc(&labels(&pairs, &swaps))
     });
     let as_large = permuted.filter(|other| *other >= auc).count();
+    // The recording counts as one of the permutations.
     TwoSample { auc, p: (1 + as_large) as f64 / (PERMUTATIONS + 1) as f64 }
 }
 

@@ -46,6 +46,7 @@ impl Sorted {
         };
         // An incomplete last patch of the window is left out.
         let inside = || range.clone().filter(|i| patch(*i) < grid.patches);
+        // A counting sort: a patch is a slice of one array.
         let mut starts = vec![0; grid.patches + 1];
         for i in inside() {
             starts[patch(i) + 1] += 1;
@@ -97,6 +98,7 @@ pub(super) fn pairs(
     let has_events =
         |patch: &usize| measured.patch(*patch).len() + other(*patch).len() >= 2 * MIN_EVENTS;
     let mut chosen: Vec<usize> = (0..grid.patches).filter(has_events).collect();
+    // A random order, so that those that are kept are spread over image and time.
     let noise = StageNoise::new(seed, "patches", 0);
     chosen.sort_by_key(|patch| (noise.bits(*patch, 0), *patch));
     chosen.truncate(MAX_PAIRS);
@@ -104,6 +106,7 @@ pub(super) fn pairs(
     let pair = |patch: usize| {
         let (tile, block) = (patch % tiles, patch / tiles);
         let part = block * FOLDS / blocks;
+        // Few tiles are too few groups to be permuted: parts of time count as well.
         let group = if tiles < MIN_TILES { tile * FOLDS + part } else { tile };
         Pair {
             features: [patch_features(measured.patch(patch)), patch_features(other(patch))],

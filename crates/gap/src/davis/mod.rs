@@ -226,6 +226,7 @@ impl Shots {
             let t_us = 1e6 * k as f64 / FPS;
             let next = times.partition_point(|t| *t <= t_us).clamp(1, of_shots - 1);
             let (from, to) = (times[next - 1], times[next]);
+            // Outside of the frames, light stays as in the nearest one.
             let share = ((t_us - from) / (to - from)).clamp(0.0, 1.0) as f32;
             let light = logs.chunks(of_shots).enumerate().map(|(pixel, logs)| {
                 let share = interpolation.share(share, next, pixel, usize::from(self.size.width));

@@ -47,6 +47,7 @@ pub(super) fn shortest(gates: &[Gate], path: &mut Vec<f64>) {
                 (max_slope, bend_down) = (high, k);
             }
         }
+        // Without a bend it goes straight to the end.
         let (to, reached) = bend.unwrap_or((gates.len() - 1, middle(*last)));
         let slope = (reached - value) / (gates[to].t - gates[at].t);
         path.extend(gates[at + 1..=to].iter().map(|gate| value + slope * (gate.t - gates[at].t)));

@@ -181,6 +181,7 @@ fn shot(frame: &Frame, size: SensorSize) -> Result<Shot, String> {
             );
         }
     };
+    // Files without exposure times: the frame is of an instant.
     let (start, end) = if frame.exposure_end > frame.exposure_start {
         (frame.exposure_start, frame.exposure_end)
     } else {

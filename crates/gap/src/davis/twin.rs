@@ -34,6 +34,7 @@ impl Shots {
         let wave = [slant[0] * is_along[0], slant[1] * is_along[1], rng.unit()];
         let exposures = self.exposures();
         let last = self.shots.len() - 1;
+        // The ends always, or a twin would be shorter than the recording.
         let is_used = |k: &usize| *k == 0 || *k == last || *k as u64 % 2 == i % 2;
         let place = StageNoise::new(seed_for(seed, "rounding", i), "twin", 0);
         let noise = |k: usize| StageNoise::new(seed_for(seed, "frame", i), "twin", k as u64);
@@ -43,6 +44,7 @@ impl Shots {
             let noise = noise(k);
             let code = |(pixel, light): (usize, &f32)| {
                 let exact = self.response.code(f64::from(*light) * exposures[k]) as f32;
+                // The same in all frames, since black and rounding of a pixel do not flicker.
                 let off = black + place.uniform(pixel, 0) - 0.5;
                 let value = exact * f32::from(self.white)
                     + off

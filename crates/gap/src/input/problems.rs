@@ -80,6 +80,7 @@ impl Problems {
         let expected_s = units::span_s(reference).filter(|_| reference.len() > 1);
         if let Some(too_long_by) = units::too_long_by(&events, expected_s.unwrap_or(duration_s)) {
             list.push(Problem::Unit { too_long_by });
+            // Later checks see the stamps as they would be corrected.
             events = units::divided(&events, too_long_by);
         }
         if let Some(shift_s) = shift_s(&events, reference, duration_s) {
@@ -91,6 +92,7 @@ impl Problems {
         if is_other_length(&events, reference, duration_s) {
             list.push(Problem::Duration { recording_s: end_s, scene_s: duration_s });
         }
+        // Last, since images can be compared only where times agree.
         if let Some(orientation) = symmetry::find(&events, reference).filter(|o| o.is_clear) {
             list.push(Problem::Orientation(orientation));
         }
@@ -180,6 +182,7 @@ fn shift_s(events: &EventStream, reference: &EventStream, duration_s: f64) -> Op
         // The rates do not determine a shift, and only the end is late.
         return None;
     } else {
+        // Nothing but the first event says where it begins.
         expected_s - first_s
     };
     (shift_s.abs() > limit_s).then_some(shift_s)

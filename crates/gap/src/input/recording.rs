@@ -36,6 +36,7 @@ pub fn load_recording(
     let mut notes = Vec::new();
     if let Some(given) = sensor {
         match read.sensor_origin {
+            // The format only assumed its usual size: read again with the scene's.
             SensorOrigin::Assumed => read = evpose_io::open_with(path, sensor)?,
             SensorOrigin::Inferred => read.stream = placed(&read.stream, given, &mut notes),
             SensorOrigin::Stated | SensorOrigin::Given => {}
@@ -48,6 +49,7 @@ pub fn load_recording(
         ));
     }
     let is_framed = read.format == "evc";
+    // Stamps are known to a frame.
     let tick = if is_framed { evpose_io::evc::FRAME } else { Micros(1) };
     if is_framed {
         // Events of one frame have no order in time: sort them by pixel, as simulated ones are.

@@ -39,6 +39,7 @@ pub(super) fn arrows(measured: &View<'_>, runs: &[View<'_>]) -> Vec<Arrow> {
         // Less that of runs of the model: the estimate has a bias of its own where edges curve.
         let (dx_px, dy_px) = (x - mean_x, y - mean_y);
         let centre = |i: usize, n: usize| (i as f64 + 0.5) / n as f64;
+        // Without a run there is nothing to compare with.
         (n > 0.0).then(|| Arrow {
             x: centre(tile % TILES.0, TILES.0),
             y: centre(tile / TILES.0, TILES.1),

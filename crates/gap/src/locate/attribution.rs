@@ -135,6 +135,7 @@ impl Fit {
             let Some(best) = tried.into_iter().reduce(|a, b| if b.1 > a.1 { b } else { a }) else {
                 return;
             };
+            // A gain has to be large by itself, and beside what is explained already.
             if best.1 - total < MIN_GAIN.max(MIN_SHARE * best.1) {
                 return;
             }
@@ -183,10 +184,12 @@ pub(super) fn attribute(table: &Table, samples: &[Sample]) -> Attribution {
         fit.select(&mut chosen, &mut (0..SCENE).collect(), &mut gains);
         (chosen, gains)
     };
+    // Runs of the model explain something of each other by chance, too.
     let null = samples[1..].par_iter().take(NULL_RUNS).map(|sample| main(sample).1);
     let null: Vec<f64> = null.map(|gains| gains.iter().sum()).collect();
     let gain_by_chance = null.into_iter().fold(0.0, f64::max);
     let (mut chosen, mut gains) = main(&samples[0]);
+    // Only of the first axes: pairs of all would be too many tests.
     let paired = &chosen[..chosen.len().min(PAIRED)];
     let pairs = paired
         .iter()

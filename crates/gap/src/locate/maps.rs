@@ -188,6 +188,7 @@ impl Profile {
     fn from_counts<T: AsRef<[f64]>>(counts: &[f64], runs: &[T]) -> Self {
         let sum = |i: usize| runs.iter().map(|run| run.as_ref()[i]).sum::<f64>();
         let n = runs.len() as f64;
+        // Roots of counts have a variance that does not depend on their mean (Anscombe).
         let deviation = |count: f64, others: f64, n: f64| {
             let expected = others / n;
             let tolerance = TOLERANCE * expected.sqrt();
@@ -198,6 +199,7 @@ impl Profile {
         let class = |sum: f64| (1.0 + sum / n).log2() as usize;
         let mut scatter = [(0.0, 0.0); 64];
         let mut all = (0.0, 0.0);
+        // Each run against the others, as the recording against all.
         for run in runs.iter().filter(|_| n > 1.0) {
             for (i, count) in run.as_ref().iter().enumerate() {
                 let sum = sum(i);
@@ -212,6 +214,7 @@ impl Profile {
         }
         let scatter = |sum: f64| {
             let own = scatter[class(sum)];
+            // Classes of few counts have the scatter of all.
             let (squares, used) = if own.1 >= MIN_CLASS * n { own } else { all };
             if used > 0.0 { f64::sqrt(squares / used).max(MIN_SCATTER) } else { 1.0 }
         };

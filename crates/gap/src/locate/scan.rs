@@ -55,6 +55,7 @@ impl Scan {
 pub(super) fn scan(table: &Table, samples: &[Sample], measured: &View<'_>) -> Scan {
     let keys = &table.keys;
     let best = |sample: &Sample| Search { keys, sample }.best();
+    // The scores of runs are those that chance gives.
     let (scored, null): (ScoredBox, Vec<ScoredBox>) =
         rayon::join(|| best(&samples[0]), || samples[1..].par_iter().map(best).collect::<Vec<_>>());
     let null_scores: Vec<f64> = null.iter().map(|one| one.score).collect();
@@ -67,6 +68,7 @@ pub(super) fn scan(table: &Table, samples: &[Sample], measured: &View<'_>) -> Sc
             break;
         }
         let region = Region::new(scored.levels, (keys, &sample), measured, (scored.score, p));
+        // Long recordings make tiny excesses significant.
         if region.ratio.ln().abs() < MIN_LOG_RATIO {
             break;
         }
@@ -74,6 +76,7 @@ pub(super) fn scan(table: &Table, samples: &[Sample], measured: &View<'_>) -> Sc
         for (i, _) in keys.iter().enumerate().filter(|(_, key)| *key & !scored.levels == 0) {
             match region.expected > 0.0 && region.measured > 0.0 {
                 true => sample.sums[i] *= region.ratio,
+                // Nothing can be scaled: these classes are left out.
                 false => (sample.events[i], sample.sums[i]) = (0.0, 0.0),
             }
         }
@@ -141,6 +144,7 @@ impl Search<'_> {
         // Classes are summed by level once; each range is then a sum over at most ten levels.
         let mut sums = [Sums::default(); 16];
         for (i, key) in self.keys.iter().enumerate() {
+            // A class is in the box unless a level of it lies outside.
             if key & outside == 0 {
                 let sums = &mut sums[axis.level(*key)];
                 sums.events += self.sample.events[i];

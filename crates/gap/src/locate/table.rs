@@ -29,6 +29,7 @@ pub(super) struct Sample {
 impl Table {
     pub(super) fn from_views(streams: &[&View<'_>]) -> Self {
         let classes = Axis::ALL.iter().map(|axis| axis.count()).product();
+        // By index, since a map would be asked for every event.
         let mut places = vec![u32::MAX; classes];
         let mut keys = Vec::new();
         let mut counts: Vec<Vec<f64>> = Vec::with_capacity(streams.len());
@@ -51,6 +52,7 @@ impl Table {
             }
             counts.push(own);
         }
+        // Later streams have added classes.
         for own in &mut counts {
             own.resize(keys.len(), 0.0);
         }

@@ -101,6 +101,7 @@ impl StatisticProbe for Geometry {
         for [mut measured, mut expected] in images(view) {
             for (blur, products) in products.iter_mut().enumerate() {
                 if blur > 0 {
+                    // The second blur is applied to the result of the first.
                     measured = measured.smoothed(blur);
                     expected = expected.smoothed(blur);
                 }
@@ -108,6 +109,7 @@ impl StatisticProbe for Geometry {
                 products[1] += dot(&measured.data, &measured.data);
                 products[2] += dot(&expected.data, &expected.data);
             }
+            // At the coarsest blur, whose gradients reach over a shift of some pixels.
             displacement.add(&measured, &expected);
         }
         let size = view.size();

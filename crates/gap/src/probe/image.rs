@@ -40,6 +40,7 @@ impl Image {
         let mut both = Self::zeros(width, height);
         for (y, out) in both.data.chunks_exact_mut(width).enumerate() {
             for (k, weight) in WEIGHTS.iter().enumerate() {
+                // Outside of the image all is zero.
                 let Some(from) = (y + k * spacing).checked_sub(edge) else { continue };
                 let Some(row) = along.data.get(from * width..(from + 1) * width) else { break };
                 out.iter_mut().zip(row).for_each(|(sum, value)| *sum += weight * value);

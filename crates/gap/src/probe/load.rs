@@ -101,10 +101,12 @@ impl StatisticProbe for Load {
         out.push(1e-6 * lag_us * view.reference_scene.scene.fps());
         out.extend([0, 1].map(|i| ((events[i] + SETTLED) / (expected[i] + SETTLED)).ln()));
 
+        // Gaps between events of all pixels, as a shared bus makes them.
         let mut intervals = vec![0_u32; MAX_INTERVAL_US + 1];
         for pair in view.events().windows(2) {
             intervals[((pair[1].t_us - pair[0].t_us) as usize).min(MAX_INTERVAL_US)] += 1;
         }
+        // One more, since stamps can be equal.
         let log = |share| (quantile::of_histogram(&intervals, share) + 1.0).log10();
         out.extend(INTERVALS.map(log));
     }

@@ -134,6 +134,7 @@ fn succession(spots: &[Spot], out: &mut Vec<f64>) {
             right += sign(dx);
         }
     }
+    // Few pairs shrink shares towards none.
     out.extend([row, column].map(|same| same / (pairs + SETTLED)));
     out.extend([down, right].map(|sum| sum / (close + SETTLED)));
 }

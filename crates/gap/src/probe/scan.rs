@@ -63,6 +63,7 @@ impl Spot {
 /// Resultant lengths, axis by axis and band by band; one where all events are locked.
 pub(super) fn resultants(view: &View<'_>, spots: &[Spot]) -> [f64; AXES.len() * BANDS] {
     let size = view.size();
+    // A scan reads line i at phase i / n: turned back by it, its events have one phase.
     let phases = |n: u16| -> Vec<(f32, f32)> {
         let angles = (0..n).map(|i| -TAU * f64::from(i) / f64::from(n));
         angles.map(|a| (a.cos() as f32, a.sin() as f32)).collect()
@@ -105,10 +106,12 @@ pub(super) fn resultants(view: &View<'_>, spots: &[Spot]) -> [f64; AXES.len() * 
     }
     let chance = pairs.sqrt();
     for (axis, power) in powers.iter().enumerate() {
+        // Without lines there is no direction.
         for backward in [false, true].into_iter().take(if axis == 0 { 1 } else { 2 }) {
             let excess = excess(power, backward);
             for b in 0..BANDS {
                 let band = band(b);
+                // By chance, the largest of n excesses is about ln n standard deviations.
                 let highest = chance * (band.len() as f64).ln();
                 let best = excess[band].iter().fold(0.0, |best: f64, e| best.max(*e));
                 let square = ((best - highest) / pairs).clamp(0.0, 1.0);
@@ -139,6 +142,7 @@ pub(crate) fn scan_of(events: &EventStream) -> Option<Scan> {
     let from = events.t().partition_point(|t| t.0 < 0);
     let mut spots: Vec<Spot> =
         events.iter().skip(from).map(|e| Spot { t_us: e.t.0, x: e.x, y: e.y }).collect();
+    // A block at least, which the transform needs.
     let count = MAX_SPOTS.max(spots.partition_point(|spot| spot.t_us < BLOCK_US));
     spots.truncate(count.min(spots.partition_point(|spot| spot.t_us < MAX_LENGTH_US)));
     let length_us = spots.last()?.t_us as f64;
@@ -163,6 +167,7 @@ pub(crate) fn scan_of(events: &EventStream) -> Option<Scan> {
             let excess = excess(&power, !is_backward);
             let bands = band(BANDS - 1).start..band(0).end;
             let most = bands.clone().map(|k| excess[k]).fold(0.0, f64::max);
+            // The lowest that is nearly the strongest: higher ones are its multiples.
             let coarse = bands.clone().find(|k| {
                 excess[*k] > AS_LOCKED * most && excess[*k] >= excess[k + 1].max(excess[k - 1])
             });
@@ -196,6 +201,7 @@ pub(crate) fn scan_of(events: &EventStream) -> Option<Scan> {
                 let off = spot.t_us as f64 * turns - line - half;
                 off - off.round()
             };
+            // Twice, since phases wrap elsewhere after the first correction.
             for _ in 0..2 {
                 turns += drift(spots.iter().map(|spot| (spot.t_us as f64, off(turns, spot))));
             }
@@ -257,11 +263,13 @@ fn excess(power: &[f32], backward: bool) -> Vec<f64> {
     sums.push(0.0);
     // The zero frequency is the mean rate, not a line.
     let ordered: Vec<f64> = (0..half).map(|k| if k == 0 { 0.0 } else { at(k) }).collect();
+    // Running sums, so that each mean is a difference.
     for power in &ordered {
         sums.push(sums[sums.len() - 1] + power);
     }
     let between = |from: usize, to: usize| sums[to.min(half)] - sums[from.min(half)];
     let mean = |k: usize| {
+        // The line itself leaks into the nearest frequencies, which are left out.
         let (near, far) = (k.saturating_sub(TOUCHED), k.saturating_sub(AROUND));
         let after = (k + 2 + TOUCHED, k + 2 + AROUND);
         let count = near - far + after.1.min(half) - after.0.min(half);

@@ -50,6 +50,7 @@ impl Rates {
     }
 
     fn measure(mut self, out: &mut Vec<f64>) {
+        // The mean would leak into the lowest frequencies.
         for side in [&mut self.counts.re, &mut self.counts.im] {
             let mean = side.iter().sum::<f32>() / self.bins as f32;
             side[..self.bins].iter_mut().for_each(|n| *n -= mean);
@@ -76,12 +77,14 @@ impl Rates {
                 all += on + off;
                 if on + off > strongest {
                     strongest = on + off;
+                    // The cosine of their phase: -1 in antiphase.
                     let product = on_re * off_re + on_im * off_im;
                     opposed = product / (on * off).sqrt().max(f64::MIN_POSITIVE);
                 }
             }
         }
         out.extend(powers.iter().map(|(power, ordinates)| {
+            // A band without ordinates counts as one of independent events.
             let mean = if *ordinates > 0.0 { power / ordinates } else { self.events };
             ((mean + SETTLED) / (self.events + SETTLED)).log10()
         }));

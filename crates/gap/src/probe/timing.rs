@@ -134,6 +134,7 @@ fn missing(view: &View<'_>) -> [f64; CLASSES] {
             *times = rest;
         }
     }
+    // What is left has no event: all those of its pixel and polarity came too early.
     for (list, times) in left.iter().enumerate() {
         times.iter().for_each(|t_us| miss(list / 2, list % 2 == 1, *t_us));
     }

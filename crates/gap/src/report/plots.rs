@@ -165,6 +165,7 @@ fn speeds(view: &View<'_>) -> Vec<f64> {
     }
     let counts = counts(view, Cell::SPEEDS, |event| event.cell.speed());
     let ratio = |(count, expected): (f64, f64)| {
+        // A ratio of a few events is noise: the plot has a gap there.
         if expected >= MIN_EVENTS as f64 { count / expected } else { f64::NAN }
     };
     counts.into_iter().zip(expected).map(ratio).collect()
@@ -212,6 +213,7 @@ fn spectrum_of(view: &View<'_>) -> Vec<f64> {
             re += (count - mean) * cos;
             im += (count - mean) * sin;
         }
+        // Independent events have the power of their number.
         let power = (re * re + im * im) / all;
         // Zero has no place on a logarithmic axis.
         if power > 0.0 { power } else { f64::NAN }

@@ -54,6 +54,7 @@ impl SideBySide {
             }
             // Four levels of each polarity: none, one, two or three, more.
             let level = |count: u32| [0, 1, 2, 2][count.min(3) as usize] + u32::from(count > 3);
+            // Sixteen combinations fit in one hexadecimal digit: pages stay small.
             let digit = |[off, on]: [u32; 2]| {
                 char::from_digit(4 * level(on) + level(off), 16).unwrap_or('0')
             };

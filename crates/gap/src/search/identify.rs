@@ -48,6 +48,7 @@ impl DataSplits<'_> {
         progress: StageCallback<'_>,
     ) -> Result<Identification, GapError> {
         let before = self.score(model)?;
+        // On both parts: a gap that one of them shows is a gap.
         let (_, gap_of_train) = self.train.score(model, SCORE_RUNS)?;
         if is_within_tolerance(&before) && gap_of_train <= super::decision::TOLERATED_GAP {
             return Identification::without_gap(self, before);
@@ -65,6 +66,7 @@ impl DataSplits<'_> {
         let unfitted = selection.model.clone();
         let fit = refit(&self.train, &unfitted, 1)?;
         let refitted = self.score(&fit.model)?;
+        // A refit that is worse on held-out data has learned noise.
         if refitted.discrepancy < selection.held_out.discrepancy {
             selection.model = fit.model;
             selection.train_discrepancy = fit.discrepancy;
@@ -100,6 +102,7 @@ impl DataSplits<'_> {
         selection.fit_together(self, FINAL_ROUNDS)?;
         let test = |selection: &Selection| self.tested(selection, &forward, &refitted);
         let mut tested = test(&selection)?;
+        // Beside changed parameters, only an explanation that leaves nothing is complete.
         let is_complete = if tested.parameters.is_empty() {
             !forward.is_partial(&tested.selection)
         } else {
@@ -117,6 +120,7 @@ impl DataSplits<'_> {
         }
         let (is_swapped, mut compared) = swap(self, &mut tested.selection)?;
         if is_swapped {
+            // Another effect changes what the others are worth.
             tested = test(&tested.selection)?;
             compared = swap(self, &mut tested.selection)?.1;
         }

@@ -81,6 +81,7 @@ fn with_rates_at_rest(
         if at_rest_s > 0.0 {
             let more_hz = (measured[i] - simulated[i]) / at_rest_s;
             let rate_hz = parameter.value(&model) + more_hz;
+            // A model cannot have fewer noise events than none.
             parameter.set(&mut model, rate_hz.max(0.0));
         }
     }
@@ -94,6 +95,7 @@ pub(super) fn with_thresholds(
     model: &SensorConfig,
 ) -> Result<SensorConfig, GapError> {
     let mut scaled = model.clone();
+    // One more event, so that no count is without a logarithm.
     let measured = objective.layout.events_in_motion(&objective.measured).map(|n| (n + 1.0).ln());
     let parameters = [ModelParameter::ThresholdOff, ModelParameter::ThresholdOn];
     // Counts are inverse to the threshold where contrasts are large: the first step of the secant.
@@ -102,6 +104,7 @@ pub(super) fn with_thresholds(
     for _ in 0..SECANT_STEPS {
         let run = objective.run(&scaled, 0)?;
         let counts = objective.layout.events_in_motion(&run).map(|n| (n + 1.0).ln());
+        // Near enough: the fit does the rest.
         if measured.iter().zip(counts).all(|(a, b)| (a - b).abs() < AS_MANY) {
             break;
         }
@@ -139,6 +142,7 @@ fn offset_us(measured: &EventStream, simulated: &EventStream) -> f64 {
         for event in events.iter().filter(|event| event.t.0 >= 0) {
             rate[(event.t.0 / BIN_US) as usize + bins * usize::from(event.polarity.is_on())] += 1.0;
         }
+        // Only changes of the rate say anything of a shift.
         for half in rate.chunks_mut(bins) {
             let mean = half.iter().sum::<f64>() / bins as f64;
             half.iter_mut().for_each(|n| *n -= mean);

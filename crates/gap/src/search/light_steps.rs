@@ -46,6 +46,7 @@ pub(super) fn light_steps(
     if best < MIN_MEAN {
         return None;
     }
+    // The first that is nearly the best, since multiples of it fit as well.
     let first = means.iter().position(|mean| *mean >= AS_GOOD * best)?;
     // The first is on the flank of its peak.
     let peak =
@@ -55,6 +56,7 @@ pub(super) fn light_steps(
         let times = [false, true].map(|is_on| expected.times(pixel, is_on).iter());
         times.into_iter().flatten().map(move |t_us| (pixel, *t_us))
     };
+    // A scene may have steps of its own, which the reference then shows, too.
     let by_itself = Lights::of(scene, pixels.flat_map(of_pixel)).mean(counts[peak]).unwrap_or(0.0);
     if means[peak] - by_itself < MIN_MEAN {
         return None;

@@ -49,6 +49,7 @@ impl FittedCandidate {
             for start in [&from_fitted, &from_given] {
                 let free = FreeParameter::of_effect(&fuller.trial);
                 let fit = descend(objective, start, &free, None, 1, ROUNDS)?;
+                // A parameter has to be worth more than its freedom.
                 if with_margin(fit.discrepancy) < self.fit.discrepancy {
                     fuller.fit = fit;
                     *self = fuller.clone();

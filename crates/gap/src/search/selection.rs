@@ -101,8 +101,10 @@ impl Selection {
         // Gradient descent does not cross a threshold error of a third.
         let mut start = self.model.clone();
         let thresholds = [ModelParameter::ThresholdOn, ModelParameter::ThresholdOff];
+        // Counts set both, so both have to be free.
         if thresholds.iter().all(|threshold| self.fitted.contains(threshold)) {
             let counted = with_thresholds(&splits.train, &self.model)?;
+            // Effects change counts, too: only where it helps.
             if splits.train.discrepancy(&counted, 1)? < splits.train.discrepancy(&start, 1)? {
                 start = counted;
             }

@@ -64,6 +64,7 @@ pub(super) fn difference(
         discrepancy(&expected.deviations(layout, summary))
     };
     let gain_of = |summary: &[f64]| of(&expected[0], summary) - of(&expected[1], summary);
+    // Further runs: the first ones are those of the expectations.
     let replicates = (SCORE_RUNS..SCORE_RUNS + REPLICATES)
         .into_par_iter()
         .map(|run| Ok(gain_of(&objective.run(first, run)?)))
@@ -73,6 +74,7 @@ pub(super) fn difference(
     let gain = gain_of(&objective.measured);
     let compared = expected[1].mean.iter().filter(|mean| mean.is_finite()).count().max(1) as f64;
     let left = of(&expected[1], &objective.measured) / (compared * rho_of_chance());
+    // A model that fits badly deviates by more than its own runs do.
     let z = (gain - mean) / (deviation * left.max(1.0));
     // Tails of few replicates are wider than normal ones: Student's t would be exact for them.
     Ok(Difference { gain, p: normal_upper_tail(z * student_factor(z)), worsened: 0.0 })

@@ -64,6 +64,7 @@ pub(super) fn swap(
                 .extend(effect.rivals.iter().filter(|other| other.name != candidate.name).cloned());
             selection.effects[i] = SelectedEffect { candidate, rivals, is_proven: false };
             selection.train_discrepancy = best.train_discrepancy;
+            // What was replaced stays as a rival, unless it could not be resolved at all.
             if is_resolved {
                 fitted[0] = own;
             } else {

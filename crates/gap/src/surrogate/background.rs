@@ -109,6 +109,7 @@ impl Background {
             self.stretches.iter().enumerate().map(|(i, stretch)| (place(stretch), i)).collect();
         let (mut pairs, mut expected) = (0usize, 0.0);
         for stretch in &self.stretches {
+            // To the right and below: each pair once.
             for step in [1, self.width] {
                 // Stretches of one block have the same bounds; pairs across blocks are left out.
                 let Some(i) = known.get(&(stretch.pixel + step, stretch.from_us)) else { continue };
@@ -124,6 +125,7 @@ impl Background {
                     let (mine, theirs) = (times(stretch), times(beside));
                     let length = (stretch.to_us - stretch.from_us) as f64;
                     let reach = 2.0 * SYNCHRONY_US as f64;
+                    // So often do independent events meet.
                     expected += (mine.len() * theirs.len()) as f64 * (reach / length).min(1.0);
                     for t in mine {
                         let from = theirs.partition_point(|other| *other < t - SYNCHRONY_US);

@@ -55,6 +55,7 @@ pub(super) fn alternation(intervals: &[(u32, Interval)]) -> Option<f64> {
 /// above. Light makes edges as well; a refractory period is the same in the busier and in the
 /// quieter half of the pixels, and between events of the same and of opposite polarity.
 pub(super) fn refractory_us(train: &Train) -> Option<f64> {
+    // Twice the longest edge, so that there are intervals above any.
     let all = intervals(train, 2 * EDGES_US.1 as i64);
     let mut counts = vec![0u32; train.size.pixels()];
     for mark in &train.marks {

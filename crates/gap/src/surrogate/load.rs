@@ -75,6 +75,7 @@ pub(super) fn unevenness(train: &Train, window_us: i64) -> Option<f64> {
         let mean = sum(counts) / BINS as f64;
         counts.iter().map(|count| (count - mean).powi(2)).sum::<f64>() / mean
     });
+    // Each window has a mean of its own, which takes a degree of freedom.
     let n = busiest.len() as f64 * (BINS - 1) as f64;
     (n > 0.0).then(|| ratios.sum::<f64>() / n)
 }

@@ -37,6 +37,7 @@ pub(super) fn test(values: &[Vec<f64>], tests: &[Test]) -> Vec<Tested> {
         .enumerate()
         .map(|(j, test)| {
             let column: Vec<f64> = values.iter().map(|row| row[j]).collect();
+            // Over recording and surrogates: without an effect, the recording is one of them.
             let (mean, sd) = mean_and_deviation(&column);
             let sign = if test.is_upper { 1.0 } else { -1.0 };
             // Variation within rounding errors is none.
@@ -45,9 +46,11 @@ pub(super) fn test(values: &[Vec<f64>], tests: &[Test]) -> Vec<Tested> {
         })
         .collect();
     let counting = || deviations.iter().zip(tests).filter(|(_, test)| test.counts);
+    // The largest of all tests by surrogate: that corrects for their number.
     let largest = |r: usize| counting().map(|(column, _)| column[r]).fold(f64::MIN, f64::max);
     let largest: Vec<f64> = (1..values.len()).map(largest).collect();
     let rank = |others: &mut dyn Iterator<Item = f64>, own: f64| {
+        // The recording counts as one of its own surrogates.
         (1 + others.filter(|other| *other >= own).count()) as f64 / n
     };
     let tested = deviations.iter().enumerate().map(|(j, column)| {

@@ -56,6 +56,7 @@ impl Null {
 
     fn statistics(self) -> Vec<Listed> {
         let mut listed = match self {
+            // The window that suits a statistic counts in the correction; for the first, each does.
             Self::Window(us) => vec![
                 upper("log lower edge of intervals", Some(RecordingMark::DeadTime), true),
                 upper("alternation of polarity", None, us == 20_000),
@@ -158,6 +159,7 @@ fn of_places(train: &Train) -> Vec<Option<f64>> {
 /// Tests every statistic of a recording against its surrogates.
 pub(super) fn statistics(parts: &Parts, replicates: usize, seed: u64) -> Vec<SceneFreeStatistic> {
     let measured = |null: Null, replicate: usize| {
+        // Replicate 0 is the recording.
         let surrogate =
             (replicate > 0).then(|| CounterRng::new(seed, null.description(), replicate as u64));
         null.measure(&parts.whole, parts.background.as_ref(), surrogate)

@@ -62,6 +62,7 @@ impl Counts {
             }
             around.sort_by(f64::total_cmp);
             quartiles.push(around.get(upper_index(around.len(), 1, 4)).copied().unwrap_or(0.0));
+            // Without the largest, since a hot neighbour would hide a hot pixel.
             let trimmed = &around[..around.len().saturating_sub(TRIMMED)];
             // One more event, so that no rate is zero.
             means.push((trimmed.iter().sum::<f64>() + 1.0) / trimmed.len().max(1) as f64);

@@ -60,6 +60,7 @@ fn fit_with(
     cases: &[(FindingEvidence, bool)],
     is_used: &[bool; FEATURES.len()],
 ) -> Option<(f64, [f64; FEATURES.len()])> {
+    // With one outcome alone, the intercept would be infinite: it has no prior.
     let right = cases.iter().filter(|(_, is_right)| *is_right).count();
     if right == 0 || right == cases.len() {
         return None;
@@ -95,6 +96,7 @@ fn fit_with(
                 }
             }
         }
+        // A normal prior on slopes; the intercept is free.
         matrix[0][0] += 1e-9;
         for a in 1..COLUMNS {
             matrix[a][a] += 1.0;
@@ -109,6 +111,7 @@ fn fit_with(
             break;
         }
     }
+    // Back from standardised features.
     let slopes: [f64; FEATURES.len()] = std::array::from_fn(|i| {
         if is_used[i] && spreads[i] > 1e-9 { weights[i + 1] / spreads[i] } else { 0.0 }
     });

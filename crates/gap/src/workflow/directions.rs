@@ -73,6 +73,7 @@ impl Directions {
 
     /// Fraction of a disagreement in the span of the candidates of each domain.
     pub fn shares(&self, deviations: &[f64]) -> BTreeMap<String, f64> {
+        // A few huge deviations should not decide a direction.
         let robust = |z: f64| z / (1.0 + z * z / 4.0).sqrt();
         let wanted: Vec<f64> = deviations.iter().map(|z| robust(*z)).collect();
         let whole = dot(&wanted, &wanted);
@@ -148,6 +149,7 @@ fn direction(
             }
         }
         let value = strengths[high.0];
+        // Between the two strengths that enclose the limit.
         limit = Some(low.map_or(value, |(below, left)| {
             let share = (DETECTABLE - left) / (discrepancy(&high.1) - left).max(1e-9);
             let below = strengths[below];

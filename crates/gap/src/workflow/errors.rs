@@ -64,6 +64,7 @@ pub(super) fn errors(
             }
         }
     }
+    // A parameter may change nothing: its prior then bounds its error.
     for (a, free_parameter) in free_parameters.iter().enumerate() {
         matrix[a][a] += 1.0 / free_parameter.prior_steps().powi(2) + 1e-9;
     }
@@ -77,7 +78,9 @@ pub(super) fn errors(
     };
     let mut blocks: Vec<StatisticBlock> =
         objective.layout.entries.iter().map(|entry| entry.block).collect();
+    // Only neighbours become one: a block whose entries stand apart occurs several times.
     blocks.dedup();
+    // Blocks can be wrong independently of each other.
     let by_blocks: Vec<Vec<f64>> = blocks
         .iter()
         .map(|block| pulled(&z, &|i| objective.layout.entries[i].block == *block))
@@ -89,6 +92,7 @@ pub(super) fn errors(
         })
         .collect::<Result<Vec<_>, GapError>>()?;
     let known = z.iter().filter(|z| **z != 0.0).count().max(1) as f64;
+    // As a reduced chi-square above 1: what stays unexplained makes curvature too optimistic.
     let widened = (crate::discrepancy(&z) / known).max(1.0);
     let squares = |pulls: &[Vec<f64>], a: usize| {
         let sum: f64 = pulls.iter().map(|pull| pull[a] * pull[a]).sum();

@@ -63,6 +63,7 @@ pub fn evidenced_findings(
     free.extend(ModelParameter::ALL.map(FreeParameter::Model));
     // All parameters together, so that errors include their correlations.
     let errors = errors(&splits.train, &result.after.model, &free)?;
+    // Parameters of the model are the last.
     let (mut rest, of_model) = errors.split_at(errors.len() - ModelParameter::ALL.len());
     let mut findings = Vec::new();
     for (i, free) in of_effects.iter().enumerate() {

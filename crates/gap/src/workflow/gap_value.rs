@@ -62,6 +62,7 @@ pub(super) fn resampled(
     let expected = objective.expect(model, RUNS)?;
     let runs = (0..RUNS).map(|run| objective.run(model, run)).collect::<Result<Vec<_>, _>>()?;
     Ok((0..resamples)
+        // A bootstrap: means of as many runs, drawn with replacement, scatter as their mean does.
         .map(|i| {
             let mut rng = CounterRng::new(seed, "runs of a gap", i);
             let drawn: Vec<usize> = runs.iter().map(|_| rng.below(runs.len())).collect();

@@ -209,6 +209,7 @@ impl Prepared {
         (case, reference_scene): &'a (ComparisonCase, ReferenceScene),
         i: u64,
     ) -> Result<Objective<'a>, GapError> {
+        // A seed of its own for each part: equal noise in both would look like agreement.
         let seed = evpose_core::seed_for(self.seed, "lab", i);
         let reference = &self.model.reference;
         let mut objective = Objective::new(

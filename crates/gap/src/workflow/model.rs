@@ -85,6 +85,7 @@ pub fn prepared_in(catalogue: Catalogue, model: &SensorConfig, nominal: Option<&
         };
         config.effects.retain(|effect| effect.name != owner.name || !is_idle(effect));
     }
+    // Light and thresholds alone: all else is what is searched for.
     let mut reference = SensorConfig { effects: Vec::new() };
     set_value(&mut reference, DarkOffset, DARK_FLOOR);
     for threshold in [ThresholdOn, ThresholdOff] {

@@ -166,6 +166,7 @@ fn statistics(
     seed: u64,
 ) -> Result<ReportData, GapError> {
     let z = (deviations(held_out, given)?, deviations(held_out, corrected)?);
+    // The same seed twice: pairs have the same draws, so that their difference has less noise.
     let pairs: Vec<_> = resampled(held_out, given, seed, RESAMPLES)?
         .into_iter()
         .zip(resampled(held_out, corrected, seed, RESAMPLES)?)

@@ -31,6 +31,7 @@ pub fn own_run(
 ) -> Result<OwnRun, GapError> {
     let model = prepared(model, nominal);
     let reference_scene = ReferenceScene::new(scene.clone(), &model.reference)?;
+    // A seed of no run of the objective: such a run would equal this recording event by event.
     let events =
         reference_scene.simulate(&model.config, seed_for(seed, "recording of our own", 0))?;
     let ComparisonCase { measured, window, .. } = ComparisonCase::new(&events, scene)?;

@@ -96,6 +96,7 @@ pub(super) fn moved_to_frames(
     step: Micros,
 ) -> Result<EventStream, GapError> {
     let phase = |event: &Event| event.t.0.rem_euclid(step.0) as f64 / step.0 as f64;
+    // Up, also before time 0.
     let up = |t: Micros| Micros(-(-t.0).div_euclid(step.0) * step.0);
     let is_ambiguous = |event: &Event| (f64::EPSILON..AMBIGUOUS).contains(&phase(event));
     let ambiguous: Vec<Event> = events.iter().filter(is_ambiguous).collect();
@@ -108,6 +109,7 @@ pub(super) fn moved_to_frames(
     };
     let moved = |event: Event| {
         let end = up(event.t);
+        // There is no frame before the first.
         let is_late = is_behind && phase(&event) > 0.0 && end.0 > 0;
         Event { t: if is_late { end - step } else { end }, ..event }
     };

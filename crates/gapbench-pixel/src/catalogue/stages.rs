@@ -49,6 +49,7 @@ pub(super) fn photoreceptor(circuit: &Circuit, terms: &mut Vec<Term>) {
             parameters.push(value("corner_at_white", corner_hz(ff), "Hz"));
         }
         if let Some(follower) = receptor.follower {
+            // The slope factor reduces the conductance of a transistor below threshold.
             let rate = KAPPA * node_rate_per_s(follower.bias_a, follower.load_pf * 1e3, kelvin);
             parameters.push(value("second_pole", rate / std::f64::consts::TAU, "Hz"));
         }
@@ -64,9 +65,11 @@ pub(super) fn photoreceptor(circuit: &Circuit, terms: &mut Vec<Term>) {
         push("photoreceptor_noise", vec![value("sigma", sigma, "ln"), bandwidth]);
     }
     if let Some(highpass) = receptor.highpass {
+        // tau = C U_T / I: capacitance over the conductance of a transistor below threshold.
         let tau_s = highpass.coupling_pf * 1e-12 * thermal_voltage_v(kelvin) / highpass.bias_a;
         push("adaptive_highpass", vec![value("tau", tau_s, "s")]);
     }
+    // The rate falls with light: to a half where the current is the half current.
     if let Some(noise) = circuit.detector.photon_noise {
         let half = noise.half_current_a / receptor.white_current_a;
         let parameters = vec![
@@ -83,12 +86,15 @@ pub(super) fn detector(circuit: &Circuit, nominal: &Nominal, terms: &mut Vec<Ter
     let [on, off] = thresholds_ln(circuit);
     let mut push = |name, parameters| terms.push(effect(name, CameraStage::Detector, parameters));
     if let Some(junction) = detector.leak {
+        // Amperes over farads are volts per second.
         let slope_v_s = junction.amperes(circuit.temperature_k) / (detector.feedback_ff * FEMTO);
+        // The slope reaches the threshold so often.
         let rate_hz = slope_v_s / (detector.threshold_on_mv * 1e-3);
         let spread = value("spread", junction.spread_ln, "ln");
         push("leak_on", vec![value("rate", rate_hz, "Hz"), spread]);
     }
     if detector.offset_sigma_ln > 0.0 {
+        // The coefficient of variation of a log-normal distribution.
         let relative = (detector.offset_sigma_ln.powi(2).exp() - 1.0).sqrt();
         push("threshold_mismatch", vec![value("sigma_C", 0.5 * (on + off) * relative, "ln")]);
     }

@@ -77,8 +77,10 @@ fn frame(scene: &Scene, k1: f64, kernel: &[f64], t_s: f64) -> Vec<f32> {
     let mut line = vec![0.0; wide];
     for row in 0..high {
         for (x, value) in line.iter_mut().enumerate() {
+            // A lens blurs light, not its logarithm.
             *value = log_scene(scene, k1, place(x), place(row), t_s).exp();
         }
+        // A Gaussian is separable.
         for x in 0..WIDTH {
             across[row * WIDTH + x] = weigh(kernel, |n| line[(x + margin).wrapping_add_signed(n)]);
         }

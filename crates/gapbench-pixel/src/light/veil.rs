@@ -23,6 +23,7 @@ impl Veil {
             .map(|k| {
                 let t_s = k as f64 / RATE_HZ;
                 let (mut sum, mut count) = (0.0, 0.0);
+                // A mean hardly changes with finer sampling.
                 for y in (STRIDE_PX / 2..HEIGHT).step_by(STRIDE_PX) {
                     for x in (STRIDE_PX / 2..WIDTH).step_by(STRIDE_PX) {
                         sum += scene.luminance(x as f64, y as f64, t_s);

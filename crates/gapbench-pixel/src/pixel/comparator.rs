@@ -50,6 +50,7 @@ impl Comparators {
         let mut dark_offsets = None;
         let mut extra = 0.0;
         let mut injected = 0.0;
+        // One timer serves both polarities, unless the oddity is a timer of ON events alone.
         let timer_s = detector.refractory.map_or(0.0, |timer| timer.seconds());
         let (mut hold_on_s, mut hold_off_s) = (timer_s, timer_s);
         match detector.oddity {
@@ -69,6 +70,7 @@ impl Comparators {
             }
             None => {}
         }
+        // Log-normal, so that no threshold is negative.
         let spread = |xi: f64| (detector.offset_sigma_ln * xi + smooth).exp();
         let leak_per_s = detector.leak.map_or(0.0, |junction| {
             let xi = draw(camera_seed, Purpose::Leakage).normal(0);
@@ -79,6 +81,7 @@ impl Comparators {
             base_on: detector.threshold_on_mv * 1e-3 / efold_v * spread(xi_on),
             base_off: detector.threshold_off_mv * 1e-3 / efold_v * spread(xi_off),
             noise: detector.comparator_noise_mv * 1e-3 / efold_v,
+            // Noise differs from run to run, offsets are the camera's.
             noise_on: draw(run_seed, Purpose::ComparatorOn),
             noise_off: draw(run_seed, Purpose::ComparatorOff),
             dark_offsets,
@@ -101,6 +104,7 @@ impl Comparators {
 
     /// Balances the amplifier at `level`.
     pub(crate) fn balance(&mut self, level: f64, t_s: f64) {
+        // The first balance is no reset and injects no charge.
         self.memory = level - self.injected * f64::from(u8::from(self.last.is_some()));
         self.since_s = t_s;
         self.release_s = None;
@@ -116,8 +120,10 @@ impl Comparators {
             None => {}
         }
         if self.noise > 0.0 {
+            // Drawn anew for each event: by its number, or by the cell of time that it falls in.
             let index = self.cells.as_mut().map_or(self.fired, |cells| cells.index(t_s));
             let noisy = |mean: f64, stream: Stream| {
+                // Not near zero, where a pixel would fire without an end.
                 (mean + self.noise * stream.normal(index)).max(SMALLEST_SHARE * mean)
             };
             thresholds =

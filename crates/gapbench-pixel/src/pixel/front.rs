@@ -94,8 +94,10 @@ impl Front {
         let mut next = *state;
         next.node = to;
         if let Some(rate) = self.node_white_per_s {
+            // The node is faster in more light.
             let mean_current = (0.5 * (from + to)).exp();
             let turns = rate * mean_current * dt_s;
+            // In 1/current, its equation is linear.
             next.inverse = relax(state.inverse, (-from).exp(), (-to).exp(), turns);
             next.node = -next.inverse.ln();
         }

@@ -147,6 +147,7 @@ impl<F: Fn(f64) -> f64> Walker<F> {
             let due = self.interrupt(to.t_s);
             let (end_s, end_log) = match due {
                 Some(due_s) if due_s < to.t_s => {
+                    // What was due before this moment is due now.
                     let due_s = due_s.max(t_s);
                     (due_s, self.log_at(due_s))
                 }
@@ -155,6 +156,7 @@ impl<F: Fn(f64) -> f64> Walker<F> {
             let end = self.front.advance(&self.state, log, end_log, end_s - t_s);
             if self.comparators.release_s().is_none() {
                 if let Some(on) = self.comparators.crossing(self.state.output(), t_s) {
+                    // The level is crossed already: a step of light can cross several at once.
                     self.comparators.fire(on, t_s);
                     self.record(on, t_s);
                     continue;
@@ -193,6 +195,7 @@ impl<F: Fn(f64) -> f64> Walker<F> {
         let mut bisect = false;
         while high.0 - low_s > INSTANT_S && high_distance < -1e-12 {
             let width_s = high.0 - low_s;
+            // Not at the very ends, where false position would stand still.
             let share = if bisect { 0.5 } else { (low / (low - high_distance)).clamp(0.01, 0.99) };
             let t_s = low_s + share * width_s;
             let log = self.log_at(t_s);
@@ -203,6 +206,7 @@ impl<F: Fn(f64) -> f64> Walker<F> {
             } else {
                 (high, high_distance) = ((t_s, log, state), here);
             }
+            // Where false position did not halve the interval, bisection does next.
             bisect = high.0 - low_s > 0.5 * width_s;
         }
         high
@@ -221,6 +225,7 @@ impl<F: Fn(f64) -> f64> Walker<F> {
         let input = end.output() + noise_to;
         let undisturbed = self.interrupt(to.t_s).is_none();
         let in_reset = self.comparators.release_s().is_some();
+        // Nothing is due, and in reset or far from both thresholds nothing crosses in between.
         let clear = undisturbed
             && (in_reset || {
                 let here =
@@ -233,6 +238,7 @@ impl<F: Fn(f64) -> f64> Walker<F> {
             self.noise_now = noise_to;
             if !clear {
                 self.attend(input, to.log, to.t_s);
+                // A step may cross several thresholds.
                 while self.comparators.release_s().is_none() {
                     let Some(on) = self.comparators.crossing(input, to.t_s) else { break };
                     self.comparators.fire(on, to.t_s);
@@ -243,6 +249,7 @@ impl<F: Fn(f64) -> f64> Walker<F> {
         }
         let middle = self.sample((from.tick + to.tick) / 2);
         let ends = [self.noise_now, noise_to];
+        // The noise in the middle, given that at both ends.
         let noise_middle = noise.midpoint(ends, log, dt_s, middle.tick);
         self.pass_noisy(noise, from, middle, noise_middle);
         self.pass_noisy(noise, middle, to, noise_to);

@@ -38,12 +38,15 @@ impl Builder {
         leave_out: Option<&'static str>,
         changes: impl FnOnce(&mut Sequence) -> Vec<CircuitChange>,
     ) {
+        // Tiers of one seed have no case in common.
         let seed = match self.tier {
             Tier::Plain => self.seed,
             Tier::Home => mix(self.seed ^ HOME_KEY),
         };
         let key = mix(seed ^ mix((kind as u64) << 32 | number as u64));
+        // Camera and scenes depend on kind and number alone, not on the strength.
         let mut draws = Sequence::new(key, Purpose::Plan, 0);
+        // Kinds of scenes in turn, so that every kind of case has each.
         let first = number % SCENE_KINDS.len();
         let second = (first + 1 + draws.below(SCENE_KINDS.len() - 1)) % SCENE_KINDS.len();
         let mut take = |scene: usize| RecordingSetup {
@@ -65,6 +68,7 @@ impl Builder {
         let mut slots: Vec<Slot> = changes.iter().flat_map(|change| change.slots.clone()).collect();
         let conventions = match self.tier {
             Tier::Plain => Vec::new(),
+            // A stream of its own, so that it does not matter how much the changes drew.
             Tier::Home => draw_conventions(&slots, &mut Sequence::new(key, Purpose::Convention, 0)),
         };
         slots.extend(conventions.iter().flat_map(Convention::slots));
@@ -81,6 +85,7 @@ impl Builder {
             circuit
         };
         let each = 0..changes.len();
+        // A name must not say what is hidden.
         let name = mix(key ^ mix(strength.map_or(0, |s| s as u64 + 1)));
         self.cases.push(Case {
             id: format!("{:012x}", name >> 16),

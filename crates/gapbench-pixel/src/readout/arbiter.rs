@@ -18,6 +18,7 @@ pub(super) fn serve(requests: &[Spike], row_s: f64, event_s: f64) -> Vec<Spike> 
     let mut row = 0_usize;
     let mut now_s = 0.0_f64;
     while read.len() < requests.len() {
+        // The bus is idle until the next request.
         if pending == 0 {
             now_s = now_s.max(requests[next].t_s);
         }
@@ -26,10 +27,12 @@ pub(super) fn serve(requests: &[Spike], row_s: f64, event_s: f64) -> Vec<Spike> 
             pending += 1;
             next += 1;
         }
+        // Rows in turn from the last one, so that none waits without an end.
         while waiting[row].is_empty() {
             row = (row + 1) % HEIGHT;
         }
         now_s += row_s;
+        // The whole row: what it requests meanwhile waits for the next turn.
         for spike in std::mem::take(&mut waiting[row]) {
             now_s += event_s;
             pending -= 1;

@@ -12,6 +12,7 @@ pub(super) fn visit(requests: &[Spike], column_s: f64) -> Vec<Spike> {
     let mut read = Vec::with_capacity(requests.len());
     for spike in requests {
         let latched = &mut next_visit_s[spike.pixel as usize];
+        // A pixel holds one event until it is read; others are lost.
         if spike.t_s <= *latched {
             continue;
         }

@@ -49,6 +49,7 @@ impl Bars {
         let above = (border as usize).saturating_sub(1).min(BANDS - 1);
         let below = (border as usize).min(BANDS - 1);
         let share = edge((position - border) * band_px, SOFTEST_PX);
+        // Away from a border one band is enough.
         if share <= 0.0 {
             self.bands[above].at(x_px, y_px, t_s)
         } else if share >= 1.0 {

@@ -28,6 +28,7 @@ impl Blobs {
         let ground = Tiles::new(draws, DARKEST_LN, -0.1);
         let blobs = (0..11)
             .map(|i| {
+                // From 14 to 300 px/s in equal ratios: slow and fast blobs are as frequent.
                 let speed_px_s = 14.0 * (300.0_f64 / 14.0).powf(f64::from(i) / 10.0);
                 let reach = draws.between(8.0, 24.0);
                 Blob {
@@ -39,6 +40,7 @@ impl Blobs {
                     // A wave's largest slope is 8 amplitudes per turn.
                     turns_hz: speed_px_s / (8.0 * reach),
                     phase: [draws.between(0.0, 1.0), draws.between(0.0, 1.0)],
+                    // Fast blobs are large: none passes a pixel in less than a fixed time.
                     radius_px: draws.between(6.0, 14.0).max(speed_px_s / 35.0),
                     level_ln: if i % 2 == 0 {
                         draws.between(-1.0, -0.05)

@@ -40,6 +40,7 @@ impl Disc {
 
     /// Paints the disc over `ground`.
     pub(super) fn over(&self, ground: f64, x_px: f64, y_px: f64, t_s: f64) -> f64 {
+        // The soft edge lies half outside of the radius.
         let reach = self.radius_px + 0.5 * self.width_px;
         let offset = |place: f64, axis: usize, length: f64| {
             // Around a torus that is one disc larger than the image: it never jumps in sight.
@@ -48,6 +49,7 @@ impl Disc {
             d - period * (d / period + 0.5).floor()
         };
         let dx = offset(x_px, 0, WIDTH as f64);
+        // Most pixels are left here: their column does not meet the disc.
         if dx.abs() >= reach {
             return ground;
         }
@@ -56,6 +58,7 @@ impl Disc {
         if squared >= reach * reach {
             return ground;
         }
+        // Soft, so that luminance is continuous in time.
         let cover = edge(self.radius_px - squared.sqrt(), self.width_px);
         let turns = dx * self.waves_per_px[0] + dy * self.waves_per_px[1];
         blend(ground, self.level_ln + self.texture_ln * wave(turns), cover)

@@ -68,6 +68,7 @@ impl Pan {
             lines,
             middle_ln: -1.93,
             sways,
+            // Edges as wide as the fastest shake needs to be smooth in time.
             width_px: edge_width_px(speed_px_s),
             still: Tiles::new(draws, -3.8, -0.1),
             still_px: draws.between(4.0, 7.0),

@@ -80,6 +80,7 @@ impl<const ROWS: usize, const COLUMNS: usize> Tiles<ROWS, COLUMNS> {
         let share = edge((position - border) * height / ROWS as f64, SOFTEST_PX);
         let place = (x_px + 0.5) / WIDTH as f64;
         let row = |r: usize| along_steps(&self.levels[r], place, WIDTH as f64);
+        // Away from a border one row is enough.
         if share <= 0.0 {
             row(above)
         } else if share >= 1.0 {

@@ -34,6 +34,7 @@ impl Waves {
         let waves = [(12.0, 40.0, 0.3), (50.0, 120.0, 0.4), (150.0, 300.0, 0.25)]
             .map(|(slow, fast, half_range_ln)| {
                 let speed_px_s = draws.log_between(slow, fast);
+                // Fast waves are long: no pixel sees more than 18 turns a second.
                 let period_px = draws.between(12.0, 26.0).max(speed_px_s / 18.0);
                 let angle = draws.between(0.0, std::f64::consts::TAU);
                 Travelling {

@@ -99,6 +99,7 @@ fn conv(
         }
         Activation::Relu6 => {
             let sums = writer.operator("Conv", inputs, format!("{name}.sums"), attributes);
+            // Since opset 11, bounds are inputs.
             let min = writer.scalar(format!("{name}.least"), 0.0);
             let max = writer.scalar(format!("{name}.most"), 6.0);
             writer.operator("Clip", vec![sums, min, max], name, vec![])

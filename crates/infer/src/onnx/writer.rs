@@ -35,6 +35,7 @@ pub fn model(graph: &Graph, input: [usize; 3]) -> Result<ModelProto, OnnxError> 
     let all = 0..graph.nodes.len();
     let input = of(&mut all.clone().filter(is_input));
     let output = of(&mut graph.outputs.iter().copied());
+    // Optional, but viewers show shapes by them.
     let value_info = of(&mut all.filter(|id| !is_input(id) && !graph.outputs.contains(id)));
     let name = "network".to_owned();
     let file = GraphProto { name, input, output, value_info, ..writer.file };

@@ -99,6 +99,7 @@ impl Step {
                 stride,
                 padding: [top, left],
             };
+            // Without Winograd, whose transforms need more bits.
             if let StorageType::LowPrecision(element_type) = storage {
                 let conv =
                     LowPrecisionConv::new(shape, &conv.weight, &conv.bias, element_type, level);

@@ -91,6 +91,7 @@ impl Records {
                 each(self, address, t);
             });
         }
+        // Whole records only: the next block begins with the rest.
         bytes.len() / self.length() * self.length()
     }
 

@@ -70,8 +70,10 @@ impl Recorder {
         let mut line = Vec::new();
         loop {
             line.clear();
+            // Limited, so that a file without line breaks is not read into memory as one line.
             let read = (&mut bytes).take(MAX_LINE).read_until(b'\n', &mut line);
             read.map_err(|e| failed(&input.path, e))?;
+            // What is no comment is data: the header ends before it, with or without its last line.
             let Some(text) = text_of(&line) else { break };
             if line.len() as u64 == MAX_LINE {
                 return Err(damage(
@@ -106,6 +108,7 @@ impl Recorder {
         let lower = chip.as_deref().map(str::to_ascii_lowercase);
         let known =
             lower.as_ref().and_then(|name| CHIPS.iter().find(|(part, ..)| name.contains(part)));
+        // A known chip is right about its own size, whatever is given.
         let (layout, sensor) = match (known, options.sensor) {
             (Some(&(_, layout, sensor)), _) => (layout, sensor),
             (None, Some(given)) => (layout_of(given), given),
@@ -116,6 +119,7 @@ impl Recorder {
         };
         let is_davis = layout == Layout::Davis;
         if is_davis && address == 2 {
+            // Addresses of a DAVIS have four bytes.
             return Err(unknown("of a DAVIS in a file of version 1.0"));
         }
         let has_cameras = is_davis && lower.is_some_and(|name| name.starts_with("multi"));

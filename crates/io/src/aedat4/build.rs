@@ -20,6 +20,7 @@ pub(super) enum Field {
 impl Field {
     /// Its bytes, how many of them count, and to what they are aligned.
     fn bytes(self) -> ([u8; 8], usize, usize) {
+        // One size for all, so that fields need no memory of their own.
         let mut eight = [0; 8];
         let mut put = |bytes: &[u8]| eight[..bytes.len()].copy_from_slice(bytes);
         let (size, align) = match self {
@@ -45,6 +46,7 @@ impl Field {
             }
             // FlatBuffers align a struct as its widest member.
             Self::Pair([a, b]) => {
+                // Two integers: aligned to four, though eight bytes long.
                 put(&a.to_le_bytes());
                 eight[4..].copy_from_slice(&b.to_le_bytes());
                 (8, 4)

@@ -169,6 +169,7 @@ impl Inflater {
         let limit = bytes.len().saturating_mul(MAX_RATIO).min(MAX_BYTES);
         let out = &mut self.out;
         #[cfg(feature = "zstd")]
+        // What the library refuses, the other decoder explains.
         if let Some(library) = &mut self.libzstd
             && library.decompress(bytes, limit, &mut out.bytes)
         {
@@ -180,6 +181,7 @@ impl Inflater {
         out.filled = out.bytes.len();
         match whole {
             Ok(_) => Ok(()),
+            // At the limit of all packets it is the packet that is too long.
             Err(DecompressError::OutputTooSmall) if limit == MAX_BYTES => Err(TOO_LONG.into()),
             Err(DecompressError::OutputTooSmall) => {
                 Err("Zstandard: a frame claims more than its bytes can hold".into())

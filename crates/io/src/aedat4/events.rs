@@ -22,6 +22,7 @@ const AT_ONCE: usize = 1024;
 /// Appends the events of a packet that are there, and says how many are missing.
 pub(super) fn decode(bytes: &[u8], columns: &mut Columns) -> Result<usize, Broken> {
     let list = Table::root(bytes)?.vector(0)?;
+    // Records that are there in part are counted as missing, below.
     let events = list.there(EVENT).as_chunks::<EVENT>().0;
     columns.reserve(events.len());
     vectorize(

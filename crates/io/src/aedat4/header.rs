@@ -155,6 +155,7 @@ pub(super) fn streams(text: &str) -> Vec<Stream> {
             _ => return,
         };
         let Ok(id) = id.parse() else { return };
+        // A broken header may name any number of streams.
         if streams.len() == MAX_STREAMS && streams.iter().all(|stream| stream.id != id) {
             return;
         }
@@ -185,11 +186,13 @@ pub(super) fn streams(text: &str) -> Vec<Stream> {
             _ => {}
         }
     });
+    // A stream of which only one side is given has no size.
     for (stream, size) in streams.iter_mut().zip(sizes) {
         if let [Some(width @ 1..), Some(height @ 1..)] = size {
             stream.size = Some(SensorSize { width, height });
         }
     }
+    // By number, as cameras are counted, whatever the order of the text.
     streams.sort_by_key(|stream| stream.id);
     streams
 }

@@ -43,9 +43,11 @@ pub(super) fn inflate(mut bytes: &[u8], out: &mut Scratch) -> Result<(), Fault> 
 }
 
 fn frame(bytes: &mut &[u8], out: &mut Scratch) -> Result<(), Fault> {
+    // The checksum of the header covers these bytes as they are.
     let descriptor = *bytes;
     let [flags, sizes] = *take(bytes, 2)?.as_array().ok_or_else(cut)?;
     let has = |bit: u8| flags & (1 << bit) != 0;
+    // The upper two bits are the version, which is 1.
     if flags >> 6 != 1 {
         return Err(format!("LZ4: frames of version {} are not known", flags >> 6).into());
     }
@@ -53,9 +55,11 @@ fn frame(bytes: &mut &[u8], out: &mut Scratch) -> Result<(), Fault> {
         return Err("LZ4: the dictionary of the frame is not there".into());
     }
     let longest = match (sizes >> 4) & 7 {
+        // Codes 4 to 7: 64 KiB, 256 KiB, 1 MiB, 4 MiB.
         code @ 4..=7 => 1_usize << (8 + 2 * code),
         code => return Err(format!("LZ4: blocks of size code {code} are not known").into()),
     };
+    // With the content's size, which is not needed.
     let length = if has(3) { 10 } else { 2 };
     take(bytes, length - 2)?;
     let [check] = *take(bytes, 1)?.as_array().ok_or_else(cut)?;
@@ -65,6 +69,7 @@ fn frame(bytes: &mut &[u8], out: &mut Scratch) -> Result<(), Fault> {
     let begin = out.filled().len();
     loop {
         let size = number(bytes)?;
+        // A size of zero is the end mark, not a block.
         if size == 0 {
             break;
         }
@@ -78,11 +83,13 @@ fn frame(bytes: &mut &[u8], out: &mut Scratch) -> Result<(), Fault> {
             return Err("LZ4: a block is longer than its frame allows".into());
         }
         let (before, room) = out.room(length).ok_or(TOO_LONG)?;
+        // A block refers back by a window at most, and never into the frame before.
         let before = &before[begin.max(before.len().saturating_sub(WINDOW))..];
         let got = if size & PLAIN != 0 {
             room.copy_from_slice(block);
             length
         } else if has(5) || before.is_empty() {
+            // Independent blocks, and a first one, have nothing before them.
             decompress_into(block, room).map_err(|e| format!("LZ4: {e}"))?
         } else {
             decompress_into_with_dict(block, room, before).map_err(|e| format!("LZ4: {e}"))?

@@ -324,6 +324,7 @@ fn frame(table: &Table<'_>) -> Result<Frame, Broken> {
 impl Frame {
     fn encode<'a>(&self, builder: &'a mut Builder) -> Result<&'a [u8], String> {
         let size = |pixels: u16| {
+            // Sizes are signed 16 bits in the schema.
             i16::try_from(pixels).map_err(|_| format!("a frame of {pixels} columns or rows"))
         };
         let (width, height) = (size(self.width)?, size(self.height)?);
@@ -340,6 +341,7 @@ impl Frame {
         }
         // The schema has the duration of the exposure besides its two ends.
         let lasts = self.exposure_end.0.saturating_sub(self.exposure_start.0);
+        // In the order of the schema, whose slots are counted.
         builder.begin(*b"FRME");
         let place = builder.root(&[
             Field::Long(self.t.0),

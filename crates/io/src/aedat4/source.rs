@@ -109,6 +109,7 @@ impl Source {
         // Packets are counted once, also where a search has gone back.
         let is_new = head.at >= self.seen_to;
         let kind = self.kind(head.stream);
+        // A stream that no header named may be one of events: its first packet says.
         if self.chosen == Some(head.stream) || kind.is_none() {
             self.take(&head, kind.is_none(), columns)?;
             self.walk.pass(&head);
@@ -121,6 +122,7 @@ impl Source {
         }
         self.now.at = self.walk.at;
         let is_far = self.marks.last().is_none_or(|mark| mark.at + BETWEEN_MARKS <= self.now.at);
+        // Without a data table the marks of reading make the index.
         if self.table != Index::Read && is_far {
             self.marks.push(self.now);
         }
@@ -145,6 +147,7 @@ impl Source {
         }
         if let (true, Ok(kind)) = (is_unnamed, kind) {
             let cameras = self.streams.iter().filter(|s| s.kind == StreamKind::Events).count();
+            // Streams of events are the cameras, in the order in which they appear.
             if kind == StreamKind::Events && cameras == self.camera && self.chosen.is_none() {
                 self.chosen = Some(id);
             }
@@ -168,6 +171,7 @@ impl Source {
             Ok(_) => Err(super::flat::Broken { at: 8, reason: "a packet that holds no events" }),
             Err(broken) => Err(broken),
         };
+        // After the events: those before a cut are handed out.
         if let Some(fault) = fault {
             return Err(fault);
         }
@@ -196,12 +200,14 @@ impl Source {
         let mut mark = self.marks[0];
         let mut marks = vec![mark];
         for entry in entries.iter().filter(|entry| Some(entry.stream) == self.chosen) {
+            // Entries point at the body of a packet; the walk begins at its head.
             let at = u64::try_from(entry.body).ok().and_then(|body| body.checked_sub(HEAD));
             let Some(at) = at.filter(|&at| at >= mark.at) else {
                 return Ok(());
             };
             mark.at = at;
             marks.push(mark);
+            // A mark counts the events before it.
             mark.events = mark.events.saturating_add_signed(entry.elements);
             mark.latest = mark.latest.max(entry.last);
         }

@@ -82,6 +82,7 @@ impl<R: Read> Aedat4Stream<R> {
             start = MAGIC.len() as u64;
         }
         let size = head.first_chunk().map_or(0, |size| u32::from_le_bytes(*size));
+        // A connection that is of another protocol would name any size.
         if size > MAX_HEADER {
             return Err(damage(&name, start, format!("a header of {size} bytes is none")));
         }
@@ -133,6 +134,7 @@ impl<R: Read> Aedat4Stream<R> {
                 return Ok(false);
             }
             let Some((stream, size)) = self.head()? else { return Ok(false) };
+            // Packets of other streams are read away: a socket cannot skip.
             let there = if stream == self.chosen {
                 self.body.clear();
                 (&mut self.bytes).take(size).read_to_end(&mut self.body).map(|there| there as u64)
@@ -145,6 +147,7 @@ impl<R: Read> Aedat4Stream<R> {
                 return Err(self.damage(self.at, reason));
             }
             self.at += HEAD + size;
+            // A packet that cannot be read is passed over: a live view goes on.
             if stream == self.chosen && !self.decode(columns) {
                 columns.truncate(before);
                 self.malformed += 1;
@@ -159,6 +162,7 @@ impl<R: Read> Aedat4Stream<R> {
         let mut head = [0; HEAD as usize];
         match fill(&mut self.bytes, &mut head) {
             Ok(0) => return Ok(None),
+            // A cut head is damage; only between two packets may a stream end.
             Ok(there) if there < head.len() => {
                 let reason = format!("the stream ends {there} bytes into the head of a packet");
                 return Err(self.damage(self.at, reason));
@@ -169,6 +173,7 @@ impl<R: Read> Aedat4Stream<R> {
         let [a, b, c, d, size @ ..] = head;
         match usize::try_from(i32::from_le_bytes(size)) {
             Err(_) => Err(self.damage(self.at + 4, "a packet has a size below zero")),
+            // Before anything is allocated: a wrong size would ask for gigabytes.
             Ok(size) if size > MAX_BYTES => Err(self.damage(self.at + 4, TOO_LONG)),
             Ok(size) => Ok(Some((i32::from_le_bytes([a, b, c, d]), size as u64))),
         }

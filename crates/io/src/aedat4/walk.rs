@@ -102,6 +102,7 @@ impl Walk {
         let there = (there as usize).min(self.body.filled().len());
         let (bytes, next) = self.body.filled().split_at(there);
         self.ahead = next.first_chunk().map(|bytes| (at + head.size, *bytes));
+        // A cut explains what does not unpack.
         let mut reason =
             ((there as u64) < head.size).then(|| (head.at, cut(there as u64, head.size)));
         let bytes = match self.header.compression {
@@ -113,6 +114,7 @@ impl Walk {
                 self.inflater.out.filled()
             }
         };
+        // A FlatBuffer states its own length.
         if reason.is_none() && !is_whole(bytes) {
             reason = Some((at, "a FlatBuffer is cut".into()));
         }

@@ -48,6 +48,7 @@ impl Writer {
             return Err(IoError::unwritable(path, reason));
         }
         for (k, stream) in streams.iter().enumerate() {
+            // Packets name their stream by its number alone.
             if streams[..k].iter().any(|other| other.id == stream.id) {
                 let reason = format!("two streams of number {}", stream.id);
                 return Err(IoError::unwritable(path, reason));
@@ -59,6 +60,7 @@ impl Writer {
                 return Err(IoError::unwritable(path, reason));
             }
         }
+        // Without the place of the table, which is known at the end.
         let header = header::bytes(compression, None, streams);
         let failed = |e| IoError::file(path, "create", e);
         let mut file = AtomicFile::create(path).map_err(failed)?;
@@ -157,6 +159,7 @@ impl Writer {
         stream: i32,
         (elements, first, last): (usize, Micros, Micros),
     ) -> Result<(), IoError> {
+        // The format stores sizes as signed integers of 32 bits.
         let Ok(size) = i32::try_from(self.packed.len()) else {
             return Err(IoError::unwritable(&self.path, "a packet of more than 2 GiB"));
         };
@@ -166,6 +169,7 @@ impl Writer {
             self.file.write_all(&self.packed)
         };
         write().map_err(|e| IoError::file(&self.path, "write", e))?;
+        // Entries of the data table point behind the head of a packet.
         let body = self.at + walk::HEAD;
         self.at = body + self.packed.len() as u64;
         let (body, elements) = (body as i64, elements as i64);

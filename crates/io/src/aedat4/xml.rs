@@ -16,11 +16,13 @@ pub(super) fn attributes(text: &str, mut found: impl FnMut(&[Cow<'_, str>], &str
     let mut nodes = Vec::new();
     let mut rest = text;
     while let Some((_, tag)) = rest.split_once('<') {
+        // Comments may hold brackets.
         if let Some(comment) = tag.strip_prefix("!--") {
             let Some((_, behind)) = comment.split_once("-->") else { return };
             rest = behind;
             continue;
         }
+        // Without its end, the tag is cut.
         let Some((tag, behind)) = tag.split_once('>') else { return };
         rest = behind;
         if tag.starts_with("node") && !tag.ends_with('/') {
@@ -32,6 +34,7 @@ pub(super) fn attributes(text: &str, mut found: impl FnMut(&[Cow<'_, str>], &str
         } else if tag.starts_with("/node") {
             nodes.pop();
         } else if tag.starts_with("attr") {
+            // The text lasts until the next tag, whichever that is.
             let text = rest.split_once('<').map_or(rest, |(text, _)| text);
             if let Some(key) = value(tag, "key") {
                 found(&nodes, &plain(key), &plain(text.trim()));
@@ -66,6 +69,7 @@ fn plain(text: &str) -> Cow<'_, str> {
         out.push_str(before);
         // No name is longer: without an end, every `&` would be followed to the end of the text.
         let near = behind.bytes().take(LONGEST_NAME + 1).position(|byte| byte == b';');
+        // An entity without an end, or of an unknown name, stays as it is.
         let found = near.and_then(|end| {
             let (name, behind) = (&behind[..end], &behind[end + 1..]);
             let letter = match name {

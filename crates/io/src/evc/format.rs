@@ -42,10 +42,12 @@ impl Decoder for Records {
         _: bool,
         columns: &mut Columns,
     ) -> Result<usize, DecodeFault> {
+        // Less than a record at the end is left for the next block.
         let records = bytes.as_chunks::<RECORD>().0;
         for (k, &[low, high, y, polarity]) in records.iter().enumerate() {
             let fault = match polarity {
                 NEW_FRAME => {
+                    // A marker is a millisecond, with or without events.
                     self.frames += 1;
                     continue;
                 }

@@ -76,6 +76,7 @@ impl EvcReader {
 
     /// Makes the index; the fault, if any, ends the part that can be read.
     fn scan(&mut self, size: u64) -> Result<Option<IoError>, IoError> {
+        // A small file needs no whole block.
         let mut block = vec![0; BLOCK.min(usize::try_from(size).unwrap_or(BLOCK))];
         let mut fault = (size == 0).then_some((0, EvcFault::Empty));
         let mut offset = 0;
@@ -83,10 +84,12 @@ impl EvcReader {
         while fault.is_none() && offset < whole_records {
             let length = (whole_records - offset).min(BLOCK as u64) as usize;
             self.read_at(&mut block[..length], offset)?;
+            // Without a marker first, no event has a time.
             if offset == 0 && block[3] != NEW_FRAME {
                 fault = Some((0, EvcFault::NoMarker { polarity: block[3] }));
                 break;
             }
+            // In runs that stay in the cache, since a faulty one is read several times.
             for run in block[..length].chunks(RUN) {
                 let (good, found) = match tally(run, self.sensor) {
                     Ok(tally) => (tally, None),
@@ -105,11 +108,13 @@ impl EvcReader {
                 offset += run.len() as u64;
             }
         }
+        // A fault that was found comes before the cut.
         if fault.is_none() && whole_records < size {
             let bytes = (size - whole_records) as usize;
             fault = Some((whole_records, EvcFault::Truncated { bytes }));
         }
         self.length = whole_records;
+        // Frames before the fault can be read all the same.
         let Some((byte, found)) = fault else { return Ok(None) };
         self.keep_whole_frames_before(byte)?;
         Ok(Some(self.fault(byte, found)))
@@ -242,6 +247,7 @@ impl EvcReader {
         stream: &mut EventStream,
     ) -> Result<(), IoError> {
         let mut columns = Columns::default();
+        // In parts: frames of a whole file need not fit in memory as records.
         let mut start = frames.start;
         loop {
             let end = frames.end.min(start + FRAMES_AT_ONCE);

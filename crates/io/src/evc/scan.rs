@@ -77,6 +77,7 @@ impl Tally {
 /// The loop has no branches, so that it runs at the speed of memory; only a run that is faulty is
 /// looked at record by record.
 pub(super) fn tally(bytes: &[u8], sensor: SensorSize) -> Result<Tally, (usize, EvcFault)> {
+    // In 32 bits each, as wide as a record: the loop becomes one of vectors.
     let (mut markers, mut on, mut unknown, mut columns, mut rows) = (0u32, 0u32, 0u32, 0u32, 0u32);
     for record in bytes.as_chunks::<RECORD>().0 {
         let word = u32::from_le_bytes(*record);
@@ -86,10 +87,12 @@ pub(super) fn tally(bytes: &[u8], sensor: SensorSize) -> Result<Tally, (usize, E
         markers += marker;
         on += u32::from(polarity == 1);
         unknown += 1 - (event | marker);
+        // Plus 1, so that the largest is a width or a height; markers count as none.
         columns = columns.max(((word & 0xffff) + 1) * event);
         rows = rows.max((((word >> 16) & 0xff) + 1) * event);
     }
     if unknown > 0 || columns > u32::from(sensor.width) || rows > u32::from(sensor.height) {
+        // Something is wrong somewhere: now record by record.
         let records = bytes.as_chunks::<RECORD>().0.iter().enumerate();
         for (index, &record) in records {
             if let Some(fault) = fault(record, sensor) {

@@ -100,12 +100,14 @@ impl EvcWriter {
         for &(_, y, _) in &self.frame {
             starts[256 - usize::from(y)] += 1;
         }
+        // Turned into the places at which rows begin.
         let mut start = 0;
         for begin in &mut starts {
             start += *begin;
             *begin = start;
         }
         self.rows.clear();
+        // Every place is written to below.
         self.rows.resize(self.frame.len(), (0, 0, Polarity::Off));
         for &event in &self.frame {
             let place = &mut starts[255 - usize::from(event.1)];

@@ -137,6 +137,7 @@ fn are_plausible(words: impl Iterator<Item = (u32, u32)>) -> bool {
     for (word, events) in words {
         match word >> 28 {
             0 | ON => {
+                // Low bits alone are no time: events count from the first high bits on.
                 if let Some(high) = high {
                     course.events += events;
                     course.at(high << LOW_BITS | i64::from(word >> 22 & 0x3F));
@@ -144,6 +145,7 @@ fn are_plausible(words: impl Iterator<Item = (u32, u32)>) -> bool {
             }
             TIME_HIGH => {
                 let value = i64::from(word & 0x0FFF_FFFF);
+                // Clocks wrap around: a step back is counted. Random words make too many.
                 if high.is_some_and(|before| value < before) {
                     course.back += 1;
                     course.last = None;

@@ -27,6 +27,7 @@ impl WordEncoder for Evt21Encoder {
         };
         let mut rest = events.iter().peekable();
         while let Some(first) = rest.next() {
+            // High bits of the time first, if they changed: readers add the low ones to them.
             write_time_high(&mut self.time_high, first.t.0, |upper| word(upper, 0))?;
             let block = first.x - first.x % PIXELS;
             let mut mask = 1_u32 << (first.x - block);

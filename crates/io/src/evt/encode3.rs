@@ -77,10 +77,12 @@ impl WordEncoder for Evt3Encoder {
         let mut at = 0;
         while let Some(event) = events.get(at) {
             let t = event.t.0;
+            // The first event, and any in another period of the low bits.
             if !self.time_high.is_set() || self.time_high.value() != t >> 12 {
                 let high = |value| word(TIME_HIGH, value as u16);
                 let advanced = self.time_high.advance_to(t >> 12, high);
                 advanced.map_err(|reason| format!("event at {t} µs: {reason}"))?;
+                // Readers may forget the low bits with a new high time.
                 self.low = None;
             }
             // EVT 3.0 keeps state: only what differs from the event before is written.
@@ -91,11 +93,13 @@ impl WordEncoder for Evt3Encoder {
                 word(ADDR_Y, event.y);
             }
             let polarity = (event.polarity as u16) << 11;
+            // A vector is worth its words only if these are fewer than its events.
             let Some((base, mask, count)) = self.vector(events, at) else {
                 word(ADDR_X, polarity | event.x);
                 at += 1;
                 continue;
             };
+            // Readers go on behind the last vector: one that begins there needs no base.
             if self.base != Some((base, event.polarity)) {
                 word(VECT_BASE_X, polarity | base);
             }

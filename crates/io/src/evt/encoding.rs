@@ -43,6 +43,7 @@ impl Encoding {
 
     /// The encoding that a header states, or that is detected by the words behind it.
     pub(super) fn detect(lines: &Lines, data: &[u8]) -> Option<Self> {
+        // An option may follow the name, behind a semicolon.
         let format = lines.get("format").and_then(|format| format.split(';').next());
         match (format, lines.get("evt")) {
             (Some("EVT2"), _) | (None, Some("2.0")) => Some(Self::Evt2),
@@ -55,12 +56,14 @@ impl Encoding {
                     // Big-endian words are documented, but no camera is known to record them.
                     Some(_) => None,
                     None => {
+                        // Old files say nothing: the words decide, or else the camera's age.
                         let system = lines.get("system_ID").and_then(|id| id.parse().ok());
                         let is_old = system.is_some_and(|id: u32| id < FIRST_LITTLE_SYSTEM);
                         Some(Self::Evt21 { is_legacy: is_legacy(data).unwrap_or(is_old) })
                     }
                 }
             }
+            // Nothing says that this is a recording: its first word must be a high time as well.
             (None, None) if lines.is_empty() => detect_without_header(data),
             (None, None) => detect(data),
             _ => None,

@@ -75,10 +75,12 @@ impl Decoder for Evt2Decoder {
         }
         let mut batch = Batch::new();
         for some in rest.chunks(Batch::WORDS) {
+            // In a local, which stays in a register: events are many, high times few.
             let mut high = self.time_high.value() << LOW_BITS;
             for &word in some {
                 let word = u32::from_le_bytes(word);
                 let kind = word >> 28;
+                // ON is 1 and OFF 0, so that both are one comparison.
                 if kind <= ON {
                     let t = high | i64::from(word >> 22 & 0x3F);
                     let (x, y) = ((word >> 11 & 0x7FF) as u16, (word & 0x7FF) as u16);

@@ -77,6 +77,7 @@ impl Decoder for Evt21Decoder {
             rest = behind;
         }
         let mut batch = Words::new();
+        // Events of the new words begin with the high time that is known.
         batch.set_high(self.time_high.value(), columns);
         vectorize(
             #[inline(always)]

@@ -136,6 +136,7 @@ impl Evt3Decoder {
             at += 1;
             let word = u16::from_le_bytes(word);
             let kind = word >> 12;
+            // One test for the frequent kinds, one match for all others.
             if FREQUENT >> kind & 1 == 1 {
                 state = state.with(word);
                 // With the bit of the camera clear if it is the one that is read.
@@ -147,6 +148,7 @@ impl Evt3Decoder {
             match kind {
                 VECT_BASE_X => self.base = Some((word & VALUE, 0)),
                 VECT_12 | VECT_8 => {
+                    // Words of a vector follow each other: they are read together.
                     let vector = vector(&words[at - 1..]);
                     at += vector.words - 1;
                     match &mut self.base {
@@ -162,6 +164,7 @@ impl Evt3Decoder {
                         }
                         Some((_, moved)) => {
                             self.skipped.other_camera += u64::from(vector.mask.count_ones());
+                            // The base moves, whichever camera's events they are.
                             *moved = moved.wrapping_add(vector.width);
                         }
                         None => self.skipped.unplaced += u64::from(vector.mask.count_ones()),
@@ -185,6 +188,7 @@ impl Evt3Decoder {
                 }
             }
         }
+        // Counted afterwards, in a second pass: few recordings are of two cameras.
         if rows & FLAG != 0 {
             self.skipped.other_camera += events_of_other_camera(words, row_before ^ camera, camera);
         }
@@ -245,6 +249,7 @@ impl Decoder for Evt3Decoder {
     ) -> Result<usize, DecodeFault> {
         let (words, _) = bytes.as_chunks::<2>();
         let mut rest = words;
+        // Until a row is known, no event has a place.
         while self.row.is_none()
             && let Some((&word, behind)) = rest.split_first()
         {
@@ -255,6 +260,7 @@ impl Decoder for Evt3Decoder {
         vectorize(
             #[inline(always)]
             || {
+                // In parts: states have places for so many words between two flushes.
                 for some in rest.chunks(States::WORDS) {
                     self.decode_words(some, &mut states, columns);
                     states.flush(columns);

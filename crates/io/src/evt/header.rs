@@ -49,6 +49,7 @@ impl Lines {
                     return lines;
                 }
             };
+            // The line break is not in the text.
             lines.length += line.len() + 1;
             let text = line[1..].trim();
             let (key, value) = text.split_once([' ', '\t']).unwrap_or((text, ""));

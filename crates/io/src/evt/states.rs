@@ -131,6 +131,7 @@ impl States {
         mask: u32,
         columns: &mut Columns,
     ) {
+        // Those that wait came first, and these go to the columns at once.
         self.flush(columns);
         for bit in (0..32_u16).filter(|bit| mask >> bit & 1 == 1) {
             columns.t.push(Micros(self.high_us | i64::from(state.low())));
@@ -147,6 +148,7 @@ impl States {
         vectorize(
             #[inline(always)]
             || {
+                // A loop per column vectorises: all have the high bits of the last `set_high`.
                 let t = states.iter().map(|state| Micros(high_us | (state >> LOW & TIME) as i64));
                 columns.t.extend(t);
                 columns.x.extend(states.iter().map(|state| (state >> X & COORDINATE) as u16));

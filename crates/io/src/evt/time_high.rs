@@ -63,6 +63,7 @@ impl<const BITS: u32> TimeHigh<BITS> {
             }
             value = put(0);
         }
+        // The first word is always written; a later one unless a wraparound has led there.
         if value != target || (is_first && target <= Self::MASK) {
             put(target & Self::MASK);
         }

@@ -67,13 +67,16 @@ impl Words {
     /// are set further right.
     #[inline(always)]
     pub(super) fn spread(&mut self, word: u32, mask: u32, columns: &mut Columns) {
+        // Room for all bits of a mask, so that no place is checked.
         if self.events > PLACES - MASK {
             self.flush(columns);
         }
+        // So far right a column could run into the bits above: those go the slow way.
         if u64::from(word >> X) & COORDINATE > COORDINATE - (MASK as u64 - 1) {
             return self.spread_far(word, mask, columns);
         }
         let first = u64::from(word) | self.high;
+        // Few bits: a loop of fixed length needs no guess of its end.
         let count = mask.count_ones() as usize;
         if count <= FEW {
             let places = &mut self.places[self.events..self.events + FEW];

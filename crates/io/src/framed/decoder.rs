@@ -90,6 +90,7 @@ impl Decoder for FramedDecoder {
         let (mut at, before) = (0, columns.len());
         loop {
             let rest = &bytes[at..];
+            // In the middle of a packet its events come first.
             if self.left > 0 {
                 at += self.events(rest, is_last, columns);
                 if self.left == 0 {
@@ -104,6 +105,7 @@ impl Decoder for FramedDecoder {
                     false => Ok(at),
                 };
             }
+            // Without a whole head: more bytes may come, or the stream ends here.
             let Some(first) = rest.first_chunk::<HEAD>() else {
                 let begun = rest.len().min(MARKER.len());
                 if !is_last || rest.is_empty() {
@@ -123,9 +125,11 @@ impl Decoder for FramedDecoder {
                 continue;
             };
             let length = HEAD + head.count as usize * EVENT;
+            // A packet waits until it is whole; the first one may be longer than any buffer.
             if length > rest.len() && !is_last && (at > 0 || rest.len() < HEAD + EVENT) {
                 return Ok(at);
             }
+            // Packets not within `together` after the first event wait for another call.
             let is_apart = |(together, first): (Micros, &Micros)| {
                 !(0..together.0).contains(&(head.base.0 - first.0))
             };

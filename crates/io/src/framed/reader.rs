@@ -65,6 +65,7 @@ impl<R: Read> FramedReader<R> {
             name,
             bytes,
             sensor,
+            // A live stream may lose bytes: the decoder goes on at the next packet.
             decoder: FramedDecoder::lenient().together(TOGETHER),
             buffer: vec![0; BUFFER].into_boxed_slice(),
             taken: 0,
@@ -95,6 +96,7 @@ impl<R: Read> FramedReader<R> {
     pub fn next(&mut self, columns: &mut Columns) -> Result<bool, IoError> {
         let before = columns.len();
         loop {
+            // What is in the buffer first: reading would wait for the other side.
             let bytes = &self.buffer[self.taken..self.filled];
             let had = columns.len();
             let took = self.decoder.decode(bytes, self.is_at_end, columns);

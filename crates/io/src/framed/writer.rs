@@ -71,6 +71,7 @@ impl<W: Write> FramedWriter<W> {
             self.out.write_all(&self.packet).map_err(|e| IoError::file(&self.name, "write", e))?;
             from += count;
         }
+        // A packet that waits in a buffer is late at the other side.
         self.out.flush().map_err(|e| IoError::file(&self.name, "write", e))
     }
 

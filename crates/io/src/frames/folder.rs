@@ -40,6 +40,7 @@ impl Folder {
         let Some(first) = images.first() else {
             return Err(IoError::frames(path, FrameFault::NoImages));
         };
+        // The first image gives size and depth, which all must have.
         let image = decode(first)?;
         let (size, depth) = properties(&image).map_err(|fault| IoError::frames(first, fault))?;
         Ok(Self { images, next: 0, size, depth })
@@ -64,6 +65,7 @@ impl Folder {
             Ok((got, _)) if got != self.size => FrameFault::Size { got, first: self.size },
             Ok((_, got)) if got != self.depth => FrameFault::Depth { got, first: self.depth },
             Ok(_) => {
+                // Only now: after a fault, the next call reports the same image again.
                 convert(&image, light, out);
                 self.next += 1;
                 return Ok(true);

@@ -71,6 +71,7 @@ impl FrameSource {
         white: Option<f64>,
     ) -> Result<Self, IoError> {
         let path = path.as_ref();
+        // Written as what is allowed, so that NaN is refused.
         if white.is_some_and(|white| !(white > 0.0 && white.is_finite())) {
             return Err(IoError::frames(path, FrameFault::White));
         }

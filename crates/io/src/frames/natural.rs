@@ -8,6 +8,7 @@ pub(super) fn compare(a: &str, b: &str) -> Ordering {
     loop {
         let digits = |rest: &[u8]| rest.iter().take_while(|c| c.is_ascii_digit()).count();
         let order = match (digits(a_rest), digits(b_rest)) {
+            // Unless numbers begin on both sides, one byte each is compared.
             (0, _) | (_, 0) => match (a_rest.split_first(), b_rest.split_first()) {
                 // What differs in leading zeros only still needs an order.
                 (None, None) => return a.cmp(b),
@@ -21,6 +22,7 @@ pub(super) fn compare(a: &str, b: &str) -> Ordering {
                 let (a_number, a_behind) = a_rest.split_at(a_digits);
                 let (b_number, b_behind) = b_rest.split_at(b_digits);
                 (a_rest, b_rest) = (a_behind, b_behind);
+                // Longer is larger, without leading zeros: no number is too long for this.
                 let (a_number, b_number) = (significant(a_number), significant(b_number));
                 a_number.len().cmp(&b_number.len()).then(a_number.cmp(b_number))
             }

@@ -146,6 +146,7 @@ impl NpyFrames {
 /// # Errors
 /// If a frame is not of this size, or the file cannot be written.
 pub fn write_codes(path: &Path, size: SensorSize, frames: &[Vec<u8>]) -> Result<(), IoError> {
+    // Before the file exists, so that a wrong frame replaces no array.
     if let Some(frame) = frames.iter().position(|frame| frame.len() != size.pixels()) {
         return Err(IoError::unwritable(path, format!("frame {frame} has not {size} pixels")));
     }

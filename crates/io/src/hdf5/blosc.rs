@@ -35,15 +35,18 @@ const ENDS: Reason = Cow::Borrowed("a Blosc chunk ends before its last byte");
 /// Appends what is packed in `chunk` to `out`, of at most `most` bytes.
 pub(super) fn decode(chunk: &[u8], most: usize, out: &mut Vec<u8>) -> Result<(), Reason> {
     let [version, _, flags, size, lengths @ ..] = *chunk.first_chunk::<HEADER>().ok_or(ENDS)?;
+    // Three lengths: of the bytes, of a block, and of the chunk with its header.
     let length = |k: usize| u32::from_le_bytes(lengths.as_chunks().0[k]) as usize;
     let (unpacked, block, packed) = (length(0), length(1), length(2));
     if version != VERSION {
         return Err(format!("a Blosc chunk of version {version}, not {VERSION}").into());
     }
+    // A damaged header must not decide how much memory is taken.
     if unpacked > most {
         return Err(format!("a Blosc chunk of {unpacked} bytes, more than {most}").into());
     }
     let chunk = chunk.get(..packed).ok_or(ENDS)?;
+    // Stored as it is where packing would have made it longer.
     if flags & STORED != 0 {
         out.extend_from_slice(chunk.get(HEADER..HEADER + unpacked).ok_or(ENDS)?);
         return Ok(());
@@ -53,6 +56,7 @@ pub(super) fn decode(chunk: &[u8], most: usize, out: &mut Vec<u8>) -> Result<(),
         return Err(reason.into());
     }
     let codec = Codec::from_code(flags >> 5)?;
+    // Each block's place in the chunk comes before all blocks.
     let starts = chunk.get(HEADER..).unwrap_or_default();
     let starts = starts.get(..unpacked.div_ceil(block) * 4).ok_or(ENDS)?;
     let mut unshuffled = Vec::new();
@@ -64,10 +68,12 @@ pub(super) fn decode(chunk: &[u8], most: usize, out: &mut Vec<u8>) -> Result<(),
         if bytes / filters::TIGHTEST > streams.len() {
             return Err(ENDS);
         }
+        // A last block that is shorter is packed as one stream.
         let shape = Block { size: size.into(), bytes, is_last: bytes < block, flags };
         let before = out.len();
         out.resize(before + bytes, 0);
         let out = &mut out[before..];
+        // Unpacked first, shuffled back then: the reverse of writing.
         if shape.is_shuffled() {
             unshuffled.resize(bytes, 0);
             shape.streams(streams, codec, &mut unshuffled)?;

@@ -16,6 +16,7 @@ const NEAR: usize = 8191;
 pub(super) fn decode(packed: &[u8], out: &mut [u8]) -> Option<()> {
     let mut bytes = packed.iter();
     let mut done = 0;
+    // Literals come first: there is nothing to copy yet.
     let mut control = usize::from(*bytes.next()?) & 31;
     loop {
         if control < 32 {
@@ -26,6 +27,7 @@ pub(super) fn decode(packed: &[u8], out: &mut [u8]) -> Option<()> {
         } else {
             let mut length = (control >> 5) + 2;
             let upper = (control & 31) << 8;
+            // The longest length means that more bytes add to it.
             if length == 9 {
                 loop {
                     let more = *bytes.next()?;
@@ -47,6 +49,7 @@ pub(super) fn decode(packed: &[u8], out: &mut [u8]) -> Option<()> {
         }
         match bytes.next() {
             Some(next) => control = usize::from(*next),
+            // The stream has to end where `out` is full.
             None => return (done == out.len()).then_some(()),
         }
     }

@@ -70,6 +70,7 @@ impl Packed<'_> {
 
     fn events(&mut self, columns: &mut Columns) -> Result<usize, Reason> {
         let header = u32::from_le_bytes(self.take()?);
+        // Two flags below the count.
         let (events, is_packed, has_polarity) =
             ((header >> 2) as usize, header & 2 != 0, header & 1 != 0);
         // Before memory is taken for them.
@@ -140,6 +141,7 @@ impl Packed<'_> {
         let mut done = 0;
         while done < out.len() {
             let word = self.half()?;
+            // Eleven bits are the first column; five say which of the next are there.
             let (x, more) = (word >> 5, word & 31);
             // Behind the last event, packers leave bits that mean nothing.
             let mut next = [x; 6];
@@ -148,6 +150,7 @@ impl Packed<'_> {
                 next[count] = x + k;
                 count += usize::from(more >> (5 - k) & 1);
             }
+            // Six values fit nearly always: a fixed length is one store.
             match out.get_mut(done..).and_then(|rest| rest.first_chunk_mut()) {
                 Some(rest) => *rest = next,
                 None => {

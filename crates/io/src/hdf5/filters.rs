@@ -71,6 +71,7 @@ impl Filters {
         skipped: u32,
         whole: usize,
     ) -> Result<(), Reason> {
+        // The last filter of writing is the first of reading.
         for (k, filter) in self.list.iter().enumerate().rev() {
             if skipped.checked_shr(k as u32).is_some_and(|bits| bits & 1 == 1)
                 || k == 0 && filter.id == ECF
@@ -87,6 +88,7 @@ impl Filters {
                 BLOSC => blosc::decode(bytes, whole, out)?,
                 LZ4 => lz4_blocks(bytes, whole, out)?,
                 LZF | ZSTD => {
+                    // Before memory is taken: nothing packs tighter.
                     if whole / TIGHTEST > bytes.len() {
                         return Err("a packed chunk ends before its last byte".into());
                     }
@@ -97,6 +99,7 @@ impl Filters {
                     }
                 }
                 ECF => return Err("ECF behind another filter, which is not read".into()),
+                // A message with the name of the filter: users can repack the file.
                 id if UNREAD.iter().any(|(unread, _)| *unread == id) => {
                     return Err(format!("packed by {}, which is not read", name(filter)).into());
                 }
@@ -177,6 +180,7 @@ fn lz4_blocks(mut packed: &[u8], most: usize, out: &mut Vec<u8>) -> Result<(), R
         return Err(format!("an LZ4 chunk of {whole} bytes, more than {most}").into());
     }
     while out.len() < whole as usize {
+        // The last block may be shorter.
         let bytes = block.min(whole as usize - out.len());
         let (length, rest) = packed.split_first_chunk().ok_or(ENDS)?;
         let length = u32::from_be_bytes(*length) as usize;

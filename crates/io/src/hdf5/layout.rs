@@ -113,6 +113,7 @@ pub(super) fn find(
         }
     }
     let camera = usize::from(options.camera.unwrap_or(0));
+    // The message lists what the file has instead.
     if cameras.is_empty() {
         let (groups, datasets) = root.member_names()?;
         let names = [groups, datasets].concat().join(", ");
@@ -121,6 +122,7 @@ pub(super) fn find(
     if camera >= cameras.len() {
         return Err(LayoutError::Camera(format!("no camera {camera}, it has {}", cameras.len())));
     }
+    // A second camera is passed over, but not in silence.
     let mut remarks = Vec::new();
     let others =
         cameras.iter().enumerate().filter(|(k, _)| *k != camera && options.camera.is_none());
@@ -219,6 +221,7 @@ fn of_dataset(
     if let (Datatype::Compound { fields, .. }, [_]) = (dataset.dtype(), dataset.shape()) {
         let names = fields.iter().map(|field| field.name.as_str());
         let mut columns = Vec::new();
+        // In the order of time, column, row and polarity.
         for what in 0..4 {
             let name = array_by_name(what, &names).ok_or_else(|| not_events(dataset))?;
             let field = fields.iter().find(|field| field.name == name);
@@ -229,6 +232,7 @@ fn of_dataset(
         }
         return four(vec![Table::new(file, bytes, dataset, 0)?], &columns);
     }
+    // Further columns are left alone.
     let is_table = matches!(dataset.shape(), [_, columns] if *columns >= 4);
     let number = Number::from_datatype(dataset.dtype(), 0).filter(|_| is_table);
     let mut number = number.ok_or_else(|| not_events(dataset))?;
@@ -242,6 +246,7 @@ fn of_dataset(
         number.offset = (place % width) as usize * number.size();
         columns.push(Column { table: tables.len() - 1, number });
     }
+    // Without names the values themselves say which column is which.
     let order = order(&mut tables, &columns).map_err(LayoutError::Rows)?;
     four(tables, &order.map(|place| columns[place]))
 }

@@ -86,6 +86,7 @@ impl Number {
         mut make: impl FnMut(i64) -> T,
     ) -> IsWhole {
         let mut is_whole = true;
+        // A macro, since the functions differ in type alone.
         macro_rules! integers {
             ($type:ty) => {{
                 let make = |value: $type| make(value.into());

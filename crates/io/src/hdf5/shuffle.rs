@@ -44,12 +44,14 @@ pub(super) fn bits(shuffled: &[u8], size: usize, out: &mut [u8]) {
     let row = values / 8;
     let mut planes = vec![0; values * size];
     for (rows, plane) in shuffled.chunks_exact(8 * row).zip(planes.chunks_exact_mut(values)) {
+        // Eight rows of bits, a row of each place, make one plane of bytes of the values.
         let rows: [&[u8]; 8] = std::array::from_fn(|bit| &rows[bit * row..][..row]);
         for (k, eight) in plane.as_chunks_mut::<8>().0.iter_mut().enumerate() {
             *eight = transposed(std::array::from_fn(|bit| rows[bit][k]));
         }
     }
     let whole = values * size;
+    // Planes of bytes are a shuffle of bytes, which is undone next.
     bytes(&planes, size, &mut out[..whole]);
     out[whole..].copy_from_slice(&shuffled[whole..]);
 }

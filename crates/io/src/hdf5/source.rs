@@ -44,6 +44,7 @@ pub(super) fn open(input: Input, options: &OpenOptions) -> Result<Box<dyn EventS
     let file = Hdf5File::from_storage_with_options(Arc::<Bytes>::clone(&bytes), reader);
     let file = file.map_err(|error| failed(error.into()))?;
     let layout = layout::find(&file, &bytes, options).map_err(failed)?;
+    // Times that are floats have no stated unit: the first and the last ones decide.
     let mut source = Hdf5Source::new(path.clone(), layout);
     source.detect_unit().map_err(|damage| source.damaged(damage))?;
     Ok(Box::new(source))
@@ -142,6 +143,7 @@ impl Hdf5Source {
         }
         let packed = self.tables.iter().find_map(|table| Some((table, table.events(self.row)?)));
         if let Some((table, (events, at))) = packed {
+            // ECF packs whole events: a dataset of one column cannot be of that.
             if self.tables.len() > 1 {
                 return Err(table.damage(self.row, "one column, packed as whole events"));
             }
@@ -206,6 +208,7 @@ impl Hdf5Source {
             let mut is_time = true;
             number.floats(bytes, size, times, |value| {
                 let us = (value * unit_us).round();
+                // Little above this a cast to 64 bits would saturate.
                 is_time &= us.abs() < 9e18;
                 Micros((us as i64).wrapping_add(offset))
             });
@@ -222,6 +225,7 @@ impl Hdf5Source {
         let mut is_polarity = true;
         let is_whole = p.2.whole(p.0, p.1, &mut columns.polarity[at..], |value| {
             is_polarity &= (-1..=1).contains(&value);
+            // Off is 0 or -1: both are written by programs.
             Polarity::from_on(value > 0)
         });
         is_good[3] = is_polarity && is_whole;
@@ -233,6 +237,7 @@ impl Hdf5Source {
         let Column { table, number } = self.columns[0];
         let table = &mut self.tables[table];
         table.load_row(row).ok()?;
+        // A chunk of ECF was decoded as it was loaded: its bytes are no rows.
         if let Some((events, at)) = table.events(row) {
             return events.t.get(at).copied();
         }

@@ -101,6 +101,7 @@ impl Table {
         let shape = dataset.shape();
         let columns = shape.get(1).copied().unwrap_or(1);
         let part_rows = |row: usize| (PART / row).max(1) as u64;
+        // Without chunks, parts of a size that reading is fast with.
         let (storage, row, chunk_rows) = match layout {
             DataLayout::Compact { data } => {
                 let row = row_bytes(columns, element)?;
@@ -128,6 +129,7 @@ impl Table {
                     skipped: entry.filter_mask,
                 };
                 let mut chunks: Vec<Chunk> = entries.iter().map(chunk).collect();
+                // Trees list chunks in any order; reading searches by number.
                 chunks.sort_by_key(|chunk| chunk.number);
                 (Storage::Chunks(chunks), row, chunk_rows)
             }
@@ -197,7 +199,9 @@ impl Table {
     fn load(&mut self, number: u64) -> Result<(), Damage> {
         let (first, loaded) = (number * self.chunk_rows, &mut self.loaded);
         (loaded.is_events, loaded.rows, loaded.damage) = (false, 0, None);
+        // Cleared, not dropped: the memory serves the next chunk.
         loaded.bytes.clear();
+        // The last chunk may be longer than what is left of the dataset.
         let wanted = self.chunk_rows.min(self.rows - first);
         let (wanted_bytes, whole) =
             (wanted as usize * self.row, self.chunk_rows as usize * self.row);
@@ -219,6 +223,7 @@ impl Table {
                 read.map_err(|fault| of_file(loaded.address, fault.to_string().into()))?;
             }
             Storage::Chunks(chunks) => {
+                // HDF5 stores no chunk that was never written to.
                 let position = chunks.binary_search_by_key(&number, |chunk| chunk.number);
                 let Ok(chunk) = position.map(|at| chunks[at]) else {
                     let byte = self.bytes.last();
@@ -230,6 +235,7 @@ impl Table {
                 let size = if is_plain || chunk.size == 0 { whole as u64 } else { chunk.size };
                 let read = self.bytes.read(loaded.address, size, &mut loaded.bytes);
                 read.map_err(|fault| of_file(loaded.address, fault.to_string().into()))?;
+                // A packed chunk that is cut cannot be unpacked.
                 if !is_plain && (loaded.bytes.len() as u64) < size {
                     let reason =
                         format!("the file ends in it, {} of {size} bytes", loaded.bytes.len());
@@ -255,6 +261,7 @@ impl Table {
             let reason = format!("{} rows, it has room for {}", loaded.rows, self.chunk_rows);
             return Err(of_file(loaded.address, reason.into()));
         }
+        // Its first rows can be read before the damage is reported.
         if loaded.rows < wanted {
             let reason = format!("chunk {number} ends after {} of its {wanted} rows", loaded.rows);
             loaded.damage = Some(reason.into());
@@ -337,6 +344,7 @@ impl Index<'_> {
         if is_none || shape.contains(&0) {
             return Ok(Vec::new());
         }
+        // HDF5 1.10 added five ways to list chunks to its first one, a tree.
         match indexing {
             None => {
                 let rank = Some(shape.len() as u32);

@@ -1,4 +1,4 @@
-//! Wrievents.t().iter().flat_map(|t| t.0.wrapping_sub(offset_us).to_le_bytes()).collect(),es events as columns of an HDF5 file in DSEC's layout: `events/{t,x,y,p}`, `t_offset` and
+//! Writes events as columns of an HDF5 file in DSEC's layout: `events/{t,x,y,p}`, `t_offset` and
 //! `ms_to_idx`.
 //!
 //! Chunks of all columns are written as they fill; the structure comes behind them, and the
@@ -47,6 +47,7 @@ struct Hdf5Sink {
 pub(super) fn create(path: &Path, sensor: SensorSize) -> Result<Box<dyn EventSink>, IoError> {
     let failed = |e| IoError::file(path, "write", e);
     let mut file = AtomicFile::create(path).map_err(failed)?;
+    // Room only: it holds addresses that are known at the end.
     file.write_all(&[0; SUPERBLOCK]).map_err(failed)?;
     Ok(Box::new(Hdf5Sink {
         path: path.to_owned(),
@@ -64,10 +65,12 @@ pub(super) fn create(path: &Path, sensor: SensorSize) -> Result<Box<dyn EventSin
 impl EventSink for Hdf5Sink {
     fn write(&mut self, events: &EventStream) -> Result<(), IoError> {
         let (t, x, y, polarity) = (events.t(), events.x(), events.y(), events.polarity());
+        // Rows are counted from the start of the file: those that wait for their chunk come first.
         self.ms_index.push(t, self.written + self.pending.len() as u64);
         self.write_index(CHUNK_ROWS)?;
         let mut from = 0;
         while from < events.len() {
+            // Chunks of HDF5 have one size; what does not fill one waits for the next call.
             let to = events.len().min(from + CHUNK_ROWS - self.pending.len());
             let taken = self.pending.extend_columns(
                 &t[from..to],
@@ -91,12 +94,14 @@ impl EventSink for Hdf5Sink {
         if !self.pending.is_empty() {
             self.write_chunks(chunk_rows)?;
         }
+        // Datasets first: a group holds their addresses.
         let mut group = ObjectHeader::group();
         for (place, (name, kind)) in COLUMNS.into_iter().enumerate() {
             let addresses = std::mem::take(&mut self.addresses[place]);
             group = group.link(name, self.dataset(kind, rows, chunk_rows, addresses)?);
         }
         let events = self.append(&group.into_bytes())?;
+        // Times are stored less this offset, as DSEC's are.
         let offset = ObjectHeader::scalar(self.ms_index.offset_us());
         let offset = self.append(&offset.into_bytes())?;
         let mut root = ObjectHeader::group()
@@ -109,6 +114,7 @@ impl EventSink for Hdf5Sink {
             let is_short = self.ms_addresses.is_empty();
             let chunk_rows = if is_short { entries as usize } else { CHUNK_ROWS };
             if !self.ms_index.pending.is_empty() {
+                // Padded, since a chunk is stored whole.
                 self.ms_index.pending.resize(chunk_rows, 0);
                 self.write_index(chunk_rows)?;
             }

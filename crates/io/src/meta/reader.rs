@@ -142,6 +142,7 @@ impl MetaReader {
             self.read_at(&mut bytes, self.offset(start))?;
             for (k, record) in (start..end).zip(bytes.chunks_exact(size)) {
                 let (values, magic) = record.split_at(8 * self.values);
+                // The mark behind each record shows a file that is cut or shifted.
                 if magic != MAGIC {
                     let byte = self.offset(k) + values.len() as u64;
                     return Err(self.fault(byte, k, MetaFault::Magic([magic[0], magic[1]])));

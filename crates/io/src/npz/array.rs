@@ -36,11 +36,13 @@ pub(super) fn read(mut entry: impl Read) -> Result<Array, (NpzFault, usize)> {
     let mut columns: Vec<Column> =
         layout.kinds.iter().map(|kind| Column::with_kind(*kind)).collect();
     let length: usize = layout.kinds.iter().map(|kind| kind.bytes).sum();
+    // A piece is at least a row, however long.
     let most = (PIECE / length).max(1) as u64;
     let (mut piece, mut before) = (vec![0; most as usize * length], 0);
     while before < layout.rows {
         let piece = &mut piece[..most.min(layout.rows - before) as usize * length];
         let (filled, failed) = fill_to_fault(&mut entry, piece);
+        // A cut row is not read; those before it are.
         let whole = filled / length;
         let rows = Rows { bytes: &piece[..whole * length], length };
         let mut at = 0;
@@ -61,6 +63,7 @@ pub(super) fn read(mut entry: impl Read) -> Result<Array, (NpzFault, usize)> {
         Ok(_) => return Err((NpzFault::Trailing, layout.rows as usize)),
         Err(e) => return Err((unreadable(&e), 0)),
     }
+    // A column-major table was read as one column, which is divided here.
     match (layout.is_one_after_another, columns.as_slice()) {
         (true, [all]) => Ok(Array { names: layout.names, columns: all.apart(layout.of_each) }),
         _ => Ok(Array { names: layout.names, columns }),

@@ -117,6 +117,7 @@ impl Column {
         kind: Kind,
         values: impl ExactSizeIterator<Item = [u8; BYTES]>,
     ) -> Result<(), (NpzFault, usize)> {
+        // Widened to 64 bits: one loop serves all lengths.
         let raw = values.map(|value| {
             let mut wide = [0; 8];
             wide[..BYTES].copy_from_slice(&value);
@@ -137,6 +138,7 @@ impl Column {
             Self::Whole(values) => {
                 let before = values.len();
                 values.extend(raw.map(|raw| raw as i64));
+                // Unsigned values of the upper half became negative.
                 if let Some(fits) = values[before..].iter().position(|value| *value < 0) {
                     let fault = NpzFault::Unreadable("a value beyond 64 bits".to_owned());
                     return Err((fault, fits));

@@ -129,6 +129,7 @@ fn times(column: Column) -> Result<Vec<Micros>, Fault> {
         Column::Real(values) => values,
         other => return all(&other, |us| us.map(Micros)),
     };
+    // Reals may be whole microseconds, or seconds with a fraction.
     let column = Column::Real(seconds);
     let n = column.len();
     let is_whole = (0..n).all(|k| column.whole(k).is_some());
@@ -136,6 +137,7 @@ fn times(column: Column) -> Result<Vec<Micros>, Fault> {
     if is_whole {
         return all(&column, |us| us.map(Micros));
     }
+    // No recording lasts this many seconds: such values are microseconds.
     let unit_us = if longest > LONGEST_S { 1.0 } else { 1e6 };
     let time = |k: usize| {
         let us = (column.real(k) * unit_us).round();

@@ -28,6 +28,7 @@ pub(super) fn open(input: Input, _: &OpenOptions) -> Result<Box<dyn EventSource>
     let is_there = |name: &str| names.iter().any(|found| found == name);
     let of_columns =
         [0, 1, 2, 3].map(|what| array_by_name(what, &names.iter().map(String::as_str)));
+    // Arrays of columns come first; a table is for archives without them.
     let is_incomplete = of_columns.iter().any(Option::is_none);
     let table = table(&names).filter(|_| is_incomplete);
     let mut missing: Vec<&'static str> = Vec::new();

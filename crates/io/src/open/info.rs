@@ -75,6 +75,7 @@ pub fn info(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Info, IoErr
     }
     // Behind the loop: the extent of the events is known only now.
     let (sensor, sensor_origin) = sensor_of(source.header(), options, || survey.extent);
+    // Remarks of the source come before the loss.
     warnings.splice(0..0, source.remarks());
     warnings.extend(sensor_warning(sensor_origin, survey.extent, source.header().usual_sensor));
     for (count, what) in [

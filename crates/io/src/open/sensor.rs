@@ -28,6 +28,7 @@ pub fn find_sensor(
             Some(given) => Err(IoError::OtherSensor { path, given, stated }),
         };
     }
+    // At least one pixel, for a file without events.
     let mut largest = SensorSize { width: 1, height: 1 };
     let mut columns = Columns::new();
     loop {

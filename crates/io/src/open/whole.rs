@@ -19,6 +19,7 @@ pub(super) fn read(
     source: &mut dyn EventSource,
     options: &OpenOptions,
 ) -> Result<Recording, IoError> {
+    // Sources that are in memory hand out their columns.
     let mut columns = source.take_all().unwrap_or_default();
     let mut remarks = Vec::new();
     loop {
@@ -51,6 +52,7 @@ pub(super) fn sensor_of(
         (Some(stated), _) => (stated, SensorOrigin::Stated),
         (None, Some(given)) => (given, SensorOrigin::Given),
         (None, None) => {
+            // A closure: the extent costs a pass over all events, and few formats need it.
             let extent = extent();
             let holds = |s: &SensorSize| extent.width <= s.width && extent.height <= s.height;
             match header.usual_sensor.filter(holds) {

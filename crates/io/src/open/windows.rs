@@ -69,6 +69,7 @@ impl Windows {
         // The first events are read now: a file that does not state its sensor is sized by them.
         windows.read_on()?;
         let header = windows.source.header();
+        // Later events may lie outside of the size: they are rejected.
         (windows.sensor, windows.sensor_origin) =
             sensor_of(header, options, || extent(&windows.buffer));
         Ok(windows)
@@ -150,10 +151,12 @@ impl Windows {
     /// If `events` are of a sensor of another size.
     pub fn read(&mut self, window: TimeWindow, events: &mut EventStream) -> Result<(), IoError> {
         assert_eq!(events.sensor(), self.sensor, "events of a sensor of another size");
+        // Backwards, or more than a second ahead: searching is faster than reading on.
         if window.start < self.left_to || window.start.0 > self.read_to.0.saturating_add(1_000_000)
         {
             self.go_to(window.start)?;
         }
+        // Events may stand behind later ones, by this much.
         while !self.is_at_end && self.read_to.0 < window.end.0.saturating_add(MAX_DELAY_US) {
             self.read_on()?;
         }

@@ -105,6 +105,7 @@ impl PoseColumns {
             push(text, value.filter(|value| value.is_finite()).map(|value| value.to_string()));
         }
         for joint in &pose.joints {
+            // CSV has no form of NaN and infinities: an empty cell is read as no value.
             let at = joint.image_px.filter(|at| at.is_finite());
             push(text, at.map(|at| format!("{:.3}", at.x)));
             push(text, at.map(|at| format!("{:.3}", at.y)));
@@ -114,6 +115,7 @@ impl PoseColumns {
             if self.frame.is_some() {
                 let at = joint.position_m.filter(|at| at.is_finite());
                 for k in 0..METRES.len() {
+                    // Five decimals are 10 um, far below the error of any tracker.
                     push(text, at.map(|at| format!("{:.5}", at[k])));
                 }
             }

@@ -100,6 +100,7 @@ fn read(path: &Path, bytes: &[u8]) -> Result<PoseSequence, IoError> {
             let fault = |reason: String| row_fault(path, number, byte, reason, rows);
             let value: Map<String, Value> =
                 serde_json::from_slice(line).map_err(|error| fault(error.to_string()))?;
+            // Where a line does not show its kind, that of the lines before gives a better message.
             let known = sequence.as_ref().map(|sequence| sequence.kind);
             let kind = kind_of(&value).or(known);
             // A file is of persons or of hands, not of both.

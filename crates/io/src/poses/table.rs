@@ -60,6 +60,7 @@ struct JointColumns {
 
 impl Columns {
     fn of(names: &[&str]) -> Result<Self, String> {
+        // Of two columns with one name, the second would never be read.
         for (index, name) in names.iter().enumerate() {
             if names[..index].contains(name) {
                 return Err(format!("column `{name}` occurs twice"));
@@ -222,6 +223,7 @@ fn read(path: &Path, bytes: &[u8]) -> Result<PoseSequence, IoError> {
     let mut sequence = PoseSequence::new(PoseKind::Body);
     for (number, line) in (1..).zip(text.split_inclusive('\n')) {
         let rows = sequence.poses.len();
+        // Lines are counted from one, as in editors.
         let fault = |reason: String| row_fault(path, number, byte, reason, rows);
         let cells = cells(line.trim_end());
         let cells: Vec<&str> = cells.iter().map(String::as_str).collect();

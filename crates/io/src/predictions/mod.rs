@@ -60,6 +60,7 @@ pub(crate) fn predictions_of(input: Input) -> Result<Vec<BodyPrediction>, IoErro
 /// Parses a line; none for an empty one.
 fn row(line: &[u8]) -> Result<Option<BodyPrediction>, String> {
     let text = str::from_utf8(line).map_err(|_| "it is not text".to_owned())?;
+    // Comments are allowed anywhere in a line.
     let text = text.split('#').next().unwrap_or_default();
     let words = text.split(|c: char| c == ',' || c.is_whitespace()).filter(|word| !word.is_empty());
     let number = |(column, word): (usize, &str)| {
@@ -74,6 +75,7 @@ fn row(line: &[u8]) -> Result<Option<BodyPrediction>, String> {
     if !line.ends_with(b"\n") {
         return Err("the file ends in it, perhaps within a number".to_owned());
     }
+    // Two values stand before the positions: time and delay.
     let [t_s, waited, positions @ ..] = values.as_slice() else {
         return Err(format!("{COLUMNS} values were expected, {} found", values.len()));
     };

@@ -151,6 +151,7 @@ impl<D: Decoder> EventSource for BlockSource<D> {
             }
             self.taken += took;
             self.now.byte += took as u64;
+            // A mark every so many bytes is where a search may begin.
             if self.marks.last().is_none_or(|last| self.now.byte >= last.byte + BETWEEN_MARKS) {
                 self.marks.push(self.now.clone());
             }

@@ -68,6 +68,7 @@ impl TensorStack {
             .map_err(|found| fault(FRAMES, found))?;
         let ends = array(times.as_slice(), "'<i8'", |bytes| Micros(i64::from_le_bytes(bytes)));
         let (_, ends) = ends.map_err(|found| fault(TIMES, found))?;
+        // As many ends as windows, or something is of another file.
         if shape.first() != Some(&(ends.len() as u64)) {
             return Err(fault(TIMES, (NpzFault::Shape, ends.len())));
         }
@@ -86,6 +87,7 @@ fn array<T, const BYTES: usize>(
     if header.dtype().descr() != descr {
         return Err((NpzFault::Type(header.dtype().descr()), 0));
     }
+    // Other orders would be a transposed stack.
     if header.order() != Order::C {
         return Err((NpzFault::Shape, 0));
     }
@@ -103,6 +105,7 @@ fn array<T, const BYTES: usize>(
             return Err((NpzFault::Unreadable(error.to_string()), values.len()));
         }
     }
+    // More than the shape says means that the shape is wrong.
     match bytes.read(&mut [0]) {
         Ok(0) => Ok((header.shape().to_vec(), values)),
         _ => Err((NpzFault::Trailing, values.len())),

@@ -34,6 +34,7 @@ impl TensorWriter {
         let path = path.as_ref().to_owned();
         let failed = |e| IoError::file(&path, "create", e);
         let create = || AtomicFile::create(&path).map_err(failed);
+        // The header comes first and names the number of windows: `write` refuses more.
         let header = header_for(VALUE_TYPE, &shape, &shape);
         let target = match path.extension().and_then(|ending| ending.to_str()) {
             Some("npy") => {

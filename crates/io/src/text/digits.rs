@@ -11,6 +11,7 @@ pub(super) fn put(line: &mut [u8], at: usize, value: u64) -> usize {
     if value < EIGHT {
         return put_first(line, at, value);
     }
+    // A value of 64 bits has 20 digits at most: three pieces of eight.
     let above = value / EIGHT;
     let at = if above < EIGHT {
         put_first(line, at, above)

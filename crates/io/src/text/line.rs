@@ -192,10 +192,12 @@ pub(super) fn parse(bytes: &[u8], known: &mut Known) -> Result<Option<Line>, Tex
     let order = match known.order {
         Some(order) => order,
         None if count != USUAL.fields => return Err(TextFault::Fields(count)),
+        // In a file without names the polarity's place says which of both orders it is.
         None if polarity(words[3]).is_err() && polarity(words[2]).is_ok() => TIME_LAST,
         None => USUAL,
     };
     known.order = Some(order);
+    // Every line as the first one: a missing value shifts all behind it.
     match order.fields {
         fields if fields == count => {}
         4 => return Err(TextFault::Fields(count)),

@@ -98,12 +98,14 @@ struct Line {
 /// Reads a usual line.
 #[inline(always)]
 fn line(here: &[u8; REACH], shape: Shape) -> Option<Line> {
+    // A bit for each byte that is no digit: fields end there.
     let mut ends = non_digits(here);
     let mut end = || {
         let place = ends.trailing_zeros() as usize;
         ends &= ends.wrapping_sub(1);
         place
     };
+    // Times in seconds have one more end, at the point.
     let dot = if shape == Shape::Seconds { end() } else { 0 };
     let ends = [end(), end(), end(), end()];
     let begins = [0, ends[0] + 1, ends[1] + 1, ends[2] + 1];
@@ -128,6 +130,7 @@ fn line(here: &[u8; REACH], shape: Shape) -> Option<Line> {
     }
     let t = match shape {
         Shape::Seconds => seconds(here, dot, ends[0])?,
+        // `sixteen` loads sixteen bytes, so that longer numerals go the slow way.
         _ if length(t).wrapping_sub(1) < 16 => digits(sixteen(here, begins[t]), length(t)) as i64,
         _ => return None,
     };

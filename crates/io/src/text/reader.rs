@@ -64,11 +64,13 @@ impl Decoder for Lines {
             self.number += progress.lines;
             at += progress.bytes;
             let rest = &bytes[at..];
+            // The first line that is not usual, or that the block cuts.
             let length = match rest.iter().position(|&b| b == b'\n') {
                 Some(end) => end + 1,
                 None if is_last || rest.len() > MAX_LINE => rest.len(),
                 None => break,
             };
+            // A line without its end at the end of a file may be cut.
             let is_open = !rest[..length].ends_with(b"\n");
             self.line(&rest[..length], is_open, columns).map_err(|fault| {
                 let reason = format!("line {}: {fault}", self.number);
@@ -97,6 +99,7 @@ impl Lines {
         if line.len() > MAX_LINE {
             return Err(TextFault::TooLong);
         }
+        // Asked before parsing, which may learn the order from this line: it may be a cut one.
         let knew_order = self.known.order.is_some();
         match parse(line, &mut self.known)? {
             None => {}

@@ -78,11 +78,13 @@ impl Bottles {
             let rest = &bytes[at..];
             let step = match self.place {
                 Place::Begin => self.begin(rest, is_last),
+                // A state each, since a bottle may be longer than a block.
                 Place::Decimal(count) => self.decimal(rest, count, &mut each),
                 Place::Packed => self.packed(rest, &mut each),
                 Place::End => Ok(self.end(rest)),
             };
             match step {
+                // The rest of this place has not come yet.
                 Ok(0) => return Ok(at),
                 Ok(step) => at += step,
                 Err(fault) => return Err(DecodeFault { at: at + fault.at, ..fault }),
@@ -93,6 +95,7 @@ impl Bottles {
     /// Reads what comes before a bottle's contents.
     fn begin(&mut self, rest: &[u8], is_last: bool) -> Result<usize, DecodeFault> {
         let blank = rest.len() - rest.trim_ascii_start().len();
+        // Blank lines and line ends between bottles.
         if blank > 0 {
             return Ok(blank);
         }
@@ -109,6 +112,7 @@ impl Bottles {
                 _ => fault("a bottle begins with its number, its time in seconds and its name"),
             });
         };
+        // A time and a word; a label in `LAE` besides, and a velocity of two values in `FLOW`.
         let values_per_event = match name {
             "AE" => 2,
             "LAE" => 3,
@@ -120,6 +124,7 @@ impl Bottles {
             self.place = Place::End;
             return Ok(end);
         }
+        // Brackets may stand before the quote.
         let quoted = rest[end..].iter().position(|b| !matches!(b, b'(' | b' '));
         let Some(inside) = quoted else { return Ok(0) };
         let is_packed = rest[end + inside] == b'"';
@@ -185,6 +190,7 @@ impl Bottles {
         rest: &[u8],
         each: &mut impl FnMut(InBottle),
     ) -> Result<usize, DecodeFault> {
+        // Packed events are one or two words of 32 bits.
         let count = if self.has_ticks { 8 } else { 4 };
         let mut done = 0;
         loop {

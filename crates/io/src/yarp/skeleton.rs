@@ -74,11 +74,13 @@ pub fn read_skeletons_from(input: Input) -> Result<Vec<YarpSkeleton>, IoError> {
     let (mut skeletons, mut line, mut at) = (Vec::new(), Vec::new(), 0);
     loop {
         line.clear();
+        // A file of another kind may have no line break: without a limit it would fill memory.
         let read = (&mut bytes).take(MAX_LINE).read_until(b'\n', &mut line);
         read.map_err(|e| IoError::file(&input.path, "read", e))?;
         if line.is_empty() {
             return Ok(skeletons);
         }
+        // Without its line break, a last value of 12 may have been 123.
         if !line.trim_ascii().is_empty() {
             let reason = match (skeleton(&line), line.ends_with(b"\n")) {
                 (Some(skeleton), true) => {

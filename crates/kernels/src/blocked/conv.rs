@@ -186,8 +186,10 @@ impl ConvExec<'_> {
     unsafe fn run(&self) {
         let mut first = 0;
         for (group, blocks) in self.conv.block_groups().enumerate() {
+            // Weights of the groups follow each other.
             let lines = self.conv.shape.channels_in * self.conv.shape.taps() * blocks.len();
             let block_out = blocks.start;
+            // Constants, so that the compiler unrolls each kernel.
             macro_rules! run {
                 ($b:literal, $stride:literal, $pixel:expr) => {{
                     let kernel =
@@ -223,6 +225,7 @@ impl<const B: usize, const STRIDE: usize, const PIXEL: usize> Kernel
         let blocks_in = exec.conv.shape.blocks_in();
         let lines_per_block = exec.conv.shape.taps() * LANES * B;
         let block_bytes = lines_per_block * size_of::<Line>();
+        // As many input blocks as have weights that fit in the L1 cache: all rows use them again.
         let chunk = (L1_WEIGHT_BYTES / block_bytes).clamp(1, blocks_in);
         let max_tile =
             if STRIDE == 2 { V::TILE[B - 1].min(MAX_STRIDE_2_TILE) } else { V::TILE[B - 1] };
@@ -235,6 +238,7 @@ impl<const B: usize, const STRIDE: usize, const PIXEL: usize> Kernel
             let mut window = InputWindow {
                 blocks,
                 block_pitch: exec.src.block_pitch,
+                // Only the last block has lanes without a channel, which are not multiplied.
                 last_channels: if is_last { channels_in - (blocks_in - 1) * LANES } else { LANES },
                 kernel,
                 row_pitch: exec.src.row_pitch,
@@ -250,12 +254,14 @@ impl<const B: usize, const STRIDE: usize, const PIXEL: usize> Kernel
             let (tiles_per_row, mut tile) = (width.div_ceil(tile_width), 0);
             let bias = exec.conv.bias[block_out..].as_ptr().cast::<f32>();
             let init =
+                // Later chunks go on with the sums that the output holds.
                 if block_in == 0 { AccumulatorInit::Bias(bias) } else { AccumulatorInit::Dst };
             for y in exec.rows.clone() {
                 for x in (0..width).step_by(tile_width) {
                     let from = exec.src.corner(block_in, y * STRIDE, x * STRIDE, padding);
                     // SAFETY: the pixel is inside the output.
                     let to = unsafe { (exec.dst.pixel(block_out, y, x), exec.dst.block_pitch) };
+                    // Residual and activation need the whole sum: the last chunk applies them.
                     let epilogue = is_last.then(|| Epilogue {
                         residual: exec
                             .residual

@@ -140,6 +140,7 @@ impl DepthwiseRows<'_> {
     unsafe fn compute<V: Lanes, const K: usize, const STRIDE: usize>(&self) {
         for row in self.rows.clone() {
             let (block, y) = (row / self.rows_per_block, row % self.rows_per_block);
+            // One line for each tap: a block is sixteen kernels side by side.
             let weights = self.conv.weights[block * K * K..].as_ptr().cast::<f32>();
             let bias = self.conv.bias[block].0.as_ptr();
             let from = self.src.tap(block, y * STRIDE, 0, K / 2);
@@ -184,6 +185,7 @@ impl DepthwiseRows<'_> {
             let mut sums = [V::load(bias); N];
             for ky in 0..K {
                 for kx in 0..K {
+                    // A weight is loaded once for all pixels, whose sums stay in registers.
                     let weight = V::load(weights.add((ky * K + kx) * LANES));
                     for (pixel, sum) in sums.iter_mut().enumerate() {
                         let at = ky * row_pitch + (pixel * STRIDE + kx) * LANES;

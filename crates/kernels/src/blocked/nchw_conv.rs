@@ -146,12 +146,14 @@ impl ConvRows<'_> {
                     let mut weights = self.conv.weights.as_ptr();
                     for channel in 0..channels_in {
                         let first = self.input.row_start(channel, y) + x;
+                        // Half a kernel to the left and above, where the border is.
                         let corner = first - (self.input.row_pitch() + 1) * (kernel / 2);
                         let from = self.input.values().as_ptr().add(corner);
                         for ky in 0..kernel {
                             for kx in 0..kernel {
                                 let value = V::load(from.add(ky * self.input.row_pitch() + kx));
                                 for (c, sum) in sums.iter_mut().enumerate() {
+                                    // Each value is loaded once for all output channels.
                                     *sum = value.mul_add(V::splat(*weights.add(c)), *sum);
                                 }
                                 weights = weights.add(C);
@@ -171,6 +173,7 @@ impl ConvRows<'_> {
                                 if count == LANES {
                                     value.store(to);
                                 } else {
+                                    // A whole store would overwrite the border.
                                     to.copy_from(value.to_array().as_ptr(), count);
                                 }
                             }

@@ -192,6 +192,7 @@ impl PoolRows<'_> {
             let column = |x: usize| {
                 let from = from.add(x * LANES);
                 match rows {
+                    // The usual window, without a loop.
                     3 => {
                         let last = V::load(from.add(2 * row_pitch));
                         V::load(from).max(V::load(from.add(row_pitch))).max(last)
@@ -208,6 +209,7 @@ impl PoolRows<'_> {
                     last = column(x);
                 }
                 shared.max(last).store(to.add(x * LANES));
+                // The next window begins with this column.
                 shared = last;
             }
         }

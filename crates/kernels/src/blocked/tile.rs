@@ -83,6 +83,7 @@ pub(super) unsafe fn tile<
                 sums = [bias; N];
             }
             AccumulatorInit::Dst => {
+                // Sums of the chunks before are in the output.
                 for (pixel, sums) in sums.iter_mut().enumerate() {
                     for (block, sum) in sums.iter_mut().enumerate() {
                         *sum = V::load(to.add(block * pitch + pixel * LANES));
@@ -101,6 +102,7 @@ pub(super) unsafe fn tile<
                         from.add(block * window.block_pitch + ky * window.row_pitch + kx * PIXEL);
                     for channel in 0..channels {
                         let from = from.add(channel * channel_pitch);
+                        // A line at each channel, spread over the arithmetic that hides it.
                         if fetched < window.prefetch_lines {
                             V::prefetch(window.prefetch.wrapping_add(fetched * LANES));
                             fetched += 1;

@@ -57,6 +57,7 @@ impl Kernel for UpsampleRows<'_> {
         let (height, width) = (self.input.height(), self.input.width());
         for row in self.rows.clone() {
             let (block, y) = (row / self.rows_per_block, row % self.rows_per_block);
+            // An output row lies between two input rows, a quarter from the near one.
             let near = self.input.tap(block, y / 2, 0, 0);
             let far = self.input.tap(block, far_index(y, height), 0, 0);
             // SAFETY: the caller's; columns are those of the input.

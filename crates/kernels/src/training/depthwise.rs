@@ -50,6 +50,7 @@ impl Depthwise {
         assert!(bias.is_none_or(|bias| bias.len() == shape.channels), "bias");
         let pitches = Pitches::new(&shape, self.kernel / 2);
         let offsets = self.offsets(pitches);
+        // All taps: gradients of stride 2 take a part of them.
         let all: Vec<usize> = (0..offsets.len()).collect();
         let weights = self.weight_lines(weight, &all);
         let bias = bias.map(pad_to_blocks);

@@ -30,6 +30,7 @@ pub(super) fn forward(
 ) -> Vec<f32> {
     let (shape, out) = (conv.input, conv.output());
     let pitches = Pitches::new(&shape, conv.kernel / 2);
+    // All taps in one list of offsets: the kernel of outputs knows no rows.
     let all: Vec<usize> = (0..conv.kernel.pow(2)).collect();
     let offset = |tap: &usize| tap / conv.kernel * pitches.row + tap % conv.kernel * LANES;
     let taps: Vec<usize> = all.iter().map(offset).collect();
@@ -93,9 +94,11 @@ pub(super) fn backward_input(conv: &Conv, weights: Weights<'_>, gradient: &[f32]
             let images = values.len() / out.image();
             let padded = padded.room(pitches.lines(images));
             let copies = padded.chunks_exact_mut(pitches.lines(1));
+            // The gradient has no norm: it is padded as it is.
             for (copy, values) in copies.zip(values.chunks_exact(out.image())) {
                 pad(&out, values.into(), pitches, copy);
             }
+            // Each phase writes its own pixels: no two add to the same.
             for (weights, phase) in &phases {
                 let [y, x] = phase.first;
                 let work = Gather {

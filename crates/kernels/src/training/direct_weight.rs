@@ -153,6 +153,7 @@ impl Kernel for Row {
     #[inline(always)]
     unsafe fn run<V: Lanes>(&self) {
         let [columns, rows, images] = self.pixels.size;
+        // So few that gradients stay in the nearest cache while channels and taps go by.
         let rows_at_once = (NEAR / columns).clamp(1, rows);
         let images_at_once = (NEAR / (columns * rows)).clamp(1, images);
         for image in (0..images).step_by(images_at_once) {

@@ -40,6 +40,7 @@ pub(super) fn backward_input(conv: &Conv, weight: &[f32], gradient: &[f32]) -> V
                 (kind, (kind + border + 2 * first - tap) / 2)
             });
             let [(py, y), (px, x)] = seen;
+            // Four kinds of pixels, by whether row and column are even or odd.
             let to = (2 * py + px) * channels + channel;
             row[to * side * side + y * side + x] = *value;
         }
@@ -86,6 +87,7 @@ pub(super) fn backward_input(conv: &Conv, weight: &[f32], gradient: &[f32]) -> V
                 let [y, x] = [k / out.width * 2, k % out.width * 2];
                 for (kind, values) in kinds.chunks_exact(channels).take(KINDS).enumerate() {
                     let [y, x] = [y + kind / 2, x + kind % 2];
+                    // Of odd sides, the last row or column of some kinds is outside.
                     if y < shape.height && x < shape.width {
                         let at = (y * shape.width + x) * LANES;
                         to[at..at + channels].copy_from_slice(values);

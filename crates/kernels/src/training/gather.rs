@@ -67,6 +67,7 @@ impl Gather<'_> {
     unsafe fn group<V: Lanes, const B: usize>(&self, block_out: usize, first: usize) {
         let blocks_in = self.channels.div_ceil(LANES);
         let of_block = self.taps.len() * LANES * B;
+        // So many input blocks that their weights stay in the nearest cache.
         let at_once = (NEAREST / (of_block * size_of::<Line>()).max(1)).clamp(1, blocks_in);
         let [columns, rows, images] = self.size;
         let most = V::TILE[B - 1];
@@ -90,6 +91,7 @@ impl Gather<'_> {
                         let from = self.from.add(place(self.from_pitch));
                         let at = block_out * self.block_pitch_out + place(self.to_pitch);
                         let to = (self.to.add(at), [self.to_pitch[0], self.block_pitch_out]);
+                        // The first blocks begin with the bias, later ones with the sums so far.
                         let init = match (block_in, self.bias) {
                             (0, Some(bias)) => {
                                 AccumulatorInit::Bias(bias[block_out..].as_ptr().cast())
@@ -176,6 +178,7 @@ unsafe fn tile<V: Lanes, const N: usize, const B: usize>(
             }
         }
         for block in taps.blocks.clone() {
+            // Lanes without a channel would add zeros: they are left out.
             let channels = LANES.min(taps.channels - block * LANES);
             for offset in taps.offsets {
                 let from = from.add(block * taps.block_pitch + offset);

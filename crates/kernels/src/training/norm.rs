@@ -178,6 +178,7 @@ impl Norm {
                 )
             })
             .collect();
+        // At least one, so that a batch without pixels divides by no zero.
         let count = (shape.batch * shape.height * shape.width).max(1) as f64;
         let (mut gamma, mut beta) = (Vec::new(), Vec::new());
         // The gradient by the input is `a dy + b x + c`.
@@ -187,6 +188,7 @@ impl Norm {
             let total = |which: usize| -> f64 {
                 sums.iter().skip(block).step_by(blocks).map(|sums| sums[which][lane]).sum()
             };
+            // Sums over the batch, of the gradient and of its product with the centred value.
             let [plain, centred] = [0, 1].map(total);
             let inverse = self.inverses[channel];
             let a = f64::from(self.scales[block][lane]);
@@ -465,6 +467,7 @@ pub(super) fn channel_sums(shape: &Blocks, values: &[f32]) -> Vec<f32> {
         .par_chunks(shape.block().max(1))
         .map(|block| {
             let mut totals = [0.0; LANES];
+            // Runs in f32 vectorise, and their sums in f64 keep the precision over a batch.
             for pixels in block.chunks(RUN) {
                 let mut sums = [0.0; LANES];
                 for pixel in pixels.as_chunks::<LANES>().0 {
@@ -479,6 +482,7 @@ pub(super) fn channel_sums(shape: &Blocks, values: &[f32]) -> Vec<f32> {
             totals
         })
         .collect();
+    // In the order of images, whatever the number of threads.
     let total = |channel: usize| -> f64 {
         sums.iter().skip(channel / LANES).step_by(blocks).map(|sums| sums[channel % LANES]).sum()
     };

@@ -41,6 +41,7 @@ pub(super) unsafe fn outer<V: Lanes>(
             (2, true) => sums::<V, OFFSETS, 2>(pixels, from, offsets, gradient, to),
             (_, true) => sums::<V, OFFSETS, 1>(pixels, from, offsets, gradient, to),
             (_, false) => {
+                // Fewer registers: four channels and one block at a time.
                 for (k, offsets) in offsets.as_chunks::<4>().0.iter().enumerate() {
                     for block in 0..blocks {
                         let gradient = gradient.add(block * pixels.block_pitch);
@@ -70,6 +71,7 @@ unsafe fn sums<V: Lanes, const M: usize, const B: usize>(
     let [columns, rows, images] = pixels.size;
     // SAFETY: the caller's; every offset below is of a pixel or a sum that is named there.
     unsafe {
+        // In registers for all pixels: memory is touched once before and once after.
         let mut sums: [[V; B]; M] = std::array::from_fn(|channel| {
             std::array::from_fn(|block| V::load(to.add((channel * B + block) * LANES)))
         });

@@ -63,6 +63,7 @@ pub(super) fn pad_block(
     let border = pitches.border;
     let (above, rest) = plane.split_at_mut(border * row_lines);
     let (rows, below) = rest.split_at_mut(shape.height * row_lines);
+    // The memory is reused, and borders may hold other values.
     above.fill(Line::ZERO);
     below.fill(Line::ZERO);
     let rows = rows.chunks_exact_mut(row_lines);

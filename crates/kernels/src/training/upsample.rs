@@ -93,6 +93,7 @@ fn upsample_block(norm: &ScaleShiftStrips, from: &[Pixel], to: &mut [Pixel], row
     for (y, to) in to.chunks_exact_mut(2 * width).enumerate() {
         let [near, far] = sources(y, height).map(|y| &from[y * width..][..width]);
         let rows = [near, far].map(<[Pixel]>::as_flattened);
+        // Rows are mixed first, so that columns are those of one row.
         norm.mix(rows, [NEAR, FAR], row.as_flattened_mut());
         for (x, to) in to.iter_mut().enumerate() {
             let [near, far] = sources(x, width).map(|x| &row[x]);
@@ -108,6 +109,7 @@ fn downsample_block(from: &[Pixel], to: &mut [Pixel], row: &mut [Pixel]) {
     let width = row.len() / 2;
     let height = to.len() / width;
     for (y, to) in to.chunks_exact_mut(width).enumerate() {
+        // The transpose of `upsample_block`: first along columns, then along rows.
         row.fill([0.0; LANES]);
         for (y, weight) in readers(y, height) {
             for (sum, dy) in row.iter_mut().zip(&from[y * 2 * width..][..2 * width]) {

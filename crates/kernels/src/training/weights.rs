@@ -45,6 +45,7 @@ impl Weights<'_> {
                 let lines = &mut lines[block_in * LANES * taps.len() * blocks..];
                 for block in 0..blocks {
                     let first_out = (group * at_once + block) * LANES;
+                    // Lanes without a channel stay zero.
                     for lane in 0..LANES.min(channels_out - first_out) {
                         let values = &self.values[(first_out + lane) * out_pitch..];
                         for channel in 0..channels {

@@ -61,6 +61,7 @@ pub(super) fn convolved(
     level: Level,
 ) -> Vec<f32> {
     let [channels_out, _] = weights.channels();
+    // Transformed once for all tiles and images.
     let weights = weights.transformed::<Chosen>(blocks_at_once(level), level);
     let out = Blocks { channels: channels_out, ..shape };
     let mut output = vec![0.0; out.value_count()];
@@ -92,6 +93,7 @@ pub(super) fn convolved(
             };
             // SAFETY: tiles of rounds are disjoint and there is room for what they transform.
             unsafe {
+                // Inputs, products, outputs: all of a round's data stay in the cache.
                 level.run(&work);
                 for place in 0..Chosen::IN * Chosen::IN {
                     level.run(&work.products(place));
@@ -215,6 +217,7 @@ impl<S: WinogradTransform> Round<'_, S> {
                     }
                     *half = S::output(m);
                 }
+                // Tiles at the border reach beyond the output.
                 for y in 0..S::OUT.min(height - y0) {
                     let row = S::output(std::array::from_fn(|x| halves[x][y]));
                     for (x, value) in row.iter().enumerate().take(S::OUT.min(width - x0)) {
@@ -256,6 +259,7 @@ pub(super) unsafe fn take<V: Lanes, S: WinogradTransform>(
             for (x, column) in columns.iter_mut().enumerate().take(S::IN) {
                 let mut d = [zero; MAX_INPUTS];
                 // One pixel beyond the tile on each side.
+                // Outside of the image there is the padding, which is zero.
                 let Some(x) = (x0 + x).checked_sub(1).filter(|x| *x < shape.width) else {
                     continue;
                 };

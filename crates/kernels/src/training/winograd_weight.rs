@@ -36,6 +36,7 @@ impl Weights<'_> {
         let mut lines = vec![Line::ZERO; places * of_place];
         let to = Places { first: lines.as_mut_ptr().cast(), pitch: of_place * LANES };
         let all = block_groups(channels_out, together).len();
+        // A single kernel is too little work for a task.
         (0..all * channels_in).into_par_iter().with_min_len(16).for_each(|k| {
             let work = Kernels {
                 of: self,
@@ -101,6 +102,7 @@ impl Kernel for Kernels<'_> {
                     V::splat(row[2]).mul_add(of[2], sum)
                 };
                 let g: [V; 9] = std::array::from_fn(|k| V::load(taps[k].0.as_ptr()));
+                // Down and then across: the transform is separable.
                 for (y, row) in self.matrix.iter().enumerate().take(self.inputs) {
                     let half: [V; 3] =
                         std::array::from_fn(|x| product(row, [g[x], g[3 + x], g[6 + x]]));
@@ -128,6 +130,7 @@ pub(super) fn gradient(conv: &Conv, input: NormalizedInput<'_>, gradient: &[f32]
     let at_once =
         (HELD / size_of::<Line>() / of_tile.max(1)).max(OFFSETS).min(tiles.count().max(1));
     let mut held = vec![Line::ZERO; at_once * of_tile];
+    // In parts, since inputs and gradients of all tiles would not fit in the cache.
     for first in (0..tiles.count()).step_by(at_once) {
         let range = first..tiles.count().min(first + at_once);
         let of_block = places * range.len();
@@ -166,6 +169,7 @@ pub(super) fn gradient(conv: &Conv, input: NormalizedInput<'_>, gradient: &[f32]
             unsafe { conv.level.run(&work) };
         });
     }
+    // Transformed back once, after all tiles are summed.
     let mut weight = vec![0.0; out.channels * shape.channels * 9];
     let of_channels = together * LANES * shape.channels * 9;
     weight.par_chunks_mut(of_channels.max(1)).enumerate().for_each(|(group, weight)| {
@@ -231,6 +235,7 @@ impl Transform<'_> {
                 let to = self.to.add(k * LANES);
                 let zero = V::splat(0.0);
                 let mut columns = [[zero; MAX_INPUTS]; 4];
+                // Beyond the border there is no gradient: it stays zero.
                 let (rows, across) = (S::OUT.min(height - y0), S::OUT.min(width - x0));
                 for (x, column) in columns.iter_mut().enumerate().take(across) {
                     let mut dy = [zero; 4];

@@ -67,6 +67,7 @@ impl EventImage {
         let mut dark = 0_u8;
         for cell in self.levels.chunks_exact(2) {
             let byte = step(cell[1]) << 4 | step(cell[0]);
+            // A run has room for 255 cells, then another begins.
             if byte == 0 && dark < u8::MAX {
                 dark += 1;
                 continue;

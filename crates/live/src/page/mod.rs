@@ -133,6 +133,7 @@ impl Page {
             is_over: AtomicBool::new(false),
         });
         let painter = Painter::new(shared.clone(), listener, meter, info.hand_mesh);
+        // A thread of its own: the pipeline must not wait for browsers.
         let thread = std::thread::Builder::new().name("page".to_owned());
         let thread = thread.spawn(move || painter.work()).map_err(failed)?;
         Ok(Self { shared, address, painter: Some(thread) })

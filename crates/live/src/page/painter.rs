@@ -63,6 +63,7 @@ impl Painter {
                 measured = now.max(measured + INTERVAL);
                 figures = self.measure(now);
             }
+            // Frames are painted only for somebody.
             if self.shared.watchers.load(Ordering::Relaxed) > 0 {
                 let passed = now.saturating_duration_since(std::mem::replace(&mut painted, now));
                 let frame = self.paint(&figures, now, passed);

@@ -122,6 +122,7 @@ impl RateWindow {
 
 fn since(first: &Report, last: &Report) -> Rates {
     let passed_s = last.seconds - first.seconds;
+    // The first report is both ends of the window: no time has passed.
     if passed_s <= 0.0 {
         return Rates::default();
     }

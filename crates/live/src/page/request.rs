@@ -45,6 +45,7 @@ pub(super) fn read(stream: &mut TcpStream) -> Result<Request, Option<Status>> {
     let end = Instant::now() + READ_TIMEOUT;
     let (mut head, mut chunk) = (Vec::new(), [0; 1024]);
     loop {
+        // A client that sends byte by byte has no more time than others.
         let left = end.saturating_duration_since(Instant::now());
         if left.is_zero() || stream.set_read_timeout(Some(left)).is_err() {
             return Err(None);
@@ -58,6 +59,7 @@ pub(super) fn read(stream: &mut TcpStream) -> Result<Request, Option<Status>> {
         match Request::try_parse(&head) {
             // Nothing may follow the head: a WebSocket client sends only after our response.
             Ok(Some((size, request))) if size == head.len() => return Ok(request),
+            // The head goes on in the next part.
             Ok(None) if head.len() < MAX_HEAD_BYTES => {}
             Ok(_) => return Err(Some(Status::BadRequest)),
             Err(tungstenite::Error::Protocol(

@@ -54,6 +54,7 @@ fn feed(source: &mut dyn Source, queue: &PacketQueue, meter: &Meter) -> Result<(
     let sensor = source.sensor();
     let (mut columns, mut latest) = (Columns::new(), None);
     let (mut malformed, mut lost, mut slipped_us) = (0, 0, 0);
+    // A repetition may come while all events of a packet are rejected.
     let (mut repetition, mut is_repeated) = (0, false);
     let is_lossless = source.is_lossless();
     let is_cut = is_lossless && source.pace().is_none();
@@ -103,6 +104,7 @@ fn feed(source: &mut dyn Source, queue: &PacketQueue, meter: &Meter) -> Result<(
             meter.dropped_packets.add(dropped.packets);
             meter.dropped_events.add(dropped.events);
         }
+        // The fault itself, behind the events that came before it.
         read?;
         if queue.is_abandoned() {
             return Ok(());
@@ -158,6 +160,7 @@ fn checked(
         )
     };
     let (t, x, y, polarity) = columns_of(range.clone());
+    // Both ends fit, so that in an ordered packet all do.
     let ends_fit = fits(t[0]) && fits(t[t.len() - 1]);
     if ends_fit && events.extend_columns(t, x, y, polarity).is_ok() {
         return events;

@@ -108,6 +108,7 @@ impl PoseRecording {
             let joint = |index: usize| status.joints_px.get(index).copied().flatten();
             let bones = self.bones.iter().filter_map(|&[a, b]| Some([joint(a)?, joint(b)?]));
             stream.log(origin.bones, &LineStrips2D::update_fields().with_strips(bones))?;
+            // Without a pose there is no latency, which is not one of zero.
             if let Some(p99_ms) = status.p99_ms {
                 stream.log(origin.latency, &Scalars::single(p99_ms))?;
             }

@@ -79,6 +79,7 @@ impl RerunRecording {
         let stream = &self.output.stream;
         let image = EncodedImage::new(frame.event_image.to_vec()).with_media_type(MediaType::png());
         stream.log(EVENT_IMAGE, &image)?;
+        // The viewer is slow with many points: they are thinned evenly over both polarities.
         let every = frame.events.len().div_ceil(MAX_POINTS).max(1);
         for paths in &POLARITIES {
             let mut count = 0_u64;
@@ -97,6 +98,7 @@ impl RerunRecording {
             self.counts.points += points.len() as u64;
             let points = Points2D::update_fields().with_positions(points);
             stream.log(paths.events, &points)?;
+            // All events count, those that are not shown as well.
             let per_second = count as f64 / frame.length.as_seconds();
             stream.log(paths.rate, &Scalars::single(per_second))?;
         }

@@ -94,6 +94,7 @@ impl Sinks {
 
     /// Adds a sink with a queue of `capacity` poses.
     pub fn add_with_capacity(&mut self, mut sink: impl Sink, capacity: usize) {
+        // Bounded: a sink that is slow must not fill the memory.
         let (poses, waiting) = sync_channel(capacity);
         let name = sink.name();
         let written = Arc::<AtomicU64>::default();
@@ -179,6 +180,7 @@ impl RunningSink {
                 }
                 // `finish` returns its error.
                 Err(TrySendError::Disconnected(_)) => {
+                    // Done all the same: other sinks go on.
                     self.has_failed = true;
                     return true;
                 }
@@ -231,6 +233,7 @@ fn write_all(
                 sink.write(&pose)?;
                 written.fetch_add(1, Ordering::Relaxed);
             }
+            // The sender is gone: everything is written.
             None => return sink.finish(),
         }
     }

@@ -70,6 +70,7 @@ fn stream(connection: Connection, options: &SourceOptions) -> Result<Box<dyn Sou
         .take(SNIFF_BYTES as u64)
         .read_to_end(&mut head)
         .map_err(|source| LiveError::Connection { endpoint: name.clone(), source })?;
+    // Bytes that were read to find the format belong to the stream.
     let bytes = Cursor::new(head.clone()).chain(bytes);
     let open = &options.replay.open;
     let stream = match &head[..] {
@@ -78,6 +79,7 @@ fn stream(connection: Connection, options: &SourceOptions) -> Result<Box<dyn Sou
         _ => None,
     };
     if let Some(stream) = stream {
+        // The timeout was for the first bytes: a camera may be still for long.
         shutdown.clear_read_timeout(&name)?;
         return Ok(Box::new(stream.with(shutdown, is_lossless)));
     }

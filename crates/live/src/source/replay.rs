@@ -79,6 +79,7 @@ impl Replay {
     pub fn open(path: &Path, options: ReplayOptions) -> Result<Self, LiveError> {
         let invalid =
             |setting, value: String, rule| Err(LiveError::Setting { setting, value, rule });
+        // Infinity is allowed: no event is waited for.
         if options.speed.is_nan() || options.speed <= 0.0 {
             return invalid("speed", options.speed.to_string(), "above zero");
         }
@@ -159,14 +160,17 @@ impl Source for Replay {
         let start = columns.len();
         let first = self.buffer.t[self.sent] + self.shift;
         self.first.get_or_insert(first);
+        // A repetition begins with a packet of its own.
         if std::mem::replace(&mut self.repetition, self.read_repetition) != self.read_repetition {
             self.packet_end = Micros(i64::MIN);
         }
+        // Time went back within the file: another recording, with a clock of its own.
         if self.began.is_some() && first + RESTART_JUMP < self.last {
             (self.began, self.packet_end) = (None, Micros(i64::MIN));
         }
         if self.packet_end <= first {
             let next = Micros(self.packet_end.0.saturating_add(self.options.packet.0));
+            // Behind a gap packets begin at the next event, not in the gap.
             self.packet_end = if next > first { next } else { first + self.options.packet };
         }
         let mut last = first;
@@ -195,10 +199,12 @@ impl Source for Replay {
         let (began, origin) = *self.began.get_or_insert_with(|| (Instant::now(), first));
         let passed_s = (last - origin).as_seconds() / self.options.speed;
         let passed = Duration::try_from_secs_f64(passed_s.max(0.0)).unwrap_or_default();
+        // A time beyond what the clock holds is due at once.
         let due = began.checked_add(passed).unwrap_or(began);
         let now = Instant::now();
         let late = now.saturating_duration_since(due);
         if late > MAX_REPLAY_LAG {
+            // The clock is moved: lost time is not caught up with.
             self.began = Some((began + late, origin));
             self.slipped += if self.options.speed.is_finite() { late } else { Duration::ZERO };
             return Ok(Some(now));

@@ -120,6 +120,7 @@ impl MnasNetConfig {
                         stride,
                         device,
                     ),
+                    // A sum of both needs the same side and the same channels.
                     residual: stride == 1 && input == output,
                 }
             });
@@ -197,6 +198,7 @@ impl InvertedResidual {
 /// `stacks.1.0.separable.project.conv.x` is `layers.9.0.layers.6.x`: layers are counted
 /// through, a convolution, its normalisation and its ReLU as three, a stack as one.
 fn torchvision_path(path: &str) -> String {
+    // Where torchvision's one list of layers has each part.
     const STEM: usize = 0;
     const SEPARABLE: usize = 3;
     const FIRST_STACK: usize = 8;

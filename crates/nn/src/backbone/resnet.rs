@@ -165,6 +165,7 @@ pub(crate) fn torchvision_path(path: &str) -> String {
         ["stem", "conv", name] => format!("conv1.{name}"),
         ["stem", "norm", name] => format!("bn1.{name}"),
         ["stages", stage, block, half, kind, name] => {
+            // torchvision's layers begin at 1.
             let stage = stage.parse::<usize>().map_or(0, |index| index + 1);
             let layer = match (half, kind) {
                 ("first", "conv") => "conv1",

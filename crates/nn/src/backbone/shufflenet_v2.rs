@@ -92,6 +92,7 @@ impl ShuffleNetV2Config {
             stages.push(std::iter::once(first).chain(rest).collect());
             channels = 2 * branch;
         }
+        // As published: a narrower network keeps the width of its head.
         let last = scaled(HEAD_CHANNELS, self.width.max(1.0));
         ShuffleNetV2 {
             stem: ConvNormConfig::new(3, STEM_CHANNELS, 3).with_stride(2).init(device),
@@ -201,6 +202,7 @@ fn torchvision_path(path: &str) -> String {
         ["last", kind, name] => format!("conv5.{}.{name}", inner(kind)),
         ["head", name] => format!("fc.{name}"),
         ["stages", stage, unit, ref part @ .., kind, name] => {
+            // torchvision's stages begin at 2.
             let stage = stage.parse::<usize>().map_or(0, |index| index + 2);
             // ReLUs count among the layers of a branch.
             let (branch, layer) = match part {

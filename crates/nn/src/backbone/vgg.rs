@@ -106,6 +106,7 @@ impl VggConfig {
             });
             stage.collect()
         });
+        // Collected here: the iterator borrows `channels`, which is read below.
         let stages = stages.collect();
         let hidden = scaled(HIDDEN, self.width);
         Vgg {
@@ -113,6 +114,7 @@ impl VggConfig {
             pool: MaxPool2dConfig::new([2, 2]).init(),
             mean: AdaptiveAvgPool2dConfig::new([FIELDS, FIELDS]).init(),
             hidden: vec![
+                // Flattened: one weight for each channel and each of the last fields.
                 linear(channels * FIELDS * FIELDS, hidden, device),
                 linear(hidden, hidden, device),
             ],
@@ -159,6 +161,7 @@ impl BackboneNet for Vgg {
                 let layer = 3 * (before + index_of(index)) + stage + usize::from(kind == "norm");
                 format!("features.{layer}.{name}")
             }
+            // A linear layer, its ReLU and its dropout count as three.
             ["hidden", index, name] => format!("classifier.{}.{name}", 3 * index_of(index)),
             ["head", name] => format!("classifier.{}.{name}", 3 * self.hidden.len()),
             _ => path.to_owned(),

@@ -34,6 +34,7 @@ pub(super) fn missing_vulkan() -> String {
     const LOADER: &str = "libvulkan.so.1";
     const REMEDY: &str = "install the GPU's driver, or mesa-vulkan-drivers (Debian's name), which \
                           also computes on the CPU";
+    // In the order in which a start can fail: loader, variables, drivers.
     if !has_library(LOADER) {
         return format!("no Vulkan loader ({LOADER}): {REMEDY}");
     }

@@ -49,6 +49,7 @@ pub fn marginal_loss(
     targets: &MarginalTargets,
     sigma_cells: f32,
 ) -> MarginalLossParts {
+    // At least one, so that a batch without labels has a loss of zero, not NaN.
     let known_joints = targets.known.clone().sum().clamp_min(1.0);
     let mean = |errors: Tensor<2>| (errors * targets.known.clone()).sum() / known_joints.clone();
     let device = targets.positions.device();

@@ -9,6 +9,7 @@ const STAGES: [&str; 6] =
 /// `backbone.stages.1.repeated.depthwise.norm.gamma` is `backbone.features2.conv2.4.weight`.
 pub(super) fn pytorch(path: &str) -> String {
     let parts: Vec<&str> = path.split('.').collect();
+    // A name without a layer is no tensor's.
     let (Some((name, layer)), true) = (parts.split_last(), parts.len() > 1) else {
         return path.to_owned();
     };
@@ -28,6 +29,7 @@ pub(super) fn pytorch(path: &str) -> String {
             format!("backbone.features1.1.{}", after(3, kind))
         }
         ["backbone", "stages", index, pass, layer, kind] => {
+            // Stages have names in the published code, not indices.
             let stage = index.parse().ok().and_then(|index: usize| STAGES.get(index));
             let pass = if pass == "first" { "conv1" } else { "conv2" };
             let first = match layer {

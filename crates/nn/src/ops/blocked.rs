@@ -220,6 +220,7 @@ impl NetOps for Blocked {
     fn conv_norm(self, layer: &ConvNorm, activation: Activation) -> Self {
         let ConvNorm { conv, norm } = layer;
         let shape = ConvLayer::new(conv, self.shape);
+        // Only training needs the batch's statistics: all else takes the usual way.
         let Some(shape) = shape.filter(|_| norm.training.is_enabled()) else {
             return self.through_planes(|planes| planes.conv_norm(layer, activation));
         };
@@ -228,6 +229,7 @@ impl NetOps for Blocked {
         let (mean, variance) =
             Dispatch::blocked_statistics(values.clone().into_dispatch(), channels);
         let (mean, variance) = (Tensor::from_dispatch(mean), Tensor::from_dispatch(variance));
+        // Running statistics are for inference: no gradient goes through them.
         update_running(norm, &mean, &variance);
         let normalized = Normalized {
             values,

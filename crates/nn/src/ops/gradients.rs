@@ -115,6 +115,7 @@ impl<C: CheckpointStrategy> TrainingOps for Autodiff<Flex, C> {
         let [w, b] = [&weight, &bias].map(FloatTensor::<Self>::primitive);
         let output = convolution(&stored.values, stored.norm.as_deref(), w, b, settings);
         let nodes = [input.node(), gamma.node(), beta.node(), weight.node(), bias.node()];
+        // Without a tracked input nothing is kept: inference needs no memory for a backward pass.
         match Convolution.prepare::<C>(nodes).compute_bound().stateful() {
             OpsKind::Tracked(prep) => prep.finish((stored, w.to_contiguous(), settings), output),
             OpsKind::UnTracked(prep) => prep.finish(output),

@@ -131,6 +131,7 @@ fn write<M: Module>(
         .with_metadata(key, &card)
         .into_bytes()
         .map_err(|error| unreadable(path, &error))?;
+    // Whole or not at all: a crash leaves the file before in its place.
     atomic_write(path, &bytes).map_err(|source| NnError::Io { path: path.to_owned(), source })
 }
 

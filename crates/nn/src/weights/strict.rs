@@ -76,7 +76,9 @@ pub(super) fn fill_strictly<M: Module>(
             Some(stored) => matched.push((slot, name, stored)),
         }
     }
+    // No tensor of the network has these names.
     mismatch.unexpected = file.into_keys().collect();
+    // In order, so that messages do not depend on the network's traversal.
     mismatch.missing.sort();
     mismatch.reshaped.sort();
     if !mismatch.is_empty() {
@@ -88,10 +90,12 @@ pub(super) fn fill_strictly<M: Module>(
         let count: usize = slot.shape.iter().product();
         let read = (stored.read)().and_then(|data| {
             let length = data.num_elements();
+            // Checked again: the shape is what the file says, the values are what it has.
             if length != count {
                 return Err(format!("{length} values for {count}"));
             }
             let values = data.as_slice::<f32>().map_err(|error| format!("{error:?}"))?;
+            // PyTorch stores linear weights transposed, Keras kernels with their channels last.
             Ok(match layout.reordered(&slot, values) {
                 Some(values) => TensorData::new(values, slot.shape.clone()),
                 None => data,

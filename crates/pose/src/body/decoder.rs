@@ -77,6 +77,7 @@ impl BodyDecoder {
         let joint = |(joint, heatmap): (usize, &[f32])| {
             let rough = self.rough(maps.regs, joint, center);
             let cut = |value: f32| if value < self.threshold { 0.0 } else { value };
+            // As MoveNet: scores count the less, the further they are from the rough position.
             let cell = first_maximum((0..cells).map(|cell| {
                 let (x, y) = (cell % self.columns, cell / self.columns);
                 f64::from(cut(heatmap[cell])) / (distance(x, y, rough) + self.softening)

@@ -36,7 +36,7 @@ pub use label::{BodyLabel, Keypoint, Visibility};
 pub use maps::BodyMaps;
 pub use movenet::{MOVENET_VALUES, movenet_joints};
 pub use openpose::{OpenPoseDecoder, OpenPoseModel, OpenPoseOptions, OpenPosePerson};
-pub use score::{PresenceScore, pose_score};
+pub use score::{PresenceScore, pose_score, score_of_joints};
 pub use skeleton::{
     BODY_JOINTS, BodyPoints, JOINT_NAMES, LIMBS, MIRRORED, file_from_network, network_from_file,
     number, torso,

@@ -2,7 +2,7 @@
 
 use evpose_core::Micros;
 
-use super::BODY_JOINTS;
+use super::{BODY_JOINTS, BodyJoint};
 
 /// Joints that the score of a pose is of: as many as are left of a person who is cut off at the chest.
 const SCORED_JOINTS: usize = 6;
@@ -13,6 +13,13 @@ pub fn pose_score(scores: &[f32; BODY_JOINTS]) -> f32 {
     let mut sorted = *scores;
     sorted.sort_by(|a, b| b.total_cmp(a));
     sorted[..SCORED_JOINTS].iter().sum::<f32>() / SCORED_JOINTS as f32
+}
+
+/// The same of decoded joints.
+pub fn score_of_joints(joints: &[BodyJoint]) -> f32 {
+    let mut scores = [0.0; BODY_JOINTS];
+    scores.iter_mut().zip(joints).for_each(|(score, joint)| *score = joint.score);
+    pose_score(&scores)
 }
 
 /// Scores of poses, smoothed over time: somebody who is there stays for a while, and what noise looks

@@ -110,6 +110,7 @@ impl SpatialFilter {
         t: Micros,
         points: &[Option<TriangulatedPoint>; BODY_JOINTS],
     ) -> WorldJoints {
+        // Before the first points no time has passed.
         let dt_s = self.now.map_or(0.0, |now| (t - now).as_seconds().max(0.0));
         self.now = Some(t);
         for (track, point) in self.tracks.iter_mut().zip(points) {
@@ -118,10 +119,12 @@ impl SpatialFilter {
                 if let Some(point) = point {
                     known.update(point, t, &self.config);
                 }
+                // Predicted for too long, a joint is lost rather than wrong.
                 if (t - known.measured).as_seconds() > self.config.max_gap_s {
                     *track = None;
                 }
             }
+            // A track that was lost begins again with this very point.
             if track.is_none() {
                 *track = point.as_ref().map(|point| Track::begin(point, t, &self.config));
             }

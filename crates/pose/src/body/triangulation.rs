@@ -71,14 +71,17 @@ pub fn triangulate(
     observations: &[Observation<'_>],
     config: &TriangulationConfig,
 ) -> Option<TriangulatedPoint> {
+    // Deviations are divided by the score: zero has none.
     let mut used: Vec<&Observation<'_>> = observations
         .iter()
         .filter(|seen| seen.score >= config.min_score && seen.score > 0.0 && seen.at_px.is_finite())
         .collect();
+    // A camera may be wrong: the worst one is dropped until the others agree.
     while used.len() >= 2 {
         let point = least_squares(&used, config)?;
         let relative = |seen: &Observation<'_>| {
             let at_px = seen.camera.image_from_world(point.position_m);
+            // A point behind a camera cannot be what it shows.
             let error_px = at_px.map_or(f64::INFINITY, |at| at.distance(seen.at_px.as_dvec2()));
             error_px / deviation_px(seen, config)
         };
@@ -129,12 +132,15 @@ fn least_squares(
     config: &TriangulationConfig,
 ) -> Option<TriangulatedPoint> {
     let seen: Vec<Observation<'_>> = used.iter().map(|seen| **seen).collect();
+    // A start: it minimises distances in space, not errors on the images.
     let mut position_m = intersect_rays(&seen)?;
+    // That of the last step is the inverse of the covariance.
     let mut normal = DMat3::ZERO;
     for _ in 0..NEWTON_STEPS {
         let mut gradient = DVec3::ZERO;
         normal = DMat3::ZERO;
         for seen in &seen {
+            // The inverse of the variance, as for any weighted mean.
             let weight = deviation_px(seen, config).powi(-2);
             let (at_px, rows) = projection_and_slopes(seen.camera, position_m)?;
             let error_px = seen.at_px.as_dvec2() - at_px;
@@ -144,6 +150,7 @@ fn least_squares(
             }
         }
         let step_m = normal.inverse() * gradient;
+        // Rays are parallel: any point along them will do.
         if !step_m.is_finite() {
             return None;
         }
@@ -153,6 +160,7 @@ fn least_squares(
         let at_px = seen.camera.image_from_world(position_m)?;
         Some(at_px.distance_squared(seen.at_px.as_dvec2()))
     });
+    // A point behind one camera is no answer.
     let squared: f64 = errors.sum::<Option<f64>>()?;
     Some(TriangulatedPoint {
         position_m,

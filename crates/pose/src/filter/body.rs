@@ -118,12 +118,14 @@ impl JointTrack {
         let gap_s = self.measured.map(|measured| (t - measured).as_seconds());
         let goes_on = gap_s.is_some_and(|gap_s| (0.0..=max_gap_s).contains(&gap_s));
         if point.is_some() {
+            // Noise depends on the score of this measurement.
             self.kalman.retune(config);
             if !goes_on {
                 self.kalman.reset();
             }
             self.measured = Some(t);
         }
+        // NaN is no measurement: the filter predicts alone.
         let (measured, mut filtered) = (point.unwrap_or(Vec2::NAN).to_array(), [0.0; 2]);
         self.kalman.update(t, &measured, &mut filtered);
         point.map(|_| filtered.into())

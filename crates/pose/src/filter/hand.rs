@@ -121,6 +121,7 @@ impl HandFilter {
     fn rewrite_rotation(&mut self) {
         let vector = self.rotation();
         let angle_rad = vector.length();
+        // Not at half a turn, where noise would flip it to and fro.
         if angle_rad <= 1.5 * PI {
             return;
         }
@@ -128,6 +129,7 @@ impl HandFilter {
         let scale = (angle_rad - TAU) / angle_rad;
         let tracks = &mut self.kalman.tracks_mut()[ROTATION..];
         let velocity: DVec3 = DVec3::from_array(std::array::from_fn(|i| tracks[i].velocity));
+        // Along the axis the angle is only shifted, across it lengths scale with it.
         let along = axis * velocity.dot(axis);
         let rewritten = along + (velocity - along) * scale;
         for (i, track) in tracks.iter_mut().enumerate() {

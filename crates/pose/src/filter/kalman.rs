@@ -223,11 +223,13 @@ impl ConstantVelocityKalman {
                 }
             }
             InitialState::Concatenated => {
+                // As published: measurements are taken for positions and velocities in turn.
                 for (i, track) in self.tracks.iter_mut().enumerate() {
                     *track = Track { position: value(2 * i), velocity: value(2 * i + 1) };
                 }
             }
             InitialState::Zero => {
+                // From zero, the first measurement is a correction like all others.
                 self.predict(t, t);
                 self.correct(z);
                 self.write(out);
@@ -246,12 +248,15 @@ impl TemporalFilter for ConstantVelocityKalman {
     fn update(&mut self, t: Micros, z: &[f32], out: &mut [f32]) {
         assert_eq!(z.len(), self.tracks.len(), "the filter was made for another length");
         assert_eq!(out.len(), self.tracks.len(), "the filter was made for another length");
+        // A measurement is taken whole or not at all.
         let measured = z.iter().all(|v| v.is_finite());
         self.largest_innovation = 0.0;
+        // Time goes back: another recording has begun.
         if self.last.is_some_and(|last| t < last) {
             self.reset();
         }
         let Some(last) = self.last else {
+            // Without a state there is nothing to filter.
             out.copy_from_slice(z);
             if measured {
                 self.start(t, z, out);
@@ -259,6 +264,7 @@ impl TemporalFilter for ConstantVelocityKalman {
             }
             return;
         };
+        // Without a measurement the prediction stands.
         self.predict(last, t);
         if measured {
             self.correct(z);

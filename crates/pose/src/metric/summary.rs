@@ -113,6 +113,7 @@ impl HandEvaluation {
             return Err(PoseError::Unpaired { left, right });
         }
         let ratio = |totals: fn(&SequenceScores) -> Totals| {
+            // Paired by sequence, since hard ones are hard for both.
             let pairs = self.sequences.iter().zip(&baseline.sequences);
             let pairs: Vec<_> =
                 pairs.map(|(ours, theirs)| (totals(ours), totals(theirs))).collect();

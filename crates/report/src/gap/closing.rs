@@ -14,6 +14,7 @@ use crate::html::{HtmlPage, escape};
 /// Identified effects with their parameters, where nothing says what fraction they explain: without
 /// a scene.
 pub(crate) fn findings(page: &mut HtmlPage, data: &ReportData) {
+    // With fractions, the explanation is a section of its own.
     let verdict = &data.verdict;
     if verdict.effects.is_empty() || explained::has_fractions(verdict) {
         return;
@@ -32,6 +33,7 @@ pub(crate) fn findings(page: &mut HtmlPage, data: &ReportData) {
             values(finding),
             match finding.probability {
                 None => "-".to_owned(),
+                // Without a scene it is one minus the p-value.
                 Some(right) if verdict.is_scene_free() => escape(&words::probability(1.0 - right)),
                 Some(right) => short(right),
             },
@@ -101,6 +103,7 @@ pub(crate) fn closing(page: &mut HtmlPage, data: &ReportData) -> Result<(), Draw
     );
     key(page, &[("model as given", MODEL), ("corrected", CORRECTED)]);
     let largest = data.blocks.iter().map(|row| row.before.hi.max(row.after.hi)).fold(1.0, f64::max);
+    // Without effects the corrected model is the model.
     let has_after = !data.verdict.effects.is_empty();
     let mut bars = Vec::new();
     for row in &data.blocks {

@@ -28,6 +28,7 @@ pub(crate) fn diff<'a>(before: &'a str, after: &'a str) -> Vec<Line<'a>> {
             lines.push(Line::Same(a[i]));
             (i, j) = (i + 1, j + 1);
         } else if j == b.len() || i < a.len() && common[i + 1][j] >= common[i][j + 1] {
+            // Lines that are taken come before those that replace them.
             lines.push(Line::Taken(a[i]));
             i += 1;
         } else {

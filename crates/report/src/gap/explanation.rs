@@ -39,6 +39,7 @@ pub(crate) fn explanation(page: &mut HtmlPage, data: &ReportData) -> Result<(), 
     );
     let steps = steps(verdict);
     let levels = || steps.iter().flat_map(|step| [step.from, step.to]);
+    // Fractions may be negative, or sum to more than all.
     let (low, high) = (levels().fold(0.0, f64::min), levels().fold(1.0, f64::max));
     let along = Along {
         name: "fraction of the gap as given",

@@ -35,6 +35,7 @@ fn colour(z: f64, is_significant: bool) -> [u8; 3] {
 /// An image of residuals with the profiles of its columns and rows and of time.
 pub(crate) fn figure(maps: &Maps, title: &str) -> Result<String> {
     let ResidualImage { width, height, side_px, residuals } = &maps.image;
+    // Reports without a scene have no image.
     if *width == 0 || *height == 0 || residuals.z.len() != width * height {
         return Ok(String::new());
     }
@@ -71,6 +72,7 @@ fn quiver(maps: &Maps, height: f64) -> String {
         return String::new();
     }
     let width = WIDTH as f64;
+    // Displacements are parts of a pixel: the longest gets a fixed length.
     let scale = ARROW / longest;
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height:.0}\" \
@@ -107,6 +109,7 @@ fn strip(profile: &Profile, name: &str) -> String {
          background:#fff;border:1px solid var(--line)\">"
     );
     for (i, z) in profile.z.iter().enumerate() {
+        // Two pixels of margin, so that the largest does not touch the frame.
         let height = (z / largest * (middle - 2.0)).abs();
         let top = if *z > 0.0 { middle - height } else { middle };
         let is_significant = profile.is_significant.get(i).copied().unwrap_or(false);
@@ -117,6 +120,7 @@ fn strip(profile: &Profile, name: &str) -> String {
             "<rect x=\"{:.2}\" y=\"{top:.2}\" width=\"{:.2}\" height=\"{height:.2}\" \
              fill=\"rgb({r},{g},{b})\"/>",
             i as f64 * width / n,
+            // Narrow bars would vanish between pixels.
             (width / n).max(0.6)
         );
     }

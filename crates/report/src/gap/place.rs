@@ -24,6 +24,7 @@ pub(crate) fn place(page: &mut HtmlPage, data: &ReportData) -> Result<()> {
         "Regions in which the model has too many or too few events, each beyond what those before it \
          explain, with the ratio of measured to simulated events.",
     );
+    // Regions are the finer answer.
     let sentences: Vec<String> = match before.scan.regions.is_empty() {
         true => vec![data.verdict.place.sentence.clone()],
         false => before.scan.regions.iter().map(|region| region.sentence.clone() + ".").collect(),
@@ -48,6 +49,7 @@ pub(crate) fn place(page: &mut HtmlPage, data: &ReportData) -> Result<()> {
         }
         false => data.verdict.place.shares.iter().map(|(a, s)| (words::axis(a), *s)).collect(),
     };
+    // The largest share first: that is what a reader looks for.
     axes.sort_by(|a, b| b.1.total_cmp(&a.1));
     if !axes.is_empty() {
         columns += &format!("<div><h3>Distinguished by</h3>{}</div>", shares(axes)?);

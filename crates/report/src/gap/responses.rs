@@ -55,6 +55,7 @@ fn drawn(response: &Response) -> Chart {
             ResponseForm::Fraction => "excess, fraction of the expected",
         })
         .from_zero(),
+        // Points last, so that they lie over the law.
         series: vec![series(Mark::Line, LAW, fitted), series(Mark::Discs, DIFFERENCE, differences)],
     }
 }

@@ -40,6 +40,7 @@ pub(crate) fn section(page: &mut HtmlPage, data: &ReportData) -> Result<()> {
         ),
     );
     let streams = side_by_side.names.len();
+    // A whole multiple, at least `SHOWN` wide where the page has room for it.
     let scale = SHOWN
         .div_ceil(side_by_side.width)
         .min((1_130 / (streams * (side_by_side.width + GAP))).max(1));

@@ -32,6 +32,7 @@ pub fn lines(data: &ReportData) -> Vec<String> {
 fn answer(verdict: &Verdict) -> Vec<String> {
     let mut lines = wrapped("", &words::headline(verdict).to_uppercase(), 3, 0);
     if explained::has_fractions(verdict) {
+        // At most three lines: the whole report has twenty-five.
         let text = explained::line(verdict);
         lines.extend(wrapped("EXPLAINED BY", &text, 3, EXPLAINED_INDENT));
     }
@@ -60,6 +61,7 @@ fn answer(verdict: &Verdict) -> Vec<String> {
                 format!("here not to be distinguished from {}", finding.confusable_with.join(", "));
             of_finding.extend(wrapped("", &text, 1, 4));
         }
+        // Others are named at least.
         if lines.len() + of_finding.len() > FINDING_LINES {
             let names = verdict.effects[i..].iter().map(|finding| finding.name.as_str());
             let text = format!("and {}", names.collect::<Vec<_>>().join(", "));
@@ -185,6 +187,7 @@ fn unseen(verdict: &Verdict) -> String {
         return format!("not testable here: {}", names.join(", "));
     }
     let mut reasons: Vec<&String> = verdict.untestable.values().collect();
+    // Sorted, so that names of effects do not decide ties.
     reasons.sort();
     let count = |reason: &String| reasons.iter().filter(|other| **other == reason).count();
     let Some(usual) = reasons.iter().max_by_key(|reason| count(reason)) else {

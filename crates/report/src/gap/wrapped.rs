@@ -10,6 +10,7 @@ pub(crate) fn wrapped(label: &str, text: &str, max_lines: usize, indent: usize) 
     let mut is_new = true;
     for word in text.split_whitespace() {
         let line = &lines[lines.len() - 1];
+        // Columns are letters, not bytes.
         let columns = line.chars().count() + usize::from(!is_new) + word.chars().count();
         if columns > COLUMNS && !is_new {
             lines.push(" ".repeat(indent));

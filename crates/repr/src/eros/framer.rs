@@ -82,6 +82,7 @@ impl ErosFramer {
         let (width, height) = (self.columns.len(), self.rows.len());
         assert_eq!(out.len(), width * height, "an image of another size");
         self.convert(eros);
+        // Rows of the image before are of no use.
         for (y, _) in &mut self.resized {
             *y = None;
         }
@@ -157,6 +158,7 @@ fn blur_row(grey: &[u8], y: usize, upright: &mut [u16], out: &mut [u8]) {
             }
         },
     );
+    // Edges are reflected, the last pixel not repeated, as OpenCV does.
     for k in 1..=REACH as isize {
         let (left, right) = (reflected(-k, width), reflected(width as isize - 1 + k, width));
         upright[REACH - k as usize] = upright[REACH + left];
@@ -169,6 +171,7 @@ fn blur_row(grey: &[u8], y: usize, upright: &mut [u16], out: &mut [u8]) {
             for (i, out) in out.iter_mut().enumerate() {
                 // At most 256 times 255 and a half: 16 bits hold it.
                 let sum = a[i] + e[i] + 4 * (b[i] + d[i]) + 6 * c[i];
+                // Half is added before the shift: rounded to the nearest.
                 *out = ((sum + 128) >> 8) as u8;
             }
         },

@@ -58,6 +58,7 @@ fn blur<const HALF: usize>(
     // Whole vectors; what lies behind the last pixel is not read again.
     let whole = width.next_multiple_of(64);
     work.padded.resize(whole + 2 * reach, 0);
+    // As many rows as the kernel reaches over: others are never read again.
     work.blurred.reset(2 * reach + 1, whole);
     let mut known = 0;
     for y in 0..height {
@@ -140,6 +141,7 @@ fn blur_across<const HALF: usize>(
             }
             (sum >> 8) as u8
         } else {
+            // Larger kernels need 32 bits.
             let mut sum = 2048 + u32::from(weights[0]) * u32::from(around.behind[0][x]);
             for (k, &weight) in weights.iter().enumerate().skip(1) {
                 sum += u32::from(weight) * u32::from(around.before[k][x] + around.behind[k][x]);

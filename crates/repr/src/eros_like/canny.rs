@@ -67,6 +67,7 @@ impl Canny {
             Aperture::Five => self.thin_with(FIVE, 1, image, work),
             Aperture::Seven => self.thin_with(SEVEN, 16, image, work),
         }
+        // Weak edges count where they go on from strong ones.
         work.map.grow(height);
         for y in 0..height {
             work.map.draw(y, out.row_mut(y));

@@ -129,6 +129,7 @@ impl PrefixSums {
         if most > MAX_EVENTS || most as i64 > COUNT / 4 / reach_us {
             return false;
         }
+        // The sums of the image before: from these, few events lead to the new borders.
         let mut borders = self.borders.borrow_mut();
         borders.resize_with(bins - 1, Prefix::default);
         for (border, &at) in borders.iter_mut().zip(&ends) {

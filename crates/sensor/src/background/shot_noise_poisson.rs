@@ -208,9 +208,11 @@ impl ShotNoisePoisson {
         let pixels = size.pixels();
         let (starts, (ends, on_parts)) = (&table.sums, table.values.split_at(pixels));
         let mean = 0.5 * (layer.high_hz - layer.low_hz) * tick.dt_s();
+        // The layer is drawn whole, and thinned to the part of it that is below the own rate.
         let kept = (self.rate_hz - layer.low_hz) / (layer.high_hz - layer.low_hz);
         let sequence = SEQUENCES * layer.index;
         let mut places = Vec::new();
+        // A first guess for the search: groups hold about equal lengths.
         let groups_per_length = (starts.len() - 1) as f64 / starts[starts.len() - 1];
         let (mut position, mut group) = (0.0, 0);
         for draw in 0.. {
@@ -237,12 +239,14 @@ impl ShotNoisePoisson {
             let Some(&end) = group_ends.get(index) else { continue };
             let begin = if index == 0 { 0.0 } else { group_ends[index - 1] };
             let on = on_parts[first + index];
+            // Where in the pixel's length the event lies says its polarity, and then its time.
             let (polarity, share) = if rest - begin < on {
                 (Polarity::On, (rest - begin) / on)
             } else {
                 (Polarity::Off, (rest - begin - on) / (end - begin - on))
             };
             noise_events.push(NoiseEvent {
+                // Not at the step's start, where the exposure before has ended.
                 t_s: tick.end_s - tick.dt_s() * f64::from(share.clamp(0.0, LAST_SHARE)),
                 pixel: (first + index) as u32,
                 polarity,

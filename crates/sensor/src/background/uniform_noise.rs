@@ -115,6 +115,7 @@ fn add(
     if mean <= 0.0 {
         return;
     }
+    // A stream for each polarity: a changed rate must not move events of the other.
     let sequence = if polarity.is_on() { ON_GAPS } else { OFF_GAPS };
     let mut position = 0.0;
     for draw in 0.. {

@@ -85,6 +85,7 @@ impl PixelArray {
             traits: Vec::with_capacity(pixels),
             cells: Vec::new(),
             refractory_states: Vec::new(),
+            // No pixel wakes before the first step has armed it.
             wake_on: vec![f32::INFINITY; pixels],
             wake_off: vec![f32::NEG_INFINITY; pixels],
             leak_per_s: Vec::new(),
@@ -163,6 +164,7 @@ impl PixelArray {
             let rates = self.traits.iter().map(|t| t.photo_leak_hz * t.threshold_on);
             self.photo_leak_per_s.extend(rates);
         }
+        // Such leaks change with light or noise: they are added up pixel by pixel.
         let leaks_unevenly = !self.photo_leak_per_s.is_empty()
             || chain.terms.iter().any(|link| link.traits.adds_leak);
         let uneven = if leaks_unevenly { pixels } else { 0 };
@@ -180,6 +182,7 @@ impl PixelArray {
 
     fn move_anchor(&mut self, before: &mut [f32], now_s: f64) {
         let age_s = now_s - self.anchor_s;
+        // Without leaks no level shifts with time: the anchor alone moves.
         if self.leak_per_s.is_empty() && self.leaked.is_empty() {
             self.anchor_s = now_s;
             return;
@@ -190,6 +193,7 @@ impl PixelArray {
             let mut shift = steady * age_s;
             if let Some(leaked) = self.leaked.get_mut(pixel) {
                 shift += f64::from(*leaked);
+                // This voltage holds the leak as well: memory and voltage move together.
                 before[pixel] -= *leaked;
                 *leaked = 0.0;
             }
@@ -208,6 +212,7 @@ impl PixelArray {
         thread_pool: &ThreadPool,
     ) {
         self.noise_events.clear();
+        // The first exposure has no length in which noise could come.
         if tick.dt_s() <= 0.0 {
             return;
         }
@@ -222,6 +227,7 @@ impl PixelArray {
         let draw = |k: usize, out: &mut Vec<NoiseEvent>| {
             let (term, part, (link, memory)) = parts[k];
             let first = out.len();
+            // The key knows term and tick, not the thread: any division draws the same events.
             let noise = StageNoise::at_tick(memory.noise_key, tick.index);
             link.stage.noise_events(part, tick, size, &memory.table, noise, out);
             out[first..].iter_mut().for_each(|noise_event| noise_event.term = term);
@@ -229,6 +235,7 @@ impl PixelArray {
         if thread_pool.threads() == 1 || parts.len() < 2 {
             (0..parts.len()).for_each(|k| draw(k, &mut self.noise_events));
         } else {
+            // Threads count down one number: parts of unequal length spread by themselves.
             let left = AtomicUsize::new(parts.len());
             let drawn: Vec<Mutex<Vec<NoiseEvent>>> =
                 parts.iter().map(|_| Mutex::default()).collect();
@@ -240,6 +247,7 @@ impl PixelArray {
                     draw(k, &mut drawn[k].lock().unwrap_or_else(PoisonError::into_inner));
                 }
             });
+            // In the order of parts, whichever thread drew them.
             for drawn in drawn {
                 let drawn = drawn.into_inner().unwrap_or_else(PoisonError::into_inner);
                 self.noise_events.extend_from_slice(&drawn);

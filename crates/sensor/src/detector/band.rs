@@ -139,6 +139,7 @@ impl PixelArray {
 
     /// Bands of pixels that follow each other from the first pixel to the last.
     pub(crate) fn bands(&mut self, ranges: &[Range<usize>]) -> Vec<Band<'_>> {
+        // Buffers are kept from step to step, so that nothing is allocated again.
         if self.scanned.len() < ranges.len() {
             self.scanned.resize_with(ranges.len(), Scanned::default);
         }
@@ -253,6 +254,7 @@ impl Band<'_> {
         PixelStep {
             start_s: tick.start_s,
             end_s: tick.end_s,
+            // From the anchor on, not step by step: rounding errors do not add up.
             from: f64::from(step.before.at(pixel)) + leak * (tick.start_s - self.anchor_s),
             to: f64::from(step.after.at(pixel)) + leak * (tick.end_s - self.anchor_s),
             memory: f64::from(cell.memory),

@@ -113,6 +113,7 @@ impl Band<'_> {
                 self.resolve_batch(step, common, &mut batch, out);
             }
         });
+        // The last batch may not be full: lanes beyond its length are computed and ignored.
         self.resolve_batch(step, common, &mut batch, out);
     }
 
@@ -159,6 +160,7 @@ impl Band<'_> {
         out: &mut Vec<Request>,
     ) {
         let Batch { pixels, len, lanes } = batch;
+        // Two copies of the loops: without refractory states there is none to look after.
         let crossed = if self.refractory_states.is_empty() {
             vectorize(
                 #[inline(always)]
@@ -172,6 +174,7 @@ impl Band<'_> {
         };
         for (lane, &(pixel, noise_events)) in pixels[..*len].iter().enumerate() {
             let count = crossed.count[lane];
+            // From the step's start: nothing of such a lane has been written yet.
             if count == ALONE || !noise_events.is_empty() {
                 self.resolve_alone(step, pixel, noise_events, out);
                 continue;
@@ -208,6 +211,7 @@ fn cross<const RECOVERS: bool>(lanes: &Lanes, common: Common) -> Crossed {
     let (mut from, mut to, mut change) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
     let (mut drained, mut memory) = ([0.0; LANES], [0.0; LANES]);
     let (mut threshold_on, mut threshold_off) = ([0.0; LANES], [0.0; LANES]);
+    // In double precision: times are seconds since the beginning of the run.
     for k in 0..LANES {
         let leak = f64::from(lanes.leak_per_s[k]);
         from[k] = f64::from(lanes.before[k]) + leak * (start_s - anchor_s);
@@ -219,6 +223,7 @@ fn cross<const RECOVERS: bool>(lanes: &Lanes, common: Common) -> Crossed {
         threshold_off[k] = f64::from(lanes.threshold_off[k]);
     }
     let at = |k: usize, t_s: f64| {
+        // Ends are taken, not computed: no rounding moves a level across them.
         let within = from[k] + change[k] * ((t_s - start_s) * per_s);
         let since_start = if t_s <= start_s { from[k] } else { within };
         if t_s >= end_s { to[k] } else { since_start }
@@ -246,9 +251,11 @@ fn cross<const RECOVERS: bool>(lanes: &Lanes, common: Common) -> Crossed {
         threshold[k] = if change[k] > 0.0 { threshold_on[k] } else { -threshold_off[k] };
         sign[k] = if change[k] > 0.0 { 1.0 } else { -1.0 };
         is_open[k] = mask(now_s[k] <= end_s);
+        // Beyond a level already: an event is due at once, which is the general path's.
         let on = mask(now[k] >= memory[k] + threshold_on[k]);
         let off = mask(now[k] <= memory[k] - threshold_off[k]);
         is_alone[k] = is_open[k] & (on | off);
+        // A rise of which more than half has leaked is the leak's.
         is_leak[k] =
             mask(drained[k] > 0.0) & mask(2.0 * drained[k] > change[k]) & mask(change[k] > 0.0);
     }
@@ -258,7 +265,9 @@ fn cross<const RECOVERS: bool>(lanes: &Lanes, common: Common) -> Crossed {
         for k in 0..LANES {
             let level = memory[k] + threshold[k];
             let fires = is_open[k] & mask((to[k] - level) * sign[k] >= 0.0);
+            // Without a change the way is not finite: such a lane has no event here, or goes alone.
             let way = (level - from[k]) / change[k];
+            // Rounding may put a crossing just outside of the step.
             t_s[k] = sooner(later(start_s + (end_s - start_s) * way, now_s[k]), end_s);
             count[k] += fires & 1;
             let mut memory_then = level - common.short_fraction * threshold[k];
@@ -280,6 +289,7 @@ fn cross<const RECOVERS: bool>(lanes: &Lanes, common: Common) -> Crossed {
     }
     let mut is_due = [0u64; LANES];
     for k in 0..LANES {
+        // A pixel with more events than there is room for goes alone.
         is_alone[k] |= is_open[k] & mask((to[k] - (memory[k] + threshold[k])) * sign[k] >= 0.0);
         count[k] |= is_alone[k];
         if RECOVERS {

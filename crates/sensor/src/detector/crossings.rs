@@ -22,6 +22,7 @@ impl Band<'_> {
     ) -> bool {
         let index = pixel as usize;
         let (start_s, end_s) = (step.tick.start_s, step.tick.end_s);
+        // As in the batches, to the last bit: which of both a pixel takes must not matter.
         let leak = self.leak_per_s.get(index).map_or(0.0, |&leak| f64::from(leak));
         let from = f64::from(step.before.at(index)) + leak * (start_s - self.anchor_s);
         let to = f64::from(step.after.at(index)) + leak * (end_s - self.anchor_s);
@@ -43,6 +44,7 @@ impl Band<'_> {
         now_s = later(now_s, refractory.free_s);
         let now = at(now_s);
         let (on, off) = (f64::from(threshold_on), f64::from(threshold_off));
+        // A pixel beyond a level has an event at once, which is no crossing.
         if now_s <= end_s && (now >= memory + on || now <= memory - off) {
             return false;
         }
@@ -68,6 +70,7 @@ impl Band<'_> {
             memory = level - recovery.short_fraction * threshold;
             refractory = RefractoryState::after(t_s, end_s, recovery);
             now_s = later(t_s, refractory.follows_until_s);
+            // The reference level followed the voltage until then: the memory is what it was there.
             if refractory.follows_until_s > f64::NEG_INFINITY && now_s <= end_s {
                 memory = at(refractory.follows_until_s);
                 refractory.follows_until_s = f64::NEG_INFINITY;

@@ -159,6 +159,8 @@ impl PixelTerm for LeakOn {
             || {
                 let pieces = leaked.chunks_mut(PIECE).zip(leak_per_s.chunks(PIECE));
                 for (piece, (leaked, leak_per_s)) in pieces.enumerate() {
+                    // Noise is counted by pixel, so that pieces and bands of threads do not change
+                    // it.
                     let mut draws = [0.0; PIECE];
                     fill_normal(noise, pixels.start + piece * PIECE, &mut draws);
                     for ((leaked, leak_per_s), draw) in

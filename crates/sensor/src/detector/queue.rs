@@ -87,6 +87,7 @@ impl Band<'_> {
         service: &mut Service<'_>,
         out: &mut Vec<Request>,
     ) {
+        // Taken out: the band is borrowed while they are gone through.
         let awake = std::mem::take(&mut self.scanned.awake);
         let accepted = std::mem::take(&mut self.scanned.accepted);
         let mut queued = Queued { band: self, queue };
@@ -97,6 +98,7 @@ impl Band<'_> {
         for request in background {
             queued.queue.push(request.t_s, request.pixel, Entry::Background(*request));
         }
+        // In order of time, over all pixels: an entry that is served may bring a further one.
         while let Some(Reverse(due)) = queued.queue.due.pop() {
             let entry = queued.queue.entries[due.entry as usize];
             if let Entry::Selection = entry {
@@ -106,6 +108,7 @@ impl Band<'_> {
             }
         }
         let noisy = accepted.iter().map(|noise_event| noise_event.pixel);
+        // A pixel that began to wait has the levels of before: `wait` changes its state alone.
         for pixel in awake.iter().copied().chain(noisy) {
             self.set_wake_levels(
                 pixel as usize,
@@ -154,6 +157,7 @@ impl Queued<'_, '_> {
         let mut pixel_state = self.band.load_pixel(step, pixel);
         let (count_now, waits) = (pixel_state.pixel_step.count, self.waits(pixel));
         let pending = match entry {
+            // Another count means an event since: the change was foreseen from an older memory.
             Entry::Change { pending, count } if count == count_now && !waits => pending,
             Entry::NoiseEvent(NoiseEvent { t_s, polarity, origin, .. })
                 if t_s >= pixel_state.refractory.free_s =>
@@ -179,6 +183,7 @@ impl Queued<'_, '_> {
                     ServeAction::Keep => pixel_state.pixel_step.memory,
                     ServeAction::Nothing => return,
                 };
+                // It waits no longer; the reset below sets a refractory period of its own.
                 pixel_state.refractory.free_s = f64::NEG_INFINITY;
                 let pending = PendingEvent { t_s, polarity, origin, memory };
                 self.reset_and_continue(step, &mut pixel_state, &pending);
@@ -193,6 +198,7 @@ impl Queued<'_, '_> {
             return;
         }
         let request = pending.request(pixel as u32);
+        // A row bus serves at its own time: the request joins its row.
         if service.reads_rows() {
             let then = self.wait(step, service.waiting(), &mut pixel_state, &pending);
             self.enqueue(step, service, request, then);
@@ -223,6 +229,7 @@ impl Queued<'_, '_> {
         let pixel = pixel_state.pixel_step.pixel as usize;
         match waiting {
             Waiting::Reset => {
+                // When served, it memorises the voltage of that time: earlier changes are lost.
                 self.band.refractory_states[pixel].free_s = f64::INFINITY;
                 ServeAction::Reset
             }
@@ -233,6 +240,7 @@ impl Queued<'_, '_> {
                 ServeAction::Keep
             }
             Waiting::Free | Waiting::Latched => {
+                // The readout holds the request: the pixel goes on at once.
                 self.reset_and_continue(step, pixel_state, pending);
                 ServeAction::Nothing
             }

@@ -72,6 +72,7 @@ impl Band<'_> {
     /// which are served at once: pixel by pixel, those of one pixel in order of time.
     pub(crate) fn resolve(&mut self, step: Step<'_>, out: &mut Vec<Request>) {
         let Resolved { awake: first, accepted: first_accepted } = self.scanned.resolved;
+        // No pixel woke since the block before, and none has noise events.
         if self.scanned.awake.len() == first && self.scanned.accepted.len() == first_accepted {
             return;
         }
@@ -80,6 +81,7 @@ impl Band<'_> {
         let (awake, accepted) = (&all_awake[first..], &all_accepted[first_accepted..]);
         let path = step.chain.plan.path;
         let spreads = path == PixelPath::SpreadFrames;
+        // Times of a spread step depend on the largest count of all pixels.
         let spread = if spreads { self.largest_count(step, awake) } else { 0 };
         let is_burst = path == PixelPath::Bursts && self.may_take_short_paths;
         // With leaks a voltage is not what the band holds, and comparing it costs what it saves.
@@ -106,6 +108,7 @@ impl Band<'_> {
                 }
             });
         }
+        // Marked as done, not removed: both lists grow from block to block.
         self.scanned.resolved = Resolved { awake: all_awake.len(), accepted: all_accepted.len() };
         self.scanned.awake = all_awake;
         self.scanned.accepted = all_accepted;
@@ -156,8 +159,10 @@ impl Band<'_> {
         let steady = self.leak_per_s.get(pixel).map_or(0.0, |&leak| f64::from(leak));
         let mut pixel_step = self.step_of(step, pixel);
         if let Some((term, _)) = step.chain.redraws {
+            // One draw a pixel and exposure: all events of the step have the same levels.
             let noise = StageNoise::at_tick(self.terms[term].noise_key, step.tick.index);
             let deviation = f64::from(step.chain.terms[term].stage.redraw(pixel, noise));
+            // A threshold must not vanish, however it is drawn: crossings would not end.
             let redrawn = |threshold: f64| (threshold + deviation).max(MIN_THRESHOLD.into());
             pixel_step.threshold_on = redrawn(pixel_step.threshold_on);
             pixel_step.threshold_off = redrawn(pixel_step.threshold_off);
@@ -288,6 +293,7 @@ impl Band<'_> {
         if let Some(change) = change.filter(|_| !is_blind) {
             let origin = pixel_state.origin(change.polarity);
             let first = pixel_state.pixel_step;
+            // A burst's events move the memory in equal steps.
             let each = (change.memory - first.memory) / f64::from(change.count.max(1));
             let mut kept = 0;
             for k in 0..change.count {
@@ -316,11 +322,13 @@ impl Band<'_> {
                 }
             }
         }
+        // As published, such a step leaves the refractory period as it was.
         if is_passed {
             pixel_state.refractory = refractory;
         }
         let refractory = pixel_state.refractory;
         for noise_event in noise_events {
+            // A frame knows the light at its end alone.
             let memory = pixel_state.pixel_step.to;
             let pending = PendingEvent {
                 t_s: end_s,
@@ -368,6 +376,7 @@ impl PixelState {
         noise_events: &mut &[NoiseEvent],
     ) -> Option<PendingEvent> {
         let change = match step.chain.plan.path {
+            // Called directly, so that they are inlined: the stage would answer the same.
             PixelPath::RedrawnLevels => next_level_through(&self.pixel_step, from_s),
             PixelPath::Crossings | PixelPath::Levels => next_level(&self.pixel_step, from_s),
             _ => step.chain.detector.stage.next(&self.pixel_step, from_s, step.noise),

@@ -47,6 +47,7 @@ impl Band<'_> {
                 *v = WHITE_CODE * i;
             }
         }
+        // Memories start at the first voltage, or at that of darkness, with a burst of events.
         if tick.index == 0 {
             self.settle(chain, tick, pixels.start, voltage);
         }
@@ -57,6 +58,7 @@ impl Band<'_> {
         if chain.plan.is_single {
             self.drain(chain, tick, pixels);
         }
+        // A detector of light decides itself which pixels have events: all are asked.
         if sees_light {
             self.scanned.awake.extend(pixels.start as u32..pixels.end as u32);
         } else {

@@ -29,10 +29,12 @@ impl Divider {
     /// How many parts a step has.
     pub(crate) fn parts(&self, chain: &Chain, tick: &Tick, luminance: &[f32]) -> u32 {
         let Some(steps) = self.steps else { return 1 };
+        // The first exposure has no light before it that could be divided.
         if self.before.len() != luminance.len() {
             return 1;
         }
         let dark = dark_light(chain);
+        // In ln(I + I_dark), about as the photoreceptor responds: thresholds are steps of that.
         let largest = vectorize(
             #[inline(always)]
             || {
@@ -43,6 +45,7 @@ impl Divider {
                 })
             },
         );
+        // Half of a threshold a part, so that no pixel has two events in one, up to `max_parts`.
         let [on, off] = chain.detector.stage.thresholds();
         let for_light = f64::from(largest) / f64::from(0.5 * on.min(off));
         let for_time = chain.time_constant_s().map_or(0.0, |tau_s| tick.dt_s() / tau_s);
@@ -54,6 +57,7 @@ impl Divider {
     pub(crate) fn light(&mut self, chain: &Chain, now: &[f32], part: u32, parts: u32) -> Vec<f32> {
         let mut light = std::mem::take(&mut self.light);
         light.clear();
+        // The last part is the light itself: a computed one would be rounded.
         if part == parts {
             light.extend_from_slice(now);
             return light;

@@ -101,6 +101,7 @@ impl PixelStage for AdaptiveHighpass {
         let a = (tick.dt_s() / self.tau_s) as f32;
         let signal = &mut *block.signal;
         if self.is_sinh {
+            // The exact decay over the step: Euler's would overshoot in a long one.
             let left = 1.0 + exp_m1(-STEEPNESS * a);
             vectorize(
                 #[inline(always)]
@@ -117,6 +118,7 @@ impl PixelStage for AdaptiveHighpass {
                 },
             );
         } else {
+            // All pixels have one time constant, so that one pole serves them.
             let pole = Pole::from_step(a);
             vectorize(
                 #[inline(always)]

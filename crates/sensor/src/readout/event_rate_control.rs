@@ -120,6 +120,7 @@ impl ClockStage for EventRateControl {
         for group in events.chunk_by(|a, b| self.window(a.t_s) == self.window(b.t_s)) {
             let here = self.window(group[0].t_s);
             if here != *window {
+                // A new window has its whole budget: what the last one left is lost.
                 (*window, *passed) = (here, 0.0);
             }
             let mut room = (self.budget - *passed).max(0.0).min(group.len() as f64);
@@ -128,6 +129,7 @@ impl ClockStage for EventRateControl {
                 // Exactly `room` of the group, each as likely as any other.
                 let left = (group.len() - k) as f64;
                 let chance = if self.is_random && room < left {
+                    // By pixel and time: the draw does not depend on the other events of the group.
                     let draw = event.t_s.to_bits() as u32;
                     f64::from(noise.uniform(event.pixel as usize, draw))
                 } else {

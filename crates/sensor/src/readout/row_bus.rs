@@ -79,12 +79,14 @@ impl<T> RowBus<T> {
             self.row = Some(row);
             let mut read = 0_u32;
             for (request, stays) in requests {
+                // Too old: the event is lost, but its pixel goes on.
                 if now_s - request.t_s > max_wait_s {
                     each(Request { t_s: now_s, ..request }, stays, Turn::Lost);
                     continue;
                 }
                 read += 1;
                 let t_s = now_s + row_s + f64::from(read) * event_s;
+                // The bus is due again behind the last event that it read.
                 self.selects_s = Some(t_s);
                 each(Request { t_s, ..request }, stays, Turn::Read);
             }
@@ -92,6 +94,7 @@ impl<T> RowBus<T> {
                 return;
             }
         }
+        // Nothing waits: the bus rests until a request comes.
         (self.selects_s, self.row) = (None, None);
     }
 

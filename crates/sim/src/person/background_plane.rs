@@ -57,6 +57,7 @@ impl BackgroundPlane {
         rng: &mut CounterRng,
     ) -> Self {
         let uniform = |rng: &mut CounterRng, [low, high]: [f32; 2]| rng.uniform(low, high);
+        // In extents of the view: details look equally large at any distance of the plane.
         let size_m = view.extent_m * uniform(rng, SCALE);
         let centre = Vec2::new(uniform(rng, CENTRE[0]), uniform(rng, CENTRE[1]));
         // A wall of one colour has no edges: events come from the person alone.
@@ -70,6 +71,7 @@ impl BackgroundPlane {
         } else {
             0
         };
+        // Drawn last: their number varies, and no other draw may depend on it.
         let distractor = |_| Distractor::draw(rng, images, view, level);
         Self {
             z_m,
@@ -94,6 +96,7 @@ impl BackgroundPlane {
         let object = |_| Distractor::draw(rng, images, view, level).at_rest_or_not(rng);
         Self {
             z_m,
+            // Never painted: `cover` samples the objects alone.
             image: LuminanceImage::uniform(0.0),
             corner_m: view.centre_m,
             size_m: view.extent_m,
@@ -188,7 +191,6 @@ impl BackgroundPlane {
             for (x, pixel) in (rect.left..).zip(row) {
                 let point_m = rays.point_m(Vec2::new(x as f32 + 0.5, y as f32 + 0.5));
                 // The first distractor of the list is the nearest one.
-                // Earlier objects cover later ones; the plane itself is painted elsewhere.
                 let covering =
                     distractors.iter().find_map(|(one, centre_m)| one.sample(point_m, *centre_m));
                 *pixel = covering.unwrap_or_else(|| {
@@ -208,11 +210,13 @@ impl BackgroundPlane {
         frame: &mut Plane<f32>,
     ) {
         let whole = PixelRect { left: 0, top: 0, right: frame.width(), bottom: frame.height() };
+        // What the rays of a frame share is computed once.
         let rays = Rays::new(self.z_m, placement, pinhole);
         let rect = self.distractor_bounds(t_s, placement, pinhole, whole).unwrap_or(whole);
         for y in rect.top..rect.bottom {
             let row = &mut frame.row_mut(y)[rect.left..rect.right];
             for (x, pixel) in (rect.left..).zip(row) {
+                // Centres of pixels lie at halves.
                 let point_m = rays.point_m(Vec2::new(x as f32 + 0.5, y as f32 + 0.5));
                 let covering =
                     self.distractors.iter().find_map(|one| one.sample(point_m, one.centre_m(t_s)));

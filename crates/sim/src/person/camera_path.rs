@@ -34,8 +34,10 @@ impl CameraPath {
         let (width_px, height_px) = (f32::from(sensor.width), f32::from(sensor.height));
         let View { person_px, middle_share, aside_px, freedom } =
             View::draw(config.framing, share, [width_px, height_px], rng);
+        // As similar triangles go, at this distance the person is `person_px` tall.
         let distance_m = height_m * pinhole.focal_px / person_px;
         let metres_per_px = distance_m / pinhole.focal_px;
+        // No margin where the person is larger than the image.
         let margin = |side_px: f32, person_px: f32| 0.5 * (side_px - person_px).max(0.0);
         let free_m = metres_per_px * margin(width_px, 0.8 * person_px) * rng.uniform(-0.9, 0.9);
         let aside_m = freedom * free_m + metres_per_px * aside_px;
@@ -47,6 +49,7 @@ impl CameraPath {
         // Nobody looks at a face steeply from above or below.
         let eye_height_m = middle_m + (eye_height_m - middle_m).clamp(-distance_m, distance_m);
         let eye_m = Vec3::new(aside_m * rng.uniform(0.2, 1.0), eye_height_m, 0.0);
+        // The eye keeps its distance from the person's middle, but at least half a metre ahead.
         let back_m = (distance_m * distance_m - (eye_m.y - middle_m).powi(2)).max(0.3).sqrt();
         let roll = rng.uniform(-0.06, 0.06);
         let at_rest = LookAt {
@@ -59,6 +62,7 @@ impl CameraPath {
         } else {
             0.0
         };
+        // Cameras in hands turn sideways the most, and roll the least.
         let amplitudes =
             [0.8 * turn, turn, 0.5 * turn].map(|amplitude| amplitude * rng.uniform(0.5, 1.5));
         let phases = [(); 3].map(|()| [(); 3].map(|()| rng.uniform(0.0, std::f32::consts::TAU)));
@@ -96,6 +100,7 @@ impl CameraPath {
         let above = right.cross(along).normalize();
         let (tilt, pan, roll) = (angle(0), angle(1), angle(2));
         let turned = Quat::from_axis_angle(above, pan) * Quat::from_axis_angle(right, tilt);
+        // A hand moves as it turns: rotation alone would show no parallax.
         let eye_m = eye_m + ASIDE_M * (pan * right + tilt * above);
         let up = Quat::from_axis_angle(along.normalize(), roll) * up;
         LookAt { eye_m, centre_m: eye_m + turned * along, up }
@@ -124,6 +129,7 @@ impl View {
         let lowest = match framing {
             Framing::Whole | Framing::Nobody => return whole,
             Framing::OffEdge => {
+                // The person's middle lies about the edge: partly visible, or just not.
                 let beyond_px = whole.person_px * rng.uniform(-0.2, 0.1);
                 let aside_px = 0.5 * width_px + beyond_px;
                 let side = if rng.chance(0.5) { 1.0 } else { -1.0 };
@@ -134,6 +140,7 @@ impl View {
             Framing::HeadAndShoulders => [0.70, 0.82],
         };
         let lowest = rng.uniform(lowest[0], lowest[1]);
+        // Room above the head is a share of what is visible of the person.
         let above = (1.0 - lowest) * rng.uniform(0.02, 0.35);
         let visible = 1.0 + above - lowest;
         Self {

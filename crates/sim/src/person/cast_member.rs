@@ -62,6 +62,7 @@ impl CastMember {
     ) -> Result<Self, SimError> {
         let body = shared.draw_body(config.body_share, &mut streams.outfit);
         let model = &shared.body(body).model;
+        // The number of coefficients depends on the body, which has a stream of its own.
         let range = config.shape_range;
         let betas: Vec<f32> =
             (0..model.shape_coefficients()).map(|_| streams.shape.uniform(-range, range)).collect();

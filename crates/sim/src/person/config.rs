@@ -206,6 +206,7 @@ impl PeopleConfig {
             ("surroundings.plain", self.surroundings.plain),
             ("surroundings.moving", self.surroundings.moving),
         ];
+        // Written as inside of a range, so that NaN is refused.
         if let Some((field, share)) = shares.into_iter().find(|(_, x)| !(0.0..=1.0).contains(x)) {
             return refuse(field, share.to_string(), "a share is from 0 to 1");
         }
@@ -219,6 +220,7 @@ impl PeopleConfig {
         if !(self.seconds > 0.0 && self.seconds.is_finite()) {
             return refuse("seconds", self.seconds.to_string(), "must be a positive number");
         }
+        // Steps are whole microseconds, as time stamps are.
         if self.step_hz == 0 || !1_000_000u32.is_multiple_of(self.step_hz) {
             return refuse("step_hz", self.step_hz.to_string(), "must divide a million");
         }
@@ -237,6 +239,7 @@ impl PeopleConfig {
             ("height_share", self.height_share, [0.05, 2.0]),
             ("vertical_fov_deg", self.vertical_fov_deg, [5.0, 120.0]),
         ] {
+            // Negated, so that NaN is refused.
             if !(ends[0] <= low && low <= high && high <= ends[1]) {
                 let reason = "the smaller end first, both in their range";
                 return refuse(field, format!("[{low}, {high}]"), reason);
@@ -264,6 +267,7 @@ impl PeopleConfig {
         if matches!(self.surroundings.source, BackgroundSource::Procedural(0)) {
             return refuse("surroundings.source", "0".to_owned(), "at least one image");
         }
+        // Last: these compare fields, most of which are checked above.
         self.validate_cameras()?;
         crate::EventFormat::of_people(self)?;
         Ok(())

@@ -39,6 +39,7 @@ impl People {
             },
             BodySource::File(path) => {
                 let model = ModelFile::read(path)?.model;
+                // Labels are joints by number: those of another skeleton would be wrong.
                 if model.parents.len() != evpose_body::skeleton::JOINTS {
                     return Err(SimError::NotABody { path: path.clone() });
                 }
@@ -46,6 +47,7 @@ impl People {
             }
         };
         let makehuman = match &config.body {
+            // A folder that is missing is no error: data sets are optional.
             BodySource::MakeHuman(folder) if folder.is_dir() => {
                 Some(DressedBody::of_makehuman(MakeHuman::read(folder)?))
             }

@@ -78,10 +78,12 @@ pub fn record_people(
         .with_max_len(1)
         .map(|sequence| {
             let events = record(people, sequence, &set, progress)?;
+            // Sealed only when its files are complete: a sealed sequence is reused.
             set.seal(sequence)?;
             Ok(events)
         })
         .collect::<Result<Vec<u64>, SimError>>()?;
+    // The shard that finishes last writes it for all.
     let finished = set.write_manifest()?;
     Ok(RecordedPeople {
         sequences: counts.len(),
@@ -113,6 +115,7 @@ fn record(
     let format = EventFormat::of_people(people.config())?;
     let mut events = StepWriter::create(&stem, format, info.sensor)?;
     let mut table = PoseTable::default();
+    // Written step by step: the events of a sequence need not fit in memory.
     for _ in 0..people.config().steps() {
         let step = simulator.advance()?;
         events.step(step.events)?;
@@ -131,6 +134,7 @@ fn record(
     })?;
     atomic_write(&info_path, text.as_bytes())
         .map_err(|source| SimError::file(&info_path, "write", source))?;
+    // Counted before `finish`, which consumes the writer.
     let count = events.events();
     events.finish()?;
     Ok(count)

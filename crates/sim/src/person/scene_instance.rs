@@ -63,11 +63,13 @@ impl SceneInstance {
         let images = &shared.images;
         let part = |name| CounterRng::new(seed, name, index);
         let part_of_camera = |name| match camera_number {
+            // Camera 0 draws without its number: runs of one camera stay as they were.
             0 => part(name),
             other => CounterRng::new(seed_for(seed, name, other), name, index),
         };
         let angle_deg = config.camera_angles_deg.get(camera_number as usize).copied();
         let angle_rad = angle_deg.unwrap_or(0.0).to_radians();
+        // In turn, so that every activity is as frequent as any other.
         let name = &config.activities[index as usize % config.activities.len()];
         // `PeopleConfig::validate` has checked the name.
         let activity = activity_by_name(name).unwrap_or(&TRAINING_ACTIVITIES[0]);
@@ -79,11 +81,13 @@ impl SceneInstance {
             capture: part("person capture"),
         };
         let mut person = CastMember::draw(shared, config, activity, seconds, Vec3::ZERO, streams)?;
+        // The drawn body's height, not the mean's: framing is relative to it.
         let height_m = shared.height_m(&person.shaped);
         let (path, pinhole) =
             CameraPath::draw(config, height_m, &mut part_of_camera("person camera"));
         let placement = *path.at_rest();
         let mut around = part_of_camera("person surroundings");
+        // By seed and index alone, so that every camera sees the same people.
         let mut companions = companions(shared, config, seed, index, seconds)?;
         // A person's reach to the depth of a large room, and behind everybody.
         let farthest_m = companions.iter().map(|one| -one.place_m.z).fold(0.0, f32::max);
@@ -95,6 +99,7 @@ impl SceneInstance {
         let background =
             BackgroundPlane::draw(&config.surroundings, images, z_m, &view, level, &mut around);
         let foreground = (config.occluders > 0).then(|| {
+            // A part of the way to the person, where less of a plane is visible.
             let z_m = OCCLUDER_DEPTH * placement.eye_m.z;
             let view = BackgroundPlane::view(z_m, &placement, &pinhole, size_px);
             let mut rng = part_of_camera("person occluders");
@@ -103,6 +108,7 @@ impl SceneInstance {
         let camera = Camera::new(sensor, pinhole, &placement, NEAR_M);
         let mut lighting = config.lights.draw(&mut part("person lights"));
         if angle_rad != 0.0 {
+            // The world turns, not the camera: the planes stay before it.
             person.turn_rad = -angle_rad;
             let turn = Affine3A::from_rotation_y(-angle_rad);
             for light in &mut lighting.lights {
@@ -110,6 +116,7 @@ impl SceneInstance {
             }
         }
         for one in companions.iter_mut().chain([&mut person]) {
+            // Texture levels depend on how large a person appears.
             let px_per_m = pinhole.focal_px / (placement.eye_m.z - one.place_m.z);
             one.dress(shared, camera, px_per_m, lighting, level);
         }
@@ -149,6 +156,7 @@ impl SceneInstance {
         // Everybody stands before what is behind them, from the farthest to the nearest.
         let mut seen: Option<&Plane<f32>> = None;
         for one in cast {
+            // The first paints what changed of the background, the others all that is behind them.
             seen = Some(match seen {
                 None => one.render(shared, camera, changed, |frame| {
                     background.paint(t_s, &placement, pinhole, changed, frame);
@@ -163,11 +171,13 @@ impl SceneInstance {
             (Some(seen), None) => return seen,
             (Some(seen), Some(_)) => self.luminance.clone_from(seen),
             (None, _) => {
+                // Nobody was rendered: no frame holds the background of the step before.
                 let all = whole_image(sensor);
                 background.paint(t_s, &placement, pinhole, all, &mut self.luminance);
             }
         }
         if let Some(foreground) = &self.foreground {
+            // Nearest of all, so that it comes last.
             foreground.cover(t_s, &placement, pinhole, &mut self.luminance);
         }
         &self.luminance
@@ -217,6 +227,7 @@ fn companions(
     seconds: f32,
 ) -> Result<Vec<CastMember>, SimError> {
     let member = |k: usize| {
+        // By number: a further companion leaves the others as they were.
         let part = |name| CounterRng::new(seed_for(seed, name, index), name, k as u64);
         let mut place = part("companion place");
         // Also those around the person: a training sees their limbs, too.
@@ -233,6 +244,7 @@ fn companions(
         CastMember::draw(shared, config, activity, seconds, place_m, streams)
     };
     let mut drawn = (0..config.companions).map(member).collect::<Result<Vec<_>, _>>()?;
+    // There is no depth test between people: the nearer are painted over the farther.
     drawn.sort_by(|a, b| a.place_m.z.total_cmp(&b.place_m.z));
     Ok(drawn)
 }

@@ -26,6 +26,7 @@ pub(super) fn clip_to_near_plane(
     let near_m = camera.near_m();
     let face: [(Vec4, Vec3); 3] = [(0, Vec3::X), (1, Vec3::Y), (2, Vec3::Z)]
         .map(|(i, b)| (homogeneous_image_from_world * corners_m[i].extend(1.0), b));
+    // A triangle that one plane cuts has four corners at most.
     let mut polygon = [(Vec4::ZERO, Vec3::ZERO); 4];
     let mut count = 0;
     let mut push = |corner: (Vec4, Vec3)| {
@@ -50,6 +51,7 @@ pub(super) fn clip_to_near_plane(
         on_screen: ScreenVertex::from_homogeneous(position),
         in_face,
     };
+    // A fan: the polygon is as convex as the face was.
     for part in 1..count.saturating_sub(1) {
         emit([polygon[0], polygon[part], polygon[part + 1]].map(corner));
     }

@@ -198,6 +198,7 @@ impl VisibilityBuffer {
                     plane.show(l, [on_a, on_b, on_c], number, seen);
                 }
             }
+            // Edge functions are linear: one row further down is one addition.
             at_a = l.add_i(at_a, a.step_y);
             at_b = l.add_i(at_b, b.step_y);
             at_c = l.add_i(at_c, c.step_y);

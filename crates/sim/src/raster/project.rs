@@ -104,11 +104,13 @@ impl Kernel8 for Project<'_> {
     fn run<L: Lanes8>(self, l: L) -> Limits {
         let Self { matrix, near_m, vertices_m, out } = self;
         let (vertices, coordinates) = (vertices_m.len(), bytemuck::must_cast_slice(vertices_m));
+        // Rounded up to whole batches; the rest is cut off below.
         out.resize(vertices.next_multiple_of(LANES_8), ScreenVertex::default());
         let (farthest, nearest) = (l.splat_i(MAX_POSITION), l.splat_i(-MAX_POSITION));
         let (mut left, mut top) = (farthest, farthest);
         let (mut right, mut bottom) = (nearest, nearest);
         let mut min_bits = l.splat_i(i32::MAX);
+        // For the last batch alone, which may reach beyond the vertices.
         let mut padding = [0; 4 * LANES_8];
         for (batch, out) in out.as_chunks_mut::<LANES_8>().0.iter_mut().enumerate() {
             let rows = eight_rows::<3>(coordinates, batch * LANES_8, &mut padding);

@@ -15,6 +15,7 @@ pub(super) fn eight_rows<'a, const WIDTH: usize>(
     padding: &'a mut [i32; 4 * LANES_8],
 ) -> [&'a [i32; 4]; LANES_8] {
     let here = &values[first * WIDTH..];
+    // Four values are taken of each record: the last one reads beyond its own.
     let here = match here.get(..(LANES_8 - 1) * WIDTH + 4) {
         Some(here) => here,
         None => {

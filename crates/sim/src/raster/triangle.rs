@@ -77,6 +77,7 @@ impl Triangle {
         ]);
         let (x, y) = unpack_xy_lanes(l, pixels);
         let (left, top) = unpack_xy_lanes(l, positions);
+        // Relative to the rectangle's corner, so that products fit in 32 bits.
         let (x, y) = (l.sub_i(x, left), l.sub_i(y, top));
         let second = l.add_i(start, l.add_i(l.mul_i(x, step_x), l.mul_i(y, step_y)));
         let [start, step_x, step_y, per_area] = l.gather_columns([
@@ -85,6 +86,7 @@ impl Triangle {
         let third = l.add_i(start, l.add_i(l.mul_i(x, step_x), l.mul_i(y, step_y)));
         let per_area = l.from_bits(per_area);
         let (zero, one) = (l.splat(0.0), l.splat(1.0));
+        // A visible centre may lie outside by a rounding: weights must stay within [0, 1].
         let second = l.min(l.max(l.mul(l.to_f(second), per_area), zero), one);
         let third = l.min(l.max(l.mul(l.to_f(third), per_area), zero), l.sub(one, second));
         [second, third]

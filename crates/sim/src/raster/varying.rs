@@ -55,6 +55,7 @@ impl Varyings {
         let first = l.sub(l.sub(l.splat(1.0), second), third);
         let (first, second, third) = (l.store(first), l.store(second), l.store(third));
         let mut seen = [l.splat(0.0); LANES_8];
+        // One by one: the corners of each pixel's face lie apart in memory.
         for (k, seen) in seen.iter_mut().enumerate() {
             let [a, b, c] = triangles[k].corners;
             let (a, b, c) = (self.0[a as usize], self.0[b as usize], self.0[c as usize]);

@@ -82,6 +82,7 @@ impl Raster {
     fn draw_cut_faces(&mut self, camera: &Camera, mesh: &Mesh<'_>) {
         let whole = PixelRect::whole(self.sensor);
         for (face, corners) in mesh.faces.iter().enumerate() {
+            // An inverse depth of zero marks a vertex behind the near plane.
             let hidden =
                 corners.iter().filter(|&&v| self.screen[v as usize].inverse_depth() <= 0.0).count();
             // Whole faces are drawn already; those behind the plane are never seen.
@@ -91,6 +92,7 @@ impl Raster {
             let face = face as u32;
             let corners_m = corners.map(|v| mesh.vertices_m[v as usize]);
             clip_to_near_plane(camera, corners_m, |part| {
+                // Corners of a cut are vertices of their own, numbered behind those of the mesh.
                 let first = self.screen.len() as u32;
                 self.screen.extend(part.map(|Corner { on_screen, .. }| on_screen));
                 self.cuts.extend(part.map(|Corner { in_face, .. }| Cut { face, in_face }));
@@ -98,6 +100,7 @@ impl Raster {
                 let on_screen = part.map(|Corner { on_screen, .. }| on_screen);
                 if let Some(set_up) = Wide::new(face, corners, on_screen, false, whole) {
                     self.visibility.fill_wide(&set_up, self.count as u32);
+                    // Triangles behind the count are left over from an earlier frame.
                     self.triangles.truncate(self.count);
                     self.triangles.push(set_up.triangle);
                     self.count += 1;
@@ -140,6 +143,7 @@ impl Raster {
             let weight = weight * self.screen[corner].inverse_depth();
             inverse_depth += weight;
             in_face += weight
+                // Beyond the mesh's vertices are those of cuts, which know their place.
                 * match corner.checked_sub(mesh.vertices_m.len()) {
                     Some(cut) => self.cuts[cut].in_face,
                     None => {

@@ -80,6 +80,7 @@ impl Wide {
     ) -> Option<Self> {
         let ([a, mut b, mut c], [first, mut second, mut third]) = (on_screen, corners);
         let mut area = twice_area(b.x() - a.x(), b.y() - a.y(), c.x() - a.x(), c.y() - a.y());
+        // In a closed mesh others cover what looks away; without an area there is nothing to see.
         if area >= 0 && (cull || area == 0) {
             return None;
         }
@@ -101,10 +102,12 @@ impl Wide {
         if rect.is_empty() {
             return None;
         }
+        // Relative to the rectangle's corner, values are small and need few bits.
         let origin = (rect.left as i32, rect.top as i32);
         let edges = [Edge::new(b, c, origin), Edge::new(c, a, origin), Edge::new(a, b, origin)];
         let (width, height) = (rect.right - rect.left, rect.bottom - rect.top);
         let bits = edges[1..].iter().map(|edge| edge.bits(width, height)).max();
+        // Interpolation needs no exact edges: low bits are dropped until 31 hold the rest.
         let shift = bits.unwrap_or(0).saturating_sub(31);
         let row = |edge: &Edge, last: i32| {
             let [start, step_x, step_y] =

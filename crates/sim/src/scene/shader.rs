@@ -57,6 +57,7 @@ impl Kernel8 for Shade<'_> {
         let (mut seen, mut positions) =
             ([[[0.0; LANES_8]; 6]; LOOKUP_GROUPS], [[0; LANES_8]; LOOKUP_GROUPS]);
         while left > 0 {
+            // Groups first, light second: independent lookups overlap in memory.
             let mut known = 0;
             for ((seen, kept), (eight, triangles)) in
                 seen.iter_mut().zip(&mut positions).zip(eights.by_ref())
@@ -77,6 +78,7 @@ impl Kernel8 for Shade<'_> {
                 let light = l.store(l.mul(light, l.splat(self.light_level)));
                 let (x, y) = unpack_xy_lanes(l, l.load_i(*positions));
                 let pixels = l.store_i(l.add_i(l.mul_i(y, l.splat_i(width as i32)), x));
+                // The last eight are filled up: only `left` of its lanes are pixels.
                 for (&pixel, light) in pixels.iter().zip(light).take(left) {
                     out[pixel as usize] = light;
                 }

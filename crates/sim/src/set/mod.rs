@@ -117,6 +117,7 @@ impl SequenceSet {
     /// # Errors
     /// If the directory cannot be read or a file not removed.
     pub fn remove_leftovers(&self, shard: Shard) -> Result<usize, SimError> {
+        // Before its first run a set has no directory.
         if !self.directory.exists() {
             return Ok(0);
         }

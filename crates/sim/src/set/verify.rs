@@ -50,6 +50,7 @@ pub fn verify(directory: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Verif
                 && !listed.contains(name.as_str())
         })
         .map(|name| DigestMismatch { path: directory.join(name), kind: MismatchKind::Unlisted });
+    // Reading is what takes time: all threads take part.
     let mut faults: Vec<DigestMismatch> = expected
         .par_iter()
         .map(|digest| fault(directory, digest, progress))
@@ -58,6 +59,7 @@ pub fn verify(directory: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Verif
         .flatten()
         .collect();
     faults.extend(unlisted);
+    // All faults at once, so that a set is repaired in one go.
     if !faults.is_empty() {
         let directory = directory.to_owned();
         return Err(SimError::Damaged { directory, files: expected.len(), faults });

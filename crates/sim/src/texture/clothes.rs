@@ -102,8 +102,10 @@ impl Outfit {
         Self {
             skin,
             hair,
+            // A hairline above the top of the head is that of the bald.
             hairline: if rng.chance(0.1) { 1.1 } else { rng.uniform(0.87, 0.93) },
             shirt: Fabric::draw(rng, (0.05, 0.9)),
+            // Most trousers are of one colour.
             trousers: if rng.chance(0.75) {
                 Fabric { pattern: Pattern::Plain, ..Fabric::draw(rng, (0.03, 0.5)) }
             } else {
@@ -111,6 +113,7 @@ impl Outfit {
             },
             shoes: random_colour(rng, (0.0, 0.6), (0.02, 0.8)),
             belt: random_colour(rng, (0.0, 0.4), (0.02, 0.3)),
+            // Short sleeves end above the elbow, long ones before the wrist.
             sleeves_to: if rng.chance(0.5) {
                 rng.uniform(0.68, U_ELBOW)
             } else {
@@ -130,7 +133,9 @@ impl Outfit {
 
     /// Colour at texture coordinates, given the noise there.
     fn at(&self, u: f32, v: f32, noise: f32) -> Vec3A {
+        // Two strips, of the trunk and of the arms: either runs from the front to the back.
         let around = (v * 2.0).fract();
+        // The upper half of v is of objects and arms, the lower one of all from the soles upwards.
         if v >= 0.5 {
             return if u < U_OBJECTS {
                 self.thing * (1.0 + 0.3 * noise)
@@ -141,6 +146,7 @@ impl Outfit {
             };
         }
         match u {
+            // Soles are dark, whatever the shoe.
             _ if u < 0.012 => Vec3A::splat(0.03),
             _ if u < U_ANKLE => self.shoes,
             _ if u < self.trousers_from => self.skin,

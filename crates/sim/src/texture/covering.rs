@@ -45,6 +45,7 @@ pub(super) fn paint_covering(config: &SkinConfig, skin: &mut Plane<Vec3A>, rng: 
         let end = rng.uniform(U_WRIST - 0.12, U_WRIST + 0.06);
         bands.push(Band::draw(rng, [0.0, end]));
     } else if rng.chance(config.rings) {
+        // A watch, where no sleeve covers the wrist.
         let at = U_WRIST - 0.03;
         let end = at + rng.uniform(0.01, 0.035);
         bands.push(Band::draw(rng, [at, end]));
@@ -53,6 +54,7 @@ pub(super) fn paint_covering(config: &SkinConfig, skin: &mut Plane<Vec3A>, rng: 
         let end = if rng.chance(0.3) { U_MIDDLE_JOINT } else { U_TIP + 0.1 };
         bands.push(Band::draw(rng, [U_WRIST - 0.02, end]));
     } else if rng.chance(config.rings) {
+        // A ring, where no glove covers the finger.
         let at = U_KNUCKLE + 0.06;
         bands.push(Band::draw(rng, [at, at + 0.012]));
     }
@@ -64,6 +66,7 @@ pub(super) fn paint_covering(config: &SkinConfig, skin: &mut Plane<Vec3A>, rng: 
     for y in 0..height {
         for x in 0..width {
             let u = (x as f32 + 0.5) / width as f32;
+            // Later bands cover earlier ones: a glove goes over a cuff.
             for band in bands.iter().filter(|band| (band.u[0]..band.u[1]).contains(&u)) {
                 let colour = band.colour(u, *folds.at(x, y));
                 *skin.at_mut(x, y) = colour.clamp(Vec3A::ZERO, Vec3A::ONE);

@@ -46,6 +46,7 @@ impl Texture {
             texels_per_block(width, metres.x * px_per_m),
             texels_per_block(height, metres.y * px_per_m),
         );
+        // As coarse as the frame already.
         if (columns, rows) == (1, 1) {
             return self;
         }

@@ -25,6 +25,7 @@ pub(super) fn fractal_noise(
         total += amplitude;
         amplitude *= persistence;
     }
+    // By what was added: a field without its finest octaves is as strong.
     if total > 0.0 {
         field.data_mut().iter_mut().for_each(|value| *value /= total);
     }
@@ -39,6 +40,7 @@ fn add_octave(
     rng: &mut CounterRng,
 ) {
     let grid: Vec<f32> = (0..columns * rows).map(|_| rng.uniform(-amplitude, amplitude)).collect();
+    // All rows have the same weights along them.
     let across: Vec<_> = (0..field.width()).map(|x| between(x, field.width(), columns)).collect();
     // Down first, once a row for the few grid columns; then across, once a pixel.
     let mut line = vec![0.0; columns];

@@ -98,6 +98,7 @@ impl Texture {
             let first = 2 * firsts[k] as usize;
             codes.get(first..first + 4).and_then(<[_]>::first_chunk).unwrap_or(&[0; 4])
         };
+        // A texel is stored with the one below it: one load has all four neighbours.
         let (a, b, c, d) = (four(0), four(1), four(2), four(3));
         let [left, left_below, right, right_below] =
             l.gather_columns([a, b, c, d, four(4), four(5), four(6), four(7)]);

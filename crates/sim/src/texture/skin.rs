@@ -100,6 +100,7 @@ pub(super) fn skin_albedo(
         for x in 0..size {
             let u = (x as f32 + 0.5) / size as f32;
             let bent = u + 0.006 * bend.at(x, y);
+            // Densities add up, and light falls as exp(-d), after Beer and Lambert.
             let mut density = MELANIN * (coefficients.melanin * (1.0 - 0.5 * palmar))
                 + BLOOD * (coefficients.blood + 1.5 * palm * palmar);
             density -= Vec3A::splat(0.10 * palm * palmar);
@@ -110,6 +111,7 @@ pub(super) fn skin_albedo(
             density += VEIN * (veins * vein_at(u, v, *vein.at(x, y)));
             density += CREASE * (creases * crease_at(bent, v));
             let skin = AVERAGE * Vec3A::from_array(density.to_array().map(|d| (-d).exp()));
+            // Nails lie over the skin, in a colour of their own.
             let (cover, lunula) = nail_at(u, v);
             let colour = skin.lerp(nail.lerp(Vec3A::splat(0.92), lunula), cover);
             *image.at_mut(x, y) = colour.clamp(Vec3A::ZERO, Vec3A::ONE);

@@ -76,6 +76,7 @@ impl<'a> StudyDirectory<'a> {
                 fs::remove_dir_all(&unfinished)
                     .with_context(|| format!("removing {}", unfinished.display()))?;
             }
+            // Under another name first: a directory of the final name is complete.
             let recorded = recorded::record(&config, &unfinished, "simulating")?;
             fs::rename(&unfinished, &dir)
                 .with_context(|| format!("renaming {}", unfinished.display()))?;

@@ -65,6 +65,7 @@ impl Relation {
         let (Some(low), Some(high)) = (difference.low, difference.high) else {
             return Verdict::OneSeed;
         };
+        // An interval that crosses a limit decides nothing.
         let (agrees, contradicts) = match self {
             Self::Worse | Self::Slower => (high < 0.0, low > 0.0),
             Self::Comparable => (

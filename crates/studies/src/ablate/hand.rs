@@ -41,6 +41,7 @@ pub(super) fn run(args: &AblateHandArgs) -> Result<()> {
     let results = ResultFiles::new(&args.out, "ablation");
     say(format!("machine: {}", Machine::this()));
     say(format!("output:  {}", args.out.display()));
+    // Simulated once a seed, for all rows.
     for &seed in &seeds {
         directory.simulate(&base, seed)?;
     }

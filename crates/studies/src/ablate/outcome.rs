@@ -104,6 +104,7 @@ impl Outcome {
         rows: &[&'static Row],
         trials: &Trials,
     ) -> Result<Self> {
+        // Rows that differ in evaluation alone share the trials of one network.
         let done = rows.iter().filter(|row| trials.contains_key(row.trained_as()));
         let done: Vec<&'static Row> = done.copied().collect();
         let full = row_trials(trials, FULL)?;
@@ -146,6 +147,7 @@ fn row_outcome(row: &'static Row, done: &[&Row], trials: &Trials) -> Result<RowO
     let losses: Vec<f64> = ours.iter().filter_map(|trial| trial.validation_loss).collect();
     let curve =
         |get: fn(&Scores) -> &[f64]| mean_curve(ours.iter().map(|trial| get(scores(row, trial))));
+    // A statement about a row that did not run cannot be checked.
     let known = |finding: &&Finding| done.iter().any(|other| other.name == finding.than);
     let findings = row.published.iter().filter(known);
     Ok(RowOutcome {
@@ -184,6 +186,7 @@ fn check(row: &Row, other: &Row, finding: &Finding, trials: &Trials) -> Result<F
         row_trials(trials, row.trained_as())?.iter().zip(row_trials(trials, other.trained_as())?);
     let is_speed = finding.relation == Relation::Slower;
     let measures = if is_speed { SPEED } else { ACCURACY };
+    // Times of other machines or devices cannot be compared, accuracies can.
     let is_comparable = !is_speed || pairs.clone().all(|(a, b)| a.made.is_as_fast(&b.made));
     let checks = measures.iter().map(|measure| {
         let value = |row, trial| (measure.get)(trial, &scores(row, trial).figures);

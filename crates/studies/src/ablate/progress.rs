@@ -16,6 +16,7 @@ const ESTIMATE_AFTER: Duration = Duration::from_secs(5);
 /// duration is printed after the first seconds, also without a terminal.
 pub(super) fn training_bar(row: &str, seeds: usize) -> (ProgressBar, ProgressCallback) {
     let progress = bar(row, 0, "windows");
+    // The callback comes from other threads.
     let (began, is_estimated) = (OnceLock::new(), AtomicBool::new(false));
     let bar_handle = progress.clone();
     let callback = ProgressCallback::new(move |done| {
@@ -31,6 +32,7 @@ pub(super) fn training_bar(row: &str, seeds: usize) -> (ProgressBar, ProgressCal
         if elapsed >= ESTIMATE_AFTER && !is_estimated.swap(true, Ordering::Relaxed) {
             let per_second = (done.samples - first) as f64 / elapsed.as_secs_f64();
             let left = done.total_samples - done.samples;
+            // Suspended, so that the line does not tear the bar.
             bar_handle.suspend(|| say(estimate(per_second, left, done.total_samples, seeds)));
         }
     });

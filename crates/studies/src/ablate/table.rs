@@ -77,6 +77,7 @@ pub(super) fn aligned(outcome: &Outcome) -> String {
 /// Rows as Markdown whose columns are aligned.
 pub(super) fn align(header: &[&str], rows: &[Vec<String>]) -> String {
     let header: Vec<String> = header.iter().map(|&cell| cell.to_owned()).collect();
+    // In characters, not bytes: cells hold `±`.
     let width = |column: usize| {
         std::iter::once(&header).chain(rows).map(|row| row[column].chars().count()).max()
     };

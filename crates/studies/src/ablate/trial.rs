@@ -120,6 +120,7 @@ pub(super) fn run(
     let device = &kind.resolve()?;
     let dir = directory.run(row, config.seed);
     let (trial_path, trained_path) = (dir.join("trial.json"), dir.join("trained.json"));
+    // Training and evaluation are stored apart: another stride needs no training.
     let kept: Option<Trial> = read_result(&trial_path)?;
     let trained: Option<Trained> = read_result(&trained_path)?;
     if trained.is_some() && HandConfig::read(&dir.join("config.toml"))? != *config {
@@ -197,6 +198,7 @@ fn evaluate_trial(
         ConstantPose(checkpoint.mean_pose.context("the training poses have no mean")?);
     let mut network = checkpoint.predictor(device.clone())?;
     let mut methods = [
+        // Filtered poses come from the same inferences.
         Method { name: "unfiltered", predictor: &mut network, filtered: Some("filtered") },
         Method { name: "mean_pose", predictor: &mut mean_pose, filtered: None },
     ];
@@ -220,6 +222,7 @@ fn scores(evaluation: &HandEvaluation) -> Result<Scores> {
              `evaluation.first_ms`",
         )
     };
+    // A point for each millimetre or percent is enough to draw.
     let thinned = |curve: Vec<f64>| curve.into_iter().step_by(CURVE_STRIDE).collect();
     let curves = evaluation.curves();
     Ok(Scores {

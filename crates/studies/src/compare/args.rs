@@ -14,6 +14,8 @@ use crate::compare::system::SYSTEMS;
 pub enum CompareCommand {
     /// Systems that estimate poses of people: those of MoveEnet's tables
     Body(CompareBodyArgs),
+    /// Pre-training and fine-tuning of a network of bodies on clips of real images, each left out once
+    Clips(super::clips::CompareClipsArgs),
 }
 
 /// Arguments of `evpose compare body`.

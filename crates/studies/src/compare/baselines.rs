@@ -44,6 +44,7 @@ impl BaselineKind {
             BaselineNetworkConfig::Dhp19Cnn(network) => network.width = experiment.network.width,
             BaselineNetworkConfig::LiftMono(network) => network.width = experiment.network.width,
         }
+        // With the view and the filter of MoveEnet, both networks see the same events.
         config.image.view = experiment.image.view;
         config.image.denoise = experiment.image.denoise;
         config.of_experiment(experiment)
@@ -64,11 +65,13 @@ pub(crate) fn train(
         return Ok(());
     }
     let directory = data.train(out, seed);
+    // Given recordings are used as they are.
     if data.given_train().is_none() {
         recorded::prepare(&stages.finetune, &directory)?;
     }
     let config = kind.config(stages);
     let frames = baseline_frames(&config, &directory, &|_| {})?;
+    // The first report says how many there are.
     let progress = bar(name, 0, "images");
     let shown = progress.clone();
     let callback = ProgressCallback::new(move |done| {

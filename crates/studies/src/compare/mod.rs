@@ -7,6 +7,7 @@
 //! * `system`: the registry of systems, with their published figures.
 //! * `ordering`: the registry of published orderings, and their tests.
 //! * `baselines`: networks of others that are trained here.
+//! * `clips`: what pre-training and fine-tuning are worth on real images.
 //! * `data`: recordings or images to train on and to evaluate on.
 //! * `predictor`: a system ready to predict poses.
 //! * `spatial`: joints in space, of two calibrated cameras.
@@ -15,6 +16,7 @@
 
 mod args;
 mod baselines;
+mod clips;
 mod data;
 mod measure;
 mod ordering;
@@ -30,6 +32,7 @@ mod trial;
 use anyhow::Result;
 
 pub use args::{CompareBodyArgs, CompareCommand};
+pub use clips::CompareClipsArgs;
 
 /// Runs a comparison.
 ///
@@ -38,5 +41,6 @@ pub use args::{CompareBodyArgs, CompareCommand};
 pub fn run(command: &CompareCommand) -> Result<()> {
     match command {
         CompareCommand::Body(args) => study::run(args),
+        CompareCommand::Clips(args) => clips::run(args),
     }
 }

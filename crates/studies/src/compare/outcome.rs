@@ -91,6 +91,7 @@ impl Outcome {
             orderings: ORDERINGS
                 .iter()
                 .filter(|ordering| {
+                    // Statements about systems that were not asked for are left out.
                     let is_there = |name: &str| systems.iter().any(|system| system.name == name);
                     is_there(ordering.system) && is_there(ordering.other)
                 })
@@ -119,6 +120,7 @@ impl SystemOutcome {
 fn outcome_of(system: &'static System, result: &SystemResult) -> Result<SystemOutcome> {
     let trials = result.trials();
     let mean_of = |measure: Measure| {
+        // A measure that one trial lacks has no mean over seeds.
         let values: Option<Vec<f64>> = trials.iter().map(|trial| trial.value(measure)).collect();
         Some(Mean { measure, value: t_interval(&values?)? })
     };
@@ -160,6 +162,7 @@ fn tested(ordering: &Ordering, results: &Results) -> TestedOrdering {
         .map(|(a, b)| Some(a.value(ordering.measure)? - b.value(ordering.measure)?))
         .collect();
     let difference = differences.and_then(|differences| t_interval(&differences));
+    // Times of two machines cannot be compared.
     let are_of_one_machine = here.iter().zip(there).all(|(a, b)| a.machine == b.machine);
     let verdict = difference.map(|difference| match ordering.relation {
         Relation::Slower if !are_of_one_machine => Verdict::OtherMachines,

@@ -86,10 +86,12 @@ fn error_m(views: &[(&PlacedCamera, &SeenJoints)], joint: usize) -> Option<f32> 
             Some(Observation { camera, at_px: seen.joints_px[joint]?, score: 1.0 })
         })
         .collect();
+    // A single ray has no intersection.
     if observations.len() < 2 {
         return None;
     }
     let position_m = intersect_rays(&observations)?;
+    // Frames of cameras may be labelled at slightly different times: the truth is the mean.
     let truths: Vec<DVec3> = views
         .iter()
         .map(|(camera, seen)| {
@@ -99,6 +101,7 @@ fn error_m(views: &[(&PlacedCamera, &SeenJoints)], joint: usize) -> Option<f32> 
         .filter(|truth| truth.is_finite())
         .collect();
     let truth_m = truths.iter().sum::<DVec3>() / truths.len() as f64;
+    // Without a label the mean is NaN.
     Some(position_m.distance(truth_m) as f32).filter(|error| error.is_finite())
 }
 

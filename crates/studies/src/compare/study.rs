@@ -85,6 +85,7 @@ fn train(
         networks::train_all(&args.out, &of_move_enet, all, (jobs, device), data.given_train())?;
     }
     for system in systems {
+        // One after the other: each uses all threads.
         if let Weights::Baseline(kind) = system.weights {
             for stages in all {
                 baselines::train((system.name, kind), &args.out, data, stages, device)?;
@@ -105,6 +106,7 @@ fn missing(
         let missing_file = match (system.weights, file_of(args, system)) {
             (Weights::File(kind), None) => Some(kind.how_to_get().to_owned()),
             (Weights::File(kind), Some(path)) => {
+                // Opened now: a wrong file should not end the study hours later.
                 ReadySystem::file(kind, path)?;
                 None
             }
@@ -114,6 +116,7 @@ fn missing(
             missing.push((system.name, reason));
         }
     }
+    // Some systems may be missing, but not all.
     if missing.len() == systems.len() {
         let reasons: Vec<String> =
             missing.iter().map(|(name, reason)| format!("{name}: {reason}")).collect();

@@ -86,6 +86,7 @@ pub(crate) fn run(
 ) -> Result<Trial> {
     let (system, seed) = (candidate.system, stages.finetune.seed);
     let path = out.join("systems").join(system.name).join(format!("seed-{seed}.json"));
+    // By digest: a file may be replaced under the same name.
     let weights = candidate.file.map(digest_of).transpose()?;
     let stored: Option<Trial> = read_result(&path)?;
     // Another file of weights is another system.
@@ -95,6 +96,7 @@ pub(crate) fn run(
     let experiment = experiment(system, stages);
     let ready = ready(out, data, candidate, stages)?;
     let frames = data.test_frames(out, stages, experiment)?;
+    // Frames are predicted on several threads.
     let (errors_m, seen) = (Mutex::new(Vec::new()), Mutex::new(Vec::new()));
     let evaluation = evaluate_frames_with(
         &frames,
@@ -103,12 +105,14 @@ pub(crate) fn run(
             let pose = predictor.predict(frame)?;
             let mut errors_m = errors_m.lock().unwrap_or_else(PoisonError::into_inner);
             errors_m.extend(errors_of(frame, &pose));
+            // Released first: no thread holds one lock while it waits for the other.
             drop(errors_m);
             let mut seen = seen.lock().unwrap_or_else(PoisonError::into_inner);
             seen.extend(SeenJoints::new(frame, pose.prediction.joints_px));
             Ok(pose.prediction)
         },
     )?;
+    // Depths of one camera, where the system has them; otherwise several cameras are needed.
     let of_one_camera = mean_mm(errors_m.into_inner().unwrap_or_else(PoisonError::into_inner));
     let mpjpe_mm = match of_one_camera {
         Some(mm) => Some(mm),
@@ -182,6 +186,7 @@ fn ready(
         (Weights::Baseline(_), Some(run), _) => ReadySystem::baseline(&run),
         (Weights::File(kind), _, Some(path)) => ReadySystem::file(kind, path),
         (Weights::MeanPose, ..) => {
+            // The mean pose is that of the recordings that networks are trained on.
             if data.given_train().is_none() {
                 evpose_cli::recorded::prepare(&stages.finetune, &data.train(out, seed))?;
             }
@@ -228,6 +233,7 @@ fn poses_per_s(ready: &ReadySystem, frames: &BodyFrames) -> Result<f64> {
             let start = Instant::now();
             predictor.predict(frame)?;
             seconds.push(start.elapsed().as_secs_f64());
+            // A slow system is timed on fewer poses.
             if begin.elapsed().as_secs_f64() > TIMED_S && seconds.len() > 1 {
                 break;
             }
@@ -241,7 +247,8 @@ fn poses_per_s(ready: &ReadySystem, frames: &BodyFrames) -> Result<f64> {
     rayon::ThreadPoolBuilder::new().num_threads(1).build()?.install(time)
 }
 
-fn digest_of(path: &Path) -> Result<String> {
+/// SHA-256 of a file.
+pub(crate) fn digest_of(path: &Path) -> Result<String> {
     let bytes = std::fs::read(path).with_context(|| format!("reading {}", path.display()))?;
     Ok(Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect())
 }

@@ -82,6 +82,7 @@ impl ImageNetwork for OpenPose {
         let input_px = self.model.input_px();
         let letterbox = Letterbox::new([image.width(), image.height()], input_px);
         let mut input = letterbox.input(image, input_px);
+        // As OpenPose scales its input.
         input.iter_mut().for_each(|grey| *grey = *grey / GREY_SCALE - 0.5);
         let outputs = self.model.run(&input)?;
         let of = |shape: MapShape| shape.planes(&outputs[shape.output]);

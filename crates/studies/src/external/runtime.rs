@@ -76,6 +76,7 @@ impl OnnxModel {
     /// The outputs for a grey image, row by row, the same in each channel.
     pub(crate) fn run(&self, grey: &[f32]) -> Result<Vec<Vec<f32>>, ExternalError> {
         let run = || -> TractResult<Vec<Vec<f32>>> {
+            // Some files compute in half precision.
             let input = self.input.tensor(grey)?.cast_to_dt(self.element)?.into_owned();
             let outputs = self.model.run(tvec![input.into()])?;
             let values = outputs.iter().map(|output| {
@@ -116,6 +117,7 @@ fn input_of(
     model: &InferenceModel,
     [open_width, open_height]: [usize; 2],
 ) -> Result<(InputShape, DatumType), String> {
+    // One image goes in: models of more are not known here.
     let inputs = model.input_outlets().map_err(|error| error.to_string())?;
     if inputs.len() != 1 {
         return Err(format!("{} tensors", inputs.len()));
@@ -123,6 +125,7 @@ fn input_of(
     let fact = model.input_fact(0).map_err(|error| error.to_string())?;
     let dims: Vec<Option<usize>> = fact.shape.dims().map(size_of).collect();
     let (height, width, is_channels_last) = match dims[..] {
+        // An open batch size is taken as 1.
         [None | Some(1), Some(CHANNELS), height, width] => (height, width, false),
         [None | Some(1), height, width, Some(CHANNELS)] => (height, width, true),
         _ => {

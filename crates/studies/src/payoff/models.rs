@@ -62,6 +62,7 @@ impl Models {
             return Err(problem.context(BadInput));
         }
         let camera = args.camera.as_deref().map(load).transpose()?;
+        // Training on the camera's own model is the most that a correction can reach.
         if let Some(sensor) = camera.clone().filter(|_| args.upper_bound) {
             trained.push(NamedModel { name: CAMERA, sensor });
         }

@@ -81,6 +81,7 @@ fn differences(row: &MetricRow) -> Result<String> {
     let mut values: Vec<f64> = row.difference_by_recording.iter().copied().flatten().collect();
     values.sort_by(f64::total_cmp);
     let last = values.len() as f64;
+    // The line at zero comes first, under all strokes.
     let mut series = vec![Series::line("", palette(4), vec![(0.5, 0.0), (last + 0.5, 0.0)])];
     series.extend((1..).map(f64::from).zip(values).map(|(x, value)| {
         let is_better = (value > 0.0) != row.metric.is_error;

@@ -82,6 +82,7 @@ pub fn run(args: &PayoffArgs) -> Result<()> {
     // An error now rather than after the simulation.
     args.device.open()?;
     let models = Models::load(args)?;
+    // Before hours are spent on the simulation.
     if let Some(data) = args.data.as_ref().filter(|data| !data.is_dir()) {
         let problem = anyhow!("{}: no directory of recordings", data.display());
         return Err(problem.context(BadInput));
@@ -105,6 +106,7 @@ pub fn run(args: &PayoffArgs) -> Result<()> {
         .iter()
         .map(|model| ModelScores { model: model.name, by_seed: Vec::new() })
         .collect();
+    // Seed after seed: an interrupted study has all networks of the first seeds.
     for &seed in &seeds {
         for (model, scores) in models.trained.iter().zip(&mut scores) {
             let study = Trial { args, task, experiment: base.with_seed(seed), seed };
@@ -176,6 +178,7 @@ fn recordings(
     directory: &StudyDirectory<'_>,
 ) -> Result<PathBuf> {
     match (&args.data, &models.camera) {
+        // Real recordings come first.
         (Some(data), _) => Ok(data.clone()),
         (None, Some(camera)) => {
             let held_out = directory.held_out();
@@ -207,6 +210,7 @@ impl Trial<'_> {
     ) -> Result<EvaluationScores> {
         let (name, seed) = (model.name, self.seed);
         let (data, network) = (directory.data(seed, name), directory.network(seed, name));
+        // The same experiment: only the sensor's model differs.
         let experiment = self.experiment.with_sensor(&model.sensor);
         say(format!("model {name}, seed {seed}: simulating"));
         say(format!("    {}", experiment.simulate(&data, name)?));
@@ -225,6 +229,7 @@ impl Trial<'_> {
         trained.with_context(|| format!("training in {}", network.display()))?;
         say(format!("    {:.0} s", began.elapsed().as_secs_f64()));
         say(format!("model {name}, seed {seed}: evaluating on {}", recordings.display()));
+        // Read back from its directory: a resumed study may find it trained already.
         let opened = self.task.open(&network, &self.args.device.device.resolve()?)?;
         opened.network()?.scores(recordings, self.args.stride_ms)
     }

@@ -37,6 +37,7 @@ impl Distribution {
         let [low, high] = array else { return Err(format!("`{name}` takes [low, high]")) };
         if name == "integer" {
             return match (low.as_integer(), high.as_integer()) {
+                // The span has to fit into 64 bits as well.
                 (Some(low), Some(high)) if low <= high && high.checked_sub(low).is_some() => {
                     Ok(Self::Integer(low, high))
                 }
@@ -52,6 +53,7 @@ impl Distribution {
         };
         match name {
             "uniform" => Ok(Self::Uniform(low, high)),
+            // A logarithm has no value at zero.
             "log_uniform" if low > 0.0 => Ok(Self::LogUniform(low, high)),
             "log_uniform" => Err("`log_uniform` takes positive values".to_owned()),
             _ => Err(format!("no such distribution; there are {}", Self::NAMES.join(", "))),

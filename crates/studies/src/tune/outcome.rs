@@ -71,6 +71,7 @@ impl SearchOutcome {
         values: impl Fn(u64) -> Vec<Option<Value>>,
     ) {
         let mut last: BTreeMap<u64, (usize, &RungResult)> = BTreeMap::new();
+        // The last rung that a trial has finished holds its result.
         for (rung, results) in rungs.iter().enumerate() {
             for (trial, result) in results {
                 if let Some(result) = result {
@@ -95,6 +96,7 @@ impl SearchOutcome {
             validations: result.validations.clone(),
         });
         let mut trials: Vec<TrialOutcome> = trials.collect();
+        // Later rungs first: scores after different numbers of steps cannot be compared.
         trials.sort_by(|one, other| {
             let by_score =
                 order(&(one.trial, one.score), &(other.trial, other.score), self.higher_is_better);
@@ -170,6 +172,7 @@ impl SearchOutcome {
         let done = self.trials.len();
         let mut lines = vec![format!("{done} of {} trials have results; the best:", self.count)];
         for (place, trial) in self.trials.iter().enumerate() {
+            // The config as it is stands in every list: it is what a search has to beat.
             if place < SHOWN || trial.trial == 0 {
                 let name = match trial.trial {
                     0 => "the config as it is".to_owned(),

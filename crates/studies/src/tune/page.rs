@@ -109,12 +109,14 @@ fn scatter(outcome: &SearchOutcome, parameter: &Parameter) -> Result<String> {
     let place = |trial: &TrialOutcome| -> Option<f64> {
         let value = trial.values.get(&parameter.field)?;
         match &parameter.distribution {
+            // Choices have no scale, so that their places serve.
             Distribution::Choose(values) => {
                 values.iter().position(|known| known == value).map(|index| index as f64)
             }
             _ => value.as_float().or(value.as_integer().map(|v| v as f64)),
         }
     };
+    // Trials without a score have no place.
     let point = |trial: &TrialOutcome| Some((place(trial)?, trial.score?));
     let dots = |label: String, colour, points: Vec<(f64, f64)>| Series {
         label,
@@ -137,6 +139,7 @@ fn scatter(outcome: &SearchOutcome, parameter: &Parameter) -> Result<String> {
         let point = trial.and_then(point);
         point.map(|point| dots(label.to_owned(), colour, vec![point]))
     };
+    // Last, so that they are drawn over the others.
     let base = outcome.trials.iter().find(|trial| trial.trial == 0);
     series.extend(alone("as it is", palette(1), base));
     series.extend(alone("best", palette(0), outcome.best()));

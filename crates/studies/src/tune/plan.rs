@@ -81,11 +81,13 @@ impl TrialPlan {
     ) -> Result<Self, PlanError> {
         let validations = length.steps.div_ceil(length.steps_per_validation);
         let fits = |rungs: u32| {
+            // The first rung has to reach a validation, the last one needs a trial.
             let factor = eta.checked_pow(rungs - 1);
             factor.is_some_and(|factor| {
                 factor <= trials && length.steps / factor >= length.steps_per_validation
             })
         };
+        // More than 20 rungs would need at least 2^20 trials.
         let allowed = (1..=20).take_while(|&rungs| fits(rungs)).last().unwrap_or(1);
         if allowed < 2 {
             return Err(PlanError::OneRung { eta, trials, validations });
@@ -102,6 +104,7 @@ impl TrialPlan {
         }
         let rung = |index: u32| {
             let steps = length.steps / eta.pow(count - 1 - index);
+            // To the end of an interval, since trainings pause at validations only.
             let intervals = steps.div_ceil(length.steps_per_validation);
             let is_last = index + 1 == count;
             Rung {

@@ -65,11 +65,13 @@ impl RungResult {
         for value in logged {
             for (interval, mean) in validation_means(&history, value.name) {
                 let values = validations.entry(interval).or_default();
+                // A validation that diverged keeps its interval, without values.
                 if mean.is_finite() {
                     values.insert(value.name.to_owned(), mean);
                 }
             }
         }
+        // The last interval may be cut short.
         let at =
             |interval: usize| (interval as u64 * length.steps_per_validation).min(length.steps);
         let validations = validations

@@ -127,6 +127,7 @@ struct Search<'a> {
 impl Search<'_> {
     fn run(&mut self) -> Result<()> {
         for rung in 0..self.plan.rungs().len() {
+            // Results of other shards are missing: a later start goes on.
             let Some(trials) = self.entrants(rung)? else { return self.end() };
             let ours: Vec<u64> =
                 trials.iter().copied().filter(|&trial| self.shard.owns(trial)).collect();
@@ -134,6 +135,7 @@ impl Search<'_> {
                 if self.directory.result(trial, rung)?.is_none() {
                     let place = format!("rung {}, {} of {}", rung + 1, index + 1, ours.len());
                     self.train(trial, rung, &place)?;
+                    // After every trial, so that an interrupted search has its results.
                     self.write()?;
                 }
             }
@@ -173,9 +175,11 @@ impl Search<'_> {
         let trained = experiment.train(self.data, &run, &options);
         progress.finish_and_clear();
         let status = match trained {
+            // Only a training that came to its end has chosen its best network.
             Ok(()) if run.join(BEST).exists() => TrialStatus::Trained,
             Ok(()) => TrialStatus::Paused,
             Err(error) => match error.downcast_ref::<TrainError>() {
+                // Divergence is a result, every other error ends the search.
                 Some(TrainError::Diverged { .. }) => TrialStatus::Diverged,
                 _ => return Err(error).with_context(|| format!("trial {trial}")),
             },
@@ -197,6 +201,7 @@ impl Search<'_> {
             }
             _ => result.status.name().to_owned(),
         };
+        // This process trains its shard alone.
         let share =
             self.shard.sequences_of(self.args.trials).count() as f64 / self.args.trials as f64;
         let total = share * self.plan.total_steps() as f64;

@@ -107,6 +107,7 @@ impl SearchSpace {
             message: error.to_string(),
         };
         let values: toml::Table = toml::from_str(text).map_err(syntax)?;
+        // Parsed twice: the tree with places holds no typed values.
         let lines = DeTable::parse(text).map_err(syntax)?;
         let mut space =
             Self { path: path.to_owned(), text: text.to_owned(), parameters: Vec::new() };
@@ -114,6 +115,7 @@ impl SearchSpace {
         if space.parameters.is_empty() {
             return Err(SpaceError::Empty { path: path.to_owned() });
         }
+        // In the order of the file; tables sort by name.
         space.parameters.sort_by_key(|parameter| parameter.line);
         Ok(space)
     }

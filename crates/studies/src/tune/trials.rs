@@ -75,6 +75,7 @@ impl<'a> TrialConfigs<'a> {
                     .to_owned(),
             );
         }
+        // A scale that is searched changes what the loss means.
         if args.rank == LOSS && SCALES.iter().any(|section| is_in(field, section)) {
             let values = self.base.logged_values();
             let others: Vec<&str> = values.iter().map(|v| v.name).filter(|n| *n != LOSS).collect();
@@ -83,6 +84,7 @@ impl<'a> TrialConfigs<'a> {
                 others.join(", ")
             ));
         }
+        // Ends of ranges are tried, so that no trial fails after hours.
         for value in parameter.distribution.extremes() {
             let overrides = vec![format!("{field}={}", inline(&value))];
             if let Err(error) = self.experiment(overrides) {

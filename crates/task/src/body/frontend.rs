@@ -16,6 +16,7 @@ use super::checkpoint::BodyCheckpoint;
 use super::config::BodyImageConfig;
 use super::predictor::BodyPredictor;
 use super::propagation::PropagationConfig;
+use super::recent_events::RecentEvents;
 use crate::TaskError;
 use evpose_camera::Calibration;
 
@@ -86,6 +87,7 @@ pub fn body_stream(
         min_joint_score: 0.0,
         presence: PresenceScore::new(1e-3 * f64::from(detection.memory_ms)),
         min_events: detection.min_events(canonical.size()),
+        recent: RecentEvents::new(canonical.size()),
         canonical,
         events: 0,
         follower,
@@ -113,6 +115,7 @@ pub struct BodyPose {
 pub struct BodyFrontend {
     canonical: CanonicalEvents,
     representation: Box<dyn Representation>,
+    recent: RecentEvents,
     /// Poses of a lower score are of nobody.
     min_score: f32,
     /// Joints of a lower score are not reported, beside those that the decoder leaves out.
@@ -144,7 +147,7 @@ impl BodyFrontend {
             return;
         }
         self.representation.advance(t);
-        let image = self.pending.add(self.canonical.size(), t);
+        let image = self.pending.add(self.canonical.size(), t, self.recent.extent());
         self.representation.render_u8(image.data_mut());
     }
 
@@ -205,6 +208,7 @@ impl StreamFrontend for BodyFrontend {
         let view_events = self.canonical.push(events);
         self.events += view_events.len() as u64;
         self.representation.push(view_events);
+        self.recent.push(view_events);
         if let Some(follower) = &mut self.follower {
             follower.push(events);
         }
@@ -274,6 +278,7 @@ impl StreamFrontend for BodyFrontend {
         self.events = 0;
         self.presence.reset();
         self.representation.reset();
+        self.recent.reset();
         if let Some(follower) = &mut self.follower {
             follower.reset();
         }
@@ -296,6 +301,6 @@ impl InferenceWorker for BodyWorker {
     type Output = Vec<Vec<BodyJoint>>;
 
     fn infer(&mut self, batch: &ImageBatch) -> Result<Vec<Vec<BodyJoint>>, StreamError> {
-        Ok(self.predictor.joints_of(&self.blur.apply(batch.images())))
+        Ok(self.predictor.joints_of(&self.blur.apply(batch.images()), batch.extents()))
     }
 }

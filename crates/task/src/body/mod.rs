@@ -11,6 +11,7 @@ mod inference;
 mod predictor;
 mod propagation;
 mod reader;
+mod recent_events;
 mod resample;
 mod spatial;
 
@@ -27,7 +28,7 @@ pub use config::{
 pub use detection::BodyDetectionConfig;
 pub(crate) use frontend::start_representation;
 pub use frontend::{BodyFrontend, BodyPose, BodyWorker, body_stream};
-pub use predictor::{BodyPredictor, BodyPredictorOptions, joints_in_pixels};
+pub use predictor::{BodyPredictor, BodyPredictorOptions};
 pub use propagation::PropagationConfig;
 pub use reader::RepresentationReader;
 pub use resample::{Interpolation, resize_grey, sample};

@@ -2,9 +2,11 @@
 
 use std::time::Instant;
 
-use evpose_core::{Plane, SensorSize};
+use evpose_core::Plane;
 use evpose_infer::{CalibrationRanges, EngineOptions, Precision};
-use evpose_pose::body::{BODY_JOINTS, BodyDecoder, BodyJoint, BodyPoints, MIRRORED};
+use evpose_pose::body::{
+    BODY_JOINTS, BodyDecoder, BodyJoint, BodyPoints, MIRRORED, score_of_joints,
+};
 use evpose_pose::metric::body::BodyPrediction;
 use glam::{DAffine2, DVec2, Vec2};
 
@@ -21,16 +23,21 @@ const CELL_PX: usize = 4;
 /// Distance, relative to the image, up to which two inferences found the same joint.
 const SAME_JOINT: f32 = 0.06;
 
+/// Side of a crop about the latest events, relative to that about the joints, up to which it is tried.
+const SMALLER: f64 = 0.6;
+
 /// Finds joints on images.
 ///
 /// # Model
 /// The network sees the whole image. With a second pass in the checkpoint's config it then sees a crop about the
 /// joints that it found, so that small people are as large to it as others; without any joint
-/// found, the first pass counts.
+/// found, the first pass counts. Where the latest events are in a much smaller rectangle, as of somebody who
+/// walks away from the trail that an EROS keeps, it also sees a crop about that one, and the pose of the higher
+/// score counts.
 ///
 /// # Source
 /// Crops about the person of the frame before are from MoveNet (Votel & Li, 2021). Here the crop
-/// follows from the same image, so that a pose depends on nothing before it.
+/// follows from the same image and the latest events, so that a pose depends on no earlier one.
 pub struct BodyPredictor {
     inference: BodyInference,
     decoder: BodyDecoder,
@@ -155,22 +162,28 @@ impl BodyPredictor {
     /// takes seconds.
     pub fn warm_up(&mut self, batch: usize) {
         let image = Plane::filled(1, 1, 0);
-        self.joints_of(&vec![&image; batch.max(1)]);
+        self.joints_of(&vec![&image; batch.max(1)], &[]);
     }
 
     /// The joints of the person on an image.
     pub fn joints(&mut self, image: &Plane<u8>) -> Vec<BodyJoint> {
-        self.joints_of(&[image]).pop().unwrap_or_default()
+        self.joints_of(&[image], &[]).pop().unwrap_or_default()
     }
 
-    /// The joints of the person on each of several images, which a GPU infers together.
-    pub fn joints_of(&mut self, images: &[&Plane<u8>]) -> Vec<Vec<BodyJoint>> {
+    /// The joints of the person on each of several images, which a GPU infers together. `extents` are the corners
+    /// of the rectangle of the latest events of each image, relative to it, where they are known.
+    pub fn joints_of(
+        &mut self,
+        images: &[&Plane<u8>],
+        extents: &[Option<[Vec2; 2]>],
+    ) -> Vec<Vec<BodyJoint>> {
         self.fill_inputs(images);
         let mut joints = self.infer();
         let mut crops = vec![None; images.len()];
         if let Some(second) = self.second_pass {
             crops = joints.iter().map(|joints| crop_about(joints, second)).collect();
             self.infer_crops(images, &crops, &mut joints);
+            self.infer_recent(images, extents, second, (&mut crops, &mut joints));
         }
         if self.mirror_average {
             // The inputs of the last pass, turned over.
@@ -222,6 +235,41 @@ impl BodyPredictor {
         }
     }
 
+    /// Infers crops about the latest events where these are much smaller than those inferred, and takes them
+    /// where their pose has the higher score.
+    fn infer_recent(
+        &mut self,
+        images: &[&Plane<u8>],
+        extents: &[Option<[Vec2; 2]>],
+        second: SecondPass,
+        (crops, joints): (&mut [Option<DAffine2>], &mut [Vec<BodyJoint>]),
+    ) {
+        let side = |crop: &DAffine2| crop.matrix2.x_axis.x;
+        let mut recent = vec![None; images.len()];
+        for (index, (recent, corners)) in recent.iter_mut().zip(extents).enumerate() {
+            // Without joints there is nobody, as small as the events may be.
+            let is_somebody = joints[index].iter().any(|joint| joint.position.is_some());
+            let widest = SMALLER * crops[index].as_ref().map_or(1.0, side);
+            let crop = corners.and_then(|corners| crop_around(corners, second));
+            *recent = crop.filter(|crop| is_somebody && side(crop) <= widest);
+        }
+        if recent.iter().all(Option::is_none) {
+            return;
+        }
+        let mut found = joints.to_vec();
+        self.infer_crops(images, &recent, &mut found);
+        for (index, (recent, found)) in recent.into_iter().zip(found).enumerate() {
+            let Some(recent) = recent else { continue };
+            if score_of_joints(&found) > score_of_joints(&joints[index]) {
+                (crops[index], joints[index]) = (Some(recent), found);
+            } else {
+                // The input as it was, for the mirror image.
+                let crop = crops[index].unwrap_or(DAffine2::IDENTITY);
+                self.fill_input(index, images[index], crop);
+            }
+        }
+    }
+
     /// The joints in each of the network's inputs.
     fn infer(&mut self) -> Vec<Vec<BodyJoint>> {
         let shape = [CHANNELS, self.side_px, self.side_px];
@@ -252,6 +300,11 @@ fn crop_about(joints: &[BodyJoint], second: SecondPass) -> Option<DAffine2> {
     let found = joints.iter().filter_map(|joint| joint.position);
     let (low, high) =
         found.map(|at| (at, at)).reduce(|(low, high), (at, _)| (low.min(at), high.max(at)))?;
+    crop_around([low, high], second)
+}
+
+/// The same about a rectangle.
+fn crop_around([low, high]: [Vec2; 2], second: SecondPass) -> Option<DAffine2> {
     let side = ((high - low).max_element() * second.side).max(second.min_side);
     if side >= 1.0 {
         return None;
@@ -289,10 +342,6 @@ fn average(joints: &mut [BodyJoint], others: &[BodyJoint]) {
 }
 
 /// Joints relative to an image, on it.
-pub fn joints_in_pixels(joints: &[BodyJoint], sensor: SensorSize) -> BodyPoints {
-    in_pixels(joints, Vec2::new(f32::from(sensor.width), f32::from(sensor.height)))
-}
-
 fn in_pixels(joints: &[BodyJoint], size_px: Vec2) -> BodyPoints {
     let mut points = [None; BODY_JOINTS];
     for (point, joint) in points.iter_mut().zip(joints) {
@@ -303,7 +352,10 @@ fn in_pixels(joints: &[BodyJoint], size_px: Vec2) -> BodyPoints {
 
 #[cfg(test)]
 mod tests {
+    use burn::tensor::Device;
+
     use super::*;
+    use crate::body::BodyConfig;
 
     #[test]
     fn joints_of_the_mirror_image_come_back() {
@@ -327,6 +379,36 @@ mod tests {
         average(&mut apart, &others);
         assert_eq!(apart[0].position, Some(Vec2::splat(0.5)));
         assert_eq!(apart[1].position, Some(Vec2::splat(0.1)));
+    }
+
+    #[test]
+    fn images_that_are_inferred_together_have_the_joints_of_each_alone() {
+        let mut config = BodyConfig::default();
+        (config.image.side_px, config.network.width) = (32, 0.25);
+        config.decoding.second_pass = Some(SecondPass { side: 1.2, min_side: 0.1 });
+        (config.decoding.mirror_average, config.decoding.confidence) = (true, 0.0);
+        let network = config.network.init(3, &Device::flex()).expect("a network");
+        let checkpoint = BodyCheckpoint { config, network, mean_pose: None, data: None };
+        let options = BodyPredictorOptions::default();
+        let mut predictor = BodyPredictor::new(&checkpoint, options, None).expect("compiles");
+        let images: Vec<Plane<u8>> = (1..5_u8)
+            .map(|k| {
+                let grey = |i: usize| (i * usize::from(k) * 37 % 251) as u8;
+                Plane::from_vec(48, 36, (0..48 * 36).map(grey).collect()).expect("a plane")
+            })
+            .collect();
+        let images: Vec<&Plane<u8>> = images.iter().collect();
+        let small = |x: f32| Some([Vec2::new(x, 0.2), Vec2::new(x + 0.1, 0.3)]);
+        let extents = [small(0.1), None, small(0.5), Some([Vec2::ZERO, Vec2::ONE])];
+        let together = predictor.joints_of(&images, &extents);
+        let alone: Vec<_> = (0..4)
+            .map(|k| predictor.joints_of(&images[k..=k], &extents[k..=k]).remove(0))
+            .collect();
+        assert_eq!(alone, together);
+        let without = predictor.joints_of(&images, &[]);
+        assert_eq!((&without[1], &without[3]), (&together[1], &together[3]));
+        let differs = [0, 2].map(|k| without[k] != together[k]);
+        assert!(differs.contains(&true) && score_of_joints(&together[0]) > 0.0, "{differs:?}");
     }
 
     fn detected(places: &[[f32; 2]]) -> Vec<BodyJoint> {

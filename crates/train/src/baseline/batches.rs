@@ -151,6 +151,7 @@ impl BatchSource for BaselineBatches {
     fn item(&self, host: HostBatch, device: &Device) -> BaselineItem {
         let [width, height] = self.input.size_px();
         let count = host.0.len();
+        // One after the other, so that each tensor of a batch is one copy to the device.
         let (mut images, mut joints_px) = (Vec::new(), Vec::with_capacity(count));
         let (mut first, mut second) = (Vec::new(), Vec::new());
         for sample in host.0 {
@@ -170,6 +171,7 @@ impl BatchSource for BaselineBatches {
         let profiles = |values: Vec<f32>, length: usize| {
             Tensor::from_data(TensorData::new(values, [count, BODY_JOINTS, length]), device)
         };
+        // A heatmap is the product of two profiles, which are far smaller to copy.
         let targets = match self.kind {
             Kind::Heatmaps { .. } => BaselineTargets::Heatmaps(HeatmapTargets {
                 rows: profiles(first, height),

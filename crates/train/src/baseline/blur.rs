@@ -13,6 +13,7 @@ const REACH_SIGMAS: f32 = 4.0;
 /// # Source
 /// Calabrese et al.: *DHP19*, CVPRW 2019, and its published notebook on heatmaps.
 pub(super) fn profile(cell: usize, length: usize, sigma_px: f32) -> Vec<f32> {
+    // An odd width, rounded as OpenCV does.
     let width = (2.0 * REACH_SIGMAS * sigma_px + 1.0).round_ties_even() as i64 | 1;
     let reach = width / 2;
     let weight = |offset: i64| {

@@ -25,6 +25,7 @@ impl TrainingLoss<BaselineNetwork> for BaselineLoss {
     type Batch = BaselineItem;
 
     fn measure(&self, network: &BaselineNetwork, item: BaselineItem) -> (Tensor<1>, BatchValues) {
+        // The size of the images, since joints are compared in pixels.
         let [samples, _, height, width] = item.images.dims();
         let size_px = Vec2::new(width as f32, height as f32);
         let (loss, joints_px) = match (network, &item.targets) {
@@ -35,6 +36,7 @@ impl TrainingLoss<BaselineNetwork> for BaselineLoss {
             }
             (BaselineNetwork::LiftMono(network), BaselineTargets::Marginals(targets)) => {
                 let stages = network.forward(item.images);
+                // The last stage is the answer; the others only help it to learn.
                 let positions = stages.last().map(|maps| maps.positions());
                 let joints_px = positions.map_or_else(Vec::new, |at| positions_px(at, size_px));
                 (marginal_loss(&stages, targets, self.sigma_cells).total, joints_px)

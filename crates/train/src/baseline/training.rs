@@ -16,7 +16,7 @@ use evpose_task::schedule::EarlyStop;
 use super::batches::BaselineBatches;
 use super::loss::{BASELINE_VALUES, BaselineLoss};
 use crate::TrainError;
-use crate::body::{BodyFrames, digest_of};
+use crate::body::BodyFrames;
 use crate::metric::LoggedValue;
 use crate::training::{
     TrainOptions, TrainSummary, TrainingData, TrainingSpan, TrainingTask, adam, check_shape, train,
@@ -72,7 +72,7 @@ pub fn train_baseline(
         torso_m,
         depths_m,
         mean_pose: frames.mean_pose(),
-        data: digest_of(&frames),
+        data: frames.digest(),
     };
     let [learnt, valid] = frames.split_for_training(config.data.validation_share)?.map(Arc::new);
     let data = TrainingData {

@@ -104,6 +104,7 @@ impl BodyAccuracy {
     ) {
         let joints = self.correct.len();
         assert_eq!([detections.len(), truth.len()], [joints; 2], "as many joints everywhere");
+        // Without its measure, an error has no unit.
         let Some(measure) = config.measure.length(label) else {
             self.without_measure += 1;
             return;
@@ -111,6 +112,7 @@ impl BodyAccuracy {
         let max_error = config.threshold * measure;
         for (joint, (detection, truth)) in detections.iter().zip(truth).enumerate() {
             let Some(truth) = truth else { continue };
+            // A joint that was not detected is wrong.
             let is_correct = detection.position.is_some_and(|at| at.distance(truth) <= max_error);
             self.correct[joint] += u64::from(is_correct);
             self.labelled[joint] += 1;

@@ -40,6 +40,7 @@ pub(super) fn frames(
         .zip(sequences(&annotations))
         .map(frame)
         .collect::<Result<Vec<_>, TrainError>>()?;
+    // Evaluation takes runs of one sequence, in the order of time.
     frames.sort_by_key(|frame| (frame.sequence, frame.t));
     Ok(BodyFrames { frames })
 }

@@ -44,7 +44,9 @@ impl FoundScores {
         for (point, keypoint) in labelled.iter_mut().zip(&label.keypoints) {
             *point = keypoint.is_labelled().then(|| keypoint.position * size_px);
         }
+        // Distances are in torsos: images show people of any size.
         let torso_px = BodyTruth::by_torso(0.0, labelled).size_px;
+        // How many joints of this pose are right is the difference.
         let right_before = self.right.len();
         let mut scores = [0.0; BODY_JOINTS];
         for (score, joint) in scores.iter_mut().zip(joints) {
@@ -112,6 +114,7 @@ pub(super) fn calibrate_confidence(
     frames: &BodyFrames,
     samples: usize,
 ) -> Result<(), TrainError> {
+    // Every joint, since thresholds are chosen from the scores of wrong ones, too.
     let options =
         BodyPredictorOptions { confidence: Some(LOWEST as f32), ..BodyPredictorOptions::default() };
     let predictor = BodyPredictor::new(checkpoint, options, None)?;
@@ -121,6 +124,7 @@ pub(super) fn calibrate_confidence(
         .map_init(
             || predictor.another(),
             |predictor, k| {
+                // Spread over all images, which are sorted by sequence.
                 let frame = &frames.frames[k * frames.len() / count];
                 let size_px = Vec2::new(frame.image.width() as f32, frame.image.height() as f32);
                 let mut scores = FoundScores::default();

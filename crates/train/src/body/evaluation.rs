@@ -118,9 +118,11 @@ pub fn evaluate_body(
         let (mut predictions, mut smoothed, mut scored) = (Vec::new(), Vec::new(), Vec::new());
         for inferred in recording {
             let InferredPoses { t, poses, delay_s } = inferred?;
+            // As in training, whose images begin there.
             if t < first || t > track.end() {
                 continue;
             }
+            // Without a pose no joint is known, which counts as missed.
             let mut joints = [BodyPoints::default(); 2];
             if let Some((_, pose)) = poses.first() {
                 joints = [pose.detection.points, pose.joints_px];
@@ -208,9 +210,11 @@ pub fn evaluate_frames_with<P, E: From<PoseError> + Send>(
     start: impl Fn() -> P + Sync,
     predict: impl Fn(&mut P, &BodyFrame) -> Result<BodyPrediction, E> + Sync,
 ) -> Result<BodyEvaluation, E> {
+    // Frames are sorted, so that a run of one sequence is all of it.
     let sequences: Vec<&[BodyFrame]> =
         frames.frames.chunk_by(|a, b| a.sequence == b.sequence).collect();
     let one = |frames: &&[BodyFrame]| {
+        // A predictor may remember what it saw: not from one sequence to the next.
         let mut predictor = start();
         let truth: Vec<BodyTruth> = frames
             .iter()

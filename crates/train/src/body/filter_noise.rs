@@ -65,6 +65,7 @@ pub fn estimate_filter(
     let Some(score_exponent) = score_exponent(sequences) else { return Ok(None) };
     let all = sequences.iter().copied().flatten();
     let unfiltered = Errors::of(all.map(|pose| (pose, pose.pose.points)));
+    // In equal ratios, as what a filter does depends on the ratio to the motion.
     let candidate = |k: u32| {
         let share = f64::from(k) / f64::from(CUTOFFS - 1);
         let cutoff_hz = LOWEST_HZ * (HIGHEST_HZ / LOWEST_HZ).powf(share);
@@ -74,6 +75,7 @@ pub fn estimate_filter(
             let mut filter = BodyFilter::new(config)?;
             filtered.extend(sequence.iter().map(|pose| (pose, filter.update(pose.t, &pose.pose))));
         }
+        // The worst of all errors decides: none may grow for the sake of another.
         Ok((Errors::of(filtered.into_iter()).worst_over(&unfiltered), config))
     };
     let all =
@@ -98,6 +100,7 @@ pub(super) fn calibrate_filter(
     let poses: Vec<ScoredPose> =
         frames.par_iter().map_init(|| predictor.another(), ScoredPose::of).collect();
     let mut rest = &poses[..];
+    // Of one sequence, and in the order of time: a new recording starts the filter anew.
     let lengths = frames.chunk_by(|a, b| a.sequence == b.sequence && a.t < b.t).map(<[_]>::len);
     let sequences = lengths.map(|length| {
         let (sequence, after) = rest.split_at(length);
@@ -120,6 +123,7 @@ fn score_exponent(sequences: &[&[ScoredPose]]) -> Option<f64> {
         .flatten()
         .flat_map(|pose| pose.residuals(&pose.pose.points).into_iter().zip(pose.pose.scores))
         .filter_map(|(residual, score)| {
+            // An exact hit has no logarithm.
             let square = residual?.powi(2).max(MIN_SQUARE);
             Some([f64::from(score.max(MIN_SCORE)).ln(), square.ln()])
         })
@@ -130,6 +134,7 @@ fn score_exponent(sequences: &[&[ScoredPose]]) -> Option<f64> {
     let (both, square) = points.iter().fold((0.0, 0.0), |(both, square), point| {
         (both + (point[0] - x) * (point[1] - y), square + (point[0] - x).powi(2))
     });
+    // A single score has no slope.
     (square > 0.0).then(|| (-both / square).clamp(EXPONENTS[0], EXPONENTS[1]))
 }
 

@@ -9,6 +9,7 @@ use evpose_repr::ErosLikeWork;
 use evpose_sim::person::People;
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
+use sha2::{Digest as _, Sha256};
 
 use super::recordings::BodyRecordings;
 use crate::TrainError;
@@ -111,6 +112,7 @@ impl BodyFrames {
             let still = people.still(index)?;
             let sensor = size_of(&still.grey);
             let image = if edges {
+                // By number of the still: threads draw them in any order.
                 let seed = evpose_core::seed_for(config.seed, "eros-like", index);
                 let mut image = Plane::filled(0, 0, 0);
                 config.image.eros_like.convert_into(&still.grey, seed, work, &mut image);
@@ -124,6 +126,7 @@ impl BodyFrames {
         };
         let frames = (0..config.data.stills)
             .into_par_iter()
+            // Rayon makes working memory for a run of stills, not for each.
             .map_init(ErosLikeWork::default, frame)
             .collect::<Result<_, TrainError>>()?;
         Ok(Self { frames })
@@ -159,21 +162,42 @@ impl BodyFrames {
         (Self { frames: train }, Self { frames: valid })
     }
 
-    /// As [`Self::split`], for a training, which needs both parts.
+    /// As [`Self::split`], for a training.
     ///
     /// # Errors
-    /// If one of them is empty.
+    /// As [`Self::for_training`].
     pub(crate) fn split_for_training(self, share: f64) -> Result<[Self; 2], TrainError> {
-        let (train, valid) = self.split(share);
-        if train.is_empty() || valid.is_empty() {
+        Self::for_training(self.split(share).into())
+    }
+
+    /// Frames to train on and to validate with: a training needs both.
+    ///
+    /// # Errors
+    /// If there are none of one part.
+    pub(crate) fn for_training(parts: [Self; 2]) -> Result<[Self; 2], TrainError> {
+        if parts.iter().any(Self::is_empty) {
             let message = format!(
                 "{} images to train on and {} to validate with: more recordings are needed",
-                train.len(),
-                valid.len()
+                parts[0].len(),
+                parts[1].len()
             );
             return Err(TrainError::Field { field: "data.validation_share", message });
         }
-        Ok([train, valid])
+        Ok(parts)
+    }
+
+    /// A digest of all images and labels.
+    pub fn digest(&self) -> String {
+        let mut hash = Sha256::new();
+        for frame in &self.frames {
+            hash.update(frame.image.data());
+            for keypoint in &frame.label.keypoints {
+                hash.update(keypoint.position.x.to_le_bytes());
+                hash.update(keypoint.position.y.to_le_bytes());
+            }
+        }
+        let bytes = hash.finalize();
+        bytes.iter().map(|byte| format!("{byte:02x}")).collect()
     }
 
     /// The mean position of every joint over all labels, relative to the image: what a network has

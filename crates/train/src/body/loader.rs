@@ -99,9 +99,11 @@ impl BatchSource for BodyBatches {
             .zip(batch.samples_mut())
             .enumerate()
             .map(|(k, (image, mut targets))| {
+                // A view depends on its position alone, so that threads make them in any order.
                 let (index, view) = self.view(passes, positions.start + k as u64);
                 let (first, others) = image.split_at_mut(pixels);
                 view.render(&self.data.frames[index].image, self.side_px, first);
+                // The network takes colours; grey is the same in each.
                 others.chunks_mut(pixels).for_each(|channel| channel.copy_from_slice(first));
                 self.grid.write(view.label(), &mut targets);
                 view.label().clone()

@@ -42,5 +42,4 @@ pub use propagation::{PropagatedPose, PropagationResults, evaluate_propagation, 
 pub use recordings::{BodyRecordings, PoseTrack};
 pub use spatial::{CalibratedScene, calibrated_scenes, evaluate_spatial};
 pub use targets::{BodyGrid, BodyTargetSlices};
-pub(crate) use training::digest_of;
-pub use training::{first_network, train_body};
+pub use training::{first_network, train_body, train_body_validated_on};

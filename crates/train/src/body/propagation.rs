@@ -153,6 +153,7 @@ fn score_recording(
     let first = Micros(1_000 * i64::from(checkpoint.config.data.first_ms));
     let end = Micros::from_seconds(truth.last().map_or(0.0, |last| last.t_s));
     let poses = propagated_poses(&mut recording, config, (first, end))?;
+    // At the rate of the output, as often as poses are propagated.
     let protocol = BodyProtocol { rate_hz: config.output_hz, ..BodyProtocol::default() };
     let sequence = |joints: fn(&PropagatedPose) -> BodyPoints| {
         let predictions: Vec<BodyPrediction> = poses
@@ -162,6 +163,7 @@ fn score_recording(
         BodySequence::evaluate(&truth, &predictions, &protocol)
     };
     Ok([
+        // Over joints that both have, too: leaving joints out must not look like accuracy.
         sequence(|pose| pose.last_detection)?,
         sequence(|pose| pose.propagated)?,
         sequence(|pose| on_common_joints(&pose.last_detection, &pose.propagated))?,

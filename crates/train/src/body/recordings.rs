@@ -37,9 +37,11 @@ impl BodyRecordings {
         for entry in std::fs::read_dir(directory).map_err(failed)? {
             names.extend(entry.map_err(failed)?.file_name().into_string());
         }
+        // Sequences are numbered in this order.
         names.sort();
         let mut files = Vec::new();
         for stem in names.iter().filter_map(|name| name.strip_suffix(POSES)) {
+            // With a further dot, as in `0000.poses.csv`, it is another file than the recording.
             let is_events = |name: &&String| {
                 let ending = name.strip_prefix(stem).and_then(|rest| rest.strip_prefix('.'));
                 ending.is_some_and(|ending| {
@@ -140,11 +142,13 @@ fn frames_of(
         LabelTime::Now => 0,
         LabelTime::MeanOf(events) => events,
     };
+    // No more times than are counted, however long the recording.
     let mut recent = RecentTimes { most: counted, times: VecDeque::new() };
     let mut frames = Vec::new();
     let (mut t, step) = sample_times(config);
     while t <= track.end() {
         let image = reader.at(t, |events| recent.push(events))?;
+        // Images of a fixed count of events are labelled at the mean of their times.
         let labelled_at = recent.mean().unwrap_or(t);
         if let Some(joints_px) = track.at(labelled_at) {
             let label = label_of(&reader.image_points(&joints_px), reader.image_size());

@@ -64,11 +64,13 @@ pub fn evaluate_spatial(
         };
         let recordings =
             scene.recordings.iter().map(open).collect::<Result<Vec<_>, TrainError>>()?;
+        // Each table has the same positions in the world.
         let track = PoseTrack(PoseTable::read(&scene.recordings[0].1)?);
         let first = Micros(1_000 * i64::from(checkpoint.config.data.first_ms));
         let mut errors = [SpatialErrors::default(), SpatialErrors::default()];
         for pose in SpatialRecordings::new(recordings, *config, every)? {
             let pose = pose?;
+            // Tables without positions in the world have no truth.
             let joints_m = track.at_m(pose.t).filter(|m| pose.t >= first && m[0].is_finite());
             let Some(joints_m) = joints_m else { continue };
             let truth: WorldJoints = joints_m.map(|at_m| at_m.is_finite().then(|| at_m.as_dvec3()));

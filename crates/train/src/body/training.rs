@@ -11,7 +11,6 @@ use evpose_nn::{BodyLoss, MoveEnet};
 use evpose_pose::body::BodyPoints;
 use evpose_task::body::{BodyCheckpoint, BodyConfig};
 use evpose_task::schedule::EarlyStop;
-use sha2::{Digest, Sha256};
 
 use super::confidence::calibrate_confidence;
 use super::filter_noise::calibrate_filter;
@@ -37,9 +36,10 @@ pub fn first_network(config: &BodyConfig, device: &Device) -> Result<MoveEnet, T
     Ok(start.network)
 }
 
-/// Trains the network of `config` on `frames`. Writes to the directory `run`: `config.toml`,
-/// `metrics.jsonl`, `loading.jsonl`, `checkpoint/`, and the networks `best.bpk` and `last.bpk`. With
-/// `training.calibrate_confidence`, the best one holds thresholds and a filter of its own.
+/// Trains the network of `config` on `frames`, of which it holds back some sequences for validation. Writes to
+/// the directory `run`: `config.toml`, `metrics.jsonl`, `loading.jsonl`, `checkpoint/`, and the networks
+/// `best.bpk` and `last.bpk`. With `training.calibrate_confidence`, the best one holds thresholds and a filter of
+/// its own.
 ///
 /// # Errors
 /// If the directory cannot be used, if it holds another run, or if the loss stops being finite;
@@ -50,37 +50,51 @@ pub fn train_body(
     run: &Path,
     options: &TrainOptions,
 ) -> Result<TrainSummary<BodyCheckpoint>, TrainError> {
+    let task = BodyTask { config, mean_pose: frames.mean_pose(), data: frames.digest() };
+    train_task(&task, frames.split_for_training(config.data.validation_share)?, run, options)
+}
+
+/// As [`train_body`] on `frames` alone, validated on `others`: learning curves of people that nothing is
+/// trained on. Who evaluates on them takes the last network, since the best one is chosen by them.
+///
+/// # Errors
+/// As [`train_body`].
+pub fn train_body_validated_on(
+    others: BodyFrames,
+    config: &BodyConfig,
+    frames: BodyFrames,
+    run: &Path,
+    options: &TrainOptions,
+) -> Result<TrainSummary<BodyCheckpoint>, TrainError> {
+    let task = BodyTask { config, mean_pose: frames.mean_pose(), data: frames.digest() };
+    train_task(&task, BodyFrames::for_training([frames, others])?, run, options)
+}
+
+fn train_task(
+    task: &BodyTask<'_>,
+    frames: [BodyFrames; 2],
+    run: &Path,
+    options: &TrainOptions,
+) -> Result<TrainSummary<BodyCheckpoint>, TrainError> {
+    let config = task.config;
     let training = &config.training;
     let span = TrainingSpan::from(training);
-    let task = BodyTask { config, mean_pose: frames.mean_pose(), data: digest_of(&frames) };
-    let [learnt, valid] = frames.split_for_training(config.data.validation_share)?.map(Arc::new);
+    let [learnt, valid] = frames.map(Arc::new);
     let data = TrainingData {
         train: BodyBatches::new(learnt, config),
         valid: BodyBatches::new(Arc::clone(&valid), config),
+        // Validation may ask for more than there is.
         validation_samples: training.validation_samples.min(valid.len() as u64),
     };
-    let mut summary = train(&task, config, span, data, run, options)?;
+    let mut summary = train(task, config, span, data, run, options)?;
     if training.calibrate_confidence && !summary.is_paused {
+        // Of the best network, which is known only now.
         let samples = training.validation_samples as usize;
         calibrate_confidence(&mut summary.best, &valid, samples)?;
         calibrate_filter(&mut summary.best, &valid, samples)?;
         summary.best.save(&summary.path)?;
     }
     Ok(summary)
-}
-
-/// A digest of all images and labels.
-pub(crate) fn digest_of(frames: &BodyFrames) -> String {
-    let mut hash = Sha256::new();
-    for frame in &frames.frames {
-        hash.update(frame.image.data());
-        for keypoint in &frame.label.keypoints {
-            hash.update(keypoint.position.x.to_le_bytes());
-            hash.update(keypoint.position.y.to_le_bytes());
-        }
-    }
-    let bytes = hash.finalize();
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 struct BodyTask<'a> {

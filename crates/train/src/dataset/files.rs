@@ -52,6 +52,7 @@ pub(super) fn sequence_files(directory: &Path) -> Result<Vec<SequenceFiles>, Tra
     let files = |stem: String| -> Result<SequenceFiles, TrainError> {
         let labels = directory.join(format!("{stem}{LABELS}"));
         let mut recordings: Vec<&str> = evpose_io::recordings_by_stem(&names, &stem).collect();
+        // An .evc file wins over copies in other formats.
         if recordings.iter().any(|name| name.ends_with(EVC)) {
             recordings.retain(|name| name.ends_with(EVC));
         }

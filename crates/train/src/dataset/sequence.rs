@@ -95,9 +95,11 @@ impl HandSequence {
         let is_evc = files.events.extension().is_some_and(|ending| ending == "evc");
         // A published .evc file does not say how large its sensor is.
         let usual = is_evc.then(|| config.simulation.image_size());
+        // What is written beside the recording comes before what is usual.
         let known = info.as_ref().map(|info| info.sensor).or(usual);
         let events = RecordedEvents::open(&files.events, known)?;
         let sensor = events.sensor();
+        // The shorter of both: one of them may be cut.
         let frames = events.frames().unwrap_or(u64::MAX).min(labels.records());
         let mut info = info.unwrap_or_else(|| match is_evc {
             true => SequenceInfo::foreign(sensor, frames),
@@ -105,6 +107,7 @@ impl HandSequence {
         });
         let own = calibration(sensor)?;
         let adaptor = own.as_ref().map(|calibration| ViewAdaptor::new(calibration, view));
+        // From here on events are those of the view.
         if adaptor.is_some() {
             info.sensor = view.sensor;
         }

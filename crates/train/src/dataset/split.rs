@@ -38,10 +38,12 @@ impl HandDataset {
     /// # Errors
     /// If one of the parts would be empty.
     pub(crate) fn split(self, config: &HandConfig) -> Result<HandSplit, TrainError> {
+        // Labels are one a millisecond.
         let validation_ms = (config.training.validation_s * 1e3).round() as u64;
         let cut = |s: &HandSequence| validation_ms.min(s.frames);
         let first = u64::from(self.window_frames) - 1;
         let all = self.sequences.len();
+        // With a single sequence there is none to spare.
         let is_whole = config.training.estimate_filter && all > 1;
         let whole = if is_whole { (all / FILTER_SHARE).clamp(1, FILTER_SEQUENCES) } else { 0 };
         let part = |make: &dyn Fn(bool, &HandSequence) -> Range<u64>| {
@@ -54,6 +56,7 @@ impl HandDataset {
             valid: part(&|_, s| first.min(cut(s))..cut(s))?,
             filter: part(&|is_whole, s| {
                 let end = if is_whole { s.frames } else { cut(s) };
+                // Without whole sequences, the part for validation has to do.
                 if is_whole || whole == 0 { first.min(end)..end } else { 0..0 }
             })?,
         })

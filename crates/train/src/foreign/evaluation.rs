@@ -49,6 +49,7 @@ pub fn evaluate_foreign_hands(
         let frontend = &stream.stream().frontend;
         let mut scores: [SequenceScores; 3] = Default::default();
         for label in &recording.labels.rows {
+            // Labels have times of their own: the pose before or after, whichever is nearer.
             let next = poses.partition_point(|pose| pose.t < label.t);
             let around = poses[next.saturating_sub(1)..].iter().take(2);
             let nearest = around.min_by_key(|pose| (pose.t - label.t).0.abs());
@@ -98,6 +99,7 @@ pub fn foreign_hand_views(
     let size = (usize::from(sensor.height), usize::from(sensor.width));
     let mut stream = stream(config, recording, predictor)?;
     let Some([begin, _]) = stream.span()? else { return Ok(Vec::new()) };
+    // Before a whole window has passed there is no input.
     let first = begin + config.representation.window();
     let rows: Vec<&HandJointRow> =
         recording.labels.rows.iter().filter(|label| label.t >= first).collect();

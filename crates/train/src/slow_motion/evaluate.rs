@@ -74,11 +74,13 @@ pub fn evaluate_slow_motion(
     for sequence in data.sequences() {
         let poses = track(config, sequence, predictor, &mut usage, progress)?;
         usage.add(&poses);
+        // By its own time, and by when a live user knew of it.
         for (method, since) in methods.iter_mut().zip([
             (|pose: &HandEstimate| pose.t) as fn(&HandEstimate) -> Micros,
             |pose: &HandEstimate| pose.known,
         ]) {
             let mut track = HandPoseTrack::default();
+            // At the same frames as all other methods.
             let frames = (0..sequence.frames()).step_by(stride_ms.max(1) as usize);
             for frame in frames.filter(|&frame| is_scored(config, sequence, frame)) {
                 if let Some(pose) = newest(&poses, frame, since) {

@@ -23,6 +23,7 @@ pub(super) fn case(
         .collect();
     let truth = json!({
         "generator": generator, "scene": "bars", "effects": effects,
+        // The nominal spread is known to the program, and no finding.
         "parameters": {"sigma_Cp": 0.02},
     });
     let finding = |name: &&str| NamedFinding {

@@ -37,6 +37,7 @@ pub(super) fn cases(dir: &Path) -> Result<Vec<PathBuf>> {
         "{}: no folder in it holds {EVENTS} and {SCENE}",
         dir.display()
     );
+    // By name, so that shards hold the same cases on every file system.
     cases.sort();
     Ok(cases)
 }
@@ -84,6 +85,7 @@ pub(super) fn run(args: &OutsideArgs, cases: &[PathBuf]) -> Result<()> {
 
 /// Runs one case. A process that ends without a verdict leaves its output in `report`.
 fn identify(args: &OutsideArgs, case: &Path, report: &Path) -> Result<Row> {
+    // A verdict of an earlier run must not pass for that of this one.
     if report.exists() {
         std::fs::remove_dir_all(report)
             .with_context(|| format!("removing {}", report.display()))?;
@@ -91,6 +93,7 @@ fn identify(args: &OutsideArgs, case: &Path, report: &Path) -> Result<Row> {
     std::fs::create_dir_all(report).with_context(|| format!("creating {}", report.display()))?;
     let output = report.join("output.txt");
     let file = File::create(&output).with_context(|| format!("creating {}", output.display()))?;
+    // Both streams go to one file, in the order in which they were written.
     let errors = file.try_clone().context("sharing the output file")?;
     let mut command = Command::new(std::env::current_exe().context("path of this program")?);
     command.args(["gap", "run", "--model", "ideal", "--measured"]).arg(case.join(EVENTS));
@@ -98,6 +101,7 @@ fn identify(args: &OutsideArgs, case: &Path, report: &Path) -> Result<Row> {
     if let Some(threads) = args.threads {
         command.arg("--threads").arg(threads.to_string());
     }
+    // From start to exit, as users wait for it.
     let begin = Instant::now();
     let status = command.stdin(Stdio::null()).stdout(file).stderr(errors).status();
     let seconds = begin.elapsed().as_secs_f64();
@@ -108,6 +112,7 @@ fn identify(args: &OutsideArgs, case: &Path, report: &Path) -> Result<Row> {
             let (before, after) = (verdict.gap_before.value, verdict.gap_after.value);
             (verdict.verdict, verdict.effects, before, after)
         }
+        // A crash is a row as well: leaving it out would flatter all rates.
         Err(error) => {
             say(format!("{}: {status}, {error}; see {}", id(case), output.display()));
             (FAILED.to_owned(), Vec::new(), None, None)

@@ -39,6 +39,7 @@ pub fn run(args: &OutsideArgs) -> Result<()> {
     std::fs::create_dir_all(&args.out)
         .with_context(|| format!("creating {}", args.out.display()))?;
     let Some(dir_of_cases) = &args.cases else {
+        // Without cases, stored results are scored again.
         let opened = read(&args.score).context(BadInput)?;
         let scores = score::score_cases(&opened, stored::names(&args.score, &args.out));
         tables::lines(&scores).iter().for_each(say);
@@ -47,6 +48,7 @@ pub fn run(args: &OutsideArgs) -> Result<()> {
     let cases = identify::cases(dir_of_cases).context(BadInput)?;
     let dirs: Vec<PathBuf> = if args.score.is_empty() {
         let (of, parts) = part::shard(&args.shard).context(BadInput)?;
+        // Interleaved, so that shards are alike even where names sort by generator.
         let of_shard = cases.iter().skip(of - 1).step_by(parts);
         let of_shard: Vec<PathBuf> =
             of_shard.take(args.limit.unwrap_or(usize::MAX)).cloned().collect();
@@ -119,9 +121,11 @@ fn merge(dirs: &[PathBuf], cases: &[PathBuf], is_partial: bool) -> Result<Vec<Ro
     for pair in rows.windows(2) {
         ensure!(pair[0].id != pair[1].id, "case {} is there twice", pair[0].id);
     }
+    // Rows of other cases would count for rates of these.
     if let Some(row) = rows.iter().find(|row| !known.contains(&row.id)) {
         anyhow::bail!("case {} is not among these cases", row.id);
     }
+    // Each known, none twice: the difference is what is missing.
     let open = known.len() - rows.len();
     ensure!(
         open == 0 || is_partial,

@@ -42,6 +42,7 @@ impl Opened {
         let scene = Description::read(&cases.join(&row.id).join("scene.json"))?;
         let path: PathBuf = truths.join(&row.id).join("truth.json");
         let truth = Truth::read(&path)?;
+        // An effect without an entry in the answer key would pass for one outside the catalogue.
         for effect in &truth.effects {
             ensure!(
                 names::entry(&effect.name).is_some(),
@@ -51,6 +52,7 @@ impl Opened {
             );
         }
         let nominal_spread = scene.nominal.and_then(|nominal| nominal.threshold_sigma);
+        // The spread of thresholds that the description states is known, not to be found.
         Ok(Self { row, truth, nominal_spread: nominal_spread.unwrap_or(0.0) })
     }
 

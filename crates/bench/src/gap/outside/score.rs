@@ -85,12 +85,14 @@ impl Group {
             precision: Rate::from_outcomes(
                 all().flat_map(|case| case.named().map(|finding| case.is_right(finding))),
             ),
+            // Names that only a convention makes right are left out.
             strict_precision: Rate::from_outcomes(all().flat_map(|case| {
                 let counted = case.named().filter(|f| case.is_hidden(f) || !case.is_convention(f));
                 counted.map(|finding| case.is_hidden(finding))
             })),
             exact_sets: Rate::from_outcomes(
                 all()
+                    // Where nothing can be seen, naming nothing is no achievement.
                     .filter(|case| !case.is_outside_catalogue() && case.visible().next().is_some())
                     .map(Opened::is_exact),
             ),
@@ -124,6 +126,7 @@ pub(super) fn score_cases(opened: &[Opened], folders: Vec<String>) -> OutsideSco
         };
         groups.push(of(title, &is_in));
     }
+    // Apart from the others, since not all that is hidden there has a name.
     groups.push(of("outside the catalogue", &Opened::is_outside_catalogue));
     groups.retain(|group| group.cases > 0);
     let of_strength = |strength: &str| {
@@ -132,6 +135,7 @@ pub(super) fn score_cases(opened: &[Opened], folders: Vec<String>) -> OutsideSco
         Rate::from_outcomes(effects.map(|(case, effect)| case.has(effect)))
     };
     let strengths = ["weak", "middle", "strong"].map(|s| (s.to_owned(), of_strength(s)));
+    // More than one commit: results were not made by one program.
     let mut commits: Vec<String> = opened.iter().map(|case| case.row.commit.clone()).collect();
     commits.sort();
     commits.dedup();
@@ -158,11 +162,13 @@ pub(super) fn score_cases(opened: &[Opened], folders: Vec<String>) -> OutsideSco
 fn headlines(opened: &[Opened], scores: &OutsideScores) -> Vec<Headline> {
     let all = &scores.groups[0];
     let of = |name, rate: &Rate| Headline::of_rate(name, rate);
+    // The first name alone: later ones depend on it.
     let first: Vec<(f64, bool)> =
         opened.iter().filter_map(|case| case.stated(false).into_iter().next()).collect();
     let closed = opened.iter().filter(|case| case.is_named() && !case.has_wrong_name());
     let closed = closed.filter_map(|case| excess_closed(case.row.gap_before?, case.row.gap_after?));
     let mut seconds: Vec<f64> =
+        // As on two cores, with perfect scaling: rows of other thread counts are compared with it.
         opened.iter().map(|c| c.row.seconds * c.row.threads as f64 / 2.0).collect();
     let unknown = |name, unit| {
         Headline::new(name, unit, None, 0)

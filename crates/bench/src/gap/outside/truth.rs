@@ -81,10 +81,12 @@ impl From<Written> for HiddenEffect {
     fn from(written: Written) -> Self {
         match written {
             Written::Brief(name, strength) => {
+                // Written as 1 to 3; what is beyond is taken for the nearest.
                 let strength = ["weak", "middle", "strong"][strength.clamp(1, 3) as usize - 1];
                 Self { name, strength: strength.to_owned(), is_visible: true }
             }
             Written::Full { name, strength, visible, parameters } => {
+                // Both thresholds scaled alike are one effect: other names are right for it.
                 let factor = |key| parameters.get(key).and_then(Value::as_f64);
                 let is_scaled = name == "thresholds"
                     && factor("factor_on")

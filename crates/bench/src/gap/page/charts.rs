@@ -54,11 +54,13 @@ pub(super) fn power(power: &[Power]) -> Result<Vec<String>, DrawingError> {
         };
         chart::svg(&chart, SMALL)
     };
+    // Sorted by effect, so that neighbours of one effect are all of it.
     power.chunk_by(|a, b| a.effect == b.effect).map(of_effect).collect()
 }
 
 /// Stated probabilities and shares.
 pub(super) fn reliability(bins: &[Bin]) -> Result<String, DrawingError> {
+    // On the diagonal, stated probabilities hold.
     let mut all = vec![series("", AIM, Mark::Line, vec![(0.0, 0.0), (1.0, 1.0)])];
     let x: Vec<f64> = bins.iter().map(|bin| bin.stated).collect();
     let rates: Vec<Rate> = bins.iter().map(|bin| bin.right).collect();
@@ -137,6 +139,7 @@ pub(super) fn times(opened: &[Opened]) -> Result<String, DrawingError> {
     let times =
         |seconds: &dyn Fn(&Opened) -> f64| -> Vec<f64> { opened.iter().map(seconds).collect() };
     let (all, naming) = (times(&|case| case.row.seconds()), times(&|case| case.row.name_s));
+    // At least 26 s, so that plots of fast runs can be compared.
     let most = all.iter().copied().fold(26.0, f64::max);
     let chart = Chart {
         title: String::new(),

@@ -139,6 +139,7 @@ fn misses(page: &mut HtmlPage, opened: &[Opened], scores: &Scores) {
     let row = |case: &Opened| {
         let scene = case.truth.scene.clone();
         let strength = case.truth.strength.map_or_else(String::new, |s| s.to_string());
+        // The three best: the column has no room for more.
         let tried = case.row.tried.first().map_or_else(String::new, |tried| {
             let first = tried.iter().take(3);
             first.map(|(name, left)| format!("{name} {left:.0}")).collect::<Vec<_>>().join(", ")
@@ -149,6 +150,7 @@ fn misses(page: &mut HtmlPage, opened: &[Opened], scores: &Scores) {
             escape(&case.answer_label())
         };
         let names = case.names().join(" + ");
+        // Not twice: most answers are nothing but the names.
         let named = if case.answer_label() == names { String::new() } else { escape(&names) };
         let gap = format!("{:.2} to {:.2}", case.row.gap_before, case.row.gap_after);
         let (title, hidden) = (escape(&case.title()), escape(&case.hidden()));

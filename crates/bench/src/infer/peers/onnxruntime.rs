@@ -36,6 +36,7 @@ impl OnnxRuntime {
         let session = Session::builder(environment(&path)?)?
             .with_optimization_level(GraphOptimizationLevel::All)
             .and_then(|builder| builder.with_intra_threads(job.threads))
+            // As programs of one stream set it: one inference at a time, on all threads.
             .and_then(|builder| builder.with_inter_threads(1))
             .and_then(|builder| builder.with_parallel_execution(false))
             .map_err(|error| anyhow!("setting ONNX Runtime up: {error}"))?
@@ -66,6 +67,7 @@ fn environment(path: &Path) -> Result<&'static Environment> {
         )
     };
     let environment = ort::init_from(path).with_context(advice)?.build()?;
+    // A second thread may have been faster; the first environment stays.
     Ok(ENVIRONMENT.get_or_init(|| environment))
 }
 

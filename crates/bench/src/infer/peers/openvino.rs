@@ -48,6 +48,7 @@ impl OpenVino {
         let mut core = Core::new()?;
         let threads = job.threads.to_string();
         let mut properties = vec![
+            // As latency is measured here: one inference at a time.
             (RwPropertyKey::HintPerformanceMode, "LATENCY"),
             (RwPropertyKey::InferenceNumThreads, threads.as_str()),
             (RwPropertyKey::NumStreams, "1"),
@@ -70,6 +71,7 @@ impl OpenVino {
             is_f32,
             outputs: model.get_output_size()?,
             request,
+            // Kept as long as the request that was made of them.
             _model: model,
             _core: core,
         })

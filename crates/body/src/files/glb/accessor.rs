@@ -26,10 +26,13 @@ pub(super) fn read(accessor: &Accessor<'_>, blob: &[u8]) -> Result<Array, FieldF
     let element = Element::parse(name).ok_or_else(|| ArrayError::Type(name.to_owned()))?;
     let components = accessor.dimensions().multiplicity();
     let view = accessor.view().ok_or(OUTSIDE)?;
+    // Bounds are checked part by part: any offset or length may be wrong.
     let part = blob.get(view.offset()..).and_then(|rest| rest.get(..view.length()));
     let part = part.and_then(|part| part.get(accessor.offset()..)).ok_or(OUTSIDE)?;
     let width = components * element.size();
+    // Attributes may be interleaved.
     let stride = view.stride().unwrap_or(width).max(1);
+    // Rows packed without gaps, as an array has them.
     let mut packed = Vec::new();
     for row in 0..accessor.count() {
         let start = row.checked_mul(stride).ok_or(OUTSIDE)?;

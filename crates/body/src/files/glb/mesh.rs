@@ -45,6 +45,7 @@ impl SkinnedMesh {
         names: &[String],
         faults: &Faults<'_>,
     ) -> Result<(), ModelFileError> {
+        // Primitives share one mesh: indices of the next begin here.
         let base = self.template_m.len();
         let array = |semantic: Semantic, field: &'static str| {
             let accessor = primitive.get(&semantic);
@@ -113,8 +114,10 @@ fn skin_weights(
     let rows = joints.values.as_chunks::<4>().0.iter().zip(weights.values.as_chunks::<4>().0);
     rows.enumerate()
         .map(|(vertex, (joints, weights))| {
+            // Several bones of a file can be one joint here.
             let mut shares = [0.0f32; HAND_SIZE];
             for (k, (&joint, &weight)) in joints.iter().zip(weights).enumerate() {
+                // Slots that are not used may name any joint.
                 if weight == 0.0 {
                     continue;
                 }
@@ -130,6 +133,7 @@ fn skin_weights(
                 shares[joint] += weight as f32;
             }
             let sum = shares.iter().sum::<f32>();
+            // Weights in bytes are rounded.
             if (sum - 1.0).abs() > 0.02 {
                 return Err(FieldFault::Sum { vertex, sum: sum.into() });
             }

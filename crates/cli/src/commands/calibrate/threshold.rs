@@ -41,6 +41,7 @@ pub(super) fn run(args: &ThresholdArgs) -> Result<()> {
     say(format!("by totals ON  {}", interval_text(found.by_totals_on, "ln")));
     say(format!("          OFF {}", interval_text(found.by_totals_off, "ln")));
     say(format!("          all {}", interval_text(found.by_totals, "ln")));
+    // Totals divide all change by all events: noise lowers them, and lost events raise them.
     let (steps, totals) = (found.by_steps_on.estimate, found.by_totals_on.estimate);
     if totals < 0.8 * steps {
         say(

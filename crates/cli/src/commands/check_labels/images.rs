@@ -30,6 +30,7 @@ impl ImageSizes {
     /// Width and height of a track's images, which are all of the size of the first.
     pub(super) fn image_size(&self, track: &LabelTrack) -> Result<Vec2> {
         let (annotations, folders) = match self {
+            // A size that is given holds for all, without a look at any image.
             Self::Given(size) => return Ok(*size),
             Self::Beside { annotations, folders } => (annotations, folders),
         };
@@ -37,6 +38,7 @@ impl ImageSizes {
             .frames
             .iter()
             .flat_map(|frame| folders.iter().map(move |folder| folder.join(&frame.name)));
+        // Images of a track have one size, so the first that is there will do.
         let Some(image) = images.into_iter().find(|image| image.is_file()) else {
             bail!(
                 "{}: the images of {} are neither in images/ nor in eros/ beside it, so that their size \

@@ -31,6 +31,7 @@ pub fn run(args: &CheckLabelsArgs) -> Result<ExitCode> {
         }
         sources.extend(labels);
     }
+    // All tracks first: which bones are outliers depends on those of the others.
     let mut tracks = Vec::new();
     for source in &sources {
         tracks.extend(source.tracks(args.image_size, args.transposed)?);

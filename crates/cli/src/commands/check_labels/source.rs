@@ -122,6 +122,7 @@ impl Source {
 fn annotated(path: &Path, image_size: Option<SensorSize>) -> Result<Vec<LabelTrack>> {
     let annotations = read_annotations(path)?;
     let mut tracks = tracks_of(&annotations, Vec2::ONE, |annotation| {
+        // Photographs have no order in time: each is a track, or motion would be checked.
         if annotation.t_s.is_some() { annotation.sequence() } else { &annotation.image }
     });
     let sizes = ImageSizes::beside(path, image_size);
@@ -129,6 +130,7 @@ fn annotated(path: &Path, image_size: Option<SensorSize>) -> Result<Vec<LabelTra
         let size = sizes.image_size(track)?;
         track.image_size = Some(size);
         for frame in &mut track.frames {
+            // Labels are shares of the image; the check is in pixels, since images are not square.
             frame.joints = frame.joints.map(|joint| joint.map(|at| at * size));
         }
     }

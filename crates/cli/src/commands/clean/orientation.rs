@@ -20,6 +20,7 @@ pub(super) fn find(
     reference: &Path,
 ) -> Result<Option<Symmetry>> {
     let wanted = open(reference)?.stream;
+    // The reference begins somewhere in the recording: both are cut to its first stretch.
     let Some(&origin) = wanted.t().first() else {
         bail!("{}: no events to compare with", reference.display());
     };
@@ -40,6 +41,7 @@ pub(super) fn find(
     let (score, as_it_is) = (found.score, found.as_it_is.unwrap_or(0.0));
     let scores = format!("likeness {score:.2}, as it is {as_it_is:.2}");
     if !found.is_clear {
+        // The transform is used for all that follows, so that a guess would do harm.
         say(format!("axes      nothing speaks clearly against them as they are ({scores})"));
         return Ok(None);
     }

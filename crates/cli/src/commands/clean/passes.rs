@@ -25,7 +25,9 @@ impl<'a> Passes<'a> {
     /// Reads the recording once, and decides whether it can be read in windows.
     pub(super) fn open(path: &'a Path, options: OpenOptions) -> Result<(Self, Account)> {
         let mut windows = Windows::open(path, &options)?;
+        // An inferred sensor is known only after the last event, too late for windows.
         if windows.sensor_origin() != SensorOrigin::Inferred && windows.start().is_some() {
+            // Read to the end once: only then is it known whether windows give every event.
             windows.end()?;
             let is_assumed = windows.sensor_origin() == SensorOrigin::Assumed;
             let is_too_small = is_assumed && windows.rejected().outside_sensor > 0;
@@ -49,6 +51,7 @@ impl<'a> Passes<'a> {
         match self {
             Self::Whole(recording) => {
                 progress.set_message(what.to_owned());
+                // A clone, since stages change the events and other passes read them again.
                 each(&mut recording.stream.clone())?;
             }
             Self::Windows(path, options) => {
@@ -64,6 +67,7 @@ impl<'a> Passes<'a> {
                     seen += events.len();
                     progress.set_message(format!("{what}: {seen} events"));
                     each(&mut events)?;
+                    // Over a silence of hours at once, instead of in windows without events.
                     next = Some(window.end.max(windows.next_after(window.end)));
                 }
             }

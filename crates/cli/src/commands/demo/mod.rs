@@ -139,6 +139,7 @@ pub fn run(args: &DemoArgs) -> Result<()> {
 /// The config with what fits into the time that is left.
 fn planned(config: &HandConfig, args: &DemoArgs, started: Instant) -> Result<HandConfig> {
     let speeds = Speeds::measure(config, args.device.device)?;
+    // Measuring took a part of the minutes, too.
     let budget_s = 60.0 * args.minutes - started.elapsed().as_secs_f64();
     let (planned, expected_s) = speeds.plan(config, budget_s, args.stride_ms);
     say(format!(
@@ -170,6 +171,7 @@ fn show_shipped(
     let started = Instant::now();
     shipped.introduce()?;
     let mut scenes = shipped.scenes(config);
+    // A glance at the network, not a measurement of it: few sequences keep the demo short.
     scenes.evaluation.sequences = scenes.evaluation.sequences.min(SHOWN_SEQUENCES);
     run_info::write(out, scenes.seed, Some(&scenes))?;
     let directory = out.join("data/held-out");
@@ -179,6 +181,7 @@ fn show_shipped(
     let data = HandDataset::open(&directory, &checkpoint.config)?;
     let mean = checkpoint.mean_pose.context("the checkpoint has no mean pose")?;
     let trained = checkpoint.predictor(device.clone())?;
+    // Its own config, not the demo's: the network knows only its own representation.
     let own = &checkpoint.config;
     let evaluation =
         held_out::evaluate_with_baselines(own, &data, trained, mean, device, args.stride_ms)?;

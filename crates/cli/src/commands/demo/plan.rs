@@ -94,11 +94,13 @@ impl Speeds {
         stride_ms: u32,
     ) -> (HandConfig, f64) {
         let [simulation_s, training_s, constant_s] = self.seconds(config, stride_ms);
+        // Constant parts do not shrink with data and steps: the rest is shared in proportion.
         let available_s = PLANNED_SHARE * budget_s - constant_s;
         let share = (available_s / (simulation_s + training_s)).clamp(0.0, 1.0);
         let mut planned = config.clone();
         if share < 1.0 {
             let sequences = share * config.simulation.sequences as f64;
+            // At least so many, even beyond the time: with fewer there is nothing to show.
             planned.simulation.sequences =
                 (sequences as usize).max(MIN_SEQUENCES).min(config.simulation.sequences);
             let steps = (share * config.training.steps as f64) as u64;

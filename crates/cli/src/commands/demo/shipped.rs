@@ -51,6 +51,7 @@ impl Shipped {
         device: &Device,
         stride_ms: u32,
     ) -> Result<Vec<MethodResults>> {
+        // The same motion at another resolution, since this network expects its own.
         let scenes = self.scenes(demo);
         recorded::record(&scenes.held_out(), directory, "held-out, shipped")?;
         let config = &self.checkpoint.config;

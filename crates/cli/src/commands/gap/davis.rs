@@ -29,6 +29,7 @@ pub(super) fn load(
         bail!("--seconds {seconds}: must be greater than 0");
     }
     let read = load_shots(measured, source.response.unwrap_or_default(), seconds)?;
+    // All planes are kept in memory, so that the product decides, not either factor.
     let pixels = read.shots.planes() as f64 * read.shots.size().pixels() as f64;
     if pixels > MAX_PIXELS {
         bail!(
@@ -42,6 +43,7 @@ pub(super) fn load(
     if read.recording.rejected.total() > 0 {
         problems.list.push(Problem::Lost(read.recording.rejected));
     }
+    // Clock and start are one in these files, so that of all problems only axes may be real.
     if !as_is {
         let reference = scene.events(&prepared(model, None).reference, 0)?;
         let all = Problems::find(&read.recording, scene.duration().as_seconds(), &reference).list;
@@ -49,6 +51,7 @@ pub(super) fn load(
     }
     let properties = read.recording.notes.iter().cloned();
     let mut notes: Vec<InputNote> = properties.map(InputNote::Property).collect();
+    // Nothing else is repaired here, since nothing else is searched for.
     let is_repaired = |problem: &Problem| matches!(problem, Problem::Orientation(_));
     notes.extend(problems.list.iter().map(|one| InputNote::of(one, is_repaired(one))));
     let lines = read.recording.provenance.iter().map(|line| format!("read      {line}"));

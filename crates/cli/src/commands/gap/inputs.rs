@@ -66,6 +66,7 @@ fn load_all(
     let mut duration_s = scene.duration_s;
     let is_part = scene.scene.duration().as_seconds() < PART * scene.duration_s;
     if source.is_rendered() || is_part {
+        // Events behind the rendered part have no light to be compared with.
         duration_s = scene.scene.duration().as_seconds();
         cut(&mut recording, &scene)?;
     }
@@ -74,6 +75,7 @@ fn load_all(
     let reference = prepared(model, scene.nominal.as_ref()).reference;
     let reference = scene.scene.events(&reference, 0)?;
     let problems = Problems::find(&recording, duration_s, &reference);
+    // What does not belong together is not repaired: the run ends below.
     let repaired = !as_is && !problems.is_uncorrectable();
     for problem in &problems.list {
         let is_repaired = matches!(
@@ -85,6 +87,7 @@ fn load_all(
     let lines = scene.provenance.iter().chain(&recording.provenance);
     let lines = lines.map(|line| format!("read      {line}"));
     lines.chain(notes.iter().map(InputNote::on_terminal)).for_each(say);
+    // After the notes, which say why.
     if problems.is_uncorrectable() {
         return Err(GapError::Recording(format!(
             "{} and {} do not belong together",
@@ -126,6 +129,7 @@ const SPARE: f64 = 1.1;
 /// the whole sequence has stamps in another unit: that is for the search for problems to say.
 fn cut(recording: &mut LoadedRecording, scene: &LoadedScene) -> Result<(), GapError> {
     let window = TimeWindow { start: Micros(0), end: scene.scene.duration() + Micros(1) };
+    // Cutting it would hide that its stamps are in another unit.
     let last_s = recording.events.t().last().map_or(0.0, |t| t.as_seconds());
     if last_s > SPARE * scene.duration_s {
         return Ok(());

@@ -54,6 +54,7 @@ fn compared(args: &InputArgs) -> Result<Written> {
     let result = splits.identify(&prepared.model.config, &prepared.left_out, &progress)?;
     clock.lap("naming");
     let mut outcome = outcome(&prepared, &splits, &result, &progress)?;
+    // Before anything is written: nuisance parameters take effects out of the verdict.
     if let Some(nuisance) = inputs::nuisance(args) {
         nuisance.restrict(&mut outcome.report.verdict);
     }
@@ -71,6 +72,7 @@ fn compared(args: &InputArgs) -> Result<Written> {
 /// A recording without a scene.
 fn alone(args: &InputArgs) -> Result<Written> {
     let mut clock = Clock::start();
+    // Options that only a scene gives a meaning are refused, not ignored.
     let of_a_scene = [
         ("--validate", args.validate.is_some()),
         ("--poses", args.poses.is_some()),
@@ -88,6 +90,7 @@ fn alone(args: &InputArgs) -> Result<Written> {
     for note in &recording.notes {
         say(format!("note      {note}"));
     }
+    // A camera's tick is no effect to be found: the model gets it first.
     let model = with_stamp_period(&model, recording.tick);
     clock.lap("inputs");
     let mut verdict = scene_free_verdict(&recording.events, &model, args.quick, args.seed);
@@ -119,6 +122,7 @@ fn write(args: &RunArgs, written: &Written) -> Result<()> {
     files::write_json(dir, files::VERDICT, &written.report.verdict)?;
     let inputs = &args.inputs;
     let is_alone = inputs.scene == Path::new(NONE);
+    // Absolute paths: `verify` is run from anywhere.
     let path = |path: &Option<std::path::PathBuf>| path.as_deref().map(whole).transpose();
     let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
     let info = RunInfo {
@@ -164,6 +168,7 @@ fn provenance(info: &RunInfo) -> Vec<Fact> {
         Fact::new("command", &info.command),
     ];
     if let Some(recording) = &info.validate {
+        // Held-out data are a second recording, or a part of this one.
         facts.insert(2, Fact::new("held out", text(recording)));
     } else if let Some([from, to]) = info.held_s {
         facts.insert(2, Fact::new("held out", format!("{from:.3} s to {to:.3} s")));

@@ -80,6 +80,7 @@ impl SceneSource {
         let config = sequence.simulation.config();
         let (size, fps) = (config.image_size(), f64::from(config.step_hz));
         let (planes, whole, what) = match &self.poses {
+            // Poses are those of the real hand; a sequence of the config knows its own.
             Some(path) => {
                 let hands = Hands::read(path, sequence.rendered)?;
                 let planes = hands.light(&sequence.simulation, 0)?;
@@ -94,6 +95,7 @@ impl SceneSource {
         let mut notes = Vec::new();
         let last = scene.planes().len() as u64;
         let duration_s = whole as f64 / fps;
+        // The verdict says it: an effect may not show in a part of the motion.
         if last < whole {
             notes.push(format!(
                 "only the first {} s of {duration_s} s are rendered and compared (--seconds)",
@@ -130,11 +132,13 @@ impl SceneSource {
             return None;
         }
         let text = self.path.to_string_lossy().into_owned();
+        // A config may have many sequences: `config#3` is the fourth.
         let (name, index) = match text.rsplit_once('#') {
             Some((name, index)) => (name.to_owned(), index.parse().ok()?),
             None => (text, 0),
         };
         let path = Path::new(&name);
+        // A directory of `evpose simulate` holds the config that made it.
         let written = path.join("config.toml");
         if path.is_dir() {
             return written.is_file().then(|| (written.to_string_lossy().into_owned(), index));
@@ -143,6 +147,7 @@ impl SceneSource {
     }
 
     fn sequence(&self) -> Result<Option<Sequence>> {
+        // No config: a scene directory, unless nothing is there.
         let Some((name, index)) = self.config() else {
             if self.path == Path::new(NONE) {
                 bail!("--scene none goes with `evpose gap run` alone: steps need a scene");
@@ -209,10 +214,12 @@ impl Hands {
     /// The first poses, up to a change of the person.
     fn read(path: &Path, most: u64) -> Result<Self> {
         let reader = MetaReader::open(path)?;
+        // Without a second episode all poses are of one person.
         let info = SequenceInfo::beside(&path.with_extension(""))?;
         let of_one_person = info.as_ref().and_then(|info| info.episodes.get(1));
         let one = of_one_person.map_or(u64::MAX, |episode| episode.first_frame);
         let count = reader.records().min(most).min(one);
+        // Light between poses is interpolated, for which there have to be two.
         if count < 2 {
             return Err(anyhow!("{}: {count} poses, at least two are needed", path.display()));
         }

@@ -36,6 +36,7 @@ pub(super) fn probe(args: &InputArgs) -> Result<()> {
     let z = expected.deviations(held_out.layout, &held_out.measured);
     say(format!(
         "gap       {:.2}; 1 is a fresh run of the model",
+        // In units of chance, so that 1 is what a fresh run of the model has.
         evpose_gap::gap(held_out.layout, &z)
     ));
     for (block, distance) in by_block(held_out.layout, &z) {
@@ -43,6 +44,7 @@ pub(super) fn probe(args: &InputArgs) -> Result<()> {
     }
     say(format!("{:<54}{:>12}{:>12}{:>8}", "largest deviations", "measured", "expected", "z"));
     let mut order: Vec<usize> = (0..z.len()).collect();
+    // Largest first, whatever the sign.
     order.sort_by(|a, b| z[*b].abs().total_cmp(&z[*a].abs()));
     for i in order.into_iter().take(LISTED) {
         let entry = &held_out.layout.entries[i];
@@ -97,6 +99,7 @@ pub(super) fn name(args: &InputArgs) -> Result<Answer> {
                 ));
             }
         }
+        // Without a gap there is nothing to be unexplained.
         if result.answer != Answer::NoGap {
             say(format!("  unexplained: {} of the gap", percent(result.left.fraction)));
         }
@@ -145,6 +148,7 @@ fn with_name(
     let spinner = spinner();
     let progress = |what: &str| spinner.set_message(what.to_owned());
     let mut result = splits.identify(&prepared.model.config, &prepared.left_out, &progress)?;
+    // Before anything is printed: nuisance parameters take effects out of the answer.
     if let Some(nuisance) = inputs::nuisance(args) {
         nuisance.restrict_identification(&mut result);
     }
@@ -156,6 +160,7 @@ fn with_name(
     }
     if !names.is_empty() {
         let is_named = matches!(result.answer, Answer::Effects | Answer::Partial);
+        // Contenders were tried in the search, whose gap is shown, but they are no answer.
         let tried = if is_named { "" } else { " (not named)" };
         gaps += &format!(", {:.2} with {}{tried}", result.after.gap, names.join(" + "));
     }
@@ -169,12 +174,14 @@ pub(super) fn power(args: &PowerArgs) -> Result<()> {
     use_threads(args.threads)?;
     let path = args.scene.clone();
     let mut source = SceneSource { path, poses: None, seconds: None, response: None };
+    // Rendering is the slow part: no more of the scene than is used below.
     if source.is_rendered() {
         source.seconds = Some(args.seconds);
     }
     let loaded = source.load().context(BadInput)?;
     let model = prepared(&inputs::model(&args.model)?, loaded.nominal.as_ref());
     let scene = loaded.scene.first(Micros::from_seconds(args.seconds));
+    // A window excludes its end, and events at the last frame count.
     let window = TimeWindow { start: Micros(0), end: scene.duration() + Micros(1) };
     let reference_scene = ReferenceScene::new(scene, &model.reference)?;
     let events = reference_scene.simulate(&model.config, seed_for(args.seed, "stream", 0))?;
@@ -194,6 +201,7 @@ pub(super) fn power(args: &PowerArgs) -> Result<()> {
         say(format!("  {name:<28}{reason}"));
     }
     say("look alike (|cos| of what they do)");
+    // Each pair once: likeness is symmetric.
     for (a, one) in directions.all.iter().enumerate().filter(|(_, one)| one.limit.is_some()) {
         for (b, other) in directions.all.iter().enumerate().take(a) {
             let likeness = directions.likeness(a, b);

@@ -22,6 +22,7 @@ pub(super) fn run(args: &VerifyArgs) -> Result<()> {
     };
     let before = read(&info.model_before).context(BadInput)?;
     let after = read(&info.model_after).context(BadInput)?;
+    // A second recording if there is one, since the first was used in the search.
     let (measured, scene, poses) = match (&info.validate, &info.validate_scene, &info.scene) {
         (Some(recording), Some(scene), _) => (recording, scene, &info.validate_poses),
         (_, _, Some(scene)) => (&info.measured, scene, &info.poses),
@@ -37,6 +38,7 @@ pub(super) fn run(args: &VerifyArgs) -> Result<()> {
         seconds: info.scene_seconds,
         response: info.response.as_deref().map(str::parse).transpose()?,
     };
+    // With the model as given: the corrected one must not choose its own repairs.
     let case = inputs::load(measured, &source, &before, info.as_is)?.case;
     let Some([from, to]) = info.held_s else {
         bail!("run.json does not record the held-out window")
@@ -44,6 +46,7 @@ pub(super) fn run(args: &VerifyArgs) -> Result<()> {
     let window = TimeWindow { start: Micros::from_seconds(from), end: Micros::from_seconds(to) };
     let simulated = |model: &SensorConfig| -> Result<Vec<EventStream>> {
         let run = |run: u64| -> Result<EventStream> {
+            // Seeds of its own: those of the search would favour what it chose.
             let seed = seed_for(args.seed, "judged run", run);
             Ok(case.scene.events(model, seed)?.slice(window))
         };

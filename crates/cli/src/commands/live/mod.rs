@@ -28,6 +28,7 @@ use crate::progress::note;
 pub fn run(args: &LiveArgs) -> Result<()> {
     let path = Path::new(&args.source);
     let is_file = path.is_file();
+    // A file may not state its sensor, which the stream needs before the first event.
     let open = match is_file {
         true => args.opening.options_with_sensor(path)?,
         false => args.opening.options(path)?,
@@ -50,6 +51,7 @@ pub fn run(args: &LiveArgs) -> Result<()> {
         confidence: args.confidence,
     };
     let model = crate::tasks::open(&args.checkpoint, &args.device)?;
+    // A checkpoint has one task, so that another one in `--task` is a mistake.
     if let Some(task) = args.task.as_deref().filter(|task| *task != model.task()) {
         let (path, is) = (args.checkpoint.display(), model.task());
         bail!("{path}: a network of the task `{is}`, not `{task}`");

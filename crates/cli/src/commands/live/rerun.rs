@@ -111,6 +111,7 @@ mod sdk {
                 Some(file) => PoseRecording::create(Path::new(file), name, sensor, layout)?,
                 None => PoseRecording::connect(place, name, sensor, layout)?,
             };
+            // The pipeline must not wait for a viewer: a thread sends what is newest.
             let shared = Arc::<Shared>::default();
             observers.push(event_observer(shared.clone()));
             sinks.add(ViewerSink(shared.clone()));
@@ -190,12 +191,14 @@ mod sdk {
             passed_s: f64,
             latencies: &mut LatencyBaseline,
         ) -> Result<(), RerunError> {
+            // A frame may hold events alone, or poses alone.
             let newest = frame.poses.iter().flatten().map(|pose| pose.t).max();
             let Some(t) = frame.t.max(newest) else { return Ok(()) };
             let latencies_ms = self.meter.latencies_since(latencies);
             let joints = [0, 1].map(|origin| joints_px(frame.poses[origin].as_ref()));
             let status = [0, 1].map(|origin| PoseStatus {
                 joints_px: &joints[origin],
+                // A quantile of no latency is unknown, not zero.
                 p99_ms: (latencies_ms[origin].poses > 0).then_some(latencies_ms[origin].p99_ms),
                 per_s: latencies_ms[origin].poses as f64 / passed_s,
             });

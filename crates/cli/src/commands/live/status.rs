@@ -26,6 +26,7 @@ fn progress_line(
     now: &Report,
     [network, propagated]: [LatencySummary; 2],
 ) -> String {
+    // Two reports within a millisecond would make any rate.
     let seconds = (now.seconds - before.seconds).max(1e-3);
     let rate = |of: fn(&Report) -> u64| (of(now) - of(before)) as f64 / seconds;
     let mut line = format!(
@@ -37,6 +38,7 @@ fn progress_line(
         rate(|r| r.propagated.poses),
         propagated.p99_ms,
     );
+    // Only when it happens: a column of zeros hides the one that matters.
     let dropped = rate(|r| r.dropped_events);
     if dropped > 0.0 {
         line += &format!("  {:.2} M events/s dropped", 1e-6 * dropped);

@@ -24,6 +24,7 @@ pub(super) fn run(args: &Dhp19Args) -> Result<()> {
     let Some(&first) = wanted.first() else {
         bail!("--subjects names none of the persons 1 to {SUBJECTS}");
     };
+    // Those that are there, since the whole set is large and few need all of it.
     let is_there = |name: &&Dhp19Name| events(args, **name).is_file();
     let movements: Vec<_> = wanted.iter().filter(is_there).copied().collect();
     if movements.is_empty() {
@@ -83,9 +84,11 @@ impl Projections {
 }
 
 fn read(args: &Dhp19Args, projections: &Projections, name: Dhp19Name) -> Reading {
+    // Faults of the published files are known, whatever reading them would say.
     if let Some(fault) = name.faults().find(|fault| fault.is_fatal) {
         return Reading::LeftOut(fault.what.to_owned());
     }
+    // The published pipeline truncates coordinates, which parity repeats.
     let rule = if args.frames.parity { PixelRule::Truncated } else { PixelRule::Exact };
     let read = || -> Result<Reading, DatasetError> {
         let poses = read_vicon(&name.vicon(&args.data))?;

@@ -68,6 +68,7 @@ pub(super) fn prepare<T: Display + Sync>(
     read: impl Fn(&T) -> Result<Reading> + Sync,
 ) -> Result<()> {
     use_threads(args.threads)?;
+    // Before anything is read: a set of hours must not be overwritten.
     refuse_complete(&args.out)?;
     let mut set = FrameSet::new(&args.out, job.options);
     let progress = bar("drawing", job.recordings.len() as u64, job.unit);
@@ -76,6 +77,7 @@ pub(super) fn prepare<T: Display + Sync>(
         progress.inc(1);
         Ok(drawn)
     });
+    // In the order of recordings, whichever thread was first: the set is the same on any machine.
     let drawn = drawn.collect::<Result<Vec<Drawn>>>()?;
     progress.finish_and_clear();
     let mut prepared = Prepared::default();
@@ -87,6 +89,7 @@ pub(super) fn prepare<T: Display + Sync>(
                 prepared.recordings += 1;
                 prepared.remarks.extend(remarks.into_iter().map(note));
             }
+            // A broken recording is a note, not the end: others of hundreds are good.
             Err(reason) => prepared.left_out.push(note(reason)),
         }
     }

@@ -96,6 +96,7 @@ fn print(name: &str, report: &HandReport) {
         say(format!("  fit: mean residual {px:.2} px{in_space}; size of the hand {scale:.3}"));
     }
     if !report.poor.is_empty() {
+        // No error: the fit shows users where labels are mixed up, and the rest is of use.
         let count = report.poor.len();
         say(format!("  warning: {count} labels are not those of such a hand, the worst ones at"));
         for (t, fitted) in report.poor.iter().take(SHOWN) {

@@ -17,6 +17,7 @@ use crate::progress::say;
 
 /// Runs `evpose represent`.
 pub fn run(args: &RepresentArgs) -> Result<()> {
+    // Before the recording is read, which may take minutes.
     outputs::check(args)?;
     let mut reader = WindowReader::open(args)?;
     let mut output = Output::create(args, &reader)?;

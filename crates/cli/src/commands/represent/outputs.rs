@@ -33,6 +33,7 @@ enum OutputKind {
 
 impl OutputKind {
     fn of(out: &Path, each: bool) -> Result<Self> {
+        // A directory need not exist yet: a slash at the end says that it is one.
         let is_directory = out.is_dir() || out.to_string_lossy().ends_with(['/', '\\']);
         let ending = out.extension().and_then(|ending| ending.to_str());
         match ending.filter(|_| !is_directory) {
@@ -74,6 +75,7 @@ impl Output {
         fs::create_dir_all(&args.out).with_context(|| format!("making {}", args.out.display()))?;
         Ok(Self::Directory(WindowDirectory {
             path: args.out.clone(),
+            // As wide as the last number, so that names sort in order of time.
             digits: reader.schedule.count.to_string().len().max(6),
             palette: (kind == OutputKind::Images).then(|| Palette::new(reader.size, false)),
             shape: [channels, rows, columns],

@@ -87,6 +87,7 @@ impl WindowReader {
         let origin = windows.start().with_context(|| format!("{path}: no events"))?;
         let after = |s: f64| Micros(origin.0.saturating_add(Micros::from_seconds(s).0));
         let start = after(args.from);
+        // A window excludes its end, and the last event counts.
         let behind = Micros(windows.end()?.0.saturating_add(1));
         let end = args.to.map_or(behind, |to| after(to).min(behind));
         ensure!(start < behind, "--from {}: the recording ends before", args.from);
@@ -99,6 +100,7 @@ impl WindowReader {
             schedule.count
         );
         let window = StreamWindow::new(size, length, ChannelOrder::OffFirst)?;
+        // What remembers events has to see the recording from its first one.
         let begin = if choice.spec().memory == Memory::Window { start } else { origin };
         Ok(Self {
             schedule,

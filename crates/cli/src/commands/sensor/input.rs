@@ -63,6 +63,7 @@ pub(super) fn expose(
         Ok(())
     };
     let steps = length.0 / step.0;
+    // One more than steps: there is light at both ends.
     if input == Input::Hand {
         return hand_scene::for_each_plane(1.0, seed, steps as usize + 1, show);
     }

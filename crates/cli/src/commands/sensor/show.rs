@@ -12,6 +12,7 @@ use crate::sensor_source::{self as source, NamedSensor};
 pub(super) fn run(args: &ShowArgs) -> Result<()> {
     let is_file = std::path::Path::new(&args.name).exists();
     let is_preset = PRESETS.iter().any(|preset| preset.name == args.name);
+    // Sensors come first, as in other commands: an effect is shown if none has the name.
     if !is_file && !is_preset {
         let Some(spec) = source::effect(&args.name) else {
             let presets = PRESETS.iter().map(|preset| preset.name);

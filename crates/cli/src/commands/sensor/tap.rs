@@ -44,6 +44,7 @@ struct Trace {
 pub(super) fn run(args: &TapArgs) -> Result<()> {
     let sensor = source::sensor(&args.sensor)?;
     let extension = args.out.extension().and_then(|extension| extension.to_str());
+    // Before the simulation, so that a wrong name costs no time.
     if !matches!(extension, Some("svg" | "csv")) {
         bail!("{}: the name must end in .svg or .csv", args.out.display());
     }
@@ -73,10 +74,13 @@ fn record(
     seed: u64,
 ) -> Result<Trace> {
     let mut run = model.start(size, seed);
+    // The plot shows events by their cause.
     run.label_origins(true);
     let mut domains = Vec::new();
+    // A stage without effect would repeat the signal before it.
     for row in model.describe().rows.iter().filter(|row| row.is_active) {
         let stage = (row.spec.build)(&row.settings)?;
+        // Other kinds change detection, steps, requests or time stamps, and have no signal.
         let has_signal = matches!(
             stage,
             Stage::Pixel(_) | Stage::Plane(_) | Stage::Photoreceptor(_) | Stage::Detector(_)
@@ -123,6 +127,7 @@ fn csv(trace: &Trace) -> String {
     let mut text = "t_s,signal,value\n".to_owned();
     let mut add = |name: &str, points: &[(f64, f64)]| {
         for (t_s, value) in points {
+            // Writing to a string cannot fail.
             let _ = writeln!(text, "{t_s:.6},{name},{value}");
         }
     };
@@ -198,6 +203,7 @@ fn plot(trace: &Trace, title: &str) -> Result<String> {
             let height = if is_on { 1.0 } else { -1.0 };
             let points: Vec<(f64, f64)> =
                 trace.events.iter().filter(of_kind).map(|e| (1e3 * e.t_s, height)).collect();
+            // Kinds that do not occur would crowd the key.
             if !points.is_empty() {
                 let label = format!("{} {}", word(origin), if is_on { "ON" } else { "OFF" });
                 let colour = colour(origin, is_on);

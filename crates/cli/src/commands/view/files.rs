@@ -47,8 +47,11 @@ pub(super) fn animation(frames: &RenderedFrames, fps: f64) -> Result<Vec<u8>> {
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
+    // 0 plays stand for an endless loop.
     encoder.set_animated(frames.frames.len() as u32, 0)?;
+    // The still comes first in the file and is no frame of the animation.
     encoder.set_sep_def_img(true)?;
+    // A fraction of a second, both parts of 16 bits.
     encoder.set_frame_delay((1000.0 / fps).round().max(1.0) as u16, 1000)?;
     let mut writer = encoder.write_header()?;
     writer.write_image_data(still.as_raw())?;

@@ -63,6 +63,7 @@ impl FrameReader {
         let representation = representation.start(window);
         let overlay = Overlay::open(args)?;
         let palette = Palette::new(sensor, is_events);
+        // Joints need room: small sensors are enlarged.
         let palette =
             if overlay.has_joints() { palette.at_least(JOINTS_WIDTH_PX) } else { palette };
         let name = input.file_name().unwrap_or(input.as_os_str()).to_string_lossy().into_owned();

@@ -47,6 +47,7 @@ pub(super) fn page(frames: &RenderedFrames, args: &ViewArgs) -> Result<Vec<u8>> 
 }
 
 fn player(frames: &RenderedFrames) -> Result<String> {
+    // Not the first, in which often nothing moves yet.
     let begin = frames.busiest();
     let (Some(shown), Some(last)) = (frames.frames.get(begin), frames.frames.last()) else {
         return Ok(String::new());

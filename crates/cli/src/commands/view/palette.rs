@@ -51,6 +51,7 @@ impl Palette {
     /// `planes`, `[channels][height][width]`: two as OFF and ON over each other, others beside each
     /// other.
     pub(in crate::commands) fn draw(&self, planes: &[f32]) -> RgbImage {
+        // Event images range to 1; other planes have units of their own.
         let most = if self.is_events { 1.0 } else { largest(planes) };
         let scaled = |plane: &[f32]| {
             let mut scaled = Plane::for_sensor(self.sensor, 0.0);
@@ -71,6 +72,7 @@ impl Palette {
 fn beside(planes: &[Plane<f32>], scale: u32) -> RgbImage {
     const GAP: u32 = 4;
     let (width, height) = planes.first().map_or((1, 1), |p| (p.width() as u32, p.height() as u32));
+    // Asked of all planes, so that a colour means the same in each.
     let is_signed = planes.iter().any(|plane| plane.data().iter().any(|&value| value < 0.0));
     let all = (width * scale + GAP) * planes.len() as u32 - GAP;
     let mut image = RgbImage::from_pixel(all, height * scale, Rgb([228, 230, 235]));

@@ -47,6 +47,7 @@ mod sdk {
     ) -> Result<()> {
         let mut reader = FrameReader::open(args, args.frames.unwrap_or(FRAMES))?;
         let mut recording = begin(&reader.name, reader.sensor)?;
+        // Unscaled: the viewer draws events as points over these pixels.
         let (palette, length) = (reader.palette.unscaled(), reader.every);
         reader.play(|data| {
             let frame = png(&palette.draw(data.planes))?;

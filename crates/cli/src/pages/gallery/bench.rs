@@ -122,9 +122,11 @@ impl<L: Fn(usize, usize, f64) -> f64> Scene<L> {
         let (mut events, mut seconds) = (Vec::new(), 0.0);
         let mut plane = Plane::for_sensor(self.size(), 0.0);
         for t in (0..=self.steps).map(|k| Micros(k * self.step_us)) {
+            // None: the light has not changed.
             plane = light(t.as_seconds()).unwrap_or(plane);
             events.extend(run.expose(&plane, t)?.iter());
             seconds = t.as_seconds();
+            // Strong noise would fill the memory, and a histogram needs no more.
             if events.len() > enough {
                 break;
             }

@@ -56,6 +56,7 @@ fn columns(table: &Table) -> Result<Vec<(usize, [usize; 2])>, ImportError> {
             return Err(table.fault_of_header(reason));
         };
         let [u, v] = SUFFIXES.map(|suffix| table.required(&format!("{joint}{suffix}")));
+        // A joint is added by its u; a v without it is a fault as well.
         if name.ends_with(SUFFIXES[0]) {
             if columns.iter().any(|(known, _)| *known == index) {
                 return Err(table.fault_of_header(format!("joint `{joint}` occurs twice")));

@@ -82,10 +82,12 @@ fn points(entry: &Entry) -> Result<BodyPoints, (&'static str, String)> {
     }
     let at = |index: usize| {
         let at_px = Vec2::from(entry.joints[index]);
+        // Converters write negative positions for joints that are not known.
         let is_visible = entry.joints_vis.as_ref().is_none_or(|visible| visible[index] > 0.0);
         (is_visible && at_px.min_element() >= 0.0).then_some(at_px)
     };
     let mut joints_px = [None; BODY_JOINTS];
+    // The middle of neck and top is what other sets call the head.
     joints_px[number::HEAD] = at(HEAD[0]).zip(at(HEAD[1])).map(|(neck, top)| (neck + top) / 2.0);
     for (joint, index) in (1..).zip(MPII_INDEX) {
         joints_px[joint] = at(index);

@@ -43,6 +43,7 @@ impl LabelledPoses {
     ) -> Result<Self, ImportError> {
         let times: Vec<_> = images.iter().map(|image| image.time.clone()).collect();
         let times = clock.times(&times, path)?;
+        // Files list images in any order.
         let mut order: Vec<usize> = (0..images.len()).collect();
         order.sort_by_key(|index| times[*index]);
         for pair in order.windows(2) {
@@ -64,6 +65,7 @@ impl LabelledPoses {
                 .map_err(|reason| ImportError::malformed(path, format!("image {index}"), reason))?;
             let labelled = person.iter().flatten().count();
             let joints_px =
+                // A network cannot learn joints beyond the border.
                 person.map(|at_px| at_px.map(|at| at * scale).filter(|at| is_on(*at, sensor)));
             poses.outside += labelled - joints_px.iter().flatten().count();
             poses.times.push(times[index]);

@@ -104,8 +104,10 @@ pub fn import_body(
     for (stretch, name) in stretches.into_iter().zip(names) {
         let (times, joints_px) = (&times[stretch.clone()], &joints_px[stretch]);
         let [first, last] = [times[0], times[times.len() - 1]];
+        // Labels may begin before the first event.
         let begin = begin_of(events).min(first);
         let window = TimeWindow {
+            // With what came before the first label: representations have a history.
             start: floor_ms(first - options.lead).max(floor_ms(begin)),
             end: floor_ms(last + options.hold) + MS,
         };

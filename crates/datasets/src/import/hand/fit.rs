@@ -181,6 +181,7 @@ impl HandFitter {
         freedom: Freedom,
         iterations: usize,
     ) -> (Guess, f64) {
+        // A turn from the guess, not an axis-angle vector, which jumps at half a turn.
         let base = matrix_from_axis_angle(guess.params.rotation);
         let unpack = |values: &[f64]| {
             let v = |k: usize| values[k] as f32;
@@ -196,7 +197,9 @@ impl HandFitter {
         for (value, own) in start.iter_mut().zip(guess.params.to_array()).take(ROTATION) {
             *value = own.into();
         }
+        // The logarithm keeps the size positive.
         start[SIZE] = guess.scale.ln();
+        // An increment of 0 fixes a parameter.
         let mut increments = INCREMENTS;
         if freedom == Freedom::Rigid {
             increments[..6].fill(0.0);
@@ -213,6 +216,7 @@ impl HandFitter {
 
     fn residuals(&self, target: &Target, guess: &Guess, articulation: &[f64], out: &mut Vec<f64>) {
         out.clear();
+        // In standard deviations, so that labels and prior have the same unit.
         let model_m = self.model_m(guess);
         let sigma_articulation = match target {
             Target::Space(labels_m) => {
@@ -233,6 +237,7 @@ impl HandFitter {
                 SIGMA_ARTICULATION[1]
             }
         };
+        // The prior holds joints that no label reaches.
         out.extend(articulation.iter().map(|value| value / sigma_articulation));
     }
 
@@ -244,6 +249,7 @@ impl HandFitter {
             sum / count.max(1) as f32
         };
         let camera = &self.adaptor.calibration().camera;
+        // The view has a focal length of its own; errors are in pixels of the sensor.
         let sensor_px_per_view_px =
             camera.focal_px.element_sum() as f32 / (2.0 * self.adaptor.view().pinhole.focal_px);
         let pairs = model_m.iter().enumerate();

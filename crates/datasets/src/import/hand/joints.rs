@@ -41,6 +41,7 @@ fn read(table: &Table, choice: LabelChoice) -> Result<HandLabels, ImportError> {
     check_names(table)?;
     let has =
         |suffixes: &[&str]| table.columns().iter().any(|name| joint_of(name, suffixes).is_some());
+    // Positions in space say more: pixels are used if asked for, or if there is nothing else.
     let in_pixels = choice.on_image || !has(&METRES);
     if in_pixels && !has(&PIXELS) {
         let reason = "no joint on the image: expected columns such as `wrist_u_px`";
@@ -67,6 +68,7 @@ fn read(table: &Table, choice: LabelChoice) -> Result<HandLabels, ImportError> {
                 Some(column) => stated_frame(table, row, column, choice.frame)?,
                 None => choice.frame.unwrap_or_default(),
             };
+            // Behind the camera a projection is meaningless: the frame is likely another.
             if frame == JointFrame::Camera
                 && let Some(joint) = behind_camera(&joints_m)
             {

@@ -33,6 +33,7 @@ pub(super) fn minimise(
     increments: &[f64],
     iterations: usize,
 ) -> Minimum {
+    // Parameters that are fixed have no derivative and no place in the equations.
     let free: Vec<usize> = (0..start.len()).filter(|k| increments[*k] > 0.0).collect();
     let mut parameters = start.to_vec();
     let (mut current, mut shifted) = (Vec::new(), Vec::new());
@@ -51,11 +52,13 @@ pub(super) fn minimise(
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let normal: Vec<Vec<f64>> =
             jacobian.iter().map(|a| jacobian.iter().map(|b| dot(a, b)).collect()).collect();
+        // The negative gradient: steps go downhill.
         let gradient: Vec<f64> = jacobian.iter().map(|column| -dot(column, &current)).collect();
         let before = cost;
         while damping < MAX_DAMPING {
             let mut damped = normal.clone();
             for (k, row) in damped.iter_mut().enumerate() {
+                // Marquardt's scaling: relative to each parameter's curvature, which may be zero.
                 row[k] += damping * row[k].max(MIN_DIAGONAL);
             }
             let tried = solve(damped, gradient.clone()).map(|step| {
@@ -63,18 +66,21 @@ pub(super) fn minimise(
                 free.iter().zip(step).for_each(|(&k, step)| tried[k] += step);
                 tried
             });
+            // Equations without a solution are damped more.
             if let Some(tried) = tried {
                 residuals(&tried, &mut shifted);
                 let tried_cost = sum_of_squares(&shifted);
                 if tried_cost < cost {
                     (parameters, cost) = (tried, tried_cost);
                     std::mem::swap(&mut current, &mut shifted);
+                    // Towards Gauss-Newton after a success, towards small steps after a failure.
                     damping = (0.1 * damping).max(1e-9);
                     break;
                 }
             }
             damping *= 10.0;
         }
+        // The last step lowered the cost by next to nothing, or no step did.
         if before - cost <= CONVERGED * before {
             break;
         }

@@ -114,6 +114,7 @@ pub fn import_hand(
     let poses = match labels {
         HandLabels::Parameters(labels) => {
             let labels = select(labels, options.start, events, path, &mut report)?;
+            // Parameters need no fit: they are labels already.
             progress(labels.len() as u64);
             let own = |label: HandParams| if is_mirrored { view.mirrored(&label) } else { label };
             let own =
@@ -202,6 +203,7 @@ fn fit_all(
     progress: &mut dyn FnMut(u64),
 ) -> Vec<LabelledHand<HandParams>> {
     if options.fit_scale {
+        // A fit of the size is slow, and the median of some labels is as good.
         let every = labels.len().div_ceil(SIZE_LABELS).max(1);
         let sampled = labels.iter().step_by(every);
         let mut scales: Vec<f64> =
@@ -214,6 +216,7 @@ fn fit_all(
     }
     let mut poses: Vec<LabelledHand<HandParams>> = Vec::with_capacity(labels.len());
     for label in labels {
+        // The best first guess, unless the hand had time to go elsewhere.
         let before = poses.last().filter(|before| label.t - before.t <= options.max_gap);
         match fitter.fit(&label.label, before.map(|before| &before.label)) {
             Some(fitted) => {

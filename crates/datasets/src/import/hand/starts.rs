@@ -26,6 +26,7 @@ pub(super) fn best_start(
     scale: f64,
     freedom: Freedom,
 ) -> Guess {
+    // Rigid first: from a wrong rotation, fingers would bend to fit.
     let rigid = |rotation: &Mat3| {
         let guess = placed(fitter, target, *rotation, scale);
         fitter.refine(target, guess, Freedom::Rigid, RIGID_ITERATIONS)
@@ -51,6 +52,7 @@ fn placed(fitter: &HandFitter, target: &Target, rotation: Mat3, scale: f64) -> G
             known.map(|(k, at)| at - model_m[k]).sum::<Vec3>() / count
         }
         Target::Image(labels_px) => {
+            // In pixels there is no depth: the spread of the joints gives it.
             let known: Vec<(usize, Vec2)> =
                 labels_px.iter().enumerate().filter_map(|(k, at)| Some((k, (*at)?))).collect();
             let mean_m = known.iter().map(|(k, _)| model_m[*k]).sum::<Vec3>() / known.len() as f32;
@@ -60,6 +62,7 @@ fn placed(fitter: &HandFitter, target: &Target, rotation: Mat3, scale: f64) -> G
             let label_px: Vec<Vec2> = known.iter().map(|(_, at)| *at).collect();
             let [(model_center, model_spread), (center, spread)] =
                 [moments(&model_px), moments(&label_px)];
+            // Twice as large on the image is half as far.
             let depth_m = TRIAL_DEPTH_M * model_spread / spread.max(1e-3);
             let depth_m = depth_m.clamp(DEPTHS_M[0], DEPTHS_M[1]);
             // A pixel at the trial's depth is so many metres there.

@@ -29,7 +29,9 @@ impl Target {
     ) -> Option<Self> {
         match joints {
             HandJoints::Metres(joints_m, frame) => {
+                // The fit is of one side: a hand of the other is fitted as its mirror image.
                 let mirror = if is_mirrored { -1.0 } else { 1.0 };
+                // Into OpenCV's frame, in which the fit looks along z.
                 let in_camera = joints_m.map(|at_m| {
                     let at_m = match frame {
                         JointFrame::Camera => at_m?,

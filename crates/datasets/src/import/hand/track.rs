@@ -12,6 +12,7 @@ use super::format::LabelledHand;
 pub(super) fn pose_at(labels: &[LabelledHand<HandParams>], t: Micros) -> Option<HandParams> {
     let next = labels.partition_point(|label| label.t < t);
     let after = labels.get(next)?;
+    // Asked first, since no label lies before the first one.
     if after.t == t {
         return Some(after.label);
     }

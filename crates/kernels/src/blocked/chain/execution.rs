@@ -81,6 +81,7 @@ impl ChainExec<'_> {
     ) -> Range<usize> {
         let band = &self.chain.bands[at];
         let height = self.chain.sizes[at + 1][1] as isize;
+        // Rows that both contain are moved; those behind them are computed.
         let kept = needed.start.max(old.start)..needed.end.min(old.end);
         let has_kept = !kept.is_empty();
         let missing = if has_kept { kept.end } else { needed.start }..needed.end;
@@ -96,6 +97,7 @@ impl ChainExec<'_> {
                     let (from, to) = (row(kept.start, old), row(kept.start, needed));
                     std::ptr::copy(from, to, kept.len() * band.row_pitch);
                 }
+                // Of new rows the border is zero, of rows outside of the image all is.
                 for y in missing.clone() {
                     let row = row(y, needed);
                     if (0..height).contains(&y) && !band.is_nchw {
@@ -126,6 +128,7 @@ impl ChainExec<'_> {
             (self.band(at).with_first_row(-needed[at].start), None)
         };
         let input = match self.input {
+            // Only the first layer reads the input: others read the band before.
             ChainInput::Image(image) if at == 0 => image.src(),
             ChainInput::Nchw(image) if at == 0 => {
                 if let Link::Nchw(conv, activation) = link {

@@ -145,6 +145,7 @@ impl Chain {
                 Link::Depthwise(conv, _) => conv.shape().channels,
                 Link::MaxPool(_) => sizes[at][0],
             };
+            // Sizes are checked here once, so that no kernel has to.
             assert_eq!(channels, sizes[at][0], "channels of layer {at}");
             let is_nchw = matches!(link, Link::Nchw(..));
             assert!(!is_nchw || at == 0, "only the first takes nchw");
@@ -185,6 +186,7 @@ impl Chain {
     /// Bands for `rows` rows of the last layer at once.
     fn bands_for(&self, rows: usize) -> Vec<Band> {
         let mut bands = Vec::new();
+        // From the last layer back: each says how many rows it needs of the one before.
         let mut needed = 0..rows as isize;
         for (at, link) in self.links.iter().enumerate().skip(1).rev() {
             needed = link.input_rows(&needed);
@@ -201,6 +203,7 @@ impl Chain {
             bands.push(Band { border, row_pitch, block_pitch, blocks, is_nchw, first: 0 });
         }
         bands.reverse();
+        // Bands lie one behind the other in one piece of memory.
         let mut first = 0;
         for band in &mut bands {
             band.first = first;

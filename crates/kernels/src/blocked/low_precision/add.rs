@@ -24,6 +24,7 @@ pub fn add_mixed_precision(
     assert_eq!(a.size(), size, "images of one size");
     assert!(b.is_none_or(|b| b.size() == size), "images of one size");
     let [channels, rows_per_block, width] = size;
+    // One list of the rows of all blocks, so that few channels are shared evenly, too.
     let rows = channels.div_ceil(LANES) * rows_per_block;
     let (a, b, dst) = (a.src(), b.map(|b| b.src()), output.dst());
     thread_pool.run(&|part| {

@@ -58,6 +58,7 @@ impl LowPrecisionDepthwise {
         let mut rows = Vec::new();
         let (weight, scales, bias): (Vec<f32>, _, _) = match input {
             LowPrecisionType::Bf16 => {
+                // Rounded as for products of bf16, though they are held in f32.
                 let weight = weight.iter().map(|value| Bf16::nearest(*value).value()).collect();
                 (weight, vec![1.0; channels], bias.to_vec())
             }
@@ -71,6 +72,7 @@ impl LowPrecisionDepthwise {
                 (weight, quantized.scales, quantized.bias)
             }
         };
+        // Lanes beyond the last channel stay zero.
         let mut weights = vec![Line::ZERO; channels.div_ceil(LANES) * taps];
         for (channel, kernel) in weight.chunks(taps).enumerate() {
             for (tap, value) in kernel.iter().enumerate() {
@@ -189,6 +191,7 @@ impl DepthwiseRows<'_> {
             // SAFETY: the caller's; a row of four pixels ends within the overread beyond the
             // border.
             unsafe {
+                // Six vectors, loaded once for a whole row of outputs.
                 let weights: [[D::Weights; 2]; 3] = std::array::from_fn(|ky| {
                     let rows = &self.conv.rows[(block * 3 + ky) * 2..][..2];
                     std::array::from_fn(|shift| D::weights(rows[shift].as_ptr().cast()))
@@ -200,6 +203,7 @@ impl DepthwiseRows<'_> {
                 while STRIDE == 1 && x + 2 <= self.width {
                     let mut sums = [D::zero(); 2];
                     for (ky, weights) in weights.iter().enumerate() {
+                        // One load of four pixels serves two outputs: weights are shifted instead.
                         let values = row(x, ky);
                         sums[0] = D::add(sums[0], values, weights[0]);
                         sums[1] = D::add(sums[1], values, weights[1]);
@@ -211,6 +215,7 @@ impl DepthwiseRows<'_> {
                 while x < self.width {
                     let mut sum = D::zero();
                     for (ky, weights) in weights.iter().enumerate() {
+                        // Of stride 2, and at the end of a row, outputs go one by one.
                         sum = D::add(sum, row(x * STRIDE, ky), weights[0]);
                     }
                     self.store(D::to_f32(sum), epilogue, to + x * LANES);
@@ -268,6 +273,7 @@ impl DepthwiseRows<'_> {
             // SAFETY: the caller's; taps and outputs of this row are inside.
             unsafe {
                 let mut x = 0;
+                // Four pixels share each weight; the rest of the row goes one by one.
                 while x + 4 <= self.width {
                     self.tile::<D, K, STRIDE, 4>(block, from, to, x);
                     x += 4;

@@ -96,6 +96,7 @@ impl Kernel for ReorderRows<'_> {
                 for (first, values) in row(lane).chunks(LANES).enumerate() {
                     // SAFETY: the caller's.
                     unsafe {
+                        // A whole load would read beyond the row.
                         let value = if values.len() == LANES {
                             V::load(values.as_ptr())
                         } else {

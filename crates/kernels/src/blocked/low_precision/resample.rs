@@ -151,6 +151,7 @@ impl ResampleRows<'_> {
             // SAFETY: the caller's.
             unsafe {
                 let from = from.add(columns.start * LANES);
+                // From a pixel of the window, since padding must not win.
                 let mut value: V = S::load(from);
                 for y in 0..rows.len() {
                     for x in 0..columns.len() {
@@ -179,6 +180,7 @@ impl ResampleRows<'_> {
         // SAFETY: the caller's; columns are those of the input.
         unsafe {
             let [of_near, of_far] = [V::splat(NEAR_WEIGHT), V::splat(FAR_WEIGHT)];
+            // A column of both rows is mixed once and contributes to four outputs.
             let column = |x: usize| {
                 let most = S::load::<V>(near.add(x * LANES)).mul(of_near);
                 S::load::<V>(far.add(x * LANES)).mul_add(of_far, most)
@@ -186,6 +188,7 @@ impl ResampleRows<'_> {
             let mut here = column(0);
             let mut before = here;
             for x in 0..width {
+                // Behind the border the last column goes on.
                 let after = column((x + 1).min(width - 1));
                 let most = here.mul(of_near);
                 S::store(before.mul_add(of_far, most), to.add(2 * x * LANES));

@@ -87,6 +87,7 @@ impl TensorViewMut<'_> {
                 quantization: match image.element_type() {
                     LowPrecisionType::Bf16 => [1.0, 0.0],
                     LowPrecisionType::Uint8(QuantizationParams { scale, zero_point }) => {
+                        // Stores multiply, since a division takes several times as long.
                         [1.0 / scale, f32::from(zero_point)]
                     }
                 },

@@ -231,6 +231,7 @@ impl<'a> Batches<'a> {
             1 if tiles < 2 * threads * TILE_BLOCK || weights.is_on_the_fly() => 1,
             count => count.next_multiple_of(threads),
         };
+        // Whole groups of tiles, so that only the last batch has a rest.
         let batch = tiles.div_ceil(count).next_multiple_of(TILE_BLOCK).min(tiles);
         let sum_lines = points * pitch(*blocks_per_group, batch);
         Self {
@@ -267,6 +268,7 @@ impl<'a> Batches<'a> {
         first: usize,
         count: usize,
     ) -> Tiles<'a, R, C> {
+        // A single batch is shared: threads have its inputs in common, and sums of their own.
         let (inputs, own) = if self.is_single() {
             (0, self.input_lines + thread * self.thread_lines)
         } else {

@@ -77,6 +77,7 @@ impl<R: WinogradTransform, C: WinogradTransform> Kernel for InputTransform<'_, R
                 unsafe {
                     let to = tiles.inputs.add((block * tiles.count + tile) * LANES);
                     let zero = V::splat(0.0);
+                    // Columns first, then rows: the transform is separable.
                     let mut columns = [[zero; MAX_INPUTS]; MAX_INPUTS];
                     for (x, column) in columns.iter_mut().enumerate().take(C::IN) {
                         let mut d = [zero; MAX_INPUTS];
@@ -88,6 +89,7 @@ impl<R: WinogradTransform, C: WinogradTransform> Kernel for InputTransform<'_, R
                     for y in 0..R::IN {
                         let row = C::input(std::array::from_fn(|x| columns[x][y]));
                         for (x, value) in row.iter().enumerate().take(C::IN) {
+                            // The scales of `G` go to the inputs: its rows are whole numbers then.
                             let factor = V::splat(R::G_SCALES[y] * C::G_SCALES[x]);
                             value.mul(factor).store(to.add((y * C::IN + x) * pitch));
                         }
@@ -142,6 +144,7 @@ impl<R: WinogradTransform, C: WinogradTransform> GroupKernel<'_, R, C> {
             let blocks = block_in..tiles.blocks_in.min(block_in + chunk);
             let last_channels = LANES.min(channels_in - (blocks.end - 1) * LANES);
             let (blocks_in, block_pitch) = (blocks.len(), tiles.count * LANES);
+            // As in the direct convolution: later chunks add to the sums before.
             let init = if block_in == 0 { AccumulatorInit::Zero } else { AccumulatorInit::Dst };
             let prefetch = weights.next_lines(*group, B, blocks.clone());
             // SAFETY: the caller's; the points of these tiles are in the scratch.
@@ -194,6 +197,7 @@ impl<R: WinogradTransform, C: WinogradTransform> GroupKernel<'_, R, C> {
         for (k, block) in blocks.enumerate() {
             for (at, tile) in range.clone().enumerate() {
                 let [y0, x0] = tiles.tile_origin(tile);
+                // Tiles at the right and lower border reach beyond the output.
                 let (rows, columns) = (R::OUT.min(height - y0), C::OUT.min(width - x0));
                 let residual = exec
                     .residual

@@ -46,6 +46,7 @@ impl CameraSource {
     /// If there is none, or it cannot be opened.
     pub fn open(which: Option<&str>) -> Result<Self, LiveError> {
         let failed = |reason: String| LiveError::Source { name: "camera".to_owned(), reason };
+        // A name of a type comes before a serial number.
         let model = MODELS.iter().find(|model| Some(model.name) == which);
         let (identifier, models) = match (which, model) {
             (_, Some(model)) => (Identifier::None, std::slice::from_ref(model)),

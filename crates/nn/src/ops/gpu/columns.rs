@@ -114,6 +114,7 @@ impl Geometry {
 
     /// `[pixels, taps]`.
     fn columns(&self, input: CubeTensor) -> CubeTensor {
+        // Channels last, as `planes` leaves them in memory: neighbouring threads read neighbours.
         let input = permute_nchw_to_nhwc(input);
         let shape = Shape::from([self.pixels(), self.taps()]);
         let columns = empty(&input, shape);
@@ -192,6 +193,7 @@ impl Geometry {
         let (columns, gradient) = (self.columns(input), self.pixel_rows(gradient));
         // A sum over all pixels for each of a few weights keeps few of a GPU's units busy.
         let pieces = self.pieces();
+        // Pieces divide the pixels without a rest.
         let per = self.pixels() / pieces;
         let cut =
             |tensor: CubeTensor, width: usize| reshape(tensor, Shape::from([pieces, per, width]));
@@ -203,6 +205,7 @@ impl Geometry {
             reduce_dim(sums, None, 0, Default::default(), ReduceOperationConfig::Sum)
                 .unwrap_or_else(|error| unreachable!("the axis is there: {error:?}"))
         };
+        // Here the weight has its channels last; the network has them before rows and columns.
         let [rows, columns] = self.kernel;
         let shape = [self.channels_out, rows, columns, self.input[3]];
         permute_nhwc_to_nchw(reshape(sum, Shape::from(shape)))

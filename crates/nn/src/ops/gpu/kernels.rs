@@ -21,6 +21,7 @@ pub(super) fn gather<E: Numeric>(
     geometry: Sequence<usize>,
     #[define(E)] _element: ElemType,
 ) {
+    // Threads come in whole cubes: the last ones have no element.
     if ABSOLUTE_POS >= columns.len() {
         terminate!();
     }
@@ -61,6 +62,7 @@ pub(super) fn scatter<E: Numeric>(
     let (rest, channel) = shape.index(3).div_mod(ABSOLUTE_POS);
     let (rest, x) = shape.index(2).div_mod(rest);
     let (image, y) = shape.index(1).div_mod(rest);
+    // In padded coordinates, in which strides and dilations count from 0.
     let y = y + *geometry.index(2);
     let x = x + *geometry.index(3);
     let (height, width) = (*geometry.index(6), *geometry.index(7));
@@ -70,6 +72,7 @@ pub(super) fn scatter<E: Numeric>(
     for row in 0..rows {
         let down = row * *geometry.index(4);
         let i = (y - down) / *geometry.index(0);
+        // An unsigned difference may wrap: it is checked below, before it is used.
         // Only a whole number of strides leads from a pixel of the output to this one.
         if y >= down && i * *geometry.index(0) + down == y && i < height {
             for column in 0..taps {
@@ -101,9 +104,11 @@ pub(super) fn normalize<E: Float>(
     #[comptime] activation: u32,
     #[define(E)] _element: ElemType,
 ) {
+    // The last cube reaches behind the end.
     if ABSOLUTE_POS >= output.len() {
         terminate!();
     }
+    // Channels are last in the output, so they run fastest.
     let (rest, channel) = shape.index(3).div_mod(ABSOLUTE_POS);
     let (rest, x) = shape.index(2).div_mod(rest);
     let (image, y) = shape.index(1).div_mod(rest);

@@ -241,6 +241,7 @@ impl Backward<Cube, 2> for Convolution {
             };
             grads.register::<Cube>(parent, gradient);
         }
+        // A frozen weight has no parent.
         if let Some(parent) = by_weight {
             let gradient = match way {
                 Way::Columns(product) => geometry.by_weight(dy, input, product),

@@ -36,6 +36,7 @@ impl Container {
     /// `NAME/data.pkl` and, for each storage, `NAME/data/KEY`.
     fn zip(bytes: Vec<u8>) -> Result<Self, String> {
         // torch.save does not compress: entries larger than their archive are a bomb.
+        // Shared by all entries, as many small bombs are one large.
         let mut budget = bytes.len() as u64;
         let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|error| error.to_string())?;
         let names = archive.file_names().map(|name| name.map(Cow::into_owned));
@@ -44,14 +45,17 @@ impl Container {
         let mut read = |name: &str| -> Result<Vec<u8>, String> {
             let entry = archive.by_name(name).map_err(|error| format!("{name}: {error}"))?;
             let mut content = Vec::new();
+            // One byte more than allowed shows that there was more.
             let read = entry.take(budget + 1).read_to_end(&mut content);
             let read = read.map_err(|error| format!("{name}: {error}"))? as u64;
             let rest = budget.checked_sub(read);
             budget = rest.ok_or_else(|| format!("{name} unpacks to more than the archive"))?;
             Ok(content)
         };
+        // The root folder may have any name.
         let root = names.iter().find_map(|name| name.strip_suffix("data.pkl"));
         let root = root.ok_or("a zip archive without data.pkl")?.to_owned();
+        // Archives of older PyTorch versions do not state the byte order.
         let order = format!("{root}byteorder");
         if names.contains(&order) && read(&order)? != b"little" {
             return Err(BIG_ENDIAN.to_owned());

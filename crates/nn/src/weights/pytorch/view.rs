@@ -49,6 +49,7 @@ impl View {
             ("_rebuild_parameter", &[tensor, ..]) => call(pickle, tensor)?,
             other => other,
         };
+        // Other functions rebuild what is no tensor of weights.
         let ("_rebuild_tensor_v2", &[storage, offset, shape, strides, ..]) = (function, arguments)
         else {
             return None;
@@ -56,6 +57,7 @@ impl View {
         let (storage, size, dtype) = storage_of(pickle, pickle.node(storage))?;
         let (offset, shape) = (pickle.size(offset)?, pickle.sizes(shape)?);
         let strides = pickle.sizes(strides)?;
+        // A stride for each side, or the pickle is damaged.
         (shape.len() == strides.len()).then(|| Self {
             storage: storage.to_owned(),
             size,

@@ -50,6 +50,7 @@ impl BodyFusion {
         }
         let believed = self.config.confidence.believed(pose);
         let count = believed.iter().flatten().count();
+        // A pose of nobody changes nothing.
         if count > 0 {
             let positions_px = believed.map(|point| point.map(|at| at.as_dvec2()));
             self.estimator.detection(described, &positions_px, now)?;

@@ -132,6 +132,7 @@ impl FusionConfig {
             ("position_noise_px2_per_s", self.position_noise_px2_per_s),
             ("velocity_noise_px2_per_s3", self.velocity_noise_px2_per_s3),
         ] {
+            // Negated, so that NaN is refused as well.
             if !(value > 0.0 && value.is_finite()) {
                 return Err(PoseError::OutOfRange { field, value, rule: "positive and finite" });
             }
@@ -143,6 +144,7 @@ impl FusionConfig {
                 return Err(PoseError::OutOfRange { field, value, rule: "from 0 to 60 seconds" });
             }
         }
+        // Infinity is allowed: joints are then never lost.
         if self.lost_after_s.is_nan() || self.lost_after_s <= 0.0 {
             let (field, value) = ("lost_after_s", self.lost_after_s);
             return Err(PoseError::OutOfRange { field, value, rule: "positive" });

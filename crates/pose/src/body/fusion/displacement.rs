@@ -69,6 +69,7 @@ impl BodyEstimator for Displacement {
         positions_px: &Measured,
         now: Micros,
     ) -> Result<(), FusionError> {
+        // Without compensation, a detection counts as one of now.
         let t = if self.config.latency_compensation { described } else { now };
         let measured = self.joints.iter().zip(positions_px).filter(|(_, p)| p.is_some());
         let oldest = measured.filter_map(|(joint, _)| Some(joint.as_ref()?.at)).max();
@@ -84,6 +85,7 @@ impl BodyEstimator for Displacement {
                     joint.filter.detect(position_px, &self.config);
                     joint.detected = t;
                 }
+                // Never seen, or lost too long ago to be continued.
                 _ => {
                     let filter = ConstantPosition::start(position_px, &self.config);
                     *joint = Some(Followed { filter, at: t, detected: t });

@@ -30,10 +30,12 @@ fn compare(config: &FusionConfig, golden: &[Golden]) {
     let mut fusion = BodyFusion::new(config).unwrap();
     let at = |step: i64| Micros(2_000 * step);
     for step in 1..=200 {
+        // Integers decide the values, so that another program makes the same inputs.
         let velocities = std::array::from_fn(|joint| {
             64.0 * Vec2::new(wild(step, 4 * joint + 2), wild(step, 4 * joint + 3))
         });
         fusion.velocity(at(step), &velocities).unwrap();
+        // A detection describes the image of some steps ago, as a network's does.
         let described = step - LATENCY_STEPS;
         if described > 0 && described % 10 == 5 {
             let points = std::array::from_fn(|joint| {

@@ -56,6 +56,7 @@ impl<F: JointFilter> BodyEstimator for SharedClock<F> {
         check(now, self.clock)?;
         for joint in in_order() {
             let Some(position_px) = given(positions_px[joint]) else { continue };
+            // As published: one clock for all joints, so that after the first no time has passed.
             let dt_s = self.clock.replace(now).map_or(0.0, |before| seconds(before, now));
             match &mut self.filters[joint] {
                 Some(filter) => {
@@ -111,6 +112,7 @@ impl BodyEstimator for ForgetfulDisplacement {
         now: Micros,
     ) -> Result<(), FusionError> {
         let is_compensated = self.config.latency_compensation;
+        // With compensation, a detection belongs to the image that it describes.
         let t = if is_compensated { described } else { now };
         check(t, self.detected)?;
         let before = self.detected.replace(t).unwrap_or(t);
@@ -122,6 +124,7 @@ impl BodyEstimator for ForgetfulDisplacement {
                     let elapsed_ms = milliseconds(before, t);
                     let count = if is_compensated { elapsed_ms.min(SLOTS) } else { SLOTS };
                     let (past, rest) = way.px_per_ms.split_at(count);
+                    // The way before the image, then the detection, then the way since.
                     filter.shift(past.iter().sum());
                     filter.advance(seconds(before, t), &self.config);
                     if let Some(position_px) = position_px {

@@ -242,15 +242,18 @@ fn joints_are_unknown_before_their_first_detection_and_when_lost() {
     for config in every().filter(|config| !config.parity) {
         let mut fusion = BodyFusion::new(&config).unwrap();
         let at_ms = |ms: i64| Micros(1_000 * ms);
+        // Velocities alone give no position.
         fusion.velocity(at_ms(0), &[Vec2::ONE; BODY_JOINTS]).unwrap();
         assert_eq!(fusion.query(at_ms(0)), nobody);
         let mut pose = seen(Vec2::new(50.0, 60.0));
+        // One joint that is not there, and one whose score is too low.
         pose.points[3] = None;
         pose.scores[4] = 0.2;
         assert_eq!(fusion.detection(at_ms(10), &pose, at_ms(20)), Ok(BODY_JOINTS - 2));
         assert_eq!(fusion.query(at_ms(9)), nobody);
         let known = fusion.query(at_ms(1_010)).map(|joint| joint.is_some());
         assert!(!known[3] && !known[4] && known.iter().filter(|&&known| known).count() == 11);
+        // The detection is of 10 ms, and a joint is lost a second after its last one.
         assert_eq!(fusion.query(at_ms(1_011)), nobody);
         // What comes after is a new start, whatever has been.
         fusion.velocity(at_ms(2_000), &[Vec2::new(900.0, 0.0); BODY_JOINTS]).unwrap();

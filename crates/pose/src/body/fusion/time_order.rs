@@ -61,8 +61,10 @@ impl<F: JointFilter> TimeOrder<F> {
         {
             return Err(FusionError::TooLate { t, oldest });
         }
+        // Behind its equals, so that the order of arrival stays.
         let place = self.entries.partition_point(|entry| (entry.t, entry.kind) <= (t, kind));
         self.entries.insert(place, Entry { t, kind, measured, after: [None; BODY_JOINTS] });
+        // What comes later is computed again from here.
         let mut tracks = self.before(place);
         for entry in self.entries.range_mut(place..) {
             entry.apply(&mut tracks, &self.config);
@@ -99,6 +101,7 @@ impl<F: JointFilter> Entry<F> {
                     track.filter.detect(measured, config);
                     track.detected = self.t;
                 }
+                // Never seen, or lost too long ago to be continued.
                 (Kind::Detection, track) => {
                     let filter = F::start(measured, config);
                     *track = Some(Track { filter, at: self.t, detected: self.t });
@@ -107,6 +110,7 @@ impl<F: JointFilter> Entry<F> {
                     let dt_s = track.advance(self.t, config);
                     track.filter.measure_velocity(measured, dt_s, config);
                 }
+                // A velocity has no position to move.
                 (Kind::Velocity, None) => {}
             }
         }

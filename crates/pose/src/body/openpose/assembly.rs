@@ -55,10 +55,12 @@ pub(super) fn assemble(
                 people[person].parts[part_a] = Some(a);
                 people[person].score += score_of(part_a, a) + connection.score;
             }
+            // Both ends are of one person already: its limbs form a loop.
             (Some(one), Some(other)) if one == other => people[one].score += connection.score,
             (Some(one), Some(other)) => {
                 merge(&mut people, one.min(other), one.max(other), connection.score);
             }
+            // A connection of a higher score has taken the part.
             _ => {}
         }
     }

@@ -43,7 +43,9 @@ fn agreement(
     options: &OpenPoseOptions,
 ) -> Option<f32> {
     let line = end.at_px - start.at_px;
+    // Two candidates at one place have no direction.
     let direction = line.try_normalize()?;
+    // OpenPose's number of samples, which grows with the length of the line.
     let samples = (5.0 * line.abs().max_element()).sqrt().round().clamp(5.0, 25.0) as usize;
     let (mut sum, mut agreeing) = (0.0, 0);
     for k in 0..samples {

@@ -99,6 +99,7 @@ impl OpenPoseDecoder {
         let cells = self.rows * self.columns;
         assert_eq!(heatmaps.len(), self.model.heatmap_channels() * cells, "heatmaps of this size");
         assert_eq!(fields.len(), self.model.field_channels() * cells, "fields of this size");
+        // Map by map, since they are large at this resolution.
         let fine = |maps: &[f32], channel: usize| -> FineMap {
             let map = &maps[channel * cells..][..cells];
             upsample(map, [self.rows, self.columns], self.options.stride)
@@ -108,6 +109,7 @@ impl OpenPoseDecoder {
             .collect();
         let mut found = Vec::new();
         for (index, limb) in self.model.limbs().iter().enumerate() {
+            // Without a part there is no limb: its fields need not be enlarged.
             if limb.parts.iter().any(|part| candidates[*part].is_empty()) {
                 continue;
             }
@@ -116,6 +118,7 @@ impl OpenPoseDecoder {
         }
         let OpenPoseOptions { min_parts, min_score, .. } = self.options;
         let mut people: Vec<OpenPosePerson> = assemble(found, self.model.limbs(), &candidates)
+            // Few parts, or weak ones, are no person.
             .iter()
             .filter(|person| person.len() >= min_parts)
             .filter(|person| person.score >= min_score * person.len() as f32)

@@ -23,6 +23,7 @@ impl FineMap {
 pub(super) fn upsample(map: &[f32], [rows, columns]: [usize; 2], factor: usize) -> FineMap {
     let across = InterpolationWeights::new(columns, factor);
     let down = InterpolationWeights::new(rows, factor);
+    // Weights are separable: along rows first, then along columns.
     let mut wide = Vec::with_capacity(rows * columns * factor);
     for row in map.chunks_exact(columns) {
         let value = |(at, weights): (&[usize; 4], &[f32; 4])| -> f32 {

@@ -105,6 +105,7 @@ impl TripletVelocity {
         for y in rows {
             let patch: Patch<'_> = std::array::from_fn(|dy| self.active_events.row(y + dy - REACH));
             for x in columns.clone() {
+                // Pixels without an event since the last call add nothing new.
                 if patch[REACH][x] > self.seen_us {
                     add(&mut sum, &self.triplets(&patch, x));
                 }
@@ -140,10 +141,12 @@ impl TripletVelocity {
             };
             let (near, far) = (fired(1), fired(2));
             let (late_us, early_us) = (newest - near, near - far);
+            // Events at one time give no speed, and pixels without events no time.
             if late_us <= 0 || early_us <= 0 || far == NEVER {
                 continue;
             }
             let (late_us, early_us) = (late_us as f64, early_us as f64);
+            // An edge of constant speed takes as long for either step.
             if (late_us - early_us).abs() <= self.config.tolerance * late_us {
                 triplets.push(k, 0.5 * (late_us + early_us));
             }

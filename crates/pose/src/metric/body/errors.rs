@@ -48,6 +48,7 @@ impl JointErrors {
             _ => self.missing += 1,
         }
         match size_px.filter(|size_px| *size_px > 0.0) {
+            // A missing joint is farther away than any threshold.
             Some(size_px) => self.pck.push(distance_px.unwrap_or(f64::INFINITY), size_px),
             None => self.unmeasured += 1,
         }

@@ -52,11 +52,13 @@ impl BodySequence {
         for ((_, pose), truth) in kept.iter().zip(&truth) {
             push(&mut sequence.raw, pose, truth);
         }
+        // Three in a row are the fewest that have an acceleration.
         for (kept, truth) in kept.windows(3).zip(truth.windows(3)) {
             let times_s = [kept[0].0, kept[1].0, kept[2].0];
             let errors = acceleration_errors(times_s, [0, 1, 2].map(|k| (&kept[k].1, &truth[k])));
             errors.for_each(|px_s2| sequence.acceleration_px_s2.push(px_s2));
         }
+        // The published program resamples nothing where nothing was predicted.
         if !kept.is_empty() || protocol.missing == MissingJoints::Counted {
             let (mut labels, mut predictions) =
                 (tracks.truth.sampler(), tracks.predicted.sampler());
@@ -86,6 +88,7 @@ fn acceleration_errors(
             Some(predicted.joints[joint]? - truth.joints[joint]?)
         };
         let [a, b, c] = [of(poses[0])?, of(poses[1])?, of(poses[2])?];
+        // A second difference over uneven steps.
         let change = (c - b) / after_s - (b - a) / before_s;
         Some((change / (0.5 * (before_s + after_s))).length())
     };

@@ -68,6 +68,7 @@ impl SpatialSummary {
             });
             totals
         };
+        // Without any joint the share is 0, not NaN.
         let share = |missing: u64, count: u64| missing as f64 / (missing + count).max(1) as f64;
         let joint = |k: usize| {
             let (mut all, mut missing) = (Totals::default(), 0);
@@ -82,6 +83,7 @@ impl SpatialSummary {
         let (found, missing) = all.iter().fold((0, 0), |(found, lost), (totals, missing)| {
             (found + totals.count, lost + missing)
         });
+        // Intervals are over sequences: within one, errors depend on each other.
         let totals: Vec<Totals> = sequences.iter().map(of_sequence).collect();
         Self {
             sequences: sequences.len(),

@@ -111,6 +111,7 @@ impl Track {
         let joint = match missing {
             MissingJoints::Counted => None,
             MissingJoints::Published { width_px, height_px } => {
+                // As published: a missing joint is at minus the size of the image.
                 Some(-DVec2::new(width_px.into(), height_px.into()))
             }
         };

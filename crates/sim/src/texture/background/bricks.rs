@@ -12,9 +12,11 @@ pub(super) fn paint((width, height): (usize, usize), rng: &mut CounterRng) -> Ca
     let tiles = rng.chance(0.4);
     let course = rng.uniform(0.06, 0.14) * h;
     let length = if tiles { course } else { course * rng.uniform(1.8, 3.0) };
+    // At least two pixels, so that joint and shadow are both visible.
     let joint = (0.1 * course).max(2.0);
     let (first, second) =
         (random_colour(rng, (0.2, 0.8), (0.3, 0.7)), random_colour(rng, (0.2, 0.8), (0.15, 0.9)));
+    // From above the image, so that the first course may be cut.
     let mut y = -rng.unit() * course;
     let mut odd = false;
     while y < h {
@@ -31,6 +33,7 @@ pub(super) fn paint((width, height): (usize, usize), rng: &mut CounterRng) -> Ca
             };
             let brick = Rect::new(x, y, x + length - joint, y + course - joint);
             canvas.rect(brick, colour * shade);
+            // The lower edge of a brick lies in its own shadow.
             let lip = Rect { top: brick.bottom - 0.5 * joint, ..brick };
             canvas.rect(lip, colour * shade * 0.6);
             x += length;

@@ -18,6 +18,7 @@ pub(super) fn paint((width, height): (usize, usize), rng: &mut CounterRng) -> Ca
     for leaf in 0..LEAVES {
         let front = leaf as f32 / LEAVES as f32;
         let centre = Vec2::new(rng.uniform(0.0, w), rng.uniform(0.0, h));
+        // Later leaves are nearer: larger, and brighter.
         let long = rng.uniform(0.015, 0.05) * w * (0.6 + front);
         let radii = Vec2::new(long, long * rng.uniform(0.25, 0.6));
         let green = Vec3A::new(0.25, 0.6, 0.15);

@@ -10,6 +10,7 @@ pub(super) fn paint((width, height): (usize, usize), rng: &mut CounterRng) -> Ca
     let (w, h) = (canvas.width(), canvas.height());
     let floor = h * rng.uniform(0.55, 0.8);
     let ground = random_colour(rng, (0.2, 0.6), (0.2, 0.5));
+    // From back to front: later strokes cover earlier ones.
     canvas.paint(Rect::new(0.0, floor, w, h), |at, _| ground * (0.7 + 0.5 * (at.y - floor) / h));
     canvas.rect(Rect::new(0.0, floor - 0.02 * h, w, floor), Vec3A::splat(rng.uniform(0.1, 0.95)));
     let skirting = floor;
@@ -25,6 +26,7 @@ pub(super) fn paint((width, height): (usize, usize), rng: &mut CounterRng) -> Ca
     }
     for _ in 0..9 {
         let (bw, bh) = (rng.uniform(0.06, 0.25) * w, rng.uniform(0.08, 0.4) * h);
+        // What is nearer than the wall stands lower on the image.
         let left = rng.uniform(-0.1, 1.0) * w;
         let foot = skirting + rng.uniform(-0.05, 0.3) * h;
         cabinet(&mut canvas, Rect::new(left, foot - bh, left + bw, foot), rng);
@@ -53,6 +55,7 @@ fn cabinet(canvas: &mut Canvas, front: Rect, rng: &mut CounterRng) {
     let colour = random_colour(rng, (0.1, 0.9), (0.15, 0.95));
     let depth = 0.12 * front.width() + 4.0;
     canvas.rect(front, colour);
+    // Light from above: the top is brighter than the front, the side darker.
     canvas.rect(Rect::new(front.left, front.top - depth, front.right, front.top), colour * 1.3);
     canvas.rect(Rect::new(front.right, front.top, front.right + depth, front.bottom), colour * 0.4);
     let drawers = 1 + rng.below(4);

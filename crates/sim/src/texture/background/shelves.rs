@@ -15,14 +15,17 @@ pub(super) fn paint((width, height): (usize, usize), rng: &mut CounterRng) -> Ca
     for shelf in 0..shelves {
         let foot = step * (shelf + 1) as f32 - board;
         canvas.rect(Rect::new(0.0, foot, w, foot + board), wood);
+        // The lower part of a board is in shadow.
         canvas.rect(Rect::new(0.0, foot + 0.6 * board, w, foot + board), wood * 0.4);
         let mut x = 0.0;
         while x < w {
             let thickness = rng.uniform(0.012, 0.05) * w;
             let tall = rng.uniform(0.55, 0.9) * step;
+            // Some places stay empty, as on real shelves.
             if rng.chance(0.93) {
                 spine(&mut canvas, Rect::new(x, foot - tall, x + thickness, foot), rng);
             }
+            // A gap of a pixel divides spines of one colour.
             x += thickness + 1.0;
         }
     }

@@ -16,6 +16,7 @@ pub(super) fn paint((width, height): (usize, usize), rng: &mut CounterRng) -> Ca
     canvas.paint(whole, |at, _| from.lerp(to, at.y / h));
     let base_rad = rng.uniform(0.0, PI);
     for layer in 0..3 {
+        // More or less at right angles, as threads of a cloth are.
         let angle_rad = base_rad + FRAC_PI_2 * layer as f32 + rng.uniform(-0.3, 0.3);
         let direction = Vec2::from_angle(angle_rad);
         let period = rng.uniform(0.03, 0.12) * w;

@@ -16,6 +16,7 @@ pub(super) fn paint((width, height): (usize, usize), rng: &mut CounterRng) -> Ca
             left + rng.uniform(0.15, 0.5) * w,
             top + rng.uniform(0.15, 0.5) * h,
         );
+        // Before the sheet, which covers all but two of its edges.
         let shadow = Rect::new(left + 4.0, top + 4.0, sheet.right + 4.0, sheet.bottom + 4.0);
         canvas.paint(shadow, |_, old| old * 0.4);
         let dark = rng.chance(0.3);
@@ -36,9 +37,11 @@ fn write(canvas: &mut Canvas, sheet: Rect, ink: Vec3A, rng: &mut CounterRng) {
         let mut x = sheet.left;
         while x + letter < line_end {
             let wide = letter * rng.uniform(0.35, 0.8);
+            // One letter in six is a space, as in text.
             if !rng.chance(0.17) {
                 let top = y + letter * if rng.chance(0.5) { 0.0 } else { 0.3 };
                 let stem = (0.3 * letter).max(1.0);
+                // A stem and a bar are enough: letters only have to have edges.
                 canvas.rect(Rect::new(x, top, x + stem, y + letter), ink);
                 let bar = if rng.chance(0.5) { top } else { y + 0.6 * letter };
                 canvas.rect(Rect::new(x, bar, x + wide, bar + stem), ink);

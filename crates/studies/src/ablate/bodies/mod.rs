@@ -67,6 +67,7 @@ pub(super) fn run(args: &AblateBodyArgs) -> Result<()> {
     say(format!("machine: {}", Machine::this()));
     say(format!("output:  {}", args.out.display()));
     let all: Vec<Stages> = seeds.iter().map(|&seed| stages.with_seed(seed)).collect();
+    // All seeds of all rows are trained first, several at once; evaluation is short.
     let at_once = networks::concurrent(args.jobs, args.device.device);
     let networks: Vec<Network> = chosen.iter().map(|row| row.network).collect();
     networks::train_all(&args.out, &networks, &all, (at_once, args.device.device), None)?;

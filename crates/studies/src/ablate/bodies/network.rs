@@ -58,6 +58,7 @@ impl Network {
             Self::Pretrained | Self::GreyPretrained => stages.pretrain.clone(),
             _ => stages.finetune.clone(),
         };
+        // The directory of the study decides it: see `train`.
         config.start_from = None;
         match self {
             Self::Pretrained | Self::Full | Self::Scratch => {}
@@ -69,6 +70,7 @@ impl Network {
             Self::GreyPretrained => config.data.source = BodySourceKind::GreyStills,
             Self::Grey => config.data.source = BodySourceKind::GreyRecordings,
         }
+        // The blur is for images of events, which single events make rough.
         if matches!(self, Self::GreyPretrained | Self::Grey) {
             config.image.blur = None;
         }

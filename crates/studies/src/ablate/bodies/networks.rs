@@ -49,6 +49,7 @@ pub fn train_all(
     (jobs, device): (usize, DeviceKind),
     given: Option<&Path>,
 ) -> Result<()> {
+    // Before networks are trained side by side, two of which would simulate the same recordings.
     if given.is_none() {
         for stages in stages {
             recorded::prepare(&stages.finetune, &train_data(out, stages.finetune.seed))?;
@@ -71,11 +72,13 @@ pub fn train_all(
     let trainings = TrainingQueue { out, given, device, progress, queue: Mutex::new(queue) };
     let results: Vec<Result<()>> = std::thread::scope(|scope| {
         let worker = || {
+            // A pool of its own: the global one would mix the work of all networks.
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
             pool.install(|| trainings.work())
         };
         let workers: Vec<_> = (0..jobs).map(|_| scope.spawn(worker)).collect();
         let joined = workers.into_iter().map(|worker| worker.join());
+        // A panic of a worker is one of the study.
         joined.map(|ended| ended.unwrap_or_else(|panic| std::panic::resume_unwind(panic))).collect()
     });
     trainings.progress.finish_and_clear();
@@ -98,6 +101,7 @@ pub fn concurrent(jobs: Option<u16>, device: DeviceKind) -> usize {
 fn queue(out: &Path, networks: &[Network], stages: &[Stages]) -> VecDeque<Chain> {
     let mut chains: Vec<Vec<Network>> = Vec::new();
     for &network in networks {
+        // Networks with the same beginning form a chain behind it: it is trained once.
         let first = network.starts_from().unwrap_or(network);
         let chain = match chains.iter_mut().find(|chain| chain[0] == first) {
             Some(chain) => chain,
@@ -146,6 +150,7 @@ impl TrainingQueue<'_> {
             network.starts_from().map(|first| directory(self.out, first.name(), seed));
         let data = self.given.map_or_else(|| train_data(self.out, seed), Path::to_owned);
         let frames = BodyFrames::load(&config, &data, &|_| {})?;
+        // Resumes, so that an interrupted study goes on with the network that it was at.
         let options = TrainOptions {
             device: self.device,
             resume: true,
@@ -155,6 +160,7 @@ impl TrainingQueue<'_> {
         };
         let summary = train_body(&config, frames, &run, &options)
             .with_context(|| format!("training {}", run.display()))?;
+        // Without new samples the network was finished before, and no speed was measured.
         let all = config.training.steps as f64 * config.training.batch_size as f64;
         mark_finished(&run, (summary.samples > 0).then(|| all / summary.samples_per_second))?;
         self.progress.suspend(|| {

@@ -62,8 +62,10 @@ impl Outcome {
 
 fn outcome_of(row: &'static Row, trials: &[Trial], full: &[Trial]) -> Result<RowOutcome> {
     let of = |get: fn(&Trial) -> f64| mean(trials.iter().map(get));
+    // Seed by seed: both rows share the random draws of a seed.
     let difference_40 =
         mean(trials.iter().zip(full).map(|(trial, full)| trial.pck_40 - full.pck_40))?;
+    // One seed without a time: no mean.
     let times: Option<Vec<f64>> = trials.iter().map(|trial| trial.training_s).collect();
     Ok(RowOutcome {
         name: row.name,
@@ -142,6 +144,7 @@ pub(super) fn html(outcome: &Outcome, configs: &str) -> Result<String> {
     page.section("All rows", &legend(outcome));
     page.text_table(&HEADER, outcome.rows.iter().map(cells));
     page.section("Correct joints", "The share of joints nearer than a threshold, mean over seeds.");
+    // A chart has no more curves than there are colours.
     let parts = outcome.rows.chunks(PALETTE.len());
     let parts = parts.map(|rows| pck_chart(rows.iter().map(|row| (row.name, &*row.curve))));
     page.plots(&parts.collect::<Result<Vec<_>>>()?);

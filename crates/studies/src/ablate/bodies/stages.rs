@@ -72,6 +72,7 @@ impl Stages {
         for (name, config) in [("pretrain.toml", &self.pretrain), ("finetune.toml", &self.finetune)]
         {
             let path = out.join(name);
+            // Networks of an earlier run in this directory have to be of the same configs.
             if path.exists() {
                 let there = BodyConfig::read(&path)?;
                 let fields = config.differences(&there)?;
@@ -85,6 +86,7 @@ impl Stages {
                     .with_context(|| format!("writing {}", path.display()))?;
             }
         }
+        // It is of the run that began the directory.
         if out.join("run.toml").exists() {
             return Ok(());
         }

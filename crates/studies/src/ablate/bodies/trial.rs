@@ -42,6 +42,7 @@ pub(super) struct Trial {
 pub(super) fn run(out: &Path, row: &Row, stages: &Stages, device: &Device) -> Result<Trial> {
     let seed = stages.finetune.seed;
     let path = out.join("rows").join(row.name).join(format!("seed-{seed}.json"));
+    // A finished trial is read, not run: studies take days.
     if let Some(trial) = read_result(&path)? {
         return Ok(trial);
     }

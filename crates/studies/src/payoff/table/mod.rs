@@ -94,6 +94,7 @@ impl PairedTable {
         let names = |scores: &EvaluationScores| -> Vec<String> {
             scores.recordings.iter().map(|recording| recording.recording.clone()).collect()
         };
+        // Differences are paired: recordings have to agree in their order, too.
         for model in models {
             ensure!(
                 model.by_seed.len() == models[0].by_seed.len()
@@ -125,6 +126,7 @@ fn row(models: &[ModelScores], metric: usize, config: &BootstrapConfig) -> Metri
     let paired: Vec<usize> = (0..pooled[0].len()).filter(has_pairs).collect();
     let interval = |statistic: &dyn Fn(&[usize]) -> Option<f64>| {
         (!paired.is_empty()).then(|| {
+            // Recordings are drawn, not poses: those of one recording are alike.
             bootstrap(paired.len(), config, |drawn| {
                 let drawn: Vec<usize> = drawn.iter().map(|&i| paired[i]).collect();
                 statistic(&drawn).unwrap_or(f64::NAN)
@@ -146,6 +148,7 @@ fn row(models: &[ModelScores], metric: usize, config: &BootstrapConfig) -> Metri
             interval.low.zip(interval.high).is_some_and(|(low, high)| low > 0.0 || high < 0.0)
         })
     };
+    // Unless the interval of the bound excludes zero, a fraction of it means nothing.
     let has_bound = pooled.len() > 2 && is_measurable(interval(&|drawn| less(2, 0, drawn)));
     MetricRow {
         metric: models[0].by_seed[0].metrics[metric],

@@ -66,6 +66,7 @@ pub(super) fn draw_map(
     rng: &mut CounterRng,
     label: &BodyLabel,
 ) -> Option<DAffine2> {
+    // With other people in view, crops stay central, without skew or shift.
     let is_alone = label.other_centers.is_empty();
     // Above 0: what never happens is never chosen.
     let mut rest = rng.unit();

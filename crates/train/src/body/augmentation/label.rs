@@ -9,6 +9,7 @@ pub(super) fn moved(label: &BodyLabel, map: DAffine2, is_mirrored: bool) -> Body
     let to = |at: Vec2| map.transform_point2(at.as_dvec2()).as_vec2();
     let inside =
         |points: &[Vec2]| points.iter().map(|&at| to(at)).filter(|&at| is_inside(at)).collect();
+    // In a mirror, left is right.
     let from = |joint: usize, joints: usize| match MIRRORED.get(joint) {
         Some(&other) if is_mirrored && other < joints => other,
         _ => joint,
@@ -21,6 +22,7 @@ pub(super) fn moved(label: &BodyLabel, map: DAffine2, is_mirrored: bool) -> Body
         Keypoint { position, visibility }
     };
     let others = label.other_keypoints.len();
+    // The root of the change of area, since lengths here have no direction.
     let size = map.matrix2.determinant().abs().sqrt() as f32;
     BodyLabel {
         keypoints: (0..joints).map(keypoint).collect(),

@@ -45,6 +45,7 @@ pub(super) fn draw_rest(
     for (limb, is_leg) in
         LEGS.map(|leg| (leg, true)).into_iter().chain(ARMS.map(|arm| (arm, false)))
     {
+        // Draws come for every limb, whether or not it rests.
         let alone = rng.chance(ALONE);
         let known_alone = rng.uniform(KNOWN[0], KNOWN[1]);
         // Who stands rests with both legs, to the same height.
@@ -57,6 +58,7 @@ pub(super) fn draw_rest(
             segments.extend(parts_beyond(label, limb, known));
         }
     }
+    // The width is a share of the body, whose size on the image differs.
     let radius = width * (high - low).max_element();
     (!segments.is_empty()).then_some(Rest { segments, radius, rng })
 }
@@ -71,6 +73,7 @@ fn parts_beyond(label: &BodyLabel, limb: [usize; 3], known: f32) -> Vec<[Vec2; 2
     let mut parts = Vec::new();
     for (part, ends) in limb.windows(2).enumerate() {
         let (Some(from), Some(to)) = (at(ends[0]), at(ends[1])) else { continue };
+        // `known` counts parts: 1.5 is the middle of the second.
         let share = known - part as f32;
         if share < 1.0 {
             let is_last = part + 2 == limb.len();

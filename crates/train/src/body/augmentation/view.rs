@@ -42,6 +42,7 @@ pub(in crate::body) fn draw(
         0 => Interpolation::Linear,
         n => augmentation.interpolation[places.below(n)],
     };
+    // No map, if the drawn one loses too many joints.
     let mut view = BodyView::plain(label, interpolation);
     let is_mirrored = places.chance(augmentation.mirror_probability);
     let mut people = CounterRng::new(seed, "body augmentation people", sample);
@@ -124,9 +125,11 @@ impl BodyView {
     /// If `out` is of another size.
     pub fn render(&self, image: &Plane<u8>, side: usize, out: &mut [f32]) {
         sample(image, self.view_from_image.inverse(), self.interpolation, [side; 2], out);
+        // Rest and speckle are of events, light and noise of the whole image; a blank covers it.
         if let Some(rest) = &self.rest {
             rest.erase(out, side);
         }
+        // A copy, so that a view renders alike each time.
         if let Some((rng, [share, most])) = &self.speckle {
             add_speckle(out, &mut rng.clone(), *share, *most);
         }

@@ -50,6 +50,7 @@ pub(super) fn rest(variants: &[Variant], seed: u64) -> Result<Shown> {
         y: ChartAxis::new("share of all intervals"),
         series: Vec::new(),
     };
+    // Minutes, since a pixel at rest may fire less than once a minute.
     let scene = Scene { size: (24, 18), steps: 8_000, step_us: 50_000, light: |_, _, _| GREY };
     for variant in variants {
         let (events, _) = scene.rest(&variant.model, seed)?;
@@ -82,6 +83,7 @@ pub(super) fn pairs(variants: &[Variant], seed: u64) -> Result<Shown> {
             label: String::new(),
             colour,
             mark: Mark::Steps,
+            // Shares of all pairs: both curves together sum to 1.
             points: histogram(values, 1e-5, 2.0)
                 .into_iter()
                 .map(|(s, share)| (1e3 * s, share * values.len() as f64 / total))
@@ -101,6 +103,7 @@ pub(super) fn pairs(variants: &[Variant], seed: u64) -> Result<Shown> {
 /// Light that swings at 5 to 50 Hz.
 pub(super) fn busy(variants: &[Variant], seed: u64) -> Result<Shown> {
     let light = |x: usize, y: usize, t_s: f64| {
+        // A decade of frequencies over 48 columns; each row has a phase of its own.
         let hz = 5.0 * 10_f64.powf(x as f64 / 47.0);
         GREY * (std::f64::consts::TAU * (hz * t_s + y as f64 * 0.173)).sin().exp()
     };

@@ -101,6 +101,7 @@ pub(super) fn rate(variants: &[Variant], seed: u64) -> Result<Shown> {
         let (events, seconds) = scene.rest(&variant.model, seed)?;
         for (chart, is_on) in charts.iter_mut().zip([true, false]) {
             let counts = by_column(&events, COLUMNS, |event| event.polarity.is_on() == is_on);
+            // The rate of one pixel, from the count of a column of them.
             let per_s = 1.0 / (seconds.max(1e-9) * ROWS as f64);
             let points = counts.iter().enumerate().map(|(x, n)| (level(x), n * per_s)).collect();
             chart.series.push(series(variant, Mark::Line, points));

@@ -41,9 +41,11 @@ pub(super) fn rest(variants: &[Variant], seed: u64) -> Result<Shown> {
     for variant in variants {
         let (events, _) = scene.rest(&variant.model, seed)?;
         let mut map = counts(&events, 90, scene.size().pixels());
+        // A hot pixel has thousands of times the events of its neighbours.
         map.iter_mut().for_each(|count| *count = count.ln_1p());
         maps.push(map);
     }
+    // Not below 1: without any event, the map would be divided by zero.
     let high = maps.iter().flatten().copied().fold(0.0, f64::max).max(1.0);
     let images = maps.iter().map(|map| event_image::map(map, 90, (0.0, high))).collect();
     let what = format!(
@@ -59,6 +61,7 @@ pub(super) fn grid(variants: &[Variant], seed: u64) -> Result<Shown> {
     const PITCH: usize = 27;
     let light = |x: usize, y: usize, t_s: f64| {
         let is_line = x % PITCH < 2 || y % PITCH < 2;
+        // Pixels take the first light as their reference: lines come after it.
         if is_line && t_s > 0.0 { 3.0 * GREY } else { GREY }
     };
     let scene = Scene { size: (270, 203), steps: 1, step_us: 1_000, light };

@@ -72,6 +72,7 @@ pub(super) fn trace(variants: &[Variant], seed: u64) -> Result<Shown> {
         run.label_origins(false);
         let voltage = last_voltage(&variant.model)?;
         let rows = &variant.model.describe().rows;
+        // The voltage first: taps are read in this order below.
         run.tap(voltage, (0, 0))?;
         for row in rows {
             if matches!((row.spec.build)(&row.settings)?, Stage::Detector(_)) {
@@ -86,6 +87,7 @@ pub(super) fn trace(variants: &[Variant], seed: u64) -> Result<Shown> {
                 let ticks = if event.polarity.is_on() { &mut on } else { &mut off };
                 ticks.push((
                     1e3 * event.t.as_seconds(),
+                    // Below the signals, still inside the axis.
                     if event.polarity.is_on() { -2.75 } else { -2.95 },
                 ));
             }
@@ -95,6 +97,7 @@ pub(super) fn trace(variants: &[Variant], seed: u64) -> Result<Shown> {
         };
         let level = ms(run.taps()[0].samples());
         let residual = run.taps().get(1).map(|tap| ms(tap.samples())).unwrap_or_default();
+        // The detector's signal is V - M.
         let memory = level.iter().zip(&residual).map(|(v, d)| (v.0, v.1 - d.1)).collect();
         let part = |label: &str, colour, mark, points| Series {
             label: label.to_owned(),

@@ -70,7 +70,9 @@ pub(super) fn flash_rate(variants: &[Variant], seed: u64) -> Result<Shown> {
         let events = scene.show(&variant.model, seed)?;
         let mut bins = vec![0.0; 50];
         for event in &events {
+            // A readout may deliver events late, behind the last bin.
             if let Some(bin) = bins.get_mut((event.t.0 / 1_000) as usize) {
+                // An event in a millisecond is a thousand in a second.
                 *bin += 1e-3;
             }
         }

@@ -82,6 +82,7 @@ impl LowPrecisionConv {
         assert!(matches!(stride, 1 | 2) && is_square, "a square kernel of stride 1 or 2");
         assert_eq!(weight.len(), channels_out * channels_in * shape.taps(), "weights");
         assert_eq!(bias.len(), channels_out, "bias");
+        // Two blocks share each loaded pixel, where registers have room for their sums.
         let blocks_per_group = if level.has_room_for_two_blocks() { 2 } else { 1 };
         let groups = block_groups(channels_out, blocks_per_group);
         let (weights, scales, bias) = match input {
@@ -89,6 +90,7 @@ impl LowPrecisionConv {
                 let weight: Vec<Bf16> = weight.iter().map(|value| Bf16::nearest(*value)).collect();
                 let depth = arithmetic.depth::<Bf16>(level);
                 let weights = PackedWeights::new(shape, groups, arithmetic, depth, &weight);
+                // Scales are of quantised weights alone.
                 (weights, pad_to_blocks(&vec![1.0; channels_out]), pad_to_blocks(bias))
             }
             LowPrecisionType::Uint8(params) => {
@@ -191,6 +193,7 @@ impl ConvExec<'_> {
                 let rows = rows.clone();
                 match conv.arithmetic {
                     Arithmetic::Vectors => {
+                        // Prefetching may go on into the next group's weights, not behind the last.
                         let left = all - first - bytes;
                         self.run_vectors::<S>(blocks, rows, weights, [bytes, left]);
                     }
@@ -215,8 +218,10 @@ impl ConvExec<'_> {
         weights: *const u8,
         [bytes, left]: [usize; 2],
     ) {
+        // No more than there are weights behind, and no more than a group has.
         let prefetch_lines = bytes.min(left) / size_of::<Line>();
         let block = blocks.start;
+        // Literals, since blocks and strides are constants of the compiled kernels.
         macro_rules! run {
             ($b:literal, $stride:literal) => {{
                 let kernel = GroupKernel::<$b, $stride> {

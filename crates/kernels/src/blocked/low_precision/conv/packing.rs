@@ -44,6 +44,7 @@ impl PackedWeights {
         } else {
             tile_steps(shape, depth)
         };
+        // None has no channel or no tap, and stays zero.
         let mut all: Vec<Option<W>> = Vec::new();
         for blocks in groups {
             for step in &steps {

@@ -76,12 +76,14 @@ impl<S: TileElement, U: TileUnit> Kernel for TileKernel<'_, S, U> {
     unsafe fn run<V: Lanes>(&self) {
         let [_, _, width] = self.exec.size;
         let mut sums = [[Sums([[S::Sum::default(); LANES]; TILE_ROWS]); 2]; 2];
+        // The last tile overlaps the one before, so that all are equally wide.
         let column = |tile: usize| (tile * self.pixels).min(width - self.pixels);
         let tiles = width.div_ceil(self.pixels);
         // SAFETY: the caller's; pixels are inside the output.
         unsafe {
             let mut unit = U::configure(&self.config());
             for y in self.rows.clone() {
+                // Two tiles share the weights that were loaded.
                 for first in (0..tiles).step_by(2) {
                     let second = (first + 1 < tiles).then(|| column(first + 1));
                     let columns = [Some(column(first)), second];
@@ -123,6 +125,7 @@ impl<S: TileElement, U: TileUnit> TileKernel<'_, S, U> {
         // SAFETY: the caller's. A tile's rows are the taps of pixels of the output, which are
         // inside the input and its border; weights are packed in this order.
         unsafe {
+            // All four are stored below, those that are not used as well.
             unit.zero::<SUMS_00>();
             unit.zero::<SUMS_01>();
             unit.zero::<SUMS_10>();
@@ -133,6 +136,7 @@ impl<S: TileElement, U: TileUnit> TileKernel<'_, S, U> {
                 for ky in 0..kernel {
                     for kx in self.taps.first_taps() {
                         let at = ky * row_bytes + kx * pixel_bytes;
+                        // Each tile of weights and of inputs is loaded once for two products.
                         unit.load::<WEIGHTS_0>(weights, weight_pitch);
                         unit.load::<INPUTS_0>(window[0].add(at), stride * pixel_bytes);
                         S::add_products::<U, SUMS_00, INPUTS_0, WEIGHTS_0>(unit);
@@ -147,6 +151,7 @@ impl<S: TileElement, U: TileUnit> TileKernel<'_, S, U> {
                                 S::add_products::<U, SUMS_11, INPUTS_1, WEIGHTS_1>(unit);
                             }
                         }
+                        // Packed in the order of these loops, so that one pointer moves on.
                         weights = weights.add(self.weight_rows() * weight_pitch);
                     }
                 }

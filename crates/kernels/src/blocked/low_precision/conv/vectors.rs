@@ -36,6 +36,7 @@ impl<S: ReducedPrecision, const B: usize, const STRIDE: usize> ReducedKernel<S>
         let [_, _, width] = self.exec.size;
         let tile = D::TILE[B - 1];
         let max_tile = if STRIDE == 2 { tile.min(MAX_STRIDE_2_TILE) } else { tile };
+        // As in f32: tiles of a row of nearly the same width.
         let tile_width = width.div_ceil(width.div_ceil(max_tile));
         let (tiles_per_row, mut index) = (width.div_ceil(tile_width), 0);
         for y in self.rows.clone() {
@@ -58,6 +59,7 @@ impl<S: ReducedPrecision, const B: usize, const STRIDE: usize> ReducedKernel<S>
                         }
                     };
                 }
+                // Widths are constants of the compiled tiles: sums then stay in registers.
                 match_pixels!(1 2 3 4 5 6 7 8 9 10 11 12);
             }
         }
@@ -85,6 +87,7 @@ impl<const B: usize, const STRIDE: usize> GroupKernel<'_, B, STRIDE> {
         unsafe {
             let mut sums = [[D::zero(); B]; N];
             for first in (0..channels_in).step_by(LANES) {
+                // The last block of channels may need fewer steps.
                 let steps = LANES.min(channels_in - first).div_ceil(D::DEPTH);
                 let from: *const D::Element =
                     input.tap(first / LANES, y * STRIDE, x * STRIDE, kernel / 2);
@@ -92,6 +95,7 @@ impl<const B: usize, const STRIDE: usize> GroupKernel<'_, B, STRIDE> {
                     for kx in 0..kernel {
                         let from = from.add(ky * row_pitch + kx * LANES);
                         for step in 0..steps {
+                            // A line at each step, spread over the arithmetic that hides it.
                             if fetched < prefetch_lines {
                                 D::Lanes::prefetch(
                                     prefetch.wrapping_add(fetched * CACHE_LINE_BYTES).cast(),

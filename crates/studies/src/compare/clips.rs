@@ -1,0 +1,409 @@
+//! `evpose compare clips`: what pre-training and fine-tuning are worth on real images, one clip left out at a time.
+//!
+//! # Source
+//! Goyal et al., CVPRW 2023: pre-trained on stills, fine-tuned on recordings of DHP19, evaluated on others. They held
+//! out subjects; clips of one subject say less of other people.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::{Context, Result, ensure};
+use evpose_cli::args::DeviceArgs;
+use evpose_cli::configs;
+use evpose_cli::json::{read_result, write_json, write_result};
+use evpose_cli::progress::{bar, say};
+use evpose_cli::provenance::Provenance;
+use evpose_cli::recorded;
+use evpose_cli::shipped::checkpoint_path;
+use evpose_core::Micros;
+use evpose_core::stats::bootstrap::BootstrapConfig;
+use evpose_pose::metric::body::BodyEvaluation;
+use evpose_report::chart::{self, Chart, ChartAxis, Series};
+use evpose_report::colour::palette;
+use evpose_report::html::HtmlPage;
+use evpose_task::body::{BodyCheckpoint, BodyConfig, BodyPredictor, BodyPredictorOptions};
+use evpose_task::{BEST, LAST, TaskConfig as _};
+use evpose_train::body::{
+    BodyFrames, evaluate_frames, first_network, holds_annotations, train_body_validated_on,
+};
+use evpose_train::{TrainOptions, read_history, validation_means};
+use serde::{Deserialize, Serialize};
+
+use super::measure::DataSet;
+use super::system::{MOVE_ENET, selected};
+use super::trial::digest_of;
+use crate::study::{self, ResultFiles, markdown_table};
+
+/// Settings of every fine-tuning, before those of `--set`. Nothing is chosen or calibrated by the clip left out, and
+/// labelled images have no events that could be erased.
+const FINE_TUNING: [&str; 7] = [
+    "data.source=annotations",
+    "data.min_joints=1",
+    "augmentation.rest_probability=0.0",
+    "training.calibrate_confidence=false",
+    "training.learning_rate=5e-4",
+    "training.steps=200",
+    "training.steps_per_validation=50",
+];
+
+/// Thresholds of the PCK, in percent of the torso's diagonal.
+const PERCENTS: [usize; 2] = [20, 40];
+
+/// Arguments of `evpose compare clips`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  evpose compare clips dhp19_eros --out runs/clips\n  \
+    evpose compare clips dhp19_eros --start body,runs/stills --set training.steps=400 --out runs/clips --resume\n\n\
+    Every network is evaluated on each clip as it is, and fine-tuned on the other clips; another is trained on these \
+    from initial weights.")]
+pub struct CompareClipsArgs {
+    /// A folder of clips, each with `poses.json` and `images`
+    clips: PathBuf,
+    /// Networks to start from: run directories, .bpk files, or names of shipped ones, of the config's shape
+    #[arg(long, value_name = "NETWORK", value_delimiter = ',', default_values = ["body"])]
+    start: Vec<PathBuf>,
+    /// The config of the network and its fine-tuning: a file, or an embedded one
+    #[arg(long, default_value = "body-wide")]
+    config: String,
+    /// Change one field, for example --set training.steps=400 (may be repeated)
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    overrides: Vec<String>,
+    /// Directory for trainings, tables and the page
+    #[arg(long, default_value = "runs/clips")]
+    out: PathBuf,
+    /// Also write the results here
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Continue an interrupted study in the directory
+    #[arg(long)]
+    resume: bool,
+    #[command(flatten)]
+    device: DeviceArgs,
+}
+
+/// A network as it is, or trained on all clips but the one that it is evaluated on.
+struct Row {
+    name: String,
+    /// None for initial weights.
+    start: Option<PathBuf>,
+    /// SHA-256 of the file of `start`.
+    digest: String,
+    is_trained: bool,
+}
+
+impl Row {
+    /// Name of its directory.
+    fn directory(&self) -> String {
+        self.name.replace([' ', ','], "-")
+    }
+}
+
+/// Scores on a clip.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct ClipScores {
+    clip: String,
+    images: usize,
+    pck_20: f64,
+    pck_40: f64,
+    auc: f64,
+    mpjpe_px: f64,
+    /// Optimiser steps, and PCK@0.2 of one pass on this clip after them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    learning_curve: Vec<(u64, f64)>,
+}
+
+#[derive(Debug, Serialize)]
+struct RowScores {
+    name: String,
+    /// Means over clips.
+    pck_20: f64,
+    pck_40: f64,
+    auc: f64,
+    mpjpe_px: f64,
+    /// The lowest PCK@0.4 of a clip.
+    worst_pck_40: f64,
+    clips: Vec<ClipScores>,
+}
+
+impl RowScores {
+    fn new(name: String, clips: Vec<ClipScores>) -> Self {
+        let mean =
+            |of: fn(&ClipScores) -> f64| clips.iter().map(of).sum::<f64>() / clips.len() as f64;
+        Self {
+            pck_20: mean(|clip| clip.pck_20),
+            pck_40: mean(|clip| clip.pck_40),
+            auc: mean(|clip| clip.auc),
+            mpjpe_px: mean(|clip| clip.mpjpe_px),
+            worst_pck_40: clips.iter().map(|clip| clip.pck_40).fold(f64::INFINITY, f64::min),
+            name,
+            clips,
+        }
+    }
+}
+
+#[derive(Debug, Serialize)]
+struct Outcome {
+    #[serde(flatten)]
+    provenance: Provenance,
+    steps: u64,
+    batch_size: usize,
+    rows: Vec<RowScores>,
+    /// What is published of MoveEnet on other subjects of DHP19.
+    published: Vec<(&'static str, f64)>,
+}
+
+/// Trains, evaluates and writes what is missing.
+pub(super) fn run(args: &CompareClipsArgs) -> Result<()> {
+    evpose_kernels::keep_freed_memory();
+    let (started, provenance) = (Instant::now(), Provenance::this());
+    args.device.open()?;
+    let overrides: Vec<String> =
+        FINE_TUNING.iter().map(|&set| set.to_owned()).chain(args.overrides.clone()).collect();
+    let mut config: BodyConfig = configs::load(&args.config, &overrides)?;
+    config.start_from = None;
+    // The clip left out is what the training validates on: it may not end it.
+    config.training.early_stop.window = 0;
+    let clips = Clip::all(&args.clips, &config)?;
+    let all = rows_of(args, &config)?;
+    study::is_begun(&args.out, args.resume)?;
+    study::claim(&args.out.join("config.toml"), &config.to_toml()?)?;
+    study::claim(&args.out.join("inputs.txt"), &inputs(&all, &clips))?;
+    let mut rows = Vec::new();
+    for row in all {
+        let scores = clips
+            .iter()
+            .map(|held| scores(args, &config, &row, held, &clips))
+            .collect::<Result<_>>();
+        let scores = RowScores::new(row.name, scores?);
+        say(format!("{}: PCK@0.4 {:.3}, PCK@0.2 {:.3}", scores.name, scores.pck_40, scores.pck_20));
+        rows.push(scores);
+    }
+    let (steps, batch_size) = (config.training.steps, config.training.batch_size);
+    let outcome = Outcome { provenance, steps, batch_size, rows, published: published() };
+    let files = ResultFiles::new(&args.out, "clips");
+    let table = markdown(&outcome);
+    files.write(&outcome, &table, &page(&outcome, &config.to_toml()?)?)?;
+    write_json(args.json.as_deref(), &outcome)?;
+    say(format!("\n{table}"));
+    files.say_written(started);
+    Ok(())
+}
+
+/// The rows of the study: initial weights trained, then every start as it is and trained.
+///
+/// # Errors
+/// If a start cannot be read or is of another shape than `config`, or two of them have one name.
+fn rows_of(args: &CompareClipsArgs, config: &BodyConfig) -> Result<Vec<Row>> {
+    let row = |name: &str, start: Option<&PathBuf>, digest: &str, is_trained| Row {
+        name: name.to_owned(),
+        start: start.cloned(),
+        digest: digest.to_owned(),
+        is_trained,
+    };
+    let mut rows = vec![row("from nothing", None, "", true)];
+    for start in &args.start {
+        let mut path = checkpoint_path(start)?;
+        if path.is_dir() {
+            path = path.join(BEST);
+        }
+        let config = BodyConfig { start_from: Some(path.clone()), ..config.clone() };
+        first_network(&config, &args.device.open()?)
+            .with_context(|| format!("--start {}", start.display()))?;
+        let digest = digest_of(&path)?;
+        let name = start.file_name().unwrap_or_default().to_string_lossy();
+        let name = name.trim_end_matches(".bpk");
+        rows.push(row(name, Some(&path), &digest, false));
+        rows.push(row(&format!("{name}, fine-tuned"), Some(&path), &digest, true));
+    }
+    let mut names: Vec<String> = rows.iter().map(Row::directory).collect();
+    names.sort();
+    names.dedup();
+    ensure!(
+        names.len() == rows.len(),
+        "--start: two networks have one name: copy one to another file"
+    );
+    Ok(rows)
+}
+
+/// What the results of a study are of: its directory takes no others.
+fn inputs(rows: &[Row], clips: &[Clip]) -> String {
+    let starts = rows.iter().filter(|row| row.start.is_some() && !row.is_trained);
+    let starts = starts.map(|row| format!("start {} {}\n", row.name, row.digest));
+    let clips = clips.iter().map(|clip| format!("clip {} {}\n", clip.name, clip.frames.digest()));
+    starts.chain(clips).collect()
+}
+
+/// The images of a clip.
+struct Clip {
+    name: String,
+    frames: BodyFrames,
+}
+
+impl Clip {
+    /// All clips in a folder, by name.
+    fn all(folder: &Path, config: &BodyConfig) -> Result<Vec<Self>> {
+        let in_folder = || folder.display().to_string();
+        let mut paths = Vec::new();
+        for entry in folder.read_dir().with_context(in_folder)? {
+            paths.push(entry.with_context(in_folder)?.path());
+        }
+        paths.retain(|path| holds_annotations(path));
+        paths.sort();
+        ensure!(
+            paths.len() > 1,
+            "{}: {} clips; one is left out, so that two are needed, each with `poses.json` and `images`",
+            folder.display(),
+            paths.len()
+        );
+        let read = |path: PathBuf| -> Result<Self> {
+            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            Ok(Self { name, frames: recorded::frames(config, &path)? })
+        };
+        paths.into_iter().map(read).collect()
+    }
+}
+
+/// Scores of a row on the clip `held`, from the directory of the study or computed.
+fn scores(
+    args: &CompareClipsArgs,
+    config: &BodyConfig,
+    row: &Row,
+    held: &Clip,
+    clips: &[Clip],
+) -> Result<ClipScores> {
+    let run = args.out.join(row.directory()).join(&held.name);
+    let stored = run.join("scores.json");
+    if let Some(scores) = read_result(&stored)? {
+        return Ok(scores);
+    }
+    std::fs::create_dir_all(&run).with_context(|| run.display().to_string())?;
+    let mut others = BodyFrames::default();
+    for clip in clips.iter().filter(|clip| clip.name != held.name) {
+        others.append(clip.frames.clone());
+    }
+    let mean_pose = others.mean_pose();
+    let mut learning_curve = Vec::new();
+    let path = match &row.start {
+        Some(start) if !row.is_trained => start.clone(),
+        start => {
+            say(format!("{}: training on all clips but {}", row.name, held.name));
+            let config = BodyConfig { start_from: start.clone(), ..config.clone() };
+            let options = TrainOptions {
+                device: args.device.device,
+                resume: true,
+                plain: true,
+                progress: None,
+                pause_after: None,
+            };
+            train_body_validated_on(held.frames.clone(), &config, others, &run, &options)
+                .with_context(|| format!("training {}", run.display()))?;
+            let history = read_history(&run.join("metrics.jsonl"))?;
+            let training = &config.training;
+            let step_of = |interval| interval as u64 * training.steps_per_validation;
+            let of = |(interval, pck)| (step_of(interval).min(training.steps), pck);
+            learning_curve = validation_means(&history, "accuracy").into_iter().map(of).collect();
+            // The best one was chosen by the clip left out.
+            run.join(LAST)
+        }
+    };
+    let mut checkpoint = BodyCheckpoint::load(&path, &args.device.open()?)?;
+    // Rows differ in their training alone.
+    checkpoint.config.decoding = config.decoding;
+    let predictor = BodyPredictor::new(&checkpoint, BodyPredictorOptions::default(), None)?;
+    let mut frames = held.frames.clone();
+    for (index, frame) in (0..).zip(&mut frames.frames) {
+        // Images are evaluated one by one, and none is in the part of a sequence that the protocol leaves out.
+        (frame.sequence, frame.t) = (index, Micros::SECOND);
+    }
+    let progress = bar(&format!("{} on {}", row.name, held.name), frames.len() as u64, "images");
+    let (evaluation, _) =
+        evaluate_frames(&predictor, &frames, &mean_pose, &|_, _| progress.inc(1))?;
+    progress.finish_and_clear();
+    let scores = clip_scores(held, &evaluation, learning_curve)?;
+    write_result(&stored, &scores)?;
+    Ok(scores)
+}
+
+fn clip_scores(
+    held: &Clip,
+    evaluation: &BodyEvaluation,
+    learning_curve: Vec<(u64, f64)>,
+) -> Result<ClipScores> {
+    let no_interval = BootstrapConfig { resamples: 0, seed: 0 };
+    let scores = evaluation.summary(&PERCENTS, &no_interval)?.raw;
+    let value = |interval: Option<evpose_core::stats::interval::Interval>| {
+        interval.map(|interval| interval.estimate).context("no pose could be evaluated")
+    };
+    Ok(ClipScores {
+        clip: held.name.clone(),
+        images: held.frames.len(),
+        pck_20: value(scores.pck[0])?,
+        pck_40: value(scores.pck[1])?,
+        auc: value(scores.auc)?,
+        mpjpe_px: value(scores.mpjpe_px)?,
+        learning_curve,
+    })
+}
+
+/// What MoveEnet's paper says of DHP19.
+fn published() -> Vec<(&'static str, f64)> {
+    let systems = selected(&[MOVE_ENET.to_owned()]);
+    let figures = systems.iter().flat_map(|system| system.published);
+    let figures = figures.filter(|figure| figure.data_set == DataSet::Dhp19);
+    figures.map(|figure| (figure.measure.name(), figure.value)).collect()
+}
+
+fn markdown(outcome: &Outcome) -> String {
+    let rows = outcome.rows.iter().map(|row| {
+        let mut cells = vec![row.name.clone()];
+        cells.extend([row.pck_40, row.pck_20, row.auc].map(|value| format!("{value:.3}")));
+        cells.push(format!("{:.1}", row.mpjpe_px));
+        cells.extend(row.clips.iter().map(|clip| format!("{:.3}", clip.pck_40)));
+        cells
+    });
+    let clips = outcome.rows.first().into_iter().flat_map(|row| &row.clips);
+    let header: Vec<&str> = ["network", "PCK@0.4", "PCK@0.2", "AUC", "MPJPE px"]
+        .into_iter()
+        .chain(clips.map(|clip| clip.clip.as_str()))
+        .collect();
+    let published: Vec<String> =
+        outcome.published.iter().map(|(name, value)| format!("{name} {value}")).collect();
+    format!(
+        "{}\nMeans over clips; behind them PCK@0.4 of each. Each clip is evaluated by a network that was trained on \
+         the others, in {} steps of {} images. Published of MoveEnet on other subjects of DHP19, trained on more of \
+         them: {}.\n",
+        markdown_table(&header, rows),
+        outcome.steps,
+        outcome.batch_size,
+        published.join(", ")
+    )
+}
+
+/// Table and learning curves, means over clips.
+fn page(outcome: &Outcome, config: &str) -> Result<String> {
+    let mut page = HtmlPage::new(
+        "Pre-training and fine-tuning on real images",
+        "Each clip is evaluated by networks that were trained on the others.",
+    );
+    let trained = outcome.rows.iter().filter(|row| !row.clips[0].learning_curve.is_empty());
+    let series = trained.enumerate().map(|(index, row)| {
+        let curves = row.clips.iter().map(|clip| &clip.learning_curve);
+        let mean = |(at, (step, _)): (usize, &(u64, f64))| {
+            let values = curves.clone().filter_map(|curve| curve.get(at)).map(|(_, pck)| pck);
+            (*step as f64, values.sum::<f64>() / row.clips.len() as f64)
+        };
+        let points = row.clips[0].learning_curve.iter().enumerate().map(mean).collect();
+        Series::line(&row.name, palette(index), points)
+    });
+    let chart = Chart {
+        title: "Learning curves on the clip left out".to_owned(),
+        x: ChartAxis::new("optimiser steps").from_zero(),
+        y: ChartAxis::new("PCK@0.2 of one pass").from_zero(),
+        series: series.collect(),
+    };
+    page.section("Learning curves", "Means over clips.");
+    page.plots(&[chart::grid(&[chart], 1, (560, 320))?]);
+    page.section("All networks", "");
+    page.details("Table", &markdown(outcome));
+    page.details("Config of the fine-tuning", config);
+    Ok(page.finish())
+}
