@@ -183,6 +183,7 @@ pub(crate) const RULES: &[Rule] = &[
     rule("compare.md", "--out runs/studio", Skip("takes ten minutes: a small comparison, whole")),
     rule("compare.md", "cargo build --release --features onnx", Skip("builds the program again")),
     rule("compare.md", ".onnx", LICENCE),
+    rule("compare.md", "evpose compare clips", Skip("needs images that may not be passed on")),
     rule(
         "compare.md",
         "evpose compare body --out",
