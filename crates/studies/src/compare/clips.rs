@@ -52,7 +52,7 @@ const PERCENTS: [usize; 2] = [20, 40];
 /// Arguments of `evpose compare clips`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  evpose compare clips dhp19_eros --out runs/clips\n  \
-    evpose compare clips dhp19_eros --start body,runs/stills --set training.steps=400 --out runs/clips --resume\n\n\
+    evpose compare clips dhp19_eros --start body,runs/stills --out runs/clips --resume\n\n\
     Every network is evaluated on each clip as it is, and fine-tuned on the other clips; another is trained on these \
     from initial weights.")]
 pub struct CompareClipsArgs {
