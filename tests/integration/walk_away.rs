@@ -52,7 +52,7 @@ fn ratios(activity: &str, size_at: fn(Micros) -> f32, far: f32) -> Vec<f32> {
         changes.extend(["--set".to_owned(), format!("simulation.{change}")]);
     }
     sandbox.run(simulate, &changes.iter().map(String::as_str).collect::<Vec<_>>());
-    let near = evpose_io::open(&sandbox.path("data/0000.raw")).unwrap().stream;
+    let near = evpose_io::open(sandbox.path("data/0000.raw")).unwrap().stream;
     let sensor = near.sensor();
     let image_px = Vec2::new(f32::from(sensor.width), f32::from(sensor.height));
     let mut events = EventStream::empty(sensor);
