@@ -15,7 +15,7 @@ use glam::Vec2;
 
 use crate::harness::Sandbox;
 
-/// Where the person walks to, relative to the image.
+/// The point that the person walks to, relative to the image.
 const VANISHING: Vec2 = Vec2::new(0.5, 0.45);
 
 /// Size of the person at a time, relative to the one at the beginning: distance grows to the threefold.

@@ -8,7 +8,7 @@ pub(super) fn compare(a: &str, b: &str) -> Ordering {
     loop {
         let digits = |rest: &[u8]| rest.iter().take_while(|c| c.is_ascii_digit()).count();
         let order = match (digits(a_rest), digits(b_rest)) {
-            // Unless numbers begin on both sides, one byte each is compared.
+            // Unless both sides begin with digits, one byte each is compared.
             (0, _) | (_, 0) => match (a_rest.split_first(), b_rest.split_first()) {
                 // What differs in leading zeros only still needs an order.
                 (None, None) => return a.cmp(b),

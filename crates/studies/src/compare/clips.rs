@@ -147,11 +147,11 @@ struct Outcome {
     steps: u64,
     batch_size: usize,
     rows: Vec<RowScores>,
-    /// What is published of MoveEnet on other subjects of DHP19.
+    /// Published figures of MoveEnet on other subjects of DHP19.
     published: Vec<(&'static str, f64)>,
 }
 
-/// Trains, evaluates and writes what is missing.
+/// Trains, evaluates and writes the missing results.
 pub(super) fn run(args: &CompareClipsArgs) -> Result<()> {
     evpose_kernels::keep_freed_memory();
     let (started, provenance) = (Instant::now(), Provenance::this());
@@ -171,7 +171,7 @@ pub(super) fn run(args: &CompareClipsArgs) -> Result<()> {
     for row in all {
         let scores = clips
             .iter()
-            .map(|held| scores(args, &config, &row, held, &clips))
+            .map(|left_out| scores(args, &config, &row, left_out, &clips))
             .collect::<Result<_>>();
         let scores = RowScores::new(row.name, scores?);
         say(format!("{}: PCK@0.4 {:.3}, PCK@0.2 {:.3}", scores.name, scores.pck_40, scores.pck_20));
@@ -224,7 +224,7 @@ fn rows_of(args: &CompareClipsArgs, config: &BodyConfig) -> Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// What the results of a study are of: its directory takes no others.
+/// Digests of the inputs of a study, whose directory takes no others.
 fn inputs(rows: &[Row], clips: &[Clip]) -> String {
     let starts = rows.iter().filter(|row| row.start.is_some() && !row.is_trained);
     let starts = starts.map(|row| format!("start {} {}\n", row.name, row.digest));
@@ -262,22 +262,22 @@ impl Clip {
     }
 }
 
-/// Scores of a row on the clip `held`, from the directory of the study or computed.
+/// Scores of a row on the clip `left_out`, from the directory of the study or computed.
 fn scores(
     args: &CompareClipsArgs,
     config: &BodyConfig,
     row: &Row,
-    held: &Clip,
+    left_out: &Clip,
     clips: &[Clip],
 ) -> Result<ClipScores> {
-    let run = args.out.join(row.directory()).join(&held.name);
+    let run = args.out.join(row.directory()).join(&left_out.name);
     let stored = run.join("scores.json");
     if let Some(scores) = read_result(&stored)? {
         return Ok(scores);
     }
     std::fs::create_dir_all(&run).with_context(|| run.display().to_string())?;
     let mut others = BodyFrames::default();
-    for clip in clips.iter().filter(|clip| clip.name != held.name) {
+    for clip in clips.iter().filter(|clip| clip.name != left_out.name) {
         others.append(clip.frames.clone());
     }
     let mean_pose = others.mean_pose();
@@ -285,7 +285,7 @@ fn scores(
     let path = match &row.start {
         Some(start) if !row.is_trained => start.clone(),
         start => {
-            say(format!("{}: training on all clips but {}", row.name, held.name));
+            say(format!("{}: training on all clips but {}", row.name, left_out.name));
             let config = BodyConfig { start_from: start.clone(), ..config.clone() };
             let options = TrainOptions {
                 device: args.device.device,
@@ -294,7 +294,7 @@ fn scores(
                 progress: None,
                 pause_after: None,
             };
-            train_body_validated_on(held.frames.clone(), &config, others, &run, &options)
+            train_body_validated_on(left_out.frames.clone(), &config, others, &run, &options)
                 .with_context(|| format!("training {}", run.display()))?;
             let history = read_history(&run.join("metrics.jsonl"))?;
             let training = &config.training;
@@ -309,22 +309,23 @@ fn scores(
     // Rows differ in their training alone.
     checkpoint.config.decoding = config.decoding;
     let predictor = BodyPredictor::new(&checkpoint, BodyPredictorOptions::default(), None)?;
-    let mut frames = held.frames.clone();
+    let mut frames = left_out.frames.clone();
     for (index, frame) in (0..).zip(&mut frames.frames) {
         // Images are evaluated one by one, and none is in the part of a sequence that the protocol leaves out.
         (frame.sequence, frame.t) = (index, Micros::SECOND);
     }
-    let progress = bar(&format!("{} on {}", row.name, held.name), frames.len() as u64, "images");
+    let progress =
+        bar(&format!("{} on {}", row.name, left_out.name), frames.len() as u64, "images");
     let (evaluation, _) =
         evaluate_frames(&predictor, &frames, &mean_pose, &|_, _| progress.inc(1))?;
     progress.finish_and_clear();
-    let scores = clip_scores(held, &evaluation, learning_curve)?;
+    let scores = clip_scores(left_out, &evaluation, learning_curve)?;
     write_result(&stored, &scores)?;
     Ok(scores)
 }
 
 fn clip_scores(
-    held: &Clip,
+    left_out: &Clip,
     evaluation: &BodyEvaluation,
     learning_curve: Vec<(u64, f64)>,
 ) -> Result<ClipScores> {
@@ -334,8 +335,8 @@ fn clip_scores(
         interval.map(|interval| interval.estimate).context("no pose could be evaluated")
     };
     Ok(ClipScores {
-        clip: held.name.clone(),
-        images: held.frames.len(),
+        clip: left_out.name.clone(),
+        images: left_out.frames.len(),
         pck_20: value(scores.pck[0])?,
         pck_40: value(scores.pck[1])?,
         auc: value(scores.auc)?,
@@ -344,7 +345,7 @@ fn clip_scores(
     })
 }
 
-/// What MoveEnet's paper says of DHP19.
+/// Figures of DHP19 in MoveEnet's paper.
 fn published() -> Vec<(&'static str, f64)> {
     let systems = selected(&[MOVE_ENET.to_owned()]);
     let figures = systems.iter().flat_map(|system| system.published);

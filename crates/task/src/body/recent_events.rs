@@ -1,4 +1,4 @@
-//! Where the latest events were: an EROS keeps the trail of somebody who has walked away.
+//! The place of the latest events: an EROS keeps the trail of somebody who has walked away.
 
 use evpose_core::{EventStream, Micros, SensorSize};
 use glam::Vec2;
