@@ -62,7 +62,8 @@ pub(crate) const CI: &[Step] = &[
     step("links of pages lead somewhere", "xtask links"),
     step("the command line stays small", "xtask lines"),
     // With all that is optional, which is compiled, not built: its tests are slow. The documentation shares what
-    // is compiled. What is there without a feature alone is linted by the CI of pull requests.
+    // is compiled. What is there without a feature alone is linted nightly, and by the CI of pull
+    // requests.
     step(
         "lints, tests, benches and optional features included",
         of_workspace!("clippy", "--all-targets --quiet -- -D warnings"),
@@ -112,6 +113,11 @@ pub(crate) const QUICK: &[Step] = &[
 pub(crate) const SLOW: &[Step] = &[
     // Not of the workspace; to run them takes a nightly compiler, to check them does not.
     step("fuzz targets compile", "check --manifest-path fuzz/Cargo.toml --all-targets"),
+    // What is there without an optional feature alone, which CI's lints do not see.
+    step(
+        "lints without optional features",
+        "clippy --workspace --all-targets --quiet -- -D warnings",
+    ),
     // A dependency fetches a compiler when it builds, except for documentation.
     step("cuda compiles", "check --features cuda").with_env(&[("DOCS_RS", "1")]),
     // Without a network: in the order of dependencies, each with all versions and metadata. What
