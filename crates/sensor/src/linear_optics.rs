@@ -28,6 +28,7 @@ impl LinearOptics {
     ) -> Result<Option<(Self, SensorConfig)>, SensorError> {
         let mut stages = Vec::new();
         let mut rest = config.clone();
+        let mut is_linear = true;
         for effect in &config.effects {
             let Some(spec) = catalogue.find(&effect.name) else { continue };
             // Effects may come in any order: those that are not of the optics stay in the rest.
@@ -35,14 +36,14 @@ impl LinearOptics {
                 continue;
             }
             match (spec.build)(&Settings::resolve(spec, effect)?)? {
-                Stage::Plane(stage) if stage.is_linear() => {
+                Stage::Plane(stage) if is_linear && stage.is_linear() => {
                     rest.effects.retain(|other| other.name != effect.name);
                     stages.push(stage);
                 }
-                // Light within a divided step is not linear in that at its ends.
+                // Light within a divided step is not linear in that at its ends, wherever it is divided.
                 Stage::Steps(_) => return Ok(None),
                 // What comes behind a stage that is not linear cannot be taken out either.
-                _ => break,
+                _ => is_linear = false,
             }
         }
         Ok((!stages.is_empty()).then_some((Self { stages }, rest)))

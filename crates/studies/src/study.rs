@@ -5,7 +5,10 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
+use burn::tensor::Device;
+use evpose_cli::args::{ConfigArgs, DeviceArgs};
 use evpose_cli::json::write_result;
+use evpose_cli::machine::Machine;
 use evpose_cli::progress::say;
 use evpose_core::atomic_write;
 use evpose_report::chart::{self, Series};
@@ -15,6 +18,58 @@ use serde::Serialize;
 /// How a verdict follows from an interval, for legends.
 pub(crate) const VERDICTS: &str = "found where all of it agrees with what was published, reversed \
     where all of it contradicts, else within noise";
+
+/// Arguments of every study.
+#[derive(Debug, clap::Args)]
+pub struct StudyArgs {
+    /// Change one field of all trainings, for example --set training.steps=500 (may be repeated)
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub overrides: Vec<String>,
+    /// Directory for data, trainings, tables and the page
+    #[arg(long)]
+    pub out: PathBuf,
+    /// Keep what an interrupted study in the directory finished, and go on, or add to it
+    #[arg(long)]
+    pub resume: bool,
+    /// Device and threads.
+    #[command(flatten)]
+    pub device: DeviceArgs,
+}
+
+impl StudyArgs {
+    /// Opens the device: one that is missing is an error before anything is simulated.
+    pub(crate) fn open(&self) -> Result<Device> {
+        evpose_kernels::keep_freed_memory();
+        self.device.open()
+    }
+
+    /// A config with the changes of `--set`.
+    pub(crate) fn config(&self, config: &str) -> ConfigArgs {
+        ConfigArgs { config: config.to_owned(), overrides: self.overrides.clone() }
+    }
+
+    /// Prints where the study runs, and where its results will be.
+    pub(crate) fn say_place(&self) {
+        say(format!("machine: {}", Machine::this()));
+        say(format!("output:  {}", self.out.display()));
+    }
+}
+
+/// How often a study is repeated.
+#[derive(Debug, Clone, Copy, clap::Args)]
+pub struct SeedArgs {
+    /// Number of seeds, from that of the config on: intervals are over seeds
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..=100))]
+    pub seeds: u64,
+}
+
+impl SeedArgs {
+    /// As many seeds, from the first on.
+    pub(crate) fn all(self, first: u64) -> Result<Vec<u64>> {
+        let seeds: Option<Vec<u64>> = (0..self.seeds).map(|i| first.checked_add(i)).collect();
+        seeds.context("config field `seed`: too large to count on from")
+    }
+}
 
 /// Whether a directory holds files. Those of a study that was begun are kept if it resumes.
 ///
@@ -51,12 +106,6 @@ pub(crate) fn write(path: &Path, text: &str) -> Result<()> {
             .with_context(|| format!("creating {}", parent.display()))?;
     }
     atomic_write(path, text.as_bytes()).with_context(|| format!("writing {}", path.display()))
-}
-
-/// As many seeds, from the first on.
-pub(crate) fn seeds(first: u64, count: u64) -> Result<Vec<u64>> {
-    let seeds: Option<Vec<u64>> = (0..count).map(|i| first.checked_add(i)).collect();
-    seeds.context("config field `seed`: too large to count on from")
 }
 
 /// Seeds as text: `1, 2, 3`.

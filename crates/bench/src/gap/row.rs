@@ -102,19 +102,15 @@ pub(super) fn name(folder: &Path, case: &Case, make_s: f64) -> Result<Row> {
     let read = |i| -> Result<_> {
         let (measured, dir) = part(folder, i);
         let scene = load_scene(&dir)?;
-        let events = load_recording(&measured, Some(scene.scene.size()));
-        // Without events it fails; `pair` reports every failure as a recording without events.
-        let Ok(recording) = events else { return Ok((None, scene)) };
-        Ok((Some(recording.events), scene))
+        let recording = load_recording(&measured, Some(scene.scene.size()))
+            .with_context(|| measured.display().to_string())?;
+        Ok((recording.events, scene))
     };
     let ((train, scene), (held_out, held_out_scene)) = (read(0)?, read(1)?);
     let nominal = scene.nominal;
-    let pair = |events: Option<_>, scene| -> Result<Pair> {
-        Ok(Pair::new(&events.context("a recording without events")?, scene)?)
-    };
     let prepared = Prepared::new(Inputs {
-        train: pair(train, scene.scene)?,
-        held_out: HeldOut::Recording(pair(held_out, held_out_scene.scene)?),
+        train: Pair::new(&train, scene.scene)?,
+        held_out: HeldOut::Recording(Pair::new(&held_out, held_out_scene.scene)?),
         model: SensorConfig::preset("ideal")?,
         nominal,
         // Some cases take the hidden effect out of the catalogue: then no name is right.

@@ -128,8 +128,8 @@ fn run(rng: &mut CounterRng) -> Motion {
     let heading = rng.uniform(-1.0, 1.0);
     let bounce_m = rng.uniform(0.02, 0.08);
     Box::new(move |t_s| {
-        // Four rises in a stride: the absolute value doubles the frequency of the cosine.
-        let rise_m = bounce_m * (2.0 * TAU * (gait.stride_hz * t_s + gait.phase)).cos().abs();
+        // Two rises in a stride, one a step: the absolute value doubles the frequency of the cosine.
+        let rise_m = bounce_m * (TAU * (gait.stride_hz * t_s + gait.phase)).cos().abs();
         Figure { heading, rise_m, ..gait.figure(t_s) }
     })
 }

@@ -1,13 +1,11 @@
 //! Arguments of `evpose ablate`.
 
-use std::path::PathBuf;
-
 use clap::builder::{PossibleValue, PossibleValuesParser};
 
 use super::bodies::AblateBodyArgs;
 use super::rows::ROWS;
 use super::selection::BACKBONES;
-use evpose_cli::args::DeviceArgs;
+use crate::study::{SeedArgs, StudyArgs};
 
 /// The ablation studies.
 #[derive(Debug, clap::Subcommand)]
@@ -35,26 +33,16 @@ pub struct AblateHandArgs {
     /// A TOML file, or an embedded config: `ablation`, `quick`, `eventhands`
     #[arg(long, default_value = "ablation")]
     pub(crate) config: String,
-    /// Change one field of all rows, for example --set training.steps=500 (may be repeated)
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    pub(crate) overrides: Vec<String>,
     /// Rows to run, comma-separated [default: all]
     #[arg(long, value_delimiter = ',', value_parser = row_names())]
     pub(crate) rows: Vec<String>,
-    /// Number of seeds, from that of the config on: intervals are over seeds
-    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..=100))]
-    pub(crate) seeds: u64,
-    /// Directory for data, trainings, tables and the page
-    #[arg(long, default_value = "runs/ablation")]
-    pub(crate) out: PathBuf,
-    /// Continue an interrupted study in the directory
-    #[arg(long)]
-    pub(crate) resume: bool,
+    #[command(flatten)]
+    pub(crate) seeds: SeedArgs,
     /// Milliseconds between the poses that are evaluated and filtered
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) stride_ms: u32,
     #[command(flatten)]
-    pub(crate) device: DeviceArgs,
+    pub(crate) study: StudyArgs,
 }
 
 fn row_names() -> PossibleValuesParser {

@@ -12,16 +12,14 @@ use super::outcome::{Outcome, Trials};
 use super::rows::{self, Row};
 use super::selection::selected;
 use super::{networks_table, page, table, trial};
-use crate::study::{self, ResultFiles};
+use crate::study::ResultFiles;
 use evpose_cli::configs;
-use evpose_cli::machine::Machine;
 use evpose_cli::progress::{note, say};
 
 pub(super) fn run(args: &AblateHandArgs) -> Result<()> {
     let started = Instant::now();
-    // An error now rather than after the simulation.
-    args.device.open()?;
-    let mut base: HandConfig = configs::load(&args.config, &args.overrides)?;
+    args.study.open()?;
+    let mut base: HandConfig = configs::load(&args.config, &args.study.overrides)?;
     rows::check(&base)?;
     // All rows are evaluated on the same poses: from the first full window of the longest.
     base.evaluation.first_ms = base.evaluation.first_ms.max(rows::longest_window_ms(&base));
@@ -36,11 +34,10 @@ pub(super) fn run(args: &AblateHandArgs) -> Result<()> {
     for row in &rows {
         row.config(&base).validate().with_context(|| format!("row {}", row.name))?;
     }
-    let seeds = study::seeds(base.seed, args.seeds)?;
-    let directory = StudyDirectory::open(&args.out, &base, args.resume)?;
-    let results = ResultFiles::new(&args.out, "ablation");
-    say(format!("machine: {}", Machine::this()));
-    say(format!("output:  {}", args.out.display()));
+    let seeds = args.seeds.all(base.seed)?;
+    let directory = StudyDirectory::open(&args.study.out, &base, args.study.resume)?;
+    let results = ResultFiles::new(&args.study.out, "ablation");
+    args.study.say_place();
     // Simulated once a seed, for all rows.
     for &seed in &seeds {
         directory.simulate(&base, seed)?;
@@ -54,7 +51,7 @@ pub(super) fn run(args: &AblateHandArgs) -> Result<()> {
         for &seed in &seeds {
             say(format!("row {}/{}: {}, seed {seed}", index + 1, trained.len(), row.name));
             let config = row.config(&HandConfig { seed, ..base.clone() });
-            let kind = args.device.device;
+            let kind = args.study.device.device;
             let trial =
                 trial::run(&directory, row.name, &config, seeds.len(), args.stride_ms, kind)?;
             let figures = trial.filtered.figures;

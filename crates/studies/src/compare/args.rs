@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use crate::ablate::StageArgs;
 use clap::builder::{PossibleValue, PossibleValuesParser};
-use evpose_cli::args::DeviceArgs;
 
 use crate::compare::system::SYSTEMS;
+use crate::study::{SeedArgs, StudyArgs};
 
 /// The comparisons of systems.
 #[derive(Debug, clap::Subcommand)]
@@ -34,9 +34,8 @@ pub struct CompareBodyArgs {
     pub(crate) systems: Vec<String>,
     #[command(flatten)]
     pub(crate) stages: StageArgs,
-    /// Number of seeds, from that of the config on: intervals are over seeds
-    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..=100))]
-    pub(crate) seeds: u64,
+    #[command(flatten)]
+    pub(crate) seeds: SeedArgs,
     /// Recordings with tables of poses, or images with annotations, to evaluate on [default: simulated
     /// people]
     #[arg(long, value_name = "DIR", requires = "train")]
@@ -54,14 +53,8 @@ pub struct CompareBodyArgs {
     /// 4; 1 on other devices than the CPU]
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) jobs: Option<u16>,
-    /// Directory for data, trainings, tables and the page
-    #[arg(long, default_value = "runs/compare")]
-    pub(crate) out: PathBuf,
-    /// Continue an interrupted comparison in the directory, or add systems to it
-    #[arg(long)]
-    pub(crate) resume: bool,
     #[command(flatten)]
-    pub(crate) device: DeviceArgs,
+    pub(crate) study: StudyArgs,
 }
 
 fn names() -> PossibleValuesParser {

@@ -8,7 +8,6 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result, ensure};
-use evpose_cli::args::DeviceArgs;
 use evpose_cli::configs;
 use evpose_cli::json::{read_result, write_json, write_result};
 use evpose_cli::progress::{bar, say};
@@ -32,7 +31,7 @@ use serde::{Deserialize, Serialize};
 use super::measure::DataSet;
 use super::system::{MOVE_ENET, selected};
 use super::trial::digest_of;
-use crate::study::{self, ResultFiles, markdown_table};
+use crate::study::{self, ResultFiles, StudyArgs, markdown_table};
 
 /// Settings of every fine-tuning, before those of `--set`. Nothing is chosen or calibrated by the clip left out, and
 /// labelled images have no events that could be erased.
@@ -64,20 +63,11 @@ pub struct CompareClipsArgs {
     /// The config of the network and its fine-tuning: a file, or an embedded one
     #[arg(long, default_value = "body-wide")]
     config: String,
-    /// Change one field, for example --set training.steps=400 (may be repeated)
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    overrides: Vec<String>,
-    /// Directory for trainings, tables and the page
-    #[arg(long, default_value = "runs/clips")]
-    out: PathBuf,
     /// Also write the results here
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Continue an interrupted study in the directory
-    #[arg(long)]
-    resume: bool,
     #[command(flatten)]
-    device: DeviceArgs,
+    study: StudyArgs,
 }
 
 /// A network as it is, or trained on all clips but the one that it is evaluated on.
@@ -153,20 +143,19 @@ struct Outcome {
 
 /// Trains, evaluates and writes the missing results.
 pub(super) fn run(args: &CompareClipsArgs) -> Result<()> {
-    evpose_kernels::keep_freed_memory();
     let (started, provenance) = (Instant::now(), Provenance::this());
-    args.device.open()?;
+    args.study.open()?;
     let overrides: Vec<String> =
-        FINE_TUNING.iter().map(|&set| set.to_owned()).chain(args.overrides.clone()).collect();
+        FINE_TUNING.iter().map(|&set| set.to_owned()).chain(args.study.overrides.clone()).collect();
     let mut config: BodyConfig = configs::load(&args.config, &overrides)?;
     config.start_from = None;
     // The clip left out is what the training validates on: it may not end it.
     config.training.early_stop.window = 0;
     let clips = Clip::all(&args.clips, &config)?;
     let all = rows_of(args, &config)?;
-    study::is_begun(&args.out, args.resume)?;
-    study::claim(&args.out.join("config.toml"), &config.to_toml()?)?;
-    study::claim(&args.out.join("inputs.txt"), &inputs(&all, &clips))?;
+    study::is_begun(&args.study.out, args.study.resume)?;
+    study::claim(&args.study.out.join("config.toml"), &config.to_toml()?)?;
+    study::claim(&args.study.out.join("inputs.txt"), &inputs(&all, &clips))?;
     let mut rows = Vec::new();
     for row in all {
         let scores = clips
@@ -179,7 +168,7 @@ pub(super) fn run(args: &CompareClipsArgs) -> Result<()> {
     }
     let (steps, batch_size) = (config.training.steps, config.training.batch_size);
     let outcome = Outcome { provenance, steps, batch_size, rows, published: published() };
-    let files = ResultFiles::new(&args.out, "clips");
+    let files = ResultFiles::new(&args.study.out, "clips");
     let table = markdown(&outcome);
     files.write(&outcome, &table, &page(&outcome, &config.to_toml()?)?)?;
     write_json(args.json.as_deref(), &outcome)?;
@@ -206,7 +195,7 @@ fn rows_of(args: &CompareClipsArgs, config: &BodyConfig) -> Result<Vec<Row>> {
             path = path.join(BEST);
         }
         let config = BodyConfig { start_from: Some(path.clone()), ..config.clone() };
-        first_network(&config, &args.device.open()?)
+        first_network(&config, &args.study.open()?)
             .with_context(|| format!("--start {}", start.display()))?;
         let digest = digest_of(&path)?;
         let name = start.file_name().unwrap_or_default().to_string_lossy();
@@ -270,7 +259,7 @@ fn scores(
     left_out: &Clip,
     clips: &[Clip],
 ) -> Result<ClipScores> {
-    let run = args.out.join(row.directory()).join(&left_out.name);
+    let run = args.study.out.join(row.directory()).join(&left_out.name);
     let stored = run.join("scores.json");
     if let Some(scores) = read_result(&stored)? {
         return Ok(scores);
@@ -288,7 +277,7 @@ fn scores(
             say(format!("{}: training on all clips but {}", row.name, left_out.name));
             let config = BodyConfig { start_from: start.clone(), ..config.clone() };
             let options = TrainOptions {
-                device: args.device.device,
+                device: args.study.device.device,
                 resume: true,
                 plain: true,
                 progress: None,
@@ -305,7 +294,7 @@ fn scores(
             run.join(LAST)
         }
     };
-    let mut checkpoint = BodyCheckpoint::load(&path, &args.device.open()?)?;
+    let mut checkpoint = BodyCheckpoint::load(&path, &args.study.open()?)?;
     // Rows differ in their training alone.
     checkpoint.config.decoding = config.decoding;
     let predictor = BodyPredictor::new(&checkpoint, BodyPredictorOptions::default(), None)?;

@@ -5,7 +5,6 @@ use std::time::Instant;
 
 use crate::ablate::{Network, Stages, networks};
 use anyhow::{Context, Result, bail};
-use evpose_cli::machine::Machine;
 use evpose_cli::progress::say;
 
 use crate::compare::args::CompareBodyArgs;
@@ -20,27 +19,24 @@ use crate::study::{self, ResultFiles};
 
 /// Trains, evaluates and writes what is missing.
 pub(crate) fn run(args: &CompareBodyArgs) -> Result<()> {
-    evpose_kernels::keep_freed_memory();
     let started = Instant::now();
-    // A device that is missing, before anything is simulated.
-    args.device.open()?;
+    args.study.open()?;
     let data = Data::new(args)?;
-    let stages = data.stages(Stages::load(&args.stages)?);
+    let stages = data.stages(Stages::load(&args.stages, &args.study.overrides)?);
     let chosen = selected(&args.systems);
     // Before anything is simulated or trained.
     let missing = missing(args, &data, &chosen)?;
-    study::is_begun(&args.out, args.resume)?;
-    stages.claim(&args.out)?;
-    data.claim(&args.out)?;
-    let seeds = study::seeds(stages.finetune.seed, args.seeds)?;
-    let files = ResultFiles::new(&args.out, "comparison");
+    study::is_begun(&args.study.out, args.study.resume)?;
+    stages.claim(&args.study.out)?;
+    data.claim(&args.study.out)?;
+    let seeds = args.seeds.all(stages.finetune.seed)?;
+    let files = ResultFiles::new(&args.study.out, "comparison");
     let configs = stages.to_toml()?;
     let write = |outcome: &Outcome| {
         files.write(outcome, &table::markdown(outcome), &page::html(outcome, &configs)?)
     };
     let all: Vec<Stages> = seeds.iter().map(|&seed| stages.with_seed(seed)).collect();
-    say(format!("machine: {}", Machine::this()));
-    say(format!("output:  {}", args.out.display()));
+    args.study.say_place();
     let mut results = Results::new();
     for (name, reason) in missing {
         say(format!("{name} does not run: {reason}"));
@@ -54,7 +50,7 @@ pub(crate) fn run(args: &CompareBodyArgs) -> Result<()> {
         let mut trials = Vec::new();
         for (stages, seed) in all.iter().zip(&seeds) {
             say(format!("system {}/{}: {}, seed {seed}", index + 1, runs.len(), system.name));
-            let trial = trial::run(&args.out, &data, &candidate, stages)
+            let trial = trial::run(&args.study.out, &data, &candidate, stages)
                 .with_context(|| format!("evaluating {}, seed {seed}", system.name))?;
             say(format!("    PCK@0.4 {:.3}, PCK@0.8 {:.3}", trial.pck[0], trial.pck[2]));
             trials.push(trial);
@@ -78,17 +74,23 @@ fn train(
     systems: &[&'static System],
     all: &[Stages],
 ) -> Result<()> {
-    let device = args.device.device;
+    let device = args.study.device.device;
     let of_move_enet: Vec<Network> = systems.iter().filter_map(|system| system.network()).collect();
     if !of_move_enet.is_empty() {
         let jobs = networks::concurrent(args.jobs, device);
-        networks::train_all(&args.out, &of_move_enet, all, (jobs, device), data.given_train())?;
+        networks::train_all(
+            &args.study.out,
+            &of_move_enet,
+            all,
+            (jobs, device),
+            data.given_train(),
+        )?;
     }
     for system in systems {
         // One after the other: each uses all threads.
         if let Weights::Baseline(kind) = system.weights {
             for stages in all {
-                baselines::train((system.name, kind), &args.out, data, stages, device)?;
+                baselines::train((system.name, kind), &args.study.out, data, stages, device)?;
             }
         }
     }

@@ -2,12 +2,14 @@
 
 use std::path::PathBuf;
 
-use evpose_cli::args::DeviceArgs;
 use evpose_cli::tasks::TASKS;
+
+use crate::study::{SeedArgs, StudyArgs};
 
 /// Arguments of `evpose gap payoff`.
 #[derive(Debug, clap::Args)]
 #[command(
+    mut_arg("seeds", |seeds| seeds.default_value("1")),
     group = clap::ArgGroup::new("recordings").required(true).args(["data", "camera"]),
     after_help = "Examples:\n  \
     evpose gap payoff gap/ --camera camera.toml --out payoff/\n  \
@@ -21,9 +23,6 @@ use evpose_cli::tasks::TASKS;
 pub struct PayoffArgs {
     /// A directory of `evpose gap run`
     pub gap: PathBuf,
-    /// Directory for data, networks, payoff.json and report.html
-    #[arg(long)]
-    pub out: PathBuf,
     /// Recordings of the measured camera with known poses, as `evpose eval --data` takes them
     #[arg(long, value_name = "DIR")]
     pub data: Option<PathBuf>,
@@ -41,25 +40,19 @@ pub struct PayoffArgs {
     /// `quick` for hands, `finetune` for bodies]
     #[arg(long)]
     pub config: Option<String>,
-    /// Change one field of it, for example --set training.steps=500 (may be repeated)
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    pub overrides: Vec<String>,
     /// Bodies: a run or a file of weights that every training starts from [default: initial
     /// weights]
     #[arg(long, value_name = "RUN")]
     pub start_from: Option<PathBuf>,
-    /// How often simulation and training are repeated, each time with the next seed
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
-    pub seeds: u64,
+    /// Repetitions, each with the next seed.
+    #[command(flatten)]
+    pub seeds: SeedArgs,
     /// Milliseconds between the poses that are evaluated [hands: 5; bodies: the config's]
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     pub stride_ms: Option<u32>,
-    /// Keep what an interrupted study finished
-    #[arg(long)]
-    pub resume: bool,
-    /// Device and threads.
+    /// Directory, changes to the config, device.
     #[command(flatten)]
-    pub device: DeviceArgs,
+    pub study: StudyArgs,
 }
 
 fn task_names() -> clap::builder::PossibleValuesParser {

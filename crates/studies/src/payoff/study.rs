@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
-use evpose_cli::args::ConfigArgs;
 use evpose_cli::bad_input::BadInput;
 use evpose_cli::json::write_json;
 use evpose_cli::machine::Machine;
@@ -78,9 +77,7 @@ impl Payoff {
 /// study.
 pub fn run(args: &PayoffArgs) -> Result<()> {
     let started = Instant::now();
-    evpose_kernels::keep_freed_memory();
-    // An error now rather than after the simulation.
-    args.device.open()?;
+    args.study.open()?;
     let models = Models::load(args)?;
     // Before hours are spent on the simulation.
     if let Some(data) = args.data.as_ref().filter(|data| !data.is_dir()) {
@@ -92,11 +89,10 @@ pub fn run(args: &PayoffArgs) -> Result<()> {
         base.trains_on_recordings(),
         "config field `data.source`: a network that is to learn from events trains on recordings"
     );
-    let seeds = study::seeds(base.seed(), args.seeds)?;
+    let seeds = args.seeds.all(base.seed())?;
     let inputs = inputs(&*base, &models)?;
-    let directory = StudyDirectory::open(&args.out, base.seed(), &inputs, args.resume)?;
-    say(format!("machine: {}", Machine::this()));
-    say(format!("output:  {}", args.out.display()));
+    let directory = StudyDirectory::open(&args.study.out, base.seed(), &inputs, args.study.resume)?;
+    args.study.say_place();
     say(format!("network: {}", base.description()));
     say(format!("verdict: {} {}", models.findings.verdict, models.findings.effects.join(", ")));
     let recordings = recordings(args, &*base, &models, &directory)?;
@@ -146,14 +142,12 @@ fn experiment_of(args: &PayoffArgs) -> Result<(&'static dyn PoseTask, Box<dyn Po
     /// The task without --task and --config.
     const USUAL: &str = "hand";
     let start = args.start_from.as_deref().map_or(StartWeights::Initial, StartWeights::Run);
-    let config_args =
-        |config: &str| ConfigArgs { config: config.to_owned(), overrides: args.overrides.clone() };
     match (&args.task, &args.config) {
-        (None, Some(config)) => experiment(&config_args(config), start),
+        (None, Some(config)) => experiment(&args.study.config(config), start),
         (task, config) => {
             let task = task_by_name(task.as_deref().unwrap_or(USUAL))?;
             let studied = task.studied()?;
-            let config = config_args(config.as_deref().unwrap_or(studied.quick_config()));
+            let config = args.study.config(config.as_deref().unwrap_or(studied.quick_config()));
             Ok((task, studied.experiment(&config, start)?))
         }
     }
@@ -218,7 +212,7 @@ impl Trial<'_> {
         let began = Instant::now();
         let (progress, callback) = training_bar(name);
         let options = TrainOptions {
-            device: self.args.device.device,
+            device: self.args.study.device.device,
             resume: true,
             plain: true,
             progress: Some(callback),
@@ -230,7 +224,7 @@ impl Trial<'_> {
         say(format!("    {:.0} s", began.elapsed().as_secs_f64()));
         say(format!("model {name}, seed {seed}: evaluating on {}", recordings.display()));
         // Read back from its directory: a resumed study may find it trained already.
-        let opened = self.task.open(&network, &self.args.device.device.resolve()?)?;
+        let opened = self.task.open(&network, &self.args.study.device.device.resolve()?)?;
         opened.network()?.scores(recordings, self.args.stride_ms)
     }
 }

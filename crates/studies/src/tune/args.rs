@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
-use evpose_cli::args::{ConfigArgs, DeviceArgs};
 use evpose_sim::Shard;
+
+use crate::study::StudyArgs;
 
 /// Arguments of `evpose tune`.
 #[derive(Debug, clap::Args)]
@@ -25,15 +26,11 @@ use evpose_sim::Shard;
     translation (mm) and rotation (degrees); bodies loss, accuracy (PCK@0.2 of one pass) and the parts \
     of the loss. Outputs: tune.html, tune.json, trials.csv and best.toml. docs/guide/tune.md says more.")]
 pub struct TuneArgs {
-    /// Config and overrides.
-    #[command(flatten)]
-    pub config: ConfigArgs,
+    /// A TOML file, or an embedded config
+    pub config: String,
     /// A TOML file: fields of the config, and how each is drawn
     #[arg(long, value_name = "FILE")]
     pub over: PathBuf,
-    /// Directory for trainings and results
-    #[arg(long)]
-    pub out: PathBuf,
     /// random: every trial is trained to the end. halving: all are trained for a short time, and the
     /// best of them for longer, again and again
     #[arg(long, value_enum, default_value_t = TuneMethod::Random)]
@@ -60,12 +57,9 @@ pub struct TuneArgs {
     /// Train only shard I of N of the trials (I from 1); shards share OUT
     #[arg(long, value_name = "I/N")]
     pub shard: Option<Shard>,
-    /// Keep what is finished, and go on from the checkpoints of what is not
-    #[arg(long)]
-    pub resume: bool,
-    /// Device and threads.
+    /// Directory, changes to the config, device.
     #[command(flatten)]
-    pub device: DeviceArgs,
+    pub study: StudyArgs,
 }
 
 /// The methods of search.

@@ -5,7 +5,6 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow};
 use evpose_cli::bad_input::BadInput;
-use evpose_cli::machine::Machine;
 use evpose_cli::progress::{say, training_bar};
 use evpose_sim::Shard;
 use evpose_task::BEST;
@@ -27,9 +26,7 @@ use crate::tune::trials::TrialConfigs;
 /// If the config or the ranges make no sense, the data cannot be read, a training fails other than
 /// by diverging, or `--out` holds another search.
 pub fn run(args: &TuneArgs) -> Result<()> {
-    evpose_kernels::keep_freed_memory();
-    // A device that is missing, before anything is simulated.
-    args.device.open()?;
+    args.study.open()?;
     let space = SearchSpace::load(&args.over)?;
     let configs = TrialConfigs::new(args, &space)?;
     let higher_is_better = configs.rank(&args.rank)?;
@@ -48,9 +45,9 @@ pub fn run(args: &TuneArgs) -> Result<()> {
     let settings = settings(args, &plan);
     let texts = [config.as_str(), space.text(), &settings];
     let seed = configs.base.seed();
-    let directory = SearchDirectory::open(&args.out, seed, texts, shard, args.trials, args.resume)?;
-    say(format!("machine: {}", Machine::this()));
-    say(format!("output:  {}", args.out.display()));
+    let directory =
+        SearchDirectory::open(&args.study.out, seed, texts, shard, args.trials, args.study.resume)?;
+    args.study.say_place();
     say(format!("network: {}", configs.base.description()));
     plan.description().iter().for_each(|line| say(format!("plan:    {line}")));
     let data = data(args, &configs, &directory)?;
@@ -166,7 +163,7 @@ impl Search<'_> {
         let run = self.directory.run(trial);
         let (progress, callback) = training_bar(&format!("trial {trial}"));
         let options = TrainOptions {
-            device: self.args.device.device,
+            device: self.args.study.device.device,
             resume: true,
             plain: true,
             progress: Some(callback),

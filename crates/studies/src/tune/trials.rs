@@ -36,7 +36,7 @@ fn is_in(field: &str, section: &str) -> bool {
 
 /// The experiments of a search.
 pub(crate) struct TrialConfigs<'a> {
-    config: &'a ConfigArgs,
+    config: ConfigArgs,
     start_from: Option<PathBuf>,
     space: &'a SearchSpace,
     /// The config as it is: trial 0.
@@ -52,9 +52,10 @@ impl<'a> TrialConfigs<'a> {
     /// If a field of the space is unknown to the config, of another type, or nothing to search over.
     pub(crate) fn new(args: &'a TuneArgs, space: &'a SearchSpace) -> Result<Self> {
         let start_from = args.start_from.as_deref().map(checkpoint_path).transpose()?;
-        let (task, base) = experiment(&args.config, start_of(start_from.as_deref()))?;
+        let config = args.study.config(&args.config);
+        let (task, base) = experiment(&config, start_of(start_from.as_deref()))?;
         let base_values = toml::from_str(&base.to_toml()?).context("the config as TOML")?;
-        let configs = Self { config: &args.config, start_from, space, base, task, base_values };
+        let configs = Self { config, start_from, space, base, task, base_values };
         for parameter in space.parameters() {
             configs.check(parameter, args)?;
         }

@@ -42,15 +42,16 @@ pub(super) fn run(args: &ThresholdArgs) -> Result<()> {
     say(format!("          OFF {}", interval_text(found.by_totals_off, "ln")));
     say(format!("          all {}", interval_text(found.by_totals, "ln")));
     // Totals divide all change by all events: noise lowers them, and lost events raise them.
-    let (steps, totals) = (found.by_steps_on.estimate, found.by_totals_on.estimate);
-    if totals < 0.8 * steps {
-        say(
-            "note      many more events than light explains: noise, flicker, or frames that miss motion",
-        );
-    } else if totals > 1.5 * steps {
-        say(
-            "note      many fewer events than light explains: dead time, a slow pixel, or light below it",
-        );
+    for (polarity, steps, totals) in [
+        ("ON", found.by_steps_on.estimate, found.by_totals_on.estimate),
+        ("OFF", found.by_steps_off.estimate, found.by_totals_off.estimate),
+    ] {
+        let (count, causes) = match totals / steps {
+            ..0.8 => ("more", "noise, flicker, or frames that miss motion"),
+            1.5.. => ("fewer", "dead time, a slow pixel, or light below it"),
+            _ => continue,
+        };
+        say(format!("note      many {count} {polarity} events than light explains: {causes}"));
     }
     if let Some(path) = &args.out {
         let head = "Thresholds by `evpose calibrate threshold`, by steps.";

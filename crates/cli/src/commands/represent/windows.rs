@@ -100,8 +100,9 @@ impl WindowReader {
             schedule.count
         );
         let window = StreamWindow::new(size, length, ChannelOrder::OffFirst)?;
-        // What remembers events has to see the recording from its first one.
-        let begin = if choice.spec().memory == Memory::Window { start } else { origin };
+        // What remembers events, a denoiser too, has to see the recording from its first one.
+        let remembers = choice.spec().memory != Memory::Window || denoise.is_some();
+        let begin = if remembers { origin } else { start };
         Ok(Self {
             schedule,
             choice,

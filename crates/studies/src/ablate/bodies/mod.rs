@@ -13,14 +13,11 @@ mod rows;
 mod stages;
 mod trial;
 
-use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::Result;
 
-use crate::study::{self, ResultFiles};
-use evpose_cli::args::DeviceArgs;
-use evpose_cli::machine::Machine;
+use crate::study::{self, ResultFiles, SeedArgs, StudyArgs};
 use evpose_cli::progress::say;
 pub use network::Network;
 pub use stages::{StageArgs, Stages};
@@ -37,47 +34,44 @@ pub struct AblateBodyArgs {
     /// Rows to run, comma-separated [default: all]
     #[arg(long, value_delimiter = ',', value_parser = rows::names())]
     rows: Vec<String>,
-    /// Number of seeds, from that of the config on: intervals are over seeds
-    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..=100))]
-    seeds: u64,
+    #[command(flatten)]
+    seeds: SeedArgs,
     /// Concurrent trainings, each with its share of the threads [default: one per thread, at most
     /// 4; 1 on other devices than the CPU]
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
     jobs: Option<u16>,
-    /// Directory for data, trainings, the table and the page
-    #[arg(long, default_value = "runs/ablation-body")]
-    out: PathBuf,
-    /// Continue an interrupted study in the directory
-    #[arg(long)]
-    resume: bool,
     #[command(flatten)]
-    device: DeviceArgs,
+    study: StudyArgs,
 }
 
 pub(super) fn run(args: &AblateBodyArgs) -> Result<()> {
-    evpose_kernels::keep_freed_memory();
     let started = Instant::now();
-    let device = args.device.open()?;
-    let stages = Stages::load(&args.stages)?;
-    study::is_begun(&args.out, args.resume)?;
-    stages.claim(&args.out)?;
+    let device = args.study.open()?;
+    let stages = Stages::load(&args.stages, &args.study.overrides)?;
+    study::is_begun(&args.study.out, args.study.resume)?;
+    stages.claim(&args.study.out)?;
     let chosen = rows::selected(&args.rows);
-    let seeds = study::seeds(stages.finetune.seed, args.seeds)?;
-    let results = ResultFiles::new(&args.out, "ablation");
-    say(format!("machine: {}", Machine::this()));
-    say(format!("output:  {}", args.out.display()));
+    let seeds = args.seeds.all(stages.finetune.seed)?;
+    let results = ResultFiles::new(&args.study.out, "ablation");
+    args.study.say_place();
     let all: Vec<Stages> = seeds.iter().map(|&seed| stages.with_seed(seed)).collect();
     // All seeds of all rows are trained first, several at once; evaluation is short.
-    let at_once = networks::concurrent(args.jobs, args.device.device);
+    let at_once = networks::concurrent(args.jobs, args.study.device.device);
     let networks: Vec<Network> = chosen.iter().map(|row| row.network).collect();
-    networks::train_all(&args.out, &networks, &all, (at_once, args.device.device), None)?;
+    networks::train_all(
+        &args.study.out,
+        &networks,
+        &all,
+        (at_once, args.study.device.device),
+        None,
+    )?;
     let mut trials = outcome::Trials::new();
     for (index, row) in chosen.iter().enumerate() {
         let begun = Instant::now();
         let mut of_row = Vec::new();
         for (stages, seed) in all.iter().zip(&seeds) {
             say(format!("row {}/{}: {}, seed {seed}", index + 1, chosen.len(), row.name));
-            let trial = trial::run(&args.out, row, stages, &device)?;
+            let trial = trial::run(&args.study.out, row, stages, &device)?;
             say(format!("    PCK@0.4 {:.3}, PCK@0.8 {:.3}", trial.pck_40, trial.pck_80));
             of_row.push(trial);
         }

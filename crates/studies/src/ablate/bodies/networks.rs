@@ -114,16 +114,17 @@ fn queue(out: &Path, networks: &[Network], stages: &[Stages]) -> VecDeque<Chain>
             chain.push(network);
         }
     }
-    chains.sort_by_key(|chain| std::cmp::Reverse(chain.len()));
     let missing = |chain: &[Network], seed: u64| -> Vec<Network> {
         let is_missing = |n: &Network| !is_finished(&directory(out, n.name(), seed));
         chain.iter().copied().filter(is_missing).collect()
     };
-    chains
+    let mut queue: Vec<Chain> = chains
         .iter()
         .flat_map(|chain| stages.iter().map(move |s| (missing(chain, s.finetune.seed), s.clone())))
         .filter(|(chain, _)| !chain.is_empty())
-        .collect()
+        .collect();
+    queue.sort_by_key(|(chain, _)| std::cmp::Reverse(chain.len()));
+    queue.into()
 }
 
 impl TrainingQueue<'_> {

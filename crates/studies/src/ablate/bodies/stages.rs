@@ -17,9 +17,6 @@ pub struct StageArgs {
     /// The second stage: a TOML file, or an embedded config
     #[arg(long, default_value = "finetune")]
     pub finetune: String,
-    /// Change one field of both stages, for example --set training.batch_size=16 (may be repeated)
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    pub overrides: Vec<String>,
     /// Optimiser steps of every training, instead of the configs'
     #[arg(long, default_value_t = 1_500, value_parser = clap::value_parser!(u64).range(1..))]
     pub steps: u64,
@@ -39,9 +36,9 @@ impl Stages {
     ///
     /// # Errors
     /// If one cannot be read, or they are of different networks.
-    pub fn load(args: &StageArgs) -> Result<Self> {
+    pub fn load(args: &StageArgs, overrides: &[String]) -> Result<Self> {
         let load = |config: &str| -> Result<BodyConfig> {
-            let mut config: BodyConfig = configs::load(config, &args.overrides)?;
+            let mut config: BodyConfig = configs::load(config, overrides)?;
             config.training.steps = args.steps;
             config.training.steps_per_validation =
                 config.training.steps_per_validation.min(args.steps);

@@ -37,9 +37,10 @@ pub(super) fn ramps(variants: &[Variant], seed: u64) -> Result<Shown> {
 /// A second without any change.
 pub(super) fn rest(variants: &[Variant], seed: u64) -> Result<Shown> {
     let scene = Scene { size: (90, 68), steps: 2_000, step_us: 500, light: |_, _, _| GREY };
-    let mut maps = Vec::new();
+    let (mut maps, mut longest_s) = (Vec::new(), 0.0_f64);
     for variant in variants {
-        let (events, _) = scene.rest(&variant.model, seed)?;
+        let (events, seconds) = scene.rest(&variant.model, seed)?;
+        longest_s = seconds.max(longest_s);
         let mut map = counts(&events, 90, scene.size().pixels());
         // A hot pixel has thousands of times the events of its neighbours.
         map.iter_mut().for_each(|count| *count = count.ln_1p());
@@ -49,7 +50,7 @@ pub(super) fn rest(variants: &[Variant], seed: u64) -> Result<Shown> {
     let high = maps.iter().flatten().copied().fold(0.0, f64::max).max(1.0);
     let images = maps.iter().map(|map| event_image::map(map, 90, (0.0, high))).collect();
     let what = format!(
-        "Events of each pixel of a grey scene in one second: black none, white {:.0}, logarithmic in \
+        "Events of each pixel of a grey scene in {longest_s:.1} s: black none, white {:.0}, logarithmic in \
          between.",
         high.exp_m1()
     );
