@@ -5,7 +5,6 @@ use evpose_sim::{SequenceSet, Shard};
 
 use super::Command;
 use crate::Args;
-use evpose_cli::args::ConfigArgs;
 use evpose_cli::configs;
 use evpose_task::hand::HandConfig;
 
@@ -33,11 +32,11 @@ fn parse(command: &str, values: &[(&str, &str)]) -> Result<Command, String> {
         return Err(format!("{text}: a variable that nobody sets"));
     }
     let args = Args::try_parse_from(text.split_whitespace()).map_err(|e| e.to_string())?;
-    let read = |args: &ConfigArgs| configs::load::<HandConfig>(&args.config, &args.overrides);
+    let read = |config: &str, set: &[String]| configs::load::<HandConfig>(config, set).map(|_| ());
     match &args.command {
-        Command::Simulate(args) => read(&args.config).map(|_| ()),
-        Command::Train(args) => read(&args.config).map(|_| ()),
-        Command::Tune(args) => read(&args.config).map(|_| ()),
+        Command::Simulate(args) => read(&args.config.config, &args.config.overrides),
+        Command::Train(args) => read(&args.config.config, &args.config.overrides),
+        Command::Tune(args) => read(&args.config, &args.study.overrides),
         _ => Ok(()),
     }
     .map_err(|error| format!("{text}: {error:#}"))?;
@@ -102,7 +101,7 @@ fn the_tasks_of_a_search_train_every_trial_once() {
         ];
         let command = parse(&commands[0], &values);
         let Ok(Command::Tune(args)) = command else { panic!("{command:?}") };
-        assert!(args.resume && args.data.is_some());
+        assert!(args.study.resume && args.data.is_some());
         let Some(shard) = args.shard else { panic!("no shard") };
         trials = args.trials;
         trained.extend(shard.sequences_of(trials));

@@ -7,9 +7,9 @@ use burn::module::Module as _;
 use burn::tensor::Device;
 use evpose_cli::configs;
 use evpose_cli::tasks::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
-use evpose_cli::tasks::online::{OnlineOptions, OnlineStream};
+use evpose_cli::tasks::online::OnlineStream;
 use evpose_cli::tasks::values::{ValueModel as _, record_values};
-use evpose_cli::tasks::{DataSetInfo, PoseModel, PoseTask, finish_training};
+use evpose_cli::tasks::{DataSetInfo, Live, PoseModel, PoseTask, TaskArgs, finish_training};
 use evpose_core::{SensorSize, seed_for};
 use evpose_nn::weights;
 use evpose_sim::SequenceSet;
@@ -92,7 +92,7 @@ impl PoseModel for BlobModel {
         self.write_values(args)
     }
 
-    fn stream(&self, sensor: SensorSize, options: &OnlineOptions) -> Result<Box<dyn OnlineStream>> {
-        self.stream_values(sensor, options)
+    fn stream(&self, sensor: SensorSize, args: &TaskArgs<Live>) -> Result<Box<dyn OnlineStream>> {
+        self.stream_values(sensor, args)
     }
 }

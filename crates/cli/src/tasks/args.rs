@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use crate::args::{ConfigArgs, DeviceArgs};
 use evpose_infer::Precision;
 use evpose_io::poses::{POSE_FORMATS, PoseFormat, pose_format_by_name};
-use evpose_pose::body::JointDefinition;
 use evpose_sim::Shard;
 use evpose_train::TrainOptions;
 
 use crate::tasks::opening::OpeningArgs;
+use crate::tasks::own_args::{Eval, Infer, Simulate, TaskArgs};
 
 /// Arguments of `evpose simulate`.
 #[derive(Debug, clap::Args)]
@@ -35,10 +35,6 @@ pub struct SimulateArgs {
     /// Number of sequences, instead of the config's
     #[arg(long)]
     pub sequences: Option<usize>,
-    /// Format of the events, instead of the config's: a name of `evpose convert --help`, or an ending
-    /// such as raw, h5 or aedat4 [default: people raw; hands evc, and raw of more than 256 rows]
-    #[arg(long)]
-    pub format: Option<String>,
     /// Seed, instead of the config's
     #[arg(long)]
     pub seed: Option<u64>,
@@ -51,15 +47,24 @@ pub struct SimulateArgs {
     /// Keep the sequences that are complete and record the others
     #[arg(long)]
     pub resume: bool,
-    /// A condition to record under (`evpose eval --help` lists them), or a TOML file of one
-    #[arg(long)]
-    pub condition: Option<String>,
-    /// Also write a PNG file of rendered frames and their events side by side
-    #[arg(long, value_name = "FILE")]
-    pub preview: Option<PathBuf>,
     /// CPU threads; all cores by default. The bytes written do not depend on it
     #[arg(long)]
     pub threads: Option<usize>,
+    /// What the task of the config brings.
+    #[command(flatten)]
+    pub own: TaskArgs<Simulate>,
+}
+
+/// Arguments of `evpose simulate` of tasks that draw scenes.
+#[derive(Debug, clap::Args)]
+pub(crate) struct RecordingArgs {
+    /// Format of the events, instead of the config's: a name of `evpose convert --help`, or an ending
+    /// such as raw, h5 or aedat4 [default: people raw; hands evc, and raw of more than 256 rows]
+    #[arg(long)]
+    pub(crate) format: Option<String>,
+    /// Also write a PNG file of rendered frames and their events side by side
+    #[arg(long, value_name = "FILE")]
+    pub(crate) preview: Option<PathBuf>,
 }
 
 /// Arguments of `evpose train`.
@@ -95,24 +100,6 @@ pub struct TrainArgs {
     pub device: DeviceArgs,
 }
 
-impl SimulateArgs {
-    /// Refuses the arguments that not every task has.
-    ///
-    /// # Errors
-    /// If one of them was given.
-    pub fn refuse_others(&self, task: &str) -> anyhow::Result<()> {
-        let Self { format, condition, preview, .. } = self;
-        refuse(
-            task,
-            &[
-                ("--format", format.is_some()),
-                ("--condition", condition.is_some()),
-                ("--preview", preview.is_some()),
-            ],
-        )
-    }
-}
-
 impl TrainArgs {
     /// Options of the run.
     pub fn options(&self) -> TrainOptions {
@@ -141,93 +128,42 @@ pub struct EvalArgs {
     /// Directory of held-out sequences
     #[arg(long, required_unless_present_any = ["conditions", "foreign"])]
     pub data: Option<PathBuf>,
+    /// Where to write the metrics as JSON
+    #[arg(long)]
+    pub json: Option<PathBuf>,
+    /// Milliseconds between the poses that are evaluated [hands: 1; bodies: the config's]
+    #[arg(long)]
+    pub stride_ms: Option<u32>,
+    /// What the task of the checkpoint brings.
+    #[command(flatten)]
+    pub own: TaskArgs<Eval>,
+    /// Device and threads.
+    #[command(flatten)]
+    pub device: DeviceArgs,
+}
+
+/// Arguments of `evpose eval` of tasks with cameras and recordings of others.
+#[derive(Debug, Clone, clap::Args)]
+pub(crate) struct PoseEvalArgs {
     /// Also evaluate on recordings from outside of this simulator (other meshes, motions, renderers and
     /// pixels): hands or bodies of this directory
     #[arg(
         long, value_name = "DIR", num_args = 0..=1, default_missing_value = "datasets/development",
         conflicts_with = "conditions"
     )]
-    pub foreign: Option<PathBuf>,
+    pub(crate) foreign: Option<PathBuf>,
     /// The camera of --data: a calibration file of OpenCV, ROS, dv-processing or this project, a name
     /// such as `davis346`, or a vertical field of view such as `60deg` [default: that of the
     /// simulation, or a guess]
     #[arg(long, value_name = "CAMERA", requires = "data")]
-    pub camera: Option<String>,
-    /// Hands: simulate sequences under these conditions instead (names below, or TOML files), and
-    /// compare the slow-motion mode with the plain pipeline
-    #[arg(long, value_delimiter = ',', conflicts_with = "data")]
-    pub conditions: Vec<String>,
-    /// Where to write the metrics as JSON
-    #[arg(long)]
-    pub json: Option<PathBuf>,
-    /// Where to keep the sequences, metrics and a figure of each condition
-    #[arg(long, requires = "conditions")]
-    pub out: Option<PathBuf>,
-    /// Sequences of each condition
-    #[arg(long, default_value_t = 10, requires = "conditions")]
-    pub sequences: usize,
-    /// Length of each sequence of a condition
-    #[arg(long, default_value_t = 6.0, requires = "conditions")]
-    pub seconds: f64,
-    /// Milliseconds between the poses that are evaluated [hands: 1; bodies: the config's]
-    #[arg(long)]
-    pub stride_ms: Option<u32>,
-    /// Bodies: also evaluate poses at 500 Hz, held constant after each inference, and propagated by
-    /// velocities from events
-    #[arg(long)]
-    pub fusion: bool,
-    /// Bodies, on annotated images: also evaluate joints where the labels of `dhp19` put them: the
-    /// head's on top of it, the hips' on the crest of the pelvis
-    #[arg(long, value_name = "SET", value_parser = joint_definition)]
-    pub joints: Option<JointDefinition>,
+    pub(crate) camera: Option<String>,
     /// Draw true and predicted joints over inputs of the network, as a PNG file; of hands, those of
     /// `--foreign`
     #[arg(long, value_name = "FILE")]
-    pub preview: Option<PathBuf>,
-    /// Bodies: plot PCK against its threshold, as an SVG file
-    #[arg(long, value_name = "FILE")]
-    pub curves: Option<PathBuf>,
+    pub(crate) preview: Option<PathBuf>,
     /// Precision of the inference: f32, bf16, or int8 after `evpose quantize`
     #[arg(long, default_value = "f32")]
-    pub precision: Precision,
-    /// Device and threads.
-    #[command(flatten)]
-    pub device: DeviceArgs,
-}
-
-fn joint_definition(set: &str) -> Result<JointDefinition, String> {
-    match set {
-        "dhp19" => Ok(JointDefinition::Dhp19),
-        _ => Err("there is `dhp19`".to_owned()),
-    }
-}
-
-impl EvalArgs {
-    /// The same without files to write.
-    #[must_use]
-    pub fn without_outputs(&self) -> Self {
-        Self { json: None, preview: None, curves: None, ..self.clone() }
-    }
-
-    /// Refuses the arguments that not every task has.
-    ///
-    /// # Errors
-    /// If one of them was given.
-    pub fn refuse_others(&self, task: &str) -> anyhow::Result<()> {
-        refuse(
-            task,
-            &[
-                ("--foreign", self.foreign.is_some()),
-                ("--camera", self.camera.is_some()),
-                ("--conditions", !self.conditions.is_empty()),
-                ("--fusion", self.fusion),
-                ("--joints", self.joints.is_some()),
-                ("--preview", self.preview.is_some()),
-                ("--curves", self.curves.is_some()),
-                ("--precision", self.precision != Precision::F32),
-            ],
-        )
-    }
+    pub(crate) precision: Precision,
 }
 
 /// Arguments of `evpose infer`.
@@ -246,10 +182,6 @@ pub struct InferArgs {
     /// joints in the world
     #[arg(long, num_args = 1.., required = true)]
     pub events: Vec<PathBuf>,
-    /// Bodies: the calibrated cameras of several recordings, a TOML file with a `[[camera]]` for each
-    /// [default: the metadata that `evpose simulate` writes beside each]
-    #[arg(long, value_name = "FILE")]
-    pub cameras: Option<PathBuf>,
     /// Sensor, camera of the file, ticks, damage.
     #[command(flatten)]
     pub opening: OpeningArgs,
@@ -261,45 +193,46 @@ pub struct InferArgs {
     /// bodies, `hpe-core` or `yarp` (a folder)
     #[arg(long, default_value = "table", value_parser = written_format)]
     pub format: &'static PoseFormat,
-    /// The camera: a calibration file of OpenCV, ROS, dv-processing or this project, a name such as
-    /// davis346 or evk4, or a vertical field of view such as 45deg [default: 45deg, with a note]
-    #[arg(long)]
-    pub camera: Option<String>,
-    /// Hands: `plain` infers every millisecond; `slow-motion` infers in batches once enough events
-    /// have arrived, repeats the last poses of a hand at rest, and smooths a fast hand less
-    #[arg(long, default_value = "plain", value_parser = ["plain", "slow-motion"])]
-    pub mode: String,
-    /// Hands: also write a table of the joints alone, without parameters
-    #[arg(long)]
-    pub joints: Option<PathBuf>,
     /// Milliseconds between poses [hands: 1; bodies: the config's]
     #[arg(long)]
     pub stride_ms: Option<u32>,
-    /// Bodies: images per call of the network; hands have 64 [default: 1 on the CPU, 16 on other devices]
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=256))]
-    pub batch: Option<u16>,
-    /// Bodies: minimum score of a pose and of a joint, 0 to 1; below it, positions are empty [poses and
-    /// joints: the checkpoint's]
-    #[arg(long, value_name = "SCORE", value_parser = score)]
-    pub min_score: Option<f32>,
-    /// Bodies: minimum score of a joint in the decoder of the network [the checkpoint's]
-    #[arg(long)]
-    pub confidence: Option<f32>,
-    /// Bodies: also write skeletons as a YARP folder
-    #[arg(long, value_name = "DIR")]
-    pub skeletons: Option<PathBuf>,
-    /// Bodies: also write poses at 500 Hz, propagated from each inference by velocities from events
-    #[arg(long, value_name = "FILE")]
-    pub fused: Option<PathBuf>,
-    /// Write poses without the Kalman filter
-    #[arg(long)]
-    pub unfiltered: bool,
-    /// Precision of the inference: f32, bf16, or int8 after `evpose quantize`
-    #[arg(long, default_value = "f32")]
-    pub precision: Precision,
+    /// What the task of the checkpoint brings.
+    #[command(flatten)]
+    pub own: TaskArgs<Infer>,
     /// Device and threads.
     #[command(flatten)]
     pub device: DeviceArgs,
+}
+
+/// Arguments of `evpose infer` of tasks with cameras and filters.
+#[derive(Debug, clap::Args)]
+pub(crate) struct PoseInferArgs {
+    /// The camera: a calibration file of OpenCV, ROS, dv-processing or this project, a name such as
+    /// davis346 or evk4, or a vertical field of view such as 45deg [default: 45deg, with a note]
+    #[arg(long)]
+    pub(crate) camera: Option<String>,
+    /// Write poses without the Kalman filter
+    #[arg(long)]
+    pub(crate) unfiltered: bool,
+    /// Precision of the inference: f32, bf16, or int8 after `evpose quantize`
+    #[arg(long, default_value = "f32")]
+    pub(crate) precision: Precision,
+}
+
+/// Arguments of `evpose live` of tasks with cameras and compiled networks.
+#[derive(Debug, clap::Args)]
+pub(crate) struct PoseLiveArgs {
+    /// Inputs per call of the network, one of each stride; poses wait for the last one of theirs
+    /// [default: 1; hands on other devices than the CPU 16]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub(crate) batch: Option<u16>,
+    /// The camera: a calibration file of OpenCV, ROS, dv-processing or this project, a name such as
+    /// davis346 or evk4, or a vertical field of view such as 45deg [default: 45deg, with a note]
+    #[arg(long)]
+    pub(crate) camera: Option<String>,
+    /// Precision of the inference: f32, bf16, or int8 after `evpose quantize`
+    #[arg(long, default_value = "f32")]
+    pub(crate) precision: Precision,
 }
 
 /// Parses the name of a format of poses that can be written.
@@ -311,55 +244,15 @@ fn written_format(name: &str) -> Result<&'static PoseFormat, String> {
     })
 }
 
-/// Parses a score.
-///
-/// # Errors
-/// If it is not a value from 0 to 1.
-pub fn score(text: &str) -> Result<f32, String> {
-    let score = text.parse().ok().filter(|score| (0.0..=1.0).contains(score));
-    score.ok_or_else(|| "expected a score from 0 to 1".to_owned())
-}
-
-/// Refuses arguments of other tasks, each by its name and whether it was given.
-pub(crate) fn refuse(task: &str, others: &[(&str, bool)]) -> anyhow::Result<()> {
-    match others.iter().find(|(_, is_given)| *is_given) {
-        Some((name, _)) => anyhow::bail!("{name} is not for the task `{task}`"),
-        None => Ok(()),
-    }
-}
-
 impl InferArgs {
-    /// Refuses the arguments that not every task has.
-    ///
-    /// # Errors
-    /// If one of them was given.
-    pub fn refuse_others(&self, task: &str) -> anyhow::Result<()> {
-        refuse(
-            task,
-            &[
-                ("--camera", self.camera.is_some()),
-                ("--mode", self.mode != "plain"),
-                ("--joints", self.joints.is_some()),
-                ("--batch", self.batch.is_some()),
-                ("--min-score", self.min_score.is_some()),
-                ("--confidence", self.confidence.is_some()),
-                ("--skeletons", self.skeletons.is_some()),
-                ("--fused", self.fused.is_some()),
-                ("--precision", self.precision != Precision::F32),
-            ],
-        )
-    }
-
     /// The only recording.
     ///
     /// # Errors
     /// If there are several.
     pub fn recording(&self) -> anyhow::Result<&Path> {
         match &self.events[..] {
-            [one] if self.cameras.is_none() => Ok(one),
-            _ => {
-                anyhow::bail!("one recording is expected: several, with --cameras, are for bodies")
-            }
+            [one] => Ok(one),
+            _ => anyhow::bail!("one recording is expected: several are for bodies"),
         }
     }
 }

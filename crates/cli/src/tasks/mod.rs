@@ -6,6 +6,7 @@
 //!   quantisation take besides.
 //! * [`TaskStream`], [`infer_all()`], [`finish_training()`], [`values`]: what tasks share.
 //! * [`args`]: arguments of the commands whose work is the task's.
+//! * [`TaskArgs`]: arguments that tasks bring to commands.
 //! * [`opening`]: arguments of opening a recording, and the size of its sensor.
 //!
 //! ```
@@ -35,6 +36,7 @@ mod hand;
 mod infer_all;
 pub mod online;
 pub mod opening;
+mod own_args;
 mod scores;
 mod task;
 pub mod values;
@@ -55,6 +57,7 @@ pub use experiment::{PoseExperiment, StartWeights};
 pub use finish_training::finish_training;
 pub use infer_all::infer_all;
 pub use online::TaskStream;
+pub use own_args::{Eval, Infer, Live, NoArgs, Simulate, TaskArgs, TaskCommand};
 pub use scores::{EvaluationScores, Metric, RecordingScores};
 pub use task::{DataSetInfo, NetworkModel, PoseModel, PoseTask, PrecisionScores, StudiedTask};
 

@@ -2,14 +2,11 @@
 
 use anyhow::Result;
 use burn::tensor::Device;
-use evpose_infer::Precision;
 use evpose_live::page::{HandMesh, Skeleton};
 use evpose_live::sink::Sinks;
 use evpose_live::source::Source;
 use evpose_live::{Control, LiveError, LiveOptions, Report};
 use evpose_pose::stream::{InferenceWorker, PoseStream, StreamFrontend};
-
-use super::args::refuse;
 
 /// Inputs per inference on devices other than the CPU, as EventHands published.
 const DEVICE_BATCH: usize = 16;
@@ -17,40 +14,6 @@ const DEVICE_BATCH: usize = 16;
 /// Inputs per inference: as asked for, or else 1 on the CPU and [`DEVICE_BATCH`] on other devices.
 pub(crate) fn batch(asked: Option<u16>, device: &Device) -> usize {
     asked.map_or(if *device == Device::flex() { 1 } else { DEVICE_BATCH }, usize::from)
-}
-
-/// Options of an online stream.
-#[derive(Debug, Clone)]
-pub struct OnlineOptions {
-    /// The camera, see `Calibration::choose`; guessed if none.
-    pub camera: Option<String>,
-    /// Precision of the network.
-    pub precision: Precision,
-    /// Inputs per inference; the task's default if none.
-    pub batch: Option<u16>,
-    /// Minimum score of poses and joints, for tasks that score them; the checkpoint's if none.
-    pub min_score: Option<f32>,
-    /// Minimum score of a joint in the decoder, for tasks that score them; the checkpoint's if none.
-    pub confidence: Option<f32>,
-}
-
-impl OnlineOptions {
-    /// Refuses the options that not every task has.
-    ///
-    /// # Errors
-    /// If one of them was given.
-    pub fn refuse_others(&self, task: &str) -> Result<()> {
-        refuse(
-            task,
-            &[
-                ("--camera", self.camera.is_some()),
-                ("--precision", self.precision != Precision::F32),
-                ("--batch", self.batch.is_some()),
-                ("--min-score", self.min_score.is_some()),
-                ("--confidence", self.confidence.is_some()),
-            ],
-        )
-    }
 }
 
 /// A stream from events to poses that the online pipeline can run.

@@ -12,7 +12,8 @@ use evpose_sim::SequenceSet;
 
 use crate::tasks::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
 use crate::tasks::experiment::{PoseExperiment, StartWeights};
-use crate::tasks::online::{OnlineOptions, OnlineStream};
+use crate::tasks::online::OnlineStream;
+use crate::tasks::own_args::{Live, TaskArgs, TaskCommand};
 use crate::tasks::scores::EvaluationScores;
 
 /// A pose task. Adding one is an implementation and a line of [`TASKS`](crate::tasks::TASKS), or its
@@ -44,6 +45,12 @@ pub trait PoseTask: Sync {
     /// # Errors
     /// If the config cannot be read.
     fn data_set(&self, directory: &Path, config: &Path) -> Result<DataSetInfo>;
+
+    /// Adds the arguments that the task brings to a command, which it then takes by [`TaskArgs::of`]; by
+    /// default none.
+    fn arguments(&self, _of: TaskCommand, command: clap::Command) -> clap::Command {
+        command
+    }
 
     /// The task as studies and benchmarks take it.
     ///
@@ -126,8 +133,8 @@ pub trait PoseModel {
     /// The stream from events of `sensor` to poses, for the online pipeline.
     ///
     /// # Errors
-    /// If the model cannot be used with such a sensor.
-    fn stream(&self, sensor: SensorSize, options: &OnlineOptions) -> Result<Box<dyn OnlineStream>>;
+    /// If the model cannot be used with such a sensor, or an argument is for another task.
+    fn stream(&self, sensor: SensorSize, args: &TaskArgs<Live>) -> Result<Box<dyn OnlineStream>>;
 
     /// The network for exports, quantisation, averages and studies.
     ///

@@ -19,8 +19,9 @@ use glam::Vec2;
 
 use super::args::{EvalArgs, InferArgs, SimulateArgs};
 use super::infer_all;
-use super::online::{OnlineOptions, OnlineStream, TaskStream};
+use super::online::{OnlineStream, TaskStream};
 use super::opening::OpeningArgs;
+use super::own_args::{Live, NoArgs, TaskArgs};
 use crate::json::write_json;
 use crate::progress::{bar, say};
 use crate::recorded::claim;
@@ -41,7 +42,7 @@ pub fn record_values<C: TaskConfig>(
     set: &SequenceSet,
     record: impl Fn(u64) -> Result<()>,
 ) -> Result<()> {
-    args.refuse_others(C::TASK)?;
+    let NoArgs {} = args.own.of(C::TASK)?;
     let shard = args.shard.unwrap_or(Shard::WHOLE);
     claim(set, config, shard, args.resume)?;
     let unfinished = set.unfinished(shard);
@@ -167,7 +168,7 @@ pub trait ValueModel {
     /// If the recording cannot be inferred, or the file not be written.
     fn write_values(&self, args: &InferArgs) -> Result<()> {
         let layout = self.layout();
-        args.refuse_others(layout.name)?;
+        let NoArgs {} = args.own.of(layout.name)?;
         let poses = self.infer_values(args.recording()?, args.stride_ms, &args.opening)?;
         let (count, kind) = (poses.len(), PoseKind::Values(layout));
         write_poses_from(&args.out, kind, None, &mut poses.into_iter(), args.format)?;
@@ -183,7 +184,7 @@ pub trait ValueModel {
     /// If the data cannot be read, or a recording not be inferred.
     fn evaluate_values(&self, args: &EvalArgs, mean: &[f32]) -> Result<()> {
         let layout = self.layout();
-        args.refuse_others(layout.name)?;
+        let NoArgs {} = args.own.of(layout.name)?;
         let data = args.data.as_deref().context("--data, a directory of recordings, is missing")?;
         let mut errors = [BTreeMap::<String, Totals>::new(), BTreeMap::new()];
         for (events, table) in BodyRecordings::open(data)?.files {
@@ -217,9 +218,9 @@ pub trait ValueModel {
     fn stream_values(
         &self,
         sensor: SensorSize,
-        options: &OnlineOptions,
+        args: &TaskArgs<Live>,
     ) -> Result<Box<dyn OnlineStream>> {
-        options.refuse_others(self.layout().name)?;
+        let NoArgs {} = args.of(self.layout().name)?;
         let skeleton = Skeleton::Points(self.layout());
         Ok(Box::new(TaskStream::new(self.open_stream(sensor)?, 0.0, skeleton)))
     }

@@ -3,11 +3,9 @@
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
-use evpose_infer::Precision;
-
 use crate::args::DeviceArgs;
-use crate::tasks::args::score;
 use crate::tasks::opening::OpeningArgs;
+use crate::tasks::{Live, TaskArgs};
 
 /// Arguments of `evpose live`.
 #[derive(Debug, clap::Args)]
@@ -62,21 +60,6 @@ pub struct LiveArgs {
     /// Minimum event time from one inference to the next, in milliseconds
     #[arg(long, default_value_t = 1.0)]
     pub(crate) stride_ms: f64,
-    /// Inputs per call of the network, one of each stride; poses wait for the last one of theirs
-    /// [default: 1; hands on other devices than the CPU 16]
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=256))]
-    pub(crate) batch: Option<u16>,
-    /// The camera: a calibration file of OpenCV, ROS, dv-processing or this project, a name such as
-    /// davis346 or evk4, or a vertical field of view such as 45deg [default: 45deg, with a note]
-    #[arg(long)]
-    pub(crate) camera: Option<String>,
-    /// Bodies: minimum score of a pose and of a joint, 0 to 1; below it, positions are left out [poses
-    /// and joints: the checkpoint's]
-    #[arg(long, value_name = "SCORE", value_parser = score)]
-    pub(crate) min_score: Option<f32>,
-    /// Bodies: minimum score of a joint in the decoder of the network [the checkpoint's]
-    #[arg(long)]
-    pub(crate) confidence: Option<f32>,
     /// Capacity of the event queue in packets
     #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) queue: u16,
@@ -89,9 +72,8 @@ pub struct LiveArgs {
     /// Write the final report as JSON
     #[arg(long, value_name = "FILE")]
     pub(crate) report: Option<PathBuf>,
-    /// Precision of the inference: f32, bf16, or int8 after `evpose quantize`
-    #[arg(long, default_value = "f32")]
-    pub(crate) precision: Precision,
+    #[command(flatten)]
+    pub(crate) own: TaskArgs<Live>,
     #[command(flatten)]
     pub(crate) opening: OpeningArgs,
     #[command(flatten)]

@@ -18,7 +18,7 @@ use evpose_live::sink::{JsonLines, PoseCsv, Sinks};
 use evpose_live::source::{self, ReplayOptions, Source, SourceOptions};
 use evpose_live::{Control, LiveOptions, Observer};
 
-use crate::tasks::online::{OnlineOptions, OnlineStream};
+use crate::tasks::online::OnlineStream;
 pub use args::LiveArgs;
 
 use crate::json::write_json;
@@ -43,20 +43,13 @@ pub fn run(args: &LiveArgs) -> Result<()> {
     let source = source::open(&args.source, &SourceOptions { replay, ..SourceOptions::default() })?;
     let sensor = source.sensor();
     note(format!("source: {}, {sensor}", source.name()));
-    let options = OnlineOptions {
-        camera: args.camera.clone(),
-        precision: args.precision,
-        batch: args.batch,
-        min_score: args.min_score,
-        confidence: args.confidence,
-    };
     let model = crate::tasks::open(&args.checkpoint, &args.device)?;
     // A checkpoint has one task, so that another one in `--task` is a mistake.
     if let Some(task) = args.task.as_deref().filter(|task| *task != model.task()) {
         let (path, is) = (args.checkpoint.display(), model.task());
         bail!("{path}: a network of the task `{is}`, not `{task}`");
     }
-    play(source, model.stream(sensor, &options)?, args)
+    play(source, model.stream(sensor, &args.own)?, args)
 }
 
 fn play(source: Box<dyn Source>, stream: Box<dyn OnlineStream>, args: &LiveArgs) -> Result<()> {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use evpose_core::stats::bootstrap::BootstrapConfig;
 use evpose_core::stats::interval::Interval;
 use evpose_core::{Micros, atomic_write};
@@ -15,6 +15,7 @@ use evpose_train::body::{
 };
 use serde::Serialize;
 
+use super::args::BodyEvalArgs;
 use super::world::{self, WorldScores};
 use super::{BodyModel, images};
 use crate::json::write_json;
@@ -72,35 +73,47 @@ pub(super) struct RecordingScores {
     pub(super) scores: BodyScores,
 }
 
-pub(super) fn run(model: &BodyModel, args: &EvalArgs) -> Result<()> {
-    let foreign = args.foreign.as_ref().map(|directory| directory.join("bodies"));
-    if args.data.is_none() && foreign.is_none() {
-        bail!(
-            "--conditions are for hands; bodies are evaluated on --data, a directory of recordings"
-        );
-    }
+pub(super) fn run(model: &BodyModel, args: &EvalArgs, own: &BodyEvalArgs) -> Result<()> {
+    let outputs = Outputs {
+        json: args.json.as_deref(),
+        preview: own.own.preview.as_deref(),
+        curves: own.curves.as_deref(),
+    };
     if let Some(data) = &args.data {
         let clips = images::clips(data);
         if clips.is_empty() {
-            evaluate(model, args, data)?;
+            evaluate(model, args, own, data, &outputs)?;
         } else {
-            images::run(model, args, &clips)?;
+            images::run(model, args, own, &clips)?;
         }
     }
-    // Files are those of --data, where both are given.
-    let quiet = args.data.is_some();
-    if let Some(directory) = &foreign {
-        let args = if quiet { &args.without_outputs() } else { args };
-        evaluate(model, args, directory)?;
+    if let Some(foreign) = &own.own.foreign {
+        // Files are those of --data, where both are given.
+        let outputs = if args.data.is_some() { Outputs::default() } else { outputs };
+        evaluate(model, args, own, &foreign.join("bodies"), &outputs)?;
     }
     Ok(())
 }
 
+/// Files to write.
+#[derive(Default)]
+struct Outputs<'a> {
+    json: Option<&'a Path>,
+    preview: Option<&'a Path>,
+    curves: Option<&'a Path>,
+}
+
 /// Evaluates a model on the recordings of a directory.
-fn evaluate(model: &BodyModel, args: &EvalArgs, data: &Path) -> Result<()> {
+fn evaluate(
+    model: &BodyModel,
+    args: &EvalArgs,
+    own: &BodyEvalArgs,
+    data: &Path,
+    outputs: &Outputs<'_>,
+) -> Result<()> {
     let checkpoint = &model.checkpoint;
     let options =
-        BodyPredictorOptions { precision: args.precision, ..BodyPredictorOptions::default() };
+        BodyPredictorOptions { precision: own.own.precision, ..BodyPredictorOptions::default() };
     let predictor = model.predictor(options)?;
     let recordings = BodyRecordings::open(data)?;
     let mean = match checkpoint.mean_pose {
@@ -111,7 +124,7 @@ fn evaluate(model: &BodyModel, args: &EvalArgs, data: &Path) -> Result<()> {
     let every = Micros(1_000 * i64::from(every_ms));
     let progress = bar("evaluating", recordings.files.len() as u64, "recordings");
     let advance = |done| progress.inc(done);
-    let camera = args.camera.as_deref();
+    let camera = own.own.camera.as_deref();
     let evaluated =
         evaluate_body(checkpoint, &predictor, &recordings, every, camera, &mean, &advance)?;
     progress.finish_and_clear();
@@ -149,14 +162,14 @@ fn evaluate(model: &BodyModel, args: &EvalArgs, data: &Path) -> Result<()> {
         fusion: None,
         world: world::evaluate(checkpoint, &predictor, &recordings, every)?,
     };
-    if args.fusion {
+    if own.fusion {
         report.fusion = Some(evaluate_fusion(checkpoint, &predictor, &recordings)?);
     }
-    if let Some(path) = &args.preview {
+    if let Some(path) = outputs.preview {
         people::of_predictions(checkpoint, &evaluated, path)?;
     }
-    write_json(args.json.as_deref(), &report)?;
-    if let Some(path) = &args.curves {
+    write_json(outputs.json, &report)?;
+    if let Some(path) = outputs.curves {
         draw(path, &report)?;
     }
     Ok(())

@@ -22,6 +22,7 @@ use evpose_train::body::{
 use serde::Serialize;
 
 use super::BodyModel;
+use super::args::BodyEvalArgs;
 use super::eval::{PERCENTS, RecordingScores, print};
 use crate::tasks::args::EvalArgs;
 
@@ -60,8 +61,13 @@ pub(super) fn clips(data: &Path) -> Vec<PathBuf> {
 }
 
 /// Evaluates a model on the images of clips.
-pub(super) fn run(model: &BodyModel, args: &EvalArgs, clips: &[PathBuf]) -> Result<()> {
-    if args.fusion {
+pub(super) fn run(
+    model: &BodyModel,
+    args: &EvalArgs,
+    own: &BodyEvalArgs,
+    clips: &[PathBuf],
+) -> Result<()> {
+    if own.fusion {
         bail!("--fusion is for recordings: images have no events");
     }
     let bootstrap = &model.checkpoint.config.evaluation.bootstrap;
@@ -69,7 +75,7 @@ pub(super) fn run(model: &BodyModel, args: &EvalArgs, clips: &[PathBuf]) -> Resu
     let mut all: [BodyEvaluation; 4] = Default::default();
     let mut recordings = Vec::new();
     for clip in clips {
-        let (count, evaluations) = evaluate(model, args, clip)?;
+        let (count, evaluations) = evaluate(model, own, clip)?;
         images += count;
         if clips.len() == 1 {
             all = evaluations;
@@ -92,7 +98,7 @@ pub(super) fn run(model: &BodyModel, args: &EvalArgs, clips: &[PathBuf]) -> Resu
         network: summary(network)?,
         filtered: summary(filtered)?,
         mean_pose: summary(mean_pose)?,
-        placed: args.joints.map(|_| summary(placed)).transpose()?,
+        placed: own.joints.map(|_| summary(placed)).transpose()?,
         recordings,
     };
     say(format!("{images} images"));
@@ -120,7 +126,7 @@ fn as_one(images: &BodyEvaluation) -> BodySequence {
 /// and of the network as `--joints` says on each.
 fn evaluate(
     model: &BodyModel,
-    args: &EvalArgs,
+    own: &BodyEvalArgs,
     data: &Path,
 ) -> Result<(usize, [BodyEvaluation; 4])> {
     let checkpoint = &model.checkpoint;
@@ -138,10 +144,10 @@ fn evaluate(
         frame.t = Micros::SECOND;
     }
     let options =
-        BodyPredictorOptions { precision: args.precision, ..BodyPredictorOptions::default() };
+        BodyPredictorOptions { precision: own.own.precision, ..BodyPredictorOptions::default() };
     let predictor = model.predictor(options)?;
     let mean = checkpoint.mean_pose.unwrap_or_else(|| frames.mean_pose());
-    if let Some(path) = &args.preview {
+    if let Some(path) = &own.own.preview {
         people::of_frames(&predictor, &frames, path)?;
     }
     let predicted: Vec<OnceLock<ScoredPoints>> = vec![OnceLock::new(); frames.len()];
@@ -163,7 +169,7 @@ fn evaluate(
         })
         .collect();
     let filtered = of_points(&frames, &filtered)?;
-    let placed = match args.joints {
+    let placed = match own.joints {
         Some(definition) => {
             let of = |pose: &OnceLock<ScoredPoints>| {
                 pose.get().map(|pose| definition.place(&pose.points))

@@ -18,6 +18,7 @@ use evpose_task::body::{
 use evpose_task::{InferredPoses, RecordingStream};
 use evpose_train::body::propagated_poses;
 
+use super::args::BodyInferArgs;
 use super::{BodyModel, infer_cameras};
 use crate::progress::{note, say};
 use crate::tasks::args::InferArgs;
@@ -26,22 +27,19 @@ use crate::tasks::{infer_all, online};
 /// A recording of a person.
 type BodyRecording = RecordingStream<BodyFrontend, BodyWorker>;
 
-pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
+pub(super) fn run(model: &BodyModel, args: &InferArgs, own: &BodyInferArgs) -> Result<()> {
     let checkpoint = &model.checkpoint;
-    if args.events.len() > 1 {
-        return infer_cameras::run(model, args);
+    if args.events.len() > 1 || own.cameras.is_some() {
+        return infer_cameras::run(model, args, own);
     }
     let events = args.recording()?;
-    if args.mode != "plain" || args.joints.is_some() {
-        bail!("--mode and --joints are for hands; bodies have --skeletons and --fused");
-    }
     let options = BodyPredictorOptions {
-        precision: args.precision,
+        precision: own.own.precision,
         threads: rayon::current_num_threads(),
-        confidence: args.confidence,
+        confidence: own.confidence,
     };
     let mut predictor = model.predictor(options)?;
-    let batch = online::batch(args.batch, &model.device);
+    let batch = online::batch(own.batch, &model.device);
     if model.device != Device::flex() {
         predictor.warm_up(batch);
     }
@@ -50,16 +48,16 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
     let step = Micros(1_000 * i64::from(stride_ms.max(1)));
     let open = |propagation: Option<&PropagationConfig>| -> Result<BodyRecording> {
         let windows = Windows::open(events, &opening)?;
-        let calibration = Calibration::choose(args.camera.as_deref(), windows.sensor())?;
+        let calibration = Calibration::choose(own.own.camera.as_deref(), windows.sensor())?;
         let mut stream = body_stream(checkpoint, &calibration, propagation, predictor.another())?;
         if propagation.is_none() {
             // Propagation goes on from one pose to the next.
             stream.frontend = stream.frontend.with_batch(batch);
         }
-        if let Some(min_score) = args.min_score {
+        if let Some(min_score) = own.min_score {
             stream.frontend = stream.frontend.with_min_score(min_score);
         }
-        if !args.unfiltered {
+        if !own.own.unfiltered {
             stream.frontend = stream.frontend.with_filter(checkpoint.config.filter)?;
         }
         Ok(RecordingStream::new(windows, stream, InferenceSchedule::Every(step)))
@@ -103,11 +101,11 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
         1e3 * delay_s / count.max(1) as f64,
         args.out.display()
     ));
-    if let Some(folder) = &args.skeletons {
+    if let Some(folder) = &own.skeletons {
         write_poses(folder, &poses, skeletons_format()?)?;
         say(format!("skeletons: {}", folder.display()));
     }
-    if let Some(path) = &args.fused {
+    if let Some(path) = &own.fused {
         write_propagated(path, args, &open, stride_ms)?;
     }
     Ok(())

@@ -15,14 +15,15 @@ use evpose_task::body::{
 };
 
 use super::BodyModel;
+use super::args::BodyInferArgs;
 use crate::progress::{bar, note, say};
 use crate::tasks::args::InferArgs;
 
-pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
-    let is_for_one = args.skeletons.is_some()
-        || args.fused.is_some()
-        || args.camera.is_some()
-        || args.batch.is_some();
+pub(super) fn run(model: &BodyModel, args: &InferArgs, own: &BodyInferArgs) -> Result<()> {
+    let is_for_one = own.skeletons.is_some()
+        || own.fused.is_some()
+        || own.own.camera.is_some()
+        || own.batch.is_some();
     if is_for_one {
         bail!(
             "--skeletons, --fused, --batch and --camera are for one recording; several have \
@@ -30,20 +31,21 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
         );
     }
     let checkpoint = &model.checkpoint;
-    let cameras = cameras(args)?;
+    let cameras = cameras(args, own)?;
     let predictor = model.predictor(BodyPredictorOptions {
-        precision: args.precision,
+        precision: own.own.precision,
         threads: 1,
-        confidence: args.confidence,
+        confidence: own.confidence,
     })?;
     let mut recordings = Vec::new();
     for (events, camera) in args.events.iter().zip(&cameras) {
         let opening = args.opening.options_with_sensor(events)?;
         let windows = Windows::open(events, &opening)?;
-        let (min_score, predictor) = (args.min_score, predictor.another());
+        let (min_score, predictor) = (own.min_score, predictor.another());
         recordings.push(PlacedRecording::new(windows, *camera, checkpoint, min_score, predictor)?);
     }
-    let config = if args.unfiltered { SpatialConfig::default() } else { SpatialConfig::filtered() };
+    let config =
+        if own.own.unfiltered { SpatialConfig::default() } else { SpatialConfig::filtered() };
     let stride_ms = args.stride_ms.unwrap_or(checkpoint.config.evaluation.every_ms);
     let step = Micros(1_000 * i64::from(stride_ms.max(1)));
     let mut people = SpatialRecordings::new(recordings, config, step)?;
@@ -87,8 +89,8 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs) -> Result<()> {
 }
 
 /// The cameras of the recordings: of `--cameras`, or of the metadata beside each.
-fn cameras(args: &InferArgs) -> Result<Vec<PlacedCamera>> {
-    let Some(path) = &args.cameras else {
+fn cameras(args: &InferArgs, own: &BodyInferArgs) -> Result<Vec<PlacedCamera>> {
+    let Some(path) = &own.cameras else {
         return args.events.iter().map(|events| camera_beside(events)).collect();
     };
     let cameras = read_rig(path)?;

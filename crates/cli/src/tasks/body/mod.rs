@@ -1,5 +1,6 @@
 //! The body task: MoveEnet.
 
+pub(crate) mod args;
 mod eval;
 mod experiment;
 mod images;
@@ -12,11 +13,13 @@ mod world;
 
 use std::path::{Path, PathBuf};
 
+use self::args::{BodyEvalArgs, BodyInferArgs, BodyLiveArgs, BodySimulateArgs};
 use crate::args::ConfigArgs;
 use crate::configs;
 use anyhow::{Context, Result, ensure};
 use burn::module::Module;
 use burn::tensor::Device;
+use clap::Args as _;
 use evpose_camera::Calibration;
 use evpose_core::SensorSize;
 use evpose_infer::CalibrationRanges;
@@ -34,7 +37,8 @@ use evpose_train::body::{BodyFrames, BodyRecordings};
 use crate::tasks::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
 use crate::tasks::benchmark_recording;
 use crate::tasks::experiment::{PoseExperiment, StartWeights};
-use crate::tasks::online::{OnlineOptions, OnlineStream, TaskStream};
+use crate::tasks::online::{OnlineStream, TaskStream};
+use crate::tasks::own_args::{Live, TaskArgs, TaskCommand};
 use crate::tasks::scores::EvaluationScores;
 use crate::tasks::task::{
     DataSetInfo, NetworkModel, PoseModel, PoseTask, PrecisionScores, StudiedTask,
@@ -75,6 +79,15 @@ impl PoseTask for Body {
             seed,
             set: SequenceSet::of_people(directory, &simulation)?,
         })
+    }
+
+    fn arguments(&self, of: TaskCommand, command: clap::Command) -> clap::Command {
+        match of {
+            TaskCommand::Simulate => BodySimulateArgs::augment_args(command),
+            TaskCommand::Eval => BodyEvalArgs::augment_args(command),
+            TaskCommand::Infer => BodyInferArgs::augment_args(command),
+            TaskCommand::Live => BodyLiveArgs::augment_args(command),
+        }
     }
 
     fn studied(&self) -> Result<&dyn StudiedTask> {
@@ -159,17 +172,18 @@ impl PoseModel for BodyModel {
     }
 
     fn evaluate(&self, args: &EvalArgs) -> Result<()> {
-        eval::run(self, args)
+        eval::run(self, args, &args.own.of(Body.name())?)
     }
 
     fn infer(&self, args: &InferArgs) -> Result<()> {
-        infer::run(self, args)
+        infer::run(self, args, &args.own.of(Body.name())?)
     }
 
-    fn stream(&self, sensor: SensorSize, options: &OnlineOptions) -> Result<Box<dyn OnlineStream>> {
+    fn stream(&self, sensor: SensorSize, args: &TaskArgs<Live>) -> Result<Box<dyn OnlineStream>> {
+        let BodyLiveArgs { own: options, min_score, confidence } = args.of(Body.name())?;
         let mut predictor = self.predictor(BodyPredictorOptions {
             precision: options.precision,
-            confidence: options.confidence,
+            confidence,
             ..BodyPredictorOptions::default()
         })?;
         // Every image of a batch but the last waits, so that only who asks for it gets one.
@@ -184,7 +198,7 @@ impl PoseModel for BodyModel {
             body_stream(&self.checkpoint, &calibration, Some(&propagation), predictor)?;
         stream.frontend =
             stream.frontend.with_batch(batch).with_filter(self.checkpoint.config.filter)?;
-        if let Some(min_score) = options.min_score {
+        if let Some(min_score) = min_score {
             stream.frontend = stream.frontend.with_min_score(min_score);
         }
         Ok(Box::new(TaskStream::new(stream, PROPAGATE_HZ, Skeleton::Body)))

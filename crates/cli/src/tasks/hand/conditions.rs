@@ -18,6 +18,7 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use super::HandModel;
+use super::args::HandEvalArgs;
 use crate::machine::Machine;
 use crate::pages::hand as report;
 use crate::pages::held_out::{cell, find};
@@ -62,17 +63,17 @@ struct ConditionEvaluation {
     usage: SlowMotionUsage,
 }
 
-pub(super) fn run(model: &HandModel, args: &EvalArgs) -> Result<()> {
+pub(super) fn run(model: &HandModel, args: &EvalArgs, own: &HandEvalArgs) -> Result<()> {
     let checkpoint = &model.checkpoint;
     // All configs are validated first: an error in the last should not wait for the others.
-    let conditions = args
+    let conditions = own
         .conditions
         .iter()
         .map(|source| {
             let condition = Condition::load(source)?;
             let mut config = condition.apply(&checkpoint.config)?.held_out();
-            config.simulation.sequences = args.sequences;
-            config.simulation.seconds = args.seconds;
+            config.simulation.sequences = own.sequences;
+            config.simulation.seconds = own.seconds;
             config.simulation.validate()?;
             Ok((condition, config))
         })
@@ -83,7 +84,7 @@ pub(super) fn run(model: &HandModel, args: &EvalArgs) -> Result<()> {
         }
     }
     let scratch;
-    let out: &Path = match &args.out {
+    let out: &Path = match &own.out {
         Some(out) if out.read_dir().is_ok_and(|mut entries| entries.next().is_some()) => {
             bail!("{} is not empty: choose another --out", out.display())
         }
@@ -100,11 +101,11 @@ pub(super) fn run(model: &HandModel, args: &EvalArgs) -> Result<()> {
         let dir = out.join(&*condition.name);
         say(format!("    {}", recorded::record(&config, &dir, &condition.name)?));
         let data = HandDataset::open(&dir, &config)?;
-        let network = model.predictor(args.precision)?;
+        let network = model.predictor(own.own.precision)?;
         let mean = checkpoint.mean_pose;
         let (methods, usage) =
             evaluate_methods(&config, &data, network, mean, args.stride_ms.unwrap_or(1))?;
-        if args.out.is_some() {
+        if own.out.is_some() {
             let plain = find(&methods, "trained_kalman")?;
             let slow = find(&methods, "slow_motion")?;
             let sheet = report::strip(&config, &data, &[(plain, PREDICTION), (slow, SLOW_MOTION)])?;
@@ -119,10 +120,10 @@ pub(super) fn run(model: &HandModel, args: &EvalArgs) -> Result<()> {
     print_scores(&all);
     say("");
     print_usage(&all);
-    let report = report_of(&all, args)?;
+    let report = report_of(&all, args, own)?;
     let text = serde_json::to_string_pretty(&report)? + "\n";
     let mut files: Vec<PathBuf> = args.json.iter().cloned().collect();
-    if args.out.is_some() {
+    if own.out.is_some() {
         run_info::write(out, checkpoint.config.seed, Some(&checkpoint.config))?;
         files.push(out.join("conditions.json"));
     }
@@ -131,7 +132,7 @@ pub(super) fn run(model: &HandModel, args: &EvalArgs) -> Result<()> {
             .with_context(|| format!("writing {}", path.display()))?;
         say(format!("written to {}", path.display()));
     }
-    if args.out.is_some() {
+    if own.out.is_some() {
         for evaluation in &all {
             say(format!("figure: {}", figure_path(out, &evaluation.condition).display()));
         }
@@ -180,7 +181,7 @@ fn evaluate_methods(
     Ok((evaluated, usage))
 }
 
-fn report_of(all: &[ConditionEvaluation], args: &EvalArgs) -> Result<Report> {
+fn report_of(all: &[ConditionEvaluation], args: &EvalArgs, own: &HandEvalArgs) -> Result<Report> {
     let mut conditions = Map::new();
     for ConditionEvaluation { condition, config, methods, usage } in all {
         let bootstrap = &config.evaluation.bootstrap;
@@ -202,8 +203,8 @@ fn report_of(all: &[ConditionEvaluation], args: &EvalArgs) -> Result<Report> {
     }
     Ok(Report {
         conditions,
-        sequences: args.sequences,
-        seconds: args.seconds,
+        sequences: own.sequences,
+        seconds: own.seconds,
         stride_ms: args.stride_ms.unwrap_or(1),
         seed: all.first().map_or(0, |evaluation| evaluation.config.seed),
         commit: COMMIT,

@@ -9,13 +9,18 @@ use evpose_pose::metric::MeanPose;
 use evpose_train::HandDataset;
 
 use super::HandModel;
-use crate::tasks::args::EvalArgs;
+use crate::tasks::args::{EvalArgs, PoseEvalArgs};
 
 /// Evaluates a model on the sequences of a directory.
-pub(super) fn run(model: &HandModel, args: &EvalArgs, data: &Path) -> Result<()> {
+pub(super) fn run(
+    model: &HandModel,
+    args: &EvalArgs,
+    own: &PoseEvalArgs,
+    data: &Path,
+) -> Result<()> {
     let checkpoint = &model.checkpoint;
     let config = &checkpoint.config;
-    let data = HandDataset::open_of_camera(data, config, args.camera.as_deref())?;
+    let data = HandDataset::open_of_camera(data, config, own.camera.as_deref())?;
     if let Some(note) = data.note() {
         say(format!("note: {note}"));
     }
@@ -29,7 +34,7 @@ pub(super) fn run(model: &HandModel, args: &EvalArgs, data: &Path) -> Result<()>
             mean.mean().context("no poses to average")?
         }
     };
-    let trained = model.predictor(args.precision)?;
+    let trained = model.predictor(own.precision)?;
     let evaluated = held_out::evaluate_with_baselines(
         config,
         &data,

@@ -12,7 +12,7 @@ use evpose_train::foreign::{evaluate_foreign_hands, foreign_hands};
 use serde::Serialize;
 
 use super::{HandModel, foreign_preview};
-use crate::tasks::args::EvalArgs;
+use crate::tasks::args::PoseEvalArgs;
 
 /// Results, as written to JSON.
 #[derive(Debug, Serialize)]
@@ -27,7 +27,11 @@ pub(super) struct ForeignReport {
 }
 
 /// Evaluates a model on the recordings of `directory` and prints a table.
-pub(super) fn run(model: &HandModel, args: &EvalArgs, directory: &Path) -> Result<ForeignReport> {
+pub(super) fn run(
+    model: &HandModel,
+    args: &PoseEvalArgs,
+    directory: &Path,
+) -> Result<ForeignReport> {
     let config = &model.checkpoint.config;
     let recordings = foreign_hands(directory)?;
     let mean_pose = model.checkpoint.mean_pose.context(

@@ -13,15 +13,16 @@ use evpose_pose::{HandParams, JointFrame, PoseOrigin};
 use evpose_task::hand::{HandConfig, calibration_for, hand_recording};
 
 use super::HandModel;
+use super::args::HandInferArgs;
 use crate::tasks::args::InferArgs;
 use crate::tasks::infer_all;
 
-pub(super) fn run(model: &HandModel, args: &InferArgs) -> Result<()> {
+pub(super) fn run(model: &HandModel, args: &InferArgs, own: &HandInferArgs) -> Result<()> {
     let config = &model.checkpoint.config;
     let path = args.recording()?;
     let windows = Windows::open(path, &args.opening.options_with_sensor(path)?)?;
-    let calibration = calibration(config, windows.sensor(), args.camera.as_deref())?;
-    let is_slow_motion = args.mode == "slow-motion";
+    let calibration = calibration(config, windows.sensor(), own.own.camera.as_deref())?;
+    let is_slow_motion = own.mode == "slow-motion";
     if is_slow_motion && args.stride_ms.is_some() {
         bail!("--stride-ms is for --mode plain: events trigger the inputs of slow motion");
     }
@@ -30,7 +31,7 @@ pub(super) fn run(model: &HandModel, args: &InferArgs) -> Result<()> {
         true => InferenceSchedule::Triggered,
         false => InferenceSchedule::Every(Micros(1_000 * stride_ms)),
     };
-    let predictor = model.predictor(args.precision)?;
+    let predictor = model.predictor(own.own.precision)?;
     let mut recording = hand_recording(config, predictor, windows, &calibration, schedule)?;
     let Some([start, end]) = recording.span()? else {
         bail!("{}: no events: there is nothing to infer from", path.display());
@@ -42,7 +43,7 @@ pub(super) fn run(model: &HandModel, args: &InferArgs) -> Result<()> {
     infer_all(&mut recording, path, [start, end], |_, inferred| {
         repeated += inferred.poses.iter().filter(|(_, estimate)| estimate.is_repeated).count();
         poses.extend(inferred.poses.into_iter().map(|(t, estimate)| {
-            (t, if args.unfiltered { estimate.measured } else { estimate.filtered })
+            (t, if own.own.unfiltered { estimate.measured } else { estimate.filtered })
         }));
     })?;
     if poses.is_empty() {
@@ -50,7 +51,7 @@ pub(super) fn run(model: &HandModel, args: &InferArgs) -> Result<()> {
             "{}: no pose: no window of {} ms has the events that {} needs",
             path.display(),
             config.representation.window_ms,
-            args.mode
+            own.mode
         );
     }
     if is_slow_motion {
@@ -64,7 +65,7 @@ pub(super) fn run(model: &HandModel, args: &InferArgs) -> Result<()> {
     let frame = Some(JointFrame::Camera);
     write_poses_from(&args.out, PoseKind::Hand, frame, &mut poses.iter().map(timed), args.format)?;
     say(format!("{} poses: {}", poses.len(), args.out.display()));
-    if let Some(path) = &args.joints {
+    if let Some(path) = &own.joints {
         let columns = PoseColumns::of(PoseKind::Hand).without_params();
         columns.write(path, &mut poses.iter().map(timed))?;
         say(format!("joints: {}", path.display()));

@@ -1,5 +1,6 @@
 //! The hand task: EventHands.
 
+pub(crate) mod args;
 mod conditions;
 mod eval;
 mod experiment;
@@ -12,12 +13,14 @@ mod train;
 
 use std::path::{Path, PathBuf};
 
+use self::args::{HandEvalArgs, HandInferArgs, HandLiveArgs, HandSimulateArgs};
 use crate::args::ConfigArgs;
 use crate::configs;
 use crate::json::write_json;
 use anyhow::{Result, bail, ensure};
 use burn::module::Module;
 use burn::tensor::Device;
+use clap::Args as _;
 use evpose_body::PosedBody;
 use evpose_core::SensorSize;
 use evpose_infer::{CalibrationRanges, Precision};
@@ -35,7 +38,8 @@ use evpose_train::{HandDataset, untrained};
 use crate::tasks::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
 use crate::tasks::benchmark_recording;
 use crate::tasks::experiment::{PoseExperiment, StartWeights};
-use crate::tasks::online::{self, OnlineOptions, OnlineStream, TaskStream};
+use crate::tasks::online::{self, OnlineStream, TaskStream};
+use crate::tasks::own_args::{Live, TaskArgs, TaskCommand};
 use crate::tasks::scores::EvaluationScores;
 use crate::tasks::task::{
     DataSetInfo, NetworkModel, PoseModel, PoseTask, PrecisionScores, StudiedTask,
@@ -43,9 +47,6 @@ use crate::tasks::task::{
 
 /// Propagated poses per second.
 const PROPAGATE_HZ: f64 = 1_000.0;
-/// Hands and scores.
-const NO_SCORE: &str =
-    "--min-score is for bodies: networks of hands regress a pose and do not score it";
 
 /// The hand task.
 pub(crate) struct Hand;
@@ -78,6 +79,15 @@ impl PoseTask for Hand {
             seed,
             set: SequenceSet::of_hands(directory, &simulation)?,
         })
+    }
+
+    fn arguments(&self, of: TaskCommand, command: clap::Command) -> clap::Command {
+        match of {
+            TaskCommand::Simulate => HandSimulateArgs::augment_args(command),
+            TaskCommand::Eval => HandEvalArgs::augment_args(command),
+            TaskCommand::Infer => HandInferArgs::augment_args(command),
+            TaskCommand::Live => HandLiveArgs::augment_args(command),
+        }
     }
 
     fn studied(&self) -> Result<&dyn StudiedTask> {
@@ -167,41 +177,31 @@ impl PoseModel for HandModel {
     }
 
     fn evaluate(&self, args: &EvalArgs) -> Result<()> {
-        if args.fusion || args.curves.is_some() {
-            bail!("--fusion and --curves are for bodies");
-        }
-        if args.preview.is_some() && args.foreign.is_none() {
+        let own: HandEvalArgs = args.own.of(Hand.name())?;
+        if own.own.preview.is_some() && own.own.foreign.is_none() {
             bail!("--preview of hands shows foreign recordings: give --foreign as well");
         }
         if let Some(data) = &args.data {
-            eval::run(self, args, data)?;
+            eval::run(self, args, &own.own, data)?;
         }
-        if let Some(foreign) = &args.foreign {
-            let report = foreign::run(self, args, &foreign.join("hands"))?;
+        if let Some(foreign) = &own.own.foreign {
+            let report = foreign::run(self, &own.own, &foreign.join("hands"))?;
             if args.data.is_none() {
                 write_json(args.json.as_deref(), &report)?;
             }
         }
-        if args.data.is_none() && args.foreign.is_none() {
-            conditions::run(self, args)?;
+        if args.data.is_none() && own.own.foreign.is_none() {
+            conditions::run(self, args, &own)?;
         }
         Ok(())
     }
 
     fn infer(&self, args: &InferArgs) -> Result<()> {
-        if args.skeletons.is_some() || args.fused.is_some() || args.batch.is_some() {
-            bail!("--skeletons, --fused and --batch are for bodies");
-        }
-        if args.min_score.is_some() {
-            bail!(NO_SCORE);
-        }
-        infer::run(self, args)
+        infer::run(self, args, &args.own.of(Hand.name())?)
     }
 
-    fn stream(&self, sensor: SensorSize, options: &OnlineOptions) -> Result<Box<dyn OnlineStream>> {
-        if options.min_score.is_some() {
-            bail!(NO_SCORE);
-        }
+    fn stream(&self, sensor: SensorSize, args: &TaskArgs<Live>) -> Result<Box<dyn OnlineStream>> {
+        let HandLiveArgs { own: options } = args.of(Hand.name())?;
         let config = self.checkpoint.config.clone();
         let calibration = infer::calibration(&config, sensor, options.camera.as_deref())?;
         let batch = online::batch(options.batch, &self.device);

@@ -9,15 +9,18 @@ use evpose_core::atomic_write;
 use evpose_report::png::png;
 use evpose_sim::set::MANIFEST;
 use evpose_sim::{SequenceSet, Shard, Simulation};
+use evpose_task::TaskConfig as _;
 use evpose_task::hand::HandConfig;
 use evpose_train::Condition;
 
+use super::args::HandSimulateArgs;
 use crate::tasks::args::SimulateArgs;
 
 pub(super) fn run(args: &SimulateArgs) -> Result<()> {
+    let HandSimulateArgs { recording, condition } = args.own.of(HandConfig::TASK)?;
     let given = &args.config;
     let mut config: HandConfig = configs::load_for_simulation(&given.config, &given.overrides)?;
-    if let Some(condition) = &args.condition {
+    if let Some(condition) = &condition {
         config = Condition::load(condition)?.apply(&config)?;
     }
     // Before the seed of what is held out is derived: no seed of a training is one of those.
@@ -28,7 +31,7 @@ pub(super) fn run(args: &SimulateArgs) -> Result<()> {
     let simulation = &mut config.simulation;
     simulation.seconds = args.seconds.unwrap_or(simulation.seconds);
     simulation.sequences = args.sequences.unwrap_or(simulation.sequences);
-    simulation.format = args.format.clone().or_else(|| simulation.format.take());
+    simulation.format = recording.format.or_else(|| simulation.format.take());
     config.simulation.validate()?;
     let shard = args.shard.unwrap_or(Shard::WHOLE);
     let set = SequenceSet::of_hands(&args.out, &config.simulation)?;
@@ -44,7 +47,7 @@ pub(super) fn run(args: &SimulateArgs) -> Result<()> {
     } else {
         format!("shard {shard} is complete; whoever records the last sequence writes {MANIFEST}")
     });
-    if let Some(path) = &args.preview {
+    if let Some(path) = &recording.preview {
         let sheet = camera_views::sheet(&Simulation::new(&config.simulation, config.seed)?)?;
         atomic_write(path, &png(&sheet)?).with_context(|| format!("writing {}", path.display()))?;
         say(format!("preview: {}", path.display()));

@@ -1,0 +1,86 @@
+//! Arguments that the body task brings to commands.
+
+use std::path::PathBuf;
+
+use evpose_pose::body::JointDefinition;
+
+use crate::tasks::args::{PoseEvalArgs, PoseInferArgs, PoseLiveArgs, RecordingArgs};
+
+/// Of `evpose simulate`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct BodySimulateArgs {
+    #[command(flatten)]
+    pub(super) recording: RecordingArgs,
+}
+
+/// Of `evpose eval`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct BodyEvalArgs {
+    #[command(flatten)]
+    pub(super) own: PoseEvalArgs,
+    /// Also evaluate poses at 500 Hz, held constant after each inference, and propagated by velocities
+    /// from events
+    #[arg(long)]
+    pub(super) fusion: bool,
+    /// On annotated images: also evaluate joints where the labels of `dhp19` put them: the head's on top
+    /// of it, the hips' on the crest of the pelvis
+    #[arg(long, value_name = "SET", value_parser = joint_definition)]
+    pub(super) joints: Option<JointDefinition>,
+    /// Plot PCK against its threshold, as an SVG file
+    #[arg(long, value_name = "FILE")]
+    pub(super) curves: Option<PathBuf>,
+}
+
+fn joint_definition(set: &str) -> Result<JointDefinition, String> {
+    match set {
+        "dhp19" => Ok(JointDefinition::Dhp19),
+        _ => Err("there is `dhp19`".to_owned()),
+    }
+}
+
+/// Of `evpose infer`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct BodyInferArgs {
+    #[command(flatten)]
+    pub(crate) own: PoseInferArgs,
+    /// The calibrated cameras of several recordings, a TOML file with a `[[camera]]` for each [default:
+    /// the metadata that `evpose simulate` writes beside each]
+    #[arg(long, value_name = "FILE")]
+    pub(super) cameras: Option<PathBuf>,
+    /// Images per call of the network [default: 1 on the CPU, 16 on other devices]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub(super) batch: Option<u16>,
+    /// Minimum score of a pose and of a joint, 0 to 1; below it, positions are empty [poses and joints:
+    /// the checkpoint's]
+    #[arg(long, value_name = "SCORE", value_parser = score)]
+    pub(crate) min_score: Option<f32>,
+    /// Minimum score of a joint in the decoder of the network [the checkpoint's]
+    #[arg(long)]
+    pub(super) confidence: Option<f32>,
+    /// Also write skeletons as a YARP folder
+    #[arg(long, value_name = "DIR")]
+    pub(super) skeletons: Option<PathBuf>,
+    /// Also write poses at 500 Hz, propagated from each inference by velocities from events
+    #[arg(long, value_name = "FILE")]
+    pub(super) fused: Option<PathBuf>,
+}
+
+/// Of `evpose live`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct BodyLiveArgs {
+    #[command(flatten)]
+    pub(super) own: PoseLiveArgs,
+    /// Minimum score of a pose and of a joint, 0 to 1; below it, positions are left out [poses and
+    /// joints: the checkpoint's]
+    #[arg(long, value_name = "SCORE", value_parser = score)]
+    pub(super) min_score: Option<f32>,
+    /// Minimum score of a joint in the decoder of the network [the checkpoint's]
+    #[arg(long)]
+    pub(super) confidence: Option<f32>,
+}
+
+/// Parses a score from 0 to 1.
+fn score(text: &str) -> Result<f32, String> {
+    let score = text.parse().ok().filter(|score| (0.0..=1.0).contains(score));
+    score.ok_or_else(|| "expected a score from 0 to 1".to_owned())
+}

@@ -1,0 +1,56 @@
+//! Arguments that the hand task brings to commands.
+
+use std::path::PathBuf;
+
+use crate::tasks::args::{PoseEvalArgs, PoseInferArgs, PoseLiveArgs, RecordingArgs};
+
+/// Of `evpose simulate`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct HandSimulateArgs {
+    #[command(flatten)]
+    pub(super) recording: RecordingArgs,
+    /// A condition to record under (`evpose eval --help` lists them), or a TOML file of one
+    #[arg(long)]
+    pub(super) condition: Option<String>,
+}
+
+/// Of `evpose eval`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct HandEvalArgs {
+    #[command(flatten)]
+    pub(super) own: PoseEvalArgs,
+    /// Simulate sequences under these conditions instead (names below, or TOML files), and compare the
+    /// slow-motion mode with the plain pipeline
+    #[arg(long, value_delimiter = ',', conflicts_with = "data")]
+    pub(super) conditions: Vec<String>,
+    /// Where to keep the sequences, metrics and a figure of each condition
+    #[arg(long, requires = "conditions")]
+    pub(super) out: Option<PathBuf>,
+    /// Sequences of each condition
+    #[arg(long, default_value_t = 10, requires = "conditions")]
+    pub(super) sequences: usize,
+    /// Length of each sequence of a condition
+    #[arg(long, default_value_t = 6.0, requires = "conditions")]
+    pub(super) seconds: f64,
+}
+
+/// Of `evpose infer`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct HandInferArgs {
+    #[command(flatten)]
+    pub(super) own: PoseInferArgs,
+    /// `plain` infers every millisecond; `slow-motion` infers in batches once enough events have
+    /// arrived, repeats the last poses of a hand at rest, and smooths a fast hand less
+    #[arg(long, default_value = "plain", value_parser = ["plain", "slow-motion"])]
+    pub(super) mode: String,
+    /// Also write a table of the joints alone, without parameters
+    #[arg(long)]
+    pub(super) joints: Option<PathBuf>,
+}
+
+/// Of `evpose live`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct HandLiveArgs {
+    #[command(flatten)]
+    pub(super) own: PoseLiveArgs,
+}
