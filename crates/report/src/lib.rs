@@ -5,7 +5,6 @@
 //!   the colours of [`colour`].
 //! * [`html`]: a page that needs no other file.
 //! * [`canvas`]: event images with skeletons over them; [`png`](mod@png) encodes them.
-//! * [`gap`]: the page of the gap workflow.
 //!
 //! # Example
 //! A chart in a page:
@@ -35,7 +34,6 @@ pub mod colour;
 pub mod dot_letters;
 pub mod drawing;
 pub mod format;
-pub mod gap;
 pub mod heatmap;
 pub mod html;
 mod legend;

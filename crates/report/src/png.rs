@@ -1,13 +1,12 @@
 //! PNG files in memory.
 
-use anyhow::Result;
-use image::{ExtendedColorType, ImageEncoder as _, RgbImage};
+use image::{ExtendedColorType, ImageEncoder as _, ImageError, RgbImage};
 
 /// Encodes an image as a PNG file.
 ///
 /// # Errors
 /// If the encoder fails.
-pub fn png(image: &RgbImage) -> Result<Vec<u8>> {
+pub fn png(image: &RgbImage) -> Result<Vec<u8>, ImageError> {
     let mut bytes = Vec::new();
     image::codecs::png::PngEncoder::new(&mut bytes).write_image(
         image,

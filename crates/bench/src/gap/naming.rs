@@ -14,7 +14,7 @@ use super::row::{self, Row};
 use crate::gap::args::BenchArgs;
 use evpose_cli::bad_input::BadInput;
 use evpose_cli::progress::{bar, say};
-use evpose_report::gap::files;
+use evpose_cli::pages::gap::files;
 
 /// A line a case.
 pub(super) const RESULTS: &str = "results.jsonl";

@@ -10,7 +10,7 @@ use super::part::PlanId;
 use super::row::Row;
 use super::truth::Truth;
 use evpose_cli::progress::bar;
-use evpose_report::gap::words::answer_key;
+use evpose_cli::pages::gap::words::answer_key;
 
 /// A case with its answer and its ground truth.
 #[derive(Debug)]

@@ -26,7 +26,7 @@ use crate::gap::args::BenchArgs;
 use evpose_cli::bad_input::BadInput;
 use evpose_cli::progress::{bar, say};
 use evpose_report::format::{percent, short};
-use evpose_report::gap::files;
+use evpose_cli::pages::gap::files;
 
 /// A line a recording.
 pub(super) const NAME: &str = "pvalues.csv";

@@ -7,7 +7,7 @@ use gapbench_pixel::{Case, Plan, Tier};
 use serde::{Deserialize, Serialize};
 
 use crate::gap::args::BenchArgs;
-use evpose_report::gap::files;
+use evpose_cli::pages::gap::files;
 
 /// File of the cases of a directory, written before its first case is identified.
 const NAME: &str = "bench.json";

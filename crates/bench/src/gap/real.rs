@@ -18,7 +18,7 @@ use evpose_core::{Event, EventStream, Micros, TimeWindow};
 use evpose_gap::input::load_recording;
 use evpose_gap::verdict::Finding;
 use evpose_gap::workflow::scene_free_verdict;
-use evpose_report::gap::files;
+use evpose_cli::pages::gap::files;
 use evpose_sensor::{Catalogue, SensorConfig};
 use serde::Serialize;
 

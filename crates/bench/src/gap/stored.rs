@@ -19,7 +19,7 @@ use super::row::Row;
 use super::truth::Truth;
 use super::{SCORES, TABLE, calibrate, jsonl, outside, score, table};
 use evpose_cli::progress::say;
-use evpose_report::gap::files;
+use evpose_cli::pages::gap::files;
 
 /// A line a case, with its opened label.
 pub(super) const LABELS: &str = "labels.jsonl";

@@ -8,7 +8,7 @@ use super::confusion::Confusion;
 use super::opened::Opened;
 use super::score::Scores;
 use super::stats::Rate;
-use evpose_report::gap::files;
+use evpose_cli::pages::gap::files;
 
 /// Writes all tables into a directory.
 pub(super) fn write(dir: &Path, opened: &[Opened], scores: &Scores) -> Result<()> {

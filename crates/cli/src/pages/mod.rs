@@ -3,11 +3,12 @@
 //! * [`hand`]: the report of an experiment with hands; [`held_out`]: the table of an evaluation.
 //! * [`people`], [`camera_views`], [`hand_scene`]: images of people and of simulated scenes.
 //! * [`learning`]: learning curves of a training.
-//! * [`gallery`]: sensors and effects in one page.
+//! * [`gallery`]: sensors and effects in one page; [`gap`]: what the gap workflow found.
 
 pub mod camera_views;
 mod findings;
 pub mod gallery;
+pub mod gap;
 pub mod hand;
 pub mod hand_scene;
 pub mod held_out;

@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Context, Result, anyhow};
 use evpose_cli::bad_input::BadInput;
 use evpose_cli::sensor_source::sensor;
-use evpose_report::gap::files::{CORRECTED, MODEL, VERDICT};
+use evpose_cli::pages::gap::files::{CORRECTED, MODEL, VERDICT};
 use evpose_sensor::SensorConfig;
 use serde::Serialize;
 

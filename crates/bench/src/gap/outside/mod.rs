@@ -26,7 +26,7 @@ use anyhow::{Context, Result, ensure};
 pub use args::OutsideArgs;
 use evpose_cli::bad_input::BadInput;
 use evpose_cli::progress::say;
-use evpose_report::gap::files;
+use evpose_cli::pages::gap::files;
 pub(super) use opened::Opened;
 use row::Row;
 pub(super) use tables::key;

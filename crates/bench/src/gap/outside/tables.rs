@@ -9,7 +9,7 @@ use super::opened::Opened;
 use super::score::{Group, OutsideScores};
 use crate::gap::table::{self, rate};
 use evpose_report::format::short;
-use evpose_report::gap::files;
+use evpose_cli::pages::gap::files;
 
 /// Files of the scores.
 const SCORES: &str = "scores.json";

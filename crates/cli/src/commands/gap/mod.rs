@@ -21,7 +21,7 @@ use args::ReportArgs;
 
 use crate::bad_input::BadInput;
 use crate::progress::say;
-use evpose_report::gap::{self as report, files, terminal};
+use crate::pages::gap::{self as report, files, terminal};
 
 /// Runs `evpose gap`.
 pub fn run(command: &GapCommand) -> Result<ExitCode> {

@@ -18,9 +18,9 @@ use crate::bad_input::BadInput;
 use crate::progress::{say, spinner};
 use crate::run_info::COMMIT;
 use crate::threads::use_threads;
-use evpose_report::gap as report;
-use evpose_report::gap::files::{self, RunInfo, whole};
-use evpose_report::gap::terminal;
+use crate::pages::gap as report;
+use crate::pages::gap::files::{self, RunInfo, whole};
+use crate::pages::gap::terminal;
 
 /// Everything that a run writes.
 struct Written {

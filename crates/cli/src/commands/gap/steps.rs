@@ -18,7 +18,7 @@ use crate::bad_input::BadInput;
 use crate::progress::{say, spinner};
 use crate::threads::use_threads;
 use evpose_report::format::{percent, short};
-use evpose_report::gap::words;
+use crate::pages::gap::words;
 
 /// Runs that a model is compared by.
 const RUNS: u64 = 8;

@@ -11,7 +11,7 @@ use super::inputs;
 use super::scenes::SceneSource;
 use crate::bad_input::BadInput;
 use crate::progress::say;
-use evpose_report::gap::files;
+use crate::pages::gap::files;
 
 pub(super) fn run(args: &VerifyArgs) -> Result<()> {
     let info = files::run_info(&args.dir).context(BadInput)?;

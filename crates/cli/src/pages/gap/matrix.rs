@@ -2,9 +2,9 @@
 
 use evpose_gap::report::Confusability;
 
-use crate::colour::{Colour, mix};
-use crate::drawing::DrawingError;
-use crate::heatmap::{Heatmap, HeatmapCell, Name};
+use evpose_report::colour::{Colour, mix};
+use evpose_report::drawing::DrawingError;
+use evpose_report::heatmap::{Heatmap, HeatmapCell, Name};
 
 /// Side of a cell, pixels.
 const CELL_PX: f64 = 19.0;

@@ -6,13 +6,13 @@ use evpose_gap::verdict::{Answer, Finding, FindingKind, Verdict};
 use super::closing::{alike, named, values};
 use super::sections::wrapped_table;
 use super::{CORRECTED, MODEL, explained};
-use crate::bars::Along;
-use crate::colour::Colour;
-use crate::drawing::DrawingError;
-use crate::format::{percent, short};
-use crate::gap::words;
-use crate::html::{HtmlPage, escape};
-use crate::waterfall::{self, WaterfallStep};
+use evpose_report::bars::Along;
+use evpose_report::colour::Colour;
+use evpose_report::drawing::DrawingError;
+use evpose_report::format::{percent, short};
+use crate::pages::gap::words;
+use evpose_report::html::{HtmlPage, escape};
+use evpose_report::waterfall::{self, WaterfallStep};
 
 /// Colours of parameters of the model, of what several explain jointly, and of what is left.
 const PARAMETER: Colour = (201, 152, 32);
@@ -169,7 +169,7 @@ fn table(page: &mut HtmlPage, verdict: &Verdict) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gap::example;
+    use crate::pages::gap::example;
 
     #[test]
     fn bars_lead_from_the_whole_gap_to_what_is_left() {

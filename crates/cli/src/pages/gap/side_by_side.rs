@@ -8,9 +8,9 @@ use base64::engine::general_purpose::STANDARD;
 use evpose_gap::report::{ReportData, SideBySide};
 use image::{Rgb, RgbImage};
 
-use crate::colour::{OFF, ON};
-use crate::html::{HtmlPage, escape};
-use crate::png::png;
+use evpose_report::colour::{OFF, ON};
+use evpose_report::html::{HtmlPage, escape};
+use evpose_report::png::png;
 
 /// Pixels between two streams.
 const GAP: usize = 3;

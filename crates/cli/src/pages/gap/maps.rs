@@ -8,7 +8,7 @@ use base64::engine::general_purpose::STANDARD;
 use evpose_gap::locate::{Arrow, Maps, Profile, ResidualImage};
 use image::{Rgb, RgbImage};
 
-use crate::png::png;
+use evpose_report::png::png;
 
 /// Residuals of full colour, standard deviations.
 const FULL: f64 = 6.0;

@@ -4,12 +4,12 @@ use evpose_gap::report::ReportData;
 use evpose_gap::verdict::Answer;
 
 use super::{explained, responses};
-use crate::bars::{self, Along, Bar};
-use crate::colour::Colour;
-use crate::drawing::DrawingError;
-use crate::format::percent;
-use crate::gap::words;
-use crate::html::{HtmlPage, escape};
+use evpose_report::bars::{self, Along, Bar};
+use evpose_report::colour::Colour;
+use evpose_report::drawing::DrawingError;
+use evpose_report::format::percent;
+use crate::pages::gap::words;
+use evpose_report::html::{HtmlPage, escape};
 
 /// Colour of what is left.
 const LEFT: Colour = (163, 38, 46);

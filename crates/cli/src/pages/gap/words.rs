@@ -6,7 +6,7 @@ use evpose_gap::{StatisticBlock, parameters::ModelParameter};
 use evpose_sensor::STAGES;
 
 use super::explained;
-use crate::format::{percent, short};
+use evpose_report::format::{percent, short};
 
 /// The answer as a heading.
 pub fn headline(verdict: &Verdict) -> String {

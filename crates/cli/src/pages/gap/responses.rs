@@ -2,10 +2,10 @@
 
 use evpose_gap::locate::{Response, ResponseForm};
 
-use crate::chart::{self, Chart, ChartAxis, Mark, Series};
-use crate::colour::Colour;
-use crate::drawing::DrawingError;
-use crate::html::{HtmlPage, escape};
+use evpose_report::chart::{self, Chart, ChartAxis, Mark, Series};
+use evpose_report::colour::Colour;
+use evpose_report::drawing::DrawingError;
+use evpose_report::html::{HtmlPage, escape};
 
 /// Size of a chart, pixels.
 const PLOT: (u32, u32) = (366, 245);

@@ -28,9 +28,9 @@ use evpose_core::atomic_write;
 use evpose_gap::report::ReportData;
 use evpose_gap::verdict::Answer;
 
-use crate::colour::{Colour, css};
-use crate::format::percent;
-use crate::html::{HtmlPage, escape};
+use evpose_report::colour::{Colour, css};
+use evpose_report::format::percent;
+use evpose_report::html::{HtmlPage, escape};
 
 /// Colours of what was measured, of the model as given, and of the corrected model.
 const MEASURED: Colour = (29, 36, 48);

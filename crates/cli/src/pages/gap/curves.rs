@@ -4,8 +4,8 @@ use anyhow::Result;
 use evpose_gap::report::{AxisScale, Plot, ReportData};
 
 use super::{CORRECTED, MEASURED, MODEL, key};
-use crate::chart::{self, Chart, ChartAxis, Mark, Series};
-use crate::html::{HtmlPage, escape};
+use evpose_report::chart::{self, Chart, ChartAxis, Mark, Series};
+use evpose_report::html::{HtmlPage, escape};
 
 /// Size of a curve, pixels.
 const PLOT: (u32, u32) = (366, 245);

@@ -5,10 +5,10 @@ use evpose_gap::locate::OddPixel;
 use evpose_gap::report::ReportData;
 
 use super::{MEASURED, maps};
-use crate::bars::{self, Along, Bar};
-use crate::format::{percent, short};
-use crate::gap::words;
-use crate::html::{HtmlPage, escape};
+use evpose_report::bars::{self, Along, Bar};
+use evpose_report::format::{percent, short};
+use crate::pages::gap::words;
+use evpose_report::html::{HtmlPage, escape};
 
 /// Pixels that are listed.
 const PIXELS: usize = 12;

@@ -3,10 +3,10 @@
 use evpose_gap::report::ReportData;
 use evpose_gap::verdict::{Answer, Verdict};
 
-use crate::format::{percent, short};
-use crate::gap::explained;
-use crate::gap::words::{self, gap, probability};
-use crate::gap::wrapped::wrapped;
+use evpose_report::format::{percent, short};
+use crate::pages::gap::explained;
+use crate::pages::gap::words::{self, gap, probability};
+use crate::pages::gap::wrapped::wrapped;
 
 /// Lines at most.
 const LINES: usize = 25;
@@ -235,8 +235,8 @@ mod tests {
     use evpose_gap::verdict::Finding;
 
     use super::*;
-    use crate::gap::example;
-    use crate::gap::wrapped::COLUMNS;
+    use crate::pages::gap::example;
+    use crate::pages::gap::wrapped::COLUMNS;
 
     #[test]
     fn a_report_fits_on_a_screen_and_says_what_matters() {

@@ -3,7 +3,7 @@
 use evpose_gap::verdict::{Answer, Finding, Unexplained, Verdict};
 
 use super::words::probability;
-use crate::format::percent;
+use evpose_report::format::percent;
 
 /// Fraction below which the joint part is not mentioned.
 const MENTIONED: f64 = 0.005;
@@ -65,7 +65,7 @@ mod tests {
     use evpose_gap::verdict::Explained;
 
     use super::*;
-    use crate::gap::example;
+    use crate::pages::gap::example;
 
     fn with_parts(fractions: &[f64], left: f64) -> Verdict {
         let mut verdict = example::verdict();
