@@ -46,9 +46,9 @@ use gapbench_pixel::Case;
 
 pub use args::{BenchArgs, CalibrateArgs, ScoreArgs};
 use evpose_cli::bad_input::BadInput;
+use evpose_cli::pages::gap::files;
 use evpose_cli::progress::say;
 use evpose_cli::threads::use_threads;
-use evpose_cli::pages::gap::files;
 use merge::Merged;
 use opened::Opened;
 pub use outside::{OutsideArgs, run as outside};

@@ -13,8 +13,8 @@ use super::part::{Part, PlanId};
 use super::row::{self, Row};
 use crate::gap::args::BenchArgs;
 use evpose_cli::bad_input::BadInput;
-use evpose_cli::progress::{bar, say};
 use evpose_cli::pages::gap::files;
+use evpose_cli::progress::{bar, say};
 
 /// A line a case.
 pub(super) const RESULTS: &str = "results.jsonl";

@@ -9,8 +9,8 @@ use rayon::prelude::*;
 use super::part::PlanId;
 use super::row::Row;
 use super::truth::Truth;
-use evpose_cli::progress::bar;
 use evpose_cli::pages::gap::words::answer_key;
+use evpose_cli::progress::bar;
 
 /// A case with its answer and its ground truth.
 #[derive(Debug)]

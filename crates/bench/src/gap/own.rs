@@ -24,9 +24,9 @@ use super::part::{self, PlanId};
 use super::stats::{Rate, Uniformity, uniformity};
 use crate::gap::args::BenchArgs;
 use evpose_cli::bad_input::BadInput;
+use evpose_cli::pages::gap::files;
 use evpose_cli::progress::{bar, say};
 use evpose_report::format::{percent, short};
-use evpose_cli::pages::gap::files;
 
 /// A line a recording.
 pub(super) const NAME: &str = "pvalues.csv";

@@ -12,13 +12,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow};
 use evpose_cli::bad_input::BadInput;
+use evpose_cli::pages::gap::files;
 use evpose_cli::progress::say;
 use evpose_cli::threads::use_threads;
 use evpose_core::{Event, EventStream, Micros, TimeWindow};
 use evpose_gap::input::load_recording;
 use evpose_gap::verdict::Finding;
 use evpose_gap::workflow::scene_free_verdict;
-use evpose_cli::pages::gap::files;
 use evpose_sensor::{Catalogue, SensorConfig};
 use serde::Serialize;
 

@@ -18,8 +18,8 @@ use gapbench_pixel::Case;
 use serde::{Deserialize, Serialize};
 
 use super::case_files::part;
-use evpose_cli::run_info::COMMIT;
 use evpose_cli::pages::gap::words::answer_key;
+use evpose_cli::run_info::COMMIT;
 
 /// Seed of the noise of simulations, the same for all cases.
 const SEED: u64 = 1;

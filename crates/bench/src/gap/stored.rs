@@ -18,8 +18,8 @@ use super::own::{self, OwnRow};
 use super::row::Row;
 use super::truth::Truth;
 use super::{SCORES, TABLE, calibrate, jsonl, outside, score, table};
-use evpose_cli::progress::say;
 use evpose_cli::pages::gap::files;
+use evpose_cli::progress::say;
 
 /// A line a case, with its opened label.
 pub(super) const LABELS: &str = "labels.jsonl";

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use anyhow::{Context, Result, anyhow};
 use evpose_cli::bad_input::BadInput;
-use evpose_cli::sensor_source::sensor;
 use evpose_cli::pages::gap::files::{CORRECTED, MODEL, VERDICT};
+use evpose_cli::sensor_source::sensor;
 use evpose_sensor::SensorConfig;
 use serde::Serialize;
 

@@ -192,9 +192,6 @@ pub struct BodyDecodingConfig {
     /// A second pass on a crop about the person that the first one found.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub second_pass: Option<SecondPass>,
-    /// Whether the last pass is also run on the mirror image: joints are then the means of both.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
-    pub mirror_average: bool,
 }
 
 /// A second pass of the network, on a crop about the person.
@@ -205,6 +202,10 @@ pub struct SecondPass {
     pub side: f32,
     /// The smallest side, relative to the image.
     pub min_side: f32,
+    /// Whether crops of 5/4 and 4/5 of the side, and the mirror images of all, are seen as well: joints are
+    /// then those that most of them agree on.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub consensus: bool,
 }
 
 /// Optimiser and duration.
@@ -311,7 +312,6 @@ impl Default for BodyDecodingConfig {
             confidence: PUBLISHED_CONFIDENCE,
             softening_cells: DEFAULT_SOFTENING,
             second_pass: None,
-            mirror_average: false,
         }
     }
 }
@@ -380,7 +380,7 @@ impl TaskConfig for BodyConfig {
                 "min_score must be 0 to 1, memory_ms 0 to 60000, min_events_per_pixel 0 to 100",
             );
         }
-        if self.decoding.second_pass.is_some_and(|SecondPass { side, min_side }| {
+        if self.decoding.second_pass.is_some_and(|SecondPass { side, min_side, .. }| {
             !(1.0..=8.0).contains(&side) || !(0.05..=1.0).contains(&min_side)
         }) {
             return fail("decoding.second_pass", "side must be 1 to 8, min_side 0.05 to 1");

@@ -5,6 +5,7 @@ mod batch;
 mod canonical_events;
 mod checkpoint;
 mod config;
+mod consensus;
 mod detection;
 mod frontend;
 mod inference;

@@ -4,14 +4,13 @@ use std::time::Instant;
 
 use evpose_core::Plane;
 use evpose_infer::{CalibrationRanges, EngineOptions, Precision};
-use evpose_pose::body::{
-    BODY_JOINTS, BodyDecoder, BodyJoint, BodyPoints, MIRRORED, score_of_joints,
-};
+use evpose_pose::body::{BODY_JOINTS, BodyDecoder, BodyJoint, BodyPoints, score_of_joints};
 use evpose_pose::metric::body::BodyPrediction;
 use glam::{DAffine2, DVec2, Vec2};
 
 use super::checkpoint::BodyCheckpoint;
 use super::config::SecondPass;
+use super::consensus::{SCALES, agreed, mapped, mirrored, resized};
 use super::inference::BodyInference;
 use super::resample::{Interpolation, sample};
 use crate::TaskError;
@@ -20,9 +19,6 @@ use crate::TaskError;
 const CHANNELS: usize = 3;
 /// Pixels of the input for each cell of the maps.
 const CELL_PX: usize = 4;
-/// Distance, relative to the image, up to which two inferences found the same joint.
-const SAME_JOINT: f32 = 0.06;
-
 /// Side of a crop about the latest events, relative to that about the joints, up to which it is tried.
 const SMALLER: f64 = 0.6;
 
@@ -33,7 +29,8 @@ const SMALLER: f64 = 0.6;
 /// joints that it found, so that small people are as large to it as others; without any joint
 /// found, the first pass counts. Where the latest events are in a much smaller rectangle, as of somebody who
 /// walks away from the trail that an EROS keeps, it also sees a crop about that one, and the pose of the higher
-/// score counts.
+/// score counts. Where the config asks for a consensus, crops of other sizes and the mirror images of all
+/// are seen as well, and the joints are those that most of them agree on.
 ///
 /// # Source
 /// Crops about the person of the frame before are from MoveNet (Votel & Li, 2021). Here the crop
@@ -44,7 +41,6 @@ pub struct BodyPredictor {
     side_px: usize,
     interpolation: Interpolation,
     second_pass: Option<SecondPass>,
-    mirror_average: bool,
     /// `[images][3][side][side]`, at least one image.
     inputs: Vec<f32>,
 }
@@ -98,7 +94,6 @@ impl BodyPredictor {
             side_px,
             interpolation: image.interpolation,
             second_pass: checkpoint.config.decoding.second_pass,
-            mirror_average: checkpoint.config.decoding.mirror_average,
             inputs: vec![0.0; CHANNELS * side_px * side_px],
         })
     }
@@ -112,7 +107,6 @@ impl BodyPredictor {
             side_px: self.side_px,
             interpolation: self.interpolation,
             second_pass: self.second_pass,
-            mirror_average: self.mirror_average,
             inputs: self.inputs.clone(),
         }
     }
@@ -179,59 +173,80 @@ impl BodyPredictor {
     ) -> Vec<Vec<BodyJoint>> {
         self.fill_inputs(images);
         let mut joints = self.infer();
-        let mut crops = vec![None; images.len()];
-        if let Some(second) = self.second_pass {
-            crops = joints.iter().map(|joints| crop_about(joints, second)).collect();
-            self.infer_crops(images, &crops, &mut joints);
-            self.infer_recent(images, extents, second, (&mut crops, &mut joints));
-        }
-        if self.mirror_average {
-            // The inputs of the last pass, turned over.
-            self.inputs.chunks_exact_mut(self.side_px).for_each(<[f32]>::reverse);
-            for (joints, others) in joints.iter_mut().zip(self.infer()) {
-                average(joints, &mirrored(&others));
-            }
+        let Some(second) = self.second_pass else { return joints };
+        let mut crops: Vec<Option<DAffine2>> =
+            joints.iter().map(|joints| crop_about(joints, second)).collect();
+        self.infer_crops(images, &crops, false, &mut joints);
+        self.infer_recent(images, extents, second, (&mut crops, &mut joints));
+        if second.consensus {
+            self.infer_looks(images, &crops, &mut joints);
         }
         for (joints, crop) in joints.iter_mut().zip(&crops) {
-            let Some(crop) = crop else { continue };
-            for joint in joints {
-                joint.position =
-                    joint.position.map(|at| crop.transform_point2(at.as_dvec2()).as_vec2());
+            if let Some(crop) = crop {
+                *joints = mapped(joints, crop);
             }
         }
         joints
     }
 
-    /// Infers the images that have a crop once more, and replaces their joints by those in it.
+    /// Infers the images that have a crop once more, as they are or in the mirror, and replaces their
+    /// joints by those in it.
     fn infer_crops(
+        &mut self,
+        images: &[&Plane<u8>],
+        crops: &[Option<DAffine2>],
+        is_mirrored: bool,
+        joints: &mut [Vec<BodyJoint>],
+    ) {
+        let cropped = crops.iter().enumerate().filter_map(|(k, crop)| Some((k, (*crop)?)));
+        let cropped: Vec<(usize, DAffine2)> = cropped.collect();
+        if cropped.is_empty() {
+            return;
+        }
+        self.inputs.resize(cropped.len() * self.size(), 0.0);
+        for (input, (index, crop)) in cropped.iter().enumerate() {
+            self.fill_input(input, images[*index], *crop);
+        }
+        if is_mirrored {
+            self.inputs.chunks_exact_mut(self.side_px).for_each(<[f32]>::reverse);
+        }
+        for ((index, _), found) in cropped.into_iter().zip(self.infer()) {
+            joints[index] = if is_mirrored { mirrored(&found) } else { found };
+        }
+    }
+
+    /// Infers the crops of the last pass in other sizes and in the mirror, and replaces their joints by
+    /// those that most of them agree on. An image without a crop is also seen in the mirror.
+    fn infer_looks(
         &mut self,
         images: &[&Plane<u8>],
         crops: &[Option<DAffine2>],
         joints: &mut [Vec<BodyJoint>],
     ) {
-        let cropped: Vec<usize> = (0..images.len()).filter(|k| crops[*k].is_some()).collect();
-        for (index, crop) in crops.iter().enumerate() {
-            if let Some(crop) = crop {
-                self.fill_input(index, images[index], *crop);
+        let mut looks: Vec<Vec<Vec<BodyJoint>>> =
+            joints.iter().map(|own| vec![own.clone()]).collect();
+        for (scale, is_mirrored) in
+            SCALES.iter().flat_map(|scale| [(*scale, false), (*scale, true)])
+        {
+            // The look of the last pass is there.
+            if scale == 1.0 && !is_mirrored {
+                continue;
+            }
+            let of = |crop: &Option<DAffine2>| match crop {
+                Some(crop) => Some(resized(crop, scale)),
+                None => (scale == 1.0).then_some(DAffine2::IDENTITY),
+            };
+            let scaled: Vec<Option<DAffine2>> = crops.iter().map(of).collect();
+            let mut found = vec![Vec::new(); images.len()];
+            self.infer_crops(images, &scaled, is_mirrored, &mut found);
+            for (index, scaled) in scaled.iter().enumerate() {
+                let Some(scaled) = scaled else { continue };
+                let crop_from_image = crops[index].unwrap_or(DAffine2::IDENTITY).inverse();
+                looks[index].push(mapped(&found[index], &(crop_from_image * *scaled)));
             }
         }
-        // Inputs without a crop stay as they are, for the mirror image.
-        let found = if cropped.len() == images.len() {
-            self.infer()
-        } else {
-            let size = self.size();
-            let inputs: Vec<f32> = cropped
-                .iter()
-                .flat_map(|index| &self.inputs[index * size..][..size])
-                .copied()
-                .collect();
-            let all = std::mem::replace(&mut self.inputs, inputs);
-            let found = self.infer();
-            self.inputs = all;
-            found
-        };
-        for (index, found) in cropped.into_iter().zip(found) {
-            joints[index] = found;
+        for (joints, looks) in joints.iter_mut().zip(&looks) {
+            *joints = agreed(looks);
         }
     }
 
@@ -257,15 +272,11 @@ impl BodyPredictor {
             return;
         }
         let mut found = joints.to_vec();
-        self.infer_crops(images, &recent, &mut found);
+        self.infer_crops(images, &recent, false, &mut found);
         for (index, (recent, found)) in recent.into_iter().zip(found).enumerate() {
             let Some(recent) = recent else { continue };
             if score_of_joints(&found) > score_of_joints(&joints[index]) {
                 (crops[index], joints[index]) = (Some(recent), found);
-            } else {
-                // The input as it was, for the mirror image.
-                let crop = crops[index].unwrap_or(DAffine2::IDENTITY);
-                self.fill_input(index, images[index], crop);
             }
         }
     }
@@ -315,32 +326,6 @@ fn crop_around([low, high]: [Vec2; 2], second: SecondPass) -> Option<DAffine2> {
     Some(DAffine2::from_scale_angle_translation(side, 0.0, start.as_dvec2()))
 }
 
-/// Joints of a person from those of the mirror image.
-fn mirrored(joints: &[BodyJoint]) -> Vec<BodyJoint> {
-    let back = |at: Vec2| Vec2::new(1.0 - at.x, at.y);
-    let of = |k: &usize| joints.get(*k);
-    MIRRORED
-        .iter()
-        .filter_map(of)
-        .map(|joint| BodyJoint { position: joint.position.map(back), ..*joint })
-        .collect()
-}
-
-/// Averages joints with those of another inference; of joints that lie apart, the one of the higher
-/// score stays.
-fn average(joints: &mut [BodyJoint], others: &[BodyJoint]) {
-    for (joint, other) in joints.iter_mut().zip(others) {
-        match (joint.position, other.position) {
-            (Some(a), Some(b)) if a.distance(b) <= SAME_JOINT => {
-                joint.position = Some(0.5 * (a + b));
-                joint.score = 0.5 * (joint.score + other.score);
-            }
-            _ if other.score > joint.score => *joint = *other,
-            _ => {}
-        }
-    }
-}
-
 /// Joints relative to an image, on it.
 fn in_pixels(joints: &[BodyJoint], size_px: Vec2) -> BodyPoints {
     let mut points = [None; BODY_JOINTS];
@@ -358,35 +343,12 @@ mod tests {
     use crate::body::BodyConfig;
 
     #[test]
-    fn joints_of_the_mirror_image_come_back() {
-        let at: Vec<[f32; 2]> = (0..BODY_JOINTS).map(|k| [0.05 * k as f32, 0.3]).collect();
-        let joints = detected(&at);
-        let seen_in_mirror: Vec<BodyJoint> = mirrored(&joints);
-        for (k, joint) in seen_in_mirror.iter().enumerate() {
-            let from = joints[MIRRORED[k]].position.unwrap_or_default();
-            assert_eq!(joint.position, Some(Vec2::new(1.0 - from.x, from.y)));
-        }
-        let mut twice = mirrored(&seen_in_mirror);
-        average(&mut twice, &joints);
-        for (a, b) in twice.iter().zip(&joints) {
-            assert!(a.position.unwrap_or_default().distance(b.position.unwrap_or_default()) < 1e-6);
-        }
-        let mut apart = detected(&[[0.1, 0.1], [0.1, 0.1]]);
-        let others = [
-            BodyJoint { position: Some(Vec2::splat(0.5)), score: 0.9 },
-            BodyJoint { position: None, score: 0.0 },
-        ];
-        average(&mut apart, &others);
-        assert_eq!(apart[0].position, Some(Vec2::splat(0.5)));
-        assert_eq!(apart[1].position, Some(Vec2::splat(0.1)));
-    }
-
-    #[test]
     fn images_that_are_inferred_together_have_the_joints_of_each_alone() {
         let mut config = BodyConfig::default();
         (config.image.side_px, config.network.width) = (32, 0.25);
-        config.decoding.second_pass = Some(SecondPass { side: 1.2, min_side: 0.1 });
-        (config.decoding.mirror_average, config.decoding.confidence) = (true, 0.0);
+        config.decoding.second_pass =
+            Some(SecondPass { side: 1.2, min_side: 0.1, consensus: true });
+        config.decoding.confidence = 0.0;
         let network = config.network.init(3, &Device::flex()).expect("a network");
         let checkpoint = BodyCheckpoint { config, network, mean_pose: None, data: None };
         let options = BodyPredictorOptions::default();
@@ -417,7 +379,7 @@ mod tests {
 
     #[test]
     fn a_crop_is_about_the_joints_and_within_the_image() {
-        let second = SecondPass { side: 1.5, min_side: 0.2 };
+        let second = SecondPass { side: 1.5, min_side: 0.2, consensus: false };
         let corners = |joints: &[BodyJoint]| {
             crop_about(joints, second)
                 .map(|crop| [DVec2::ZERO, DVec2::ONE].map(|at| crop.transform_point2(at).as_vec2()))

@@ -14,9 +14,9 @@ use super::OutsideArgs;
 use super::row::{FAILED, Row, ScoredVerdict};
 use crate::gap::jsonl;
 use crate::gap::naming::RESULTS;
+use evpose_cli::pages::gap::files;
 use evpose_cli::progress::{bar, say};
 use evpose_cli::run_info::COMMIT;
-use evpose_cli::pages::gap::files;
 
 /// Files of a case that `evpose gap run` reads.
 const EVENTS: &str = "events.npz";

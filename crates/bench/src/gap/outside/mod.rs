@@ -25,8 +25,8 @@ use anyhow::{Context, Result, ensure};
 
 pub use args::OutsideArgs;
 use evpose_cli::bad_input::BadInput;
-use evpose_cli::progress::say;
 use evpose_cli::pages::gap::files;
+use evpose_cli::progress::say;
 pub(super) use opened::Opened;
 use row::Row;
 pub(super) use tables::key;

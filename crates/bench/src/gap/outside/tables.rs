@@ -8,8 +8,8 @@ use super::names::{CONVENTIONS, Convention, HIDDEN};
 use super::opened::Opened;
 use super::score::{Group, OutsideScores};
 use crate::gap::table::{self, rate};
-use evpose_report::format::short;
 use evpose_cli::pages::gap::files;
+use evpose_report::format::short;
 
 /// Files of the scores.
 const SCORES: &str = "scores.json";

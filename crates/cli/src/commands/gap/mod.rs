@@ -20,8 +20,8 @@ pub use args::GapCommand;
 use args::ReportArgs;
 
 use crate::bad_input::BadInput;
-use crate::progress::say;
 use crate::pages::gap::{self as report, files, terminal};
+use crate::progress::say;
 
 /// Runs `evpose gap`.
 pub fn run(command: &GapCommand) -> Result<ExitCode> {

@@ -15,12 +15,12 @@ use super::args::{InputArgs, RunArgs};
 use super::scenes::NONE;
 use super::{inputs, scenes};
 use crate::bad_input::BadInput;
-use crate::progress::{say, spinner};
-use crate::run_info::COMMIT;
-use crate::threads::use_threads;
 use crate::pages::gap as report;
 use crate::pages::gap::files::{self, RunInfo, whole};
 use crate::pages::gap::terminal;
+use crate::progress::{say, spinner};
+use crate::run_info::COMMIT;
+use crate::threads::use_threads;
 
 /// Everything that a run writes.
 struct Written {

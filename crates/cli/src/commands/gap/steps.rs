@@ -15,10 +15,10 @@ use super::args::{CorrectArgs, InputArgs, PowerArgs};
 use super::inputs;
 use super::scenes::SceneSource;
 use crate::bad_input::BadInput;
+use crate::pages::gap::words;
 use crate::progress::{say, spinner};
 use crate::threads::use_threads;
 use evpose_report::format::{percent, short};
-use crate::pages::gap::words;
 
 /// Runs that a model is compared by.
 const RUNS: u64 = 8;

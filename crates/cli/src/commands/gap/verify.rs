@@ -10,8 +10,8 @@ use super::args::VerifyArgs;
 use super::inputs;
 use super::scenes::SceneSource;
 use crate::bad_input::BadInput;
-use crate::progress::say;
 use crate::pages::gap::files;
+use crate::progress::say;
 
 pub(super) fn run(args: &VerifyArgs) -> Result<()> {
     let info = files::run_info(&args.dir).context(BadInput)?;

@@ -5,10 +5,10 @@ use evpose_gap::verdict::{Finding, FindingKind, GapValue};
 
 use super::sections::wrapped_table;
 use super::{CORRECTED, MODEL, explained, key};
+use crate::pages::gap::words;
 use evpose_report::bars::{self, Along, Bar};
 use evpose_report::drawing::DrawingError;
 use evpose_report::format::short;
-use crate::pages::gap::words;
 use evpose_report::html::{HtmlPage, escape};
 
 /// Identified effects with their parameters, where nothing says what fraction they explain: without

@@ -6,11 +6,11 @@ use evpose_gap::verdict::{Answer, Finding, FindingKind, Verdict};
 use super::closing::{alike, named, values};
 use super::sections::wrapped_table;
 use super::{CORRECTED, MODEL, explained};
+use crate::pages::gap::words;
 use evpose_report::bars::Along;
 use evpose_report::colour::Colour;
 use evpose_report::drawing::DrawingError;
 use evpose_report::format::{percent, short};
-use crate::pages::gap::words;
 use evpose_report::html::{HtmlPage, escape};
 use evpose_report::waterfall::{self, WaterfallStep};
 

@@ -5,9 +5,9 @@ use evpose_gap::locate::OddPixel;
 use evpose_gap::report::ReportData;
 
 use super::{MEASURED, maps};
+use crate::pages::gap::words;
 use evpose_report::bars::{self, Along, Bar};
 use evpose_report::format::{percent, short};
-use crate::pages::gap::words;
 use evpose_report::html::{HtmlPage, escape};
 
 /// Pixels that are listed.

@@ -4,10 +4,10 @@ use evpose_gap::report::{Ranked, ReportData};
 
 use super::diff::{Line, diff};
 use super::{CORRECTED, MODEL, matrix};
+use crate::pages::gap::words;
 use evpose_report::bars::{self, Along, Bar};
 use evpose_report::drawing::DrawingError;
 use evpose_report::format::short;
-use crate::pages::gap::words;
 use evpose_report::html::{HtmlPage, escape};
 
 /// Statistics that are listed.

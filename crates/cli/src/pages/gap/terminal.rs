@@ -3,10 +3,10 @@
 use evpose_gap::report::ReportData;
 use evpose_gap::verdict::{Answer, Verdict};
 
-use evpose_report::format::{percent, short};
 use crate::pages::gap::explained;
 use crate::pages::gap::words::{self, gap, probability};
 use crate::pages::gap::wrapped::wrapped;
+use evpose_report::format::{percent, short};
 
 /// Lines at most.
 const LINES: usize = 25;

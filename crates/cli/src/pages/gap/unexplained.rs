@@ -4,11 +4,11 @@ use evpose_gap::report::ReportData;
 use evpose_gap::verdict::Answer;
 
 use super::{explained, responses};
+use crate::pages::gap::words;
 use evpose_report::bars::{self, Along, Bar};
 use evpose_report::colour::Colour;
 use evpose_report::drawing::DrawingError;
 use evpose_report::format::percent;
-use crate::pages::gap::words;
 use evpose_report::html::{HtmlPage, escape};
 
 /// Colour of what is left.
