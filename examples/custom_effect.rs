@@ -11,19 +11,18 @@
 use anyhow::Result;
 use evpose_core::{Micros, Plane, SensorSize, StageNoise};
 use evpose_sensor::{
-    Block, Citation, Domain, EffectConfig, ParamSpec, PixelStage, Prior, Probe, STAGES, Scale,
+    Block, Citation, Domain, EffectConfig, NumberSpec, Parameter, PixelStage, Probe, STAGES,
     SensorConfig, SensorModel, Signature, Stage, StageSpec, Strength, Tick,
 };
 
-const HAZE: ParamSpec = ParamSpec {
+const HAZE: Parameter = Parameter::Number(NumberSpec {
     name: "haze",
-    unit: "",
     range: (0.001, 1.0),
-    scale: Scale::Log,
-    prior: Prior::Typical(0.01, 0.3),
-    neutral: Some(0.0),
+    typical: Some((0.01, 0.3)),
+    default: Some(0.0),
     doc: "light that fog adds, relative to white",
-};
+    ..NumberSpec::LOG
+});
 
 static FOG: StageSpec = StageSpec {
     name: "fog",
@@ -31,8 +30,6 @@ static FOG: StageSpec = StageSpec {
     summary: "fog adds light everywhere",
     formula: "I = I + haze",
     params: &[HAZE],
-    choices: &[],
-    files: &[],
     source: Citation { key: "this example", text: "made up, to show the parts of an effect" },
     signature: Signature {
         look_for: "fewer events of every edge, most of all in the dark",

@@ -13,41 +13,43 @@
 //! sensor confirm no others. (It ran over the images of four cameras side by side, so that inner
 //! borders were none; here every camera has its own.) No pixel has fired before the recording.
 
-use evpose_core::{Event, EventStream, Micros, SensorSize};
+use evpose_core::{Event, EventStream, Micros, NumberSpec, Parameter, SensorSize, WordSpec};
 
-use crate::{Cleaner, CleanerParamSpec, CleanerSpec, ParamKind};
+use crate::{Cleaner, CleanerSpec};
 
-const PRESET: CleanerParamSpec = CleanerParamSpec {
+const PRESET: Parameter = Parameter::Word(WordSpec {
     name: "preset",
-    kind: ParamKind::Word(&["dhp19"]),
+    allowed: &["dhp19"],
     default: None,
     doc: "dhp19: 70 ms, and pixels at the border confirm no others",
-};
-const TAU: CleanerParamSpec = CleanerParamSpec {
+});
+const TAU: Parameter = Parameter::Number(NumberSpec {
     name: "tau_ms",
-    kind: ParamKind::Number(0.001, 1e6),
-    default: Some("30"),
+    range: (0.001, 1e6),
+    default: Some(30.0),
     doc: "how long an event confirms its neighbours, in milliseconds; jAER's default",
-};
-const OWN: CleanerParamSpec = CleanerParamSpec {
+    ..NumberSpec::LINEAR
+});
+const OWN: Parameter = Parameter::Word(WordSpec {
     name: "own",
-    kind: ParamKind::Word(&["no", "yes"]),
+    allowed: &["no", "yes"],
     default: Some("no"),
     doc: "whether a pixel confirms itself",
-};
-const POLARITY: CleanerParamSpec = CleanerParamSpec {
+});
+const POLARITY: Parameter = Parameter::Word(WordSpec {
     name: "polarity",
-    kind: ParamKind::Word(&["any", "same"]),
+    allowed: &["any", "same"],
     default: Some("any"),
     doc: "which events confirm one",
-};
+});
 
-const NEIGHBOURS: CleanerParamSpec = CleanerParamSpec {
+const NEIGHBOURS: Parameter = Parameter::Number(NumberSpec {
     name: "neighbours",
-    kind: ParamKind::Number(1.0, 8.0),
-    default: Some("1"),
+    range: (1.0, 8.0),
+    default: Some(1.0),
     doc: "how many pixels must confirm an event: 2 for much noise",
-};
+    ..NumberSpec::LINEAR
+});
 
 pub(crate) static SPEC: CleanerSpec = CleanerSpec {
     name: "background",
@@ -56,7 +58,7 @@ pub(crate) static SPEC: CleanerSpec = CleanerSpec {
     displaces: false,
     build: |settings, sensor| {
         let options = if settings.word(&PRESET).is_some() {
-            settings.alone(&PRESET)?;
+            SPEC.alone(settings, &PRESET)?;
             BackgroundOptions::DHP19
         } else {
             BackgroundOptions {

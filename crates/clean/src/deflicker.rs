@@ -22,28 +22,31 @@
 //! [`Deflicker::window`]. As a cleaner of recordings, windows follow one another from the first
 //! event on.
 
-use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
-
-use crate::{Cleaner, CleanerParamSpec, CleanerSpec, Note, ParamKind};
-
-const WINDOW: CleanerParamSpec = CleanerParamSpec {
-    name: "window_ms",
-    kind: ParamKind::Number(1.0, 60_000.0),
-    default: Some("100"),
-    doc: "length of a window in whole milliseconds; EventHands'",
+use evpose_core::{
+    Event, EventStream, Micros, NumberSpec, Parameter, Polarity, SensorSize, WordSpec,
 };
-const RULE: CleanerParamSpec = CleanerParamSpec {
+
+use crate::{Cleaner, CleanerSpec, Note};
+
+const WINDOW: Parameter = Parameter::Number(NumberSpec {
+    name: "window_ms",
+    range: (1.0, 60_000.0),
+    default: Some(100.0),
+    doc: "length of a window in whole milliseconds; EventHands'",
+    ..NumberSpec::LINEAR
+});
+const RULE: Parameter = Parameter::Word(WordSpec {
     name: "rule",
-    kind: ParamKind::Word(&["or", "and"]),
+    allowed: &["or", "and"],
     default: Some("or"),
     doc: "whether a millisecond flickers that exceeds one of its neighbours, or both",
-};
-const POLARITY: CleanerParamSpec = CleanerParamSpec {
+});
+const POLARITY: Parameter = Parameter::Word(WordSpec {
     name: "polarity",
-    kind: ParamKind::Word(&["on", "off"]),
+    allowed: &["on", "off"],
     default: Some("on"),
     doc: "which events are counted",
-};
+});
 
 pub(crate) static SPEC: CleanerSpec = CleanerSpec {
     name: "deflicker",

@@ -4,7 +4,7 @@ use std::io;
 use std::path::PathBuf;
 
 use evpose_camera::CalibrationError;
-use evpose_core::{Micros, SensorSize};
+use evpose_core::{Micros, ParameterError, SensorSize};
 
 /// Why a recording cannot be cleaned as asked.
 #[derive(Debug, thiserror::Error)]
@@ -20,27 +20,13 @@ pub enum CleanError {
         /// The names of the registry.
         known: Vec<&'static str>,
     },
-    /// A cleaner has no such parameter.
-    #[error("`{cleaner}` has no parameter `{key}`; it has {}", allowed.join(", "))]
-    UnknownKey {
+    /// A parameter that the cleaner does not have, or a value that one does not take.
+    #[error("{}", of_cleaner(cleaner, error))]
+    Parameter {
         /// The cleaner.
         cleaner: &'static str,
-        /// The key.
-        key: String,
-        /// The keys it has.
-        allowed: Vec<&'static str>,
-    },
-    /// A parameter has another kind of value.
-    #[error("`{key}` of `{cleaner}` is {value:?}, expected {expected}")]
-    BadValue {
-        /// The cleaner.
-        cleaner: &'static str,
-        /// The parameter.
-        key: &'static str,
-        /// The value given.
-        value: String,
-        /// Accepted values.
-        expected: String,
+        /// Parameter and reason.
+        error: ParameterError,
     },
     /// A request is not `name` or `name:key=value,key=value`.
     #[error("{0:?} is not written as `name:key=value,key=value`")]
@@ -114,4 +100,14 @@ pub enum CleanError {
         /// The reason.
         reason: String,
     },
+}
+
+fn of_cleaner(cleaner: &str, error: &ParameterError) -> String {
+    match error {
+        ParameterError::BadValue { parameter, value } => {
+            let (key, expected) = (parameter.name(), parameter.expected());
+            format!("`{key}` of `{cleaner}` is {value:?}, expected {expected}")
+        }
+        _ => format!("`{cleaner}` {error}"),
+    }
 }

@@ -1,30 +1,28 @@
 //! Removes the pixels that are hot in the recording itself: [`PixelActivity`] says when.
 
-use evpose_core::{EventStream, SensorSize};
+use evpose_core::{EventStream, NumberSpec, Parameter, SensorSize, WordSpec};
 
-use crate::{
-    CleanError, Cleaner, CleanerParamSpec, CleanerSpec, HotRule, Mask, Masking, Note, ParamKind,
-    PixelActivity,
-};
+use crate::{CleanError, Cleaner, CleanerSpec, HotRule, Mask, Masking, Note, PixelActivity};
 
-const PRESET: CleanerParamSpec = CleanerParamSpec {
+const PRESET: Parameter = Parameter::Word(WordSpec {
     name: "preset",
-    kind: ParamKind::Word(&["dhp19"]),
+    allowed: &["dhp19"],
     default: None,
     doc: "dhp19: pixels with 10,000 events or more",
-};
-const FACTOR: CleanerParamSpec = CleanerParamSpec {
+});
+const FACTOR: Parameter = Parameter::Number(NumberSpec {
     name: "factor",
-    kind: ParamKind::Number(1.0, 1e6),
-    default: Some("5"),
+    range: (1.0, 1e6),
+    default: Some(5.0),
     doc: "hot pixels have clearly more than so many times the median of their neighbours",
-};
-const COUNT: CleanerParamSpec = CleanerParamSpec {
+    ..NumberSpec::LINEAR
+});
+const COUNT: Parameter = Parameter::Number(NumberSpec {
     name: "count",
-    kind: ParamKind::Number(1.0, u32::MAX as f64),
-    default: None,
+    range: (1.0, u32::MAX as f64),
     doc: "pixels with so many events are hot, whatever their neighbours do",
-};
+    ..NumberSpec::LINEAR
+});
 
 pub(crate) static SPEC: CleanerSpec = CleanerSpec {
     name: "hot",
@@ -33,10 +31,10 @@ pub(crate) static SPEC: CleanerSpec = CleanerSpec {
     displaces: false,
     build: |settings, sensor| {
         let rule = if settings.word(&PRESET).is_some() {
-            settings.alone(&PRESET)?;
+            SPEC.alone(settings, &PRESET)?;
             HotRule::DHP19
         } else if settings.is_given(&COUNT) {
-            settings.alone(&COUNT)?;
+            SPEC.alone(settings, &COUNT)?;
             HotRule::Count(settings.number(&COUNT).ceil() as u32)
         } else {
             HotRule::Neighbours { factor: settings.number(&FACTOR) }

@@ -92,10 +92,10 @@ fn every_cleaner_of_the_registry_is_tried_here_and_has_a_name_of_its_own() {
         let tried = files.requests().concat();
         assert!(tried.iter().any(|text| text.starts_with(spec.name)), "{} is not", spec.name);
         for (k, param) in spec.params.iter().enumerate() {
-            assert!(spec.params[..k].iter().all(|other| other.name != param.name));
-            let request = format!("{}:{}=", spec.name, param.name);
-            if let Some(default) = param.default {
-                (request + default).parse::<CleanRequest>().unwrap();
+            assert!(spec.params[..k].iter().all(|other| other.name() != param.name()));
+            let request = format!("{}:{}=", spec.name, param.name());
+            if let Some(default) = param.default() {
+                format!("{request}{default}").parse::<CleanRequest>().unwrap();
             }
         }
     }
@@ -211,9 +211,9 @@ fn every_parameter_of_the_registry_counts() {
     for spec in &CLEANERS {
         for param in spec.params {
             let is_changed = |(cleaner, _, key, _): &(&str, String, &str, &str)| {
-                (*cleaner, *key) == (spec.name, param.name)
+                (*cleaner, *key) == (spec.name, param.name())
             };
-            assert!(changed.iter().any(is_changed), "{}: {} is not tried", spec.name, param.name);
+            assert!(changed.iter().any(is_changed), "{}: {} is not tried", spec.name, param.name());
         }
     }
 }

@@ -8,27 +8,21 @@
 //! one and less the images to the left); `dhp19-camera2-raw` and `dhp19-camera3-raw` for the
 //! addresses in its `.aedat` files, with `column = 346 - x` and `row = 260 - y`.
 
-use evpose_core::{EventStream, SensorSize};
+use evpose_core::{EventStream, FileSpec, Parameter, SensorSize, WordSpec};
 
-use crate::{CleanError, Cleaner, CleanerParamSpec, CleanerSpec, Mask, ParamKind, Rectangle};
+use crate::{CleanError, Cleaner, CleanerSpec, Mask, Rectangle};
 
-const FILE: CleanerParamSpec = CleanerParamSpec {
+const FILE: Parameter = Parameter::File(FileSpec {
     name: "file",
-    kind: ParamKind::Path,
-    default: None,
+    unit: "",
     doc: "a TOML file of pixels and rectangles",
-};
-const PRESET: CleanerParamSpec = CleanerParamSpec {
+});
+const PRESET: Parameter = Parameter::Word(WordSpec {
     name: "preset",
-    kind: ParamKind::Word(&[
-        "dhp19-camera2",
-        "dhp19-camera3",
-        "dhp19-camera2-raw",
-        "dhp19-camera3-raw",
-    ]),
+    allowed: &["dhp19-camera2", "dhp19-camera3", "dhp19-camera2-raw", "dhp19-camera3-raw"],
     default: None,
     doc: "the masks of DHP19, for its exported coordinates or for raw addresses",
-};
+});
 
 pub(crate) static SPEC: CleanerSpec = CleanerSpec {
     name: "mask",
@@ -36,7 +30,7 @@ pub(crate) static SPEC: CleanerSpec = CleanerSpec {
     params: &[FILE, PRESET],
     displaces: false,
     build: |settings, sensor| {
-        let mask = match (settings.path(&FILE), settings.word(&PRESET)) {
+        let mask = match (settings.file(&FILE), settings.word(&PRESET)) {
             (Some(path), None) => Mask::load(path, sensor)?,
             (None, Some(preset)) => dhp19(preset, sensor)?,
             (None, None) => {

@@ -2,9 +2,9 @@
 
 use std::str::FromStr;
 
-use evpose_core::{Registry, RegistryEntry, SensorSize};
+use evpose_core::{Given, Registry, RegistryEntry, SensorSize, Settings};
 
-use crate::{CleanError, Cleaner, CleanerSettings, CleanerSpec};
+use crate::{CleanError, Cleaner, CleanerSpec};
 use crate::{background, deflicker, hot, masking, undistort};
 
 /// All cleaners, in the order of tables and help texts; those of other crates come last.
@@ -39,7 +39,7 @@ pub fn cleaner_by_name(name: &str) -> Result<&'static CleanerSpec, CleanError> {
 #[derive(Debug, Clone)]
 pub struct CleanRequest {
     spec: &'static CleanerSpec,
-    settings: CleanerSettings,
+    settings: Settings,
 }
 
 impl CleanRequest {
@@ -63,13 +63,16 @@ impl FromStr for CleanRequest {
     fn from_str(text: &str) -> Result<Self, CleanError> {
         let (name, rest) = text.split_once(':').unwrap_or((text, ""));
         let spec = cleaner_by_name(name)?;
-        let bad = || CleanError::BadRequest(text.to_owned());
-        let pair = |part: &str| {
-            let (key, value) = part.split_once('=').ok_or_else(bad)?;
-            Ok((key.trim().to_owned(), value.trim().to_owned()))
-        };
         let parts = rest.split(',').filter(|part| !part.is_empty());
-        let given: Result<Vec<(String, String)>, CleanError> = parts.map(pair).collect();
-        Ok(Self { spec, settings: CleanerSettings::resolve(spec, &given?)? })
+        let given: Result<Vec<_>, CleanError> = parts
+            .map(|part| {
+                let bad = || CleanError::BadRequest(text.to_owned());
+                let (key, value) = part.split_once('=').ok_or_else(bad)?;
+                Ok((key.trim(), Given::Text(value.trim())))
+            })
+            .collect();
+        let settings = Settings::resolve(spec.params, &given?);
+        let refused = |error| CleanError::Parameter { cleaner: spec.name, error };
+        Ok(Self { spec, settings: settings.map_err(refused)? })
     }
 }

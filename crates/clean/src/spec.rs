@@ -1,11 +1,11 @@
 //! The entry of a cleaner in the registry.
 
-use evpose_core::SensorSize;
+use evpose_core::{Parameter, SensorSize, Settings};
 
-use crate::{CleanError, Cleaner, CleanerParamSpec, CleanerSettings};
+use crate::{CleanError, Cleaner};
 
 /// Makes a cleaner from checked settings, for events of a sensor.
-pub type Build = fn(&CleanerSettings, SensorSize) -> Result<Box<dyn Cleaner>, CleanError>;
+pub type Build = fn(&Settings, SensorSize) -> Result<Box<dyn Cleaner>, CleanError>;
 
 /// A cleaner as the registry lists it: name, parameters and constructor.
 #[derive(Debug)]
@@ -15,7 +15,7 @@ pub struct CleanerSpec {
     /// One line on its effect.
     pub summary: &'static str,
     /// Parameters that it takes.
-    pub params: &'static [CleanerParamSpec],
+    pub params: &'static [Parameter],
     /// Whether events may leave it at other pixels than they came.
     pub displaces: bool,
     /// Makes it for events of a sensor.
@@ -23,8 +23,12 @@ pub struct CleanerSpec {
 }
 
 impl CleanerSpec {
-    /// The parameter of this name.
-    pub fn param(&self, name: &str) -> Option<&'static CleanerParamSpec> {
-        self.params.iter().find(|param| param.name == name)
+    /// Refuses what else was given beside `param`, which sets everything.
+    pub(crate) fn alone(&self, settings: &Settings, param: &Parameter) -> Result<(), CleanError> {
+        let (cleaner, key) = (self.name, param.name());
+        match settings.given().find(|name| *name != key) {
+            Some(other) => Err(CleanError::Conflict { cleaner, key, other }),
+            None => Ok(()),
+        }
     }
 }

@@ -14,29 +14,28 @@
 //! steps, events beyond the image put on its border, coordinates cut off at the point.
 
 use evpose_camera::CameraFile;
-use evpose_core::{EventStream, LensCamera, SensorSize};
+use evpose_core::{EventStream, FileSpec, LensCamera, Parameter, SensorSize, WordSpec};
 use glam::DVec2;
 
-use crate::{CleanError, Cleaner, CleanerParamSpec, CleanerSpec, Note, ParamKind};
+use crate::{CleanError, Cleaner, CleanerSpec, Note};
 
-const PRESET: CleanerParamSpec = CleanerParamSpec {
+const PRESET: Parameter = Parameter::Word(WordSpec {
     name: "preset",
-    kind: ParamKind::Word(&["davis240c-eventhands"]),
+    allowed: &["davis240c-eventhands"],
     default: None,
     doc: "davis240c-eventhands: its camera, clipped and cut off as published",
-};
-const FILE: CleanerParamSpec = CleanerParamSpec {
+});
+const FILE: Parameter = Parameter::File(FileSpec {
     name: "file",
-    kind: ParamKind::Path,
-    default: None,
+    unit: "",
     doc: "a TOML file of a camera: sensor, focal_px, principal_px (from the corner), distortion as OpenCV has it",
-};
-const OUTSIDE: CleanerParamSpec = CleanerParamSpec {
+});
+const OUTSIDE: Parameter = Parameter::Word(WordSpec {
     name: "outside",
-    kind: ParamKind::Word(&["drop", "clip"]),
+    allowed: &["drop", "clip"],
     default: Some("drop"),
     doc: "what becomes of events beyond the image: removed, or put on its border",
-};
+});
 
 pub(crate) static SPEC: CleanerSpec = CleanerSpec {
     name: "undistort",
@@ -45,12 +44,12 @@ pub(crate) static SPEC: CleanerSpec = CleanerSpec {
     displaces: true,
     build: |settings, sensor| {
         let (what, file, options) = if settings.word(&PRESET).is_some() {
-            settings.alone(&PRESET)?;
+            SPEC.alone(settings, &PRESET)?;
             let file = CameraFile::davis240c_eventhands();
             ("the camera of EventHands".to_owned(), file, UndistortOptions::EVENTHANDS)
         } else {
             let needs = "a file or a preset";
-            let path = settings.path(&FILE);
+            let path = settings.file(&FILE);
             let path = path.ok_or(CleanError::Missing { cleaner: "undistort", needs })?;
             let clips = settings.word(&OUTSIDE) == Some("clip");
             let outside = if clips { Outside::Clip } else { Outside::Drop };
@@ -60,7 +59,7 @@ pub(crate) static SPEC: CleanerSpec = CleanerSpec {
         if file.sensor != sensor {
             return Err(CleanError::OtherSensor { what, actual: file.sensor, sensor });
         }
-        let path = settings.path(&FILE).unwrap_or(std::path::Path::new(""));
+        let path = settings.file(&FILE).unwrap_or(std::path::Path::new(""));
         let bad = |reason| CleanError::BadFile { path: path.to_owned(), reason };
         let camera = file.camera().map_err(bad)?;
         Ok(Box::new(Undistort::new(sensor, &camera, options)))

@@ -8,6 +8,7 @@
 //!   the order of draws.
 //! * [`atomic_write`]: output files are complete or absent.
 //! * [`Registry`]: the built-in entries of one kind, and those that other crates register.
+//! * [`Parameter`], [`Settings`]: parameters of effects, cleaners and representations, and their checked values.
 //! * [`stats`]: quantiles, moments, tails, intervals, the bootstrap, linear systems.
 //!
 //! ```
@@ -33,6 +34,7 @@ mod error;
 mod event;
 mod noise;
 mod output;
+mod parameter;
 mod plane;
 mod registry;
 pub mod stats;
@@ -44,6 +46,10 @@ pub use error::CoreError;
 pub use event::{Event, Polarity, SensorSize};
 pub use noise::{CounterRng, StageNoise, seed_for};
 pub use output::{AtomicFile, atomic_write, temporary_target};
+pub use parameter::{
+    FileSpec, Given, NumberKind, NumberSpec, Parameter, ParameterError, Scale, Setting, Settings,
+    WordSpec,
+};
 pub use plane::Plane;
 pub use registry::{Registry, RegistryEntry, RegistryError};
 pub use stream::{EventStream, EventStreamBuilder, Rejected};

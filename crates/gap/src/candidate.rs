@@ -2,8 +2,7 @@
 //! the parameter values that they are tried at.
 
 use evpose_sensor::{
-    Catalogue, EffectConfig, ParamSpec, Prior, Scale, SensorConfig, Stage, StageSpec, Strength,
-    Value,
+    Catalogue, EffectConfig, NumberSpec, Scale, SensorConfig, Stage, StageSpec, Strength, Value,
 };
 
 use crate::search_spec::Searched;
@@ -35,7 +34,7 @@ pub struct Trial {
     /// The effect with its starting values.
     pub effect: EffectConfig,
     /// The parameters to fit; the first is the strength.
-    pub params: Vec<&'static ParamSpec>,
+    pub params: Vec<&'static NumberSpec>,
 }
 
 impl Candidate {
@@ -80,10 +79,10 @@ impl Candidate {
     }
 
     /// The first parameter that makes the effect stronger.
-    fn strength(self) -> Option<&'static ParamSpec> {
+    fn strength(self) -> Option<&'static NumberSpec> {
         let spec = self.spec;
         if let Some(own) = spec.search().own {
-            return spec.params.iter().find(|param| param.name == own);
+            return spec.numbers().find(|param| param.name == own);
         }
         let names = match self.spec.signature.strength {
             Strength::Rising(names) | Strength::RisingAlone(names) | Strength::Falling(names) => {
@@ -91,10 +90,10 @@ impl Candidate {
             }
             Strength::Unchanging | Strength::FromFiles => return None,
         };
-        let first = names.first().and_then(|name| spec.params.iter().find(|p| p.name == *name))?;
+        let first = names.first().and_then(|name| spec.numbers().find(|p| p.name == *name))?;
         // A parameter without values typical of cameras is searched only where a range is given.
         let is_searched = spec.search().reach.iter().any(|(name, _)| *name == first.name);
-        (is_searched || matches!(first.prior, Prior::Typical(..))).then_some(first)
+        (is_searched || first.typical.is_some()).then_some(first)
     }
 
     /// All variants, grouped by form: every combination of choices that change the physics, and
@@ -108,17 +107,18 @@ impl Candidate {
         let typical = if is_alone { EffectConfig::new(self.name()) } else { self.spec.typical() };
         let mut heads = vec![strength];
         let second = self.spec.search().second_strength;
-        let is_second = |p: &ParamSpec| second.is_some_and(|second| p.name == second.param);
-        heads.extend(self.spec.params.iter().filter(|p| is_second(p)));
+        let is_second = |p: &NumberSpec| second.is_some_and(|second| p.name == second.param);
+        heads.extend(self.spec.numbers().filter(|p| is_second(p)));
         if is_alone && !is_own {
-            let others = self.spec.params.iter().filter(|p| p.name != strength.name);
-            heads.extend(others.filter(|p| matches!(p.prior, Prior::Typical(..))));
+            let others = self.spec.numbers().filter(|p| p.name != strength.name);
+            heads.extend(others.filter(|p| p.typical.is_some()));
         }
         let mut trials = Vec::new();
         for head in heads {
-            let rest = self.spec.params.iter().filter(|p| {
-                !is_alone && p.name != head.name && matches!(p.prior, Prior::Typical(..))
-            });
+            let rest = self
+                .spec
+                .numbers()
+                .filter(|p| !is_alone && p.name != head.name && p.typical.is_some());
             let params: Vec<_> = std::iter::once(head).chain(rest).collect();
             let needs = second.filter(|_| is_second(head)).map_or(&[][..], |second| second.needs);
             let is_consistent =
@@ -128,8 +128,8 @@ impl Candidate {
                 // Headed by its second strength, the effect has the first at its weak end, not at
                 // its middle.
                 if head.name != strength.name
-                    && let (Prior::Typical(low, high), Strength::Falling(_)) =
-                        (strength.prior, self.spec.signature.strength)
+                    && let (Some((low, high)), Strength::Falling(_)) =
+                        (strength.typical, self.spec.signature.strength)
                 {
                     effect = effect.with(strength.name, low.min(high));
                 }
@@ -167,9 +167,9 @@ impl Trial {
     /// them, and with each of them alone.
     fn with_fewer_parameters(&self) -> Vec<Self> {
         let (head, rest) = (self.params[0], &self.params[1..]);
-        let optional: Vec<&'static ParamSpec> =
-            rest.iter().copied().filter(|param| param.neutral.is_some()).collect();
-        let with_only = |kept: Option<&'static ParamSpec>| {
+        let optional: Vec<&'static NumberSpec> =
+            rest.iter().copied().filter(|param| param.default.is_some()).collect();
+        let with_only = |kept: Option<&'static NumberSpec>| {
             let is_dropped = |name: &str| {
                 optional.iter().any(|param| param.name == name)
                     && kept.is_none_or(|kept| kept.name != name)
@@ -210,7 +210,7 @@ impl Trial {
                 }
                 _ => head.between(limits, fraction),
             })
-            .filter(|value| Some(*value) != head.neutral)
+            .filter(|value| Some(*value) != head.default)
             .collect()
     }
 
@@ -229,13 +229,13 @@ impl Trial {
 
     /// The same variant with one parameter set.
     #[must_use]
-    pub fn with(&self, param: &ParamSpec, value: f64) -> Self {
+    pub fn with(&self, param: &NumberSpec, value: f64) -> Self {
         let effect = self.effect.clone().with(param.name, value);
         Self { effect, params: self.params.clone(), ..*self }
     }
 
     /// Value of a parameter of the effect.
-    pub fn value(&self, param: &ParamSpec) -> Option<f64> {
+    pub fn value(&self, param: &NumberSpec) -> Option<f64> {
         self.effect.number(param.name)
     }
 
@@ -244,7 +244,7 @@ impl Trial {
     /// has may be as weak as nothing.
     pub(crate) fn is_weaker_than_in_cameras(&self, value: f64) -> bool {
         let (spec, head) = (self.spec, self.params[0]);
-        let Prior::Typical(low, high) = head.prior else { return false };
+        let Some((low, high)) = head.typical else { return false };
         let depends_on_size = spec.search().per_sensor.contains(&head.name);
         let is_common = spec.search().common.iter().any(|(_, key)| *key == head.name);
         // On a linear scale there is no weak end but zero.
@@ -320,14 +320,11 @@ pub(crate) fn without_effect(
 
 /// Search range of a parameter of an effect: the one that its entry asks for, or its typical range
 /// extended on both sides, within the range that the stage accepts.
-pub fn limits(spec: &StageSpec, param: &ParamSpec) -> (f64, f64) {
+pub fn limits(spec: &StageSpec, param: &NumberSpec) -> (f64, f64) {
     if let Some((_, range)) = spec.search().reach.iter().find(|(name, _)| *name == param.name) {
         return *range;
     }
-    let (low, high) = match param.prior {
-        Prior::Typical(low, high) => (low, high),
-        Prior::Fixed => param.range,
-    };
+    let (low, high) = param.typical.unwrap_or(param.range);
     let (low, high) = match param.scale {
         Scale::Log => {
             match spec.search().per_sensor.contains(&param.name) {

@@ -1,6 +1,6 @@
 //! Free parameters of a fit, on scales on which summary statistics change about linearly.
 
-use evpose_sensor::{Catalogue, ParamSpec, Prior, Scale, SensorConfig, StageSpec};
+use evpose_sensor::{Catalogue, NumberSpec, Scale, SensorConfig, StageSpec};
 
 use crate::candidate::{Trial, limits};
 use crate::parameters::ModelParameter;
@@ -12,7 +12,7 @@ pub enum FreeParameter {
     /// A parameter that the model has anyway.
     Model(ModelParameter),
     /// A parameter of an added effect: the effect and its parameter.
-    Effect(&'static StageSpec, &'static ParamSpec),
+    Effect(&'static StageSpec, &'static NumberSpec),
 }
 
 /// Factor of one step of a parameter on a logarithmic scale. A tenth or so is the coarsest step at
@@ -49,7 +49,7 @@ impl FreeParameter {
             return Some(Self::Model(*parameter));
         }
         let spec = Catalogue::default().find(finding)?;
-        let param = spec.params.iter().find(|param| param.name == parameter)?;
+        let param = spec.numbers().find(|param| param.name == parameter)?;
         Some(Self::Effect(spec, param))
     }
 
@@ -73,7 +73,7 @@ impl FreeParameter {
                 .and_then(|effect| effect.number(param.name))
                 // An effect that is not in the model, or does not set the parameter, has its
                 // neutral value.
-                .or(param.neutral)
+                .or(param.default)
                 .unwrap_or(0.0),
         }
     }
@@ -146,12 +146,9 @@ impl FreeParameter {
 
 /// Step of a parameter on a linear scale: of one that is searched far beyond what is typical, the
 /// geometric mean of the steps of both ranges.
-fn linear_step(spec: &StageSpec, param: &ParamSpec) -> f64 {
+fn linear_step(spec: &StageSpec, param: &NumberSpec) -> f64 {
     let (low, high) = limits(spec, param);
-    let typical = match param.prior {
-        Prior::Typical(low, high) => high - low,
-        Prior::Fixed => high - low,
-    };
+    let typical = param.typical.map_or(high - low, |(low, high)| high - low);
     ((high - low) * typical.min(high - low)).sqrt() / LINEAR_STEPS
 }
 

@@ -13,19 +13,19 @@ use evpose_gap::workflow::{
     ComparisonCase, HeldOut, Inputs, Prepared, findings_of_answer, prepared,
 };
 use evpose_sensor::{
-    Block, Catalogue, Citation, Domain, EffectConfig, ParamSpec, PixelStage, Prior, Probe, STAGES,
-    Scale, SensorConfig, Signature, Stage, StageSpec, Strength, Tick,
+    Block, Catalogue, Citation, Domain, EffectConfig, NumberSpec, Parameter, PixelStage, Probe,
+    STAGES, SensorConfig, Signature, Stage, StageSpec, Strength, Tick,
 };
 
-const HALF: ParamSpec = ParamSpec {
+const HALF: Parameter = Parameter::Number(NumberSpec {
     name: "half",
     unit: "white",
     range: (0.01, 100.0),
-    scale: Scale::Log,
-    prior: Prior::Typical(0.2, 5.0),
-    neutral: Some(f64::INFINITY),
+    typical: Some((0.2, 5.0)),
+    default: Some(f64::INFINITY),
     doc: "light at which the photocurrent is half of what it would be",
-};
+    ..NumberSpec::LOG
+});
 
 /// An effect that is in no catalogue but this test's.
 static DROOP: StageSpec = StageSpec {
@@ -34,8 +34,6 @@ static DROOP: StageSpec = StageSpec {
     summary: "photocurrent saturates smoothly",
     formula: "I = I / (1 + I / half)",
     params: &[HALF],
-    choices: &[],
-    files: &[],
     source: Citation { key: "this test", text: "made up" },
     signature: Signature {
         look_for: "fewer events of every edge, the more the brighter it is",
@@ -78,7 +76,7 @@ fn an_effect_of_the_caller_is_found_like_any_other() {
     let hidden = 0.5;
     let scene = bars().with_catalogue(Catalogue::with_own(&[&DROOP]));
     let mut camera = prepared(&SensorConfig::default(), None).config;
-    camera.effects.push(EffectConfig::new(DROOP.name).with(HALF.name, hidden));
+    camera.effects.push(EffectConfig::new(DROOP.name).with(HALF.name(), hidden));
     let inputs = Inputs {
         train: ComparisonCase::new(&scene.events(&camera, 11).unwrap(), scene).unwrap(),
         held_out: HeldOut::Later,
@@ -95,14 +93,14 @@ fn an_effect_of_the_caller_is_found_like_any_other() {
     let findings = findings_of_answer(&splits, &result).unwrap();
     let names: Vec<_> = findings.iter().map(|finding| finding.name.as_str()).collect();
     assert_eq!(names, [DROOP.name]);
-    let value = findings[0].parameters[HALF.name].value;
+    let value = findings[0].parameters[HALF.name()].value;
     assert!((value / hidden - 1.0).abs() < 0.02, "{value}");
 }
 
 #[test]
 fn a_model_with_an_effect_that_the_catalogue_lacks_is_refused() {
     let mut camera = SensorConfig::default();
-    camera.effects.push(EffectConfig::new(DROOP.name).with(HALF.name, 0.3));
+    camera.effects.push(EffectConfig::new(DROOP.name).with(HALF.name(), 0.3));
     let error = bars().events(&camera, 1).unwrap_err().to_string();
     assert!(error.contains(DROOP.name), "{error}");
 }

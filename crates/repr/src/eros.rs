@@ -25,10 +25,9 @@
 //! Goyal et al., *MoveEnet*, CVPRW 2023, Sec. 3.1; hpe-core, class `EROS` in Python (all its data
 //! sets) and in C++ (its online programs).
 
-use evpose_core::{EventStream, Micros, SensorSize};
+use evpose_core::{EventStream, Micros, NumberKind, NumberSpec, Parameter, SensorSize, Settings};
 
 use crate::neighbourhood::{MAX_KERNEL, Neighbourhood, kernel_parameter};
-use crate::parameter::{Parameter, ParameterKind, ParameterValues};
 use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::{Grey, Representation};
 
@@ -36,7 +35,7 @@ use crate::{Grey, Representation};
 pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
     name: "eros",
     summary: "how many events fell near a pixel since its own, 0 to 255, exponentially",
-    parameters: &[kernel_parameter(ErosConfig::ONLINE.kernel_px, ParameterKind::Odd), DECAY],
+    parameters: &[kernel_parameter(ErosConfig::ONLINE.kernel_px, NumberKind::Odd), DECAY],
     memory: Memory::Own,
     polarity: PolarityUse::Ignored,
     any_order_at_once: false,
@@ -49,7 +48,7 @@ pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
 pub(crate) static PYTHON: RepresentationSpec = RepresentationSpec {
     name: "eros-python",
     summary: "eros as the published data sets have it: off-centre, fractions dropped",
-    parameters: &[kernel_parameter(ErosConfig::DATA_SETS.kernel_px, ParameterKind::Even), DECAY],
+    parameters: &[kernel_parameter(ErosConfig::DATA_SETS.kernel_px, NumberKind::Even), DECAY],
     memory: Memory::Own,
     polarity: PolarityUse::Ignored,
     any_order_at_once: false,
@@ -62,7 +61,7 @@ pub(crate) static PYTHON: RepresentationSpec = RepresentationSpec {
 pub(crate) static HPE_CORE: RepresentationSpec = RepresentationSpec {
     name: "eros-hpe-core",
     summary: "eros as the published online program has it: rounded in f64 at each event",
-    parameters: &[kernel_parameter(ErosConfig::ONLINE.kernel_px, ParameterKind::Odd), DECAY],
+    parameters: &[kernel_parameter(ErosConfig::ONLINE.kernel_px, NumberKind::Odd), DECAY],
     memory: Memory::Own,
     polarity: PolarityUse::Ignored,
     any_order_at_once: false,
@@ -71,17 +70,15 @@ pub(crate) static HPE_CORE: RepresentationSpec = RepresentationSpec {
     fill: None,
 };
 
-const DECAY: Parameter = Parameter {
+const DECAY: Parameter = Parameter::Number(NumberSpec {
     name: "decay",
-    unit: "",
-    summary: "factor on a value after kernel events nearby",
-    kind: ParameterKind::Real,
-    min: 0.0,
-    max: 1.0,
-    default: ErosConfig::ONLINE.decay,
-};
+    doc: "factor on a value after kernel events nearby",
+    range: (0.0, 1.0),
+    default: Some(ErosConfig::ONLINE.decay),
+    ..NumberSpec::LINEAR
+});
 
-fn config(values: &ParameterValues) -> ErosConfig {
+fn config(values: &Settings) -> ErosConfig {
     ErosConfig { kernel_px: values.whole("kernel"), decay: values.number("decay") }
 }
 

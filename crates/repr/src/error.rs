@@ -1,8 +1,8 @@
 //! Errors of names, parameters and windows.
 
-use evpose_core::Micros;
+use evpose_core::{Micros, NumberSpec, Parameter, ParameterError};
 
-use crate::{Parameter, ParameterKind, StreamWindow};
+use crate::StreamWindow;
 
 /// Error of looking up or configuring a representation.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -18,28 +18,13 @@ pub enum ReprError {
         /// The names of the registry.
         known: Vec<&'static str>,
     },
-    /// A representation has no such parameter.
-    #[error(
-        "representation `{representation}` has no parameter `{parameter}`; it has {}",
-        parameter_names(parameters)
-    )]
-    UnknownParameter {
+    /// A parameter that the representation does not have, or a value that one does not take.
+    #[error("representation `{representation}`{}", of_representation(error))]
+    Parameter {
         /// The representation.
-        representation: String,
-        /// The name.
-        parameter: String,
-        /// Those it has.
-        parameters: &'static [Parameter],
-    },
-    /// A parameter does not take this value.
-    #[error("representation `{representation}`: {}, not `{text}`", accepted_values(parameter))]
-    ParameterValue {
-        /// The representation.
-        representation: String,
-        /// The parameter.
-        parameter: &'static Parameter,
-        /// The value, as given.
-        text: String,
+        representation: &'static str,
+        /// Parameter and reason.
+        error: ParameterError,
     },
     /// A window of a stream that is empty or too long.
     #[error("a window of {length} is not within 1 µs to {}", StreamWindow::MAX_LENGTH)]
@@ -49,21 +34,32 @@ pub enum ReprError {
     },
 }
 
-fn parameter_names(parameters: &[Parameter]) -> String {
-    match parameters {
-        [] => "none".to_owned(),
-        _ => parameters.iter().map(|parameter| parameter.name).collect::<Vec<_>>().join(", "),
+fn of_representation(error: &ParameterError) -> String {
+    match error {
+        ParameterError::BadValue { parameter: Parameter::Number(spec), value } => {
+            let NumberSpec { name, unit, kind, range: (low, high), .. } = spec;
+            let of = if unit.is_empty() { "" } else { " of " };
+            format!(": `{name}` is {}{of}{unit} from {low} to {high}, not `{value}`", kind.words())
+        }
+        _ => format!(" {error}"),
     }
 }
 
-fn accepted_values(parameter: &Parameter) -> String {
-    let Parameter { name, unit, kind, min, max, .. } = parameter;
-    let kind = match kind {
-        ParameterKind::Real => "a number",
-        ParameterKind::Whole => "a whole number",
-        ParameterKind::Odd => "an odd number",
-        ParameterKind::Even => "an even number",
-    };
-    let of = if unit.is_empty() { "" } else { " of " };
-    format!("`{name}` is {kind}{of}{unit} from {min} to {max}")
+#[cfg(test)]
+mod tests {
+    use crate::representation_by_name;
+
+    #[test]
+    fn what_a_parameter_does_not_take_is_refused_with_what_it_takes() {
+        for (name, want) in [
+            ("kernel=8", ": `kernel` is an odd number of px from 1 to 31, not `8`"),
+            ("decay=2", ": `decay` is a number from 0 to 1, not `2`"),
+            ("kernel=9,tau=3", " has no parameter `tau`; it has kernel, decay"),
+            ("", " has no parameter ``; it has kernel, decay"),
+        ] {
+            let refused =
+                representation_by_name(&format!("eros:{name}")).map_err(|e| e.to_string());
+            assert_eq!(refused.err(), Some(format!("representation `eros`{want}")));
+        }
+    }
 }

@@ -16,10 +16,9 @@
 
 use std::collections::VecDeque;
 
-use evpose_core::{EventStream, Micros, SensorSize};
+use evpose_core::{EventStream, Micros, NumberKind, NumberSpec, Parameter, SensorSize};
 
 use crate::clock::StreamClock;
-use crate::parameter::{Parameter, ParameterKind};
 use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::three_sigma::{three_sigma_scale, write_scaled};
 use crate::{Grey, Representation};
@@ -28,15 +27,15 @@ use crate::{Grey, Representation};
 pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
     name: "fixed-count",
     summary: "how often a pixel fired among the latest events; three deviations are 255",
-    parameters: &[Parameter {
+    parameters: &[Parameter::Number(NumberSpec {
         name: "n",
         unit: "events",
-        summary: "how many events an image shows",
-        kind: ParameterKind::Whole,
-        min: 1.0,
-        max: 1e9,
-        default: FixedCountConfig::PUBLISHED.events as f64,
-    }],
+        doc: "how many events an image shows",
+        kind: NumberKind::Whole,
+        range: (1.0, 1e9),
+        default: Some(FixedCountConfig::PUBLISHED.events as f64),
+        ..NumberSpec::LINEAR
+    })],
     memory: Memory::Count,
     polarity: PolarityUse::Ignored,
     // Which of them are the latest.

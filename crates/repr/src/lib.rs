@@ -57,7 +57,6 @@ mod last_times;
 mod lnes;
 mod neighbourhood;
 mod occurrence;
-mod parameter;
 mod pim;
 mod registry;
 mod representation;
@@ -87,7 +86,6 @@ pub use frame::{FrameEvent, FrameWindow};
 pub use grey::Grey;
 pub use lnes::{Lnes, fill_lnes};
 pub use occurrence::{Eoi, fill_eoi};
-pub use parameter::{Parameter, ParameterKind, ParameterValues};
 pub use pim::{Pim, PimConfig};
 pub use registry::{REPRESENTATIONS, representation_by_name, representation_by_name_in};
 pub use representation::{Representation, StreamWindow};
@@ -100,5 +98,6 @@ pub use trigger::{RepresentationTrigger, TriggerConfig};
 pub use voxel_grid::{VoxelGrid, VoxelGridConfig};
 
 pub use evpose_core::{
-    Event, EventStream, Micros, Plane, Polarity, Registry, RegistryError, SensorSize,
+    Event, EventStream, Micros, NumberKind, NumberSpec, Parameter, ParameterError, Plane, Polarity,
+    Registry, RegistryError, SensorSize, Settings,
 };

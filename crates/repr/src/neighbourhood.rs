@@ -10,26 +10,25 @@ use std::array::from_fn;
 use std::hint::black_box;
 use std::ops::Range;
 
-use evpose_core::{EventStream, SensorSize};
+use evpose_core::{EventStream, NumberKind, NumberSpec, Parameter, SensorSize};
 use evpose_cpu::vectorize;
 
 use crate::clock::StreamClock;
-use crate::parameter::{Parameter, ParameterKind};
 
 /// The largest square.
 pub(crate) const MAX_KERNEL: u32 = 31;
 
 /// The parameter `kernel` of a representation.
-pub(crate) const fn kernel_parameter(default_px: u32, kind: ParameterKind) -> Parameter {
-    Parameter {
+pub(crate) const fn kernel_parameter(default_px: u32, kind: NumberKind) -> Parameter {
+    Parameter::Number(NumberSpec {
         name: "kernel",
         unit: "px",
-        summary: "width and height of the square that an event changes",
+        doc: "width and height of the square that an event changes",
         kind,
-        min: 1.0,
-        max: MAX_KERNEL as f64,
-        default: default_px as f64,
-    }
+        range: (1.0, MAX_KERNEL as f64),
+        default: Some(default_px as f64),
+        ..NumberSpec::LINEAR
+    })
 }
 
 /// A plane of small integers and the square that an event changes.

@@ -13,10 +13,9 @@
 //! hpe-core, class `PIM` in Python and C++. Its C++ takes polarity bits of the YARP encoding, in
 //! which 1 is OFF, and its `alpha` is our rate.
 
-use evpose_core::{EventStream, Micros, SensorSize};
+use evpose_core::{EventStream, Micros, NumberSpec, Parameter, SensorSize};
 
 use crate::clock::StreamClock;
-use crate::parameter::{Parameter, ParameterKind};
 use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::{Grey, Representation};
 
@@ -24,15 +23,14 @@ use crate::{Grey, Representation};
 pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
     name: "pim",
     summary: "ON minus OFF events of a pixel, fading",
-    parameters: &[Parameter {
+    parameters: &[Parameter::Number(NumberSpec {
         name: "rate",
         unit: "1/s",
-        summary: "how fast values fade",
-        kind: ParameterKind::Real,
-        min: 0.0,
-        max: 1e6,
-        default: PimConfig::PUBLISHED.rate_hz,
-    }],
+        doc: "how fast values fade",
+        range: (0.0, 1e6),
+        default: Some(PimConfig::PUBLISHED.rate_hz),
+        ..NumberSpec::LINEAR
+    })],
     memory: Memory::Own,
     polarity: PolarityUse::Sign,
     // Sums are rounded.

@@ -14,10 +14,9 @@
 //! Event-Based Cameras*, CVPR 2019, Algorithm 1 (which keeps the polarities apart); hpe-core, class
 //! `SITS`, whose square never moves from where the first event put it: that is not imitated.
 
-use evpose_core::{EventStream, Micros, SensorSize};
+use evpose_core::{EventStream, Micros, NumberKind, SensorSize, Settings};
 
 use crate::neighbourhood::{Neighbourhood, kernel_parameter};
-use crate::parameter::{ParameterKind, ParameterValues};
 use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::{Grey, Representation};
 
@@ -25,7 +24,7 @@ use crate::{Grey, Representation};
 pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
     name: "sits",
     summary: "in which order the pixels around an edge fired, 0 to kernel²",
-    parameters: &[kernel_parameter(SitsConfig::PUBLISHED.kernel_px, ParameterKind::Odd)],
+    parameters: &[kernel_parameter(SitsConfig::PUBLISHED.kernel_px, NumberKind::Odd)],
     memory: Memory::Own,
     polarity: PolarityUse::Ignored,
     any_order_at_once: false,
@@ -38,7 +37,7 @@ pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
 pub(crate) static HPE_CORE: RepresentationSpec = RepresentationSpec {
     name: "sits-hpe-core",
     summary: "sits as hpe-core means it: pixels of the same age do not age each other",
-    parameters: &[kernel_parameter(SitsConfig::PUBLISHED.kernel_px, ParameterKind::Odd)],
+    parameters: &[kernel_parameter(SitsConfig::PUBLISHED.kernel_px, NumberKind::Odd)],
     memory: Memory::Own,
     polarity: PolarityUse::Ignored,
     any_order_at_once: false,
@@ -47,7 +46,7 @@ pub(crate) static HPE_CORE: RepresentationSpec = RepresentationSpec {
     fill: None,
 };
 
-fn config(values: &ParameterValues, ageing: Ageing) -> SitsConfig {
+fn config(values: &Settings, ageing: Ageing) -> SitsConfig {
     SitsConfig { kernel_px: values.whole("kernel"), ageing }
 }
 

@@ -2,11 +2,9 @@
 
 use std::fmt;
 
-use evpose_core::{Event, EventStream, Micros};
+use evpose_core::{Event, EventStream, Given, Micros, Parameter, Settings};
 
-use crate::{
-    FrameEvent, FrameWindow, Parameter, ParameterValues, ReprError, Representation, StreamWindow,
-};
+use crate::{FrameEvent, FrameWindow, ReprError, Representation, StreamWindow};
 
 /// Registry entry of a representation: name, parameters, properties and constructors.
 #[derive(Debug)]
@@ -24,9 +22,9 @@ pub struct RepresentationSpec {
     /// Whether events of equal time may come in any order.
     pub any_order_at_once: bool,
     /// Number of planes.
-    pub channels: fn(&ParameterValues) -> usize,
+    pub channels: fn(&Settings) -> usize,
     /// Starts the representation on a stream.
-    pub start: fn(StreamWindow, &ParameterValues) -> Box<dyn Representation>,
+    pub start: fn(StreamWindow, &Settings) -> Box<dyn Representation>,
     /// Faster equivalent of a stream for the events of a window of frames, ascending in frame; none
     /// if a stream is used there as well.
     pub fill: Option<Fill>,
@@ -60,7 +58,7 @@ pub enum PolarityUse {
 impl RepresentationSpec {
     /// This representation with the defaults of its parameters.
     pub fn with_defaults(&'static self) -> RepresentationChoice {
-        RepresentationChoice { spec: self, values: ParameterValues::defaults(self.parameters) }
+        self.choose(&[]).expect("nothing is given")
     }
 
     /// This representation with `settings`: `name=value`, separated by commas.
@@ -68,19 +66,29 @@ impl RepresentationSpec {
     /// # Errors
     /// A parameter that it does not have, or a value out of its range.
     pub fn with(&'static self, settings: &str) -> Result<RepresentationChoice, ReprError> {
-        let mut choice = self.with_defaults();
-        choice.values.set(self.name, settings)?;
-        Ok(choice)
+        let given =
+            settings.split(',').map(|setting| setting.split_once('=').unwrap_or((setting, "")));
+        let given: Vec<_> = given.map(|(name, text)| (name, Given::Text(text))).collect();
+        self.choose(&given)
+    }
+
+    fn choose(
+        &'static self,
+        given: &[(&str, Given<'_>)],
+    ) -> Result<RepresentationChoice, ReprError> {
+        let values = Settings::resolve(self.parameters, given);
+        let refused = |error| ReprError::Parameter { representation: self.name, error };
+        Ok(RepresentationChoice { spec: self, values: values.map_err(refused)? })
     }
 }
 
 /// A representation and the values of its parameters.
 ///
 /// Displayed as what [`representation_by_name`](crate::representation_by_name) takes, with every parameter.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct RepresentationChoice {
     spec: &'static RepresentationSpec,
-    values: ParameterValues,
+    values: Settings,
 }
 
 impl RepresentationChoice {
@@ -90,7 +98,7 @@ impl RepresentationChoice {
     }
 
     /// Parameter values.
-    pub fn values(&self) -> &ParameterValues {
+    pub fn values(&self) -> &Settings {
         &self.values
     }
 
@@ -140,9 +148,9 @@ impl RepresentationChoice {
 impl fmt::Display for RepresentationChoice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.spec.name)?;
-        for (i, (parameter, value)) in self.values.iter().enumerate() {
+        for (i, (name, value)) in self.values.iter().enumerate() {
             let separator = if i == 0 { ':' } else { ',' };
-            write!(f, "{separator}{}={value}", parameter.name)?;
+            write!(f, "{separator}{name}={value}")?;
         }
         Ok(())
     }

@@ -13,11 +13,10 @@
 //! Lagorce et al., *HOTS*, TPAMI 2017, Eq. 3, for the whole plane at one time. No time constant is
 //! common to the literature; 30 ms is ours.
 
-use evpose_core::{EventStream, Micros};
+use evpose_core::{EventStream, Micros, NumberSpec, Parameter};
 
 use crate::fade::Fade;
 use crate::last_times::LastTimes;
-use crate::parameter::{Parameter, ParameterKind};
 use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::{Grey, Representation, StreamWindow};
 
@@ -25,15 +24,14 @@ use crate::{Grey, Representation, StreamWindow};
 pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
     name: "time-surface",
     summary: "how recently a pixel fired, per polarity, fading exponentially",
-    parameters: &[Parameter {
+    parameters: &[Parameter::Number(NumberSpec {
         name: "tau_ms",
         unit: "ms",
-        summary: "time constant",
-        kind: ParameterKind::Real,
-        min: 1e-3,
-        max: 1e6,
-        default: TimeSurfaceConfig::DEFAULT.tau_ms,
-    }],
+        doc: "time constant",
+        range: (1e-3, 1e6),
+        default: Some(TimeSurfaceConfig::DEFAULT.tau_ms),
+        ..NumberSpec::LINEAR
+    })],
     memory: Memory::Own,
     polarity: PolarityUse::Channels,
     any_order_at_once: true,

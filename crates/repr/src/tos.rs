@@ -13,10 +13,9 @@
 //! head the square never moves from where the first event put it, in both languages; that is not
 //! imitated.
 
-use evpose_core::{EventStream, Micros, SensorSize};
+use evpose_core::{EventStream, Micros, NumberKind, NumberSpec, Parameter, SensorSize};
 
 use crate::neighbourhood::{Neighbourhood, kernel_parameter};
-use crate::parameter::{Parameter, ParameterKind};
 use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::{Grey, Representation};
 
@@ -25,16 +24,16 @@ pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
     name: "tos",
     summary: "which pixels of a moving edge fired last, 0 to 255",
     parameters: &[
-        kernel_parameter(TosConfig::PUBLISHED.kernel_px, ParameterKind::Odd),
-        Parameter {
+        kernel_parameter(TosConfig::PUBLISHED.kernel_px, NumberKind::Odd),
+        Parameter::Number(NumberSpec {
             name: "line",
             unit: "px",
-            summary: "thickness of the lines that stay",
-            kind: ParameterKind::Whole,
-            min: 1.0,
-            max: 8.0,
-            default: TosConfig::PUBLISHED.line_px as f64,
-        },
+            doc: "thickness of the lines that stay",
+            kind: NumberKind::Whole,
+            range: (1.0, 8.0),
+            default: Some(TosConfig::PUBLISHED.line_px as f64),
+            ..NumberSpec::LINEAR
+        }),
     ],
     memory: Memory::Own,
     polarity: PolarityUse::Ignored,

@@ -17,10 +17,9 @@
 //! Zhu et al., *Unsupervised Event-based Learning of Optical Flow, Depth, and Egomotion*, CVPR
 //! 2019, Eq. 1 to 3. (Tonic multiplies by `B` instead and drops what falls into bin `B`.)
 
-use evpose_core::{EventStream, Micros};
+use evpose_core::{EventStream, Micros, NumberKind, NumberSpec, Parameter};
 
 use crate::clock::StreamClock;
-use crate::parameter::{Parameter, ParameterKind};
 use crate::sliding::{Placed, Sliding, first_shown};
 use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::{Grey, Representation, StreamWindow};
@@ -32,15 +31,14 @@ use prefix_sums::PrefixSums;
 pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
     name: "voxel-grid",
     summary: "ON minus OFF events, spread over bins of time",
-    parameters: &[Parameter {
+    parameters: &[Parameter::Number(NumberSpec {
         name: "bins",
-        unit: "",
-        summary: "bins of time, each a channel",
-        kind: ParameterKind::Whole,
-        min: 1.0,
-        max: 1024.0,
-        default: VoxelGridConfig::DEFAULT.bins as f64,
-    }],
+        doc: "bins of time, each a channel",
+        kind: NumberKind::Whole,
+        range: (1.0, 1024.0),
+        default: Some(VoxelGridConfig::DEFAULT.bins as f64),
+        ..NumberSpec::LINEAR
+    })],
     memory: Memory::Window,
     polarity: PolarityUse::Sign,
     // Sums are rounded.

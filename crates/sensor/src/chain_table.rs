@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::{ParamSpec, Prior, Settings, StageSpec};
+use crate::{NumberSpec, Setting, Settings, StageSpec};
 
 /// The chain of a sensor, one row per stage in the order of the signal.
 #[derive(Debug, Clone)]
@@ -22,29 +22,14 @@ pub struct ChainRow {
     pub is_active: bool,
 }
 
-impl ParamSpec {
-    /// A value as `name = value unit`.
-    pub fn describe(&self, value: f64) -> String {
-        format!("{} = {}", self.name, self.quantity(value))
-    }
+/// A value with the unit of its parameter.
+pub(crate) fn quantity(number: &NumberSpec, value: f64) -> String {
+    format!("{} {}", short(value), number.unit).trim_end().to_owned()
+}
 
-    /// A value with its unit.
-    pub fn quantity(&self, value: f64) -> String {
-        format!("{} {}", short(value), self.unit).trim_end().to_owned()
-    }
-
-    /// Typical values of cameras, as text.
-    pub fn typical_words(&self) -> String {
-        match self.prior {
-            Prior::Typical(low, high) => format!("typical {} to {}", short(low), short(high)),
-            Prior::Fixed => "no property of a camera".to_owned(),
-        }
-    }
-
-    /// The range, in words.
-    pub fn range_words(&self) -> String {
-        format!("{} to {}", short(self.range.0), short(self.range.1))
-    }
+/// An interval in words.
+pub(crate) fn interval((low, high): (f64, f64)) -> String {
+    format!("{} to {}", short(low), short(high))
 }
 
 /// Formats with four significant digits, enough to distinguish 1/255 from 0.004, without trailing
@@ -80,21 +65,26 @@ impl fmt::Display for ChainRow {
             writeln!(f, "      (left out: no effect at these values)")?;
         }
         writeln!(f, "      {}", spec.formula)?;
-        for (param, value) in settings.values() {
-            let quantity = param.quantity(*value);
-            // "Typical" beside a value that switches the effect off would mislead.
-            let is_neutral = Some(*value) == param.neutral;
-            let typical = if is_neutral { "(no effect)".to_owned() } else { param.typical_words() };
-            let range = param.range_words();
-            writeln!(f, "      {:<18}{quantity:<20}{typical:<28}range {range}", param.name)?;
-        }
-        for (choice, word) in settings.words() {
-            let others: Vec<&str> =
-                choice.allowed.iter().copied().filter(|other| other != word).collect();
-            writeln!(f, "      {:<18}{word:<20}or {}", choice.name, others.join(", "))?;
-        }
-        for (file, path) in settings.files() {
-            writeln!(f, "      {:<18}{}", file.name, path.display())?;
+        for (name, setting) in settings.iter() {
+            match setting {
+                Setting::Number(number, value) => {
+                    let quantity = quantity(number, *value);
+                    let typical = match number.typical {
+                        // "Typical" beside a value that switches the effect off would mislead.
+                        _ if Some(*value) == number.default => "(no effect)".to_owned(),
+                        Some(limits) => format!("typical {}", interval(limits)),
+                        None => "no property of a camera".to_owned(),
+                    };
+                    let range = interval(number.range);
+                    writeln!(f, "      {name:<18}{quantity:<20}{typical:<28}range {range}")?;
+                }
+                Setting::Word(choice, word) => {
+                    let mut others = choice.allowed.to_vec();
+                    others.retain(|other| other != word);
+                    writeln!(f, "      {name:<18}{word:<20}or {}", others.join(", "))?;
+                }
+                Setting::File(..) => writeln!(f, "      {name:<18}{setting}")?,
+            }
         }
         writeln!(f, "      source: {}", spec.source.key)
     }

@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::effect::{EffectConfig, Value};
 use crate::optics::adaptive_steps;
-use crate::{STAGES, SensorError};
+use crate::{Parameter, STAGES, SensorError};
 
 /// A list of effects, unchecked until
 /// [`SensorModel::from_config`](crate::SensorModel::from_config).
@@ -49,7 +49,8 @@ impl SensorConfig {
         for effect in &mut self.effects {
             let spec = STAGES.iter().find(|spec| spec.name == effect.name);
             // An unknown effect is refused when the model is built, with suggestions.
-            for file in spec.map_or(&[][..], |spec| spec.files) {
+            let params = spec.map_or(&[][..], |spec| spec.params);
+            for file in params.iter().filter_map(Parameter::as_file) {
                 if let Some(Value::Word(path)) = effect.params.get_mut(file.name) {
                     *path = folder.join(&*path).to_string_lossy().into_owned();
                 }
@@ -60,7 +61,7 @@ impl SensorConfig {
 
     /// Makes the sensor divide its steps into up to `parts` parts, or more if it does so already.
     pub fn divide_steps(&mut self, parts: f64) {
-        let (name, key) = (adaptive_steps::SPEC.name, adaptive_steps::MAX_PARTS.name);
+        let (name, key) = (adaptive_steps::SPEC.name, adaptive_steps::MAX_PARTS.name());
         let known = self.effect(name).and_then(|effect| effect.number(key));
         self.effects.retain(|effect| effect.name != name);
         let parts = parts.max(known.unwrap_or(1.0));

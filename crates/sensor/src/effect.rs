@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use evpose_core::Given;
 use serde::{Deserialize, Serialize};
 
 /// One effect and its parameters.
@@ -18,11 +19,19 @@ pub struct EffectConfig {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged, expecting = "expected a number or a word in quotes")]
 pub enum Value {
-    /// A physical quantity, in the unit of its [`ParamSpec`](crate::ParamSpec).
+    /// A physical quantity, in the unit of its parameter.
     Number(f64),
-    /// One of the words of a [`ChoiceSpec`](crate::ChoiceSpec), or the path of a
-    /// [`FileSpec`](crate::FileSpec).
+    /// A word or the path of a file.
     Word(String),
+}
+
+impl Value {
+    pub(crate) fn given(&self) -> Given<'_> {
+        match self {
+            Self::Number(number) => Given::Number(*number),
+            Self::Word(word) => Given::Word(word),
+        }
+    }
 }
 
 impl From<f64> for Value {

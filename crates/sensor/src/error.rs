@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use evpose_core::{CoreError, Micros, SensorSize};
+use evpose_core::{CoreError, Micros, ParameterError, SensorSize};
 
 use crate::MapFault;
 use crate::names::hint;
@@ -54,37 +54,13 @@ pub enum SensorError {
         /// The effect listed second.
         second: &'static str,
     },
-    /// The effect has no such parameter.
-    #[error("effect `{effect}` has no `{key}`; it takes: {}{}", allowed.join(", "), hint(key, allowed))]
-    UnknownKey {
+    /// A parameter that the effect does not have, a value that one cannot take, or a missing one.
+    #[error("{}", of_effect(effect, error))]
+    Parameter {
         /// The effect.
         effect: &'static str,
-        /// The key in the configuration.
-        key: String,
-        /// The keys it takes.
-        allowed: Vec<&'static str>,
-    },
-    /// A parameter without a neutral value is missing.
-    #[error("effect `{effect}` needs `{key}`: {expected}")]
-    MissingKey {
-        /// The effect.
-        effect: &'static str,
-        /// The parameter.
-        key: &'static str,
-        /// The values it takes.
-        expected: String,
-    },
-    /// A parameter has a value that it cannot take.
-    #[error("effect `{effect}`: `{key}` = {value}, expected {expected}")]
-    BadValue {
-        /// The effect.
-        effect: &'static str,
-        /// The parameter.
-        key: &'static str,
-        /// The value in the configuration.
-        value: String,
-        /// The values it takes.
-        expected: String,
+        /// Parameter and reason.
+        error: ParameterError,
     },
     /// A file of a stage cannot be used.
     #[error("effect `{effect}`: `{key}` = {}: {fault}", path.display())]
@@ -155,4 +131,14 @@ pub enum SensorError {
     /// The chain made events that are no stream: a fault of a stage.
     #[error("a stage made faulty events: {0}")]
     FaultyEvents(#[from] CoreError),
+}
+
+fn of_effect(effect: &str, error: &ParameterError) -> String {
+    match error {
+        ParameterError::UnknownKey { key, allowed } => {
+            format!("effect `{effect}` {error}{}", hint(key, allowed))
+        }
+        ParameterError::BadValue { .. } => format!("effect `{effect}`: {error}"),
+        ParameterError::MissingKey { .. } => format!("effect `{effect}` {error}"),
+    }
 }

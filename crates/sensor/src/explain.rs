@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use crate::chain_table::short;
-use crate::{Prior, StageSpec};
+use crate::chain_table::{interval, short};
+use crate::{Parameter, StageSpec};
 
 const WIDTH: usize = 100;
 
@@ -16,29 +16,34 @@ impl fmt::Display for StageSpec {
         paragraph(f, "look for  ", self.signature.look_for)?;
         paragraph(f, "source    ", self.source.text)?;
         for param in self.params {
-            let unit = if param.unit.is_empty() { "a number" } else { param.unit };
-            writeln!(f, "\n{} ({unit})", param.name)?;
-            paragraph(f, "    ", param.doc)?;
-            let neutral = param.neutral.map_or_else(
-                || "must be given".to_owned(),
-                |neutral| format!("no effect at {}, the default", short(neutral)),
-            );
-            let typical = match param.prior {
-                Prior::Typical(low, high) => {
-                    format!("typical of cameras {} to {}", short(low), short(high))
+            match param {
+                Parameter::Number(number) => {
+                    let unit = if number.unit.is_empty() { "a number" } else { number.unit };
+                    writeln!(f, "\n{} ({unit})", number.name)?;
+                    paragraph(f, "    ", number.doc)?;
+                    let neutral = number.default.map_or_else(
+                        || "must be given".to_owned(),
+                        |neutral| format!("no effect at {}, the default", short(neutral)),
+                    );
+                    let typical = number.typical.map_or_else(
+                        || "no property of a camera: not to be fitted".to_owned(),
+                        |limits| format!("typical of cameras {}", interval(limits)),
+                    );
+                    let range = interval(number.range);
+                    paragraph(f, "    ", &format!("range {range}; {typical}; {neutral}"))?;
                 }
-                Prior::Fixed => "no property of a camera: not to be fitted".to_owned(),
-            };
-            paragraph(f, "    ", &format!("range {}; {typical}; {neutral}", param.range_words()))?;
-        }
-        for choice in self.choices {
-            writeln!(f, "\n{} (one of: {})", choice.name, choice.allowed.join(", "))?;
-            paragraph(f, "    ", choice.doc)?;
-            paragraph(f, "    ", &format!("default {}", choice.allowed[0]))?;
-        }
-        for file in self.files {
-            writeln!(f, "\n{} (a file, values in {})", file.name, file.unit)?;
-            paragraph(f, "    ", file.doc)?;
+                Parameter::Word(word) => {
+                    writeln!(f, "\n{} (one of: {})", word.name, word.allowed.join(", "))?;
+                    paragraph(f, "    ", word.doc)?;
+                    if let Some(default) = word.default {
+                        paragraph(f, "    ", &format!("default {default}"))?;
+                    }
+                }
+                Parameter::File(file) => {
+                    writeln!(f, "\n{} (a file, values in {})", file.name, file.unit)?;
+                    paragraph(f, "    ", file.doc)?;
+                }
+            }
         }
         Ok(())
     }

@@ -61,7 +61,6 @@ mod model;
 mod names;
 mod natural_log;
 mod optics;
-mod param;
 mod photodiode;
 mod photoreceptor;
 mod plan;
@@ -70,7 +69,6 @@ mod readout;
 mod registry;
 mod request;
 mod run;
-mod settings;
 mod signature;
 mod spec;
 mod stage;
@@ -94,14 +92,12 @@ pub use map::MapFault;
 pub use model::SensorModel;
 pub use names::nearest;
 pub use optics::AdaptiveSteps;
-pub use param::{ChoiceSpec, FileSpec, ParamSpec, Prior, Scale};
 pub use photoreceptor::Photoreceptor;
 pub use preset::{PRESETS, Preset};
 pub use readout::{Readout, RowTimes, Waiting};
 pub use registry::STAGES;
 pub use request::{Origin, Request};
 pub use run::SensorRun;
-pub use settings::Settings;
 pub use signature::{Probe, Signature, Strength};
 pub use spec::{Citation, Domain, StageSpec};
 pub use stage::{Block, PixelStage, PlaneStage, Stage, State};
@@ -109,3 +105,7 @@ pub use strength_level::StrengthLevel;
 pub use tap::Tap;
 pub use tick::Tick;
 pub use traits::{ActsOn, Compares, Traits};
+
+pub use evpose_core::{
+    FileSpec, NumberSpec, Parameter, ParameterError, Scale, Setting, Settings, WordSpec,
+};

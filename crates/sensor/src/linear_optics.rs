@@ -8,7 +8,7 @@ use evpose_core::{Plane, SensorSize, StageNoise};
 
 use crate::stage::{Block, State};
 use crate::tick::Tick;
-use crate::{Catalogue, Domain, PlaneStage, SensorConfig, SensorError, Settings, Stage};
+use crate::{Catalogue, Domain, PlaneStage, SensorConfig, SensorError, Stage};
 
 /// The linear optics in front of everything else that acts on light.
 #[derive(Debug)]
@@ -35,7 +35,7 @@ impl LinearOptics {
             if spec.domain != Domain::Optics {
                 continue;
             }
-            match (spec.build)(&Settings::resolve(spec, effect)?)? {
+            match (spec.build)(&spec.settings(effect)?)? {
                 Stage::Plane(stage) if is_linear && stage.is_linear() => {
                     rest.effects.retain(|other| other.name != effect.name);
                     stages.push(stage);

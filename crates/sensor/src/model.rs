@@ -131,7 +131,7 @@ impl Built {
                 allowed: registry.iter().map(|spec| spec.name).collect(),
             }
         })?;
-        let settings = Settings::resolve(spec, effect)?;
+        let settings = spec.settings(effect)?;
         let stage = (spec.build)(&settings)?;
         Ok(Self { spec, settings, stage })
     }

@@ -2,8 +2,9 @@
 
 use std::fmt;
 
-use crate::param::{ChoiceSpec, FileSpec, ParamSpec};
-use crate::{SensorError, Settings, Signature, Stage};
+use crate::{
+    EffectConfig, NumberSpec, Parameter, ParameterError, SensorError, Settings, Signature, Stage,
+};
 
 /// The place of a stage in the camera, in the order of the signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -55,12 +56,9 @@ pub struct StageSpec {
     pub summary: &'static str,
     /// Effect on its signal, in the names of its parameters.
     pub formula: &'static str,
-    /// Physical quantities that it depends on.
-    pub params: &'static [ParamSpec],
-    /// Choices among variants of the stage.
-    pub choices: &'static [ChoiceSpec],
-    /// Files of measurements that it reads.
-    pub files: &'static [FileSpec],
+    /// Physical quantities that it depends on, choices among variants of the stage, and files of
+    /// measurements that it reads, in this order.
+    pub params: &'static [Parameter],
     /// Source of the model.
     pub source: Citation,
     /// How the effect shows in events or in a measurement.
@@ -72,17 +70,38 @@ pub struct StageSpec {
 impl StageSpec {
     /// The keys that the stage takes in a configuration.
     pub fn keys(&self) -> Vec<&'static str> {
-        let params = self.params.iter().map(|param| param.name);
-        let choices = self.choices.iter().map(|choice| choice.name);
-        params.chain(choices).chain(self.files.iter().map(|file| file.name)).collect()
+        self.params.iter().map(Parameter::name).collect()
+    }
+
+    /// Its physical quantities.
+    pub fn numbers(&self) -> impl Iterator<Item = &'static NumberSpec> + use<> {
+        self.params.iter().filter_map(Parameter::as_number)
+    }
+
+    /// The parameters of `effect`, checked and complete.
+    ///
+    /// # Errors
+    /// Keys that the stage does not have, values that they cannot take, and a missing quantity that
+    /// has no neutral value.
+    pub fn settings(&self, effect: &EffectConfig) -> Result<Settings, SensorError> {
+        let given: Vec<_> =
+            effect.params.iter().map(|(key, value)| (key.as_str(), value.given())).collect();
+        let refused = |error| SensorError::Parameter { effect: self.name, error };
+        let settings = Settings::resolve(self.params, &given).map_err(refused)?;
+        let is_missing =
+            |param: &&Parameter| param.as_number().is_some() && settings.get(param).is_none();
+        match self.params.iter().find(is_missing) {
+            Some(parameter) => Err(refused(ParameterError::MissingKey { parameter })),
+            None => Ok(settings),
+        }
     }
 
     /// The stage with the values that are typical of cameras.
     ///
     /// # Errors
     /// As [`Self::build`].
-    pub fn typical_stage(&'static self) -> Result<Stage, SensorError> {
-        (self.build)(&Settings::resolve(self, &self.typical())?)
+    pub fn typical_stage(&self) -> Result<Stage, SensorError> {
+        (self.build)(&self.settings(&self.typical())?)
     }
 }
 

@@ -1,7 +1,8 @@
 //! An effect at several strengths, for tables and pages.
 
+use crate::NumberSpec;
+use crate::chain_table::quantity;
 use crate::effect::EffectConfig;
-use crate::param::{ParamSpec, Prior};
 use crate::signature::Strength;
 use crate::spec::StageSpec;
 
@@ -21,9 +22,9 @@ impl StageSpec {
     /// left out, or in the middle of its range where it must be given.
     pub fn typical(&self) -> EffectConfig {
         let mut effect = EffectConfig::new(self.name);
-        for param in self.params {
-            if matches!(param.prior, Prior::Typical(..)) || param.neutral.is_none() {
-                effect = effect.with(param.name, param.at(0.5));
+        for param in self.numbers() {
+            if param.typical.is_some() || param.default.is_none() {
+                effect = effect.with(param.name, at(param, 0.5));
             }
         }
         effect
@@ -43,12 +44,12 @@ impl StageSpec {
             }
             Strength::FromFiles => return Vec::new(),
         };
-        let params: Vec<&ParamSpec> =
-            self.params.iter().filter(|param| names.contains(&param.name)).collect();
+        let params: Vec<&NumberSpec> =
+            self.numbers().filter(|param| names.contains(&param.name)).collect();
         // The middle of a signed range is near no effect at all: half of the positive end shows
         // one.
-        let is_signed = params.iter().any(|param| param.half_positive().is_some());
-        let is_fixed = params.iter().any(|param| param.prior == Prior::Fixed);
+        let is_signed = params.iter().any(|param| half_positive(param).is_some());
+        let is_fixed = params.iter().any(|param| param.typical.is_none());
         let mut steps = match (is_signed, is_fixed) {
             (true, _) => [("negative", Some(0.0)), ("half", None), ("positive", Some(1.0))],
             (_, true) => [("weak", Some(0.25)), ("middle", Some(0.5)), ("strong", Some(0.75))],
@@ -67,10 +68,10 @@ impl StageSpec {
             let mut values = Vec::new();
             for param in &params {
                 let value = match share {
-                    Some(share) => param.at(share),
-                    None => param.half_positive().unwrap_or_else(|| param.at(0.5)),
+                    Some(share) => at(param, share),
+                    None => half_positive(param).unwrap_or_else(|| at(param, 0.5)),
                 };
-                values.push(param.describe(value));
+                values.push(format!("{} = {}", param.name, quantity(param, value)));
                 effect = effect.with(param.name, value);
             }
             StrengthLevel { label, effect, values: values.join(", ") }
@@ -79,26 +80,17 @@ impl StageSpec {
     }
 }
 
-impl ParamSpec {
-    /// A fraction of the way through what is typical, or through the range where nothing is; three
-    /// digits of it.
-    fn at(&self, share: f64) -> f64 {
-        let limits = match self.prior {
-            Prior::Typical(low, high) => (low, high),
-            Prior::Fixed => self.range,
-        };
-        let value = self.between(limits, share);
-        let rounded = format!("{value:.2e}").parse().unwrap_or(value);
-        rounded.clamp(self.range.0, self.range.1)
-    }
+/// A fraction of the way through what is typical, or through the range where nothing is; three
+/// digits of it.
+fn at(param: &NumberSpec, share: f64) -> f64 {
+    let value = param.between(param.typical.unwrap_or(param.range), share);
+    let rounded = format!("{value:.2e}").parse().unwrap_or(value);
+    rounded.clamp(param.range.0, param.range.1)
+}
 
-    /// Half of the positive end of what is typical, of a quantity that has two signs.
-    fn half_positive(&self) -> Option<f64> {
-        match self.prior {
-            Prior::Typical(low, high) if low < 0.0 && high > 0.0 => Some(high / 2.0),
-            _ => None,
-        }
-    }
+/// Half of the positive end of what is typical, of a quantity that has two signs.
+fn half_positive(param: &NumberSpec) -> Option<f64> {
+    param.typical.filter(|(low, high)| *low < 0.0 && *high > 0.0).map(|(_, high)| high / 2.0)
 }
 
 #[cfg(test)]

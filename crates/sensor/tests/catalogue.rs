@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use evpose_sensor::{PRESETS, Prior, STAGES, Strength};
+use evpose_sensor::{PRESETS, STAGES, Strength, WordSpec};
 
 #[test]
 fn every_effect_has_formula_source_and_signature() {
@@ -25,11 +25,18 @@ fn every_parameter_has_unit_range_prior_and_meaning() {
     // Dimensionless values are ratios, exponents and counts.
     for spec in &STAGES {
         for param in spec.params {
+            assert!(!param.doc().is_empty(), "{}.{}", spec.name, param.name());
+            assert!(param.as_file().is_none_or(|file| !file.unit.is_empty()), "{}", spec.name);
+            if let Some(WordSpec { allowed, default, .. }) = param.as_word() {
+                let has_default = default.is_some_and(|word| allowed.contains(&word));
+                assert!(allowed.len() >= 2 && has_default, "{}.{}", spec.name, param.name());
+            }
+        }
+        for param in spec.numbers() {
             let name = format!("{}.{}", spec.name, param.name);
-            assert!(!param.doc.is_empty(), "{name}");
             let (low, high) = param.range;
             assert!(low < high && low.is_finite() && high.is_finite(), "{name}");
-            if let Prior::Typical(from, to) = param.prior {
+            if let Some((from, to)) = param.typical {
                 assert!(low <= from && from < to && to <= high, "{name}: {from} to {to}");
             }
             for (suffix, unit) in [
@@ -45,12 +52,6 @@ fn every_parameter_has_unit_range_prior_and_meaning() {
                 }
             }
         }
-        for file in spec.files {
-            assert!(!file.doc.is_empty() && !file.unit.is_empty(), "{}", spec.name);
-        }
-        for choice in spec.choices {
-            assert!(!choice.doc.is_empty() && choice.allowed.len() >= 2, "{}", spec.name);
-        }
     }
 }
 
@@ -62,12 +63,11 @@ fn every_effect_can_be_switched_off_or_takes_a_place() {
             effects: vec![spec.typical()],
         });
         assert!(model.is_ok(), "{}", spec.name);
-        let has_neutral = spec.params.iter().any(|param| param.neutral.is_some());
-        if has_neutral || !spec.files.is_empty() {
+        let has_neutral = spec.numbers().any(|param| param.default.is_some());
+        if has_neutral || spec.params.iter().any(|param| param.as_file().is_some()) {
             continue;
         }
-        let settings = evpose_sensor::Settings::resolve(spec, &spec.typical()).unwrap();
-        let stage = (spec.build)(&settings).unwrap();
+        let stage = spec.typical_stage().unwrap();
         assert!(stage.role().is_some(), "{} can only be left out", spec.name);
     }
 }
@@ -78,12 +78,12 @@ fn strengths_name_parameters_of_their_effect() {
         let (Strength::Rising(names) | Strength::RisingAlone(names) | Strength::Falling(names)) =
             spec.signature.strength
         else {
-            assert!(spec.params.is_empty(), "{}", spec.name);
+            assert_eq!(spec.numbers().count(), 0, "{}", spec.name);
             continue;
         };
         assert!(!names.is_empty(), "{}", spec.name);
         for name in names {
-            assert!(spec.params.iter().any(|param| param.name == *name), "{}", spec.name);
+            assert!(spec.numbers().any(|param| param.name == *name), "{}", spec.name);
         }
     }
 }

@@ -4,8 +4,8 @@
 
 use evpose_core::{Event, Micros, Plane, SensorSize, StageNoise};
 use evpose_sensor::{
-    Block, Citation, Domain, EffectConfig, PixelStage, PlaneStage, Prior, Probe, STAGES,
-    SensorConfig, SensorError, SensorModel, SensorRun, Settings, Signature, Stage, StageSpec,
+    Block, Citation, Domain, EffectConfig, Parameter, ParameterError, PixelStage, PlaneStage,
+    Probe, STAGES, SensorConfig, SensorError, SensorModel, SensorRun, Signature, Stage, StageSpec,
     Strength, Tick, Value,
 };
 use proptest::prelude::*;
@@ -20,8 +20,6 @@ const OWN: StageSpec = StageSpec {
     summary: "a stage of this test",
     formula: "",
     params: &[],
-    choices: &[],
-    files: &[],
     source: Citation { key: "test", text: "test" },
     signature: Signature {
         look_for: "",
@@ -100,14 +98,11 @@ fn others(spec: &StageSpec) -> Vec<EffectConfig> {
 /// A stage with every parameter somewhere in its typical range.
 fn typical(spec: &StageSpec, fraction: f64) -> EffectConfig {
     let mut effect = EffectConfig::new(spec.name);
-    for param in spec.params {
-        let interval = match param.prior {
-            Prior::Typical(low, high) => (low, high),
-            Prior::Fixed => param.range,
-        };
+    for param in spec.numbers() {
+        let interval = param.typical.unwrap_or(param.range);
         effect = effect.with(param.name, param.between(interval, fraction));
     }
-    for choice in spec.choices {
+    for choice in spec.params.iter().filter_map(Parameter::as_word) {
         let index = (fraction * choice.allowed.len() as f64) as usize;
         effect = effect.with(choice.name, choice.allowed[index.min(choice.allowed.len() - 1)]);
     }
@@ -149,7 +144,7 @@ fn noisy() -> EffectConfig {
 
 /// Whether a sensor has exactly one of this stage, so that it cannot be left out.
 fn holds_a_place(spec: &'static StageSpec) -> bool {
-    let settings = Settings::resolve(spec, &typical(spec, 0.5)).unwrap();
+    let settings = spec.settings(&typical(spec, 0.5)).unwrap();
     (spec.build)(&settings).unwrap().role().is_some()
 }
 
@@ -163,14 +158,10 @@ fn names_are_unique_and_everything_is_documented() {
         keys.sort_unstable();
         assert!(keys.windows(2).all(|pair| pair[0] != pair[1]), "{}", spec.name);
         assert!(!keys.contains(&"name"), "{}: `name` is the effect's own key", spec.name);
-        for param in spec.params {
-            assert!(!param.doc.is_empty(), "{}.{}", spec.name, param.name);
-            if let Prior::Typical(low, high) = param.prior {
+        for param in spec.numbers() {
+            if let Some((low, high)) = param.typical {
                 assert!(param.allows(low) && param.allows(high), "{}.{}", spec.name, param.name);
             }
-        }
-        for choice in spec.choices {
-            assert!(choice.allowed.len() > 1 && !choice.doc.is_empty(), "{}", spec.name);
         }
     }
 }
@@ -191,31 +182,34 @@ fn keys_that_a_stage_does_not_have_are_refused() {
     for spec in &STAGES {
         let config = SensorConfig { effects: vec![typical(spec, 0.5).with("strength", 1.0)] };
         let error = SensorModel::from_config(&config).unwrap_err();
-        let SensorError::UnknownKey { effect, key, allowed } = error else {
-            panic!("{error}");
-        };
-        assert_eq!((effect, key.as_str(), allowed), (spec.name, "strength", spec.keys()));
+        let (effect, key, allowed) = (spec.name, "strength".to_owned(), spec.keys());
+        let unknown = ParameterError::UnknownKey { key, allowed };
+        assert_eq!(error, SensorError::Parameter { effect, error: unknown });
     }
 }
 
 #[test]
 fn values_outside_the_range_are_refused() {
     for spec in &STAGES {
-        for param in spec.params {
+        let refused = |key: &str, value: Value| {
+            let effects = vec![typical(spec, 0.5).with(key, value)];
+            let refused = SensorModel::from_config(&SensorConfig { effects }).err();
+            matches!(
+                refused,
+                Some(SensorError::Parameter { error: ParameterError::BadValue { parameter, .. }, .. })
+                    if parameter.name() == key
+            )
+        };
+        for param in spec.numbers() {
             let (low, high) = param.range;
             let below = low - low.abs().max(1.0) - 0.5;
             for value in [below, high * 1.01, f64::NAN] {
-                let effect = typical(spec, 0.5).with(param.name, value);
-                let refused = SensorModel::from_config(&SensorConfig { effects: vec![effect] });
-                let bad =
-                    matches!(refused, Err(SensorError::BadValue { key, .. }) if key == param.name);
-                assert!(bad, "{}.{} = {value}", spec.name, param.name);
+                let is_refused = refused(param.name, value.into());
+                assert!(is_refused, "{}.{} = {value}", spec.name, param.name);
             }
         }
-        for choice in spec.choices {
-            let effect = typical(spec, 0.5).with(choice.name, "otherwise");
-            let refused = SensorModel::from_config(&SensorConfig { effects: vec![effect] });
-            assert!(matches!(refused, Err(SensorError::BadValue { .. })), "{}", spec.name);
+        for choice in spec.params.iter().filter_map(Parameter::as_word) {
+            assert!(refused(choice.name, "otherwise".into()), "{}.{}", spec.name, choice.name);
         }
     }
 }
@@ -223,13 +217,14 @@ fn values_outside_the_range_are_refused() {
 #[test]
 fn what_has_no_neutral_value_must_be_given() {
     for spec in &STAGES {
-        for param in spec.params.iter().filter(|param| param.neutral.is_none()) {
+        let is_required =
+            |param: &&Parameter| param.as_number().is_some_and(|number| number.default.is_none());
+        for parameter in spec.params.iter().filter(is_required) {
             let mut effect = typical(spec, 0.5);
-            effect.params.remove(param.name);
+            effect.params.remove(parameter.name());
             let refused = SensorModel::from_config(&SensorConfig { effects: vec![effect] });
-            let missing =
-                matches!(refused, Err(SensorError::MissingKey { key, .. }) if key == param.name);
-            assert!(missing, "{}.{}", spec.name, param.name);
+            let (effect, error) = (spec.name, ParameterError::MissingKey { parameter });
+            assert_eq!(refused.err(), Some(SensorError::Parameter { effect, error }));
         }
     }
 }
@@ -241,8 +236,8 @@ proptest! {
     fn a_neutral_stage_is_as_good_as_none(fraction in 0.0..1.0, seed: u64) {
         for spec in STAGES.iter().filter(|spec| !holds_a_place(spec)) {
             let mut effect = typical(spec, fraction);
-            for param in spec.params {
-                if let Some(neutral) = param.neutral {
+            for param in spec.numbers() {
+                if let Some(neutral) = param.default {
                     effect = effect.with(param.name, neutral);
                 }
             }

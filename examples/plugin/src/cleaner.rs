@@ -1,14 +1,15 @@
 //! Removes events of the pixels at the border of the sensor.
 
-use evpose_clean::{Cleaner, CleanerParamSpec, CleanerSpec, ParamKind};
-use evpose_core::{EventStream, SensorSize};
+use evpose_clean::{Cleaner, CleanerSpec};
+use evpose_core::{EventStream, NumberSpec, Parameter, SensorSize};
 
-const PIXELS: CleanerParamSpec = CleanerParamSpec {
+const PIXELS: Parameter = Parameter::Number(NumberSpec {
     name: "pixels",
-    kind: ParamKind::Number(0.0, 1000.0),
-    default: Some("1"),
+    range: (0.0, 1000.0),
+    default: Some(1.0),
     doc: "width of the border",
-};
+    ..NumberSpec::LINEAR
+});
 
 pub(crate) static BORDER: CleanerSpec = CleanerSpec {
     name: "border",

@@ -2,19 +2,19 @@
 
 use evpose_core::StageNoise;
 use evpose_sensor::{
-    Block, Citation, Domain, ParamSpec, PixelStage, Prior, Probe, Scale, Signature, Stage,
-    StageSpec, Strength, Tick,
+    Block, Citation, Domain, NumberSpec, Parameter, PixelStage, Probe, Signature, Stage, StageSpec,
+    Strength, Tick,
 };
 
-const HALF: ParamSpec = ParamSpec {
+const HALF: Parameter = Parameter::Number(NumberSpec {
     name: "half",
     unit: "white",
     range: (0.01, 100.0),
-    scale: Scale::Log,
-    prior: Prior::Typical(0.2, 5.0),
-    neutral: Some(f64::INFINITY),
+    typical: Some((0.2, 5.0)),
+    default: Some(f64::INFINITY),
     doc: "light at which the photocurrent is half of the unsaturated one",
-};
+    ..NumberSpec::LOG
+});
 
 pub(crate) static SOFT_SATURATION: StageSpec = StageSpec {
     name: "soft_saturation",
@@ -22,8 +22,6 @@ pub(crate) static SOFT_SATURATION: StageSpec = StageSpec {
     summary: "photocurrent saturates smoothly",
     formula: "I = I / (1 + I / half)",
     params: &[HALF],
-    choices: &[],
-    files: &[],
     source: Citation { key: "this example", text: "made up, to show an effect of another crate" },
     signature: Signature {
         look_for: "fewer events of every edge, the more the brighter it is",

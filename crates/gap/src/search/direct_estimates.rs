@@ -1,7 +1,7 @@
 //! Direct estimates: parameters of effects that a recording shows without a simulation, where a fit
 //! would not find them by gradient descent.
 
-use evpose_sensor::{Catalogue, EffectConfig, ParamSpec, SensorConfig};
+use evpose_sensor::{Catalogue, EffectConfig, NumberSpec, SensorConfig};
 
 use super::decision::MAX_OF_COUNTED;
 use super::recording_marks::{Estimate, Recording, all_estimates};
@@ -84,11 +84,11 @@ impl DirectEstimates {
         applied.effect.params.extend(known);
         // The strength stays free, so that there is something to fit.
         let strength = trial.params[0];
-        let is_read = |p: &ParamSpec| reading.params.iter().any(|(key, _)| *key == p.name);
+        let is_read = |p: &NumberSpec| reading.params.iter().any(|(key, _)| *key == p.name);
         applied.params.retain(|p| p.name == strength.name || !is_read(p));
         let is_rough =
-            |p: &&ParamSpec| p.name != strength.name && spec.search().rough.contains(&p.name);
-        applied.params.extend(spec.params.iter().filter(is_rough));
+            |p: &&NumberSpec| p.name != strength.name && spec.search().rough.contains(&p.name);
+        applied.params.extend(spec.numbers().filter(is_rough));
         applied
     }
 

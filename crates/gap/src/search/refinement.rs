@@ -1,7 +1,7 @@
 //! Refinement of fitted candidates: parameters that help are added, parameters that do not are
 //! dropped, and the effects of an answer are fitted together.
 
-use evpose_sensor::{ParamSpec, SensorConfig, Strength, Value};
+use evpose_sensor::{NumberSpec, SensorConfig, Strength, Value};
 
 use super::identification::FittedCandidate;
 use crate::fit::{Fit, descend};
@@ -36,7 +36,7 @@ impl FittedCandidate {
             return Ok(());
         }
         let typical = spec.typical();
-        for param in spec.params.iter().filter(|param| param.neutral.is_some()) {
+        for param in spec.numbers().filter(|param| param.default.is_some()) {
             let Some(value) = typical.number(param.name) else { continue };
             if self.trial.effect.params.contains_key(param.name) {
                 continue;
@@ -75,7 +75,7 @@ impl FittedCandidate {
         for param in self.trial.params.clone() {
             // Without its strength the effect would be gone; without a neutral value it has no
             // smaller form.
-            if param.name == self.trial.params[0].name || param.neutral.is_none() {
+            if param.name == self.trial.params[0].name || param.default.is_none() {
                 continue;
             }
             let mut plainer = self.clone();
@@ -111,7 +111,7 @@ impl FittedCandidate {
     }
 
     /// Adds a parameter to the effect, in the model and in the trial.
-    fn insert(&mut self, param: &'static ParamSpec, value: f64) {
+    fn insert(&mut self, param: &'static NumberSpec, value: f64) {
         let effects = self.fit.model.effects.iter_mut().filter(|effect| effect.name == self.name);
         for effect in effects.chain(std::iter::once(&mut self.trial.effect)) {
             effect.params.insert(param.name.to_owned(), Value::from(value));

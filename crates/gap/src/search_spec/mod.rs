@@ -179,6 +179,8 @@ impl RecordingMark {
 
 #[cfg(test)]
 mod tests {
+    use evpose_sensor::Parameter;
+
     use super::*;
 
     /// An effect is one file and one line of the registry: the search takes it from there, and what
@@ -191,7 +193,7 @@ mod tests {
         }
         for spec in &STAGES {
             let (name, search) = (spec.name, spec.search());
-            let is_param = |key: &&str| spec.params.iter().any(|param| param.name == *key);
+            let is_param = |key: &&str| spec.numbers().any(|param| param.name == *key);
             let second = search.second_strength;
             let keys = search.common.iter().map(|(_, key)| key);
             let keys = keys.chain(search.per_sensor).chain(search.rough).chain(&search.own);
@@ -203,7 +205,11 @@ mod tests {
                 search.choices.iter().flat_map(|(key, words)| words.iter().map(move |w| (key, w)));
             let settled = search.usual.iter().chain(second.iter().flat_map(|second| second.needs));
             for (key, word) in words.chain(settled.map(|(key, word)| (key, word))) {
-                let choice = spec.choices.iter().find(|choice| choice.name == *key);
+                let choice = spec
+                    .params
+                    .iter()
+                    .filter_map(Parameter::as_word)
+                    .find(|choice| choice.name == *key);
                 assert!(
                     choice.is_some_and(|choice| choice.allowed.contains(word)),
                     "{name}: {key}"
@@ -216,7 +222,7 @@ mod tests {
                 assert!(STAGES.iter().any(|spec| spec.name == *other), "{name}: {other}");
             }
             for (key, value) in search.dither {
-                let param = spec.params.iter().find(|param| param.name == *key);
+                let param = spec.numbers().find(|param| param.name == *key);
                 assert!(param.is_some_and(|param| param.allows(*value)), "{name}: {key}");
             }
         }
@@ -229,7 +235,7 @@ mod tests {
                 |spec: &&&StageSpec| spec.search().common.iter().any(|(own, _)| *own == common);
             assert_eq!(STAGES.iter().filter(owns).count(), 1, "{common:?}");
             let (owner, key) = common.place();
-            assert!(owner.params.iter().any(|param| param.name == key), "{common:?}");
+            assert!(owner.numbers().any(|param| param.name == key), "{common:?}");
         }
         for mark in RecordingMark::ALL {
             assert_eq!(with_mark(Catalogue::default(), mark).count(), 1, "{mark:?}");

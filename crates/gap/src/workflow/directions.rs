@@ -122,7 +122,7 @@ fn direction(
 ) -> Result<Direction, GapError> {
     let head = trial.params[0];
     let mut strengths = trial.strengths();
-    match (candidate.spec.signature.strength, head.scale, head.neutral) {
+    match (candidate.spec.signature.strength, head.scale, head.default) {
         (Strength::Falling(_), ..) => strengths.reverse(),
         // On a linear scale, strength is the distance from the neutral value.
         (_, Scale::Linear, Some(none)) => {

@@ -7,8 +7,8 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::{
-    ChannelOrder, FrameEvent, FrameWindow, Memory, ParameterKind, PolarityUse, Representation,
-    StreamWindow,
+    ChannelOrder, FrameEvent, FrameWindow, Memory, NumberKind, Parameter, PolarityUse,
+    Representation, StreamWindow,
 };
 
 const SENSOR: SensorSize = SensorSize { width: 4, height: 3 };
@@ -103,12 +103,13 @@ fn every_parameter_takes_its_bounds_and_is_named_in_what_a_choice_displays() {
         let default = spec.with_defaults();
         let again = representation_by_name(&default.to_string()).unwrap();
         assert_eq!(again.to_string(), default.to_string());
-        for parameter in spec.parameters {
-            let name = parameter.name;
-            assert_eq!(default.values().number(name), parameter.default);
+        for parameter in spec.parameters.iter().filter_map(Parameter::as_number) {
+            let (name, (min, max)) = (parameter.name, parameter.range);
+            let preset = parameter.default.unwrap();
+            assert_eq!(default.values().number(name), preset);
             // The nearest even number, where only those are taken.
-            let inwards = f64::from(parameter.kind == ParameterKind::Even);
-            for value in [parameter.min + inwards, parameter.default, parameter.max - inwards] {
+            let inwards = f64::from(parameter.kind == NumberKind::Even);
+            for value in [min + inwards, preset, max - inwards] {
                 let choice = representation_by_name(&format!("{}:{name}={value}", spec.name));
                 let choice = choice.unwrap();
                 assert_eq!(choice.values().number(name), value);
@@ -116,7 +117,7 @@ fn every_parameter_takes_its_bounds_and_is_named_in_what_a_choice_displays() {
                 let started = choice.start(window);
                 assert!(rendered(started.as_ref()).iter().all(|&value| value == 0.0));
             }
-            for value in [parameter.min - 2.0, parameter.max + 2.0] {
+            for value in [min - 2.0, max + 2.0] {
                 let refused = representation_by_name(&format!("{}:{name}={value}", spec.name));
                 assert!(refused.is_err(), "{} {name}={value}", spec.name);
             }

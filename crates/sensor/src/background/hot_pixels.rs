@@ -16,47 +16,43 @@ use crate::detector::{NoiseEvent, PixelTerm, PixelTraits, TermTable};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
-use crate::{Citation, Domain, Origin, ParamSpec, Prior, Scale, StageSpec};
+use crate::{Citation, Domain, NumberSpec, Origin, Parameter, StageSpec};
 
-const FRACTION: ParamSpec = ParamSpec {
+const FRACTION: Parameter = Parameter::Number(NumberSpec {
     name: "fraction",
-    unit: "",
     range: (1e-6, 0.5),
-    scale: Scale::Log,
-    prior: Prior::Typical(1e-4, 1e-2),
-    neutral: Some(0.0),
+    typical: Some((1e-4, 1e-2)),
+    default: Some(0.0),
     doc: "part of the pixels that are hot",
-};
+    ..NumberSpec::LOG
+});
 
-const MEDIAN: ParamSpec = ParamSpec {
+const MEDIAN: Parameter = Parameter::Number(NumberSpec {
     name: "median_hz",
     unit: "Hz",
     range: (0.1, 1e5),
-    scale: Scale::Log,
-    prior: Prior::Typical(1.0, 5000.0),
-    neutral: None,
+    typical: Some((1.0, 5000.0)),
     doc: "events of a hot pixel per second, the median",
-};
+    ..NumberSpec::LOG
+});
 
-const SPREAD: ParamSpec = ParamSpec {
+const SPREAD: Parameter = Parameter::Number(NumberSpec {
     name: "spread_decades",
     unit: "decades",
     range: (0.01, 2.0),
-    scale: Scale::Log,
-    prior: Prior::Typical(0.2, 1.0),
-    neutral: Some(0.0),
+    typical: Some((0.2, 1.0)),
+    default: Some(0.0),
     doc: "standard deviation of the logarithm of the rate over hot pixels",
-};
+    ..NumberSpec::LOG
+});
 
-const ON_SHARE: ParamSpec = ParamSpec {
+const ON_SHARE: Parameter = Parameter::Number(NumberSpec {
     name: "on_share",
-    unit: "",
     range: (0.0, 1.0),
-    scale: Scale::Linear,
-    prior: Prior::Typical(0.3, 1.0),
-    neutral: None,
+    typical: Some((0.3, 1.0)),
     doc: "part of their events that are ON",
-};
+    ..NumberSpec::LINEAR
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "hot_pixels",
@@ -64,8 +60,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "a few pixels have events all the time",
     formula: "Poisson(median_hz 10^(spread_decades N(x, y)) dt) where U(x, y) < fraction",
     params: &[FRACTION, MEDIAN, SPREAD, ON_SHARE],
-    choices: &[],
-    files: &[],
     source: Citation {
         key: "Khodamoradi and Kastner 2018",
         text: "A. Khodamoradi, R. Kastner: O(N)-Space Spatiotemporal Filter for Reducing Noise in \

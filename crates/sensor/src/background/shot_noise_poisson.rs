@@ -22,52 +22,51 @@ use crate::detector::{NoiseEvent, PixelTerm, PixelTraits, TermTable};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
-use crate::{ChoiceSpec, Citation, Domain, Origin, ParamSpec, Prior, Scale, StageSpec};
+use crate::{Citation, Domain, NumberSpec, Origin, Parameter, StageSpec, WordSpec};
 
-const RATE: ParamSpec = ParamSpec {
+const RATE: Parameter = Parameter::Number(NumberSpec {
     name: "rate_hz",
     unit: "Hz",
     range: (1e-5, 1e3),
-    scale: Scale::Log,
-    prior: Prior::Typical(0.01, 10.0),
-    neutral: Some(0.0),
+    typical: Some((0.01, 10.0)),
+    default: Some(0.0),
     doc: "noise events of a dark pixel per second, both polarities together",
-};
+    ..NumberSpec::LOG
+});
 
-const SPREAD: ParamSpec = ParamSpec {
+const SPREAD: Parameter = Parameter::Number(NumberSpec {
     name: "spread_decades",
     unit: "decades",
     range: (0.001, 1.0),
-    scale: Scale::Log,
-    prior: Prior::Typical(0.1, 0.25),
-    neutral: Some(0.0),
+    typical: Some((0.1, 0.25)),
+    default: Some(0.0),
     doc: "standard deviation of the logarithm of the rate over the pixels",
-};
+    ..NumberSpec::LOG
+});
 
-const LIGHT_SLOPE: ParamSpec = ParamSpec {
+const LIGHT_SLOPE: Parameter = Parameter::Number(NumberSpec {
     name: "light_slope",
     unit: "/white",
     range: (0.01, 1.0),
-    scale: Scale::Linear,
-    prior: Prior::Typical(0.5, 0.9),
-    neutral: Some(0.0),
+    typical: Some((0.5, 0.9)),
+    default: Some(0.0),
     doc: "part of the rate that the light of white takes away",
-};
+    ..NumberSpec::LINEAR
+});
 
-const THRESHOLD: ChoiceSpec = ChoiceSpec {
+const THRESHOLD: Parameter = Parameter::Word(WordSpec {
     name: "threshold",
     allowed: &["ignored", "inverse"],
+    default: Some("ignored"),
     doc: "whether pixels of low threshold are noisier",
-};
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "shot_noise_poisson",
     domain: Domain::Background,
     summary: "noise events of both polarities, most in the dark, that reset their pixel",
     formula: "ON, OFF ~ Poisson(rate_hz 10^(spread_decades N(x, y)) (1 - light_slope I) dt / 2)",
-    params: &[RATE, SPREAD, LIGHT_SLOPE],
-    choices: &[THRESHOLD],
-    files: &[],
+    params: &[RATE, SPREAD, LIGHT_SLOPE, THRESHOLD],
     source: Citation {
         key: "Hu et al. 2021",
         text: "Y. Hu, S.-C. Liu, T. Delbruck: v2e: From Video Frames to Realistic DVS Events, CVPR \
@@ -85,7 +84,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
             rate_hz: settings.number(&RATE),
             spread_decades: settings.number(&SPREAD),
             light_slope: settings.number(&LIGHT_SLOPE) as f32,
-            is_inverse: settings.word(&THRESHOLD) == "inverse",
+            is_inverse: settings.word(&THRESHOLD) == Some("inverse"),
         })))
     },
 };

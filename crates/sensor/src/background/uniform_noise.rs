@@ -21,35 +21,38 @@ use super::{BackgroundStage, exponential, uniform};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
-use crate::{ChoiceSpec, Citation, Domain, Origin, ParamSpec, Prior, Request, Scale, StageSpec};
+use crate::{Citation, Domain, NumberSpec, Origin, Parameter, Request, StageSpec, WordSpec};
 
-const ON: ParamSpec = ParamSpec {
+const RATE: NumberSpec = NumberSpec {
     name: "on_hz",
     unit: "Hz",
     range: (1e-5, 1e3),
-    scale: Scale::Log,
-    prior: Prior::Typical(1e-3, 10.0),
-    neutral: Some(0.0),
+    typical: Some((1e-3, 10.0)),
+    default: Some(0.0),
     doc: "ON noise events of one pixel per second",
+    ..NumberSpec::LOG
 };
 
-const OFF: ParamSpec =
-    ParamSpec { name: "off_hz", doc: "OFF noise events of one pixel per second", ..ON };
+const ON: Parameter = Parameter::Number(RATE);
+const OFF: Parameter = Parameter::Number(NumberSpec {
+    name: "off_hz",
+    doc: "OFF noise events of one pixel per second",
+    ..RATE
+});
 
-const SIGNAL: ChoiceSpec = ChoiceSpec {
+const SIGNAL: Parameter = Parameter::Word(WordSpec {
     name: "signal",
     allowed: &["kept", "replaced"],
+    default: Some("kept"),
     doc: "whether noise joins the signal of its pixel or takes its place in that step",
-};
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "uniform_noise",
     domain: Domain::Background,
     summary: "every pixel sends noise events at the same rates",
     formula: "ON ~ Poisson(on_hz dt), OFF ~ Poisson(off_hz dt)",
-    params: &[ON, OFF],
-    choices: &[SIGNAL],
-    files: &[],
+    params: &[ON, OFF, SIGNAL],
     source: Citation {
         key: "Rudnev et al. 2021",
         text: "V. Rudnev et al.: EventHands: Real-Time Neural 3D Hand Pose Estimation from an Event \
@@ -65,7 +68,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         Ok(Stage::Background(Box::new(UniformNoise {
             on_hz: settings.number(&ON),
             off_hz: settings.number(&OFF),
-            replaces_signal: settings.word(&SIGNAL) == "replaced",
+            replaces_signal: settings.word(&SIGNAL) == Some("replaced"),
         })))
     },
 };

@@ -12,27 +12,27 @@ use super::ClockStage;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
-use crate::{Citation, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
+use crate::{Citation, Domain, NumberSpec, Parameter, Request, StageSpec};
 
-const OFFSET: ParamSpec = ParamSpec {
+const OFFSET: Parameter = Parameter::Number(NumberSpec {
     name: "offset_us",
     unit: "us",
     range: (-1e6, 1e6),
-    scale: Scale::Linear,
-    prior: Prior::Typical(-1e4, 1e4),
-    neutral: Some(0.0),
+    typical: Some((-1e4, 1e4)),
+    default: Some(0.0),
     doc: "what the clock shows at time zero",
-};
+    ..NumberSpec::LINEAR
+});
 
-const DRIFT: ParamSpec = ParamSpec {
+const DRIFT: Parameter = Parameter::Number(NumberSpec {
     name: "drift_ppm",
     unit: "ppm",
     range: (-1e5, 1e5),
-    scale: Scale::Linear,
-    prior: Prior::Typical(-100.0, 100.0),
-    neutral: Some(0.0),
+    typical: Some((-100.0, 100.0)),
+    default: Some(0.0),
     doc: "how much too fast the clock runs, in millionths",
-};
+    ..NumberSpec::LINEAR
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "clock_offset_drift",
@@ -40,8 +40,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "stamps are those of a clock with another start and another rate",
     formula: "t = t (1 + drift_ppm 1e-6) + offset_us",
     params: &[OFFSET, DRIFT],
-    choices: &[],
-    files: &[],
     source: Citation {
         key: "Allan 1987",
         text: "D. W. Allan: Time and Frequency Characterization, Estimation, and Prediction of \

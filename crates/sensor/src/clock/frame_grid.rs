@@ -13,17 +13,15 @@ use super::ClockStage;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
-use crate::{Citation, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
+use crate::{Citation, Domain, NumberSpec, Parameter, Request, StageSpec};
 
-const PULL: ParamSpec = ParamSpec {
+const PULL: Parameter = Parameter::Number(NumberSpec {
     name: "pull",
-    unit: "",
     range: (0.0, 1.0),
-    scale: Scale::Linear,
-    prior: Prior::Fixed,
-    neutral: Some(0.0),
+    default: Some(0.0),
     doc: "how far events move to the exposure: 1 puts all of them there",
-};
+    ..NumberSpec::LINEAR
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "frame_grid",
@@ -31,8 +29,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "events carry the time of the exposure behind them",
     formula: "t = t + pull (t_exposure - t)",
     params: &[PULL],
-    choices: &[],
-    files: &[],
     source: Citation {
         key: "Rudnev et al. 2021",
         text: "V. Rudnev et al.: EventHands: Real-Time Neural 3D Hand Pose Estimation from an Event \

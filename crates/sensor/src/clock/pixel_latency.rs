@@ -13,17 +13,17 @@ use super::ClockStage;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
-use crate::{Citation, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
+use crate::{Citation, Domain, NumberSpec, Parameter, Request, StageSpec};
 
-const DELAY: ParamSpec = ParamSpec {
+const DELAY: Parameter = Parameter::Number(NumberSpec {
     name: "delay_us",
     unit: "us",
     range: (1.0, 1e6),
-    scale: Scale::Log,
-    prior: Prior::Typical(10.0, 5000.0),
-    neutral: Some(0.0),
+    typical: Some((10.0, 5000.0)),
+    default: Some(0.0),
     doc: "time from an event to its stamp",
-};
+    ..NumberSpec::LOG
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "pixel_latency",
@@ -31,8 +31,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "events are stamped a fixed time late",
     formula: "t = t + delay_us",
     params: &[DELAY],
-    choices: &[],
-    files: &[],
     source: Citation {
         key: "Lichtsteiner et al. 2008",
         text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \

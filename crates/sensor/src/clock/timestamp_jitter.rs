@@ -14,42 +14,41 @@ use super::ClockStage;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
-use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
+use crate::{Citation, Domain, NumberSpec, Parameter, Request, StageSpec, WordSpec};
 
-const SIGMA: ParamSpec = ParamSpec {
+const SIGMA: Parameter = Parameter::Number(NumberSpec {
     name: "sigma_us",
     unit: "us",
     range: (0.1, 1e5),
-    scale: Scale::Log,
-    prior: Prior::Typical(1.0, 500.0),
-    neutral: Some(0.0),
+    typical: Some((1.0, 500.0)),
+    default: Some(0.0),
     doc: "standard deviation of stamps",
-};
+    ..NumberSpec::LOG
+});
 
-const MEAN: ParamSpec = ParamSpec {
+const MEAN: Parameter = Parameter::Number(NumberSpec {
     name: "mean_us",
     unit: "us",
     range: (0.1, 1e5),
-    scale: Scale::Log,
-    prior: Prior::Typical(10.0, 1e3),
-    neutral: Some(0.0),
+    typical: Some((10.0, 1e3)),
+    default: Some(0.0),
     doc: "mean of the latency where stamps are late, before it is clipped at zero",
-};
+    ..NumberSpec::LOG
+});
 
-const SIDE: ChoiceSpec = ChoiceSpec {
+const SIDE: Parameter = Parameter::Word(WordSpec {
     name: "side",
     allowed: &["either", "late"],
+    default: Some("either"),
     doc: "whether stamps scatter to both sides, or are late only",
-};
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "timestamp_jitter",
     domain: Domain::Clock,
     summary: "stamps scatter about the times of their events",
     formula: "t = t + sigma_us N; late: t = t + max(0, mean_us + sigma_us N)",
-    params: &[SIGMA, MEAN],
-    choices: &[SIDE],
-    files: &[],
+    params: &[SIGMA, MEAN, SIDE],
     source: Citation {
         key: "Joubert et al. 2021",
         text: "D. Joubert et al.: Event Camera Simulator Improvements via Characterized Parameters, \
@@ -65,7 +64,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         Ok(Stage::Clock(Box::new(TimestampJitter {
             sigma_s: settings.number(&SIGMA) * 1e-6,
             mean_s: settings.number(&MEAN) * 1e-6,
-            is_late: settings.word(&SIDE) == "late",
+            is_late: settings.word(&SIDE) == Some("late"),
         })))
     },
 };

@@ -12,33 +12,32 @@ use super::{ClockStage, GRACE_US, next_count_us};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
-use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
+use crate::{Citation, Domain, NumberSpec, Parameter, Request, StageSpec, WordSpec};
 
-const PERIOD: ParamSpec = ParamSpec {
+const PERIOD: Parameter = Parameter::Number(NumberSpec {
     name: "period_us",
     unit: "us",
     range: (1.0, 100_000.0),
-    scale: Scale::Log,
-    prior: Prior::Typical(1.0, 1000.0),
+    typical: Some((1.0, 1000.0)),
     // Streams count whole microseconds anyway.
-    neutral: Some(1.0),
+    default: Some(1.0),
     doc: "length of one count of the clock",
-};
+    ..NumberSpec::LOG
+});
 
-const ROUNDING: ChoiceSpec = ChoiceSpec {
+const ROUNDING: Parameter = Parameter::Word(WordSpec {
     name: "rounding",
     allowed: &["up", "down"],
+    default: Some("up"),
     doc: "whether events wait for the next count or carry the one that has begun",
-};
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "timestamp_quantisation",
     domain: Domain::Clock,
     summary: "timestamps are counts of a clock",
     formula: "t = ceil(t / period_us) period_us, or floor",
-    params: &[PERIOD],
-    choices: &[ROUNDING],
-    files: &[],
+    params: &[PERIOD, ROUNDING],
     source: Citation {
         key: "Lichtsteiner et al. 2008",
         text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \
@@ -53,7 +52,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     build: |settings| {
         Ok(Stage::Clock(Box::new(TimestampQuantisation {
             period_us: settings.number(&PERIOD),
-            is_up: settings.word(&ROUNDING) == "up",
+            is_up: settings.word(&ROUNDING) == Some("up"),
         })))
     },
 };
@@ -76,7 +75,7 @@ impl TimestampQuantisation {
 
 impl ClockStage for TimestampQuantisation {
     fn is_neutral(&self) -> bool {
-        Some(self.period_us) == PERIOD.neutral
+        self.period_us == 1.0
     }
 
     fn step(

@@ -21,61 +21,58 @@ use evpose_core::{Polarity, StageNoise};
 use super::{Change, ChangeDetector, PixelStep};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{Citation, Compares, Domain, ParamSpec, Prior, Scale, StageSpec, Traits};
+use crate::{Citation, Compares, Domain, NumberSpec, Parameter, StageSpec, Traits};
 
-const K: ParamSpec = ParamSpec {
+const K: NumberSpec = NumberSpec {
     name: "k1",
-    unit: "",
     range: (1e-12, 1e4),
-    scale: Scale::Log,
-    prior: Prior::Typical(1.0, 20.0),
-    neutral: None,
+    typical: Some((1.0, 20.0)),
     doc: "contrast, as the number of events per e-fold of light",
+    ..NumberSpec::LOG
 };
-const K2: ParamSpec = ParamSpec {
+const K1: Parameter = Parameter::Number(K);
+const K2: Parameter = Parameter::Number(NumberSpec {
     name: "k2",
     unit: "codes",
-    prior: Prior::Typical(10.0, 50.0),
+    typical: Some((10.0, 50.0)),
     doc: "light at which the response is no longer logarithmic",
     ..K
-};
-const K3: ParamSpec = ParamSpec {
+});
+const K3: Parameter = Parameter::Number(NumberSpec {
     name: "k3",
     unit: "/sqrt(us)",
-    prior: Prior::Typical(5e-5, 5e-4),
+    typical: Some((5e-5, 5e-4)),
     doc: "photon shot noise",
     ..K
-};
-const K4: ParamSpec = ParamSpec {
+});
+const K4: Parameter = Parameter::Number(NumberSpec {
     name: "k4",
     unit: "/us",
-    prior: Prior::Typical(1e-8, 1e-6),
+    typical: Some((1e-8, 1e-6)),
     doc: "leak in the dark",
     ..K
-};
-const K5: ParamSpec = ParamSpec {
+});
+const K5: Parameter = Parameter::Number(NumberSpec {
     name: "k5",
     unit: "/us",
-    prior: Prior::Typical(1e-9, 1e-7),
+    typical: Some((1e-9, 1e-7)),
     doc: "leak per light",
     ..K
-};
-const K6: ParamSpec = ParamSpec {
+});
+const K6: Parameter = Parameter::Number(NumberSpec {
     name: "k6",
     unit: "/sqrt(us)",
-    prior: Prior::Typical(1e-6, 1e-4),
+    typical: Some((1e-6, 1e-4)),
     doc: "noise in the dark",
     ..K
-};
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "brownian_passage",
     domain: Domain::Detector,
     summary: "events where Brownian motion with drift reaches a threshold",
     formula: "mu = k1 dI / (dt (A + k2)) + k4 + k5 A; s = k3 sqrt(A) / (A + k2) + k6; |x| = 1",
-    params: &[K, K2, K3, K4, K5, K6],
-    choices: &[],
-    files: &[],
+    params: &[K1, K2, K3, K4, K5, K6],
     source: Citation {
         key: "Lin et al. 2022",
         text: "S. Lin, Y. Ma, Z. Guo, B. Wen: DVS-Voltmeter: Stochastic Process-Based Event \
@@ -89,7 +86,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         beside: &[],
     },
     build: |settings| {
-        let k = [&K, &K2, &K3, &K4, &K5, &K6].map(|param| settings.number(param));
+        let k = [&K1, &K2, &K3, &K4, &K5, &K6].map(|param| settings.number(param));
         Ok(Stage::Detector(Box::new(BrownianPassage { k })))
     },
 };

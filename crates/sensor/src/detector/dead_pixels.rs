@@ -11,17 +11,16 @@ use evpose_core::StageNoise;
 use super::{PixelTerm, PixelTraits};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec, Traits};
+use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, Traits};
 
-const FRACTION: ParamSpec = ParamSpec {
+const FRACTION: Parameter = Parameter::Number(NumberSpec {
     name: "fraction",
-    unit: "",
     range: (1e-6, 0.5),
-    scale: Scale::Log,
-    prior: Prior::Typical(1e-5, 1e-3),
-    neutral: Some(0.0),
+    typical: Some((1e-5, 1e-3)),
+    default: Some(0.0),
     doc: "part of the pixels that are dead",
-};
+    ..NumberSpec::LOG
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "dead_pixels",
@@ -29,8 +28,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "some pixels have no events",
     formula: "no events where U(x, y) < fraction",
     params: &[FRACTION],
-    choices: &[],
-    files: &[],
     source: Citation {
         key: "Gallego et al. 2022",
         text: "G. Gallego et al.: Event-Based Vision: A Survey, IEEE TPAMI 44(1), 2022",

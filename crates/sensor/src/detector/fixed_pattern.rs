@@ -14,36 +14,34 @@ use super::{PixelTerm, PixelTraits};
 use crate::map::{MapFault, PixelMap};
 use crate::stage::Stage;
 use crate::{
-    Citation, Domain, FileSpec, Probe, SensorError, Settings, Signature, StageSpec, Strength,
-    Traits,
+    Citation, Domain, FileSpec, Parameter, Probe, SensorError, Settings, Signature, StageSpec,
+    Strength, Traits,
 };
 
-const THRESHOLD_ON: FileSpec = FileSpec {
+const THRESHOLD_ON: Parameter = Parameter::File(FileSpec {
     name: "threshold_on",
     unit: "ln",
     doc: "ON threshold of every pixel, at least 0.01: .npy of shape (height, width), f4 or f8",
-};
+});
 
-const THRESHOLD_OFF: FileSpec = FileSpec {
+const THRESHOLD_OFF: Parameter = Parameter::File(FileSpec {
     name: "threshold_off",
+    unit: "ln",
     doc: "OFF threshold of every pixel, likewise",
-    ..THRESHOLD_ON
-};
+});
 
-const LEAK: FileSpec = FileSpec {
+const LEAK: Parameter = Parameter::File(FileSpec {
     name: "leak_hz",
     unit: "Hz",
     doc: "ON events of every pixel at rest per second, not negative, likewise",
-};
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "fixed_pattern",
     domain: Domain::Detector,
     summary: "thresholds and leaks of every pixel as measured",
     formula: "C_on(x, y), C_off(x, y), rho(x, y) from files",
-    params: &[],
-    choices: &[],
-    files: &[THRESHOLD_ON, THRESHOLD_OFF, LEAK],
+    params: &[THRESHOLD_ON, THRESHOLD_OFF, LEAK],
     source: Citation {
         key: "Wang et al. 2019",
         text: "Z. Wang, Y. Ng, P. van Goor, R. Mahony: Event Camera Calibration of Per-pixel \
@@ -71,13 +69,13 @@ struct FixedPattern {
 impl FixedPattern {
     fn read(settings: &Settings) -> Result<Self, SensorError> {
         let mut size = None;
-        let mut values = |file: &FileSpec, least| -> Result<Vec<f32>, SensorError> {
+        let mut values = |file: &Parameter, least| -> Result<Vec<f32>, SensorError> {
             let Some(path) = settings.file(file) else { return Ok(Vec::new()) };
             let map = PixelMap::read(path, least).and_then(|map| match size {
                 Some(other) if other != map.size => Err(MapFault::OtherSize(map.size)),
                 _ => Ok(map),
             });
-            let (effect, key, path) = (SPEC.name, file.name, path.to_owned());
+            let (effect, key, path) = (SPEC.name, file.name(), path.to_owned());
             let map = map.map_err(|fault| SensorError::Map { effect, key, path, fault })?;
             size = Some(map.size);
             Ok(map.values)

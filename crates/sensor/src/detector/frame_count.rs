@@ -24,22 +24,21 @@ use evpose_core::{Polarity, StageNoise};
 use super::{Change, ChangeDetector, PixelStep, THRESHOLD_OFF, THRESHOLD_ON};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{ChoiceSpec, Citation, Compares, Domain, StageSpec, Traits};
+use crate::{Citation, Compares, Domain, Parameter, StageSpec, Traits, WordSpec};
 
-const ROUNDING: ChoiceSpec = ChoiceSpec {
+const ROUNDING: Parameter = Parameter::Word(WordSpec {
     name: "rounding",
     allowed: &["exact", "published"],
+    default: Some("exact"),
     doc: "whether refractory periods and leaks are exact, or rounded to single precision as published",
-};
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "frame_count",
     domain: Domain::Detector,
     summary: "whole thresholds between frame and memory, spread evenly over the step",
     formula: "n = floor(|V - M| / threshold); M += n threshold; t = start + (i + 1) dt / max n",
-    params: &[THRESHOLD_ON, THRESHOLD_OFF],
-    choices: &[ROUNDING],
-    files: &[],
+    params: &[THRESHOLD_ON, THRESHOLD_OFF, ROUNDING],
     source: Citation {
         key: "Hu et al. 2021",
         text: "Y. Hu, S.-C. Liu, T. Delbruck: v2e: From Video Frames to Realistic DVS Events, CVPR \
@@ -54,7 +53,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     build: |settings| {
         Ok(Stage::Detector(Box::new(FrameCount {
             thresholds: [&THRESHOLD_ON, &THRESHOLD_OFF].map(|p| settings.number(p) as f32),
-            rounds_as_published: settings.word(&ROUNDING) == "published",
+            rounds_as_published: settings.word(&ROUNDING) == Some("published"),
         })))
     },
 };

@@ -14,22 +14,21 @@ use evpose_core::{Polarity, StageNoise};
 use super::{Change, ChangeDetector, PixelStep, THRESHOLD_OFF, THRESHOLD_ON};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{ChoiceSpec, Citation, Compares, Domain, StageSpec, Traits};
+use crate::{Citation, Compares, Domain, Parameter, StageSpec, Traits, WordSpec};
 
-const START: ChoiceSpec = ChoiceSpec {
+const START: Parameter = Parameter::Word(WordSpec {
     name: "start",
     allowed: &["settled", "cold"],
+    default: Some("settled"),
     doc: "whether the memory starts at the first frame or in the dark, with a burst of events",
-};
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "frame_difference",
     domain: Domain::Detector,
     summary: "whole thresholds between frame and memory, at the time of the frame",
     formula: "n = max(1, floor(|V - M| / threshold)) where |V - M| > threshold; M += n threshold",
-    params: &[THRESHOLD_ON, THRESHOLD_OFF],
-    choices: &[START],
-    files: &[],
+    params: &[THRESHOLD_ON, THRESHOLD_OFF, START],
     source: Citation {
         key: "Rudnev et al. 2021",
         text: "V. Rudnev et al.: EventHands: Real-Time Neural 3D Hand Pose Estimation from an Event \
@@ -44,7 +43,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     build: |settings| {
         Ok(Stage::Detector(Box::new(FrameDifference {
             thresholds: [&THRESHOLD_ON, &THRESHOLD_OFF].map(|p| settings.number(p) as f32),
-            starts_cold: settings.word(&START) == "cold",
+            starts_cold: settings.word(&START) == Some("cold"),
         })))
     },
 };

@@ -13,17 +13,16 @@ use evpose_core::{Polarity, StageNoise};
 use super::{PixelTerm, PixelTraits};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec, Traits};
+use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, Traits};
 
-const FRACTION: ParamSpec = ParamSpec {
+const FRACTION: Parameter = Parameter::Number(NumberSpec {
     name: "fraction",
-    unit: "",
     range: (0.001, 5.0),
-    scale: Scale::Log,
-    prior: Prior::Typical(0.01, 0.5),
-    neutral: Some(0.0),
+    typical: Some((0.01, 0.5)),
+    default: Some(0.0),
     doc: "how much larger the threshold of the other sign is, as a part of it",
-};
+    ..NumberSpec::LOG
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "hysteresis",
@@ -31,8 +30,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "after an event the threshold of the other sign is larger",
     formula: "C_other = C_other (1 + fraction) until the next event",
     params: &[FRACTION],
-    choices: &[],
-    files: &[],
     source: Citation {
         key: "Finateu et al. 2020",
         text: "T. Finateu et al.: A 1280x720 Back-Illuminated Stacked Temporal Contrast Event-Based \

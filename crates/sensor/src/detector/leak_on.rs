@@ -19,63 +19,59 @@ use crate::gaussian::{PIECE, fill_normal};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
-use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec, Traits};
+use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, Traits, WordSpec};
 use evpose_cpu::vectorize;
 
-const RATE: ParamSpec = ParamSpec {
+const RATE: Parameter = Parameter::Number(NumberSpec {
     name: "rate_hz",
     unit: "Hz",
     range: (1e-4, 1e3),
-    scale: Scale::Log,
-    prior: Prior::Typical(0.01, 1.0),
-    neutral: Some(0.0),
+    typical: Some((0.01, 1.0)),
+    default: Some(0.0),
     doc: "ON events of a resting pixel per second",
-};
+    ..NumberSpec::LOG
+});
 
-const SPREAD: ParamSpec = ParamSpec {
+const SPREAD: Parameter = Parameter::Number(NumberSpec {
     name: "spread_decades",
     unit: "decades",
     range: (0.001, 1.0),
-    scale: Scale::Log,
-    prior: Prior::Typical(0.1, 0.25),
-    neutral: Some(0.0),
+    typical: Some((0.1, 0.25)),
+    default: Some(0.0),
     doc: "standard deviation of the logarithm of the rate over the pixels",
-};
+    ..NumberSpec::LOG
+});
 
-const JITTER: ParamSpec = ParamSpec {
+const JITTER: Parameter = Parameter::Number(NumberSpec {
     name: "jitter",
-    unit: "",
     range: (0.001, 0.5),
-    scale: Scale::Log,
-    prior: Prior::Typical(0.1, 0.3),
-    neutral: Some(0.0),
+    typical: Some((0.1, 0.3)),
+    default: Some(0.0),
     doc: "standard deviation of the intervals of one pixel, as a part of their mean",
-};
+    ..NumberSpec::LOG
+});
 
-const FRAME_JITTER: ParamSpec = ParamSpec {
+const FRAME_JITTER: Parameter = Parameter::Number(NumberSpec {
     name: "frame_jitter",
-    unit: "",
     range: (0.001, 10.0),
-    scale: Scale::Log,
-    prior: Prior::Fixed,
-    neutral: Some(0.0),
+    default: Some(0.0),
     doc: "standard deviation of what leaks in one step, as a part of its mean",
-};
+    ..NumberSpec::LOG
+});
 
-const PHASE: ChoiceSpec = ChoiceSpec {
+const PHASE: Parameter = Parameter::Word(WordSpec {
     name: "phase",
     allowed: &["random", "aligned"],
+    default: Some("random"),
     doc: "whether pixels start somewhere in their intervals or all at the beginning",
-};
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "leak_on",
     domain: Domain::Detector,
     summary: "charge leaks off the memory and makes regular ON events",
     formula: "dM/dt = -rate_hz 10^(spread_decades N(x, y)) C_on",
-    params: &[RATE, SPREAD, JITTER, FRAME_JITTER],
-    choices: &[PHASE],
-    files: &[],
+    params: &[RATE, SPREAD, JITTER, FRAME_JITTER, PHASE],
     source: Citation {
         key: "Nozaki and Delbruck 2017",
         text: "Y. Nozaki, T. Delbruck: Temperature and Parasitic Photocurrent Effects in Dynamic \
@@ -94,7 +90,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
             spread_decades: settings.number(&SPREAD) as f32,
             jitter: settings.number(&JITTER) as f32,
             frame_jitter: settings.number(&FRAME_JITTER) as f32,
-            is_random: settings.word(&PHASE) == "random",
+            is_random: settings.word(&PHASE) == Some("random"),
         })))
     },
 };

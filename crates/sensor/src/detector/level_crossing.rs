@@ -21,8 +21,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "an event at the exact time at which log voltage crosses the next level",
     formula: "event where V(t) = M +- threshold; M = V(t)",
     params: &[THRESHOLD_ON, THRESHOLD_OFF],
-    choices: &[],
-    files: &[],
     source: Citation {
         key: "Rebecq et al. 2018",
         text: "H. Rebecq, D. Gehrig, D. Scaramuzza: ESIM: an Open Event Camera Simulator, CoRL 2018",

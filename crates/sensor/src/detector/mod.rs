@@ -9,7 +9,7 @@ use std::fmt::Debug;
 
 use evpose_core::{Polarity, StageNoise};
 
-use crate::{ParamSpec, Prior, Scale, Traits};
+use crate::{NumberSpec, Parameter, Traits};
 
 pub(crate) mod array;
 pub(crate) mod band;
@@ -78,18 +78,19 @@ pub struct Change {
     pub memory: f64,
 }
 
-const THRESHOLD_ON: ParamSpec = ParamSpec {
+const THRESHOLD: NumberSpec = NumberSpec {
     name: "threshold_on",
     unit: "ln",
     range: (0.01, 5.0),
-    scale: Scale::Log,
-    prior: Prior::Typical(0.1, 0.6),
-    neutral: None,
+    typical: Some((0.1, 0.6)),
     doc: "rise of log voltage that makes an ON event",
+    ..NumberSpec::LOG
 };
 
-const THRESHOLD_OFF: ParamSpec = ParamSpec {
+const THRESHOLD_ON: Parameter = Parameter::Number(THRESHOLD);
+
+const THRESHOLD_OFF: Parameter = Parameter::Number(NumberSpec {
     name: "threshold_off",
     doc: "fall of log voltage that makes an OFF event",
-    ..THRESHOLD_ON
-};
+    ..THRESHOLD
+});

@@ -12,32 +12,31 @@ use evpose_core::StageNoise;
 use super::{PixelTerm, PixelTraits};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, WordSpec};
 
-const RATE: ParamSpec = ParamSpec {
+const RATE: Parameter = Parameter::Number(NumberSpec {
     name: "hz_per_white",
     unit: "Hz",
     range: (1e-4, 1e3),
-    scale: Scale::Log,
-    prior: Prior::Typical(0.01, 1.0),
-    neutral: Some(0.0),
+    typical: Some((0.01, 1.0)),
+    default: Some(0.0),
     doc: "ON events of a resting pixel per second at the light of white",
-};
+    ..NumberSpec::LOG
+});
 
-const PHASE: ChoiceSpec = ChoiceSpec {
+const PHASE: Parameter = Parameter::Word(WordSpec {
     name: "phase",
     allowed: &["random", "aligned"],
+    default: Some("random"),
     doc: "whether pixels start somewhere in their intervals or all at the beginning",
-};
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "parasitic_photo_leak",
     domain: Domain::Detector,
     summary: "light makes the memory leak, in proportion",
     formula: "dM/dt = -hz_per_white I C_on",
-    params: &[RATE],
-    choices: &[PHASE],
-    files: &[],
+    params: &[RATE, PHASE],
     source: Citation {
         key: "Nozaki and Delbruck 2017",
         text: "Y. Nozaki, T. Delbruck: Temperature and Parasitic Photocurrent Effects in Dynamic \
@@ -51,7 +50,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
     build: |settings| {
         let hz_per_white = settings.number(&RATE) as f32;
-        let is_random = settings.word(&PHASE) == "random";
+        let is_random = settings.word(&PHASE) == Some("random");
         Ok(Stage::Term(Box::new(ParasiticPhotoLeak { hz_per_white, is_random })))
     },
 };

@@ -14,32 +14,31 @@
 use super::{PixelTerm, Recovery};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec, Traits};
+use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, Traits, WordSpec};
 
-const PERIOD: ParamSpec = ParamSpec {
+const PERIOD: Parameter = Parameter::Number(NumberSpec {
     name: "period_us",
     unit: "us",
     range: (1.0, 1e6),
-    scale: Scale::Log,
-    prior: Prior::Typical(10.0, 4e4),
-    neutral: Some(0.0),
+    typical: Some((10.0, 4e4)),
+    default: Some(0.0),
     doc: "the shortest time between two events of a pixel",
-};
+    ..NumberSpec::LOG
+});
 
-const MODE: ChoiceSpec = ChoiceSpec {
+const MODE: Parameter = Parameter::Word(WordSpec {
     name: "mode",
     allowed: &["hold", "defer", "drop"],
+    default: Some("hold"),
     doc: "whether the memory follows the voltage, waits, or goes on without saying so",
-};
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "refractory",
     domain: Domain::Detector,
     summary: "a pixel makes no events for a refractory period",
     formula: "no event before t + period_us; hold: M = V(t + period_us)",
-    params: &[PERIOD],
-    choices: &[MODE],
-    files: &[],
+    params: &[PERIOD, MODE],
     source: Citation {
         key: "Lichtsteiner et al. 2008",
         text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \
@@ -55,8 +54,8 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     build: |settings| {
         Ok(Stage::Term(Box::new(Refractory {
             period_s: settings.number(&PERIOD) / 1e6,
-            holds: settings.word(&MODE) == "hold",
-            drops: settings.word(&MODE) == "drop",
+            holds: settings.word(&MODE) == Some("hold"),
+            drops: settings.word(&MODE) == Some("drop"),
         })))
     },
 };

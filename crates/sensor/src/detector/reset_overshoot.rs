@@ -14,37 +14,35 @@
 use super::{PixelTerm, Recovery};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec, Traits};
+use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, Traits};
 
-const DELAY: ParamSpec = ParamSpec {
+const DELAY: Parameter = Parameter::Number(NumberSpec {
     name: "delay_us",
     unit: "us",
     range: (0.1, 1e4),
-    scale: Scale::Log,
-    prior: Prior::Typical(1.0, 100.0),
-    neutral: Some(0.0),
+    typical: Some((1.0, 100.0)),
+    default: Some(0.0),
     doc: "how long the reset switch stays closed",
-};
+    ..NumberSpec::LOG
+});
 
-const FRACTION: ParamSpec = ParamSpec {
+const FRACTION: Parameter = Parameter::Number(NumberSpec {
     name: "fraction",
-    unit: "",
     range: (-0.9, 0.9),
-    scale: Scale::Linear,
-    prior: Prior::Typical(-0.2, 0.2),
-    neutral: Some(0.0),
+    typical: Some((-0.2, 0.2)),
+    default: Some(0.0),
     doc: "part of the step that the reset takes back",
-};
+    ..NumberSpec::LINEAR
+});
 
-const TO_EXPOSURE: ParamSpec = ParamSpec {
+const TO_EXPOSURE: Parameter = Parameter::Number(NumberSpec {
     name: "to_exposure",
-    unit: "",
     range: (0.0, 1.0),
-    scale: Scale::Linear,
-    prior: Prior::Typical(0.0, 1.0),
-    neutral: Some(0.0),
+    typical: Some((0.0, 1.0)),
+    default: Some(0.0),
     doc: "fraction of the time to the next exposure for which the switch stays closed",
-};
+    ..NumberSpec::LINEAR
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "reset_overshoot",
@@ -52,8 +50,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "after an event the memory is not exactly at the level crossed",
     formula: "M = V(t + delay_us), M +- C (1 - fraction), or M = V(exposure)",
     params: &[DELAY, FRACTION, TO_EXPOSURE],
-    choices: &[],
-    files: &[],
     source: Citation {
         key: "Lichtsteiner et al. 2008",
         text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \

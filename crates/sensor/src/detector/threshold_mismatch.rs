@@ -13,30 +13,29 @@ use evpose_core::StageNoise;
 use super::{PixelTerm, PixelTraits};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec, Traits};
+use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, Traits};
 
 /// The least threshold that a pixel can have.
 pub(super) const MIN_THRESHOLD: f32 = 0.01;
 
-const SIGMA: ParamSpec = ParamSpec {
+const SIGMA: Parameter = Parameter::Number(NumberSpec {
     name: "sigma",
     unit: "ln",
     range: (1e-4, 1.0),
-    scale: Scale::Log,
-    prior: Prior::Typical(0.004, 0.06),
-    neutral: Some(0.0),
+    typical: Some((0.004, 0.06)),
+    default: Some(0.0),
     doc: "standard deviation of thresholds over the pixels",
-};
+    ..NumberSpec::LOG
+});
 
-const CORRELATION: ParamSpec = ParamSpec {
+const CORRELATION: Parameter = Parameter::Number(NumberSpec {
     name: "correlation",
-    unit: "",
     range: (-1.0, 1.0),
-    scale: Scale::Linear,
-    prior: Prior::Typical(-0.5, 0.5),
-    neutral: Some(0.0),
+    typical: Some((-0.5, 0.5)),
+    default: Some(0.0),
     doc: "correlation between the ON and the OFF threshold of a pixel",
-};
+    ..NumberSpec::LINEAR
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "threshold_mismatch",
@@ -44,8 +43,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "thresholds differ from pixel to pixel, for good",
     formula: "C(x, y) = max(0.01, C + sigma N(x, y))",
     params: &[SIGMA, CORRELATION],
-    choices: &[],
-    files: &[],
     source: Citation {
         key: "Lichtsteiner et al. 2008",
         text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \

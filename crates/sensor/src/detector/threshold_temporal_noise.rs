@@ -18,32 +18,31 @@ use super::threshold_mismatch::MIN_THRESHOLD;
 use super::{PixelTerm, PixelTraits};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec, Traits};
+use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, Traits, WordSpec};
 
-const SIGMA: ParamSpec = ParamSpec {
+const SIGMA: Parameter = Parameter::Number(NumberSpec {
     name: "sigma",
     unit: "ln",
     range: (1e-4, 1.0),
-    scale: Scale::Log,
-    prior: Prior::Typical(0.01, 0.1),
-    neutral: Some(0.0),
+    typical: Some((0.01, 0.1)),
+    default: Some(0.0),
     doc: "standard deviation of a threshold from event to event",
-};
+    ..NumberSpec::LOG
+});
 
-const REDRAW: ChoiceSpec = ChoiceSpec {
+const REDRAW: Parameter = Parameter::Word(WordSpec {
     name: "redraw",
     allowed: &["event", "exposure"],
+    default: Some("event"),
     doc: "whether thresholds hold until the next event of a pixel, or for one exposure",
-};
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "threshold_temporal_noise",
     domain: Domain::Detector,
     summary: "thresholds are redrawn after every event, or at every exposure",
     formula: "C = max(0.01, C + sigma N(event)), or N(exposure)",
-    params: &[SIGMA],
-    choices: &[REDRAW],
-    files: &[],
+    params: &[SIGMA, REDRAW],
     source: Citation {
         key: "Joubert et al. 2021",
         text: "D. Joubert et al.: Event Camera Simulator Improvements via Characterized Parameters, \
@@ -58,7 +57,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
     build: |settings| {
         let sigma = settings.number(&SIGMA) as f32;
-        let at_exposures = settings.word(&REDRAW) == "exposure";
+        let at_exposures = settings.word(&REDRAW) == Some("exposure");
         Ok(Stage::Term(Box::new(ThresholdTemporalNoise { sigma, at_exposures })))
     },
 };

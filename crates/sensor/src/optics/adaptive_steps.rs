@@ -15,17 +15,15 @@
 use super::AdaptiveSteps;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec};
 
-pub(crate) const MAX_PARTS: ParamSpec = ParamSpec {
+pub(crate) const MAX_PARTS: Parameter = Parameter::Number(NumberSpec {
     name: "max_parts",
-    unit: "",
     range: (1.0, 1000.0),
-    scale: Scale::Log,
-    prior: Prior::Fixed,
-    neutral: Some(1.0),
+    default: Some(1.0),
     doc: "the most parts a step is divided in",
-};
+    ..NumberSpec::LOG
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "adaptive_steps",
@@ -33,8 +31,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "steps are divided where light changes a lot or a time constant is short",
     formula: "n = min(max_parts, max(max |dV| / (C / 2), dt / tau))",
     params: &[MAX_PARTS],
-    choices: &[],
-    files: &[],
     source: Citation {
         key: "Rebecq et al. 2018",
         text: "H. Rebecq, D. Gehrig, D. Scaramuzza: ESIM: an Open Event Camera Simulator, CoRL 2018",

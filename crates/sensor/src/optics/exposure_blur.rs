@@ -15,18 +15,17 @@ use evpose_core::StageNoise;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
-use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec};
 use evpose_cpu::vectorize;
 
-const FRACTION: ParamSpec = ParamSpec {
+const FRACTION: Parameter = Parameter::Number(NumberSpec {
     name: "fraction",
-    unit: "",
     range: (0.001, 1.0),
-    scale: Scale::Linear,
-    prior: Prior::Typical(0.1, 1.0),
-    neutral: Some(0.0),
+    typical: Some((0.1, 1.0)),
+    default: Some(0.0),
     doc: "part of the time between frames in which the shutter is open",
-};
+    ..NumberSpec::LINEAR
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "exposure_blur",
@@ -34,8 +33,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "frames are means over the time in which a shutter was open",
     formula: "I = I - fraction / 2 (I - I_before)",
     params: &[FRACTION],
-    choices: &[],
-    files: &[],
     source: Citation {
         key: "Hu et al. 2021",
         text: "Y. Hu, S.-C. Liu, T. Delbruck: v2e: From Video Frames to Realistic DVS Events, CVPR \

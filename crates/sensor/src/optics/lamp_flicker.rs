@@ -16,57 +16,57 @@ use evpose_core::StageNoise;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
-use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, WordSpec};
 use evpose_cpu::vectorize;
 
-const FREQUENCY: ParamSpec = ParamSpec {
+const FREQUENCY: Parameter = Parameter::Number(NumberSpec {
     name: "frequency_hz",
     unit: "Hz",
     range: (0.1, 1e5),
-    scale: Scale::Log,
-    prior: Prior::Typical(50.0, 1000.0),
-    neutral: None,
+    typical: Some((50.0, 1000.0)),
     doc: "periods per second: twice the mains frequency",
-};
+    ..NumberSpec::LOG
+});
 
-const DEPTH: ParamSpec = ParamSpec {
+const DEPTH: Parameter = Parameter::Number(NumberSpec {
     name: "depth",
-    unit: "",
     range: (0.001, 1.0),
-    scale: Scale::Log,
-    prior: Prior::Typical(0.02, 0.5),
-    neutral: Some(0.0),
+    typical: Some((0.02, 0.5)),
+    default: Some(0.0),
     doc: "amplitude as a part of the mean",
-};
+    ..NumberSpec::LOG
+});
 
-const PHASE: ParamSpec = ParamSpec {
+const PHASE: Parameter = Parameter::Number(NumberSpec {
     name: "phase_turns",
     unit: "turns",
     range: (0.0, 1.0),
-    scale: Scale::Linear,
-    prior: Prior::Fixed,
-    neutral: Some(0.0),
+    default: Some(0.0),
     doc: "where in its period the lamp is at time zero",
-};
+    ..NumberSpec::LINEAR
+});
 
-const WAVE: ChoiceSpec =
-    ChoiceSpec { name: "wave", allowed: &["sine", "square"], doc: "mains or pulsed" };
+const WAVE: Parameter = Parameter::Word(WordSpec {
+    name: "wave",
+    allowed: &["sine", "square"],
+    default: Some("sine"),
+    doc: "mains or pulsed",
+});
 
-const MEMORY: ChoiceSpec = ChoiceSpec {
+const MEMORY: Parameter = Parameter::Word(WordSpec {
     name: "memory",
     allowed: &["now", "trough"],
+    default: Some("now"),
     doc: "light that pixels begin with: that of the first exposure, or the least of the lamp, which \
           pixels remember that have answered to it for long",
-};
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "lamp_flicker",
     domain: Domain::Optics,
     summary: "the light of the scene varies periodically",
     formula: "I = I (1 + depth sin(2 pi (frequency_hz t + phase_turns)))",
-    params: &[FREQUENCY, DEPTH, PHASE],
-    choices: &[WAVE, MEMORY],
-    files: &[],
+    params: &[FREQUENCY, DEPTH, PHASE, WAVE, MEMORY],
     source: Citation {
         key: "IEEE 1789-2015",
         text: "IEEE Recommended Practices for Modulating Current in High-Brightness LEDs, 2015",
@@ -83,8 +83,8 @@ pub(crate) static SPEC: StageSpec = StageSpec {
             frequency_hz: settings.number(&FREQUENCY),
             depth: settings.number(&DEPTH),
             phase_turns: settings.number(&PHASE),
-            is_square: settings.word(&WAVE) == "square",
-            begins_at_trough: settings.word(&MEMORY) == "trough",
+            is_square: settings.word(&WAVE) == Some("square"),
+            begins_at_trough: settings.word(&MEMORY) == Some("trough"),
         })))
     },
 };

@@ -13,34 +13,34 @@ use evpose_core::{SensorSize, StageNoise};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PlaneStage, Stage};
 use crate::tick::Tick;
-use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec};
 
-const K1: ParamSpec = ParamSpec {
+const K: NumberSpec = NumberSpec {
     name: "k1",
-    unit: "",
     range: (-6.0, 6.0),
-    scale: Scale::Linear,
-    prior: Prior::Typical(-0.3, 0.1),
-    neutral: Some(0.0),
+    typical: Some((-0.3, 0.1)),
+    default: Some(0.0),
     doc: "coefficient of r squared; negative for a barrel",
+    ..NumberSpec::LINEAR
 };
 
-const K2: ParamSpec = ParamSpec {
+const K1: Parameter = Parameter::Number(K);
+
+const K2: Parameter = Parameter::Number(NumberSpec {
     name: "k2",
-    prior: Prior::Typical(-0.1, 0.1),
+    typical: Some((-0.1, 0.1)),
     doc: "coefficient of r to the fourth",
-    ..K1
-};
+    ..K
+});
 
-const FOCAL: ParamSpec = ParamSpec {
+const FOCAL: Parameter = Parameter::Number(NumberSpec {
     name: "focal_px",
     unit: "px",
     range: (1.0, 1e5),
-    scale: Scale::Log,
-    prior: Prior::Typical(100.0, 2000.0),
-    neutral: None,
+    typical: Some((100.0, 2000.0)),
     doc: "focal length",
-};
+    ..NumberSpec::LOG
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "lens_distortion",
@@ -48,8 +48,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "the image is distorted radially about its centre",
     formula: "x_d = x (1 + k1 r^2 + k2 r^4), r in units of focal_px",
     params: &[K1, K2, FOCAL],
-    choices: &[],
-    files: &[],
     source: Citation {
         key: "Brown 1966",
         text: "D. C. Brown: Decentering Distortion of Lenses, Photogrammetric Engineering 32(3), \

@@ -14,17 +14,17 @@ use crate::blur::Gaussian;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PlaneStage, Stage};
 use crate::tick::Tick;
-use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec};
 
-const SIGMA: ParamSpec = ParamSpec {
+const SIGMA: Parameter = Parameter::Number(NumberSpec {
     name: "sigma_px",
     unit: "px",
     range: (0.1, 10.0),
-    scale: Scale::Log,
-    prior: Prior::Typical(0.3, 2.0),
-    neutral: Some(0.0),
+    typical: Some((0.3, 2.0)),
+    default: Some(0.0),
     doc: "standard deviation of the point spread function",
-};
+    ..NumberSpec::LOG
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "psf_blur",
@@ -32,8 +32,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "the lens spreads a point of light over neighbouring pixels",
     formula: "E = Y * G(sigma_px)",
     params: &[SIGMA],
-    choices: &[],
-    files: &[],
     source: Citation {
         key: "Born and Wolf 1999",
         text: "M. Born, E. Wolf: Principles of Optics, 7th ed., section 8.5, 1999",

@@ -11,18 +11,17 @@ use evpose_core::{SensorSize, StageNoise};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PlaneStage, Stage};
 use crate::tick::Tick;
-use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec};
 use evpose_cpu::vectorize;
 
-const FRACTION: ParamSpec = ParamSpec {
+const FRACTION: Parameter = Parameter::Number(NumberSpec {
     name: "fraction",
-    unit: "",
     range: (1e-4, 1.0),
-    scale: Scale::Log,
-    prior: Prior::Typical(0.01, 0.1),
-    neutral: Some(0.0),
+    typical: Some((0.01, 0.1)),
+    default: Some(0.0),
     doc: "part of the light that goes everywhere",
-};
+    ..NumberSpec::LOG
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "veiling_glare",
@@ -30,8 +29,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "a part of the light is spread evenly over the image",
     formula: "I = (1 - fraction) I + fraction mean(I)",
     params: &[FRACTION],
-    choices: &[],
-    files: &[],
     source: Citation {
         key: "ISO 9358:1994",
         text: "ISO 9358: Optics and optical instruments, Veiling glare of image forming systems, \

@@ -13,18 +13,18 @@ use evpose_core::{SensorSize, StageNoise};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PlaneStage, Stage};
 use crate::tick::Tick;
-use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec};
 use evpose_cpu::vectorize;
 
-const CORNER: ParamSpec = ParamSpec {
+const CORNER: Parameter = Parameter::Number(NumberSpec {
     name: "corner_deg",
     unit: "deg",
     range: (0.1, 80.0),
-    scale: Scale::Log,
-    prior: Prior::Typical(5.0, 40.0),
-    neutral: Some(0.0),
+    typical: Some((5.0, 40.0)),
+    default: Some(0.0),
     doc: "angle between the optical axis and the ray to a corner",
-};
+    ..NumberSpec::LOG
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "vignetting",
@@ -32,8 +32,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "light falls off towards the corners",
     formula: "I = I cos(theta)^4, tan(theta) = tan(corner_deg) r / r_corner",
     params: &[CORNER],
-    choices: &[],
-    files: &[],
     source: Citation {
         key: "Born and Wolf 1999",
         text: "M. Born, E. Wolf: Principles of Optics, 7th ed., section 4.8, 1999",

@@ -12,18 +12,18 @@ use evpose_core::StageNoise;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
-use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec};
 use evpose_cpu::vectorize;
 
-const CURRENT: ParamSpec = ParamSpec {
+const CURRENT: Parameter = Parameter::Number(NumberSpec {
     name: "current",
     unit: "white",
     range: (1e-7, 1.0),
-    scale: Scale::Log,
-    prior: Prior::Typical(1e-4, 1e-2),
-    neutral: Some(0.0),
+    typical: Some((1e-4, 1e-2)),
+    default: Some(0.0),
     doc: "current without light, relative to the photocurrent of white",
-};
+    ..NumberSpec::LOG
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "dark_current",
@@ -31,8 +31,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "a constant is added to the photocurrent",
     formula: "I = I + current",
     params: &[CURRENT],
-    choices: &[],
-    files: &[],
     source: Citation {
         key: "Nozaki and Delbruck 2017",
         text: "Y. Nozaki, T. Delbruck: Temperature and Parasitic Photocurrent Effects in Dynamic \

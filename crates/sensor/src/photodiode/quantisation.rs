@@ -14,18 +14,17 @@ use evpose_core::StageNoise;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
-use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec, Traits};
+use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, Traits};
 use evpose_cpu::vectorize;
 
-const LEVELS: ParamSpec = ParamSpec {
+const LEVELS: Parameter = Parameter::Number(NumberSpec {
     name: "levels",
     unit: "steps",
     range: (1.0, 65_535.0),
-    scale: Scale::Log,
-    prior: Prior::Fixed,
-    neutral: Some(f64::INFINITY),
+    default: Some(f64::INFINITY),
     doc: "steps between black and white; 255 for 8 bits",
-};
+    ..NumberSpec::LOG
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "quantisation",
@@ -33,8 +32,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "light comes in equal steps between black and white",
     formula: "Y = round(levels * clamp(Y, 0, 1)) / levels",
     params: &[LEVELS],
-    choices: &[],
-    files: &[],
     source: Citation {
         key: "Rudnev et al. 2021",
         text: "V. Rudnev et al.: EventHands: Real-Time Neural 3D Hand Pose Estimation from an Event \

@@ -16,32 +16,30 @@ use evpose_core::StageNoise;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
-use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec, Traits};
+use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, Traits, WordSpec};
 
-const GAMMA: ParamSpec = ParamSpec {
+const GAMMA: Parameter = Parameter::Number(NumberSpec {
     name: "gamma",
-    unit: "",
     range: (0.1, 10.0),
-    scale: Scale::Log,
-    prior: Prior::Typical(0.4, 2.4),
-    neutral: Some(1.0),
+    typical: Some((0.4, 2.4)),
+    default: Some(1.0),
     doc: "exponent",
-};
+    ..NumberSpec::LOG
+});
 
-const CURVE: ChoiceSpec = ChoiceSpec {
+const CURVE: Parameter = Parameter::Word(WordSpec {
     name: "curve",
     allowed: &["power", "toe"],
+    default: Some("power"),
     doc: "whether the dark end is a straight line, as in sRGB",
-};
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "tone_curve",
     domain: Domain::Photodiode,
     summary: "values are a power of light",
     formula: "I = I^gamma, or with a linear toe as sRGB",
-    params: &[GAMMA],
-    choices: &[CURVE],
-    files: &[],
+    params: &[GAMMA, CURVE],
     source: Citation {
         key: "IEC 61966-2-1:1999",
         text: "IEC 61966-2-1: Multimedia systems and equipment, Colour measurement and management, \
@@ -55,7 +53,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         beside: &[],
     },
     build: |settings| {
-        let (gamma, has_toe) = (settings.number(&GAMMA), settings.word(&CURVE) == "toe");
+        let (gamma, has_toe) = (settings.number(&GAMMA), settings.word(&CURVE) == Some("toe"));
         Ok(Stage::Pixel(Box::new(ToneCurve::new(gamma, has_toe))))
     },
 };
@@ -95,7 +93,7 @@ impl ToneCurve {
 
 impl PixelStage for ToneCurve {
     fn is_neutral(&self) -> bool {
-        Some(f64::from(self.gamma)) == GAMMA.neutral
+        self.gamma == 1.0
     }
 
     fn traits(&self) -> Traits {

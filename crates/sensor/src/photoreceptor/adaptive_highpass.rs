@@ -18,33 +18,32 @@ use crate::natural_log::ln;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
-use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, WordSpec};
 use evpose_cpu::vectorize;
 
-const TAU_S: ParamSpec = ParamSpec {
+const TAU_S: Parameter = Parameter::Number(NumberSpec {
     name: "tau_s",
     unit: "s",
     range: (1e-4, 1e4),
-    scale: Scale::Log,
-    prior: Prior::Typical(5e-3, 10.0),
-    neutral: Some(f64::INFINITY),
+    typical: Some((5e-3, 10.0)),
+    default: Some(f64::INFINITY),
     doc: "time in which a deviation is forgotten",
-};
+    ..NumberSpec::LOG
+});
 
-const LAW: ChoiceSpec = ChoiceSpec {
+const LAW: Parameter = Parameter::Word(WordSpec {
     name: "law",
     allowed: &["linear", "sinh"],
+    default: Some("linear"),
     doc: "whether large deviations are forgotten faster",
-};
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "adaptive_highpass",
     domain: Domain::Photoreceptor,
     summary: "steady voltages decay: only changes pass",
     formula: "dV/dt = dV_in/dt - V / tau_s, or - sinh(0.7 V) / tau_s",
-    params: &[TAU_S],
-    choices: &[LAW],
-    files: &[],
+    params: &[TAU_S, LAW],
     source: Citation {
         key: "Delbruck et al. 2021",
         text: "T. Delbruck, R. Graca, M. Paluch: Feedback Control of Event Cameras, CVPR Workshops \
@@ -60,7 +59,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     build: |settings| {
         Ok(Stage::Pixel(Box::new(AdaptiveHighpass {
             tau_s: settings.number(&TAU_S),
-            is_sinh: settings.word(&LAW) == "sinh",
+            is_sinh: settings.word(&LAW) == Some("sinh"),
         })))
     },
 };

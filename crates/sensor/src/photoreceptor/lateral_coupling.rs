@@ -15,38 +15,35 @@ use crate::blur::Gaussian;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PlaneStage, Stage};
 use crate::tick::Tick;
-use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec};
 use evpose_cpu::vectorize;
 
-const COUPLING: ParamSpec = ParamSpec {
+const COUPLING: Parameter = Parameter::Number(NumberSpec {
     name: "coupling",
-    unit: "",
     range: (-2.0, 1.0),
-    scale: Scale::Linear,
-    prior: Prior::Typical(-0.5, 0.5),
-    neutral: Some(0.0),
+    typical: Some((-0.5, 0.5)),
+    default: Some(0.0),
     doc: "part of the difference from the surround that is taken away; negative adds to it",
-};
+    ..NumberSpec::LINEAR
+});
 
-const RADIUS: ParamSpec = ParamSpec {
+const RADIUS: Parameter = Parameter::Number(NumberSpec {
     name: "radius_px",
     unit: "px",
     range: (0.3, 20.0),
-    scale: Scale::Log,
-    prior: Prior::Typical(1.0, 10.0),
-    neutral: None,
+    typical: Some((1.0, 10.0)),
     doc: "standard deviation of the surround",
-};
+    ..NumberSpec::LOG
+});
 
-const SURROUND: ParamSpec = ParamSpec {
+const SURROUND: Parameter = Parameter::Number(NumberSpec {
     name: "surround",
-    unit: "",
     range: (0.0, 1.0),
-    scale: Scale::Linear,
-    prior: Prior::Typical(0.0, 1.0),
-    neutral: Some(0.0),
+    typical: Some((0.0, 1.0)),
+    default: Some(0.0),
     doc: "part of the surround that is subtracted",
-};
+    ..NumberSpec::LINEAR
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "lateral_coupling",
@@ -54,8 +51,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "voltage depends on that of the neighbours",
     formula: "V = V - coupling (V - V * G(radius_px)) - surround V * G(radius_px)",
     params: &[COUPLING, RADIUS, SURROUND],
-    choices: &[],
-    files: &[],
     source: Citation {
         key: "Delbruck et al. 2022",
         text: "T. Delbruck, C. Li, R. Graca, B. McReynolds: Utility and Feasibility of a Center \

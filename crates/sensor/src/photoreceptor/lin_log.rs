@@ -11,18 +11,16 @@ use super::Photoreceptor;
 use crate::natural_log::ln;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec};
 use evpose_cpu::vectorize;
 
-const KNEE: ParamSpec = ParamSpec {
+const KNEE: Parameter = Parameter::Number(NumberSpec {
     name: "knee",
     unit: "codes",
     range: (2.0, 200.0),
-    scale: Scale::Log,
-    prior: Prior::Fixed,
-    neutral: None,
     doc: "code value of 0 to 255 at which the line goes over into the logarithm",
-};
+    ..NumberSpec::LOG
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "lin_log",
@@ -30,8 +28,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "voltage is linear in the dark and logarithmic in the light",
     formula: "x = 255 I; V = x ln(knee) / knee where x <= knee, ln(x) elsewhere",
     params: &[KNEE],
-    choices: &[],
-    files: &[],
     source: Citation {
         key: "Hu et al. 2021",
         text: "Y. Hu, S.-C. Liu, T. Delbruck: v2e: From Video Frames to Realistic DVS Events, CVPR \

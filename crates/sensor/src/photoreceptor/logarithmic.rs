@@ -13,18 +13,17 @@ use super::Photoreceptor;
 use crate::natural_log::ln;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec};
 use evpose_cpu::vectorize;
 
-const DARK_OFFSET: ParamSpec = ParamSpec {
+const DARK_OFFSET: Parameter = Parameter::Number(NumberSpec {
     name: "dark_offset",
     unit: "white",
     range: (1e-6, 1.0),
-    scale: Scale::Log,
-    prior: Prior::Typical(1e-4, 1e-2),
-    neutral: None,
+    typical: Some((1e-4, 1e-2)),
     doc: "current without light, relative to the photocurrent of white",
-};
+    ..NumberSpec::LOG
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "logarithmic",
@@ -32,8 +31,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "voltage is the logarithm of photocurrent plus dark current",
     formula: "V = ln(I + dark_offset)",
     params: &[DARK_OFFSET],
-    choices: &[],
-    files: &[],
     source: Citation {
         key: "Lichtsteiner et al. 2008",
         text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \

@@ -25,56 +25,57 @@ use crate::natural_log::ln;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
-use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, WordSpec};
 use evpose_cpu::vectorize;
 
-const CUTOFF: ParamSpec = ParamSpec {
+const CUTOFF: Parameter = Parameter::Number(NumberSpec {
     name: "cutoff_hz",
     unit: "Hz",
     range: (0.01, 1e7),
-    scale: Scale::Log,
-    prior: Prior::Typical(30.0, 3000.0),
-    neutral: Some(f64::INFINITY),
+    typical: Some((30.0, 3000.0)),
+    default: Some(f64::INFINITY),
     doc: "cut-off frequency at the light of white",
-};
+    ..NumberSpec::LOG
+});
 
-const DARK_LIGHT: ParamSpec = ParamSpec {
+const DARK_LIGHT: Parameter = Parameter::Number(NumberSpec {
     name: "dark_light",
     unit: "white",
     range: (1e-6, 1.0),
-    scale: Scale::Log,
-    prior: Prior::Typical(1e-3, 0.1),
-    neutral: Some(0.0),
+    typical: Some((1e-3, 0.1)),
+    default: Some(0.0),
     doc: "light that the bandwidth in the dark amounts to",
-};
+    ..NumberSpec::LOG
+});
 
-const LIGHT: ChoiceSpec = ChoiceSpec {
+const LIGHT: Parameter = Parameter::Word(WordSpec {
     name: "light",
     allowed: &["proportional", "none"],
+    default: Some("proportional"),
     doc: "whether bandwidth grows with light",
-};
+});
 
-const STEP: ChoiceSpec = ChoiceSpec {
+const STEP: Parameter = Parameter::Word(WordSpec {
     name: "step",
     allowed: &["exact", "euler"],
+    default: Some("exact"),
     doc: "exact for inputs that run in a line, or v2e's explicit step",
-};
+});
 
-const SIGNAL: ChoiceSpec = ChoiceSpec {
+const SIGNAL: Parameter = Parameter::Word(WordSpec {
     name: "signal",
     allowed: &["small", "large"],
+    default: Some("small"),
     doc: "the same speed up and down, or faster towards light than away from it (with bandwidth \
           in proportion to light and exact steps)",
-};
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "photoreceptor_lowpass",
     domain: Domain::Photoreceptor,
     summary: "voltage follows light with a delay that is longer in the dark",
     formula: "dV/dt = 2 pi cutoff_hz (I + dark_light) (V_in - V)",
-    params: &[CUTOFF, DARK_LIGHT],
-    choices: &[LIGHT, STEP, SIGNAL],
-    files: &[],
+    params: &[CUTOFF, DARK_LIGHT, LIGHT, STEP, SIGNAL],
     source: Citation {
         key: "Lichtsteiner et al. 2008",
         text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \
@@ -91,9 +92,9 @@ pub(crate) static SPEC: StageSpec = StageSpec {
         Ok(Stage::Pixel(Box::new(PhotoreceptorLowpass {
             cutoff_hz: settings.number(&CUTOFF),
             dark_light: settings.number(&DARK_LIGHT) as f32,
-            depends_on_light: settings.word(&LIGHT) == "proportional",
-            is_euler: settings.word(&STEP) == "euler",
-            is_large: settings.word(&SIGNAL) == "large",
+            depends_on_light: settings.word(&LIGHT) == Some("proportional"),
+            is_euler: settings.word(&STEP) == Some("euler"),
+            is_large: settings.word(&SIGNAL) == Some("large"),
         })))
     },
 };

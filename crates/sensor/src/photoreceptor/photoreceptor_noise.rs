@@ -17,38 +17,37 @@ use crate::gaussian::{PIECE, fill_normal};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
-use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec};
 use evpose_cpu::vectorize;
 
-const SIGMA: ParamSpec = ParamSpec {
+const SIGMA: Parameter = Parameter::Number(NumberSpec {
     name: "sigma",
     unit: "ln",
     range: (1e-4, 2.0),
-    scale: Scale::Log,
-    prior: Prior::Typical(0.02, 0.2),
-    neutral: Some(0.0),
+    typical: Some((0.02, 0.2)),
+    default: Some(0.0),
     doc: "standard deviation of the voltage",
-};
+    ..NumberSpec::LOG
+});
 
-const CUTOFF: ParamSpec = ParamSpec {
+const CUTOFF: Parameter = Parameter::Number(NumberSpec {
     name: "cutoff_hz",
     unit: "Hz",
     range: (0.01, 1e7),
-    scale: Scale::Log,
-    prior: Prior::Typical(30.0, 3000.0),
-    neutral: None,
+    typical: Some((30.0, 3000.0)),
     doc: "bandwidth at the light of white",
-};
+    ..NumberSpec::LOG
+});
 
-const DARK_LIGHT: ParamSpec = ParamSpec {
+const DARK_LIGHT: Parameter = Parameter::Number(NumberSpec {
     name: "dark_light",
     unit: "white",
     range: (1e-6, 1.0),
-    scale: Scale::Log,
-    prior: Prior::Typical(1e-3, 0.1),
-    neutral: Some(0.0),
+    typical: Some((1e-3, 0.1)),
+    default: Some(0.0),
     doc: "light that the bandwidth in the dark amounts to",
-};
+    ..NumberSpec::LOG
+});
 
 /// Longest step, as a part of the correlation time of the noise.
 const PART: f64 = 0.125;
@@ -59,8 +58,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "noise of the voltage, within the bandwidth of the photoreceptor",
     formula: "V = V + n; dn = -2 pi f n dt + sigma sqrt(4 pi f) dW; f = cutoff_hz (I + dark_light)",
     params: &[SIGMA, CUTOFF, DARK_LIGHT],
-    choices: &[],
-    files: &[],
     source: Citation {
         key: "Graca and Delbruck 2021",
         text: "R. Graca, T. Delbruck: Unraveling the Paradox of Intensity-Dependent DVS Pixel \

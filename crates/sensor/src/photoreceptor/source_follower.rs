@@ -16,18 +16,18 @@ use super::pole::Pole;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
-use crate::{Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec};
 use evpose_cpu::vectorize;
 
-const CUTOFF: ParamSpec = ParamSpec {
+const CUTOFF: Parameter = Parameter::Number(NumberSpec {
     name: "cutoff_hz",
     unit: "Hz",
     range: (0.01, 1e7),
-    scale: Scale::Log,
-    prior: Prior::Typical(100.0, 10_000.0),
-    neutral: Some(f64::INFINITY),
+    typical: Some((100.0, 10_000.0)),
+    default: Some(f64::INFINITY),
     doc: "cut-off frequency",
-};
+    ..NumberSpec::LOG
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "source_follower",
@@ -35,8 +35,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "a second pole behind the photoreceptor, at any light",
     formula: "dV/dt = 2 pi cutoff_hz (V_in - V)",
     params: &[CUTOFF],
-    choices: &[],
-    files: &[],
     source: Citation {
         key: "Lichtsteiner et al. 2008",
         text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \

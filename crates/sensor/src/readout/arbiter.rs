@@ -17,54 +17,52 @@ use evpose_core::SensorSize;
 use super::{Readout, RowTimes, WAITING, Waiting};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
+use crate::{Citation, Domain, NumberSpec, Parameter, Request, StageSpec, WordSpec};
 
-const RATE: ParamSpec = ParamSpec {
+const RATE: Parameter = Parameter::Number(NumberSpec {
     name: "rate_hz",
     unit: "Hz",
     range: (1.0, 1e10),
-    scale: Scale::Log,
-    prior: Prior::Typical(1e6, 1.65e8),
-    neutral: None,
+    typical: Some((1e6, 1.65e8)),
     doc: "events per second that the bus can carry",
-};
+    ..NumberSpec::LOG
+});
 
-const ROW: ParamSpec = ParamSpec {
+const ROW: Parameter = Parameter::Number(NumberSpec {
     name: "row_ns",
     unit: "ns",
     range: (1.0, 1e5),
-    scale: Scale::Log,
-    prior: Prior::Typical(10.0, 500.0),
-    neutral: Some(0.0),
+    typical: Some((10.0, 500.0)),
+    default: Some(0.0),
     doc: "time to go over to another row, or to select one",
-};
+    ..NumberSpec::LOG
+});
 
-const MAX_WAIT: ParamSpec = ParamSpec {
+const MAX_WAIT: Parameter = Parameter::Number(NumberSpec {
     name: "max_wait_us",
     unit: "us",
     range: (1.0, 1e6),
-    scale: Scale::Log,
-    prior: Prior::Typical(1e3, 1e5),
-    neutral: Some(f64::INFINITY),
+    typical: Some((1e3, 1e5)),
+    default: Some(f64::INFINITY),
     doc: "requests that would wait longer are lost",
-};
+    ..NumberSpec::LOG
+});
 
-const ORDER: ChoiceSpec = ChoiceSpec {
+const ORDER: Parameter = Parameter::Word(WordSpec {
     name: "order",
     allowed: &["arrival", "rows"],
+    default: Some("arrival"),
     doc: "first come, first served, or row by row: a busy bus goes on to the next row with \
           requests, around and around, and what waits there is served in one burst, its k-th at \
           t_selected + row_ns + k / rate_hz",
-};
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "arbiter",
     domain: Domain::Readout,
     summary: "requests queue for one bus; a pixel waits until it is served",
     formula: "t_served = max(t_request, t_free) + 1 / rate_hz (+ row_ns in a new row)",
-    params: &[RATE, ROW, MAX_WAIT],
-    choices: &[ORDER, WAITING],
-    files: &[],
+    params: &[RATE, ROW, MAX_WAIT, ORDER, WAITING],
     source: Citation {
         key: "Boahen 2000",
         text: "K. A. Boahen: Point-to-Point Connectivity Between Neuromorphic Chips Using Address \
@@ -83,7 +81,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
             row_s: settings.number(&ROW) * 1e-9,
             max_wait_s: settings.number(&MAX_WAIT) * 1e-6,
             waiting: Waiting::from_settings(settings),
-            reads_rows: settings.word(&ORDER) == "rows",
+            reads_rows: settings.word(&ORDER) == Some("rows"),
         })))
     },
 };

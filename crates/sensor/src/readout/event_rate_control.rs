@@ -16,52 +16,49 @@ use crate::clock::ClockStage;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
-use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Scale, StageSpec};
+use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, WordSpec};
 
-const RATE: ParamSpec = ParamSpec {
+const RATE: Parameter = Parameter::Number(NumberSpec {
     name: "rate_hz",
     unit: "Hz",
     range: (1e3, 1e10),
-    scale: Scale::Log,
-    prior: Prior::Typical(1e6, 1e8),
-    neutral: Some(f64::INFINITY),
+    typical: Some((1e6, 1e8)),
+    default: Some(f64::INFINITY),
     doc: "events per second of the whole sensor that get through",
-};
+    ..NumberSpec::LOG
+});
 
-const WINDOW: ParamSpec = ParamSpec {
+const WINDOW: Parameter = Parameter::Number(NumberSpec {
     name: "window_us",
     unit: "us",
     range: (1.0, 1e6),
-    scale: Scale::Log,
-    prior: Prior::Typical(100.0, 10_000.0),
-    neutral: None,
+    typical: Some((100.0, 10_000.0)),
     doc: "time over which events are counted",
-};
+    ..NumberSpec::LOG
+});
 
-const PHASE: ParamSpec = ParamSpec {
+const PHASE: Parameter = Parameter::Number(NumberSpec {
     name: "phase_us",
     unit: "us",
     range: (0.0, 1e6),
-    scale: Scale::Linear,
-    prior: Prior::Fixed,
-    neutral: Some(0.0),
+    default: Some(0.0),
     doc: "time at which the first window begins",
-};
+    ..NumberSpec::LINEAR
+});
 
-const DROP: ChoiceSpec = ChoiceSpec {
+const DROP: Parameter = Parameter::Word(WordSpec {
     name: "drop",
     allowed: &["random", "late"],
+    default: Some("random"),
     doc: "whether any event or the last ones of a window are thrown away",
-};
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "event_rate_control",
     domain: Domain::Readout,
     summary: "events above a rate are thrown away, without delay",
     formula: "at most rate_hz window_us events per window",
-    params: &[RATE, WINDOW, PHASE],
-    choices: &[DROP],
-    files: &[],
+    params: &[RATE, WINDOW, PHASE, DROP],
     source: Citation {
         key: "Finateu et al. 2020",
         text: "T. Finateu et al.: A 1280x720 Back-Illuminated Stacked Temporal Contrast Event-Based \
@@ -80,7 +77,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
             budget: (settings.number(&RATE) * window_s).floor(),
             window_s,
             phase_s: settings.number(&PHASE) * 1e-6,
-            is_random: settings.word(&DROP) == "random",
+            is_random: settings.word(&DROP) == Some("random"),
         })))
     },
 };

@@ -20,8 +20,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "every request is served when it is made",
     formula: "t_served = t_request",
     params: &[],
-    choices: &[],
-    files: &[],
     source: Citation {
         key: "Brandli et al. 2014",
         text: "C. Brandli, R. Berner, M. Yang, S.-C. Liu, T. Delbruck: A 240x180 130 dB 3 us Latency \

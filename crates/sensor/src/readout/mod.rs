@@ -4,7 +4,7 @@ use std::fmt::Debug;
 
 use evpose_core::SensorSize;
 
-use crate::{ChoiceSpec, Request, Settings, Traits};
+use crate::{Parameter, Request, Settings, Traits, WordSpec};
 
 pub(crate) mod arbiter;
 pub(crate) mod event_rate_control;
@@ -32,20 +32,21 @@ pub enum Waiting {
 }
 
 /// The choice of what pixels do.
-pub(crate) const WAITING: ChoiceSpec = ChoiceSpec {
+pub(crate) const WAITING: Parameter = Parameter::Word(WordSpec {
     name: "waiting",
     allowed: &["reset", "kept", "free"],
+    default: Some("reset"),
     doc: "a pixel that waits is blind and then sees what there is, is blind but forgets nothing, \
           or goes on making requests",
-};
+});
 
 impl Waiting {
     /// The one that was chosen.
     pub(crate) fn from_settings(settings: &Settings) -> Self {
         match settings.word(&WAITING) {
-            "kept" => Self::Kept,
-            "free" => Self::Free,
-            "latched" => Self::Latched,
+            Some("kept") => Self::Kept,
+            Some("free") => Self::Free,
+            Some("latched") => Self::Latched,
             _ => Self::Reset,
         }
     }

@@ -15,42 +15,45 @@ use evpose_core::SensorSize;
 use super::{Readout, Waiting};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{ChoiceSpec, Citation, Domain, ParamSpec, Prior, Request, Scale, StageSpec};
+use crate::{Citation, Domain, NumberSpec, Parameter, Request, StageSpec, WordSpec};
 
-const PERIOD: ParamSpec = ParamSpec {
+const PERIOD: Parameter = Parameter::Number(NumberSpec {
     name: "period_us",
     unit: "us",
     range: (1.0, 1e5),
-    scale: Scale::Log,
-    prior: Prior::Typical(20.0, 2e4),
-    neutral: None,
+    typical: Some((20.0, 2e4)),
     doc: "time from one visit of a line to the next",
-};
+    ..NumberSpec::LOG
+});
 
-const AXIS: ChoiceSpec =
-    ChoiceSpec { name: "axis", allowed: &["rows", "columns"], doc: "what is visited in turn" };
+const AXIS: Parameter = Parameter::Word(WordSpec {
+    name: "axis",
+    allowed: &["rows", "columns"],
+    default: Some("rows"),
+    doc: "what is visited in turn",
+});
 
-const DIRECTION: ChoiceSpec = ChoiceSpec {
+const DIRECTION: Parameter = Parameter::Word(WordSpec {
     name: "direction",
     allowed: &["forward", "backward"],
+    default: Some("forward"),
     doc: "from the first line to the last, or from the last to the first",
-};
+});
 
-const WAITING: ChoiceSpec = ChoiceSpec {
+const WAITING: Parameter = Parameter::Word(WordSpec {
     name: "waiting",
     allowed: &["reset", "kept", "free", "latched"],
+    default: Some("reset"),
     doc: "a pixel that waits is blind and then sees what there is, is blind but forgets nothing, \
           goes on making requests, or goes on and loses them",
-};
+});
 
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "scanned_readout",
     domain: Domain::Readout,
     summary: "rows or columns are visited in turn; a pixel waits until it is visited",
     formula: "t_served = the first k T + (j + 1/2) T / n not before t_request",
-    params: &[PERIOD],
-    choices: &[AXIS, DIRECTION, WAITING],
-    files: &[],
+    params: &[PERIOD, AXIS, DIRECTION, WAITING],
     source: Citation {
         key: "Son et al. 2017",
         text: "B. Son et al.: A 640x480 dynamic vision sensor with a 9 um pixel and 300 Meps \
@@ -66,8 +69,8 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     build: |settings| {
         Ok(Stage::Readout(Box::new(Scanned {
             period_s: settings.number(&PERIOD) * 1e-6,
-            visits_rows: settings.word(&AXIS) == "rows",
-            is_backward: settings.word(&DIRECTION) == "backward",
+            visits_rows: settings.word(&AXIS) == Some("rows"),
+            is_backward: settings.word(&DIRECTION) == Some("backward"),
             waiting: Waiting::from_settings(settings),
         })))
     },

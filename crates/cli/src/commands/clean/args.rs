@@ -41,12 +41,11 @@ fn cleaners() -> String {
         // Writing to a string does not fail.
         let _ = writeln!(text, "  {:12} {}", spec.name, spec.summary);
         for param in spec.params {
-            let values = param.kind.expected();
-            let _ = write!(text, "    {:10} {values}", param.name);
-            if let Some(default) = param.default {
+            let _ = write!(text, "    {:10} {}", param.name(), param.expected());
+            if let Some(default) = param.default() {
                 let _ = write!(text, " [{default}]");
             }
-            let _ = writeln!(text, ": {}", param.doc);
+            let _ = writeln!(text, ": {}", param.doc());
         }
     }
     text

@@ -60,9 +60,11 @@ fn representations() -> String {
         // Writing to a string does not fail.
         let _ = writeln!(text, "  {:16} {}", spec.name, spec.summary);
         for parameter in spec.parameters {
-            let evpose_repr::Parameter { name, unit, summary, default, .. } = parameter;
-            let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-            let _ = writeln!(text, "    {name:14} [{default}{unit}] {summary}");
+            let (name, doc) = (parameter.name(), parameter.doc());
+            let unit = parameter.as_number().map_or("", |number| number.unit);
+            let default = parameter.default().map_or_else(String::new, |value| value.to_string());
+            let default = format!("{default} {unit}");
+            let _ = writeln!(text, "    {name:14} [{}] {doc}", default.trim());
         }
     }
     text

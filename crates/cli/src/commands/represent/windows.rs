@@ -103,6 +103,7 @@ impl WindowReader {
         // What remembers events, a denoiser too, has to see the recording from its first one.
         let remembers = choice.spec().memory != Memory::Window || denoise.is_some();
         let begin = if remembers { origin } else { start };
+        let representation = choice.start(window);
         Ok(Self {
             schedule,
             choice,
@@ -111,7 +112,7 @@ impl WindowReader {
             begin,
             adaptor: (size != sensor).then(|| pooling(sensor, size)),
             denoise,
-            representation: choice.start(window),
+            representation,
         })
     }
 

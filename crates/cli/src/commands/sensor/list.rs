@@ -1,7 +1,7 @@
 //! `evpose sensor list`: presets and effects.
 
 use anyhow::Result;
-use evpose_sensor::{PRESETS, ParamSpec, Prior, STAGES, StageSpec};
+use evpose_sensor::{NumberSpec, PRESETS, Parameter, STAGES, StageSpec};
 use serde_json::{Value, json};
 
 use super::args::ListArgs;
@@ -37,14 +37,13 @@ pub(super) fn run(args: &ListArgs) -> Result<()> {
 
 /// Parameters with their units, choices with their values, and files.
 fn settings(spec: &StageSpec) -> String {
-    let params = spec.params.iter().map(|param| match param.unit {
-        "" => param.name.to_owned(),
-        unit => format!("{} [{unit}]", param.name),
-    });
-    let choices =
-        spec.choices.iter().map(|choice| format!("{} ({})", choice.name, choice.allowed.join("|")));
-    let files = spec.files.iter().map(|file| format!("{} [file, {}]", file.name, file.unit));
-    params.chain(choices).chain(files).collect::<Vec<_>>().join(", ")
+    let setting = |param: &Parameter| match param {
+        Parameter::Number(number) if number.unit.is_empty() => number.name.to_owned(),
+        Parameter::Number(number) => format!("{} [{}]", number.name, number.unit),
+        Parameter::Word(choice) => format!("{} ({})", choice.name, choice.allowed.join("|")),
+        Parameter::File(file) => format!("{} [file, {}]", file.name, file.unit),
+    };
+    spec.params.iter().map(setting).collect::<Vec<_>>().join(", ")
 }
 
 /// The registry as JSON.
@@ -60,13 +59,14 @@ fn catalogue() -> Value {
 
 /// One effect, without values.
 pub(super) fn effect(spec: &StageSpec) -> Value {
-    let choices = spec
-        .choices
-        .iter()
-        .map(|choice| json!({ "name": choice.name, "allowed": choice.allowed, "doc": choice.doc }));
+    let choices =
+        spec.params.iter().filter_map(Parameter::as_word).map(
+            |choice| json!({ "name": choice.name, "allowed": choice.allowed, "doc": choice.doc }),
+        );
     let files = spec
-        .files
+        .params
         .iter()
+        .filter_map(Parameter::as_file)
         .map(|file| json!({ "name": file.name, "unit": file.unit, "doc": file.doc }));
     json!({
         "name": spec.name,
@@ -75,26 +75,22 @@ pub(super) fn effect(spec: &StageSpec) -> Value {
         "formula": spec.formula,
         "source": { "key": spec.source.key, "text": spec.source.text },
         "look_for": spec.signature.look_for,
-        "parameters": spec.params.iter().map(parameter).collect::<Vec<_>>(),
+        "parameters": spec.numbers().map(parameter).collect::<Vec<_>>(),
         "choices": choices.collect::<Vec<_>>(),
         "files": files.collect::<Vec<_>>(),
     })
 }
 
 /// A parameter as JSON; infinity, which JSON lacks, is a string.
-pub(super) fn parameter(param: &ParamSpec) -> Value {
-    let typical = match param.prior {
-        Prior::Typical(low, high) => json!([low, high]),
-        Prior::Fixed => Value::Null,
-    };
+pub(super) fn parameter(param: &NumberSpec) -> Value {
     json!({
         "name": param.name,
         "unit": param.unit,
         "doc": param.doc,
         "range": [param.range.0, param.range.1],
         "scale": format!("{:?}", param.scale).to_lowercase(),
-        "typical": typical,
-        "neutral": param.neutral.map(number),
+        "typical": param.typical.map(|(low, high)| json!([low, high])),
+        "neutral": param.default.map(number),
     })
 }
 

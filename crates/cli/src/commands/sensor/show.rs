@@ -1,7 +1,7 @@
 //! `evpose sensor show`: the chain of a sensor.
 
 use anyhow::{Result, bail};
-use evpose_sensor::{ChainRow, PRESETS, STAGES};
+use evpose_sensor::{ChainRow, PRESETS, STAGES, Setting};
 use serde_json::{Map, Value, json};
 
 use super::args::ShowArgs;
@@ -50,22 +50,21 @@ fn json(sensor: &NamedSensor) -> Result<Value> {
 
 fn stage(row: &ChainRow) -> Value {
     let mut stage = list::effect(row.spec);
-    let parameters = row.settings.values().iter().map(|(param, value)| {
-        let mut parameter = list::parameter(param);
-        parameter["value"] = list::number(*value);
-        parameter
-    });
-    stage["parameters"] = parameters.collect();
-    let words: Map<String, Value> = row
-        .settings
-        .words()
-        .iter()
-        .map(|(choice, word)| (choice.name.to_owned(), json!(word)))
-        .collect();
-    stage["chosen"] = Value::Object(words);
-    let files = row.settings.files().iter();
-    let files = files.map(|(file, path)| (file.name.to_owned(), json!(path)));
-    stage["given"] = Value::Object(files.collect());
+    let (mut parameters, mut words, mut files) = (Vec::new(), Map::new(), Map::new());
+    for (name, setting) in row.settings.iter() {
+        match setting {
+            Setting::Number(number, value) => {
+                let mut parameter = list::parameter(number);
+                parameter["value"] = list::number(*value);
+                parameters.push(parameter);
+            }
+            Setting::Word(_, word) => _ = words.insert(name.to_owned(), json!(word)),
+            Setting::File(_, path) => _ = files.insert(name.to_owned(), json!(path)),
+        }
+    }
+    stage["parameters"] = parameters.into();
+    stage["chosen"] = words.into();
+    stage["given"] = files.into();
     stage["is_active"] = json!(row.is_active);
     stage
 }

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use anyhow::{Context, Result, bail};
 use evpose_core::{SensorSize, atomic_write};
-use evpose_sensor::{Domain, Origin, SensorModel, Stage};
+use evpose_sensor::{ChainRow, Domain, Origin, SensorModel, Stage};
 
 use super::args::{Input, TapArgs};
 use super::input;
@@ -110,16 +110,10 @@ fn record(
 
 /// Nominal thresholds with their signs.
 fn levels(model: &SensorModel) -> Vec<f64> {
-    let row = model.describe().rows.iter().find(|row| row.spec.keys().contains(&"threshold_on"));
-    let values = row.map(|row| row.settings.values()).unwrap_or_default();
-    values
-        .iter()
-        .filter_map(|(param, value)| match param.name {
-            "threshold_on" => Some(*value),
-            "threshold_off" => Some(-value),
-            _ => None,
-        })
-        .collect()
+    let has_levels = |row: &&ChainRow| row.spec.numbers().any(|own| own.name == "threshold_on");
+    let row = model.describe().rows.iter().find(has_levels);
+    let settings = row.map(|row| &row.settings).into_iter();
+    settings.flat_map(|own| [own.number("threshold_on"), -own.number("threshold_off")]).collect()
 }
 
 /// The trace as CSV in long form: one line per sample or event.
