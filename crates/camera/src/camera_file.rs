@@ -63,26 +63,22 @@ impl CameraFile {
         let text = fs::read_to_string(path)
             .map_err(|source| CalibrationError::File { path: path.to_owned(), source })?;
         let malformed = |reason| CalibrationError::Malformed { path: path.to_owned(), reason };
-        let file = Self::parse(&text).map_err(malformed)?;
-        file.camera().map_err(malformed)?;
+        let file: Self = toml::from_str(&text).map_err(|error| malformed(error.to_string()))?;
+        file.camera().map_err(|error| malformed(error.to_string()))?;
         Ok(file)
-    }
-
-    /// Reads the text of a file.
-    pub(crate) fn parse(text: &str) -> Result<Self, String> {
-        toml::from_str(text).map_err(|error| error.to_string())
     }
 
     /// The camera.
     ///
     /// # Errors
-    /// A description of the invalid values.
-    pub fn camera(&self) -> Result<LensCamera, String> {
+    /// If values are those of no camera.
+    pub fn camera(&self) -> Result<LensCamera, CalibrationError> {
+        let invalid = |reason| CalibrationError::Invalid { reason };
         if self.sensor.pixels() == 0 {
-            return Err(format!("sensor: {} has no pixels", self.sensor));
+            return Err(invalid(format!("sensor: {} has no pixels", self.sensor)));
         }
         LensCamera::from_file(self.focal_px, self.principal_px, &self.distortion)
-            .map_err(|error| error.in_field(["focal_px", "principal_px", "distortion"]))
+            .map_err(|error| invalid(error.in_field(["focal_px", "principal_px", "distortion"])))
     }
 }
 

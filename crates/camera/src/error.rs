@@ -23,9 +23,15 @@ pub enum CalibrationError {
         /// Defect of the file, with the field.
         reason: String,
     },
+    /// Values are those of no camera.
+    #[error("{reason}")]
+    Invalid {
+        /// What is wrong, with the field.
+        reason: String,
+    },
     /// The text is neither a file, nor a camera's name, nor a field of view.
     #[error(
-        "no camera `{text}`: expected a calibration file (OpenCV's or ROS's .yaml, OpenCV's .xml, \
+        "no camera `{text}`: expected a calibration file (OpenCV's, ROS's or kalibr's .yaml, OpenCV's .xml, \
          dv-processing's .json, this project's .toml), a vertical field of view such as 45deg, or one \
          of {}", known.join(", ")
     )]

@@ -1,12 +1,13 @@
-//! Files of calibrations: OpenCV's and ROS's YAML, OpenCV's XML, dv-processing's JSON, our TOML.
-//!
-//! Of YAML and XML the few keys of a calibration are read: both are written by one library in one
-//! shape, OpenCV's `FileStorage`, which ROS shares. Keys are found wherever they stand.
+//! Files of calibrations: OpenCV's, ROS's and kalibr's YAML, OpenCV's XML, dv-processing's JSON, our
+//! TOML.
+
+mod entry;
 
 use std::path::Path;
 
 use evpose_core::{LensCamera, SensorSize};
 
+use self::entry::Entry;
 use crate::{CalibrationError, CameraFile};
 
 /// A camera as a file has it.
@@ -28,14 +29,13 @@ pub(crate) fn read_file(path: &Path) -> Result<CameraOfFile, CalibrationError> {
         return dv_processing(&text).map_err(malformed);
     }
     if begin.starts_with("<?xml") || begin.starts_with("<opencv_storage") {
-        return opencv(&xml_values(&text)).map_err(malformed);
+        return entry::of_xml(&text).and_then(|entries| opencv(&entries)).map_err(malformed);
     }
-    if text.contains("camera_matrix") && text.contains(':') {
-        return opencv(&yaml_values(&text)).map_err(malformed);
+    if is_yaml(&text) {
+        return entry::of_yaml(&text).and_then(|entries| opencv(&entries)).map_err(malformed);
     }
-    let file = CameraFile::parse(&text).map_err(malformed)?;
-    let camera = file.camera().map_err(malformed)?;
-    Ok(CameraOfFile { sensor: Some(file.sensor), camera })
+    let file = CameraFile::load(path)?;
+    Ok(CameraOfFile { sensor: Some(file.sensor), camera: file.camera()? })
 }
 
 /// The camera of OpenCV's intrinsics, whose pixel centres lie at whole numbers; `fields` are those of
@@ -88,61 +88,73 @@ fn dv_processing(text: &str) -> Result<CameraOfFile, String> {
         .map_err(|reason| format!("cameras[0].{reason}"))
 }
 
-/// Looks up the values of a key.
-type Values<'a> = dyn Fn(&str) -> Option<Vec<f64>> + 'a;
-
-/// A camera in the keys of OpenCV's calibration, and of ROS's.
-fn opencv(values: &Values<'_>) -> Result<CameraOfFile, String> {
-    let first = |names: &[&str]| names.iter().find_map(|name| values(name));
-    // OpenCV's programs write the first two names, ROS's messages the last.
-    let matrix = first(&["camera_matrix", "cameraMatrix", "K"])
-        .ok_or("no `camera_matrix`: OpenCV's camera matrix is expected")?;
-    let [fx, _, cx, _, fy, cy, _, _, _] = matrix[..] else {
-        return Err(format!("camera_matrix: {} values instead of 9", matrix.len()));
-    };
-    let distortion = first(&["distortion_coefficients", "dist_coeffs", "distCoeffs", "D"]);
-    let side = |names: &[&str]| first(names).and_then(|list| list.first().copied());
-    let sensor = side(&["image_width", "width"])
-        .zip(side(&["image_height", "height"]))
-        .map(|(width, height)| [width, height]);
-    let fields = ["image_width", "camera_matrix", "camera_matrix", "distortion_coefficients"];
-    checked(sensor, [fx, fy, cx, cy], &distortion.unwrap_or_default(), fields)
+/// Whether the first line with content is YAML's: TOML has `=` before any colon.
+fn is_yaml(text: &str) -> bool {
+    let mut lines = text.lines().map(str::trim_start);
+    let first = lines.find(|line| !line.is_empty() && !line.starts_with('#')).unwrap_or_default();
+    first.starts_with(['%', '-'])
+        || first.split_once(':').is_some_and(|(key, _)| !key.contains('='))
 }
 
-/// The values behind a key of YAML: on its line, or in the `data` list below it.
-fn yaml_values(text: &str) -> impl Fn(&str) -> Option<Vec<f64>> {
-    move |key: &str| {
-        let lines: Vec<&str> = text.lines().collect();
-        let at = lines.iter().position(|line| {
-            line.trim_start().strip_prefix(key).is_some_and(|rest| rest.starts_with(':'))
-        })?;
-        let own = lines[at].split_once(':')?.1.trim();
-        if let Ok(number) = own.parse::<f64>() {
-            return Some(vec![number]);
+/// OpenCV's programs write the first two, ROS 1 and ROS 2 the next, kalibr the last.
+const INTRINSICS: [&str; 5] = ["camera_matrix", "cameraMatrix", "K", "k", "intrinsics"];
+/// The same.
+const DISTORTION: [&str; 6] =
+    ["distortion_coefficients", "dist_coeffs", "distCoeffs", "D", "d", "distortion_coeffs"];
+/// Keys that name a model of the lens, and the words there for OpenCV's, the one that is read.
+const MODELS: [(&str, &[&str]); 4] = [
+    (
+        "distortion_model",
+        &["plumb_bob", "rational_polynomial", "radtan", "radialTangential", "none", ""],
+    ),
+    ("camera_model", &["pinhole"]),
+    ("fisheye_model", &["0", "false"]),
+    ("use_fisheye_model", &["0", "false"]),
+];
+
+/// A camera in the keys of OpenCV's calibration, of ROS's and of kalibr's: at the top of the file, or
+/// else the first in an entry of its own, as kalibr and DV write it.
+fn opencv(entries: &[Entry]) -> Result<CameraOfFile, String> {
+    let camera = entries
+        .iter()
+        .filter(|entry| INTRINSICS.contains(&&*entry.key))
+        .map(|entry| &entry.above)
+        .min_by_key(|above| !above.is_empty())
+        .ok_or("no `camera_matrix`, `K` or `intrinsics`, as OpenCV, ROS and kalibr write them")?;
+    let is_here = |entry: &&Entry| entry.above == *camera || entry.above.is_empty();
+    for entry in entries.iter().filter(is_here) {
+        let model = MODELS.iter().find(|(key, _)| *key == entry.key);
+        if let (Some((_, read)), [word]) = (model, &entry.words[..])
+            && !read.iter().any(|known| known.eq_ignore_ascii_case(word))
+        {
+            return Err(format!("{entry}: `{word}` is not supported"));
         }
-        let below = lines[at..].join(" ");
-        let below = match below.find("data:") {
-            Some(data) if !own.starts_with('[') => below[data..].to_owned(),
-            _ => below,
-        };
-        let list = below.split_once('[')?.1.split_once(']')?.0;
-        list.split(',').map(|word| word.trim().parse().ok()).collect()
     }
-}
-
-/// The values inside an element of XML, or inside the `data` element in it.
-fn xml_values(text: &str) -> impl Fn(&str) -> Option<Vec<f64>> {
-    move |key: &str| {
-        let inside = |text: &str, key: &str| -> Option<String> {
-            let open = text.find(&format!("<{key}>")).or_else(|| text.find(&format!("<{key} ")))?;
-            let begin = open + text[open..].find('>')? + 1;
-            let end = begin + text[begin..].find(&format!("</{key}>"))?;
-            Some(text[begin..end].to_owned())
+    // The values under the first of `keys` that is there, and their place.
+    let list = |keys: &[&str]| -> Result<(String, Vec<f64>), String> {
+        let find = |key: &&str| entries.iter().find(|e| e.above == *camera && e.key == *key);
+        let Some(entry) = keys.iter().find_map(find) else { return Ok(Default::default()) };
+        let number = |word: &String| {
+            word.parse().map_err(|_| format!("{entry}: `{word}` where a number is expected"))
         };
-        let element = inside(text, key)?;
-        let data = inside(&element, "data").unwrap_or(element);
-        data.split_whitespace().map(|word| word.parse().ok()).collect()
-    }
+        Ok((entry.to_string(), entry.words.iter().map(number).collect::<Result<_, _>>()?))
+    };
+    let (at, values) = list(&INTRINSICS)?;
+    let intrinsics = match values[..] {
+        [fx, _, cx, _, fy, cy, _, _, _] | [fx, fy, cx, cy] => [fx, fy, cx, cy],
+        _ => return Err(format!("{at}: {} values instead of 9 or 4", values.len())),
+    };
+    let (width_at, mut size) = list(&["image_width", "width", "resolution"])?;
+    let (height_at, height) = list(&["image_height", "height"])?;
+    let size_at = if size.is_empty() { height_at } else { width_at };
+    size.extend(height);
+    let sensor = match size[..] {
+        [] => None,
+        [width, height] => Some([width, height]),
+        _ => return Err(format!("{size_at}: {} values for width and height", size.len())),
+    };
+    let (distortion_at, distortion) = list(&DISTORTION)?;
+    checked(sensor, intrinsics, &distortion, [&size_at, &at, &at, &distortion_at])
 }
 
 #[cfg(test)]

@@ -59,10 +59,7 @@ pub(crate) static SPEC: CleanerSpec = CleanerSpec {
         if file.sensor != sensor {
             return Err(CleanError::OtherSensor { what, actual: file.sensor, sensor });
         }
-        let path = settings.file(&FILE).unwrap_or(std::path::Path::new(""));
-        let bad = |reason| CleanError::BadFile { path: path.to_owned(), reason };
-        let camera = file.camera().map_err(bad)?;
-        Ok(Box::new(Undistort::new(sensor, &camera, options)))
+        Ok(Box::new(Undistort::new(sensor, &file.camera()?, options)))
     },
 };
 

@@ -90,3 +90,74 @@ fn faults_name_the_field() {
         assert!(error.contains(field), "{error}");
     }
 }
+
+const ROS_MESSAGE: &str = "header:\n  seq: 1\nroi:\n  height: 0\n  width: 0\nheight: 260\nwidth: 346\n\
+    distortion_model: \"plumb_bob\"\nD: [-0.3, 0.1, 0.0, 0.0, 0.0]\n\
+    K: [310.0, 0.0, 172.0, 0.0, 311.0, 129.0, 0.0, 0.0, 1.0]\n";
+const KALIBR: &str = "cam0:\n  cam_overlaps: [1]\n  camera_model: pinhole\n  distortion_coeffs: [-0.3, \
+    0.1, 0.0, 0.0]\n  distortion_model: radtan\n  intrinsics: [310.0, 311.0, 172.0, 129.0]\n  \
+    resolution: [346, 260]\ncam1:\n  intrinsics: [1.0, 1.0, 1.0, 1.0]\n";
+/// As DV's module for calibration writes it, with an element for the camera.
+const DV_XML: &str = "<?xml version=\"1.0\"?>\n<opencv_storage>\n<DAVIS346_00000499>\n\
+    <camera_matrix type_id=\"opencv-matrix\"><rows>3</rows><cols>3</cols><dt>d</dt><data>\n\
+    310. 0. 172. 0. 311. 129. 0. 0. 1.</data></camera_matrix>\n<distortion_coefficients \
+    type_id=\"opencv-matrix\"><data>-0.3 0.1 0. 0. 0.</data></distortion_coefficients>\n\
+    <image_width>346</image_width><image_height>260</image_height>\n</DAVIS346_00000499>\n\
+    <use_fisheye_model>0</use_fisheye_model>\n<type>camera</type>\n</opencv_storage>";
+
+#[test]
+fn keys_are_read_where_they_stand() {
+    let want = read(OWN_TOML).unwrap();
+    let block: String = ["310", "0", "172", "0", "311", "129", "0", "0", "1"]
+        .map(|value| format!("  - {value}.0 # no `data: [1]`\n"))
+        .concat();
+    let (before, behind) = ROS_YAML.split_once("camera_matrix:\n").unwrap();
+    let behind = behind.split_once("]\n").unwrap().1;
+    for text in [
+        ROS_MESSAGE,
+        KALIBR,
+        DV_XML,
+        &format!("{before}camera_matrix:\n{block}{behind}"),
+        &format!("{before}camera_matrix:\n  data:\n{block}{behind}"),
+        &format!("{before}K: [[310, 0, 172],\n    [0, 311, 129],\n    [0, 0, 1]]\n{behind}"),
+        &format!("%YAML:1.0\n# camera_matrix: [1]\nold:\n  image_width: 640\n{ROS_YAML}"),
+        &ROS_YAML.replace("matrix:\n", "matrix: # data: [1, 2]\n"),
+        &ROS_YAML
+            .replace("width: 346", "width: !!int 346")
+            .replace("image_height:", "\"image_height\" : #\n "),
+        &OPENCV_XML
+            .replace("<camera_matrix", "<!-- <camera_matrix>1</camera_matrix> --><camera_matrix"),
+        &OPENCV_XML.replace("310. 0.", "310. <!-- 305. --> 0."),
+    ] {
+        assert_eq!(read(text).map_err(|error| error.to_string()).as_ref(), Ok(&want), "{text}");
+    }
+}
+
+#[test]
+fn faults_of_yaml_and_xml_name_the_line() {
+    for (text, fault) in [
+        (ROS_YAML.replace("172,", "x,"), "line 7: camera_matrix: `x` where a number is expected"),
+        (ROS_YAML.replace(" 0, 0, 1]", "]"), "line 7: camera_matrix: 6 values instead of 9"),
+        (
+            OPENCV_YAML.replace("260", "[260, 1]"),
+            "line 4: image_width: 3 values for width and height",
+        ),
+        (OPENCV_XML.replace("0. 1.<", "<"), "line 9: camera_matrix: 7 values instead of 9"),
+        (KALIBR.replace("310.0", "-1.0"), "line 6: cam0.intrinsics: focal lengths"),
+        (
+            KALIBR.replace("radtan", "equidistant"),
+            "line 5: cam0.distortion_model: `equidistant` is not",
+        ),
+        (KALIBR.replace("pinhole", "omni"), "line 3: cam0.camera_model: `omni` is not supported"),
+        (DV_XML.replace(">0<", ">1<"), "line 9: use_fisheye_model: `1` is not supported"),
+        (ROS_YAML.replace("camera_matrix", "matrix"), "no `camera_matrix`, `K` or `intrinsics`"),
+        (ROS_YAML.replace("[310", "{310"), "line 7"),
+        (OPENCV_XML.replace("</image_width>", "</width>"), "at 3:"),
+        (format!("K: {}", "[".repeat(100_000)), "recursion limit"),
+        ("- ".repeat(100_000), "more than 255 levels"),
+        ("<?xml version=\"1.0\"?>".to_owned() + &"<a>".repeat(100_000), "never closed"),
+    ] {
+        let error = read(&text).unwrap_err().to_string();
+        assert!(error.contains(fault), "{error} instead of {fault}");
+    }
+}

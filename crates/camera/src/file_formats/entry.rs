@@ -1,0 +1,97 @@
+//! Entries of YAML and XML files, in their order.
+
+use std::fmt;
+
+use roxmltree::{Document, Node};
+use saphyr::{LoadableYamlNode as _, MarkedYaml, Scalar, YamlData};
+
+/// Levels of blocks in YAML: as many as the parser allows of brackets.
+const MAX_DEPTH: usize = 255;
+
+/// A scalar of a file, or a list of scalars.
+pub(super) struct Entry {
+    /// Keys of the entries around it, with dots between them.
+    pub(super) above: String,
+    pub(super) key: String,
+    /// From 1.
+    line: usize,
+    /// Rows of a matrix one after the other.
+    pub(super) words: Vec<String>,
+}
+
+impl Entry {
+    fn new(path: &[&str], line: usize, words: Vec<String>) -> Self {
+        // Values of OpenCV's and ROS's matrices are in an entry below the matrix.
+        let path = path.strip_suffix(&["data"]).unwrap_or(path);
+        let (key, above) = path.split_last().unwrap_or((&"", &[]));
+        Self { above: above.join("."), key: (*key).to_owned(), line, words }
+    }
+}
+
+impl fmt::Display for Entry {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let dot = if self.above.is_empty() { "" } else { "." };
+        write!(f, "line {}: {}{dot}{}", self.line, self.above, self.key)
+    }
+}
+
+/// The entries of the first document of YAML.
+pub(super) fn of_yaml(text: &str) -> Result<Vec<Entry>, String> {
+    // OpenCV's directive has a colon that YAML refuses. As a comment it keeps its line.
+    let text = text.replacen("%YAML:", "#YAML:", 1);
+    // The parser descends for each level of blocks, of which each is a column to the right.
+    let depth = |line: &str| line.len() - line.trim_start_matches([' ', '-', '?', ':']).len();
+    if text.lines().any(|line| depth(line) > MAX_DEPTH) {
+        return Err(format!("more than {MAX_DEPTH} levels"));
+    }
+    let documents = MarkedYaml::load_from_str(&text).map_err(|error| error.to_string())?;
+    let mut entries = Vec::new();
+    if let Some(root) = documents.first() {
+        add_yaml(root, &[], 1, &mut entries);
+    }
+    Ok(entries)
+}
+
+fn add_yaml(node: &MarkedYaml<'_>, path: &[&str], line: usize, entries: &mut Vec<Entry>) {
+    match &node.data {
+        YamlData::Mapping(below) => {
+            for (key, value) in below {
+                let name = scalars(key).concat();
+                add_yaml(value, &[path, &[&name]].concat(), key.span.start.line(), entries);
+            }
+        }
+        YamlData::Tagged(_, node) => add_yaml(node, path, line, entries),
+        _ => entries.push(Entry::new(path, line, scalars(node))),
+    }
+}
+
+fn scalars(node: &MarkedYaml<'_>) -> Vec<String> {
+    match &node.data {
+        YamlData::Sequence(nodes) => nodes.iter().flat_map(scalars).collect(),
+        YamlData::Tagged(_, node) => scalars(node),
+        YamlData::Value(Scalar::String(word)) => vec![word.to_string()],
+        YamlData::Value(Scalar::Integer(number)) => vec![number.to_string()],
+        YamlData::Value(Scalar::FloatingPoint(number)) => vec![number.to_string()],
+        YamlData::Value(Scalar::Boolean(value)) => vec![value.to_string()],
+        _ => vec![],
+    }
+}
+
+/// The entries of XML, without its root.
+pub(super) fn of_xml(text: &str) -> Result<Vec<Entry>, String> {
+    let document = Document::parse(text).map_err(|error| error.to_string())?;
+    let entry = |element: Node<'_, '_>| {
+        let around = element.ancestors().filter(Node::is_element);
+        let mut path: Vec<&str> = around.map(|around| around.tag_name().name()).collect();
+        path.pop();
+        path.reverse();
+        let line = document.text_pos_at(element.range().start).row as usize;
+        // A comment divides a text.
+        let texts = element.children().filter(Node::is_text).filter_map(|node| node.text());
+        let words = texts.flat_map(str::split_whitespace).map(str::to_owned).collect();
+        Entry::new(&path, line, words)
+    };
+    let entries = document.descendants().filter(Node::is_element).map(entry);
+    // An element around others has no words of its own.
+    Ok(entries.filter(|entry| !entry.words.is_empty()).collect())
+}
