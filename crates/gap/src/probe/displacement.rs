@@ -6,7 +6,7 @@
 //! that noise of `M` does not shrink it, and the field over tiles is split into shift, scale,
 //! rotation and a term in the cube of the radius.
 
-use evpose_core::stats::linear::gauss_jordan;
+use evpose_core::stats::linear::solve;
 
 use crate::probe::image::Image;
 
@@ -113,12 +113,10 @@ fn basis(tile: usize, aspect: f64) -> [[f64; TERMS]; 2] {
     [[1.0, 0.0, x, -y, x * square], [0.0, 1.0, y, x, y * square]]
 }
 
-/// Pivots below this, in squared counts, make the normal equations singular: all terms are zero.
-const MIN_PIVOT: f64 = 1e-9;
-
 /// Least-squares fit of the terms to all tiles.
 fn field(tiles: &[Tile], bases: &[[[f64; TERMS]; 2]]) -> [f64; TERMS] {
-    let mut matrix = [[0.0; TERMS + 1]; TERMS];
+    let mut matrix = vec![vec![0.0; TERMS]; TERMS];
+    let mut right = vec![0.0; TERMS];
     for (tile, [bx, by]) in tiles.iter().zip(bases) {
         for (i, row) in matrix.iter_mut().enumerate() {
             let (along, across) =
@@ -126,14 +124,15 @@ fn field(tiles: &[Tile], bases: &[[[f64; TERMS]; 2]]) -> [f64; TERMS] {
             for j in 0..TERMS {
                 row[j] += along * bx[j] + across * by[j];
             }
-            row[TERMS] += tile.bx * bx[i] + tile.by * by[i];
+            right[i] += tile.bx * bx[i] + tile.by * by[i];
         }
     }
     // Edges of one direction leave the motion along them open: the ridge takes it to be none.
     let ridge = tiles.iter().map(Tile::ridge).sum::<f64>() / tiles.len() as f64;
     (0..TERMS).for_each(|i| matrix[i][i] += ridge);
-    let terms = gauss_jordan(matrix, MIN_PIVOT).unwrap_or([0.0; TERMS]);
-    terms.map(|term| term.clamp(-MAX_PX, MAX_PX))
+    // Without a solution all terms are zero.
+    let terms = solve(matrix, right).unwrap_or_else(|| vec![0.0; TERMS]);
+    std::array::from_fn(|i| terms[i].clamp(-MAX_PX, MAX_PX))
 }
 
 /// Root mean square of the residuals of tiles about the field, weighted.
