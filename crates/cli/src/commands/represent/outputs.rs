@@ -7,10 +7,11 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail, ensure};
 use evpose_core::{Micros, atomic_write};
 use evpose_io::tensors::{TensorWriter, write_window};
+use evpose_report::png::png;
 
 use super::RepresentArgs;
 use super::windows::WindowReader;
-use crate::commands::view::{Palette, png};
+use crate::commands::view::Palette;
 
 /// Names the files of a directory and the ends of their windows.
 const TABLE: &str = "windows.csv";

@@ -4,11 +4,12 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, ensure};
 use image::codecs::gif::{GifEncoder, Repeat};
-use image::{DynamicImage, ExtendedColorType, Frame, ImageEncoder as _, RgbImage};
+use image::{DynamicImage, Frame, RgbImage};
 
 use super::caption::{captioned, with_keys};
 use super::frames::{RenderedFrame, RenderedFrames};
 use evpose_report::canvas::contact_sheet;
+use evpose_report::png::png;
 
 /// Wider sheets are hard to look at: they have fewer columns.
 const SHEET_WIDTH_PX: u32 = 2600;
@@ -18,24 +19,13 @@ const MAX_GIF_FPS: f64 = 50.0;
 /// Search for the 256 colours, from 1 (best) to 30 (fastest).
 const GIF_SPEED: i32 = 20;
 
-/// An image as PNG.
-pub(in crate::commands) fn png(image: &RgbImage) -> Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    let encoder = image::codecs::png::PngEncoder::new(&mut bytes);
-    let (width, height) = image.dimensions();
-    encoder
-        .write_image(image.as_raw(), width, height, ExtendedColorType::Rgb8)
-        .context("encoding a frame")?;
-    Ok(bytes)
-}
-
 /// All frames beside each other, from left to right and top to bottom.
 pub(super) fn sheet(frames: &RenderedFrames) -> Result<Vec<u8>> {
     let images: Vec<RgbImage> = frames.frames.iter().map(captioned).collect();
     let width = images.first().context("no frames")?.width();
     let columns = (SHEET_WIDTH_PX / width).clamp(1, MAX_COLUMNS) as usize;
     let sheet = contact_sheet(&images, columns.min(images.len()));
-    png(&with_keys(sheet, &frames.keys))
+    Ok(png(&with_keys(sheet, &frames.keys))?)
 }
 
 /// All frames one after the other, for ever. A program that knows no animation shows the busiest.

@@ -16,7 +16,6 @@ use anyhow::{Result, bail};
 use evpose_core::atomic_write;
 
 pub use args::ViewArgs;
-pub(super) use files::png;
 pub(super) use palette::Palette;
 
 use frames::{FrameReader, RenderedFrames};

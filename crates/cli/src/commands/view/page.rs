@@ -8,10 +8,10 @@ use base64::engine::general_purpose::STANDARD;
 use image::Rgb;
 
 use super::ViewArgs;
-use super::files::png;
 use super::frames::RenderedFrames;
 use super::key::Key;
 use evpose_report::html::{HtmlPage, escape};
+use evpose_report::png::png;
 
 /// Width of frame, slider and rate, in pixels of the page, at most.
 const WIDTH: f64 = 1000.0;

@@ -16,8 +16,8 @@ pub(super) use sdk::{send, write};
 mod sdk {
     use evpose_core::SensorSize;
     use evpose_live::rerun::{FrameContents, RerunError, RerunRecording};
+    use evpose_report::png::png;
 
-    use super::super::files::png;
     use super::super::frames::FrameReader;
     use super::super::report;
     use super::{Path, Result, ViewArgs};
