@@ -26,7 +26,7 @@ pub enum CalibrationError {
     /// Values are those of no camera.
     #[error("{reason}")]
     Invalid {
-        /// What is wrong, with the field.
+        /// The fault, with its field.
         reason: String,
     },
     /// The text is neither a file, nor a camera's name, nor a field of view.

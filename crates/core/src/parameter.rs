@@ -73,7 +73,7 @@ pub struct NumberSpec {
     pub name: &'static str,
     /// The unit in tables; empty for a pure number.
     pub unit: &'static str,
-    /// The kind of numbers taken.
+    /// Whole, odd or any values.
     pub kind: NumberKind,
     /// The least and the greatest value, both allowed.
     pub range: (f64, f64),
@@ -135,7 +135,7 @@ impl NumberSpec {
     }
 }
 
-/// The kind of the numbers that a parameter takes.
+/// Values that a parameter takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NumberKind {
     /// Any number.
@@ -197,7 +197,7 @@ pub struct WordSpec {
 pub struct FileSpec {
     /// The key in configurations.
     pub name: &'static str,
-    /// The unit of its values; empty if it holds others than numbers.
+    /// The unit of its values; empty if they have none.
     pub unit: &'static str,
     /// Its content.
     pub doc: &'static str,

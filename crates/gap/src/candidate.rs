@@ -82,7 +82,7 @@ impl Candidate {
     fn strength(self) -> Option<&'static NumberSpec> {
         let spec = self.spec;
         if let Some(own) = spec.search().own {
-            return spec.numbers().find(|param| param.name == own);
+            return spec.number_params().find(|param| param.name == own);
         }
         let names = match self.spec.signature.strength {
             Strength::Rising(names) | Strength::RisingAlone(names) | Strength::Falling(names) => {
@@ -90,7 +90,8 @@ impl Candidate {
             }
             Strength::Unchanging | Strength::FromFiles => return None,
         };
-        let first = names.first().and_then(|name| spec.numbers().find(|p| p.name == *name))?;
+        let first =
+            names.first().and_then(|name| spec.number_params().find(|p| p.name == *name))?;
         // A parameter without values typical of cameras is searched only where a range is given.
         let is_searched = spec.search().reach.iter().any(|(name, _)| *name == first.name);
         (is_searched || first.typical.is_some()).then_some(first)
@@ -108,16 +109,16 @@ impl Candidate {
         let mut heads = vec![strength];
         let second = self.spec.search().second_strength;
         let is_second = |p: &NumberSpec| second.is_some_and(|second| p.name == second.param);
-        heads.extend(self.spec.numbers().filter(|p| is_second(p)));
+        heads.extend(self.spec.number_params().filter(|p| is_second(p)));
         if is_alone && !is_own {
-            let others = self.spec.numbers().filter(|p| p.name != strength.name);
+            let others = self.spec.number_params().filter(|p| p.name != strength.name);
             heads.extend(others.filter(|p| p.typical.is_some()));
         }
         let mut trials = Vec::new();
         for head in heads {
             let rest = self
                 .spec
-                .numbers()
+                .number_params()
                 .filter(|p| !is_alone && p.name != head.name && p.typical.is_some());
             let params: Vec<_> = std::iter::once(head).chain(rest).collect();
             let needs = second.filter(|_| is_second(head)).map_or(&[][..], |second| second.needs);

@@ -49,7 +49,7 @@ impl FreeParameter {
             return Some(Self::Model(*parameter));
         }
         let spec = Catalogue::default().find(finding)?;
-        let param = spec.numbers().find(|param| param.name == parameter)?;
+        let param = spec.number_params().find(|param| param.name == parameter)?;
         Some(Self::Effect(spec, param))
     }
 

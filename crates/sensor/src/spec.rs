@@ -74,7 +74,7 @@ impl StageSpec {
     }
 
     /// Its physical quantities.
-    pub fn numbers(&self) -> impl Iterator<Item = &'static NumberSpec> + use<> {
+    pub fn number_params(&self) -> impl Iterator<Item = &'static NumberSpec> + use<> {
         self.params.iter().filter_map(Parameter::as_number)
     }
 

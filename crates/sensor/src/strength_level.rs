@@ -22,7 +22,7 @@ impl StageSpec {
     /// left out, or in the middle of its range where it must be given.
     pub fn typical(&self) -> EffectConfig {
         let mut effect = EffectConfig::new(self.name);
-        for param in self.numbers() {
+        for param in self.number_params() {
             if param.typical.is_some() || param.default.is_none() {
                 effect = effect.with(param.name, at(param, 0.5));
             }
@@ -45,7 +45,7 @@ impl StageSpec {
             Strength::FromFiles => return Vec::new(),
         };
         let params: Vec<&NumberSpec> =
-            self.numbers().filter(|param| names.contains(&param.name)).collect();
+            self.number_params().filter(|param| names.contains(&param.name)).collect();
         // The middle of a signed range is near no effect at all: half of the positive end shows
         // one.
         let is_signed = params.iter().any(|param| half_positive(param).is_some());

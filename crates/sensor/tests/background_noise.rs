@@ -56,12 +56,12 @@ fn shot_noise_is_poisson_in_time() {
 fn every_spread_in_decades_is_the_deviation_of_decimal_logarithms_of_rates() {
     let mut tried = Vec::new();
     for spec in STAGES.iter() {
-        let Some(spread) = spec.numbers().find(|param| param.unit == "decades") else {
+        let Some(spread) = spec.number_params().find(|param| param.unit == "decades") else {
             continue;
         };
         tried.push(spec.name);
         let mut stage = effect(spec.name).with(spread.name, 0.2);
-        for param in spec.numbers() {
+        for param in spec.number_params() {
             stage = match param.name {
                 "rate_hz" | "median_hz" => stage.with(param.name, 200.0),
                 "fraction" | "on_share" => stage.with(param.name, 0.5),

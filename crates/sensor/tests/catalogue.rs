@@ -32,7 +32,7 @@ fn every_parameter_has_unit_range_prior_and_meaning() {
                 assert!(allowed.len() >= 2 && has_default, "{}.{}", spec.name, param.name());
             }
         }
-        for param in spec.numbers() {
+        for param in spec.number_params() {
             let name = format!("{}.{}", spec.name, param.name);
             let (low, high) = param.range;
             assert!(low < high && low.is_finite() && high.is_finite(), "{name}");
@@ -63,7 +63,7 @@ fn every_effect_can_be_switched_off_or_takes_a_place() {
             effects: vec![spec.typical()],
         });
         assert!(model.is_ok(), "{}", spec.name);
-        let has_neutral = spec.numbers().any(|param| param.default.is_some());
+        let has_neutral = spec.number_params().any(|param| param.default.is_some());
         if has_neutral || spec.params.iter().any(|param| param.as_file().is_some()) {
             continue;
         }
@@ -78,12 +78,12 @@ fn strengths_name_parameters_of_their_effect() {
         let (Strength::Rising(names) | Strength::RisingAlone(names) | Strength::Falling(names)) =
             spec.signature.strength
         else {
-            assert_eq!(spec.numbers().count(), 0, "{}", spec.name);
+            assert_eq!(spec.number_params().count(), 0, "{}", spec.name);
             continue;
         };
         assert!(!names.is_empty(), "{}", spec.name);
         for name in names {
-            assert!(spec.numbers().any(|param| param.name == *name), "{}", spec.name);
+            assert!(spec.number_params().any(|param| param.name == *name), "{}", spec.name);
         }
     }
 }

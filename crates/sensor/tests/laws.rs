@@ -98,7 +98,7 @@ fn others(spec: &StageSpec) -> Vec<EffectConfig> {
 /// A stage with every parameter somewhere in its typical range.
 fn typical(spec: &StageSpec, fraction: f64) -> EffectConfig {
     let mut effect = EffectConfig::new(spec.name);
-    for param in spec.numbers() {
+    for param in spec.number_params() {
         let interval = param.typical.unwrap_or(param.range);
         effect = effect.with(param.name, param.between(interval, fraction));
     }
@@ -158,7 +158,7 @@ fn names_are_unique_and_everything_is_documented() {
         keys.sort_unstable();
         assert!(keys.windows(2).all(|pair| pair[0] != pair[1]), "{}", spec.name);
         assert!(!keys.contains(&"name"), "{}: `name` is the effect's own key", spec.name);
-        for param in spec.numbers() {
+        for param in spec.number_params() {
             if let Some((low, high)) = param.typical {
                 assert!(param.allows(low) && param.allows(high), "{}.{}", spec.name, param.name);
             }
@@ -200,7 +200,7 @@ fn values_outside_the_range_are_refused() {
                     if parameter.name() == key
             )
         };
-        for param in spec.numbers() {
+        for param in spec.number_params() {
             let (low, high) = param.range;
             let below = low - low.abs().max(1.0) - 0.5;
             for value in [below, high * 1.01, f64::NAN] {
@@ -236,7 +236,7 @@ proptest! {
     fn a_neutral_stage_is_as_good_as_none(fraction in 0.0..1.0, seed: u64) {
         for spec in STAGES.iter().filter(|spec| !holds_a_place(spec)) {
             let mut effect = typical(spec, fraction);
-            for param in spec.numbers() {
+            for param in spec.number_params() {
                 if let Some(neutral) = param.default {
                     effect = effect.with(param.name, neutral);
                 }

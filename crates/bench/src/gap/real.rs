@@ -182,7 +182,7 @@ impl Seen {
 /// Whether the catalogue knows the parameter: others describe the recording.
 fn is_compared(effect: &str, key: &str) -> bool {
     let spec = Catalogue::default().find(effect);
-    spec.is_some_and(|spec| spec.numbers().any(|param| param.name == key))
+    spec.is_some_and(|spec| spec.number_params().any(|param| param.name == key))
 }
 
 /// `evpose gap real`.

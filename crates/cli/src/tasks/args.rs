@@ -50,7 +50,7 @@ pub struct SimulateArgs {
     /// CPU threads; all cores by default. The bytes written do not depend on it
     #[arg(long)]
     pub threads: Option<usize>,
-    /// What the task of the config brings.
+    /// Arguments of the task of the config.
     #[command(flatten)]
     pub own: TaskArgs<Simulate>,
 }
@@ -134,7 +134,7 @@ pub struct EvalArgs {
     /// Milliseconds between the poses that are evaluated [hands: 1; bodies: the config's]
     #[arg(long)]
     pub stride_ms: Option<u32>,
-    /// What the task of the checkpoint brings.
+    /// Arguments of the task of the checkpoint.
     #[command(flatten)]
     pub own: TaskArgs<Eval>,
     /// Device and threads.
@@ -196,7 +196,7 @@ pub struct InferArgs {
     /// Milliseconds between poses [hands: 1; bodies: the config's]
     #[arg(long)]
     pub stride_ms: Option<u32>,
-    /// What the task of the checkpoint brings.
+    /// Arguments of the task of the checkpoint.
     #[command(flatten)]
     pub own: TaskArgs<Infer>,
     /// Device and threads.

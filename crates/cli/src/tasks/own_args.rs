@@ -41,7 +41,7 @@ macro_rules! commands {
 }
 commands!(Simulate Eval Infer Live);
 
-/// What all tasks bring to a command, as given: the task whose turn it is takes its own of it.
+/// Arguments that tasks bring to a command, as given: each task takes its own.
 ///
 /// Tasks may bring the same argument, from one struct that both flatten.
 #[derive(Debug, Clone)]

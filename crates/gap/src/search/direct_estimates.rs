@@ -88,7 +88,7 @@ impl DirectEstimates {
         applied.params.retain(|p| p.name == strength.name || !is_read(p));
         let is_rough =
             |p: &&NumberSpec| p.name != strength.name && spec.search().rough.contains(&p.name);
-        applied.params.extend(spec.numbers().filter(is_rough));
+        applied.params.extend(spec.number_params().filter(is_rough));
         applied
     }
 

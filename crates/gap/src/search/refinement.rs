@@ -36,7 +36,7 @@ impl FittedCandidate {
             return Ok(());
         }
         let typical = spec.typical();
-        for param in spec.numbers().filter(|param| param.default.is_some()) {
+        for param in spec.number_params().filter(|param| param.default.is_some()) {
             let Some(value) = typical.number(param.name) else { continue };
             if self.trial.effect.params.contains_key(param.name) {
                 continue;

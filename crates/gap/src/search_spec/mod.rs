@@ -193,7 +193,7 @@ mod tests {
         }
         for spec in &STAGES {
             let (name, search) = (spec.name, spec.search());
-            let is_param = |key: &&str| spec.numbers().any(|param| param.name == *key);
+            let is_param = |key: &&str| spec.number_params().any(|param| param.name == *key);
             let second = search.second_strength;
             let keys = search.common.iter().map(|(_, key)| key);
             let keys = keys.chain(search.per_sensor).chain(search.rough).chain(&search.own);
@@ -222,7 +222,7 @@ mod tests {
                 assert!(STAGES.iter().any(|spec| spec.name == *other), "{name}: {other}");
             }
             for (key, value) in search.dither {
-                let param = spec.numbers().find(|param| param.name == *key);
+                let param = spec.number_params().find(|param| param.name == *key);
                 assert!(param.is_some_and(|param| param.allows(*value)), "{name}: {key}");
             }
         }
@@ -235,7 +235,7 @@ mod tests {
                 |spec: &&&StageSpec| spec.search().common.iter().any(|(own, _)| *own == common);
             assert_eq!(STAGES.iter().filter(owns).count(), 1, "{common:?}");
             let (owner, key) = common.place();
-            assert!(owner.numbers().any(|param| param.name == key), "{common:?}");
+            assert!(owner.number_params().any(|param| param.name == key), "{common:?}");
         }
         for mark in RecordingMark::ALL {
             assert_eq!(with_mark(Catalogue::default(), mark).count(), 1, "{mark:?}");

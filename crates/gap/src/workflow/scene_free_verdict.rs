@@ -70,7 +70,7 @@ pub fn scene_free_verdict(
 pub fn as_effect(finding: &Finding) -> Option<EffectConfig> {
     let spec = Catalogue::default().find(&finding.name)?;
     let mut effect = spec.typical();
-    for param in spec.numbers() {
+    for param in spec.number_params() {
         let value = finding.parameters.get(param.name).map(|quantity| quantity.value);
         if let Some(value) = value.filter(|value| param.allows(*value)) {
             effect = effect.with(param.name, value);

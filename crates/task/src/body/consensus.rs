@@ -1,28 +1,29 @@
-//! One pose of several looks at a person: crops of other sizes, and mirror images.
+//! One pose of several inferences of a person: crops of other sizes, and mirror images.
 
 use evpose_pose::body::{BodyJoint, MIRRORED};
 use glam::{DAffine2, DVec2, Vec2};
 
-/// Sides of the crops that are looked at, relative to that of the second pass.
+/// Sides of the crops that are inferred, relative to that of the second pass.
 pub(super) const SCALES: [f64; 3] = [1.0, 1.25, 0.8];
-/// Distance, relative to the crop, up to which two looks found the same joint.
+/// Distance, relative to the crop, up to which two inferences found the same joint.
 const SAME_JOINT: f32 = 0.1;
 
-/// The pose that looks agree on: each joint is where those of most score lie together, at their mean
-/// by score. All are in the coordinates of one crop; the first look stands for joints that no look found.
-pub(super) fn agreed(looks: &[Vec<BodyJoint>]) -> Vec<BodyJoint> {
-    let Some(first) = looks.first() else { return Vec::new() };
-    (0..first.len()).map(|k| agreed_joint(looks, k).unwrap_or(first[k])).collect()
+/// The pose that inferences agree on: each joint is where those of the highest total score lie together,
+/// at their mean by score. All are in the coordinates of one crop; a joint that none found is the first's.
+pub(super) fn agreed(inferences: &[Vec<BodyJoint>]) -> Vec<BodyJoint> {
+    let Some(first) = inferences.first() else { return Vec::new() };
+    (0..first.len()).map(|k| agreed_joint(inferences, k).unwrap_or(first[k])).collect()
 }
 
-fn agreed_joint(looks: &[Vec<BodyJoint>], k: usize) -> Option<BodyJoint> {
+fn agreed_joint(inferences: &[Vec<BodyJoint>], k: usize) -> Option<BodyJoint> {
     let found = || {
-        let of = |look: &Vec<BodyJoint>| look.get(k).and_then(|j| Some((j.position?, j.score)));
-        looks.iter().filter_map(of)
+        let of =
+            |inferred: &Vec<BodyJoint>| inferred.get(k).and_then(|j| Some((j.position?, j.score)));
+        inferences.iter().filter_map(of)
     };
     let near = |at: Vec2| found().filter(move |(other, _)| other.distance(at) <= SAME_JOINT);
     let score_near = |at: Vec2| near(at).map(|(_, score)| score).sum::<f32>();
-    // Of equals the first: the order of looks is fixed.
+    // Of equals the first: the order of inferences is fixed.
     let best = found().map(|(at, _)| (at, score_near(at)));
     let (at, total) = best.reduce(|best, other| if other.1 > best.1 { other } else { best })?;
     let mean = near(at).map(|(at, score)| at * score).sum::<Vec2>() / total;
@@ -81,11 +82,11 @@ mod tests {
     }
 
     #[test]
-    fn most_score_decides_and_what_is_near_is_averaged() {
+    fn the_highest_total_score_decides_and_near_joints_are_averaged() {
         let none = BodyJoint { position: None, score: 0.0 };
         // Two that agree outweigh a surer one that lies elsewhere.
-        let looks = [[joint(0.9, 0.7)], [joint(0.50, 0.6)], [joint(0.53, 0.3)], [none]];
-        let agreed = agreed(&looks.map(|look| look.to_vec()));
+        let inferences = [[joint(0.9, 0.7)], [joint(0.50, 0.6)], [joint(0.53, 0.3)], [none]];
+        let agreed = agreed(&inferences.map(|inferred| inferred.to_vec()));
         assert!((agreed[0].position.unwrap_or_default().x - 0.51).abs() < 1e-6, "{agreed:?}");
         assert!((agreed[0].score - 0.45).abs() < 1e-6, "{agreed:?}");
         assert_eq!(super::agreed(&[vec![none], vec![none]]), [none]);

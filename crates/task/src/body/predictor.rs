@@ -179,7 +179,7 @@ impl BodyPredictor {
         self.infer_crops(images, &crops, false, &mut joints);
         self.infer_recent(images, extents, second, (&mut crops, &mut joints));
         if second.consensus {
-            self.infer_looks(images, &crops, &mut joints);
+            self.infer_again(images, &crops, &mut joints);
         }
         for (joints, crop) in joints.iter_mut().zip(&crops) {
             if let Some(crop) = crop {
@@ -217,18 +217,18 @@ impl BodyPredictor {
 
     /// Infers the crops of the last pass in other sizes and in the mirror, and replaces their joints by
     /// those that most of them agree on. An image without a crop is also seen in the mirror.
-    fn infer_looks(
+    fn infer_again(
         &mut self,
         images: &[&Plane<u8>],
         crops: &[Option<DAffine2>],
         joints: &mut [Vec<BodyJoint>],
     ) {
-        let mut looks: Vec<Vec<Vec<BodyJoint>>> =
+        let mut inferences: Vec<Vec<Vec<BodyJoint>>> =
             joints.iter().map(|own| vec![own.clone()]).collect();
         for (scale, is_mirrored) in
             SCALES.iter().flat_map(|scale| [(*scale, false), (*scale, true)])
         {
-            // The look of the last pass is there.
+            // Known from the last pass.
             if scale == 1.0 && !is_mirrored {
                 continue;
             }
@@ -242,11 +242,11 @@ impl BodyPredictor {
             for (index, scaled) in scaled.iter().enumerate() {
                 let Some(scaled) = scaled else { continue };
                 let crop_from_image = crops[index].unwrap_or(DAffine2::IDENTITY).inverse();
-                looks[index].push(mapped(&found[index], &(crop_from_image * *scaled)));
+                inferences[index].push(mapped(&found[index], &(crop_from_image * *scaled)));
             }
         }
-        for (joints, looks) in joints.iter_mut().zip(&looks) {
-            *joints = agreed(looks);
+        for (joints, inferences) in joints.iter_mut().zip(&inferences) {
+            *joints = agreed(inferences);
         }
     }
 

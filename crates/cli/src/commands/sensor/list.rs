@@ -75,7 +75,7 @@ pub(super) fn effect(spec: &StageSpec) -> Value {
         "formula": spec.formula,
         "source": { "key": spec.source.key, "text": spec.source.text },
         "look_for": spec.signature.look_for,
-        "parameters": spec.numbers().map(parameter).collect::<Vec<_>>(),
+        "parameters": spec.number_params().map(parameter).collect::<Vec<_>>(),
         "choices": choices.collect::<Vec<_>>(),
         "files": files.collect::<Vec<_>>(),
     })
