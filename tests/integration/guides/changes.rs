@@ -267,6 +267,7 @@ pub(crate) const RULES: &[Rule] = &[
         "--sequences 500 --seconds 0.78",
         Replace("--sequences 500 --seconds 0.78", "{people}"),
     ),
+    rule("networks.md", "studio --sequences 200", Replace("--sequences 200", "{people}")),
     rule("networks.md", "evpose train body-wide", Append("{steps} --plain")),
     // own-labels.md
     rule("own-labels.md", "evpose check-labels", Answers(&[2])),
