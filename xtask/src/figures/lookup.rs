@@ -35,12 +35,13 @@ pub(super) struct Format {
 }
 
 impl Format {
-    /// `.2` has two digits behind the point, `%` and `%.1` are per cent, `M.0` millions.
+    /// `.2` has two digits behind the point, `%` and `%.1` are per cent, `M.0` millions, `m.0` thousandths.
     pub(super) fn parse(text: &str) -> Option<Self> {
         let (factor, rest) = match text.chars().next()? {
             '%' if text == "%" => (100.0, ".0"),
             '%' => (100.0, &text[1..]),
             'M' => (1e-6, &text[1..]),
+            'm' => (1e3, &text[1..]),
             _ => (1.0, text),
         };
         let digits = rest.strip_prefix('.')?.parse().ok()?;
@@ -105,6 +106,7 @@ mod tests {
         assert_eq!(written(&0.7829.into(), "%"), Some("78".into()));
         assert_eq!(written(&0.7829.into(), "%.1"), Some("78.3".into()));
         assert_eq!(written(&5_040_000.into(), "M.1"), Some("5.0".into()));
+        assert_eq!(written(&0.00729.into(), "m.1"), Some("7.3".into()));
         assert_eq!(written(&7.into(), ""), Some("7".into()));
         assert_eq!(written(&0.5.into(), ""), None, "digits are stated");
     }
