@@ -144,7 +144,7 @@ impl Settings {
     }
 
     /// The value of a parameter, if one was given or is the default.
-    pub fn get(&self, parameter: impl AsRef<str>) -> Option<&Setting> {
+    pub fn get(&self, parameter: &(impl AsRef<str> + ?Sized)) -> Option<&Setting> {
         let entry = self.entries.iter().find(|entry| entry.name == parameter.as_ref());
         entry.map(|entry| &entry.setting)
     }
@@ -153,7 +153,7 @@ impl Settings {
     ///
     /// # Panics
     /// If there is no such number with a value: a fault of who asks, not of who gave the settings.
-    pub fn number(&self, parameter: impl AsRef<str>) -> f64 {
+    pub fn number(&self, parameter: &(impl AsRef<str> + ?Sized)) -> f64 {
         let name = parameter.as_ref();
         match self.get(name) {
             Some(&Setting::Number(_, number)) => number,
@@ -165,17 +165,17 @@ impl Settings {
     ///
     /// # Panics
     /// As [`Self::number`].
-    pub fn whole(&self, parameter: impl AsRef<str>) -> u32 {
+    pub fn whole(&self, parameter: &(impl AsRef<str> + ?Sized)) -> u32 {
         self.number(parameter) as u32
     }
 
     /// A word, if one was given or is the default.
-    pub fn word(&self, parameter: impl AsRef<str>) -> Option<&'static str> {
+    pub fn word(&self, parameter: &(impl AsRef<str> + ?Sized)) -> Option<&'static str> {
         if let Some(Setting::Word(_, word)) = self.get(parameter) { Some(word) } else { None }
     }
 
     /// The path of a file, if one was given.
-    pub fn file(&self, parameter: impl AsRef<str>) -> Option<&Path> {
+    pub fn file(&self, parameter: &(impl AsRef<str> + ?Sized)) -> Option<&Path> {
         if let Some(Setting::File(_, path)) = self.get(parameter) { Some(path) } else { None }
     }
 
@@ -190,7 +190,7 @@ impl Settings {
     }
 
     /// Whether a value was given.
-    pub fn is_given(&self, parameter: impl AsRef<str>) -> bool {
+    pub fn is_given(&self, parameter: &(impl AsRef<str> + ?Sized)) -> bool {
         self.given().any(|name| name == parameter.as_ref())
     }
 }
@@ -267,7 +267,7 @@ mod tests {
         assert_eq!(shown(&given).unwrap(), "kernel=7 rule=and map=a b.npy");
         let settings = Settings::resolve(PARAMETERS, &given).unwrap();
         assert_eq!(settings.given().collect::<Vec<_>>(), ["rule", "map"]);
-        assert_eq!((settings.whole("kernel"), settings.word(PARAMETERS[2])), (7, Some("and")));
+        assert_eq!((settings.whole("kernel"), settings.word(&PARAMETERS[2])), (7, Some("and")));
     }
 
     #[test]
