@@ -157,7 +157,7 @@ fn development(sandbox: &Sandbox, kind: &str, recordings: &[&str]) -> PathBuf {
 fn people_are_found_at_home_as_stored() {
     let (sandbox, stored) = (Sandbox::new(), Stored::of("home"));
     let home = home(&sandbox, &stored, "body", "1/10");
-    hold(&sandbox, &stored, &["body", "body-small", "body-quick"], &home);
+    hold(&sandbox, &stored, &["body", "body-quick"], &home);
 }
 
 #[test]
@@ -171,7 +171,7 @@ fn hands_are_found_at_home_as_stored() {
 fn people_of_the_development_set_are_found_as_stored() {
     let (sandbox, stored) = (Sandbox::new(), Stored::of("development"));
     let set = development(&sandbox, "bodies", &["00", "04", "08", "12"]);
-    hold(&sandbox, &stored, &["body", "body-small", "body-quick"], &set);
+    hold(&sandbox, &stored, &["body", "body-quick"], &set);
 }
 
 #[test]
@@ -186,7 +186,7 @@ fn hands_of_the_development_set_are_found_as_stored() {
 fn people_before_a_real_camera_are_found_as_stored() {
     let set = std::env::var_os("EVPOSE_REAL")
         .expect("$EVPOSE_REAL: a folder of clips, each with poses.json and images");
-    hold(&Sandbox::new(), &Stored::of("real"), &["body", "body-small", "body-quick"], Path::new(&set));
+    hold(&Sandbox::new(), &Stored::of("real"), &["body", "body-quick"], Path::new(&set));
 }
 
 /// Multiplies every weight by a number about 1.

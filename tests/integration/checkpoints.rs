@@ -13,7 +13,7 @@ fn shipped(name: &str) -> PathBuf {
 #[test]
 fn what_ships_is_what_its_sums_say() {
     let sums = String::from_utf8(bytes(&shipped("SHA256SUMS"))).expect("text");
-    assert_eq!(sums.lines().count(), 5);
+    assert_eq!(sums.lines().count(), 4);
     for line in sums.lines() {
         let (sum, name) = line.split_once("  ").expect("as sha256sum writes them");
         let digest = Sha256::digest(bytes(&shipped(name)));
@@ -34,7 +34,7 @@ fn an_installed_program_has_its_networks() {
         command.current_dir(sandbox.path("")).env("EVPOSE_DATA", sandbox.path("data"));
         command.args(args).output().expect("the program starts")
     };
-    for name in ["hand", "body", "body-small", "hand-quick", "body-quick"] {
+    for name in ["hand", "body", "hand-quick", "body-quick"] {
         let output = run(&["export", "--checkpoint", name, "--onnx", "network.onnx"]);
         assert!(output.status.success(), "{name}: {}", stderr(&output));
         let unpacked = format!("data/{}/checkpoints/{name}.bpk", env!("CARGO_PKG_VERSION"));

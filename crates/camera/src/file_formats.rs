@@ -29,7 +29,7 @@ pub(crate) fn read_file(path: &Path) -> Result<CameraOfFile, CalibrationError> {
         return dv_processing(&text).map_err(malformed);
     }
     if begin.starts_with("<?xml") || begin.starts_with("<opencv_storage") {
-        return entry::of_xml(&text).and_then(|entries| opencv(&entries)).map_err(malformed);
+        return entry::of_xml(begin).and_then(|entries| opencv(&entries)).map_err(malformed);
     }
     if is_yaml(&text) {
         return entry::of_yaml(&text).and_then(|entries| opencv(&entries)).map_err(malformed);
@@ -98,7 +98,7 @@ fn is_yaml(text: &str) -> bool {
 
 /// OpenCV's programs write the first two, ROS 1 and ROS 2 the next, kalibr the last.
 const INTRINSICS: [&str; 5] = ["camera_matrix", "cameraMatrix", "K", "k", "intrinsics"];
-/// The same.
+/// OpenCV's programs write the first three, ROS 1 and ROS 2 the next, kalibr the last.
 const DISTORTION: [&str; 6] =
     ["distortion_coefficients", "dist_coeffs", "distCoeffs", "D", "d", "distortion_coeffs"];
 /// Keys that name a model of the lens, and the words there for OpenCV's, the one that is read.
@@ -132,8 +132,10 @@ fn opencv(entries: &[Entry]) -> Result<CameraOfFile, String> {
     }
     // The values under the first of `keys` that is there, and their place.
     let list = |keys: &[&str]| -> Result<(String, Vec<f64>), String> {
-        let find = |key: &&str| entries.iter().find(|e| e.above == *camera && e.key == *key);
-        let Some(entry) = keys.iter().find_map(find) else { return Ok(Default::default()) };
+        let find = |above: &str| {
+            keys.iter().find_map(|key| entries.iter().find(|e| e.above == above && e.key == *key))
+        };
+        let Some(entry) = find(camera).or_else(|| find("")) else { return Ok(Default::default()) };
         let number = |word: &String| {
             word.parse().map_err(|_| format!("{entry}: `{word}` where a number is expected"))
         };

@@ -96,7 +96,7 @@ impl NumberSpec {
         name: "",
         unit: "",
         kind: NumberKind::Real,
-        range: (f64::MIN, f64::MAX),
+        range: (f64::NEG_INFINITY, f64::INFINITY),
         scale: Scale::Linear,
         typical: None,
         default: None,

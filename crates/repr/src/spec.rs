@@ -76,7 +76,8 @@ impl RepresentationSpec {
         &'static self,
         given: &[(&str, Given<'_>)],
     ) -> Result<RepresentationChoice, ReprError> {
-        let values = Settings::resolve(self.parameters, given);
+        let values = Settings::resolve(self.parameters, given)
+            .and_then(|values| values.complete(self.parameters));
         let refused = |error| ReprError::Parameter { representation: self.name, error };
         Ok(RepresentationChoice { spec: self, values: values.map_err(refused)? })
     }

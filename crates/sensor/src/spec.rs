@@ -2,9 +2,7 @@
 
 use std::fmt;
 
-use crate::{
-    EffectConfig, NumberSpec, Parameter, ParameterError, SensorError, Settings, Signature, Stage,
-};
+use crate::{EffectConfig, NumberSpec, Parameter, SensorError, Settings, Signature, Stage};
 
 /// The place of a stage in the camera, in the order of the signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -88,12 +86,7 @@ impl StageSpec {
             effect.params.iter().map(|(key, value)| (key.as_str(), value.given())).collect();
         let refused = |error| SensorError::Parameter { effect: self.name, error };
         let settings = Settings::resolve(self.params, &given).map_err(refused)?;
-        let is_missing =
-            |param: &&Parameter| param.as_number().is_some() && settings.get(param).is_none();
-        match self.params.iter().find(is_missing) {
-            Some(parameter) => Err(refused(ParameterError::MissingKey { parameter })),
-            None => Ok(settings),
-        }
+        settings.complete(self.params).map_err(refused)
     }
 
     /// The stage with the values that are typical of cameras.

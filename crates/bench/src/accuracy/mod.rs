@@ -34,7 +34,7 @@ pub struct BenchAccuracyArgs {
     pub(crate) sets: Vec<SetName>,
     /// Run directories, .bpk files, or names of shipped networks
     #[arg(long, value_name = "NETWORK", value_delimiter = ',',
-          default_values = ["body", "body-small", "body-quick", "hand", "hand-quick"])]
+          default_values = ["body", "body-quick", "hand", "hand-quick"])]
     pub(crate) checkpoint: Vec<PathBuf>,
     /// The development set: recordings of other simulators that networks were tuned by
     #[arg(long, value_name = "DIR", default_value = "datasets/development")]

@@ -43,7 +43,8 @@ commands!(Simulate Eval Infer Live);
 
 /// Arguments that tasks bring to a command, as given: each task takes its own.
 ///
-/// Tasks may bring the same argument, from one struct that both flatten.
+/// Tasks may bring the same argument, from one struct that both flatten. Groups of arguments (`ArgGroup`) are not
+/// taken over.
 #[derive(Debug, Clone)]
 pub struct TaskArgs<C> {
     matches: ArgMatches,
@@ -54,7 +55,7 @@ pub struct TaskArgs<C> {
 #[derive(Debug, Clone, Copy, Args)]
 pub struct NoArgs {}
 
-impl<C: OfCommand> TaskArgs<C> {
+impl TaskArgs<Live> {
     /// Parses the arguments of tasks alone.
     ///
     /// # Errors
@@ -63,7 +64,9 @@ impl<C: OfCommand> TaskArgs<C> {
         let command = Self::augment_args(Command::new("arguments").no_binary_name(true));
         Ok(Self::from_arg_matches(&command.try_get_matches_from(words)?)?)
     }
+}
 
+impl<C: OfCommand> TaskArgs<C> {
     /// The group `G` of `task`.
     ///
     /// # Errors
@@ -116,6 +119,8 @@ impl<C: OfCommand> FromArgMatches for TaskArgs<C> {
 impl<C: OfCommand> Args for TaskArgs<C> {
     fn augment_args(command: Command) -> Command {
         brought(C::COMMAND).into_iter().fold(command, |command, (arg, tasks)| {
+            // Only the task that has the turn needs it: `of` reports what is missing.
+            let arg = arg.required(false);
             command.arg(arg.help_heading(format!("Options of {}", listed(&tasks))))
         })
     }
@@ -128,15 +133,15 @@ impl<C: OfCommand> Args for TaskArgs<C> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tasks::body::args::BodyInferArgs;
-    use crate::tasks::hand::args::HandInferArgs;
+    use crate::tasks::body::args::BodyLiveArgs;
+    use crate::tasks::hand::args::HandLiveArgs;
 
     #[test]
     fn a_task_takes_its_own_arguments_and_names_the_task_of_others() {
-        let args = TaskArgs::<Infer>::parse(["--min-score", "0.5", "--camera", "evk4"]).unwrap();
-        let own: BodyInferArgs = args.of("body").unwrap();
+        let args = TaskArgs::<Live>::parse(["--min-score", "0.5", "--camera", "evk4"]).unwrap();
+        let own: BodyLiveArgs = args.of("body").unwrap();
         assert_eq!((own.min_score, own.own.camera.as_deref()), (Some(0.5), Some("evk4")));
-        let error = args.of::<HandInferArgs>("hand").unwrap_err().to_string();
+        let error = args.of::<HandLiveArgs>("hand").unwrap_err().to_string();
         assert_eq!(error, "--min-score is not for the task `hand`: it is for `body`");
         let error = args.of::<NoArgs>("blob").unwrap_err().to_string();
         assert!(error.contains("not for the task `blob`"), "{error}");

@@ -143,6 +143,18 @@ impl Settings {
         Ok(Self { entries })
     }
 
+    /// The same, where every number has a value.
+    ///
+    /// # Errors
+    /// A number that was not given and has no default.
+    pub fn complete(self, parameters: &'static [Parameter]) -> Result<Self, ParameterError> {
+        let is_missing = |p: &&Parameter| p.as_number().is_some() && self.get(*p).is_none();
+        match parameters.iter().find(is_missing) {
+            Some(parameter) => Err(ParameterError::MissingKey { parameter }),
+            None => Ok(self),
+        }
+    }
+
     /// The value of a parameter, if one was given or is the default.
     pub fn get(&self, parameter: &(impl AsRef<str> + ?Sized)) -> Option<&Setting> {
         let entry = self.entries.iter().find(|entry| entry.name == parameter.as_ref());

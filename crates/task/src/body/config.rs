@@ -202,8 +202,8 @@ pub struct SecondPass {
     pub side: f32,
     /// The smallest side, relative to the image.
     pub min_side: f32,
-    /// Whether crops of 5/4 and 4/5 of the side, and the mirror images of all, are seen as well: joints are
-    /// then those that most of them agree on.
+    /// Whether crops of 5/4 and 4/5 of the side, and the mirror images of all, are seen as well: each
+    /// joint is then where those of the highest total score lie together.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub consensus: bool,
 }

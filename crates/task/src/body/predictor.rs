@@ -30,7 +30,7 @@ const SMALLER: f64 = 0.6;
 /// found, the first pass counts. Where the latest events are in a much smaller rectangle, as of somebody who
 /// walks away from the trail that an EROS keeps, it also sees a crop about that one, and the pose of the higher
 /// score counts. Where the config asks for a consensus, crops of other sizes and the mirror images of all
-/// are seen as well, and the joints are those that most of them agree on.
+/// are seen as well, and each joint is where those of the highest total score lie together.
 ///
 /// # Source
 /// Crops about the person of the frame before are from MoveNet (Votel & Li, 2021). Here the crop

@@ -110,8 +110,10 @@ fn record(
 
 /// Nominal thresholds with their signs.
 fn levels(model: &SensorModel) -> Vec<f64> {
-    let has_levels =
-        |row: &&ChainRow| row.spec.number_params().any(|own| own.name == "threshold_on");
+    let has_levels = |row: &&ChainRow| {
+        let has = |name| row.spec.number_params().any(|own| own.name == name);
+        has("threshold_on") && has("threshold_off")
+    };
     let row = model.describe().rows.iter().find(has_levels);
     let settings = row.map(|row| &row.settings).into_iter();
     settings.flat_map(|own| [own.number("threshold_on"), -own.number("threshold_off")]).collect()

@@ -42,7 +42,7 @@ fn joint_definition(set: &str) -> Result<JointDefinition, String> {
 #[derive(Debug, clap::Args)]
 pub(crate) struct BodyInferArgs {
     #[command(flatten)]
-    pub(crate) own: PoseInferArgs,
+    pub(super) own: PoseInferArgs,
     /// The calibrated cameras of several recordings, a TOML file with a `[[camera]]` for each [default:
     /// the metadata that `evpose simulate` writes beside each]
     #[arg(long, value_name = "FILE")]
@@ -53,7 +53,7 @@ pub(crate) struct BodyInferArgs {
     /// Minimum score of a pose and of a joint, 0 to 1; below it, positions are empty [poses and joints:
     /// the checkpoint's]
     #[arg(long, value_name = "SCORE", value_parser = score)]
-    pub(crate) min_score: Option<f32>,
+    pub(super) min_score: Option<f32>,
     /// Minimum score of a joint in the decoder of the network [the checkpoint's]
     #[arg(long)]
     pub(super) confidence: Option<f32>,
@@ -69,11 +69,11 @@ pub(crate) struct BodyInferArgs {
 #[derive(Debug, clap::Args)]
 pub(crate) struct BodyLiveArgs {
     #[command(flatten)]
-    pub(super) own: PoseLiveArgs,
+    pub(crate) own: PoseLiveArgs,
     /// Minimum score of a pose and of a joint, 0 to 1; below it, positions are left out [poses and
     /// joints: the checkpoint's]
     #[arg(long, value_name = "SCORE", value_parser = score)]
-    pub(super) min_score: Option<f32>,
+    pub(crate) min_score: Option<f32>,
     /// Minimum score of a joint in the decoder of the network [the checkpoint's]
     #[arg(long)]
     pub(super) confidence: Option<f32>,

@@ -29,10 +29,14 @@ type BodyRecording = RecordingStream<BodyFrontend, BodyWorker>;
 
 pub(super) fn run(model: &BodyModel, args: &InferArgs, own: &BodyInferArgs) -> Result<()> {
     let checkpoint = &model.checkpoint;
-    if args.events.len() > 1 || own.cameras.is_some() {
+    if args.events.len() > 1 {
         return infer_cameras::run(model, args, own);
     }
     let events = args.recording()?;
+    ensure!(
+        own.cameras.is_none(),
+        "--cameras is for several recordings, and one recording is given"
+    );
     let options = BodyPredictorOptions {
         precision: own.own.precision,
         threads: rayon::current_num_threads(),
