@@ -39,7 +39,7 @@ impl Parameter {
         match self {
             Self::Number(spec) => spec.expected(),
             Self::Word(spec) => format!("one of {}", spec.allowed.join(", ")),
-            Self::File(_) => "a file".to_owned(),
+            Self::File(_) => "the path of a file".to_owned(),
         }
     }
 

@@ -291,7 +291,7 @@ mod tests {
         for (key, given, want) in [
             ("kernel", Given::Word("9"), "`kernel` = \"9\", expected an odd number in 1..=31 px"),
             ("rule", Given::Number(1.0), "`rule` = 1, expected one of or, and"),
-            ("map", Given::Text(""), "`map` = , expected a file"),
+            ("map", Given::Text(""), "`map` = , expected the path of a file"),
             ("tau", Given::Text("3"), "has no parameter `tau`; it has kernel, decay, rule, map"),
         ] {
             assert_eq!(shown(&[(key, given)]), Err(want.to_owned()));
