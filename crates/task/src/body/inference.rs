@@ -50,6 +50,11 @@ impl BodyInference {
         }
     }
 
+    /// Whether every count of images is compiled for itself, in seconds: one count should serve all calls.
+    pub(super) fn compiles_by_count(&self) -> bool {
+        matches!(self, Self::Burn(..))
+    }
+
     /// Calls `take` with the maps of each of `images`, `[channels][rows][columns]` one after another
     /// in the shape of [`Self::new`], in their order.
     pub(super) fn for_each(

@@ -203,7 +203,8 @@ impl BodyPredictor {
         if cropped.is_empty() {
             return;
         }
-        self.inputs.resize(cropped.len() * self.size(), 0.0);
+        let count = if self.inference.compiles_by_count() { images.len() } else { cropped.len() };
+        self.inputs.resize(count * self.size(), 0.0);
         for (input, (index, crop)) in cropped.iter().enumerate() {
             self.fill_input(input, images[*index], *crop);
         }
