@@ -186,7 +186,7 @@ fn what_is_for_hands_is_refused_for_bodies_and_the_other_way_round() {
     assert!(message.contains("--data") && message.contains("--out"), "{message}");
     let message =
         sandbox.fails(&tiny_body(&["simulate", "finetune", "--out", "x", "--condition", "dark"]));
-    assert!(message.contains("for hands"), "{message}");
+    assert!(message.contains("it is for `hand`"), "{message}");
     let message = sandbox.fails(&[
         "train",
         "finetune",

@@ -81,7 +81,7 @@ fn nothing_is_said_before_there_was_something_to_see() {
     let said = sandbox.fails(&infer);
     assert!(said.contains("no pose"), "{said}");
     let said = sandbox.fails(&[&infer[..], &["--min-score", "0.5"]].concat());
-    assert!(said.contains("do not score"), "{said}");
+    assert!(said.contains("it is for `body`"), "{said}");
 }
 
 #[test]
