@@ -102,7 +102,7 @@ fn read(path: &Path, bytes: &[u8]) -> Result<PoseSequence, IoError> {
                 serde_json::from_slice(line).map_err(|error| fault(error.to_string()))?;
             // Where a line does not show its kind, that of the lines before gives a better message.
             let known = sequence.as_ref().map(|sequence| sequence.kind);
-            let kind = kind_of(&value, known);
+            let kind = kind_of(&value, known).or(known);
             // A file is of persons or of hands, not of both.
             let kind = kind.filter(|kind| known.is_none_or(|known| known == *kind));
             let kind = kind.ok_or_else(|| fault("neither of a person nor of a hand".to_owned()))?;
@@ -118,7 +118,7 @@ fn read(path: &Path, bytes: &[u8]) -> Result<PoseSequence, IoError> {
     sequence.ok_or_else(|| row_fault(path, 1, 0, "no poses".to_owned(), 0))
 }
 
-/// The kind that a line shows, or else that of the lines before.
+/// The kind that a line shows. One without joints is of the lines before, or else of a body.
 fn kind_of(line: &Map<String, Value>, known: Option<PoseKind>) -> Option<PoseKind> {
     if line.contains_key("params") {
         return Some(PoseKind::Hand);
@@ -126,12 +126,12 @@ fn kind_of(line: &Map<String, Value>, known: Option<PoseKind>) -> Option<PoseKin
     if let Some(values) = line.get("values") {
         return PoseLayout::of_names(|name| values.get(name).is_some()).map(PoseKind::Values);
     }
-    let Some(joints) = line.get("joints").and_then(Value::as_object) else { return known };
+    let joints = line.get("joints")?.as_object()?;
     match joints.keys().next() {
         Some(name) => [PoseKind::Body, PoseKind::Hand]
             .into_iter()
             .find(|kind| kind.joint_names().contains(&name.as_str())),
-        // Nobody is in view; of a hand, a file's first line has joints.
+        // Nobody is in view; the first line of hands has joints.
         None => known.or(Some(PoseKind::Body)),
     }
 }
