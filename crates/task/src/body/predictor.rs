@@ -54,12 +54,15 @@ pub struct BodyPredictorOptions {
     pub threads: usize,
     /// Joints of a lower score are not found; that of the checkpoint if none.
     pub confidence: Option<f32>,
+    /// Whether a person is also inferred in crops of other sizes and in the mirror; as the checkpoint says
+    /// if none.
+    pub consensus: Option<bool>,
 }
 
 impl Default for BodyPredictorOptions {
-    /// One thread, 32 bits, the confidence of the checkpoint.
+    /// One thread, 32 bits, confidence and consensus of the checkpoint.
     fn default() -> Self {
-        Self { precision: Precision::F32, threads: 1, confidence: None }
+        Self { precision: Precision::F32, threads: 1, confidence: None, consensus: None }
     }
 }
 
@@ -93,7 +96,10 @@ impl BodyPredictor {
             decoder: if is_published { decoder.as_published() } else { decoder },
             side_px,
             interpolation: image.interpolation,
-            second_pass: checkpoint.config.decoding.second_pass,
+            second_pass: checkpoint.config.decoding.second_pass.map(|second| SecondPass {
+                consensus: options.consensus.unwrap_or(second.consensus),
+                ..second
+            }),
             inputs: vec![0.0; CHANNELS * side_px * side_px],
         })
     }
@@ -369,6 +375,9 @@ mod tests {
         assert_eq!(alone, together);
         let without = predictor.joints_of(&images, &[]);
         assert_eq!((&without[1], &without[3]), (&together[1], &together[3]));
+        let options = BodyPredictorOptions { consensus: Some(false), ..options };
+        let mut twice = BodyPredictor::new(&checkpoint, options, None).expect("compiles");
+        assert_ne!(twice.joints_of(&images, &[]), without);
         let differs = [0, 2].map(|k| without[k] != together[k]);
         assert!(differs.contains(&true) && score_of_joints(&together[0]) > 0.0, "{differs:?}");
     }

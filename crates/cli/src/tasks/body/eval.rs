@@ -112,8 +112,11 @@ fn evaluate(
     outputs: &Outputs<'_>,
 ) -> Result<()> {
     let checkpoint = &model.checkpoint;
-    let options =
-        BodyPredictorOptions { precision: own.own.precision, ..BodyPredictorOptions::default() };
+    let options = BodyPredictorOptions {
+        precision: own.own.precision,
+        consensus: own.consensus,
+        ..BodyPredictorOptions::default()
+    };
     let predictor = model.predictor(options)?;
     let recordings = BodyRecordings::open(data)?;
     let mean = match checkpoint.mean_pose {

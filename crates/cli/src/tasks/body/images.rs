@@ -143,8 +143,11 @@ fn evaluate(
         // Not in the part of a sequence that the protocol leaves out.
         frame.t = Micros::SECOND;
     }
-    let options =
-        BodyPredictorOptions { precision: own.own.precision, ..BodyPredictorOptions::default() };
+    let options = BodyPredictorOptions {
+        precision: own.own.precision,
+        consensus: own.consensus,
+        ..BodyPredictorOptions::default()
+    };
     let predictor = model.predictor(options)?;
     let mean = checkpoint.mean_pose.unwrap_or_else(|| frames.mean_pose());
     if let Some(path) = &own.own.preview {

@@ -37,6 +37,7 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs, own: &BodyInferArgs) -> R
         precision: own.own.precision,
         threads: rayon::current_num_threads(),
         confidence: own.confidence,
+        consensus: own.consensus,
     };
     let mut predictor = model.predictor(options)?;
     let batch = online::batch(own.batch, &model.device);

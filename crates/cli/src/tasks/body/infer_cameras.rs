@@ -36,6 +36,7 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs, own: &BodyInferArgs) -> R
         precision: own.own.precision,
         threads: 1,
         confidence: own.confidence,
+        consensus: own.consensus,
     })?;
     let mut recordings = Vec::new();
     for (events, camera) in args.events.iter().zip(&cameras) {

@@ -180,10 +180,12 @@ impl PoseModel for BodyModel {
     }
 
     fn stream(&self, sensor: SensorSize, args: &TaskArgs<Live>) -> Result<Box<dyn OnlineStream>> {
-        let BodyLiveArgs { own: options, min_score, confidence } = args.of(Body.name())?;
+        let BodyLiveArgs { own: options, min_score, confidence, consensus } =
+            args.of(Body.name())?;
         let mut predictor = self.predictor(BodyPredictorOptions {
             precision: options.precision,
             confidence,
+            consensus: Some(consensus),
             ..BodyPredictorOptions::default()
         })?;
         // Every image of a batch but the last waits, so that only who asks for it gets one.
