@@ -26,8 +26,8 @@ pub(crate) struct BodyEvalArgs {
     /// of it, the hips' on the crest of the pelvis
     #[arg(long, value_name = "SET", value_parser = joint_definition)]
     pub(super) joints: Option<JointDefinition>,
-    /// true: infer a person also in crops of other sizes and in the mirror, for truer joints in 2.5 times the
-    /// time; false: not [default: the checkpoint's]
+    /// true: infer a person also in crops of other sizes and in the mirror, for truer joints, seven
+    /// inferences for two; false: not [default: the checkpoint's]
     #[arg(long, value_name = "BOOL")]
     pub(super) consensus: Option<bool>,
     /// Plot PCK against its threshold, as an SVG file
@@ -61,8 +61,8 @@ pub(crate) struct BodyInferArgs {
     /// Minimum score of a joint in the decoder of the network [the checkpoint's]
     #[arg(long)]
     pub(super) confidence: Option<f32>,
-    /// true: infer a person also in crops of other sizes and in the mirror, for truer joints in 2.5 times the
-    /// time; false: not [default: the checkpoint's]
+    /// true: infer a person also in crops of other sizes and in the mirror, for truer joints, seven
+    /// inferences for two; false: not [default: the checkpoint's]
     #[arg(long, value_name = "BOOL")]
     pub(super) consensus: Option<bool>,
     /// Also write skeletons as a YARP folder
@@ -85,8 +85,8 @@ pub(crate) struct BodyLiveArgs {
     /// Minimum score of a joint in the decoder of the network [the checkpoint's]
     #[arg(long)]
     pub(super) confidence: Option<f32>,
-    /// Infer a person also in crops of other sizes and in the mirror, as `evpose infer` does: truer joints in
-    /// 2.5 times the time
+    /// Infer a person also in crops of other sizes and in the mirror, as `evpose infer` does: truer joints,
+    /// seven inferences for two
     #[arg(long)]
     pub(super) consensus: bool,
 }
