@@ -55,6 +55,45 @@ impl Columns {
         self.polarity.reserve(events);
     }
 
+    /// Appends all events of `other`.
+    pub fn append(&mut self, other: &Self) {
+        self.t.extend_from_slice(&other.t);
+        self.x.extend_from_slice(&other.x);
+        self.y.extend_from_slice(&other.y);
+        self.polarity.extend_from_slice(&other.polarity);
+    }
+
+    /// Removes the first `count` events.
+    ///
+    /// # Panics
+    /// If there are fewer.
+    pub(crate) fn discard_first(&mut self, count: usize) {
+        self.t.drain(..count);
+        self.x.drain(..count);
+        self.y.drain(..count);
+        self.polarity.drain(..count);
+    }
+
+    /// Moves the first `count` events to the end of `to`.
+    ///
+    /// # Panics
+    /// If there are fewer.
+    pub(crate) fn move_first(&mut self, count: usize, to: &mut Self) {
+        to.t.extend_from_slice(&self.t[..count]);
+        to.x.extend_from_slice(&self.x[..count]);
+        to.y.extend_from_slice(&self.y[..count]);
+        to.polarity.extend_from_slice(&self.polarity[..count]);
+        self.discard_first(count);
+    }
+
+    /// Sorts by time; events of one time keep their order.
+    pub(crate) fn sort(&mut self) {
+        let mut events: Vec<Event> = self.iter().collect();
+        events.sort_by_key(|event| event.t);
+        self.clear();
+        events.into_iter().for_each(|event| self.push(event));
+    }
+
     /// Appends an event.
     pub fn push(&mut self, event: Event) {
         self.t.push(event.t);

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use evpose_core::SensorSize;
+use evpose_core::{Micros, SensorSize};
 
 use crate::evc::EvcFault;
 use crate::frames::FrameFault;
@@ -57,6 +57,47 @@ pub enum IoError {
         /// Events before it.
         events: u64,
     },
+    /// The clock of a recording starts again within the file.
+    #[error(
+        "{}: the clock goes back at event {event}, from {:.6} s to {:.6} s: read one part with --part 1 or \
+         --part 2, all parts one after the other with --join, or all events by their time stamps with \
+         --sort",
+        path.display(), from.as_seconds(), to.as_seconds()
+    )]
+    ClockRestart {
+        /// The recording.
+        path: PathBuf,
+        /// The first event of the next part, counted from 0.
+        event: u64,
+        /// The latest time before.
+        from: Micros,
+        /// Its time.
+        to: Micros,
+    },
+    /// Time stamps without order.
+    #[error(
+        "{}: {strays} of the first {events} events have time stamps far from the others: read all by their \
+         time stamps with --sort",
+        path.display()
+    )]
+    NoOrder {
+        /// The recording.
+        path: PathBuf,
+        /// Events far from the others.
+        strays: u64,
+        /// Events read.
+        events: u64,
+    },
+    /// A part beyond the last.
+    #[error("{}: there is no part {part}: the clock starts {parts} times", path.display())]
+    NoSuchPart {
+        /// The recording.
+        path: PathBuf,
+        /// The part that was asked for.
+        part: usize,
+        /// Parts that there are.
+        parts: usize,
+    },
     /// A given size of the sensor that is not the one that the file states.
     #[error("{}: the file states a sensor of {stated}, not of {given}", path.display())]
     OtherSensor {
@@ -79,6 +120,22 @@ pub enum IoError {
         given: SensorSize,
         /// Smallest size that holds every event.
         extent: SensorSize,
+    },
+    /// More than a tenth of the events are outside the sensor.
+    #[error(
+        "{}: {outside} of {events} events are outside a sensor of {sensor}: give the right size with \
+         --sensor, or other columns with --columns",
+        path.display()
+    )]
+    Outside {
+        /// The recording.
+        path: PathBuf,
+        /// The sensor, as stated or given.
+        sensor: SensorSize,
+        /// Events outside.
+        outside: usize,
+        /// Events so far.
+        events: usize,
     },
     /// Events that a stream cannot take: it ends later, or its sensor is smaller.
     #[error("{}: {reason}", path.display())]

@@ -88,7 +88,7 @@ pub use open::{
 pub use sink::EventSink;
 pub use source::{
     BlockSource, DecodeFault, Decoder, EventSource, Header, Input, MemorySource, OpenOptions,
-    ReadSeek,
+    ReadSeek, Restarts,
 };
 
 pub use evpose_core::{

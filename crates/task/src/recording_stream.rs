@@ -8,7 +8,7 @@
 
 use std::time::Instant;
 
-use evpose_core::{EventStream, Micros, Rejected, SensorSize, TimeWindow};
+use evpose_core::{EventStream, Micros, SensorSize, TimeWindow};
 use evpose_io::{IoError, Windows};
 use evpose_pose::stream::{InferenceSchedule, InferenceWorker, PoseStream, StreamFrontend};
 
@@ -65,14 +65,11 @@ where
 
     /// Remarks on the content read so far, in sentences without a full stop.
     pub fn warnings(&self) -> Vec<String> {
-        let Rejected { outside_sensor, out_of_order } = self.events.windows.rejected();
-        let rejected = (outside_sensor + out_of_order > 0).then(|| {
-            format!(
-                "left out {outside_sensor} events outside the sensor and {out_of_order} out of order"
-            )
-        });
+        let outside = self.events.windows.outside();
+        let outside =
+            (outside > 0).then(|| format!("{outside} events are outside the sensor: left out"));
         let remarks = self.stream.frontend.remarks().into_iter();
-        rejected.into_iter().chain(remarks).chain(self.events.windows.remarks()).collect()
+        outside.into_iter().chain(remarks).chain(self.events.windows.remarks()).collect()
     }
 
     /// When the recording begins and ends; none if it is empty. Only before anything was read.

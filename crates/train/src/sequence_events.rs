@@ -65,11 +65,10 @@ impl RecordedEvents {
         };
         let mut read = EventStream::empty(windows.sensor());
         windows.read(window(&frames), &mut read)?;
-        let rejected = windows.rejected().total() + windows.straggling() as usize;
-        if rejected > 0 {
+        let outside = windows.outside();
+        if outside > 0 {
             let reason = format!(
-                "{rejected} events lie outside of the sensor or more than 10 ms out of order: write the \
-                 recording anew with `evpose convert`"
+                "{outside} events are outside the sensor: write the recording anew with `evpose convert`"
             );
             return Err(IoError::Stream { path: path.clone(), reason });
         }

@@ -1,16 +1,15 @@
 //! Warnings about a recording that was read.
 
-use evpose_core::{Rejected, SensorSize};
+use evpose_core::SensorSize;
 use evpose_io::{Recording, SensorOrigin, Windows};
 
 use crate::progress::say;
 
-/// Anomalies of a recording: an inferred sensor size, rejected and reordered events, remarks.
+/// Anomalies of a recording: an inferred sensor size, events outside it, remarks.
 pub(super) struct Account {
     pub(super) sensor: SensorSize,
     origin: SensorOrigin,
-    rejected: Rejected,
-    sorted: usize,
+    outside: usize,
     remarks: Vec<String>,
 }
 
@@ -20,8 +19,7 @@ impl Account {
         Self {
             sensor: windows.sensor(),
             origin: windows.sensor_origin(),
-            rejected: windows.rejected(),
-            sorted: 0,
+            outside: windows.outside(),
             remarks: windows.remarks(),
         }
     }
@@ -31,8 +29,7 @@ impl Account {
         Self {
             sensor: recording.stream.sensor(),
             origin: recording.sensor_origin,
-            rejected: recording.rejected,
-            sorted: recording.sorted,
+            outside: recording.outside,
             remarks: recording.remarks.clone(),
         }
     }
@@ -49,15 +46,8 @@ impl Account {
                 self.sensor
             ));
         }
-        let Rejected { outside_sensor, out_of_order } = self.rejected;
-        for (count, anomaly) in [
-            (outside_sensor, "outside the sensor: skipped"),
-            (out_of_order, "out of order: skipped"),
-            (self.sorted, "out of order: sorted"),
-        ] {
-            if count > 0 {
-                say(format!("warning   {count} events {anomaly}"));
-            }
+        if self.outside > 0 {
+            say(format!("warning   {} events outside the sensor: skipped", self.outside));
         }
     }
 }

@@ -1,7 +1,6 @@
 //! `evpose convert`: a recording in another format.
 //!
-//! Files in time order are converted window by window, in constant memory. Files that are far out
-//! of order are read whole and sorted.
+//! Files that state their sensor are converted window by window, in constant memory.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -155,8 +154,8 @@ fn windows(args: &ConvertArgs, format: &Format, options: &OpenOptions) -> Result
             windows.read(window, &mut events)?;
             // Known only as events come: what was written so far is thrown away with the sink.
             let is_assumed = windows.sensor_origin() == SensorOrigin::Assumed;
-            let is_too_small = is_assumed && windows.rejected().outside_sensor > 0;
-            if windows.straggling() > 0 || is_too_small {
+            let is_too_small = is_assumed && windows.outside() > 0;
+            if is_too_small {
                 return Ok(None);
             }
             written += cut.write(&events, sink.as_mut())?;

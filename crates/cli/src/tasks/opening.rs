@@ -9,7 +9,7 @@ use crate::progress::note;
 use crate::sidecar::sensor_beside;
 use anyhow::{Result, bail};
 use evpose_core::SensorSize;
-use evpose_io::{OpenOptions, SensorOrigin, find_sensor};
+use evpose_io::{OpenOptions, Restarts, SensorOrigin, find_sensor};
 
 /// Properties of a recording that its file may not state.
 #[derive(Debug, Default, clap::Args)]
@@ -26,6 +26,16 @@ pub struct OpeningArgs {
     /// Read the intact parts of a damaged file, and report what is lost
     #[arg(long)]
     pub salvage: bool,
+    /// Of a recording whose clock starts again within the file: only this part, counted from 1
+    #[arg(long, value_name = "N", conflicts_with_all = ["join", "sort"],
+          value_parser = clap::value_parser!(u32).range(1..))]
+    pub part: Option<u32>,
+    /// All parts, one after the other in time
+    #[arg(long, conflicts_with = "sort")]
+    pub join: bool,
+    /// All events by their time stamps, whatever their order; takes the memory of the whole recording
+    #[arg(long)]
+    pub sort: bool,
 }
 
 impl OpeningArgs {
@@ -45,6 +55,12 @@ impl OpeningArgs {
             camera: self.camera_index,
             tick_us: self.tick_us,
             salvage: self.salvage,
+            restarts: match (self.part, self.join, self.sort) {
+                (Some(part), ..) => Restarts::Part(part as usize),
+                (None, true, _) => Restarts::Join,
+                (None, false, true) => Restarts::Sort,
+                (None, false, false) => Restarts::Refuse,
+            },
         };
         if self.sensor.is_some() && recording.exists() {
             find_sensor(recording, &options)?;

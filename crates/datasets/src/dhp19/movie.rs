@@ -54,13 +54,9 @@ pub fn read_movie(path: &Path, salvage: bool) -> Result<Movie, DatasetError> {
 /// Remarks of one camera that the others do not share.
 fn remarks_of(number: usize, recording: &Recording) -> Vec<String> {
     let mut remarks = Vec::new();
-    for (count, what) in [
-        (recording.rejected.total(), "events are outside the sensor or out of order and left out"),
-        (recording.sorted, "events are earlier than one before them and were sorted"),
-    ] {
-        if count > 0 {
-            remarks.push(format!("camera {number}: {count} {what}"));
-        }
+    if recording.outside > 0 {
+        let outside = recording.outside;
+        remarks.push(format!("camera {number}: {outside} events are outside the sensor: left out"));
     }
     // Other cameras, pulses and frames are passed over in every movie.
     let others = recording.remarks.iter().filter(|remark| !remark.ends_with("are passed over"));

@@ -40,12 +40,8 @@ pub fn read_published(
     let events = open_as(ClipName::events_folder(&clip), &options)?;
     let skeletons = read_skeletons(clip.join(name.labels_channel()))?;
     let mut remarks = events.remarks;
-    if events.rejected.total() > 0 {
-        let SensorSize { width, height } = SENSOR;
-        remarks.push(format!(
-            "{} events are outside {width}x{height} or out of order and left out",
-            events.rejected.total()
-        ));
+    if events.outside > 0 {
+        remarks.push(format!("{} events are outside {SENSOR} and left out", events.outside));
     }
     let bodies = skeletons.iter().map(body).collect();
     let recording = LabelledRecording { name: name.to_string(), events: events.stream, bodies };

@@ -118,8 +118,8 @@ pub fn load_shots(
         described(path, &shots),
     ];
     let events = units::shifted(&events, Micros(-zero.0));
-    let rejected = windows.rejected();
-    let recording = LoadedRecording { events, rejected, tick: Micros(1), provenance, notes };
+    let outside = windows.outside();
+    let recording = LoadedRecording { events, outside, tick: Micros(1), provenance, notes };
     Ok(LoadedShots { shots, recording })
 }
 

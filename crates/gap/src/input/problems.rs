@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use evpose_core::{EventStream, Micros, Rejected, SensorSize};
+use evpose_core::{EventStream, Micros, SensorSize};
 
 use super::symmetry::{self, Orientation};
 use super::{LoadedRecording, units};
@@ -24,8 +24,8 @@ const MIN_GAIN: f64 = 0.1;
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Problem {
-    /// Events of the file that were rejected.
-    Lost(Rejected),
+    /// Count of events of the file outside the sensor.
+    Outside(usize),
     /// The recording is of another sensor.
     Size {
         /// Sensor size of the recording.
@@ -68,8 +68,8 @@ impl Problems {
     /// `duration_s`.
     pub fn find(recording: &LoadedRecording, duration_s: f64, reference: &EventStream) -> Self {
         let mut list = Vec::new();
-        if recording.rejected.total() > 0 {
-            list.push(Problem::Lost(recording.rejected));
+        if recording.outside > 0 {
+            list.push(Problem::Outside(recording.outside));
         }
         let mut events = recording.events.clone();
         if events.sensor() != reference.sensor() {
@@ -204,11 +204,9 @@ fn is_other_length(events: &EventStream, reference: &EventStream, duration_s: f6
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Lost(rejected) => write!(
-                f,
-                "{} events outside the sensor and {} out of order are left out",
-                rejected.outside_sensor, rejected.out_of_order
-            ),
+            Self::Outside(outside) => {
+                write!(f, "{outside} events outside the sensor are left out")
+            }
             Self::Size { recording, scene } => {
                 write!(
                     f,

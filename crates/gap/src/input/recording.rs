@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use evpose_core::{Event, EventStream, EventStreamBuilder, Micros, Rejected, SensorSize};
+use evpose_core::{Event, EventStream, EventStreamBuilder, Micros, SensorSize};
 use evpose_io::SensorOrigin;
 
 use crate::GapError;
@@ -12,8 +12,8 @@ use crate::GapError;
 pub struct LoadedRecording {
     /// The events, in order of time.
     pub events: EventStream,
-    /// Counts of rejected events, out of order or outside the sensor.
-    pub rejected: Rejected,
+    /// Count of events outside the sensor, which were left out.
+    pub outside: usize,
     /// Unit of the format's time stamps; a microsecond if it has none.
     pub tick: Micros,
     /// Provenance, a line per file.
@@ -33,7 +33,7 @@ pub fn load_recording(
 ) -> Result<LoadedRecording, GapError> {
     let path = path.as_ref();
     let mut read = evpose_io::open(path)?;
-    let mut notes = Vec::new();
+    let mut notes = read.remarks.clone();
     if let Some(given) = sensor {
         match read.sensor_origin {
             // The format only assumed its usual size: read again with the scene's.
@@ -42,12 +42,6 @@ pub fn load_recording(
             SensorOrigin::Stated | SensorOrigin::Given => {}
         }
     }
-    if read.sorted > 0 {
-        notes.push(format!(
-            "{} events stood behind later ones: all are sorted by time",
-            read.sorted
-        ));
-    }
     let is_framed = read.format == "evc";
     // Stamps are known to a frame.
     let tick = if is_framed { evpose_io::evc::FRAME } else { Micros(1) };
@@ -55,13 +49,11 @@ pub fn load_recording(
         // Events of one frame have no order in time: sort them by pixel, as simulated ones are.
         read.stream = by_pixel(&read.stream);
     }
-    let (events, rejected) = (read.stream, read.rejected);
+    let (events, outside) = (read.stream, read.outside);
     if events.is_empty() {
         return Err(GapError::Recording(format!(
-            "{}: no events ({} outside the sensor, {} out of order)",
-            path.display(),
-            rejected.outside_sensor,
-            rejected.out_of_order
+            "{}: no events ({outside} outside the sensor)",
+            path.display()
         )));
     }
     let span = [0, events.len() - 1].map(|i| events.t()[i].as_seconds());
@@ -74,7 +66,7 @@ pub fn load_recording(
         span[1],
         read.format
     )];
-    Ok(LoadedRecording { events, rejected, tick, provenance, notes })
+    Ok(LoadedRecording { events, outside, tick, provenance, notes })
 }
 
 /// Sorts events of equal time by pixel, row by row from the top.

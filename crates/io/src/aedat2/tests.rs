@@ -80,7 +80,7 @@ fn events_of_a_davis_are_turned_the_right_way_round_and_the_rest_is_counted() {
         ]
     );
     let recording = read_as(Input::memory("x", bytes), &OpenOptions::default()).unwrap();
-    assert_eq!((recording.format, recording.rejected.outside_sensor), ("aedat2", 1));
+    assert_eq!((recording.format, recording.outside), ("aedat2", 1));
     assert_eq!(recording.stream.sensor(), SensorSize { width: 346, height: 260 });
     assert_eq!(recording.sensor_origin, SensorOrigin::Stated);
 }

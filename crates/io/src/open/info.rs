@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use evpose_core::{Micros, SensorSize};
 
-use super::whole::{early, extent, sensor_of};
+use super::whole::{extent, sensor_of};
 use super::{Labels, SensorOrigin};
 use crate::{Columns, IoError, OpenOptions};
 
@@ -78,13 +78,9 @@ pub fn info(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Info, IoErr
     // Remarks of the source come before the loss.
     warnings.splice(0..0, source.remarks());
     warnings.extend(sensor_warning(sensor_origin, survey.extent, source.header().usual_sensor));
-    for (count, what) in [
-        (survey.outside, "lie outside the sensor: they are left out"),
-        (survey.early, "stand behind later ones: a few are left out, many are sorted"),
-    ] {
-        if count > 0 {
-            warnings.push(format!("{count} events {what}"));
-        }
+    if survey.outside > 0 {
+        let outside = survey.outside;
+        warnings.push(format!("{outside} events lie outside the sensor: they are left out"));
     }
     let labels = (format.labels)(&path, source.as_ref(), &mut warnings);
     let span = survey.first.map(|first| (first, survey.latest));
@@ -132,7 +128,6 @@ struct Survey {
     sensor: Option<SensorSize>,
     events: u64,
     on: u64,
-    early: usize,
     latest: Micros,
     first: Option<Micros>,
     outside: usize,
@@ -143,14 +138,14 @@ impl Survey {
     fn new(sensor: Option<SensorSize>) -> Self {
         let extent = SensorSize { width: 1, height: 1 };
         let latest = Micros(i64::MIN);
-        Self { sensor, events: 0, on: 0, early: 0, latest, first: None, outside: 0, extent }
+        Self { sensor, events: 0, on: 0, latest, first: None, outside: 0, extent }
     }
 
     fn add(&mut self, columns: &Columns) {
         self.events += columns.len() as u64;
         self.on += columns.polarity.iter().filter(|p| p.is_on()).count() as u64;
-        self.first = self.first.into_iter().chain(columns.t.iter().copied()).min();
-        self.early += early(&columns.t, &mut self.latest);
+        self.first = self.first.or(columns.t.first().copied());
+        self.latest = columns.t.last().copied().unwrap_or(self.latest);
         let extent = extent(columns);
         self.extent.width = self.extent.width.max(extent.width);
         self.extent.height = self.extent.height.max(extent.height);

@@ -10,7 +10,7 @@ mod windows;
 
 use std::path::{Path, PathBuf};
 
-use evpose_core::{EventStream, Rejected, SensorSize};
+use evpose_core::{EventStream, SensorSize};
 
 pub use beside::{recordings_by_stem, writable_format};
 pub(crate) use format::no_labels;
@@ -20,6 +20,7 @@ pub use registry::{FORMATS, create, detect_format, format_by_name, format_for};
 pub use sensor::find_sensor;
 pub use windows::Windows;
 
+use crate::source::OrderedSource;
 use crate::{EventSource, Input, IoError, OpenOptions};
 
 /// A whole recording in memory.
@@ -29,10 +30,8 @@ pub struct Recording {
     pub format: &'static str,
     /// The events.
     pub stream: EventStream,
-    /// Counts of events that were left out.
-    pub rejected: Rejected,
-    /// Count of events that stood behind later ones and were sorted.
-    pub sorted: usize,
+    /// Count of events outside the sensor, which were left out.
+    pub outside: usize,
     /// Origin of the size of the sensor.
     pub sensor_origin: SensorOrigin,
     /// Remarks on the content, in sentences without a full stop.
@@ -93,8 +92,9 @@ pub fn read_as_in(
     input: Input,
     options: &OpenOptions,
 ) -> Result<Recording, IoError> {
+    let path = input.path.clone();
     let (format, mut source) = source_in(formats, input, options)?;
-    whole::read(format.name, source.as_mut(), options)
+    whole::read(&path, format.name, source.as_mut(), options)
 }
 
 /// Opens a file of any format as a source of events.
@@ -113,6 +113,17 @@ pub fn source(
 /// # Errors
 /// As [`source()`].
 pub fn source_in<'a>(
+    formats: &'a [Format],
+    input: Input,
+    options: &OpenOptions,
+) -> Result<(&'a Format, Box<dyn EventSource>), IoError> {
+    let path = input.path.clone();
+    let (format, source) = unordered_in(formats, input, options)?;
+    Ok((format, OrderedSource::open(source, path, options)?))
+}
+
+/// As [`source_in`], with events in the order of the file.
+pub(crate) fn unordered_in<'a>(
     formats: &'a [Format],
     mut input: Input,
     options: &OpenOptions,

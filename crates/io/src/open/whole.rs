@@ -1,20 +1,18 @@
 //! A recording read to its end.
-//!
-//! A few events with a stamp before that of their predecessor are faults: they are left out and
-//! counted. Some programs write whole batches unsorted, though, and one stamp far too late would
-//! cost all events behind it: where more than a few are early, all are kept, sorted by time.
 
-use evpose_core::{Event, EventStream, EventStreamBuilder, Micros, Rejected, SensorSize};
+use std::path::Path;
+
+use evpose_core::{EventStream, EventStreamBuilder, SensorSize};
 
 use super::{Recording, SensorOrigin};
 use crate::{Columns, EventSource, Header, IoError, OpenOptions};
 
-/// Early events that are faults of single stamps, and the share of all from which on they are not.
-const FAULTS: usize = 10;
-const SHARE: f64 = 1e-3;
+/// Events outside the sensor up to which it is not in doubt.
+const FEW: usize = 10;
 
 /// Reads everything that `source` has left.
 pub(super) fn read(
+    path: &Path,
     format: &'static str,
     source: &mut dyn EventSource,
     options: &OpenOptions,
@@ -37,8 +35,12 @@ pub(super) fn read(
     // Remarks are complete only when everything has been read, but come before the loss.
     remarks.splice(0..0, source.remarks());
     let (sensor, sensor_origin) = sensor_of(source.header(), options, || extent(&columns));
-    let Ordered { stream, rejected, sorted } = ordered(sensor, columns);
-    Ok(Recording { format, stream, rejected, sorted, sensor_origin, remarks })
+    let events = columns.len();
+    let (stream, outside) = stream_of(sensor, columns);
+    if is_elsewhere(outside, events) {
+        return Err(IoError::Outside { path: path.to_owned(), sensor, outside, events });
+    }
+    Ok(Recording { format, stream, outside, sensor_origin, remarks })
 }
 
 /// The sensor of a file: as it states, as the caller says, as usual if that holds every event, else
@@ -75,49 +77,29 @@ pub(super) fn extent(columns: &Columns) -> SensorSize {
     SensorSize { width: x + 1, height: y + 1 }
 }
 
-/// Events in order, what could not be used, and how many were not where they belong.
-pub(super) struct Ordered {
-    pub(super) stream: EventStream,
-    pub(super) rejected: Rejected,
-    pub(super) sorted: usize,
-}
-
-/// How many events are earlier than one before them.
-pub(super) fn early(times: &[Micros], latest: &mut Micros) -> usize {
-    let mut count = 0;
-    for &t in times {
-        count += usize::from(t < *latest);
-        *latest = t.max(*latest);
-    }
-    count
-}
-
-/// Puts events of a file in order.
-pub(super) fn ordered(sensor: SensorSize, columns: Columns) -> Ordered {
+/// The events on the sensor, and the count of the others.
+fn stream_of(sensor: SensorSize, columns: Columns) -> (EventStream, usize) {
     let Columns { t, x, y, polarity } = columns;
     let columns = match EventStream::from_columns(sensor, t, x, y, polarity) {
-        Ok(stream) => return Ordered { stream, rejected: Rejected::default(), sorted: 0 },
+        Ok(stream) => return (stream, 0),
         Err((t, x, y, polarity)) => Columns { t, x, y, polarity },
     };
-    let early = early(&columns.t, &mut Micros(i64::MIN));
-    let is_unsorted = early > FAULTS && early as f64 > SHARE * columns.len() as f64;
-    let mut events: Vec<Event> = columns.iter().collect();
-    drop(columns);
-    if is_unsorted {
-        // Stable: events of one time keep their order.
-        events.sort_by_key(|event| event.t);
-    }
     let mut builder = EventStreamBuilder::new(sensor);
-    events.into_iter().for_each(|event| builder.push(event));
+    columns.iter().for_each(|event| builder.push(event));
     let (stream, rejected) = builder.finish();
-    Ordered { stream, rejected, sorted: if is_unsorted { early } else { 0 } }
+    (stream, rejected.total())
+}
+
+/// Whether so many events are outside the sensor that it is another one: more than a tenth.
+pub(super) fn is_elsewhere(outside: usize, events: usize) -> bool {
+    outside > FEW && outside * 10 > events
 }
 
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
 
-    use evpose_core::Polarity;
+    use evpose_core::{Event, Micros, Polarity};
 
     use super::*;
 
@@ -127,26 +109,6 @@ mod tests {
     }
 
     const SENSOR: SensorSize = SensorSize { width: 1, height: 1 };
-
-    #[test]
-    fn a_few_early_events_are_left_out() {
-        let found = ordered(SENSOR, events((0..1000).map(|t| if t == 500 { 3 } else { t })));
-        assert_eq!((found.stream.len(), found.rejected.out_of_order, found.sorted), (999, 1, 0));
-    }
-
-    #[test]
-    fn batches_without_order_are_sorted_and_nothing_is_lost() {
-        let found = ordered(SENSOR, events((0..1000).map(|t| t / 10 * 10 + (7 * t) % 10)));
-        assert_eq!((found.stream.len(), found.rejected.total()), (1000, 0));
-        assert!(found.sorted > 300, "{}", found.sorted);
-        assert!(found.stream.t().is_sorted());
-    }
-
-    #[test]
-    fn one_stamp_that_is_far_too_late_does_not_cost_the_rest() {
-        let found = ordered(SENSOR, events(std::iter::once(9_000_000).chain(0..1000)));
-        assert_eq!((found.stream.len(), found.sorted), (1001, 1000));
-    }
 
     #[test]
     fn the_usual_sensor_is_taken_where_it_holds_every_event() {

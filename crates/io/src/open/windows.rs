@@ -1,34 +1,31 @@
 //! Windows of a recording of any length, without holding more of it than they need.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use evpose_core::{EventStream, Micros, Rejected, SensorSize, TimeWindow};
+use evpose_core::{EventStream, Micros, SensorSize, TimeWindow};
 
-use super::whole::{extent, sensor_of};
+use super::whole::{extent, is_elsewhere, sensor_of};
 use super::{SensorOrigin, input, source};
 use crate::{Columns, EventSource, IoError, OpenOptions};
 
-/// Maximal delay of an event in the file behind its place in time, up to which it is sorted.
-const MAX_DELAY_US: i64 = 10_000;
-
 /// A recording that is read window by window, forward or from place to place.
 ///
-/// Events that stand up to 10 ms behind where they belong in time are put there; those that come
-/// when their window has been given are counted as out of order, and those outside the sensor as
-/// that.
+/// Events outside the sensor are counted as that.
 pub struct Windows {
+    path: PathBuf,
     source: Box<dyn EventSource>,
     sensor: SensorSize,
     sensor_origin: SensorOrigin,
-    /// Events that were read and not yet discarded, in the order of the file.
+    /// Events that were read and not yet discarded, in the order of time.
     buffer: Columns,
     /// Everything of the file before this time is in `buffer` or was discarded.
     read_to: Micros,
     /// End of the discarded part.
     left_to: Micros,
     is_at_end: bool,
-    rejected: Rejected,
-    straggling: u64,
+    /// Events given so far, and those outside the sensor beside them.
+    given: usize,
+    outside: usize,
     salvages: bool,
     /// Remark on the lost rest of a damaged file.
     lost: Option<String>,
@@ -42,10 +39,11 @@ impl Windows {
     /// As [`crate::open`]; damage further on is found when reading comes there.
     pub fn open(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Self, IoError> {
         let (_, source) = source(input(path.as_ref())?, options)?;
-        Self::from_source(source, options)
+        let windows = Self::from_source(source, options)?;
+        Ok(Self { path: path.as_ref().to_owned(), ..windows })
     }
 
-    /// Takes a source that nothing was read from.
+    /// Takes a source that nothing was read from, whose events are in the order of time.
     ///
     /// # Errors
     /// If the first events cannot be read.
@@ -54,6 +52,7 @@ impl Windows {
         options: &OpenOptions,
     ) -> Result<Self, IoError> {
         let mut windows = Self {
+            path: PathBuf::new(),
             source,
             sensor: SensorSize { width: 1, height: 1 },
             sensor_origin: SensorOrigin::Inferred,
@@ -61,8 +60,8 @@ impl Windows {
             read_to: Micros(i64::MIN),
             left_to: Micros(i64::MIN),
             is_at_end: false,
-            rejected: Rejected::default(),
-            straggling: 0,
+            given: 0,
+            outside: 0,
             salvages: options.salvage,
             lost: None,
         };
@@ -87,12 +86,12 @@ impl Windows {
 
     /// Time of the first event, if there is one; only before anything was read.
     pub fn start(&self) -> Option<Micros> {
-        self.buffer.t.iter().copied().min()
+        self.buffer.t.first().copied()
     }
 
-    /// Events left out so far.
-    pub fn rejected(&self) -> Rejected {
-        self.rejected
+    /// Count of events outside the sensor so far, which were left out.
+    pub fn outside(&self) -> usize {
+        self.outside
     }
 
     /// Time of the latest event. The file is read to its end once, without keeping it.
@@ -114,7 +113,7 @@ impl Windows {
     /// Time of the first event at `t` or later among those that were read ahead, or `t`: what lies
     /// between is empty. After [`Windows::is_over_at`] there is one, unless the recording is over.
     pub fn next_after(&self, t: Micros) -> Micros {
-        self.buffer.t.iter().copied().filter(|&at| at >= t).min().unwrap_or(t)
+        self.buffer.t.get(self.before(t)).copied().unwrap_or(t)
     }
 
     /// Remarks on the content read so far, in sentences without a full stop.
@@ -122,22 +121,16 @@ impl Windows {
         self.source.remarks().into_iter().chain(self.lost.clone()).collect()
     }
 
-    /// Events read so far that stood more than 10 ms behind an earlier one, whether or not they
-    /// could be put where they belong. Where there are any, reading the recording whole may give
-    /// more.
-    pub fn straggling(&self) -> u64 {
-        self.straggling
-    }
-
     /// Whether there are no events at `t` or later.
     ///
     /// # Errors
     /// If the file cannot be read up to there.
     pub fn is_over_at(&mut self, t: Micros) -> Result<bool, IoError> {
-        while !self.is_at_end && self.buffer.t.iter().all(|&at| at < t) {
+        let is_over = |buffer: &Columns| buffer.t.last().is_none_or(|last| *last < t);
+        while !self.is_at_end && is_over(&self.buffer) {
             self.read_on()?;
         }
-        Ok(self.buffer.t.iter().all(|&at| at < t))
+        Ok(is_over(&self.buffer))
     }
 
     /// Replaces what is in `events` by the events of `window`.
@@ -145,7 +138,8 @@ impl Windows {
     /// Windows that follow each other read the file once; others go to where they are by its index.
     ///
     /// # Errors
-    /// If the file cannot be read, or is damaged before the end of the window.
+    /// If the file cannot be read, is damaged before the end of the window, or more than a tenth of
+    /// its events are outside the sensor.
     ///
     /// # Panics
     /// If `events` are of a sensor of another size.
@@ -156,29 +150,29 @@ impl Windows {
         {
             self.go_to(window.start)?;
         }
-        // Events may stand behind later ones, by this much.
-        while !self.is_at_end && self.read_to.0 < window.end.0.saturating_add(MAX_DELAY_US) {
+        while !self.is_at_end && self.read_to < window.end {
             self.read_on()?;
         }
         self.leave_behind(window.start);
-        let mut inside: Vec<usize> =
-            (0..self.buffer.len()).filter(|&k| window.contains(self.buffer.t[k])).collect();
-        // Stable: events of one time keep their order.
-        inside.sort_by_key(|&k| self.buffer.t[k]);
         events.clear();
-        for k in inside {
+        for k in 0..self.before(window.end) {
             if events.push(self.buffer.event(k)).is_err() {
-                self.rejected.outside_sensor += 1;
+                self.outside += 1;
             }
+        }
+        self.given += events.len();
+        let (outside, events) = (self.outside, self.given + self.outside);
+        if is_elsewhere(outside, events) {
+            let (path, sensor) = (self.path.clone(), self.sensor);
+            return Err(IoError::Outside { path, sensor, outside, events });
         }
         Ok(())
     }
 
     /// Goes where reading on gives every event from `t` on.
     fn go_to(&mut self, t: Micros) -> Result<(), IoError> {
-        self.source.seek(Micros(t.0.saturating_sub(MAX_DELAY_US)))?;
+        self.source.seek(t)?;
         self.buffer.clear();
-        // Events before `t` are not out of order behind a seek.
         (self.read_to, self.left_to) = (Micros(i64::MIN), Micros(i64::MIN));
         self.is_at_end = false;
         Ok(())
@@ -186,18 +180,16 @@ impl Windows {
 
     /// Reads a batch.
     fn read_on(&mut self) -> Result<(), IoError> {
-        let before = self.buffer.len();
         let mut buffer = std::mem::take(&mut self.buffer);
         let read = self.next_batch(&mut buffer);
         self.buffer = buffer;
-        read?;
-        for &t in &self.buffer.t[before..] {
-            // Windows up to `left_to` have been given away: an event before that comes too late.
-            self.rejected.out_of_order += usize::from(t < self.left_to);
-            self.straggling += u64::from(t.0 < self.read_to.0.saturating_sub(MAX_DELAY_US));
-            self.read_to = self.read_to.max(t);
-        }
-        Ok(())
+        self.read_to = self.buffer.t.last().copied().unwrap_or(self.read_to).max(self.read_to);
+        read
+    }
+
+    /// Count of the first events of the buffer, those before `t`.
+    fn before(&self, t: Micros) -> usize {
+        self.buffer.t.partition_point(|at| *at < t)
     }
 
     /// Appends a batch, and notes the end: that of the file, or of what is readable of it.
@@ -219,9 +211,7 @@ impl Windows {
     /// Forgets what is before `t`.
     fn leave_behind(&mut self, t: Micros) {
         self.left_to = self.left_to.max(t);
-        if self.buffer.t.iter().any(|&at| at < t) {
-            self.buffer = self.buffer.iter().filter(|event| event.t >= t).collect();
-        }
+        self.buffer.discard_first(self.before(t));
     }
 }
 
@@ -270,7 +260,7 @@ mod tests {
             found.extend(within(&mut windows, start, start + 70_000));
             start += 70_000;
         }
-        assert!(found == whole && windows.rejected().total() == 0 && windows.straggling() == 0);
+        assert!(found == whole && windows.outside() == 0);
         assert_eq!(windows.end().unwrap(), whole.last().unwrap().t);
     }
 
@@ -289,15 +279,6 @@ mod tests {
                 Ok(())
             })
             .unwrap();
-    }
-
-    #[test]
-    fn an_event_a_little_late_is_put_where_it_belongs_and_a_straggler_is_reported() {
-        let mut few = windows("4 3\n0 1 1 1\n9000 1 1 1\n4000 2 1 1\n", false).unwrap();
-        let times: Vec<i64> = within(&mut few, 0, 10_000).iter().map(|event| event.t.0).collect();
-        assert_eq!((times, few.straggling()), (vec![0, 4_000, 9_000], 0));
-        let far = windows("4 3\n90000 1 1 1\n5 1 1 1\n", false).unwrap();
-        assert_eq!(far.straggling(), 1);
     }
 
     #[test]

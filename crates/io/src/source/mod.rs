@@ -3,12 +3,15 @@
 mod blocks;
 mod input;
 mod memory;
+mod order;
+mod ordered;
 
 use evpose_core::{Micros, SensorSize};
 
 pub use blocks::{BlockSource, DecodeFault, Decoder};
 pub use input::{Input, ReadSeek};
 pub use memory::MemorySource;
+pub(crate) use ordered::OrderedSource;
 
 use crate::{Columns, IoError};
 
@@ -24,6 +27,22 @@ pub struct OpenOptions {
     pub tick_us: Option<f64>,
     /// Keep what is readable of a damaged file, instead of refusing it.
     pub salvage: bool,
+    /// What is read where the clock starts again.
+    pub restarts: Restarts,
+}
+
+/// What is read of a recording whose clock starts again within the file.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Restarts {
+    /// Nothing: it is an error that says where.
+    #[default]
+    Refuse,
+    /// One part, counted from 1.
+    Part(usize),
+    /// All parts, each from the time on at which the one before it ended.
+    Join,
+    /// All events by their time stamps, whatever their order; the recording is read into memory.
+    Sort,
 }
 
 /// The header of a file, before its first event.
@@ -42,8 +61,9 @@ pub trait EventSource: Send {
     /// The header of the file.
     fn header(&self) -> &Header;
 
-    /// Appends the next batch, some thousand events in the order of the file; none at the end of
-    /// the recording, and then whenever it is called again.
+    /// Appends the next batch, some thousand events in the order of the file, which of a recording
+    /// opened by [`crate::source()`] is that of time; none at the end, and then whenever it is called
+    /// again.
     ///
     /// # Errors
     /// If the file cannot be read, or is damaged where reading has come to. Everything before the

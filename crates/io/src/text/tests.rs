@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::PathBuf;
 
-use evpose_core::{Event, EventStream, Micros, Polarity, Rejected, SensorSize};
+use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 use proptest::prelude::*;
 use tempfile::TempDir;
 
@@ -57,11 +57,11 @@ fn without_a_size_the_sensor_is_given_or_the_smallest_that_holds_the_events() {
 }
 
 #[test]
-fn events_outside_the_sensor_and_out_of_order_are_counted() {
+fn events_outside_the_sensor_are_counted_and_those_out_of_order_sorted() {
     let (_directory, path) = file("240 180\n5 240 0 1\n6 1 1 1\n5 1 1 1\n7 -1 1 1\n7 1 99999 1\n");
     let recording = open(&path).unwrap();
-    assert_eq!(recording.stream.len(), 1);
-    assert_eq!(recording.rejected, Rejected { outside_sensor: 3, out_of_order: 1 });
+    assert_eq!(recording.stream.t(), [Micros(5), Micros(6)]);
+    assert_eq!(recording.outside, 3);
 }
 
 #[test]
@@ -117,7 +117,7 @@ fn a_file_whose_first_column_is_no_time_is_refused_with_what_to_do() {
     assert!(message.contains("such as `x y t p`"), "{message}");
     let (_directory, path) = file(format!("x y t p\n{}", lines.collect::<String>()));
     let recording = open_with(&path, Some(SENSOR)).unwrap();
-    assert_eq!((recording.stream.len(), recording.rejected.total()), (300, 0));
+    assert_eq!((recording.stream.len(), recording.outside), (300, 0));
 }
 
 #[test]

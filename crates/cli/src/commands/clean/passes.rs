@@ -16,8 +16,7 @@ const STEP: Micros = Micros(20_000);
 pub(super) enum Passes<'a> {
     /// The file, window by window.
     Windows(&'a Path, OpenOptions),
-    /// In memory: the events of the file are far out of order, or its sensor size is inferred from
-    /// all of them.
+    /// In memory: the size of its sensor is inferred from all events.
     Whole(Box<Recording>),
 }
 
@@ -30,8 +29,8 @@ impl<'a> Passes<'a> {
             // Read to the end once: only then is it known whether windows give every event.
             windows.end()?;
             let is_assumed = windows.sensor_origin() == SensorOrigin::Assumed;
-            let is_too_small = is_assumed && windows.rejected().outside_sensor > 0;
-            if windows.straggling() == 0 && !is_too_small {
+            let is_too_small = is_assumed && windows.outside() > 0;
+            if !is_too_small {
                 let account = Account::from_windows(&windows);
                 return Ok((Self::Windows(path, options), account));
             }

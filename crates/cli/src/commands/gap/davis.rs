@@ -40,8 +40,8 @@ pub(super) fn load(
     }
     let scene = read.shots.scene()?;
     let mut problems = Problems::default();
-    if read.recording.rejected.total() > 0 {
-        problems.list.push(Problem::Lost(read.recording.rejected));
+    if read.recording.outside > 0 {
+        problems.list.push(Problem::Outside(read.recording.outside));
     }
     // Clock and start are one in these files, so that of all problems only axes may be real.
     if !as_is {

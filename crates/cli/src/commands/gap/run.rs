@@ -95,8 +95,8 @@ fn alone(args: &InputArgs) -> Result<Written> {
     clock.lap("inputs");
     let mut verdict = scene_free_verdict(&recording.events, &model, args.quick, args.seed);
     verdict.notes.extend(recording.notes);
-    if recording.rejected.total() > 0 {
-        verdict.notes.push(Problem::Lost(recording.rejected).to_string());
+    if recording.outside > 0 {
+        verdict.notes.push(Problem::Outside(recording.outside).to_string());
     }
     clock.lap("verdict");
     let mut after = model.clone();

@@ -112,7 +112,7 @@ impl FrameReader {
     /// Anomalies of the recording, as far as it was read.
     pub(super) fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
-        let outside = self.windows.rejected().outside_sensor;
+        let outside = self.windows.outside();
         if outside > 0 {
             warnings.push(format!("{outside} events lie outside the sensor: not shown"));
         }

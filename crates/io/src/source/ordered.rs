@@ -1,0 +1,147 @@
+//! The source of a file, its events in the order of time.
+
+use std::path::PathBuf;
+
+use evpose_core::Micros;
+
+use super::order::{ClockFault, Disorder, MAX_DELAY, Order, is_in_order};
+use super::{EventSource, Header, MemorySource, OpenOptions, Restarts};
+use crate::{Columns, IoError};
+
+/// Wraps the source of a format.
+pub(crate) struct OrderedSource {
+    inner: Box<dyn EventSource>,
+    path: PathBuf,
+    restarts: Restarts,
+    order: Order,
+    batch: Columns,
+    is_at_end: bool,
+    /// Of the pass that read most.
+    found: Disorder,
+}
+
+impl OrderedSource {
+    /// The events of `inner` in order; those of a file that is to be sorted are read now.
+    ///
+    /// # Errors
+    /// Only where the file is to be sorted: if it cannot be read.
+    pub(crate) fn open(
+        mut inner: Box<dyn EventSource>,
+        path: PathBuf,
+        options: &OpenOptions,
+    ) -> Result<Box<dyn EventSource>, IoError> {
+        if options.restarts == Restarts::Sort {
+            let mut all = inner.take_all().unwrap_or_default();
+            let mut before = usize::MAX;
+            while all.len() != before {
+                before = all.len();
+                inner.next(&mut all)?;
+            }
+            let early = all.t.windows(2).filter(|pair| pair[1] < pair[0]).count();
+            let mut remarks = inner.remarks();
+            if early > 0 {
+                all.sort();
+                remarks.push(format!("{early} events are earlier than the one before: all sorted"));
+            }
+            return Ok(Box::new(MemorySource::new(inner.header().clone(), all, remarks)));
+        }
+        Ok(Box::new(Self {
+            inner,
+            path,
+            restarts: options.restarts,
+            order: Order::new(options.restarts),
+            batch: Columns::new(),
+            is_at_end: false,
+            found: Disorder::default(),
+        }))
+    }
+
+    fn fault(&self, fault: ClockFault) -> IoError {
+        let path = self.path.clone();
+        match fault {
+            ClockFault::Restart { event, from, to } => {
+                IoError::ClockRestart { path, event, from, to }
+            }
+            ClockFault::None { strays, events } => IoError::NoOrder { path, strays, events },
+        }
+    }
+
+    fn note(&mut self) {
+        let found = self.order.found();
+        if found.sorted + found.strays >= self.found.sorted + self.found.strays {
+            self.found = found;
+        }
+    }
+}
+
+impl EventSource for OrderedSource {
+    fn header(&self) -> &Header {
+        self.inner.header()
+    }
+
+    fn next(&mut self, columns: &mut Columns) -> Result<(), IoError> {
+        let before = columns.len();
+        while columns.len() == before && !self.is_at_end {
+            self.batch.clear();
+            let read = self.inner.next(&mut self.batch);
+            // What could be read before damage counts.
+            let pushed = self.order.push(&self.batch);
+            let is_last = (read.is_ok() && self.batch.is_empty()) || self.order.is_over();
+            let given = match pushed {
+                Ok(()) if is_last || read.is_err() => self.order.finish(columns),
+                Ok(()) => {
+                    let ready = self.order.ready();
+                    // Half of it at least, so that what stays is not moved again and again.
+                    if 2 * ready >= self.order.waiting() {
+                        self.order.give(ready, columns);
+                    }
+                    Ok(())
+                }
+                Err(fault) => Err(fault),
+            };
+            self.note();
+            given.map_err(|fault| self.fault(fault))?;
+            read?;
+            self.is_at_end = is_last;
+            if let Restarts::Part(part) = self.restarts
+                && is_last
+                && part > self.order.parts()
+            {
+                let (path, parts) = (self.path.clone(), self.order.parts());
+                return Err(IoError::NoSuchPart { path, part, parts });
+            }
+        }
+        Ok(())
+    }
+
+    fn take_all(&mut self) -> Option<Columns> {
+        let all = self.inner.take_all()?;
+        if is_in_order(&all.t) && matches!(self.restarts, Restarts::Refuse | Restarts::Join) {
+            self.is_at_end = true;
+            return Some(all);
+        }
+        let (header, remarks) = (self.inner.header().clone(), self.inner.remarks());
+        self.inner = Box::new(MemorySource::new(header, all, remarks));
+        None
+    }
+
+    fn seek(&mut self, t: Micros) -> Result<(), IoError> {
+        // The index of a file knows its own stamps alone.
+        let from = match self.order.is_of_file() {
+            true => Micros(t.0.saturating_sub(MAX_DELAY.0)),
+            false => Micros(i64::MIN),
+        };
+        self.inner.seek(from)?;
+        self.order = Order::new(self.restarts);
+        self.is_at_end = false;
+        Ok(())
+    }
+
+    fn duration(&self) -> Option<Micros> {
+        self.inner.duration()
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        self.inner.remarks().into_iter().chain(self.found.remarks()).collect()
+    }
+}
