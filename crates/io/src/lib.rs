@@ -59,6 +59,7 @@ pub mod frames;
 mod golden;
 mod hdf5;
 pub mod meta;
+mod names;
 pub mod nmnist;
 pub mod npz;
 mod open;
@@ -87,8 +88,8 @@ pub use open::{
 };
 pub use sink::EventSink;
 pub use source::{
-    BlockSource, DecodeFault, Decoder, EventSource, Header, Input, MemorySource, OpenOptions,
-    ReadSeek, Restarts,
+    BlockSource, ColumnNames, DecodeFault, Decoder, EventSource, Header, Input, MemorySource,
+    OpenOptions, ReadSeek, Restarts, TimeUnit,
 };
 
 pub use evpose_core::{

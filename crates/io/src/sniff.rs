@@ -1,5 +1,13 @@
 //! Detection of columns without a name.
 
+/// Orders of columns without names, as places of t, x, y and p.
+pub(crate) const ORDERS: [([usize; 4], &str); 4] = [
+    ([0, 1, 2, 3], "t x y p"),
+    ([2, 0, 1, 3], "x y t p"),
+    ([3, 0, 1, 2], "x y p t"),
+    ([0, 2, 3, 1], "t p x y"),
+];
+
 /// Minimal share of steps in which times do not go back.
 const MIN_FORWARD: f64 = 0.9;
 
@@ -11,6 +19,30 @@ pub(crate) fn is_time(values: &(impl ExactSizeIterator<Item = f64> + Clone)) -> 
     let steps = values.len().saturating_sub(lag);
     let forward = pairs.filter(|(a, b)| b >= a).count();
     forward as f64 >= MIN_FORWARD * steps as f64
+}
+
+/// The usual orders that fit the values of columns, the likeliest last.
+pub(crate) fn fitting_orders(columns: &[Vec<f64>]) -> Vec<[usize; 4]> {
+    let fits = |[t, x, y, p]: [usize; 4]| {
+        let is_pixel = |column: usize| columns[column].iter().all(|v| (0.0..65_536.0).contains(v));
+        // -1 as an integer of 32 bits without a sign is 4294967295.
+        let is_polarity = |value: &f64| [0.0, 1.0, -1.0, 4_294_967_295.0].contains(value);
+        columns[p].iter().all(is_polarity)
+            && is_pixel(x)
+            && is_pixel(y)
+            && is_time(&columns[t].iter().copied())
+    };
+    // Of several that fit, the one whose times reach furthest: few columns go from one end of
+    // a sensor to the other.
+    let span = |order: &[usize; 4]| {
+        let times = &columns[order[0]];
+        let end = |pick: fn(f64, f64) -> f64, from| times.iter().copied().fold(from, pick);
+        end(f64::max, f64::MIN) - end(f64::min, f64::MAX)
+    };
+    let orders = ORDERS.iter().rev().map(|(order, _)| *order);
+    let mut fitting: Vec<_> = orders.filter(|order| fits(*order)).collect();
+    fitting.sort_by(|a, b| span(a).total_cmp(&span(b)));
+    fitting
 }
 
 #[cfg(test)]

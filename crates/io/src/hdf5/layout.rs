@@ -10,9 +10,10 @@ use hdf5_reader::{Attribute, Dataset, Datatype, Hdf5File};
 use super::bytes::Bytes;
 use super::number::Number;
 use super::table::{Damage, Table};
-use crate::npz::{ORDERS, REQUIRED, array_by_name};
-use crate::sniff::is_time;
-use crate::{Header, OpenOptions};
+use crate::names::{Places, places};
+use crate::npz::REQUIRED;
+use crate::sniff::{ORDERS, fitting_orders};
+use crate::{ColumnNames, Header, OpenOptions, TimeUnit};
 
 /// A place of events in a file.
 struct Place {
@@ -70,6 +71,8 @@ pub(super) struct Layout {
     /// Times, columns, rows and polarities of the events.
     pub(super) columns: [Column; 4],
     pub(super) t_offset: i64,
+    /// Unit that the name of times states.
+    pub(super) unit: Option<TimeUnit>,
     pub(super) header: Header,
     pub(super) remarks: Vec<String>,
 }
@@ -107,7 +110,7 @@ pub(super) fn find(
     // In this order of cameras, which options count from 0.
     for place in PLACES {
         if let Some(node) = at(&root, place.path)?
-            && is_events(&node)?
+            && is_events(&node, &options.columns)?
         {
             cameras.push((place, node));
         }
@@ -130,9 +133,9 @@ pub(super) fn find(
         format!("the events of /{} are passed over: they are those of camera {k}", place.path)
     }));
     let (place, node) = cameras.swap_remove(camera);
-    let (tables, columns) = match &node {
-        Node::Group(group) => of_group(file, bytes, group)?,
-        Node::Dataset(dataset) => of_dataset(file, bytes, dataset)?,
+    let (tables, columns, unit) = match &node {
+        Node::Group(group) => of_group(file, bytes, group, &options.columns)?,
+        Node::Dataset(dataset) => of_dataset(file, bytes, dataset, &options.columns)?,
     };
     if let Some(Node::Dataset(triggers)) = at(&root, TRIGGERS)?
         && triggers.num_elements()? > 0
@@ -158,7 +161,7 @@ pub(super) fn find(
         _ => 0,
     };
     let header = Header { sensor, usual_sensor, facts };
-    Ok(Layout { tables, columns, t_offset, header, remarks })
+    Ok(Layout { tables, columns, t_offset, unit, header, remarks })
 }
 
 /// The object at `path` below `group`, if there is one.
@@ -180,28 +183,32 @@ fn at(group: &Group, path: &str) -> Result<Option<Node>, Error> {
 }
 
 /// Whether something may be events: four columns, or one array of all.
-fn is_events(node: &Node) -> Result<bool, Error> {
+fn is_events(node: &Node, given: &ColumnNames) -> Result<bool, Error> {
     Ok(match node {
         Node::Group(group) => {
             let (_, datasets) = group.member_names()?;
-            let names = datasets.iter().map(String::as_str);
-            (0..4).all(|what| array_by_name(what, &names).is_some())
+            places(&datasets.iter().map(String::as_str), given).is_ok()
         }
         Node::Dataset(_) => true,
     })
 }
 
-type Columns = (Vec<Table>, [Column; 4]);
+type Columns = (Vec<Table>, [Column; 4], Option<TimeUnit>);
 
 /// Four datasets, a column each.
-fn of_group(file: &Hdf5File, bytes: &Arc<Bytes>, group: &Group) -> Result<Columns, LayoutError> {
+fn of_group(
+    file: &Hdf5File,
+    bytes: &Arc<Bytes>,
+    group: &Group,
+    given: &ColumnNames,
+) -> Result<Columns, LayoutError> {
     let (_, datasets) = group.member_names()?;
-    let names = datasets.iter().map(String::as_str);
+    let found = places(&datasets.iter().map(String::as_str), given);
+    let Places { places, unit } =
+        found.map_err(|missing| Error::DatasetNotFound(REQUIRED[missing[0]].to_owned()))?;
     let (mut tables, mut columns) = (Vec::new(), Vec::new());
-    for (what, required) in REQUIRED.into_iter().enumerate() {
-        let missing = || Error::DatasetNotFound(required.to_owned());
-        let name = array_by_name(what, &names).ok_or_else(missing)?;
-        let dataset = group.dataset(name)?;
+    for place in places {
+        let dataset = group.dataset(&datasets[place])?;
         // Some programs save a column as a matrix of one column.
         let is_column = matches!(dataset.shape(), [_] | [_, 1]);
         let number = Number::from_datatype(dataset.dtype(), 0).filter(|_| is_column);
@@ -209,7 +216,7 @@ fn of_group(file: &Hdf5File, bytes: &Arc<Bytes>, group: &Group) -> Result<Column
         columns.push(Column { table: tables.len(), number });
         tables.push(Table::new(file, bytes, &dataset, 0)?);
     }
-    four(tables, &columns)
+    four(tables, &columns, unit)
 }
 
 /// One dataset of all columns, which have names or places.
@@ -217,20 +224,18 @@ fn of_dataset(
     file: &Hdf5File,
     bytes: &Arc<Bytes>,
     dataset: &Dataset,
+    given: &ColumnNames,
 ) -> Result<Columns, LayoutError> {
     if let (Datatype::Compound { fields, .. }, [_]) = (dataset.dtype(), dataset.shape()) {
-        let names = fields.iter().map(|field| field.name.as_str());
+        let found = places(&fields.iter().map(|field| field.name.as_str()), given);
+        let Places { places, unit } = found.map_err(|_| not_events(dataset))?;
         let mut columns = Vec::new();
-        // In the order of time, column, row and polarity.
-        for what in 0..4 {
-            let name = array_by_name(what, &names).ok_or_else(|| not_events(dataset))?;
-            let field = fields.iter().find(|field| field.name == name);
-            let number = field.and_then(|field| {
-                Number::from_datatype(&field.datatype, field.byte_offset as usize)
-            });
+        for place in places {
+            let field = &fields[place];
+            let number = Number::from_datatype(&field.datatype, field.byte_offset as usize);
             columns.push(Column { table: 0, number: number.ok_or_else(|| not_events(dataset))? });
         }
-        return four(vec![Table::new(file, bytes, dataset, 0)?], &columns);
+        return four(vec![Table::new(file, bytes, dataset, 0)?], &columns, unit);
     }
     // Further columns are left alone.
     let is_table = matches!(dataset.shape(), [_, columns] if *columns >= 4);
@@ -248,12 +253,16 @@ fn of_dataset(
     }
     // Without names the values themselves say which column is which.
     let order = order(&mut tables, &columns).map_err(LayoutError::Rows)?;
-    four(tables, &order.map(|place| columns[place]))
+    four(tables, &order.map(|place| columns[place]), None)
 }
 
-fn four(tables: Vec<Table>, columns: &[Column]) -> Result<Columns, LayoutError> {
+fn four(
+    tables: Vec<Table>,
+    columns: &[Column],
+    unit: Option<TimeUnit>,
+) -> Result<Columns, LayoutError> {
     let missing = || Error::InvalidData("not four columns".to_owned());
-    Ok((tables, columns.try_into().map_err(|_| missing())?))
+    Ok((tables, columns.try_into().map_err(|_| missing())?, unit))
 }
 
 fn not_events(dataset: &Dataset) -> Error {
@@ -287,34 +296,17 @@ fn order(tables: &mut [Table], columns: &[Column]) -> Result<[usize; 4], Damage>
         number.values(tables[table].rows(0, rows), tables[table].row)
     };
     let values: [Vec<f64>; 4] = std::array::from_fn(values);
-    // Of several that fit, the one whose times reach furthest: few columns go from one end of a
-    // sensor to the other.
-    let span = |order: &[usize; 4]| {
-        let times = &values[order[0]];
-        let end = |pick: fn(f64, f64) -> f64, from| times.iter().copied().fold(from, pick);
-        end(f64::max, f64::MIN) - end(f64::min, f64::MAX)
-    };
-    let orders = ORDERS.iter().rev().map(|(order, _)| *order);
-    let fitting: Vec<_> = orders.filter(|order| fits(order.map(|place| &values[place]))).collect();
+    let fitting = fitting_orders(&values);
     match damage {
         // Too few rows are left for a decision.
         Some(damage) if fitting.len() > 1 => return Err(damage),
         _ => {}
     }
-    fitting.into_iter().max_by(|a, b| span(a).total_cmp(&span(b))).ok_or_else(|| {
+    fitting.last().copied().ok_or_else(|| {
         let known = ORDERS.map(|(_, name)| name).join("; ");
         let reason = format!("its columns are in none of the usual orders: {known}");
         tables[0].damage(0, &reason)
     })
-}
-
-/// Whether columns may be times, columns, rows and polarities.
-fn fits([t, x, y, p]: [&Vec<f64>; 4]) -> bool {
-    let is_pixel = |values: &Vec<f64>| values.iter().all(|v| (0.0..65_536.0).contains(v));
-    p.iter().all(|value| [0.0, 1.0, -1.0].contains(value))
-        && is_pixel(x)
-        && is_pixel(y)
-        && is_time(&t.iter().copied())
 }
 
 /// A dataset of one whole number.

@@ -11,7 +11,7 @@ use hdf5_reader::error::Error;
 use super::bytes::Bytes;
 use super::layout::{self, Column, Layout, LayoutError};
 use super::table::{Damage, Table};
-use crate::{Columns, EventSource, Header, Input, IoError, OpenOptions};
+use crate::{Columns, EventSource, Header, Input, IoError, OpenOptions, TimeUnit};
 
 /// Minimal count of events in a batch, except at the end.
 const MIN_BATCH: usize = 1 << 14;
@@ -44,9 +44,16 @@ pub(super) fn open(input: Input, options: &OpenOptions) -> Result<Box<dyn EventS
     let file = Hdf5File::from_storage_with_options(Arc::<Bytes>::clone(&bytes), reader);
     let file = file.map_err(|error| failed(error.into()))?;
     let layout = layout::find(&file, &bytes, options).map_err(failed)?;
-    // Times that are floats have no stated unit: the first and the last ones decide.
+    let unit = options.time_unit.or(layout.unit);
     let mut source = Hdf5Source::new(path.clone(), layout);
-    source.detect_unit().map_err(|damage| source.damaged(damage))?;
+    match unit {
+        Some(unit) => {
+            source.unit = unit;
+            source.unit_us = unit.microseconds();
+        }
+        // Times that are floats have no stated unit: the first and the last ones decide.
+        None => source.detect_unit().map_err(|damage| source.damaged(damage))?,
+    }
     Ok(Box::new(source))
 }
 
@@ -67,6 +74,8 @@ struct Hdf5Source {
     tables: Vec<Table>,
     columns: [Column; 4],
     t_offset: i64,
+    /// Unit of whole times.
+    unit: TimeUnit,
     /// Microseconds in a unit of times with a fraction.
     unit_us: f64,
     /// The row to read next.
@@ -79,7 +88,7 @@ struct Hdf5Source {
 
 impl Hdf5Source {
     fn new(path: PathBuf, layout: Layout) -> Self {
-        let Layout { tables, columns, t_offset, header, remarks } = layout;
+        let Layout { tables, columns, t_offset, header, remarks, .. } = layout;
         // A recorder that was stopped leaves columns of unequal lengths: events end with the
         // shortest.
         let rows = tables.iter().map(|table| table.rows).min().unwrap_or(0);
@@ -95,6 +104,7 @@ impl Hdf5Source {
             tables,
             columns,
             t_offset,
+            unit: TimeUnit::Microseconds,
             unit_us: 1.0,
             row: 0,
             rows,
@@ -214,9 +224,12 @@ impl Hdf5Source {
             });
             is_good[0] = is_time;
         } else {
-            let offset = self.t_offset;
-            is_good[0] =
-                number.whole(bytes, size, times, |value| Micros(value.wrapping_add(offset)));
+            let (unit, offset) = (self.unit, self.t_offset);
+            let time = |value: i64| unit.whole(value.wrapping_add(offset));
+            // No clock reaches the value that stands for none.
+            is_good[0] = number
+                .whole(bytes, size, times, |value| time(value).unwrap_or(Micros(i64::MIN)))
+                && times.iter().all(|t| t.0 > i64::MIN);
         }
         // A coordinate that fits no sensor becomes one that lies outside every sensor.
         let pixel = |value: i64| u16::try_from(value).unwrap_or(u16::MAX);
@@ -224,9 +237,10 @@ impl Hdf5Source {
         is_good[2] = y.2.whole(y.0, y.1, &mut columns.y[at..], pixel);
         let mut is_polarity = true;
         let is_whole = p.2.whole(p.0, p.1, &mut columns.polarity[at..], |value| {
-            is_polarity &= (-1..=1).contains(&value);
-            // Off is 0 or -1: both are written by programs.
-            Polarity::from_on(value > 0)
+            // Off is 0 or -1, which as an integer without a sign is the largest.
+            let is_off = [0, -1, 0xff, 0xffff_ffff].contains(&value);
+            is_polarity &= is_off || value == 1;
+            Polarity::from_on(!is_off)
         });
         is_good[3] = is_polarity && is_whole;
         is_good.iter().position(|is_good| !is_good)
@@ -247,6 +261,7 @@ impl Hdf5Source {
             number.floats(bytes, size, &mut us, |value| (value * unit_us).round() as i64);
         } else {
             number.whole(bytes, size, &mut us, |value| value);
+            return self.unit.whole(us[0].wrapping_add(self.t_offset));
         }
         Some(Micros(us[0].wrapping_add(self.t_offset)))
     }

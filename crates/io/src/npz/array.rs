@@ -34,8 +34,8 @@ pub(super) fn read(mut entry: impl Read) -> Result<Array, (NpzFault, usize)> {
     let header = header(&mut entry).map_err(|fault| (fault, 0))?;
     let layout = Layout::from_header(&header).map_err(|fault| (fault, 0))?;
     let mut columns: Vec<Column> =
-        layout.kinds.iter().map(|kind| Column::with_kind(*kind)).collect();
-    let length: usize = layout.kinds.iter().map(|kind| kind.bytes).sum();
+        layout.fields.iter().map(|(_, kind)| Column::with_kind(*kind)).collect();
+    let length = layout.length;
     // A piece is at least a row, however long.
     let most = (PIECE / length).max(1) as u64;
     let (mut piece, mut before) = (vec![0; most as usize * length], 0);
@@ -45,11 +45,9 @@ pub(super) fn read(mut entry: impl Read) -> Result<Array, (NpzFault, usize)> {
         // A cut row is not read; those before it are.
         let whole = filled / length;
         let rows = Rows { bytes: &piece[..whole * length], length };
-        let mut at = 0;
-        for (column, kind) in columns.iter_mut().zip(&layout.kinds) {
-            let extended = column.extend(*kind, &rows, at);
+        for (column, (at, kind)) in columns.iter_mut().zip(&layout.fields) {
+            let extended = column.extend(*kind, &rows, *at);
             extended.map_err(|(fault, fits)| (fault, before as usize + fits))?;
-            at += kind.bytes;
         }
         before += whole as u64;
         if filled < piece.len() {
@@ -73,8 +71,10 @@ pub(super) fn read(mut entry: impl Read) -> Result<Array, (NpzFault, usize)> {
 /// How the values of an array lie in the file.
 struct Layout {
     names: Vec<String>,
-    /// Of the values of a row.
-    kinds: Vec<Kind>,
+    /// Places in a row, and types, of its values.
+    fields: Vec<(usize, Kind)>,
+    /// Bytes of a row, those between and behind its values included.
+    length: usize,
     rows: u64,
     /// Whether columns lie one behind the other, of so many values each.
     is_one_after_another: bool,
@@ -85,20 +85,29 @@ impl Layout {
     fn from_header(header: &NpyHeader) -> Result<Self, NpzFault> {
         let dtype = header.dtype();
         let unfit = || NpzFault::Type(dtype.descr());
-        let (mut names, mut kinds) = (Vec::new(), Vec::new());
+        let (mut names, mut fields, mut length) = (Vec::new(), Vec::new(), 0_usize);
         match &dtype {
-            DType::Plain(kind) => kinds.push(Kind::from_type(kind).ok_or_else(unfit)?),
-            DType::Record(fields) => {
-                for field in fields {
+            DType::Plain(kind) => {
+                let kind = Kind::from_type(kind).ok_or_else(unfit)?;
+                fields.push((0, kind));
+                length = kind.bytes;
+            }
+            DType::Record(all) => {
+                for field in all {
                     let DType::Plain(kind) = &field.dtype else { return Err(unfit()) };
-                    kinds.push(Kind::from_type(kind).ok_or_else(unfit)?);
-                    names.push(field.name.clone());
+                    let bytes = kind.num_bytes().ok_or_else(unfit)?;
+                    // Padding of aligned records has no name.
+                    if !field.name.is_empty() {
+                        fields.push((length, Kind::from_type(kind).ok_or_else(unfit)?));
+                        names.push(field.name.clone());
+                    }
+                    length = length.checked_add(bytes).filter(|n| *n <= PIECE).ok_or_else(unfit)?;
                 }
             }
             DType::Array(..) => return Err(unfit()),
         }
         // A record of no fields has no bytes: any number of them would be there.
-        if kinds.is_empty() {
+        if fields.is_empty() || length == 0 {
             return Err(unfit());
         }
         let plain = |rows: u64| (rows, 1, false);
@@ -124,12 +133,14 @@ impl Layout {
         if is_one_after_another {
             // All values in a row of one, to be taken apart when they are there.
             let rows = rows.checked_mul(columns).ok_or(NpzFault::Shape)?;
-            return Ok(Self { names, kinds, rows, is_one_after_another, of_each });
+            return Ok(Self { names, fields, length, rows, is_one_after_another, of_each });
         }
         if names.is_empty() {
-            kinds = vec![kinds[0]; columns as usize];
+            let (_, kind) = fields[0];
+            fields = (0..columns as usize).map(|column| (column * kind.bytes, kind)).collect();
+            length = columns as usize * kind.bytes;
         }
-        Ok(Self { names, kinds, rows, is_one_after_another, of_each })
+        Ok(Self { names, fields, length, rows, is_one_after_another, of_each })
     }
 }
 
@@ -169,7 +180,24 @@ pub(crate) fn header(entry: &mut impl Read) -> Result<NpyHeader, NpzFault> {
         size.and_then(|size| all.checked_mul(size.max(1)))
     });
     whole.ok_or(NpzFault::Shape)?;
-    NpyHeader::from_reader(bytes.as_slice()).map_err(|e| unreadable(&e))
+    let text = without_titles(&text);
+    let mut plain = b"\x93NUMPY\x01\x00".to_vec();
+    plain.extend((text.len() as u16).to_le_bytes());
+    plain.extend(text.as_bytes());
+    NpyHeader::from_reader(plain.as_slice()).map_err(|e| unreadable(&e))
+}
+
+/// A header in which a field with a title, `(('polarity', 'p'), '|b1')`, has its name alone: the
+/// parser knows no titles.
+fn without_titles(header: &str) -> String {
+    let mut plain = header.to_owned();
+    while let Some(begin) = plain.find("(('")
+        && let Some(length) = plain[begin..].find("'), ")
+        && let Some(name) = plain[begin..begin + length].rsplit('\'').next().map(str::to_owned)
+    {
+        plain.replace_range(begin..begin + length + 2, &format!("('{name}'"));
+    }
+    plain
 }
 
 /// Whether brackets stand in brackets deeper than those of records in a list in a dictionary.

@@ -27,7 +27,7 @@ mod writer;
 
 pub(crate) use array::header;
 #[cfg(feature = "hdf5")]
-pub(crate) use events::{ORDERS, REQUIRED, array_by_name};
+pub(crate) use events::REQUIRED;
 pub use fault::NpzFault;
 pub(crate) use header_writer::header_for;
 

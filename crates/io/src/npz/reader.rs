@@ -9,7 +9,8 @@ use zip::ZipArchive;
 use super::NpzFault;
 use super::array::{self, Array};
 use super::column::Column;
-use super::events::{Named, REQUIRED, array_by_name};
+use super::events::{Named, REQUIRED};
+use crate::names::{Places, places};
 use crate::{Columns, EventSource, Header, Input, IoError, MemorySource, OpenOptions, ReadSeek};
 
 /// One array that holds all events.
@@ -22,19 +23,16 @@ const SIZE: [&str; 2] = ["width", "height"];
 /// # Errors
 /// If the file cannot be read, an array is missing, or an array holds something else than it
 /// should.
-pub(super) fn open(input: Input, _: &OpenOptions) -> Result<Box<dyn EventSource>, IoError> {
+pub(super) fn open(input: Input, options: &OpenOptions) -> Result<Box<dyn EventSource>, IoError> {
     let mut archive = Archive::open(input)?;
     let names = archive.names();
     let is_there = |name: &str| names.iter().any(|found| found == name);
-    let of_columns =
-        [0, 1, 2, 3].map(|what| array_by_name(what, &names.iter().map(String::as_str)));
+    let of_columns = places(&names.iter().map(String::as_str), &options.columns);
     // Arrays of columns come first; a table is for archives without them.
-    let is_incomplete = of_columns.iter().any(Option::is_none);
-    let table = table(&names).filter(|_| is_incomplete);
+    let table = table(&names).filter(|_| of_columns.is_err());
     let mut missing: Vec<&'static str> = Vec::new();
-    if table.is_none() {
-        let absent = REQUIRED.into_iter().zip(of_columns).filter(|(_, name)| name.is_none());
-        missing.extend(absent.map(|(required, _)| required));
+    if let (None, Err(absent)) = (table, &of_columns) {
+        missing.extend(absent.iter().map(|what| REQUIRED[*what]));
     }
     // Other programs state no size; half of one is a fault.
     let stated = SIZE.map(is_there);
@@ -48,9 +46,10 @@ pub(super) fn open(input: Input, _: &OpenOptions) -> Result<Box<dyn EventSource>
         true => Some(SensorSize { width: archive.size("width")?, height: archive.size("height")? }),
         false => None,
     };
-    let columns = match table {
-        Some(name) => archive.table(name)?,
-        None => archive.columns(of_columns)?,
+    let columns = match (table, of_columns) {
+        (None, Ok(found)) => archive.columns(&names, found, options)?,
+        (Some(name), _) => archive.table(name, options)?,
+        (None, Err(_)) => Columns::new(),
     };
     let header = Header { sensor, ..Header::default() };
     Ok(Box::new(MemorySource::new(header, columns, Vec::new())))
@@ -60,8 +59,11 @@ pub(super) fn open(input: Input, _: &OpenOptions) -> Result<Box<dyn EventSource>
 ///
 /// # Errors
 /// If the file cannot be read, or the array holds something else than events.
-pub(super) fn open_array(input: Input, _: &OpenOptions) -> Result<Box<dyn EventSource>, IoError> {
-    let columns = of_array(input)?;
+pub(super) fn open_array(
+    input: Input,
+    options: &OpenOptions,
+) -> Result<Box<dyn EventSource>, IoError> {
+    let columns = of_array(input, options)?;
     Ok(Box::new(MemorySource::new(Header::default(), columns, Vec::new())))
 }
 
@@ -77,7 +79,7 @@ fn table(names: &[String]) -> Option<&str> {
 }
 
 /// A file that is one array of events.
-fn of_array(input: Input) -> Result<Columns, IoError> {
+fn of_array(input: Input, options: &OpenOptions) -> Result<Columns, IoError> {
     let Input { path, bytes, .. } = input;
     let fault = |fault, values| IoError::Npz {
         path: path.clone(),
@@ -87,7 +89,7 @@ fn of_array(input: Input) -> Result<Columns, IoError> {
         values,
     };
     let table = array::read(bytes).map_err(|(what, values)| fault(what, values))?;
-    let columns = Named::of_table(table).map_err(|what| fault(what, 0))?;
+    let columns = Named::of_table(table, options).map_err(|what| fault(what, 0))?;
     columns.events().map_err(|(_, what, values)| fault(what, values))
 }
 
@@ -130,31 +132,35 @@ impl Archive {
     }
 
     /// Events whose times, columns, rows and polarities are arrays of these names.
-    fn columns(&mut self, names: [Option<&str>; 4]) -> Result<Columns, IoError> {
-        let (mut found, mut read) = (Vec::new(), Vec::new());
-        for name in names.into_iter().flatten() {
-            let (array, byte) = self.array(name)?;
-            let mut columns = array.columns;
-            match (columns.pop(), columns.is_empty()) {
-                (Some(column), true) => read.push(column),
-                _ => return Err(self.fault(name, byte, NpzFault::Shape, 0)),
-            }
-            found.push((name, byte));
+    fn columns(
+        &mut self,
+        names: &[String],
+        Places { places, unit }: Places,
+        options: &OpenOptions,
+    ) -> Result<Columns, IoError> {
+        let names = places.map(|place| names[place].as_str());
+        let mut byte = [0; 4];
+        let mut columns = [const { Column::Bytes(Vec::new()) }; 4];
+        for (what, name) in names.into_iter().enumerate() {
+            let (array, begin) = self.array(name)?;
+            byte[what] = begin;
+            let mut found = array.columns;
+            columns[what] = match (found.pop(), found.is_empty()) {
+                (Some(column), true) => column,
+                _ => return Err(self.fault(name, begin, NpzFault::Shape, 0)),
+            };
         }
-        let columns: [Column; 4] = read.try_into().map_err(|_| {
-            let (path, missing) = (self.path.clone(), REQUIRED.to_vec());
-            IoError::MissingArrays { path, missing, present: Vec::new() }
-        })?;
-        Named(columns).events().map_err(|(what, fault, values)| {
-            let (name, byte) = found[what];
-            self.fault(name, byte, fault, values)
+        let named = Named { columns, unit: options.time_unit.or(unit) };
+        named.events().map_err(|(what, fault, values)| {
+            self.fault(names[what], byte[what], fault, values)
         })
     }
 
     /// Events that are the rows of one array.
-    fn table(&mut self, name: &str) -> Result<Columns, IoError> {
+    fn table(&mut self, name: &str, options: &OpenOptions) -> Result<Columns, IoError> {
         let (table, byte) = self.array(name)?;
-        let columns = Named::of_table(table).map_err(|fault| self.fault(name, byte, fault, 0))?;
+        let columns =
+            Named::of_table(table, options).map_err(|fault| self.fault(name, byte, fault, 0))?;
         columns.events().map_err(|(_, fault, values)| self.fault(name, byte, fault, values))
     }
 

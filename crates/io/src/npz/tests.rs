@@ -11,7 +11,7 @@ use zip::write::{SimpleFileOptions, ZipWriter};
 
 use super::*;
 use crate::golden::check;
-use crate::{IoError, SensorOrigin, open, open_with};
+use crate::{Input, IoError, OpenOptions, SensorOrigin, open, open_with, read_as};
 
 const SENSOR: SensorSize = SensorSize { width: 300, height: 20 };
 
@@ -143,6 +143,31 @@ fn events_outside_the_sensor_are_counted_and_those_out_of_order_sorted() {
 }
 
 #[test]
+fn records_with_padding_and_titles_are_read_as_numpy_reads_them() {
+    let array = |descr: &str, rows: &[Vec<u8>]| {
+        let header = format!(
+            "{{'descr': {descr}, 'fortran_order': False, 'shape': ({},), }}\n",
+            rows.len()
+        );
+        let length = (header.len() as u16).to_le_bytes();
+        [b"\x93NUMPY\x01\x00", &length[..], header.as_bytes(), &rows.concat()].concat()
+    };
+    let padded = "[('t', '<i8'), ('x', '<i2'), ('y', '<i2'), ('p', '|u1'), ('', '|V3')]";
+    let titled = "[('t', '<u8'), ('x', '<u2'), ('y', '<u2'), (('p', 'on'), '|b1')]";
+    for (descr, padding) in [(padded, 3), (titled, 0)] {
+        let row = |t: i64, x: u16, p: u8| {
+            let place = [t.to_le_bytes().to_vec(), x.to_le_bytes().to_vec(), vec![7, 0, p]];
+            [place.concat(), vec![0xaa; padding]].concat()
+        };
+        let bytes = array(descr, &[row(5, 3, 1), row(9, 4, 0)]);
+        let read = read_as(Input::memory("events.npy", bytes), &OpenOptions::default()).unwrap();
+        let event = |t, x, polarity| Event { t: Micros(t), x, y: 7, polarity };
+        let want = [event(5, 3, Polarity::On), event(9, 4, Polarity::Off)];
+        assert_eq!(read.stream.iter().collect::<Vec<_>>(), want, "{descr}");
+    }
+}
+
+#[test]
 fn missing_arrays_are_named() {
     let mut arrays = three_events();
     arrays.remove(4);
@@ -265,7 +290,7 @@ fn columns_of_other_types_shapes_and_lengths_are_refused() {
 fn a_single_array_without_the_fields_of_events_is_refused_by_its_name() {
     let fields = "[('t', '|u1'), ('x', '|u1'), ('y', '|u1')]";
     let (array, fault, _) = fault_of(&[("arr_0", fields, "(1,)", vec![1, 2, 3])]);
-    let want = NpzFault::Columns("no field p (found: t, x, y)".to_owned());
+    let want = NpzFault::Columns("no field p (found: t, x, y): say which it is, as --columns p=NAME".to_owned());
     assert_eq!((array.as_str(), fault), ("arr_0", want));
     // Several arrays may be anything.
     let two = [("arr_0", "|u1", "(1,)", vec![1]), ("arr_1", "|u1", "(1,)", vec![1])];

@@ -5,6 +5,7 @@ mod input;
 mod memory;
 mod order;
 mod ordered;
+mod stated;
 
 use evpose_core::{Micros, SensorSize};
 
@@ -12,6 +13,7 @@ pub use blocks::{BlockSource, DecodeFault, Decoder};
 pub use input::{Input, ReadSeek};
 pub use memory::MemorySource;
 pub(crate) use ordered::OrderedSource;
+pub use stated::{ColumnNames, TimeUnit};
 
 use crate::{Columns, IoError};
 
@@ -29,6 +31,14 @@ pub struct OpenOptions {
     pub salvage: bool,
     /// What is read where the clock starts again.
     pub restarts: Restarts,
+    /// Unit of times, for tables and arrays that do not state it.
+    pub time_unit: Option<TimeUnit>,
+    /// Names of the columns, for tables and arrays.
+    pub columns: ColumnNames,
+    /// Whether rows and columns of pixels are exchanged.
+    pub swap_xy: bool,
+    /// Whether times count from the first event.
+    pub zero_time: bool,
 }
 
 /// What is read of a recording whose clock starts again within the file.

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use evpose_core::Micros;
+use evpose_core::{Micros, SensorSize};
 
 use super::order::{ClockFault, Disorder, MAX_DELAY, Order, is_in_order};
 use super::{EventSource, Header, MemorySource, OpenOptions, Restarts};
@@ -16,6 +16,11 @@ pub(crate) struct OrderedSource {
     order: Order,
     batch: Columns,
     is_at_end: bool,
+    header: Header,
+    swaps_xy: bool,
+    /// Whether times count from the first event, and the time of that.
+    is_zeroed: bool,
+    first: Option<Micros>,
     /// Of the pass that read most.
     found: Disorder,
 }
@@ -30,6 +35,12 @@ impl OrderedSource {
         path: PathBuf,
         options: &OpenOptions,
     ) -> Result<Box<dyn EventSource>, IoError> {
+        let mut header = inner.header().clone();
+        if options.swap_xy {
+            let swapped = |size: SensorSize| SensorSize { width: size.height, height: size.width };
+            header.sensor = header.sensor.map(swapped);
+            header.usual_sensor = header.usual_sensor.map(swapped);
+        }
         if options.restarts == Restarts::Sort {
             let mut all = inner.take_all().unwrap_or_default();
             let mut before = usize::MAX;
@@ -43,7 +54,7 @@ impl OrderedSource {
                 all.sort();
                 remarks.push(format!("{early} events are earlier than the one before: all sorted"));
             }
-            return Ok(Box::new(MemorySource::new(inner.header().clone(), all, remarks)));
+            inner = Box::new(MemorySource::new(inner.header().clone(), all, remarks));
         }
         Ok(Box::new(Self {
             inner,
@@ -52,6 +63,10 @@ impl OrderedSource {
             order: Order::new(options.restarts),
             batch: Columns::new(),
             is_at_end: false,
+            header,
+            swaps_xy: options.swap_xy,
+            is_zeroed: options.zero_time,
+            first: None,
             found: Disorder::default(),
         }))
     }
@@ -76,10 +91,58 @@ impl OrderedSource {
 
 impl EventSource for OrderedSource {
     fn header(&self) -> &Header {
-        self.inner.header()
+        &self.header
     }
 
     fn next(&mut self, columns: &mut Columns) -> Result<(), IoError> {
+        let before = columns.len();
+        let read = self.read_on(columns);
+        self.adjust(before, columns);
+        read
+    }
+
+    fn take_all(&mut self) -> Option<Columns> {
+        // In order and in one piece: there is nothing to do.
+        let mut all = self.inner.take_all()?;
+        if is_in_order(&all.t) && !matches!(self.restarts, Restarts::Part(_)) {
+            self.is_at_end = true;
+            self.adjust(0, &mut all);
+            return Some(all);
+        }
+        let (header, remarks) = (self.inner.header().clone(), self.inner.remarks());
+        self.inner = Box::new(MemorySource::new(header, all, remarks));
+        None
+    }
+
+    fn seek(&mut self, t: Micros) -> Result<(), IoError> {
+        let t = match (self.is_zeroed, self.first) {
+            (true, None) => Micros(i64::MIN),
+            (true, Some(first)) => Micros(t.0.saturating_add(first.0)),
+            (false, _) => t,
+        };
+        // The index of a file knows its own stamps alone.
+        let from = match self.order.is_of_file() {
+            true => Micros(t.0.saturating_sub(MAX_DELAY.0)),
+            false => Micros(i64::MIN),
+        };
+        self.inner.seek(from)?;
+        self.order = Order::new(self.restarts);
+        self.is_at_end = false;
+        Ok(())
+    }
+
+    fn duration(&self) -> Option<Micros> {
+        self.inner.duration()
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        self.inner.remarks().into_iter().chain(self.found.remarks()).collect()
+    }
+}
+
+impl OrderedSource {
+    /// Appends the next events in order.
+    fn read_on(&mut self, columns: &mut Columns) -> Result<(), IoError> {
         let before = columns.len();
         while columns.len() == before && !self.is_at_end {
             self.batch.clear();
@@ -114,34 +177,18 @@ impl EventSource for OrderedSource {
         Ok(())
     }
 
-    fn take_all(&mut self) -> Option<Columns> {
-        let all = self.inner.take_all()?;
-        if is_in_order(&all.t) && matches!(self.restarts, Restarts::Refuse | Restarts::Join) {
-            self.is_at_end = true;
-            return Some(all);
+    /// Exchanges coordinates and moves times of the events from `begin` on, as asked.
+    fn adjust(&mut self, begin: usize, columns: &mut Columns) {
+        if self.swaps_xy {
+            for k in begin..columns.len() {
+                std::mem::swap(&mut columns.x[k], &mut columns.y[k]);
+            }
         }
-        let (header, remarks) = (self.inner.header().clone(), self.inner.remarks());
-        self.inner = Box::new(MemorySource::new(header, all, remarks));
-        None
-    }
-
-    fn seek(&mut self, t: Micros) -> Result<(), IoError> {
-        // The index of a file knows its own stamps alone.
-        let from = match self.order.is_of_file() {
-            true => Micros(t.0.saturating_sub(MAX_DELAY.0)),
-            false => Micros(i64::MIN),
-        };
-        self.inner.seek(from)?;
-        self.order = Order::new(self.restarts);
-        self.is_at_end = false;
-        Ok(())
-    }
-
-    fn duration(&self) -> Option<Micros> {
-        self.inner.duration()
-    }
-
-    fn remarks(&self) -> Vec<String> {
-        self.inner.remarks().into_iter().chain(self.found.remarks()).collect()
+        if self.is_zeroed && begin < columns.len() {
+            let first = *self.first.get_or_insert(columns.t[begin]);
+            for t in &mut columns.t[begin..] {
+                *t = Micros(t.0.saturating_sub(first.0));
+            }
+        }
     }
 }

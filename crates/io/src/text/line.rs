@@ -4,6 +4,9 @@ use std::fmt;
 
 use evpose_core::{Event, Micros, Polarity, SensorSize};
 
+use crate::names::{self, Places};
+use crate::{ColumnNames, TimeUnit};
+
 /// Beyond 285 years a double no longer resolves microseconds.
 const MAX_SECONDS: f64 = 9e9;
 
@@ -30,6 +33,8 @@ pub(super) enum TextFault {
         /// Its text.
         text: String,
     },
+    /// A line of names without those of an event.
+    Names(String),
     /// The first column is not that of times.
     Order,
     /// The file ends in it, and perhaps within its last number.
@@ -45,9 +50,14 @@ impl fmt::Display for TextFault {
             Self::Fields(n) => write!(f, "{n} fields instead of t x y p"),
             Self::Named { got, of } => write!(f, "{got} fields instead of the {of} that are named"),
             Self::Field { name, text } => write!(f, "`{text}` is no {name}"),
+            Self::Names(names) => write!(
+                f,
+                "not all of t, x, y and p are among the names `{names}`: say which they are, as \
+                 --columns t=NAME,x=NAME,y=NAME,p=NAME"
+            ),
             Self::Order => f.write_str(
-                "the values of the first column go up and down as times do not: put a line that \
-                 names the columns before the first, such as `x y t p`",
+                "the values of the first column go up and down as times do not: say where they are, as \
+                 --columns t=2,x=0,y=1,p=3, or sort all events with --sort",
             ),
             Self::Open => f.write_str(
                 "the file ends in it, perhaps within a number: if it is whole, end it with a line \
@@ -57,48 +67,45 @@ impl fmt::Display for TextFault {
     }
 }
 
-/// Unit of times.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum TimeUnit {
-    Seconds,
-    Microseconds,
+/// Detects the unit of a time; none for a zero, which is the same in all units.
+fn unit_of(field: &str) -> Option<TimeUnit> {
+    match field {
+        "0" => None,
+        _ if field.contains(['.', 'e', 'E']) => Some(TimeUnit::Seconds),
+        _ => Some(TimeUnit::Microseconds),
+    }
 }
 
-impl TimeUnit {
-    /// Detects the unit of a time; none for a zero, which is the same in all units.
-    fn detect(field: &str) -> Option<Self> {
-        match field {
-            "0" => None,
-            _ if field.contains(['.', 'e', 'E']) => Some(Self::Seconds),
-            _ => Some(Self::Microseconds),
+fn time(text: &str, unit: TimeUnit, is_stated: bool) -> Result<Micros, TextFault> {
+    let whole = || unit.whole(text.parse().ok()?);
+    let real = || text.parse().ok().and_then(|value| unit.real(value));
+    let (parsed, name) = match unit {
+        TimeUnit::Seconds => {
+            let seconds = text.parse::<f64>().ok().filter(|s| s.abs() < MAX_SECONDS);
+            (seconds.map(Micros::from_seconds), "time in seconds")
         }
-    }
-
-    fn parse(self, text: &str) -> Result<Micros, TextFault> {
-        let parsed = match self {
-            Self::Microseconds => text.parse().ok().map(Micros),
-            Self::Seconds => {
-                let seconds = text.parse::<f64>().ok();
-                seconds.filter(|s| s.abs() < MAX_SECONDS).map(Micros::from_seconds)
-            }
-        };
-        let name = match self {
-            Self::Seconds => "time in seconds",
-            Self::Microseconds => "time in whole microseconds, as the first event has it",
-        };
-        parsed.ok_or_else(|| TextFault::Field { name, text: text.to_owned() })
-    }
+        // Of a unit that nobody stated, the first event is all there is.
+        _ if !is_stated => (whole(), "time in whole microseconds, as the first event has it"),
+        _ => (whole().or_else(real), "time"),
+    };
+    parsed.ok_or_else(|| TextFault::Field { name, text: text.to_owned() })
 }
 
-/// Properties of a file that earlier lines establish.
-#[derive(Debug, Clone, Copy, Default)]
+/// Properties of a file that options and earlier lines establish.
+#[derive(Debug, Clone, Default)]
 pub(super) struct Known {
     /// Whether nothing but comments came before.
     pub(super) is_first: bool,
     /// Unit of times; none until an event decides it.
     pub(super) unit: Option<TimeUnit>,
+    /// Whether the unit was stated, by a name or the caller.
+    pub(super) is_unit_stated: bool,
+    /// Names of columns, as the caller has them.
+    pub(super) columns: ColumnNames,
     /// Order of the fields; none until a line decides it.
     pub(super) order: Option<FieldOrder>,
+    /// The order by the values of the first lines.
+    pub(super) order_by_values: Option<FieldOrder>,
 }
 
 /// Fields of a line, and which of them are those of an event.
@@ -120,14 +127,6 @@ const MAX_FIELDS: usize = 16;
 /// Begins the line that states the sensor in tables of Prophesee's programs.
 const GEOMETRY: &str = "%geometry:";
 
-/// Names of t, x, y and p in a line of names.
-const NAMES: [&[&str]; 4] = [
-    &["t", "ts", "timestamp", "time", "timestamps"],
-    &["x", "col", "xs"],
-    &["y", "row", "ys"],
-    &["p", "pol", "polarity", "ps", "on"],
-];
-
 /// A line that is neither empty nor a comment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Line {
@@ -137,23 +136,25 @@ pub(super) enum Line {
 }
 
 /// Splits a line at spaces, tabs, commas and semicolons.
-fn fields(text: &str) -> impl Iterator<Item = &str> {
+pub(super) fn fields(text: &str) -> impl Iterator<Item = &str> {
     text.split(|c: char| c.is_ascii_whitespace() || c == ',' || c == ';').filter(|f| !f.is_empty())
 }
 
-/// The order of the fields in a line that names them. The first may have no name, as the row index
-/// of tables of pandas.
-pub(super) fn names(text: &str) -> Option<FieldOrder> {
-    // Tables of pandas begin with a nameless column of row indices.
-    let unnamed = usize::from(text.starts_with([',', ';', '\t']));
-    let name = |field: &str| field.trim_matches('"').to_ascii_lowercase();
-    let listed: Vec<String> = fields(text).map(name).collect();
-    let mut places = [0; 4];
-    for (place, known) in places.iter_mut().zip(NAMES) {
-        *place = unnamed + listed.iter().position(|name| known.contains(&name.as_str()))?;
-    }
-    let order = FieldOrder { places, fields: unnamed + listed.len() };
-    (order.fields <= MAX_FIELDS).then_some(order)
+/// The order of the fields in a line that names them, and the unit that a name states. The first may
+/// have no name, as the row index of tables of pandas.
+pub(super) fn names(text: &str, given: &ColumnNames) -> Option<(FieldOrder, Option<TimeUnit>)> {
+    // Names may have spaces in them where commas separate.
+    let listed: Vec<&str> = match text.find([',', ';']) {
+        Some(_) => text.split([',', ';']).collect(),
+        None => {
+            // Tables of pandas begin with a nameless column of row indices.
+            let unnamed = text.starts_with('\t').then_some("");
+            unnamed.into_iter().chain(fields(text)).collect()
+        }
+    };
+    let Places { places, unit } = names::places(&listed.iter().copied(), given).ok()?;
+    let order = FieldOrder { places, fields: listed.len() };
+    (order.fields <= MAX_FIELDS).then_some((order, unit))
 }
 
 /// Parses a line, and updates `known` for the lines behind it.
@@ -184,12 +185,20 @@ pub(super) fn parse(bytes: &[u8], known: &mut Known) -> Result<Option<Line>, Tex
         if count == 2 && known.order.is_none() {
             return sensor((words[0], words[1]));
         }
-        if let Some(order) = names(text) {
+        if let Some((order, unit)) = names(text, &known.columns) {
             known.order = Some(order);
+            known.unit = known.unit.or(unit);
+            known.is_unit_stated |= unit.is_some();
             return Ok(Some(Line::Names));
         }
+        if words[0].trim_matches('"').starts_with(char::is_alphabetic) {
+            return Err(TextFault::Names(text.trim().to_owned()));
+        }
+        if let Some(places) = known.columns.numbers() {
+            known.order = Some(FieldOrder { places, fields: count });
+        }
     }
-    let order = match known.order {
+    let order = match known.order.or(known.order_by_values) {
         Some(order) => order,
         None if count != USUAL.fields => return Err(TextFault::Fields(count)),
         // In a file without names the polarity's place says which of both orders it is.
@@ -203,12 +212,12 @@ pub(super) fn parse(bytes: &[u8], known: &mut Known) -> Result<Option<Line>, Tex
         4 => return Err(TextFault::Fields(count)),
         of => return Err(TextFault::Named { got: count, of }),
     }
-    let [t, x, y, p] = order.places.map(|place| words[place]);
-    known.unit = known.unit.or_else(|| TimeUnit::detect(t));
+    let [t, x, y, p] = order.places.map(|place| words.get(place).copied().unwrap_or_default());
+    known.unit = known.unit.or_else(|| unit_of(t));
     let unit = known.unit.unwrap_or(TimeUnit::Microseconds);
     let polarity = polarity(p)?;
     let (x, y) = (coordinate("column", x)?, coordinate("row", y)?);
-    Ok(Some(Line::Event(Event { t: unit.parse(t)?, x, y, polarity })))
+    Ok(Some(Line::Event(Event { t: time(t, unit, known.is_unit_stated)?, x, y, polarity })))
 }
 
 /// The size of a sensor, of the texts of its width and height.
@@ -223,8 +232,8 @@ fn polarity(text: &str) -> Result<Polarity, TextFault> {
         "0" | "-1" | "False" | "false" => Ok(Polarity::Off),
         "1" | "+1" | "True" | "true" => Ok(Polarity::On),
         _ => match text.parse::<f64>() {
-            // Tables of floats.
-            Ok(0.0 | -1.0) => Ok(Polarity::Off),
+            // Tables of floats, and -1 as integers without a sign.
+            Ok(0.0 | -1.0 | 255.0 | 4_294_967_295.0) => Ok(Polarity::Off),
             Ok(1.0) => Ok(Polarity::On),
             _ => {
                 let name = "polarity, 0 or 1, or -1 or 1";

@@ -8,8 +8,8 @@
 use evpose_core::{Micros, Polarity};
 use evpose_cpu::vectorize;
 
-use super::line::{Known, TIME_LAST, TimeUnit, USUAL};
-use crate::Columns;
+use super::line::{Known, TIME_LAST, USUAL};
+use crate::{Columns, TimeUnit};
 
 /// Bytes in which the fields of a line end.
 const WINDOW: usize = 32;

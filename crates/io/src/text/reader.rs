@@ -2,24 +2,45 @@
 
 use evpose_core::SensorSize;
 
-use super::line::{Known, Line, names, parse};
+use super::line::{FieldOrder, Known, Line, fields, names, parse};
 use super::{TextFault, quick};
-use crate::sniff::is_time;
+use crate::sniff::{fitting_orders, is_time};
 use crate::{
-    BlockSource, Columns, DecodeFault, Decoder, EventSource, Header, Input, IoError, OpenOptions,
+    BlockSource, ColumnNames, Columns, DecodeFault, Decoder, EventSource, Header, Input, IoError, OpenOptions,
 };
 
 /// Ample for four values and a comment; a longer line is not text, or not events.
 const MAX_LINE: usize = 4096;
 
+/// A mark of byte order, which Excel and PowerShell write.
+pub(super) const BOM: &[u8] = b"\xef\xbb\xbf";
+
+/// Bytes by which the order of columns without names is found.
+const SNIFFED: usize = 1 << 16;
+
+/// Rows from which on their values tell the order of columns.
+const MIN_ROWS: usize = 20;
+
 /// Minimal count of events that decides about the order of columns.
 const MIN_EVENTS: usize = 200;
 
 /// Opens a text, whose first line may state the sensor.
-pub(super) fn open(mut input: Input, _: &OpenOptions) -> Result<Box<dyn EventSource>, IoError> {
+pub(super) fn open(
+    mut input: Input,
+    options: &OpenOptions,
+) -> Result<Box<dyn EventSource>, IoError> {
     let head = input.head(MAX_LINE)?;
-    let header = Header { sensor: sensor(&head), ..Header::default() };
-    Ok(Box::new(BlockSource::new(input, 0, header, Lines::default())))
+    let begin = if head.starts_with(BOM) { BOM.len() } else { 0 };
+    let header = Header { sensor: sensor(&head[begin..]), ..Header::default() };
+    let mut lines = Lines::default();
+    lines.known.unit = options.time_unit;
+    lines.known.is_unit_stated = options.time_unit.is_some();
+    lines.known.columns = options.columns.clone();
+    if lines.known.columns == ColumnNames::default() {
+        let head = input.head(SNIFFED)?;
+        lines.known.order_by_values = order_by_values(&head[begin..]);
+    }
+    Ok(Box::new(BlockSource::new(input, begin as u64, header, lines)))
 }
 
 /// The size in the first line with something on it, if it is one.
@@ -137,9 +158,38 @@ fn is_separated(line: &[u8]) -> bool {
     line.contains(&b',') || line.contains(&b';')
 }
 
+/// Whether a line may name the columns of events, those of names of the caller's among them.
+fn may_be_names(line: &str) -> bool {
+    let usual = ColumnNames::default();
+    let is_name = |field: &str| field.trim_matches('"').starts_with(char::is_alphabetic);
+    names(line, &usual).is_some() || line.split([',', ';']).filter(|f| is_name(f)).count() >= 4
+}
+
+/// The order of four columns without names, where only one fits the values of the first lines.
+fn order_by_values(head: &[u8]) -> Option<FieldOrder> {
+    let text = str::from_utf8(&head[..head.iter().rposition(|&b| b == b'\n')?]).ok()?;
+    let mut columns: [Vec<f64>; 4] = Default::default();
+    for line in text.lines() {
+        let line = line.split('#').next().unwrap_or_default();
+        let values: Vec<f64> = fields(line).map_while(|field| field.parse().ok()).collect();
+        match values.as_slice() {
+            // Comments, and the size of the sensor before the first event.
+            [] | [_, _] if columns[0].is_empty() => {}
+            [..] if values.len() != columns.len() => return None,
+            _ => columns.iter_mut().zip(values).for_each(|(column, value)| column.push(value)),
+        }
+    }
+    if columns[0].len() < MIN_ROWS {
+        return None;
+    }
+    let places = *fitting_orders(&columns).last()?;
+    Some(FieldOrder { places, fields: columns.len() })
+}
+
 /// The first line with content, if it is one of a text of events, and whether one of those before
 /// it is of Prophesee's programs.
 fn content(head: &[u8]) -> Option<(&[u8], bool)> {
+    let head = head.strip_prefix(BOM).unwrap_or(head);
     let printable = |b: &u8| b.is_ascii_graphic() || b.is_ascii_whitespace();
     let mut has_geometry = false;
     for line in head.split(|&b| b == b'\n').map(<[u8]>::trim_ascii) {
@@ -150,7 +200,7 @@ fn content(head: &[u8]) -> Option<(&[u8], bool)> {
             _ => {
                 let is_content = line.iter().all(printable)
                     && (matches!(line.first(), Some(b'0'..=b'9' | b'-' | b'+' | b'.'))
-                        || str::from_utf8(line).is_ok_and(|line| names(line).is_some()));
+                        || str::from_utf8(line).is_ok_and(may_be_names));
                 return is_content.then_some((line, has_geometry));
             }
         }

@@ -10,7 +10,9 @@ use tempfile::TempDir;
 use super::line::{Known, Line, parse};
 use super::*;
 use crate::golden::check;
-use crate::{Columns, Input, IoError, OpenOptions, SensorOrigin, open, open_with};
+use crate::{
+    Columns, Input, IoError, OpenOptions, SensorOrigin, TimeUnit, open, open_with, read_as,
+};
 
 const SENSOR: SensorSize = SensorSize { width: 240, height: 180 };
 
@@ -110,14 +112,54 @@ fn what_other_programs_write_is_read() {
 }
 
 #[test]
-fn a_file_whose_first_column_is_no_time_is_refused_with_what_to_do() {
+fn columns_without_names_are_found_by_their_values_or_asked_for() {
     let lines = (0..300).map(|k| format!("{} {} {} {}\n", (37 * k) % 101, k % 90, 50 * k, k % 2));
     let (_directory, path) = file(lines.clone().collect::<String>());
+    let found = open_with(&path, Some(SENSOR)).unwrap();
+    let (_directory, named) = file(format!("x y t p\n{}", lines.collect::<String>()));
+    assert_eq!(found.stream, open_with(&named, Some(SENSOR)).unwrap().stream);
+    assert_eq!((found.stream.len(), found.outside), (300, 0));
+    // A column more than an event has, in the place of time.
+    let lines = (0..300).map(|k| format!("{} {} {} {}\n", (37 * k) % 101, k % 90, k % 2, k % 7));
+    let (_directory, path) = file(lines.collect::<String>());
     let message = open_with(&path, Some(SENSOR)).unwrap_err().to_string();
-    assert!(message.contains("such as `x y t p`"), "{message}");
-    let (_directory, path) = file(format!("x y t p\n{}", lines.collect::<String>()));
-    let recording = open_with(&path, Some(SENSOR)).unwrap();
-    assert_eq!((recording.stream.len(), recording.outside), (300, 0));
+    assert!(message.contains("polarity") || message.contains("--columns"), "{message}");
+}
+
+#[test]
+fn names_units_and_marks_of_other_programs_are_understood() {
+    let open = |text: &str, options: &OpenOptions| {
+        let input = Input::memory("events.csv", text.as_bytes().to_vec());
+        read_as(input, options).map(|read| read.stream)
+    };
+    let options = OpenOptions { sensor: Some(SENSOR), ..OpenOptions::default() };
+    let want = [event(1_500, 96, 133, false), event(2_500, 97, 12, true)];
+    let want = EventStream::from_events(SENSOR, want).unwrap();
+    for text in [
+        "\u{feff}t,x,y,p\n1500,96,133,0\n2500,97,12,1\n",
+        "t_us,x,y,p\n1500,96,133,0\n2500,97,12,1\n",
+        "timestamp [ns],x_pos,y_pos,is_increase\n1500000,96,133,False\n2500000,97,12,True\n",
+        "time_ms,x,y,on\n1.5,96,133,-1\n2.5,97,12,1\n",
+        "x@346,y@260,on,t\n96,133,0,1500\n97,12,1,2500\n",
+        "t,x,y,p\n1500,96,133,4294967295\n2500,97,12,1\n",
+    ] {
+        assert_eq!(open(text, &options).unwrap(), want, "{text}");
+    }
+    let stated = OpenOptions { time_unit: Some(TimeUnit::Nanoseconds), ..options.clone() };
+    assert_eq!(open("t,x,y,p\n1500999,96,133,0\n2500000,97,12,1\n", &stated).unwrap(), want);
+    let columns = "t=a,x=b,y=c,p=d".parse().unwrap();
+    let named = OpenOptions { columns, ..options.clone() };
+    let table = "d,c,b,a\n0,133,96,1500\n1,12,97,2500\n";
+    assert_eq!(open(table, &named).unwrap(), want);
+    let message = open(table, &options).unwrap_err().to_string();
+    assert!(message.contains("--columns t=NAME"), "{message}");
+    let columns = "t=4,x=2,y=1,p=0".parse().unwrap();
+    let numbered = OpenOptions { columns, ..options.clone() };
+    assert_eq!(open("0,133,96,9,1500\n1,12,97,9,2500\n", &numbered).unwrap(), want);
+    let swapped = OpenOptions { swap_xy: true, ..options.clone() };
+    assert_eq!(open("t,x,y,p\n1500,133,96,0\n2500,12,97,1\n", &swapped).unwrap(), want);
+    let zero = OpenOptions { zero_time: true, ..options };
+    assert_eq!(open("t,x,y,p\n1500,9,9,0\n2500,9,9,1\n", &zero).unwrap().t(), [Micros(0), Micros(1_000)]);
 }
 
 #[test]
