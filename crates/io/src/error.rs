@@ -108,9 +108,21 @@ pub enum IoError {
         /// Size as the file states it.
         stated: SensorSize,
     },
-    /// A given size of the sensor that does not hold every event.
+    /// A size that no sensor has.
     #[error(
-        "{}: events lie outside a sensor of {given}: it takes at least {extent} to hold them all",
+        "{}: a sensor of {sensor} is larger than any: give the right size with --sensor, or other columns \
+         with --columns",
+        path.display()
+    )]
+    SensorTooLarge {
+        /// The recording.
+        path: PathBuf,
+        /// Size as stated, given, or of the events.
+        sensor: SensorSize,
+    },
+    /// A given size of the sensor that does not hold the events.
+    #[error(
+        "{}: events lie outside a sensor of {given}: it takes at least {extent} to hold them",
         path.display()
     )]
     SmallerSensor {

@@ -151,9 +151,9 @@ impl Archive {
             };
         }
         let named = Named { columns, unit: options.time_unit.or(unit) };
-        named.events().map_err(|(what, fault, values)| {
-            self.fault(names[what], byte[what], fault, values)
-        })
+        named
+            .events()
+            .map_err(|(what, fault, values)| self.fault(names[what], byte[what], fault, values))
     }
 
     /// Events that are the rows of one array.

@@ -145,10 +145,8 @@ fn events_outside_the_sensor_are_counted_and_those_out_of_order_sorted() {
 #[test]
 fn records_with_padding_and_titles_are_read_as_numpy_reads_them() {
     let array = |descr: &str, rows: &[Vec<u8>]| {
-        let header = format!(
-            "{{'descr': {descr}, 'fortran_order': False, 'shape': ({},), }}\n",
-            rows.len()
-        );
+        let header =
+            format!("{{'descr': {descr}, 'fortran_order': False, 'shape': ({},), }}\n", rows.len());
         let length = (header.len() as u16).to_le_bytes();
         [b"\x93NUMPY\x01\x00", &length[..], header.as_bytes(), &rows.concat()].concat()
     };
@@ -290,7 +288,9 @@ fn columns_of_other_types_shapes_and_lengths_are_refused() {
 fn a_single_array_without_the_fields_of_events_is_refused_by_its_name() {
     let fields = "[('t', '|u1'), ('x', '|u1'), ('y', '|u1')]";
     let (array, fault, _) = fault_of(&[("arr_0", fields, "(1,)", vec![1, 2, 3])]);
-    let want = NpzFault::Columns("no field p (found: t, x, y): say which it is, as --columns p=NAME".to_owned());
+    let want = NpzFault::Columns(
+        "no field p (found: t, x, y): say which it is, as --columns p=NAME".to_owned(),
+    );
     assert_eq!((array.as_str(), fault), ("arr_0", want));
     // Several arrays may be anything.
     let two = [("arr_0", "|u1", "(1,)", vec![1]), ("arr_1", "|u1", "(1,)", vec![1])];

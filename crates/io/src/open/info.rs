@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use evpose_core::{Micros, SensorSize};
 
-use super::whole::{extent, sensor_of};
+use super::extent::Extent;
+use super::whole::sensor_of;
 use super::{Labels, SensorOrigin};
 use crate::{Columns, IoError, OpenOptions};
 
@@ -74,10 +75,15 @@ pub fn info(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Info, IoErr
         }
     }
     // Behind the loop: the extent of the events is known only now.
-    let (sensor, sensor_origin) = sensor_of(source.header(), options, || survey.extent);
+    let (sensor, sensor_origin) =
+        sensor_of(&path, source.header(), options, || survey.extent.size())?;
     // Remarks of the source come before the loss.
     warnings.splice(0..0, source.remarks());
-    warnings.extend(sensor_warning(sensor_origin, survey.extent, source.header().usual_sensor));
+    warnings.extend(sensor_warning(
+        sensor_origin,
+        survey.extent.size(),
+        source.header().usual_sensor,
+    ));
     if survey.outside > 0 {
         let outside = survey.outside;
         warnings.push(format!("{outside} events lie outside the sensor: they are left out"));
@@ -131,12 +137,12 @@ struct Survey {
     latest: Micros,
     first: Option<Micros>,
     outside: usize,
-    extent: SensorSize,
+    extent: Extent,
 }
 
 impl Survey {
     fn new(sensor: Option<SensorSize>) -> Self {
-        let extent = SensorSize { width: 1, height: 1 };
+        let extent = Extent::default();
         let latest = Micros(i64::MIN);
         Self { sensor, events: 0, on: 0, latest, first: None, outside: 0, extent }
     }
@@ -146,9 +152,7 @@ impl Survey {
         self.on += columns.polarity.iter().filter(|p| p.is_on()).count() as u64;
         self.first = self.first.or(columns.t.first().copied());
         self.latest = columns.t.last().copied().unwrap_or(self.latest);
-        let extent = extent(columns);
-        self.extent.width = self.extent.width.max(extent.width);
-        self.extent.height = self.extent.height.max(extent.height);
+        self.extent.add(columns);
         // A coordinate that no sensor has is outside an unknown one, too.
         let sensor = self.sensor.unwrap_or(SensorSize { width: u16::MAX, height: u16::MAX });
         let pixels = columns.x.iter().zip(&columns.y);

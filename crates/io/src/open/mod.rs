@@ -1,6 +1,7 @@
 //! Files opened by their content.
 
 mod beside;
+mod extent;
 mod format;
 mod info;
 mod registry;
@@ -21,7 +22,10 @@ pub use sensor::find_sensor;
 pub use windows::Windows;
 
 use crate::source::OrderedSource;
-use crate::{EventSource, Input, IoError, OpenOptions};
+use crate::{ColumnNames, EventSource, Input, IoError, OpenOptions};
+
+/// Formats whose units and columns may be stated.
+const OF_COLUMNS: [&str; 5] = ["text", "csv", "npz", "npy", "hdf5"];
 
 /// A whole recording in memory.
 #[derive(Debug, Clone, PartialEq)]
@@ -119,6 +123,16 @@ pub fn source_in<'a>(
 ) -> Result<(&'a Format, Box<dyn EventSource>), IoError> {
     let path = input.path.clone();
     let (format, source) = unordered_in(formats, input, options)?;
+    let is_stated = options.time_unit.is_some() || options.columns != ColumnNames::default();
+    if is_stated && !OF_COLUMNS.contains(&format.name) {
+        let name = format.name;
+        let reason =
+            format!("{name} states units and columns: --time-unit and --columns are for tables");
+        return Err(IoError::Stream { path, reason });
+    }
+    for sensor in source.header().sensor.iter().chain(&options.sensor) {
+        extent::believed(&path, *sensor)?;
+    }
     Ok((format, OrderedSource::open(source, path, options)?))
 }
 

@@ -5,15 +5,16 @@ use std::path::Path;
 use evpose_core::SensorSize;
 
 use super::SensorOrigin;
-use super::whole::{extent, sensor_of};
+use super::extent::Extent;
+use super::whole::{is_elsewhere, sensor_of};
 use crate::{Columns, IoError, OpenOptions};
 
 /// The size of the sensor of a recording and its origin. A file that does not state it is read
 /// once, without holding it.
 ///
 /// # Errors
-/// As [`crate::open`]; if `options` give another size than the file states, or one that does not
-/// hold every event. A file that is salvaged may have some outside.
+/// As [`crate::open`]; if `options` give another size than the file states, or one outside which more
+/// than a tenth of the events are, unless it is salvaged.
 pub fn find_sensor(
     path: impl AsRef<Path>,
     options: &OpenOptions,
@@ -28,15 +29,16 @@ pub fn find_sensor(
             Some(given) => Err(IoError::OtherSensor { path, given, stated }),
         };
     }
-    // At least one pixel, for a file without events.
-    let mut largest = SensorSize { width: 1, height: 1 };
+    let (mut extent, mut events, mut outside) = (Extent::default(), 0, 0);
     let mut columns = Columns::new();
     loop {
         columns.clear();
         let read = source.next(&mut columns);
-        let SensorSize { width, height } = extent(&columns);
-        largest.width = largest.width.max(width);
-        largest.height = largest.height.max(height);
+        extent.add(&columns);
+        events += columns.len();
+        if let Some(given) = options.sensor {
+            outside += columns.iter().filter(|event| !given.contains(event.x, event.y)).count();
+        }
         match read {
             Ok(()) if columns.is_empty() => break,
             Ok(()) => {}
@@ -44,11 +46,13 @@ pub fn find_sensor(
             Err(other) => return Err(other),
         }
     }
-    let holds = |s: SensorSize| largest.width <= s.width && largest.height <= s.height;
-    if let Some(given) = options.sensor.filter(|given| !options.salvage && !holds(*given)) {
-        return Err(IoError::SmallerSensor { path, given, extent: largest });
+    if let Some(given) = options.sensor
+        && !options.salvage
+        && is_elsewhere(outside, events)
+    {
+        return Err(IoError::SmallerSensor { path, given, extent: extent.size() });
     }
-    Ok(sensor_of(source.header(), options, || largest))
+    sensor_of(&path, source.header(), options, || extent.size())
 }
 
 #[cfg(test)]
@@ -62,7 +66,7 @@ mod tests {
         let path = folder.path().join("rec.txt");
         let mut text: String =
             (0..100_000).map(|k| format!("{:.6} 3 4 1\n", 1e-6 * f64::from(k))).collect();
-        text += "1.0 99 49 0\n";
+        text += &"1.0 99 49 0\n".repeat(20_000);
         std::fs::write(&path, text).unwrap();
         let size = |width, height| SensorSize { width, height };
         let found = |sensor, salvage| {

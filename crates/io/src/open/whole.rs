@@ -4,6 +4,7 @@ use std::path::Path;
 
 use evpose_core::{EventStream, EventStreamBuilder, SensorSize};
 
+use super::extent::{Extent, believed};
 use super::{Recording, SensorOrigin};
 use crate::{Columns, EventSource, Header, IoError, OpenOptions};
 
@@ -34,7 +35,8 @@ pub(super) fn read(
     }
     // Remarks are complete only when everything has been read, but come before the loss.
     remarks.splice(0..0, source.remarks());
-    let (sensor, sensor_origin) = sensor_of(source.header(), options, || extent(&columns));
+    let (sensor, sensor_origin) =
+        sensor_of(path, source.header(), options, || Extent::of(&columns).size())?;
     let events = columns.len();
     let (stream, outside) = stream_of(sensor, columns);
     if is_elsewhere(outside, events) {
@@ -45,12 +47,16 @@ pub(super) fn read(
 
 /// The sensor of a file: as it states, as the caller says, as usual if that holds every event, else
 /// the smallest that does.
+///
+/// # Errors
+/// If it is larger than any sensor.
 pub(super) fn sensor_of(
+    path: &Path,
     header: &Header,
     options: &OpenOptions,
     extent: impl FnOnce() -> SensorSize,
-) -> (SensorSize, SensorOrigin) {
-    match (header.sensor, options.sensor) {
+) -> Result<(SensorSize, SensorOrigin), IoError> {
+    let (sensor, origin) = match (header.sensor, options.sensor) {
         (Some(stated), _) => (stated, SensorOrigin::Stated),
         (None, Some(given)) => (given, SensorOrigin::Given),
         (None, None) => {
@@ -62,19 +68,8 @@ pub(super) fn sensor_of(
                 None => (extent, SensorOrigin::Inferred),
             }
         }
-    }
-}
-
-/// The smallest sensor that holds all events which fit any, of at least one pixel.
-pub(super) fn extent(columns: &Columns) -> SensorSize {
-    // Without a branch for each: only where some coordinate fits no sensor are events looked at.
-    let largest = |values: &[u16]| values.iter().copied().fold(0, u16::max);
-    let (mut x, mut y) = (largest(&columns.x), largest(&columns.y));
-    if x == u16::MAX || y == u16::MAX {
-        let inside = columns.iter().filter(|e| e.x < u16::MAX && e.y < u16::MAX);
-        (x, y) = inside.fold((0, 0), |(x, y), event| (x.max(event.x), y.max(event.y)));
-    }
-    SensorSize { width: x + 1, height: y + 1 }
+    };
+    Ok((believed(path, sensor)?, origin))
 }
 
 /// The events on the sensor, and the count of the others.
@@ -99,31 +94,16 @@ pub(super) fn is_elsewhere(outside: usize, events: usize) -> bool {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
 
-    use evpose_core::{Event, Micros, Polarity};
-
     use super::*;
-
-    fn events(times: impl IntoIterator<Item = i64>) -> Columns {
-        let event = |t| Event { t: Micros(t), x: 0, y: 0, polarity: Polarity::On };
-        times.into_iter().map(event).collect()
-    }
-
-    const SENSOR: SensorSize = SensorSize { width: 1, height: 1 };
 
     #[test]
     fn the_usual_sensor_is_taken_where_it_holds_every_event() {
         let usual = Header { usual_sensor: Some(SensorSize::DAVIS240C), ..Header::default() };
-        let of =
-            |width| sensor_of(&usual, &OpenOptions::default(), || SensorSize { width, height: 9 });
+        let of = |width| {
+            let extent = || SensorSize { width, height: 9 };
+            sensor_of(Path::new("events"), &usual, &OpenOptions::default(), extent).unwrap()
+        };
         assert_eq!(of(240), (SensorSize::DAVIS240C, SensorOrigin::Assumed));
         assert_eq!(of(241), (SensorSize { width: 241, height: 9 }, SensorOrigin::Inferred));
-    }
-
-    #[test]
-    fn coordinates_that_fit_no_sensor_do_not_make_one() {
-        let mut columns = events([0, 1]);
-        columns.x[1] = u16::MAX;
-        assert_eq!(extent(&columns), SENSOR);
-        assert_eq!(extent(&Columns::new()), SENSOR);
     }
 }

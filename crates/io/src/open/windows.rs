@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use evpose_core::{EventStream, Micros, SensorSize, TimeWindow};
 
-use super::whole::{extent, is_elsewhere, sensor_of};
+use super::extent::Extent;
+use super::whole::{is_elsewhere, sensor_of};
 use super::{SensorOrigin, input, source};
 use crate::{Columns, EventSource, IoError, OpenOptions};
 
@@ -39,8 +40,7 @@ impl Windows {
     /// As [`crate::open`]; damage further on is found when reading comes there.
     pub fn open(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Self, IoError> {
         let (_, source) = source(input(path.as_ref())?, options)?;
-        let windows = Self::from_source(source, options)?;
-        Ok(Self { path: path.as_ref().to_owned(), ..windows })
+        Self::new(path.as_ref(), source, options)
     }
 
     /// Takes a source that nothing was read from, whose events are in the order of time.
@@ -51,8 +51,16 @@ impl Windows {
         source: Box<dyn EventSource>,
         options: &OpenOptions,
     ) -> Result<Self, IoError> {
+        Self::new(Path::new("events"), source, options)
+    }
+
+    fn new(
+        path: &Path,
+        source: Box<dyn EventSource>,
+        options: &OpenOptions,
+    ) -> Result<Self, IoError> {
         let mut windows = Self {
-            path: PathBuf::new(),
+            path: path.to_owned(),
             source,
             sensor: SensorSize { width: 1, height: 1 },
             sensor_origin: SensorOrigin::Inferred,
@@ -70,7 +78,7 @@ impl Windows {
         let header = windows.source.header();
         // Later events may lie outside of the size: they are rejected.
         (windows.sensor, windows.sensor_origin) =
-            sensor_of(header, options, || extent(&windows.buffer));
+            sensor_of(path, header, options, || Extent::of(&windows.buffer).size())?;
         Ok(windows)
     }
 

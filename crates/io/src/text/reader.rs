@@ -6,7 +6,8 @@ use super::line::{FieldOrder, Known, Line, fields, names, parse};
 use super::{TextFault, quick};
 use crate::sniff::{fitting_orders, is_time};
 use crate::{
-    BlockSource, ColumnNames, Columns, DecodeFault, Decoder, EventSource, Header, Input, IoError, OpenOptions,
+    BlockSource, ColumnNames, Columns, DecodeFault, Decoder, EventSource, Header, Input, IoError,
+    OpenOptions,
 };
 
 /// Ample for four values and a comment; a longer line is not text, or not events.

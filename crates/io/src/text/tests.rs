@@ -159,7 +159,10 @@ fn names_units_and_marks_of_other_programs_are_understood() {
     let swapped = OpenOptions { swap_xy: true, ..options.clone() };
     assert_eq!(open("t,x,y,p\n1500,133,96,0\n2500,12,97,1\n", &swapped).unwrap(), want);
     let zero = OpenOptions { zero_time: true, ..options };
-    assert_eq!(open("t,x,y,p\n1500,9,9,0\n2500,9,9,1\n", &zero).unwrap().t(), [Micros(0), Micros(1_000)]);
+    assert_eq!(
+        open("t,x,y,p\n1500,9,9,0\n2500,9,9,1\n", &zero).unwrap().t(),
+        [Micros(0), Micros(1_000)]
+    );
 }
 
 #[test]

@@ -96,9 +96,9 @@ proptest! {
         repeated in 1..400_usize,
     ) {
         times.sort_unstable();
-        let sensor = SensorSize { width: 32_768, height: 32_768 };
+        let sensor = SensorSize { width: 4_096, height: 4_096 };
         let event = |(k, &t): (usize, &i64)| Event {
-            t: Micros(t), x: (k * 677 % 32_768) as u16, y: (k * 31 % 32_768) as u16,
+            t: Micros(t), x: (k * 677 % 4_096) as u16, y: (k * 31 % 4_096) as u16,
             polarity: Polarity::from_on(t % 3 == 0),
         };
         let times: Vec<i64> = times.iter().flat_map(|&t| vec![t; repeated]).collect();
