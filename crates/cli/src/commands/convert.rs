@@ -37,9 +37,6 @@ pub struct ConvertArgs {
     /// End so many seconds after the first event
     #[arg(long, value_name = "SECONDS")]
     pub(crate) to: Option<f64>,
-    /// Shift time stamps so that the first event, or --from, is at 0
-    #[arg(long)]
-    pub(crate) zero_time: bool,
 }
 
 /// Event time of a window.
@@ -109,7 +106,8 @@ impl Cut {
         let end = args.to.map_or(Micros(i64::MAX), after);
         ensure!(start < end, "--from lies behind --to");
         let origin = if start < first { first } else { start };
-        let shift = if args.zero_time { Micros(0) - origin } else { Micros(0) };
+        let is_zeroed = args.recording.opening.zero_time;
+        let shift = if is_zeroed { Micros(0) - origin } else { Micros(0) };
         Ok(Self { window: TimeWindow { start, end }, shift })
     }
 

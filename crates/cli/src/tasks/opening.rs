@@ -9,7 +9,7 @@ use crate::progress::note;
 use crate::sidecar::sensor_beside;
 use anyhow::{Result, bail};
 use evpose_core::SensorSize;
-use evpose_io::{OpenOptions, Restarts, SensorOrigin, find_sensor};
+use evpose_io::{ColumnNames, OpenOptions, Restarts, SensorOrigin, TimeUnit, find_sensor};
 
 /// Properties of a recording that its file may not state.
 #[derive(Debug, Default, clap::Args)]
@@ -36,6 +36,19 @@ pub struct OpeningArgs {
     /// All events by their time stamps, whatever their order; takes the memory of the whole recording
     #[arg(long)]
     pub sort: bool,
+    /// Unit of times in tables and arrays that do not state it: s, ms, us or ns
+    #[arg(long, value_name = "UNIT")]
+    pub time_unit: Option<TimeUnit>,
+    /// Columns of tables and arrays by their names, or by their numbers from 0 on, for example
+    /// t=stamp,x=u,y=v,p=sign
+    #[arg(long, value_name = "t=NAME,...")]
+    pub columns: Option<ColumnNames>,
+    /// Exchange rows and columns of pixels
+    #[arg(long)]
+    pub swap_xy: bool,
+    /// Shift time stamps so that the first event, or the time of --from, is at 0
+    #[arg(long)]
+    pub zero_time: bool,
 }
 
 impl OpeningArgs {
@@ -61,6 +74,10 @@ impl OpeningArgs {
                 (None, false, true) => Restarts::Sort,
                 (None, false, false) => Restarts::Refuse,
             },
+            time_unit: self.time_unit,
+            columns: self.columns.clone().unwrap_or_default(),
+            swap_xy: self.swap_xy,
+            zero_time: self.zero_time,
         };
         if self.sensor.is_some() && recording.exists() {
             find_sensor(recording, &options)?;

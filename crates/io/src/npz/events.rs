@@ -9,6 +9,8 @@ use crate::names::{Places, places};
 use crate::sniff::{ORDERS, fitting_orders};
 use crate::{Columns, OpenOptions, TimeUnit};
 
+/// Times from which on their type is told by their values.
+const MANY: usize = 20;
 /// Times of this many seconds are none: they are microseconds.
 const LONGEST_S: f64 = 1e5;
 
@@ -50,6 +52,23 @@ impl Named {
         let mut column =
             |place: usize| std::mem::replace(&mut table.columns[place], Column::Bytes(Vec::new()));
         Ok(Self { columns: places.map(&mut column), unit: options.time_unit.or(unit) })
+    }
+
+    /// A remark on times that were stored as numbers of 32 bits, if these are coarser than 1 µs.
+    pub(super) fn coarse_times(&self) -> Option<String> {
+        let column = &self.columns[0];
+        let values = || (0..column.len()).map(|k| column.real(k));
+        let is_short = column.len() >= MANY
+            && values().all(|value| f64::from(value as f32).to_bits() == value.to_bits());
+        let longest = values().fold(0.0, |longest: f64, value| longest.max(value.abs()));
+        let has_fraction = values().any(|value| value.fract() != 0.0);
+        let usual = if has_fraction && longest <= LONGEST_S { 1e6 } else { 1.0 };
+        let unit_us = self.unit.map_or(usual, TimeUnit::microseconds);
+        // A number of 32 bits has 24 binary digits.
+        let step_us = longest * unit_us / f64::from(1 << 23);
+        (matches!(column, Column::Real(_)) && is_short && step_us > 1.0).then(|| {
+            format!("times are numbers of 32 bits, which are {step_us:.0} µs apart: store them as f8 or i8")
+        })
     }
 
     /// The events. A fault comes with the place of its column and the number of values before it.

@@ -46,13 +46,13 @@ pub(super) fn open(input: Input, options: &OpenOptions) -> Result<Box<dyn EventS
         true => Some(SensorSize { width: archive.size("width")?, height: archive.size("height")? }),
         false => None,
     };
-    let columns = match (table, of_columns) {
+    let (columns, remark) = match (table, of_columns) {
         (None, Ok(found)) => archive.columns(&names, found, options)?,
         (Some(name), _) => archive.table(name, options)?,
-        (None, Err(_)) => Columns::new(),
+        (None, Err(_)) => (Columns::new(), None),
     };
     let header = Header { sensor, ..Header::default() };
-    Ok(Box::new(MemorySource::new(header, columns, Vec::new())))
+    Ok(Box::new(MemorySource::new(header, columns, remark.into_iter().collect())))
 }
 
 /// Reads a file that is one array.
@@ -63,8 +63,9 @@ pub(super) fn open_array(
     input: Input,
     options: &OpenOptions,
 ) -> Result<Box<dyn EventSource>, IoError> {
-    let columns = of_array(input, options)?;
-    Ok(Box::new(MemorySource::new(Header::default(), columns, Vec::new())))
+    let (columns, remark) = of_array(input, options)?;
+    let remarks = remark.into_iter().collect();
+    Ok(Box::new(MemorySource::new(Header::default(), columns, remarks)))
 }
 
 /// The name of the array that holds all events: the usual one, or that of the only array beside the
@@ -79,7 +80,7 @@ fn table(names: &[String]) -> Option<&str> {
 }
 
 /// A file that is one array of events.
-fn of_array(input: Input, options: &OpenOptions) -> Result<Columns, IoError> {
+fn of_array(input: Input, options: &OpenOptions) -> Result<Read, IoError> {
     let Input { path, bytes, .. } = input;
     let fault = |fault, values| IoError::Npz {
         path: path.clone(),
@@ -90,8 +91,13 @@ fn of_array(input: Input, options: &OpenOptions) -> Result<Columns, IoError> {
     };
     let table = array::read(bytes).map_err(|(what, values)| fault(what, values))?;
     let columns = Named::of_table(table, options).map_err(|what| fault(what, 0))?;
-    columns.events().map_err(|(_, what, values)| fault(what, values))
+    let remark = columns.coarse_times();
+    let columns = columns.events().map_err(|(_, what, values)| fault(what, values))?;
+    Ok((columns, remark))
 }
+
+/// Events, and a remark on them.
+type Read = (Columns, Option<String>);
 
 struct Archive {
     path: PathBuf,
@@ -137,7 +143,7 @@ impl Archive {
         names: &[String],
         Places { places, unit }: Places,
         options: &OpenOptions,
-    ) -> Result<Columns, IoError> {
+    ) -> Result<Read, IoError> {
         let names = places.map(|place| names[place].as_str());
         let mut byte = [0; 4];
         let mut columns = [const { Column::Bytes(Vec::new()) }; 4];
@@ -151,17 +157,22 @@ impl Archive {
             };
         }
         let named = Named { columns, unit: options.time_unit.or(unit) };
-        named
+        let remark = named.coarse_times();
+        let columns = named
             .events()
-            .map_err(|(what, fault, values)| self.fault(names[what], byte[what], fault, values))
+            .map_err(|(what, fault, values)| self.fault(names[what], byte[what], fault, values))?;
+        Ok((columns, remark))
     }
 
     /// Events that are the rows of one array.
-    fn table(&mut self, name: &str, options: &OpenOptions) -> Result<Columns, IoError> {
+    fn table(&mut self, name: &str, options: &OpenOptions) -> Result<Read, IoError> {
         let (table, byte) = self.array(name)?;
         let columns =
             Named::of_table(table, options).map_err(|fault| self.fault(name, byte, fault, 0))?;
-        columns.events().map_err(|(_, fault, values)| self.fault(name, byte, fault, values))
+        let remark = columns.coarse_times();
+        let columns =
+            columns.events().map_err(|(_, fault, values)| self.fault(name, byte, fault, values))?;
+        Ok((columns, remark))
     }
 
     /// An array and where its data begin.

@@ -419,3 +419,28 @@ fn structured_arrays_that_numpy_wrote_hold_the_events_that_it_was_given() {
         check(name, format, file, 200, lines);
     }
 }
+
+#[test]
+fn times_that_cannot_be_are_doubted() {
+    let array = |descr: &str, t: &dyn Fn(i64) -> Vec<u8>| {
+        let header = format!(
+            "{{'descr': [('t', '{descr}'), ('x', '<u2'), ('y', '<u2'), ('p', '|u1')], \
+             'fortran_order': False, 'shape': (300,), }}\n"
+        );
+        let length = (header.len() as u16).to_le_bytes();
+        let rows: Vec<u8> = (0..300).flat_map(|k| [t(k), vec![3, 0, 2, 0, 1]].concat()).collect();
+        let bytes = [b"\x93NUMPY\x01\x00", &length[..], header.as_bytes(), &rows].concat();
+        let input = Input::memory("events.npy", bytes);
+        read_as(input, &OpenOptions::default()).unwrap().remarks.join("; ")
+    };
+    let whole =
+        |begin: i64, step: i64| array("<i8", &move |k| (begin + step * k).to_le_bytes().to_vec());
+    assert_eq!(whole(1_700_000_000_000_000, 1_000), "");
+    assert!(whole(0, 7_000_000).contains("fewer than one a second"));
+    assert!(whole(1_700_000_000_000_000_000, 1_000).contains("of the year"));
+    let seconds = |begin: f64| {
+        array("<f4", &move |k| ((begin + 0.001 * k as f64) as f32).to_le_bytes().to_vec())
+    };
+    assert_eq!(seconds(0.0), "");
+    assert!(seconds(1_605_537_536.0).contains("numbers of 32 bits"));
+}

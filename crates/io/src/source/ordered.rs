@@ -8,6 +8,11 @@ use super::order::{ClockFault, Disorder, MAX_DELAY, Order, is_in_order};
 use super::{EventSource, Header, MemorySource, OpenOptions, Restarts};
 use crate::{Columns, IoError};
 
+/// Years since 1970 that no clock of a camera has reached.
+const MAX_YEARS: f64 = 130.0;
+/// Events from which on their rate is doubted.
+const MANY: u64 = 100;
+
 /// Wraps the source of a format.
 pub(crate) struct OrderedSource {
     inner: Box<dyn EventSource>,
@@ -21,6 +26,9 @@ pub(crate) struct OrderedSource {
     /// Whether times count from the first event, and the time of that.
     is_zeroed: bool,
     first: Option<Micros>,
+    /// The latest time, and the count of events of this pass.
+    last: Micros,
+    events: u64,
     /// Of the pass that read most.
     found: Disorder,
 }
@@ -67,6 +75,8 @@ impl OrderedSource {
             swaps_xy: options.swap_xy,
             is_zeroed: options.zero_time,
             first: None,
+            last: Micros(i64::MIN),
+            events: 0,
             found: Disorder::default(),
         }))
     }
@@ -128,6 +138,7 @@ impl EventSource for OrderedSource {
         self.inner.seek(from)?;
         self.order = Order::new(self.restarts);
         self.is_at_end = false;
+        self.events = 0;
         Ok(())
     }
 
@@ -136,7 +147,8 @@ impl EventSource for OrderedSource {
     }
 
     fn remarks(&self) -> Vec<String> {
-        self.inner.remarks().into_iter().chain(self.found.remarks()).collect()
+        let doubt = if self.is_at_end { self.doubt() } else { None };
+        self.inner.remarks().into_iter().chain(self.found.remarks()).chain(doubt).collect()
     }
 }
 
@@ -184,11 +196,27 @@ impl OrderedSource {
                 std::mem::swap(&mut columns.x[k], &mut columns.y[k]);
             }
         }
-        if self.is_zeroed && begin < columns.len() {
-            let first = *self.first.get_or_insert(columns.t[begin]);
-            for t in &mut columns.t[begin..] {
-                *t = Micros(t.0.saturating_sub(first.0));
-            }
+        let times = &mut columns.t[begin..];
+        let (Some(first), Some(last)) = (times.first(), times.last()) else { return };
+        let first = *self.first.get_or_insert(*first);
+        self.last = self.last.max(*last);
+        self.events += times.len() as u64;
+        if self.is_zeroed {
+            times.iter_mut().for_each(|t| *t = Micros(t.0.saturating_sub(first.0)));
         }
+    }
+
+    /// Whether times can be those of a camera.
+    fn doubt(&self) -> Option<String> {
+        let first = self.first?;
+        let (seconds, events) = (self.last.as_seconds() - first.as_seconds(), self.events);
+        let years = self.last.as_seconds() / (365.25 * 86_400.0);
+        let how = "another unit is stated with --time-unit";
+        if years > MAX_YEARS {
+            return Some(format!("time stamps are of the year {:.0}: {how}", 1970.0 + years));
+        }
+        (events > MANY && seconds > events as f64).then(|| {
+            format!("{events} events in {seconds:.0} s are fewer than one a second: {how}")
+        })
     }
 }
