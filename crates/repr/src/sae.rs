@@ -2,8 +2,8 @@
 //!
 //! # Model
 //! Per pixel, whatever the polarity, the time of its latest event: [`Sae::times`] in microseconds,
-//! exact; rendered in seconds, 0 where there was none. In 32 bits, times differ by a microsecond up
-//! to 8 s, by a millisecond up to 2 h. A window of frames counts from the start of its first frame.
+//! exact; rendered in seconds from a microsecond before the first event, 0 where there was none. In 32
+//! bits, times differ by a microsecond up to 8 s, by a millisecond up to 2 h.
 //!
 //! # Borders
 //! None: an event changes its own pixel only.
@@ -37,6 +37,8 @@ pub struct Sae {
     sensor: SensorSize,
     /// [`NEVER`] where there was none.
     last: Vec<Micros>,
+    /// What rendered times count from.
+    origin: Option<Micros>,
     clock: StreamClock,
 }
 
@@ -45,7 +47,8 @@ const NEVER: Micros = Micros(i64::MIN);
 impl Sae {
     /// An SAE without events.
     pub fn new(sensor: SensorSize) -> Self {
-        Self { sensor, last: vec![NEVER; sensor.pixels()], clock: StreamClock::default() }
+        let last = vec![NEVER; sensor.pixels()];
+        Self { sensor, last, origin: None, clock: StreamClock::default() }
     }
 
     /// When each pixel last fired, row by row; none where it never did.
@@ -64,6 +67,10 @@ impl Representation for Sae {
         if events.t().first().is_some_and(|&first| self.clock.jumps_back(first)) {
             self.reset();
         }
+        if let Some(first) = events.t().first() {
+            // A microsecond, so that the first event is none that never was.
+            self.origin.get_or_insert(Micros(first.0.saturating_sub(1)));
+        }
         let width = usize::from(self.sensor.width);
         for ((&t, &x), &y) in events.t().iter().zip(events.x()).zip(events.y()) {
             self.last[usize::from(y) * width + usize::from(x)] = t;
@@ -79,12 +86,15 @@ impl Representation for Sae {
 
     fn render(&self, out: &mut [f32]) {
         assert_eq!(out.len(), self.last.len(), "planes of another size");
-        let last = self.last.as_slice();
+        let (last, origin) = (self.last.as_slice(), self.origin.unwrap_or_default());
         vectorize(
             #[inline(always)]
             move || {
                 for (out, &t) in out.iter_mut().zip(last) {
-                    *out = if t == NEVER { 0.0 } else { t.as_seconds() as f32 };
+                    *out = match t {
+                        NEVER => 0.0,
+                        t => Micros(t.0.saturating_sub(origin.0)).as_seconds() as f32,
+                    };
                 }
             },
         );
@@ -96,6 +106,7 @@ impl Representation for Sae {
 
     fn reset(&mut self) {
         self.last.fill(NEVER);
+        self.origin = None;
         self.clock = StreamClock::default();
     }
 }
@@ -121,6 +132,19 @@ mod tests {
         assert!(sae.times().eq(want));
         let mut out = [f32::NAN; 3];
         sae.render(&mut out);
-        assert_eq!(out, [2.000_001, 0.0, 1.5]);
+        assert_eq!(out, [1.999_997, 0.0, 1.499_996]);
+    }
+
+    #[test]
+    fn a_clock_of_the_calendar_costs_no_precision() {
+        let sensor = SensorSize { width: 2, height: 1 };
+        let first = 1_605_537_536_000_000;
+        let event = |t, x| Event { t: Micros(t), x, y: 0, polarity: Polarity::On };
+        let mut sae = Sae::new(sensor);
+        let events = [event(first, 0), event(first + 10, 1)];
+        sae.push(&EventStream::from_events(sensor, events).unwrap());
+        let mut out = [0.0; 2];
+        sae.render(&mut out);
+        assert_eq!(out, [1e-6, 1.1e-5]);
     }
 }

@@ -155,7 +155,10 @@ fn defined(
         "binary" => shown.iter().for_each(|event| planes[at(event)] = 255.0),
         "eci" => shown.iter().for_each(|event| planes[both(event)] += 1.0),
         "eci-s" => shown.iter().for_each(|event| planes[at(event)] += 1.0),
-        "sae" => shown.iter().for_each(|event| planes[at(event)] = event.t.as_seconds()),
+        "sae" => shown.iter().for_each(|event| {
+            let first = shown.first().map_or(event.t, |first| first.t);
+            planes[at(event)] = (event.t - first + Micros(1)).as_seconds();
+        }),
         "pim" => shown.iter().for_each(|event| {
             planes[at(event)] += sign(event) * fading(choice.values().number("rate"), event);
         }),
