@@ -226,6 +226,16 @@ pub enum IoError {
         /// Extensions of the formats that can be written.
         known: String,
     },
+    /// A file of another kind.
+    #[error("{}: byte 0: no recording, it is {what}: {advice}", path.display())]
+    NoRecording {
+        /// The file.
+        path: PathBuf,
+        /// What it is.
+        what: &'static str,
+        /// What to do with it.
+        advice: &'static str,
+    },
     /// A file whose content fits no format.
     #[error(
         "{}: byte 0: the content is of no known format ({known})", path.display()
@@ -314,7 +324,7 @@ impl IoError {
             | Self::NotAnArchive { byte, .. }
             | Self::Npz { byte, .. } => Some(*byte),
             // A format is detected by its first bytes.
-            Self::UnknownFormat { .. } => Some(0),
+            Self::UnknownFormat { .. } | Self::NoRecording { .. } => Some(0),
             _ => None,
         }
     }

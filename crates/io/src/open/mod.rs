@@ -6,6 +6,7 @@ mod format;
 mod info;
 mod registry;
 mod sensor;
+mod stranger;
 mod whole;
 mod windows;
 

@@ -5,6 +5,7 @@ use std::path::Path;
 use evpose_core::{EventStream, SensorSize};
 
 use super::Format;
+use super::stranger::describe;
 use crate::{EventSink, IoError};
 
 /// Every format, the first whose probe agrees is taken.
@@ -109,12 +110,15 @@ pub(super) fn detect<'a>(
 ) -> Result<&'a Format, IoError> {
     let detected = formats.iter().find(|format| (format.probe)(head));
     // The commonest file that is not read deserves an answer of its own.
-    detected.ok_or_else(|| match crate::aedat4::other_version(head) {
-        Some(version) => {
+    detected.ok_or_else(|| match (crate::aedat4::other_version(head), describe(head)) {
+        (Some(version), _) => {
             let reason = format!("AEDAT {version} is not read: DV and jAER make AEDAT 4 of it");
             IoError::Damaged { path: path.to_owned(), byte: 0, reason: reason.into(), events: 0 }
         }
-        None => {
+        (None, Some((what, advice))) => {
+            IoError::NoRecording { path: path.to_owned(), what, advice }
+        }
+        (None, None) => {
             let known: Vec<&str> = formats.iter().map(|format| format.name).collect();
             IoError::UnknownFormat { path: path.to_owned(), known: known.join(", ") }
         }

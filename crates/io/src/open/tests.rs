@@ -83,7 +83,7 @@ fn a_description_mentions_labels_and_what_is_odd() {
 fn a_file_of_no_known_format_is_refused_with_the_formats_there_are() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("image.png");
-    for content in [&b"\x89PNG\r\n"[..], b"", b"hello\n", b"\x0c\0\0\0"] {
+    for content in [&b"hello\n"[..], b"\x0c\0\0\0"] {
         fs::write(&path, content).unwrap();
         let message = open(&path).unwrap_err().to_string();
         assert!(

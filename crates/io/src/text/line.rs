@@ -125,7 +125,7 @@ pub(super) const TIME_LAST: FieldOrder = FieldOrder { places: [3, 0, 1, 2], fiel
 /// Fields that a line may have.
 const MAX_FIELDS: usize = 16;
 /// Begins the line that states the sensor in tables of Prophesee's programs.
-const GEOMETRY: &str = "%geometry:";
+pub(super) const GEOMETRY: &str = "%geometry:";
 
 /// A line that is neither empty nor a comment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -2,7 +2,7 @@
 
 use evpose_core::SensorSize;
 
-use super::line::{FieldOrder, Known, Line, fields, names, parse};
+use super::line::{FieldOrder, GEOMETRY, Known, Line, fields, names, parse};
 use super::{TextFault, quick};
 use crate::sniff::{fitting_orders, is_time};
 use crate::{
@@ -197,7 +197,9 @@ fn content(head: &[u8]) -> Option<(&[u8], bool)> {
         match line {
             [] | [b'#', ..] => {}
             // Headers of RAW files have a space there.
-            [b'%', next, ..] if next.is_ascii_graphic() => has_geometry = true,
+            [b'%', next, ..] if next.is_ascii_graphic() => {
+                has_geometry |= line.starts_with(GEOMETRY.as_bytes());
+            }
             _ => {
                 let is_content = line.iter().all(printable)
                     && (matches!(line.first(), Some(b'0'..=b'9' | b'-' | b'+' | b'.'))
