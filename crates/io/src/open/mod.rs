@@ -22,7 +22,7 @@ pub use registry::{FORMATS, create, detect_format, format_by_name, format_for};
 pub use sensor::find_sensor;
 pub use windows::Windows;
 
-use crate::source::OrderedSource;
+use crate::source::{OrderedSource, unpacked};
 use crate::{ColumnNames, EventSource, Input, IoError, OpenOptions};
 
 /// Formats whose units and columns may be stated.
@@ -140,9 +140,10 @@ pub fn source_in<'a>(
 /// As [`source_in`], with events in the order of the file.
 pub(crate) fn unordered_in<'a>(
     formats: &'a [Format],
-    mut input: Input,
+    input: Input,
     options: &OpenOptions,
 ) -> Result<(&'a Format, Box<dyn EventSource>), IoError> {
+    let mut input = unpacked(input)?;
     let head = input.head(registry::HEAD)?;
     let format = registry::detect(formats, &head, &input.path)?;
     let source = (format.open)(input, options)?;

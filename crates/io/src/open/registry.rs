@@ -6,6 +6,7 @@ use evpose_core::{EventStream, SensorSize};
 
 use super::Format;
 use super::stranger::describe;
+use crate::source::unpacked;
 use crate::{EventSink, IoError};
 
 /// Every format, the first whose probe agrees is taken.
@@ -98,7 +99,7 @@ pub fn format_for(path: impl AsRef<Path>) -> Result<&'static Format, IoError> {
 /// # Errors
 /// If it cannot be read or is of no known format.
 pub fn detect_format(path: impl AsRef<Path>) -> Result<&'static Format, IoError> {
-    let mut input = super::input(path.as_ref())?;
+    let mut input = unpacked(super::input(path.as_ref())?)?;
     detect(FORMATS, &input.head(HEAD)?, &input.path)
 }
 

@@ -31,8 +31,6 @@ const KINDS: &[Kind] = &[
         "an Event Stream of loris and faery",
         "convert it to .csv or .aedat4 with faery",
     ),
-    (0, b"\x1f\x8b", "packed by gzip", UNPACK),
-    (0, b"\x28\xb5\x2f\xfd", "packed by Zstandard", UNPACK),
     (0, b"BZh", "packed by bzip2", UNPACK),
     (0, b"\xfd7zXZ\0", "packed by xz", UNPACK),
     (0, b"7z\xbc\xaf\x27\x1c", "a 7-Zip archive", UNPACK),

@@ -6,6 +6,7 @@ mod memory;
 mod order;
 mod ordered;
 mod stated;
+mod unpacked;
 
 use evpose_core::{Micros, SensorSize};
 
@@ -14,6 +15,7 @@ pub use input::{Input, ReadSeek};
 pub use memory::MemorySource;
 pub(crate) use ordered::OrderedSource;
 pub use stated::{ColumnNames, TimeUnit};
+pub(crate) use unpacked::unpacked;
 
 use crate::{Columns, IoError};
 
