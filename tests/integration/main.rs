@@ -32,6 +32,7 @@ mod payoff;
 mod people_in_the_world;
 mod prepare;
 mod quantize;
+mod reading;
 mod represent;
 mod resume;
 mod sensor;

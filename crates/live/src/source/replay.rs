@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use evpose_core::{Micros, SensorSize};
 use evpose_io::{Columns, EventSource, IoError, OpenOptions};
 
-use super::{MAX_TIME, RESTART_JUMP, Source};
+use super::{MAX_TIME, Source};
 use crate::LiveError;
 
 /// Upper bound of the events in a packet, so that a burst at one time stamp fills no memory.
@@ -43,8 +43,7 @@ impl Default for ReplayOptions {
 /// A recording as a source.
 ///
 /// Repetitions continue the time stamps by a whole number of packets, so that each has the packets
-/// of the first. Where time stamps jump back within the recording, the replay clock starts again at
-/// the jump.
+/// of the first. Events come in the order of time, as from [`evpose_io::source`].
 pub struct Replay {
     name: String,
     source: Box<dyn EventSource>,
@@ -164,10 +163,6 @@ impl Source for Replay {
         if std::mem::replace(&mut self.repetition, self.read_repetition) != self.read_repetition {
             self.packet_end = Micros(i64::MIN);
         }
-        // Time went back within the file: another recording, with a clock of its own.
-        if self.began.is_some() && first + RESTART_JUMP < self.last {
-            (self.began, self.packet_end) = (None, Micros(i64::MIN));
-        }
         if self.packet_end <= first {
             let next = Micros(self.packet_end.0.saturating_add(self.options.packet.0));
             // Behind a gap packets begin at the next event, not in the gap.
@@ -180,9 +175,9 @@ impl Source for Replay {
                 break;
             }
             let waiting = &self.buffer.t[self.sent..];
-            let (back, end) = (first - RESTART_JUMP - self.shift, self.packet_end - self.shift);
-            let fit = waiting.iter().position(|t| *t >= end || *t < back);
-            let fit = fit.unwrap_or(waiting.len()).min(MAX_EVENTS - (columns.len() - start));
+            let end = self.packet_end - self.shift;
+            let fit = waiting.partition_point(|t| *t < end);
+            let fit = fit.min(MAX_EVENTS - (columns.len() - start));
             if fit == 0 {
                 break;
             }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use evpose_core::{Event, EventStream, Polarity};
+use evpose_io::Restarts;
 
 use super::*;
 
@@ -136,18 +137,19 @@ fn a_recording_that_is_read_too_slowly_is_late_for_a_while_at_most() {
 }
 
 #[test]
-fn where_time_jumps_back_packets_stay_short_and_the_clock_goes_on() {
+fn where_the_clock_starts_again_a_replay_asks_which_part_is_meant() {
     let folder = tempfile::tempdir().unwrap();
-    let late = (0..40).map(|k| 60_000_000 + 1_000 * k).collect();
-    let path = joined(&folder, &[late, (0..40).map(|k| 1_000 * k).collect()]);
-    let began = Instant::now();
-    let (packets, ended) = packets(&path, ReplayOptions::default());
-    ended.unwrap();
-    assert!(packets.iter().all(|times| times.len() == 1), "{packets:?}");
-    assert_eq!(packets.len(), 80);
-    // 39 ms of each, and not a minute between them.
-    let lasted = began.elapsed();
-    assert!((Duration::from_millis(78)..Duration::from_secs(20)).contains(&lasted), "{lasted:?}");
+    let late = (0..400).map(|k| 60_000_000 + 1_000 * k).collect();
+    let path = joined(&folder, &[late, (0..400).map(|k| 1_000 * k).collect()]);
+    let (_, ended) = packets(&path, fast());
+    let message = ended.unwrap_err().to_string();
+    assert!(message.contains("event 400") && message.contains("--part 1"), "{message}");
+    for (restarts, events) in [(Restarts::Part(2), 400), (Restarts::Join, 800)] {
+        let open = OpenOptions { restarts, ..OpenOptions::default() };
+        let (packets, ended) = packets(&path, ReplayOptions { open, ..fast() });
+        ended.unwrap();
+        assert_eq!(packets.iter().map(Vec::len).sum::<usize>(), events);
+    }
 }
 
 #[test]

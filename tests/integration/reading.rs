@@ -1,0 +1,130 @@
+//! One policy of reading: every command, with every kind of disorder.
+
+use crate::harness::{Sandbox, stderr};
+
+/// Disorder of a recording, and how commands answer it.
+struct Disorder {
+    name: &'static str,
+    /// Times of 4000 events from those in order.
+    times: fn(Vec<i64>) -> Vec<i64>,
+    /// What every command says; of an error if `is_refused`.
+    says: &'static str,
+    is_refused: bool,
+}
+
+const fn sorted(name: &'static str, times: fn(Vec<i64>) -> Vec<i64>, says: &'static str) -> Disorder {
+    Disorder { name, times, says, is_refused: false }
+}
+
+const fn refused(name: &'static str, times: fn(Vec<i64>) -> Vec<i64>) -> Disorder {
+    Disorder { name, times, says: "--sort", is_refused: true }
+}
+
+const KINDS: [Disorder; 6] = [
+    sorted(
+        "late",
+        |times| times.iter().enumerate().map(|(k, t)| t - 4_000 * i64::from(k % 50 == 49)).collect(),
+        "behind later ones: sorted",
+    ),
+    sorted(
+        "stale",
+        |mut times| {
+            times[..3].fill(3_000_000_000);
+            times
+        },
+        "far from all others",
+    ),
+    sorted(
+        "wrapped",
+        |times| times.iter().map(|t| (t + (1 << 32) - 1_500_000) % (1 << 32)).collect(),
+        "began again 1 times: unwrapped",
+    ),
+    refused("restarted", |times| {
+        let half = times.len() / 2;
+        [&times[..half], &times[..half]].concat()
+    }),
+    refused("reversed", |times| times.into_iter().rev().collect()),
+    refused("shuffled", |times| {
+        (0..times.len()).map(|k| times[(k * 1_009) % times.len()]).collect()
+    }),
+];
+
+/// Commands that read `FILE`.
+const COMMANDS: [&str; 9] = [
+    "info FILE",
+    "convert FILE OUT.npz",
+    "clean FILE",
+    "represent FILE --of lnes --out OUT.npy",
+    "view FILE --out OUT.png",
+    "calibrate noise --events FILE",
+    "infer --checkpoint hand --events FILE --out OUT.csv",
+    "infer --checkpoint body --events FILE --out OUT.csv",
+    "live --source FILE --speed max --checkpoint body",
+];
+
+/// A bar that moves over the sensor.
+fn recording(times: &[i64]) -> String {
+    let mut text = "96 72\n".to_owned();
+    for (k, t) in times.iter().enumerate() {
+        text += &format!("{t} {} {} {}\n", (k / 50) % 96, (k * 7) % 72, k % 2);
+    }
+    text
+}
+
+#[test]
+fn every_command_answers_every_disorder_alike() {
+    let sandbox = Sandbox::new();
+    for kind in KINDS {
+        let times = (kind.times)((0..4_000).map(|k| 1_000_000 + 500 * k).collect());
+        let file = format!("{}.txt", kind.name);
+        std::fs::write(sandbox.path(&file), recording(&times)).unwrap();
+        for (number, command) in COMMANDS.iter().enumerate() {
+            let out = format!("{}-{number}", kind.name);
+            let line = command.replace("FILE", &file).replace("OUT", &out);
+            let args: Vec<&str> = line.split_whitespace().collect();
+            let output = sandbox.evpose(&args).output().unwrap();
+            let said = String::from_utf8_lossy(&output.stdout).into_owned() + &stderr(&output);
+            assert!(said.contains(kind.says), "{line}: {said}");
+            if kind.is_refused {
+                assert!(!output.status.success(), "{line}: {said}");
+            }
+        }
+    }
+    // The parts that are asked for, joined, and all by their time stamps.
+    for (option, events) in [("--part 1", 2_000), ("--join", 4_000), ("--sort", 4_000)] {
+        let line = format!("convert restarted.txt parts.npz {option}");
+        let said = sandbox.run(&line, &[]);
+        assert!(said.contains(&format!("{events} events of a 96x72 sensor")), "{option}: {said}");
+    }
+    let message = sandbox.fails(&["info", "restarted.txt", "--part", "3"]);
+    assert!(message.contains("there is no part 3"), "{message}");
+}
+
+#[test]
+fn units_and_axes_that_were_stated_are_those_of_every_command() {
+    let sandbox = Sandbox::new();
+    let times: Vec<i64> = (0..2_000).map(|k| 1_000_000 + 500 * k).collect();
+    std::fs::write(sandbox.path("us.txt"), recording(&times)).unwrap();
+    let ns: Vec<i64> = times.iter().map(|t| 1_000 * t).collect();
+    std::fs::write(sandbox.path("ns.txt"), recording(&ns)).unwrap();
+    for command in ["convert FILE OUT.txt", "represent FILE --of lnes --out OUT.npy"] {
+        let run = |file: &str, more: &str| {
+            let line = command.replace("FILE", file).replace("OUT", "out") + more;
+            sandbox.run(&line, &[]);
+            let ending = if command.starts_with("convert") { "out.txt" } else { "out.npy" };
+            crate::harness::bytes(&sandbox.path(ending))
+        };
+        assert!(run("us.txt", "") == run("ns.txt", " --time-unit ns"), "{command}");
+    }
+    // Without the unit, two thousand seconds are doubted.
+    assert!(sandbox.run("info ns.txt", &[]).contains("fewer than one a second"));
+    let said = sandbox.run("info us.txt --swap-xy", &[]);
+    assert!(said.contains("72x96"), "{said}");
+    let message = sandbox.fails(&["info", "us.txt", "--sensor", "40x30"]);
+    assert!(message.contains("96x72"), "{message}");
+    std::fs::write(sandbox.path("huge.txt"), "65535 65535\n1 1 1 1\n").unwrap();
+    for command in ["info huge.txt", "represent huge.txt --of lnes --out o.npy", "view huge.txt --out v.png"] {
+        let message = sandbox.fails(&command.split_whitespace().collect::<Vec<_>>());
+        assert!(message.contains("larger than any"), "{command}: {message}");
+    }
+}
