@@ -262,6 +262,11 @@ impl Order {
         }
         let other = std::mem::take(&mut self.other);
         if self.of_run <= MANY {
+            let newest = self.newest.unwrap_or(self.other_newest);
+            for t in other.t.iter().filter(|t| **t < newest) {
+                self.found.sorted += 1;
+                self.found.delay = self.found.delay.max(span(*t, newest));
+            }
             self.is_sorted = false;
             self.waiting.append(&other);
             return Ok(());
