@@ -13,7 +13,7 @@ use std::process::ExitCode;
 use anyhow::Result;
 use clap::Subcommand;
 use evpose_cli::commands::{
-    average, calibrate, check_labels, clean, convert, demo, eval, events, export, infer, info,
+    average, calibrate, check, check_labels, clean, convert, demo, eval, events, export, infer, info,
     live, prepare, quantize, represent, sensor, simulate, train, view,
 };
 use evpose_cli::tasks::args as tasks;
@@ -64,6 +64,8 @@ commands! {
     /// Convert public data sets, or recordings and labels of your own, to training data
     #[command(subcommand)]
     Prepare(prepare::PrepareCommand) => prepare::run,
+    /// Check whether a recording can be used as it is: order, clock, unit, axes, noise, flicker
+    Check(check::CheckArgs) => check::run,
     /// Check body labels for errors
     CheckLabels(check_labels::CheckLabelsArgs) => check_labels::run,
     /// Train a network of hands or bodies

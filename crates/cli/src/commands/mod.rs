@@ -7,6 +7,7 @@
 mod account;
 pub mod average;
 pub mod calibrate;
+pub mod check;
 pub mod check_labels;
 mod checkpoint_info;
 pub mod clean;

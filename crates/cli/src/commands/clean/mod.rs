@@ -2,7 +2,7 @@
 
 mod args;
 mod orientation;
-mod passes;
+pub(super) mod passes;
 
 use std::fs;
 use std::path::Path;

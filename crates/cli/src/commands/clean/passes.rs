@@ -13,7 +13,7 @@ use crate::progress::spinner;
 const STEP: Micros = Micros(20_000);
 
 /// Source of events.
-pub(super) enum Passes<'a> {
+pub(in crate::commands) enum Passes<'a> {
     /// The file, window by window.
     Windows(&'a Path, OpenOptions),
     /// In memory: the size of its sensor is inferred from all events.
@@ -22,7 +22,7 @@ pub(super) enum Passes<'a> {
 
 impl<'a> Passes<'a> {
     /// Reads the recording once, and decides whether it can be read in windows.
-    pub(super) fn open(path: &'a Path, options: OpenOptions) -> Result<(Self, Account)> {
+    pub(in crate::commands) fn open(path: &'a Path, options: OpenOptions) -> Result<(Self, Account)> {
         let mut windows = Windows::open(path, &options)?;
         // An inferred sensor is known only after the last event, too late for windows.
         if windows.sensor_origin() != SensorOrigin::Inferred && windows.start().is_some() {
@@ -41,7 +41,7 @@ impl<'a> Passes<'a> {
     }
 
     /// Calls `each` with batches of events in time order.
-    pub(super) fn read(
+    pub(in crate::commands) fn read(
         &self,
         what: &str,
         mut each: impl FnMut(&mut EventStream) -> Result<()>,

@@ -1,0 +1,222 @@
+//! `evpose check`: whether a recording can be used as it is, on one page.
+
+mod survey;
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use anyhow::Result;
+use evpose_clean::{Checkup, CoordinateFit, Findings};
+use evpose_io::{Info, IoError, OpenOptions, info};
+use serde::Serialize;
+
+use super::clean::passes::Passes;
+use crate::json::write_json;
+use crate::progress::say;
+use crate::tasks::opening::OpeningArgs;
+use survey::{Counts, Survey};
+
+/// Exit codes.
+const WITH_CHANGES: u8 = 10;
+const UNUSABLE: u8 = 11;
+/// Hot pixels among so many that are too many.
+const HOT_ONE_IN: usize = 1_000;
+
+/// Arguments of `evpose check`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  evpose check rec.aedat4\n  evpose check rec.csv --sensor 346x260 --json check.json\n\n\
+    Exit codes: 0 usable as it is, 10 usable with the changes that are named, 11 not usable.")]
+pub struct CheckArgs {
+    /// Recording in any supported format
+    pub(crate) input: PathBuf,
+    #[command(flatten)]
+    pub(crate) opening: OpeningArgs,
+    /// Also write the results as JSON
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
+}
+
+/// Whether a recording can be used.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+enum Usable {
+    AsItIs,
+    WithChanges,
+    No,
+}
+
+/// Results, as written to JSON.
+#[derive(Debug, Serialize)]
+struct Report {
+    usable: Usable,
+    format: Option<&'static str>,
+    sensor: Option<[u16; 2]>,
+    duration_s: Option<f64>,
+    events: u64,
+    rate_hz: Option<f64>,
+    on_share: Option<f64>,
+    counts: Counts,
+    /// Faults and what to do about each.
+    changes: Vec<String>,
+    /// Remarks that need no change.
+    remarks: Vec<String>,
+    /// The command to go on with.
+    next: String,
+}
+
+/// Runs `evpose check`.
+pub fn run(args: &CheckArgs) -> Result<ExitCode> {
+    let path = &args.input;
+    let checked = args.opening.options(path).and_then(|options| {
+        let info = info(path, &options)?;
+        report(path, &info, options)
+    });
+    let report = match checked {
+        Ok(report) => report,
+        // What cannot be read is a result like any other, but for a file that is not there.
+        Err(error) if matches!(error.downcast_ref(), Some(IoError::File { .. })) => {
+            return Err(error);
+        }
+        Err(error) => unreadable(path, &error),
+    };
+    print(path, &report);
+    write_json(args.json.as_deref(), &report)?;
+    Ok(ExitCode::from(match report.usable {
+        Usable::AsItIs => 0,
+        Usable::WithChanges => WITH_CHANGES,
+        Usable::No => UNUSABLE,
+    }))
+}
+
+/// A recording that no command reads as it is.
+fn unreadable(path: &Path, error: &anyhow::Error) -> Report {
+    // A clock or a size that options settle is no damage.
+    let is_settled = matches!(
+        error.downcast_ref(),
+        Some(
+            IoError::ClockRestart { .. }
+                | IoError::NoOrder { .. }
+                | IoError::Outside { .. }
+                | IoError::SmallerSensor { .. }
+                | IoError::OtherSensor { .. }
+                | IoError::SensorTooLarge { .. }
+        )
+    );
+    Report {
+        usable: if is_settled { Usable::WithChanges } else { Usable::No },
+        format: None,
+        sensor: None,
+        duration_s: None,
+        events: 0,
+        rate_hz: None,
+        on_share: None,
+        counts: Counts::default(),
+        changes: vec![format!("{error:#}")],
+        remarks: Vec::new(),
+        next: match is_settled {
+            true => format!("evpose check {} with one of these options", path.display()),
+            false => "evpose convert --help lists what is read".to_owned(),
+        },
+    }
+}
+
+fn report(path: &Path, info: &Info, options: OpenOptions) -> Result<Report> {
+    let (passes, account) = Passes::open(path, options)?;
+    let (mut checkup, mut survey) = (Checkup::new(account.sensor), Survey::new(account.sensor));
+    passes.read("checking", |events| {
+        checkup.push(events);
+        survey.push(events);
+        Ok(())
+    })?;
+    let (findings, counts) = (checkup.findings(), survey.counts());
+    let name = path.display();
+    let mut changes = changes(&findings, &counts, &name.to_string());
+    let mut remarks = info.warnings.clone();
+    remarks.extend(findings.remarks.iter().cloned());
+    if counts.gaps > 0 {
+        remarks.push(format!("{} silences of 20 ms and more: packets may be lost", counts.gaps));
+    }
+    if let Some(hz) = counts.saturated_at_hz {
+        remarks.push(format!(
+            "the rate never exceeds {:.1} M events/s: the bus may be full, see `evpose gap`",
+            hz * 1e-6
+        ));
+    }
+    if info.events == 0 {
+        changes.push("there are no events".to_owned());
+    }
+    let usable = match (info.events, changes.is_empty()) {
+        (0, _) => Usable::No,
+        (_, true) => Usable::AsItIs,
+        (_, false) => Usable::WithChanges,
+    };
+    Ok(Report {
+        usable,
+        format: Some(info.format),
+        sensor: Some([info.sensor.width, info.sensor.height]),
+        duration_s: Some(info.duration.as_seconds()),
+        events: info.events,
+        rate_hz: info.rate_hz(),
+        on_share: info.on_share(),
+        counts,
+        changes,
+        remarks,
+        next: format!("evpose infer --checkpoint body --events {name} --out poses.csv"),
+    })
+}
+
+/// What is better changed before a network sees the recording, with the command.
+fn changes(findings: &Findings, counts: &Counts, name: &str) -> Vec<String> {
+    let mut changes = Vec::new();
+    if findings.fit == CoordinateFit::Transposed {
+        changes.push("rows and columns are exchanged: --swap-xy".to_owned());
+    }
+    let pixels = findings.columns.zip(findings.rows).map_or(0, |((left, right), (top, bottom))| {
+        usize::from(right - left + 1) * usize::from(bottom - top + 1)
+    });
+    if counts.hot_pixels * HOT_ONE_IN > pixels {
+        changes.push(format!(
+            "{} hot pixels: evpose clean {name} clean.npz --with hot",
+            counts.hot_pixels
+        ));
+    }
+    if let Some(hz) = counts.flicker_hz {
+        changes.push(format!(
+            "light flickers at {hz:.0} Hz: evpose clean {name} clean.npz --with deflicker"
+        ));
+    }
+    changes
+}
+
+fn print(path: &Path, report: &Report) {
+    say(path.display());
+    let line = |name: &str, value: String| say(format!("  {name:9} {value}"));
+    if let (Some(format), Some([width, height])) = (report.format, report.sensor) {
+        line("format", format.to_owned());
+        line("sensor", format!("{width}x{height}"));
+    }
+    if let Some(seconds) = report.duration_s {
+        let rate = report.rate_hz.map(|hz| format!(", {:.1} thousand a second", hz * 1e-3));
+        let rate = rate.unwrap_or_default();
+        line("events", format!("{} in {seconds:.6} s{rate}", report.events));
+    }
+    if let Some(on) = report.on_share {
+        line("polarity", format!("{:.1} % ON", 100.0 * on));
+    }
+    if report.format.is_some() {
+        line("hot", format!("{} pixels", report.counts.hot_pixels));
+        let lamp = report.counts.flicker_hz.map(|hz| format!("of {hz:.0} Hz"));
+        line("flicker", lamp.unwrap_or_else(|| "none of 100 or 120 Hz".to_owned()));
+        let full = report.counts.saturated_at_hz.map(|hz| format!("at {:.1} M/s", hz * 1e-6));
+        line("bus", full.unwrap_or_else(|| "no ceiling".to_owned()));
+        line("gaps", report.counts.gaps.to_string());
+    }
+    report.remarks.iter().for_each(|remark| line("note", remark.clone()));
+    report.changes.iter().for_each(|change| line("change", change.clone()));
+    line("usable", match report.usable {
+        Usable::AsItIs => "as it is".to_owned(),
+        Usable::WithChanges => "with these changes".to_owned(),
+        Usable::No => "no".to_owned(),
+    });
+    line("next", report.next.clone());
+}
