@@ -15,8 +15,10 @@ pub enum NamedKeypoint {
 /// COCO's names of points of the face.
 const FACE: [&str; 5] = ["nose", "left_eye", "right_eye", "left_ear", "right_ear"];
 
-/// The keypoint of a name of this project (`wrist_l`) or of COCO (`left_wrist`).
+/// The keypoint of a name of this project (`wrist_l`) or of COCO (`left_wrist`, `Left Wrist`).
 pub fn keypoint_by_name(name: &str) -> Option<NamedKeypoint> {
+    let name = name.trim().to_lowercase().replace([' ', '-'], "_");
+    let name = name.as_str();
     if FACE.contains(&name) {
         return Some(NamedKeypoint::Face);
     }
@@ -60,6 +62,8 @@ mod tests {
         );
         assert_eq!(keypoint_by_name("ankle_r"), Some(NamedKeypoint::Joint(number::ANKLE_R)));
         assert_eq!(keypoint_by_name("right_eye"), Some(NamedKeypoint::Face));
+        let spaced = ["left shoulder", "Left-Shoulder"].map(keypoint_by_name);
+        assert_eq!(spaced, [Some(NamedKeypoint::Joint(number::SHOULDER_L)); 2]);
         assert_eq!(keypoint_by_name("left_toe"), None);
     }
 

@@ -6,6 +6,9 @@ use glam::DVec2;
 
 use crate::stills::{self, Joint, SkipReason};
 
+/// MPII's indices of the ends of the head.
+const UPPER_NECK: i64 = 8;
+const HEAD_TOP: i64 = 9;
 /// MPII's indices of the joints after the head, in the order of networks. The head has none: it is the
 /// middle of the head's box.
 pub const MPII_INDEX: [usize; BODY_JOINTS - 1] = [13, 12, 14, 11, 15, 10, 3, 2, 4, 1, 5, 0];
@@ -88,9 +91,10 @@ impl Person {
         self.points.iter().find(|point| point.part == part)
     }
 
-    /// The middle of the head's box.
+    /// The middle of the head's box, or without one that between upper neck and top of the head.
     pub(super) fn head_center(&self) -> Option<DVec2> {
-        self.head.map(|[a, b]| (a + b) / 2.0)
+        let ends = self.head.or_else(|| Some([self.point(UPPER_NECK)?.at, self.point(HEAD_TOP)?.at]));
+        ends.map(|[a, b]| (a + b) / 2.0)
     }
 
     /// Position of a joint.
@@ -101,8 +105,8 @@ impl Person {
         }
     }
 
-    /// The person as all sets have it; without the head's box or a middle it is none to cut out, as
-    /// published.
+    /// The person as all sets have it; without a head or a middle it is none to cut out, with `parity`
+    /// neither without the head's box, as published.
     pub(super) fn to_still(&self, parity: bool) -> stills::Person {
         let joint = |joint: usize| {
             let visibility = match part(joint) {
@@ -111,11 +115,12 @@ impl Person {
             };
             Some(Joint { at: self.joint(joint)?, visibility })
         };
-        let fault = match (self.head, self.center) {
+        let head = if parity { self.head.map(|[a, b]| (a + b) / 2.0) } else { self.head_center() };
+        let fault = match (head, self.center) {
             (None, _) => Some(SkipReason::NoHeadBox),
             (_, None) => Some(SkipReason::NoCenter),
-            (Some([a, b]), Some(center)) => {
-                let is_finite = (b - a).is_finite() && center.is_finite();
+            (Some(head), Some(center)) => {
+                let is_finite = head.is_finite() && center.is_finite();
                 (!is_finite).then_some(SkipReason::PointsOutside)
             }
         };

@@ -31,6 +31,13 @@ impl fmt::Display for FrameDepth {
 pub enum FrameFault {
     /// A folder without images.
     NoImages,
+    /// Images of two kinds that are not previews of each other.
+    Mixed {
+        /// Count of .png images.
+        png: usize,
+        /// Count of .jpg images.
+        jpg: usize,
+    },
     /// An image that cannot be decoded.
     Undecodable(String),
     /// An image whose pixels are neither codes of 8 nor of 16 bits.
@@ -78,6 +85,10 @@ impl fmt::Display for FrameFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NoImages => f.write_str("no .png image in this folder, and no .jpg either"),
+            Self::Mixed { png, jpg } => write!(
+                f,
+                "{png} .png and {jpg} .jpg images in one folder: keep frames of one kind in it"
+            ),
             Self::Undecodable(why) => write!(f, "cannot be decoded: {why}"),
             Self::Pixels(actual) => write!(f, "pixels of type {actual}, expected 8 or 16 bits"),
             Self::NotAnArray(why) => write!(f, "neither a folder nor an .npy array: {why}"),

@@ -24,13 +24,23 @@ impl Folder {
         let mut images = Vec::new();
         for entry in std::fs::read_dir(path).map_err(failed)? {
             let image = entry.map_err(failed)?.path();
-            if image_format(&image).is_some() {
+            // Systems leave files of their own in folders, whose names begin with a dot.
+            let is_hidden =
+                image.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
+            if !is_hidden && image_format(&image).is_some() {
                 images.push(image);
             }
         }
-        // JPEG images beside lossless frames are previews, not frames.
-        if images.iter().any(|image| image_format(image) == Some(ImageFormat::Png)) {
-            images.retain(|image| image_format(image) == Some(ImageFormat::Png));
+        let is_png = |image: &PathBuf| image_format(image) == Some(ImageFormat::Png);
+        let (lossless, others): (Vec<_>, Vec<_>) = images.iter().cloned().partition(is_png);
+        // A JPEG image beside every lossless frame is its preview.
+        let is_preview = |image: &PathBuf| lossless.contains(&image.with_extension("png"));
+        if !lossless.is_empty() {
+            if !others.iter().all(is_preview) {
+                let fault = FrameFault::Mixed { png: lossless.len(), jpg: others.len() };
+                return Err(IoError::frames(path, fault));
+            }
+            images = lossless;
         }
         let name =
             |path: &PathBuf| path.file_name().map(|name| name.to_string_lossy().into_owned());
