@@ -46,6 +46,7 @@
 //! ```
 
 pub mod aedat2;
+mod aedat3;
 pub mod aedat4;
 mod columns;
 pub mod dat;

@@ -93,6 +93,13 @@ fn samples() -> BTreeMap<&'static str, Vec<(String, Vec<u8>)>> {
     let record = |k: u32| [(100 * k).to_le_bytes(), word(k).to_le_bytes()].concat();
     let binary = ("made".to_owned(), (0..60).flat_map(record).collect());
     samples.get_mut("yarp-binary").unwrap().push(binary);
+    // A packet of 60 events of eight bytes, of type 1.
+    let head = b"#!AER-DAT3.1\r\n#Format: RAW\r\n#Source 1: DVS128\r\n#!END-HEADER\r\n".to_vec();
+    let packet = [0x0001_0001_u32, 8, 4, 0, 60, 60, 60].map(u32::to_le_bytes).concat();
+    let event =
+        |k: u32| [(k % 34) << 17 | (k % 17) << 2 | 1, 100 * k].map(u32::to_le_bytes).concat();
+    let made = [head, packet, (0..60).flat_map(event).collect()].concat();
+    samples.get_mut("aedat3").unwrap().push(("made".to_owned(), made));
     samples
 }
 

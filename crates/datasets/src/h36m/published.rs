@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use evpose_core::SensorSize;
 use evpose_io::yarp::{JOINTS, YarpSkeleton, read_skeletons};
 use evpose_io::{OpenOptions, open_as};
 use evpose_pose::body::network_from_file;

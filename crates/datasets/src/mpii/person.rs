@@ -93,7 +93,8 @@ impl Person {
 
     /// The middle of the head's box, or without one that between upper neck and top of the head.
     pub(super) fn head_center(&self) -> Option<DVec2> {
-        let ends = self.head.or_else(|| Some([self.point(UPPER_NECK)?.at, self.point(HEAD_TOP)?.at]));
+        let ends =
+            self.head.or_else(|| Some([self.point(UPPER_NECK)?.at, self.point(HEAD_TOP)?.at]));
         ends.map(|[a, b]| (a + b) / 2.0)
     }
 

@@ -128,7 +128,7 @@ impl Problems {
                     events = units::shifted(&events, Micros::from_seconds(*shift_s));
                 }
                 Problem::Orientation(orientation) => events = orientation.best.apply(&events),
-                Problem::Lost(_) | Problem::Size { .. } | Problem::Duration { .. } => {}
+                Problem::Outside(_) | Problem::Size { .. } | Problem::Duration { .. } => {}
             }
         }
         events

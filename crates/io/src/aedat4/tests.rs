@@ -189,9 +189,9 @@ fn files_of_other_versions_are_refused_with_their_version() {
         assert!(!(FORMAT.probe)(begin.as_bytes()));
         assert_eq!(other_version(begin.as_bytes()), Some(version));
     }
-    fs::write(&path, "#!AER-DAT3.1\r\n#Format: RAW\r\n#!END-HEADER\r\n\u{1}\0\u{1}\0").unwrap();
+    fs::write(&path, "#!AER-DAT5.0\r\n\u{1}\0\u{1}\0").unwrap();
     let message = crate::open(&path).unwrap_err().to_string();
-    assert!(message.contains("AEDAT 3.1 is not read"), "{message}");
+    assert!(message.contains("AEDAT 5.0 is not read"), "{message}");
 }
 
 #[test]

@@ -72,7 +72,13 @@ fn jpeg_images_are_frames_where_there_are_no_others() {
     let flat = |code| DynamicImage::from(GrayImage::from_pixel(8, 8, Luma([code])));
     let directory = folder(&[("f10.jpg", flat(51)), ("f9.JPEG", flat(255))]);
     assert_eq!(linear(directory.path()).unwrap(), [[1.0; 64], [0.2; 64]]);
+    fs::write(directory.path().join("._f10.jpg"), "of a file system").unwrap();
+    assert_eq!(linear(directory.path()).unwrap().len(), 2);
     flat(0).save(directory.path().join("f1.png")).unwrap();
+    let message = linear(directory.path()).unwrap_err().to_string();
+    assert!(message.contains("1 .png and 2 .jpg"), "{message}");
+    // Previews beside frames of their names are none.
+    let directory = folder(&[("f1.png", flat(0)), ("f1.jpg", flat(51))]);
     assert_eq!(linear(directory.path()).unwrap(), [[0.0; 64]]);
 }
 

@@ -17,6 +17,7 @@ pub const FORMATS: &[Format] = &[
     crate::framed::FORMAT,
     crate::aedat4::FORMAT,
     crate::aedat2::FORMAT,
+    crate::aedat3::FORMAT,
     crate::hdf5::FORMAT,
     // Lines that begin as those of text.
     crate::yarp::LOG,

@@ -24,8 +24,10 @@ const HOT_ONE_IN: usize = 1_000;
 
 /// Arguments of `evpose check`.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:\n  evpose check rec.aedat4\n  evpose check rec.csv --sensor 346x260 --json check.json\n\n\
-    Exit codes: 0 usable as it is, 10 usable with the changes that are named, 11 not usable.")]
+#[command(
+    after_help = "Examples:\n  evpose check rec.aedat4\n  evpose check rec.csv --sensor 346x260 --json check.json\n\n\
+    Exit codes: 0 usable as it is, 10 usable with the changes that are named, 11 not usable."
+)]
 pub struct CheckArgs {
     /// Recording in any supported format
     pub(crate) input: PathBuf,
@@ -213,10 +215,13 @@ fn print(path: &Path, report: &Report) {
     }
     report.remarks.iter().for_each(|remark| line("note", remark.clone()));
     report.changes.iter().for_each(|change| line("change", change.clone()));
-    line("usable", match report.usable {
-        Usable::AsItIs => "as it is".to_owned(),
-        Usable::WithChanges => "with these changes".to_owned(),
-        Usable::No => "no".to_owned(),
-    });
+    line(
+        "usable",
+        match report.usable {
+            Usable::AsItIs => "as it is".to_owned(),
+            Usable::WithChanges => "with these changes".to_owned(),
+            Usable::No => "no".to_owned(),
+        },
+    );
     line("next", report.next.clone());
 }

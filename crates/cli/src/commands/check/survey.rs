@@ -87,7 +87,8 @@ fn flicker_hz(bins: &[u32]) -> Option<f64> {
         // White noise has a mean of one.
         (re * re + im * im) / energy.max(1.0)
     };
-    let found = LAMPS_HZ.into_iter().map(|hz| (power(hz), hz)).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let found =
+        LAMPS_HZ.into_iter().map(|hz| (power(hz), hz)).max_by(|a, b| a.0.total_cmp(&b.0))?;
     (found.0 > FLICKER).then_some(found.1)
 }
 
@@ -134,7 +135,8 @@ mod tests {
         let steady: Vec<u32> = (0..2_000).map(|_| noise()).collect();
         assert_eq!((flicker_hz(&steady), saturated_at_hz(&steady), gaps(&steady)), (None, None, 0));
         let lamp = |hz: f64| -> Vec<u32> {
-            let wave = |k: usize| 30.0 * (1.0 + (std::f64::consts::TAU * hz * k as f64 / 1e3).sin());
+            let wave =
+                |k: usize| 30.0 * (1.0 + (std::f64::consts::TAU * hz * k as f64 / 1e3).sin());
             steady.iter().enumerate().map(|(k, n)| n + wave(k) as u32).collect()
         };
         assert_eq!(flicker_hz(&lamp(100.0)), Some(100.0));

@@ -22,7 +22,10 @@ pub(in crate::commands) enum Passes<'a> {
 
 impl<'a> Passes<'a> {
     /// Reads the recording once, and decides whether it can be read in windows.
-    pub(in crate::commands) fn open(path: &'a Path, options: OpenOptions) -> Result<(Self, Account)> {
+    pub(in crate::commands) fn open(
+        path: &'a Path,
+        options: OpenOptions,
+    ) -> Result<(Self, Account)> {
         let mut windows = Windows::open(path, &options)?;
         // An inferred sensor is known only after the last event, too late for windows.
         if windows.sensor_origin() != SensorOrigin::Inferred && windows.start().is_some() {
