@@ -267,6 +267,7 @@ pub(crate) const RULES: &[Rule] = &[
         "--sequences 500 --seconds 0.78",
         Replace("--sequences 500 --seconds 0.78", "{people}"),
     ),
+    rule("networks.md", "--sequences 240", Replace("--sequences 240", "{people}")),
     rule("networks.md", "studio --sequences 200", Replace("--sequences 200", "{people}")),
     rule("networks.md", "evpose train body-wide", Append("{steps} --plain")),
     // own-labels.md
