@@ -59,6 +59,12 @@ impl Program {
             .clone()
             .or_else(of_variable)
             .unwrap_or_else(|| built.canonicalize().unwrap_or_else(|_| name.into()));
+        let program = Self::open(path, args.threads)?;
+        say(format!("program   {}, commit {}", program.path.display(), program.commit));
+        Ok(program)
+    }
+
+    fn open(path: PathBuf, threads: Option<usize>) -> Result<Self> {
         let commit = commit(&path).with_context(|| {
             format!(
                 "{} cannot be started: `cargo build --release` builds the program, --evpose PATH or {VARIABLE} \
@@ -67,8 +73,7 @@ impl Program {
             )
         });
         let commit = commit.context(BadInput)?;
-        say(format!("program   {}, commit {commit}", path.display()));
-        Ok(Self { path, threads: args.threads, commit })
+        Ok(Self { path, threads, commit })
     }
 
     /// Threads that each run has.
@@ -141,18 +146,14 @@ echo '[1, 2]' > \"$2/a.json\"
 exit 11
 ";
 
-    fn find(path: &Path) -> Result<Program> {
-        Program::find(&ProgramArgs { evpose: Some(path.to_owned()), threads: Some(3) })
-    }
-
     // One test: a process that another test starts meanwhile would hold the script open.
     #[test]
     fn arguments_reach_the_program_and_its_files_are_read_whatever_its_exit_code() -> Result<()> {
         let dir = tempfile::tempdir()?;
         let (script, report) = (dir.path().join("evpose"), dir.path().join("report"));
         std::fs::write(&script, STAND_IN)?;
-        std::fs::set_permissions(&script, PermissionsExt::from_mode(0o755))?;
-        let program = find(&script)?;
+        std::fs::set_permissions(&script, std::fs::Permissions::from_mode(0o755))?;
+        let program = Program::open(script, Some(3))?;
         assert_eq!((program.commit.as_str(), program.threads()), ("0123abc", 3));
         files::create(&report)?;
         files::write(&report, "stale.json", b"[]")?;
@@ -167,7 +168,7 @@ exit 11
         assert!(error.contains("exit status: 11") && error.contains(OUTPUT), "{error}");
         // Neither of these is the program.
         for path in [dir.path().join("nowhere"), "/bin/echo".into()] {
-            let error = find(&path).unwrap_err();
+            let error = Program::open(path, None).unwrap_err();
             assert!(error.is::<BadInput>());
             assert!(format!("{error:#}").contains("cargo build --release"), "{error:#}");
         }

@@ -86,7 +86,7 @@ while [ \"$1\" != --out ]; do shift; done
 exit 11
 ";
     std::fs::write(path("evpose"), script).unwrap();
-    std::fs::set_permissions(path("evpose"), PermissionsExt::from_mode(0o755)).unwrap();
+    std::fs::set_permissions(path("evpose"), std::fs::Permissions::from_mode(0o755)).unwrap();
     let line =
         "run --plan 7 --tier plain --only null --limit 2 --out out --threads 1 --evpose ./evpose";
     std::fs::write(path("broken"), "").unwrap();
