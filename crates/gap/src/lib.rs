@@ -72,6 +72,7 @@ pub mod parameters;
 pub mod probe;
 mod recording_mark;
 pub mod report;
+pub mod run_files;
 pub mod search;
 mod search_spec;
 mod simulate;
