@@ -9,6 +9,7 @@ use crate::commands;
 #[command(
     name = "evpose",
     version,
+    long_version = format!("{} (commit {})", env!("CARGO_PKG_VERSION"), evpose_cli::run_info::COMMIT),
     arg_required_else_help = true,
     after_help = "Start with:\n  evpose demo\n\nThen, step by step:\n  \
         evpose simulate quick --out data/train\n  \

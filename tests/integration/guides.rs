@@ -19,7 +19,7 @@ use changes::{Change, FROM_PAGE, RULES, WORDS};
 use console::{PageCommand, PageOutput, commands, pages};
 use inputs::Inputs;
 
-use crate::harness::Sandbox;
+use crate::harness::{GAPBENCH, Sandbox};
 
 /// Pages whose commands take seconds.
 const QUICK: [&str; 1] = ["docs/guide/files.md"];
@@ -73,7 +73,8 @@ fn small(page: &str, command: &PageCommand) -> Small {
 
 /// The commands of a page as a script of bash, which says which line failed.
 fn script(page: &str, text: &str) -> String {
-    let mut script = "evpose() { \"$PROGRAM\" \"$@\"; }\nhere=$PWD\n".to_owned();
+    let functions = "evpose() { \"$EVPOSE\" \"$@\"; }\ngapbench() { \"$GAPBENCH\" \"$@\"; }\n";
+    let mut script = format!("{functions}here=$PWD\n");
     let mut block = 0;
     for command in commands(text) {
         let small = small(page, &command);
@@ -180,10 +181,15 @@ fn run(page: &str, text: &str, inputs: &Inputs) -> Result<Said, String> {
         fs::write(directory.join(name), first_block(text, language)).unwrap();
     }
     let script = script(page, text);
-    let output = Command::new("bash")
+    let mut command = Command::new("bash");
+    if script.contains("\ngapbench ") {
+        // It is built for the pages that run it.
+        command.env("GAPBENCH", &*GAPBENCH);
+    }
+    let output = command
         .args(["-c", &script])
         .current_dir(&directory)
-        .env("PROGRAM", program())
+        .env("EVPOSE", program())
         .env("EVPOSE_DATA", sandbox.path("data-directory"))
         // No terminal: questions of the program must not wait.
         .stdin(Stdio::null())

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
+use std::sync::LazyLock;
 
 /// Changes that make the quick config small enough for a test: seconds instead of minutes.
 pub(crate) const TINY: &[&str] = &[
@@ -43,6 +44,22 @@ pub(crate) const BODY_TINY: &[&str] = &[
     "evaluation.bootstrap.resamples=50",
 ];
 
+/// The benchmark of the gap workflow, a program of a workspace of its own: built when it is first asked for, with
+/// the profile of the program and beside it.
+pub(crate) static GAPBENCH: LazyLock<PathBuf> = LazyLock::new(|| {
+    let built = Path::new(env!("CARGO_BIN_EXE_evpose")).parent().unwrap();
+    let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join("benchmarks/gap/Cargo.toml");
+    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or("cargo".into()));
+    command.args(["build", "--quiet", "--locked", "--bin=gapbench", "--manifest-path"]);
+    command.arg(manifest).arg("--target-dir").arg(built.parent().unwrap());
+    if built.ends_with("release") {
+        command.arg("--release");
+    }
+    let output = command.output().unwrap();
+    assert!(output.status.success(), "building gapbench:\n{}", stderr(&output));
+    built.join(format!("gapbench{}", std::env::consts::EXE_SUFFIX))
+});
+
 /// A directory that is gone when the test ends.
 pub(crate) struct Sandbox {
     dir: tempfile::TempDir,
@@ -67,9 +84,14 @@ impl Sandbox {
 
     /// Runs to the end and wants success; returns standard output.
     pub(crate) fn ok(&self, args: &[&str]) -> String {
-        let output = self.evpose(args).output().unwrap();
-        assert!(output.status.success(), "evpose {}:\n{}", args.join(" "), stderr(&output));
-        String::from_utf8(output.stdout).unwrap()
+        stdout_of(&mut self.evpose(args))
+    }
+
+    /// As [`Self::ok`], of `gapbench` with the words of a line, which evaluates the program built for the tests.
+    pub(crate) fn gapbench(&self, line: &str) -> String {
+        let mut command = Command::new(&*GAPBENCH);
+        command.current_dir(self.dir.path()).args(line.split_whitespace());
+        stdout_of(command.env("EVPOSE", env!("CARGO_BIN_EXE_evpose")).stdin(Stdio::null()))
     }
 
     /// As [`Self::ok`], with the words of a line and `more`.
@@ -101,6 +123,13 @@ pub(crate) fn tiny_body<'a>(args: &[&'a str]) -> Vec<&'a str> {
 
 fn with<'a>(changes: &[&'a str], args: &[&'a str]) -> Vec<&'a str> {
     args.iter().copied().chain(changes.iter().flat_map(|change| ["--set", change])).collect()
+}
+
+/// Standard output of a command that succeeds.
+fn stdout_of(command: &mut Command) -> String {
+    let output = command.output().unwrap();
+    assert!(output.status.success(), "{command:?}:\n{}", stderr(&output));
+    String::from_utf8(output.stdout).unwrap()
 }
 
 pub(crate) fn stderr(output: &Output) -> String {

@@ -15,7 +15,8 @@ pub(crate) fn tracked() -> Result<Vec<String>> {
 
 /// The crate of a file, or its top folder.
 pub(crate) fn place(path: &str) -> String {
-    let depth = if path.starts_with("crates/") { 2 } else { 1 };
+    let has_crates = ["crates/", "benchmarks/"].iter().any(|folder| path.starts_with(folder));
+    let depth = if has_crates { 2 } else { 1 };
     path.split('/').take(depth).collect::<Vec<_>>().join("/")
 }
 
@@ -26,6 +27,7 @@ mod tests {
     #[test]
     fn files_belong_to_crates_or_folders() {
         assert_eq!(place("crates/io/src/lib.rs"), "crates/io");
+        assert_eq!(place("benchmarks/gap/src/main.rs"), "benchmarks/gap");
         assert_eq!(place("docs/guide/live.md"), "docs");
         assert_eq!(place("README.md"), "README.md");
     }

@@ -5,7 +5,8 @@ use std::path::Path;
 use crate::links::prose;
 
 /// Folders whose paths are checked.
-const FOLDERS: [&str; 6] = ["src/", "crates/", "configs/", "tests/", "xtask/", "examples/"];
+const FOLDERS: [&str; 7] =
+    ["src/", "crates/", "configs/", "tests/", "xtask/", "examples/", "benchmarks/"];
 
 /// Paths of a page that do not exist below `root`, and names behind the path of a file, as `STAGES` or `commands!`, that the
 /// file does not hold.

@@ -3,7 +3,6 @@
 //! * [`BenchCommand`]: `evpose bench`: inference, training, sensor, simulation, files,
 //!   representations, the online pipeline, accuracy on named sets and before other cameras.
 //! * [`peer_bench`]: peer programs on the same input, interleaved in the same run.
-//! * [`gap`]: the blind benchmark of the gap workflow.
 //!
 //! Benchmarks are subcommands, run in-process:
 //!
@@ -27,7 +26,6 @@
 mod accuracy;
 mod all;
 mod cameras;
-pub mod gap;
 mod gpu;
 mod infer;
 mod io;

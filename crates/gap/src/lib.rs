@@ -16,7 +16,7 @@
 //! use evpose_gap::LightSequence;
 //! use evpose_gap::verdict::Answer;
 //! use evpose_gap::workflow::{ComparisonCase, HeldOut, Inputs, Prepared, prepared};
-//! use evpose_sensor::{EffectConfig, SensorConfig};
+//! use evpose_sensor::{EffectConfig, STAGES, SensorConfig};
 //!
 //! // Bars that move over 24 x 16 pixels for half a second.
 //! let plane = |k: u16| {
@@ -30,18 +30,22 @@
 //! let mut camera = prepared(&SensorConfig::default(), None).config;
 //! camera.effects.push(EffectConfig::new("leak_on").with("rate_hz", 3.0));
 //!
+//! // Every effect of the catalogue takes its time: here two are asked for.
+//! let of_catalogue = STAGES.iter().map(|stage| stage.name.to_owned());
+//! let left_out: Vec<String> =
+//!     of_catalogue.filter(|name| !["leak_on", "refractory"].contains(&name.as_str())).collect();
 //! let inputs = Inputs {
 //!     train: ComparisonCase::new(&scene.events(&camera, 11)?, scene.clone())?,
 //!     held_out: HeldOut::Later,
 //!     model: SensorConfig::default(),
 //!     nominal: None,
-//!     left_out: Vec::new(),
+//!     left_out,
 //!     seed: 3,
 //!     is_quick: true,
 //! };
 //! let prepared = Prepared::new(inputs)?;
 //! let splits = prepared.data_splits()?;
-//! let result = splits.identify(&prepared.model.config, &[], &|_| {})?;
+//! let result = splits.identify(&prepared.model.config, &prepared.left_out, &|_| {})?;
 //! assert_eq!(result.answer, Answer::Effects);
 //! assert_eq!(result.added_effects[0].name(), "leak_on");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -68,6 +72,7 @@ pub mod parameters;
 pub mod probe;
 mod recording_mark;
 pub mod report;
+pub mod run_files;
 pub mod search;
 mod search_spec;
 mod simulate;

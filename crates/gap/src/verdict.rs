@@ -35,6 +35,18 @@ impl Answer {
             Self::Partial => 14,
         }
     }
+
+    /// The answer in one word, as `verdict.json` has it.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::NoGap => "no_gap",
+            Self::Parameter => "parameter",
+            Self::Effects => "effects",
+            Self::Partial => "partial",
+            Self::NoneOfCatalogue => "none_of_catalogue",
+            Self::Undecided => "undecided",
+        }
+    }
 }
 
 /// Whether a finding is a missing effect or a wrong parameter of the model.
@@ -73,7 +85,7 @@ pub struct Finding {
     /// Estimates of its parameters, by name.
     pub parameters: std::collections::BTreeMap<String, Quantity>,
     /// Of an effect: probability that the identification is right, as a fit to cases whose truth is
-    /// known has it (`evpose gap calibrate`); without a scene, that it is not chance. None of a
+    /// known has it (`gapbench calibrate`); without a scene, that it is not chance. None of a
     /// parameter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub probability: Option<f64>,

@@ -209,13 +209,13 @@ pub(crate) const RULES: &[Rule] = &[
     rule("cameras.md", "evpose bench cameras", Append("--sequences 1 --seconds 0.5")),
     // gap.md
     rule("gap.md", "--plan 7 --shard", WHOLE_PLAN),
-    rule("gap.md", "--self 200", WHOLE_PLAN),
-    rule("gap.md", "evpose gap score", WHOLE_PLAN),
-    rule("gap.md", "evpose gap calibrate", WHOLE_PLAN),
+    rule("gap.md", "--sets 200", WHOLE_PLAN),
+    rule("gap.md", "gapbench score", WHOLE_PLAN),
+    rule("gap.md", "gapbench calibrate", WHOLE_PLAN),
     rule("gap.md", "--scene frames", FRAMES),
-    rule("gap.md", "evpose gap bench --plan 11", Replace("--limit 3", "--limit 1")),
-    rule("gap.md", "evpose gap outside", Skip("needs recordings of other simulators")),
-    rule("gap.md", "evpose gap real", Append("--quick")),
+    rule("gap.md", "gapbench cases --plan 11", Replace("--limit 3", "--limit 1")),
+    rule("gap.md", "gapbench outside", Skip("needs recordings of other simulators")),
+    rule("gap.md", "gapbench real", Append("--quick")),
     rule("gap.md", "evpose gap payoff", Append("{hand}")),
     rule("gap.md", "--out runs/guide/payoff", Append("--stride-ms 20")),
     // gap-examples.md
@@ -267,6 +267,7 @@ pub(crate) const RULES: &[Rule] = &[
         "--sequences 500 --seconds 0.78",
         Replace("--sequences 500 --seconds 0.78", "{people}"),
     ),
+    rule("networks.md", "--sequences 240", Replace("--sequences 240", "{people}")),
     rule("networks.md", "studio --sequences 200", Replace("--sequences 200", "{people}")),
     rule("networks.md", "evpose train body-wide", Append("{steps} --plain")),
     // own-labels.md

@@ -52,8 +52,14 @@ impl Word {
 }
 
 /// Folders of the search for sensor models and of the programs about it.
-const GAP: &[&str] =
-    &["crates/gap", "crates/cli", "crates/studies", "crates/bench", "crates/report"];
+const GAP: &[&str] = &[
+    "crates/gap",
+    "crates/cli",
+    "crates/studies",
+    "crates/bench",
+    "crates/report",
+    "benchmarks/gap",
+];
 /// Folders in which an eye is no part of a face.
 const STREAMS: &[&str] = &["crates/live", "crates/cli", "crates/task", "crates/bench"];
 
@@ -99,7 +105,7 @@ pub(super) const WORDS: &[Word] = &[
     word("number of a model", r"\bnumbers? of (a|an|the|its|this|every|each) (model|layer|effect|network|hand|body|arm|human|pose)s?\b", "parameter, weight, value"),
     word("numbers", r"\bnumbers\b", "parameters, values, weights, counts")
         .except(r"\b(random|floating point|line|page|port|version|magic|serial|sequence|whole|natural|odd|even|prime|real|complex|sequential|frame|house|joint|hash|atomic|big endian|equal|different|large|small|several|unequal|other|any|all) numbers( of [a-z]+s)?\b|\bnumbers of (events|threads|frames|pixels|devices|samples|steps|runs|sequences|windows|images|rows|batches|people|joints|records|files|bytes|bits|channels|values|workers|processes|recordings|cores)\b"),
-    word("pause", r"\bpauses?\b", "refractory period").within(&["crates/sensor", "crates/gap", "configs/sensor"]),
+    word("pause", r"\bpauses?\b", "refractory period").within(&["crates/sensor", "crates/gap", "configs/sensor", "benchmarks/gap"]),
     word("picture", r"\bpictures?\b", "image, frame, rendering, heatmap, figure"),
     word("products", r"\bproducts of (a|the) (layer|network)\b|\bm prod\.|\bmillion products\b|\bproducts (a|per) second\b", "MACs, GMAC/s"),
     word("put right", r"\b(put|puts|putting|be put) (them |it |events |a recording )?right\b|\bstraighten(s|ed|ing)?\b", "preprocess: undistort, denoise, mask, deflicker"),

@@ -7,7 +7,7 @@
 //! reduce.
 //!
 //! # Source
-//! `evpose gap calibrate benches/gap --out crates/gap/src/workflow/calibration.json` fits all of it to
+//! `gapbench calibrate benches/gap --out crates/gap/src/workflow/calibration.json` fits all of it to
 //! the opened cases that are stored there, of every tier and with those outside the catalogue.
 //! `benches/gap/calibration.md` says how well it holds of cases that a fit has not seen.
 

@@ -28,32 +28,17 @@ const TEMPERATURE: f64 = 10.0;
 
 /// A finding with its evidence.
 #[derive(Debug, Clone)]
-pub struct EvidencedFinding {
+pub(super) struct EvidencedFinding {
     /// The finding.
-    pub finding: Finding,
+    pub(super) finding: Finding,
     /// Evidence of an effect; none for a parameter of the model.
-    pub evidence: Option<FindingEvidence>,
+    pub(super) evidence: Option<FindingEvidence>,
     /// Uncalibrated errors of its parameters.
-    pub errors: BTreeMap<String, RawError>,
+    pub(super) errors: BTreeMap<String, RawError>,
 }
 
-/// Findings of a search, those that explain most first.
-///
-/// # Errors
-/// A model that cannot be built or shown the scene.
-pub fn findings(
-    splits: &DataSplits<'_>,
-    result: &Identification,
-) -> Result<Vec<Finding>, GapError> {
-    let all = evidenced_findings(splits, result)?;
-    Ok(all.into_iter().map(|evidenced| evidenced.finding).collect())
-}
-
-/// Findings with their evidence.
-///
-/// # Errors
-/// A model that cannot be built or shown the scene.
-pub fn evidenced_findings(
+/// Findings of a search with their evidence, those that explain most first.
+pub(super) fn evidenced_findings(
     splits: &DataSplits<'_>,
     result: &Identification,
 ) -> Result<Vec<EvidencedFinding>, GapError> {

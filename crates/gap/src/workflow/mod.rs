@@ -4,7 +4,7 @@
 //! Inputs   two recordings with their scenes, a model, nominal values of the sensor
 //!   -> Prepared         the model and its reference; reference scenes of training and held-out data
 //!   -> Identification   the missing effects, see [`search`](crate::search)
-//!   -> Outcome          the verdict with intervals, limits and checks; the corrected model; a report
+//!   -> Outcome          the verdict with intervals, limits and checks, and its evidence; the corrected model; a report
 //! ```
 //!
 //! Models are scored on held-out data: another recording, or the later part of the only one.
@@ -15,6 +15,7 @@ mod calibration;
 mod chance;
 mod directions;
 mod errors;
+mod evidence;
 mod findings;
 mod frame_nuisance;
 mod gap_value;
@@ -37,14 +38,14 @@ pub use calibration::{
 pub use chance::p_of_largest_deviation;
 pub use directions::{Direction, Directions};
 pub use errors::RawError;
-pub use findings::{EvidencedFinding, evidenced_findings, findings};
+pub use evidence::AnswerEvidence;
 pub use frame_nuisance::FRAME_NUISANCE;
 pub use gap_value::gap_value;
 pub use inputs::{ComparisonCase, HeldOut, Inputs, Prepared};
 pub use limits::{Limits, limits};
 pub use model::{Model, prepared, prepared_in, with_stamp_period};
 pub use nuisance::{Nuisance, NuisanceSample};
-pub use outcome::{Outcome, answer_score, evidence_of_answer, findings_of_answer, outcome};
+pub use outcome::{Outcome, answer_score, findings_of_answer, outcome};
 pub use own_run::{OwnRun, own_run};
 pub use pose_nuisance::POSE_NUISANCE;
 pub use scene_free_verdict::{as_effect, scene_free_verdict};

@@ -5,6 +5,7 @@ use evpose_sensor::SensorConfig;
 use rayon::prelude::*;
 
 use super::chance::p_of_largest_deviation;
+use super::evidence::AnswerEvidence;
 use super::findings::{EvidencedFinding, evidenced_findings};
 use super::gap_value::{RUNS, deviations, resampled};
 use super::{Directions, Prepared, ablation, gap_value, limits};
@@ -41,6 +42,8 @@ const MAX_CONFUSABLE: usize = 16;
 pub struct Outcome {
     /// The verdict.
     pub verdict: Verdict,
+    /// Its evidence.
+    pub evidence: AnswerEvidence,
     /// The corrected sensor model.
     pub corrected: SensorConfig,
     /// Data of the report.
@@ -68,10 +71,7 @@ pub fn findings_of_answer(
 }
 
 /// Findings of an answer with their evidence.
-///
-/// # Errors
-/// A model that cannot be built or shown the scene.
-pub fn evidence_of_answer(
+fn evidence_of_answer(
     splits: &DataSplits<'_>,
     result: &Identification,
 ) -> Result<Vec<EvidencedFinding>, GapError> {
@@ -95,7 +95,9 @@ pub fn outcome(
     let quick = usize::from(prepared.is_quick);
     let (given, after) = (&result.before.model, answer_score(result));
     progress("estimates with their intervals");
-    let effects = findings_of_answer(splits, result)?;
+    let findings = evidence_of_answer(splits, result)?;
+    let evidence = AnswerEvidence::new(splits, result, &findings);
+    let effects = findings.into_iter().map(|evidenced| evidenced.finding).collect();
     progress("detection limits");
     // On the screening part: a direction takes a simulation for every effect and strength.
     let directions = Directions::simulate(&splits.screen, given, &prepared.left_out)?;
@@ -154,7 +156,7 @@ pub fn outcome(
         doubts: Doubt::for_verdict(&verdict),
         ..statistics(held_out, given, &after.model, &verdict, seed)?
     };
-    Ok(Outcome { verdict, corrected: after.model.clone(), report })
+    Ok(Outcome { verdict, evidence, corrected: after.model.clone(), report })
 }
 
 /// A report with the statistics of all blocks, before and after.

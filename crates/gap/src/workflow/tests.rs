@@ -1,6 +1,7 @@
 use evpose_core::{Micros, Plane};
 use evpose_sensor::{EffectConfig, SensorConfig};
 
+use super::findings::evidenced_findings;
 use super::*;
 use crate::free_parameter::FreeParameter;
 use crate::input::Nominal;
@@ -123,12 +124,22 @@ fn evidence_of_an_effect_goes_with_its_finding() {
     let prepared = Prepared::new(inputs(&leaky)).unwrap();
     let splits = prepared.data_splits().unwrap();
     let result = splits.identify(&prepared.model.config, &[], &|_| {}).unwrap();
-    let all = evidence_of_answer(&splits, &result).unwrap();
+    let all = evidenced_findings(&splits, &result).unwrap();
     let leak = all.iter().find(|one| one.finding.name == "leak_on").unwrap();
     let evidence = leak.evidence.unwrap();
     assert!(evidence.log_odds > 0.0, "{evidence:?}");
     assert_eq!(evidence.gap_after, result.after.gap);
     assert_eq!(leak.finding.probability, Some(CALIBRATION.probability(&evidence)));
+    let mut of_answer = AnswerEvidence::new(&splits, &result, &all);
+    assert_eq!(of_answer.effects["leak_on"], evidence);
+    assert_eq!(of_answer.errors["leak_on"], leak.errors);
+    assert_eq!(of_answer.contenders[0][0].0, "leak_on");
+    assert_eq!(of_answer.events, splits.train.events.len());
+    of_answer.restrict(&[]);
+    assert!(of_answer.effects.is_empty() && of_answer.errors.is_empty());
+    // The gap of a verdict is that of the search.
+    let gap = gap_value(&splits.held_out, &result.after.model, 1).unwrap();
+    assert_eq!(gap.value, result.after.gap);
     // The interval is what the constants make of the raw error.
     let (raw, quantity) = (leak.errors["rate_hz"], &leak.finding.parameters["rate_hz"]);
     let free = FreeParameter::by_name("leak_on", "rate_hz").unwrap();
@@ -163,7 +174,7 @@ fn a_clock_that_is_off_is_a_parameter_with_its_offset() {
     let splits = prepared.data_splits().unwrap();
     let result = splits.identify(&prepared.model.config, &[], &|_| {}).unwrap();
     assert_eq!(result.answer, Answer::Parameter);
-    let found = findings(&splits, &result).unwrap();
+    let found = findings_of_answer(&splits, &result).unwrap();
     let [offset] = found.as_slice() else { panic!("{found:?}") };
     assert_eq!(offset.name, "clock_offset");
     let value = offset.parameters["clock_offset"].value;
@@ -179,7 +190,8 @@ fn named(hidden: EffectConfig, strength: &str) -> (Vec<String>, f64) {
     let splits = prepared.data_splits().unwrap();
     let result = splits.identify(&prepared.model.config, &[], &|_| {}).unwrap();
     let found = result.after.model.effect(&name).and_then(|effect| effect.number(strength));
-    let names = findings(&splits, &result).unwrap().into_iter().map(|finding| finding.name);
+    let names =
+        findings_of_answer(&splits, &result).unwrap().into_iter().map(|finding| finding.name);
     (names.collect(), found.unwrap_or(f64::NAN))
 }
 

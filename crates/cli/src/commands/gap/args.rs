@@ -112,7 +112,7 @@ pub struct InputArgs {
 pub struct RunArgs {
     #[command(flatten)]
     pub(crate) inputs: InputArgs,
-    /// Directory for verdict.json, corrected.toml, report.html and run.json
+    /// Directory for verdict.json, evidence.json, corrected.toml, report.html and run.json
     #[arg(long)]
     pub(crate) out: PathBuf,
 }

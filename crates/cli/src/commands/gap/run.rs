@@ -9,7 +9,7 @@ use evpose_core::TimeWindow;
 use evpose_gap::input::{Problem, load_recording};
 use evpose_gap::report::{Fact, ReportData};
 use evpose_gap::verdict::Answer;
-use evpose_gap::workflow::{outcome, scene_free_verdict, with_stamp_period};
+use evpose_gap::workflow::{AnswerEvidence, outcome, scene_free_verdict, with_stamp_period};
 
 use super::args::{InputArgs, RunArgs};
 use super::scenes::NONE;
@@ -25,6 +25,7 @@ use crate::threads::use_threads;
 /// Everything that a run writes.
 struct Written {
     report: ReportData,
+    evidence: AnswerEvidence,
     before: String,
     after: String,
     held_out: Option<TimeWindow>,
@@ -57,11 +58,13 @@ fn compared(args: &InputArgs) -> Result<Written> {
     // Before anything is written: nuisance parameters take effects out of the verdict.
     if let Some(nuisance) = inputs::nuisance(args) {
         nuisance.restrict(&mut outcome.report.verdict);
+        outcome.evidence.restrict(&outcome.report.verdict.effects);
     }
     clock.lap("verdict");
     spinner.finish_and_clear();
     Ok(Written {
         report: outcome.report,
+        evidence: outcome.evidence,
         before: prepared.model.config.to_toml(),
         after: outcome.corrected.to_toml(),
         held_out: Some(splits.held_out.window),
@@ -109,6 +112,7 @@ fn alone(args: &InputArgs) -> Result<Written> {
         before: model.to_toml(),
         after: after.to_toml(),
         report,
+        evidence: AnswerEvidence::default(),
         held_out: None,
         seconds: clock.seconds,
     })
@@ -120,6 +124,7 @@ fn write(args: &RunArgs, written: &Written) -> Result<()> {
     files::write(dir, files::MODEL, written.before.as_bytes())?;
     files::write(dir, files::CORRECTED, written.after.as_bytes())?;
     files::write_json(dir, files::VERDICT, &written.report.verdict)?;
+    files::write_json(dir, files::EVIDENCE, &written.evidence)?;
     let inputs = &args.inputs;
     let is_alone = inputs.scene == Path::new(NONE);
     // Absolute paths: `verify` is run from anywhere.

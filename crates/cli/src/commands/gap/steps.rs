@@ -164,7 +164,7 @@ fn with_name(
         let tried = if is_named { "" } else { " (not named)" };
         gaps += &format!(", {:.2} with {}{tried}", result.after.gap, names.join(" + "));
     }
-    say(format!("{:<18}{gaps}", words::answer_key(result.answer)));
+    say(format!("{:<18}{gaps}", result.answer.key()));
     then(&prepared, &splits, &result)?;
     Ok(result.answer)
 }

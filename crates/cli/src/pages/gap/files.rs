@@ -1,22 +1,12 @@
-//! The files of a run, and how it was made.
+//! How a run was made, and how its files are written.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use evpose_core::atomic_write;
+pub use evpose_gap::run_files::{CORRECTED, EVIDENCE, MODEL, REPORT, RUN, VERDICT};
 use serde::{Deserialize, Serialize};
-
-/// The answer.
-pub const VERDICT: &str = "verdict.json";
-/// Data of the page.
-pub const REPORT: &str = "report.json";
-/// How all of it was made.
-pub const RUN: &str = "run.json";
-/// The model that was compared, with nominal values.
-pub const MODEL: &str = "model.toml";
-/// The model with what was found.
-pub const CORRECTED: &str = "corrected.toml";
 
 /// How a run was made: what `evpose gap verify` begins with.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -75,14 +65,10 @@ pub fn write(dir: &Path, name: &str, bytes: &[u8]) -> Result<()> {
     atomic_write(&path, bytes).with_context(|| format!("writing {}", path.display()))
 }
 
-/// The same for data as JSON that people can read.
+/// The same for data, as JSON that people can read.
 pub fn write_json(dir: &Path, name: &str, data: &impl Serialize) -> Result<()> {
-    write(dir, name, json(data)?.as_bytes())
-}
-
-/// Data as JSON that people can read.
-pub fn json(data: &impl Serialize) -> Result<String> {
-    Ok(format!("{}\n", serde_json::to_string_pretty(data)?))
+    let text = format!("{}\n", serde_json::to_string_pretty(data)?);
+    write(dir, name, text.as_bytes())
 }
 
 /// A path from the root, so that it holds wherever it is read.

@@ -227,15 +227,3 @@ pub fn change(ablation: &Ablation) -> String {
         ModelChange::Swapped => format!("swapped for {}", ablation.effect),
     }
 }
-
-/// The answer as `verdict.json` has it.
-pub fn answer_key(answer: Answer) -> &'static str {
-    match answer {
-        Answer::NoGap => "no_gap",
-        Answer::Parameter => "parameter",
-        Answer::Effects => "effects",
-        Answer::Partial => "partial",
-        Answer::NoneOfCatalogue => "none_of_catalogue",
-        Answer::Undecided => "undecided",
-    }
-}

@@ -1,0 +1,73 @@
+//! The naming of cases, a row each: nothing here knows a label.
+
+use std::collections::HashSet;
+use std::io::Write as _;
+use std::time::Instant;
+
+use anyhow::{Context, Result};
+use gapbench_pixel::Case;
+
+use crate::args::RunArgs;
+use crate::bad_input::BadInput;
+use crate::case_files::{self, FOLDER};
+use crate::part::{Part, PlanId};
+use crate::program::Program;
+use crate::row::{self, Row};
+use crate::terminal::{bar, say, say_above};
+use crate::{files, jsonl};
+
+/// A line a case.
+pub(super) const RESULTS: &str = "results.jsonl";
+/// Folder of what runs of the program leave, a folder a case.
+pub(super) const REPORTS: &str = "reports";
+/// Seconds a case takes before any was timed.
+const SECONDS: f64 = 20.0;
+
+/// Names in every case that has no row yet.
+pub(super) fn run(args: &RunArgs, program: &Program, plan: PlanId, cases: &[Case]) -> Result<()> {
+    Part::new(plan, cases).claim(&args.out, args.resume).context(BadInput)?;
+    let path = args.out.join(RESULTS);
+    let known: Vec<Row> = if args.resume { jsonl::resume(&path)? } else { Vec::new() };
+    if known.is_empty() {
+        files::write(&args.out, RESULTS, b"")?;
+    }
+    let done: HashSet<&str> = known.iter().map(|row| row.id.as_str()).collect();
+    let open: Vec<&Case> = cases.iter().filter(|case| !done.contains(case.id.as_str())).collect();
+    let each_s = match known.len() {
+        0 => SECONDS,
+        n => known.iter().map(Row::seconds).sum::<f64>() / n as f64,
+    };
+    say(format!(
+        "budget    {} of {} cases to do at about {each_s:.0} s: {:.0} minutes",
+        open.len(),
+        cases.len(),
+        open.len() as f64 * each_s / 60.0
+    ));
+    let mut results = std::fs::OpenOptions::new()
+        .append(true)
+        .open(&path)
+        .with_context(|| format!("opening {}", path.display()))?;
+    let progress = bar("naming in", open.len() as u64, "cases");
+    for (i, case) in open.iter().enumerate() {
+        let begin = Instant::now();
+        let folder = args.out.join(FOLDER).join(&case.id);
+        let report = args.out.join(REPORTS).join(&case.id);
+        case_files::write(&folder, case)?;
+        let row = row::name(program, &folder, case, &report, begin.elapsed().as_secs_f64())?;
+        // In one piece, so that a run that is cut off leaves whole lines.
+        let line = format!("{}\n", serde_json::to_string(&row)?);
+        results.write_all(line.as_bytes()).context("writing results.jsonl")?;
+        say_above(&progress, format!("{:>4} {row}", i + 1));
+        progress.inc(1);
+        if !args.keep {
+            files::remove(&folder)?;
+            files::remove(&report)?;
+        }
+    }
+    progress.finish_and_clear();
+    if !args.keep {
+        // Fails where other shards still have cases in it.
+        let _ = [FOLDER, REPORTS].map(|name| std::fs::remove_dir(args.out.join(name)));
+    }
+    Ok(())
+}
