@@ -13,8 +13,8 @@ use std::process::ExitCode;
 use anyhow::Result;
 use clap::Subcommand;
 use evpose_cli::commands::{
-    average, calibrate, check, check_labels, clean, convert, demo, eval, events, export, infer, info,
-    live, prepare, quantize, represent, sensor, simulate, train, view,
+    average, calibrate, check, check_labels, clean, convert, demo, eval, events, export, infer,
+    info, live, prepare, quantize, represent, sensor, simulate, train, view,
 };
 use evpose_cli::tasks::args as tasks;
 use evpose_studies::{ablate, compare, tune};

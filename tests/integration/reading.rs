@@ -12,7 +12,11 @@ struct Disorder {
     is_refused: bool,
 }
 
-const fn sorted(name: &'static str, times: fn(Vec<i64>) -> Vec<i64>, says: &'static str) -> Disorder {
+const fn sorted(
+    name: &'static str,
+    times: fn(Vec<i64>) -> Vec<i64>,
+    says: &'static str,
+) -> Disorder {
     Disorder { name, times, says, is_refused: false }
 }
 
@@ -23,7 +27,9 @@ const fn refused(name: &'static str, times: fn(Vec<i64>) -> Vec<i64>) -> Disorde
 const KINDS: [Disorder; 6] = [
     sorted(
         "late",
-        |times| times.iter().enumerate().map(|(k, t)| t - 4_000 * i64::from(k % 50 == 49)).collect(),
+        |times| {
+            times.iter().enumerate().map(|(k, t)| t - 4_000 * i64::from(k % 50 == 49)).collect()
+        },
         "behind later ones: sorted",
     ),
     sorted(
@@ -123,7 +129,9 @@ fn units_and_axes_that_were_stated_are_those_of_every_command() {
     let message = sandbox.fails(&["info", "us.txt", "--sensor", "40x30"]);
     assert!(message.contains("96x72"), "{message}");
     std::fs::write(sandbox.path("huge.txt"), "65535 65535\n1 1 1 1\n").unwrap();
-    for command in ["info huge.txt", "represent huge.txt --of lnes --out o.npy", "view huge.txt --out v.png"] {
+    for command in
+        ["info huge.txt", "represent huge.txt --of lnes --out o.npy", "view huge.txt --out v.png"]
+    {
         let message = sandbox.fails(&command.split_whitespace().collect::<Vec<_>>());
         assert!(message.contains("larger than any"), "{command}: {message}");
     }
