@@ -7,7 +7,7 @@ struct Disorder {
     name: &'static str,
     /// Times of 4000 events from those in order.
     times: fn(Vec<i64>) -> Vec<i64>,
-    /// What every command says; of an error if `is_refused`.
+    /// Part of the output of every command; of its error if `is_refused`.
     says: &'static str,
     is_refused: bool,
 }

@@ -231,9 +231,9 @@ pub enum IoError {
     NoRecording {
         /// The file.
         path: PathBuf,
-        /// What it is.
+        /// The kind of file.
         what: &'static str,
-        /// What to do with it.
+        /// Advice to the user.
         advice: &'static str,
     },
     /// A file whose content fits no format.

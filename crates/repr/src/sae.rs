@@ -37,7 +37,7 @@ pub struct Sae {
     sensor: SensorSize,
     /// [`NEVER`] where there was none.
     last: Vec<Micros>,
-    /// What rendered times count from.
+    /// The time that rendered times count from.
     origin: Option<Micros>,
     clock: StreamClock,
 }

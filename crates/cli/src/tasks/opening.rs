@@ -39,7 +39,7 @@ pub struct OpeningArgs {
     /// Unit of times in tables and arrays that do not state it: s, ms, us or ns
     #[arg(long, value_name = "UNIT")]
     pub time_unit: Option<TimeUnit>,
-    /// Columns of tables and arrays by their names, or by their numbers from 0 on, for example
+    /// Columns of tables and arrays by their names, or by their indices from 0 on, for example
     /// t=stamp,x=u,y=v,p=sign
     #[arg(long, value_name = "t=NAME,...")]
     pub columns: Option<ColumnNames>,

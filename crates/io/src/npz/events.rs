@@ -9,7 +9,7 @@ use crate::names::{Places, places};
 use crate::sniff::{ORDERS, fitting_orders};
 use crate::{Columns, OpenOptions, TimeUnit};
 
-/// Times from which on their type is told by their values.
+/// Times from which on their values show their type.
 const MANY: usize = 20;
 /// Times of this many seconds are none: they are microseconds.
 const LONGEST_S: f64 = 1e5;
@@ -30,10 +30,10 @@ pub(crate) const REQUIRED: [&str; 4] = ["t", "x", "y", "p"];
 impl Named {
     /// The columns of one array that holds all.
     pub(super) fn of_table(mut table: Array, options: &OpenOptions) -> Result<Self, NpzFault> {
-        let numbers = options.columns.numbers();
-        let (places, unit) = match (table.names.as_slice(), numbers) {
-            ([], Some(numbers)) if numbers.iter().all(|n| *n < table.columns.len()) => {
-                (numbers, None)
+        let indices = options.columns.indices();
+        let (places, unit) = match (table.names.as_slice(), indices) {
+            ([], Some(indices)) if indices.iter().all(|n| *n < table.columns.len()) => {
+                (indices, None)
             }
             ([], _) => (places_by_content(&table)?, None),
             (names, _) => {
@@ -54,7 +54,7 @@ impl Named {
         Ok(Self { columns: places.map(&mut column), unit: options.time_unit.or(unit) })
     }
 
-    /// A remark on times that were stored as numbers of 32 bits, if these are coarser than 1 µs.
+    /// A remark on times that were stored as floats of 32 bits, if these are coarser than 1 µs.
     pub(super) fn coarse_times(&self) -> Option<String> {
         let column = &self.columns[0];
         let values = || (0..column.len()).map(|k| column.real(k));
@@ -64,10 +64,10 @@ impl Named {
         let has_fraction = values().any(|value| value.fract() != 0.0);
         let usual = if has_fraction && longest <= LONGEST_S { 1e6 } else { 1.0 };
         let unit_us = self.unit.map_or(usual, TimeUnit::microseconds);
-        // A number of 32 bits has 24 binary digits.
+        // A float of 32 bits has 24 binary digits.
         let step_us = longest * unit_us / f64::from(1 << 23);
         (matches!(column, Column::Real(_)) && is_short && step_us > 1.0).then(|| {
-            format!("times are numbers of 32 bits, which are {step_us:.0} µs apart: store them as f8 or i8")
+            format!("times are floats of 32 bits, which are {step_us:.0} µs apart: store them as f8 or i8")
         })
     }
 

@@ -444,5 +444,5 @@ fn times_that_cannot_be_are_doubted() {
         array("<f4", &move |k| ((begin + 0.001 * k as f64) as f32).to_le_bytes().to_vec())
     };
     assert_eq!(seconds(0.0), "");
-    assert!(seconds(1_605_537_536.0).contains("numbers of 32 bits"));
+    assert!(seconds(1_605_537_536.0).contains("floats of 32 bits"));
 }

@@ -96,7 +96,7 @@ const KINDS: &[Kind] = &[
     (0, b"\xff\xfe", "a text of UTF-16", "save it as UTF-8"),
 ];
 
-/// What a file is that begins so and is of no format of recordings, and what to do.
+/// The kind of a file that begins so and is of no format of recordings, and advice.
 pub(super) fn describe(head: &[u8]) -> Option<(&'static str, &'static str)> {
     if head.is_empty() {
         return Some(("empty", "record or fetch it again"));

@@ -31,7 +31,7 @@ pub struct OpenOptions {
     pub tick_us: Option<f64>,
     /// Keep what is readable of a damaged file, instead of refusing it.
     pub salvage: bool,
-    /// What is read where the clock starts again.
+    /// The parts to read where the clock starts again.
     pub restarts: Restarts,
     /// Unit of times, for tables and arrays that do not state it.
     pub time_unit: Option<TimeUnit>,
@@ -43,7 +43,7 @@ pub struct OpenOptions {
     pub zero_time: bool,
 }
 
-/// What is read of a recording whose clock starts again within the file.
+/// The parts to read of a recording whose clock starts again within the file.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Restarts {
     /// Nothing: it is an error that says where.

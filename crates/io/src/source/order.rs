@@ -34,7 +34,7 @@ const WRAP: i64 = 1 << 32;
 /// Events that wait for earlier ones, at most: all of them may be of one time stamp.
 const MAX_WAITING: usize = 1 << 22;
 
-/// What was found beside order.
+/// Counts of events that are not in order.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Disorder {
     /// Events that were sorted, and the longest delay of one.
@@ -108,7 +108,7 @@ pub(crate) struct Order {
     /// Added to the stamps of the file: wraparounds, and parts that were joined.
     shift: Micros,
     part: usize,
-    found: Disorder,
+    disorder: Disorder,
 }
 
 impl Order {
@@ -129,12 +129,12 @@ impl Order {
             given_to: Micros(i64::MIN),
             shift: Micros(0),
             part: 1,
-            found: Disorder::default(),
+            disorder: Disorder::default(),
         }
     }
 
-    pub(crate) fn found(&self) -> Disorder {
-        self.found
+    pub(crate) fn disorder(&self) -> Disorder {
+        self.disorder
     }
 
     /// Parts so far, by starts of the clock.
@@ -158,10 +158,10 @@ impl Order {
             // The usual case: no event is looked at alone.
             let newest = self.newest.unwrap_or(Micros(i64::MIN));
             let late = columns.t.partition_point(|t| *t < newest);
-            self.found.sorted += late as u64;
+            self.disorder.sorted += late as u64;
             if late > 0 {
                 self.is_sorted = false;
-                self.found.delay = self.found.delay.max(span(columns.t[0], newest));
+                self.disorder.delay = self.disorder.delay.max(span(columns.t[0], newest));
             }
             self.newest = columns.t.last().copied().max(self.newest);
             self.of_run += columns.len();
@@ -222,12 +222,12 @@ impl Order {
         let wrapped = Micros(t.0.saturating_add(WRAP));
         if goes_on(wrapped, newest) && newest.0.saturating_sub(self.shift.0) < WRAP + FAR {
             self.shift = self.shift + Micros(WRAP);
-            self.found.wraparounds += 1;
+            self.disorder.wraparounds += 1;
             return wrapped;
         }
         // Behind a wraparound, a late event still has a stamp of the period before.
         let before = Micros(t.0.saturating_sub(WRAP));
-        if self.found.wraparounds > 0 && goes_on(before, newest) { before } else { t }
+        if self.disorder.wraparounds > 0 && goes_on(before, newest) { before } else { t }
     }
 
     fn accept(&mut self, event: Event) {
@@ -243,8 +243,8 @@ impl Order {
         }
         if let Some(newest) = self.newest.filter(|newest| event.t < *newest) {
             self.is_sorted = false;
-            self.found.sorted += 1;
-            self.found.delay = self.found.delay.max(span(event.t, newest));
+            self.disorder.sorted += 1;
+            self.disorder.delay = self.disorder.delay.max(span(event.t, newest));
         }
         self.newest = self.newest.max(Some(event.t));
         self.waiting.push(event);
@@ -264,15 +264,15 @@ impl Order {
         if self.of_run <= MANY {
             let newest = self.newest.unwrap_or(self.other_newest);
             for t in other.t.iter().filter(|t| **t < newest) {
-                self.found.sorted += 1;
-                self.found.delay = self.found.delay.max(span(*t, newest));
+                self.disorder.sorted += 1;
+                self.disorder.delay = self.disorder.delay.max(span(*t, newest));
             }
             self.is_sorted = false;
             self.waiting.append(&other);
             return Ok(());
         }
         self.count_strays(&other.t, self.other_begin);
-        let Disorder { strays, .. } = self.found;
+        let Disorder { strays, .. } = self.disorder;
         match strays > FEW as u64 && strays * ONE_IN > self.read {
             true => Err(ClockFault::None { strays, events: self.read }),
             false => Ok(()),
@@ -280,9 +280,9 @@ impl Order {
     }
 
     fn count_strays(&mut self, times: &[Micros], number: u64) {
-        self.found.strays += times.len() as u64;
+        self.disorder.strays += times.len() as u64;
         let first = times.first().map(|first| (number, *first));
-        self.found.first_stray = self.found.first_stray.or(first);
+        self.disorder.first_stray = self.disorder.first_stray.or(first);
     }
 
     /// More than a few events have the other clock: it is the one of the recording from now on.
@@ -307,7 +307,7 @@ impl Order {
                 Restarts::Part(_) => self.begin_part(),
                 Restarts::Join => {
                     self.begin_part();
-                    self.found.restarts += 1;
+                    self.disorder.restarts += 1;
                     self.shift = self.shift + span(first, newest);
                     self.newest = Some(newest);
                     for mut event in other.iter() {
@@ -338,7 +338,7 @@ impl Order {
         if self.of_run <= MANY && self.part == 1 {
             return 0;
         }
-        self.judge_early();
+        self.decide_early();
         self.sort();
         if self.waiting.len() > MAX_WAITING {
             return self.waiting.len();
@@ -349,7 +349,7 @@ impl Order {
     }
 
     /// Decides on the few events before the run.
-    fn judge_early(&mut self) {
+    fn decide_early(&mut self) {
         let early = std::mem::take(&mut self.early);
         let newest = self.newest.unwrap_or(self.oldest);
         if self.of_run > MANY && is_far(self.silence, span(self.oldest, newest), self.of_run) {
@@ -370,7 +370,7 @@ impl Order {
 
     /// The file is over: everything is given away.
     pub(crate) fn finish(&mut self, columns: &mut Columns) -> Result<(), ClockFault> {
-        self.judge_early();
+        self.decide_early();
         if let Some(newest) = self.newest.filter(|newest| self.other_newest > *newest) {
             let silence = span(newest, self.other.t.iter().copied().min().unwrap_or(newest));
             if !is_far(silence, span(self.oldest, newest), self.of_run) {

@@ -30,7 +30,7 @@ pub(crate) struct OrderedSource {
     last: Micros,
     events: u64,
     /// Of the pass that read most.
-    found: Disorder,
+    disorder: Disorder,
 }
 
 impl OrderedSource {
@@ -77,7 +77,7 @@ impl OrderedSource {
             first: None,
             last: Micros(i64::MIN),
             events: 0,
-            found: Disorder::default(),
+            disorder: Disorder::default(),
         }))
     }
 
@@ -92,9 +92,9 @@ impl OrderedSource {
     }
 
     fn note(&mut self) {
-        let found = self.order.found();
-        if found.sorted + found.strays >= self.found.sorted + self.found.strays {
-            self.found = found;
+        let disorder = self.order.disorder();
+        if disorder.sorted + disorder.strays >= self.disorder.sorted + self.disorder.strays {
+            self.disorder = disorder;
         }
     }
 }
@@ -148,7 +148,7 @@ impl EventSource for OrderedSource {
 
     fn remarks(&self) -> Vec<String> {
         let doubt = if self.is_at_end { self.doubt() } else { None };
-        self.inner.remarks().into_iter().chain(self.found.remarks()).chain(doubt).collect()
+        self.inner.remarks().into_iter().chain(self.disorder.remarks()).chain(doubt).collect()
     }
 }
 

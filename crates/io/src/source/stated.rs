@@ -1,4 +1,4 @@
-//! What a caller says of a recording that its file does not state: unit and columns.
+//! Unit and columns of a recording, where its file does not state them.
 
 use std::str::FromStr;
 
@@ -56,17 +56,17 @@ impl FromStr for TimeUnit {
     }
 }
 
-/// Names of the columns t, x, y and p in a file that calls them otherwise than usual; numbers of
-/// columns from 0 on, where it has no names.
+/// Names of the columns t, x, y and p in a file that calls them otherwise than usual; their indices from
+/// 0 on, where it has no names.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct ColumnNames(pub [Option<String>; 4]);
 
 impl ColumnNames {
-    /// Numbers of columns, if all four are given as such.
-    pub(crate) fn numbers(&self) -> Option<[usize; 4]> {
-        let number = |name: &Option<String>| name.as_ref()?.parse().ok();
+    /// Indices of columns, if all four are given as such.
+    pub(crate) fn indices(&self) -> Option<[usize; 4]> {
+        let index = |name: &Option<String>| name.as_ref()?.parse().ok();
         let [t, x, y, p] = &self.0;
-        Some([number(t)?, number(x)?, number(y)?, number(p)?])
+        Some([index(t)?, index(x)?, index(y)?, index(p)?])
     }
 }
 

@@ -194,7 +194,7 @@ pub(super) fn parse(bytes: &[u8], known: &mut Known) -> Result<Option<Line>, Tex
         if words[0].trim_matches('"').starts_with(char::is_alphabetic) {
             return Err(TextFault::Names(text.trim().to_owned()));
         }
-        if let Some(places) = known.columns.numbers() {
+        if let Some(places) = known.columns.indices() {
             known.order = Some(FieldOrder { places, fields: count });
         }
     }

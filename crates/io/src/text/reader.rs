@@ -19,7 +19,7 @@ pub(super) const BOM: &[u8] = b"\xef\xbb\xbf";
 /// Bytes by which the order of columns without names is found.
 const SNIFFED: usize = 1 << 16;
 
-/// Rows from which on their values tell the order of columns.
+/// Rows from which on their values show the order of columns.
 const MIN_ROWS: usize = 20;
 
 /// Minimal count of events that decides about the order of columns.

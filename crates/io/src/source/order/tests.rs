@@ -28,7 +28,7 @@ fn ordered(
         order.give(ready, &mut out);
     }
     order.finish(&mut out)?;
-    Ok((out.t.iter().map(|t| t.0).collect(), order.found()))
+    Ok((out.t.iter().map(|t| t.0).collect(), order.disorder()))
 }
 
 fn refused(times: &[i64]) -> ClockFault {

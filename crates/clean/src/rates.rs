@@ -1,7 +1,12 @@
-//! Statistics of a recording by time and by pixel.
+//! Checks of a recording's rates: hot pixels, flicker of lamps, a full bus, gaps.
+//!
+//! # Model
+//! Events are counted by millisecond. A lamp shows as power at 100 or 120 Hz above that of white noise, a
+//! full bus as a ceiling that many milliseconds reach, lost packets as silences in the midst of events.
 
-use evpose_clean::{HotRule, PixelActivity};
 use evpose_core::{EventStream, Micros, SensorSize};
+
+use crate::{HotRule, PixelActivity};
 
 /// Width of a bin of time.
 const BIN: Micros = Micros(1_000);
@@ -20,33 +25,38 @@ const SATURATED: f64 = 0.1;
 const GAP_BINS: usize = 20;
 const BUSY: f64 = 20.0;
 
-/// Counts of events by pixel and by millisecond.
+/// Looks at the rates of a recording, batch by batch.
 #[derive(Debug)]
-pub(super) struct Survey {
+pub struct RateCheck {
     activity: PixelActivity,
     bins: Vec<u32>,
     begin: Option<Micros>,
 }
 
-/// What the counts show.
-#[derive(Debug, Default, serde::Serialize)]
-pub(super) struct Counts {
+/// Results of the check of rates.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct RateFindings {
     /// Pixels that fire far more often than their neighbours.
-    pub(super) hot_pixels: usize,
+    pub hot_pixels: usize,
     /// Frequency of a lamp, in Hz.
-    pub(super) flicker_hz: Option<f64>,
+    pub flicker_hz: Option<f64>,
     /// Rate of the whole sensor that is not exceeded, in events a second.
-    pub(super) saturated_at_hz: Option<f64>,
+    pub saturated_at_hz: Option<f64>,
     /// Silences of 20 ms and more in the midst of many events.
-    pub(super) gaps: usize,
+    pub gaps: usize,
 }
 
-impl Survey {
-    pub(super) fn new(sensor: SensorSize) -> Self {
+impl RateCheck {
+    /// A check of a recording of `sensor`, before its first events.
+    pub fn new(sensor: SensorSize) -> Self {
         Self { activity: PixelActivity::new(sensor), bins: Vec::new(), begin: None }
     }
 
-    pub(super) fn push(&mut self, events: &EventStream) {
+    /// Counts a batch.
+    ///
+    /// # Panics
+    /// If it is of a sensor of another size.
+    pub fn push(&mut self, events: &EventStream) {
         self.activity.push(events);
         for t in events.t() {
             let begin = *self.begin.get_or_insert(*t);
@@ -58,8 +68,9 @@ impl Survey {
         }
     }
 
-    pub(super) fn counts(&self) -> Counts {
-        Counts {
+    /// The findings so far.
+    pub fn findings(&self) -> RateFindings {
+        RateFindings {
             hot_pixels: self.activity.hot(HotRule::default()).len(),
             flicker_hz: flicker_hz(&self.bins),
             saturated_at_hz: saturated_at_hz(&self.bins),

@@ -1,12 +1,10 @@
 //! `evpose check`: whether a recording can be used as it is, on one page.
 
-mod survey;
-
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Result;
-use evpose_clean::{Checkup, CoordinateFit, Findings};
+use evpose_clean::{Checkup, CoordinateFit, Findings, RateCheck, RateFindings};
 use evpose_io::{Info, IoError, OpenOptions, info};
 use serde::Serialize;
 
@@ -14,7 +12,6 @@ use super::clean::passes::Passes;
 use crate::json::write_json;
 use crate::progress::say;
 use crate::tasks::opening::OpeningArgs;
-use survey::{Counts, Survey};
 
 /// Exit codes.
 const WITH_CHANGES: u8 = 10;
@@ -57,13 +54,29 @@ struct Report {
     events: u64,
     rate_hz: Option<f64>,
     on_share: Option<f64>,
-    counts: Counts,
+    rates: RateReport,
     /// Faults and what to do about each.
     changes: Vec<String>,
     /// Remarks that need no change.
     remarks: Vec<String>,
     /// The command to go on with.
     next: String,
+}
+
+/// Findings about rates, as written to JSON.
+#[derive(Debug, Default, Serialize)]
+struct RateReport {
+    hot_pixels: usize,
+    flicker_hz: Option<f64>,
+    saturated_at_hz: Option<f64>,
+    gaps: usize,
+}
+
+impl RateReport {
+    fn new(findings: &RateFindings) -> Self {
+        let RateFindings { hot_pixels, flicker_hz, saturated_at_hz, gaps } = *findings;
+        Self { hot_pixels, flicker_hz, saturated_at_hz, gaps }
+    }
 }
 
 /// Runs `evpose check`.
@@ -112,7 +125,7 @@ fn unreadable(path: &Path, error: &anyhow::Error) -> Report {
         events: 0,
         rate_hz: None,
         on_share: None,
-        counts: Counts::default(),
+        rates: RateReport::default(),
         changes: vec![format!("{error:#}")],
         remarks: Vec::new(),
         next: match is_settled {
@@ -124,13 +137,13 @@ fn unreadable(path: &Path, error: &anyhow::Error) -> Report {
 
 fn report(path: &Path, info: &Info, options: OpenOptions) -> Result<Report> {
     let (passes, account) = Passes::open(path, options)?;
-    let (mut checkup, mut survey) = (Checkup::new(account.sensor), Survey::new(account.sensor));
+    let (mut checkup, mut survey) = (Checkup::new(account.sensor), RateCheck::new(account.sensor));
     passes.read("checking", |events| {
         checkup.push(events);
         survey.push(events);
         Ok(())
     })?;
-    let (findings, counts) = (checkup.findings(), survey.counts());
+    let (findings, counts) = (checkup.findings(), survey.findings());
     let name = path.display();
     let mut changes = changes(&findings, &counts, &name.to_string());
     let mut remarks = info.warnings.clone();
@@ -160,18 +173,18 @@ fn report(path: &Path, info: &Info, options: OpenOptions) -> Result<Report> {
         events: info.events,
         rate_hz: info.rate_hz(),
         on_share: info.on_share(),
-        counts,
+        rates: RateReport::new(&counts),
         changes,
         remarks,
         next: format!("evpose infer --checkpoint body --events {name} --out poses.csv"),
     })
 }
 
-/// What is better changed before a network sees the recording, with the command.
-fn changes(findings: &Findings, counts: &Counts, name: &str) -> Vec<String> {
+/// Changes that help a network to see the recording, each with its command.
+fn changes(findings: &Findings, counts: &RateFindings, name: &str) -> Vec<String> {
     let mut changes = Vec::new();
     if findings.fit == CoordinateFit::Transposed {
-        changes.push("rows and columns are exchanged: --swap-xy".to_owned());
+        changes.push("coordinates fit the sensor when transposed: --swap-xy".to_owned());
     }
     let pixels = findings.columns.zip(findings.rows).map_or(0, |((left, right), (top, bottom))| {
         usize::from(right - left + 1) * usize::from(bottom - top + 1)
@@ -206,12 +219,12 @@ fn print(path: &Path, report: &Report) {
         line("polarity", format!("{:.1} % ON", 100.0 * on));
     }
     if report.format.is_some() {
-        line("hot", format!("{} pixels", report.counts.hot_pixels));
-        let lamp = report.counts.flicker_hz.map(|hz| format!("of {hz:.0} Hz"));
+        line("hot", format!("{} pixels", report.rates.hot_pixels));
+        let lamp = report.rates.flicker_hz.map(|hz| format!("of {hz:.0} Hz"));
         line("flicker", lamp.unwrap_or_else(|| "none of 100 or 120 Hz".to_owned()));
-        let full = report.counts.saturated_at_hz.map(|hz| format!("at {:.1} M/s", hz * 1e-6));
+        let full = report.rates.saturated_at_hz.map(|hz| format!("at {:.1} M/s", hz * 1e-6));
         line("bus", full.unwrap_or_else(|| "no ceiling".to_owned()));
-        line("gaps", report.counts.gaps.to_string());
+        line("gaps", report.rates.gaps.to_string());
     }
     report.remarks.iter().for_each(|remark| line("note", remark.clone()));
     report.changes.iter().for_each(|change| line("change", change.clone()));
