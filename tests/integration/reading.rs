@@ -42,7 +42,7 @@ const KINDS: [Disorder; 6] = [
     ),
     sorted(
         "wrapped",
-        |times| times.iter().map(|t| (t + (1 << 32) - 1_500_000) % (1 << 32)).collect(),
+        |times| times.iter().map(|t| (t + (1 << 32) - 1_300_000) % (1 << 32)).collect(),
         "began again 1 times: unwrapped",
     ),
     refused("restarted", |times| {
@@ -81,7 +81,7 @@ fn recording(times: &[i64]) -> String {
 fn every_command_answers_every_disorder_alike() {
     let sandbox = Sandbox::new();
     for kind in KINDS {
-        let times = (kind.times)((0..4_000).map(|k| 1_000_000 + 500 * k).collect());
+        let times = (kind.times)((0..4_000).map(|k| 1_000_000 + 150 * k).collect());
         let file = format!("{}.txt", kind.name);
         std::fs::write(sandbox.path(&file), recording(&times)).unwrap();
         for (number, command) in COMMANDS.iter().enumerate() {
@@ -109,7 +109,7 @@ fn every_command_answers_every_disorder_alike() {
 #[test]
 fn units_and_axes_that_were_stated_are_those_of_every_command() {
     let sandbox = Sandbox::new();
-    let times: Vec<i64> = (0..2_000).map(|k| 1_000_000 + 500 * k).collect();
+    let times: Vec<i64> = (0..2_000).map(|k| 1_000_000 + 2_000 * k).collect();
     std::fs::write(sandbox.path("us.txt"), recording(&times)).unwrap();
     let ns: Vec<i64> = times.iter().map(|t| 1_000 * t).collect();
     std::fs::write(sandbox.path("ns.txt"), recording(&ns)).unwrap();

@@ -61,6 +61,7 @@ pub struct Meter {
     pub restarts: Counter,
     /// Poses that sinks dropped because they could not keep up.
     pub dropped_poses: Counter,
+    remarks: Mutex<Vec<String>>,
     network: Mutex<Histogram<u64>>,
     propagated: Mutex<Histogram<u64>>,
 }
@@ -90,9 +91,20 @@ impl Meter {
             stalls: Counter::default(),
             restarts: Counter::default(),
             dropped_poses: Counter::default(),
+            remarks: Mutex::default(),
             network: Mutex::new(histogram()),
             propagated: Mutex::new(histogram()),
         }
+    }
+
+    /// Keeps the remarks of the source, which are complete at its end.
+    pub fn remark(&self, remarks: Vec<String>) {
+        *self.remarks.lock().unwrap_or_else(PoisonError::into_inner) = remarks;
+    }
+
+    /// Remarks of the source, in sentences without a full stop; none before its end.
+    pub fn remarks(&self) -> Vec<String> {
+        self.remarks.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// Counts a pose and adds its latency to the histogram of its origin.

@@ -67,7 +67,10 @@ fn feed(source: &mut dyn Source, queue: &PacketQueue, meter: &Meter) -> Result<(
         meter.slipped_us.add(increase(&mut slipped_us, slipped));
         // Events before a fault are valid.
         let host_time = match read {
-            Ok(None) => return Ok(()),
+            Ok(None) => {
+                meter.remark(source.remarks());
+                return Ok(());
+            }
             Ok(Some(host_time)) => host_time,
             Err(_) => Instant::now(),
         };

@@ -42,6 +42,11 @@ pub trait Source: Send + 'static {
     /// If the connection fails, or the data are damaged beyond recovery.
     fn next(&mut self, columns: &mut Columns) -> Result<Option<Instant>, LiveError>;
 
+    /// Remarks on the events so far, in sentences without a full stop.
+    fn remarks(&self) -> Vec<String> {
+        Vec::new()
+    }
+
     /// Event time per host time: 1 for a camera, the speed for a recording. None where events are
     /// read as fast as possible.
     fn pace(&self) -> Option<f64> {

@@ -215,6 +215,10 @@ impl Source for Replay {
         self.slipped
     }
 
+    fn remarks(&self) -> Vec<String> {
+        self.source.remarks()
+    }
+
     fn is_lossless(&self) -> bool {
         !self.options.is_real_time
     }

@@ -114,6 +114,9 @@ fn play(source: Box<dyn Source>, stream: Box<dyn OnlineStream>, args: &LiveArgs)
     let ended = stream.run(source, &mut sinks, &options, &control);
     let written = sinks.finish();
     let report = control.meter.report();
+    for remark in control.meter.remarks() {
+        note(format!("warning   {remark}"));
+    }
     status::print_summary(&report);
     drop(page);
     let shown = viewer.map_or(Ok(()), rerun::Viewer::finish);
