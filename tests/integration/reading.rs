@@ -63,9 +63,9 @@ const COMMANDS: [&str; 9] = [
     "represent FILE --of lnes --out OUT.npy",
     "view FILE --out OUT.png",
     "calibrate noise --events FILE",
-    "infer --checkpoint hand --events FILE --out OUT.csv",
-    "infer --checkpoint body --events FILE --out OUT.csv",
-    "live --source FILE --speed max --checkpoint body",
+    "infer --checkpoint hand --events FILE --out OUT.csv --stride-ms 100",
+    "infer --checkpoint body --events FILE --out OUT.csv --consensus false --stride-ms 100",
+    "live --source FILE --speed max --checkpoint body --stride-ms 100",
 ];
 
 /// A bar that moves over the sensor.
