@@ -186,6 +186,9 @@ fn changes(findings: &Findings, counts: &RateFindings, name: &str) -> Vec<String
     if findings.fit == CoordinateFit::Transposed {
         changes.push("coordinates fit the sensor when transposed: --swap-xy".to_owned());
     }
+    if findings.events > 1 && findings.step_us.is_none() {
+        changes.push("all events have one time stamp: store times with more digits".to_owned());
+    }
     let pixels = findings.columns.zip(findings.rows).map_or(0, |((left, right), (top, bottom))| {
         usize::from(right - left + 1) * usize::from(bottom - top + 1)
     });
