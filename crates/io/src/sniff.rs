@@ -24,7 +24,9 @@ pub(crate) fn is_time(values: &(impl ExactSizeIterator<Item = f64> + Clone)) -> 
 /// The usual orders that fit the values of columns, the likeliest last.
 pub(crate) fn fitting_orders(columns: &[Vec<f64>]) -> Vec<[usize; 4]> {
     let fits = |[t, x, y, p]: [usize; 4]| {
-        let is_pixel = |column: usize| columns[column].iter().all(|v| (0.0..65_536.0).contains(v));
+        let is_pixel = |column: usize| {
+            columns[column].iter().all(|v| (0.0..65_536.0).contains(v) && v.fract() == 0.0)
+        };
         // -1 as an integer of 32 bits without a sign is 4294967295.
         let is_polarity = |value: &f64| [0.0, 1.0, -1.0, 4_294_967_295.0].contains(value);
         columns[p].iter().all(is_polarity)

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use evpose_core::{Event, EventStream, EventStreamBuilder, Micros, SensorSize};
-use evpose_io::SensorOrigin;
+use evpose_io::{IoError, OpenOptions, Restarts, SensorOrigin};
 
 use crate::GapError;
 
@@ -32,12 +32,18 @@ pub fn load_recording(
     sensor: Option<SensorSize>,
 ) -> Result<LoadedRecording, GapError> {
     let path = path.as_ref();
-    let mut read = evpose_io::open(path)?;
+    let mut read = match evpose_io::open(path) {
+        // In a unit that is still unknown, a little disorder looks like much.
+        Err(IoError::NoOrder { .. }) => evpose_io::open_as(path, &by_stamps())?,
+        read => read?,
+    };
     let mut notes = read.remarks.clone();
     if let Some(given) = sensor {
         match read.sensor_origin {
             // The format only assumed its usual size: read again with the scene's.
-            SensorOrigin::Assumed => read = evpose_io::open_with(path, sensor)?,
+            SensorOrigin::Assumed => {
+                read = evpose_io::open_as(path, &OpenOptions { sensor, ..by_stamps() })?;
+            }
             SensorOrigin::Inferred => read.stream = placed(&read.stream, given, &mut notes),
             SensorOrigin::Stated | SensorOrigin::Given => {}
         }
@@ -67,6 +73,11 @@ pub fn load_recording(
         read.format
     )];
     Ok(LoadedRecording { events, outside, tick, provenance, notes })
+}
+
+/// All events by their time stamps.
+fn by_stamps() -> OpenOptions {
+    OpenOptions { restarts: Restarts::Sort, ..OpenOptions::default() }
 }
 
 /// Sorts events of equal time by pixel, row by row from the top.

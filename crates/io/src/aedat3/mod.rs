@@ -86,6 +86,8 @@ struct Packets {
     size: usize,
     offset_us: i64,
     is_polarity: bool,
+    /// Bytes of a packet of another type that are still to be passed over.
+    skipped: u64,
     others: u64,
     invalid: u64,
 }
@@ -104,6 +106,11 @@ impl Packets {
         if self.size == 0 || self.left > MAX_EVENTS {
             return Err("no header of a packet");
         }
+        if !self.is_polarity {
+            self.others += u64::from(self.left);
+            self.skipped = u64::from(self.left) * self.size as u64;
+            self.left = 0;
+        }
         Ok(())
     }
 }
@@ -118,6 +125,15 @@ impl Decoder for Packets {
         let mut at = 0;
         loop {
             let rest = &bytes[at..];
+            if self.skipped > 0 {
+                let passed = self.skipped.min(rest.len() as u64);
+                self.skipped -= passed;
+                at += passed as usize;
+                if self.skipped > 0 {
+                    return Ok(at);
+                }
+                continue;
+            }
             if self.left == 0 {
                 let Some(header) = rest.first_chunk::<PACKET>() else { return Ok(at) };
                 self.begin(header).map_err(|reason| DecodeFault { at, reason: reason.into() })?;
@@ -129,10 +145,7 @@ impl Decoder for Packets {
             }
             self.left -= 1;
             at += self.size;
-            let Some(event) = rest.first_chunk::<EVENT>().filter(|_| self.is_polarity) else {
-                self.others += 1;
-                continue;
-            };
+            let Some(event) = rest.first_chunk::<EVENT>() else { return Ok(at) };
             let data = u32::from_le_bytes([event[0], event[1], event[2], event[3]]);
             let time = u32::from_le_bytes([event[4], event[5], event[6], event[7]]);
             if data & 1 == 0 {
@@ -153,7 +166,6 @@ impl Decoder for Packets {
         [
             count(self.others, "events of frames, triggers and motion are passed over"),
             count(self.invalid, "events are marked as invalid: they are left out"),
-            count(self.left.into(), "events of the last packet are missing: the file is cut"),
         ]
         .into_iter()
         .flatten()

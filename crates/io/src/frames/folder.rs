@@ -1,5 +1,6 @@
 //! A folder of images, one frame each.
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use evpose_core::SensorSize;
@@ -34,7 +35,11 @@ impl Folder {
         let is_png = |image: &PathBuf| image_format(image) == Some(ImageFormat::Png);
         let (lossless, others): (Vec<_>, Vec<_>) = images.iter().cloned().partition(is_png);
         // A JPEG image beside every lossless frame is its preview.
-        let is_preview = |image: &PathBuf| lossless.contains(&image.with_extension("png"));
+        let stem = |image: &PathBuf| {
+            image.file_stem().map(|stem| stem.to_string_lossy().to_lowercase()).unwrap_or_default()
+        };
+        let stems: HashSet<String> = lossless.iter().map(stem).collect();
+        let is_preview = |image: &PathBuf| stems.contains(&stem(image));
         if !lossless.is_empty() {
             if !others.iter().all(is_preview) {
                 let fault = FrameFault::Mixed { png: lossless.len(), jpg: others.len() };

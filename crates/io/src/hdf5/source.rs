@@ -225,7 +225,7 @@ impl Hdf5Source {
             is_good[0] = is_time;
         } else {
             let (unit, offset) = (self.unit, self.t_offset);
-            let time = |value: i64| unit.whole(value.wrapping_add(offset));
+            let time = |value: i64| Some(Micros(unit.whole(value)?.0.wrapping_add(offset)));
             // No clock reaches the value that stands for none.
             is_good[0] = number
                 .whole(bytes, size, times, |value| time(value).unwrap_or(Micros(i64::MIN)))
@@ -261,7 +261,8 @@ impl Hdf5Source {
             number.floats(bytes, size, &mut us, |value| (value * unit_us).round() as i64);
         } else {
             number.whole(bytes, size, &mut us, |value| value);
-            return self.unit.whole(us[0].wrapping_add(self.t_offset));
+            let t = self.unit.whole(us[0])?;
+            return Some(Micros(t.0.wrapping_add(self.t_offset)));
         }
         Some(Micros(us[0].wrapping_add(self.t_offset)))
     }

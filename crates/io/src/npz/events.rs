@@ -57,6 +57,9 @@ impl Named {
     /// A remark on times that were stored as floats of 32 bits, if these are coarser than 1 µs.
     pub(super) fn coarse_times(&self) -> Option<String> {
         let column = &self.columns[0];
+        if !matches!(column, Column::Real(_)) {
+            return None;
+        }
         let values = || (0..column.len()).map(|k| column.real(k));
         let is_short = column.len() >= MANY
             && values().all(|value| f64::from(value as f32).to_bits() == value.to_bits());
@@ -66,7 +69,7 @@ impl Named {
         let unit_us = self.unit.map_or(usual, TimeUnit::microseconds);
         // A float of 32 bits has 24 binary digits.
         let step_us = longest * unit_us / f64::from(1 << 23);
-        (matches!(column, Column::Real(_)) && is_short && step_us > 1.0).then(|| {
+        (is_short && step_us > 1.0).then(|| {
             format!("times are floats of 32 bits, which are {step_us:.0} µs apart: store them as f8 or i8")
         })
     }

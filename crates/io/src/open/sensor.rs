@@ -6,7 +6,7 @@ use evpose_core::SensorSize;
 
 use super::SensorOrigin;
 use super::extent::Extent;
-use super::whole::{is_elsewhere, sensor_of};
+use super::whole::sensor_of;
 use crate::{Columns, IoError, OpenOptions};
 
 /// The size of the sensor of a recording and its origin. A file that does not state it is read
@@ -48,7 +48,7 @@ pub fn find_sensor(
     }
     if let Some(given) = options.sensor
         && !options.salvage
-        && is_elsewhere(outside, events)
+        && 10 * outside > events
     {
         return Err(IoError::SmallerSensor { path, given, extent: extent.size() });
     }

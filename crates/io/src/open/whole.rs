@@ -21,17 +21,11 @@ pub(super) fn read(
     // Sources that are in memory hand out their columns.
     let mut columns = source.take_all().unwrap_or_default();
     let mut remarks = Vec::new();
-    loop {
-        let before = columns.len();
-        match source.next(&mut columns) {
-            Ok(()) if columns.len() == before => break,
-            Ok(()) => {}
-            Err(damage) if options.salvage && damage.is_damage() => {
-                remarks.push(format!("the rest is lost: {damage}"));
-                break;
-            }
-            Err(other) => return Err(other),
+    match source.read_rest(&mut columns) {
+        Err(damage) if options.salvage && damage.is_damage() => {
+            remarks.push(format!("the rest is lost: {damage}"));
         }
+        read => read?,
     }
     // Remarks are complete only when everything has been read, but come before the loss.
     remarks.splice(0..0, source.remarks());

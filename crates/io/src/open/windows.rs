@@ -9,6 +9,9 @@ use super::whole::{is_elsewhere, sensor_of};
 use super::{SensorOrigin, input, source};
 use crate::{Columns, EventSource, IoError, OpenOptions};
 
+/// Events from which on their places show whether the sensor is another one.
+const MANY: usize = 10_000;
+
 /// A recording that is read window by window, forward or from place to place.
 ///
 /// Events outside the sensor are counted as that.
@@ -24,8 +27,9 @@ pub struct Windows {
     /// End of the discarded part.
     left_to: Micros,
     is_at_end: bool,
-    /// Events given so far, and those outside the sensor beside them.
-    given: usize,
+    /// Events read up to a time, each once, and those of them outside the sensor.
+    surveyed_to: Micros,
+    surveyed: usize,
     outside: usize,
     salvages: bool,
     /// Remark on the lost rest of a damaged file.
@@ -62,13 +66,14 @@ impl Windows {
         let mut windows = Self {
             path: path.to_owned(),
             source,
-            sensor: SensorSize { width: 1, height: 1 },
+            sensor: SensorSize { width: u16::MAX, height: u16::MAX },
             sensor_origin: SensorOrigin::Inferred,
             buffer: Columns::new(),
             read_to: Micros(i64::MIN),
             left_to: Micros(i64::MIN),
             is_at_end: false,
-            given: 0,
+            surveyed_to: Micros(i64::MIN),
+            surveyed: 0,
             outside: 0,
             salvages: options.salvage,
             lost: None,
@@ -79,6 +84,10 @@ impl Windows {
         // Later events may lie outside of the size: they are rejected.
         (windows.sensor, windows.sensor_origin) =
             sensor_of(path, header, options, || Extent::of(&windows.buffer).size())?;
+        (windows.surveyed_to, windows.surveyed, windows.outside) = (Micros(i64::MIN), 0, 0);
+        let first = std::mem::take(&mut windows.buffer);
+        windows.survey(0, &first)?;
+        windows.buffer = first;
         Ok(windows)
     }
 
@@ -164,15 +173,8 @@ impl Windows {
         self.leave_behind(window.start);
         events.clear();
         for k in 0..self.before(window.end) {
-            if events.push(self.buffer.event(k)).is_err() {
-                self.outside += 1;
-            }
-        }
-        self.given += events.len();
-        let (outside, events) = (self.outside, self.given + self.outside);
-        if is_elsewhere(outside, events) {
-            let (path, sensor) = (self.path.clone(), self.sensor);
-            return Err(IoError::Outside { path, sensor, outside, events });
+            // Those outside the sensor were counted when they were read.
+            let _ = events.push(self.buffer.event(k));
         }
         Ok(())
     }
@@ -212,6 +214,25 @@ impl Windows {
                 read?;
                 self.is_at_end = columns.len() == before;
             }
+        }
+        self.survey(before, columns)
+    }
+
+    /// Counts the events from `begin` on that were not read before, and those outside the sensor.
+    fn survey(&mut self, begin: usize, columns: &Columns) -> Result<(), IoError> {
+        let new = begin + columns.t[begin..].partition_point(|t| *t <= self.surveyed_to);
+        let outside = (new..columns.len())
+            .filter(|&k| !self.sensor.contains(columns.x[k], columns.y[k]))
+            .count();
+        self.surveyed += columns.len() - new;
+        self.outside += outside;
+        self.surveyed_to =
+            columns.t.last().copied().unwrap_or(self.surveyed_to).max(self.surveyed_to);
+        let (outside, events) = (self.outside, self.surveyed);
+        // Of the first few, many may be outside.
+        if (events >= MANY || self.is_at_end) && is_elsewhere(outside, events) {
+            let (path, sensor) = (self.path.clone(), self.sensor);
+            return Err(IoError::Outside { path, sensor, outside, events });
         }
         Ok(())
     }
@@ -287,6 +308,18 @@ mod tests {
                 Ok(())
             })
             .unwrap();
+    }
+
+    #[test]
+    fn windows_behind_a_wraparound_are_those_of_the_whole_recording() {
+        let times = (0..60_000_i64).map(|k| ((1 << 32) - 3_000_000 + 100 * k) % (1 << 32));
+        let lines = times.map(|t| format!("{t} 1 1 1\n"));
+        let text = "4 3\n".to_owned() + &lines.collect::<String>();
+        let mut windows = windows(&text, false).unwrap();
+        let late = (1 << 32) + 2_000_000;
+        assert_eq!(within(&mut windows, late, late + 1_000).len(), 10);
+        assert_eq!(windows.end().unwrap(), Micros((1 << 32) + 2_999_900));
+        assert_eq!(within(&mut windows, late, late + 1_000).len(), 10);
     }
 
     #[test]

@@ -88,6 +88,19 @@ pub trait EventSource: Send {
         None
     }
 
+    /// Appends all that is left.
+    ///
+    /// # Errors
+    /// As [`Self::next`].
+    fn read_rest(&mut self, columns: &mut Columns) -> Result<(), IoError> {
+        let mut before = usize::MAX;
+        while columns.len() != before {
+            before = columns.len();
+            self.next(columns)?;
+        }
+        Ok(())
+    }
+
     /// Goes to a place from which reading on gives every event at `t` or later whose predecessors
     /// are all earlier than `t`, and possibly some before it.
     ///

@@ -87,6 +87,10 @@ pub(crate) enum ClockFault {
 #[derive(Debug)]
 pub(crate) struct Order {
     restarts: Restarts,
+    /// The first events of a file, until there are enough to distinguish faults from the rest.
+    head: Option<Columns>,
+    /// Whether reading began within the file: what is early there is none of a few.
+    is_behind_seek: bool,
     /// Events of the file so far.
     read: u64,
     /// Events that wait for earlier ones, in order if `is_sorted`.
@@ -115,6 +119,8 @@ impl Order {
     pub(crate) fn new(restarts: Restarts) -> Self {
         Self {
             restarts,
+            head: Some(Columns::new()),
+            is_behind_seek: false,
             read: 0,
             waiting: Columns::new(),
             is_sorted: true,
@@ -131,6 +137,16 @@ impl Order {
             part: 1,
             disorder: Disorder::default(),
         }
+    }
+
+    /// As [`Self::new`], of events from a place within the file on.
+    pub(crate) fn behind_seek(restarts: Restarts) -> Self {
+        Self { head: None, is_behind_seek: true, ..Self::new(restarts) }
+    }
+
+    /// Whether there was any event.
+    pub(crate) fn is_untouched(&self) -> bool {
+        self.read == 0 && self.head.as_ref().is_none_or(Columns::is_empty)
     }
 
     pub(crate) fn disorder(&self) -> Disorder {
@@ -154,6 +170,14 @@ impl Order {
 
     /// Takes the next events of the file.
     pub(crate) fn push(&mut self, columns: &Columns) -> Result<(), ClockFault> {
+        if let Some(mut head) = self.head.take() {
+            if head.len() + columns.len() <= MANY {
+                head.append(columns);
+                self.head = Some(head);
+                return Ok(());
+            }
+            head.iter().try_for_each(|event| self.push_event(event))?;
+        }
         if self.is_plain(columns) {
             // The usual case: no event is looked at alone.
             let newest = self.newest.unwrap_or(Micros(i64::MIN));
@@ -221,7 +245,7 @@ impl Order {
     fn unwrapped(&mut self, t: Micros, newest: Micros) -> Micros {
         let wrapped = Micros(t.0.saturating_add(WRAP));
         if goes_on(wrapped, newest) && newest.0.saturating_sub(self.shift.0) < WRAP + FAR {
-            self.shift = self.shift + Micros(WRAP);
+            self.shift = Micros(self.shift.0.saturating_add(WRAP));
             self.disorder.wraparounds += 1;
             return wrapped;
         }
@@ -260,20 +284,16 @@ impl Order {
         if self.other.is_empty() {
             return Ok(());
         }
-        let other = std::mem::take(&mut self.other);
-        if self.of_run <= MANY {
-            let newest = self.newest.unwrap_or(self.other_newest);
-            for t in other.t.iter().filter(|t| **t < newest) {
-                self.disorder.sorted += 1;
-                self.disorder.delay = self.disorder.delay.max(span(*t, newest));
-            }
-            self.is_sorted = false;
-            self.waiting.append(&other);
-            return Ok(());
-        }
-        self.count_strays(&other.t, self.other_begin);
+        let times = std::mem::take(&mut self.other).t;
+        self.count_strays(&times, self.other_begin);
+        // Some strays may come together: few of all, but many so far.
+        self.check_strays(MANY)
+    }
+
+    /// Refuses a file of which more than one event in a thousand is a stray, from so many on.
+    fn check_strays(&self, from: usize) -> Result<(), ClockFault> {
         let Disorder { strays, .. } = self.disorder;
-        match strays > FEW as u64 && strays * ONE_IN > self.read {
+        match strays > from as u64 && strays * ONE_IN > self.read {
             true => Err(ClockFault::None { strays, events: self.read }),
             false => Ok(()),
         }
@@ -292,10 +312,7 @@ impl Order {
         let first = other.t.iter().copied().min().unwrap_or(newest);
         if self.of_run <= FEW && self.part == 1 {
             self.early.append(&std::mem::take(&mut self.waiting));
-            self.silence = match first < newest {
-                true => Micros(i64::MAX),
-                false => span(newest, first),
-            };
+            self.silence = span(newest.min(first), newest.max(first));
             (self.newest, self.oldest) = (None, Micros(i64::MAX));
             (self.of_run, self.is_sorted) = (0, true);
         } else if first < newest {
@@ -308,10 +325,11 @@ impl Order {
                 Restarts::Join => {
                     self.begin_part();
                     self.disorder.restarts += 1;
-                    self.shift = self.shift + span(first, newest);
+                    let later = span(first, newest);
+                    self.shift = Micros(self.shift.0.saturating_add(later.0));
                     self.newest = Some(newest);
                     for mut event in other.iter() {
-                        event.t = event.t + span(first, newest);
+                        event.t = Micros(event.t.0.saturating_add(later.0));
                         self.accept(event);
                     }
                     return Ok(());
@@ -335,7 +353,7 @@ impl Order {
     /// Count of the first events that can be given away.
     pub(crate) fn ready(&mut self) -> usize {
         // A few events at the beginning may turn out to be faults.
-        if self.of_run <= MANY && self.part == 1 {
+        if self.head.is_some() || self.of_run <= MANY && self.part == 1 && !self.is_behind_seek {
             return 0;
         }
         self.decide_early();
@@ -352,7 +370,9 @@ impl Order {
     fn decide_early(&mut self) {
         let early = std::mem::take(&mut self.early);
         let newest = self.newest.unwrap_or(self.oldest);
-        if self.of_run > MANY && is_far(self.silence, span(self.oldest, newest), self.of_run) {
+        let is_before = early.t.iter().all(|t| *t < self.oldest);
+        let is_fault = is_far(self.silence, span(self.oldest, newest), self.of_run);
+        if is_fault && !(is_before && self.is_behind_seek) {
             self.count_strays(&early.t, 0);
         } else if !early.is_empty() {
             self.waiting.append(&early);
@@ -370,6 +390,10 @@ impl Order {
 
     /// The file is over: everything is given away.
     pub(crate) fn finish(&mut self, columns: &mut Columns) -> Result<(), ClockFault> {
+        if let Some(head) = self.head.take() {
+            self.finish_small(&head, columns);
+            return Ok(());
+        }
         self.decide_early();
         if let Some(newest) = self.newest.filter(|newest| self.other_newest > *newest) {
             let silence = span(newest, self.other.t.iter().copied().min().unwrap_or(newest));
@@ -379,9 +403,29 @@ impl Order {
             }
         }
         self.leave_out_other()?;
+        self.give_all(columns);
+        if self.is_behind_seek { Ok(()) } else { self.check_strays(FEW) }
+    }
+
+    /// Gives everything away that waits.
+    pub(crate) fn give_all(&mut self, columns: &mut Columns) {
         self.sort();
         self.give(self.waiting.len(), columns);
-        Ok(())
+    }
+
+    /// Of so few events, none is known to be a fault: all are sorted.
+    fn finish_small(&mut self, head: &Columns, columns: &mut Columns) {
+        let mut newest = Micros(i64::MIN);
+        for t in &head.t {
+            if *t < newest {
+                self.disorder.sorted += 1;
+                self.disorder.delay = self.disorder.delay.max(span(*t, newest));
+            }
+            newest = newest.max(*t);
+        }
+        self.waiting.append(head);
+        self.is_sorted = false;
+        self.give_all(columns);
     }
 
     /// Stable: events of one time keep their order.

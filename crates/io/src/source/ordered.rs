@@ -21,6 +21,10 @@ pub(crate) struct OrderedSource {
     order: Order,
     batch: Columns,
     is_at_end: bool,
+    /// Whether stamps of the file were changed, so that its index does not lead to them.
+    is_shifted: bool,
+    /// Whether this pass began at the beginning.
+    is_whole_pass: bool,
     header: Header,
     swaps_xy: bool,
     /// Whether times count from the first event, and the time of that.
@@ -51,16 +55,24 @@ impl OrderedSource {
         }
         if options.restarts == Restarts::Sort {
             let mut all = inner.take_all().unwrap_or_default();
-            let mut before = usize::MAX;
-            while all.len() != before {
+            let (mut before, mut lost) = (usize::MAX, None);
+            while all.len() != before && lost.is_none() {
                 before = all.len();
-                inner.next(&mut all)?;
+                match inner.next(&mut all) {
+                    Err(damage) if options.salvage && damage.is_damage() => {
+                        lost = Some(format!("the rest is lost: {damage}"));
+                    }
+                    read => read?,
+                }
             }
             let early = all.t.windows(2).filter(|pair| pair[1] < pair[0]).count();
             let mut remarks = inner.remarks();
+            remarks.extend(lost);
             if early > 0 {
                 all.sort();
-                remarks.push(format!("{early} events are earlier than the one before: all sorted"));
+                remarks.push(format!(
+                    "{early} events are earlier than the one before: all are sorted by time"
+                ));
             }
             inner = Box::new(MemorySource::new(inner.header().clone(), all, remarks));
         }
@@ -71,6 +83,8 @@ impl OrderedSource {
             order: Order::new(options.restarts),
             batch: Columns::new(),
             is_at_end: false,
+            is_shifted: false,
+            is_whole_pass: true,
             header,
             swaps_xy: options.swap_xy,
             is_zeroed: options.zero_time,
@@ -92,9 +106,9 @@ impl OrderedSource {
     }
 
     fn note(&mut self) {
-        let disorder = self.order.disorder();
-        if disorder.sorted + disorder.strays >= self.disorder.sorted + self.disorder.strays {
-            self.disorder = disorder;
+        self.is_shifted |= !self.order.is_of_file();
+        if self.is_whole_pass {
+            self.disorder = self.order.disorder();
         }
     }
 }
@@ -124,6 +138,35 @@ impl EventSource for OrderedSource {
         None
     }
 
+    fn read_rest(&mut self, columns: &mut Columns) -> Result<(), IoError> {
+        let is_begun = !self.is_whole_pass || !self.order.is_untouched() || self.is_at_end;
+        if is_begun || !columns.is_empty() || matches!(self.restarts, Restarts::Part(_)) {
+            let mut before = usize::MAX;
+            while columns.len() != before {
+                before = columns.len();
+                self.next(columns)?;
+            }
+            return Ok(());
+        }
+        // Most recordings are in order: one look at all is faster than many at a little.
+        let read = self.inner.read_rest(columns);
+        if !is_in_order(&columns.t) {
+            let all = std::mem::take(columns);
+            let pushed = self.order.push(&all);
+            let given = pushed.and_then(|()| self.order.finish(columns));
+            if given.is_err() {
+                self.order.give_all(columns);
+            }
+            self.note();
+            if read.is_ok() {
+                given.map_err(|fault| self.fault(fault))?;
+            }
+        }
+        self.is_at_end = true;
+        self.adjust(0, columns);
+        read
+    }
+
     fn seek(&mut self, t: Micros) -> Result<(), IoError> {
         let t = match (self.is_zeroed, self.first) {
             (true, None) => Micros(i64::MIN),
@@ -131,14 +174,13 @@ impl EventSource for OrderedSource {
             (false, _) => t,
         };
         // The index of a file knows its own stamps alone.
-        let from = match self.order.is_of_file() {
-            true => Micros(t.0.saturating_sub(MAX_DELAY.0)),
-            false => Micros(i64::MIN),
-        };
-        self.inner.seek(from)?;
-        self.order = Order::new(self.restarts);
-        self.is_at_end = false;
-        self.events = 0;
+        let is_direct = !self.is_shifted && self.order.is_of_file() && t.0 > i64::MIN;
+        if !is_direct {
+            return self.begin_again();
+        }
+        self.inner.seek(Micros(t.0.saturating_sub(MAX_DELAY.0)))?;
+        self.order = Order::behind_seek(self.restarts);
+        (self.is_at_end, self.is_whole_pass) = (false, false);
         Ok(())
     }
 
@@ -147,12 +189,20 @@ impl EventSource for OrderedSource {
     }
 
     fn remarks(&self) -> Vec<String> {
-        let doubt = if self.is_at_end { self.doubt() } else { None };
+        let doubt = if self.is_at_end && self.is_whole_pass { self.doubt() } else { None };
         self.inner.remarks().into_iter().chain(self.disorder.remarks()).chain(doubt).collect()
     }
 }
 
 impl OrderedSource {
+    /// Goes to the beginning.
+    fn begin_again(&mut self) -> Result<(), IoError> {
+        self.inner.seek(Micros(i64::MIN))?;
+        self.order = Order::new(self.restarts);
+        (self.is_at_end, self.is_whole_pass, self.events) = (false, true, 0);
+        Ok(())
+    }
+
     /// Appends the next events in order.
     fn read_on(&mut self, columns: &mut Columns) -> Result<(), IoError> {
         let before = columns.len();
@@ -172,11 +222,20 @@ impl OrderedSource {
                     }
                     Ok(())
                 }
-                Err(fault) => Err(fault),
+                Err(fault) => {
+                    self.order.give_all(columns);
+                    Err(fault)
+                }
             };
             self.note();
-            given.map_err(|fault| self.fault(fault))?;
+            // Damage explains times without sense.
             read?;
+            given.map_err(|fault| self.fault(fault))?;
+            if is_last && !self.is_whole_pass && self.order.is_untouched() {
+                // Perhaps behind a wraparound, where the index of the file does not lead.
+                self.begin_again()?;
+                continue;
+            }
             self.is_at_end = is_last;
             if let Restarts::Part(part) = self.restarts
                 && is_last

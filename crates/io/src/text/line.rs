@@ -145,7 +145,8 @@ pub(super) fn fields(text: &str) -> impl Iterator<Item = &str> {
 pub(super) fn names(text: &str, given: &ColumnNames) -> Option<(FieldOrder, Option<TimeUnit>)> {
     // Names may have spaces in them where commas separate.
     let listed: Vec<&str> = match text.find([',', ';']) {
-        Some(_) => text.split([',', ';']).collect(),
+        // A separator at the end of lines begins no column.
+        Some(_) => text.trim_end().trim_end_matches([',', ';']).split([',', ';']).collect(),
         None => {
             // Tables of pandas begin with a nameless column of row indices.
             let unnamed = text.starts_with('\t').then_some("");

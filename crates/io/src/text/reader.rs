@@ -2,7 +2,7 @@
 
 use evpose_core::SensorSize;
 
-use super::line::{FieldOrder, GEOMETRY, Known, Line, fields, names, parse};
+use super::line::{FieldOrder, GEOMETRY, Known, Line, USUAL, fields, names, parse};
 use super::{TextFault, quick};
 use crate::sniff::{fitting_orders, is_time};
 use crate::{
@@ -18,6 +18,9 @@ pub(super) const BOM: &[u8] = b"\xef\xbb\xbf";
 
 /// Bytes by which the order of columns without names is found.
 const SNIFFED: usize = 1 << 16;
+
+/// Pixels that no sensor has in a row.
+const MAX_SIDE: f64 = 4_096.0;
 
 /// Rows from which on their values show the order of columns.
 const MIN_ROWS: usize = 20;
@@ -183,8 +186,16 @@ fn order_by_values(head: &[u8]) -> Option<FieldOrder> {
     if columns[0].len() < MIN_ROWS {
         return None;
     }
-    let places = *fitting_orders(&columns).last()?;
-    Some(FieldOrder { places, fields: columns.len() })
+    let fitting = fitting_orders(&columns);
+    let places = *fitting.last()?;
+    let span = |place: usize| {
+        let times = columns[place].iter().copied();
+        times.clone().fold(f64::MIN, f64::max) - times.fold(f64::MAX, f64::min)
+    };
+    // Where the usual order fits, too, the times of another are longer than any sensor is wide.
+    let (usual, found) = (span(USUAL.places[0]), span(places[0]));
+    let is_usual = fitting.contains(&USUAL.places) && !(found > MAX_SIDE && found > 10.0 * usual);
+    (!is_usual).then_some(FieldOrder { places, fields: columns.len() })
 }
 
 /// The first line with content, if it is one of a text of events, and whether one of those before

@@ -131,6 +131,35 @@ fn a_file_that_runs_backwards_or_at_random_is_refused_and_a_tiny_one_sorted() {
 }
 
 #[test]
+fn slow_recordings_backwards_and_at_random_are_refused_too() {
+    let backwards: Vec<i64> = (0..5_000).rev().map(|k| 20_000 * k).collect();
+    let random: Vec<i64> = (0..5_000).map(|k| (k * 7_919_993) % 600_000_000).collect();
+    for times in [backwards, random] {
+        assert!(ordered(&times, Restarts::Refuse, 64).is_err());
+    }
+}
+
+#[test]
+fn one_stray_is_left_out_whatever_its_number() {
+    let run: Vec<i64> = (0..3_000).map(|k| 1_700_000_000_000_000 + 667 * k).collect();
+    for at in [0, 1, 11, 50, 101, 2_000] {
+        let mut times = run.clone();
+        times.insert(at, 0);
+        let (out, disorder) = ordered(&times, Restarts::Refuse, 64).unwrap();
+        assert_eq!((out, disorder.strays), (run.clone(), 1), "{at}");
+    }
+}
+
+#[test]
+fn behind_a_seek_the_last_events_before_a_silence_are_no_faults() {
+    let times: Vec<i64> = (0..8).chain((0..500).map(|k| 90_000_000 + k)).collect();
+    let (mut order, mut out) = (Order::behind_seek(Restarts::Refuse), Columns::new());
+    order.push(&columns(times.iter().copied())).unwrap();
+    order.finish(&mut out).unwrap();
+    assert_eq!(out.t.iter().map(|t| t.0).collect::<Vec<_>>(), times);
+}
+
+#[test]
 fn events_of_one_time_stamp_do_not_wait_for_ever() {
     let mut order = Order::new(Restarts::Refuse);
     let mut out = Columns::new();
