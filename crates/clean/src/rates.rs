@@ -21,6 +21,8 @@ const FLICKER: f64 = 40.0;
 /// Share of the fullest bins' count that is their plateau, and share of all bins that lie on it.
 const PLATEAU: f64 = 0.97;
 const SATURATED: f64 = 0.1;
+/// Share of the fullest bins' count that a tenth of the bins stay below: steady rates have no ceiling.
+const VARIES: f64 = 0.6;
 /// Silence in the midst of events that is a gap, in bins, and the mean count around it.
 const GAP_BINS: usize = 20;
 const BUSY: f64 = 20.0;
@@ -107,8 +109,12 @@ fn flicker_hz(bins: &[u32]) -> Option<f64> {
 fn saturated_at_hz(bins: &[u32]) -> Option<f64> {
     let most = f64::from(*bins.iter().max()?);
     let full = bins.iter().filter(|count| f64::from(**count) >= PLATEAU * most).count();
-    let is_saturated =
-        bins.len() >= MIN_BINS && most >= BUSY && full as f64 > SATURATED * bins.len() as f64;
+    let quiet = bins.iter().filter(|count| f64::from(**count) < VARIES * most).count();
+    let share = |count: usize| count as f64 / bins.len() as f64;
+    let is_saturated = bins.len() >= MIN_BINS
+        && most >= BUSY
+        && share(full) > SATURATED
+        && share(quiet) > SATURATED;
     is_saturated.then(|| most / BIN.as_seconds())
 }
 

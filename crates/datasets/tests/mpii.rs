@@ -151,8 +151,8 @@ fn valid_persons_are_converted_and_the_rest_is_reported() {
         ]
     );
     let report = std::fs::read_to_string(options.output.join("conversion.json")).unwrap();
-    assert!(report.contains("no_head_box"), "{report}");
-    assert!(converted.to_string().starts_with("6 persons of 5 photographs"), "{converted}");
+    assert!(report.contains("no_center"), "{report}");
+    assert!(converted.to_string().starts_with("7 persons of 6 photographs"), "{converted}");
 
     // Nobody else has joints beside c_0, but a middle.
     let c = &ours["c_0.png"].label;
