@@ -5,6 +5,7 @@
 //! full bus as a ceiling that many milliseconds reach, lost packets as silences in the midst of events.
 
 use evpose_core::{EventStream, Micros, SensorSize};
+use serde::Serialize;
 
 use crate::{HotRule, PixelActivity};
 
@@ -36,7 +37,7 @@ pub struct RateCheck {
 }
 
 /// Results of the check of rates.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct RateFindings {
     /// Pixels that fire far more often than their neighbours.
     pub hot_pixels: usize,

@@ -54,29 +54,13 @@ struct Report {
     events: u64,
     rate_hz: Option<f64>,
     on_share: Option<f64>,
-    rates: RateReport,
+    rates: RateFindings,
     /// Faults and what to do about each.
     changes: Vec<String>,
     /// Remarks that need no change.
     remarks: Vec<String>,
     /// The command to go on with.
     next: String,
-}
-
-/// Findings about rates, as written to JSON.
-#[derive(Debug, Default, Serialize)]
-struct RateReport {
-    hot_pixels: usize,
-    flicker_hz: Option<f64>,
-    saturated_at_hz: Option<f64>,
-    gaps: usize,
-}
-
-impl RateReport {
-    fn new(findings: &RateFindings) -> Self {
-        let RateFindings { hot_pixels, flicker_hz, saturated_at_hz, gaps } = *findings;
-        Self { hot_pixels, flicker_hz, saturated_at_hz, gaps }
-    }
 }
 
 /// Runs `evpose check`.
@@ -125,7 +109,7 @@ fn unreadable(path: &Path, error: &anyhow::Error) -> Report {
         events: 0,
         rate_hz: None,
         on_share: None,
-        rates: RateReport::default(),
+        rates: RateFindings::default(),
         changes: vec![format!("{error:#}")],
         remarks: Vec::new(),
         next: match is_settled {
@@ -173,7 +157,7 @@ fn report(path: &Path, info: &Info, options: OpenOptions) -> Result<Report> {
         events: info.events,
         rate_hz: info.rate_hz(),
         on_share: info.on_share(),
-        rates: RateReport::new(&counts),
+        rates: counts,
         changes,
         remarks,
         next: format!("evpose infer --checkpoint body --events {name} --out poses.csv"),

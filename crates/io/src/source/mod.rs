@@ -93,12 +93,7 @@ pub trait EventSource: Send {
     /// # Errors
     /// As [`Self::next`].
     fn read_rest(&mut self, columns: &mut Columns) -> Result<(), IoError> {
-        let mut before = usize::MAX;
-        while columns.len() != before {
-            before = columns.len();
-            self.next(columns)?;
-        }
-        Ok(())
+        read_batches(self, columns)
     }
 
     /// Goes to a place from which reading on gives every event at `t` or later whose predecessors
@@ -117,4 +112,17 @@ pub trait EventSource: Send {
     fn remarks(&self) -> Vec<String> {
         Vec::new()
     }
+}
+
+/// Appends batch by batch what a source has left.
+fn read_batches(
+    source: &mut (impl EventSource + ?Sized),
+    columns: &mut Columns,
+) -> Result<(), IoError> {
+    let mut before = usize::MAX;
+    while columns.len() != before {
+        before = columns.len();
+        source.next(columns)?;
+    }
+    Ok(())
 }

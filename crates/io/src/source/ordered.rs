@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use evpose_core::{Micros, SensorSize};
 
 use super::order::{ClockFault, Disorder, MAX_DELAY, Order, is_in_order};
-use super::{EventSource, Header, MemorySource, OpenOptions, Restarts};
+use super::{EventSource, Header, MemorySource, OpenOptions, Restarts, read_batches};
 use crate::{Columns, IoError};
 
 /// Years since 1970 that no clock of a camera has reached.
@@ -141,12 +141,7 @@ impl EventSource for OrderedSource {
     fn read_rest(&mut self, columns: &mut Columns) -> Result<(), IoError> {
         let is_begun = !self.is_whole_pass || !self.order.is_untouched() || self.is_at_end;
         if is_begun || !columns.is_empty() || matches!(self.restarts, Restarts::Part(_)) {
-            let mut before = usize::MAX;
-            while columns.len() != before {
-                before = columns.len();
-                self.next(columns)?;
-            }
-            return Ok(());
+            return read_batches(self, columns);
         }
         // Most recordings are in order: one look at all is faster than many at a little.
         let read = self.inner.read_rest(columns);
