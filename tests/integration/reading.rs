@@ -56,13 +56,14 @@ const KINDS: [Disorder; 6] = [
 ];
 
 /// Commands that read `FILE`.
-const COMMANDS: [&str; 9] = [
+const COMMANDS: [&str; 10] = [
     "info FILE",
     "convert FILE OUT.npz",
     "clean FILE",
     "represent FILE --of lnes --out OUT.npy",
     "view FILE --out OUT.png",
     "calibrate noise --events FILE",
+    "gap run --measured FILE --scene none --quick --out OUT",
     "infer --checkpoint hand --events FILE --out OUT.csv --stride-ms 100",
     "infer --checkpoint body --events FILE --out OUT.csv --consensus false --stride-ms 100",
     "live --source FILE --speed max --checkpoint body --stride-ms 100",

@@ -14,6 +14,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, anyhow};
 use evpose_core::{Event, EventStream, Micros, TimeWindow};
 use evpose_gap::input::load_recording;
+use evpose_io::OpenOptions;
 use evpose_gap::run_files;
 use evpose_gap::verdict::{Finding, Quantity, Verdict};
 use evpose_io::format_for;
@@ -231,7 +232,7 @@ pub(crate) fn run(args: &RealArgs) -> Result<()> {
 }
 
 fn recording(path: &Path, args: &RealArgs, program: &Program, folder: &Path) -> Result<Recording> {
-    let events = load_recording(path, None).context(BadInput)?.events;
+    let events = load_recording(path, None, &OpenOptions::default()).context(BadInput)?.events;
     let seen = Aspect::ALL.into_iter().map(|a| Seen::new(a, &events, args, program, folder));
     let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
     Ok(Recording { file, aspects: seen.collect::<Result<_>>()? })

@@ -9,6 +9,7 @@ use evpose_gap::search::Identification;
 use evpose_gap::verdict::Answer;
 use evpose_gap::workflow::{ComparisonCase, FRAME_NUISANCE, HeldOut, Inputs, Prepared, prepared};
 use evpose_gap::{GapError, LightSequence};
+use evpose_io::OpenOptions;
 use evpose_io::aedat4::{
     Aedat4Packet, Compression, Content, Frame, PixelFormat, Stream, StreamKind, Writer,
 };
@@ -116,7 +117,8 @@ impl Shooting {
     /// Identifies effects in a recording of this sensor, with frames of an assumed response curve.
     fn identified(self, sensor: &SensorConfig, response: Response) -> Identification {
         let (_dir, path) = self.record(sensor, 1);
-        let LoadedShots { shots, recording } = load_shots(&path, response, 2.0).unwrap();
+        let LoadedShots { shots, recording } =
+            load_shots(&path, response, 2.0, &OpenOptions::default()).unwrap();
         let inputs = Inputs {
             train: ComparisonCase::new(&recording.events, shots.scene().unwrap()).unwrap(),
             held_out: HeldOut::Later,
@@ -204,7 +206,7 @@ fn background_is_a_parameter_of_the_model() {
 #[test]
 fn a_recording_without_frames_of_its_own_is_refused_with_what_to_do() {
     let (_dir, path) = USUAL.record(&camera(None), 2);
-    let refused = load_shots(&path, Response::Srgb, 2.0).unwrap_err();
+    let refused = load_shots(&path, Response::Srgb, 2.0, &OpenOptions::default()).unwrap_err();
     assert!(matches!(refused, GapError::NoFrames { .. }), "{refused}");
     let message = refused.to_string();
     assert!(message.contains("computed from events"), "{message}");

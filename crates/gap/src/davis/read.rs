@@ -49,6 +49,7 @@ pub fn load_shots(
     path: impl AsRef<Path>,
     response: Response,
     seconds: f64,
+    options: &OpenOptions,
 ) -> Result<LoadedShots, GapError> {
     let path = path.as_ref();
     let format = evpose_io::detect_format(path)?.name;
@@ -56,7 +57,7 @@ pub fn load_shots(
         let problem = format!("frames beside events are in AEDAT4 files, and this one is {format}");
         return Err(GapError::NoFrames { path: path.to_owned(), problem });
     }
-    let mut windows = Windows::open(path, &OpenOptions::default())?;
+    let mut windows = Windows::open(path, options)?;
     let size = windows.sensor();
     let Some(first) = windows.start() else {
         return Err(GapError::Recording(format!("{}: no events", path.display())));

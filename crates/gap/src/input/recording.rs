@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use evpose_core::{Event, EventStream, EventStreamBuilder, Micros, SensorSize};
-use evpose_io::{IoError, OpenOptions, Restarts, SensorOrigin};
+use evpose_io::{OpenOptions, SensorOrigin};
 
 use crate::GapError;
 
@@ -22,7 +22,7 @@ pub struct LoadedRecording {
     pub notes: Vec<String>,
 }
 
-/// Reads a recording. `sensor` is used if the file does not state its own;
+/// Reads a recording by `options`. `sensor` is used if neither the file nor the options state one;
 /// [`Problems`](super::Problems) compares it with that of the scene.
 ///
 /// # Errors
@@ -30,19 +30,16 @@ pub struct LoadedRecording {
 pub fn load_recording(
     path: impl AsRef<Path>,
     sensor: Option<SensorSize>,
+    options: &OpenOptions,
 ) -> Result<LoadedRecording, GapError> {
     let path = path.as_ref();
-    let mut read = match evpose_io::open(path) {
-        // In a unit that is still unknown, a little disorder looks like much.
-        Err(IoError::NoOrder { .. }) => evpose_io::open_as(path, &by_stamps())?,
-        read => read?,
-    };
+    let mut read = evpose_io::open_as(path, options)?;
     let mut notes = read.remarks.clone();
     if let Some(given) = sensor {
         match read.sensor_origin {
             // The format only assumed its usual size: read again with the scene's.
             SensorOrigin::Assumed => {
-                read = evpose_io::open_as(path, &OpenOptions { sensor, ..by_stamps() })?;
+                read = evpose_io::open_as(path, &OpenOptions { sensor, ..options.clone() })?;
             }
             SensorOrigin::Inferred => read.stream = placed(&read.stream, given, &mut notes),
             SensorOrigin::Stated | SensorOrigin::Given => {}
@@ -73,11 +70,6 @@ pub fn load_recording(
         read.format
     )];
     Ok(LoadedRecording { events, outside, tick, provenance, notes })
-}
-
-/// All events by their time stamps.
-fn by_stamps() -> OpenOptions {
-    OpenOptions { restarts: Restarts::Sort, ..OpenOptions::default() }
 }
 
 /// Sorts events of equal time by pixel, row by row from the top.

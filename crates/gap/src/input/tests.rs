@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use evpose_core::{Event, EventStream, Micros, Plane, Polarity, SensorSize};
+use evpose_io::{OpenOptions, TimeUnit};
 use evpose_sensor::{SensorConfig, SensorModel};
 
 use super::*;
@@ -175,6 +176,11 @@ fn frames_that_end_too_early_are_named() {
     assert!(error.contains("neither frames.npy nor a folder frames/"), "{error}");
 }
 
+/// As the file states it.
+fn load(path: &Path, sensor: Option<SensorSize>) -> Result<LoadedRecording, crate::GapError> {
+    load_recording(path, sensor, &OpenOptions::default())
+}
+
 fn write(path: &Path, events: &[(i64, u16, u16)]) {
     let lines: Vec<String> = events.iter().map(|(t, x, y)| format!("{t} {x} {y} 1")).collect();
     fs::write(path, lines.join("\n")).unwrap();
@@ -189,7 +195,7 @@ fn a_recording_without_a_sensor_takes_the_scenes_as_far_as_it_fits() {
         [(39, 29, SIZE), (20, 35, turned), (60, 60, SensorSize { width: 61, height: 61 })]
     {
         write(&path, &[(0, 0, 0), (1, x, y)]);
-        let loaded = load_recording(&path, Some(SIZE)).unwrap();
+        let loaded = load(&path, Some(SIZE)).unwrap();
         assert_eq!(loaded.events.sensor(), size);
         assert_eq!((loaded.events.len(), loaded.notes.len()), (2, 1));
     }
@@ -200,12 +206,29 @@ fn a_recording_of_nothing_is_refused_and_a_disordered_one_counted() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("events.txt");
     fs::write(&path, "40 30\n").unwrap();
-    let error = load_recording(&path, None).unwrap_err().to_string();
+    let error = load(&path, None).unwrap_err().to_string();
     assert!(error.contains("events.txt: no events"), "{error}");
     write(&path, &[(0, 0, 0), (9, 1, 1), (5, 2, 2)]);
-    let loaded = load_recording(&path, Some(SIZE)).unwrap();
+    let loaded = load(&path, Some(SIZE)).unwrap();
     assert!(loaded.notes[0].contains("1 events stood up to"), "{:?}", loaded.notes);
     assert!(loaded.events.t().is_sorted());
+}
+
+#[test]
+fn a_recording_is_read_in_the_unit_and_the_axes_that_are_given() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("events.txt");
+    write(&path, &[(0, 0, 0), (7, 2, 29)]);
+    let options = OpenOptions {
+        time_unit: Some(TimeUnit::Milliseconds),
+        swap_xy: true,
+        ..Default::default()
+    };
+    let events = load_recording(&path, Some(SIZE), &options).unwrap().events;
+    assert_eq!(
+        (events.t(), events.x(), events.y()),
+        (&[Micros(0), Micros(7000)][..], &[0, 29][..], &[0, 2][..])
+    );
 }
 
 #[test]

@@ -9,6 +9,7 @@ mod stated;
 mod unpacked;
 
 use evpose_core::{Micros, SensorSize};
+use serde::{Deserialize, Serialize};
 
 pub use blocks::{BlockSource, DecodeFault, Decoder};
 pub use input::{Input, ReadSeek};
@@ -20,7 +21,8 @@ pub(crate) use unpacked::unpacked;
 use crate::{Columns, IoError};
 
 /// Options for files that leave a choice.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct OpenOptions {
     /// The sensor, for files that do not state it.
     pub sensor: Option<SensorSize>,
@@ -44,7 +46,7 @@ pub struct OpenOptions {
 }
 
 /// The parts to read of a recording whose clock starts again within the file.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Restarts {
     /// Nothing: it is an error that says where.
     #[default]

@@ -3,11 +3,12 @@
 use std::str::FromStr;
 
 use evpose_core::Micros;
+use serde::{Deserialize, Serialize};
 
 use crate::names::unit_by_name;
 
 /// Unit of the times in a file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum TimeUnit {
     /// s
     Seconds,
@@ -58,7 +59,7 @@ impl FromStr for TimeUnit {
 
 /// Names of the columns t, x, y and p in a file that calls them otherwise than usual; their indices from
 /// 0 on, where it has no names.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ColumnNames(pub [Option<String>; 4]);
 
 impl ColumnNames {

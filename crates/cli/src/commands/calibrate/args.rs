@@ -31,6 +31,8 @@ pub struct ThresholdArgs {
     #[arg(long)]
     pub(crate) events: PathBuf,
     #[command(flatten)]
+    pub(crate) opening: OpeningArgs,
+    #[command(flatten)]
     pub(crate) frames: FrameArgs,
     /// Noise floor of the frames, relative to white: darker luminance is clamped to this
     #[arg(long, default_value_t = FLOOR)]

@@ -10,6 +10,7 @@ use anyhow::{Context, Result};
 use evpose_core::stats::interval::Interval;
 use evpose_core::{EventStream, SensorSize, atomic_write};
 use evpose_gap::input::load_recording;
+use evpose_io::OpenOptions;
 use evpose_sensor::{EffectConfig, SensorConfig};
 
 pub use args::CalibrateCommand;
@@ -25,8 +26,8 @@ pub fn run(command: &CalibrateCommand) -> Result<()> {
 }
 
 /// Reads all events of a file; `sensor` is the size for files that do not state it.
-fn read(path: &Path, sensor: SensorSize) -> Result<EventStream> {
-    let read = load_recording(path, Some(sensor))?;
+fn read(path: &Path, sensor: SensorSize, options: &OpenOptions) -> Result<EventStream> {
+    let read = load_recording(path, Some(sensor), options)?;
     for note in &read.notes {
         say(format!("note      {note}"));
     }

@@ -21,7 +21,8 @@ pub(super) fn run(args: &ThresholdArgs) -> Result<()> {
         args.floor
     );
     let mut source = args.frames.open()?;
-    let events = read(&args.events, source.size())?;
+    let options = args.opening.options(&args.events)?;
+    let events = read(&args.events, source.size(), &options)?;
     let mut run = ThresholdRun::new(source.size(), fps, args.floor, &events)
         .with_context(|| format!("{}, {}", args.frames.frames.display(), args.events.display()))?;
     let mut frame = Plane::for_sensor(source.size(), 0.0);

@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use clap::Subcommand;
 use evpose_gap::davis::Response;
 
+use crate::tasks::opening::OpeningArgs;
+
 /// Exit codes of the identification.
 const EXIT_CODES: &str = "Exit codes: 0 no gap, 10 a parameter differs, 11 effects are missing, 12 no known \
                           effect explains the gap, 13 undecided, 14 a part of the gap is explained, \
@@ -46,7 +48,7 @@ pub enum GapCommand {
 /// Recording, scene and model of a comparison.
 #[derive(Debug, clap::Args)]
 pub struct InputArgs {
-    /// The recording (.npz, .npy, .txt, .evc), recognised by content
+    /// The recording, in any supported format; `evpose convert --help` lists them
     #[arg(long)]
     pub(crate) measured: PathBuf,
     /// Its scene: a directory, a config of `evpose simulate` (CONFIG#N for sequence N, default 0),
@@ -95,6 +97,8 @@ pub struct InputArgs {
     /// CPU threads; all cores by default. The result does not depend on it
     #[arg(long)]
     pub(crate) threads: Option<usize>,
+    #[command(flatten)]
+    pub(crate) opening: OpeningArgs,
 }
 
 #[derive(Debug, clap::Args)]

@@ -6,6 +6,7 @@ use anyhow::{Result, bail};
 use evpose_gap::davis::load_shots;
 use evpose_gap::input::{Problem, Problems};
 use evpose_gap::workflow::{ComparisonCase, prepared};
+use evpose_io::OpenOptions;
 use evpose_sensor::SensorConfig;
 
 use super::inputs::Loaded;
@@ -17,6 +18,7 @@ use crate::progress::say;
 /// up.
 pub(super) fn load(
     measured: &Path,
+    options: &OpenOptions,
     source: &SceneSource,
     model: &SensorConfig,
     as_is: bool,
@@ -28,7 +30,7 @@ pub(super) fn load(
     if !(seconds > 0.0 && seconds.is_finite()) {
         bail!("--seconds {seconds}: must be greater than 0");
     }
-    let read = load_shots(measured, source.response.unwrap_or_default(), seconds)?;
+    let read = load_shots(measured, source.response.unwrap_or_default(), seconds, options)?;
     // All planes are kept in memory, so that the product decides, not either factor.
     let pixels = read.shots.planes() as f64 * read.shots.size().pixels() as f64;
     if pixels > MAX_PIXELS {

@@ -13,6 +13,7 @@ use evpose_gap::workflow::{
     ComparisonCase, FRAME_NUISANCE, HeldOut, Inputs, Nuisance, NuisanceSample, POSE_NUISANCE,
     Prepared, prepared, with_stamp_period,
 };
+use evpose_io::OpenOptions;
 use evpose_sensor::{STAGES, SensorConfig, SensorModel};
 
 use super::args::InputArgs;
@@ -47,22 +48,24 @@ pub(super) fn model(name: &str) -> Result<SensorConfig> {
 /// Reads a recording and its scene.
 pub(super) fn load(
     measured: &Path,
+    options: &OpenOptions,
     scene: &SceneSource,
     model: &SensorConfig,
     as_is: bool,
 ) -> Result<Loaded> {
     let load = if scene.is_frames() { davis::load } else { load_all };
-    load(measured, scene, model, as_is).context(BadInput)
+    load(measured, options, scene, model, as_is).context(BadInput)
 }
 
 fn load_all(
     measured: &Path,
+    options: &OpenOptions,
     source: &SceneSource,
     model: &SensorConfig,
     as_is: bool,
 ) -> Result<Loaded> {
     let scene = source.load()?;
-    let mut recording = load_recording(measured, Some(scene.scene.size()))?;
+    let mut recording = load_recording(measured, Some(scene.scene.size()), options)?;
     let mut duration_s = scene.duration_s;
     let is_part = scene.scene.duration().as_seconds() < PART * scene.duration_s;
     if source.is_rendered() || is_part {
@@ -191,7 +194,8 @@ pub(super) fn prepare(args: &InputArgs) -> Result<Prepared> {
         let problem = anyhow::anyhow!("--scene frames and --validate-scene frames go together");
         return Err(problem.context(BadInput));
     }
-    let train = load(&args.measured, &train_scene, &given, args.as_is)?;
+    let options = |recording: &Path| args.opening.options(recording).context(BadInput);
+    let train = load(&args.measured, &options(&args.measured)?, &train_scene, &given, args.as_is)?;
     let given = with_stamp_period(&given, train.tick);
     let mut notes = train.notes;
     if train.tick > Micros(1) {
@@ -201,7 +205,7 @@ pub(super) fn prepare(args: &InputArgs) -> Result<Prepared> {
     }
     let (held_out, held_out_shots) = match (&args.validate, &held_out_scene) {
         (Some(recording), Some(scene)) => {
-            let held_out = load(recording, scene, &given, args.as_is)?;
+            let held_out = load(recording, &options(recording)?, scene, &given, args.as_is)?;
             notes.extend(held_out.notes);
             (HeldOut::Recording(held_out.case), held_out.shots)
         }

@@ -86,7 +86,8 @@ fn alone(args: &InputArgs) -> Result<Written> {
         return Err(anyhow!("{option} needs a scene, and --scene is none").context(BadInput));
     }
     let model = inputs::model(&args.model)?;
-    let recording = load_recording(&args.measured, None).context(BadInput)?;
+    let options = args.opening.options(&args.measured).context(BadInput)?;
+    let recording = load_recording(&args.measured, None, &options).context(BadInput)?;
     for line in &recording.provenance {
         say(format!("read      {line}"));
     }
@@ -145,6 +146,7 @@ fn write(args: &RunArgs, written: &Written) -> Result<()> {
         scene_seconds: inputs.seconds,
         response: inputs.response.map(|response| response.to_string()),
         as_is: inputs.as_is,
+        reading: inputs.opening.options(&inputs.measured)?,
         held_s: written.held_out.map(|w| [w.start.as_seconds(), w.end.as_seconds()]),
         model: inputs.model.clone(),
         model_before: files::MODEL.to_owned(),

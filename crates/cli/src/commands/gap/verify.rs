@@ -39,7 +39,7 @@ pub(super) fn run(args: &VerifyArgs) -> Result<()> {
         response: info.response.as_deref().map(str::parse).transpose()?,
     };
     // With the model as given: the corrected one must not choose its own repairs.
-    let case = inputs::load(measured, &source, &before, info.as_is)?.case;
+    let case = inputs::load(measured, &info.reading, &source, &before, info.as_is)?.case;
     let Some([from, to]) = info.held_s else {
         bail!("run.json does not record the held-out window")
     };

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 use evpose_core::atomic_write;
 pub use evpose_gap::run_files::{CORRECTED, EVIDENCE, MODEL, REPORT, RUN, VERDICT};
+use evpose_io::OpenOptions;
 use serde::{Deserialize, Serialize};
 
 /// How a run was made: what `evpose gap verify` begins with.
@@ -43,6 +44,9 @@ pub struct RunInfo {
     pub response: Option<String>,
     /// Whether recordings were taken as they are.
     pub as_is: bool,
+    /// How recordings were read.
+    #[serde(default)]
+    pub reading: OpenOptions,
     /// Held-out window in seconds, of the second recording or else of the first.
     pub held_s: Option<[f64; 2]>,
     /// Preset or file, as typed.
