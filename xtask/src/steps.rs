@@ -25,7 +25,7 @@ macro_rules! with_features {
             $command,
             " --package=evpose --package=evpose-bench --package=evpose-body --package=evpose-cli",
             " --package=evpose-live --package=evpose-nn --package=evpose-studies",
-            " --features=onnx,rerun,peers,ndarray,wgpu,live,gltf ",
+            " --features=onnx,rerun,peers,ndarray,wgpu,live,gltf,zstd ",
             $rest
         )
     };
@@ -34,7 +34,7 @@ macro_rules! with_features {
 /// A call for the whole workspace with the same features.
 macro_rules! of_workspace {
     ($command:literal, $rest:literal) => {
-        concat!($command, " --workspace --features=onnx,rerun,peers,ndarray,wgpu,live,gltf ", $rest)
+        concat!($command, " --workspace --features=onnx,rerun,peers,ndarray,wgpu,live,gltf,zstd ", $rest)
     };
 }
 
