@@ -2,7 +2,7 @@
 
 use image::{GrayImage, ImageBuffer, Luma};
 
-use crate::harness::{Sandbox, bytes};
+use crate::harness::{Sandbox, bytes, stderr};
 
 const WIDTH: u32 = 24;
 const HEIGHT: u32 = 16;
@@ -164,4 +164,70 @@ fn the_sensor_bench_times_peers_on_its_frames() {
         assert_eq!(measured["peers"][0]["ns"], 1000.0);
         assert!(measured["median_ns"].as_f64().is_some_and(|ns| ns > 0.0));
     }
+}
+
+/// A program in place of ffmpeg: the same words about the same frames, at uneven times.
+#[cfg(unix)]
+#[test]
+fn frames_of_a_video_have_the_times_that_it_states() {
+    use std::os::unix::fs::PermissionsExt as _;
+
+    let sandbox = sandbox();
+    let programs = sandbox.path("programs");
+    std::fs::create_dir(&programs).unwrap();
+    let mut pixels = Vec::new();
+    let mut said = "Input #0, avi\n".to_owned();
+    for index in 0..FRAMES {
+        // Every second pause is three times as long.
+        let time_s = 7.0 + 0.02 * f64::from(index) + 0.02 * f64::from(index / 2);
+        said += &format!(
+            "[Parsed_showinfo_0 @ 0x5] n:{index} pts:{index} pts_time:{time_s} fmt:rgb24 s:{WIDTH}x{HEIGHT}\n"
+        );
+        pixels.extend(frame(index).as_raw().iter().flat_map(|code| [*code; 3]));
+    }
+    std::fs::write(sandbox.path("said"), said).unwrap();
+    std::fs::write(sandbox.path("pixels"), pixels).unwrap();
+    std::fs::write(sandbox.path("clip.avi"), "a video").unwrap();
+    let script =
+        "#!/bin/sh\ncase \"$*\" in *showinfo*) /bin/cat said >&2 ;; *) /bin/cat pixels ;; esac\n";
+    let program = programs.join("ffmpeg");
+    std::fs::write(&program, script).unwrap();
+    std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).unwrap();
+
+    let line = ["events", "--frames", "clip.avi", "--sensor", "eventhands", "--out", "clip.txt"];
+    let run = |path: &std::path::Path, more: &[&str]| {
+        sandbox.evpose(&[&line[..], more].concat()).env("PATH", path).output().unwrap()
+    };
+    let output = run(&programs, &[]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let times = |name: &str| {
+        let text = String::from_utf8(bytes(&sandbox.path(name))).unwrap();
+        let times = text.lines().skip(1).map(|line| line.split(' ').next().unwrap().to_owned());
+        let mut times: Vec<i64> = times.map(|t| t.parse().unwrap()).collect();
+        times.dedup();
+        times
+    };
+    let stated: Vec<i64> = (1..12).map(|n| 20_000 * (n + n / 2)).collect();
+    assert_eq!(times("clip.txt"), stated);
+    // A rate that is given wins; the pixels are those of the images.
+    assert!(run(&programs, &["--fps", "1000"]).status.success());
+    let video = bytes(&sandbox.path("clip.txt"));
+    let of_images = "events --frames images --fps 1000 --sensor eventhands --out images.txt";
+    sandbox.run(of_images, &[]);
+    assert_eq!(video, bytes(&sandbox.path("images.txt")));
+
+    // Without the program, with one that fails, and with frames that end too early.
+    let output = run(&sandbox.path("images"), &[]);
+    assert!(
+        !output.status.success() && stderr(&output).contains("install it"),
+        "{}",
+        stderr(&output)
+    );
+    std::fs::write(sandbox.path("pixels"), "too few").unwrap();
+    let output = run(&programs, &[]);
+    assert!(stderr(&output).contains("frame 0 of 12"), "{}", stderr(&output));
+    std::fs::write(&program, "#!/bin/sh\necho 'clip.avi: Invalid data found' >&2\nexit 1\n")
+        .unwrap();
+    let output = run(&programs, &[]);
+    assert!(stderr(&output).contains("Invalid data"), "{}", stderr(&output));
 }

@@ -34,7 +34,11 @@ macro_rules! with_features {
 /// A call for the whole workspace with the same features.
 macro_rules! of_workspace {
     ($command:literal, $rest:literal) => {
-        concat!($command, " --workspace --features=onnx,rerun,peers,ndarray,wgpu,live,gltf,zstd ", $rest)
+        concat!(
+            $command,
+            " --workspace --features=onnx,rerun,peers,ndarray,wgpu,live,gltf,zstd ",
+            $rest
+        )
     };
 }
 

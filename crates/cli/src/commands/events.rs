@@ -21,6 +21,7 @@ use crate::threads::{sensor_threads, use_threads};
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  \
     evpose events --frames video/ --fps 120 --encoding srgb --sensor davis346 --out events.npz\n  \
+    evpose events --frames clip.mp4 --encoding srgb --upsample 10 --sensor davis346 --out events.npz\n  \
     evpose events --frames frames.npy --fps 1000 --sensor v2e-clean --out events.txt")]
 pub struct EventsArgs {
     #[command(flatten)]
@@ -48,7 +49,6 @@ pub struct EventsArgs {
 /// Runs `evpose events`.
 pub fn run(args: &EventsArgs) -> Result<()> {
     let format = format_for(&args.out)?;
-    let clock = FrameClock::new(args.frames.fps, args.upsample)?;
     let sensor = sensor(args)?;
     use_threads(args.threads)?;
     let model = SensorModel::from_config(&sensor)?;
@@ -58,6 +58,11 @@ pub fn run(args: &EventsArgs) -> Result<()> {
         "{}: at least two frames are required",
         args.frames.frames.display()
     );
+    let clock = match (args.frames.fps, source.times_s()) {
+        // A given rate wins: slow-motion videos state that of their playback.
+        (None, Some(times)) => FrameClock::of_times(times, args.upsample)?,
+        _ => FrameClock::new(args.frames.rate()?, args.upsample)?,
+    };
     let model = model.with_threads(sensor_threads(source.size()));
     let mut run = model.start(source.size(), args.seed);
     let events = convert(&mut source, &clock, &mut run)?;
@@ -96,7 +101,9 @@ fn sensor(args: &EventsArgs) -> Result<SensorConfig> {
 
 /// Time stamps of frames and of the steps between them.
 struct FrameClock {
+    /// The mean rate, for frames that state their times.
     fps: f64,
+    times_s: Option<Vec<f64>>,
     steps: u32,
 }
 
@@ -107,14 +114,30 @@ impl FrameClock {
                 "--fps {fps} in --upsample {steps} steps: expected up to a million steps a second"
             );
         }
-        Ok(Self { fps, steps })
+        Ok(Self { fps, times_s: None, steps })
+    }
+
+    fn of_times(times_s: &[f64], steps: u32) -> Result<Self> {
+        ensure!(
+            times_s.is_sorted_by(|a, b| a < b),
+            "the video states times that do not increase: give --fps"
+        );
+        let duration_s = times_s.last().copied().unwrap_or(0.0);
+        let fps = (times_s.len() as f64 - 1.0) / duration_s;
+        Ok(Self { times_s: Some(times_s.to_vec()), ..Self::new(fps, steps)? })
     }
 
     /// Time stamp of a step towards a frame: the last step is the frame itself.
     fn at(&self, frame: u64, step: u32) -> Micros {
-        let steps = f64::from(self.steps);
-        let frames = frame as f64 - f64::from(self.steps - step) / steps;
-        Micros::from_seconds(frames / self.fps)
+        let share = f64::from(self.steps - step) / f64::from(self.steps);
+        Micros::from_seconds(match &self.times_s {
+            None => (frame as f64 - share) / self.fps,
+            Some(times) => {
+                let time = times[frame as usize];
+                let before = (frame as usize).checked_sub(1).map_or(time, |before| times[before]);
+                time - (time - before) * share
+            }
+        })
     }
 }
 
@@ -165,11 +188,14 @@ fn convert(source: &mut FrameSource, clock: &FrameClock, run: &mut SensorRun) ->
 
 impl Converted {
     fn report(&self, source: &FrameSource, clock: &FrameClock, repaired: u64) {
+        let rate = match clock.times_s {
+            None => format!("{} fps", clock.fps),
+            Some(_) => format!("{:.3} fps on average, at the times of the video", clock.fps),
+        };
         say(format!(
-            "frames    {} of {} at {} fps, {} steps each; {}, {}, white at {}",
+            "frames    {} of {} at {rate}, {} steps each; {}, {}, white at {}",
             source.frames(),
             source.size(),
-            clock.fps,
             clock.steps,
             source.depth(),
             source.encoding(),
@@ -208,7 +234,10 @@ fn provenance(args: &EventsArgs, source: &FrameSource, sensor: &SensorConfig) ->
     frames.insert("count".into(), i64::try_from(source.frames())?.into());
     frames.insert("width".into(), i64::from(source.size().width).into());
     frames.insert("height".into(), i64::from(source.size().height).into());
-    frames.insert("fps".into(), args.frames.fps.into());
+    // Without it, the times are those of the video.
+    if let Some(fps) = args.frames.fps {
+        frames.insert("fps".into(), fps.into());
+    }
     frames.insert("upsample".into(), i64::from(args.upsample).into());
     frames.insert("encoding".into(), source.encoding().name().into());
     frames.insert("white".into(), source.white().into());
@@ -231,6 +260,10 @@ mod tests {
         assert_eq!(times, [2_500, 5_000, 7_500, 10_000]);
         assert_eq!(FrameClock::new(30.0, 1)?.at(2, 1), Micros(66_667));
         assert_eq!(FrameClock::new(1000.0, 1)?.at(0, 1), Micros(0));
+        let clock = FrameClock::of_times(&[0.0, 0.04, 0.14], 2)?;
+        let times =
+            [(0, 2), (1, 1), (1, 2), (2, 1), (2, 2)].map(|(frame, step)| clock.at(frame, step).0);
+        assert_eq!(times, [0, 20_000, 40_000, 90_000, 140_000]);
         Ok(())
     }
 

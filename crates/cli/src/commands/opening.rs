@@ -3,19 +3,20 @@
 use std::path::PathBuf;
 
 use crate::tasks::opening::OpeningArgs;
-use anyhow::Result;
+use anyhow::{Context, Result};
 use evpose_io::{Encoding, FrameSource};
 
 /// Frames and their luminance.
 #[derive(Debug, clap::Args)]
 pub(crate) struct FrameArgs {
     /// A folder of .png or .jpg images (8 or 16 bits, grey or colour, in natural order of their
-    /// names), or an .npy array (frames, height, width) of u1, u2, f2, f4 or f8
+    /// names), an .npy array (frames, height, width) of u1, u2, f2, f4 or f8, or a video, which the
+    /// program ffmpeg decodes
     #[arg(long)]
     pub(crate) frames: PathBuf,
-    /// Frames per second; the first is at time 0
+    /// Frames per second; the first is at time 0 [default: the times that a video states]
     #[arg(long)]
-    pub(crate) fps: f64,
+    pub(crate) fps: Option<f64>,
     /// Encoding of luminance: `linear`, as v2e assumes, or `srgb`, as cameras and video files store
     /// it
     #[arg(long, default_value = "linear", value_parser = ["linear", "srgb"])]
@@ -26,6 +27,11 @@ pub(crate) struct FrameArgs {
 }
 
 impl FrameArgs {
+    /// The rate that must be given.
+    pub(crate) fn rate(&self) -> Result<f64> {
+        self.fps.context("--fps is required, for frames at a constant rate")
+    }
+
     /// Opens the frames.
     pub(crate) fn open(&self) -> Result<FrameSource> {
         let encoding: Encoding = self.encoding.parse().map_err(anyhow::Error::msg)?;

@@ -38,8 +38,10 @@ pub enum FrameFault {
         /// Count of .jpg images.
         jpg: usize,
     },
-    /// An image that cannot be decoded.
+    /// An image or a video that cannot be decoded.
     Undecodable(String),
+    /// A video where there is no `ffmpeg`.
+    NoDecoder,
     /// An image whose pixels are neither codes of 8 nor of 16 bits.
     Pixels(String),
     /// A file that is no `.npy` array, with the reason.
@@ -90,8 +92,12 @@ impl fmt::Display for FrameFault {
                 "{png} .png and {jpg} .jpg images in one folder: keep frames of one kind in it"
             ),
             Self::Undecodable(why) => write!(f, "cannot be decoded: {why}"),
+            Self::NoDecoder => f.write_str(
+                "a video is decoded by the program ffmpeg, which is not on the path: install it, or \
+                 write the frames as images elsewhere: ffmpeg -i VIDEO frames/%06d.png",
+            ),
             Self::Pixels(actual) => write!(f, "pixels of type {actual}, expected 8 or 16 bits"),
-            Self::NotAnArray(why) => write!(f, "neither a folder nor an .npy array: {why}"),
+            Self::NotAnArray(why) => write!(f, "neither a folder, an .npy array nor a video: {why}"),
             Self::Shape(shape) => {
                 write!(f, "an array of shape {shape:?}, expected (frames, height, width)")
             }

@@ -145,7 +145,12 @@ fn grey<T: Copy + Into<usize>, const N: usize>(codes: &[T], light: &Light, out: 
     }
 }
 
-fn colour<T: Copy + Into<usize>, const N: usize>(codes: &[T], light: &Light, out: &mut [f32]) {
+/// Light of pixels of red, green, blue and, for `N` of 4, what else.
+pub(super) fn colour<T: Copy + Into<usize>, const N: usize>(
+    codes: &[T],
+    light: &Light,
+    out: &mut [f32],
+) {
     for (y, pixel) in out.iter_mut().zip(codes.as_chunks::<N>().0) {
         *y = light.rgb_to_light([pixel[0], pixel[1], pixel[2]]);
     }

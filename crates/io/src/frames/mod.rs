@@ -1,11 +1,12 @@
 //! The light of an image sequence, one frame at a time.
 //!
 //! A folder of `.png` images, in the natural order of their names (2 before 10), or of `.jpg`
-//! images if it has none of those, or an `.npy` array of shape `(frames, height, width)`:
+//! images if it has none of those, an `.npy` array of shape `(frames, height, width)`, or a video,
+//! if the program `ffmpeg` is there:
 //!
 //! | source | values | white, unless given |
 //! |---|---|---|
-//! | 8-bit images, `u1` | codes | 255 |
+//! | 8-bit images, `u1`, videos | codes | 255 |
 //! | 16-bit images, `u2` | codes | 65535 |
 //! | `f2`, `f4`, `f8` | floats | 1 |
 //!
@@ -21,6 +22,7 @@ mod folder;
 mod light;
 mod natural;
 mod npy;
+mod video;
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -32,6 +34,7 @@ use crate::IoError;
 use folder::Folder;
 use light::Light;
 use npy::NpyFrames;
+use video::Video;
 
 pub use fault::{FrameDepth, FrameFault};
 pub use npy::write_codes;
@@ -58,13 +61,16 @@ pub struct FrameSource {
 enum Kind {
     Folder(Folder),
     Npy(NpyFrames),
+    // It owns a process, which the others do not.
+    Video(Box<Video>),
 }
 
 impl FrameSource {
-    /// Opens a folder or an array. Without `white`, the largest code or 1 is white.
+    /// Opens a folder, an array or a video. Without `white`, the largest code or 1 is white.
     ///
     /// # Errors
-    /// If there are no frames, the first cannot be read, or an array is not as long as it says.
+    /// If there are no frames, the first cannot be read, an array is not as long as it says, or there
+    /// is no `ffmpeg` for a video.
     pub fn open(
         path: impl AsRef<Path>,
         encoding: Encoding,
@@ -77,12 +83,15 @@ impl FrameSource {
         }
         let kind = if path.is_dir() {
             Kind::Folder(Folder::open(path)?)
+        } else if video::is_video(path) {
+            Kind::Video(Box::new(Video::open(path)?))
         } else {
             Kind::Npy(NpyFrames::open(path)?)
         };
         let depth = match &kind {
             Kind::Folder(folder) => folder.depth(),
             Kind::Npy(npy) => npy.depth(),
+            Kind::Video(_) => FrameDepth::Eight,
         };
         // The level of white depends on the depth, known from the first frame alone.
         let light = Light::new(depth, encoding, white);
@@ -99,6 +108,7 @@ impl FrameSource {
         match &self.kind {
             Kind::Folder(folder) => folder.size(),
             Kind::Npy(npy) => npy.size(),
+            Kind::Video(video) => video.size(),
         }
     }
 
@@ -107,6 +117,15 @@ impl FrameSource {
         match &self.kind {
             Kind::Folder(folder) => folder.frames(),
             Kind::Npy(npy) => npy.frames(),
+            Kind::Video(video) => video.times_s().len() as u64,
+        }
+    }
+
+    /// Seconds of each frame since the first, where the source states them.
+    pub fn times_s(&self) -> Option<&[f64]> {
+        match &self.kind {
+            Kind::Video(video) => Some(video.times_s()),
+            Kind::Folder(_) | Kind::Npy(_) => None,
         }
     }
 
@@ -137,6 +156,7 @@ impl FrameSource {
         match &mut self.kind {
             Kind::Folder(folder) => folder.next_into(&self.light, frame.data_mut()),
             Kind::Npy(npy) => npy.next_into(&self.light, frame.data_mut()),
+            Kind::Video(video) => video.next_into(&self.path, &self.light, frame.data_mut()),
         }
     }
 }

@@ -13,7 +13,7 @@ use crate::progress::{bar, say};
 const DARK_OFFSET: f64 = 1e-3;
 
 pub(super) fn run(args: &ThresholdArgs) -> Result<()> {
-    let fps = args.frames.fps;
+    let fps = args.frames.rate()?;
     anyhow::ensure!(fps > 0.0 && fps <= 1e6, "--fps {fps}: expected up to 1e6");
     anyhow::ensure!(
         args.floor > 0.0 && args.floor < 1.0,
