@@ -16,7 +16,7 @@ fn a_body_is_exported_quantized_evaluated_and_used() {
     sandbox.ok(&tiny_body(&["simulate", "finetune", "--out", "data"]));
 
     let said = sandbox.ok(&["export", "--checkpoint", "run", "--onnx", "body.onnx"]);
-    assert!(said.contains("move_enet of width 0.25, input 1x3x32x32"), "{said}");
+    assert!(said.contains("move_enet of width 0.25, input batchx3x32x32"), "{said}");
     let graph = ModelProto::decode(&*bytes(&sandbox.path("body.onnx"))).unwrap().graph.unwrap();
     assert_eq!(graph.output.len(), 4);
     // Its own config is not needed: the file describes itself.

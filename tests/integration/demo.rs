@@ -60,7 +60,8 @@ fn is_self_contained(report: &str) {
 fn the_demo_ends_with_metrics_and_a_report_and_its_checkpoint_can_be_used() {
     let sandbox = Sandbox::new();
     let output = sandbox.ok(&tiny(&["demo", "--out", "demo", "--stride-ms", "10"]));
-    assert!(output.trim_end().ends_with("report.html"), "{output}");
+    let next = output.trim_end().lines().last().unwrap();
+    assert!(next.starts_with("next:    evpose infer --checkpoint demo/train"), "{output}");
 
     let metrics: Value =
         serde_json::from_slice(&bytes(&sandbox.path("demo/metrics.json"))).unwrap();
@@ -136,13 +137,18 @@ fn a_demo_of_a_minute_shows_the_network_that_ships() {
     let demo = ["demo", "--minutes", "1", "--out", "shown", "--stride-ms", "20"];
     let small = ["--set", "evaluation.sequences=2", "--set", "evaluation.seconds=0.4"];
     let output = sandbox.ok(&[&demo[..], &small].concat());
-    assert!(output.contains("hand.bpk") && output.trim_end().ends_with("report.html"), "{output}");
+    assert!(output.contains("hand.bpk") && output.contains("report.html"), "{output}");
+    assert!(output.contains("nothing was trained"), "{output}");
+    let next = output.trim_end().lines().last().unwrap();
+    assert!(next.starts_with("next:    evpose demo --minutes 9"), "{output}");
     for file in ["config.toml", "run.toml", "frames.png"] {
         assert!(sandbox.path("shown").join(file).exists(), "{file} is missing");
     }
     let report = String::from_utf8(bytes(&sandbox.path("shown/report.html"))).unwrap();
     let metrics = serde_json::from_slice(&bytes(&sandbox.path("shown/metrics.json"))).unwrap();
     is_of_its_metrics(&report, &metrics);
+    // No section without content.
+    assert!(report.contains("Nothing was trained") && !report.contains("Learning curves"));
     let message = sandbox.fails(&["demo", "--minutes", "0"]);
     assert!(message.contains("--minutes"), "{message}");
 }

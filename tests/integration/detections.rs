@@ -4,6 +4,7 @@ use std::path::Path;
 
 use evpose_core::{CounterRng, Event, EventStream, Micros, Polarity};
 use evpose_io::poses::{TimedPose, read_poses};
+use evpose_pose::PoseOrigin;
 
 use crate::harness::{Sandbox, stderr};
 
@@ -28,7 +29,7 @@ fn noise(sandbox: &Sandbox, name: &str, count: u64) {
     std::fs::write(sandbox.path(name), text).unwrap();
 }
 
-/// The poses of a network of bodies, and the notes of the command.
+/// The rows of a network of bodies, and the notes of the command, which fails if all of them are of nobody.
 fn infer(
     sandbox: &Sandbox,
     network: &str,
@@ -39,8 +40,11 @@ fn infer(
     let infer = ["infer", "--checkpoint", &network, "--events", events];
     let output =
         sandbox.evpose(&[&infer[..], &["--out", "poses.csv"], more].concat()).output().unwrap();
-    assert!(output.status.success(), "{}", stderr(&output));
-    (read_poses(&sandbox.path("poses.csv")).unwrap().poses, stderr(&output))
+    let poses = read_poses(&sandbox.path("poses.csv")).unwrap().poses;
+    assert_eq!(output.status.success(), detected(&poses) > 0, "{}", stderr(&output));
+    let origins = poses.iter().map(|pose| pose.origin == Some(PoseOrigin::Nobody));
+    assert!(origins.eq(poses.iter().map(TimedPose::is_nobody)));
+    (poses, stderr(&output))
 }
 
 fn detected(poses: &[TimedPose]) -> usize {
@@ -53,8 +57,11 @@ fn there_is_nobody_in_noise() {
     // One, and five events per pixel and second.
     for (name, count) in [("weak.txt", 90_000), ("strong.txt", 450_000)] {
         noise(&sandbox, name, count);
-        let (poses, _) = infer(&sandbox, "body.bpk", name, &["--stride-ms", "100"]);
+        let (poses, said) = infer(&sandbox, "body.bpk", name, &["--stride-ms", "100"]);
         assert_eq!(detected(&poses), 0, "{name}: of {} poses", poses.len());
+        // Each step with its count, and how to go on.
+        assert!(said.contains(&format!("{count} events are left of the recording")), "{said}");
+        assert!(said.contains("after the noise filter"), "{said}");
     }
     // Without a minimum, the maxima of the maps are somebody.
     let none = ["--stride-ms", "100", "--min-score", "0"];
@@ -67,8 +74,10 @@ fn nothing_is_said_before_there_was_something_to_see() {
     let sandbox = Sandbox::new();
     // Sixty events in a second are too few for a pose.
     noise(&sandbox, "empty.txt", 60);
-    let (poses, said) = infer(&sandbox, "body.bpk", "empty.txt", &[]);
-    assert!(poses.is_empty() && said.contains("nothing before enough events"), "{said}");
+    let (poses, said) = infer(&sandbox, "body.bpk", "empty.txt", &["--stride-ms", "100"]);
+    assert_eq!((poses.len(), detected(&poses)), (9, 0), "{said}");
+    assert!(said.contains("9 of 9 times had too few of them"), "{said}");
+    assert!(said.contains("record for longer") || said.contains("in company"), "{said}");
     for network in ["body.bpk", "hand.bpk"] {
         let network = shipped(network);
         let live = ["live", "--source", "empty.txt", "--checkpoint", &network, "--speed", "max"];
@@ -78,8 +87,10 @@ fn nothing_is_said_before_there_was_something_to_see() {
     }
     let hand = shipped("hand.bpk");
     let infer = ["infer", "--checkpoint", &hand, "--events", "empty.txt", "--out", "hand.csv"];
-    let said = sandbox.fails(&infer);
-    assert!(said.contains("no pose"), "{said}");
+    let said = sandbox.fails(&[&infer[..], &["--stride-ms", "100"]].concat());
+    assert!(said.contains("nobody is in view") && said.contains("9 of 9 times"), "{said}");
+    let rows = read_poses(&sandbox.path("hand.csv")).unwrap().poses;
+    assert!(rows.iter().all(|row| row.origin == Some(PoseOrigin::Nobody)), "{rows:?}");
     let said = sandbox.fails(&[&infer[..], &["--min-score", "0.5"]].concat());
     assert!(said.contains("it is for `body`"), "{said}");
 }

@@ -15,7 +15,7 @@ fn a_network_is_exported_before_and_after_training() {
     };
     let said =
         sandbox.ok(&["export", "quick", "--set", "network.width=0.0625", "--onnx", "a.onnx"]);
-    assert!(said.contains("a.onnx: resnet18 of width 0.0625, input 1x2x"), "{said}");
+    assert!(said.contains("a.onnx: resnet18 of width 0.0625, input batchx2x"), "{said}");
     sandbox.ok(&tiny(&["simulate", "quick", "--out", "data"]));
     sandbox.ok(&tiny(&["train", "quick", "--data", "data", "--out", "run"]));
     sandbox.ok(&["export", "--checkpoint", "run", "--onnx", "trained/b.onnx"]);
@@ -23,6 +23,40 @@ fn a_network_is_exported_before_and_after_training() {
     assert_eq!(untrained.dims, [3, 2, 3, 3]);
     assert_eq!(untrained.dims, trained.dims);
     assert_ne!(untrained.raw_data, trained.raw_data);
+}
+
+/// All that somebody needs to run the file who has nothing else.
+#[test]
+fn an_exported_network_says_how_it_is_run() {
+    let sandbox = Sandbox::new();
+    let shipped = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("checkpoints");
+    for (name, outputs, order) in [
+        ("hand", &["parameters"][..], ("parameters", "rotation_z_rad")),
+        ("body", &["heatmaps", "centers", "regressions", "offsets"], ("joints", "ankle_r")),
+    ] {
+        let checkpoint = shipped.join(format!("{name}-quick.bpk"));
+        let checkpoint = checkpoint.to_str().unwrap();
+        sandbox.ok(&["export", "--checkpoint", checkpoint, "--onnx", "a.onnx"]);
+        let model = ModelProto::decode(&*bytes(&sandbox.path("a.onnx"))).unwrap();
+        let graph = model.graph.unwrap();
+        assert_eq!(graph.input[0].name, "events");
+        let names: Vec<&str> = graph.output.iter().map(|info| info.name.as_str()).collect();
+        assert_eq!(names, outputs);
+        let entry = |key: &str| {
+            let found = model.metadata_props.iter().find(|entry| entry.key == key);
+            found.unwrap_or_else(|| panic!("{name}: no {key}")).value.clone()
+        };
+        assert_eq!(entry("task"), name);
+        assert!(entry(order.0).ends_with(order.1), "{}", entry(order.0));
+        for key in ["representation", "view", "denoise", "normalisation", "decoding", "passes"] {
+            assert!(!entry(key).is_empty(), "{name}: {key}");
+        }
+        assert!(entry("config").contains(&format!("task = \"{name}\"")));
+        // As checked in for releases.
+        let sums = String::from_utf8(bytes(&shipped.join("SHA256SUMS"))).unwrap();
+        let line = sums.lines().find(|line| line.ends_with(&format!("{name}-quick.bpk"))).unwrap();
+        assert!(line.starts_with(&entry("checkpoint_sha256")), "{line}");
+    }
 }
 
 #[test]
@@ -46,7 +80,7 @@ fn every_backbone_is_exported() {
         let mut args = vec!["export", "eventhands", "--onnx", "a.onnx"];
         args.extend(changes.iter().flat_map(|change| ["--set", change]));
         let said = sandbox.ok(&args);
-        assert!(said.contains(name) && said.contains("input 1x2x76x101"), "{said}");
+        assert!(said.contains(name) && said.contains("input batchx2x76x101"), "{said}");
         let graph = ModelProto::decode(&*bytes(&sandbox.path("a.onnx"))).unwrap().graph.unwrap();
         // An export that stops half way has fewer.
         assert!(graph.node.len() >= 30, "{name}: {} operators", graph.node.len());

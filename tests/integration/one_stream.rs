@@ -55,7 +55,9 @@ fn infer(
     let infer = ["infer", "--checkpoint", &network, "--events", events, "--out", "poses.csv"];
     sandbox.ok(&[&infer[..], more].concat());
     let poses = read_poses(&sandbox.path("poses.csv")).unwrap().poses;
-    poses.into_iter().map(|pose| (pose.t.0, pose)).collect()
+    // Rows of nobody have no pose; those of people below the threshold are scored.
+    let poses = poses.into_iter().filter(|pose| !pose.is_nobody() || pose.score.is_some());
+    poses.map(|pose| (pose.t.0, pose)).collect()
 }
 
 /// A table holds every bit of a hand's parameters.

@@ -64,7 +64,7 @@ fn a_network_of_two_passes_is_exported_quantized_and_used() {
     let train = tiny(&["train", "quick", "--data", "data", "--out", "run", "--plain"]);
     sandbox.ok(&[&train[..], &two_pass].concat());
     let said = sandbox.ok(&["export", "--checkpoint", "run", "--onnx", "hand.onnx"]);
-    assert!(said.contains("input 1x2x18x24"), "{said}");
+    assert!(said.contains("input batchx2x18x24"), "{said}");
     let quantize = ["quantize", "--checkpoint", "run", "--data", "data", "--windows", "8"];
     let said = sandbox.ok(&[&quantize[..], &["--evaluate", "data", "--stride-ms", "50"]].concat());
     assert!(said.lines().any(|line| line.starts_with("int8")), "{said}");

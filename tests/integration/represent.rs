@@ -1,8 +1,12 @@
 //! Windows of a recording as arrays and images on the command line.
 
+use burn::tensor::Device;
 use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
+use evpose_infer::{Engine, EngineOptions};
+use evpose_io::poses::read_poses;
 use evpose_io::tensors::TensorStack;
 use evpose_repr::{ChannelOrder, StreamWindow, representation_by_name};
+use evpose_task::hand::HandCheckpoint;
 
 use crate::harness::{Sandbox, bytes, stderr};
 
@@ -161,4 +165,44 @@ fn what_cannot_be_represented_says_why() {
 fn help_lists_representations_and_examples() {
     let sandbox = Sandbox::new();
     insta::assert_snapshot!("represent_help", sandbox.ok(&["represent", "--help"]));
+}
+
+fn shipped(name: &str) -> String {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("checkpoints").join(name);
+    path.to_str().expect("a path of text").to_owned()
+}
+
+/// The inputs of `evpose represent --checkpoint` and the graph that `evpose export` writes give the poses of
+/// `evpose infer`.
+#[test]
+fn inputs_of_a_network_and_its_graph_give_the_poses_of_infer() {
+    let sandbox = Sandbox::new();
+    let simulate = ["simulate", "quick", "--held-out", "--sequences", "1", "--seconds", "0.4"];
+    sandbox.ok(&[&simulate[..], &["--out", "data"]].concat());
+    let network = shipped("hand-quick.bpk");
+    let represent = ["represent", "data/0000.evc", "--checkpoint", &network, "--every-ms", "10"];
+    let said = sandbox.ok(&[&represent[..], &["--out", "inputs.npz"]].concat());
+    assert!(said.contains("inputs of resnet18"), "{said}");
+    let infer = ["infer", "--checkpoint", &network, "--events", "data/0000.evc", "--stride-ms"];
+    sandbox.ok(&[&infer[..], &["10", "--unfiltered", "--out", "poses.csv"]].concat());
+    let stack = TensorStack::read(sandbox.path("inputs.npz")).unwrap();
+    let rows = read_poses(&sandbox.path("poses.csv")).unwrap().poses;
+    let ends: Vec<Micros> = rows.iter().map(|row| row.t).collect();
+    assert_eq!(stack.ends, Some(ends), "one for each row");
+    let checkpoint = HandCheckpoint::load(network.as_ref(), &Device::flex()).unwrap();
+    let shape = [1, 2, 3].map(|k| stack.shape[k] as usize);
+    let graph = checkpoint.network.graph();
+    let mut engine = Engine::compile(&graph, shape, EngineOptions::default()).unwrap();
+    let mut compared = 0;
+    for (input, row) in stack.values.chunks_exact(shape.iter().product()).zip(&rows) {
+        let Some(params) = row.params else { continue };
+        for (output, written) in engine.run(input)[0].iter().zip(params.to_array()) {
+            assert!((output - written).abs() < 1e-5, "{output} {written} at {}", row.t);
+        }
+        compared += 1;
+    }
+    assert!(compared > 20, "{compared} of {}", rows.len());
+    let refused =
+        sandbox.fails(&[&represent[..], &["--window-ms", "5", "--out", "x.npz"]].concat());
+    assert!(refused.contains("--window-ms"), "{refused}");
 }

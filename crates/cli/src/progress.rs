@@ -3,22 +3,117 @@
 
 use std::fmt::Display;
 use std::io::{IsTerminal as _, Write as _};
-use std::sync::Once;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, MutexGuard, Once, PoisonError};
+use std::time::{Duration, Instant};
 
 use evpose_train::ProgressCallback;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle, TermLike};
 
-/// A progress bar over `total` units with the name `unit`; hidden unless standard error is a
-/// terminal.
+/// Time between lines of progress where standard error is no terminal: often enough to see that work goes on,
+/// rare enough for a log.
+const EVERY: Duration = Duration::from_secs(10);
+
+/// A progress bar over `total` units with the name `unit`; where standard error is no terminal, a line every ten
+/// seconds.
 pub fn bar(what: &str, total: u64, unit: &str) -> ProgressBar {
     let template = format!(
         "{{prefix:>12}} [{{bar:34}}] {{human_pos}}/{{human_len}} {unit}  {{per_sec}}  {{eta}} left"
     );
-    // The template is a valid constant, so that the fallback is never used.
-    let style = ProgressStyle::with_template(&template)
-        .map_or_else(|_| ProgressStyle::default_bar(), |style| style.progress_chars("=> "));
-    ProgressBar::new(total).with_style(style).with_prefix(what.to_owned())
+    let line =
+        format!("{{prefix}}: {{human_pos}} of {{human_len}} {unit}, {{per_sec}}, {{eta}} left");
+    let bar = drawn(ProgressBar::new(total), &template, &line);
+    bar.with_prefix(what.to_owned())
+}
+
+/// A bar by `template` on a terminal, and by `line` elsewhere.
+fn drawn(bar: ProgressBar, template: &str, line: &str) -> ProgressBar {
+    let is_terminal = std::io::stderr().is_terminal();
+    if !is_terminal {
+        bar.set_draw_target(ProgressDrawTarget::term_like(Box::new(LogLines::new(EVERY))));
+    }
+    // The templates are valid constants, so that the fallback is never used.
+    let style = ProgressStyle::with_template(if is_terminal { template } else { line });
+    bar.with_style(style.map_or_else(|_| ProgressStyle::default_bar(), |s| s.progress_chars("=> ")))
+}
+
+/// A draw target that is a log: what was drawn last becomes a line now and then, and nothing is taken back.
+#[derive(Debug)]
+struct LogLines {
+    every: Duration,
+    state: Mutex<LogState>,
+}
+
+#[derive(Debug)]
+struct LogState {
+    text: String,
+    last: Instant,
+    /// Lines so far, for tests.
+    #[cfg(test)]
+    lines: Vec<String>,
+}
+
+impl LogLines {
+    fn new(every: Duration) -> Self {
+        let state = LogState {
+            text: String::new(),
+            last: Instant::now(),
+            #[cfg(test)]
+            lines: Vec::new(),
+        };
+        Self { every, state: Mutex::new(state) }
+    }
+
+    fn state(&self) -> MutexGuard<'_, LogState> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl TermLike for LogLines {
+    fn width(&self) -> u16 {
+        160
+    }
+
+    fn move_cursor_up(&self, _: usize) -> std::io::Result<()> {
+        Ok(())
+    }
+
+    fn move_cursor_down(&self, _: usize) -> std::io::Result<()> {
+        Ok(())
+    }
+
+    fn move_cursor_right(&self, _: usize) -> std::io::Result<()> {
+        Ok(())
+    }
+
+    fn move_cursor_left(&self, _: usize) -> std::io::Result<()> {
+        Ok(())
+    }
+
+    fn write_line(&self, text: &str) -> std::io::Result<()> {
+        self.write_str(text)
+    }
+
+    fn write_str(&self, text: &str) -> std::io::Result<()> {
+        self.state().text.push_str(text);
+        Ok(())
+    }
+
+    fn clear_line(&self) -> std::io::Result<()> {
+        self.state().text.clear();
+        Ok(())
+    }
+
+    fn flush(&self) -> std::io::Result<()> {
+        let mut state = self.state();
+        let text = std::mem::take(&mut state.text);
+        if state.last.elapsed() >= self.every && !text.trim().is_empty() {
+            state.last = Instant::now();
+            note(text.trim());
+            #[cfg(test)]
+            state.lines.push(text.trim().to_owned());
+        }
+        Ok(())
+    }
 }
 
 /// A progress bar of a training with the name `label`, and the callback that advances it.
@@ -37,10 +132,10 @@ pub fn training_bar(label: &str) -> (ProgressBar, ProgressCallback) {
     (progress, callback)
 }
 
-/// A status line; hidden unless standard error is a terminal.
+/// A status line; where standard error is no terminal, a line of it every ten seconds.
 pub fn spinner() -> ProgressBar {
-    let spinner = ProgressBar::new_spinner();
-    spinner.enable_steady_tick(std::time::Duration::from_millis(100));
+    let spinner = drawn(ProgressBar::new_spinner(), "{spinner} {msg}", "{msg} ({elapsed})");
+    spinner.enable_steady_tick(Duration::from_millis(100));
     spinner
 }
 
@@ -57,66 +152,24 @@ pub fn note(line: impl Display) {
     let _ = writeln!(std::io::stderr(), "{line}");
 }
 
-/// Progress of work that takes minutes: a bar, or a line at each tenth where standard error is no
-/// terminal and a bar would be hidden.
-pub struct LongProgress {
-    bar: ProgressBar,
-    label: String,
-    unit: &'static str,
-    total: u64,
-    done: AtomicU64,
-    has_lines: bool,
-}
-
-impl LongProgress {
-    /// Progress over `total` units.
-    pub fn new(label: &str, total: u64, unit: &'static str) -> Self {
-        let has_lines = !std::io::stderr().is_terminal();
-        Self {
-            bar: bar(label, total, unit),
-            label: label.to_owned(),
-            unit,
-            total,
-            done: AtomicU64::new(0),
-            has_lines,
-        }
-    }
-
-    /// Adds units that are done, from any thread.
-    pub fn inc(&self, count: u64) {
-        self.bar.inc(count);
-        let before = self.done.fetch_add(count, Ordering::Relaxed);
-        if let Some(line) = self.line(before, before + count).filter(|_| self.has_lines) {
-            note(line);
-        }
-    }
-
-    /// The line when a tenth of the whole is passed on the way from `before` to `now`.
-    fn line(&self, before: u64, now: u64) -> Option<String> {
-        let tenths = |done: u64| (10 * done).checked_div(self.total).unwrap_or(0);
-        (tenths(now) > tenths(before))
-            .then(|| format!("{}: {now} of {} {}", self.label, self.total, self.unit))
-    }
-
-    /// Takes the bar away.
-    pub fn finish(self) {
-        self.bar.finish_and_clear();
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn long_work_says_each_tenth_once() {
-        let progress = LongProgress::new("rendering", 40, "stills");
-        let lines: Vec<String> = (0..40).filter_map(|done| progress.line(done, done + 1)).collect();
-        assert_eq!(lines.len(), 10);
-        assert_eq!(
-            (lines[0].as_str(), lines[9].as_str()),
-            ("rendering: 4 of 40 stills", "rendering: 40 of 40 stills")
-        );
-        assert_eq!(LongProgress::new("reading", 0, "images").line(0, 1), None);
+    fn where_there_is_no_terminal_a_line_comes_now_and_then() {
+        let target = |every| Box::leak(Box::new(LogLines::new(every))) as &LogLines;
+        let draw = |log: &LogLines, text: &str| {
+            assert!(log.clear_line().is_ok() && log.write_str(text).is_ok() && log.flush().is_ok());
+        };
+        let often = target(Duration::ZERO);
+        for text in ["rendering: 4 of 40 stills ", "", "rendering: 5 of 40 stills"] {
+            draw(often, text);
+        }
+        let lines = often.state().lines.clone();
+        assert_eq!(lines, ["rendering: 4 of 40 stills", "rendering: 5 of 40 stills"]);
+        let seldom = target(Duration::from_secs(3600));
+        (0..100).for_each(|_| draw(seldom, "inferring"));
+        assert!(seldom.state().lines.is_empty());
     }
 }

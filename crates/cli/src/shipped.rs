@@ -7,6 +7,8 @@ use std::sync::OnceLock;
 
 use anyhow::{Context, Result};
 use evpose_core::atomic_write;
+use evpose_task::network_file;
+use sha2::{Digest as _, Sha256};
 
 /// Their directory.
 const CHECKPOINTS: &str = "checkpoints";
@@ -60,6 +62,17 @@ pub fn checkpoint_path(given: &Path) -> Result<PathBuf> {
         Some(network) => unpack(network, &data.or_else(user_data).context(NO_DATA)?),
         None => Ok(path),
     }
+}
+
+/// SHA-256 of the file that [`checkpoint_path`] leads to, of a run that of its best network: 64 hexadecimal
+/// digits, as `sha256sum` prints them.
+///
+/// # Errors
+/// If there is none, or it cannot be read.
+pub fn checkpoint_sha256(given: &Path) -> Result<String> {
+    let file = network_file(&checkpoint_path(given)?)?;
+    let bytes = fs::read(&file).with_context(|| format!("reading {}", file.display()))?;
+    Ok(Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect())
 }
 
 /// Message for a checkpoint that is neither a file, nor a run directory, nor a shipped network.

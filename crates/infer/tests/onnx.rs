@@ -6,7 +6,7 @@ use std::collections::{HashMap, HashSet};
 
 use burn::tensor::Device;
 use evpose_infer::onnx::proto::{DimensionValue, ModelProto, TensorProto, ValueInfoProto};
-use evpose_infer::onnx::{Message, OPSET, OnnxError, encoded, model};
+use evpose_infer::onnx::{BATCH, Interface, Message, OPSET, OnnxError, encoded, model, model_with};
 use evpose_nn::graph::{Graph, Operation};
 use evpose_nn::{MOVE_ENET, Network, backbone_by_name};
 
@@ -103,4 +103,48 @@ fn images_that_a_layer_cannot_take_are_refused_by_its_name() {
     assert_eq!(error.to_string(), "layer `input`: 3 channels instead of 2");
     let error = model(&graph("vgg11_bn"), [2, 20, 20]).unwrap_err();
     assert!(matches!(&error, OnnxError::Shape(_)), "{error}");
+}
+
+/// The first dimension of every tensor is symbolic, and names that collide with those of layers replace these.
+#[test]
+fn an_interface_names_tensors_and_leaves_the_batch_open() {
+    for name in Network::names() {
+        let (graph, input) = (graph(name), network(name).input());
+        let taken = graph.nodes[1].name.clone();
+        let interface = Interface {
+            input: "events".to_owned(),
+            outputs: graph
+                .outputs
+                .iter()
+                .enumerate()
+                .map(|(k, _)| match k {
+                    // As a layer is named.
+                    0 => taken.clone(),
+                    k => format!("output_{k}"),
+                })
+                .collect(),
+            metadata: vec![("task".to_owned(), "a test".to_owned())],
+        };
+        let file = model_with(&graph, input, &interface).unwrap();
+        assert_eq!(file.metadata_props[0].key, "task");
+        assert_eq!(file.metadata_props[0].value, "a test");
+        let file = file.graph.unwrap();
+        assert_eq!(file.input[0].name, "events");
+        let outputs: Vec<&str> = file.output.iter().map(|info| info.name.as_str()).collect();
+        assert_eq!(outputs, interface.outputs);
+        for info in file.input.iter().chain(&file.output).chain(&file.value_info) {
+            let tensor = info.r#type.as_ref().unwrap().tensor_type.as_ref().unwrap();
+            let first = tensor.shape.as_ref().unwrap().dim[0].value.clone();
+            assert_eq!(first, Some(DimensionValue::Name(BATCH.to_owned())), "{}", info.name);
+        }
+        let made: HashSet<&str> =
+            file.node.iter().flat_map(|node| &node.output).map(String::as_str).collect();
+        assert_eq!(made.len(), file.node.iter().map(|node| node.output.len()).sum::<usize>());
+        assert!(outputs.iter().all(|name| made.contains(name)), "{name}");
+        // No shape may hold the number of images.
+        let shapes = file.initializer.iter().filter(|tensor| tensor.name.ends_with(".shape"));
+        for shape in shapes {
+            assert_eq!(shape.raw_data[..8], [0; 8], "{name}: {}", shape.name);
+        }
+    }
 }

@@ -111,7 +111,7 @@ impl Meter {
     pub fn record(&self, pose: &LivePose) {
         let latency_us = u64::try_from(pose.latency.as_micros()).unwrap_or(MAX_LATENCY_US);
         let histogram = match pose.origin {
-            PoseOrigin::Network => &self.network,
+            PoseOrigin::Network | PoseOrigin::Nobody => &self.network,
             PoseOrigin::Propagated => &self.propagated,
         };
         let mut histogram = histogram.lock().unwrap_or_else(PoisonError::into_inner);

@@ -32,9 +32,8 @@ impl LivePose {
     /// The pose as tables and JSON have it.
     pub fn timed(&self) -> TimedPose {
         TimedPose {
-            origin: Some(self.origin),
             latency_ms: Some(1e3 * self.latency.as_secs_f64()),
-            ..TimedPose::new(self.t, &self.pose)
+            ..TimedPose::new(self.t, &self.pose).with_origin(self.origin)
         }
     }
 }

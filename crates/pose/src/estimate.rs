@@ -54,17 +54,20 @@ pub enum PoseOrigin {
     Network,
     /// Propagated by the filter after an inferred pose; counted separately.
     Propagated,
+    /// Of a row that says that nobody is in view: there is no pose.
+    Nobody,
 }
 
 impl PoseOrigin {
     /// All of them.
-    pub const ALL: [Self; 2] = [Self::Network, Self::Propagated];
+    pub const ALL: [Self; 3] = [Self::Network, Self::Propagated, Self::Nobody];
 
-    /// Name in tables and JSON: `network` or `propagated`.
+    /// Name in tables and JSON: `network`, `propagated` or `nobody`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Network => "network",
             Self::Propagated => "propagated",
+            Self::Nobody => "nobody",
         }
     }
 }
@@ -107,7 +110,7 @@ mod tests {
             camera_m: Box::new([Vec3::ZERO; 21]),
         };
         assert_eq!(hand.score(), None);
-        assert_eq!(PoseOrigin::ALL.map(PoseOrigin::name), ["network", "propagated"]);
+        assert_eq!(PoseOrigin::ALL.map(PoseOrigin::name), ["network", "propagated", "nobody"]);
         assert_eq!(JointFrame::ALL.map(JointFrame::name), ["camera", "world"]);
     }
 }

@@ -35,6 +35,20 @@ pub enum InferenceSchedule {
     NewestWhenFree,
 }
 
+/// Events that are left after a step of a front end.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RemainingEvents {
+    /// The step, as the end of "12 events are left …".
+    pub step: String,
+    /// Their count so far.
+    pub events: u64,
+    /// The share of events that the step leaves of a moving edge: of sensors with more pixels than the view,
+    /// less than 1.
+    pub edge_share: f64,
+    /// How to lose fewer there, as an imperative.
+    pub advice: &'static str,
+}
+
 /// Events to inputs of a network, and its outputs to filtered poses.
 pub trait StreamFrontend: Send {
     /// Input of the network.
@@ -88,6 +102,17 @@ pub trait StreamFrontend: Send {
 
     /// Remarks on the events so far, in sentences without a full stop.
     fn remarks(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// The events that are left after each step before the network, in order. Empty if all of them are.
+    fn remaining_events(&self) -> Vec<RemainingEvents> {
+        Vec::new()
+    }
+
+    /// The times since the last stride for which nothing was inferred, because too few events had come: nobody
+    /// is in view.
+    fn skipped(&mut self) -> Vec<Micros> {
         Vec::new()
     }
 

@@ -24,6 +24,10 @@ const TICK_SIZE: u32 = 13;
 pub enum Mark {
     /// A polyline.
     Line,
+    /// A polyline of dashes of the first length, with gaps of the second, in pixels.
+    Dashes(u32, u32),
+    /// The label beside the first point, in place of an entry in the legend.
+    Name,
     /// From each point horizontally to the next, and then to its height.
     Steps,
     /// Unconnected markers, small enough for thousands.
@@ -197,11 +201,27 @@ pub fn curves(chart: &Chart) -> Result<String, DrawingError> {
     svg(chart, CURVES)
 }
 
-/// Draws the fraction of correct points over a threshold (PCK); `threshold` names it with its unit.
+/// Dashes of the second curve of a chart and of those behind it, in pixels: different enough to be told apart where
+/// curves lie on each other.
+const DASHES: [(u32, u32); 4] = [(10, 5), (4, 4), (16, 4), (2, 5)];
+
+/// Draws the fraction of correct points over a threshold (PCK); `threshold` names it with its unit. Curves have
+/// dashes of their own and their names beside them, since they may lie on each other.
 ///
 /// # Errors
 /// If the SVG backend fails.
-pub fn pck(title: &str, threshold: &str, series: Vec<Series>) -> Result<String, DrawingError> {
+pub fn pck(title: &str, threshold: &str, mut series: Vec<Series>) -> Result<String, DrawingError> {
+    let count = series.len();
+    let name = |(index, series): (usize, &Series)| {
+        // Each at a place of its own along the axis.
+        let at = series.points.get(series.points.len() * (index + 1) / (count + 1))?;
+        Some(Series { mark: Mark::Name, points: vec![*at], ..series.clone() })
+    };
+    let names: Vec<Series> = series.iter().enumerate().filter_map(name).collect();
+    for (series, (dash, gap)) in series.iter_mut().skip(1).zip(DASHES.iter().cycle()) {
+        series.mark = Mark::Dashes(*dash, *gap);
+    }
+    series.extend(names);
     curves(&Chart {
         title: title.to_owned(),
         x: ChartAxis::new(threshold),
@@ -219,7 +239,7 @@ fn draw(chart: &Chart, area: &Area<'_>) -> Result<(), DrawingError> {
     let entries: Vec<Entry<'_>> = chart
         .series
         .iter()
-        .filter(|series| !series.label.is_empty())
+        .filter(|series| !series.label.is_empty() && series.mark != Mark::Name)
         .map(|series| Entry { label: &series.label, colour: series.colour })
         .collect();
     let head = ChartHead::new(&chart.title, &entries, f64::from(area.dim_in_pixel().0));
@@ -280,6 +300,15 @@ where
         });
         let drawn = match series.mark {
             Mark::Line => canvas.draw_series(LineSeries::new(points, colour.stroke_width(2))),
+            Mark::Dashes(dash, gap) => {
+                let points: Vec<(f64, f64)> = points.collect();
+                let stroke = colour.stroke_width(2);
+                canvas.draw_series(DashedLineSeries::new(points, dash, gap, stroke))
+            }
+            Mark::Name => canvas.draw_series(points.take(1).map(|p| {
+                let style = (FONT, TICK_SIZE).into_font().color(&colour);
+                EmptyElement::at(p) + Text::new(series.label.clone(), (4, -14), style)
+            })),
             Mark::Steps => {
                 canvas.draw_series(LineSeries::new(stairs(points), colour.stroke_width(2)))
             }
@@ -336,6 +365,7 @@ mod tests {
     fn charts_of_any_scale_are_drawn() -> Result<(), DrawingError> {
         for (x, y) in [(false, false), (true, false), (false, true), (true, true)] {
             let marks = [Mark::Line, Mark::Steps, Mark::Dots, Mark::Discs, Mark::Ticks, Mark::Band];
+            let marks = marks.into_iter().chain([Mark::Dashes(4, 2), Mark::Name]);
             let series = marks.map(|mark| Series {
                 label: format!("{mark:?}"),
                 colour: crate::colour::ON,
@@ -344,8 +374,12 @@ mod tests {
             });
             let axis =
                 |is_log| ChartAxis { name: "axis".to_owned(), is_log, ..ChartAxis::default() };
-            let chart =
-                Chart { title: "title".to_owned(), x: axis(x), y: axis(y), series: series.into() };
+            let chart = Chart {
+                title: "title".to_owned(),
+                x: axis(x),
+                y: axis(y),
+                series: series.collect(),
+            };
             let svg = stack(&[chart.clone(), chart], (300, 200))?;
             assert!(svg.contains("Ticks") && svg.matches("title").count() >= 2);
             assert!(!svg.contains("NaN"));
@@ -373,6 +407,28 @@ mod tests {
             assert!(height_of(tick) > height_of("a curve"), "{tick}: {svg}");
         }
         assert!(height_of("title") < height_of("a curve"), "{svg}");
+        Ok(())
+    }
+
+    #[test]
+    fn curves_on_each_other_have_other_dashes_and_their_names_at_other_places()
+    -> Result<(), DrawingError> {
+        let points: Vec<(f64, f64)> =
+            (0..50).map(|k| (f64::from(k), 0.02 * f64::from(k))).collect();
+        let names = ["mean_pose", "untrained", "trained"];
+        let series = |points: &[(f64, f64)]| {
+            names.map(|name| Series::line(name, crate::colour::ON, points.to_vec())).to_vec()
+        };
+        let together = pck("3D", "mm", series(&points))?;
+        for name in names {
+            // In the legend, and beside the curve.
+            assert_eq!(together.matches(&format!("\n{name}\n")).count(), 2, "{name}");
+        }
+        // One solid line, and the others in many pieces.
+        let pieces = together.matches("<polyline").count() + together.matches("<line").count();
+        let alone = pck("3D", "mm", series(&points)[..1].to_vec())?;
+        let of_one = alone.matches("<polyline").count() + alone.matches("<line").count();
+        assert!(pieces > of_one + 20, "{pieces} and {of_one}");
         Ok(())
     }
 

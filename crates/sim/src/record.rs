@@ -8,8 +8,8 @@ use rayon::prelude::*;
 
 use crate::set::{SequenceSet, Shard};
 use crate::{
-    EpisodeInfo, EventFormat, SequenceInfo, SimError, Simulation, Simulator, StepWriter,
-    with_ending,
+    EpisodeInfo, EventFormat, RecordingTime, SequenceInfo, SimError, Simulation, Simulator,
+    StepWriter, with_ending,
 };
 
 /// Steps per second of the labels of a `.meta` file.
@@ -44,6 +44,8 @@ pub struct RecordedRun {
     pub finished: bool,
     /// Elapsed time.
     pub elapsed: Duration,
+    /// Parts of the time of all threads.
+    pub time: RecordingTime,
 }
 
 /// Simulates `frames` steps into `STEM.evc`, or the ending of the config's [`EventFormat`],
@@ -147,18 +149,24 @@ pub fn record_shard(
     let leftovers = set.remove_leftovers(shard)?;
     let unfinished = set.unfinished(shard);
     let reused = shard.sequences_of(set.sequences()).count() - unfinished.len();
-    let sequences = unfinished
+    let recorded = unfinished
         .into_par_iter()
         // Sequences are long and few: one at a time keeps every thread busy to the end.
         .with_max_len(1)
-        .map(|sequence| -> Result<SequenceFiles, SimError> {
+        .map(|sequence| -> Result<(SequenceFiles, RecordingTime), SimError> {
+            let begun = Instant::now();
             let mut simulator = simulation.sequence(sequence)?;
+            let prepared = begun.elapsed();
             let stem = set.stem(sequence);
             let recorded = record_as(format, &mut simulator, config.frames(), &stem, progress)?;
             set.seal(sequence)?;
-            Ok(recorded)
+            let mut time = simulator.time();
+            time.rendering += prepared;
+            Ok((recorded, time.of_whole(begun.elapsed())))
         })
-        .collect::<Result<_, SimError>>()?;
+        .collect::<Result<Vec<_>, SimError>>()?;
     let finished = set.write_manifest()?;
-    Ok(RecordedRun { sequences, reused, leftovers, finished, elapsed: start.elapsed() })
+    let time = recorded.iter().map(|(_, time)| *time).sum();
+    let sequences = recorded.into_iter().map(|(files, _)| files).collect();
+    Ok(RecordedRun { sequences, reused, leftovers, finished, elapsed: start.elapsed(), time })
 }

@@ -1,6 +1,7 @@
 //! One sequence, step by step: pose, rendering, label, exposure, events.
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use evpose_body::motion::{BezierMotion, ViewTest};
 use evpose_body::{BodyPose, PosedBody, ShapedBody};
@@ -17,7 +18,7 @@ use crate::raster::{Camera, Mesh};
 use crate::scene::{Backdrop, Renderer, Scene};
 use crate::simulation::{Shared, Simulation, sensor_model};
 use crate::stopwatch::{SimulationPart, Stopwatch};
-use crate::{Episode, SimError};
+use crate::{Episode, RecordingTime, SimError};
 
 /// Simulator of one sequence of a hand, advanced one step at a time.
 ///
@@ -44,6 +45,7 @@ pub struct Simulator {
     /// Index of the next frame.
     next: u64,
     stopwatch: Stopwatch,
+    time: RecordingTime,
 }
 
 /// An episode's parameters, shaped body and renderer.
@@ -121,6 +123,7 @@ impl Simulator {
             surroundings,
             next: 0,
             stopwatch: Stopwatch::default(),
+            time: RecordingTime::default(),
         })
     }
 
@@ -135,12 +138,18 @@ impl Simulator {
         &self.stopwatch
     }
 
+    /// Time of the steps so far.
+    pub fn time(&self) -> RecordingTime {
+        self.time
+    }
+
     /// Simulates one step.
     ///
     /// # Errors
     /// If the sensor's thresholds, varied for a new episode, are out of its range, or a file of
     /// skins can no longer be read.
     pub fn advance(&mut self) -> Result<HandStep<'_>, SimError> {
+        let begun = Instant::now();
         let (frame, config) = (self.next, &self.config);
         let lagging = config.parity.lagging_episode_clock;
         // The first frame has its episode since the sequence began.
@@ -179,8 +188,11 @@ impl Simulator {
         watch.sample_coverage(frame, self.camera.sensor().pixels(), || renderer.covered());
         let luminance = renderer.shade(&mesh);
         watch.lap(SimulationPart::Shading);
+        let lit = Instant::now();
         let events = self.sensor.expose(luminance, t)?;
         watch.lap(SimulationPart::Sensor);
+        self.time.rendering += lit - begun;
+        self.time.sensor += lit.elapsed();
         self.next += 1;
         Ok(HandStep { frame, t, luminance, events, label, points_m, episode })
     }

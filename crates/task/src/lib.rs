@@ -47,6 +47,7 @@ pub mod body;
 mod config;
 mod differences;
 mod error;
+mod event_steps;
 pub mod hand;
 mod network_file;
 mod quantized;

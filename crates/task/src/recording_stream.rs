@@ -10,7 +10,9 @@ use std::time::Instant;
 
 use evpose_core::{EventStream, Micros, SensorSize, TimeWindow};
 use evpose_io::{IoError, Windows};
-use evpose_pose::stream::{InferenceSchedule, InferenceWorker, PoseStream, StreamFrontend};
+use evpose_pose::stream::{
+    InferenceSchedule, InferenceWorker, PoseStream, RemainingEvents, StreamFrontend,
+};
 
 use crate::TaskError;
 
@@ -28,8 +30,16 @@ pub struct InferredPoses<P> {
     pub t: Micros,
     /// The poses with their time stamps, which are earlier in batches; none while a batch is not full.
     pub poses: Vec<(Micros, P)>,
+    /// Times before all of these at which too few events had come for an inference.
+    pub skipped: Vec<Micros>,
     /// Time from the events to the poses, in seconds.
     pub delay_s: f64,
+}
+
+impl<P> InferredPoses<P> {
+    fn is_empty(&self) -> bool {
+        self.poses.is_empty() && self.skipped.is_empty()
+    }
 }
 
 /// A recording, read forwards in time through a task's stream. As an iterator, it takes inputs by its
@@ -91,6 +101,17 @@ where
         self.events.count
     }
 
+    /// The events that are left after reading and after each step before the network.
+    pub fn remaining_events(&self) -> Vec<RemainingEvents> {
+        let read = RemainingEvents {
+            step: "of the recording".to_owned(),
+            events: self.events.count,
+            edge_share: 1.0,
+            advice: "record for longer, or something that moves more, nearer, or in more light",
+        };
+        std::iter::once(read).chain(self.stream.frontend.remaining_events()).collect()
+    }
+
     /// The stream, at the last time it was advanced to.
     pub fn stream(&mut self) -> &mut PoseStream<F, W> {
         &mut self.stream
@@ -149,7 +170,8 @@ where
         self.strides += 1;
         self.stream.frontend.stride(t);
         let poses = self.stream.infer(t)?;
-        Ok(InferredPoses { t, poses, delay_s: begin.elapsed().as_secs_f64() })
+        let skipped = self.stream.frontend.skipped();
+        Ok(InferredPoses { t, poses, skipped, delay_s: begin.elapsed().as_secs_f64() })
     }
 
     /// The poses of the inputs that wait, once no event follows; none if there are none. What comes behind
@@ -159,8 +181,10 @@ where
         let Some(t) = self.newest.take() else { return Ok(None) };
         let begin = Instant::now();
         let poses = self.stream.finish(t)?;
-        let inferred = InferredPoses { t, poses, delay_s: begin.elapsed().as_secs_f64() };
-        Ok((!inferred.poses.is_empty()).then_some(inferred))
+        let skipped = self.stream.frontend.skipped();
+        let delay_s = begin.elapsed().as_secs_f64();
+        let inferred = InferredPoses { t, poses, skipped, delay_s };
+        Ok((!inferred.is_empty()).then_some(inferred))
     }
 
     /// The time of the next event, before which the front end forgets what was before a silence.
@@ -208,7 +232,7 @@ where
                 Some(newest) => Some(self.infer(newest)?),
                 None => self.finish()?,
             };
-            if let Some(inferred) = inferred.filter(|inferred| !inferred.poses.is_empty()) {
+            if let Some(inferred) = inferred.filter(|inferred| !inferred.is_empty()) {
                 return Ok(Some(inferred));
             }
         }

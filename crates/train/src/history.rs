@@ -91,8 +91,10 @@ pub fn validation_losses(history: &[HistoryLine]) -> BTreeMap<usize, f64> {
 pub fn validation_means(history: &[HistoryLine], name: &str) -> BTreeMap<usize, f64> {
     let mut sums: BTreeMap<usize, (f64, usize)> = BTreeMap::new();
     for line in history.iter().filter(|line| line.part == HistorySplit::Valid) {
+        // Batches without the value have no part in the mean.
+        let Some(value) = line.values.get(name) else { continue };
         let (sum, samples) = sums.entry(line.interval).or_default();
-        *sum += line.values.get(name).copied().unwrap_or(f64::NAN) * line.samples as f64;
+        *sum += value * line.samples as f64;
         *samples += line.samples;
     }
     sums.into_iter().map(|(interval, (sum, n))| (interval, sum / n as f64)).collect()

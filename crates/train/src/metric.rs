@@ -35,7 +35,8 @@ impl LoggedValue {
 pub struct BatchValues {
     /// Samples in the batch.
     pub samples: usize,
-    /// The values, the loss first.
+    /// The values, the loss first. Another one that is not a number is unknown for this batch, and left out of
+    /// means.
     pub values: Vec<f64>,
 }
 
@@ -64,12 +65,28 @@ pub(crate) struct ValueMetric {
     index: usize,
     value: LoggedValue,
     state: NumericMetricState,
+    /// Whether the newest batch has the value, and any batch since the last reset.
+    is_current: bool,
+    is_known: bool,
 }
 
 impl ValueMetric {
     /// The metric of a value by its position.
     pub(crate) fn new((index, value): (usize, &LoggedValue)) -> Self {
-        Self { index, value: *value, state: NumericMetricState::default() }
+        let state = NumericMetricState::default();
+        Self { index, value: *value, state, is_current: false, is_known: false }
+    }
+
+    /// Adds the value of a batch to the mean, if it is known.
+    fn take(&mut self, item: &BatchValues) -> bool {
+        let value = item.values[self.index];
+        // A loss that is not a number ends the training: it must be seen.
+        self.is_current = self.index == 0 || !value.is_nan();
+        if self.is_current {
+            self.is_known = true;
+            self.state.update(value, item.samples);
+        }
+        self.is_current
     }
 
     fn format(&self) -> FormatOptions {
@@ -95,8 +112,10 @@ impl Metric for ValueMetric {
         item: &BatchValues,
         _: &MetricMetadata,
     ) -> Result<SerializedEntry, TensorReadError> {
-        self.state.update(item.values[self.index], item.samples);
-        Ok(self.state.compute_update(self.format()))
+        if self.take(item) {
+            return Ok(self.state.compute_update(self.format()));
+        }
+        Ok(SerializedEntry::not_available(self.format().unit_value().as_deref()))
     }
 
     fn compute(&mut self) -> Result<SerializedEntry, TensorReadError> {
@@ -105,19 +124,40 @@ impl Metric for ValueMetric {
 
     fn clear(&mut self) {
         self.state.reset();
+        (self.is_current, self.is_known) = (false, false);
     }
 }
 
 impl Numeric for ValueMetric {
     fn value(&self) -> Option<NumericEntry> {
-        Some(self.state.current_value())
+        self.is_current.then(|| self.state.current_value())
     }
 
     fn running_value(&self) -> Option<NumericEntry> {
-        Some(self.state.running_value())
+        self.is_known.then(|| self.state.running_value())
     }
 
     fn final_value(&self) -> NumericEntry {
         self.state.final_value()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn unknown_values_are_left_out_of_the_mean() {
+        let accuracy = LoggedValue { name: "accuracy", unit: "", higher_is_better: true };
+        let mut metric = ValueMetric::new((1, &accuracy));
+        let mut update = |value: f64| {
+            let is_taken = metric.take(&BatchValues { samples: 2, values: vec![0.5, value] });
+            assert_eq!(is_taken, metric.value().is_some());
+            (is_taken, metric.running_value().map(|mean| mean.current()))
+        };
+        assert_eq!(update(f64::NAN), (false, None));
+        assert_eq!(update(0.5), (true, Some(0.5)));
+        assert_eq!(update(f64::NAN), (false, Some(0.5)));
+        assert_eq!(update(1.0), (true, Some(0.75)));
     }
 }

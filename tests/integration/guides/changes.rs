@@ -75,6 +75,8 @@ const WHOLE_PLAN: Change = Skip("takes days: a whole plan of the benchmark");
 const FRAMES: Change = Skip("needs an AEDAT4 file with frames, which nothing here writes");
 /// The exit code of `evpose gap run` where effects are missing.
 const EFFECTS: Change = Answers(&[11]);
+/// Exit codes of `evpose infer` where it may find nobody.
+const NOBODY: Change = Answers(&[0, 1]);
 
 use Change::{Answers, Append, Replace, Skip};
 
@@ -270,6 +272,11 @@ pub(crate) const RULES: &[Rule] = &[
     rule("networks.md", "--sequences 240", Replace("--sequences 240", "{people}")),
     rule("networks.md", "studio --sequences 200", Replace("--sequences 200", "{people}")),
     rule("networks.md", "evpose train body-wide", Append("{steps} --plain")),
+    // Networks of a few steps, and a bar where a reader has a person.
+    rule("README.md", "evpose infer --checkpoint body", NOBODY),
+    rule("commands.md", "evpose infer --checkpoint runs/body", NOBODY),
+    rule("bodies.md", "evpose infer --checkpoint runs/body", NOBODY),
+    rule("onnx.md", "evpose infer --checkpoint body-quick", NOBODY),
     // own-labels.md
     rule("own-labels.md", "evpose check-labels", Answers(&[2])),
     rule("own-labels.md", "evpose train body-wide", Append("{steps} --plain")),
@@ -368,6 +375,7 @@ pub(crate) const INPUTS: &[(&str, &[(&str, &str)])] = &[
     ("hands-conditions.md", &[("runs/demo/train", "runs/hand"), ("slow.npz", "hand.npz")]),
     ("live.md", &[("rec.raw", "short.raw"), ("rec.aedat4", "short.aedat4")]),
     ("networks.md", &[("foreign", "foreign"), ("small.toml", "small.toml")]),
+    ("onnx.md", &[("rec.npz", "hand.npz"), ("walk.npz", "person.npz")]),
     (
         "own-labels.md",
         &[

@@ -7,6 +7,8 @@
 //!
 //! Intervals of 95 % are bootstrapped over twenty parts of time. [`Noise::unrest`] is the largest
 //! of these parts over their mean: a lamp, or somebody who walks by, makes it much larger than one.
+//! [`Noise::motion`] is where and when a tile of the image had far more events than at its own rest, which is the
+//! mean of its quieter parts of time: something moved there, even if the whole image shows little of it.
 
 use evpose_core::stats::bootstrap::{BootstrapConfig, bootstrap};
 use evpose_core::stats::interval::Interval;
@@ -23,6 +25,14 @@ const CHANCE: f64 = 0.01;
 const PARTS: usize = 20;
 /// Minimum length: in shorter recordings the parts of time hold too few events.
 const MIN_LENGTH: Micros = Micros(100_000);
+/// Columns and rows of tiles.
+const TILES: [usize; 2] = [8, 6];
+/// Parts of time that a tile's rest is the mean of: the quieter ones.
+const QUIET_PARTS: usize = 15;
+/// Events of a tile in a part of time, relative to its rest, from which something moved.
+const MOVED: f64 = 3.0;
+/// Largest share of one pixel in these events: above it, the pixel is in a burst and nothing moved.
+const MAX_OF_A_PIXEL: f64 = 0.5;
 /// Draws of the bootstrap.
 const RESAMPLES: usize = 4_000;
 /// Largest number of iterations; the set of hot pixels converges after a few.
@@ -41,6 +51,19 @@ pub struct HotPixelRate {
     pub off_hz: f64,
 }
 
+/// A place and a time of much more events than before and behind.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Motion {
+    /// Begin and end, in seconds from the begin of the window.
+    pub seconds: [f64; 2],
+    /// First and last column.
+    pub columns: [u16; 2],
+    /// First and last row.
+    pub rows: [u16; 2],
+    /// Events there and then, over those of the place at rest.
+    pub times: f64,
+}
+
 /// Background activity of a camera at rest.
 #[derive(Debug, Clone, Serialize)]
 pub struct Noise {
@@ -56,6 +79,8 @@ pub struct Noise {
     pub hot: Vec<HotPixelRate>,
     /// The busiest twentieth of time over the mean, without hot pixels.
     pub unrest: f64,
+    /// The place and time at which most clearly something moved; none if all was at rest.
+    pub motion: Option<Motion>,
     /// Seconds of the recording that were looked at.
     pub seconds: f64,
 }
@@ -117,9 +142,57 @@ pub fn noise(events: &EventStream, window: TimeWindow, seed: u64) -> Result<Nois
         all_on_hz: all(1),
         all_off_hz: all(0),
         hot,
+        motion: motion(events, window, &is_hot),
         unrest: both.iter().copied().fold(0.0, f64::max) / mean.max(f64::MIN_POSITIVE),
         seconds,
     })
+}
+
+/// The tile and the part of time with the largest excess over the tile's rest.
+fn motion(events: &EventStream, window: TimeWindow, is_hot: &[bool]) -> Option<Motion> {
+    let size = [events.sensor().width, events.sensor().height].map(usize::from);
+    let tile_at = |pixel: usize| {
+        let at = [pixel % size[0], pixel / size[0]];
+        let [column, row] = [0, 1].map(|k| at[k] * TILES[k] / size[k]);
+        row * TILES[0] + column
+    };
+    let place = |i: usize| {
+        let event = events.get(i)?;
+        let pixel = usize::from(event.y) * size[0] + usize::from(event.x);
+        (!is_hot[pixel]).then(|| (tile_at(pixel), part(event.t, window), pixel))
+    };
+    let range = events.range(window);
+    let mut counts = [[0_u32; PARTS]; TILES[0] * TILES[1]];
+    range.clone().filter_map(place).for_each(|(tile, part, _)| counts[tile][part] += 1);
+    // `CHANCE` is that of all tiles and parts together.
+    let chance = CHANCE / (counts.len() * PARTS) as f64;
+    let mut moved = Vec::new();
+    for (tile, counts) in counts.iter().enumerate() {
+        let mut ordered = counts.map(f64::from);
+        ordered.sort_by(f64::total_cmp);
+        let quiet = ordered[..QUIET_PARTS].iter().sum::<f64>() / QUIET_PARTS as f64;
+        // The quieter parts lie below the mean, by up to this much.
+        let rest = quiet + 2.0 * (quiet.max(1.0) / QUIET_PARTS as f64).sqrt();
+        let limit = (MOVED * rest).max(f64::from(poisson_quantile(rest, chance)));
+        let above = (0..PARTS).filter(|part| f64::from(counts[*part]) > limit);
+        moved.extend(above.map(|part| (f64::from(counts[part]) / rest, tile, part)));
+    }
+    moved.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let of_many_pixels = |(_, tile, part): &&(f64, usize, usize)| {
+        let mut own = std::collections::BTreeMap::<usize, u32>::new();
+        let here = range.clone().filter_map(place).filter(|at| (at.0, at.1) == (*tile, *part));
+        here.for_each(|(.., pixel)| *own.entry(pixel).or_default() += 1);
+        let most = own.values().copied().max().unwrap_or(0);
+        f64::from(most) <= MAX_OF_A_PIXEL * f64::from(counts[*tile][*part])
+    };
+    let (times, tile, part) = *moved.iter().find(of_many_pixels)?;
+    let length = window.length().as_seconds() / PARTS as f64;
+    let tile = [tile % TILES[0], tile / TILES[0]];
+    let [columns, rows] =
+        [0, 1].map(|k| [tile[k], tile[k] + 1].map(|at| (at * size[k]).div_ceil(TILES[k])));
+    let [columns, rows] = [columns, rows].map(|[first, end]| [first as u16, end as u16 - 1]);
+    let seconds = [part, part + 1].map(|part| part as f64 * length);
+    Some(Motion { seconds, columns, rows, times })
 }
 
 fn part(t: Micros, window: TimeWindow) -> usize {
@@ -169,6 +242,7 @@ fn poisson_quantile(mean: f64, chance: f64) -> u32 {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     #[test]
@@ -183,5 +257,51 @@ mod tests {
         assert_eq!([0.05, 100.0].map(|mean| poisson_quantile(mean, 0.01 / 3_072.0)), [3, 148]);
         // 100 + 2.326 * 10 and a little skew.
         assert_eq!(poisson_quantile(100.0, 0.01), 124);
+    }
+
+    /// Ten seconds of noise of so many events a second over 160x120 pixels, with what `more` adds.
+    fn recording(rate: usize, more: &[evpose_core::Event]) -> (EventStream, TimeWindow) {
+        use evpose_core::{CounterRng, Event, EventStreamBuilder, Polarity, SensorSize};
+        let mut rng = CounterRng::new(5, "noise test", rate as u64);
+        let mut events = EventStreamBuilder::new(SensorSize { width: 160, height: 120 });
+        let noise = (0..10 * rate).map(|_| Event {
+            t: Micros(rng.below(10_000_000) as i64),
+            x: rng.below(160) as u16,
+            y: rng.below(120) as u16,
+            polarity: Polarity::from_on(rng.chance(0.5)),
+        });
+        let mut all: Vec<Event> = noise.chain(more.iter().copied()).collect();
+        all.sort_by_key(|event| event.t);
+        all.into_iter().for_each(|event| events.push(event));
+        let window = TimeWindow { start: Micros(0), end: Micros(10_000_000) };
+        (events.finish().0, window)
+    }
+
+    #[test]
+    fn what_moves_is_named_by_place_and_time_and_noise_and_bursts_are_not() {
+        use evpose_core::{Event, Polarity};
+        let event = |t: i64, x: i64, y: i64| Event {
+            t: Micros(t),
+            x: x as u16,
+            y: y as u16,
+            polarity: Polarity::On,
+        };
+        for rate in [200, 2_000, 20_000] {
+            let (events, window) = recording(rate, &[]);
+            assert_eq!(noise(&events, window, 1).unwrap().motion, None, "{rate}");
+        }
+        // A bar of 20 pixels walks over 12 columns, from 6.1 to 6.4 s, and is a hundredth of all events.
+        let bar = |k: i64| event(6_100_000 + 1_250 * k, 44 + k / 20, 42 + k % 20);
+        let bar: Vec<Event> = (0..240).map(bar).collect();
+        let (events, window) = recording(2_000, &bar);
+        let found = noise(&events, window, 1).unwrap();
+        assert!(found.unrest < 1.5, "{}", found.unrest);
+        let moved = found.motion.unwrap();
+        assert_eq!((moved.seconds, moved.columns, moved.rows), ([6.0, 6.5], [40, 59], [40, 59]));
+        assert!(moved.times > MOVED, "{moved:?}");
+        // As many events of one pixel.
+        let burst: Vec<Event> = (0..240).map(|k| event(6_100_000 + 1_250 * k, 50, 50)).collect();
+        let (events, window) = recording(2_000, &burst);
+        assert_eq!(noise(&events, window, 1).unwrap().motion, None);
     }
 }

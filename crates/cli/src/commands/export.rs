@@ -4,11 +4,12 @@ use std::path::PathBuf;
 
 use crate::args::{ConfigArgs, DeviceArgs};
 use crate::progress::say;
+use crate::shipped::checkpoint_sha256;
 use crate::tasks::{open, task_of_config};
 use anyhow::{Context, Result};
 use burn::tensor::Device;
 use evpose_core::atomic_write;
-use evpose_infer::onnx::{Message as _, OPSET, model};
+use evpose_infer::onnx::{BATCH, Message as _, OPSET, model_with};
 use evpose_nn::DeviceKind;
 
 /// Arguments of `evpose export`.
@@ -47,13 +48,23 @@ pub fn run(args: &ExportArgs) -> Result<()> {
     };
     let network = pose_model.network()?;
     let [channels, height, width] = network.input_shape();
-    let model = model(&network.graph(), [channels, height, width])?;
+    let mut interface = network.interface();
+    let digest = args.checkpoint.as_deref().map(checkpoint_sha256).transpose()?;
+    let known = [
+        ("task", pose_model.task().to_owned()),
+        ("network", network.network_name()),
+        ("evpose_version", env!("CARGO_PKG_VERSION").to_owned()),
+        ("checkpoint_sha256", digest.unwrap_or_else(|| "untrained".to_owned())),
+        ("config", pose_model.config_toml()?),
+    ];
+    interface.metadata.extend(known.map(|(key, value)| (key.to_owned(), value)));
+    let model = model_with(&network.graph(), [channels, height, width], &interface)?;
     let bytes = model.encode_to_vec();
     // Whole or not at all, so that an aborted export leaves no file that looks like a network.
     atomic_write(&args.onnx, &bytes).with_context(|| format!("writing {}", args.onnx.display()))?;
     let nodes = model.graph.map_or(0, |graph| graph.node.len());
     say(format!(
-        "{}: {}, input 1x{channels}x{height}x{width}, {nodes} operators of opset {OPSET}, {:.1} MB",
+        "{}: {}, input {BATCH}x{channels}x{height}x{width}, {nodes} operators of opset {OPSET}, {:.1} MB",
         args.onnx.display(),
         network.network_name(),
         bytes.len() as f64 / 1e6

@@ -50,10 +50,14 @@ pub fn write(dir: &Path, material: &Material<'_>) -> Result<()> {
     save(&dir.join("frames.png"), &strip)?;
     let animation = animation(material)?;
 
-    let mut page = HtmlPage::new(
-        "Hand pose from an event camera",
-        "Simulated, trained, evaluated and drawn by evpose on this machine.",
-    );
+    let is_trained = !material.history.is_empty();
+    let made = if is_trained {
+        "Simulated, trained, evaluated and drawn by evpose on this machine."
+    } else {
+        "Nothing was trained: the network that ships with evpose was evaluated on hands simulated on this \
+         machine."
+    };
+    let mut page = HtmlPage::new("Hand pose from an event camera", made);
     page.section(
         "What was learned, and what not",
         "On people, motions and backgrounds that the training did not show. An error of 1 is that of the \
@@ -93,8 +97,13 @@ pub fn write(dir: &Path, material: &Material<'_>) -> Result<()> {
          wrist. 2D: 7 points, in percent of the palm's length in the image.",
     );
     page.plots(&pck_plots(&material.evaluation.methods)?);
-    page.section("Learning curves", "Each interval ends with a validation on held-back seconds.");
-    page.plots(&learning_curves(material)?);
+    if is_trained {
+        page.section(
+            "Learning curves",
+            "Each interval ends with a validation on held-back seconds.",
+        );
+        page.plots(&learning_curves(material)?);
+    }
 
     page.section("How it was made", "");
     page.details("Measured", &material.facts.join("\n"));

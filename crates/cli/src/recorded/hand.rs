@@ -41,6 +41,7 @@ pub fn record_shard_of(
         steps: run.sequences.iter().map(|sequence| sequence.frames).sum(),
         events: run.sequences.iter().map(|sequence| sequence.events).sum(),
         elapsed_s: run.elapsed.as_secs_f64(),
+        parts: run.time.of(run.elapsed),
         reused: run.reused,
         leftovers: run.leftovers,
         finished: run.finished,
@@ -54,6 +55,8 @@ pub struct SimulationSummary {
     steps: u64,
     events: u64,
     elapsed_s: f64,
+    /// Where that time went.
+    parts: String,
     reused: usize,
     leftovers: usize,
     /// Whether all sequences of the set are there.
@@ -81,11 +84,12 @@ impl std::fmt::Display for SimulationSummary {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(
             f,
-            "{} sequences, {} steps of 1 ms, {:.1} M events in {:.1} s: {:.0} steps/s",
+            "{} sequences, {} steps of 1 ms, {:.1} M events in {:.1} s ({}): {:.0} steps/s",
             self.sequences,
             self.steps,
             self.events as f64 / 1e6,
             self.elapsed_s,
+            self.parts,
             self.steps_per_second()
         )
     }

@@ -8,7 +8,7 @@ use evpose_sim::{SequenceSet, Shard};
 use evpose_task::body::{BodyConfig, BodySourceKind};
 use evpose_train::body::{BodyFrames, BodyRecordings, holds_annotations};
 
-use crate::progress::{LongProgress, bar, say};
+use crate::progress::{bar, say};
 use crate::run_info;
 
 /// Records the missing sequences of a shard of the people of `config`.
@@ -31,11 +31,12 @@ pub fn record(config: &BodyConfig, dir: &Path, shard: Shard) -> Result<RecordedP
 pub fn summary_of_people(recorded: &RecordedPeople, config: &BodyConfig) -> String {
     let seconds = recorded.elapsed.as_secs_f64();
     format!(
-        "{} sequences, {} steps of {} ms, {:.1} M events in {seconds:.1} s: {:.0} steps/s",
+        "{} sequences, {} steps of {} ms, {:.1} M events in {seconds:.1} s ({}): {:.0} steps/s",
         recorded.sequences,
         recorded.steps,
         config.simulation.step().0 as f64 / 1e3,
         recorded.events as f64 / 1e6,
+        recorded.time.of(recorded.elapsed),
         recorded.steps as f64 / seconds,
     )
 }
@@ -80,9 +81,9 @@ pub fn frames(config: &BodyConfig, data: &Path) -> Result<BodyFrames> {
         }
         BodySourceKind::Annotations => ("reading", 0, "images"),
     };
-    let progress = LongProgress::new(label, count, unit);
+    let progress = bar(label, count, unit);
     let frames = BodyFrames::load(config, data, &|done| progress.inc(done))?;
-    progress.finish();
+    progress.finish_and_clear();
     say(format!("{} images", frames.len()));
     Ok(frames)
 }

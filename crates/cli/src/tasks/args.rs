@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use crate::args::{ConfigArgs, DeviceArgs};
 use evpose_infer::Precision;
-use evpose_io::poses::{POSE_FORMATS, PoseFormat, pose_format_by_name};
+use evpose_io::poses::{POSE_FORMATS, PoseFormat, pose_format_by_name, pose_format_of};
 use evpose_sim::Shard;
 use evpose_train::TrainOptions;
 
@@ -185,14 +185,19 @@ pub struct InferArgs {
     /// Sensor, camera of the file, ticks, damage.
     #[command(flatten)]
     pub opening: OpeningArgs,
-    /// Output: a line for each pose with its time stamp in microseconds, score, and joints by name in
-    /// pixels of the sensor; of hands also 12 parameters, and joints in metres in the camera's frame
+    /// Output, in the format of its ending (.csv, .json, .jsonl): a line for each time with its time stamp in
+    /// microseconds, score, and joints by name in pixels of the sensor; of hands also 12 parameters, and
+    /// joints in metres in the camera's frame. A line of nobody says so
     #[arg(long)]
     pub out: PathBuf,
-    /// Format of the output: `table` (CSV with a header), `json` (JSON Lines of the same names), or, of
-    /// bodies, `hpe-core` or `yarp` (a folder)
-    #[arg(long, default_value = "table", value_parser = written_format)]
-    pub format: &'static PoseFormat,
+    /// Format of the output, instead of its ending's: `table` (CSV with a header), `json` (an array of the
+    /// same names), `jsonl` (JSON Lines), or, of bodies, `hpe-core` or `yarp` (a folder)
+    #[arg(long, value_parser = written_format)]
+    pub format: Option<&'static PoseFormat>,
+    /// Also write the latency of each pose, from its events to the pose on this machine: the output then
+    /// differs from run to run
+    #[arg(long)]
+    pub latencies: bool,
     /// Milliseconds between poses [hands: 1; bodies: the config's]
     #[arg(long)]
     pub stride_ms: Option<u32>,
@@ -245,6 +250,19 @@ fn written_format(name: &str) -> Result<&'static PoseFormat, String> {
 }
 
 impl InferArgs {
+    /// The format of a file of poses: the given one, or else that of its ending.
+    ///
+    /// # Errors
+    /// If it has the ending of no format.
+    pub fn format_of(&self, path: &Path) -> anyhow::Result<&'static PoseFormat> {
+        Ok(self.format.map_or_else(|| pose_format_of(path), Ok)?)
+    }
+
+    /// A latency of so many seconds in milliseconds, if latencies are asked for.
+    pub(crate) fn latency_ms(&self, delay_s: f64) -> Option<f64> {
+        self.latencies.then_some(1e3 * delay_s)
+    }
+
     /// The only recording.
     ///
     /// # Errors

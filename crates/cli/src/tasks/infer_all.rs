@@ -2,15 +2,92 @@
 
 use std::path::Path;
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use evpose_core::Micros;
-use evpose_pose::stream::{InferenceWorker, StreamFrontend};
+use evpose_pose::stream::{InferenceWorker, RemainingEvents, StreamFrontend};
 use evpose_task::{InferredPoses, RecordingStream};
 
 use crate::progress::{bar, note};
 
-/// Takes every input of a recording, which begins and ends at `span`, and hands on its poses; shows the
-/// progress, and says what is odd about the file `path`.
+/// Counts of an inference: they say why it found nobody.
+#[derive(Debug, Clone)]
+pub struct InferenceCounts {
+    /// Events that are left after each step.
+    pub events: Vec<RemainingEvents>,
+    /// Times without an inference, because too few events had come.
+    pub too_few: u64,
+    /// Inferred poses, those of nobody included.
+    pub inferred: u64,
+}
+
+/// Scores of poses and their threshold, of a task that has them.
+#[derive(Debug, Clone, Copy)]
+pub struct PoseScores {
+    /// The highest score; none without a pose.
+    pub best: Option<f32>,
+    /// Poses of a lower score are of nobody.
+    pub min_score: f32,
+}
+
+impl InferenceCounts {
+    /// Prints how many of the rows in `out` are of nobody because of too few events.
+    ///
+    /// # Errors
+    /// If all rows are of nobody, `nobody` of them for their score: with the counts of each step for the
+    /// recording `path`, and what to change.
+    pub fn check(
+        &self,
+        [path, out]: [&Path; 2],
+        nobody: u64,
+        scores: Option<PoseScores>,
+    ) -> Result<()> {
+        let times = self.too_few + self.inferred;
+        let somebody = self.inferred - nobody;
+        if somebody > 0 && self.too_few > 0 {
+            let too_few = self.too_few;
+            note(format!(
+                "note: too few events for a pose at {too_few} of {times} times: rows of nobody"
+            ));
+        }
+        let events = self
+            .events
+            .iter()
+            .map(|left| format!("\n  {} events are left {}", left.events, left.step));
+        let mut counts: String = events.collect();
+        counts += &format!("\n  {} of {times} times had too few of them", self.too_few);
+        if let Some(PoseScores { best, min_score }) = scores {
+            let best = best.map_or_else(String::new, |best| format!(", the highest {best:.3}"));
+            counts += &format!("\n  {nobody} poses scored below {min_score:.3}{best}");
+        }
+        let advice = match scores.filter(|_| self.inferred > 0) {
+            Some(_) => "set a lower --min-score, if `evpose view` shows somebody",
+            None => self.advice(),
+        };
+        ensure!(
+            somebody > 0,
+            "{}: nobody is in view, as the {times} rows of {} say:{counts}\n{advice}",
+            path.display(),
+            out.display()
+        );
+        Ok(())
+    }
+
+    /// The advice of the step that took the largest share of the events.
+    fn advice(&self) -> &'static str {
+        let mut worst = self.events.first().map_or((1.0, ""), |read| (0.2, read.advice));
+        for pair in self.events.windows(2) {
+            let expected = pair[1].edge_share * pair[0].events as f64;
+            let share = pair[1].events as f64 / expected.max(1.0);
+            if share < worst.0 {
+                worst = (share, pair[1].advice);
+            }
+        }
+        worst.1
+    }
+}
+
+/// Takes every input of a recording, which begins and ends at `span`, and hands on its poses, before them the
+/// times at which too few events had come; shows the progress, and says what is odd about the file `path`.
 ///
 /// # Errors
 /// If the recording cannot be read, or the network fails.
@@ -19,13 +96,16 @@ pub fn infer_all<F, W>(
     path: &Path,
     [start, end]: [Micros; 2],
     mut take: impl FnMut(&F, InferredPoses<F::Pose>),
-) -> Result<()>
+) -> Result<InferenceCounts>
 where
     F: StreamFrontend,
     W: InferenceWorker<Input = F::Input, Output = F::Output>,
 {
     let progress = bar("inferring", (end - start).0 as u64 / 1_000, "ms");
+    let (mut too_few, mut count) = (0, 0);
     while let Some(inferred) = recording.next().transpose()? {
+        too_few += inferred.skipped.len() as u64;
+        count += inferred.poses.len() as u64;
         progress.set_position((inferred.t - start).0 as u64 / 1_000);
         take(&recording.stream().frontend, inferred);
     }
@@ -33,5 +113,5 @@ where
     for warning in recording.warnings() {
         note(format!("warning: {}: {warning}", path.display()));
     }
-    Ok(())
+    Ok(InferenceCounts { events: recording.remaining_events(), too_few, inferred: count })
 }

@@ -55,7 +55,7 @@ use evpose_task::BEST;
 
 pub use experiment::{PoseExperiment, StartWeights};
 pub use finish_training::finish_training;
-pub use infer_all::infer_all;
+pub use infer_all::{InferenceCounts, PoseScores, infer_all};
 pub use online::TaskStream;
 pub use own_args::{Eval, Infer, Live, NoArgs, Simulate, TaskArgs, TaskCommand};
 pub use scores::{EvaluationScores, Metric, RecordingScores};

@@ -5,8 +5,10 @@ use std::path::{Path, PathBuf};
 use crate::args::ConfigArgs;
 use anyhow::{Result, bail};
 use burn::tensor::Device;
-use evpose_core::{RegistryEntry, SensorSize};
+use evpose_core::{Micros, RegistryEntry, SensorSize};
 use evpose_infer::Precision;
+use evpose_infer::onnx::Interface;
+use evpose_io::OpenOptions;
 use evpose_nn::graph::Graph;
 use evpose_sim::SequenceSet;
 
@@ -155,6 +157,28 @@ pub trait NetworkModel {
 
     /// Channels, rows and columns of an input.
     fn input_shape(&self) -> [usize; 3];
+
+    /// Names of inputs and outputs, and a description of the way from events to poses, for those who run an
+    /// exported network.
+    fn interface(&self) -> Interface {
+        Interface { input: "input".to_owned(), ..Interface::default() }
+    }
+
+    /// Passes the network's inputs for a recording to `take`, of the first pass of several, each with the time
+    /// stamp of its pose in `evpose infer`; `every_ms` apart, or else as the task infers by default.
+    ///
+    /// # Errors
+    /// If the recording cannot be read, or the task hands out none.
+    fn for_each_input(
+        &self,
+        recording: &Path,
+        every_ms: Option<u32>,
+        opening: &OpenOptions,
+        take: &mut dyn FnMut(Micros, &[f32]) -> Result<()>,
+    ) -> Result<()> {
+        let _ = (recording, every_ms, opening, take);
+        bail!("`{}` does not hand out its inputs", self.network_name())
+    }
 
     /// Runs `evpose average`: writes the mean of this network and that of the checkpoint `other`, with
     /// this one's config, thresholds and provenance.

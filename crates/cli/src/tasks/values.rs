@@ -18,10 +18,10 @@ use evpose_train::body::BodyRecordings;
 use glam::Vec2;
 
 use super::args::{EvalArgs, InferArgs, SimulateArgs};
-use super::infer_all;
 use super::online::{OnlineStream, TaskStream};
 use super::opening::OpeningArgs;
 use super::own_args::{Live, NoArgs, TaskArgs};
+use super::{InferenceCounts, infer_all};
 use crate::json::write_json;
 use crate::progress::{bar, say};
 use crate::recorded::claim;
@@ -138,7 +138,7 @@ pub trait ValueModel {
         Ok(parts)
     }
 
-    /// The poses of the recording `path`, as every command has them.
+    /// The rows of the recording `path`, as every command has them, and how they came about.
     ///
     /// # Errors
     /// If it cannot be read or is empty, or the network fails.
@@ -147,19 +147,20 @@ pub trait ValueModel {
         path: &Path,
         stride_ms: Option<u32>,
         opening: &OpeningArgs,
-    ) -> Result<Vec<TimedPose>> {
+    ) -> Result<(Vec<TimedPose>, InferenceCounts)> {
         let every = stride_ms.map_or(self.every(), |ms| Micros(1_000 * i64::from(ms.max(1))));
         let mut recording =
             self.open_recording(path, every, &opening.options_with_sensor(path)?)?;
         let span = recording.span()?.with_context(|| format!("{}: no events", path.display()))?;
         let mut poses = Vec::new();
-        infer_all(&mut recording, path, span, |frontend, inferred| {
-            poses.extend(inferred.poses.iter().map(|(t, pose)| TimedPose {
-                origin: Some(PoseOrigin::Network),
-                ..TimedPose::new(*t, &frontend.estimate(pose))
+        let kind = PoseKind::Values(self.layout());
+        let counts = infer_all(&mut recording, path, span, |frontend, inferred| {
+            poses.extend(inferred.skipped.iter().map(|t| TimedPose::nobody(kind, *t)));
+            poses.extend(inferred.poses.iter().map(|(t, pose)| {
+                TimedPose::new(*t, &frontend.estimate(pose)).with_origin(PoseOrigin::Network)
             }));
         })?;
-        Ok(poses)
+        Ok((poses, counts))
     }
 
     /// Runs `evpose infer`.
@@ -169,10 +170,12 @@ pub trait ValueModel {
     fn write_values(&self, args: &InferArgs) -> Result<()> {
         let layout = self.layout();
         let NoArgs {} = args.own.of(layout.name)?;
-        let poses = self.infer_values(args.recording()?, args.stride_ms, &args.opening)?;
-        let (count, kind) = (poses.len(), PoseKind::Values(layout));
-        write_poses_from(&args.out, kind, None, &mut poses.into_iter(), args.format)?;
-        say(format!("{count} poses: {}", args.out.display()));
+        let (path, format) = (args.recording()?, args.format_of(&args.out)?);
+        let (poses, counts) = self.infer_values(path, args.stride_ms, &args.opening)?;
+        let kind = PoseKind::Values(layout);
+        write_poses_from(&args.out, kind, None, &mut poses.into_iter(), format)?;
+        counts.check([path, &args.out], 0, None)?;
+        say(format!("{} poses: {}", counts.inferred, args.out.display()));
         Ok(())
     }
 
@@ -189,7 +192,7 @@ pub trait ValueModel {
         let mut errors = [BTreeMap::<String, Totals>::new(), BTreeMap::new()];
         for (events, table) in BodyRecordings::open(data)?.files {
             let truth = read_values(&table, layout)?;
-            for pose in self.infer_values(&events, args.stride_ms, &OpeningArgs::default())? {
+            for pose in self.infer_values(&events, args.stride_ms, &OpeningArgs::default())?.0 {
                 let known = pose.values.as_ref().zip(values_at(&truth, pose.t));
                 let Some((values, truth)) = known else { continue };
                 for (errors, values) in errors.iter_mut().zip([&values[..], mean]) {

@@ -165,7 +165,7 @@ fn transposed(rows: &[f32], columns: usize) -> Vec<f32> {
 }
 
 /// Interleaves the channels of two images: concatenated, reshaped to `[2, channels / 2]`, and
-/// transposed.
+/// transposed. A size of 0 in a shape is that of the input: any batch.
 fn interleave(
     writer: &mut Writer<'_>,
     inputs: Vec<String>,
@@ -176,12 +176,12 @@ fn interleave(
     let concatenated =
         writer.operator("Concat", inputs, format!("{name}.both"), vec![int("axis", 1)]);
     let pairs =
-        writer.integers(format!("{name}.pairs"), &sizes(&[1, 2, channels / 2, height, width]));
+        writer.integers(format!("{name}.pairs"), &sizes(&[0, 2, channels / 2, height, width]));
     let halves =
         writer.operator("Reshape", vec![concatenated, pairs], format!("{name}.halves"), vec![]);
     let perm = vec![ints("perm", &[0, 2, 1, 3, 4])];
     let transposed = writer.operator("Transpose", vec![halves], format!("{name}.turned"), perm);
-    let shape = writer.integers(format!("{name}.shape"), &sizes(&[1, channels, height, width]));
+    let shape = writer.integers(format!("{name}.shape"), &sizes(&[0, channels, height, width]));
     writer.operator("Reshape", vec![transposed, shape], name, vec![])
 }
 

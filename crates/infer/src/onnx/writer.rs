@@ -10,8 +10,8 @@ use crate::onnx::OnnxError;
 use crate::onnx::nodes::add_operators;
 use crate::onnx::proto::{
     AttributeProto, AttributeType, DataType, Dimension, DimensionValue, GraphProto, ModelProto,
-    NodeProto, OperatorSetIdProto, TensorProto, TensorShapeProto, TensorType, TypeProto,
-    ValueInfoProto,
+    NodeProto, OperatorSetIdProto, StringStringEntryProto, TensorProto, TensorShapeProto,
+    TensorType, TypeProto, ValueInfoProto,
 };
 
 /// Version of the default operator set (opset).
@@ -19,14 +19,57 @@ pub const OPSET: i64 = 13;
 /// Version of the file format (IR version): that of ONNX 1.8, the first release with opset 13.
 const IR_VERSION: i64 = 7;
 
-/// Exports a network as an ONNX model with the input `[1, channels, height, width]`.
+/// Name of the first dimension of an [`Interface`].
+pub const BATCH: &str = "batch";
+
+/// An interface for programs that know nothing of the layers: any number of inputs at once, tensors named by
+/// their meaning, and what the file says about itself.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Interface {
+    /// Name of the input.
+    pub input: String,
+    /// Names of the outputs, in the order of the graph's.
+    pub outputs: Vec<String>,
+    /// Names and values of `metadata_props`.
+    pub metadata: Vec<(String, String)>,
+}
+
+/// Exports a network as an ONNX model with the input `[1, channels, height, width]`, its tensors named by their
+/// layers.
 ///
 /// # Errors
 /// [`OnnxError::Unsupported`] for an operation without a translation, [`OnnxError::Shape`] for a
 /// size that a layer cannot take.
 pub fn model(graph: &Graph, input: [usize; 3]) -> Result<ModelProto, OnnxError> {
+    write(graph, input, None)
+}
+
+/// Exports a network as an ONNX model with the input `[batch, channels, height, width]`, where `batch` is any
+/// number, and with the names and the metadata of an interface. Outputs without a name there are named by
+/// their layers.
+///
+/// # Errors
+/// As [`model`].
+pub fn model_with(
+    graph: &Graph,
+    input: [usize; 3],
+    interface: &Interface,
+) -> Result<ModelProto, OnnxError> {
+    write(graph, input, Some(interface))
+}
+
+fn write(
+    graph: &Graph,
+    input: [usize; 3],
+    interface: Option<&Interface>,
+) -> Result<ModelProto, OnnxError> {
     let shapes = infer_shapes(graph, input)?;
-    let mut writer = Writer { graph, names: names(graph), shapes, file: GraphProto::default() };
+    let batch = match interface {
+        Some(_) => DimensionValue::Name(BATCH.to_owned()),
+        None => DimensionValue::Size(1),
+    };
+    let names = names(graph, interface);
+    let mut writer = Writer { graph, names, shapes, batch, file: GraphProto::default() };
     for id in 0..graph.nodes.len() {
         add_operators(&mut writer, id)?;
     }
@@ -45,7 +88,16 @@ pub fn model(graph: &Graph, input: [usize; 3]) -> Result<ModelProto, OnnxError> 
         producer_version: env!("CARGO_PKG_VERSION").to_owned(),
         graph: Some(file),
         opset_import: vec![OperatorSetIdProto { domain: String::new(), version: OPSET }],
+        metadata_props: interface
+            .into_iter()
+            .flat_map(|known| known.metadata.iter())
+            .map(entry)
+            .collect(),
     })
+}
+
+fn entry((key, value): &(String, String)) -> StringStringEntryProto {
+    StringStringEntryProto { key: key.clone(), value: value.clone() }
 }
 
 /// [`model`], encoded as the bytes of a file.
@@ -56,17 +108,22 @@ pub fn encoded(graph: &Graph, input: [usize; 3]) -> Result<Vec<u8>, OnnxError> {
     Ok(model(graph, input)?.encode_to_vec())
 }
 
-/// Unique names of the nodes: of nodes with one name (layers that share weights), with the index
-/// appended.
-fn names(graph: &Graph) -> Vec<String> {
+/// Unique names of the nodes: those of an interface, and of nodes with one name (layers that share weights, or
+/// are named as the interface names others), with the index appended.
+fn names(graph: &Graph, interface: Option<&Interface>) -> Vec<String> {
+    let mut given: HashMap<NodeId, &str> = HashMap::new();
+    if let Some(Interface { input, outputs, .. }) = interface {
+        let is_input = |id: &NodeId| graph.nodes[*id].operation == Operation::Input;
+        given.extend((0..graph.nodes.len()).filter(is_input).map(|id| (id, input.as_str())));
+        given.extend(graph.outputs.iter().copied().zip(outputs.iter().map(String::as_str)));
+    }
     let mut seen: HashMap<&str, usize> = HashMap::new();
     graph.nodes.iter().for_each(|node| *seen.entry(node.name.as_str()).or_default() += 1);
-    let name = |(id, node): (usize, &Node)| {
-        if seen[node.name.as_str()] == 1 {
-            node.name.clone()
-        } else {
-            format!("{}.{id}", node.name)
-        }
+    given.values().for_each(|name| *seen.entry(name).or_default() += 1);
+    let name = |(id, node): (usize, &Node)| match given.get(&id) {
+        Some(name) => (*name).to_owned(),
+        None if seen[node.name.as_str()] == 1 => node.name.clone(),
+        None => format!("{}.{id}", node.name),
     };
     graph.nodes.iter().enumerate().map(name).collect()
 }
@@ -76,6 +133,8 @@ pub(crate) struct Writer<'a> {
     graph: &'a Graph,
     names: Vec<String>,
     shapes: Vec<[usize; 3]>,
+    /// The first dimension of inputs, outputs and all between.
+    batch: DimensionValue,
     file: GraphProto,
 }
 
@@ -150,13 +209,12 @@ impl<'a> Writer<'a> {
     /// Name, element type and shape of a node's output.
     fn value_info(&self, id: NodeId) -> ValueInfoProto {
         let [channels, height, width] = self.shapes[id];
-        let dims = if is_vector(self.graph, id) {
-            vec![1, channels]
-        } else {
-            vec![1, channels, height, width]
-        };
-        let dimension = |size: i64| Dimension { value: Some(DimensionValue::Size(size)) };
-        let shape = TensorShapeProto { dim: signed(&dims).into_iter().map(dimension).collect() };
+        let dims =
+            if is_vector(self.graph, id) { vec![channels] } else { vec![channels, height, width] };
+        let sizes = signed(&dims).into_iter().map(DimensionValue::Size);
+        let dims = std::iter::once(self.batch.clone()).chain(sizes);
+        let dim = dims.map(|value| Dimension { value: Some(value) }).collect();
+        let shape = TensorShapeProto { dim };
         let tensor = TensorType { elem_type: DataType::Float.into(), shape: Some(shape) };
         let kind = TypeProto { tensor_type: Some(tensor) };
         ValueInfoProto { name: self.names[id].clone(), r#type: Some(kind) }

@@ -23,6 +23,8 @@ pub struct PoseFormat {
     pub name: &'static str,
     /// Content in a few words.
     pub summary: &'static str,
+    /// Endings of names, in lower case, that stand for it.
+    pub endings: &'static [&'static str],
     /// Whether a file is of this format, by its first bytes.
     pub(super) detect: fn(&[u8]) -> bool,
     /// Reads the content of a file.

@@ -16,6 +16,7 @@ use crate::{Input, IoError};
 pub(super) static FORMAT: PoseFormat = PoseFormat {
     name: "hpe-core",
     summary: "hpe-core's table of a person: t delay x0 y0 … in seconds and pixels, without a header",
+    endings: &[],
     detect: |start| {
         let mut line = start.iter().take_while(|byte| **byte != b'\n');
         start.starts_with(b"#")

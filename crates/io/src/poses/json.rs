@@ -1,4 +1,4 @@
-//! Poses as JSON Lines, with the names of the table's columns.
+//! Poses as JSON, with the names of the table's columns: an array, or JSON Lines.
 //!
 //! An object a line: `t_us`, `origin`, `latency_ms`, `score`, and `frame` and `params` of hands as in
 //! the table, `values` of other tasks, `joints` an object by name with `u_px`, `v_px`, `score`, `x_m`, `y_m`, `z_m`. What has no
@@ -16,10 +16,31 @@ use super::format::{PoseFormat, row_fault, write_lines};
 use super::{PoseJoint, PoseKind, PoseSequence, TimedPose};
 use crate::IoError;
 
-/// The format.
-pub(super) static FORMAT: PoseFormat = PoseFormat {
+/// The format of a file that is one JSON value.
+pub(super) static ARRAY: PoseFormat = PoseFormat {
     name: "json",
-    summary: "JSON Lines with the names of the table",
+    summary: "a JSON array of objects with the names of the table",
+    endings: &["json"],
+    detect: |start| start.trim_ascii_start().starts_with(b"["),
+    read,
+    write: Some(|path, kind, frame, poses| {
+        let mut is_first = true;
+        let objects = poses.map(|pose| {
+            let line = line_of(kind, frame, &pose);
+            let separator = if std::mem::take(&mut is_first) { "" } else { ",\n" };
+            format!("{separator}{}", line.trim_end())
+        });
+        let ends = ["[\n", "\n]\n"].map(|end| std::iter::once(end.to_owned()));
+        let [begin, end] = ends;
+        write_lines(path, begin.chain(objects).chain(end))
+    }),
+};
+
+/// The format with an object a line.
+pub(super) static LINES: PoseFormat = PoseFormat {
+    name: "jsonl",
+    summary: "JSON Lines of the same objects",
+    endings: &["jsonl", "ndjson"],
     detect: |start| start.trim_ascii_start().starts_with(b"{"),
     read,
     write: Some(|path, kind, frame, poses| {
@@ -55,9 +76,14 @@ fn line_of(kind: PoseKind, frame: Option<JointFrame>, pose: &TimedPose) -> Strin
             object(pairs.map(|(name, value)| (*name, value.to_string())))
         }),
     );
-    let values = kind.value_names().iter().zip(pose.values.iter().flatten());
-    let values = values.filter(|(_, value)| value.is_finite());
-    let values = object(values.map(|(name, value)| (*name, value.to_string())));
+    let values = kind.value_names().iter().enumerate().filter_map(|(k, name)| {
+        // The names show the kind of a row without values, too.
+        let text = pose.values.as_ref().map_or(Some("null".to_owned()), |values| {
+            values[k].is_finite().then(|| values[k].to_string())
+        });
+        Some((*name, text?))
+    });
+    let values = object(values);
     value("values", matches!(kind, PoseKind::Values(_)).then_some(values));
     let joints = kind.joint_names().iter().zip(&pose.joints);
     let joints = joints.filter_map(|(name, joint)| Some((*name, json_joint(joint)?)));
@@ -91,34 +117,46 @@ fn rounded(value: f64, decimals: usize) -> String {
     if text == "-0" { "0".to_owned() } else { text.to_owned() }
 }
 
+/// Reads objects one after the other, whatever lies between them in an array or in lines.
 fn read(path: &Path, bytes: &[u8]) -> Result<PoseSequence, IoError> {
     let mut sequence: Option<PoseSequence> = None;
-    let mut byte = 0;
-    for (number, line) in (1..).zip(bytes.split_inclusive(|byte| *byte == b'\n')) {
-        if !line.trim_ascii().is_empty() {
-            let rows = sequence.as_ref().map_or(0, |sequence| sequence.poses.len());
-            let fault = |reason: String| row_fault(path, number, byte, reason, rows);
-            let value: Map<String, Value> =
-                serde_json::from_slice(line).map_err(|error| fault(error.to_string()))?;
-            // Where a line does not show its kind, that of the lines before gives a better message.
-            let known = sequence.as_ref().map(|sequence| sequence.kind);
-            let kind = kind_of(&value, known).or(known);
-            // A file is of persons or of hands, not of both.
-            let kind = kind.filter(|kind| known.is_none_or(|known| known == *kind));
-            let kind = kind.ok_or_else(|| fault("neither of a person nor of a hand".to_owned()))?;
-            let pose = pose_of(&value, kind).map_err(fault)?;
-            let sequence = sequence
-                .get_or_insert_with(|| PoseSequence { frame: None, ..PoseSequence::new(kind) });
-            let frame = value.get("frame").and_then(Value::as_str);
-            sequence.frame = JointFrame::ALL.into_iter().find(|known| Some(known.name()) == frame);
-            sequence.poses.push(pose);
-        }
-        byte += line.len() as u64;
+    let (mut byte, mut number) = (0, 1);
+    let is_between = |byte: &u8| byte.is_ascii_whitespace() || b",[]".contains(byte);
+    loop {
+        let skipped = bytes[byte..].iter().take_while(|byte| is_between(byte)).count();
+        number += lines_in(&bytes[byte..byte + skipped]);
+        byte += skipped;
+        let mut objects = serde_json::Deserializer::from_slice(&bytes[byte..]).into_iter();
+        let Some(value) = objects.next() else { break };
+        let rows = sequence.as_ref().map_or(0, |sequence| sequence.poses.len());
+        let fault = |reason: String| row_fault(path, number, byte as u64, reason, rows);
+        let value: Map<String, Value> = value.map_err(|error| fault(error.to_string()))?;
+        // Where an object does not show its kind, that of those before gives a better message.
+        let known = sequence.as_ref().map(|sequence| sequence.kind);
+        let kind = kind_of(&value, known).or(known);
+        // A file is of persons or of hands, not of both.
+        let kind = kind.filter(|kind| known.is_none_or(|known| known == *kind));
+        let kind = kind.ok_or_else(|| fault("neither of a person nor of a hand".to_owned()))?;
+        let pose = pose_of(&value, kind).map_err(fault)?;
+        let sequence =
+            sequence.get_or_insert_with(|| PoseSequence { frame: None, ..PoseSequence::new(kind) });
+        let frame = value.get("frame").and_then(Value::as_str);
+        sequence.frame = JointFrame::ALL.into_iter().find(|known| Some(known.name()) == frame);
+        sequence.poses.push(pose);
+        let end = byte + objects.byte_offset();
+        number += lines_in(&bytes[byte..end]);
+        byte = end;
     }
     sequence.ok_or_else(|| row_fault(path, 1, 0, "no poses".to_owned(), 0))
 }
 
-/// The kind that a line shows. One without joints is of the lines before, or else of a body.
+/// Ends of lines.
+fn lines_in(bytes: &[u8]) -> u64 {
+    bytes.iter().filter(|byte| **byte == b'\n').count() as u64
+}
+
+/// The kind that a line shows. One without joints is of the lines before, or else of a hand if it has the
+/// frame of those, and of a body.
 fn kind_of(line: &Map<String, Value>, known: Option<PoseKind>) -> Option<PoseKind> {
     if line.contains_key("params") {
         return Some(PoseKind::Hand);
@@ -131,8 +169,12 @@ fn kind_of(line: &Map<String, Value>, known: Option<PoseKind>) -> Option<PoseKin
         Some(name) => [PoseKind::Body, PoseKind::Hand]
             .into_iter()
             .find(|kind| kind.joint_names().contains(&name.as_str())),
-        // Nobody is in view; the first line of hands has joints.
-        None => known.or(Some(PoseKind::Body)),
+        // Nobody is in view.
+        None => {
+            let camera = Some(JointFrame::Camera.name());
+            let is_hand = line.get("frame").and_then(Value::as_str) == camera;
+            known.or(Some(if is_hand { PoseKind::Hand } else { PoseKind::Body }))
+        }
     }
 }
 

@@ -1,9 +1,9 @@
-//! Poses of a hand, a person or another thing over time: one set of names, as a table and as JSON Lines.
+//! Poses of a hand, a person or another thing over time: one set of names, as a table and as JSON.
 //!
 //! | column | unit | |
 //! |---|---|---|
 //! | `t_us` | µs | time stamp, on the recording's clock |
-//! | `origin` | | `network` or `propagated` |
+//! | `origin` | | `network`, `propagated`, or `nobody` of a row without a pose |
 //! | `latency_ms` | ms | from the newest event that the pose depends on to the pose |
 //! | `score` | 0 to 1 | of the pose; empty where the network has none |
 //! | `frame` | | of `_x_m`, `_y_m`, `_z_m`: `camera` or `world` |
@@ -36,6 +36,7 @@ pub use format::{PoseFormat, PoseIterator};
 pub use json::json_line;
 pub use pose::{PoseJoint, PoseKind, PoseSequence, TimedPose};
 pub use registry::{
-    POSE_FORMATS, pose_format_by_name, poses_from, read_poses, write_poses, write_poses_from,
+    POSE_FORMATS, pose_format_by_name, pose_format_of, poses_from, read_poses, write_poses,
+    write_poses_from,
 };
 pub use table::read_pose_table;

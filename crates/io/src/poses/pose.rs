@@ -119,6 +119,25 @@ impl TimedPose {
         Self { t, origin: None, latency_ms: None, score: estimate.score(), params, joints, values }
     }
 
+    /// The same with its origin, which is [`PoseOrigin::Nobody`] if it has no value.
+    #[must_use]
+    pub fn with_origin(self, origin: PoseOrigin) -> Self {
+        let origin = if self.is_nobody() { PoseOrigin::Nobody } else { origin };
+        Self { origin: Some(origin), ..self }
+    }
+
+    /// The row of a time at which nobody is in view.
+    pub fn nobody(kind: PoseKind, t: Micros) -> Self {
+        Self::empty(kind, t).with_origin(PoseOrigin::Nobody)
+    }
+
+    /// Whether it has neither parameters, nor values, nor a joint with a position.
+    pub fn is_nobody(&self) -> bool {
+        let has_position =
+            |joint: &PoseJoint| joint.image_px.is_some() || joint.position_m.is_some();
+        self.params.is_none() && self.values.is_none() && !self.joints.iter().any(has_position)
+    }
+
     /// The joints of a person; none of them for a hand.
     pub fn body_px(&self) -> BodyPoints {
         let mut points = [None; BODY_JOINTS];

@@ -18,11 +18,29 @@ const LOG: &str = "data.log";
 
 /// The formats of poses; the first one is the default.
 pub static POSE_FORMATS: &[&PoseFormat] =
-    &[&table::FORMAT, &json::FORMAT, &hpe_core::FORMAT, &skeletons::FORMAT];
+    &[&table::FORMAT, &json::ARRAY, &json::LINES, &hpe_core::FORMAT, &skeletons::FORMAT];
 
 /// The format called `name`.
 pub fn pose_format_by_name(name: &str) -> Option<&'static PoseFormat> {
     POSE_FORMATS.iter().copied().find(|format| format.name == name)
+}
+
+/// The format for a file of this name: that of its ending, and the first one for a name without an ending,
+/// as pipes have.
+///
+/// # Errors
+/// If the ending is that of no format.
+pub fn pose_format_of(path: &Path) -> Result<&'static PoseFormat, IoError> {
+    let Some(ending) = path.extension() else { return Ok(POSE_FORMATS[0]) };
+    let ending = ending.to_string_lossy().to_lowercase();
+    let is_ours = |format: &&&PoseFormat| format.endings.contains(&&*ending);
+    POSE_FORMATS.iter().find(is_ours).copied().ok_or_else(|| {
+        let named = POSE_FORMATS.iter().flat_map(|format| {
+            format.endings.iter().map(|ending| format!(".{ending} ({})", format.name))
+        });
+        let known = named.collect::<Vec<_>>().join(", ");
+        IoError::UnknownEnding { path: path.to_owned(), known }
+    })
 }
 
 /// Reads poses in any format, which is detected. Of YARP, the folder or the `data.log` in it.

@@ -18,6 +18,7 @@ const CHANNEL: &str = "skeleton";
 pub(super) static FORMAT: PoseFormat = PoseFormat {
     name: "yarp",
     summary: "a folder of YARP with the skeletons of a person, whole pixels, with confidences",
+    endings: &[],
     detect: |start| start.split(|byte| *byte == b'\n').next().is_some_and(is_skeleton),
     read,
     write: Some(write),

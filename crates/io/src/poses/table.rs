@@ -18,6 +18,7 @@ use crate::IoError;
 pub(super) static FORMAT: PoseFormat = PoseFormat {
     name: "table",
     summary: "CSV with a header: t_us, score, JOINT_u_px, JOINT_v_px, …",
+    endings: &["csv"],
     detect: |start| {
         let header = start.split(|byte| *byte == b'\n').next().unwrap_or_default();
         let header = String::from_utf8_lossy(header);

@@ -21,11 +21,8 @@ fn people() -> PoseSequence {
         let mut scores = [0.5; BODY_JOINTS];
         scores[3] = 0.0;
         let estimate = PoseEstimate::Body { joints_px, scores, score: 0.4615 };
-        TimedPose {
-            origin: Some(PoseOrigin::Network),
-            latency_ms: Some(2.5),
-            ..TimedPose::new(Micros(t), &estimate)
-        }
+        let pose = TimedPose::new(Micros(t), &estimate).with_origin(PoseOrigin::Network);
+        TimedPose { latency_ms: Some(2.5), ..pose }
     };
     let mut joints_px: [_; BODY_JOINTS] =
         std::array::from_fn(|k| Some(Vec2::new(10.0 * k as f32 + 0.5, 20.25)));
@@ -78,7 +75,11 @@ fn tables_and_json_hold_all_of_a_pose() {
         let (text, back) = through(&sequence, "table");
         let mut want = sequence.clone();
         assert_eq!(back, want, "{text}");
-        let (text, back) = through(&sequence, "json");
+        let (text, back) = through(&sequence, "jsonl");
+        let (array, same) = through(&sequence, "json");
+        assert_eq!(back, same, "{array}");
+        let lines = text.lines().collect::<Vec<_>>().join(",\n");
+        assert_eq!(array, format!("[\n{lines}\n]\n"));
         for pose in &mut want.poses {
             // A joint without a position is left out.
             let joints = pose.joints.iter_mut();
@@ -100,7 +101,7 @@ fn columns_are_named_and_cells_of_nobody_are_empty() {
     let first = lines.next().unwrap();
     assert!(first.starts_with("20000,network,2.500,0.4615,0.500,20.250,0.5000,"), "{first}");
     let nobody = lines.next().unwrap();
-    assert!(nobody.starts_with("40000,network,2.500,0.4615,,,0.5000,"), "{nobody}");
+    assert!(nobody.starts_with("40000,nobody,2.500,0.4615,,,0.5000,"), "{nobody}");
     let (text, _) = through(&hand(), "table");
     let header = text.lines().next().unwrap();
     let start = format!("t_us,origin,latency_ms,score,frame,{},", PARAMETER_NAMES.join(","));
@@ -113,14 +114,14 @@ fn columns_are_named_and_cells_of_nobody_are_empty() {
 
 #[test]
 fn lines_of_json_have_the_names_of_the_table() {
-    let (text, _) = through(&people(), "json");
+    let (text, _) = through(&people(), "jsonl");
     let first = text.lines().next().unwrap();
     let start = r#"{"t_us":20000,"origin":"network","latency_ms":2.5,"score":0.4615,"joints":{"#;
     assert!(first.starts_with(start), "{first}");
     assert!(first.contains(r#""head":{"u_px":0.5,"v_px":20.25,"score":0.5}"#), "{first}");
     assert!(!first.contains("elbow_l"), "{first}");
     assert!(text.lines().nth(1).unwrap().ends_with(r#""joints":{}}"#), "{text}");
-    let (text, _) = through(&hand(), "json");
+    let (text, _) = through(&hand(), "jsonl");
     assert!(
         text.contains(r#""frame":"camera","params":{"articulation_1":0,"articulation_2":0.1,"#)
     );
@@ -162,10 +163,13 @@ fn poses_of_other_tasks_are_values_of_their_layout() {
     let table = "t_us,origin,latency_ms,score,tip_u_px,tip_v_px,angle_deg\n10,,,,0.1,-2.5,90\n";
     assert!(of(table).is_err(), "nothing has this layout yet");
     POSE_LAYOUTS.register(&[&STICK]).unwrap();
-    for format in ["table", "json"] {
+    for format in ["table", "json", "jsonl"] {
         let (text, back) = through(&sequence, format);
-        assert!(format == "json" || text.starts_with(table), "{text}");
+        assert!(format != "table" || text.starts_with(table), "{text}");
         assert_eq!((back.kind, &back.poses[0]), (sequence.kind, &sequence.poses[0]), "{text}");
+        let poses = vec![TimedPose::nobody(sequence.kind, Micros(5))];
+        let nobody = PoseSequence { poses, ..PoseSequence::new(sequence.kind) };
+        assert_eq!(through(&nobody, format).1, nobody);
     }
     assert_eq!(through(&sequence, "table").1.poses[1].values, None, "a cell is empty");
     for format in ["hpe-core", "yarp"] {
@@ -216,9 +220,39 @@ fn faults_name_line_and_column() {
         ("{\"t_us\":1,\"joints\":{\"head\":{},\"tail\":{}}}\n", "no joint `tail` of people"),
         ("{\"t_us\":1.5,\"joints\":{}}\n", "no `t_us`"),
         ("{\"t_us\":1,\n", "line 1 at byte 0"),
-        ("something else\n", "no known format (table, json, hpe-core, yarp)"),
+        ("[\n{\"t_us\":1,\"joints\":{}},\n{\"t_us\":2}\n]\n", "line 3 at byte 26: no `joints`"),
+        ("something else\n", "no known format (table, json, jsonl, hpe-core, yarp)"),
     ] {
         let message = fault(text);
         assert!(message.contains(want), "{message}");
+    }
+}
+
+#[test]
+fn a_hand_that_is_not_there_is_a_row_of_every_format_that_hands_have() {
+    let mut sequence = hand();
+    sequence.poses.insert(0, TimedPose::nobody(PoseKind::Hand, Micros(-9)));
+    for format in ["table", "json", "jsonl"] {
+        let (text, back) = through(&sequence, format);
+        assert_eq!(back.kind, PoseKind::Hand, "{text}");
+        assert_eq!(back.poses[0], sequence.poses[0], "{text}");
+    }
+}
+
+#[test]
+fn endings_name_the_format() {
+    let of = |name: &str| pose_format_of(Path::new(name)).map(|format| format.name);
+    for (name, format) in [
+        ("poses.csv", "table"),
+        ("poses.JSON", "json"),
+        ("poses.jsonl", "jsonl"),
+        ("poses.ndjson", "jsonl"),
+        ("pipe", "table"),
+    ] {
+        assert_eq!(of(name).unwrap(), format, "{name}");
+    }
+    let error = of("poses.parquet").unwrap_err().to_string();
+    for known in [".parquet", ".csv (table)", ".json (json)", ".jsonl (jsonl)"] {
+        assert!(error.contains(known), "{error}");
     }
 }

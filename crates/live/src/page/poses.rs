@@ -59,7 +59,7 @@ impl NewestPoses {
 
     fn record(&mut self, pose: &LivePose) {
         let poses = match pose.origin {
-            PoseOrigin::Network => &mut self.network,
+            PoseOrigin::Network | PoseOrigin::Nobody => &mut self.network,
             PoseOrigin::Propagated => &mut self.propagated,
         };
         let latency_us = u64::try_from(pose.latency.as_micros()).unwrap_or(MAX_LATENCY_US);

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{People, PoseRow, PoseTable};
 use crate::set::{SequenceSet, Shard};
-use crate::{EventFormat, SimError, StepWriter};
+use crate::{EventFormat, RecordingTime, SimError, StepWriter};
 
 /// Metadata of a sequence: `0007.toml`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -49,6 +49,8 @@ pub struct RecordedPeople {
     pub finished: bool,
     /// Elapsed time.
     pub elapsed: Duration,
+    /// Parts of the time of all threads.
+    pub time: RecordingTime,
 }
 
 /// Simulates the sequences of one shard into `DIRECTORY/0000.raw` (EVT3: compact, of any size) or
@@ -77,32 +79,36 @@ pub fn record_people(
         // Sequences take minutes each: longer pieces would leave threads without work at the end.
         .with_max_len(1)
         .map(|sequence| {
-            let events = record(people, sequence, &set, progress)?;
+            let begun = Instant::now();
+            let (events, time) = record(people, sequence, &set, progress)?;
             // Sealed only when its files are complete: a sealed sequence is reused.
             set.seal(sequence)?;
-            Ok(events)
+            Ok((events, time.of_whole(begun.elapsed())))
         })
-        .collect::<Result<Vec<u64>, SimError>>()?;
+        .collect::<Result<Vec<(u64, RecordingTime)>, SimError>>()?;
     // The shard that finishes last writes it for all.
     let finished = set.write_manifest()?;
     Ok(RecordedPeople {
         sequences: counts.len(),
         steps: counts.len() as u64 * people.config().steps(),
-        events: counts.iter().sum(),
+        events: counts.iter().map(|(events, _)| events).sum(),
         reused,
         finished,
         elapsed: start.elapsed(),
+        time: counts.iter().map(|(_, time)| *time).sum(),
     })
 }
 
-/// Records one sequence and returns its event count.
+/// Records one sequence and returns its event count, and the time of its scene and its steps.
 fn record(
     people: &People,
     sequence: u64,
     set: &SequenceSet,
     progress: &(dyn Fn(u64) + Sync),
-) -> Result<u64, SimError> {
+) -> Result<(u64, RecordingTime), SimError> {
+    let begun = Instant::now();
     let mut simulator = people.sequence(sequence)?;
+    let prepared = begun.elapsed();
     let stem = set.stem(sequence);
     let info = PersonInfo {
         sensor: simulator.sensor(),
@@ -137,5 +143,7 @@ fn record(
     // Counted before `finish`, which consumes the writer.
     let count = events.events();
     events.finish()?;
-    Ok(count)
+    let mut time = simulator.time();
+    time.rendering += prepared;
+    Ok((count, time))
 }

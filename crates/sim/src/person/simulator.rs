@@ -1,6 +1,7 @@
 //! One sequence, step by step: pose, rendering, labels, events.
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use evpose_core::{CounterRng, EventStream, Micros, PlacedCamera, Plane, SensorSize, seed_for};
 use evpose_pose::body::{BODY_JOINTS, BodyPoints};
@@ -11,7 +12,7 @@ use super::config::PeopleConfig;
 use super::joints::BodyJoints3;
 use super::scene_instance::SceneInstance;
 use super::shared::{Shared, sensor_model};
-use crate::SimError;
+use crate::{RecordingTime, SimError};
 
 /// Key of the random streams of sequences.
 pub(super) const SEQUENCE_STREAM: &str = "people sequence";
@@ -26,6 +27,7 @@ pub struct PersonSimulator {
     threshold_offset: f64,
     luminance: Plane<f32>,
     next: u64,
+    time: RecordingTime,
 }
 
 /// One step of a sequence of a person.
@@ -59,7 +61,13 @@ impl PersonSimulator {
         let sensor = sensor_model(&config, threshold_offset)?
             .start(config.sensor_size, seed_for(seed, "person sensor", index));
         let luminance = Plane::for_sensor(config.sensor_size, 0.0);
-        Ok(Self { shared, config, scene, sensor, threshold_offset, luminance, next: 0 })
+        let time = RecordingTime::default();
+        Ok(Self { shared, config, scene, sensor, threshold_offset, luminance, next: 0, time })
+    }
+
+    /// Time of the steps so far.
+    pub fn time(&self) -> RecordingTime {
+        self.time
     }
 
     /// Simulates one step.
@@ -67,12 +75,16 @@ impl PersonSimulator {
     /// # Errors
     /// If the sensor rejects a frame, which would be a bug.
     pub fn advance(&mut self) -> Result<PersonStep<'_>, SimError> {
+        let begun = Instant::now();
         let (frame, config) = (self.next, &self.config);
         let t = Micros(frame as i64 * config.step().0);
         let light = self.scene.light(&self.shared, t.as_seconds() as f32);
         // Copied, since the scene paints over its own plane in the next step.
         self.luminance.clone_from(light);
+        let lit = Instant::now();
         let events = self.sensor.expose(&self.luminance, t)?;
+        self.time.rendering += lit - begun;
+        self.time.sensor += lit.elapsed();
         self.next += 1;
         let joints_m = self.scene.joints_m();
         Ok(PersonStep {

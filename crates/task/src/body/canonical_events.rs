@@ -4,9 +4,11 @@ use evpose_camera::{Calibration, CanonicalView, ViewAdaptor};
 use evpose_clean::DenoiseFilter;
 use evpose_core::{EventStream, SensorSize};
 use evpose_pose::body::BodyPoints;
+use evpose_pose::stream::RemainingEvents;
 use glam::Vec2;
 
 use super::config::{BodyImageConfig, BodyViewKind};
+use crate::event_steps::{denoised, pooled};
 
 /// Events of the canonical view of bodies, or of the sensor itself.
 #[derive(Debug, Clone)]
@@ -17,6 +19,9 @@ pub(crate) struct CanonicalEvents {
     /// None if all of them stay.
     denoise: Option<DenoiseFilter>,
     events: EventStream,
+    /// Events that are left in the view, and by the filter.
+    in_view: u64,
+    filtered: u64,
 }
 
 impl CanonicalEvents {
@@ -31,7 +36,7 @@ impl CanonicalEvents {
         };
         let size = adaptor.as_ref().map_or(sensor, |map| map.view().sensor);
         let denoise = image.denoise.map(|denoise| denoise.start(size));
-        Self { sensor, adaptor, denoise, events: EventStream::empty(size) }
+        Self { sensor, adaptor, denoise, events: EventStream::empty(size), in_view: 0, filtered: 0 }
     }
 
     /// Size of the images.
@@ -46,10 +51,19 @@ impl CanonicalEvents {
             (None, Some(_)) => self.events.clone_from(events),
             (Some(map), _) => map.push(events, &mut self.events),
         }
+        self.in_view += self.events.len() as u64;
         if let Some(denoise) = &mut self.denoise {
             denoise.apply(&mut self.events);
         }
+        self.filtered += self.events.len() as u64;
         &self.events
+    }
+
+    /// The events that are left after each step, over all recordings.
+    pub(crate) fn remaining(&self) -> Vec<RemainingEvents> {
+        let in_view = self.adaptor.as_ref().map(|map| pooled(map, self.in_view));
+        let filtered = self.denoise.as_ref().map(|_| denoised(self.filtered));
+        in_view.into_iter().chain(filtered).collect()
     }
 
     /// Joints on the sensor of joints in the view, in pixels; none beyond the sensor.

@@ -5,7 +5,9 @@ use evpose_pose::PoseEstimate;
 use evpose_pose::body::fusion::ScoredPoints;
 use evpose_pose::body::{BodyFollower, BodyJoint, BodyPoints, PresenceScore, pose_score};
 use evpose_pose::filter::{BodyFilter, BodyFilterConfig};
-use evpose_pose::stream::{InferenceWorker, PoseStream, StreamError, StreamFrontend};
+use evpose_pose::stream::{
+    InferenceWorker, PoseStream, RemainingEvents, StreamError, StreamFrontend,
+};
 use evpose_repr::{
     BlurWork, ChannelOrder, GaussianKernel, Representation, StreamWindow, representation_by_name,
 };
@@ -94,6 +96,7 @@ pub fn body_stream(
         last_pose: None,
         batch: 1,
         pending: ImageBatch::default(),
+        skipped: Vec::new(),
         filter: None,
     };
     Ok(PoseStream::new(frontend, BodyWorker { predictor, blur: Blur::new(image.blur) }))
@@ -130,6 +133,8 @@ pub struct BodyFrontend {
     /// Images per inference, and those of the next one.
     batch: usize,
     pending: ImageBatch,
+    /// Times since the last stride with too few events.
+    skipped: Vec<Micros>,
     /// Smooths reported joints; none for those of the network.
     filter: Option<BodyFilter>,
 }
@@ -144,6 +149,7 @@ impl BodyFrontend {
     /// Adds the image at `t` to the batch, once there have been enough events.
     fn sample(&mut self, t: Micros) {
         if self.events < self.min_events {
+            self.skipped.push(t);
             return;
         }
         self.representation.advance(t);
@@ -216,6 +222,7 @@ impl StreamFrontend for BodyFrontend {
     }
 
     fn stride(&mut self, t: Micros) {
+        self.skipped.clear();
         if self.batch > 1 {
             // The network had no time for a full batch: newer images replace it.
             if self.pending.len() >= self.batch {
@@ -262,6 +269,14 @@ impl StreamFrontend for BodyFrontend {
         lost.into_iter().collect()
     }
 
+    fn remaining_events(&self) -> Vec<RemainingEvents> {
+        self.canonical.remaining()
+    }
+
+    fn skipped(&mut self) -> Vec<Micros> {
+        std::mem::take(&mut self.skipped)
+    }
+
     fn estimate(&self, pose: &BodyPose) -> PoseEstimate {
         let BodyPose { detection, joints_px, score } = *pose;
         PoseEstimate::Body { joints_px, scores: detection.scores, score }
@@ -294,6 +309,14 @@ impl StreamFrontend for BodyFrontend {
 pub struct BodyWorker {
     predictor: BodyPredictor,
     blur: Blur,
+}
+
+impl BodyWorker {
+    /// The network's inputs for a batch, those of the first pass, each `[3][side][side]`.
+    pub fn first_inputs(&mut self, batch: &ImageBatch) -> Vec<f32> {
+        let images = self.blur.apply(batch.images());
+        images.into_iter().flat_map(|image| self.predictor.input(image).to_vec()).collect()
+    }
 }
 
 impl InferenceWorker for BodyWorker {

@@ -57,8 +57,9 @@ pub(super) struct HandEstimator {
     sensor: SensorSize,
     representation: Box<dyn Representation>,
     denoise: Option<DenoiseFilter>,
-    /// Memory of the filter.
+    /// Memory of the filter, and the events that it left.
     filtered: EventStream,
+    filtered_events: u64,
     warm_up: WarmUp,
     gate: Option<StillnessGate>,
     hold: Option<HoldAtRest>,
@@ -66,6 +67,8 @@ pub(super) struct HandEstimator {
     /// Inputs of a full batch, and those so far.
     pub(super) batch: usize,
     pub(super) pending: InputBatch,
+    /// Times of inputs since the last stride that have shown too little.
+    pub(super) skipped: Vec<Micros>,
 }
 
 impl HandEstimator {
@@ -100,12 +103,14 @@ impl HandEstimator {
             representation,
             denoise,
             filtered,
+            filtered_events: 0,
             warm_up: WarmUp::new(config.detection, sensor),
             gate,
             hold: config.hold.map(|hold| HoldAtRest::new(&hold, sensor)).transpose()?,
             smoothing,
             batch: batch.max(1),
             pending,
+            skipped: Vec::new(),
         })
     }
 
@@ -114,7 +119,13 @@ impl HandEstimator {
         let Some(denoise) = &mut self.denoise else { return self.representation.push(events) };
         self.filtered.clone_from(events);
         denoise.apply(&mut self.filtered);
+        self.filtered_events += self.filtered.len() as u64;
         self.representation.push(&self.filtered);
+    }
+
+    /// The events that the filter has left; none without one.
+    pub(super) fn events_after_filter(&self) -> Option<u64> {
+        self.denoise.as_ref().map(|_| self.filtered_events)
     }
 
     /// Adds the input at `now` to the batch, with the time stamp `t`.
@@ -159,6 +170,7 @@ impl HandEstimator {
         let pixels = self.sensor.pixels();
         let first = self.warm_up.first(batch.values(), pixels);
         outputs.drain(..first.min(outputs.len()));
+        self.skipped.extend(&batch.times()[..first]);
         if outputs.is_empty() {
             return Vec::new();
         }

@@ -16,7 +16,7 @@
 use evpose_core::{EventStream, Micros};
 use evpose_io::Windows;
 use evpose_pose::stream::{
-    InferenceSchedule, InferenceWorker, PoseStream, StreamError, StreamFrontend,
+    InferenceSchedule, InferenceWorker, PoseStream, RemainingEvents, StreamError, StreamFrontend,
 };
 use evpose_pose::{HandParams, HandSide, PoseEstimate};
 use evpose_repr::RepresentationTrigger;
@@ -26,6 +26,7 @@ use super::config::HandConfig;
 use super::estimator::{HandEstimate, HandEstimator};
 use super::predictor::Predictor;
 use super::view::{HandView, canonical_view};
+use crate::event_steps::{denoised, pooled};
 use crate::{RecordingStream, TaskError};
 use evpose_camera::{Calibration, ViewAdaptor};
 use glam::Vec2;
@@ -56,6 +57,7 @@ pub fn hand_stream<P: Predictor>(
         schedule,
         window,
         view_events: EventStream::empty(sensor),
+        events_in_view: 0,
         estimator,
         trigger: RepresentationTrigger::new(&config.slow_motion.trigger, sensor),
         first_event: None,
@@ -104,6 +106,7 @@ pub struct HandFrontend {
     adaptor: ViewAdaptor,
     /// The events of the canonical view.
     view_events: EventStream,
+    events_in_view: u64,
     estimator: HandEstimator,
     trigger: RepresentationTrigger,
     /// Time of the first event of the view.
@@ -155,6 +158,7 @@ impl StreamFrontend for HandFrontend {
             self.view_events = mirrored(&self.view_events);
         }
         let events = &self.view_events;
+        self.events_in_view += events.len() as u64;
         self.estimator.push(events);
         let Some(&first) = events.t().first().filter(|_| !self.is_plain()) else { return Ok(()) };
         // Recordings wait for a full window; online, the newest counts.
@@ -169,6 +173,7 @@ impl StreamFrontend for HandFrontend {
     }
 
     fn stride(&mut self, t: Micros) {
+        self.estimator.skipped.clear();
         if self.is_plain() {
             self.estimator.sample(t, t + Micros(1));
         } else if self.estimator.batch > 1 && std::mem::take(&mut self.is_due) {
@@ -220,6 +225,16 @@ impl StreamFrontend for HandFrontend {
                 .to_owned()
         });
         lost.into_iter().collect()
+    }
+
+    fn remaining_events(&self) -> Vec<RemainingEvents> {
+        let in_view = pooled(&self.adaptor, self.events_in_view);
+        let in_view = (!self.adaptor.is_identity()).then_some(in_view);
+        in_view.into_iter().chain(self.estimator.events_after_filter().map(denoised)).collect()
+    }
+
+    fn skipped(&mut self) -> Vec<Micros> {
+        std::mem::take(&mut self.estimator.skipped)
     }
 
     fn accept(

@@ -120,6 +120,13 @@ impl NetworkPredictor {
         Ok(self.rotation.poses(&values))
     }
 
+    /// The network's own inputs for those of [`Predictor::predict`]: of two passes, those of the first.
+    pub fn first_inputs(&self, inputs: &[f32]) -> Vec<f32> {
+        let Some(two_pass) = &self.two_pass else { return inputs.to_vec() };
+        let count = inputs.len() / (2 * two_pass.view_size().pixels());
+        crops(two_pass, inputs, &vec![PerspectiveCrop::WHOLE; count])
+    }
+
     /// The poses of `crops`, one of each of the views in `inputs`, in those views.
     fn infer_crops(
         &mut self,
@@ -128,13 +135,7 @@ impl NetworkPredictor {
         each: &[PerspectiveCrop],
     ) -> Result<Vec<HandParams>, TaskError> {
         let size = two_pass.size();
-        let image = 2 * size.pixels();
-        let mut seen = vec![0.0; image * each.len()];
-        let views = inputs.par_chunks_exact(2 * two_pass.view_size().pixels());
-        seen.par_chunks_exact_mut(image)
-            .zip(views)
-            .zip(each)
-            .for_each(|((out, view), crop)| two_pass.fill(crop, view, out));
+        let seen = crops(two_pass, inputs, each);
         let poses = self.infer(&seen, (size.height.into(), size.width.into()))?;
         let in_view = |(pose, crop): (&HandParams, &PerspectiveCrop)| {
             crop.view_from_crop(two_pass.camera(), pose)
@@ -159,6 +160,18 @@ impl Predictor for NetworkPredictor {
         self.two_pass = Some(two_pass);
         poses
     }
+}
+
+/// The images of `crops`, one of each of the views in `inputs`.
+fn crops(two_pass: &TwoPass, inputs: &[f32], each: &[PerspectiveCrop]) -> Vec<f32> {
+    let image = 2 * two_pass.size().pixels();
+    let mut seen = vec![0.0; image * each.len()];
+    let views = inputs.par_chunks_exact(2 * two_pass.view_size().pixels());
+    seen.par_chunks_exact_mut(image)
+        .zip(views)
+        .zip(each)
+        .for_each(|((out, view), crop)| two_pass.fill(crop, view, out));
+    seen
 }
 
 /// A network compiled for images of one size.

@@ -117,7 +117,7 @@ pub fn evaluate_body(
         let first = Micros(1_000 * i64::from(checkpoint.config.data.first_ms));
         let (mut predictions, mut smoothed, mut scored) = (Vec::new(), Vec::new(), Vec::new());
         for inferred in recording {
-            let InferredPoses { t, poses, delay_s } = inferred?;
+            let InferredPoses { t, poses, delay_s, .. } = inferred?;
             // As in training, whose images begin there.
             if t < first || t > track.end() {
                 continue;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use evpose_core::{LensCamera, Micros, Plane, SensorSize};
-use evpose_pose::body::{BODY_JOINTS, BodyLabel, BodyPoints, Keypoint, Visibility};
+use evpose_pose::body::{BODY_JOINTS, BodyLabel, BodyPoints, JOINT_NAMES, Keypoint, Visibility};
 use evpose_pose::metric::body::MeanBody;
 use evpose_repr::ErosLikeWork;
 use evpose_sim::person::People;
@@ -183,7 +183,28 @@ impl BodyFrames {
             );
             return Err(TrainError::Field { field: "data.validation_share", message });
         }
+        for (part, name) in parts.iter().zip(["training", "validation"]) {
+            if part.unlabelled_joints().len() == JOINT_NAMES.len() {
+                let message = format!(
+                    "none of the {} images for {name} has a label: label more recordings, or name \
+                     those with labels last, from which validation is taken",
+                    part.len()
+                );
+                return Err(TrainError::Field { field: "data.validation_share", message });
+            }
+        }
         Ok(parts)
+    }
+
+    /// Names of the joints that have a label on no image: they are neither learnt nor evaluated.
+    pub fn unlabelled_joints(&self) -> Vec<&'static str> {
+        let is_labelled = |joint: usize| {
+            let mut labels =
+                self.frames.iter().filter_map(|frame| frame.label.keypoints.get(joint));
+            labels.any(|keypoint| keypoint.is_labelled())
+        };
+        let joints = JOINT_NAMES.iter().enumerate();
+        joints.filter(|(joint, _)| !is_labelled(*joint)).map(|(_, name)| *name).collect()
     }
 
     /// A digest of all images and labels.
@@ -261,6 +282,20 @@ mod tests {
         assert_eq!((indices(&train), indices(&valid)), (vec![0, 0, 1, 2, 2], vec![3]));
         let (train, valid) = frames(&[0, 1]).split(0.0);
         assert_eq!((train.len(), valid.len()), (2, 0));
+    }
+
+    #[test]
+    fn a_training_needs_labels_in_both_parts_and_joints_without_any_are_named() {
+        let labelled = frames(&[0, 1]);
+        assert_eq!(labelled.unlabelled_joints(), [JOINT_NAMES[3]]);
+        let mut unlabelled = frames(&[2, 2]);
+        for frame in &mut unlabelled.frames {
+            frame.label = label_of(&[None; BODY_JOINTS], SensorSize { width: 32, height: 24 });
+        }
+        assert!(BodyFrames::for_training([labelled, frames(&[2])]).is_ok());
+        let error = BodyFrames::for_training([frames(&[0, 1]), unlabelled]).unwrap_err();
+        let error = error.to_string();
+        assert!(error.contains("none of the 2 images for validation has a label"), "{error}");
     }
 
     #[test]

@@ -42,7 +42,8 @@ impl TrainingLoss<MoveEnet> for BodyLoss {
     }
 }
 
-/// The share of correctly detected joints.
+/// The share of correctly detected joints; not a number if no joint has a label and a length to compare
+/// with.
 fn accuracy(maps: &BodyMaps<Tensor<4>>, labels: &[BodyLabel]) -> f64 {
     let [batch, joints, rows, columns] = maps.heatmaps.dims();
     let decoder = BodyDecoder::new([rows, columns], DEFAULT_THRESHOLD);
@@ -58,5 +59,5 @@ fn accuracy(maps: &BodyMaps<Tensor<4>>, labels: &[BodyLabel]) -> f64 {
             BodyMaps::from_array([&all[0], &all[1], &all[2], &all[3]].map(|map| &map[of(map)]));
         counts.push(BodyAccuracyConfig::default(), &decoder.decode(&maps), label);
     }
-    counts.mean().unwrap_or(0.0)
+    counts.mean().unwrap_or(f64::NAN)
 }

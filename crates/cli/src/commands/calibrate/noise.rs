@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use anyhow::{Context, Result};
-use evpose_camera::calibrate::noise::{HOT, HotPixelRate, noise};
+use evpose_camera::calibrate::noise::{HOT, HotPixelRate, Motion, noise};
 use evpose_core::{Micros, TimeWindow, atomic_write};
 use evpose_sensor::EffectConfig;
 
@@ -77,6 +77,18 @@ pub(super) fn run(args: &NoiseArgs) -> Result<()> {
         say(format!(
             "note      the busiest twentieth of time has {:.1} times the mean: was all at rest?",
             found.unrest
+        ));
+    }
+    if let Some(Motion { seconds, columns, rows, times }) = found.motion {
+        say(format!(
+            "note      something moved: from {:.2} to {:.2} s, columns {} to {} and rows {} to {} have \
+             {times:.0} times their events at rest",
+            args.skip + seconds[0],
+            args.skip + seconds[1],
+            columns[0],
+            columns[1],
+            rows[0],
+            rows[1]
         ));
     }
     if let Some(path) = &args.out {

@@ -133,6 +133,10 @@ pub fn run(args: &DemoArgs) -> Result<()> {
     say("");
     say(format!("done in {:.1} minutes; checkpoint: {}", total_s / 60.0, summary.path.display()));
     say_results(&out);
+    say(format!(
+        "next:    evpose infer --checkpoint {} --events YOUR_RECORDING --out poses.csv",
+        run.display()
+    ));
     Ok(())
 }
 
@@ -203,8 +207,14 @@ fn show_shipped(
     say("");
     held_out::print(own, &evaluation);
     say("");
-    say(format!("done in {:.1} minutes", started.elapsed().as_secs_f64() / 60.0));
+    say(format!(
+        "nothing was trained: the shipped network {} was evaluated on {} simulated sequences, in {:.1} minutes",
+        shipped.path.display(),
+        data.sequences().len(),
+        started.elapsed().as_secs_f64() / 60.0
+    ));
     say_results(out);
+    say("next:    evpose demo --minutes 9    # trains a network of its own");
     Ok(())
 }
 

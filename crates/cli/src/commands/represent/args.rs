@@ -9,13 +9,17 @@ use evpose_repr::REPRESENTATIONS;
 
 use crate::commands::opening::RecordingArgs;
 
+/// Arguments that a network decides.
+const NOT_OF_NETWORKS: [&str; 7] = ["of", "each", "window_ms", "size", "denoise", "from", "to"];
+
 /// Arguments of `evpose represent`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = format!("Examples:\n  \
     evpose represent rec.aedat4 --of lnes --window-ms 100 --every-ms 10 --out frames.npy\n  \
     evpose represent rec.raw --of voxel-grid:bins=9 --size 320x180 --out voxels.npz\n  \
     evpose represent rec.npz --of eros:kernel=9 --every-ms 5 --denoise --out eros/\n  \
-    evpose represent rec.h5 --of event-count --from 2 --to 3 --each --out windows/\n\n\
+    evpose represent rec.h5 --of event-count --from 2 --to 3 --each --out windows/\n  \
+    evpose represent rec.raw --checkpoint hand --every-ms 10 --out inputs.npz\n\n\
     Arrays are f32, [windows, channels, rows, columns], OFF before ON. A window that ends at t shows the \
     events from t - WINDOW_MS up to, but not including, t.\n\n{}", representations()))]
 pub struct RepresentArgs {
@@ -24,6 +28,10 @@ pub struct RepresentArgs {
     /// Representation: NAME, or NAME:PARAMETER=VALUE,PARAMETER=VALUE
     #[arg(long, value_name = "REPRESENTATION", default_value = "lnes")]
     pub(crate) of: String,
+    /// The inputs of this network (a run, a .bpk file, or the name of a shipped one) at the times of `evpose
+    /// infer`, in place of a representation: for its exported file
+    #[arg(long, value_name = "NETWORK", conflicts_with_all = NOT_OF_NETWORKS)]
+    pub(crate) checkpoint: Option<PathBuf>,
     /// Where to write: .npy (one array of all windows), .npz (the array `frames` and `t_us`, the end
     /// of each window) or a directory (a .png per window, and windows.csv)
     #[arg(long)]

@@ -4,6 +4,7 @@
 //! the size of a window, not on the length of the recording.
 
 mod args;
+mod inputs;
 mod outputs;
 mod windows;
 
@@ -19,6 +20,9 @@ use crate::progress::say;
 pub fn run(args: &RepresentArgs) -> Result<()> {
     // Before the recording is read, which may take minutes.
     outputs::check(args)?;
+    if let Some(checkpoint) = &args.checkpoint {
+        return inputs::write(args, checkpoint);
+    }
     let mut reader = WindowReader::open(args)?;
     let mut output = Output::create(args, &reader)?;
     reader.play(|k, end, planes| output.write(k, end, planes))?;

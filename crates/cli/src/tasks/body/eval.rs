@@ -285,7 +285,7 @@ fn print_joints(summary: &BodySummary) {
     ));
     let formatted =
         |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.3}"));
-    for joint in &summary.raw.joints {
+    for joint in summary.raw.joints.iter().filter(|joint| joint.labelled > 0) {
         let at = |percent: usize| {
             let place = summary.percents.iter().position(|p| *p == percent)?;
             joint.pck.get(place).copied().flatten()
@@ -296,8 +296,13 @@ fn print_joints(summary: &BodySummary) {
             formatted(at(40)),
             formatted(at(80)),
             joint.mpjpe_px.map_or_else(|| "-".to_owned(), |px| format!("{px:.2}")),
-            100.0 * joint.missing as f64 / joint.labelled.max(1) as f64,
+            100.0 * joint.missing as f64 / joint.labelled as f64,
         ));
+    }
+    let without = summary.raw.joints.iter().filter(|joint| joint.labelled == 0);
+    let without: Vec<&str> = without.map(|joint| joint.joint.as_str()).collect();
+    if !without.is_empty() {
+        say(format!("no label of {}: left out of all means", without.join(", ")));
     }
     let (all, found) = summary
         .raw

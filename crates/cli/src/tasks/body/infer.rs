@@ -20,9 +20,9 @@ use evpose_train::body::propagated_poses;
 
 use super::args::BodyInferArgs;
 use super::{BodyModel, infer_cameras};
-use crate::progress::{note, say};
+use crate::progress::say;
 use crate::tasks::args::InferArgs;
-use crate::tasks::{infer_all, online};
+use crate::tasks::{PoseScores, infer_all, online};
 
 /// A recording of a person.
 type BodyRecording = RecordingStream<BodyFrontend, BodyWorker>;
@@ -33,6 +33,9 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs, own: &BodyInferArgs) -> R
         return infer_cameras::run(model, args, own);
     }
     let events = args.recording()?;
+    // Before an inference of an hour.
+    let format = args.format_of(&args.out)?;
+    own.fused.as_deref().map(|path| args.format_of(path)).transpose()?;
     ensure!(
         own.cameras.is_none(),
         "--cameras is for several recordings, and one recording is given"
@@ -78,32 +81,34 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs, own: &BodyInferArgs) -> R
     );
     let mut poses = PoseSequence::new(PoseKind::Body);
     let mut delay_s = 0.0;
-    infer_all(&mut recording, events, [start, end], |frontend, inferred| {
-        let InferredPoses { poses: inferred, delay_s: own_s, .. } = inferred;
+    let counts = infer_all(&mut recording, events, [start, end], |frontend, inferred| {
+        let InferredPoses { poses: inferred, skipped, delay_s: own_s, .. } = inferred;
         delay_s += own_s;
+        let nobody = skipped.into_iter().map(|t| TimedPose::nobody(PoseKind::Body, t));
+        poses.poses.extend(nobody);
         poses.poses.extend(inferred.iter().map(|(t, pose)| TimedPose {
-            origin: Some(PoseOrigin::Network),
             // A pose is known when its whole batch is.
-            latency_ms: Some(1e3 * own_s),
-            ..TimedPose::new(*t, &frontend.estimate(pose))
+            latency_ms: args.latency_ms(own_s),
+            ..TimedPose::new(*t, &frontend.estimate(pose)).with_origin(PoseOrigin::Network)
         }));
     })?;
-    let count = recording.strides();
-    write_poses(&args.out, &poses, args.format)?;
-    let inferred = poses.poses.len() as u64;
-    if inferred < count {
-        let early = count - inferred;
-        note(format!("note: nothing before enough events have come: {early} of {count} times"));
-    }
-    let nobody = poses.poses.iter().filter(|pose| pose.body_px().iter().all(Option::is_none));
-    let nobody = match nobody.count() {
+    write_poses(&args.out, &poses, format)?;
+    let scored = poses.poses.iter().filter(|pose| pose.score.is_some());
+    let nobody = scored.filter(|pose| pose.is_nobody()).count() as u64;
+    let scores = PoseScores {
+        best: poses.poses.iter().filter_map(|pose| pose.score).reduce(f32::max),
+        min_score: own.min_score.unwrap_or(checkpoint.config.detection.min_score),
+    };
+    counts.check([events, &args.out], nobody, Some(scores))?;
+    let of_nobody = match nobody {
         0 => String::new(),
         nobody => format!(", {nobody} of them of nobody"),
     };
     let together = if batch > 1 { format!(" in batches of {batch}") } else { String::new() };
     say(format!(
-        "{inferred} poses{nobody}, {:.2} ms each{together}: {}",
-        1e3 * delay_s / count.max(1) as f64,
+        "{} poses{of_nobody}, {:.2} ms each{together}: {}",
+        counts.inferred,
+        1e3 * delay_s / counts.inferred as f64,
         args.out.display()
     ));
     if let Some(folder) = &own.skeletons {
@@ -141,12 +146,12 @@ fn write_propagated(
         // There is nothing to propagate before the first inference.
         let Some(estimate) = pose.estimate else { continue };
         poses.poses.push(TimedPose {
-            origin: Some(PoseOrigin::Propagated),
-            latency_ms: Some(0.0),
+            latency_ms: args.latency_ms(0.0),
             ..TimedPose::new(Micros::from_seconds(pose.t_s), &estimate)
+                .with_origin(PoseOrigin::Propagated)
         });
     }
-    write_poses(path, &poses, args.format)?;
+    write_poses(path, &poses, args.format_of(path)?)?;
     say(format!(
         "{} propagated poses, {} per second: {}",
         poses.poses.len(),

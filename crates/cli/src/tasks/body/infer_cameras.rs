@@ -30,6 +30,7 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs, own: &BodyInferArgs) -> R
              --cameras, a file of calibrated cameras"
         );
     }
+    let format = args.format_of(&args.out)?;
     let checkpoint = &model.checkpoint;
     let cameras = cameras(args, own)?;
     let predictor = model.predictor(BodyPredictorOptions {
@@ -67,15 +68,22 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs, own: &BodyInferArgs) -> R
         delay_s += pose.delay_s;
         joints += pose.joints_m.iter().flatten().count();
         errors_px.extend(pose.points.iter().flatten().map(|point| point.error_px));
-        poses.poses.push(timed(&pose, &cameras[0]));
+        let latency_ms = args.latency_ms(pose.delay_s);
+        poses.poses.push(TimedPose { latency_ms, ..timed(&pose, &cameras[0]) });
         progress.set_position((pose.t - start).0 as u64 / 1_000);
     }
     progress.finish_and_clear();
-    write_poses(&args.out, &poses, args.format)?;
+    write_poses(&args.out, &poses, format)?;
     for (index, warning) in people.warnings() {
         note(format!("warning: {}: {warning}", args.events[index].display()));
     }
     let count = poses.poses.len();
+    ensure!(
+        joints > 0,
+        "no joint is seen by two cameras, as the {count} rows of {} say: see with one recording alone \
+         whether somebody is in view, and whether the cameras are those of the recordings, in this order",
+        args.out.display()
+    );
     let mean_px = errors_px.iter().sum::<f64>() / errors_px.len().max(1) as f64;
     say(format!(
         "{count} poses in the world from {} cameras, {:.1} of {BODY_JOINTS} joints each, {:.2} ms \
@@ -123,8 +131,6 @@ fn timed(pose: &SpatialPose, first: &PlacedCamera) -> TimedPose {
     let seen: Vec<TimedPose> =
         pose.estimates.iter().flatten().map(|estimate| TimedPose::new(t, estimate)).collect();
     let mut timed = TimedPose::empty(PoseKind::Body, t);
-    timed.origin = Some(PoseOrigin::Network);
-    timed.latency_ms = Some(1e3 * pose.delay_s);
     let mean = |scores: Vec<f32>| {
         (!scores.is_empty()).then(|| scores.iter().sum::<f32>() / scores.len() as f32)
     };
@@ -135,5 +141,5 @@ fn timed(pose: &SpatialPose, first: &PlacedCamera) -> TimedPose {
             at_m.and_then(|at_m| first.image_from_world(at_m)).map(|at_px| at_px.as_vec2());
         joint.score = mean(seen.iter().filter_map(|one| one.joints[k].score).collect());
     }
-    timed
+    timed.with_origin(PoseOrigin::Network)
 }

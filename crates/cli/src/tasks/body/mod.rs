@@ -6,6 +6,7 @@ mod experiment;
 mod images;
 mod infer;
 mod infer_cameras;
+mod inputs;
 mod precision;
 mod simulate;
 mod train;
@@ -21,8 +22,10 @@ use burn::module::Module;
 use burn::tensor::Device;
 use clap::Args as _;
 use evpose_camera::Calibration;
-use evpose_core::SensorSize;
+use evpose_core::{Micros, SensorSize};
 use evpose_infer::CalibrationRanges;
+use evpose_infer::onnx::Interface;
+use evpose_io::OpenOptions;
 use evpose_live::page::Skeleton;
 use evpose_nn::MoveEnetConfig;
 use evpose_nn::graph::Graph;
@@ -223,6 +226,20 @@ impl NetworkModel for BodyModel {
     fn input_shape(&self) -> [usize; 3] {
         let side = self.checkpoint.config.image.side_px;
         [self.graph().nodes[0].channels, side, side]
+    }
+
+    fn interface(&self) -> Interface {
+        inputs::interface(self)
+    }
+
+    fn for_each_input(
+        &self,
+        recording: &Path,
+        every_ms: Option<u32>,
+        opening: &OpenOptions,
+        take: &mut dyn FnMut(Micros, &[f32]) -> Result<()>,
+    ) -> Result<()> {
+        inputs::for_each(self, recording, every_ms, opening, take)
     }
 
     fn save_average(&self, other: &Path, out: &Path) -> Result<()> {

@@ -5,6 +5,7 @@ use evpose_task::body::BodyConfig;
 use evpose_train::body::{BodyFrames, train_body};
 use evpose_train::training::TrainingSpan;
 
+use crate::progress::note;
 use crate::shipped::checkpoint_path;
 use crate::tasks::args::TrainArgs;
 use crate::tasks::finish_training;
@@ -31,6 +32,13 @@ pub(super) fn run(args: &TrainArgs) -> Result<()> {
     let mut frames = BodyFrames::default();
     for data in &data {
         frames.append(recorded::frames(&config, data)?);
+    }
+    let unlabelled = frames.unlabelled_joints();
+    if !unlabelled.is_empty() {
+        note(format!(
+            "note: no label of {}: the accuracy of the validation leaves them out",
+            unlabelled.join(", ")
+        ));
     }
     let trained = train_body(&config, frames, &out, &args.options());
     finish_training(trained, &out, TrainingSpan::from(&config.training), config.seed, "images")

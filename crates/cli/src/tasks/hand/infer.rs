@@ -3,11 +3,13 @@
 use std::path::Path;
 
 use crate::progress::{note, say};
-use anyhow::{Result, bail};
+use anyhow::{Result, bail, ensure};
 use evpose_camera::Calibration;
 use evpose_core::{Micros, SensorSize};
 use evpose_io::Windows;
-use evpose_io::poses::{PoseColumns, PoseKind, TimedPose, write_poses_from};
+use evpose_io::poses::{
+    POSE_FORMATS, PoseColumns, PoseKind, TimedPose, pose_format_of, write_poses_from,
+};
 use evpose_pose::stream::InferenceSchedule;
 use evpose_pose::{HandParams, JointFrame, PoseOrigin};
 use evpose_task::hand::{HandConfig, calibration_for, hand_recording};
@@ -20,6 +22,12 @@ use crate::tasks::infer_all;
 pub(super) fn run(model: &HandModel, args: &InferArgs, own: &HandInferArgs) -> Result<()> {
     let config = &model.checkpoint.config;
     let path = args.recording()?;
+    // Before an inference of an hour.
+    let format = args.format_of(&args.out)?;
+    if let Some(joints) = &own.joints {
+        let is_table = pose_format_of(joints)?.name == POSE_FORMATS[0].name;
+        ensure!(is_table, "--joints {}: it is a table: name it .csv", joints.display());
+    }
     let windows = Windows::open(path, &args.opening.options_with_sensor(path)?)?;
     let calibration = calibration(config, windows.sensor(), own.own.camera.as_deref())?;
     let is_slow_motion = own.mode == "slow-motion";
@@ -38,39 +46,48 @@ pub(super) fn run(model: &HandModel, args: &InferArgs, own: &HandInferArgs) -> R
     };
     note_if_short(config, path, end - start);
     // Parameters alone: joints of a long recording would not fit the memory.
-    let mut poses: Vec<(Micros, HandParams)> = Vec::new();
+    let mut rows: Vec<Row> = Vec::new();
     let mut repeated = 0_usize;
-    infer_all(&mut recording, path, [start, end], |_, inferred| {
+    let counts = infer_all(&mut recording, path, [start, end], |_, inferred| {
         repeated += inferred.poses.iter().filter(|(_, estimate)| estimate.is_repeated).count();
-        poses.extend(inferred.poses.into_iter().map(|(t, estimate)| {
-            (t, if own.own.unfiltered { estimate.measured } else { estimate.filtered })
+        rows.extend(inferred.skipped.into_iter().map(|t| Row { t, params: None, delay_s: 0.0 }));
+        let delay_s = inferred.delay_s;
+        rows.extend(inferred.poses.into_iter().map(|(t, estimate)| {
+            let of = if own.own.unfiltered { estimate.measured } else { estimate.filtered };
+            Row { t, params: Some(of), delay_s }
         }));
     })?;
-    if poses.is_empty() {
-        bail!(
-            "{}: no pose: no window of {} ms has the events that {} needs",
-            path.display(),
-            config.representation.window_ms,
-            own.mode
-        );
-    }
     if is_slow_motion {
-        say(format!("slow motion: {} inputs, {repeated} repeated at rest", poses.len()));
+        say(format!("slow motion: {} inputs, {repeated} repeated at rest", counts.inferred));
     }
     let frontend = &recording.stream().frontend;
-    let timed = |(t, params): &(Micros, HandParams)| TimedPose {
-        origin: Some(PoseOrigin::Network),
-        ..TimedPose::new(*t, &frontend.pose(*params))
+    let timed = |row: &Row| match row.params {
+        None => TimedPose::nobody(PoseKind::Hand, row.t),
+        Some(params) => TimedPose {
+            latency_ms: args.latency_ms(row.delay_s),
+            ..TimedPose::new(row.t, &frontend.pose(params)).with_origin(PoseOrigin::Network)
+        },
     };
     let frame = Some(JointFrame::Camera);
-    write_poses_from(&args.out, PoseKind::Hand, frame, &mut poses.iter().map(timed), args.format)?;
-    say(format!("{} poses: {}", poses.len(), args.out.display()));
+    write_poses_from(&args.out, PoseKind::Hand, frame, &mut rows.iter().map(timed), format)?;
     if let Some(path) = &own.joints {
         let columns = PoseColumns::of(PoseKind::Hand).without_params();
-        columns.write(path, &mut poses.iter().map(timed))?;
+        columns.write(path, &mut rows.iter().map(timed))?;
+    }
+    // A network of hands has no score: whoever is inferred is there.
+    counts.check([path, &args.out], 0, None)?;
+    say(format!("{} poses: {}", counts.inferred, args.out.display()));
+    if let Some(path) = &own.joints {
         say(format!("joints: {}", path.display()));
     }
     Ok(())
+}
+
+/// A time with the parameters of a hand; none without one.
+struct Row {
+    t: Micros,
+    params: Option<HandParams>,
+    delay_s: f64,
 }
 
 /// Says that a recording that `lasts` so long holds no full window of the network.

@@ -7,6 +7,7 @@ mod experiment;
 mod foreign;
 mod foreign_preview;
 mod infer;
+mod inputs;
 mod precision;
 mod simulate;
 mod train;
@@ -22,8 +23,10 @@ use burn::module::Module;
 use burn::tensor::Device;
 use clap::Args as _;
 use evpose_body::PosedBody;
-use evpose_core::SensorSize;
+use evpose_core::{Micros, SensorSize};
+use evpose_infer::onnx::Interface;
 use evpose_infer::{CalibrationRanges, Precision};
+use evpose_io::OpenOptions;
 use evpose_live::page::{HandMesh, Skeleton};
 use evpose_nn::HandRegressorConfig;
 use evpose_nn::graph::Graph;
@@ -35,6 +38,7 @@ use evpose_task::hand::{HandCheckpoint, HandConfig, HandView, NetworkPredictor, 
 use evpose_task::{QuantizationRanges, TaskConfig, TaskError};
 use evpose_train::{HandDataset, untrained};
 
+pub(in crate::tasks) use self::inputs::denoise;
 use crate::tasks::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
 use crate::tasks::benchmark_recording;
 use crate::tasks::experiment::{PoseExperiment, StartWeights};
@@ -230,6 +234,20 @@ impl NetworkModel for HandModel {
     fn input_shape(&self) -> [usize; 3] {
         let size = self.checkpoint.config.network_size();
         [self.graph().nodes[0].channels, size.height.into(), size.width.into()]
+    }
+
+    fn interface(&self) -> Interface {
+        inputs::interface(self)
+    }
+
+    fn for_each_input(
+        &self,
+        recording: &Path,
+        every_ms: Option<u32>,
+        opening: &OpenOptions,
+        take: &mut dyn FnMut(Micros, &[f32]) -> Result<()>,
+    ) -> Result<()> {
+        inputs::for_each(self, recording, every_ms, opening, take)
     }
 
     fn save_average(&self, other: &Path, out: &Path) -> Result<()> {

@@ -1,0 +1,129 @@
+//! The inputs of a network of hands, and the way to and from them, for runtimes of others.
+
+use std::path::Path;
+use std::sync::mpsc::{Sender, channel};
+
+use anyhow::Result;
+use evpose_clean::Denoise;
+use evpose_core::Micros;
+use evpose_infer::onnx::Interface;
+use evpose_io::{OpenOptions, Windows};
+use evpose_nn::RotationOutput;
+use evpose_pose::stream::InferenceSchedule;
+use evpose_pose::{HandParams, PARAMETER_NAMES};
+use evpose_repr::{ChannelOrder, representation_by_name};
+use evpose_task::TaskError;
+use evpose_task::hand::{NetworkPredictor, Predictor, calibration_for, hand_recording};
+
+use super::HandModel;
+use crate::tasks::task::NetworkModel as _;
+
+/// Hands on inputs, and predicts nothing.
+struct InputTap {
+    network: NetworkPredictor,
+    inputs: Sender<Vec<f32>>,
+}
+
+impl Predictor for InputTap {
+    fn predict(
+        &mut self,
+        inputs: &[f32],
+        (height, width): (usize, usize),
+    ) -> Result<Vec<HandParams>, TaskError> {
+        // The receiver lives as long as the recording.
+        let _ = self.inputs.send(self.network.first_inputs(inputs));
+        Ok(vec![HandParams::default(); inputs.len() / (2 * height * width)])
+    }
+}
+
+/// As [`NetworkModel::for_each_input`](crate::tasks::NetworkModel::for_each_input).
+pub(super) fn for_each(
+    model: &HandModel,
+    recording: &Path,
+    every_ms: Option<u32>,
+    opening: &OpenOptions,
+    take: &mut dyn FnMut(Micros, &[f32]) -> Result<()>,
+) -> Result<()> {
+    let config = &model.checkpoint.config;
+    let windows = Windows::open(recording, opening)?;
+    let calibration = calibration_for(config, windows.sensor(), None)?;
+    let (sender, inputs) = channel();
+    let network = model.checkpoint.predictor(model.device.clone())?;
+    let tap = InputTap { network, inputs: sender };
+    let every = Micros(1_000 * i64::from(every_ms.unwrap_or(1).max(1)));
+    let schedule = InferenceSchedule::Every(every);
+    let mut stream = hand_recording(config, tap, windows, &calibration, schedule)?;
+    let size = model.input_shape().iter().product();
+    while let Some(inferred) = stream.next().transpose()? {
+        // Those of nobody went through the network as well.
+        let times = inferred.skipped.into_iter().chain(inferred.poses.iter().map(|(t, _)| *t));
+        let values: Vec<f32> = inputs.try_iter().flatten().collect();
+        for (t, input) in times.zip(values.chunks_exact(size)) {
+            take(t, input)?;
+        }
+    }
+    Ok(())
+}
+
+/// As [`NetworkModel::interface`](crate::tasks::NetworkModel::interface).
+pub(super) fn interface(model: &HandModel) -> Interface {
+    let config = &model.checkpoint.config;
+    let ([channels, rows, columns], input) = (model.input_shape(), &config.representation);
+    let order = match input.channel_order {
+        ChannelOrder::OffFirst => "OFF, ON",
+        ChannelOrder::OnFirst => "ON, OFF",
+    };
+    let summary = representation_by_name(&input.name).map_or("", |choice| choice.spec().summary);
+    let (rotation, names) = (model.checkpoint.network.config().rotation, PARAMETER_NAMES.join(","));
+    let decoding = match rotation {
+        RotationOutput::AxisAngle => {
+            "the outputs are the parameters: no unit, metres, and an axis times an angle in radians"
+        }
+        RotationOutput::SixD => {
+            "the first nine outputs are the first nine parameters; the other six are two columns of the \
+             rotation matrix: x is the first normalised, y the second without its part along x, normalised, \
+             z = x cross y; the last three parameters are the axis times the angle of the matrix (x, y, z)"
+        }
+    };
+    let passes = match config.two_pass {
+        None => "1".to_owned(),
+        Some(_) => "2: the second sees a perspective crop of the view about the hand that the first found, \
+                    see docs/guide/onnx.md"
+            .to_owned(),
+    };
+    let entries = [
+        ("representation", format!("{}: {summary}", input.name)),
+        ("window_ms", input.window_ms.to_string()),
+        ("window_end", "the time of the pose, events at it not included".to_owned()),
+        (
+            "view",
+            format!(
+                "{} pixels of a vertical field of view of {} degrees",
+                config.simulation.image_size(),
+                config.simulation.camera.vertical_fov_deg
+            ),
+        ),
+        ("denoise", denoise(input.denoise)),
+        ("input", format!("float32 [batch, {channels}, {rows}, {columns}], channels {order}")),
+        ("normalisation", "none: the values of the representation, 0 to 1".to_owned()),
+        ("outputs", format!("parameters: float32 [batch, {}]", rotation.outputs())),
+        ("parameters", names),
+        ("decoding", decoding.to_owned()),
+        ("passes", passes),
+    ];
+    Interface {
+        input: "events".to_owned(),
+        outputs: vec!["parameters".to_owned()],
+        metadata: entries.map(|(key, value)| (key.to_owned(), value)).to_vec(),
+    }
+}
+
+/// A filter of events in words.
+pub(in crate::tasks) fn denoise(filter: Option<Denoise>) -> String {
+    filter.map_or_else(
+        || "none".to_owned(),
+        |Denoise { tau_ms, neighbours }| {
+            format!("events stay that {neighbours} of 8 neighbours confirm within {tau_ms} ms")
+        },
+    )
+}
