@@ -314,7 +314,8 @@ impl EventSource for Source {
         }
         if self.lacks {
             let (listed, events) = (self.listed, self.now.events);
-            remarks.push(format!("the data table lists {listed} events, the packets hold {events}"));
+            remarks
+                .push(format!("the data table lists {listed} events, the packets hold {events}"));
         }
         match self.table {
             Index::Missing => remarks.push(
