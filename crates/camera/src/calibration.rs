@@ -102,10 +102,17 @@ impl Calibration {
             let known = NAMED_CAMERAS.iter().map(|camera| camera.name).collect();
             return Err(CalibrationError::Unknown { text: text.to_owned(), known });
         }
+        Ok(Self::of_file(path, sensor)?.fitted_to(sensor))
+    }
+
+    /// The camera of a calibration file, as it stands there; `sensor` where the file does not state it.
+    ///
+    /// # Errors
+    /// If the file cannot be read, or is of none of the formats.
+    pub fn of_file(path: &Path, sensor: SensorSize) -> Result<Self, CalibrationError> {
         let CameraOfFile { sensor: calibrated, camera } = read_file(path)?;
-        let source = CalibrationSource::File(text.to_owned());
-        let calibrated = calibrated.unwrap_or(sensor);
-        Ok(Self { sensor: calibrated, camera, source, note: None }.fitted_to(sensor))
+        let source = CalibrationSource::File(path.display().to_string());
+        Ok(Self { sensor: calibrated.unwrap_or(sensor), camera, source, note: None })
     }
 
     /// A camera without distortion of a vertical field of view in degrees.

@@ -9,6 +9,8 @@
 //! principal_px = [130.1, 90.2]
 //! # In OpenCV's order: k1 k2 p1 p2, k3, k4 k5 k6, s1 s2 s3 s4, tx ty; 0, 4, 5, 8, 12 or 14 of them.
 //! distortion = [-0.36, 0.16, 0.0, 0.0]
+//! # Of a fisheye lens (equidistant, Kannala and Brandt), distortion is k1 k2 k3 k4.
+//! fisheye = false
 //! ```
 
 use std::fs;
@@ -32,6 +34,9 @@ pub struct CameraFile {
     /// Coefficients of the distortion in OpenCV's order.
     #[serde(default)]
     pub distortion: Vec<f64>,
+    /// Whether these are the four of a fisheye lens.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub fisheye: bool,
 }
 
 impl CameraFile {
@@ -52,6 +57,7 @@ impl CameraFile {
                 329.048_638,
                 285.123_812,
             ],
+            fisheye: false,
         }
     }
 
@@ -77,7 +83,9 @@ impl CameraFile {
         if self.sensor.pixels() == 0 {
             return Err(invalid(format!("sensor: {} has no pixels", self.sensor)));
         }
-        LensCamera::from_file(self.focal_px, self.principal_px, &self.distortion)
+        let of_file =
+            if self.fisheye { LensCamera::fisheye_from_file } else { LensCamera::from_file };
+        of_file(self.focal_px, self.principal_px, &self.distortion)
             .map_err(|error| invalid(error.in_field(["focal_px", "principal_px", "distortion"])))
     }
 }

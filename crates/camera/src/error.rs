@@ -31,7 +31,7 @@ pub enum CalibrationError {
     },
     /// The text is neither a file, nor a camera's name, nor a field of view.
     #[error(
-        "no camera `{text}`: expected a calibration file (OpenCV's, ROS's or kalibr's .yaml, OpenCV's .xml, \
+        "no camera `{text}`: expected a calibration file (OpenCV's, ROS's, kalibr's, DSEC's or rpg's .yaml, OpenCV's .xml, \
          dv-processing's .json, this project's .toml), a vertical field of view such as 45deg, or one \
          of {}", known.join(", ")
     )]

@@ -1,5 +1,5 @@
-//! Files of calibrations: OpenCV's, ROS's and kalibr's YAML, OpenCV's XML, dv-processing's JSON, our
-//! TOML.
+//! Files of calibrations: OpenCV's, ROS's, kalibr's, DSEC's and rpg's YAML, OpenCV's XML,
+//! dv-processing's JSON, rpg's line of numbers, our TOML.
 
 mod entry;
 
@@ -31,6 +31,9 @@ pub(crate) fn read_file(path: &Path) -> Result<CameraOfFile, CalibrationError> {
     if begin.starts_with("<?xml") || begin.starts_with("<opencv_storage") {
         return entry::of_xml(begin).and_then(|entries| opencv(&entries)).map_err(malformed);
     }
+    if let Some(numbers) = numbers(&text) {
+        return of_numbers(&numbers).map_err(malformed);
+    }
     if is_yaml(&text) {
         return entry::of_yaml(&text).and_then(|entries| opencv(&entries)).map_err(malformed);
     }
@@ -38,12 +41,47 @@ pub(crate) fn read_file(path: &Path) -> Result<CameraOfFile, CalibrationError> {
     Ok(CameraOfFile { sensor: Some(file.sensor), camera: file.camera()? })
 }
 
+/// The numbers of a text that has nothing else.
+fn numbers(text: &str) -> Option<Vec<f64>> {
+    let words = text.split([' ', '\t', ',', '\r', '\n']).filter(|word| !word.is_empty());
+    let numbers: Option<Vec<f64>> = words.map(|word| word.parse().ok()).collect();
+    numbers.filter(|numbers| !numbers.is_empty())
+}
+
+/// The `calib.txt` of the Event Camera Dataset and others of the Robotics and Perception Group.
+fn of_numbers(numbers: &[f64]) -> Result<CameraOfFile, String> {
+    match numbers {
+        // Eight may be those of a fisheye lens, as EVIMO's: nothing says so.
+        [fx, fy, cx, cy, distortion @ ..] if [0, 5].contains(&distortion.len()) => {
+            let lens = Lens { coefficients: distortion, is_fisheye: false };
+            checked(
+                None,
+                [*fx, *fy, *cx, *cy],
+                lens,
+                ["", "the first two", "the next two", "the rest"],
+            )
+        }
+        _ => Err(format!(
+            "{} numbers, and `fx fy cx cy` or `fx fy cx cy k1 k2 p1 p2 k3` are read: name them in a TOML \
+             file (sensor, focal_px, principal_px, distortion, fisheye)",
+            numbers.len()
+        )),
+    }
+}
+
+/// Coefficients of distortion, and the model of the lens.
+#[derive(Debug, Clone, Copy)]
+struct Lens<'a> {
+    coefficients: &'a [f64],
+    is_fisheye: bool,
+}
+
 /// The camera of OpenCV's intrinsics, whose pixel centres lie at whole numbers; `fields` are those of
 /// the size, the focal lengths, the principal point and the distortion.
 fn checked(
     sensor: Option<[f64; 2]>,
     [fx, fy, cx, cy]: [f64; 4],
-    distortion: &[f64],
+    lens: Lens<'_>,
     [size, fields @ ..]: [&str; 4],
 ) -> Result<CameraOfFile, String> {
     let is_side = |side: &f64| side.fract() == 0.0 && (1.0..=f64::from(u16::MAX)).contains(side);
@@ -52,7 +90,9 @@ fn checked(
     }
     let sensor =
         sensor.map(|[width, height]| SensorSize { width: width as u16, height: height as u16 });
-    let camera = LensCamera::from_file([fx, fy], [cx + 0.5, cy + 0.5], distortion);
+    let of_file =
+        if lens.is_fisheye { LensCamera::fisheye_from_file } else { LensCamera::from_file };
+    let camera = of_file([fx, fy], [cx + 0.5, cy + 0.5], lens.coefficients);
     Ok(CameraOfFile { sensor, camera: camera.map_err(|error| error.in_field(fields))? })
 }
 
@@ -75,16 +115,19 @@ fn dv_processing(text: &str) -> Result<CameraOfFile, String> {
         list.try_into().map_err(|_| format!("cameras[0].{key}: two values are expected"))
     };
     let model = camera.get("distortionModel").and_then(serde_json::Value::as_str);
-    if let Some(other) = model.filter(|model| !["radialTangential", "none"].contains(model)) {
-        return Err(format!("cameras[0].distortionModel: `{other}` is not supported"));
-    }
+    let is_fisheye = match model.unwrap_or("none") {
+        "radialTangential" | "none" => false,
+        "equidistant" => true,
+        other => return Err(format!("cameras[0].distortionModel: `{other}` is not supported")),
+    };
     let sensor = pair("resolution")?;
     let [fx, fy] = pair("focalLength")?;
     let [cx, cy] = pair("principalPoint")?;
     let distortion =
         if camera.get("distortion").is_some() { list_of("distortion")? } else { vec![] };
     let fields = ["resolution", "focalLength", "principalPoint", "distortion"];
-    checked(Some(sensor), [fx, fy, cx, cy], &distortion, fields)
+    let lens = Lens { coefficients: &distortion, is_fisheye };
+    checked(Some(sensor), [fx, fy, cx, cy], lens, fields)
         .map_err(|reason| format!("cameras[0].{reason}"))
 }
 
@@ -98,18 +141,29 @@ fn is_yaml(text: &str) -> bool {
 
 /// OpenCV's programs write the first two, ROS 1 and ROS 2 the next, kalibr the last.
 const INTRINSICS: [&str; 5] = ["camera_matrix", "cameraMatrix", "K", "k", "intrinsics"];
-/// OpenCV's programs write the first three, ROS 1 and ROS 2 the next, kalibr the last.
-const DISTORTION: [&str; 6] =
-    ["distortion_coefficients", "dist_coeffs", "distCoeffs", "D", "d", "distortion_coeffs"];
-/// Keys that name a model of the lens, and the words there for OpenCV's, the one that is read.
-const MODELS: [(&str, &[&str]); 4] = [
+/// OpenCV's programs write the first three, ROS 1 and ROS 2 the next, kalibr the last but one, rpg's
+/// the last, below `distortion`.
+const DISTORTION: [&str; 7] = [
+    "distortion_coefficients",
+    "dist_coeffs",
+    "distCoeffs",
+    "D",
+    "d",
+    "distortion_coeffs",
+    "distortion.parameters",
+];
+/// Keys that name a model of the lens, the words there for OpenCV's usual one, and those for fisheyes.
+const MODELS: [(&str, &[&str], &[&str]); 6] = [
     (
         "distortion_model",
         &["plumb_bob", "rational_polynomial", "radtan", "radialTangential", "none", ""],
+        &["equidistant", "equi", "fisheye", "kannala_brandt"],
     ),
-    ("camera_model", &["pinhole"]),
-    ("fisheye_model", &["0", "false"]),
-    ("use_fisheye_model", &["0", "false"]),
+    ("camera_model", &["pinhole"], &["fisheye", "kannala_brandt"]),
+    ("type", &["pinhole", "camera"], &[]),
+    ("distortion.type", &["radial-tangential", "none"], &["equidistant", "fisheye"]),
+    ("fisheye_model", &["0", "false"], &["1", "true"]),
+    ("use_fisheye_model", &["0", "false"], &["1", "true"]),
 ];
 
 /// A camera in the keys of OpenCV's calibration, of ROS's and of kalibr's: at the top of the file, or
@@ -121,19 +175,30 @@ fn opencv(entries: &[Entry]) -> Result<CameraOfFile, String> {
         .map(|entry| &entry.above)
         .min_by_key(|above| !above.is_empty())
         .ok_or("no `camera_matrix`, `K` or `intrinsics`, as OpenCV, ROS and kalibr write them")?;
-    let is_here = |entry: &&Entry| entry.above == *camera || entry.above.is_empty();
-    for entry in entries.iter().filter(is_here) {
-        let model = MODELS.iter().find(|(key, _)| *key == entry.key);
-        if let (Some((_, read)), [word]) = (model, &entry.words[..])
-            && !read.iter().any(|known| known.eq_ignore_ascii_case(word))
-        {
-            return Err(format!("{entry}: `{word}` is not supported"));
+    // A key may have a level of its own above it: `distortion.type`.
+    let is_at = |entry: &Entry, above: &str, key: &str| match key.rsplit_once('.') {
+        None => entry.above == above && entry.key == key,
+        Some((level, key)) => {
+            let dot = if above.is_empty() { "" } else { "." };
+            entry.above == format!("{above}{dot}{level}") && entry.key == key
+        }
+    };
+    let mut is_fisheye = false;
+    for (key, usual, fisheyes) in MODELS {
+        let is_here = |entry: &&Entry| is_at(entry, camera, key) || is_at(entry, "", key);
+        for entry in entries.iter().filter(is_here) {
+            let [word] = &entry.words[..] else { continue };
+            let is_among = |known: &[&str]| known.iter().any(|k| k.eq_ignore_ascii_case(word));
+            match (is_among(usual), is_among(fisheyes)) {
+                (false, false) => return Err(format!("{entry}: `{word}` is not supported")),
+                (_, fisheye) => is_fisheye |= fisheye,
+            }
         }
     }
     // The values under the first of `keys` that is there, and their place.
     let list = |keys: &[&str]| -> Result<(String, Vec<f64>), String> {
         let find = |above: &str| {
-            keys.iter().find_map(|key| entries.iter().find(|e| e.above == above && e.key == *key))
+            keys.iter().find_map(|key| entries.iter().find(|entry| is_at(entry, above, key)))
         };
         let Some(entry) = find(camera).or_else(|| find("")) else { return Ok(Default::default()) };
         let number = |word: &String| {
@@ -156,7 +221,8 @@ fn opencv(entries: &[Entry]) -> Result<CameraOfFile, String> {
         _ => return Err(format!("{size_at}: {} values for width and height", size.len())),
     };
     let (distortion_at, distortion) = list(&DISTORTION)?;
-    checked(sensor, intrinsics, &distortion, [&size_at, &at, &at, &distortion_at])
+    let lens = Lens { coefficients: &distortion, is_fisheye };
+    checked(sensor, intrinsics, lens, [&size_at, &at, &at, &distortion_at])
 }
 
 #[cfg(test)]

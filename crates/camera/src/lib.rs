@@ -3,8 +3,8 @@
 //! A network expects one image size and one focal length, its [`CanonicalView`]; recordings come
 //! from sensors of any size behind any lens. In between are
 //!
-//! * [`Calibration`]: what is known of a camera, from a file of OpenCV, ROS, kalibr, dv-processing or
-//!   this project, from a camera's name, from a field of view, or guessed, which a note says;
+//! * [`Calibration`]: what is known of a camera, from a file of OpenCV, ROS, kalibr, DSEC, rpg, dv-processing
+//!   or this project, from a camera's name, from a field of view, or guessed, which a note says;
 //! * [`read_rig`]: several cameras and their places;
 //! * [`ViewAdaptor`]: events from the sensor's pixels to those of the canonical view, pooled so that
 //!   an edge makes about as many events per canonical pixel whatever the resolution, and image

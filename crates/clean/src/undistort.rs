@@ -13,7 +13,7 @@
 //! The preset `davis240c-eventhands` is what EventHands does with real recordings: its camera, five
 //! steps, events beyond the image put on its border, coordinates cut off at the point.
 
-use evpose_camera::CameraFile;
+use evpose_camera::{Calibration, CameraFile};
 use evpose_core::{EventStream, FileSpec, LensCamera, Parameter, SensorSize, WordSpec};
 use glam::DVec2;
 
@@ -28,7 +28,7 @@ const PRESET: Parameter = Parameter::Word(WordSpec {
 const FILE: Parameter = Parameter::File(FileSpec {
     name: "file",
     unit: "",
-    doc: "a TOML file of a camera: sensor, focal_px, principal_px (from the corner), distortion as OpenCV has it",
+    doc: "a calibration as --camera takes it: of OpenCV, ROS, kalibr, DSEC, rpg, dv-processing, or a TOML file",
 });
 const OUTSIDE: Parameter = Parameter::Word(WordSpec {
     name: "outside",
@@ -43,10 +43,11 @@ pub(crate) static SPEC: CleanerSpec = CleanerSpec {
     params: &[PRESET, FILE, OUTSIDE],
     displaces: true,
     build: |settings, sensor| {
-        let (what, file, options) = if settings.word(&PRESET).is_some() {
+        let (what, camera, options) = if settings.word(&PRESET).is_some() {
             SPEC.alone(settings, &PRESET)?;
             let file = CameraFile::davis240c_eventhands();
-            ("the camera of EventHands".to_owned(), file, UndistortOptions::EVENTHANDS)
+            let camera = Calibration::of_lens(file.sensor, file.camera()?);
+            ("the camera of EventHands".to_owned(), camera, UndistortOptions::EVENTHANDS)
         } else {
             let needs = "a file or a preset";
             let path = settings.file(&FILE);
@@ -54,12 +55,13 @@ pub(crate) static SPEC: CleanerSpec = CleanerSpec {
             let clips = settings.word(&OUTSIDE) == Some("clip");
             let outside = if clips { Outside::Clip } else { Outside::Drop };
             let options = UndistortOptions { outside, ..UndistortOptions::default() };
-            (format!("the camera {}", path.display()), CameraFile::load(path)?, options)
+            let camera = Calibration::of_file(path, sensor)?;
+            (format!("the camera {}", path.display()), camera, options)
         };
-        if file.sensor != sensor {
-            return Err(CleanError::OtherSensor { what, actual: file.sensor, sensor });
+        if camera.sensor != sensor {
+            return Err(CleanError::OtherSensor { what, actual: camera.sensor, sensor });
         }
-        Ok(Box::new(Undistort::new(sensor, &file.camera()?, options)))
+        Ok(Box::new(Undistort::new(sensor, &camera.camera, options)))
     },
 };
 

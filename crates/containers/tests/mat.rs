@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
+use std::io::Read as _;
+
 use evpose_containers::mat::{MatClass, MatError, MatFile, MatValue};
 use proptest::prelude::*;
 
@@ -208,6 +210,16 @@ fn no_depth_of_nesting_takes_the_stack() {
 #[test]
 fn what_is_compressed_takes_no_more_than_allowed() {
     assert!(MatFile::parse_within(COMPRESSED, 8000).is_ok());
+    // A variable of zeros, a thousandth of it in the file.
+    let mut bomb = COMPRESSED[..128].to_vec();
+    let mut zeros = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::fast());
+    std::io::copy(&mut std::io::repeat(0).take(300 << 20), &mut zeros).unwrap();
+    let zeros = zeros.finish().unwrap();
+    bomb.extend(15_u32.to_le_bytes());
+    bomb.extend((zeros.len() as u32).to_le_bytes());
+    bomb.extend(zeros);
+    let error = MatFile::parse(&bomb).unwrap_err();
+    assert!(matches!(error, MatError::TooLarge { limit: 0x1000_0000, .. }), "{error}");
     let error = MatFile::parse_within(COMPRESSED, 400).unwrap_err();
     assert!(matches!(error, MatError::TooLarge { limit: 400, .. }), "{error}");
 }

@@ -10,7 +10,7 @@
 //! * [`npz`], [`text`]: recordings for other tools, as archives, arrays, tables and lines; HDF5 files
 //!   of all usual layouts, with the Cargo feature `hdf5`.
 //! * [`evt`], [`dat`]: recordings of Prophesee's cameras.
-//! * [`aedat2`], [`nmnist`], [`yarp`]: recordings of other programs and data sets.
+//! * [`aedat2`], [`nmnist`], [`yarp`], Event Stream: recordings of other programs and data sets.
 //! * [`framed`]: a stream for sockets and pipes, of our own.
 //! * [`poses`]: poses of hands and people over time, as tables and JSON Lines, and the layouts of other
 //!   programs.
@@ -51,6 +51,7 @@ pub mod aedat4;
 mod columns;
 pub mod dat;
 mod error;
+mod es;
 pub mod evc;
 pub mod evt;
 mod fill;

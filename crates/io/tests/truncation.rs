@@ -100,6 +100,20 @@ fn samples() -> BTreeMap<&'static str, Vec<(String, Vec<u8>)>> {
         |k: u32| [(k % 34) << 17 | (k % 17) << 2 | 1, 100 * k].map(u32::to_le_bytes).concat();
     let made = [head, packet, (0..60).flat_map(event).collect()].concat();
     samples.get_mut("aedat3").unwrap().push(("made".to_owned(), made));
+    let head = [b"Event Stream", &[2, 0, 0, 1, 34, 0, 34, 0][..]].concat();
+    let event = |k: u8| [40 << 1 | k % 2, k % 34, 0, k % 17, 0];
+    let made = [head, (0..60).flat_map(event).collect()].concat();
+    samples.get_mut("es").unwrap().push(("made".to_owned(), made));
+    let head = b"% evt 4.0\n% format EVT4;height=34;width=34\n% end\n".to_vec();
+    let word = |k: u32| match k % 4 {
+        0 => 0xE << 28 | k,
+        1 => 0xD << 28 | 5 << 22 | 2 << 11 | 7,
+        // The mask of the vector before.
+        2 => 0b1001,
+        _ => 0xA << 28 | 9 << 22 | (k % 34) << 11 | 8,
+    };
+    let made = [head, (0..60).flat_map(|k| word(k).to_le_bytes()).collect()].concat();
+    samples.get_mut("evt4").unwrap().push(("made".to_owned(), made));
     samples
 }
 

@@ -98,8 +98,44 @@ pub(super) fn model(mut fields: Fields) -> Result<ModelFile, ModelFileError> {
     };
     // Coordinates follow from the shape at rest, which needs the model.
     model.uvs = coordinates(&model, &model.shaped(&[]));
+    if !is_body && side(&model) == HandSide::Left && has_mirrored_size(&model) {
+        missing.push(MIRRORED);
+        let offsets_m = model.shape_directions_m.iter_mut().flatten();
+        offsets_m.for_each(|offset_m| offset_m.x = -offset_m.x);
+    }
     let kind = if is_body { ModelKind::Body } else { ModelKind::Hand(side(&model)) };
     Ok(ModelFile { kind, format: fields.format(), model, hand_components, missing })
+}
+
+/// What is said of a left hand with the shape directions of a right one.
+const MIRRORED: &str = "shape directions of a left hand: the file has those of the right one along x, as the published \
+                        MANO_LEFT.pkl, and they are mirrored";
+/// Correlation of the offsets of the first shape direction with the vertices' positions from which on
+/// it is one of size, as in MANO.
+const MIN_CORRELATION: f32 = 0.3;
+
+/// Whether the first shape direction, that of the size of a hand, makes it longer along x where it makes
+/// it shorter along y and z: the published `MANO_LEFT.pkl` has offsets along x with the wrong sign.
+///
+/// # Source
+/// <https://github.com/vchoutas/smplx/issues/48>; InterHand2.6M's code turns the sign likewise.
+fn has_mirrored_size(model: &BodyModel) -> bool {
+    let Some(size_m) = model.shape_directions_m.first() else { return false };
+    let template_m = &model.template_m;
+    let mean_m = template_m.iter().sum::<Vec3>() / template_m.len() as f32;
+    // Along x alone, and along the other two together.
+    let correlation = |axes: Vec3| {
+        let (mut product, mut places, mut offsets) = (0.0, 0.0, 0.0);
+        for (vertex_m, offset_m) in template_m.iter().zip(size_m) {
+            let (place, offset) = ((*vertex_m - mean_m) * axes, *offset_m * axes);
+            product += place.dot(offset);
+            places += place.length_squared();
+            offsets += offset.length_squared();
+        }
+        product / (places * offsets).sqrt().max(f32::MIN_POSITIVE)
+    };
+    let (x, others) = (correlation(Vec3::X), correlation(Vec3::Y + Vec3::Z));
+    x * others < 0.0 && x.abs().min(others.abs()) > MIN_CORRELATION
 }
 
 fn check<T>(

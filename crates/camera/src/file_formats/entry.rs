@@ -61,6 +61,12 @@ fn add_yaml(node: &MarkedYaml<'_>, path: &[&str], line: usize, entries: &mut Vec
             }
         }
         YamlData::Tagged(_, node) => add_yaml(node, path, line, entries),
+        // Cameras in a list, as rpg's programs write them: their keys stand as if there was none.
+        YamlData::Sequence(nodes) if nodes.iter().all(|node| node.data.is_mapping()) => {
+            for node in nodes {
+                add_yaml(node, path, line, entries);
+            }
+        }
         _ => entries.push(Entry::new(path, line, scalars(node))),
     }
 }

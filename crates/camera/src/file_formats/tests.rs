@@ -83,7 +83,7 @@ fn faults_name_the_field() {
         (ROS_YAML.replace("width: 346", "width: 65536"), "image_width"),
         (ROS_YAML.replace("data: [-0.3, 0.1, 0, 0, 0]", "data: [-0.3, 0.1, 0]"), "distortion"),
         (DV_JSON.replace("\"resolution\": [346, 260],", ""), "resolution"),
-        (DV_JSON.replace("radialTangential", "equidistant"), "equidistant"),
+        (DV_JSON.replace("radialTangential", "omni"), "`omni` is not supported"),
         ("focal_px = 3".to_owned(), "calibration"),
     ] {
         let error = read(&text).unwrap_err().to_string();
@@ -144,12 +144,9 @@ fn faults_of_yaml_and_xml_name_the_line() {
         ),
         (OPENCV_XML.replace("0. 1.<", "<"), "line 9: camera_matrix: 7 values instead of 9"),
         (KALIBR.replace("310.0", "-1.0"), "line 6: cam0.intrinsics: focal lengths"),
-        (
-            KALIBR.replace("radtan", "equidistant"),
-            "line 5: cam0.distortion_model: `equidistant` is not",
-        ),
+        (KALIBR.replace("radtan", "fov"), "line 5: cam0.distortion_model: `fov` is not"),
         (KALIBR.replace("pinhole", "omni"), "line 3: cam0.camera_model: `omni` is not supported"),
-        (DV_XML.replace(">0<", ">1<"), "line 9: use_fisheye_model: `1` is not supported"),
+        (DV_XML.replace(">0<", ">1<"), "5 coefficients of a fisheye lens; there are 4"),
         (ROS_YAML.replace("camera_matrix", "matrix"), "no `camera_matrix`, `K` or `intrinsics`"),
         (ROS_YAML.replace("[310", "{310"), "line 7"),
         (OPENCV_XML.replace("</image_width>", "</width>"), "at 3:"),
@@ -159,5 +156,52 @@ fn faults_of_yaml_and_xml_name_the_line() {
     ] {
         let error = read(&text).unwrap_err().to_string();
         assert!(error.contains(fault), "{error} instead of {fault}");
+    }
+}
+
+/// A camera of DSEC's `cam_to_cam.yaml`, whose first is the left event camera.
+const DSEC: &str = "extrinsics:\n  T_10:\n  - [1.0, 0.0, 0.0, 0.0]\n  - [0.0, 1.0, 0.0, 0.0]\n\
+    intrinsics:\n  cam0:\n    camera_matrix: [310.0, 311.0, 172.0, 129.0]\n    camera_model: pinhole\n    \
+    distortion_coeffs: [-0.3, 0.1, 0.0, 0.0]\n    distortion_model: radtan\n    resolution: [346, \
+    260]\n  cam1:\n    camera_matrix: [1.0, 1.0, 1.0, 1.0]\n    camera_model: omni\n  camRect0:\n    \
+    camera_matrix: [2.0, 2.0, 2.0, 2.0]\n";
+/// As rpg's programs write a rig.
+const RPG_YAML: &str = "label: davis\nid: 1\ncameras:\n- camera:\n    label: cam0\n    image_height: 260\n    \
+    image_width: 346\n    type: pinhole\n    intrinsics:\n      cols: 1\n      rows: 4\n      data: [310, 311, \
+    172, 129]\n    distortion:\n      type: radial-tangential\n      parameters:\n        cols: 1\n        \
+    rows: 4\n        data: [-0.3, 0.1, 0.0, 0.0]\n  T_B_C:\n    cols: 4\n    rows: 4\n    data: [1, 0, 0, 0, 0, \
+    1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]\n";
+
+#[test]
+fn rigs_of_dsec_and_rpg_and_lines_of_numbers_are_read() {
+    let want = read(OWN_TOML).unwrap();
+    for text in [DSEC, RPG_YAML] {
+        assert_eq!(read(text).map_err(|error| error.to_string()).as_ref(), Ok(&want), "{text}");
+    }
+    let line = read("310.0 311.0 172.0 129.0 -0.3 0.1 0.0 0.0 0.0\n").unwrap();
+    assert_eq!((line.camera, line.sensor), (want.camera, None));
+    let error = read("310 311 172 129 -0.3 0.1 0 0").unwrap_err().to_string();
+    assert!(error.contains("8 numbers"), "{error}");
+    let error = read("0 311 172 129").unwrap_err().to_string();
+    assert!(error.contains("focal lengths of [0.0, 311.0]"), "{error}");
+    let error = read(&RPG_YAML.replace("radial-tangential", "fov")).unwrap_err().to_string();
+    assert!(error.contains("cameras.camera.distortion.type: `fov` is not supported"), "{error}");
+}
+
+#[test]
+fn fisheye_lenses_are_read_from_every_format_and_are_no_plumb_bob() {
+    let toml = OWN_TOML.replace(", 0.0]", "]") + "fisheye = true\n";
+    let want = read(&toml).unwrap();
+    assert_eq!(want.camera.distortion.fisheye, Some([-0.3, 0.1, 0.0, 0.0]));
+    let four = |text: &str| text.replace("0.1, 0, 0, 0]", "0.1, 0, 0]");
+    for text in [
+        four(ROS_YAML).replace("plumb_bob", "equidistant"),
+        four(DV_JSON).replace("radialTangential", "equidistant"),
+        KALIBR.replace("radtan", "equidistant"),
+        DSEC.replace("radtan", "equidistant"),
+        RPG_YAML.replace("radial-tangential", "equidistant"),
+        DV_XML.replace(">0<", ">1<").replace("-0.3 0.1 0. 0. 0.", "-0.3 0.1 0. 0."),
+    ] {
+        assert_eq!(read(&text).map_err(|error| error.to_string()).as_ref(), Ok(&want), "{text}");
     }
 }

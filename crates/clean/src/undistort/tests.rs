@@ -45,6 +45,7 @@ fn converged_tables_are_opencvs_of_eight_and_of_all_fourteen_coefficients() {
             -0.31, 0.12, 8e-4, -5e-4, -0.02, 0.05, -0.01, 0.004, 3e-3, -2e-3, -1e-3, 4e-3, 0.02,
             -0.035,
         ],
+        fisheye: false,
     };
     let wanted = [
         (davis, "255c06234096a49c12547285cfd41c1ef93b7663574f9b874a7af9e970d84581", 5_405),
@@ -116,4 +117,24 @@ fn what_leaves_the_image_and_what_has_no_inverse_is_counted() {
         assert_eq!((stream.len(), undistort.events), (left, wanted));
         assert!(stream.iter().all(|event| event == corner));
     }
+}
+
+/// Every format that `--camera` takes, and what a fisheye lens shows beyond the image.
+#[test]
+fn calibrations_of_other_programs_are_read_and_fisheyes_straightened() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("camera.yaml");
+    let yaml = "image_width: 64\nimage_height: 48\ncamera_matrix:\n  data: [30.0, 0, 31.5, 0, 30.0, 23.5, 0, 0, \
+                1]\ndistortion_model: equidistant\ndistortion_coefficients:\n  data: [0, 0, 0, 0]\n";
+    std::fs::write(&path, yaml).unwrap();
+    let request = format!("undistort:file={}", path.display());
+    assert!(
+        crate::CleanerChain::new(SENSOR, &[request.parse::<crate::CleanRequest>().unwrap()])
+            .is_ok()
+    );
+    let camera = Calibration::of_file(&path, SENSOR).unwrap().camera;
+    let undistort = Undistort::new(SENSOR, &camera, UndistortOptions::default());
+    // 19.5 pixels from the axis are 0.65 radians: 30 tan 0.65 = 22.8 pixels.
+    assert_eq!(undistort.destination(51, 23), Some((54, 23)));
+    assert_eq!(undistort.destination(0, 0), None);
 }

@@ -10,8 +10,10 @@ use crate::mat::tree::{Tree, read_tree};
 use crate::mat::{MatError, MatValue};
 
 const HEADER_BYTES: usize = 128;
-/// Default limit of the inflated bytes of all variables, against archives that expand without end.
-const INFLATED_LIMIT: u64 = 4 << 30;
+/// Default limit of the inflated bytes of all variables, against archives that expand without end: a
+/// quarter of a gigabyte, and more only of files of which each byte becomes no more than 64.
+const INFLATED_LIMIT: u64 = 1 << 28;
+const INFLATED_RATIO: u64 = 64;
 
 /// A MAT-file of version 5 to 7.2 in memory.
 #[derive(Debug)]
@@ -29,12 +31,13 @@ pub(crate) struct Variable {
 }
 
 impl MatFile {
-    /// Parses the bytes of a file; compressed variables may inflate to 4 GiB.
+    /// Parses the bytes of a file; compressed variables may inflate to 256 MiB, or to 64 times the
+    /// bytes of the file if that is more.
     ///
     /// # Errors
     /// As [`Self::parse_within`].
     pub fn parse(bytes: &[u8]) -> Result<Self, MatError> {
-        Self::parse_within(bytes, INFLATED_LIMIT)
+        Self::parse_within(bytes, INFLATED_LIMIT.max(INFLATED_RATIO * bytes.len() as u64))
     }
 
     /// Parses the bytes of a file whose compressed variables may inflate to `inflated_limit` bytes.

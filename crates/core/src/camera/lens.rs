@@ -1,4 +1,4 @@
-//! Lens distortion: OpenCV's rational model.
+//! Lens distortion: OpenCV's rational model, and its fisheye model.
 //!
 //! # Model
 //! A direction `(x, y)` is a ray in normalised image coordinates, its intersection with the plane
@@ -23,6 +23,8 @@
 //! Brown, *Decentering distortion of lenses*, 1966; OpenCV's manual, "Camera Calibration and 3D
 //! Reconstruction", for the order and the meaning of the coefficients.
 
+mod fisheye;
+
 use glam::{DMat3, DVec2, DVec3};
 
 /// Length of a step, at distance one, below which the iteration has converged: a millionth of a
@@ -40,6 +42,8 @@ pub struct Distortion {
     pub prism: [f64; 4],
     /// Tilt of the sensor about x and y.
     pub tilt_rad: [f64; 2],
+    /// `k1` to `k4` of a fisheye lens, which has none of the others.
+    pub fisheye: Option<[f64; 4]>,
 }
 
 impl Distortion {
@@ -55,10 +59,17 @@ impl Distortion {
             tangential: [c(2), c(3)],
             prism: [c(8), c(9), c(10), c(11)],
             tilt_rad: [c(12), c(13)],
+            fisheye: None,
         })
     }
 
-    /// All fourteen coefficients in OpenCV's order.
+    /// A fisheye lens by the coefficients `k1` to `k4` of Kannala and Brandt's equidistant model, as
+    /// OpenCV's `fisheye`, kalibr and ROS have them.
+    pub fn fisheye(coefficients: [f64; 4]) -> Self {
+        Self { fisheye: Some(coefficients), ..Self::default() }
+    }
+
+    /// All fourteen coefficients in OpenCV's order, without those of a fisheye lens.
     pub fn to_opencv(&self) -> [f64; 14] {
         let ([k1, k2, k3, k4, k5, k6], [p1, p2]) = (self.radial, self.tangential);
         let ([s1, s2, s3, s4], [tx, ty]) = (self.prism, self.tilt_rad);
@@ -67,6 +78,9 @@ impl Distortion {
 
     /// Distorts a direction.
     pub fn distort(&self, direction: DVec2) -> DVec2 {
+        if let Some(k) = self.fisheye {
+            return fisheye::distort(k, direction);
+        }
         let r2 = direction.length_squared();
         let distorted = direction * (self.numerator(r2) / self.denominator(r2))
             + self.tangential_shift(direction);
@@ -77,6 +91,9 @@ impl Distortion {
     /// or far off, where it does not converge; `distorted` itself where the radial factor is
     /// negative.
     fn undistort(&self, distorted: DVec2, steps: u32) -> DVec2 {
+        if let Some(k) = self.fisheye {
+            return fisheye::undistort(k, distorted, steps);
+        }
         let distorted = project(self.tilt().inverse(), distorted);
         let mut direction = distorted;
         for _ in 0..steps {
@@ -168,6 +185,9 @@ pub enum LensError {
     /// A number of coefficients that [`Distortion::from_opencv`] does not know.
     #[error("{0} coefficients of distortion; there are 0, 4, 5, 8, 12 or 14")]
     DistortionCount(usize),
+    /// A number of coefficients that is none of a fisheye lens.
+    #[error("{0} coefficients of a fisheye lens; there are 4")]
+    FisheyeCount(usize),
     /// A coefficient of distortion that is not finite.
     #[error("coefficients of distortion of {0:?}, which are not finite")]
     Distortion(Vec<f64>),
@@ -179,7 +199,7 @@ impl LensError {
         let field = match self {
             Self::FocalLength(_) => focal,
             Self::PrincipalPoint(_) => principal,
-            Self::DistortionCount(_) | Self::Distortion(_) => distortion,
+            Self::DistortionCount(_) | Self::FisheyeCount(_) | Self::Distortion(_) => distortion,
         };
         format!("{field}: {self}")
     }
@@ -209,6 +229,21 @@ impl LensCamera {
         let distortion = Distortion::from_opencv(distortion)
             .ok_or(LensError::DistortionCount(distortion.len()))?;
         Ok(Self { focal_px: focal_px.into(), principal_px: principal_px.into(), distortion })
+    }
+
+    /// As [`Self::from_file`], of a fisheye lens: distortion as [`Distortion::fisheye`] takes it.
+    ///
+    /// # Errors
+    /// As [`Self::from_file`].
+    pub fn fisheye_from_file(
+        focal_px: [f64; 2],
+        principal_px: [f64; 2],
+        distortion: &[f64],
+    ) -> Result<Self, LensError> {
+        // Four numbers are an OpenCV lens as well: what is checked of them is the same.
+        let camera = Self::from_file(focal_px, principal_px, distortion);
+        let k = distortion.try_into().map_err(|_| LensError::FisheyeCount(distortion.len()));
+        Ok(Self { distortion: Distortion::fisheye(k?), ..camera? })
     }
 
     /// A camera as OpenCV calibrates it: `fx, fy`, `cx, cy`, and distortion. There, pixel centres

@@ -28,6 +28,9 @@ struct CameraFields {
     /// Distortion, in the order of OpenCV.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     distortion: Vec<f64>,
+    /// Whether it is that of a fisheye lens, `k1` to `k4`.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    fisheye: bool,
     /// Rows of the matrix from the world, in metres, to the camera with OpenCV's axes.
     opencv_camera_from_world: [[f64; 4]; 3],
 }
@@ -101,6 +104,7 @@ impl PlacedCamera {
 
 impl From<PlacedCamera> for CameraFields {
     fn from(camera: PlacedCamera) -> Self {
+        let fisheye = camera.lens.distortion.fisheye;
         let mut distortion = camera.lens.distortion.to_opencv().to_vec();
         while distortion.last() == Some(&0.0) {
             distortion.pop();
@@ -108,10 +112,12 @@ impl From<PlacedCamera> for CameraFields {
         // OpenCV has 4, 5, 8, 12 or 14 of them.
         let count = [0, 4, 5, 8, 12, 14].into_iter().find(|count| *count >= distortion.len());
         distortion.resize(count.unwrap_or(14), 0.0);
+        distortion.extend(fisheye.into_iter().flatten());
         Self {
             focal_px: camera.lens.focal_px.into(),
             principal_px: camera.lens.principal_px.into(),
             distortion,
+            fisheye: fisheye.is_some(),
             opencv_camera_from_world: camera.opencv_rows(),
         }
     }
@@ -122,7 +128,9 @@ impl TryFrom<CameraFields> for PlacedCamera {
 
     fn try_from(fields: CameraFields) -> Result<Self, String> {
         let CameraFields { focal_px, principal_px, distortion, .. } = &fields;
-        let lens = LensCamera::from_file(*focal_px, *principal_px, distortion)
+        let of_file =
+            if fields.fisheye { LensCamera::fisheye_from_file } else { LensCamera::from_file };
+        let lens = of_file(*focal_px, *principal_px, distortion)
             .map_err(|error| error.in_field(["focal_px", "principal_px", "distortion"]))?;
         Self::from_opencv(lens, fields.opencv_camera_from_world)
             .ok_or_else(|| "opencv_camera_from_world: no right-handed axes".to_owned())

@@ -161,6 +161,14 @@ impl Decoder for Packets {
         }
     }
 
+    fn missing(&self) -> Option<String> {
+        match (self.left, self.skipped) {
+            (0, 0) => None,
+            (0, bytes) => Some(format!("the file ends {bytes} bytes before the end of a packet")),
+            (events, _) => Some(format!("the last packet promises {events} more events")),
+        }
+    }
+
     fn remarks(&self) -> Vec<String> {
         let count = |n: u64, what: &str| (n > 0).then(|| format!("{n} {what}"));
         [
@@ -220,10 +228,20 @@ mod tests {
     #[test]
     fn a_cut_file_is_damage_and_never_a_panic() {
         let whole = file(&[packet(1, 0, &[[word(3, 7, 1), 100]; 5])]);
+        let header = file(&[]).len();
         for cut in 60..whole.len() {
-            let read = open(whole[..cut].to_vec());
-            assert!(matches!(read, Err(IoError::Damaged { .. }) | Ok(_)), "{cut}");
+            // Behind the header and no packet, nothing is known to be missing.
+            match open(whole[..cut].to_vec()) {
+                Ok(read) => assert!(cut == header && read.stream.is_empty(), "{cut}"),
+                Err(error) => assert!(error.is_damage(), "{cut}: {error}"),
+            }
         }
+        let cut = open(whole[..whole.len() - 2 * EVENT].to_vec()).unwrap_err().to_string();
+        assert!(cut.contains("promises 2 more events (3 events readable"), "{cut}");
+        let mut others = packet(2, 0, &[[1, 2]; 3]);
+        others.truncate(others.len() - EVENT);
+        let cut = open(file(&[others])).unwrap_err().to_string();
+        assert!(cut.contains("8 bytes before the end of a packet"), "{cut}");
         let text = String::from_utf8_lossy(&whole).replace("RAW", "SerializedTS");
         assert!(open(text.into_bytes()).unwrap_err().to_string().contains("compressed"));
     }

@@ -67,14 +67,17 @@ pub(super) fn deflate(compression: Compression, bytes: &[u8], out: &mut Vec<u8>)
     match compression {
         Compression::None => out.extend_from_slice(bytes),
         Compression::Lz4 | Compression::Lz4High => {
-            let info =
-                FrameInfo::new().block_size(BlockSize::Max256KB).block_mode(BlockMode::Independent);
+            let info = FrameInfo::new()
+                .block_size(BlockSize::Max256KB)
+                .block_mode(BlockMode::Independent)
+                .content_checksum(true);
             let mut encoder = FrameEncoder::with_frame_info(info, out);
             encoder.write_all(bytes)?;
             encoder.finish().map_err(io::Error::other)?;
         }
         Compression::Zstd | Compression::ZstdHigh => {
-            // With the size of its content: dv-processing reads no other frames.
+            // With the size of its content, without which dv-processing reads no frame, and with its
+            // checksum.
             *out = zrip::compress(bytes, LEVEL).map_err(io::Error::other)?;
         }
     }

@@ -5,6 +5,7 @@ use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
 use evpose_core::SensorSize;
+use twox_hash::XxHash32;
 
 use super::build::{Builder, Field};
 use super::compression::Compression;
@@ -137,9 +138,27 @@ pub(super) fn parse(path: &Path, start: u64, bytes: &[u8]) -> Result<FileHeader,
     // A recorder that was stopped has written -1: no data table.
     let place = table.i64(1).map_err(broken)?.unwrap_or(-1);
     let text = table.vector(2).map_err(broken)?.whole(1).map_err(broken)?;
-    let streams = streams(&String::from_utf8_lossy(text));
+    let text = String::from_utf8_lossy(text);
+    if !has_its_sum(&text) {
+        return Err(damage(path, start, "the header: its checksum does not fit"));
+    }
+    let streams = streams(&text);
     let end = start + bytes.len() as u64;
     Ok(FileHeader { compression, table: u64::try_from(place).ok(), streams, end })
+}
+
+/// An attribute of our own among the facts of a stream, which other programs pass over: the XXH32
+/// of all that stands before it.
+const SUM: &str = "<attr key=\"xxh32\" type=\"string\">";
+
+/// Whether an XML has no checksum, or the right one.
+fn has_its_sum(text: &str) -> bool {
+    let Some((before, behind)) = text.rsplit_once(SUM) else { return true };
+    behind.starts_with(&sum(before))
+}
+
+fn sum(text: &str) -> String {
+    format!("{:08x}<", XxHash32::oneshot(0, text.as_bytes()))
 }
 
 /// The streams that an XML names.
@@ -231,7 +250,8 @@ fn xml(compression: Compression, streams: &[Stream]) -> String {
             text += &attribute("sizeY", "int", &size.height.to_string());
         }
         text += &attribute("source", "string", source);
-        text += "</node>\n</node>\n";
+        let sum = sum(&text);
+        text += &format!("{SUM}{sum}/attr>\n</node>\n</node>\n");
     }
     text + "</node>\n</dv>\n"
 }

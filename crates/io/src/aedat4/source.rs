@@ -40,6 +40,8 @@ pub(super) fn open(input: Input, options: &OpenOptions) -> Result<Box<dyn EventS
         chosen,
         header,
         table: if walk.header.table.is_some() { Index::Unread } else { Index::Missing },
+        listed: 0,
+        lacks: false,
         walk,
         now: start,
         marks: vec![start],
@@ -86,6 +88,9 @@ struct Source {
     /// Number of the stream of events that is read.
     chosen: Option<i32>,
     table: Index,
+    /// Events that the data table lists, and whether as many were read at the end.
+    listed: u64,
+    lacks: bool,
     /// Offset of the next packet.
     now: Mark,
     /// Ascending; the first is the beginning.
@@ -104,6 +109,10 @@ impl Source {
     /// Reads a packet into `columns`; whether there was one.
     fn packet(&mut self, columns: &mut Columns) -> Result<bool, IoError> {
         let Some(head) = self.walk.head()? else {
+            if self.table == Index::Unread && self.chosen.is_some() {
+                self.read_table()?;
+            }
+            self.lacks = self.table == Index::Read && self.listed != self.now.events;
             return Ok(false);
         };
         // Packets are counted once, also where a search has gone back.
@@ -137,12 +146,18 @@ impl Source {
         is_unnamed: bool,
         columns: &mut Columns,
     ) -> Result<(), IoError> {
+        let names_streams = !self.walk.header.streams.is_empty();
         let Body { bytes, fault } = self.walk.body(head)?;
         let kind = identifier(bytes).map(StreamKind::from_identifier);
         let id = head.stream;
         // A broken file has a new number in every packet; the list would grow with it.
         if is_unnamed && self.streams.len() >= MAX_STREAMS {
             let reason = "packets of more streams than any recording has";
+            return Err(self.walk.broken(head, super::flat::Broken { at: 0, reason }));
+        }
+        let is_stray = is_unnamed && kind == Ok(StreamKind::Events);
+        if is_stray && names_streams {
+            let reason = "events of a stream that the header does not name";
             return Err(self.walk.broken(head, super::flat::Broken { at: 0, reason }));
         }
         if let (true, Ok(kind)) = (is_unnamed, kind) {
@@ -212,6 +227,7 @@ impl Source {
             mark.latest = mark.latest.max(entry.last);
         }
         self.marks = marks;
+        self.listed = mark.events;
         self.table = Index::Read;
         Ok(())
     }
@@ -295,6 +311,11 @@ impl EventSource for Source {
         }
         if self.others > 0 {
             remarks.push(format!("{} packets of other kinds are passed over", self.others));
+        }
+        if self.lacks {
+            let (listed, events) = (self.listed, self.now.events);
+            remarks
+                .push(format!("the data table lists {listed} events, the packets hold {events}"));
         }
         match self.table {
             Index::Missing => remarks.push(

@@ -18,6 +18,7 @@ use super::header::{self, FileHeader, IDENTIFIER, StreamKind};
 use super::walk::HEAD;
 use super::{MAGIC, damage, events};
 use crate::fill::fill;
+use crate::open::believed;
 use crate::{Columns, IoError};
 
 /// Bytes by which [`is_stream`] detects a stream of AEDAT 4.0.
@@ -55,7 +56,7 @@ impl<R: Read> Aedat4Stream<R> {
     /// 0.
     ///
     /// # Errors
-    /// If it cannot be read, is none, or does not name the camera.
+    /// If it cannot be read, is none, does not name the camera, or states a sensor larger than any.
     pub fn open(name: impl Into<PathBuf>, bytes: R, camera: u8) -> Result<Self, IoError> {
         let name = name.into();
         let mut bytes = BufReader::with_capacity(BUFFER, bytes);
@@ -96,6 +97,7 @@ impl<R: Read> Aedat4Stream<R> {
             return Err(IoError::Stream { path: name, reason });
         };
         let (chosen, sensor) = (chosen.id, chosen.size);
+        sensor.map(|sensor| believed(&name, sensor)).transpose()?;
         Ok(Self {
             name,
             bytes,

@@ -163,6 +163,9 @@ fn streams_that_no_header_names_are_detected_by_their_packets() {
         .filter(|&k| bytes[k..].starts_with(b"name=\"") && bytes[k + 6].is_ascii_digit())
         .collect();
     places.iter().for_each(|&place| bytes[place + 6] = b'x');
+    // Other programs' headers have no checksum.
+    let sums: Vec<usize> = (0..bytes.len()).filter(|&k| bytes[k..].starts_with(b"xxh32")).collect();
+    sums.iter().for_each(|&place| bytes[place] = b'y');
     let read = open(&bytes, &OpenOptions::default()).unwrap();
     assert_eq!((places.len(), read.stream.len()), (5, 90));
     let camera = OpenOptions { camera: Some(1), ..OpenOptions::default() };

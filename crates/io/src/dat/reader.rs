@@ -5,6 +5,7 @@ use evpose_core::{Micros, Polarity};
 use super::{EVENT_2D, EVENT_CD, EXT_TRIGGER, RECORD, counter};
 use crate::evt::SkippedRecords;
 use crate::evt::header::Lines;
+use crate::source::Shifted;
 use crate::time_stamp::WraparoundCounter;
 use crate::{BlockSource, Columns, DecodeFault, Decoder, EventSource, Input, IoError, OpenOptions};
 
@@ -44,7 +45,12 @@ pub(super) fn open(mut input: Input, _: &OpenOptions) -> Result<Box<dyn EventSou
         events: 0,
     };
     let decoder = decoder.ok_or_else(fault)?;
-    Ok(Box::new(BlockSource::new(input, start as u64, lines.header(), decoder)))
+    Ok(Box::new(BlockSource::new(
+        input,
+        start as u64,
+        lines.header(),
+        Shifted::new(decoder, lines.t0()),
+    )))
 }
 
 /// Turns the records of a DAT file into events.

@@ -39,7 +39,7 @@ pub(super) fn detect(data: &[u8]) -> Option<Encoding> {
 /// As [`detect`], for data without any header, which must begin with a high time.
 pub(super) fn detect_without_header(data: &[u8]) -> Option<Encoding> {
     let byte = match detect(data)? {
-        Encoding::Evt3 => 1,
+        Encoding::Evt3 | Encoding::Evt4 => 1,
         Encoding::Evt2 | Encoding::Evt21 { is_legacy: true } => 3,
         Encoding::Evt21 { is_legacy: false } => 7,
     };

@@ -12,6 +12,7 @@ pub(super) enum Encoding {
         is_legacy: bool,
     },
     Evt3,
+    Evt4,
 }
 
 /// Systems from here on send EVT 2.1 with the lower half of a word first (OpenEB,
@@ -38,6 +39,7 @@ impl Encoding {
             Self::Evt2 => "evt2",
             Self::Evt21 { .. } => "evt2.1",
             Self::Evt3 => "evt3",
+            Self::Evt4 => "evt4",
         }
     }
 
@@ -48,6 +50,7 @@ impl Encoding {
         match (format, lines.get("evt")) {
             (Some("EVT2"), _) | (None, Some("2.0")) => Some(Self::Evt2),
             (Some("EVT3"), _) | (None, Some("3.0")) => Some(Self::Evt3),
+            (Some("EVT4"), _) | (None, Some("4.0")) => Some(Self::Evt4),
             (Some("EVT21" | "EVT2.1"), _) | (None, Some("2.1")) => {
                 let stated = lines.format_option("endianness").or_else(|| lines.get("endianness"));
                 match stated {

@@ -125,6 +125,12 @@ impl Lines {
         Header { sensor: self.sensor(), usual_sensor: self.usual_sensor(), facts: facts.collect() }
     }
 
+    /// The time that times count from, in microseconds: faery writes it.
+    pub(crate) fn t0(&self) -> i64 {
+        let stated = self.get("T0").or_else(|| self.get("t0"));
+        stated.and_then(|t0| t0.parse().ok()).unwrap_or(0)
+    }
+
     fn sensor(&self) -> Option<SensorSize> {
         let of_format = self.format_option("width").zip(self.format_option("height"));
         let of_geometry = self.get("geometry").and_then(|size| size.split_once('x'));

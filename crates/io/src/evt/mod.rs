@@ -1,8 +1,8 @@
 //! Prophesee's RAW files: the words of a camera as they came, behind a header of `%` lines.
 //!
-//! Three encodings, distinguished by the header (`% format EVT3;height=720;width=1280`, or `% evt
+//! Four encodings, distinguished by the header (`% format EVT3;height=720;width=1280`, or `% evt
 //! 3.0` of older programs), or by the words where it does not say: [`Evt2Decoder`],
-//! [`Evt21Decoder`], [`Evt3Decoder`]. Writers of all three are [`Evt2Encoder`], [`Evt21Encoder`],
+//! [`Evt21Decoder`], [`Evt3Decoder`], [`Evt4Decoder`]. Writers of the first three are [`Evt2Encoder`], [`Evt21Encoder`],
 //! [`Evt3Encoder`]. Edges at trigger inputs are no events: they are counted.
 //!
 //! # Source
@@ -17,6 +17,7 @@ mod encoding;
 mod evt2;
 mod evt21;
 mod evt3;
+mod evt4;
 mod format;
 pub(crate) mod header;
 mod mask_bits;
@@ -33,8 +34,9 @@ pub use encode21::Evt21Encoder;
 use encoding::Encoding;
 pub use evt2::Evt2Decoder;
 pub use evt3::Evt3Decoder;
+pub use evt4::Evt4Decoder;
 pub use evt21::Evt21Decoder;
-pub(crate) use format::{EVT2, EVT3, EVT21};
+pub(crate) use format::{EVT2, EVT3, EVT4, EVT21};
 pub(crate) use skipped::SkippedRecords;
 pub use writer::WordEncoder;
 

@@ -9,6 +9,7 @@ use evpose_core::{Micros, SensorSize};
 use super::decoder::FramedDecoder;
 use super::layout::{HEADER, sensor_of};
 use crate::fill::fill;
+use crate::open::believed;
 use crate::{Columns, Decoder, IoError};
 
 /// Bytes that wait to be decoded, at most: 32,766 events, about what a second-level cache holds
@@ -45,7 +46,7 @@ impl<R: Read> FramedReader<R> {
     /// Reads the header of a stream, which messages call `name`.
     ///
     /// # Errors
-    /// If it cannot be read, or is none.
+    /// If it cannot be read, is none, or states a sensor larger than any.
     pub fn open(name: impl Into<PathBuf>, mut bytes: R) -> Result<Self, IoError> {
         let name = name.into();
         let damage = |(byte, reason): (u64, Cow<'static, str>)| IoError::Damaged {
@@ -60,7 +61,7 @@ impl<R: Read> FramedReader<R> {
             let reason = format!("the stream ends {there} bytes into its header");
             return Err(damage((there as u64, reason.into())));
         }
-        let sensor = sensor_of(&header).map_err(damage)?;
+        let sensor = believed(&name, sensor_of(&header).map_err(damage)?)?;
         Ok(Self {
             name,
             bytes,

@@ -17,17 +17,12 @@ const SHUFFLE: u16 = 2;
 const LZF: u16 = 32000;
 const BLOSC: u16 = 32001;
 const LZ4: u16 = 32004;
+const BITSHUFFLE: u16 = 32008;
 const ZSTD: u16 = 32015;
 
 /// Filters of other libraries that are known and not undone.
-const UNREAD: &[(u16, &str)] = &[
-    (307, "bzip2"),
-    (32008, "bitshuffle"),
-    (32013, "ZFP"),
-    (32017, "SZ"),
-    (32024, "SZ3"),
-    (32026, "Blosc2"),
-];
+const UNREAD: &[(u16, &str)] =
+    &[(307, "bzip2"), (32013, "ZFP"), (32017, "SZ"), (32024, "SZ3"), (32026, "Blosc2")];
 
 /// No codec makes more bytes of one: zstd writes 128 KiB of one value in four bytes.
 pub(super) const TIGHTEST: usize = 32_768;
@@ -87,6 +82,7 @@ impl Filters {
                 }
                 BLOSC => blosc::decode(bytes, whole, out)?,
                 LZ4 => lz4_blocks(bytes, whole, out)?,
+                BITSHUFFLE => bitshuffled(bytes, &filter.client_data, whole, out)?,
                 LZF | ZSTD => {
                     // Before memory is taken: nothing packs tighter.
                     if whole / TIGHTEST > bytes.len() {
@@ -101,7 +97,10 @@ impl Filters {
                 ECF => return Err("ECF behind another filter, which is not read".into()),
                 // A message with the name of the filter: users can repack the file.
                 id if UNREAD.iter().any(|(unread, _)| *unread == id) => {
-                    return Err(format!("packed by {}, which is not read", name(filter)).into());
+                    let what =
+                        format!("packed by {} (filter {id}), which is not read", name(filter));
+                    let how = "repack it: h5repack -f SHUF -f GZIP=4 OLD.h5 NEW.h5";
+                    return Err(format!("{what}: {how}").into());
                 }
                 _ => {
                     // One byte more than fits, so that it is seen; Fletcher's sum has four.
@@ -126,6 +125,7 @@ fn name(filter: &FilterDescription) -> String {
         LZF => "LZF",
         BLOSC => "Blosc",
         LZ4 => "LZ4",
+        BITSHUFFLE => "bitshuffle",
         ZSTD => "zstd",
         ECF => "ECF",
         id => match UNREAD.iter().find(|(unread, _)| *unread == id) {
@@ -197,5 +197,73 @@ fn lz4_blocks(mut packed: &[u8], most: usize, out: &mut Vec<u8>) -> Result<(), R
             lz4(stream, &mut out[before..])?;
         }
     }
+    Ok(())
+}
+
+/// HDF5's filter of bitshuffle: blocks of values whose bits are put side by side, plain, or packed by
+/// LZ4 or zstd behind the bytes unpacked (64 bits) and those of a block (32), each behind its packed
+/// length (32 bits), all big-endian. Up to seven last values stand as they are.
+///
+/// Source: `bshuf_h5filter.c` and `bitshuffle.c` of <https://github.com/kiyo-masui/bitshuffle> (MIT),
+/// read for the format.
+fn bitshuffled(
+    mut packed: &[u8],
+    parameters: &[u32],
+    most: usize,
+    out: &mut Vec<u8>,
+) -> Result<(), Reason> {
+    const ENDS: Reason = Cow::Borrowed("a bitshuffle chunk ends before its last byte");
+    // Two numbers of the version, the bytes of a value, the values of a block, the packing.
+    let parameter = |k: usize| parameters.get(k).copied().unwrap_or(0) as usize;
+    let (size, packing) = (parameter(2), parameter(4));
+    if size == 0 || packing > 3 || packing == 1 {
+        return Err(format!("bitshuffle of values of {size} bytes, packing {packing}").into());
+    }
+    let (mut whole, mut block) = (packed.len(), parameter(3) * size);
+    if packing > 0 {
+        let (length, rest) = packed.split_first_chunk().ok_or(ENDS)?;
+        let (bytes, rest) = rest.split_first_chunk().ok_or(ENDS)?;
+        packed = rest;
+        whole = usize::try_from(u64::from_be_bytes(*length)).unwrap_or(usize::MAX);
+        block = u32::from_be_bytes(*bytes) as usize;
+    }
+    // As the library chooses it: what fits 8 KiB, in eights of values.
+    if block == 0 {
+        block = (8192 / size / 8 * 8).max(128) * size;
+    }
+    if whole > most || !block.is_multiple_of(8 * size) {
+        return Err(format!("a bitshuffle chunk of {whole} bytes in blocks of {block}").into());
+    }
+    // A last block is shorter, but in eights of values.
+    let last = whole % (8 * size);
+    let mut shuffled = Vec::new();
+    while out.len() < whole - last {
+        let bytes = block.min(whole - last - out.len());
+        let before = out.len();
+        let stream = if packing > 0 {
+            let (length, rest) = packed.split_first_chunk().ok_or(ENDS)?;
+            let (stream, rest) =
+                rest.split_at_checked(u32::from_be_bytes(*length) as usize).ok_or(ENDS)?;
+            packed = rest;
+            if bytes / TIGHTEST > stream.len() {
+                return Err(ENDS);
+            }
+            shuffled.clear();
+            shuffled.resize(bytes, 0);
+            if packing == 2 {
+                lz4(stream, &mut shuffled)?;
+            } else {
+                zstd(stream, &mut shuffled)?;
+            }
+            &shuffled
+        } else {
+            let (stream, rest) = packed.split_at_checked(bytes).ok_or(ENDS)?;
+            packed = rest;
+            stream
+        };
+        out.resize(before + bytes, 0);
+        shuffle::bits(stream, size, &mut out[before..]);
+    }
+    out.extend_from_slice(packed.get(..last).ok_or(ENDS)?);
     Ok(())
 }

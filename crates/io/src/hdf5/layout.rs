@@ -155,7 +155,17 @@ pub(super) fn find(
         let value = root.attribute(theirs).and_then(|attribute| attribute.read_string());
         facts.extend(value.ok().map(|value| (name, value)));
     }
-    let sensor = sensor(&root, &node);
+    let mut sensor = sensor(&root, &node);
+    // As RVT's preprocessing writes it: datasets beside the columns.
+    if let (None, Node::Group(group)) = (sensor, &node)
+        && let Some(Node::Dataset(width)) = at(group, "width")?
+        && let Some(Node::Dataset(height)) = at(group, "height")?
+    {
+        let sides = [whole(file, bytes, &width)?, whole(file, bytes, &height)?];
+        if let [Ok(width @ 1..), Ok(height @ 1..)] = sides.map(u16::try_from) {
+            sensor = Some(SensorSize { width, height });
+        }
+    }
     let t_offset = match (at(&root, T_OFFSET)?, &node) {
         (Some(Node::Dataset(offset)), Node::Group(_)) => whole(file, bytes, &offset)?,
         _ => 0,

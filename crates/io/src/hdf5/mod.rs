@@ -10,7 +10,7 @@
 //! one at a time and each where it stands in the file, so that damage has a place, and so that a
 //! chunk may hold fewer events than it has room for, as the last one of Prophesee's files does.
 //!
-//! Files are written in the layout of DSEC: columns `events/{t,x,y,p}` of plain chunks, times counted
+//! Files are written in the layout of DSEC: columns `events/{t,x,y,p}` of chunks with a checksum, times counted
 //! from `t_offset` (0 unless the clock began long before the recording), `ms_to_idx`, and the size of
 //! the sensor as attributes `width` and `height`. Any program that reads HDF5 reads them.
 //!
@@ -62,7 +62,7 @@ const PLACES: [usize; 4] = [0, 512, 1024, 2048];
 /// The registry's entry.
 pub(crate) const FORMAT: Format = Format {
     name: "hdf5",
-    summary: "HDF5 of Prophesee (ECF), DSEC (Blosc), v2e, MVSEC and h5py; events/{t,x,y,p}",
+    summary: "HDF5 of Prophesee (ECF), DSEC (Blosc), RVT, v2e, MVSEC and h5py; events/{t,x,y,p}",
     endings: &[".h5", ".hdf5"],
     probe: |head| {
         PLACES.iter().any(|&at| head.get(at..).is_some_and(|rest| rest.starts_with(SIGNATURE)))

@@ -16,6 +16,7 @@ const FILL_VALUE: u8 = 0x05;
 const LINK: u8 = 0x06;
 const LAYOUT: u8 = 0x08;
 const GROUP_INFO: u8 = 0x0A;
+const FILTERS: u8 = 0x0B;
 const ATTRIBUTE: u8 = 0x0C;
 
 /// An integer type, little-endian.
@@ -85,6 +86,8 @@ impl ObjectHeader {
         header.message(DATATYPE, &kind.message());
         // Chunks are allocated as they come, and filled only if a value for it is set.
         header.message(FILL_VALUE, &[3, 0b1011]);
+        // Version 2, one filter, number 3: the checksum of Fletcher, without a flag or a parameter.
+        header.message(FILTERS, &[2, 1, 3, 0, 0, 0, 0, 0]);
         // Version 3, chunked, of rows and of the bytes of a value.
         let mut layout = vec![3, 2, 2];
         layout.extend_from_slice(&address.to_le_bytes());

@@ -78,6 +78,21 @@ mod reading {
         ("e2vid-lzf.h5", 300, "ca1c417dc3f092c18378c62e6faddced913c3a7e48dd36ccf4b5b6e4afc8eceb"),
         ("e2vid-lz4.h5", 300, "ca1c417dc3f092c18378c62e6faddced913c3a7e48dd36ccf4b5b6e4afc8eceb"),
         ("e2vid-zstd.h5", 300, "ca1c417dc3f092c18378c62e6faddced913c3a7e48dd36ccf4b5b6e4afc8eceb"),
+        (
+            "bitshuffle-none.h5",
+            1203,
+            "99ba23c90276e89131886cfdb119b6c8a8dad90196cb6baad1cc728d23306fc9",
+        ),
+        (
+            "bitshuffle-lz4.h5",
+            1203,
+            "99ba23c90276e89131886cfdb119b6c8a8dad90196cb6baad1cc728d23306fc9",
+        ),
+        (
+            "bitshuffle-zstd.h5",
+            1203,
+            "99ba23c90276e89131886cfdb119b6c8a8dad90196cb6baad1cc728d23306fc9",
+        ),
         ("v2e.h5", 600, "294b9e4479794d020ea6d8595b74350f343b9cb2cf35e747b0291d15723e530c"),
         ("v2e-columns.h5", 400, "a9964e2f82b6dc2209cad31910153269c57327201d4da298340b8b3f48504fec"),
         ("mvsec.h5", 300, "81bc1dd50aafa36e44c4b31db10125b796599f3daeb71ea2fda20e476f666df8"),
@@ -185,7 +200,12 @@ mod reading {
             let fault = fault.unwrap();
             assert!(columns.is_empty() && fault.is_damage());
             assert!(fault.to_string().contains(codec), "{fault}");
+            assert!(codec != "Blosc2" || fault.to_string().contains("(filter 32026)"), "{fault}");
         }
+        let mut source = source("bitshuffle-lz4.h5", golden("bitshuffle-lz4.h5")).unwrap();
+        // As RVT's, the file states the size beside the columns.
+        assert_eq!(source.header().sensor, Some(SensorSize { width: 1280, height: 720 }));
+        assert_eq!(events(source.as_mut()).0.len(), 1203);
     }
 
     /// The readable part of a damaged file must be a beginning of its content, and the damage

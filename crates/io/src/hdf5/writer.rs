@@ -8,12 +8,15 @@ use std::io::{Seek as _, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use evpose_core::{AtomicFile, EventStream, SensorSize};
+use hdf5_reader::checksum::fletcher32;
 
 use super::chunk_index::ChunkIndex;
 use super::ms_index::MsIndex;
 use super::object::{IntegerType, ObjectHeader, SUPERBLOCK, superblock};
 use crate::{EventSink, IoError};
 
+/// Bytes of the checksum behind a chunk.
+const SUM: u32 = 4;
 /// Events of a chunk; a shorter recording has one chunk, of its own length.
 const CHUNK_ROWS: usize = 1 << 16;
 /// The columns: name and type.
@@ -142,7 +145,7 @@ impl Hdf5Sink {
     ) -> Result<u64, IoError> {
         let index = ChunkIndex {
             chunk_rows: chunk_rows as u64,
-            chunk_bytes: chunk_rows as u32 * u32::from(kind.bytes),
+            chunk_bytes: chunk_rows as u32 * u32::from(kind.bytes) + SUM,
             addresses,
         };
         let (nodes, root) = index.nodes(self.length);
@@ -156,7 +159,7 @@ impl Hdf5Sink {
         let mut chunks = pending.chunks_exact(chunk_rows);
         for chunk in &mut chunks {
             let bytes: Vec<u8> = chunk.iter().flat_map(|entry| entry.to_le_bytes()).collect();
-            let address = self.append(&bytes)?;
+            let address = self.append_chunk(bytes)?;
             self.ms_addresses.push(address);
         }
         let rest = chunks.remainder().len();
@@ -178,11 +181,17 @@ impl Hdf5Sink {
         for (place, mut column) in columns.into_iter().enumerate() {
             // HDF5 has no shorter last chunk; the number of rows says where the column ends.
             column.resize(chunk_rows * usize::from(COLUMNS[place].1.bytes), 0);
-            let address = self.append(&column)?;
+            let address = self.append_chunk(column)?;
             self.addresses[place].push(address);
         }
         self.written += events.len() as u64;
         Ok(())
+    }
+
+    /// Appends a chunk with its checksum; returns the address.
+    fn append_chunk(&mut self, mut chunk: Vec<u8>) -> Result<u64, IoError> {
+        chunk.extend(fletcher32(&chunk).to_le_bytes());
+        self.append(&chunk)
     }
 
     /// Appends to the file; returns the address.

@@ -7,6 +7,7 @@ use npyz::{DType, NpyHeader, Order};
 use super::NpzFault;
 use super::column::{Column, Kind, Rows};
 use crate::fill::fill_to_fault;
+use crate::source::most_unpacked;
 
 /// NumPy writes 128 bytes, more for records. A longer header is no recording's.
 const LONGEST_HEADER: u16 = 4096;
@@ -29,13 +30,16 @@ pub(super) struct Array {
 }
 
 /// Takes an array, piece by piece, so that memory grows with the data rather than with what the
-/// header claims. A fault comes with the number of values before it.
-pub(super) fn read(mut entry: impl Read) -> Result<Array, (NpzFault, usize)> {
+/// header claims, and with neither beyond `room`, which is less by the bytes of the array then. A
+/// fault comes with the number of values before it.
+pub(super) fn read(mut entry: impl Read, room: &mut Room) -> Result<Array, (NpzFault, usize)> {
     let header = header(&mut entry).map_err(|fault| (fault, 0))?;
     let layout = Layout::from_header(&header).map_err(|fault| (fault, 0))?;
     let mut columns: Vec<Column> =
         layout.fields.iter().map(|(_, kind)| Column::with_kind(*kind)).collect();
     let length = layout.length;
+    let bytes = layout.rows.saturating_mul(length as u64);
+    room.take(bytes).map_err(|fault| (fault, 0))?;
     // A piece is at least a row, however long.
     let most = (PIECE / length).max(1) as u64;
     let (mut piece, mut before) = (vec![0; most as usize * length], 0);
@@ -65,6 +69,28 @@ pub(super) fn read(mut entry: impl Read) -> Result<Array, (NpzFault, usize)> {
     match (layout.is_one_after_another, columns.as_slice()) {
         (true, [all]) => Ok(Array { names: layout.names, columns: all.apart(layout.of_each) }),
         _ => Ok(Array { names: layout.names, columns }),
+    }
+}
+
+/// The bytes that the arrays of an archive may unpack to.
+#[derive(Debug)]
+pub(super) struct Room {
+    limit: u64,
+    taken: u64,
+}
+
+impl Room {
+    /// That of a file of `length` bytes.
+    pub(super) fn of_file(length: u64) -> Self {
+        Self { limit: most_unpacked(length), taken: 0 }
+    }
+
+    fn take(&mut self, bytes: u64) -> Result<(), NpzFault> {
+        self.taken = self.taken.saturating_add(bytes);
+        match self.taken <= self.limit {
+            true => Ok(()),
+            false => Err(NpzFault::TooLarge { bytes: self.taken, limit: self.limit }),
+        }
     }
 }
 

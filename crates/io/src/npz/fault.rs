@@ -17,6 +17,13 @@ pub enum NpzFault {
     Real(String),
     /// Columns or fields that cannot be assigned to those of events, with the reason.
     Columns(String),
+    /// It unpacks to more than archives may.
+    TooLarge {
+        /// Bytes that it and the arrays before it unpack to.
+        bytes: u64,
+        /// Bytes that they may.
+        limit: u64,
+    },
     /// There is more than its shape says.
     Trailing,
     /// Its length differs from that of `t`.
@@ -39,6 +46,11 @@ impl fmt::Display for NpzFault {
             Self::Value(value) => write!(f, "the value {value} has no meaning"),
             Self::Real(value) => write!(f, "{value} should be an integer"),
             Self::Columns(why) => f.write_str(why),
+            Self::TooLarge { bytes, limit } => write!(
+                f,
+                "it unpacks to {bytes} bytes, and an archive of this length to {limit} at most: \
+                 unpack it, or split it"
+            ),
             Self::Trailing => f.write_str("more data than its shape says"),
             Self::Length { got, of } => write!(f, "{got} values, but `t` has {of}"),
         }

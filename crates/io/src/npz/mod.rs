@@ -13,6 +13,9 @@
 //! is called `events`, or has any name if it is the only one, such as the `arr_0` of `numpy.savez`.
 //! Floating-point times without any fraction are microseconds.
 //!
+//! EVIMO2's archives have `dataset_events_t`, `_xy` and `_p`; as three `.npy` files, any of them, or
+//! their folder, stands for all.
+//!
 //! A single such array in an `.npy` file is a format of its own, `npy`. It is written as records
 //! of `t` (`<i8`), `x`, `y` (`<u2`) and `p` (`|u1`), and states no sensor.
 
@@ -30,6 +33,7 @@ pub(crate) use array::header;
 pub(crate) use events::REQUIRED;
 pub use fault::NpzFault;
 pub(crate) use header_writer::header_for;
+pub(crate) use reader::EVIMO;
 
 use crate::open::{Format, no_labels};
 

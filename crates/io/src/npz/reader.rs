@@ -1,18 +1,21 @@
 //! Events out of a NumPy archive, or out of a single array.
 
 use std::io::BufReader;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use evpose_core::SensorSize;
 use zip::ZipArchive;
 
 use super::NpzFault;
-use super::array::{self, Array};
+use super::array::{self, Array, Room};
 use super::column::Column;
 use super::events::{Named, REQUIRED};
 use crate::names::{Places, places};
 use crate::{Columns, EventSource, Header, Input, IoError, MemorySource, OpenOptions, ReadSeek};
 
+/// The arrays of EVIMO2's second version: times, columns beside rows, and polarities, in one archive
+/// or as files of these names beside each other.
+pub(crate) const EVIMO: [&str; 3] = ["dataset_events_t", "dataset_events_xy", "dataset_events_p"];
 /// One array that holds all events.
 const EVENTS: &str = "events";
 /// The sensor.
@@ -30,6 +33,10 @@ pub(super) fn open(input: Input, options: &OpenOptions) -> Result<Box<dyn EventS
     let of_columns = places(&names.iter().map(String::as_str), &options.columns);
     // Arrays of columns come first; a table is for archives without them.
     let table = table(&names).filter(|_| of_columns.is_err());
+    if EVIMO.iter().all(|name| is_there(name)) {
+        let arrays = EVIMO.map(|name| archive.array(name).map(|(array, _)| array));
+        return of_evimo(&archive.path, arrays, options);
+    }
     let mut missing: Vec<&'static str> = Vec::new();
     if let (None, Err(absent)) = (table, &of_columns) {
         missing.extend(absent.iter().map(|what| REQUIRED[*what]));
@@ -63,8 +70,51 @@ pub(super) fn open_array(
     input: Input,
     options: &OpenOptions,
 ) -> Result<Box<dyn EventSource>, IoError> {
+    let stem = input.path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    if let Some(which) = stem.and_then(|stem| EVIMO.iter().position(|name| *name == stem)) {
+        let path = input.path.clone();
+        let mut given = Some(input);
+        let arrays = [0, 1, 2].map(|k| {
+            let beside = path.with_file_name(format!("{}.npy", EVIMO[k]));
+            let given = given.take_if(|_| k == which);
+            let input = given.map_or_else(|| Input::file(&beside), Ok)?;
+            let mut room = Room::of_file(input.length);
+            array::read(input.bytes, &mut room).map_err(|(fault, values)| IoError::Npz {
+                path: beside,
+                array: EVIMO[k].to_owned(),
+                byte: 0,
+                fault,
+                values,
+            })
+        });
+        return of_evimo(&path, arrays, options);
+    }
     let (columns, remark) = of_array(input, options)?;
     let remarks = remark.into_iter().collect();
+    Ok(Box::new(MemorySource::new(Header::default(), columns, remarks)))
+}
+
+/// Events of which two arrays are columns and one has column and row.
+fn of_evimo(
+    path: &Path,
+    arrays: [Result<Array, IoError>; 3],
+    options: &OpenOptions,
+) -> Result<Box<dyn EventSource>, IoError> {
+    let [t, xy, p] = arrays;
+    let columns: Vec<Column> =
+        [t?.columns, xy?.columns, p?.columns].into_iter().flatten().collect();
+    let fault = |(what, fault, values): (usize, _, _)| IoError::Npz {
+        path: path.to_owned(),
+        array: EVIMO[[0, 1, 1, 2][what]].to_owned(),
+        byte: 0,
+        fault,
+        values,
+    };
+    let columns = columns.try_into().map_err(|_| fault((1, NpzFault::Shape, 0)))?;
+    let named = Named { columns, unit: options.time_unit };
+    let remarks = named.coarse_times().into_iter().collect();
+    let columns = named.events().map_err(fault)?;
+    // Of the Samsung DVS, the Prophesee and the DAVIS346 of the rig, nothing says which.
     Ok(Box::new(MemorySource::new(Header::default(), columns, remarks)))
 }
 
@@ -81,7 +131,7 @@ fn table(names: &[String]) -> Option<&str> {
 
 /// A file that is one array of events.
 fn of_array(input: Input, options: &OpenOptions) -> Result<Read, IoError> {
-    let Input { path, bytes, .. } = input;
+    let Input { path, bytes, length } = input;
     let fault = |fault, values| IoError::Npz {
         path: path.clone(),
         array: EVENTS.to_owned(),
@@ -89,7 +139,8 @@ fn of_array(input: Input, options: &OpenOptions) -> Result<Read, IoError> {
         fault,
         values,
     };
-    let table = array::read(bytes).map_err(|(what, values)| fault(what, values))?;
+    let mut room = Room::of_file(length);
+    let table = array::read(bytes, &mut room).map_err(|(what, values)| fault(what, values))?;
     let columns = Named::of_table(table, options).map_err(|what| fault(what, 0))?;
     let remark = columns.coarse_times();
     let columns = columns.events().map_err(|(_, what, values)| fault(what, values))?;
@@ -103,6 +154,7 @@ struct Archive {
     path: PathBuf,
     /// Bytes of the file.
     length: u64,
+    room: Room,
     zip: ZipArchive<BufReader<Box<dyn ReadSeek>>>,
 }
 
@@ -114,7 +166,7 @@ impl Archive {
             byte: length,
             reason: e.to_string(),
         })?;
-        Ok(Self { path, length, zip })
+        Ok(Self { path, length, room: Room::of_file(length), zip })
     }
 
     fn names(&self) -> Vec<String> {
@@ -180,7 +232,10 @@ impl Archive {
         let (byte, array) = {
             match self.zip.by_name(&npyz::npz::file_name_from_array_name(name)) {
                 // A broken list may name a place that no file of this length has.
-                Ok(entry) => (entry.data_start().unwrap_or(0).min(self.length), array::read(entry)),
+                Ok(entry) => {
+                    let byte = entry.data_start().unwrap_or(0).min(self.length);
+                    (byte, array::read(entry, &mut self.room))
+                }
                 Err(e) => (0, Err((NpzFault::Unreadable(e.to_string()), 0))),
             }
         };

@@ -304,6 +304,9 @@ fn a_header_that_claims_more_than_there_is_allocates_nothing() {
     let mut arrays = three_events();
     arrays[0].2 = "(9000000000000000000,)";
     let (array, fault, values) = fault_of(&arrays);
+    assert!(matches!((array.as_str(), fault, values), ("t", NpzFault::TooLarge { .. }, 0)));
+    arrays[0].2 = "(9000000,)";
+    let (array, fault, values) = fault_of(&arrays);
     assert!(matches!((array.as_str(), fault, values), ("t", NpzFault::Unreadable(_), 3)));
     arrays[0].2 = "(9999999999, 9999999999, 9999999999)";
     assert_eq!(fault_of(&arrays).1, NpzFault::Shape);
@@ -445,4 +448,60 @@ fn times_that_cannot_be_are_doubted() {
     };
     assert_eq!(seconds(0.0), "");
     assert!(seconds(1_605_537_536.0).contains("floats of 32 bits"));
+}
+
+#[test]
+fn an_archive_that_unpacks_to_gigabytes_is_refused_before_it_is_unpacked() {
+    // Zeros, of which deflate makes a thousandth.
+    let mut zip = ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    let header = |kind: &str, count: usize| {
+        let text =
+            format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({count},), }}\n");
+        [&b"\x93NUMPY\x01\x00"[..], &(text.len() as u16).to_le_bytes(), text.as_bytes()].concat()
+    };
+    let count = 40_000_000;
+    let options = SimpleFileOptions::default();
+    for (name, kind, bytes) in [("t", "<i8", 8), ("x", "<u2", 2), ("y", "<u2", 2), ("p", "|u1", 1)]
+    {
+        zip.start_file(format!("{name}.npy"), options).unwrap();
+        zip.write_all(&header(kind, count)).unwrap();
+        let zeros = std::io::Read::take(std::io::repeat(0), bytes * 4_000_000);
+        std::io::copy(&mut { zeros }, &mut zip).unwrap();
+    }
+    let bytes = zip.finish().unwrap().into_inner();
+    let error = read_as(Input::memory("bomb.npz", bytes), &OpenOptions::default());
+    let error = error.unwrap_err().to_string();
+    assert!(error.contains("320000000 bytes") && error.contains("268435456 at most"), "{error}");
+}
+
+#[test]
+fn the_three_arrays_of_evimo_are_read_from_an_archive_and_from_a_folder() {
+    let plain = |kind: &str, shape: &str, bytes: Vec<u8>| {
+        let text = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape}, }}\n");
+        let head = [&b"\x93NUMPY\x01\x00"[..], &(text.len() as u16).to_le_bytes()].concat();
+        [head, text.into_bytes(), bytes].concat()
+    };
+    let times = [0.25_f64, 0.5, 0.500_001].iter().flat_map(|t| t.to_le_bytes()).collect();
+    let pixels = [[3_u16, 4], [639, 479], [1, 2]].iter().flatten().flat_map(|v| v.to_le_bytes());
+    let arrays = [
+        plain("<f8", "(3,)", times),
+        plain("<u2", "(3, 2)", pixels.collect()),
+        plain("|u1", "(3,)", vec![1, 0, 1]),
+    ];
+    let folder = tempfile::tempdir().unwrap();
+    let mut zip = ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    for (name, array) in EVIMO.iter().zip(&arrays) {
+        fs::write(folder.path().join(format!("{name}.npy")), array).unwrap();
+        zip.start_file(format!("{name}.npy"), SimpleFileOptions::default()).unwrap();
+        zip.write_all(array).unwrap();
+    }
+    let archive = folder.path().join("events.npz");
+    fs::write(&archive, zip.finish().unwrap().into_inner()).unwrap();
+    let event = |t, x, y, on| Event { t: Micros(t), x, y, polarity: Polarity::from_on(on) };
+    let want =
+        [event(250_000, 3, 4, true), event(500_000, 639, 479, false), event(500_001, 1, 2, true)];
+    for path in [archive, folder.path().to_owned(), folder.path().join("dataset_events_xy.npy")] {
+        let read = open(&path).unwrap();
+        assert_eq!(read.stream.iter().collect::<Vec<_>>(), want, "{}", path.display());
+    }
 }

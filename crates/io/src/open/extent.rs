@@ -58,7 +58,7 @@ fn length(counts: &[u64]) -> u16 {
 }
 
 /// A size that is no larger than sensors are.
-pub(super) fn believed(path: &Path, sensor: SensorSize) -> Result<SensorSize, IoError> {
+pub(crate) fn believed(path: &Path, sensor: SensorSize) -> Result<SensorSize, IoError> {
     match u64::from(sensor.width) * u64::from(sensor.height) <= MAX_PIXELS {
         true => Ok(sensor),
         false => Err(IoError::SensorTooLarge { path: path.to_owned(), sensor }),

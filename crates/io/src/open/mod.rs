@@ -15,6 +15,7 @@ use std::path::{Path, PathBuf};
 use evpose_core::{EventStream, SensorSize};
 
 pub use beside::{recordings_by_stem, writable_format};
+pub(crate) use extent::believed;
 pub(crate) use format::no_labels;
 pub use format::{Create, Format, Labels, Open};
 pub use info::{Info, info};
@@ -22,6 +23,7 @@ pub use registry::{FORMATS, create, detect_format, format_by_name, format_for};
 pub use sensor::find_sensor;
 pub use windows::Windows;
 
+use crate::npz::EVIMO;
 use crate::source::{OrderedSource, unpacked};
 use crate::{ColumnNames, EventSource, Input, IoError, OpenOptions};
 
@@ -132,7 +134,7 @@ pub fn source_in<'a>(
         return Err(IoError::Stream { path, reason });
     }
     for sensor in source.header().sensor.iter().chain(&options.sensor) {
-        extent::believed(&path, *sensor)?;
+        believed(&path, *sensor)?;
     }
     Ok((format, OrderedSource::open(source, path, options)?))
 }
@@ -150,14 +152,15 @@ pub(crate) fn unordered_in<'a>(
     Ok((format, source))
 }
 
-/// Opens a file, or the log in a folder of YARP's.
+/// Opens a file, the log in a folder of YARP's, or the arrays in one of EVIMO2's.
 ///
 /// # Errors
 /// If it is not there, or is no regular file.
 pub fn input(path: &Path) -> Result<Input, IoError> {
-    let in_folder = ["data.log", "binaryevents.log"].map(|name| path.join(name));
-    let log: Option<&PathBuf> = in_folder.iter().find(|log| log.is_file());
-    Input::file(log.map_or(path, PathBuf::as_path))
+    let arrays = format!("{}.npy", EVIMO[0]);
+    let in_folder = ["data.log", "binaryevents.log", &arrays].map(|name| path.join(name));
+    let found: Option<&PathBuf> = in_folder.iter().find(|file| file.is_file());
+    Input::file(found.map_or(path, PathBuf::as_path))
 }
 
 #[cfg(test)]

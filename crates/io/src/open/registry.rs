@@ -19,6 +19,7 @@ pub const FORMATS: &[Format] = &[
     crate::aedat2::FORMAT,
     crate::aedat3::FORMAT,
     crate::hdf5::FORMAT,
+    crate::es::FORMAT,
     // Lines that begin as those of text.
     crate::yarp::LOG,
     crate::text::CSV,
@@ -27,6 +28,7 @@ pub const FORMATS: &[Format] = &[
     crate::evt::EVT2,
     crate::evt::EVT21,
     crate::evt::EVT3,
+    crate::evt::EVT4,
     // Without marks of their own, and so behind all others.
     crate::yarp::BINARY,
     crate::nmnist::FORMAT,

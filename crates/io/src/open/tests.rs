@@ -96,11 +96,16 @@ fn a_file_of_no_known_format_is_refused_with_the_formats_there_are() {
 }
 
 #[test]
-fn times_at_the_ends_of_the_range_are_described_without_a_panic() {
+fn times_at_the_ends_of_the_range_are_refused_and_near_them_described_without_a_panic() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("recording");
-    fs::write(&path, format!("{} 1 2 1\n{} 1 2 1\n", i64::MIN, i64::MAX)).unwrap();
-    assert_eq!(info(&path, &OpenOptions::default()).unwrap().duration, Micros(i64::MAX));
+    let describe = |before_end: i64| {
+        let ends = [i64::MIN + before_end, i64::MAX - before_end];
+        fs::write(&path, ends.map(|t| format!("{t} 1 2 1\n")).concat()).unwrap();
+        info(&path, &OpenOptions::default())
+    };
+    assert!(describe(0).unwrap_err().to_string().contains("no clock reaches"));
+    assert_eq!(describe(2_000_000_000_000).unwrap().duration, Micros(i64::MAX));
 }
 
 proptest! {

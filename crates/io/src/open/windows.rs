@@ -11,6 +11,8 @@ use crate::{Columns, EventSource, IoError, OpenOptions};
 
 /// Events from which on their places show whether the sensor is another one.
 const MANY: usize = 10_000;
+/// Events of a window, at most: 20 ms at three times the rate that the fastest cameras reach.
+const MAX_WINDOW: usize = 1 << 25;
 
 /// A recording that is read window by window, forward or from place to place.
 ///
@@ -169,6 +171,11 @@ impl Windows {
         }
         while !self.is_at_end && self.read_to < window.end {
             self.read_on()?;
+            // What is before the window takes no room beside it.
+            if self.buffer.len() > MAX_WINDOW {
+                self.leave_behind(window.start);
+                self.check_length(window)?;
+            }
         }
         self.leave_behind(window.start);
         events.clear();
@@ -177,6 +184,18 @@ impl Windows {
             let _ = events.push(self.buffer.event(k));
         }
         Ok(())
+    }
+
+    fn check_length(&self, window: TimeWindow) -> Result<(), IoError> {
+        if self.before(window.end) <= MAX_WINDOW {
+            return Ok(());
+        }
+        let (start, end) = (window.start.as_seconds(), window.end.as_seconds());
+        let reason = format!(
+            "more than {MAX_WINDOW} events from {start:.6} s to {end:.6} s: choose a shorter part with \
+             --from and --to, or shorter windows"
+        );
+        Err(IoError::Stream { path: self.path.clone(), reason })
     }
 
     /// Goes where reading on gives every event from `t` on.

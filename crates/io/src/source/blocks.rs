@@ -31,6 +31,11 @@ pub trait Decoder: Clone + Send {
         columns: &mut Columns,
     ) -> Result<usize, DecodeFault>;
 
+    /// Says what the records so far promise and the end of the file leaves out, if there is such.
+    fn missing(&self) -> Option<String> {
+        None
+    }
+
     /// As [`EventSource::duration`].
     fn duration(&self) -> Option<Micros> {
         None
@@ -111,6 +116,20 @@ impl<D: Decoder> BlockSource<D> {
         Ok(got > 0)
     }
 
+    /// Whether the file ends where it should.
+    fn check_end(&self) -> Result<(), IoError> {
+        // It was longer when it was opened: somebody has cut it since.
+        if self.read_to < self.input.length {
+            let (end, length) = (self.read_to, self.input.length);
+            let reason = format!("the file ends here, and had {length} bytes when it was opened");
+            return Err(self.damage((end - self.now.byte) as usize, reason.into()));
+        }
+        match self.now.decoder.missing() {
+            Some(reason) => Err(self.damage(0, reason.into())),
+            None => Ok(()),
+        }
+    }
+
     fn damage(&self, at: usize, reason: Cow<'static, str>) -> IoError {
         IoError::Damaged {
             path: self.input.path.clone(),
@@ -134,7 +153,7 @@ impl<D: Decoder> EventSource for BlockSource<D> {
             }
             let bytes = &self.buffer[self.taken..];
             if bytes.is_empty() {
-                return Ok(());
+                return self.check_end();
             }
             let decoded = self.now.decoder.decode(bytes, self.is_at_end, columns);
             let (latest, length) = (self.now.latest, bytes.len());
@@ -197,5 +216,31 @@ impl<D: Decoder> BlockSource<D> {
         self.taken = 0;
         self.is_at_end = false;
         self.now = mark;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use super::*;
+    use crate::evt::{Evt3Decoder, Evt3Encoder, WordEncoder, synthetic};
+
+    #[test]
+    fn a_file_that_is_cut_while_it_is_read_is_damage() {
+        let events = synthetic::scattered(50_000);
+        let mut words = Vec::new();
+        Evt3Encoder::new(events.sensor()).encode(&events, &mut words).unwrap();
+        let length = words.len() as u64;
+        // At the end of a word and in the middle of one.
+        for cut in [(words.len() / 2) & !1, (words.len() / 2) | 1] {
+            let mut input = Input::memory("cut.raw", words[..cut].to_vec());
+            input.length = length;
+            let decoder = Evt3Decoder::new(None);
+            let mut source = BlockSource::new(input, 0, Header::default(), decoder);
+            let mut columns = Columns::new();
+            let error = source.read_rest(&mut columns).unwrap_err();
+            assert!(error.is_damage() && columns.len() > 20_000, "{error}");
+            assert_eq!(error.byte(), Some(cut as u64 & !1), "{error}");
+        }
     }
 }

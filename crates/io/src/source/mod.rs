@@ -5,6 +5,7 @@ mod input;
 mod memory;
 mod order;
 mod ordered;
+mod shifted;
 mod stated;
 mod unpacked;
 
@@ -15,8 +16,9 @@ pub use blocks::{BlockSource, DecodeFault, Decoder};
 pub use input::{Input, ReadSeek};
 pub use memory::MemorySource;
 pub(crate) use ordered::OrderedSource;
+pub(crate) use shifted::Shifted;
 pub use stated::{ColumnNames, TimeUnit};
-pub(crate) use unpacked::unpacked;
+pub(crate) use unpacked::{most_unpacked, unpacked};
 
 use crate::{Columns, IoError};
 

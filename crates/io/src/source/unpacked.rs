@@ -1,22 +1,41 @@
-//! Recordings that gzip or Zstandard packed as a whole, as archives of data sets have them.
+//! Recordings that gzip, Zstandard or zip packed as a whole, as archives of data sets have them.
 
-use std::io::Read;
+use std::io::{Read, Seek};
+
+use zip::ZipArchive;
 
 use super::Input;
 use crate::IoError;
 
 const GZIP: &[u8] = b"\x1f\x8b";
+/// How archives begin, those of NumPy among them.
+const ZIP: &[u8] = b"PK\x03\x04";
 const ZSTANDARD: &[u8] = b"\x28\xb5\x2f\xfd";
 /// Unpacked bytes that are held in memory, at most.
 const MAX_BYTES: u64 = 1 << 31;
+/// Of which so many of any file, and more only where each of its bytes becomes no more than so many:
+/// events do not shrink to less.
+const ALWAYS: u64 = 1 << 28;
+const MAX_RATIO: u64 = 64;
+
+/// Bytes to which a file of `length` bytes may unpack in memory: files of a few megabytes unpack to
+/// gigabytes of zeros.
+pub(crate) fn most_unpacked(length: u64) -> u64 {
+    ALWAYS.max(length.saturating_mul(MAX_RATIO))
+}
 
 /// The input itself, or what it was packed from, in memory.
 ///
 /// # Errors
-/// If it cannot be read, is damaged, or holds more than 2 GiB.
+/// If it cannot be read, is damaged, or holds more than 2 GiB, or than 256 MiB and 64 times its
+/// length.
 pub(crate) fn unpacked(mut input: Input) -> Result<Input, IoError> {
     let head = input.head(4)?;
+    let limit = most_unpacked(input.length).min(MAX_BYTES);
     let mut bytes = Vec::new();
+    if head == ZIP {
+        return of_archive(input, limit);
+    }
     let damaged = |reason: String| IoError::Damaged {
         path: input.path.clone(),
         byte: 0,
@@ -26,7 +45,7 @@ pub(crate) fn unpacked(mut input: Input) -> Result<Input, IoError> {
     if head.starts_with(GZIP) {
         let unpacked = flate2::read::MultiGzDecoder::new(input.bytes);
         unpacked
-            .take(MAX_BYTES + 1)
+            .take(limit + 1)
             .read_to_end(&mut bytes)
             .map_err(|fault| damaged(format!("gzip: {fault}")))?;
     } else if head == ZSTANDARD {
@@ -36,15 +55,54 @@ pub(crate) fn unpacked(mut input: Input) -> Result<Input, IoError> {
             .take(MAX_BYTES)
             .read_to_end(&mut packed)
             .map_err(|fault| IoError::file(&input.path, "read", fault))?;
-        bytes = zrip::decompress_with_limit(&packed, MAX_BYTES as usize)
+        bytes = zrip::decompress_with_limit(&packed, limit as usize)
             .map_err(|fault| damaged(format!("Zstandard: {fault}")))?;
     } else {
         return Ok(input);
     }
-    if bytes.len() as u64 > MAX_BYTES {
-        return Err(damaged("it holds more than 2 GiB: unpack it first".to_owned()));
+    if bytes.len() as u64 > limit {
+        return Err(damaged(format!("it holds more than {limit} bytes: unpack it first")));
     }
     Ok(Input::memory(input.path, bytes))
+}
+
+/// The one file of an archive, or the archive itself if it is one of arrays.
+fn of_archive(mut input: Input, limit: u64) -> Result<Input, IoError> {
+    let mut bytes = Vec::new();
+    // Whatever cannot be opened is left to the reader of arrays, which says why.
+    if let Ok(mut archive) = ZipArchive::new(&mut input.bytes) {
+        // Folders, and what macOS and others put beside the files, are none.
+        let is_file = |name: &String| {
+            !name.ends_with('/') && name.split('/').all(|part| !part.starts_with(['.', '_']))
+        };
+        let names = archive.file_names_raw().map(|name| String::from_utf8_lossy(name).into_owned());
+        let names: Vec<String> = names.filter(is_file).collect();
+        let is_of_arrays = names.iter().any(|name| name.ends_with(".npy"));
+        let stream = |reason| IoError::Stream { path: input.path.clone(), reason };
+        match names.as_slice() {
+            [only] if !is_of_arrays => {
+                let entry =
+                    archive.by_name(only).map_err(|fault| stream(format!("zip: {fault}")))?;
+                let read = entry.take(limit + 1).read_to_end(&mut bytes);
+                read.map_err(|fault| stream(format!("zip: {only}: {fault}")))?;
+                if bytes.len() as u64 > limit {
+                    let reason = format!("{only} holds more than {limit} bytes: unpack it first");
+                    return Err(stream(reason));
+                }
+                return Ok(Input::memory(input.path, bytes));
+            }
+            [_, _, ..] if !is_of_arrays => {
+                let names = names.join(", ");
+                return Err(stream(format!(
+                    "a zip of several files ({names}): unpack one of them"
+                )));
+            }
+            _ => {}
+        }
+    }
+    let rewound = input.bytes.rewind();
+    rewound.map_err(|fault| IoError::file(&input.path, "read", fault))?;
+    Ok(input)
 }
 
 #[cfg(test)]
@@ -69,5 +127,23 @@ mod tests {
             let cut = open(&packed[..packed.len() - 3]).unwrap_err().to_string();
             assert!(cut.contains("gzip") || cut.contains("Zstandard"), "{cut}");
         }
+        let zip = |names: &[&str]| {
+            let mut zip = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+            for name in names {
+                zip.start_file(*name, zip::write::SimpleFileOptions::default()).unwrap();
+                zip.write_all(text.as_bytes()).unwrap();
+            }
+            let bytes = zip.finish().unwrap().into_inner();
+            read_as(Input::memory("events.zip", bytes), &OpenOptions::default())
+        };
+        let one = zip(&["a/", "a/events.txt", "__MACOSX/a/._events.txt", ".DS_Store"]).unwrap();
+        assert_eq!((one.format, one.stream.len()), ("text", 2));
+        let error = zip(&["a.txt", "b.txt"]).unwrap_err().to_string();
+        assert!(error.contains("several files (a.txt, b.txt)"), "{error}");
+        let mut bomb = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+        std::io::copy(&mut std::io::repeat(b' ').take(ALWAYS + 9), &mut bomb).unwrap();
+        let bomb = Input::memory("events.txt.gz", bomb.finish().unwrap());
+        let error = read_as(bomb, &OpenOptions::default()).unwrap_err().to_string();
+        assert!(error.contains("268435456 bytes: unpack it first"), "{error}");
     }
 }

@@ -47,6 +47,30 @@ fn the_direction_of_the_fingers_distinguishes_left_from_right() {
     assert_eq!(read(npz(&hand(1.0))).unwrap().kind, ModelKind::Hand(HandSide::Left));
 }
 
+/// Whose first shape direction makes a hand larger, but for the signs of a published file.
+#[test]
+fn shape_directions_of_a_left_hand_that_are_those_of_the_right_one_are_mirrored() {
+    for (side, sign, is_mirrored) in [(1.0, 1.0, false), (1.0, -1.0, true), (-1.0, -1.0, false)] {
+        let mut fields = hand(side);
+        let template =
+            fields.iter().find(|field| field.name == "v_template").unwrap().values.clone();
+        let shapes = fields.iter_mut().find(|field| field.name == "shapedirs").unwrap();
+        let axis_mean = |axis: usize| template.iter().skip(axis).step_by(3).sum::<f64>() / 778.0;
+        let mean: [f64; 3] = std::array::from_fn(axis_mean);
+        for (k, value) in template.iter().enumerate() {
+            let sign = if k % 3 == 0 { sign } else { 1.0 };
+            shapes.values[10 * k] = 0.1 * sign * (value - mean[k % 3]);
+        }
+        let [first, second] = [0, 1].map(|k| shapes.values[k] as f32);
+        let read = read(npz(&fields)).unwrap();
+        let turned = if is_mirrored { -1.0 } else { 1.0 };
+        assert_eq!(read.model.shape_directions_m[0][0].x, turned * first, "{side} {sign}");
+        assert_eq!(read.model.shape_directions_m[1][0].x, turned * second, "{side} {sign}");
+        let says_so = read.missing.iter().any(|note| note.contains("mirrored"));
+        assert_eq!(says_so, is_mirrored, "{side} {sign}");
+    }
+}
+
 #[test]
 fn a_regressor_may_be_listed_entry_by_entry() {
     let mut fields = hand(-1.0);
