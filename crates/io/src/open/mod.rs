@@ -131,6 +131,10 @@ pub fn source_in<'a>(
             format!("{name} states units and columns: --time-unit and --columns are for tables");
         return Err(IoError::Stream { path, reason });
     }
+    if options.topic.is_some() && !crate::ros::NAMES.contains(&format.name) {
+        let reason = format!("{} has no topics: --topic is for recordings of ROS", format.name);
+        return Err(IoError::Stream { path, reason });
+    }
     for sensor in source.header().sensor.iter().chain(&options.sensor) {
         extent::believed(&path, *sensor)?;
     }
@@ -150,11 +154,14 @@ pub(crate) fn unordered_in<'a>(
     Ok((format, source))
 }
 
-/// Opens a file, or the log in a folder of YARP's.
+/// Opens a file, the log in a folder of YARP's, or the first file of a bag that is a folder.
 ///
 /// # Errors
 /// If it is not there, or is no regular file.
 pub fn input(path: &Path) -> Result<Input, IoError> {
+    if crate::ros::folder::is_bag(path) {
+        return crate::ros::folder::first(path);
+    }
     let in_folder = ["data.log", "binaryevents.log"].map(|name| path.join(name));
     let log: Option<&PathBuf> = in_folder.iter().find(|log| log.is_file());
     Input::file(log.map_or(path, PathBuf::as_path))

@@ -19,6 +19,9 @@ pub const FORMATS: &[Format] = &[
     crate::aedat2::FORMAT,
     crate::aedat3::FORMAT,
     crate::hdf5::FORMAT,
+    crate::ros::MCAP,
+    crate::ros::BAG,
+    crate::ros::SQLITE,
     // Lines that begin as those of text.
     crate::yarp::LOG,
     crate::text::CSV,
