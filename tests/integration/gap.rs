@@ -177,7 +177,7 @@ fn inputs_that_cannot_be_used_end_with_two_and_say_why() {
     refused(&run("rec.npz", "scene", &["--model", "idael"]), "ideal");
     refused(&run("rec.npz", "scene", &["--leave-out", "leak"]), "leak_on");
     refused(&run("rec.npz", "scene", &["--validate", "rec.npz"]), "--validate-scene");
-    refused(&run("rec.npz", "frames", &[]), "AEDAT4");
+    refused(&run("rec.npz", "frames", &[]), "AEDAT4 files and in bags of ROS");
     sandbox.ok(&["convert", "rec.npz", "rec.aedat4"]);
     refused(&run("rec.aedat4", "frames", &[]), "holds no frames: give the light");
     refused(&run("rec.npz", "scene", &["--response", "srgb"]), "--scene frames");

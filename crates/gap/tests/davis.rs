@@ -212,3 +212,60 @@ fn a_recording_without_frames_of_its_own_is_refused_with_what_to_do() {
     assert!(message.contains("computed from events"), "{message}");
     assert!(message.contains("--scene none"), "{message}");
 }
+
+/// A message of ROS 1: a header of this time, fields, nothing between them.
+fn message(stamp: Micros, fields: &[&[u8]]) -> Vec<u8> {
+    let time = |t: Micros| {
+        let us = t.0 as u64;
+        [(us / 1_000_000) as u32, (us % 1_000_000 * 1_000) as u32].map(u32::to_le_bytes).concat()
+    };
+    // The number of the message, its time, and a frame without a name.
+    [&[0; 4], &time(stamp)[..], &[0; 4], &fields.concat()].concat()
+}
+
+#[test]
+fn frames_of_a_bag_of_ros_are_those_of_the_same_recording_in_aedat4() {
+    // Messages do not say how long exposures are.
+    let instant = Shooting { exposure_us: 0, ..USUAL };
+    let (dir, path) = instant.record(&camera(None), 1);
+    let path_of_bag = dir.path().join("rec.mcap");
+    let mut writer = mcap::Writer::new(std::fs::File::create(&path_of_bag).unwrap()).unwrap();
+    let mut channel = |topic: &str, kind: &str| {
+        let schema = writer.add_schema(kind, "ros1msg", b"as ROS has it").unwrap();
+        writer.add_channel(schema, topic, "ros1", &std::collections::BTreeMap::new()).unwrap()
+    };
+    let events = channel("/dvs/events", "dvs_msgs/EventArray");
+    let images = channel("/dvs/image_raw", "sensor_msgs/Image");
+    let mut put = |channel_id, t: Micros, data: &[u8]| {
+        let log_time = t.0 as u64 * 1_000;
+        let header = mcap::records::MessageHeader {
+            channel_id,
+            sequence: 0,
+            log_time,
+            publish_time: log_time,
+        };
+        writer.write_to_known_channel(&header, data).unwrap();
+    };
+    let size = [u32::from(SIZE.height), u32::from(SIZE.width)].map(u32::to_le_bytes).concat();
+    let stream = evpose_io::open(&path).unwrap().stream;
+    for event in stream.iter() {
+        let stamp = message(event.t, &[])[4..12].to_vec();
+        let pixel = [event.x, event.y].map(u16::to_le_bytes).concat();
+        let polarity = [u8::from(event.polarity.is_on())];
+        let fields: [&[u8]; 5] = [&size, &1_u32.to_le_bytes(), &pixel, &stamp, &polarity];
+        put(events, event.t, &message(event.t, &fields));
+    }
+    for packet in evpose_io::aedat4::Packets::open(&path).unwrap() {
+        let Content::Frame(frame) = packet.unwrap().content else { continue };
+        let (step, length) = (u32::from(SIZE.width), frame.pixels.len() as u32);
+        let (step, length) = (step.to_le_bytes(), length.to_le_bytes());
+        let encoding = [&5_u32.to_le_bytes()[..], b"mono8"].concat();
+        let fields: [&[u8]; 6] = [&size, &encoding, &[0], &step, &length, &frame.pixels];
+        put(images, frame.t, &message(frame.t, &fields));
+    }
+    writer.finish().unwrap();
+    let read = |path| load_shots(path, Response::Srgb, 2.0).unwrap();
+    let (want, got) = (read(&path), read(&path_of_bag));
+    assert_eq!(got.recording.events, want.recording.events);
+    assert!(got.shots == want.shots && got.shots.planes() > 20);
+}

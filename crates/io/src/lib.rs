@@ -10,6 +10,7 @@
 //! * [`npz`], [`text`]: recordings for other tools, as archives, arrays, tables and lines; HDF5 files
 //!   of all usual layouts, with the Cargo feature `hdf5`.
 //! * [`evt`], [`dat`]: recordings of Prophesee's cameras.
+//! * [`ros`]: recordings of ROS, with their images.
 //! * [`aedat2`], [`nmnist`], [`yarp`], Event Stream: recordings of other programs and data sets.
 //! * [`framed`]: a stream for sockets and pipes, of our own.
 //! * [`poses`]: poses of hands and people over time, as tables and JSON Lines, and the layouts of other
@@ -68,6 +69,7 @@ mod open;
 pub mod poses;
 mod positional;
 mod predictions;
+pub mod ros;
 mod sink;
 mod sniff;
 mod source;

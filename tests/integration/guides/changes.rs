@@ -72,7 +72,7 @@ const DOWNLOAD: Change = Skip("downloads");
 const PEERS: Change = Skip("needs the feature peers and libraries of others");
 const LICENCE: Change = Skip("needs a file that its makers alone distribute");
 const WHOLE_PLAN: Change = Skip("takes days: a whole plan of the benchmark");
-const FRAMES: Change = Skip("needs an AEDAT4 file with frames, which nothing here writes");
+const FRAMES: Change = Skip("needs a recording with frames, which nothing here writes");
 /// The exit code of `evpose gap run` where effects are missing.
 const EFFECTS: Change = Answers(&[11]);
 /// Exit codes of `evpose infer` where it may find nobody.
@@ -215,6 +215,9 @@ pub(crate) const RULES: &[Rule] = &[
     rule("gap.md", "gapbench score", WHOLE_PLAN),
     rule("gap.md", "gapbench calibrate", WHOLE_PLAN),
     rule("gap.md", "--scene frames", FRAMES),
+    rule("ros.md", "--scene frames", FRAMES),
+    // The recording has a hot pixel.
+    rule("ros.md", "evpose check", Answers(&[10])),
     rule("gap.md", "gapbench cases --plan 11", Replace("--limit 3", "--limit 1")),
     rule("gap.md", "gapbench outside", Skip("needs recordings of other simulators")),
     rule("gap.md", "gapbench real", Append("--quick")),
@@ -394,6 +397,7 @@ pub(crate) const INPUTS: &[(&str, &[(&str, &str)])] = &[
             ("data/hands-test", "hands"),
         ],
     ),
+    ("ros.md", &[("rec.mcap", "moving.mcap"), ("rec.raw", "moving.raw")]),
     (
         "precision.md",
         &[

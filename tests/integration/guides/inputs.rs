@@ -96,7 +96,7 @@ fn moving(sandbox: &Sandbox) {
     }
     fs::write(sandbox.path("moving.txt"), text).unwrap();
     // Pages read the recording in several formats.
-    for out in ["moving.raw", "moving.aedat4", "moving.npz", "moving.h5"] {
+    for out in ["moving.raw", "moving.aedat4", "moving.npz", "moving.h5", "moving.mcap"] {
         sandbox.ok(&["convert", "moving.txt", out, "--sensor", "346x260"]);
     }
     for out in ["short.raw", "short.aedat4"] {

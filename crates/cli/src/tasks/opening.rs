@@ -49,6 +49,9 @@ pub struct OpeningArgs {
     /// Shift time stamps so that the first event, or the time of --from, is at 0
     #[arg(long)]
     pub zero_time: bool,
+    /// Topic of the events, of a recording of ROS that holds several
+    #[arg(long, value_name = "NAME")]
+    pub topic: Option<String>,
 }
 
 impl OpeningArgs {
@@ -78,6 +81,7 @@ impl OpeningArgs {
             columns: self.columns.clone().unwrap_or_default(),
             swap_xy: self.swap_xy,
             zero_time: self.zero_time,
+            topic: self.topic.clone(),
         };
         if self.sensor.is_some() && recording.exists() {
             find_sensor(recording, &options)?;

@@ -1,10 +1,10 @@
-//! Frames and events of an AEDAT4 recording that holds both.
+//! Frames and events of a recording that holds both: AEDAT4, or a bag of ROS with images.
 
 use std::path::Path;
 
 use evpose_core::{EventStream, Micros, SensorSize, TimeWindow};
-use evpose_io::aedat4::{Content, Depth, Frame, Packets, StreamKind};
-use evpose_io::{OpenOptions, Windows};
+use evpose_io::aedat4::{Aedat4Packet, Content, Depth, Frame, Packets, StreamKind};
+use evpose_io::{IoError, OpenOptions, Windows, ros};
 
 use super::{Response, Shot, Shots};
 use crate::GapError;
@@ -44,7 +44,7 @@ struct FileFrames {
 /// its first event on. The middle of the exposure of the first frame becomes time zero.
 ///
 /// # Errors
-/// A file that is no AEDAT4 recording, or without enough frames of light on this sensor.
+/// A file that is neither an AEDAT4 recording nor one of ROS, or without enough frames of light on this sensor.
 pub fn load_shots(
     path: impl AsRef<Path>,
     response: Response,
@@ -53,8 +53,10 @@ pub fn load_shots(
 ) -> Result<LoadedShots, GapError> {
     let path = path.as_ref();
     let format = evpose_io::detect_format(path)?.name;
-    if format != "aedat4" {
-        let problem = format!("frames beside events are in AEDAT4 files, and this one is {format}");
+    if format != "aedat4" && !ros::NAMES.contains(&format) {
+        let problem = format!(
+            "frames beside events are in AEDAT4 files and in bags of ROS, and this one is {format}"
+        );
         return Err(GapError::NoFrames { path: path.to_owned(), problem });
     }
     let mut windows = Windows::open(path, options)?;
@@ -62,7 +64,11 @@ pub fn load_shots(
     let Some(first) = windows.start() else {
         return Err(GapError::Recording(format!("{}: no events", path.display())));
     };
-    let read = read(path, first, seconds)?;
+    let (frames, has_stream) = match format {
+        "aedat4" => frames_of_aedat4(path)?,
+        _ => (Box::new(ros::images(path, &OpenOptions::default())?) as Frames, true),
+    };
+    let read = FileFrames::read(frames, has_stream, first, seconds)?;
     let fault = |problem: String| GapError::Frames { path: path.to_owned(), problem };
     if read.frames.is_empty() {
         let problem = match (read.has_stream, read.computed) {
@@ -124,37 +130,54 @@ pub fn load_shots(
     Ok(LoadedShots { shots, recording })
 }
 
-/// Reads the frames of the first camera up to `seconds` behind the first event, and one more.
-fn read(path: &Path, first: Micros, seconds: f64) -> Result<FileFrames, GapError> {
-    let mut packets = Packets::open(path)?;
+/// Frames in the order of a file.
+type Frames = Box<dyn Iterator<Item = Result<Frame, IoError>>>;
+
+/// The frames of the first camera, and whether the file declares them.
+fn frames_of_aedat4(path: &Path) -> Result<(Frames, bool), GapError> {
+    let packets = Packets::open(path)?;
     let stream = packets.streams().iter().find(|stream| stream.kind == StreamKind::Frames);
     let mut chosen = stream.map(|stream| stream.id);
     let has_stream = chosen.is_some();
-    let mut read =
-        FileFrames { frames: Vec::new(), computed: 0, has_stream, end: Micros(i64::MAX) };
-    for packet in &mut packets {
-        let packet = packet?;
-        let Content::Frame(frame) = packet.content else { continue };
-        // A file that declares no stream of frames may hold one all the same: the first that comes.
-        if packet.stream != *chosen.get_or_insert(packet.stream) {
-            continue;
+    let frames = packets.filter_map(move |packet| match packet {
+        Ok(Aedat4Packet { stream, content: Content::Frame(frame) }) => {
+            // A file that declares no stream of frames may hold one all the same: the first that comes.
+            (stream == *chosen.get_or_insert(stream)).then_some(Ok(frame))
         }
-        if read.end == Micros(i64::MAX) {
-            let from = first.max(frame.exposure_start);
-            read.end = Micros(from.0.saturating_add(Micros::from_seconds(seconds).0));
+        Ok(_) => None,
+        Err(fault) => Some(Err(fault)),
+    });
+    Ok((Box::new(frames), has_stream))
+}
+
+impl FileFrames {
+    /// Reads frames up to `seconds` behind the first event, and one more.
+    fn read(
+        frames: Frames,
+        has_stream: bool,
+        first: Micros,
+        seconds: f64,
+    ) -> Result<Self, GapError> {
+        let mut read = Self { frames: Vec::new(), computed: 0, has_stream, end: Micros(i64::MAX) };
+        for frame in frames {
+            let frame = frame?;
+            if read.end == Micros(i64::MAX) {
+                let from = first.max(frame.exposure_start);
+                read.end = Micros(from.0.saturating_add(Micros::from_seconds(seconds).0));
+            }
+            let is_behind = frame.exposure_start > read.end;
+            if frame.origin >= FIRST_COMPUTED && frame.origin != SIMULATED {
+                read.computed += 1;
+            } else {
+                read.frames.push(frame);
+            }
+            // The frame behind the end as well: light is known up to it.
+            if is_behind {
+                break;
+            }
         }
-        let is_behind = frame.exposure_start > read.end;
-        if frame.origin >= FIRST_COMPUTED && frame.origin != SIMULATED {
-            read.computed += 1;
-        } else {
-            read.frames.push(frame);
-        }
-        // The frame behind the end as well: light is known up to it.
-        if is_behind {
-            break;
-        }
+        Ok(read)
     }
-    Ok(read)
 }
 
 /// Code of white at a bit depth, clipped to 16 bits.

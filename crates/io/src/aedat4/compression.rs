@@ -86,7 +86,7 @@ pub(super) fn deflate(compression: Compression, bytes: &[u8], out: &mut Vec<u8>)
 
 /// Memory that is kept from packet to packet. What was decompressed is `bytes[..filled]`.
 #[derive(Debug, Default)]
-pub(super) struct Scratch {
+pub(crate) struct Scratch {
     bytes: Vec<u8>,
     filled: usize,
 }
@@ -96,7 +96,7 @@ impl Scratch {
         self.filled = 0;
     }
 
-    pub(super) fn filled(&self) -> &[u8] {
+    pub(crate) fn filled(&self) -> &[u8] {
         &self.bytes[..self.filled]
     }
 
@@ -135,15 +135,15 @@ impl Write for Scratch {
 pub(super) const TOO_LONG: &str = "a packet of more than 256 MiB";
 
 /// Decompresses packets.
-pub(super) struct Inflater {
+pub(crate) struct Inflater {
     zstd: DecompressContext,
     #[cfg(feature = "zstd")]
     libzstd: Option<LibZstd>,
-    pub(super) out: Scratch,
+    pub(crate) out: Scratch,
 }
 
 impl Inflater {
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self {
             zstd: DecompressContext::new(),
             #[cfg(feature = "zstd")]
@@ -154,7 +154,7 @@ impl Inflater {
 
     /// Replaces what is in `out` by what `bytes` were compressed from; after a fault it is the part
     /// before it.
-    pub(super) fn inflate(
+    pub(crate) fn inflate(
         &mut self,
         compression: Compression,
         bytes: &[u8],

@@ -42,6 +42,7 @@ mod xml;
 use std::path::Path;
 
 pub use compression::Compression;
+pub(crate) use compression::Inflater;
 pub use header::{Stream, StreamKind};
 pub use packet::{
     Aedat4Packet, Content, Depth, Frame, ImuSample, PixelFormat, Trigger, TriggerKind,

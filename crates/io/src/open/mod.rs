@@ -133,6 +133,10 @@ pub fn source_in<'a>(
             format!("{name} states units and columns: --time-unit and --columns are for tables");
         return Err(IoError::Stream { path, reason });
     }
+    if options.topic.is_some() && !crate::ros::NAMES.contains(&format.name) {
+        let reason = format!("{} has no topics: --topic is for recordings of ROS", format.name);
+        return Err(IoError::Stream { path, reason });
+    }
     for sensor in source.header().sensor.iter().chain(&options.sensor) {
         believed(&path, *sensor)?;
     }
@@ -152,11 +156,15 @@ pub(crate) fn unordered_in<'a>(
     Ok((format, source))
 }
 
-/// Opens a file, the log in a folder of YARP's, or the arrays in one of EVIMO2's.
+/// Opens a file, the log in a folder of YARP's, the arrays in one of EVIMO2's, or the first file of a bag
+/// that is a folder.
 ///
 /// # Errors
 /// If it is not there, or is no regular file.
 pub fn input(path: &Path) -> Result<Input, IoError> {
+    if crate::ros::folder::is_bag(path) {
+        return crate::ros::folder::first(path);
+    }
     let arrays = format!("{}.npy", EVIMO[0]);
     let in_folder = ["data.log", "binaryevents.log", &arrays].map(|name| path.join(name));
     let found: Option<&PathBuf> = in_folder.iter().find(|file| file.is_file());

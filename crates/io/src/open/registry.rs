@@ -20,6 +20,9 @@ pub const FORMATS: &[Format] = &[
     crate::aedat3::FORMAT,
     crate::hdf5::FORMAT,
     crate::es::FORMAT,
+    crate::ros::MCAP,
+    crate::ros::BAG,
+    crate::ros::SQLITE,
     // Lines that begin as those of text.
     crate::yarp::LOG,
     crate::text::CSV,

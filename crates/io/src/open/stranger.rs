@@ -7,7 +7,6 @@ const FRAMES: &str = "frames are made events by `evpose events --frames`";
 const VIDEO: &str = "write its frames as images (ffmpeg -i VIDEO frames/%06d.png) and make them events by \
                      `evpose events --frames frames/`";
 const UNPACK: &str = "unpack it first";
-const BAG: &str = "write its events as .h5, .npz, .csv or .raw";
 const DOWNLOAD: &str = "the download brought something else: fetch the file again";
 const NONE: &str = "it holds no events that are known";
 
@@ -20,9 +19,7 @@ const KINDS: &[Kind] = &[
         "fetch it by `git lfs pull`",
     ),
     (0, b"/annex/objects", "a pointer of git-annex, not the file", "fetch it by `git annex get`"),
-    (0, b"#ROSBAG V", "a ROS 1 bag", BAG),
-    (0, b"\x89MCAP0\r\n", "an MCAP file, as ROS 2 records", BAG),
-    (0, b"SQLite format 3\0", "an SQLite database, as ROS 2 bags are", BAG),
+    (0, b"#ROSBAG V", "a ROS 1 bag of an old format", "make it a new one by `rosbag fix`"),
     (0, b"BZh", "packed by bzip2", UNPACK),
     (0, b"\xfd7zXZ\0", "packed by xz", UNPACK),
     (0, b"7z\xbc\xaf\x27\x1c", "a 7-Zip archive", UNPACK),

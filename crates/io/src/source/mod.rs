@@ -45,6 +45,8 @@ pub struct OpenOptions {
     pub swap_xy: bool,
     /// Whether times count from the first event.
     pub zero_time: bool,
+    /// Topic of the events, of recordings of ROS that hold several.
+    pub topic: Option<String>,
 }
 
 /// The parts to read of a recording whose clock starts again within the file.

@@ -148,13 +148,13 @@ fn names_units_and_marks_of_other_programs_are_understood() {
     let stated = OpenOptions { time_unit: Some(TimeUnit::Nanoseconds), ..options.clone() };
     assert_eq!(open("t,x,y,p\n1500999,96,133,0\n2500000,97,12,1\n", &stated).unwrap(), want);
     let columns = "t=a,x=b,y=c,p=d".parse().unwrap();
-    let named = OpenOptions { columns, ..options };
+    let named = OpenOptions { columns, ..options.clone() };
     let table = "d,c,b,a\n0,133,96,1500\n1,12,97,2500\n";
     assert_eq!(open(table, &named).unwrap(), want);
     let message = open(table, &options).unwrap_err().to_string();
     assert!(message.contains("--columns t=NAME"), "{message}");
     let columns = "t=4,x=2,y=1,p=0".parse().unwrap();
-    let numbered = OpenOptions { columns, ..options };
+    let numbered = OpenOptions { columns, ..options.clone() };
     assert_eq!(open("0,133,96,9,1500\n1,12,97,9,2500\n", &numbered).unwrap(), want);
     let swapped = OpenOptions { swap_xy: true, ..options.clone() };
     assert_eq!(open("t,x,y,p\n1500,133,96,0\n2500,12,97,1\n", &swapped).unwrap(), want);

@@ -52,7 +52,7 @@ pub struct InputArgs {
     #[arg(long)]
     pub(crate) measured: PathBuf,
     /// Its scene: a directory, a config of `evpose simulate` (CONFIG#N for sequence N, default 0),
-    /// `frames` for the frames in an AEDAT4 recording, or `none` for an unknown scene
+    /// `frames` for the frames in an AEDAT4 recording or a bag of ROS, or `none` for an unknown scene
     #[arg(long, value_name = "DIR|CONFIG[#N]|frames|none")]
     pub(crate) scene: PathBuf,
     /// Response curve of the frames in the recording: linear, srgb, or a gamma such as 2.2

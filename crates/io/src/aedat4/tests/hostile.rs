@@ -109,7 +109,7 @@ fn a_zstandard_bomb_is_stopped() {
         frame.extend_from_slice(&header.to_le_bytes()[..3]);
         frame.push(7);
     }
-    let mut inflater = compression::Inflater::new();
+    let mut inflater = Inflater::new();
     let fault = inflater.inflate(Compression::Zstd, &frame).unwrap_err();
     assert!(fault.contains("256 MiB"), "{fault}");
 }
@@ -117,7 +117,7 @@ fn a_zstandard_bomb_is_stopped() {
 #[test]
 fn a_zstandard_window_that_the_packet_cannot_fill_is_refused() {
     // 128 MiB, of 6 bytes; the first frame is without harm.
-    let mut inflater = compression::Inflater::new();
+    let mut inflater = Inflater::new();
     inflater.inflate(Compression::Zstd, b"\x28\xb5\x2f\xfd\x20\x01\x09\0\0a").unwrap();
     assert_eq!(inflater.out.filled(), b"a");
     let frame = [0x28, 0xb5, 0x2f, 0xfd, 0x00, 0x88];
