@@ -50,6 +50,7 @@ mod error;
 pub mod hand;
 mod network_file;
 mod quantized;
+mod ranges;
 mod recording_stream;
 pub mod schedule;
 
