@@ -44,7 +44,18 @@ fn message_of(error: &anyhow::Error) -> String {
                 if message.ends_with(&cause) { message } else { format!("{message}: {cause}") }
             },
         )
+        .map(|message| message.lines().map(shortened).collect::<Vec<_>>().join("\n"))
         .unwrap_or_default()
+}
+
+/// A line of a message, which may quote a file that is one line of a megabyte.
+fn shortened(line: &str) -> String {
+    /// Characters of a line that are printed: several lines of a terminal.
+    const SHOWN: usize = 400;
+    match line.char_indices().nth(SHOWN) {
+        Some((end, _)) => format!("{} … ({} characters)", &line[..end], line.chars().count()),
+        None => line.to_owned(),
+    }
 }
 
 #[expect(clippy::print_stderr, reason = "the one place where errors reach the user")]
@@ -66,6 +77,9 @@ mod tests {
         let text = cause().to_string();
         let io = evpose_task::TaskError::Io { path: "nofile".into(), source: cause() };
         assert_eq!(message_of(&io.into()), format!("nofile: {text}"));
+        let long = format!("a\n{}\nb", "x".repeat(1_000_000));
+        let message = message_of(&anyhow::anyhow!(long));
+        assert!(message.len() < 450 && message.ends_with("(1000000 characters)\nb"), "{message}");
         let read = Err::<(), _>(cause()).context("reading nofile").expect_err("an error");
         assert_eq!(message_of(&read), format!("reading nofile: {text}"));
     }

@@ -22,6 +22,39 @@ fn what_ships_is_what_its_sums_say() {
     }
 }
 
+/// Of a network that shipped before checkpoints had a digest, and of one that ends with it.
+#[test]
+fn no_flipped_bit_of_a_checkpoint_gives_poses() {
+    let sandbox = Sandbox::new();
+    sandbox.ok(&["average", "hand-quick", "hand-quick", "--out", "own.bpk"]);
+    std::fs::write(sandbox.path("a.txt"), "240 180\n0.0 3 7 1\n0.3 9 8 0\n0.6 9 8 0\n")
+        .expect("events");
+    let infer = ["infer", "--checkpoint", "x.bpk", "--events", "a.txt", "--out", "poses.csv"];
+    for path in [shipped("hand-quick.bpk"), sandbox.path("own.bpk")] {
+        let whole = bytes(&path);
+        let size = whole.len();
+        let spread = (1..16).map(|k| k * size / 16 + k);
+        // Magic number, version, sizes, names of tensors, tensors, and the digest with its tag.
+        let flipped = (0..8)
+            .chain([15, 200, 900, 2_000])
+            .chain(spread)
+            .chain([90, 72, 65, 30, 1].map(|k| size - k));
+        for (count, byte) in flipped.enumerate() {
+            let mut damaged = whole.clone();
+            damaged[byte] ^= 1 << (count % 8);
+            std::fs::write(sandbox.path("x.bpk"), damaged).expect("a flipped copy");
+            let said = sandbox.fails(&infer);
+            assert!(
+                said.contains("x.bpk: damaged: ") && !said.contains("panicked"),
+                "{byte}: {said}"
+            );
+            assert!(!sandbox.path("poses.csv").exists(), "{byte}");
+        }
+        std::fs::write(sandbox.path("x.bpk"), whole).expect("a copy");
+        sandbox.ok(&["info", "x.bpk"]);
+    }
+}
+
 /// The program alone, as `cargo install` leaves it: away from the checkout.
 #[test]
 fn an_installed_program_has_its_networks() {

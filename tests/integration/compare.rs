@@ -142,7 +142,7 @@ fn networks_of_others_run_from_their_files() {
 }
 
 /// Two clips of three images each: joints on an oblique line, which is drawn.
-fn write_clips(sandbox: &Sandbox) {
+pub(crate) fn write_clips(sandbox: &Sandbox) {
     for (clip, shift) in [("a", 0.0), ("b", 0.1)] {
         let folder = sandbox.path("clips").join(clip);
         std::fs::create_dir_all(folder.join("images")).expect("folders");

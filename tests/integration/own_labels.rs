@@ -19,7 +19,7 @@ fn shipped(name: &str) -> String {
 }
 
 /// A simulated person in `sim`, exported to `foreign`.
-fn person() -> Sandbox {
+pub(crate) fn person() -> Sandbox {
     let sandbox = Sandbox::new();
     let changes = [
         "simulation.sequences=1",

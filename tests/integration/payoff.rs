@@ -34,7 +34,7 @@ fn sensor(effects: &str) -> String {
 }
 
 /// Output of `evpose gap run`, and the camera that was measured.
-fn gap_run(sandbox: &Sandbox) {
+pub(crate) fn gap_run(sandbox: &Sandbox) {
     let leak = |rate: f64| sensor(&format!("[[effect]]\nname = \"leak_on\"\nrate_hz = {rate}\n"));
     std::fs::create_dir(sandbox.path("gap")).unwrap();
     let verdict = r#"{"schema": 2, "verdict": "effects", "effects": [{"name": "leak_on"}]}"#;

@@ -27,7 +27,7 @@ fn copy(from: &Path, to: &Path) {
 }
 
 /// MPII in the layout of its archives; see `golden/mpii/README.md` for the photographs.
-fn mpii() -> Sandbox {
+pub(crate) fn mpii() -> Sandbox {
     let sandbox = Sandbox::new();
     let folder = sandbox.path("MPII");
     let mat = "mpii_human_pose_v1_u12_2/mpii_human_pose_v1_u12_1.mat";

@@ -40,7 +40,29 @@ impl AtomicFile {
         let writer = self.writer.take().ok_or_else(|| io::Error::other("already committed"))?;
         let file = writer.into_inner().map_err(io::IntoInnerError::into_error)?;
         file.sync_all()?;
+        #[cfg(debug_assertions)]
+        abort::at_counted_write();
         fs::rename(&self.temporary, &self.target)
+    }
+}
+
+/// Kills of the process in tests, which no build for users has.
+#[cfg(debug_assertions)]
+mod abort {
+    use std::sync::LazyLock;
+    use std::sync::atomic::{AtomicU64, Ordering};
+
+    /// The write, counted from 1, before whose rename the process aborts.
+    const VARIABLE: &str = "EVPOSE_ABORT_AT_WRITE";
+
+    static AT: LazyLock<Option<u64>> = LazyLock::new(|| std::env::var(VARIABLE).ok()?.parse().ok());
+    static WRITES: AtomicU64 = AtomicU64::new(0);
+
+    pub(super) fn at_counted_write() {
+        // As a kill between two writes: nothing is flushed or removed.
+        if *AT == Some(1 + WRITES.fetch_add(1, Ordering::Relaxed)) {
+            std::process::abort();
+        }
     }
 }
 

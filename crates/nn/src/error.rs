@@ -98,6 +98,14 @@ pub enum NnError {
         /// The message of the reader.
         reason: String,
     },
+    /// A checkpoint that is not as it was written.
+    #[error("{}: damaged: {reason}", path.display())]
+    Damaged {
+        /// The checkpoint.
+        path: PathBuf,
+        /// The sign of the damage, and the remedy.
+        reason: String,
+    },
     /// A weight file without a description of its network.
     #[error("{}: the weights carry no description of their network: {reason}", path.display())]
     Card {

@@ -41,6 +41,9 @@ pub(crate) struct Delivery {
 /// Times are counted rather than compared where they span no more than this per event.
 const SPAN_PER_EVENT: usize = 16;
 
+/// Most events that wait for their stamps: one second of 32 million events per second, in 1.6 GB.
+const MAX_PENDING: usize = 1 << 25;
+
 /// Bits of the fraction of `reciprocal`.
 const SHIFT: u32 = 40;
 
@@ -74,6 +77,9 @@ impl Delivery {
 
     /// Stamps `requests`, none before `earliest`, and hands out what is due by `now`: in order of
     /// time, and at equal times of pixels. Events of one pixel at one time keep their order.
+    ///
+    /// # Errors
+    /// [`SensorError::Backlog`] if more than [`MAX_PENDING`] are left.
     pub(crate) fn deliver(
         &mut self,
         requests: &[Request],
@@ -109,6 +115,10 @@ impl Delivery {
         }
         self.write(due)?;
         self.pending.drain(..due);
+        // A readout that is too slow would fill the memory, in the end.
+        if self.pending.len() > MAX_PENDING {
+            return Err(SensorError::Backlog { waiting: self.pending.len(), at_us: now.0 });
+        }
         Ok(())
     }
 

@@ -30,6 +30,17 @@ pub enum SensorError {
         /// The names there are.
         allowed: Vec<&'static str>,
     },
+    /// Events come faster than the model hands them out.
+    #[error(
+        "at {} s, {waiting} events wait for the readout or their delay: of less light, rarer noise or a faster readout \
+         there are fewer, or give `max_wait_us`", *at_us as f64 * 1e-6
+    )]
+    Backlog {
+        /// Number of events that wait.
+        waiting: usize,
+        /// Time of the exposure, microseconds.
+        at_us: i64,
+    },
     /// The list does not hold the effect that was to be changed.
     #[error("the list has no effect `{effect}`; it has: {}", listed.join(", "))]
     EffectNotListed {

@@ -193,6 +193,29 @@ fn a_damaged_manifest_is_an_error_with_its_line() {
     assert!(message.contains("manifest.sha256: line 2: "), "{message}");
 }
 
+#[test]
+fn no_cut_of_a_manifest_and_no_flip_of_a_digest_is_verified() {
+    let (directory, expected) = whole();
+    let at = |name: &str| directory.path().join(name);
+    for name in [MANIFEST, "0004.sha256"] {
+        let intact = &expected[name];
+        let last_line = intact[..intact.len() - 1].iter().rposition(|byte| *byte == b'\n').unwrap();
+        // Some of the last line, all of it, its line feed.
+        for length in [last_line + 9, last_line + 1, last_line, intact.len() - 1] {
+            fs::write(at(name), &intact[..length]).unwrap();
+            assert!(verify(directory.path(), &|_| {}).is_err(), "{name} of {length} bytes");
+        }
+        for byte in (0..intact.len()).step_by(7) {
+            let mut flipped = intact.clone();
+            flipped[byte] ^= 1;
+            fs::write(at(name), flipped).unwrap();
+            assert!(verify(directory.path(), &|_| {}).is_err(), "{name}, byte {byte}");
+        }
+        fs::write(at(name), intact).unwrap();
+        verify(directory.path(), &|_| {}).unwrap();
+    }
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn the_manifest_is_read_by_sha256sum() {

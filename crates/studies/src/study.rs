@@ -10,7 +10,7 @@ use evpose_cli::args::{ConfigArgs, DeviceArgs};
 use evpose_cli::json::write_result;
 use evpose_cli::machine::Machine;
 use evpose_cli::progress::say;
-use evpose_core::atomic_write;
+use evpose_core::{atomic_write, temporary_target};
 use evpose_report::chart::{self, Series};
 use evpose_report::colour::PALETTE;
 use serde::Serialize;
@@ -81,6 +81,16 @@ pub(crate) fn is_begun(out: &Path, resume: bool) -> Result<bool> {
         bail!("{} is not empty: add --resume, or choose another --out", out.display());
     }
     Ok(is_begun)
+}
+
+/// Whether anything in a directory is neither of the `names` nor a temporary file of one: a study that was killed
+/// as it began, or that begins at this moment in another process, holds no others.
+pub(crate) fn holds_others(out: &Path, names: &[&str]) -> bool {
+    let entries = out.read_dir().into_iter().flatten().flatten();
+    entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).any(|name| {
+        let name = temporary_target(&name).unwrap_or(&name);
+        !names.contains(&name)
+    })
 }
 
 /// Writes an input of a study where it is absent. Another process may do the same at once.

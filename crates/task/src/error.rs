@@ -40,6 +40,18 @@ pub enum TaskError {
         /// The fault and the remedy.
         message: String,
     },
+    /// A number of a config that is outside of its range.
+    #[error("config field `{field}`: {value} is not from {min} to {max}")]
+    Range {
+        /// Dotted name of the field.
+        field: String,
+        /// The number.
+        value: f64,
+        /// The least that it may be.
+        min: f64,
+        /// The most that it may be.
+        max: f64,
+    },
     /// Event or label files.
     #[error(transparent)]
     Data(#[from] evpose_io::IoError),

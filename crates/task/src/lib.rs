@@ -51,6 +51,7 @@ mod event_steps;
 pub mod hand;
 mod network_file;
 mod quantized;
+mod ranges;
 mod recording_stream;
 pub mod schedule;
 

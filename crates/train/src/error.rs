@@ -72,8 +72,9 @@ pub enum TrainError {
     Annotations(#[from] evpose_datasets::DatasetError),
     /// A loss that is not finite.
     #[error(
-        "the loss became {loss} at step {step}; training stopped. The last good checkpoint is {}. \
+        "the {}loss became {loss} at step {step}; training stopped. The last good checkpoint is {}. \
          Lower `training.learning_rate` or look at the data around that step, then --resume",
+        if *is_validation { "validation " } else { "" },
         checkpoint.as_ref().map_or("none: no validation was reached yet".to_owned(),
             |path| path.display().to_string())
     )]
@@ -82,18 +83,31 @@ pub enum TrainError {
         loss: f64,
         /// Optimiser step, counted from the start of the run.
         step: u64,
+        /// Whether the loss is that of the validation after the step.
+        is_validation: bool,
         /// Weights saved last.
         checkpoint: Option<PathBuf>,
     },
     /// Burn stopped for another reason.
     #[error("training stopped: {0}")]
     Stopped(String),
+    /// A directory that another process trains in.
+    #[error(
+        "{}: process {process} trains there: wait until it has ended, or choose another --out",
+        path.display()
+    )]
+    InUse {
+        /// The run directory.
+        path: PathBuf,
+        /// Id of the process.
+        process: String,
+    },
     /// A new run in the directory of another, which nobody asked to continue.
     #[error(
-        "{} already holds checkpoints of a training: choose another --out, or add --resume to \
+        "{} already holds a training: choose another --out, or add --resume to \
          continue that training", path.display()
     )]
-    HoldsCheckpoints {
+    HoldsTraining {
         /// The run directory.
         path: PathBuf,
     },

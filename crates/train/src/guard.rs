@@ -1,14 +1,16 @@
 //! The divergence check of a training.
 
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use burn_train::Interrupter;
 
-/// A loss that is not finite, and its step.
+/// A loss that is not finite, and its step: that before a validation, if the loss is of one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Divergence {
     pub(crate) loss: f64,
     pub(crate) step: u64,
+    pub(crate) is_validation: bool,
 }
 
 /// Stops a training whose loss is no longer finite, before a checkpoint of it is saved.
@@ -16,6 +18,8 @@ pub(crate) struct Divergence {
 pub(crate) struct Guard {
     interrupter: Interrupter,
     divergence: Arc<Mutex<Option<Divergence>>>,
+    /// The latest optimiser step.
+    step: Arc<AtomicU64>,
 }
 
 impl std::fmt::Debug for Guard {
@@ -26,13 +30,25 @@ impl std::fmt::Debug for Guard {
 
 impl Guard {
     pub(crate) fn new(interrupter: Interrupter) -> Self {
-        Self { interrupter, divergence: Arc::default() }
+        Self { interrupter, divergence: Arc::default(), step: Arc::default() }
     }
 
+    /// Checks the loss of an optimiser step.
     pub(crate) fn check(&self, loss: f64, step: u64) {
-        if !loss.is_finite() {
+        self.step.fetch_max(step, Ordering::Relaxed);
+        self.check_divergence(Divergence { loss, step, is_validation: false });
+    }
+
+    /// Checks the loss of a batch of the validation after the latest step.
+    pub(crate) fn check_validation(&self, loss: f64) {
+        let step = self.step.load(Ordering::Relaxed);
+        self.check_divergence(Divergence { loss, step, is_validation: true });
+    }
+
+    fn check_divergence(&self, found: Divergence) {
+        if !found.loss.is_finite() {
             let mut divergence = self.divergence.lock().unwrap_or_else(PoisonError::into_inner);
-            divergence.get_or_insert(Divergence { loss, step });
+            divergence.get_or_insert(found);
             self.interrupter.stop(Some("the loss is no longer a number"));
         }
     }

@@ -65,19 +65,15 @@ pub fn train_hand(
     let span = TrainingSpan::from(training);
     let run = Run::open(run, config, span, options)?;
     let HandSplit { train, valid, filter } = HandDataset::open(data, config)?.split(config)?;
-    let task = HandTask { config, mean_pose: mean_pose(&train)? };
+    let (mean_pose, device) = (mean_pose(&train)?, devices.main());
+    let task = HandTask { config, mean_pose, unseen: &filter, device };
     let [train, valid] = [train, valid].map(Arc::new);
     let data = TrainingData {
         validation_samples: training.validation_samples.min(valid.len()),
         train: HandBatches(train),
         valid: HandBatches(valid),
     };
-    let mut summary = run.train(&task, &devices, data)?;
-    if training.estimate_filter && !summary.is_paused {
-        estimate_filter(&mut summary.best, &filter, devices.main())?;
-        summary.best.save(&summary.path)?;
-    }
-    Ok(summary)
+    run.train(&task, &devices, data)
 }
 
 /// Puts filters into a checkpoint whose noise is that of its network on sequences it has not seen.
@@ -107,6 +103,9 @@ fn mean_pose(train: &HandDataset) -> Result<HandParams, TrainError> {
 struct HandTask<'a> {
     config: &'a HandConfig,
     mean_pose: HandParams,
+    /// Sequences that filters are estimated on.
+    unseen: &'a HandDataset,
+    device: &'a Device,
 }
 
 impl TrainingTask for HandTask<'_> {
@@ -136,6 +135,13 @@ impl TrainingTask for HandTask<'_> {
     fn checkpoint(&self, network: HandRegressor) -> HandCheckpoint {
         let (config, mean_pose) = (self.config.clone(), Some(self.mean_pose));
         HandCheckpoint { config, network, mean_pose }
+    }
+
+    fn finish(&self, best: &mut HandCheckpoint) -> Result<(), TrainError> {
+        if self.config.training.estimate_filter {
+            estimate_filter(best, self.unseen, self.device)?;
+        }
+        Ok(())
     }
 
     fn save(checkpoint: &HandCheckpoint, path: &Path) -> Result<(), TrainError> {

@@ -1,4 +1,4 @@
-//! Our own weight files: Burn's container (`.bpk`) with a [`ModelCard`] in its metadata.
+//! Our own weight files: Burn's container (`.bpk`) with a [`ModelCard`] in its metadata and its SHA-256 at its end.
 //!
 //! The same weights give the same bytes: tensors are in the order of the network's fields and
 //! carry no ids.
@@ -12,6 +12,7 @@ use evpose_core::atomic_write;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use super::digest::{read_checked, with_digest};
 use super::mapped::map;
 use super::strict::{Layout, Stored, fill_strictly};
 use super::{BaselineCard, BodyCard, ModelCard};
@@ -98,8 +99,8 @@ pub fn save<N: StoredNetwork>(path: &Path, network: &N, card: &N::Card) -> Resul
 /// Reads a network and its card from `path`.
 ///
 /// # Errors
-/// [`NnError::Io`], [`NnError::Unreadable`] for a damaged file, [`NnError::Card`] for a container
-/// without a card, [`NnError::Mismatch`] for weights of another network than the card says.
+/// [`NnError::Io`], [`NnError::Damaged`] if its digest is another, [`NnError::Unreadable`] if it is no container,
+/// [`NnError::Card`] for a container without a card, [`NnError::Mismatch`] for weights of another network than the card says.
 pub fn load<N: StoredNetwork>(path: &Path, device: &Device) -> Result<(N, N::Card), NnError> {
     let (reader, card) = open::<N::Card>(path, N::KEY)?;
     let network = N::of_card(&card, device)?;
@@ -132,13 +133,14 @@ fn write<M: Module>(
         .into_bytes()
         .map_err(|error| unreadable(path, &error))?;
     // Whole or not at all: a crash leaves the file before in its place.
-    atomic_write(path, &bytes).map_err(|source| NnError::Io { path: path.to_owned(), source })
+    atomic_write(path, &with_digest(&bytes))
+        .map_err(|source| NnError::Io { path: path.to_owned(), source })
 }
 
 /// A container and the card inside.
 fn open<C: DeserializeOwned>(path: &Path, key: &str) -> Result<(Reader, C), NnError> {
-    let bytes = map(path).map_err(|source| NnError::Io { path: path.to_owned(), source })?;
-    let reader = Reader::from_bytes(bytes).map_err(|error| unreadable(path, &error))?;
+    let reader =
+        Reader::from_bytes(read_checked(path)?).map_err(|error| unreadable(path, &error))?;
     let without_card = |reason: String| NnError::Card { path: path.to_owned(), reason };
     let card = reader.metadata().get(key);
     let card = card.ok_or_else(|| without_card(format!("no `{key}` entry")))?;
@@ -286,7 +288,7 @@ mod tests {
         for length in (0..whole.len()).step_by(step).chain([whole.len() - 1]) {
             std::fs::write(&path, &whole[..length]).unwrap();
             let error = load::<HandRegressor>(&path, &Device::flex()).map(|_| ()).unwrap_err();
-            assert!(matches!(error, NnError::Unreadable { .. }), "{length}: {error}");
+            assert!(matches!(error, NnError::Damaged { .. }), "{length}: {error}");
         }
     }
 
@@ -304,7 +306,7 @@ mod tests {
         };
         let tensors = vec![tensor("conv1.bias", 4), tensor("strange", 1)];
         let writer = Writer::new(tensors).with_metadata(HAND_KEY, &toml::to_string(&card).unwrap());
-        std::fs::write(&path, &*writer.into_bytes().unwrap()).unwrap();
+        std::fs::write(&path, with_digest(&writer.into_bytes().unwrap())).unwrap();
         let error = load::<HandRegressor>(&path, &Device::flex()).map(|_| ()).unwrap_err();
         let NnError::Mismatch { mismatch, .. } = &error else { panic!("{error}") };
         assert_eq!(mismatch.unexpected, ["strange"]);

@@ -2,6 +2,7 @@
 //!
 //! * [`save`], [`load`]: a `.bpk` file of a [`StoredNetwork`] with a card inside: [`ModelCard`] of
 //!   hands, [`BodyCard`], [`BaselineCard`]; [`task_of`]: which of them a file is.
+//! * [`with_digest`], [`read_checked`]: the SHA-256 that such a file ends with.
 //! * [`average`]: the mean of two networks.
 //! * [`load_pytorch`], [`load_move_enet`]: `.pth` and Lightning `.ckpt` files of the published
 //!   networks.
@@ -11,6 +12,7 @@
 
 mod average;
 mod checkpoint;
+mod digest;
 mod keras;
 mod mapped;
 mod model_card;
@@ -19,6 +21,7 @@ mod strict;
 
 pub use average::average;
 pub use checkpoint::{StoredNetwork, load, save, task_of};
+pub use digest::{read_checked, with_digest};
 pub use keras::load_dhp19_cnn;
 pub use model_card::{BaselineCard, BodyCard, InputConfig, ModelCard};
 pub use pytorch::{load_lift_mono, load_move_enet, load_pytorch};

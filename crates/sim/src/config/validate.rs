@@ -139,7 +139,8 @@ impl SimulationConfig {
         check_from("backgrounds.offset", f64::from(backgrounds.offset), 0.0)?;
         check_positive("backgrounds.gamma", f64::from(backgrounds.gamma))?;
         let texels = self.skin.texels;
-        check("skin.texels", &texels, (1..=8_192).contains(&texels), "must be 1 to 8192")?;
+        // Spots of a skin are of a tenth of its side.
+        check("skin.texels", &texels, (10..=4_096).contains(&texels), "must be 10 to 4096")?;
         check_from("skin.variation_sd", f64::from(self.skin.variation_sd), 0.0)
     }
 }

@@ -270,6 +270,7 @@ impl PeopleConfig {
         // Last: these compare fields, most of which are checked above.
         self.validate_cameras()?;
         crate::EventFormat::of_people(self)?;
+        evpose_sensor::SensorModel::from_config(&self.sensor.resolve()?)?;
         Ok(())
     }
 

@@ -36,10 +36,14 @@ impl SequenceSet {
     }
 }
 
-/// Reads a list of digests.
+/// Reads a list of digests, which ends with a line feed unless its end is lost.
 pub(super) fn read(path: &Path) -> Result<Vec<FileDigest>, SimError> {
     let text =
         std::fs::read_to_string(path).map_err(|source| SimError::file(path, "read", source))?;
+    if !text.is_empty() && !text.ends_with('\n') {
+        let (path, line) = (path.to_owned(), text.lines().count());
+        return Err(SimError::Manifest { path, line, reason: "cut off: no line feed at its end" });
+    }
     let lines = text.lines().enumerate();
     let parsed = lines.map(|(number, line)| {
         FileDigest::parse(line).map_err(|reason| SimError::Manifest {

@@ -1,6 +1,6 @@
 //! Verification of a directory against its digests.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use evpose_core::temporary_target;
@@ -36,9 +36,19 @@ pub fn verify(directory: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Verif
     let mut expected = Vec::new();
     if finished {
         expected = manifest::read(&directory.join(MANIFEST))?;
-    } else {
-        for name in names.iter().filter(|name| has_ending(name, &[DIGESTS])) {
-            expected.extend(manifest::read(&directory.join(name))?);
+    }
+    let in_manifest: BTreeMap<_, _> =
+        expected.iter().map(|digest| (digest.name.clone(), digest.sha256.clone())).collect();
+    let of_manifest = |digest: &FileDigest| in_manifest.get(&digest.name) == Some(&digest.sha256);
+    let mut faults = Vec::new();
+    for name in names.iter().filter(|name| of_sequence(name, &[DIGESTS])) {
+        let path = directory.join(name);
+        let digests = manifest::read(&path)?;
+        if !finished {
+            expected.extend(digests);
+        } else if digests.len() != HANDS.len() || digests.iter().any(|digest| !of_manifest(digest))
+        {
+            faults.push(DigestMismatch { path, kind: MismatchKind::Changed });
         }
     }
     let listed: BTreeSet<&str> = expected.iter().map(|digest| digest.name.as_str()).collect();
@@ -46,18 +56,13 @@ pub fn verify(directory: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Verif
     let unlisted = names
         .iter()
         .filter(|name| {
-            [HANDS, PEOPLE].iter().any(|endings| has_ending(name, &endings[..2]))
+            [HANDS, PEOPLE].iter().any(|endings| of_sequence(name, endings))
                 && !listed.contains(name.as_str())
         })
         .map(|name| DigestMismatch { path: directory.join(name), kind: MismatchKind::Unlisted });
     // Reading is what takes time: all threads take part.
-    let mut faults: Vec<DigestMismatch> = expected
-        .par_iter()
-        .map(|digest| fault(directory, digest, progress))
-        .collect::<Result<Vec<_>, _>>()?
-        .into_iter()
-        .flatten()
-        .collect();
+    let differing = expected.par_iter().map(|digest| fault(directory, digest, progress));
+    faults.extend(differing.collect::<Result<Vec<_>, _>>()?.into_iter().flatten());
     faults.extend(unlisted);
     // All faults at once, so that a set is repaired in one go.
     if !faults.is_empty() {
@@ -91,7 +96,9 @@ fn bytes_of<'a>(directory: &Path, names: impl Iterator<Item = &'a str>) -> u64 {
     names.filter_map(|name| Some(directory.join(name).metadata().ok()?.len())).sum()
 }
 
-fn has_ending(name: &str, endings: &[&str]) -> bool {
-    let stem = |ending: &&str| name.strip_suffix(*ending);
-    endings.iter().filter_map(stem).any(|stem| stem.ends_with('.'))
+/// Whether a file is one of a sequence, `0007.evc`: a set's own files, as `config.toml`, are not listed.
+fn of_sequence(name: &str, endings: &[&str]) -> bool {
+    name.split_once('.').is_some_and(|(number, ending)| {
+        number.bytes().all(|byte| byte.is_ascii_digit()) && endings.contains(&ending)
+    })
 }

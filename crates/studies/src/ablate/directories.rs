@@ -27,10 +27,7 @@ impl<'a> StudyDirectory<'a> {
     /// config is the same.
     pub(super) fn open(out: &'a Path, base: &HandConfig, resume: bool) -> Result<Self> {
         let config = out.join("config.toml");
-        if study::is_begun(out, resume)? {
-            if !config.exists() {
-                bail!("{} holds no ablation: choose another --out", out.display());
-            }
+        if study::is_begun(out, resume)? && config.exists() {
             if HandConfig::read(&config)? != *base {
                 bail!(
                     "{} differs from the config given: give the same, or another --out",
@@ -39,6 +36,10 @@ impl<'a> StudyDirectory<'a> {
             }
             // `run.toml` of the first process stays; each trial has its own provenance.
             return Ok(Self { out });
+        }
+        // As a process leaves it that was killed as it began.
+        if study::holds_others(out, &["run.toml", "config.toml"]) {
+            bail!("{} holds no ablation: choose another --out", out.display());
         }
         run_info::write(out, base.seed, Some(base))?;
         Ok(Self { out })

@@ -16,7 +16,6 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use evpose_cli::json::{read_result, write_result};
 use evpose_cli::run_info::{CONFIG, claim_origin};
-use evpose_core::temporary_target;
 use evpose_sim::Shard;
 
 use crate::study;
@@ -50,7 +49,7 @@ impl<'a> SearchDirectory<'a> {
         if shard.is_whole() || has_own() {
             study::is_begun(out, resume)?;
         }
-        if !out.join(CONFIG).exists() && directory.holds_others() {
+        if !out.join(CONFIG).exists() && study::holds_others(out, &FILES) {
             bail!("{} holds no search: choose another --out", out.display());
         }
         // The config last, so that its existence implies that of the others.
@@ -59,16 +58,6 @@ impl<'a> SearchDirectory<'a> {
         }
         claim_origin(out, seed)?;
         Ok(directory)
-    }
-
-    /// Whether anything there is no file of a search: files of one that begins at this moment, in
-    /// another process, are.
-    fn holds_others(&self) -> bool {
-        let entries = self.out.read_dir().into_iter().flatten().flatten();
-        entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).any(|name| {
-            let name = temporary_target(&name).unwrap_or(&name);
-            !FILES.contains(&name)
-        })
     }
 
     /// Recordings of all trials.

@@ -11,6 +11,7 @@ use crate::body::{
     BodyConfig, BodyDataConfig, BodyImageConfig, BodySourceKind, BodyTrainingConfig, BodyViewKind,
     Interpolation, LabelTime,
 };
+use crate::ranges::check_ranges;
 use crate::schedule::{EarlyStop, Schedule};
 use crate::{TaskConfig, TaskError};
 
@@ -246,6 +247,7 @@ impl TaskConfig for BaselineConfig {
     fn validate(&self) -> Result<(), TaskError> {
         let fail =
             |field, message: &str| Err(TaskError::Field { field, message: message.to_owned() });
+        check_ranges(self)?;
         if representation_by_name(&self.image.representation)?.channels() != 1 {
             return fail("image.representation", "must have one channel");
         }

@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 use super::augmentation::BodyAugmentation;
 use super::detection::BodyDetectionConfig;
 use super::resample::Interpolation;
+use crate::ranges::check_ranges;
 use crate::schedule::{EarlyStop, Schedule};
 use crate::{TaskConfig, TaskError};
 
@@ -355,6 +356,7 @@ impl TaskConfig for BodyConfig {
     fn validate(&self) -> Result<(), TaskError> {
         let fail =
             |field, message: &str| Err(TaskError::Field { field, message: message.to_owned() });
+        check_ranges(self)?;
         self.simulation.validate()?;
         self.held_out().simulation.validate()?;
         self.augmentation.validate(self.network.joints)?;
@@ -367,7 +369,7 @@ impl TaskConfig for BodyConfig {
         if self.image.denoise.is_some_and(|denoise| !denoise.is_valid()) {
             return fail("image.denoise", "tau_ms must be above 0, neighbours 1 to 8");
         }
-        if self.image.side_px == 0 || !self.image.side_px.is_multiple_of(SIDE_STEP_PX) {
+        if !self.image.side_px.is_multiple_of(SIDE_STEP_PX) {
             return fail("image.side_px", "must be a multiple of 32");
         }
         if !(self.decoding.softening_cells.is_finite() && self.decoding.softening_cells > 0.0) {
@@ -397,9 +399,6 @@ impl TaskConfig for BodyConfig {
         if self.network.joints != evpose_pose::body::BODY_JOINTS {
             return fail("network.joints", "labels have 13 joints");
         }
-        if self.data.every_ms == 0 || self.evaluation.every_ms == 0 {
-            return fail("data.every_ms", "must be at least 1, also in evaluation");
-        }
         if !(0.0..1.0).contains(&self.data.validation_share) {
             return fail("data.validation_share", "must be at least 0 and below 1");
         }
@@ -407,15 +406,6 @@ impl TaskConfig for BodyConfig {
             return fail("data.min_joints", "must be at most `network.joints`");
         }
         let training = &self.training;
-        if training.batch_size == 0 || training.steps == 0 || training.steps_per_validation == 0 {
-            return fail(
-                "training",
-                "batch_size, steps and steps_per_validation must be at least 1",
-            );
-        }
-        if !(training.learning_rate > 0.0 && training.learning_rate.is_finite()) {
-            return fail("training.learning_rate", "must be a positive number");
-        }
         if !(training.weight_decay >= 0.0 && training.weight_decay.is_finite()) {
             return fail("training.weight_decay", "must not be negative");
         }

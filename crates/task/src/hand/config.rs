@@ -15,6 +15,7 @@ use super::camera_turns::CameraTurnConfig;
 use super::detection::HandDetectionConfig;
 use super::slow_motion::SlowMotionConfig;
 use super::two_pass::TwoPassConfig;
+use crate::ranges::check_ranges;
 use crate::schedule::Schedule;
 use crate::{TaskConfig, TaskError};
 
@@ -215,10 +216,8 @@ impl HandConfig {
     /// # Errors
     /// As [`Self::validate`].
     pub fn validate_without_training(&self) -> Result<(), TaskError> {
+        check_ranges(self)?;
         self.simulation.validate()?;
-        if self.representation.window_ms == 0 {
-            return fail("representation.window_ms", "must be at least 1");
-        }
         if self.representation.denoise.is_some_and(|denoise| !denoise.is_valid()) {
             return fail("representation.denoise", "tau_ms must be above 0, neighbours 1 to 8");
         }
@@ -234,9 +233,6 @@ impl HandConfig {
         }
         if !self.detection.is_valid() {
             return fail("detection.min_active", "is a share: 0 to 1");
-        }
-        if self.slow_motion.batch_inputs == 0 {
-            return fail("slow_motion.batch_inputs", "must be at least 1");
         }
         let backbone = backbone_by_name(&self.network.backbone)?;
         if self.two_pass.is_some_and(|two_pass| !two_pass.is_valid(self.simulation.image_size())) {
@@ -263,20 +259,11 @@ impl HandConfig {
     /// Checks the training, and that the sequences are long enough for it.
     fn validate_training(&self) -> Result<(), TaskError> {
         let training = &self.training;
-        if training.batch_size == 0 {
-            return fail("training.batch_size", "must be at least 1");
-        }
-        if training.devices == 0 || !training.batch_size.is_multiple_of(training.devices) {
+        if !training.batch_size.is_multiple_of(training.devices) {
             return fail(
                 "training.devices",
-                "must be at least 1 and divide training.batch_size, whose windows they share",
+                "must divide training.batch_size, whose windows they share",
             );
-        }
-        if training.steps == 0 || training.steps_per_validation == 0 {
-            return fail("training.steps", "steps and steps_per_validation must be at least 1");
-        }
-        if !(training.learning_rate > 0.0 && training.learning_rate.is_finite()) {
-            return fail("training.learning_rate", "must be a positive number");
         }
         training.schedule.validate()?;
         if training.validation_s * 1e3 < f64::from(self.representation.window_ms) {

@@ -50,8 +50,9 @@ pub fn train_body(
     run: &Path,
     options: &TrainOptions,
 ) -> Result<TrainSummary<BodyCheckpoint>, TrainError> {
-    let task = BodyTask { config, mean_pose: frames.mean_pose(), data: frames.digest() };
-    train_task(&task, frames.split_for_training(config.data.validation_share)?, run, options)
+    let (mean_pose, data) = (frames.mean_pose(), frames.digest());
+    let frames = frames.split_for_training(config.data.validation_share)?;
+    train_split(config, (mean_pose, data), frames, run, options)
 }
 
 /// As [`train_body`] on `frames` alone, validated on `others`: learning curves of people that nothing is
@@ -66,35 +67,29 @@ pub fn train_body_validated_on(
     run: &Path,
     options: &TrainOptions,
 ) -> Result<TrainSummary<BodyCheckpoint>, TrainError> {
-    let task = BodyTask { config, mean_pose: frames.mean_pose(), data: frames.digest() };
-    train_task(&task, BodyFrames::for_training([frames, others])?, run, options)
+    let (mean_pose, data) = (frames.mean_pose(), frames.digest());
+    let frames = BodyFrames::for_training([frames, others])?;
+    train_split(config, (mean_pose, data), frames, run, options)
 }
 
-fn train_task(
-    task: &BodyTask<'_>,
+fn train_split(
+    config: &BodyConfig,
+    (mean_pose, digest): (BodyPoints, String),
     frames: [BodyFrames; 2],
     run: &Path,
     options: &TrainOptions,
 ) -> Result<TrainSummary<BodyCheckpoint>, TrainError> {
-    let config = task.config;
     let training = &config.training;
     let span = TrainingSpan::from(training);
     let [learnt, valid] = frames.map(Arc::new);
+    let task = BodyTask { config, mean_pose, data: digest, valid: &valid };
     let data = TrainingData {
         train: BodyBatches::new(learnt, config),
         valid: BodyBatches::new(Arc::clone(&valid), config),
         // Validation may ask for more than there is.
         validation_samples: training.validation_samples.min(valid.len() as u64),
     };
-    let mut summary = train(task, config, span, data, run, options)?;
-    if training.calibrate_confidence && !summary.is_paused {
-        // Of the best network, which is known only now.
-        let samples = training.validation_samples as usize;
-        calibrate_confidence(&mut summary.best, &valid, samples)?;
-        calibrate_filter(&mut summary.best, &valid, samples)?;
-        summary.best.save(&summary.path)?;
-    }
-    Ok(summary)
+    train(&task, config, span, data, run, options)
 }
 
 struct BodyTask<'a> {
@@ -102,6 +97,8 @@ struct BodyTask<'a> {
     mean_pose: BodyPoints,
     /// Digest of the data.
     data: String,
+    /// Images that thresholds and a filter are calibrated on.
+    valid: &'a BodyFrames,
 }
 
 impl TrainingTask for BodyTask<'_> {
@@ -143,6 +140,16 @@ impl TrainingTask for BodyTask<'_> {
             mean_pose: Some(self.mean_pose),
             data: Some(self.data.clone()),
         }
+    }
+
+    fn finish(&self, best: &mut BodyCheckpoint) -> Result<(), TrainError> {
+        let training = &self.config.training;
+        if training.calibrate_confidence {
+            let samples = training.validation_samples as usize;
+            calibrate_confidence(best, self.valid, samples)?;
+            calibrate_filter(best, self.valid, samples)?;
+        }
+        Ok(())
     }
 
     fn save(checkpoint: &BodyCheckpoint, path: &Path) -> Result<(), TrainError> {

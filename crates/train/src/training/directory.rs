@@ -1,12 +1,14 @@
 //! The directory of a training run.
 
 use std::fs;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use evpose_task::TaskConfig;
+use evpose_task::{BEST, TaskConfig};
 
+use super::lock::RunLock;
 use crate::TrainError;
-use crate::checkpoint::newest_checkpoint;
+use crate::checkpoint::{intact_checkpoint, newest_checkpoint};
 
 /// The files of a run.
 pub(super) struct RunDirectory<'a>(pub(super) &'a Path);
@@ -28,29 +30,40 @@ impl RunDirectory<'_> {
         self.0.join("checkpoint")
     }
 
-    /// Creates the directory and writes its config. Returns the validation interval of the
-    /// checkpoint to continue from, 0 for none.
+    /// Creates the directory, locks it and writes its config. Returns the lock and the validation interval of the
+    /// checkpoint to continue from, 0 for none. Says on standard error which newer checkpoints are damaged.
     ///
     /// # Errors
-    /// If it holds checkpoints and `resume` is not given, or the run of another config.
+    /// If another process trains there, if it holds a training and `resume` is not given, or the run of another
+    /// config, or if all checkpoints are damaged.
     pub(super) fn prepare<C: TaskConfig>(
         &self,
         config: &C,
         resume: bool,
-    ) -> Result<usize, TrainError> {
-        let newest = newest_checkpoint(&self.checkpoints())?;
+    ) -> Result<(RunLock, usize), TrainError> {
+        fs::create_dir_all(self.checkpoints())
+            .map_err(|source| TrainError::Io { path: self.checkpoints(), source })?;
+        let lock = RunLock::acquire(self.0)?;
+        let holds_training =
+            newest_checkpoint(&self.checkpoints())?.is_some() || self.0.join(BEST).exists();
         if resume && self.config().exists() {
             let fields = config.differences(&C::read(&self.config())?)?;
             if !fields.is_empty() {
                 return Err(TrainError::ConfigDiffers { path: self.config(), fields });
             }
-        } else if newest.is_some() {
-            return Err(TrainError::HoldsCheckpoints { path: self.0.to_path_buf() });
+        } else if holds_training {
+            return Err(TrainError::HoldsTraining { path: self.0.to_path_buf() });
         }
-        fs::create_dir_all(self.checkpoints())
-            .map_err(|source| TrainError::Io { path: self.checkpoints(), source })?;
+        let (newest, damage) = intact_checkpoint(&self.checkpoints())?;
+        for damaged in damage {
+            let newest = newest.unwrap_or(0);
+            let _ = writeln!(
+                std::io::stderr(),
+                "{damaged}\ntraining goes on from the checkpoint before, of validation {newest}"
+            );
+        }
         evpose_core::atomic_write(self.config(), config.to_toml()?.as_bytes())
             .map_err(|source| TrainError::Io { path: self.config(), source })?;
-        Ok(if resume { newest.unwrap_or(0) } else { 0 })
+        Ok((lock, newest.unwrap_or(0)))
     }
 }

@@ -38,7 +38,7 @@ pub(crate) struct Learner<N: Module + ModuleDisplay, L> {
 }
 
 impl<N: Module + ModuleDisplay, L> Learner<N, L> {
-    /// `network` with its loss; `guard` checks every step.
+    /// `network` with its loss; `guard` checks every loss.
     pub(crate) fn new(network: N, loss: L, guard: Guard) -> Self {
         Self { network, loss, guard }
     }
@@ -60,6 +60,8 @@ impl<N: Module + ModuleDisplay, L: TrainingLoss<N>> InferenceStep for Learner<N,
     type Output = BatchValues;
 
     fn step(&self, StepBatch { batch, .. }: Self::Input) -> BatchValues {
-        self.loss.measure(&self.network, batch).1
+        let measured = self.loss.measure(&self.network, batch).1;
+        self.guard.check_validation(measured.loss());
+        measured
     }
 }

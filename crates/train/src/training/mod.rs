@@ -10,6 +10,7 @@
 
 mod directory;
 mod learner;
+mod lock;
 mod planes;
 mod task;
 
@@ -25,6 +26,7 @@ use burn_train::metric::store::EventStoreClient;
 use burn_train::renderer::{MetricsRenderer, default_renderer};
 use burn_train::{EarlyStoppingStrategy, Interrupter, SupervisedTraining};
 use evpose_nn::DeviceKind;
+use evpose_nn::weights::read_checked;
 use evpose_task::schedule::EarlyStop;
 use evpose_task::{BEST, LAST, TaskConfig};
 
@@ -41,6 +43,7 @@ use crate::retention::{LastTwoAndBest, best_interval};
 use crate::waiting::{DataWait, WaitMeter};
 use directory::RunDirectory;
 use learner::Learner;
+use lock::RunLock;
 use task::BatchOf;
 
 pub use crate::batch_loader::BatchSource;
@@ -157,13 +160,15 @@ pub(crate) struct Run<'a> {
     options: &'a TrainOptions,
     interrupter: Interrupter,
     meter: WaitMeter,
+    /// Until the best network is written.
+    _lock: RunLock,
 }
 
 impl<'a> Run<'a> {
     /// Prepares the directory `path` for a training of `config`.
     ///
     /// # Errors
-    /// If it cannot be written, or holds another run.
+    /// If it cannot be written, holds another run, or another process trains there.
     pub(crate) fn open(
         path: &'a Path,
         config: &impl TaskConfig,
@@ -171,9 +176,10 @@ impl<'a> Run<'a> {
         options: &'a TrainOptions,
     ) -> Result<Self, TrainError> {
         let directory = RunDirectory(path);
-        let resumed = directory.prepare(config, options.resume)?;
+        let (_lock, resumed) = directory.prepare(config, options.resume)?;
         let meter = WaitMeter::resume(&directory.loading(), resumed)?;
-        Ok(Self { directory, resumed, span, options, interrupter: Interrupter::new(), meter })
+        let interrupter = Interrupter::new();
+        Ok(Self { directory, resumed, span, options, interrupter, meter, _lock })
     }
 
     /// Trains to the end, and writes the last and the best network; or to the pause, which leaves
@@ -193,6 +199,13 @@ impl<'a> Run<'a> {
         S: BatchSource<Item = BatchOf<T>>,
     {
         let history = History::resume(&self.directory.history(), self.resumed)?;
+        // Of a best network that is needed at the end, damage is an error now. It is not there if it is trained again.
+        if let Some(best) = best_interval(&history.validation_losses()) {
+            let path = weights_path(&self.directory.checkpoints(), best);
+            if path.exists() {
+                read_checked(&path)?;
+            }
+        }
         let guard = Guard::new(self.interrupter.clone());
         let network = task.initial_network(&devices.main().clone().autodiff())?;
         let learner = burn_train::Learner::new(
@@ -224,11 +237,13 @@ impl<'a> Run<'a> {
         } else {
             T::save(&last, &self.directory.0.join(LAST))?;
         }
-        let best = match best_interval {
+        let mut best = match best_interval {
             Some(best) => task.checkpoint(self.restore(task, best, devices.main())?),
             None => last,
         };
         if !is_paused {
+            task.finish(&mut best)?;
+            // The last file of all: where it is, the training has ended.
             T::save(&best, &path)?;
         }
         let steps = self.span.steps_by(done) - self.span.steps_by(self.resumed.min(done));
@@ -322,11 +337,11 @@ impl<'a> Run<'a> {
         interruption: Option<Option<String>>,
     ) -> Result<(), TrainError> {
         // The guard interrupts the training: its reason comes first.
-        if let Some(Divergence { loss, step }) = guard.divergence() {
+        if let Some(Divergence { loss, step, is_validation }) = guard.divergence() {
             let checkpoints = self.directory.checkpoints();
             let newest = newest_checkpoint(&checkpoints)?;
             let checkpoint = newest.map(|interval| weights_path(&checkpoints, interval));
-            return Err(TrainError::Diverged { loss, step, checkpoint });
+            return Err(TrainError::Diverged { loss, step, is_validation, checkpoint });
         }
         if let Some(error) = error {
             return Err(TrainError::Stopped(error));
@@ -347,12 +362,16 @@ impl<'a> Run<'a> {
         interval: usize,
         device: &Device,
     ) -> Result<T::Network, TrainError> {
-        let path = weights_path(&self.directory.checkpoints(), interval);
         let guard = Guard::new(Interrupter::new());
         let learner = Learner::new(task.untrained(device)?, task.loss(), guard);
-        let record = ModuleRecord::load(&path)
-            .map_err(|error| TrainError::Stopped(format!("{}: {error}", path.display())))?;
-        Ok(learner.load_record(record).network)
+        Ok(learner.load_record(self.record(interval)?).network)
+    }
+
+    /// The weights of the checkpoint of validation interval `interval`.
+    fn record(&self, interval: usize) -> Result<ModuleRecord, TrainError> {
+        let path = weights_path(&self.directory.checkpoints(), interval);
+        ModuleRecord::from_bytes(read_checked(&path)?)
+            .map_err(|error| TrainError::Stopped(format!("{}: {error}", path.display())))
     }
 }
 

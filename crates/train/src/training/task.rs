@@ -71,6 +71,14 @@ pub trait TrainingTask {
     /// The checkpoint of a finished network.
     fn checkpoint(&self, network: Self::Network) -> Self::Checkpoint;
 
+    /// Completes the best checkpoint, once, before it is written: with what is estimated of the trained network.
+    ///
+    /// # Errors
+    /// If it cannot be.
+    fn finish(&self, _best: &mut Self::Checkpoint) -> Result<(), TrainError> {
+        Ok(())
+    }
+
     /// Writes a checkpoint.
     ///
     /// # Errors
