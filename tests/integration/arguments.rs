@@ -197,6 +197,7 @@ fn fault(name: &str, line: &str, word: &str) -> Option<String> {
 }
 
 #[test]
+#[expect(clippy::print_stdout, reason = "how much was run")]
 fn no_number_in_any_argument_makes_a_command_panic_or_hang() {
     let (mut all, mut parsed, mut refused, mut flag_count) = (Vec::new(), 0, 0, 0);
     for (name, command) in &commands() {

@@ -35,7 +35,7 @@ pub struct ThresholdArgs {
     #[command(flatten)]
     pub(crate) frames: FrameArgs,
     /// Noise floor of the frames, relative to white: darker luminance is clamped to this
-    #[arg(long, default_value_t = FLOOR, value_parser = within(1e-6..=1e3_f32))]
+    #[arg(long, default_value_t = FLOOR, value_parser = within(1e-6..=0.999_f32))]
     pub(crate) floor: f32,
     /// Where to write a sensor with these thresholds as TOML
     #[arg(long)]

@@ -63,9 +63,6 @@ const RUNS: &str = "runs";
 pub fn run(args: &DemoArgs) -> Result<()> {
     let started = Instant::now();
     let device = args.device.open()?;
-    if !(args.minutes > 0.0 && args.minutes.is_finite()) {
-        bail!("--minutes {}: more than 0 are needed", args.minutes);
-    }
     let config: HandConfig = configs::load(&args.config, &args.overrides)?;
     let shipped = Shipped::load(&device)?;
     let out = output_directory(args)?;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::numbers::{seconds, threads, within};
+use crate::numbers::{seconds, since_start, threads, within};
 use crate::outputs::OutputFile;
 use clap::Subcommand;
 use evpose_gap::davis::Response;
@@ -92,7 +92,7 @@ pub struct InputArgs {
     pub(crate) quick: bool,
     /// Seconds that the search may take: it then names what it has found. By default it ends by
     /// itself; with a budget the result depends on the speed of the machine
-    #[arg(long, value_name = "SECONDS", value_parser = seconds())]
+    #[arg(long, value_name = "SECONDS", value_parser = since_start())]
     pub(crate) budget: Option<f64>,
     /// CPU threads; all cores by default. The result does not depend on it
     #[arg(long, value_parser = threads())]

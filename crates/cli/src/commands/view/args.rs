@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::commands::opening::RecordingArgs;
-use crate::numbers::{hertz, milliseconds, seconds, since_start};
+use crate::numbers::{milliseconds, seconds, since_start, within};
 use crate::outputs::OutputFile;
 
 /// Arguments of `evpose view`.
@@ -49,6 +49,6 @@ pub struct ViewArgs {
     #[arg(long, value_name = "FILE")]
     pub(crate) truth: Option<PathBuf>,
     /// Frames per second of the animation
-    #[arg(long, default_value_t = 20.0, value_parser = hertz())]
+    #[arg(long, default_value_t = 20.0, value_parser = within(1e-3..=1000.0))]
     pub(crate) fps: f64,
 }
