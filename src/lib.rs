@@ -8,9 +8,10 @@ mod commands;
 #[cfg(feature = "networks")]
 mod networks;
 
+use std::io::{Write as _, stdout};
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{Command, CommandFactory as _, FromArgMatches as _};
 
 use args::Args;
 
@@ -18,9 +19,42 @@ use args::Args;
 pub fn main() -> ExitCode {
     #[cfg(feature = "networks")]
     evpose_cli::shipped::embed(networks::NETWORKS);
-    match commands::run(&Args::parse().command) {
-        Ok(code) => code,
+    let args = match arguments() {
+        Ok(args) => args,
+        // Help goes to standard output, which may be full or closed.
+        Err(error) => {
+            let printed = error.print();
+            let code = u8::try_from(error.exit_code()).unwrap_or(2);
+            return end(ExitCode::from(code), if error.use_stderr() { Ok(()) } else { printed });
+        }
+    };
+    match commands::run(&args.command) {
+        Ok(code) => end(code, stdout().flush()),
         Err(error) => report_error(&error),
+    }
+}
+
+/// The command line: all commands with their arguments.
+pub fn command() -> Command {
+    Args::command()
+}
+
+/// The arguments of the process. Files that two of them name are refused here, before any is opened.
+fn arguments() -> Result<Args, clap::Error> {
+    let mut command = command();
+    let matches = command.try_get_matches_from_mut(std::env::args_os())?;
+    evpose_cli::outputs::refuse_shared(&command, &matches)?;
+    Args::from_arg_matches(&matches)
+}
+
+/// The exit code of a program whose last lines were `written` to standard output.
+fn end(code: ExitCode, written: std::io::Result<()>) -> ExitCode {
+    match written {
+        Ok(()) => code,
+        Err(error) => {
+            evpose_cli::progress::say_unwritten(&error);
+            ExitCode::FAILURE
+        }
     }
 }
 

@@ -181,9 +181,9 @@ fn inputs_that_cannot_be_used_end_with_two_and_say_why() {
     sandbox.ok(&["convert", "rec.npz", "rec.aedat4"]);
     refused(&run("rec.aedat4", "frames", &[]), "holds no frames: give the light");
     refused(&run("rec.npz", "scene", &["--response", "srgb"]), "--scene frames");
-    refused(&run("rec.npz", "scene", &["--budget=-1"]), "expected seconds");
+    refused(&run("rec.npz", "scene", &["--budget=-1"]), "expected a number from 0");
     let name = ["gap", "name", "--measured", "rec.npz", "--scene", "scene", "--budget=-1"];
-    refused(&name, "--budget -1");
+    refused(&name, "--budget");
     refused(&["gap", "verify", "scene"], "run.json");
     refused(&["gap", "report", "scene"], "report.json");
     let json = sandbox.path("scene/scene.json");
@@ -229,7 +229,7 @@ fn a_scene_config_is_the_scene_of_what_it_simulates() {
     assert_ne!(exit, Some(0), "{said}");
     for (scene, more, part) in [
         ("plain#2", &[][..], "sequences 0 to 1"),
-        ("plain", &["--seconds", "0"], "must be greater than 0"),
+        ("plain", &["--seconds", "0"], "expected a number from"),
         ("plain", &["--seconds", "1e6"], "image_scale"),
         ("plain", &["--poses", "plain/0000.evc"], "0000.evc"),
         ("nowhere.toml", &[], "no config of a scene"),

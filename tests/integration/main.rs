@@ -4,6 +4,7 @@
 
 mod ablate;
 mod accuracy;
+mod arguments;
 mod bench;
 mod body;
 mod body_networks;
@@ -21,6 +22,7 @@ mod events;
 mod examples;
 mod export;
 mod files;
+mod force;
 mod foreign_set;
 mod gap;
 mod guides;

@@ -399,7 +399,7 @@ fn labels_are_checked_and_the_exit_code_reports_faults() {
     // On a smaller image, feet are outside.
     assert_eq!(code(&["check-labels", "0000.poses.csv", "--image-size", "346x150"]), Some(2));
     let message = sandbox.fails(&["check-labels", ".", "--swap-gain", "nan"]);
-    assert!(message.contains("a number of at least 0"), "{message}");
+    assert!(message.contains("expected a number from 0"), "{message}");
 }
 
 #[test]

@@ -141,10 +141,10 @@ fn what_cannot_be_represented_says_why() {
         (&["--out", "a.npy", "--of", "nonsense"], "there are lnes"),
         (&["--out", "a.npy", "--of", "eros:kernel=4"], "an odd number"),
         (&["--out", "a.npy", "--size", "80x60"], "the sensor is 40x30"),
-        (&["--out", "a.npy", "--window-ms", "0"], "--window-ms 0"),
-        (&["--out", "a.npy", "--every-ms=0"], "--every-ms 0"),
+        (&["--out", "a.npy", "--window-ms", "0"], "from 0.001 to 1000000"),
+        (&["--out", "a.npy", "--every-ms=0"], "from 0.001 to 1000000"),
         (&["--out", "a.npy", "--from", "9"], "the recording ends before"),
-        (&["--out", "a.npy", "--denoise=0"], "--denoise 0"),
+        (&["--out", "a.npy", "--denoise=0"], "from 0.001 to 1000000"),
     ] {
         let message = sandbox.fails(&[&["represent", "rec.npz"], args].concat());
         assert!(message.contains(want), "{args:?}: {message}");

@@ -1,5 +1,6 @@
 //! Tools and hardware that a step needs.
 
+use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
 /// Something that not every machine has.
@@ -9,6 +10,8 @@ pub(crate) enum Need {
     Nightly,
     /// The processor's unit for products of tiles.
     Amx,
+    /// `cargo deny`, with the advisories that it fetched before.
+    Deny,
     /// A variable of the environment, which names a library.
     Variable(&'static str),
 }
@@ -22,6 +25,16 @@ impl Need {
                 cargo.args(["+nightly", "--version"]).stdout(Stdio::null()).stderr(Stdio::null());
                 let is_there = cargo.status().is_ok_and(|status| status.success());
                 (is_there, "a nightly compiler: `rustup toolchain install nightly`".to_owned())
+            }
+            Self::Deny => {
+                let mut cargo = Command::new("cargo");
+                cargo.args(["deny", "--version"]).stdout(Stdio::null()).stderr(Stdio::null());
+                let is_there = cargo.status().is_ok_and(|status| status.success());
+                let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
+                let home = home.or_else(|| Some(std::env::home_dir()?.join(".cargo")));
+                let has_advisories = home.is_some_and(|home| home.join("advisory-dbs").is_dir());
+                let how = "`cargo install cargo-deny`, then `cargo deny fetch`";
+                (is_there && has_advisories, format!("licences and known faults: {how}"))
             }
             Self::Amx => {
                 let processor = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();

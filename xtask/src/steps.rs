@@ -109,6 +109,12 @@ pub(crate) const CI: &[Step] = &[
         "the benchmark's pixel shares no code with the simulator",
         "tree --manifest-path=benchmarks/gap/Cargo.toml --package=gapbench-pixel --edges=all --prefix=none --quiet",
     ),
+    // Without a network, so with the advisories of the last fetch; a job of its own fetches them for every change.
+    step(
+        "licences, sources and known faults of dependencies",
+        "deny --offline check --hide-inclusion-graph",
+    )
+    .with_need(Need::Deny),
 ];
 
 /// Steps of [`CI`] before the first that builds the workspace.
@@ -259,6 +265,24 @@ mod tests {
         let others: Vec<&str> =
             packages(lock).into_iter().filter(|package| !known.contains(package)).collect();
         assert!(known.len() > 100 && others.is_empty(), "{others:?}");
+    }
+
+    #[test]
+    fn actions_are_pinned_by_digest() {
+        let workflows = [
+            include_str!("../../.github/workflows/ci.yml"),
+            include_str!("../../.github/workflows/release.yml"),
+        ];
+        let used = workflows.iter().flat_map(|text| text.lines());
+        let used: Vec<&str> = used.filter_map(|line| Some(line.split_once("uses: ")?.1)).collect();
+        assert!(used.len() > 8, "{used:?}");
+        for action in used {
+            let digest = action.split_once('@').and_then(|(_, rest)| rest.split_once(" # v"));
+            let is_digest = |(digest, _): (&str, &str)| {
+                digest.len() == 40 && digest.bytes().all(|b| b.is_ascii_hexdigit())
+            };
+            assert!(digest.is_some_and(is_digest), "{action}: a tag can be moved");
+        }
     }
 
     #[test]

@@ -4,6 +4,7 @@ use anyhow::Result;
 use burn::tensor::Device;
 use evpose_nn::DeviceKind;
 
+use crate::numbers::threads;
 use crate::threads::use_threads;
 
 /// A config and changes to it.
@@ -25,7 +26,7 @@ pub struct DeviceArgs {
     #[arg(long, default_value = "flex")]
     pub device: DeviceKind,
     /// CPU threads; all cores by default
-    #[arg(long)]
+    #[arg(long, value_parser = threads())]
     pub threads: Option<usize>,
 }
 
@@ -39,13 +40,4 @@ impl DeviceArgs {
         use_threads(self.threads)?;
         Ok(self.device.resolve()?)
     }
-}
-
-/// Parses a thread count of at least 1.
-///
-/// # Errors
-/// If the text is no such count.
-pub fn parse_threads(text: &str) -> Result<usize, String> {
-    let threads = text.parse().map_err(|error| format!("{error}"))?;
-    if threads == 0 { Err("at least 1".to_owned()) } else { Ok(threads) }
 }

@@ -139,11 +139,18 @@ pub fn spinner() -> ProgressBar {
     spinner
 }
 
-/// Prints a line of results to standard output. Ends the program if the reader has gone, as with `|
-/// head`.
+/// Prints a line of results to standard output. Ends the program if that cannot be written.
 pub fn say(line: impl Display) {
-    if writeln!(std::io::stdout(), "{line}").is_err() {
+    if let Err(error) = writeln!(std::io::stdout(), "{line}") {
+        say_unwritten(&error);
         std::process::exit(1);
+    }
+}
+
+/// Says on standard error why standard output cannot be written: not that its reader has gone, as with `| head`.
+pub fn say_unwritten(error: &std::io::Error) {
+    if error.kind() != std::io::ErrorKind::BrokenPipe {
+        note(format!("evpose: standard output: {error}"));
     }
 }
 

@@ -45,7 +45,7 @@ pub use camera::{Distortion, LensCamera, LensError, LookAt, Pinhole, PlacedCamer
 pub use error::CoreError;
 pub use event::{Event, Polarity, SensorSize};
 pub use noise::{CounterRng, StageNoise, seed_for};
-pub use output::{AtomicFile, atomic_write, temporary_target};
+pub use output::{AtomicFile, atomic_write, is_same_file, temporary_target};
 pub use parameter::{
     FileSpec, Given, NumberKind, NumberSpec, Parameter, ParameterError, Scale, Setting, Settings,
     WordSpec,

@@ -10,7 +10,7 @@ mod feeder;
 mod inference;
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
 use std::time::Duration;
 
 use evpose_core::{EventStream, Micros, TimeWindow};
@@ -85,6 +85,9 @@ impl Control {
 /// immediate.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
+/// Interval at which the follower looks whether more of a recording has been read.
+const HORIZON_INTERVAL: Duration = Duration::from_millis(2);
+
 /// Runs the stream on the events of `source` and sends its poses to `sinks`, until the source ends,
 /// [`Control::stop`] is called, or every sink has failed; [`Sinks::finish`] returns the errors of
 /// sinks.
@@ -106,6 +109,7 @@ where
     let clock = Clock::new(source.pace(), options.stall);
     let is_lossless = source.is_lossless();
     let mode = Mode { is_lossless, infers_all: is_lossless && source.pace().is_none() };
+    let horizon = source.horizon();
     let feeder = Feeder::start(source, queue.clone(), control.meter.clone());
     let PoseStream { frontend, mut worker, .. } = stream;
     // Scoped, so that the follower may borrow the sinks of the caller.
@@ -114,6 +118,7 @@ where
         scope.spawn(move || thread.run(&mut worker));
         let mut follower =
             Follower::new(frontend, inference, clock, mode, sinks, (options, control));
+        follower.horizon = horizon;
         follower.run(&queue)
     });
     // A feeder that is blocked on an abandoned source must not block the caller.
@@ -155,6 +160,8 @@ struct Follower<'a, F: StreamFrontend> {
     recording: u64,
     now: Micros,
     has_stalled: bool,
+    /// [`Source::horizon`].
+    horizon: Option<Arc<AtomicI64>>,
 }
 
 impl<'a, F: StreamFrontend> Follower<'a, F> {
@@ -183,13 +190,18 @@ impl<'a, F: StreamFrontend> Follower<'a, F> {
             recording: 0,
             now: Micros(i64::MIN),
             has_stalled: false,
+            horizon: None,
         }
     }
 
     fn run(&mut self, queue: &PacketQueue) -> Result<(), LiveError> {
         loop {
             // Never longer than the interval: stopping must be noticed without events.
-            let next = self.clock.until(self.next_propagated);
+            let next = match self.next_propagated.filter(|t| !self.is_within_horizon(*t)) {
+                None => self.clock.until(self.next_propagated),
+                // More of the recording may be read at any time.
+                Some(_) => Some(HORIZON_INTERVAL),
+            };
             match queue.pop(next.map_or(POLL_INTERVAL, |next| next.min(POLL_INTERVAL))) {
                 PopOutcome::Packet(packet) => {
                     self.has_stalled = false;
@@ -221,6 +233,7 @@ impl<'a, F: StreamFrontend> Follower<'a, F> {
     fn wait(&mut self) -> Result<(), LiveError> {
         // No events are information, too: the pose is propagated by the clock.
         while let Some((step, tick)) = self.step.zip(self.next_propagated)
+            && self.is_within_horizon(tick)
             && self.clock.until(Some(tick)) == Some(Duration::ZERO)
         {
             // Detections that arrive later arrive after what has been propagated.
@@ -241,6 +254,11 @@ impl<'a, F: StreamFrontend> Follower<'a, F> {
                 reason: format!("no events for {:.1} s", limit.as_secs_f64()),
             }),
         }
+    }
+
+    /// Whether the recording goes on until event time `t`, as far as it has been read.
+    fn is_within_horizon(&self, t: Micros) -> bool {
+        self.horizon.as_ref().is_none_or(|horizon| t.0 <= horizon.load(Ordering::Relaxed))
     }
 
     fn take(&mut self, packet: &Packet) -> Result<(), LiveError> {

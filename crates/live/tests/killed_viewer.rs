@@ -103,6 +103,7 @@ fn the_pipeline_goes_on() {
         source: "given".to_owned(),
         sensor: SENSOR,
         skeleton: Skeleton::Body,
+        hosts: Vec::new(),
         hand_mesh: None,
     };
     let address = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));

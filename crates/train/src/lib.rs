@@ -50,6 +50,8 @@ pub mod body;
 mod camera_turn;
 mod checkpoint;
 mod condition;
+#[cfg(feature = "tui")]
+mod dashboard;
 mod dataset;
 mod devices;
 mod error;

@@ -14,6 +14,7 @@ use evpose_cli::shipped::checkpoint_path;
 use evpose_cli::tasks::args::EvalArgs;
 use evpose_cli::threads::use_threads;
 
+use evpose_cli::numbers::threads;
 use record::{NetworkRecord, Record};
 use sets::{Prepared, SetName, parsed};
 
@@ -52,7 +53,7 @@ pub struct BenchAccuracyArgs {
     #[arg(long, value_name = "DIR", default_value = "benches/accuracy")]
     pub(crate) out: PathBuf,
     /// CPU threads; all cores by default
-    #[arg(long)]
+    #[arg(long, value_parser = threads())]
     pub(crate) threads: Option<usize>,
 }
 

@@ -26,6 +26,7 @@ use crate::repr::BenchReprArgs;
 use crate::sensor::BenchSensorArgs;
 use crate::sim::BenchSimArgs;
 use crate::train::BenchTrainArgs;
+use evpose_cli::outputs::OutputFile;
 use limits::MachineLimits;
 use stored::StoredRun;
 
@@ -38,10 +39,10 @@ use stored::StoredRun;
 pub struct BenchAllArgs {
     /// Where to write the page, one file with charts inside
     #[arg(long, value_name = "FILE", default_value = "bench.html")]
-    pub(crate) html: PathBuf,
+    pub(crate) html: OutputFile,
     /// Where to write the figures as JSON
     #[arg(long, value_name = "FILE")]
-    pub(crate) json: Option<PathBuf>,
+    pub(crate) json: Option<OutputFile>,
     /// Figures of an earlier run, written with --json: changes of more than 10 % are listed
     #[arg(long, value_name = "FILE")]
     pub(crate) before: Option<PathBuf>,

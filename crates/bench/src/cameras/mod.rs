@@ -13,6 +13,8 @@ use evpose_task::hand::HandCheckpoint;
 use serde::Serialize;
 
 use evpose_cli::json::write_json;
+use evpose_cli::numbers::{count, seconds, threads};
+use evpose_cli::outputs::OutputFile;
 use evpose_cli::progress::say;
 use evpose_cli::provenance::Provenance;
 use evpose_cli::shipped::checkpoint_path;
@@ -32,20 +34,20 @@ pub struct BenchCamerasArgs {
     #[arg(long)]
     pub(crate) checkpoint: PathBuf,
     /// Sequences before each sensor
-    #[arg(long, default_value_t = 6)]
+    #[arg(long, default_value_t = 6, value_parser = count::<usize>())]
     pub(crate) sequences: usize,
     /// Length of each sequence in seconds
-    #[arg(long, default_value_t = 2.0)]
+    #[arg(long, default_value_t = 2.0, value_parser = seconds())]
     pub(crate) seconds: f64,
     /// Seed of the scenes
     #[arg(long, default_value_t = 407)]
     pub(crate) seed: u64,
     /// CPU threads; all cores by default
-    #[arg(long)]
+    #[arg(long, value_parser = threads())]
     pub(crate) threads: Option<usize>,
     /// Where to write the results as JSON
     #[arg(long)]
-    pub(crate) json: Option<PathBuf>,
+    pub(crate) json: Option<OutputFile>,
 }
 
 /// Accuracy before a sensor; larger is better.

@@ -22,6 +22,8 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use crate::BenchCommand;
+use evpose_cli::numbers::within;
+use evpose_cli::outputs::OutputFile;
 use plan::{Plan, Step};
 use step::Finished;
 
@@ -38,7 +40,7 @@ const PARTS: &str = "parts";
     each. What time is left trains on the fastest device.")]
 pub struct BenchGpuArgs {
     /// Minutes for everything
-    #[arg(long, default_value_t = 9.0)]
+    #[arg(long, default_value_t = 9.0, value_parser = within(0.1..=1e4))]
     minutes: f64,
     /// Folder of the results
     #[arg(long, default_value = "gpu")]
@@ -66,7 +68,7 @@ pub struct BenchGpuArgs {
     agreement: Option<DeviceKind>,
     /// File that the comparison is written to
     #[arg(long, hide = true)]
-    json: Option<PathBuf>,
+    json: Option<OutputFile>,
 }
 
 /// Content of the results.

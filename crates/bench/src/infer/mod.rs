@@ -18,9 +18,10 @@ use serde::Serialize;
 use crate::all::Figure;
 pub(crate) use case::MeasuredLayers;
 use case::{Case, Setting};
-use evpose_cli::args::parse_threads;
 use evpose_cli::configs;
 use evpose_cli::json::write_json;
+use evpose_cli::numbers::{count, threads, within};
+use evpose_cli::outputs::OutputFile;
 use evpose_cli::progress::say;
 use evpose_cli::provenance::Provenance;
 use evpose_cli::threads::use_threads;
@@ -28,7 +29,6 @@ use evpose_infer::Precision;
 use evpose_nn::{DeviceKind, adapter_name};
 use evpose_task::hand::HandConfig;
 use peers::PeerName;
-use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  evpose bench infer\n  \
@@ -49,16 +49,16 @@ pub struct BenchInferArgs {
     #[arg(long, value_delimiter = ',', default_value = "f32")]
     pub(crate) precision: Vec<Precision>,
     /// Counts of CPU threads, one measurement each; all cores by default
-    #[arg(long, value_delimiter = ',', value_parser = parse_threads)]
+    #[arg(long, value_delimiter = ',', value_parser = threads())]
     pub(crate) threads: Vec<usize>,
     /// Instruction set of the engine: avx512, avx2 or portable [default: the best available]
     #[arg(long, value_parser = parse_level)]
     pub(crate) level: Option<Level>,
     /// Timed runs, after a tenth as many warm-up runs
-    #[arg(long, default_value_t = 100)]
+    #[arg(long, default_value_t = 100, value_parser = count::<usize>())]
     pub(crate) runs: usize,
     /// Windows per run
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = within(1..=65_536_usize))]
     pub(crate) batch: usize,
     /// Time Burn instead of our engine
     #[arg(long)]
@@ -70,11 +70,11 @@ pub struct BenchInferArgs {
     #[arg(long, value_name = "PEER", value_delimiter = ',', conflicts_with = "burn")]
     pub(crate) against: Vec<PeerName>,
     /// Pairs of bursts for each other runtime
-    #[arg(long, default_value_t = 30, value_parser = clap::value_parser!(u32).range(20..))]
+    #[arg(long, default_value_t = 30, value_parser = within(20..=1_000_000_u32))]
     pub(crate) pairs: u32,
     /// Where to write the results as JSON
     #[arg(long)]
-    pub(crate) json: Option<PathBuf>,
+    pub(crate) json: Option<OutputFile>,
     /// flex (CPU), ndarray, wgpu or cuda, of several GPUs wgpu:1; all but flex need the Cargo feature of
     /// that name, and `evpose info --devices` lists what there is
     #[arg(long, default_value = "flex")]

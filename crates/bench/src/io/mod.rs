@@ -13,6 +13,8 @@ use crate::peer_bench::{Case, CaseResult, is_named, matching, run_peers, time, w
 use crate::peer_bench::{PEERS, PeerCommand};
 use evpose_cli::json::write_json;
 use evpose_cli::machine::Machine;
+use evpose_cli::numbers::{count, within};
+use evpose_cli::outputs::OutputFile;
 use evpose_cli::progress::say;
 use evpose_cli::provenance::Provenance;
 use std::path::PathBuf;
@@ -23,16 +25,16 @@ use std::path::PathBuf;
     Build with --features peers to time other decoders of EVT 3.0 in the same run."))]
 pub struct BenchIoArgs {
     /// Frames of 1 ms in the file that is made for it
-    #[arg(long, default_value_t = 250_000)]
+    #[arg(long, default_value_t = 250_000, value_parser = within(1..=1_000_000_000_u64))]
     pub(crate) frames: u64,
     /// Events in each, on average
-    #[arg(long, default_value_t = 200)]
+    #[arg(long, default_value_t = 200, value_parser = count::<u32>())]
     pub(crate) events_per_frame: u32,
     /// Times each reader reads it all
-    #[arg(long, default_value_t = 15)]
+    #[arg(long, default_value_t = 15, value_parser = count::<usize>())]
     pub(crate) passes: usize,
     /// Events in each file of the other formats
-    #[arg(long, default_value_t = 2_000_000)]
+    #[arg(long, default_value_t = 2_000_000, value_parser = within(1..=1_000_000_000_usize))]
     pub(crate) events: usize,
     /// Only cases with this in their name; given twice, with both
     #[arg(long, value_name = "WORD")]
@@ -48,7 +50,7 @@ pub struct BenchIoArgs {
     pub(crate) scratch: Option<PathBuf>,
     /// Where to write the results as JSON
     #[arg(long)]
-    pub(crate) json: Option<PathBuf>,
+    pub(crate) json: Option<OutputFile>,
 }
 
 /// Content of the JSON file.

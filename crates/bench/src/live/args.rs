@@ -3,6 +3,8 @@
 use std::path::PathBuf;
 
 use evpose_cli::args::DeviceArgs;
+use evpose_cli::numbers::{seconds, within};
+use evpose_cli::outputs::OutputFile;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  \
@@ -25,23 +27,23 @@ pub struct BenchLiveArgs {
     #[arg(long)]
     pub(crate) source: Option<PathBuf>,
     /// Event rate of the simulated recording, per second
-    #[arg(long, default_value_t = 5e6)]
+    #[arg(long, default_value_t = 5e6, value_parser = within(1.0..=1e10))]
     pub(crate) rate: f64,
     /// Playback speeds, one row each
-    #[arg(long, value_delimiter = ',', default_values_t = [1.0, 2.0, 5.0, 10.0])]
+    #[arg(long, value_delimiter = ',', default_values_t = [1.0, 2.0, 5.0, 10.0], value_parser = within(1e-3..=1e6))]
     pub(crate) speeds: Vec<f64>,
     /// Length of a measurement in seconds
-    #[arg(long, default_value_t = 10.0)]
+    #[arg(long, default_value_t = 10.0, value_parser = seconds())]
     pub(crate) seconds: f64,
     /// Event rates of measurements of the input alone, in millions per second, one row each
-    #[arg(long, value_delimiter = ',', value_name = "MILLIONS", default_values_t = [10.0, 20.0, 40.0, 80.0])]
+    #[arg(long, value_delimiter = ',', value_name = "MILLIONS", default_values_t = [10.0, 20.0, 40.0, 80.0], value_parser = within(1e-6..=1e6))]
     pub(crate) input: Vec<f64>,
     /// Instead, play so many events as fast as possible and measure the memory
-    #[arg(long, value_name = "EVENTS")]
+    #[arg(long, value_name = "EVENTS", value_parser = within(1.0..=1e15))]
     pub(crate) soak: Option<f64>,
     /// Where to write the results as JSON
     #[arg(long)]
-    pub(crate) json: Option<PathBuf>,
+    pub(crate) json: Option<OutputFile>,
     #[command(flatten)]
     pub(crate) device: DeviceArgs,
 }

@@ -26,6 +26,8 @@ use crate::peer_bench::{
 use crate::peer_bench::{PEERS, PeerCommand};
 use evpose_cli::json::write_json;
 use evpose_cli::machine::Machine;
+use evpose_cli::numbers::{count, within};
+use evpose_cli::outputs::OutputFile;
 use evpose_cli::progress::say;
 use evpose_cli::provenance::Provenance;
 use std::path::PathBuf;
@@ -37,10 +39,10 @@ use std::path::PathBuf;
     evpose bench repr --peer 'tonic=python3 peer.py'\n\n{PEERS}"))]
 pub struct BenchReprArgs {
     /// Events in 100 ms
-    #[arg(long, default_value_t = 1_000_000)]
+    #[arg(long, default_value_t = 1_000_000, value_parser = within(1..=1_000_000_000_usize))]
     pub(crate) events: usize,
     /// Times each case runs; the median counts
-    #[arg(long, default_value_t = 31)]
+    #[arg(long, default_value_t = 31, value_parser = count::<usize>())]
     pub(crate) passes: usize,
     /// Only cases with this in their name; given twice, with both
     #[arg(long, value_name = "WORD")]
@@ -53,7 +55,7 @@ pub struct BenchReprArgs {
     pub(crate) peers: Vec<PeerCommand>,
     /// Where to write the results as JSON
     #[arg(long)]
-    pub(crate) json: Option<PathBuf>,
+    pub(crate) json: Option<OutputFile>,
 }
 
 const SENSORS: [SensorSize; 2] = [SensorSize { width: 640, height: 480 }, SensorSize::DAVIS240C];

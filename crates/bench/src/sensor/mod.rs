@@ -14,12 +14,13 @@ use serde::Serialize;
 use crate::all::{Figure, threads};
 use evpose_cli::json::write_json;
 use evpose_cli::machine::Machine;
+use evpose_cli::numbers::{seconds, within};
+use evpose_cli::outputs::OutputFile;
 use evpose_cli::progress::say;
 use evpose_cli::provenance::Provenance;
 use evpose_cli::threads::sensor_threads;
 use evpose_core::stats::quantile::{nearest_rank, outlier_count};
 use peer::Peer;
-use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
 #[command(
@@ -35,17 +36,17 @@ use std::path::PathBuf;
 /// Arguments of `evpose bench sensor`.
 pub struct BenchSensorArgs {
     /// Seconds for each setting and peer
-    #[arg(long, default_value_t = 3.0)]
+    #[arg(long, default_value_t = 3.0, value_parser = seconds())]
     pub(crate) seconds: f64,
     /// Threads of a second measurement of each setting, none with 1 [default: two, where there are]
-    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_parser = within(1..=1024_u32))]
     pub(crate) threads: Option<u32>,
     /// Another simulator to be timed on the same frames (may be repeated)
     #[arg(long, value_name = "NAME=COMMAND")]
     pub(crate) peer: Vec<String>,
     /// Where to write the results as JSON
     #[arg(long)]
-    pub(crate) json: Option<PathBuf>,
+    pub(crate) json: Option<OutputFile>,
 }
 
 /// Content of the JSON file.

@@ -17,6 +17,8 @@ use serde::Serialize;
 use crate::all::{Figure, threads};
 use evpose_cli::configs;
 use evpose_cli::json::write_json;
+use evpose_cli::numbers::{self, count, seconds};
+use evpose_cli::outputs::OutputFile;
 use evpose_cli::progress::{bar, say};
 use evpose_cli::provenance::Provenance;
 use evpose_cli::threads::use_threads;
@@ -34,16 +36,16 @@ pub struct BenchSimArgs {
     #[arg(long, default_value = "eventhands")]
     pub(crate) config: String,
     /// Sequences of each mesh
-    #[arg(long, default_value_t = 10)]
+    #[arg(long, default_value_t = 10, value_parser = count::<u64>())]
     pub(crate) sequences: u64,
     /// Simulated seconds of each sequence
-    #[arg(long, default_value_t = 50.0)]
+    #[arg(long, default_value_t = 50.0, value_parser = seconds())]
     pub(crate) seconds: f64,
     /// A short look: 4 sequences of 2 s, in which beginnings weigh more
     #[arg(long, conflicts_with_all = ["sequences", "seconds"])]
     pub(crate) quick: bool,
     /// Sequences at a time; one on each core by default
-    #[arg(long)]
+    #[arg(long, value_parser = numbers::threads())]
     pub(crate) threads: Option<usize>,
     /// Folder for the files, removed after each sequence [default: the system's for temporary
     /// files]
@@ -51,7 +53,7 @@ pub struct BenchSimArgs {
     pub(crate) scratch: Option<PathBuf>,
     /// Where to write the results as JSON
     #[arg(long)]
-    pub(crate) json: Option<PathBuf>,
+    pub(crate) json: Option<OutputFile>,
 }
 
 /// Sequences of each mesh, and their seconds, in a short look.

@@ -2,7 +2,6 @@
 
 mod usage;
 
-use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::Result;
@@ -19,6 +18,8 @@ use evpose_cli::args::DeviceArgs;
 use evpose_cli::configs;
 use evpose_cli::json::write_json;
 use evpose_cli::latency;
+use evpose_cli::numbers::{count, within};
+use evpose_cli::outputs::OutputFile;
 use evpose_cli::progress::say;
 use evpose_cli::provenance::Provenance;
 use evpose_core::stats::interval::median_outer_count;
@@ -38,17 +39,17 @@ pub struct BenchTrainArgs {
     #[arg(long, value_name = "NAME")]
     pub(crate) network: Option<String>,
     /// Measured steps, after two to warm up
-    #[arg(long, default_value_t = 20)]
+    #[arg(long, default_value_t = 20, value_parser = count::<usize>())]
     pub(crate) steps: usize,
     /// Windows of a step
-    #[arg(long, default_value_t = 16)]
+    #[arg(long, default_value_t = 16, value_parser = within(1..=65_536_usize))]
     pub(crate) batch: usize,
     /// Time Burn's arithmetic instead of our kernels
     #[arg(long)]
     pub(crate) burn: bool,
     /// Where to write the results as JSON
     #[arg(long)]
-    pub(crate) json: Option<PathBuf>,
+    pub(crate) json: Option<OutputFile>,
     #[command(flatten)]
     pub(crate) device: DeviceArgs,
 }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::args::DeviceArgs;
+use crate::outputs::OutputFile;
 use crate::progress::say;
 use crate::shipped::checkpoint_path;
 use crate::tasks::open;
@@ -21,7 +22,7 @@ pub struct AverageArgs {
     pub(crate) second: PathBuf,
     /// The .bpk file to write
     #[arg(long)]
-    pub(crate) out: PathBuf,
+    pub(crate) out: OutputFile,
 }
 
 /// Runs `evpose average`.

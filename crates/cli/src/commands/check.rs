@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use super::clean::passes::Passes;
 use crate::json::write_json;
+use crate::outputs::OutputFile;
 use crate::progress::say;
 use crate::tasks::opening::OpeningArgs;
 
@@ -32,7 +33,7 @@ pub struct CheckArgs {
     pub(crate) opening: OpeningArgs,
     /// Also write the results as JSON
     #[arg(long, value_name = "FILE")]
-    pub(crate) json: Option<PathBuf>,
+    pub(crate) json: Option<OutputFile>,
 }
 
 /// Whether a recording can be used.

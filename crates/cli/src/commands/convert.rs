@@ -15,8 +15,9 @@ use evpose_io::{
 
 use super::account::Account;
 use super::opening::RecordingArgs;
+use crate::numbers::{seconds, since_start};
+use crate::outputs::OutputFile;
 use crate::progress::{say, spinner};
-use std::path::PathBuf;
 
 /// Arguments of `evpose convert`.
 #[derive(Debug, clap::Args)]
@@ -27,15 +28,15 @@ pub struct ConvertArgs {
     #[command(flatten)]
     pub(crate) recording: RecordingArgs,
     /// File to write, in the format of its extension or of --format
-    pub(crate) out: PathBuf,
+    pub(crate) out: OutputFile,
     /// Name of the format to write
     #[arg(long)]
     pub(crate) format: Option<String>,
     /// Begin so many seconds after the first event
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", value_parser = since_start())]
     pub(crate) from: Option<f64>,
     /// End so many seconds after the first event
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds())]
     pub(crate) to: Option<f64>,
 }
 

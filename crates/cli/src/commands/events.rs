@@ -11,7 +11,8 @@ use evpose_io::{FrameSource, format_for};
 use evpose_sensor::{EffectConfig, SensorConfig, SensorModel, SensorRun};
 
 use super::opening::FrameArgs;
-use crate::args::parse_threads;
+use crate::numbers::{threads, within};
+use crate::outputs::OutputFile;
 use crate::progress::{bar, say};
 use crate::run_info;
 use crate::sensor_source as source;
@@ -31,9 +32,9 @@ pub struct EventsArgs {
     pub(crate) sensor: String,
     /// Where to write the events: .npz, .txt or .evc; the config and seed are written to OUT.toml
     #[arg(long)]
-    pub(crate) out: PathBuf,
+    pub(crate) out: OutputFile,
     /// Simulation steps per frame; luminance is interpolated linearly
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, default_value_t = 1, value_parser = within(1..=1_000_u32))]
     pub(crate) upsample: u32,
     /// Per-pixel thresholds as .npy (height, width): one file for ON and OFF, or one each
     #[arg(long, value_name = "FILE.npy", num_args = 1..=2)]
@@ -42,7 +43,7 @@ pub struct EventsArgs {
     #[arg(long, default_value_t = 0)]
     pub(crate) seed: u64,
     /// CPU threads; all cores by default, of which the sensor uses up to four
-    #[arg(long, value_parser = parse_threads)]
+    #[arg(long, value_parser = threads())]
     pub(crate) threads: Option<usize>,
 }
 
@@ -68,7 +69,7 @@ pub fn run(args: &EventsArgs) -> Result<()> {
     let events = convert(&mut source, &clock, &mut run)?;
     format.write(&args.out, &events.stream)?;
     // The extension is appended, not replaced: OUT with `.toml` could be the sensor's file.
-    let mut beside = args.out.clone().into_os_string();
+    let mut beside = args.out.as_os_str().to_owned();
     beside.push(".toml");
     let beside = PathBuf::from(beside);
     atomic_write(&beside, provenance(args, &source, &sensor)?.as_bytes())

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::args::{ConfigArgs, DeviceArgs};
+use crate::outputs::OutputFile;
 use crate::progress::say;
 use crate::shipped::checkpoint_sha256;
 use crate::tasks::{open, task_of_config};
@@ -29,7 +30,7 @@ pub struct ExportArgs {
     pub(crate) checkpoint: Option<PathBuf>,
     /// The ONNX file to write
     #[arg(long)]
-    pub(crate) onnx: PathBuf,
+    pub(crate) onnx: OutputFile,
 }
 
 /// Runs `evpose export`.

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use crate::numbers::{hertz, within};
 use crate::tasks::opening::OpeningArgs;
 use anyhow::{Context, Result};
 use evpose_io::{Encoding, FrameSource};
@@ -15,14 +16,14 @@ pub(crate) struct FrameArgs {
     #[arg(long)]
     pub(crate) frames: PathBuf,
     /// Frames per second; the first is at time 0 [default: the times that a video states]
-    #[arg(long)]
+    #[arg(long, value_parser = hertz())]
     pub(crate) fps: Option<f64>,
     /// Encoding of luminance: `linear`, as v2e assumes, or `srgb`, as cameras and video files store
     /// it
     #[arg(long, default_value = "linear", value_parser = ["linear", "srgb"])]
     pub(crate) encoding: String,
     /// The value of reference white [default: 255 for 8 bits, 65535 for 16 bits, 1 for floats]
-    #[arg(long)]
+    #[arg(long, value_parser = within(1e-6..=1e9))]
     pub(crate) white: Option<f64>,
 }
 

@@ -2,9 +2,11 @@
 
 use std::path::PathBuf;
 
-use crate::args::{DeviceArgs, parse_threads};
+use crate::args::DeviceArgs;
 use crate::json::write_json;
 use crate::machine::Machine;
+use crate::numbers::{count, threads};
+use crate::outputs::OutputFile;
 use crate::progress::{bar, say};
 use crate::run_info::COMMIT;
 use crate::tasks::PrecisionScores;
@@ -30,19 +32,19 @@ pub struct QuantizeArgs {
     #[arg(long)]
     pub(crate) data: PathBuf,
     /// Inputs for the calibration, spread evenly over the data
-    #[arg(long, default_value_t = 256, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, default_value_t = 256, value_parser = count::<u64>())]
     pub(crate) windows: u64,
     /// Held-out data set to evaluate f32, bf16 and int8 on
     #[arg(long)]
     pub(crate) evaluate: Option<PathBuf>,
     /// Milliseconds between evaluated poses
-    #[arg(long, default_value_t = 20, requires = "evaluate")]
+    #[arg(long, default_value_t = 20, requires = "evaluate", value_parser = count::<u32>())]
     pub(crate) stride_ms: u32,
     /// Where to write the results as JSON
     #[arg(long, requires = "evaluate")]
-    pub(crate) json: Option<PathBuf>,
+    pub(crate) json: Option<OutputFile>,
     /// CPU threads; all cores by default
-    #[arg(long, value_parser = parse_threads)]
+    #[arg(long, value_parser = threads())]
     pub(crate) threads: Option<usize>,
 }
 

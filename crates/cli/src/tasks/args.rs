@@ -8,6 +8,8 @@ use evpose_io::poses::{POSE_FORMATS, PoseFormat, pose_format_by_name, pose_forma
 use evpose_sim::Shard;
 use evpose_train::TrainOptions;
 
+use crate::numbers::{count, seconds, threads};
+use crate::outputs::OutputFile;
 use crate::tasks::opening::OpeningArgs;
 use crate::tasks::own_args::{Eval, Infer, Simulate, TaskArgs};
 
@@ -30,10 +32,10 @@ pub struct SimulateArgs {
     #[arg(long)]
     pub out: PathBuf,
     /// Length of each sequence in seconds, instead of the config's
-    #[arg(long)]
+    #[arg(long, value_parser = seconds())]
     pub seconds: Option<f64>,
     /// Number of sequences, instead of the config's
-    #[arg(long)]
+    #[arg(long, value_parser = count::<usize>())]
     pub sequences: Option<usize>,
     /// Seed, instead of the config's
     #[arg(long)]
@@ -48,7 +50,7 @@ pub struct SimulateArgs {
     #[arg(long)]
     pub resume: bool,
     /// CPU threads; all cores by default. The bytes written do not depend on it
-    #[arg(long)]
+    #[arg(long, value_parser = threads())]
     pub threads: Option<usize>,
     /// Arguments of the task of the config.
     #[command(flatten)]
@@ -64,7 +66,7 @@ pub(crate) struct RecordingArgs {
     pub(crate) format: Option<String>,
     /// Also write a PNG file of rendered frames and their events side by side
     #[arg(long, value_name = "FILE")]
-    pub(crate) preview: Option<PathBuf>,
+    pub(crate) preview: Option<OutputFile>,
 }
 
 /// Arguments of `evpose train`.
@@ -130,9 +132,9 @@ pub struct EvalArgs {
     pub data: Option<PathBuf>,
     /// Where to write the metrics as JSON
     #[arg(long)]
-    pub json: Option<PathBuf>,
+    pub json: Option<OutputFile>,
     /// Milliseconds between the poses that are evaluated [hands: 1; bodies: the config's]
-    #[arg(long)]
+    #[arg(long, value_parser = count::<u32>())]
     pub stride_ms: Option<u32>,
     /// Arguments of the task of the checkpoint.
     #[command(flatten)]
@@ -160,7 +162,7 @@ pub(crate) struct PoseEvalArgs {
     /// Draw true and predicted joints over inputs of the network, as a PNG file; of hands, those of
     /// `--foreign`
     #[arg(long, value_name = "FILE")]
-    pub(crate) preview: Option<PathBuf>,
+    pub(crate) preview: Option<OutputFile>,
     /// Precision of the inference: f32, bf16, or int8 after `evpose quantize`
     #[arg(long, default_value = "f32")]
     pub(crate) precision: Precision,
@@ -189,7 +191,7 @@ pub struct InferArgs {
     /// microseconds, score, and joints by name in pixels of the sensor; of hands also 12 parameters, and
     /// joints in metres in the camera's frame. A line of nobody says so
     #[arg(long)]
-    pub out: PathBuf,
+    pub out: OutputFile,
     /// Format of the output, instead of its ending's: `table` (CSV with a header), `json` (an array of the
     /// same names), `jsonl` (JSON Lines), or, of bodies, `hpe-core` or `yarp` (a folder)
     #[arg(long, value_parser = written_format)]
@@ -199,7 +201,7 @@ pub struct InferArgs {
     #[arg(long)]
     pub latencies: bool,
     /// Milliseconds between poses [hands: 1; bodies: the config's]
-    #[arg(long)]
+    #[arg(long, value_parser = count::<u32>())]
     pub stride_ms: Option<u32>,
     /// Arguments of the task of the checkpoint.
     #[command(flatten)]

@@ -1,6 +1,6 @@
 //! The end of a training of any task.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::pages::learning;
 use crate::progress::say;
@@ -27,9 +27,15 @@ pub fn finish_training<C>(
 ) -> Result<()> {
     // A training that failed is the worse fault.
     let curves = write_curves(&trained, run, span);
+    if trained.is_ok() && curves.is_ok() {
+        // Before the first line, which may not be writable: a run without its record is no run.
+        run_info::write(run, seed, None)?;
+    }
+    if let Ok(Some(path)) = &curves {
+        say(format!("learning curves: {}", path.display()));
+    }
     let summary = trained?;
     curves?;
-    run_info::write(run, seed, None)?;
     say(format!(
         "{} {samples} in {:.0} s, {:.0} {samples}/s",
         summary.samples,
@@ -44,23 +50,26 @@ pub fn finish_training<C>(
     Ok(())
 }
 
-/// Writes `curves.svg` into the directory of a training that has ended or was interrupted; does
+/// Writes `curves.svg` into the directory of a training that has ended or was interrupted, and returns its path; does
 /// nothing if it never began.
 ///
 /// # Errors
 /// If the history cannot be read, or the figure not be written.
-fn write_curves<T>(trained: &Result<T, TrainError>, run: &Path, span: TrainingSpan) -> Result<()> {
+fn write_curves<T>(
+    trained: &Result<T, TrainError>,
+    run: &Path,
+    span: TrainingSpan,
+) -> Result<Option<PathBuf>> {
     if !matches!(trained, Ok(_) | Err(TrainError::Stopped(_) | TrainError::Diverged { .. })) {
-        return Ok(());
+        return Ok(None);
     }
     let history = read_history(&run.join(HISTORY))?;
     if history.is_empty() {
-        return Ok(());
+        return Ok(None);
     }
     let path = run.join(CURVES);
     let image = learning::image(&history, span)?;
     evpose_core::atomic_write(&path, image.as_bytes())
         .with_context(|| format!("writing {}", path.display()))?;
-    say(format!("learning curves: {}", path.display()));
-    Ok(())
+    Ok(Some(path))
 }

@@ -5,6 +5,7 @@
 
 use std::path::Path;
 
+use crate::numbers::within;
 use crate::progress::note;
 use crate::sidecar::sensor_beside;
 use anyhow::{Result, bail};
@@ -21,7 +22,7 @@ pub struct OpeningArgs {
     #[arg(long, value_name = "INDEX")]
     pub camera_index: Option<u8>,
     /// Microseconds per tick of YARP's clock: 0.08 or 1
-    #[arg(long, value_name = "MICROSECONDS")]
+    #[arg(long, value_name = "MICROSECONDS", value_parser = within(1e-3..=1e6))]
     pub tick_us: Option<f64>,
     /// Read the intact parts of a damaged file, and report what is lost
     #[arg(long)]

@@ -45,6 +45,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         source: "simulated".to_owned(),
         sensor: actor::SENSOR,
         skeleton: actor.skeleton(),
+        hosts: Vec::new(),
         hand_mesh: actor.mesh(),
     };
     let address = SocketAddr::from((Ipv4Addr::LOCALHOST, port));

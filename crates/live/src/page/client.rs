@@ -2,10 +2,10 @@
 
 use std::io;
 use std::net::{Shutdown, TcpStream};
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use tungstenite::handshake::server::{Request, create_response, write_response};
 use tungstenite::protocol::{Role, WebSocketConfig};
@@ -16,6 +16,9 @@ use super::{MAX_WATCHERS, Shared, lock, origin};
 
 /// Write timeout, after which a client is disconnected.
 const WRITE_TIMEOUT: Duration = Duration::from_secs(3);
+
+/// Time that every client has for the head of its request; then it gives way to others that wait for a connection.
+const HEAD_TIME: Duration = Duration::from_millis(500);
 
 /// Bounds of incoming messages, in one poll and in bytes: the page itself sends none.
 const MAX_MESSAGES: usize = 8;
@@ -68,6 +71,9 @@ pub(super) struct Client {
     mailbox: Arc<Mailbox>,
     stream: TcpStream,
     thread: JoinHandle<()>,
+    began: Instant,
+    /// Whether the head of its request has come.
+    has_asked: Arc<AtomicBool>,
 }
 
 impl Client {
@@ -77,11 +83,13 @@ impl Client {
         stream.set_write_timeout(Some(WRITE_TIMEOUT))?;
         let mailbox = Arc::new(Mailbox::default());
         let (own, theirs) = (stream.try_clone()?, mailbox.clone());
+        let has_asked = Arc::new(AtomicBool::new(false));
+        let asked = has_asked.clone();
         let thread = std::thread::Builder::new()
             .name("page client".to_owned())
             // Errors of a connection concern its client only.
-            .spawn(move || drop(serve(own, &theirs, &shared)))?;
-        Ok(Self { mailbox, stream, thread })
+            .spawn(move || drop(serve(own, &theirs, &shared, &asked)))?;
+        Ok(Self { mailbox, stream, thread, began: Instant::now(), has_asked })
     }
 
     pub(super) fn send(&self, frame: Frame) {
@@ -92,6 +100,11 @@ impl Client {
         self.thread.is_finished()
     }
 
+    /// Whether it has asked for nothing for so long that another may have its place.
+    pub(super) fn gives_way(&self) -> bool {
+        !self.has_asked.load(Ordering::Relaxed) && self.began.elapsed() > HEAD_TIME
+    }
+
     /// Ends the thread, whatever it waits for.
     pub(super) fn end(self) {
         self.mailbox.close();
@@ -100,13 +113,19 @@ impl Client {
     }
 }
 
-fn serve(mut stream: TcpStream, mailbox: &Mailbox, shared: &Shared) -> Result<(), Error> {
+fn serve(
+    mut stream: TcpStream,
+    mailbox: &Mailbox,
+    shared: &Shared,
+    has_asked: &AtomicBool,
+) -> Result<(), Error> {
     let request = match read(&mut stream) {
         Ok(request) => request,
         Err(status) => return Ok(status.map_or(Ok(()), |status| answer(&mut stream, status))?),
     };
+    has_asked.store(true, Ordering::Relaxed);
     // Foreign pages are refused before anything else, whatever they ask for.
-    let status = match (refusal(&request, shared.is_local), request.uri().path()) {
+    let status = match (refusal(&request, shared), request.uri().path()) {
         (Some(status), _) => status,
         (None, "/") => Status::Page,
         (None, "/ws") => match (create_response(&request), Watcher::new(&shared.watchers)) {
@@ -124,12 +143,17 @@ fn serve(mut stream: TcpStream, mailbox: &Mailbox, shared: &Shared) -> Result<()
 }
 
 /// The status that refuses a request, if it is not allowed.
-fn refusal(request: &Request, is_local: bool) -> Option<Status> {
+fn refusal(request: &Request, shared: &Shared) -> Option<Status> {
     let Some(host) = field(request, "host") else { return Some(Status::BadRequest) };
+    let is_single = request.headers().get_all("host").iter().count() == 1;
+    let Some(name) = origin::name_of(host).filter(|_| is_single) else {
+        return Some(Status::BadRequest);
+    };
     // A header that is not text becomes an empty origin, which is refused.
     let origin = request.headers().contains_key("origin");
     let origin = origin.then(|| field(request, "origin").unwrap_or_default());
-    let is_welcome = origin::is_ours(host, origin) && (!is_local || origin::is_this_machine(host));
+    let is_known = origin::is_known(&name, shared.is_local, &shared.hosts);
+    let is_welcome = origin::is_ours(host, origin) && is_known;
     (!is_welcome).then_some(Status::Forbidden)
 }
 
@@ -141,7 +165,8 @@ impl<'a> Watcher<'a> {
     fn new(count: &'a AtomicUsize) -> Option<Self> {
         let more = |watchers| (watchers < MAX_WATCHERS).then_some(watchers + 1);
         let added = count.fetch_update(Ordering::Relaxed, Ordering::Relaxed, more);
-        added.is_ok().then_some(Self(count))
+        // Built only when it is granted: dropped, it would give back what nobody took.
+        added.is_ok().then(|| Self(count))
     }
 }
 

@@ -15,8 +15,8 @@
 //! nothing.
 //!
 //! Requests from pages of other sites are refused: the `Origin` header must equal the `Host`
-//! header. A server on a loopback address answers only to loopback names, as a defence against DNS
-//! rebinding.
+//! header. As a defence against DNS rebinding, a page answers only to loopback names, to the names in
+//! [`PageInfo::hosts`], and, served to other machines, to addresses, since whoever owns a name can point it anywhere.
 
 mod client;
 mod event_counts;
@@ -70,6 +70,8 @@ pub struct PageInfo {
     pub sensor: SensorSize,
     /// Skeleton of the poses.
     pub skeleton: Skeleton,
+    /// Names of this machine under which the page is served, beside addresses and loopback names.
+    pub hosts: Vec<String>,
     /// Mesh of a hand; without it hands are drawn from their joints.
     pub hand_mesh: Option<HandMesh>,
 }
@@ -99,6 +101,8 @@ struct Shared {
     about: message::About,
     /// Whether the address is a loopback address.
     is_local: bool,
+    /// [`PageInfo::hosts`].
+    hosts: Vec<String>,
     event_counts: Mutex<EventCounts>,
     newest: Mutex<NewestPoses>,
     /// Measurements of the last seconds, for clients that connect later.
@@ -126,6 +130,7 @@ impl Page {
         let shared = Arc::new(Shared {
             about: message::About::new(&info),
             is_local: address.ip().is_loopback(),
+            hosts: info.hosts,
             event_counts: Mutex::new(EventCounts::new(info.sensor)),
             newest: Mutex::new(NewestPoses::new()),
             history: Mutex::default(),

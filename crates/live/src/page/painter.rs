@@ -82,12 +82,24 @@ impl Painter {
         self.clients = open;
         Vec::into_iter(finished).for_each(Client::end);
         // Failed accepts are retried with the next frame.
-        while self.clients.len() < MAX_CLIENTS
+        while let Some(room) = self.room()
             && let Ok((stream, _)) = self.listener.accept()
         {
+            // The oldest of those that send their requests slowly leaves for it.
+            if let Some(slow) = room {
+                self.clients.remove(slow).end();
+            }
             // A connection without a thread is closed.
             self.clients.extend(Client::start(stream, self.shared.clone()));
         }
+    }
+
+    /// Whether another client may come, and which has to leave for it.
+    fn room(&self) -> Option<Option<usize>> {
+        if self.clients.len() < MAX_CLIENTS {
+            return Some(None);
+        }
+        self.clients.iter().position(Client::gives_way).map(Some)
     }
 
     fn measure(&mut self, now: Instant) -> Figures {

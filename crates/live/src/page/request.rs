@@ -11,7 +11,7 @@ use tungstenite::handshake::server::Request;
 const MAX_HEAD_BYTES: usize = 16 * 1024;
 
 /// Timeout of the head of a request.
-const READ_TIMEOUT: Duration = Duration::from_secs(5);
+const READ_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// The page, with its style and scripts inline: nothing is fetched from other hosts.
 const PAGE: &str = concat!(
@@ -80,9 +80,10 @@ pub(super) fn answer(stream: &mut TcpStream, status: Status) -> io::Result<()> {
     let (line, body) = match status {
         Status::Page => ("200 OK", PAGE),
         Status::BadRequest => ("400 Bad Request", "This is no request for a page.\n"),
-        Status::Forbidden => {
-            ("403 Forbidden", "Pages of other sites, and other names, are not answered.\n")
-        }
+        Status::Forbidden => (
+            "403 Forbidden",
+            "Pages of other sites, and names that `--host` does not state, are not answered.\n",
+        ),
         Status::NotFound => ("404 Not Found", "There is only /.\n"),
         Status::NotAllowed => ("405 Method Not Allowed", "There is only GET.\n"),
         Status::Busy => ("503 Service Unavailable", "Too many are watching.\n"),

@@ -25,6 +25,7 @@ fn page() -> (Page, Arc<Meter>) {
         source: "events made up".to_owned(),
         sensor: SENSOR,
         skeleton: Skeleton::Body,
+        hosts: Vec::new(),
         hand_mesh: None,
     };
     let meter = Arc::new(Meter::new());
@@ -123,6 +124,9 @@ fn what_is_no_request_for_the_page_is_refused() {
     assert_eq!(status("GET /ws HTTP/1.1\r\nHost: localhost\r\n\r\n"), "400");
     assert_eq!(status("GET / HTTP/1.1\r\n\r\n"), "400");
     assert_eq!(status("GET / HTTP/1.1\r\nHost: camera.example.org\r\n\r\n"), "403");
+    assert_eq!(status("GET / HTTP/1.1\r\nHost: localhost\r\nHost: localhost\r\n\r\n"), "400");
+    assert_eq!(status("GET / HTTP/1.1\r\nHost: localhost:80@evil.com\r\n\r\n"), "400");
+    assert_eq!(status("GET / HTTP/1.1\r\nHost: [::1].evil.com\r\n\r\n"), "400");
     assert_eq!(status("\u{1}\u{2}\u{3}\r\n\r\n"), "400");
     let long = format!("GET / HTTP/1.1\r\nHost: localhost\r\nX: {}", "x".repeat(16 * 1024 - 32));
     assert_eq!(status(&long[..16 * 1024]), "400");
@@ -141,6 +145,34 @@ fn pages_of_other_sites_may_not_watch() {
     }
     assert!(upgrade(&page, &own, Some(&format!("http://{own}"))).is_ok());
     assert!(upgrade(&page, "localhost:80", Some("http://localhost:80")).is_ok());
+}
+
+#[test]
+fn a_page_for_other_machines_answers_to_stated_names_alone() {
+    let info = PageInfo {
+        title: String::new(),
+        source: String::new(),
+        sensor: SENSOR,
+        skeleton: Skeleton::Body,
+        hosts: vec!["camera.local".to_owned()],
+        hand_mesh: None,
+    };
+    let any = SocketAddr::from((Ipv4Addr::UNSPECIFIED, 0));
+    let page = Page::serve(any, info, Arc::default()).unwrap();
+    let status = |host: &str| {
+        let to = SocketAddr::from((Ipv4Addr::LOCALHOST, page.local_addr().port()));
+        let mut stream = TcpStream::connect(to).unwrap();
+        let head = format!("GET / HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\n\r\n");
+        stream.write_all(head.as_bytes()).unwrap();
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).unwrap();
+        answer[9..12].to_owned()
+    };
+    // A name that its owner points at this address would make its pages ours.
+    assert_eq!(status("evil.com:8765"), "403");
+    for host in ["camera.local:8765", "CAMERA.local", "127.0.0.1:1", "192.168.1.7:8765"] {
+        assert_eq!(status(host), "200", "{host}");
+    }
 }
 
 #[test]
@@ -253,6 +285,45 @@ fn there_is_room_for_eight_and_for_another_when_one_goes() {
 }
 
 #[test]
+fn a_storm_of_viewers_takes_no_more_places_than_there_are_and_gives_them_back() {
+    let (page, _) = page();
+    let host = page.local_addr().to_string();
+    for _ in 0..3 {
+        let storm = || {
+            std::thread::scope(|scope| {
+                let one = || upgrade(&page, &host, None).map_err(|status| assert_eq!(status, 503));
+                let asked: Vec<_> = (0..30).map(|_| scope.spawn(one)).collect();
+                asked.into_iter().filter_map(|one| one.join().unwrap().ok()).collect::<Vec<_>>()
+            })
+        };
+        let let_in = storm();
+        assert_eq!(let_in.len(), MAX_WATCHERS);
+        assert_eq!(page.watchers(), MAX_WATCHERS);
+        drop(let_in);
+        wait_until("nobody", || page.watchers() == 0);
+    }
+}
+
+#[test]
+fn slow_requests_hold_up_nobody() {
+    let (page, _) = page();
+    // More than there are places, all at their first bytes.
+    let slow: Vec<TcpStream> = (0..60)
+        .map(|_| {
+            let mut stream = TcpStream::connect(page.local_addr()).unwrap();
+            stream.write_all(b"GET / HT").unwrap();
+            stream
+        })
+        .collect();
+    let before = Instant::now();
+    let answer = asked(&page, "GET / HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    assert!(answer.starts_with("HTTP/1.1 200 OK\r\n"), "{answer}");
+    // Two rounds of them have half a second each; one round of whole deadlines would be five.
+    assert!(before.elapsed() < Duration::from_secs(4), "{:?}", before.elapsed());
+    drop(slow);
+}
+
+#[test]
 fn a_page_that_is_dropped_ends_whatever_its_clients_do() {
     let (page, _) = page();
     let mut socket = watch(&page);
@@ -274,6 +345,7 @@ fn an_address_in_use_is_an_error() {
         source: String::new(),
         sensor: SENSOR,
         skeleton: Skeleton::Hand,
+        hosts: Vec::new(),
         hand_mesh: None,
     };
     let error = Page::serve(page.local_addr(), info, Arc::default()).err().unwrap();

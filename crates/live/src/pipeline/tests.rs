@@ -26,6 +26,7 @@ struct ScriptedSource {
     /// Packets of a repetition, and those that came.
     repeated: Option<u64>,
     came: u64,
+    horizon: Option<i64>,
 }
 
 fn given(packets: Vec<Vec<i64>>) -> ScriptedSource {
@@ -37,6 +38,7 @@ fn given(packets: Vec<Vec<i64>>) -> ScriptedSource {
         is_lossless: false,
         repeated: None,
         came: 0,
+        horizon: None,
     }
 }
 
@@ -69,6 +71,10 @@ impl Source for ScriptedSource {
 
     fn is_lossless(&self) -> bool {
         self.is_lossless
+    }
+
+    fn horizon(&self) -> Option<Arc<AtomicI64>> {
+        self.horizon.map(|t| Arc::new(AtomicI64::new(t)))
     }
 
     fn repetition(&self) -> u64 {
@@ -339,6 +345,35 @@ fn poses_go_on_by_the_clock_while_nothing_happens_until_the_source_has_stalled()
     assert_eq!(report.stalls, 1);
     let late = kept.lock().unwrap().iter().map(|pose| pose.latency).max();
     assert!(late < Some(Duration::from_millis(400)), "{late:?}");
+}
+
+#[test]
+fn the_clock_of_a_recording_ends_where_the_recording_does() {
+    let (come, may_come) = channel();
+    // At this speed half a second of silence would be 500 s of poses.
+    let source = ScriptedSource {
+        wait: Some(may_come),
+        pace: Some(1_000.0),
+        horizon: Some(50_000),
+        ..given(vec![vec![0, 999]])
+    };
+    let diary = CallLog::default();
+    let mut sinks = Sinks::new();
+    let task = PoseStream::new(LoggingFrontend(diary.clone()), ImmediateWorker);
+    let control = Control::default();
+    std::thread::scope(|scope| {
+        let (control, sinks) = (&control, &mut sinks);
+        let running =
+            scope.spawn(move || run(Box::new(source), task, sinks, &options(100.0), control));
+        std::thread::sleep(Duration::from_millis(300));
+        drop(come);
+        running.join().unwrap().unwrap()
+    });
+    let ticks = diary.filter_map(|asked| match asked {
+        Call::Propagate(t) => Some(*t),
+        _ => None,
+    });
+    assert_eq!(ticks, [10_999, 20_999, 30_999, 40_999]);
 }
 
 #[test]

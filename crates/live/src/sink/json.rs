@@ -1,26 +1,36 @@
 //! Poses as JSON Lines, to a file, a pipe or a socket: see [`evpose_io::poses`].
 
 use std::io::{self, Write};
+use std::path::Path;
 
 use evpose_io::poses::json_line;
 
 use super::Sink;
-use crate::LivePose;
+use super::output::Output;
+use crate::{LiveError, LivePose};
 
 /// Writes a line for every pose, with the names of the table.
-pub struct JsonLines<W> {
+pub struct JsonLines {
     name: String,
-    out: W,
+    out: Output,
 }
 
-impl<W: Write> JsonLines<W> {
+impl JsonLines {
     /// Writes to `out`; `name` identifies it in messages.
-    pub fn new(name: impl Into<String>, out: W) -> Self {
-        Self { name: name.into(), out }
+    pub fn new(name: impl Into<String>, out: impl Write + Send + 'static) -> Self {
+        Self { name: name.into(), out: Output::Stream(Box::new(out)) }
+    }
+
+    /// Writes to a file, to standard output (`-`) or to `tcp://HOST:PORT`. A file has its name when all is written.
+    ///
+    /// # Errors
+    /// If the file cannot be created or nobody listens.
+    pub fn open(place: &Path) -> Result<Self, LiveError> {
+        Ok(Self { name: place.display().to_string(), out: Output::open(place)? })
     }
 }
 
-impl<W: Write + Send + 'static> Sink for JsonLines<W> {
+impl Sink for JsonLines {
     fn name(&self) -> String {
         self.name.clone()
     }
@@ -31,5 +41,9 @@ impl<W: Write + Send + 'static> Sink for JsonLines<W> {
 
     fn flush(&mut self) -> io::Result<()> {
         self.out.flush()
+    }
+
+    fn finish(&mut self) -> io::Result<()> {
+        self.out.end()
     }
 }

@@ -1,6 +1,7 @@
 //! Sinks of poses: each on its own thread, behind a bounded queue.
 
 mod json;
+mod output;
 mod table;
 
 use std::io;

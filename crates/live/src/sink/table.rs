@@ -1,28 +1,42 @@
 //! Poses as a table: see [`evpose_io::poses`].
 
 use std::io::{self, Write};
+use std::path::Path;
 
 use evpose_io::poses::PoseColumns;
 
 use super::Sink;
-use crate::LivePose;
+use super::output::Output;
+use crate::{LiveError, LivePose};
 
 /// Writes a header, and a line for every pose.
-pub struct PoseCsv<W> {
+pub struct PoseCsv {
     name: String,
-    out: W,
+    out: Output,
     columns: Option<PoseColumns>,
     line: String,
 }
 
-impl<W: Write> PoseCsv<W> {
+impl PoseCsv {
     /// Writes to `out`; `name` identifies it in messages.
-    pub fn new(name: impl Into<String>, out: W) -> Self {
-        Self { name: name.into(), out, columns: None, line: String::new() }
+    pub fn new(name: impl Into<String>, out: impl Write + Send + 'static) -> Self {
+        Self::to(name.into(), Output::Stream(Box::new(out)))
+    }
+
+    /// Writes to a file, to standard output (`-`) or to `tcp://HOST:PORT`. A file has its name when all is written.
+    ///
+    /// # Errors
+    /// If the file cannot be created or nobody listens.
+    pub fn open(place: &Path) -> Result<Self, LiveError> {
+        Ok(Self::to(place.display().to_string(), Output::open(place)?))
+    }
+
+    fn to(name: String, out: Output) -> Self {
+        Self { name, out, columns: None, line: String::new() }
     }
 }
 
-impl<W: Write + Send + 'static> Sink for PoseCsv<W> {
+impl Sink for PoseCsv {
     fn name(&self) -> String {
         self.name.clone()
     }
@@ -43,5 +57,8 @@ impl<W: Write + Send + 'static> Sink for PoseCsv<W> {
 
     fn flush(&mut self) -> io::Result<()> {
         self.out.flush()
+    }
+    fn finish(&mut self) -> io::Result<()> {
+        self.out.end()
     }
 }

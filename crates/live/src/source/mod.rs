@@ -7,6 +7,8 @@ mod named;
 mod replay;
 mod stream;
 
+use std::sync::Arc;
+use std::sync::atomic::AtomicI64;
 use std::time::{Duration, Instant};
 
 use evpose_core::{Micros, SensorSize};
@@ -57,6 +59,12 @@ pub trait Source: Send + 'static {
     /// oldest events. Recordings and pipes can wait, cameras cannot.
     fn is_lossless(&self) -> bool {
         false
+    }
+
+    /// Event time in microseconds up to which a recording has been read: poses are not propagated beyond it, so
+    /// that none are of a time after its end. None for cameras and connections, whose time goes on.
+    fn horizon(&self) -> Option<Arc<AtomicI64>> {
+        None
     }
 
     /// Index of the repetition that the latest events are of, from 0: each is another recording.

@@ -1,6 +1,8 @@
 //! Replay of a recording, in real time or at another speed.
 
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicI64, Ordering};
 use std::time::{Duration, Instant};
 
 use evpose_core::{Micros, SensorSize};
@@ -25,6 +27,8 @@ pub struct ReplayOptions {
     pub packet: Micros,
     /// Number of repetitions.
     pub times: u64,
+    /// Event time after which the replay ends, all repetitions together; none for all of it.
+    pub span: Option<Micros>,
     /// Whether events that are not processed in time are lost, as with a camera; otherwise the
     /// replay waits.
     pub is_real_time: bool,
@@ -36,7 +40,7 @@ impl Default for ReplayOptions {
     /// Once, at its own speed and without losses, in packets of a millisecond.
     fn default() -> Self {
         let open = OpenOptions::default();
-        Self { speed: 1.0, packet: Micros(1_000), times: 1, is_real_time: false, open }
+        Self { speed: 1.0, packet: Micros(1_000), times: 1, span: None, is_real_time: false, open }
     }
 }
 
@@ -68,6 +72,8 @@ pub struct Replay {
     slipped: Duration,
     /// Error of the recording after the buffered events.
     failure: Option<IoError>,
+    /// Event time that has been read.
+    horizon: Arc<AtomicI64>,
 }
 
 impl Replay {
@@ -111,6 +117,7 @@ impl Replay {
             repetition: 0,
             slipped: Duration::ZERO,
             failure: None,
+            horizon: Arc::new(AtomicI64::new(i64::MIN)),
         })
     }
 
@@ -158,7 +165,11 @@ impl Source for Replay {
         }
         let start = columns.len();
         let first = self.buffer.t[self.sent] + self.shift;
-        self.first.get_or_insert(first);
+        let origin = *self.first.get_or_insert(first);
+        let span_end = self.options.span.map_or(i64::MAX, |span| origin.0.saturating_add(span.0));
+        if first.0 >= span_end {
+            return Ok(None);
+        }
         // A repetition begins with a packet of its own.
         if std::mem::replace(&mut self.repetition, self.read_repetition) != self.read_repetition {
             self.packet_end = Micros(i64::MIN);
@@ -175,7 +186,7 @@ impl Source for Replay {
                 break;
             }
             let waiting = &self.buffer.t[self.sent..];
-            let end = self.packet_end - self.shift;
+            let end = Micros(self.packet_end.0.min(span_end)) - self.shift;
             let fit = waiting.partition_point(|t| *t < end);
             let fit = fit.min(MAX_EVENTS - (columns.len() - start));
             if fit == 0 {
@@ -191,6 +202,8 @@ impl Source for Replay {
             self.last = last;
         }
         debug_assert!(columns.len() > start, "a packet begins with its first event");
+        // Before it is waited for: poses may be propagated until there, and not beyond the end.
+        self.horizon.store(last.0, Ordering::Relaxed);
         let (began, origin) = *self.began.get_or_insert_with(|| (Instant::now(), first));
         let passed_s = (last - origin).as_seconds() / self.options.speed;
         let passed = Duration::try_from_secs_f64(passed_s.max(0.0)).unwrap_or_default();
@@ -221,6 +234,10 @@ impl Source for Replay {
 
     fn is_lossless(&self) -> bool {
         !self.options.is_real_time
+    }
+
+    fn horizon(&self) -> Option<Arc<AtomicI64>> {
+        Some(self.horizon.clone())
     }
 
     fn repetition(&self) -> u64 {

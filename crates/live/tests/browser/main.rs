@@ -33,6 +33,7 @@ fn serve(address: SocketAddr, meter: &Arc<Meter>) -> Page {
         source: "made up".to_owned(),
         sensor: SENSOR,
         skeleton: Skeleton::Body,
+        hosts: Vec::new(),
         hand_mesh: None,
     };
     Page::serve(address, info, meter.clone()).unwrap()

@@ -6,6 +6,7 @@ use super::bodies::AblateBodyArgs;
 use super::rows::ROWS;
 use super::selection::BACKBONES;
 use crate::study::{SeedArgs, StudyArgs};
+use evpose_cli::numbers::count;
 
 /// The ablation studies.
 #[derive(Debug, clap::Subcommand)]
@@ -39,7 +40,7 @@ pub struct AblateHandArgs {
     #[command(flatten)]
     pub(crate) seeds: SeedArgs,
     /// Milliseconds between the poses that are evaluated and filtered
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, default_value_t = 1, value_parser = count::<u32>())]
     pub(crate) stride_ms: u32,
     #[command(flatten)]
     pub(crate) study: StudyArgs,

@@ -32,6 +32,7 @@ use super::measure::DataSet;
 use super::system::{MOVE_ENET, selected};
 use super::trial::digest_of;
 use crate::study::{self, ResultFiles, StudyArgs, markdown_table};
+use evpose_cli::outputs::OutputFile;
 
 /// Settings of every fine-tuning, before those of `--set`. Nothing is chosen or calibrated by the clip left out, and
 /// labelled images have no events that could be erased.
@@ -65,7 +66,7 @@ pub struct CompareClipsArgs {
     config: String,
     /// Also write the results here
     #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    json: Option<OutputFile>,
     #[command(flatten)]
     study: StudyArgs,
 }

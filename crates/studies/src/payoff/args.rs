@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use evpose_cli::tasks::TASKS;
 
 use crate::study::{SeedArgs, StudyArgs};
+use evpose_cli::numbers::count;
 
 /// Arguments of `evpose gap payoff`.
 #[derive(Debug, clap::Args)]
@@ -48,7 +49,7 @@ pub struct PayoffArgs {
     #[command(flatten)]
     pub seeds: SeedArgs,
     /// Milliseconds between the poses that are evaluated [hands: 5; bodies: the config's]
-    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_parser = count::<u32>())]
     pub stride_ms: Option<u32>,
     /// Directory, changes to the config, device.
     #[command(flatten)]

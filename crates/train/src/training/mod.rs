@@ -23,7 +23,7 @@ use burn::module::Module as _;
 use burn::store::ModuleRecord;
 use burn::tensor::Device;
 use burn_train::metric::store::EventStoreClient;
-use burn_train::renderer::{MetricsRenderer, default_renderer};
+use burn_train::renderer::MetricsRenderer;
 use burn_train::{EarlyStoppingStrategy, Interrupter, SupervisedTraining};
 use evpose_nn::DeviceKind;
 use evpose_nn::weights::read_checked;
@@ -315,17 +315,18 @@ impl<'a> Run<'a> {
     /// The progress callback if there is one, else Burn's dashboard on a terminal and plain lines
     /// elsewhere.
     fn renderer(&self) -> Box<dyn MetricsRenderer> {
+        #[cfg(feature = "tui")]
         use std::io::IsTerminal as _;
         if let Some(callback) = &self.options.progress {
             let steps = self.span.steps_by(self.last_interval());
             let span = TrainingSpan { steps, ..self.span };
             return Box::new(ProgressRenderer::new(callback.clone(), span));
         }
-        if !self.options.plain && cfg!(feature = "tui") && stdout().is_terminal() {
-            default_renderer(self.interrupter.clone(), None)
-        } else {
-            Box::new(PlainRenderer::new(stdout(), self.meter.clone()))
+        #[cfg(feature = "tui")]
+        if !self.options.plain && stdout().is_terminal() {
+            return Box::new(crate::dashboard::Dashboard::new(self.interrupter.clone()));
         }
+        Box::new(PlainRenderer::new(stdout(), self.meter.clone()))
     }
 
     /// # Errors

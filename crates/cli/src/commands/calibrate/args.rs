@@ -6,6 +6,8 @@ use crate::tasks::opening::OpeningArgs;
 use evpose_camera::calibrate::threshold::FLOOR;
 
 use crate::commands::opening::FrameArgs;
+use crate::numbers::{since_start, within};
+use crate::outputs::OutputFile;
 
 /// Subcommands of `evpose calibrate`.
 #[derive(Debug, clap::Subcommand)]
@@ -35,11 +37,11 @@ pub struct ThresholdArgs {
     #[command(flatten)]
     pub(crate) frames: FrameArgs,
     /// Noise floor of the frames, relative to white: darker luminance is clamped to this
-    #[arg(long, default_value_t = FLOOR)]
+    #[arg(long, default_value_t = FLOOR, value_parser = within(1e-6..=0.999_f32))]
     pub(crate) floor: f32,
     /// Where to write a sensor with these thresholds as TOML
     #[arg(long)]
-    pub(crate) out: Option<PathBuf>,
+    pub(crate) out: Option<OutputFile>,
     /// Seed of the bootstrap
     #[arg(long, default_value_t = 0)]
     pub(crate) seed: u64,
@@ -56,14 +58,14 @@ pub struct NoiseArgs {
     #[command(flatten)]
     pub(crate) opening: OpeningArgs,
     /// Seconds skipped at the beginning
-    #[arg(long, default_value_t = 0.0)]
+    #[arg(long, default_value_t = 0.0, value_parser = since_start())]
     pub(crate) skip: f64,
     /// Where to write a sensor with these rates as TOML
     #[arg(long)]
-    pub(crate) out: Option<PathBuf>,
+    pub(crate) out: Option<OutputFile>,
     /// Where to write hot pixels as CSV: column, row, ON and OFF events per second
     #[arg(long)]
-    pub(crate) hot: Option<PathBuf>,
+    pub(crate) hot: Option<OutputFile>,
     /// Seed of the bootstrap
     #[arg(long, default_value_t = 0)]
     pub(crate) seed: u64,

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::numbers::{since_start, within};
+use crate::outputs::OutputFile;
 use crate::tasks::opening::parse_size;
 use evpose_core::SensorSize;
 use evpose_datasets::check::CheckOptions;
@@ -21,7 +23,7 @@ pub struct CheckLabelsArgs {
     pub(crate) paths: Vec<PathBuf>,
     /// Where to write the findings as JSON
     #[arg(long)]
-    pub(crate) json: Option<PathBuf>,
+    pub(crate) json: Option<OutputFile>,
     /// Size of the images [default: from the images beside annotations, the sensor of simulated
     /// people, or the published size of eH3.6M]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
@@ -38,34 +40,34 @@ pub struct CheckLabelsArgs {
 #[command(next_help_heading = "Thresholds")]
 pub(crate) struct ThresholdArgs {
     /// Limb length: maximum deviation from its median, in robust standard deviations
-    #[arg(long, value_name = "SPREADS", value_parser = not_negative,
+    #[arg(long, value_name = "SPREADS", value_parser = within(0.0..=1e6_f32),
         default_value_t = CheckOptions::default().outlier_spreads)]
     outlier_spreads: f32,
     /// Limb length: minimum robust standard deviation, relative to the median
-    #[arg(long, value_name = "FRACTION", value_parser = not_negative,
+    #[arg(long, value_name = "FRACTION", value_parser = within(0.0..=1e6_f32),
         default_value_t = CheckOptions::default().min_spread)]
     min_spread: f32,
     /// Torso size: median over so many frames before and after
-    #[arg(long, value_name = "FRAMES", default_value_t = CheckOptions::default().torso_frames)]
+    #[arg(long, value_name = "FRAMES", default_value_t = CheckOptions::default().torso_frames, value_parser = within(0..=1_000_000_usize))]
     torso_frames: usize,
     /// Swapped sides: maximum path length after swapping, relative to that before
-    #[arg(long, value_name = "FRACTION", value_parser = not_negative,
+    #[arg(long, value_name = "FRACTION", value_parser = within(0.0..=1e6_f32),
         default_value_t = CheckOptions::default().swap_ratio)]
     swap_ratio: f32,
     /// Swapped sides: minimum reduction of path length, in torso sizes
-    #[arg(long, value_name = "TORSOS", value_parser = not_negative,
+    #[arg(long, value_name = "TORSOS", value_parser = within(0.0..=1e6_f32),
         default_value_t = CheckOptions::default().swap_gain)]
     swap_gain: f32,
     /// Frozen joint: minimum number of frames at the same position
-    #[arg(long, value_name = "FRAMES", value_parser = at_least_two,
+    #[arg(long, value_name = "FRAMES", value_parser = within(2..=1_000_000_usize),
         default_value_t = CheckOptions::default().frozen_frames)]
     frozen_frames: usize,
     /// Frozen joint: minimum motion of another joint meanwhile, in torso sizes
-    #[arg(long, value_name = "TORSOS", value_parser = not_negative,
+    #[arg(long, value_name = "TORSOS", value_parser = within(0.0..=1e6_f32),
         default_value_t = CheckOptions::default().frozen_motion)]
     frozen_motion: f32,
     /// Maximum time between consecutive frames
-    #[arg(long, value_name = "SECONDS", value_parser = seconds,
+    #[arg(long, value_name = "SECONDS", value_parser = since_start(),
         default_value_t = CheckOptions::default().gap_s)]
     gap: f64,
 }
@@ -94,19 +96,4 @@ impl ThresholdArgs {
             ..CheckOptions::default()
         }
     }
-}
-
-fn not_negative(text: &str) -> Result<f32, String> {
-    let number = text.parse().ok().filter(|number: &f32| *number >= 0.0);
-    number.ok_or_else(|| "expected a number of at least 0".to_owned())
-}
-
-fn seconds(text: &str) -> Result<f64, String> {
-    let number = text.parse().ok().filter(|number: &f64| *number >= 0.0);
-    number.ok_or_else(|| "expected a number of seconds of at least 0".to_owned())
-}
-
-fn at_least_two(text: &str) -> Result<usize, String> {
-    let number = text.parse().ok().filter(|number: &usize| *number >= 2);
-    number.ok_or_else(|| "expected an integer of at least 2".to_owned())
 }

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use evpose_clean::{CLEANERS, CleanRequest};
 
 use crate::commands::opening::RecordingArgs;
+use crate::outputs::OutputFile;
 
 /// Arguments of `evpose clean`.
 #[derive(Debug, clap::Args)]
@@ -18,7 +19,7 @@ pub struct CleanArgs {
     pub(crate) recording: RecordingArgs,
     /// File to write, in the format of its extension or of --format; without it, the recording is
     /// only checked
-    pub(crate) out: Option<PathBuf>,
+    pub(crate) out: Option<OutputFile>,
     /// Cleaner to apply, NAME or NAME:KEY=VALUE,KEY=VALUE; may be repeated, applied in order
     #[arg(long = "with", value_name = "CLEANER", requires = "out")]
     pub(crate) cleaners: Vec<CleanRequest>,

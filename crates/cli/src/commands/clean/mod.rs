@@ -22,7 +22,7 @@ pub fn run(args: &CleanArgs) -> Result<()> {
     let options = args.recording.opening.options(&args.recording.input)?;
     // Errors of the target are reported before the recording is read, which may take long.
     let target = match &args.out {
-        Some(out) => Some((out.as_path(), format(out, args.format.as_deref())?)),
+        Some(out) => Some((&**out, format(out, args.format.as_deref())?)),
         None => None,
     };
     let (passes, account) = Passes::open(&args.recording.input, options)?;

@@ -15,6 +15,7 @@ use serde_json::{Map, Value, json};
 use crate::args::DeviceArgs;
 use crate::configs;
 use crate::machine::Machine;
+use crate::numbers::{count, within};
 use crate::pages::hand::{self as report, Material};
 use crate::pages::held_out;
 use crate::progress::say;
@@ -35,7 +36,7 @@ pub struct DemoArgs {
     pub(crate) out: Option<PathBuf>,
     /// Time for the whole on this machine, whose speed is measured first: data and training steps are
     /// reduced to what fits. Below 3, nothing is trained: the shipped network is evaluated
-    #[arg(long, default_value_t = 9.0)]
+    #[arg(long, default_value_t = 9.0, value_parser = within(0.1..=1e4))]
     pub(crate) minutes: f64,
     /// A TOML file, or an embedded config
     #[arg(long, default_value = "quick")]
@@ -44,7 +45,7 @@ pub struct DemoArgs {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) overrides: Vec<String>,
     /// Milliseconds between the poses that are evaluated
-    #[arg(long, default_value_t = 5)]
+    #[arg(long, default_value_t = 5, value_parser = count::<u32>())]
     pub(crate) stride_ms: u32,
     #[command(flatten)]
     pub(crate) device: DeviceArgs,
@@ -62,9 +63,6 @@ const RUNS: &str = "runs";
 pub fn run(args: &DemoArgs) -> Result<()> {
     let started = Instant::now();
     let device = args.device.open()?;
-    if !(args.minutes > 0.0 && args.minutes.is_finite()) {
-        bail!("--minutes {}: more than 0 are needed", args.minutes);
-    }
     let config: HandConfig = configs::load(&args.config, &args.overrides)?;
     let shipped = Shipped::load(&device)?;
     let out = output_directory(args)?;

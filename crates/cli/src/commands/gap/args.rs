@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::numbers::{seconds, since_start, threads, within};
+use crate::outputs::OutputFile;
 use clap::Subcommand;
 use evpose_gap::davis::Response;
 
@@ -64,7 +66,7 @@ pub struct InputArgs {
     #[arg(long, value_name = "FILE")]
     pub(crate) poses: Option<PathBuf>,
     /// Seconds to compare, for scenes of a config or of recorded frames [default: all, at most 2]
-    #[arg(long)]
+    #[arg(long, value_parser = seconds())]
     pub(crate) seconds: Option<f64>,
     /// The model: a preset or a TOML file of effects
     #[arg(long, default_value = "ideal")]
@@ -92,10 +94,10 @@ pub struct InputArgs {
     pub(crate) quick: bool,
     /// Seconds that the search may take: it then names what it has found. By default it ends by
     /// itself; with a budget the result depends on the speed of the machine
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", value_parser = since_start())]
     pub(crate) budget: Option<f64>,
     /// CPU threads; all cores by default. The result does not depend on it
-    #[arg(long)]
+    #[arg(long, value_parser = threads())]
     pub(crate) threads: Option<usize>,
     #[command(flatten)]
     pub(crate) opening: OpeningArgs,
@@ -131,7 +133,7 @@ pub struct CorrectArgs {
     pub(crate) inputs: InputArgs,
     /// Where to write the corrected model
     #[arg(long)]
-    pub(crate) out: PathBuf,
+    pub(crate) out: OutputFile,
 }
 
 #[derive(Debug, clap::Args)]
@@ -147,10 +149,10 @@ pub struct PowerArgs {
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
     /// Seconds of the scene that are simulated
-    #[arg(long, default_value_t = 0.4)]
+    #[arg(long, default_value_t = 0.4, value_parser = seconds())]
     pub(crate) seconds: f64,
     /// CPU threads; all cores by default
-    #[arg(long)]
+    #[arg(long, value_parser = threads())]
     pub(crate) threads: Option<usize>,
 }
 
@@ -167,7 +169,7 @@ pub struct VerifyArgs {
     /// A directory of `evpose gap run`; its run.json names the files
     pub(crate) dir: PathBuf,
     /// Runs of each model
-    #[arg(long, default_value_t = 6, value_parser = clap::value_parser!(u64).range(2..))]
+    #[arg(long, default_value_t = 6, value_parser = within(2..=1_000_000_u64))]
     pub(crate) runs: u64,
     /// Seed of these runs
     #[arg(long, default_value_t = 1_000)]

@@ -27,9 +27,6 @@ pub(super) fn load(
         bail!("--poses goes with the config of a scene, not with --scene frames");
     }
     let seconds = source.seconds.unwrap_or(USUAL_S);
-    if !(seconds > 0.0 && seconds.is_finite()) {
-        bail!("--seconds {seconds}: must be greater than 0");
-    }
     let read = load_shots(measured, source.response.unwrap_or_default(), seconds, options)?;
     // All planes are kept in memory, so that the product decides, not either factor.
     let pixels = read.shots.planes() as f64 * read.shots.size().pixels() as f64;

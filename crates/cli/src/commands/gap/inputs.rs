@@ -169,17 +169,9 @@ pub(super) fn nuisance(args: &InputArgs) -> Option<&'static Nuisance> {
     }
 }
 
-/// The time that a search may take, from now.
-fn budget(seconds: f64) -> Result<Budget> {
-    let length = Duration::try_from_secs_f64(seconds)
-        .map_err(|_| anyhow::anyhow!("--budget {seconds}: expected seconds not below zero"))
-        .context(BadInput)?;
-    Ok(Budget::from_now(length))
-}
-
 /// Reads all that a comparison needs.
 pub(super) fn prepare(args: &InputArgs) -> Result<Prepared> {
-    let budget = args.budget.map(budget).transpose()?;
+    let budget = args.budget.map(|s| Budget::from_now(Duration::from_secs_f64(s)));
     let given = model(&args.model)?;
     check_names(&args.leave_out)?;
     let (train_scene, held_out_scene) = sources(args);

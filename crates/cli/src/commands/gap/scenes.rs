@@ -182,9 +182,6 @@ impl SceneSource {
         let fps = f64::from(config.step_hz);
         let most = (MAX_PIXELS / size.pixels() as f64).floor();
         let wanted = match self.seconds {
-            Some(seconds) if !(seconds > 0.0 && seconds.is_finite()) => {
-                bail!("--seconds {seconds}: must be greater than 0")
-            }
             // Both ends count.
             Some(seconds) => (seconds * fps).round() + 1.0,
             None => (USUAL_S * fps).round() + 1.0,

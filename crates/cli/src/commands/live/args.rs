@@ -4,6 +4,8 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use crate::args::DeviceArgs;
+use crate::numbers::{milliseconds, seconds, within};
+use crate::outputs::OutputFile;
 use crate::tasks::opening::OpeningArgs;
 use crate::tasks::{Live, TaskArgs};
 
@@ -33,45 +35,49 @@ pub struct LiveArgs {
     #[arg(long, default_value = "1", value_parser = speed)]
     pub(crate) speed: f64,
     /// Repetitions of a recording
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, default_value_t = 1, value_parser = within(1..=1_000_000_000_u64))]
     pub(crate) times: u64,
     /// Files and standard input: drop events that are not processed in time, as with a camera.
     /// Without this they wait, no event is lost, and `--speed max` and standard input infer every
     /// stride
     #[arg(long)]
     pub(crate) real_time: bool,
-    /// Write poses as JSON Lines to a file, - for standard output, or tcp://HOST:PORT
+    /// Write poses as JSON Lines to a file, which has its name when all is written, - for standard output, or
+    /// tcp://HOST:PORT
     #[arg(long, value_name = "OUTPUT")]
-    pub(crate) json: Option<String>,
+    pub(crate) json: Option<OutputFile>,
     /// Write poses as CSV to a file, - for standard output, or tcp://HOST:PORT
     #[arg(long, value_name = "OUTPUT")]
-    pub(crate) csv: Option<String>,
+    pub(crate) csv: Option<OutputFile>,
     /// Serve a web page that shows events, poses and latencies; 0.0.0.0:8765 lets other machines
-    /// connect
+    /// connect, by its address or a name of --host
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = "127.0.0.1:8765")]
     pub(crate) serve: Option<SocketAddr>,
+    /// Name of this machine under which the page is served too, such as camera.local (may be repeated)
+    #[arg(long, value_name = "NAME", requires = "serve")]
+    pub(crate) host: Vec<String>,
     /// Send events, poses and latencies to a running Rerun viewer, by default on this machine, or
     /// write them to FILE.rrd (feature `rerun`)
     #[arg(long, value_name = "VIEWER", num_args = 0..=1, require_equals = true)]
     pub(crate) rerun: Option<Option<String>>,
     /// Propagated poses per second; 0 for none [default: bodies 500, hands 1000]
-    #[arg(long)]
+    #[arg(long, value_parser = within(0.0..=1e6))]
     pub(crate) propagate_hz: Option<f64>,
     /// Minimum event time from one inference to the next, in milliseconds
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 1.0, value_parser = milliseconds())]
     pub(crate) stride_ms: f64,
     /// Capacity of the event queue in packets
     #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) queue: u16,
     /// End after so many seconds without events
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds())]
     pub(crate) give_up: Option<f64>,
-    /// End after so many seconds
-    #[arg(long)]
+    /// End after so many seconds: of a recording those of its events, otherwise those of the clock
+    #[arg(long, value_parser = seconds())]
     pub(crate) seconds: Option<f64>,
     /// Write the final report as JSON
     #[arg(long, value_name = "FILE")]
-    pub(crate) report: Option<PathBuf>,
+    pub(crate) report: Option<OutputFile>,
     #[command(flatten)]
     pub(crate) own: TaskArgs<Live>,
     #[command(flatten)]
@@ -84,6 +90,5 @@ fn speed(text: &str) -> Result<f64, String> {
     if text == "max" {
         return Ok(f64::INFINITY);
     }
-    let speed = text.parse().ok().filter(|speed: &f64| *speed > 0.0);
-    speed.ok_or_else(|| "expected a number above 0, or `max`".to_owned())
+    within(1e-3..=1e6)(text).map_err(|error| error + ", or `max`")
 }

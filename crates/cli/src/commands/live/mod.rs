@@ -4,9 +4,6 @@ mod args;
 mod rerun;
 mod status;
 
-use std::fs::File;
-use std::io::{BufWriter, Write};
-use std::net::TcpStream;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
@@ -36,6 +33,7 @@ pub fn run(args: &LiveArgs) -> Result<()> {
     let replay = ReplayOptions {
         speed: args.speed,
         times: args.times,
+        span: args.seconds.map(Micros::from_seconds),
         is_real_time: args.real_time,
         open,
         ..ReplayOptions::default()
@@ -65,6 +63,7 @@ fn play(source: Box<dyn Source>, stream: Box<dyn OnlineStream>, args: &LiveArgs)
                 source: name.clone(),
                 sensor,
                 skeleton: stream.skeleton(),
+                hosts: args.host.clone(),
                 hand_mesh: stream.mesh()?,
             };
             let page = Page::serve(address, info, control.meter.clone())?;
@@ -94,10 +93,10 @@ fn play(source: Box<dyn Source>, stream: Box<dyn OnlineStream>, args: &LiveArgs)
             Some(Arc::new(move |events| observers.iter().for_each(|show| show(events))));
     }
     if let Some(place) = &args.json {
-        sinks.add(JsonLines::new(place, writer(place)?));
+        sinks.add(JsonLines::open(place)?);
     }
     if let Some(place) = &args.csv {
-        sinks.add(PoseCsv::new(place, writer(place)?));
+        sinks.add(PoseCsv::open(place)?);
     }
     let options = LiveOptions {
         propagate_hz: args.propagate_hz.unwrap_or(stream.propagate_hz()),
@@ -107,8 +106,9 @@ fn play(source: Box<dyn Source>, stream: Box<dyn OnlineStream>, args: &LiveArgs)
         ..LiveOptions::default()
     };
     status::print_each_second(&control);
-    stop_on_ctrl_c(&control)?;
-    if let Some(seconds) = args.seconds {
+    stop_on_signals(&control)?;
+    // Of a file, the replay ends by itself.
+    if let Some(seconds) = args.seconds.filter(|_| !Path::new(&args.source).is_file()) {
         stop_after(Duration::from_secs_f64(seconds), &control);
     }
     let ended = stream.run(source, &mut sinks, &options, &control);
@@ -130,8 +130,9 @@ fn play(source: Box<dyn Source>, stream: Box<dyn OnlineStream>, args: &LiveArgs)
     Ok(())
 }
 
-/// Stops the pipeline on Ctrl-C; a second Ctrl-C exits at once.
-fn stop_on_ctrl_c(control: &Control) -> Result<()> {
+/// Stops the pipeline on Ctrl-C, SIGTERM and SIGHUP, so that outputs and the report are written; a second one exits
+/// at once.
+fn stop_on_signals(control: &Control) -> Result<()> {
     let control = control.clone();
     ctrlc::set_handler(move || {
         if control.is_stopped() {
@@ -140,7 +141,7 @@ fn stop_on_ctrl_c(control: &Control) -> Result<()> {
         }
         control.stop();
     })
-    .context("listening for Ctrl-C")
+    .context("listening for signals")
 }
 
 /// Stops the pipeline after `time`.
@@ -150,20 +151,4 @@ fn stop_after(time: Duration, control: &Control) {
         std::thread::sleep(time);
         control.stop();
     });
-}
-
-/// The output for lines of poses. Files are written under their final names, so that an interrupted
-/// run leaves its poses.
-fn writer(place: &str) -> Result<Box<dyn Write + Send>> {
-    if place == "-" {
-        return Ok(Box::new(BufWriter::new(std::io::stdout())));
-    }
-    if let Some(address) = place.strip_prefix("tcp://") {
-        let socket =
-            TcpStream::connect(address).with_context(|| format!("connecting to {address}"))?;
-        socket.set_nodelay(true)?;
-        return Ok(Box::new(BufWriter::new(socket)));
-    }
-    let file = File::create(place).with_context(|| format!("creating {place}"))?;
-    Ok(Box::new(BufWriter::new(file)))
 }

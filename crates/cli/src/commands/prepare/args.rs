@@ -8,6 +8,7 @@ use evpose_datasets::ErosFrameOptions;
 use evpose_datasets::dhp19::CameraChoice;
 
 use super::own_args::{HandsArgs, PeopleArgs};
+use crate::numbers::{threads, within};
 
 /// Data sets that can be prepared.
 #[derive(Debug, Subcommand)]
@@ -101,7 +102,7 @@ pub(crate) struct StillArgs {
     #[arg(long, default_value_t = 0)]
     pub(crate) seed: u64,
     /// CPU threads; all cores by default. The bytes written do not depend on it
-    #[arg(long)]
+    #[arg(long, value_parser = threads())]
     pub(crate) threads: Option<usize>,
 }
 
@@ -122,7 +123,7 @@ pub(crate) struct FrameSetArgs {
     pub(crate) subjects: Vec<u8>,
     /// CPU threads, each with a recording in memory; all cores by default. The bytes written do not
     /// depend on it
-    #[arg(long)]
+    #[arg(long, value_parser = threads())]
     pub(crate) threads: Option<usize>,
 }
 
@@ -195,7 +196,7 @@ pub struct Eh36mArgs {
     /// Folder of clips: cam2_S9_Walking_1/ch0dvs, cam2_S9_Walking_1/ch2GT50Hzskeleton and so on
     pub(crate) data: PathBuf,
     /// Microseconds per tick of the logs' clock, 0.08 or 1, for logs that do not state it
-    #[arg(long, value_name = "MICROSECONDS")]
+    #[arg(long, value_name = "MICROSECONDS", value_parser = within(1e-3..=1e6))]
     pub(crate) tick_us: Option<f64>,
     #[command(flatten)]
     pub(crate) frames: FrameSetArgs,

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::numbers::{MOST_SECONDS, hertz, within};
 use crate::tasks::opening::OpeningArgs;
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
@@ -26,7 +27,8 @@ pub(crate) struct OwnRecordingArgs {
     #[arg(long)]
     pub(crate) out: PathBuf,
     /// Time of the labels' 0 in the clock of the events, in microseconds
-    #[arg(long, value_name = "MICROSECONDS", default_value_t = 0, allow_hyphen_values = true)]
+    #[arg(long, value_name = "MICROSECONDS", default_value_t = 0, allow_hyphen_values = true,
+        value_parser = within(-1_000_000 * MOST_SECONDS as i64..=1_000_000 * MOST_SECONDS as i64))]
     pub(crate) start_us: i64,
     /// Longest time between labels over which they are interpolated; a recording is cut at longer
     /// gaps
@@ -97,7 +99,7 @@ pub struct PeopleArgs {
     pub(crate) format: Option<String>,
     /// Images per second, for labels of images without time stamps: image N is at N / FPS after
     /// --start-us
-    #[arg(long, value_parser = positive)]
+    #[arg(long, value_parser = hertz())]
     pub(crate) fps: Option<f64>,
     /// Count of images without time stamps [default: by name where every name has digits, else in
     /// order]
@@ -201,11 +203,6 @@ pub struct HandsArgs {
     pub(crate) scale: HandScale,
     #[command(flatten)]
     pub(crate) opening: OpeningArgs,
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    let value = text.parse().ok().filter(|value: &f64| *value > 0.0 && value.is_finite());
-    value.ok_or_else(|| "expected a value above 0".to_owned())
 }
 
 fn hand_scale(text: &str) -> Result<HandScale, String> {

@@ -1,13 +1,14 @@
 //! Arguments of `evpose represent`.
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
 
 use crate::tasks::opening::parse_size;
 use evpose_core::SensorSize;
 use evpose_repr::REPRESENTATIONS;
 
 use crate::commands::opening::RecordingArgs;
+use crate::numbers::{milliseconds, seconds, since_start};
+use crate::outputs::OutputFile;
 
 /// Arguments that a network decides.
 const NOT_OF_NETWORKS: [&str; 7] = ["of", "each", "window_ms", "size", "denoise", "from", "to"];
@@ -35,15 +36,15 @@ pub struct RepresentArgs {
     /// Where to write: .npy (one array of all windows), .npz (the array `frames` and `t_us`, the end
     /// of each window) or a directory (a .png per window, and windows.csv)
     #[arg(long)]
-    pub(crate) out: PathBuf,
+    pub(crate) out: OutputFile,
     /// Write a .npy per window into the directory, in place of images
     #[arg(long)]
     pub(crate) each: bool,
     /// Length of a window, in milliseconds; representations with a memory of their own ignore it
-    #[arg(long, default_value_t = 33.0)]
+    #[arg(long, default_value_t = 33.0, value_parser = milliseconds())]
     pub(crate) window_ms: f64,
     /// From one window to the next, in milliseconds [default: the length of a window]
-    #[arg(long)]
+    #[arg(long, value_parser = milliseconds())]
     pub(crate) every_ms: Option<f64>,
     /// Pool events to this size, at most that of the sensor
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
@@ -51,13 +52,13 @@ pub struct RepresentArgs {
     /// Leave out events that fewer than two neighbouring pixels confirm within so many milliseconds
     /// (20 without a value)
     #[arg(long, value_name = "MILLISECONDS", num_args = 0..=1, require_equals = true,
-        default_missing_value = "20")]
+        default_missing_value = "20", value_parser = milliseconds())]
     pub(crate) denoise: Option<f64>,
     /// Begin so many seconds after the first event
-    #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = since_start())]
     pub(crate) from: f64,
     /// End so many seconds after the first event [default: the end of the recording]
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds())]
     pub(crate) to: Option<f64>,
 }
 

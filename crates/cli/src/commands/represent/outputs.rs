@@ -75,7 +75,7 @@ impl Output {
         }
         fs::create_dir_all(&args.out).with_context(|| format!("making {}", args.out.display()))?;
         Ok(Self::Directory(WindowDirectory {
-            path: args.out.clone(),
+            path: args.out.to_path_buf(),
             // As wide as the last number, so that names sort in order of time.
             digits: reader.schedule.count.to_string().len().max(6),
             palette: (kind == OutputKind::Images).then(|| Palette::new(reader.size, false)),

@@ -65,9 +65,8 @@ pub(super) struct WindowReader {
 impl WindowReader {
     pub(super) fn open(args: &RepresentArgs) -> Result<Self> {
         let choice = representation_by_name(&args.of)?;
-        let length = milliseconds("--window-ms", args.window_ms)?;
-        let every = milliseconds("--every-ms", args.every_ms.unwrap_or(args.window_ms))?;
-        ensure!(args.from >= 0.0, "--from {}: expected 0 or more seconds", args.from);
+        let time = |ms: f64| Micros::from_seconds(ms * 1e-3);
+        let (length, every) = (time(args.window_ms), time(args.every_ms.unwrap_or(args.window_ms)));
         let mut windows = open_windows(args)?;
         let sensor = windows.sensor();
         let size = args.size.unwrap_or(sensor);
@@ -75,14 +74,8 @@ impl WindowReader {
             size.width <= sensor.width && size.height <= sensor.height,
             "--size {size}: the sensor is {sensor}, and events can be pooled but not enlarged"
         );
-        let denoise = match args.denoise {
-            Some(tau_ms) => {
-                let denoise = Denoise { tau_ms, neighbours: NEIGHBOURS };
-                ensure!(denoise.is_valid(), "--denoise {tau_ms}: expected 0.001 to 1e6 ms");
-                Some(denoise.start(size))
-            }
-            None => None,
-        };
+        let denoise = args.denoise;
+        let denoise = denoise.map(|tau_ms| Denoise { tau_ms, neighbours: NEIGHBOURS }.start(size));
         let path = args.recording.input.display();
         let origin = windows.start().with_context(|| format!("{path}: no events"))?;
         let after = |s: f64| Micros(origin.0.saturating_add(Micros::from_seconds(s).0));
@@ -181,16 +174,6 @@ fn pooling(sensor: SensorSize, size: SensorSize) -> ViewAdaptor {
         Calibration { sensor, camera, source: CalibrationSource::Guessed, note: None };
     let pinhole = Pinhole { focal_px: 1.0, principal_px: Vec2::ZERO };
     ViewAdaptor::new(&calibration, &CanonicalView { sensor: size, pinhole })
-}
-
-/// A positive time in whole microseconds.
-fn milliseconds(flag: &str, value: f64) -> Result<Micros> {
-    let time = Micros::from_seconds(value * 1e-3);
-    ensure!(
-        time.0 > 0 && time <= StreamWindow::MAX_LENGTH,
-        "{flag} {value}: expected 0.001 to 1e6"
-    );
-    Ok(time)
 }
 
 #[cfg(test)]

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::numbers::{threads, within};
+use crate::outputs::OutputFile;
 use clap::{Subcommand, ValueEnum};
 
 /// Subcommands of `evpose sensor`.
@@ -55,7 +57,7 @@ pub struct TapArgs {
     pub(crate) pixel: (u16, u16),
     /// Output: a plot (.svg) or a table (.csv)
     #[arg(long, default_value = "tap.svg")]
-    pub(crate) out: PathBuf,
+    pub(crate) out: OutputFile,
     /// Light at the pixel
     #[arg(long, value_enum, default_value = "step")]
     pub(crate) input: Input,
@@ -88,13 +90,13 @@ pub struct GalleryArgs {
     #[arg(long, value_delimiter = ',')]
     pub(crate) only: Vec<String>,
     /// Scale of the image
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 1.0, value_parser = within(0.1..=20.0_f32))]
     pub(crate) scale: f32,
     /// Seed of the hand and of all noise; with 10, all fingers are visible
     #[arg(long, default_value_t = 10)]
     pub(crate) seed: u64,
     /// CPU threads; all cores by default
-    #[arg(long)]
+    #[arg(long, value_parser = threads())]
     pub(crate) threads: Option<usize>,
 }
 

@@ -3,6 +3,8 @@
 use std::path::PathBuf;
 
 use crate::commands::opening::RecordingArgs;
+use crate::numbers::{milliseconds, seconds, since_start, within};
+use crate::outputs::OutputFile;
 
 /// Arguments of `evpose view`.
 #[derive(Debug, clap::Args)]
@@ -21,7 +23,7 @@ pub struct ViewArgs {
     /// Where to write: .html (a page with a slider), .png (a sheet), .apng or .gif (an animation), or
     /// .rrd (for the Rerun viewer; feature `rerun`)
     #[arg(long, required_unless_present = "rerun", conflicts_with = "rerun")]
-    pub(crate) out: Option<PathBuf>,
+    pub(crate) out: Option<OutputFile>,
     /// Send the recording to a running Rerun viewer, by default on this machine (feature `rerun`)
     #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, require_equals = true)]
     pub(crate) rerun: Option<Option<String>>,
@@ -29,16 +31,16 @@ pub struct ViewArgs {
     #[arg(long, default_value = "events")]
     pub(crate) of: String,
     /// Time window of a frame, in milliseconds
-    #[arg(long, default_value_t = 33.0)]
+    #[arg(long, default_value_t = 33.0, value_parser = milliseconds())]
     pub(crate) window_ms: f64,
     /// Number of frames, evenly spaced [default: 12 on a sheet, 300 in Rerun, 100 otherwise]
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=2000))]
     pub(crate) frames: Option<u32>,
     /// Begin so many seconds after the first event
-    #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = since_start())]
     pub(crate) from: f64,
     /// End so many seconds after the first event [default: the end of the recording]
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds())]
     pub(crate) to: Option<f64>,
     /// Overlay predicted joints in orange: poses of `evpose infer` or `evpose live`, in any format
     #[arg(long, value_name = "FILE")]
@@ -47,6 +49,6 @@ pub struct ViewArgs {
     #[arg(long, value_name = "FILE")]
     pub(crate) truth: Option<PathBuf>,
     /// Frames per second of the animation
-    #[arg(long, default_value_t = 20.0)]
+    #[arg(long, default_value_t = 20.0, value_parser = within(1e-3..=1000.0))]
     pub(crate) fps: f64,
 }

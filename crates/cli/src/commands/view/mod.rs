@@ -39,9 +39,6 @@ const TARGETS: [Target; 4] = [
 
 /// Runs `evpose view`.
 pub fn run(args: &ViewArgs) -> Result<()> {
-    if !(args.fps > 0.0 && args.fps <= 1000.0) {
-        bail!("--fps {}: expected 0 to 1000 frames a second", args.fps);
-    }
     let Some(out) = &args.out else { return rerun::send(args) };
     if out.extension().is_some_and(|ending| ending == rerun::ENDING) {
         return rerun::write(args, out);

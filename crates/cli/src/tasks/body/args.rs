@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use evpose_pose::body::JointDefinition;
 
+use crate::numbers::share;
+use crate::outputs::OutputFile;
 use crate::tasks::args::{PoseEvalArgs, PoseInferArgs, PoseLiveArgs, RecordingArgs};
 
 /// Of `evpose simulate`.
@@ -32,7 +34,7 @@ pub(crate) struct BodyEvalArgs {
     pub(super) consensus: Option<bool>,
     /// Plot PCK against its threshold, as an SVG file
     #[arg(long, value_name = "FILE")]
-    pub(super) curves: Option<PathBuf>,
+    pub(super) curves: Option<OutputFile>,
 }
 
 fn joint_definition(set: &str) -> Result<JointDefinition, String> {
@@ -56,10 +58,10 @@ pub(crate) struct BodyInferArgs {
     pub(super) batch: Option<u16>,
     /// Minimum score of a pose and of a joint, 0 to 1; below it, positions are empty [poses and joints:
     /// the checkpoint's]
-    #[arg(long, value_name = "SCORE", value_parser = score)]
+    #[arg(long, value_name = "SCORE", value_parser = share())]
     pub(super) min_score: Option<f32>,
     /// Minimum score of a joint in the decoder of the network [the checkpoint's]
-    #[arg(long)]
+    #[arg(long, value_parser = share())]
     pub(super) confidence: Option<f32>,
     /// true: infer a person also in crops of other sizes and in the mirror, for truer joints, seven
     /// inferences for two; false: not [default: the checkpoint's]
@@ -70,7 +72,7 @@ pub(crate) struct BodyInferArgs {
     pub(super) skeletons: Option<PathBuf>,
     /// Also write poses at 500 Hz, propagated from each inference by velocities from events
     #[arg(long, value_name = "FILE")]
-    pub(super) fused: Option<PathBuf>,
+    pub(super) fused: Option<OutputFile>,
 }
 
 /// Of `evpose live`.
@@ -80,19 +82,13 @@ pub(crate) struct BodyLiveArgs {
     pub(crate) own: PoseLiveArgs,
     /// Minimum score of a pose and of a joint, 0 to 1; below it, positions are left out [poses and
     /// joints: the checkpoint's]
-    #[arg(long, value_name = "SCORE", value_parser = score)]
+    #[arg(long, value_name = "SCORE", value_parser = share())]
     pub(crate) min_score: Option<f32>,
     /// Minimum score of a joint in the decoder of the network [the checkpoint's]
-    #[arg(long)]
+    #[arg(long, value_parser = share())]
     pub(super) confidence: Option<f32>,
     /// Infer a person also in crops of other sizes and in the mirror, as `evpose infer` does: truer joints,
     /// seven inferences for two
     #[arg(long)]
     pub(super) consensus: bool,
-}
-
-/// Parses a score from 0 to 1.
-fn score(text: &str) -> Result<f32, String> {
-    let score = text.parse().ok().filter(|score| (0.0..=1.0).contains(score));
-    score.ok_or_else(|| "expected a score from 0 to 1".to_owned())
 }

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::numbers::{count, seconds};
+use crate::outputs::OutputFile;
 use crate::tasks::args::{PoseEvalArgs, PoseInferArgs, PoseLiveArgs, RecordingArgs};
 
 /// Of `evpose simulate`.
@@ -27,10 +29,10 @@ pub(crate) struct HandEvalArgs {
     #[arg(long, requires = "conditions")]
     pub(super) out: Option<PathBuf>,
     /// Sequences of each condition
-    #[arg(long, default_value_t = 10, requires = "conditions")]
+    #[arg(long, default_value_t = 10, requires = "conditions", value_parser = count::<usize>())]
     pub(super) sequences: usize,
     /// Length of each sequence of a condition
-    #[arg(long, default_value_t = 6.0, requires = "conditions")]
+    #[arg(long, default_value_t = 6.0, requires = "conditions", value_parser = seconds())]
     pub(super) seconds: f64,
 }
 
@@ -45,7 +47,7 @@ pub(crate) struct HandInferArgs {
     pub(super) mode: String,
     /// Also write a table of the joints alone, without parameters
     #[arg(long)]
-    pub(super) joints: Option<PathBuf>,
+    pub(super) joints: Option<OutputFile>,
 }
 
 /// Of `evpose live`.

@@ -122,7 +122,7 @@ pub(super) fn run(model: &HandModel, args: &EvalArgs, own: &HandEvalArgs) -> Res
     print_usage(&all);
     let report = report_of(&all, args, own)?;
     let text = serde_json::to_string_pretty(&report)? + "\n";
-    let mut files: Vec<PathBuf> = args.json.iter().cloned().collect();
+    let mut files: Vec<PathBuf> = args.json.iter().map(|path| path.to_path_buf()).collect();
     if own.out.is_some() {
         run_info::write(out, checkpoint.config.seed, Some(&checkpoint.config))?;
         files.push(out.join("conditions.json"));

@@ -76,6 +76,25 @@ fn what_is_played_again_goes_on_where_it_ended() {
 }
 
 #[test]
+fn a_span_counts_in_the_time_of_the_recording_and_over_its_repetitions() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = recording(&folder, [5_000, 5_500, 7_000]);
+    for (span, want) in [
+        (2_000, [5_000, 5_500].as_slice()),
+        (2_001, &[5_000, 5_500, 7_000]),
+        (5_001, &[5_000, 5_500, 7_000, 8_000, 8_500, 10_000]),
+    ] {
+        let span = Some(Micros(span));
+        let mut replay = Replay::open(&path, ReplayOptions { times: 9, span, ..fast() }).unwrap();
+        let (mut columns, horizon) = (Columns::new(), replay.horizon().unwrap());
+        while replay.next(&mut columns).unwrap().is_some() {
+            assert_eq!(horizon.load(Ordering::Relaxed), columns.t.last().unwrap().0);
+        }
+        assert!(columns.t.iter().map(|t| t.0).eq(want.iter().copied()), "{:?}", columns.t);
+    }
+}
+
+#[test]
 fn every_repetition_has_the_packets_of_the_first() {
     let folder = tempfile::tempdir().unwrap();
     // A gap moves the grid of packets: the last one would end after the next repetition begins.
