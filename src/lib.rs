@@ -63,6 +63,8 @@ pub fn report_error(error: &anyhow::Error) -> ExitCode {
     say_error(&format!("evpose: {}", message_of(error)));
     if error.is::<evpose_cli::bad_input::BadInput>() {
         ExitCode::from(2)
+    } else if error.is::<evpose_cli::bad_input::NobodyInView>() {
+        ExitCode::from(3)
     } else {
         ExitCode::FAILURE
     }

@@ -1,4 +1,4 @@
-//! Input that cannot be used.
+//! Errors with exit codes of their own.
 
 use std::fmt;
 
@@ -13,3 +13,15 @@ impl fmt::Display for BadInput {
 }
 
 impl std::error::Error for BadInput {}
+
+/// An inference found nobody, in the words of its message; the command ends with code 3.
+#[derive(Debug)]
+pub struct NobodyInView(pub String);
+
+impl fmt::Display for NobodyInView {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for NobodyInView {}

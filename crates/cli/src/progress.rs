@@ -19,8 +19,13 @@ pub fn bar(what: &str, total: u64, unit: &str) -> ProgressBar {
     let template = format!(
         "{{prefix:>12}} [{{bar:34}}] {{human_pos}}/{{human_len}} {unit}  {{per_sec}}  {{eta}} left"
     );
-    let line =
-        format!("{{prefix}}: {{human_pos}} of {{human_len}} {unit}, {{per_sec}}, {{eta}} left");
+    // Without a total nothing can be said of what is left.
+    let line = match total {
+        0 => format!("{{prefix}}: {{human_pos}} {unit}, {{per_sec}}"),
+        _ => {
+            format!("{{prefix}}: {{human_pos}} of {{human_len}} {unit}, {{per_sec}}, {{eta}} left")
+        }
+    };
     let bar = drawn(ProgressBar::new(total), &template, &line);
     bar.with_prefix(what.to_owned())
 }
@@ -118,7 +123,8 @@ impl TermLike for LogLines {
 
 /// A progress bar of a training with the name `label`, and the callback that advances it.
 pub fn training_bar(label: &str) -> (ProgressBar, ProgressCallback) {
-    let progress = bar(label, 0, "samples");
+    // Its total is that of the first report.
+    let progress = bar(label, 1, "samples");
     let (handle, began) = (progress.clone(), Once::new());
     let callback = ProgressCallback::new(move |done| {
         began.call_once(|| {

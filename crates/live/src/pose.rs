@@ -33,7 +33,9 @@ impl LivePose {
     pub fn timed(&self) -> TimedPose {
         TimedPose {
             latency_ms: Some(1e3 * self.latency.as_secs_f64()),
-            ..TimedPose::new(self.t, &self.pose).with_origin(self.origin)
+            // Also of nobody: whether a network said so is counted by it.
+            origin: Some(self.origin),
+            ..TimedPose::new(self.t, &self.pose)
         }
     }
 }

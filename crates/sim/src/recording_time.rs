@@ -24,7 +24,11 @@ impl RecordingTime {
 
     /// The parts of `elapsed`, for which several threads ran: each as its share of the threads' time, in words.
     /// In tenths of a second, they sum to it.
-    pub fn of(&self, elapsed: Duration) -> String {
+    pub fn of(self, elapsed: Duration) -> String {
+        if self == Self::default() {
+            // All sequences were there.
+            return "nothing recorded".to_owned();
+        }
         let whole = (self.rendering + self.sensor + self.writing).as_secs_f64();
         let tenths = |share: f64| (10.0 * elapsed.as_secs_f64() * share).round() as i64;
         let share = |part: Duration| part.as_secs_f64() / whole.max(f64::MIN_POSITIVE);

@@ -76,7 +76,7 @@ const FRAMES: Change = Skip("needs a recording with frames, which nothing here w
 /// The exit code of `evpose gap run` where effects are missing.
 const EFFECTS: Change = Answers(&[11]);
 /// Exit codes of `evpose infer` where it may find nobody.
-const NOBODY: Change = Answers(&[0, 1]);
+const NOBODY: Change = Answers(&[0, 3]);
 
 use Change::{Answers, Append, Replace, Skip};
 

@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
-use anyhow::{Result, ensure};
+use anyhow::{Result, bail};
 use evpose_core::Micros;
 use evpose_pose::stream::{InferenceWorker, RemainingEvents, StreamFrontend};
 use evpose_task::{InferredPoses, RecordingStream};
 
+use crate::bad_input::NobodyInView;
 use crate::progress::{bar, note};
 
 /// Counts of an inference: they say why it found nobody.
@@ -63,12 +64,13 @@ impl InferenceCounts {
             Some(_) => "set a lower --min-score, if `evpose view` shows somebody",
             None => self.advice(),
         };
-        ensure!(
-            somebody > 0,
-            "{}: nobody is in view, as the {times} rows of {} say:{counts}\n{advice}",
-            path.display(),
-            out.display()
-        );
+        if somebody == 0 {
+            bail!(NobodyInView(format!(
+                "{}: nobody is in view, as the {times} rows of {} say:{counts}\n{advice}",
+                path.display(),
+                out.display()
+            )));
+        }
         Ok(())
     }
 

@@ -147,6 +147,7 @@ pub trait ValueModel {
         path: &Path,
         stride_ms: Option<u32>,
         opening: &OpeningArgs,
+        latency_ms: impl Fn(f64) -> Option<f64>,
     ) -> Result<(Vec<TimedPose>, InferenceCounts)> {
         let every = stride_ms.map_or(self.every(), |ms| Micros(1_000 * i64::from(ms.max(1))));
         let mut recording =
@@ -156,8 +157,9 @@ pub trait ValueModel {
         let kind = PoseKind::Values(self.layout());
         let counts = infer_all(&mut recording, path, span, |frontend, inferred| {
             poses.extend(inferred.skipped.iter().map(|t| TimedPose::nobody(kind, *t)));
-            poses.extend(inferred.poses.iter().map(|(t, pose)| {
-                TimedPose::new(*t, &frontend.estimate(pose)).with_origin(PoseOrigin::Network)
+            poses.extend(inferred.poses.iter().map(|(t, pose)| TimedPose {
+                latency_ms: latency_ms(inferred.delay_s),
+                ..TimedPose::new(*t, &frontend.estimate(pose)).with_origin(PoseOrigin::Network)
             }));
         })?;
         Ok((poses, counts))
@@ -171,7 +173,10 @@ pub trait ValueModel {
         let layout = self.layout();
         let NoArgs {} = args.own.of(layout.name)?;
         let (path, format) = (args.recording()?, args.format_of(&args.out)?);
-        let (poses, counts) = self.infer_values(path, args.stride_ms, &args.opening)?;
+        let (poses, counts) =
+            self.infer_values(path, args.stride_ms, &args.opening, |delay_s| {
+                args.latency_ms(delay_s)
+            })?;
         let kind = PoseKind::Values(layout);
         write_poses_from(&args.out, kind, None, &mut poses.into_iter(), format)?;
         counts.check([path, &args.out], 0, None)?;
@@ -192,7 +197,9 @@ pub trait ValueModel {
         let mut errors = [BTreeMap::<String, Totals>::new(), BTreeMap::new()];
         for (events, table) in BodyRecordings::open(data)?.files {
             let truth = read_values(&table, layout)?;
-            for pose in self.infer_values(&events, args.stride_ms, &OpeningArgs::default())?.0 {
+            for pose in
+                self.infer_values(&events, args.stride_ms, &OpeningArgs::default(), |_| None)?.0
+            {
                 let known = pose.values.as_ref().zip(values_at(&truth, pose.t));
                 let Some((values, truth)) = known else { continue };
                 for (errors, values) in errors.iter_mut().zip([&values[..], mean]) {

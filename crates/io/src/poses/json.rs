@@ -147,7 +147,14 @@ fn read(path: &Path, bytes: &[u8]) -> Result<PoseSequence, IoError> {
         number += lines_in(&bytes[byte..end]);
         byte = end;
     }
-    sequence.ok_or_else(|| row_fault(path, 1, 0, "no poses".to_owned(), 0))
+    let sequence = sequence.ok_or_else(|| row_fault(path, 1, 0, "no poses".to_owned(), 0))?;
+    // Unlike lines, an array shows where it was cut between two objects.
+    let text = bytes.trim_ascii();
+    if text.starts_with(b"[") && !text.ends_with(b"]") {
+        let reason = "the array has no end: the file is cut".to_owned();
+        return Err(row_fault(path, number, byte as u64, reason, sequence.poses.len()));
+    }
+    Ok(sequence)
 }
 
 /// Ends of lines.

@@ -61,7 +61,8 @@ impl CanonicalEvents {
 
     /// The events that are left after each step, over all recordings.
     pub(crate) fn remaining(&self) -> Vec<RemainingEvents> {
-        let in_view = self.adaptor.as_ref().map(|map| pooled(map, self.in_view));
+        let adaptor = self.adaptor.as_ref().filter(|map| !map.is_identity());
+        let in_view = adaptor.map(|map| pooled(map, self.in_view));
         let filtered = self.denoise.as_ref().map(|_| denoised(self.filtered));
         in_view.into_iter().chain(filtered).collect()
     }

@@ -1,5 +1,7 @@
 //! Arguments of `evpose represent`.
 
+use std::path::PathBuf;
+
 use std::fmt::Write as _;
 
 use crate::tasks::opening::parse_size;
@@ -43,7 +45,8 @@ pub struct RepresentArgs {
     /// Length of a window, in milliseconds; representations with a memory of their own ignore it
     #[arg(long, default_value_t = 33.0, value_parser = milliseconds())]
     pub(crate) window_ms: f64,
-    /// From one window to the next, in milliseconds [default: the length of a window]
+    /// From one window to the next, in milliseconds [default: the length of a window; with --checkpoint
+    /// that of `evpose infer`]
     #[arg(long, value_parser = milliseconds())]
     pub(crate) every_ms: Option<f64>,
     /// Pool events to this size, at most that of the sensor

@@ -17,7 +17,14 @@ pub(super) fn write(args: &RepresentArgs, checkpoint: &Path) -> Result<()> {
     let network = model.network()?;
     let recording = &args.recording.input;
     let opening = args.recording.opening.options_with_sensor(recording)?;
-    let every_ms = args.every_ms.map(|ms| ms.round().max(1.0) as u32);
+    let every_ms = args.every_ms.map(whole_ms).transpose()?;
+    // Before the recording is gone through, which may take minutes.
+    let ending = args.out.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+    ensure!(
+        ["npy", "npz"].contains(&ending),
+        "{}: inputs of a network are written to .npy or .npz",
+        args.out.display()
+    );
     // The header of an array comes first and has their count.
     let mut count = 0;
     network.for_each_input(recording, every_ms, &opening, &mut |_, _| {
@@ -37,4 +44,13 @@ pub(super) fn write(args: &RepresentArgs, checkpoint: &Path) -> Result<()> {
         network.network_name(),
     ));
     Ok(())
+}
+
+/// Milliseconds between poses, which are whole.
+fn whole_ms(ms: f64) -> Result<u32> {
+    ensure!(
+        (1.0..=1e6).contains(&ms) && ms.fract() == 0.0,
+        "--every-ms {ms}: with --checkpoint a whole number of milliseconds, from 1 to 1000000"
+    );
+    Ok(ms as u32)
 }

@@ -99,7 +99,6 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs, own: &BodyInferArgs) -> R
         best: poses.poses.iter().filter_map(|pose| pose.score).reduce(f32::max),
         min_score: own.min_score.unwrap_or(checkpoint.config.detection.min_score),
     };
-    counts.check([events, &args.out], nobody, Some(scores))?;
     let of_nobody = match nobody {
         0 => String::new(),
         nobody => format!(", {nobody} of them of nobody"),
@@ -108,7 +107,7 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs, own: &BodyInferArgs) -> R
     say(format!(
         "{} poses{of_nobody}, {:.2} ms each{together}: {}",
         counts.inferred,
-        1e3 * delay_s / counts.inferred as f64,
+        1e3 * delay_s / counts.inferred.max(1) as f64,
         args.out.display()
     ));
     if let Some(folder) = &own.skeletons {
@@ -118,7 +117,8 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs, own: &BodyInferArgs) -> R
     if let Some(path) = &own.fused {
         write_propagated(path, args, &open, stride_ms)?;
     }
-    Ok(())
+    // Behind all that was to be written: nobody in view is an error.
+    counts.check([events, &args.out], nobody, Some(scores))
 }
 
 /// The format of `--skeletons`.
@@ -147,8 +147,8 @@ fn write_propagated(
         let Some(estimate) = pose.estimate else { continue };
         poses.poses.push(TimedPose {
             latency_ms: args.latency_ms(0.0),
+            origin: Some(PoseOrigin::Propagated),
             ..TimedPose::new(Micros::from_seconds(pose.t_s), &estimate)
-                .with_origin(PoseOrigin::Propagated)
         });
     }
     write_poses(path, &poses, args.format_of(path)?)?;

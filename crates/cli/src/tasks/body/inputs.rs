@@ -14,7 +14,7 @@ use evpose_task::RecordingStream;
 use evpose_task::body::{BodyPredictorOptions, BodyViewKind, BodyWorker, ImageBatch, body_stream};
 
 use super::BodyModel;
-use crate::tasks::hand::denoise;
+use crate::tasks::hand::{denoise, described};
 use crate::tasks::task::NetworkModel as _;
 
 /// Hands on inputs, and finds no joint.
@@ -79,23 +79,33 @@ pub(super) fn interface(model: &BodyModel) -> Interface {
     let (decoding, cells) = (&config.decoding, rows / 4);
     let softening = decoding.softening_cells;
     let decode = format!(
-        "of {cells}x{cells} cells: the centre is where centers / (d + {softening}) is largest, d the distance \
+        "of {cells}x{cells} cells; heatmaps below {} count as 0: the centre is where centers / (d + {softening}) is largest, d the distance \
          from the middle of the map in cells; a joint is roughly at that cell plus regressions (2n: x, \
          2n + 1: y) there, and its cell is where heatmaps / (d + {softening}) is largest, d the distance from \
          there; its position, 0 to 1, is (cell + offsets there) / {cells}, its score the heatmap there, and \
-         below {} it is not detected",
-        decoding.confidence
+         of 0 it is not detected{}",
+        decoding.confidence,
+        // The published decoder's: in place of rounding to the nearest.
+        if config.targets.parity { "; cells from regressions are trunc(value + 0.5)" } else { "" }
     );
     let passes = match decoding.second_pass {
         None => "1".to_owned(),
         Some(second) => format!(
             "2: the second sees the square about the joints that the first found, {} times as large as they \
-             and at least {} of the image, see docs/guide/onnx.md",
-            second.side, second.min_side
+             and at least {} of the image; where the latest events lie in a much smaller rectangle, a square \
+             about that is tried too, and the higher score counts{}; see docs/guide/onnx.md",
+            second.side,
+            second.min_side,
+            if second.consensus {
+                "; then crops of 5/4 and 4/5 of its side and mirror images of all, unless `infer --consensus \
+                 false`"
+            } else {
+                ""
+            }
         ),
     };
     let entries = [
-        ("representation", image.representation.clone()),
+        ("representation", described(&image.representation)),
         ("window_end", "the time of the pose, events at it included".to_owned()),
         ("view", view.to_owned()),
         ("denoise", denoise(image.denoise)),

@@ -73,7 +73,6 @@ pub(super) fn interface(model: &HandModel) -> Interface {
         ChannelOrder::OffFirst => "OFF, ON",
         ChannelOrder::OnFirst => "ON, OFF",
     };
-    let summary = representation_by_name(&input.name).map_or("", |choice| choice.spec().summary);
     let (rotation, names) = (model.checkpoint.network.config().rotation, PARAMETER_NAMES.join(","));
     let decoding = match rotation {
         RotationOutput::AxisAngle => {
@@ -91,8 +90,17 @@ pub(super) fn interface(model: &HandModel) -> Interface {
                     see docs/guide/onnx.md"
             .to_owned(),
     };
+    let hold = config.hold.map_or_else(
+        || "none".to_owned(),
+        |hold| {
+            format!(
+                "while an input sums to less than {} the pose before it stays",
+                hold.rest_sum_of(config.simulation.image_size())
+            )
+        },
+    );
     let entries = [
-        ("representation", format!("{}: {summary}", input.name)),
+        ("representation", described(&input.name)),
         ("window_ms", input.window_ms.to_string()),
         ("window_end", "the time of the pose, events at it not included".to_owned()),
         (
@@ -110,12 +118,19 @@ pub(super) fn interface(model: &HandModel) -> Interface {
         ("parameters", names),
         ("decoding", decoding.to_owned()),
         ("passes", passes),
+        ("hold", hold),
     ];
     Interface {
         input: "events".to_owned(),
         outputs: vec!["parameters".to_owned()],
         metadata: entries.map(|(key, value)| (key.to_owned(), value)).to_vec(),
     }
+}
+
+/// A representation by its name and what it is.
+pub(in crate::tasks) fn described(name: &str) -> String {
+    let summary = representation_by_name(name).map_or("", |choice| choice.spec().summary);
+    format!("{name}: {summary}")
 }
 
 /// A filter of events in words.

@@ -38,7 +38,7 @@ use evpose_task::hand::{HandCheckpoint, HandConfig, HandView, NetworkPredictor, 
 use evpose_task::{QuantizationRanges, TaskConfig, TaskError};
 use evpose_train::{HandDataset, untrained};
 
-pub(in crate::tasks) use self::inputs::denoise;
+pub(in crate::tasks) use self::inputs::{denoise, described};
 use crate::tasks::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
 use crate::tasks::benchmark_recording;
 use crate::tasks::experiment::{PoseExperiment, StartWeights};
