@@ -34,7 +34,9 @@ pub fn bar(what: &str, total: u64, unit: &str) -> ProgressBar {
 fn drawn(bar: ProgressBar, template: &str, line: &str) -> ProgressBar {
     let is_terminal = std::io::stderr().is_terminal();
     if !is_terminal {
-        bar.set_draw_target(ProgressDrawTarget::term_like(Box::new(LogLines::new(EVERY))));
+        let log = Box::new(LogLines::new(EVERY));
+        // Once a second is often enough to be up to date when a line is due.
+        bar.set_draw_target(ProgressDrawTarget::term_like_with_hz(log, 1));
     }
     // The templates are valid constants, so that the fallback is never used.
     let style = ProgressStyle::with_template(if is_terminal { template } else { line });

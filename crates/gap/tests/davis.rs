@@ -264,7 +264,7 @@ fn frames_of_a_bag_of_ros_are_those_of_the_same_recording_in_aedat4() {
         put(images, frame.t, &message(frame.t, &fields));
     }
     writer.finish().unwrap();
-    let read = |path| load_shots(path, Response::Srgb, 2.0).unwrap();
+    let read = |path| load_shots(path, Response::Srgb, 2.0, &OpenOptions::default()).unwrap();
     let (want, got) = (read(&path), read(&path_of_bag));
     assert_eq!(got.recording.events, want.recording.events);
     assert!(got.shots == want.shots && got.shots.planes() > 20);

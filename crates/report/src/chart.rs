@@ -201,7 +201,7 @@ pub fn curves(chart: &Chart) -> Result<String, DrawingError> {
     svg(chart, CURVES)
 }
 
-/// Dashes of the second curve of a chart and of those behind it, in pixels: different enough to be told apart where
+/// Dashes of the second curve of a chart and of those behind it, in pixels: different enough to be distinguished where
 /// curves lie on each other.
 const DASHES: [(u32, u32); 4] = [(10, 5), (4, 4), (16, 4), (2, 5)];
 

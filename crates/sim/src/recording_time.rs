@@ -1,4 +1,4 @@
-//! Where the time of recording sequences goes.
+//! Parts of the time of recording sequences.
 
 use std::iter::Sum;
 use std::time::Duration;

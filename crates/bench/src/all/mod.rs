@@ -32,7 +32,7 @@ use stored::StoredRun;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  evpose bench all --html bench.html\n  \
-    evpose bench all --json benches/machines/epyc.json --before benches/machines/epyc.json\n  \
+    evpose bench all --json now.json --before benches/machines/epyc.json\n  \
     ORT_DYLIB_PATH=libonnxruntime.so evpose bench all --html bench.html\n\n\
     Takes a minute on two idle cores. Other runtimes are timed where a program built with --features peers finds their \
     libraries, as `evpose bench infer` does.")]

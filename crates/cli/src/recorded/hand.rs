@@ -55,7 +55,7 @@ pub struct SimulationSummary {
     steps: u64,
     events: u64,
     elapsed_s: f64,
-    /// Where that time went.
+    /// Parts of that time.
     parts: String,
     reused: usize,
     leftovers: usize,

@@ -58,18 +58,21 @@ impl InferenceCounts {
         counts += &format!("\n  {} of {times} times had too few of them", self.too_few);
         if let Some(PoseScores { best, min_score }) = scores {
             let best = best.map_or_else(String::new, |best| format!(", the highest {best:.3}"));
-            counts += &format!("\n  {nobody} poses scored below {min_score:.3}{best}");
+            counts += &format!(
+                "\n  {nobody} poses, or all of their joints, scored below the threshold, {min_score:.3}{best}"
+            );
         }
         let advice = match scores.filter(|_| self.inferred > 0) {
             Some(_) => "set a lower --min-score, if `evpose view` shows somebody",
             None => self.advice(),
         };
+        let found = match times {
+            0 => "no window has the events of an input".to_owned(),
+            _ => format!("nobody is in view, as the {times} rows of {} say", out.display()),
+        };
         if somebody == 0 {
-            bail!(NobodyInView(format!(
-                "{}: nobody is in view, as the {times} rows of {} say:{counts}\n{advice}",
-                path.display(),
-                out.display()
-            )));
+            bail!(NobodyInView(format!("{}: {found}:{counts}
+{advice}", path.display())));
         }
         Ok(())
     }

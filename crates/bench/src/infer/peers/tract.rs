@@ -69,3 +69,58 @@ impl Peer for Tract {
         self.infer()?.iter().map(values).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use evpose_infer::onnx::{Interface, Message as _, model_with};
+    use evpose_infer::{Engine, EngineOptions};
+    use evpose_nn::Network;
+    use tract_onnx::prelude::{DatumType, InferenceFact};
+
+    use super::*;
+    use crate::infer::against::max_difference;
+
+    /// The file of `evpose export` leaves the number of inputs open.
+    #[test]
+    fn any_number_of_inputs_at_once_agrees_with_tract() {
+        for name in Network::names() {
+            let network = Network::untrained(name, 0.25, 7, &burn::tensor::Device::flex()).unwrap();
+            let (graph, shape) = (network.graph(), network.input());
+            let interface = Interface { input: "events".to_owned(), ..Interface::default() };
+            let bytes = model_with(&graph, shape, &interface).unwrap().encode_to_vec();
+            let mut engine = Engine::compile(&graph, shape, EngineOptions::default()).unwrap();
+            let [channels, height, width] = shape;
+            let size = channels * height * width;
+            for count in [1, 3] {
+                let images = (0..count * size).map(|k| ((37 * k) % 101) as f32 / 101.0);
+                let images: Vec<f32> = images.collect();
+                let dims = [count, channels, height, width];
+                let fact = InferenceFact::dt_shape(DatumType::F32, dims);
+                let model = onnx().model_for_read(&mut bytes.as_slice()).unwrap();
+                let mut model = model.with_input_fact(0, fact).unwrap();
+                // Their shapes in the file are those of any count.
+                for output in 0..graph.outputs.len() {
+                    model = model.with_output_fact(output, InferenceFact::default()).unwrap();
+                }
+                let model = model.into_optimized().unwrap().into_runnable().unwrap();
+                let input = Tensor::from_shape(&dims, &images).unwrap();
+                let outputs = model.run(tvec![input.into()]).unwrap();
+                let outputs: Vec<Vec<f32>> = outputs
+                    .iter()
+                    .map(|output| {
+                        output.try_as_plain_ram().unwrap().as_slice::<f32>().unwrap().to_vec()
+                    })
+                    .collect();
+                for (index, image) in images.chunks_exact(size).enumerate() {
+                    let own = outputs.iter().map(|output| {
+                        let length = output.len() / count;
+                        output[index * length..][..length].to_vec()
+                    });
+                    let difference = max_difference(engine.run(image), &own.collect::<Vec<_>>());
+                    assert!(difference < 1e-4, "{name}, {index} of {count}: {difference}");
+                }
+            }
+        }
+    }
+}
