@@ -12,7 +12,7 @@ use clap::{Arg, Command, value_parser};
 
 use crate::harness::Sandbox;
 
-const VALUES: [&str; 6] = ["-1", "0", "NaN", "inf", "1e308", "9223372036854775807"];
+const VALUES: [&str; 7] = ["-1", "0", "NaN", "inf", "1e308", "1e-308", "9223372036854775807"];
 
 /// Values that no float has as a number.
 const NO_NUMBERS: [&str; 3] = ["NaN", "inf", "1e308"];
@@ -129,7 +129,8 @@ fn is_refused(command: &Command, arg: &Arg, value: &str) -> bool {
 #[test]
 fn every_number_has_a_range() {
     let floats: [ValueParser; 2] = [value_parser!(f32).into(), value_parser!(f64).into()];
-    let integers: [ValueParser; 5] = [
+    let integers: [ValueParser; 6] = [
+        value_parser!(i64).into(),
         value_parser!(u8).into(),
         value_parser!(u16).into(),
         value_parser!(u32).into(),

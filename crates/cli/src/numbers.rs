@@ -44,6 +44,17 @@ pub fn hertz() -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + '
     within(1e-3..=1e6)
 }
 
+/// 0 for none, or a number that `parse` takes.
+pub fn zero_or<F>(parse: F) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'static
+where
+    F: Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'static,
+{
+    move |text| match text.parse() {
+        Ok(0.0) => Ok(0.0),
+        _ => parse(text).map_err(|expected| format!("{expected}, or 0")),
+    }
+}
+
 /// A share or score from 0 to 1.
 pub fn share() -> impl Fn(&str) -> Result<f32, String> + Clone + Send + Sync + 'static {
     within(0.0..=1.0)

@@ -89,16 +89,29 @@ pub fn refuse_shared(command: &Command, matches: &ArgMatches) -> Result<(), clap
 
 /// Whether writing `output` would touch `other`.
 fn are_one(output: &Named, other: &Named) -> bool {
-    let is_standard = |named: &Named| named.path == Path::new("-");
-    if is_standard(output) || is_standard(other) {
+    let standard = Path::new("-");
+    if output.path == standard && other.path == standard {
         // As an input it is another stream.
-        return is_standard(output) && is_standard(other) && other.is_output;
+        return other.is_output;
+    }
+    let [a, b] = [output, other].map(Named::place);
+    // Any word may be a path: one that leads to no file names nothing that could be lost.
+    if !other.is_output && !b.exists() {
+        return false;
     }
     // Folders hold files of both kinds.
-    !output.path.is_dir() && is_same_file(&output.path, &other.path)
+    !a.is_dir() && is_same_file(&a, &b)
 }
 
-/// All values that may be paths. Of inputs such as `mask:file=hot.toml`, what is behind the sign counts.
+impl Named {
+    /// The path, of `-` that of the file that the stream is redirected to or from.
+    fn place(&self) -> PathBuf {
+        let stream = if self.is_output { "/dev/stdout" } else { "/dev/stdin" };
+        if self.path == Path::new("-") { stream.into() } else { self.path.clone() }
+    }
+}
+
+/// All values that may be paths. Of inputs such as `mask:file=hot.toml,outside=clip`, what is behind each sign, too.
 fn named(command: &Command, matches: &ArgMatches) -> Vec<Named> {
     let is = |parser: &ValueParser, of: ValueParser| parser.type_id() == of.type_id();
     let mut named = Vec::new();
@@ -109,9 +122,10 @@ fn named(command: &Command, matches: &ArgMatches) -> Vec<Named> {
         let flag = argument.get_long().map_or(id.to_uppercase(), |long| format!("--{long}"));
         for value in matches.get_raw(id).into_iter().flatten() {
             let text = value.to_string_lossy();
-            let behind = text.rsplit_once('=').filter(|_| !is_output);
-            let path = behind.map_or_else(|| value.into(), |(_, path)| path.into());
-            named.push(Named { flag: flag.clone(), path, is_output });
+            let parts = text.split(',').filter_map(|part| part.split_once('='));
+            let behind = parts.map(|(_, path)| path.into()).filter(|_| !is_output);
+            let paths = std::iter::once(value.into()).chain(behind);
+            named.extend(paths.map(|path| Named { flag: flag.clone(), path, is_output }));
         }
     }
     named
@@ -161,8 +175,13 @@ mod tests {
         let (a, b, new, mask) = (at("a"), at("b"), at("new"), at("mask"));
         let again = at("./new");
         let with = format!("mask:file={mask}");
-        let cases: [(&[&str], &[&str]); 4] = [
+        let dated = at("date=1");
+        std::fs::write(&dated, "").expect("written");
+        let later = format!("{with},outside=clip");
+        let cases: [(&[&str], &[&str]); 6] = [
             (&[&a, "--json", &a], &["--json", "INPUT"]),
+            (&[&dated, "--json", &dated], &["--json", "INPUT"]),
+            (&[&a, "--with", &later, "--json", &mask], &["--json", "--with"]),
             (&[&a, "--csv", &b], &["--csv", "INPUT"]),
             (&[&a, "--with", &with, "--json", &mask], &["--json", "--with"]),
             (&[&a, "--json", &new, "--csv", &again], &["--json", "--csv"]),
@@ -173,6 +192,8 @@ mod tests {
         }
         assert!(checked(&[&a, "--json", "-", "--csv", "-"]).is_err());
         assert_eq!(checked(&["-", "--json", "-"]), Ok(()));
+        // A name that is no path, such as that of a representation.
+        assert_eq!(checked(&[&a, "--with", "lnes", "--json", "lnes"]), Ok(()));
         assert_eq!(checked(&[&a, "--with", &with, "--json", &new, "--csv", &at("other")]), Ok(()));
         assert_eq!(checked(&[&a, "--json", "/dev/null", "--csv", "/dev/null"]), Ok(()));
     }

@@ -9,6 +9,8 @@ use std::ffi::OsString;
 use std::fs::{self, File, Metadata, OpenOptions};
 use std::hash::{Hash as _, Hasher as _};
 use std::io::{self, BufWriter, ErrorKind, Seek, SeekFrom, Write};
+#[cfg(unix)]
+use std::os::fd::AsFd as _;
 use std::path::{Path, PathBuf};
 
 /// Ending of temporary names.
@@ -42,8 +44,7 @@ impl AtomicFile {
     /// If the target is a directory, or the directory or the temporary file cannot be created.
     pub fn create(target: impl Into<PathBuf>) -> io::Result<Self> {
         let (file, names) = match resolve(&target.into())? {
-            // Appended, since standard output may be a file with lines in it already.
-            Place::Through(path) => (OpenOptions::new().append(true).open(path)?, None),
+            Place::Through(path) => (through(&path)?, None),
             Place::File(target) => {
                 if let Some(parent) = target.parent() {
                     fs::create_dir_all(parent)?;
@@ -138,6 +139,20 @@ enum Place {
     File(PathBuf),
     /// A pipe or device, or a file that the process has open.
     Through(PathBuf),
+}
+
+/// Opens a pipe or device. Of what the process has open, such as standard output in a file, another opening would
+/// have a position of its own, and what is printed later would lie over what was written.
+fn through(path: &Path) -> io::Result<File> {
+    let opened = OpenOptions::new().append(true).open(path)?;
+    #[cfg(unix)]
+    for stream in [io::stdout().as_fd(), io::stderr().as_fd()] {
+        let own = File::from(stream.try_clone_to_owned()?);
+        if is_same(&own.metadata()?, path, &opened.metadata()?, path) {
+            return Ok(own);
+        }
+    }
+    Ok(opened)
 }
 
 /// Follows the links of `path`; a directory is an error.

@@ -71,8 +71,11 @@ impl InferenceCounts {
             _ => format!("nobody is in view, as the {times} rows of {} say", out.display()),
         };
         if somebody == 0 {
-            bail!(NobodyInView(format!("{}: {found}:{counts}
-{advice}", path.display())));
+            bail!(NobodyInView(format!(
+                "{}: {found}:{counts}
+{advice}",
+                path.display()
+            )));
         }
         Ok(())
     }

@@ -52,6 +52,9 @@ const QUEUE_CAPACITY: usize = 4_096;
 /// Time without progress after which [`Sinks::finish`] gives up on a sink.
 const FINISH_TIMEOUT: Duration = Duration::from_secs(3);
 
+/// Such times that a sink may take to end, once it has all poses.
+const WAITS_FOR_DISK: u32 = 20;
+
 /// Interval at which a full queue is tried again.
 const RETRY_INTERVAL: Duration = Duration::from_millis(1);
 
@@ -198,11 +201,14 @@ impl RunningSink {
 
     fn finish(self, timeout: Duration) -> io::Result<()> {
         drop(self.poses);
-        let mut before = self.written.load(Ordering::Relaxed);
+        let (mut before, mut waits) = (self.written.load(Ordering::Relaxed), 0);
         while self.ended.recv_timeout(timeout) == Err(RecvTimeoutError::Timeout) {
             let written = self.written.load(Ordering::Relaxed);
-            // Time is granted anew as long as poses are taken: a slow sink is no stuck one.
-            if std::mem::replace(&mut before, written) == written {
+            waits += 1;
+            // Time is granted anew as long as poses are taken: a slow sink is no stuck one. Behind the last, a file may
+            // wait for its disk.
+            let is_draining = written >= self.sent && waits < WAITS_FOR_DISK;
+            if std::mem::replace(&mut before, written) == written && !is_draining {
                 let left = self.sent.saturating_sub(written);
                 let message = format!(
                     "took nothing for {:.1} s and was abandoned with {left} poses queued",

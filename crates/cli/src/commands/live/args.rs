@@ -4,7 +4,7 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use crate::args::DeviceArgs;
-use crate::numbers::{milliseconds, seconds, within};
+use crate::numbers::{hertz, milliseconds, seconds, within, zero_or};
 use crate::outputs::OutputFile;
 use crate::tasks::opening::OpeningArgs;
 use crate::tasks::{Live, TaskArgs};
@@ -61,7 +61,7 @@ pub struct LiveArgs {
     #[arg(long, value_name = "VIEWER", num_args = 0..=1, require_equals = true)]
     pub(crate) rerun: Option<Option<String>>,
     /// Propagated poses per second; 0 for none [default: bodies 500, hands 1000]
-    #[arg(long, value_parser = within(0.0..=1e6))]
+    #[arg(long, value_parser = zero_or(hertz()))]
     pub(crate) propagate_hz: Option<f64>,
     /// Minimum event time from one inference to the next, in milliseconds
     #[arg(long, default_value_t = 1.0, value_parser = milliseconds())]

@@ -6,7 +6,7 @@ mod status;
 
 use std::path::Path;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
 use evpose_core::Micros;
@@ -108,7 +108,7 @@ fn play(source: Box<dyn Source>, stream: Box<dyn OnlineStream>, args: &LiveArgs)
     status::print_each_second(&control);
     stop_on_signals(&control)?;
     // Of a file, the replay ends by itself.
-    if let Some(seconds) = args.seconds.filter(|_| !Path::new(&args.source).is_file()) {
+    if let Some(seconds) = args.seconds.filter(|_| source.horizon().is_none()) {
         stop_after(Duration::from_secs_f64(seconds), &control);
     }
     let ended = stream.run(source, &mut sinks, &options, &control);
@@ -130,12 +130,14 @@ fn play(source: Box<dyn Source>, stream: Box<dyn OnlineStream>, args: &LiveArgs)
     Ok(())
 }
 
-/// Stops the pipeline on Ctrl-C, SIGTERM and SIGHUP, so that outputs and the report are written; a second one exits
-/// at once.
+/// Stops the pipeline on Ctrl-C, SIGTERM and SIGHUP, so that outputs and the report are written; another one a second
+/// later or more exits at once.
 fn stop_on_signals(control: &Control) -> Result<()> {
     let control = control.clone();
+    let mut first: Option<Instant> = None;
     ctrlc::set_handler(move || {
-        if control.is_stopped() {
+        // A terminal that closes sends two at once: the shell's and its own.
+        if first.get_or_insert_with(Instant::now).elapsed() > Duration::from_secs(1) {
             // 128 plus the number of SIGINT, as shells report it.
             std::process::exit(130);
         }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::numbers::{MOST_SECONDS, hertz, within};
+use crate::numbers::{hertz, within};
 use crate::tasks::opening::OpeningArgs;
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
@@ -13,6 +13,9 @@ use evpose_pose::JointFrame;
 
 /// Names of files beside sequences, which a sequence cannot have.
 const RESERVED: [&str; 2] = ["run", "config"];
+
+/// Clocks may count from 1970: this is the year 2255.
+const MOST_START_US: i64 = 1 << 53;
 
 /// Recordings and label files, in the same order.
 #[derive(Debug, clap::Args)]
@@ -28,7 +31,7 @@ pub(crate) struct OwnRecordingArgs {
     pub(crate) out: PathBuf,
     /// Time of the labels' 0 in the clock of the events, in microseconds
     #[arg(long, value_name = "MICROSECONDS", default_value_t = 0, allow_hyphen_values = true,
-        value_parser = within(-1_000_000 * MOST_SECONDS as i64..=1_000_000 * MOST_SECONDS as i64))]
+        value_parser = within(-MOST_START_US..=MOST_START_US))]
     pub(crate) start_us: i64,
     /// Longest time between labels over which they are interpolated; a recording is cut at longer
     /// gaps
