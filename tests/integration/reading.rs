@@ -137,3 +137,23 @@ fn units_and_axes_that_were_stated_are_those_of_every_command() {
         assert!(message.contains("larger than any"), "{command}: {message}");
     }
 }
+
+#[test]
+fn every_command_wants_one_topic_of_a_recording_of_ros() {
+    let sandbox = Sandbox::new();
+    let golden = concat!(env!("CARGO_MANIFEST_DIR"), "/crates/io/tests/golden/ros");
+    std::fs::copy(format!("{golden}/two-topics.mcap"), sandbox.path("two.mcap")).unwrap();
+    for command in COMMANDS {
+        let line = command.replace("FILE", "two.mcap").replace("OUT", "out");
+        let message = sandbox.fails(&line.split_whitespace().collect::<Vec<_>>());
+        assert!(message.contains("choose one with --topic: /caer/events"), "{line}: {message}");
+    }
+    sandbox.run("convert two.mcap caer.txt --topic /caer/events", &[]);
+    // Written as MCAP and read again, a recording is what it was.
+    sandbox.run("convert caer.txt caer.mcap", &[]);
+    sandbox.run("convert caer.mcap again.txt", &[]);
+    let text = |name: &str| crate::harness::bytes(&sandbox.path(name));
+    assert!(text("caer.txt") == text("again.txt") && text("caer.txt").len() > 6_000);
+    let said = sandbox.run(&format!("info {golden}/evt3-sqlite"), &[]);
+    assert!(said.contains("rosbag2") && said.contains("events    600"), "{said}");
+}

@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use std::io::Read;
 
 use super::fields::{Reason, Serialisation};
-use super::file::{Bytes, Fault, MessageFile, Take, Topic, add_topic};
+use super::file::{Bytes, Fault, MessageFile, MessageVisitor, Topic, add_topic};
 use crate::Input;
 use crate::aedat4::{Compression, Inflater};
 
@@ -29,7 +29,7 @@ const CONNECTION: u8 = 7;
 const MAX_CHUNK: u64 = 1 << 28;
 
 /// Takes a record of a connection or a message.
-type Visit<'a> = dyn FnMut(&Head<'_>, &[u8]) -> Result<(), Reason> + 'a;
+type RecordVisitor<'a> = dyn FnMut(&Head<'_>, &[u8]) -> Result<(), Reason> + 'a;
 
 /// A ROS 1 bag.
 pub(super) struct Bag {
@@ -56,7 +56,7 @@ impl Bag {
     }
 
     /// Visits the records of connections and messages of a unit; returns the place of the next.
-    fn records(&mut self, at: u64, visit: &mut Visit<'_>) -> Result<Option<u64>, Fault> {
+    fn records(&mut self, at: u64, visit: &mut RecordVisitor<'_>) -> Result<Option<u64>, Fault> {
         let damage = |reason: Reason| Fault::damage(at, reason);
         let index = self.index()?.at;
         match index {
@@ -173,7 +173,12 @@ impl MessageFile for Bag {
         MAGIC.len() as u64
     }
 
-    fn unit(&mut self, at: u64, ids: &[u32], take: &mut Take<'_>) -> Result<Option<u64>, Fault> {
+    fn unit(
+        &mut self,
+        at: u64,
+        ids: &[u32],
+        take: &mut MessageVisitor<'_>,
+    ) -> Result<Option<u64>, Fault> {
         self.records(at, &mut |head, data| match head.connection() {
             Some(connection) if head.op == MESSAGE && ids.contains(&connection) => take(data),
             _ => Ok(()),
@@ -270,7 +275,7 @@ fn sized<'a>(bytes: &mut &'a [u8]) -> Option<&'a [u8]> {
 }
 
 /// Visits the records of a chunk.
-fn each(mut records: &[u8], visit: &mut Visit<'_>) -> Result<(), Reason> {
+fn each(mut records: &[u8], visit: &mut RecordVisitor<'_>) -> Result<(), Reason> {
     while !records.is_empty() {
         let pair = sized(&mut records).zip(sized(&mut records));
         let (head, data) = pair.ok_or("a chunk ends within a record")?;

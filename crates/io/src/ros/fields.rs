@@ -1,6 +1,6 @@
 //! Fields of a message, in the order of its definition.
 //!
-//! ROS 2 writes messages as CDR: four bytes that say which, then fields, numbers at multiples of their
+//! ROS 2 writes messages as CDR: four bytes that say which, then fields, values at multiples of their
 //! length. ROS 1 writes fields without gaps, little-endian. Lengths of texts and lists are 32 bits in
 //! both; a text of CDR ends with a byte of zero, which its length counts.
 //!
@@ -48,6 +48,11 @@ impl<'a> Fields<'a> {
         let taken = self.bytes.get(self.at..).and_then(|rest| rest.get(..length));
         self.at += length;
         taken.ok_or(Cow::Borrowed("a message ends within its fields"))
+    }
+
+    /// Passes over bytes.
+    pub(super) fn skip(&mut self, length: usize) -> Result<(), Reason> {
+        self.take(length).map(drop)
     }
 
     fn number<const N: usize>(&mut self) -> Result<[u8; N], Reason> {

@@ -56,11 +56,11 @@ pub(super) fn add_topic(topics: &mut Vec<Topic>, topic: Topic) {
 }
 
 /// Takes a message.
-pub(super) type Take<'a> = dyn FnMut(&[u8]) -> Result<(), Reason> + 'a;
+pub(super) type MessageVisitor<'a> = dyn FnMut(&[u8]) -> Result<(), Reason> + 'a;
 
 /// A file of messages.
 pub(super) trait MessageFile: Send {
-    /// What the file is, for messages.
+    /// The kind of file, for errors.
     fn kind(&self) -> &'static str;
 
     /// The topics, as its index says; without one, those of what can be read, and the fault that
@@ -71,7 +71,12 @@ pub(super) trait MessageFile: Send {
     fn begin(&self) -> u64;
 
     /// Hands over the messages of a unit that are of the topics `ids`; returns the place of the next.
-    fn unit(&mut self, at: u64, ids: &[u32], take: &mut Take<'_>) -> Result<Option<u64>, Fault>;
+    fn unit(
+        &mut self,
+        at: u64,
+        ids: &[u32],
+        take: &mut MessageVisitor<'_>,
+    ) -> Result<Option<u64>, Fault>;
 }
 
 /// Bytes that are mostly read one after the other.

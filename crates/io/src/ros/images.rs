@@ -71,17 +71,17 @@ fn of(
         return Err(fault.of_file((path, place.kind()), 0));
     }
     let refused = |reason: String| IoError::Stream { path: path.to_owned(), reason };
-    let mut found: Vec<&Topic> =
+    let mut candidates: Vec<&Topic> =
         topics.iter().filter(|topic| ImageType::by_name(&topic.kind).is_some()).collect();
-    if found.is_empty() {
+    if candidates.is_empty() {
         let reason = format!("no topic of images; there are: {}", listed(&topics));
         return Err(refused(reason));
     }
-    if found.len() > 1 {
+    if candidates.len() > 1 {
         let folder = |topic: &str| topic.rsplit_once('/').map(|(folder, _)| folder.to_owned());
-        found.retain(|topic| folder(&topic.name) == folder(&events.topic));
+        candidates.retain(|topic| folder(&topic.name) == folder(&events.topic));
     }
-    let [topic] = found[..] else {
+    let [topic] = candidates[..] else {
         let reason =
             format!("not one topic of images beside {}: {}", events.topic, listed(&topics));
         return Err(refused(reason));

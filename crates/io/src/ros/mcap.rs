@@ -1,27 +1,40 @@
 //! MCAP: records of a type, a length and a body; messages stand among them or in compressed chunks.
 //!
-//! Records are parsed by the crate `mcap`. Their framing is read here: damage has its place, what is
-//! not needed is not read, and chunks are decompressed in Rust.
+//! Fields of records are written as in ROS 1: without gaps, little-endian, lengths before texts. The reader is our
+//! own: of fifteen types of records it needs five, and the crate `mcap` brings twelve more crates, one of them
+//! unmaintained, into every build.
 //!
 //! # Source
 //! <https://mcap.dev/spec>
 
 use std::collections::BTreeMap;
 
-use mcap::parse_record;
-use mcap::records::{Record, op};
-
-use super::fields::{Reason, Serialisation};
-use super::file::{Bytes, Fault, MessageFile, Take, Topic, add_topic};
+use super::fields::{Fields, Reason, Serialisation};
+use super::file::{Bytes, Fault, MessageFile, MessageVisitor, Topic, add_topic};
 use crate::Input;
 use crate::aedat4::{Compression, Inflater};
 
+/// How the files begin and end.
+pub(super) const MAGIC: &[u8] = b"\x89MCAP0\r\n";
+/// Types of records.
+pub(super) const HEADER: u8 = 1;
+pub(super) const FOOTER: u8 = 2;
+pub(super) const SCHEMA: u8 = 3;
+pub(super) const CHANNEL: u8 = 4;
+pub(super) const MESSAGE: u8 = 5;
+pub(super) const CHUNK: u8 = 6;
+pub(super) const MESSAGE_INDEX: u8 = 7;
+pub(super) const CHUNK_INDEX: u8 = 8;
+pub(super) const STATISTICS: u8 = 11;
+pub(super) const DATA_END: u8 = 15;
 /// Bytes of a record's type and length, and of the end of a file: footer and mark.
 const HEAD: u64 = 9;
-const END: u64 = HEAD + 20 + mcap::MAGIC.len() as u64;
+const END: u64 = HEAD + 20 + MAGIC.len() as u64;
+/// Bytes before the content of a message.
+const MESSAGE_HEAD: usize = 22;
 
 /// Takes a record.
-type Visit<'a> = dyn FnMut(Record<'_>) -> Result<(), Reason> + 'a;
+type RecordVisitor<'a> = dyn FnMut(Record<'_>) -> Result<(), Reason> + 'a;
 
 /// An MCAP file.
 pub(super) struct Mcap {
@@ -38,7 +51,7 @@ impl Mcap {
     }
 
     /// Visits the records of schemas, channels and messages of a unit; returns the place of the next.
-    fn records(&mut self, at: u64, visit: &mut Visit<'_>) -> Result<Option<u64>, Fault> {
+    fn records(&mut self, at: u64, visit: &mut RecordVisitor<'_>) -> Result<Option<u64>, Fault> {
         let damage = |reason: Reason| Fault::damage(at, reason);
         if at >= self.bytes.length {
             return Err(damage("the file ends before the end of its data".into()));
@@ -47,25 +60,24 @@ impl Mcap {
         let (kind, length) = (self.head[0], u64_of(&self.head[1..]));
         match kind {
             0 => return Err(damage("no record begins here".into())),
-            op::DATA_END | op::FOOTER => return Ok(None),
-            op::SCHEMA | op::CHANNEL | op::MESSAGE | op::CHUNK => {
+            DATA_END | FOOTER => return Ok(None),
+            SCHEMA | CHANNEL | MESSAGE => {
                 self.bytes.read((at, at + HEAD), length, &mut self.body)?;
-                let record = parse(kind, &self.body).map_err(damage)?;
-                let Record::Chunk { header, data } = record else {
-                    visit(record).map_err(damage)?;
-                    return Ok(Some(at + HEAD + length));
-                };
-                let compression = match header.compression.as_str() {
+                visit(Record::new(kind, &self.body).map_err(damage)?).map_err(damage)?;
+            }
+            CHUNK => {
+                self.bytes.read((at, at + HEAD), length, &mut self.body)?;
+                let chunk = Chunk::new(&self.body).map_err(damage)?;
+                let compression = match chunk.compression {
                     "" => Compression::None,
                     "lz4" => Compression::Lz4,
                     "zstd" => Compression::Zstd,
                     other => return Err(damage(format!("a chunk packed by `{other}`").into())),
                 };
                 // Before a fault in a chunk nothing of it counts: its checksum is that of the whole.
-                self.inflater.inflate(compression, &data).map_err(damage)?;
+                self.inflater.inflate(compression, chunk.records).map_err(damage)?;
                 let records = self.inflater.out.filled();
-                let crc = header.uncompressed_crc;
-                if crc != 0 && crc != crc32fast::hash(records) {
+                if chunk.crc != 0 && chunk.crc != crc32fast::hash(records) {
                     return Err(damage("the checksum of a chunk does not fit".into()));
                 }
                 each(records, visit).map_err(damage)?;
@@ -83,8 +95,8 @@ impl Mcap {
     fn summary(&mut self) -> Option<Vec<Topic>> {
         let end = self.bytes.length.checked_sub(END)?;
         self.bytes.read((end, end), END, &mut self.body).ok()?;
-        let foot = self.body.strip_suffix(mcap::MAGIC)?;
-        let (op::FOOTER, body) = (*foot.first()?, foot.get(HEAD as usize..)?) else { return None };
+        let foot = self.body.strip_suffix(MAGIC)?;
+        let (FOOTER, body) = (*foot.first()?, foot.get(HEAD as usize..)?) else { return None };
         let start = u64_of(body);
         let length = end.checked_sub(start).filter(|_| start > 0)?;
         self.bytes.read((start, start), length, &mut self.body).ok()?;
@@ -124,16 +136,97 @@ impl MessageFile for Mcap {
     }
 
     fn begin(&self) -> u64 {
-        mcap::MAGIC.len() as u64
+        MAGIC.len() as u64
     }
 
-    fn unit(&mut self, at: u64, ids: &[u32], take: &mut Take<'_>) -> Result<Option<u64>, Fault> {
+    fn unit(
+        &mut self,
+        at: u64,
+        ids: &[u32],
+        take: &mut MessageVisitor<'_>,
+    ) -> Result<Option<u64>, Fault> {
         self.records(at, &mut |record| match record {
-            Record::Message { header, data } if ids.contains(&u32::from(header.channel_id)) => {
-                take(&data)
-            }
+            Record::Message { channel, data } if ids.contains(&u32::from(channel)) => take(data),
             _ => Ok(()),
         })
+    }
+}
+
+/// What is read of a record.
+enum Record<'a> {
+    Schema {
+        id: u16,
+        name: &'a str,
+    },
+    Channel {
+        id: u16,
+        channel: Channel,
+    },
+    Message {
+        channel: u16,
+        data: &'a [u8],
+    },
+    /// Messages of all channels, and of each.
+    Statistics {
+        messages: u64,
+        of_channels: BTreeMap<u16, u64>,
+    },
+}
+
+struct Channel {
+    schema: u16,
+    topic: String,
+    serialisation: Serialisation,
+}
+
+impl<'a> Record<'a> {
+    /// A record of a schema, a channel, a message or statistics.
+    fn new(kind: u8, body: &'a [u8]) -> Result<Self, Reason> {
+        let mut fields = Fields::new(body, Serialisation::Ros1)?;
+        if kind == STATISTICS {
+            let messages = fields.u64()?;
+            // Counts of schemas, channels, attachments, metadata and chunks; first and last time.
+            fields.skip(2 + 4 * 4 + 2 * 8)?;
+            let counts = fields.bytes()?.as_chunks::<10>().0.iter();
+            let of_channels = counts.map(|count| (u16_of(count), u64_of(&count[2..]))).collect();
+            return Ok(Self::Statistics { messages, of_channels });
+        }
+        let id = fields.u16()?;
+        Ok(match kind {
+            SCHEMA => Self::Schema { id, name: fields.text()? },
+            CHANNEL => {
+                let (schema, topic) = (fields.u16()?, fields.text()?.to_owned());
+                let serialisation = match fields.text()? {
+                    "ros1" => Serialisation::Ros1,
+                    _ => Serialisation::Cdr,
+                };
+                Self::Channel { id, channel: Channel { schema, topic, serialisation } }
+            }
+            _ => {
+                fields.skip(MESSAGE_HEAD - size_of::<u16>())?;
+                Self::Message { channel: id, data: &body[MESSAGE_HEAD..] }
+            }
+        })
+    }
+}
+
+/// A chunk of records.
+struct Chunk<'a> {
+    crc: u32,
+    compression: &'a str,
+    records: &'a [u8],
+}
+
+impl<'a> Chunk<'a> {
+    fn new(body: &'a [u8]) -> Result<Self, Reason> {
+        let mut fields = Fields::new(body, Serialisation::Ros1)?;
+        // First and last time, and the length of the records when they are unpacked.
+        fields.skip(3 * 8)?;
+        let (crc, compression, length) = (fields.u32()?, fields.text()?, fields.u64()?);
+        let rest = &body[body.len() - fields.left()..];
+        let records = usize::try_from(length).ok().and_then(|length| rest.get(..length));
+        let records = records.ok_or("a chunk ends within its records")?;
+        Ok(Self { crc, compression, records })
     }
 }
 
@@ -141,7 +234,7 @@ impl MessageFile for Mcap {
 #[derive(Default)]
 struct Index {
     schemas: BTreeMap<u16, String>,
-    channels: BTreeMap<u16, mcap::records::Channel>,
+    channels: BTreeMap<u16, Channel>,
     counts: BTreeMap<u16, u64>,
     /// Whether counts are stated.
     has_counts: bool,
@@ -150,16 +243,14 @@ struct Index {
 impl Index {
     fn add(&mut self, record: Record<'_>) {
         match record {
-            Record::Schema { header, .. } => drop(self.schemas.insert(header.id, header.name)),
-            Record::Channel(channel) => drop(self.channels.insert(channel.id, channel)),
-            Record::Message { header, .. } => {
-                *self.counts.entry(header.channel_id).or_insert(0) += 1;
+            Record::Schema { id, name } => drop(self.schemas.insert(id, name.to_owned())),
+            Record::Channel { id, channel } => drop(self.channels.insert(id, channel)),
+            Record::Message { channel, .. } => *self.counts.entry(channel).or_insert(0) += 1,
+            Record::Statistics { messages, of_channels } => {
+                let sum = of_channels.values().try_fold(0_u64, |sum, n| sum.checked_add(*n));
+                self.has_counts = sum == Some(messages);
+                self.counts = of_channels;
             }
-            Record::Statistics(statistics) => {
-                self.counts = statistics.channel_message_counts;
-                self.has_counts = self.counts.values().sum::<u64>() == statistics.message_count;
-            }
-            _ => {}
         }
     }
 
@@ -168,11 +259,8 @@ impl Index {
         for (id, channel) in self.channels {
             let topic = Topic {
                 name: channel.topic,
-                kind: self.schemas.get(&channel.schema_id).cloned().unwrap_or_default(),
-                serialisation: match channel.message_encoding.as_str() {
-                    "ros1" => Serialisation::Ros1,
-                    _ => Serialisation::Cdr,
-                },
+                kind: self.schemas.get(&channel.schema).cloned().unwrap_or_default(),
+                serialisation: channel.serialisation,
                 ids: vec![id.into()],
                 messages: self.counts.get(&id).copied().unwrap_or(0),
             };
@@ -186,19 +274,19 @@ fn u64_of(bytes: &[u8]) -> u64 {
     bytes.first_chunk().map_or(0, |bytes| u64::from_le_bytes(*bytes))
 }
 
-fn parse(kind: u8, body: &[u8]) -> Result<Record<'_>, Reason> {
-    parse_record(kind, body).map_err(|fault| format!("a record of type {kind}: {fault}").into())
+fn u16_of(bytes: &[u8]) -> u16 {
+    bytes.first_chunk().map_or(0, |bytes| u16::from_le_bytes(*bytes))
 }
 
 /// Visits records that follow each other.
-fn each(mut records: &[u8], visit: &mut Visit<'_>) -> Result<(), Reason> {
+fn each(mut records: &[u8], visit: &mut RecordVisitor<'_>) -> Result<(), Reason> {
     while let Some((kind, rest)) = records.split_first() {
         let length = usize::try_from(u64_of(rest)).unwrap_or(usize::MAX);
         let behind = rest.get(size_of::<u64>()..);
         let body = behind.and_then(|rest| rest.split_at_checked(length));
         let (body, behind) = body.ok_or("a chunk ends within a record")?;
-        if matches!(*kind, op::SCHEMA | op::CHANNEL | op::MESSAGE | op::STATISTICS) {
-            visit(parse(*kind, body)?)?;
+        if matches!(*kind, SCHEMA | CHANNEL | MESSAGE | STATISTICS) {
+            visit(Record::new(*kind, body)?)?;
         }
         records = behind;
     }

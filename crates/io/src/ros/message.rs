@@ -123,7 +123,7 @@ impl MessageDecoder {
             return Err("events in the byte order of a big-endian machine".into());
         }
         let bytes = fields.bytes()?;
-        // Numbers that begin again are those of a driver that was started again.
+        // A sequence that begins again is that of a driver that was started again.
         let missing = self.next_number.map_or(0, |next| number.saturating_sub(next));
         self.missing = self.missing.saturating_add(missing);
         self.next_number = number.checked_add(1);
@@ -160,7 +160,7 @@ impl MessageDecoder {
 
     pub(super) fn remarks(&self) -> impl Iterator<Item = String> {
         [
-            (self.missing, "messages are missing: their numbers are skipped"),
+            (self.missing, "messages are missing in the sequence"),
             (self.triggers, "edges of trigger inputs are no events: they are left out"),
             (self.unknown, "words of unknown types are passed over"),
         ]

@@ -35,7 +35,7 @@ pub(crate) const MCAP: Format = Format {
     name: "mcap",
     summary: "MCAP of ROS 2 and ROS 1: EventPacket (evt3, mono, libcaer) and EventArray",
     endings: &[".mcap"],
-    probe: |head| head.starts_with(::mcap::MAGIC),
+    probe: |head| head.starts_with(mcap::MAGIC),
     open,
     create: Some(writer::create),
     labels: no_labels,
@@ -83,7 +83,7 @@ fn open_files(input: Input) -> Result<Vec<Box<dyn MessageFile>>, IoError> {
     for input in [input].into_iter().chain(behind) {
         let mut input = unpacked(input)?;
         let head = input.head(sqlite::MAGIC.len())?;
-        files.push(if head.starts_with(::mcap::MAGIC) {
+        files.push(if head.starts_with(mcap::MAGIC) {
             Box::new(mcap::Mcap::new(input))
         } else if head.starts_with(bag::MAGIC) {
             Box::new(bag::Bag::new(input))

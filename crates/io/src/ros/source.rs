@@ -4,14 +4,14 @@ use std::path::{Path, PathBuf};
 
 use evpose_core::Micros;
 
-use super::file::{Fault, MessageFile, Take, Topic, add_topic};
+use super::file::{Fault, MessageFile, MessageVisitor, Topic, add_topic};
 use super::message::{EventType, MessageDecoder};
 use crate::{Columns, EventSource, Header, IoError, OpenOptions};
 
 /// Bytes between two places from which reading can start again.
 const BETWEEN_MARKS: u64 = 1 << 22;
 /// Times from here on are of the calendar, the end of 2001 in microseconds.
-const CALENDAR_US: i64 = 1_000_000_000_000_000;
+pub(super) const CALENDAR_US: i64 = 1_000_000_000_000_000;
 
 /// A place in files that follow each other, and the topic that is read of them.
 pub(super) struct Place {
@@ -53,7 +53,7 @@ impl Place {
     }
 
     /// Hands over the messages of a unit and goes to the next; returns whether there is none.
-    pub(super) fn unit(&mut self, take: &mut Take<'_>) -> Result<bool, Fault> {
+    pub(super) fn unit(&mut self, take: &mut MessageVisitor<'_>) -> Result<bool, Fault> {
         let Some(file) = self.files.get_mut(self.file) else { return Ok(true) };
         match file.unit(self.at, &self.ids[self.file], take)? {
             Some(next) => self.at = next,

@@ -8,7 +8,7 @@
 //! <https://www.sqlite.org/fileformat2.html>; <https://github.com/ros2/rosbag2>, `rosbag2_storage_sqlite3`
 
 use super::fields::{Reason, Serialisation};
-use super::file::{Bytes, Fault, MessageFile, Take, Topic, add_topic};
+use super::file::{Bytes, Fault, MessageFile, MessageVisitor, Topic, add_topic};
 use crate::Input;
 
 /// How the files begin.
@@ -22,7 +22,7 @@ const LEAF: u8 = 13;
 const APART: u64 = 1 << 20;
 
 /// Takes a row: its number, and its values.
-type Visit<'a> = dyn FnMut(i64, &[Value<'_>]) -> Result<(), Reason> + 'a;
+type RowVisitor<'a> = dyn FnMut(i64, &[Value<'_>]) -> Result<(), Reason> + 'a;
 
 /// A ROS 2 bag in SQLite.
 pub(super) struct Sqlite {
@@ -114,7 +114,7 @@ impl Sqlite {
     }
 
     /// Visits all rows of a table.
-    fn rows(&mut self, root: u32, visit: &mut Visit<'_>) -> Result<(), Fault> {
+    fn rows(&mut self, root: u32, visit: &mut RowVisitor<'_>) -> Result<(), Fault> {
         let mut leaves = Vec::new();
         self.find_leaves(root, &mut leaves)?;
         leaves.into_iter().try_for_each(|page| self.leaf(page, true, visit))
@@ -168,7 +168,7 @@ impl Sqlite {
     }
 
     /// Visits the rows of a leaf; unless `is_whole`, with the values that the page itself has.
-    fn leaf(&mut self, page: u32, is_whole: bool, visit: &mut Visit<'_>) -> Result<(), Fault> {
+    fn leaf(&mut self, page: u32, is_whole: bool, visit: &mut RowVisitor<'_>) -> Result<(), Fault> {
         let (at, begin) = self.load(page)?;
         let damage = |reason: Reason| Fault::damage(at, reason);
         let outside = || damage("a row outside of its page".into());
@@ -246,7 +246,12 @@ impl MessageFile for Sqlite {
         0
     }
 
-    fn unit(&mut self, at: u64, ids: &[u32], take: &mut Take<'_>) -> Result<Option<u64>, Fault> {
+    fn unit(
+        &mut self,
+        at: u64,
+        ids: &[u32],
+        take: &mut MessageVisitor<'_>,
+    ) -> Result<Option<u64>, Fault> {
         let Some(page) = self.leaves.get((at / APART) as usize).copied() else { return Ok(None) };
         self.leaf(page, true, &mut |_, values| match values {
             [_, Value::Whole(id), _, Value::Bytes(data), ..] if ids.contains(&(*id as u32)) => {

@@ -1,4 +1,4 @@
-//! What other programs wrote: see `tests/golden/ros`.
+//! Recordings of other programs: see `tests/golden/ros`.
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 use std::fs;
@@ -140,6 +140,26 @@ fn what_is_written_is_read_event_for_event() {
         assert_eq!((read.format, &read.stream), ("mcap", &events));
         assert_eq!(read.remarks, Vec::<String>::new());
     }
+    let path = folder.path().join("nothing.mcap");
+    crate::create(&path, whole.sensor()).unwrap().finish().unwrap();
+    let empty = open_as(&path, &OpenOptions::default()).unwrap().stream;
+    assert_eq!((empty.len(), empty.sensor()), (0, whole.sensor()));
+}
+
+#[test]
+fn times_of_the_calendar_are_written_and_count_from_the_first_event() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = of_topic("mono-plain.mcap", None).unwrap().stream;
+    let late = |e: crate::Event| crate::Event { t: Micros(e.t.0 + 1_700_000_000_123_456), ..e };
+    let events = crate::EventStream::from_events(whole.sensor(), whole.iter().map(late)).unwrap();
+    let path = folder.path().join("out.mcap");
+    let mut sink = crate::create(&path, events.sensor()).unwrap();
+    sink.write(&events).unwrap();
+    sink.finish().unwrap();
+    assert_eq!(open_as(&path, &OpenOptions::default()).unwrap().stream, whole);
+    let facts = crate::info(&path, &OpenOptions::default()).unwrap().facts;
+    let zero = ("time 0", "1700000000.123456 s after 1970 began".to_owned());
+    assert!(facts.contains(&zero), "{facts:?}");
 }
 
 #[test]
