@@ -214,6 +214,25 @@ fn values_outside_the_range_are_refused() {
     }
 }
 
+/// A step of a large sensor with as many of each pixel is a few gigabytes.
+#[test]
+fn no_end_of_a_range_makes_more_than_a_thousand_events_of_a_pixel_in_a_step() {
+    for spec in &STAGES {
+        let middle = typical(spec, 0.5);
+        let high = spec
+            .number_params()
+            .fold(middle.clone(), |all, param| all.with(param.name, param.range.1));
+        let ends = spec.number_params().flat_map(|param| {
+            [param.range.0, param.range.1].map(|end| middle.clone().with(param.name, end))
+        });
+        for effect in ends.chain([high]) {
+            let events = events_of(&model_of(std::slice::from_ref(&effect)), moving, 1);
+            let most = events.iter().map(Vec::len).max().unwrap_or(0);
+            assert!(most <= 1_000 * SIZE.pixels(), "{effect:?}: {most} events in a step");
+        }
+    }
+}
+
 #[test]
 fn what_has_no_neutral_value_must_be_given() {
     for spec in &STAGES {

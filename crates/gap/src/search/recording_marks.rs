@@ -250,7 +250,7 @@ fn hot_pixels(events: &EventStream) -> Option<Reading> {
     excesses.sort_by(f64::total_cmp);
     let median = excesses.get(excesses.len() / 2)?;
     let fraction = (excesses.len() as f64 / size.pixels() as f64).clamp(1e-6, 0.5);
-    let median_hz = (median / seconds).max(0.1);
+    let median_hz = (median / seconds).clamp(0.1, 1e4);
     Some(Reading::new([("fraction", fraction.into()), ("median_hz", median_hz.into())], 0.0))
 }
 

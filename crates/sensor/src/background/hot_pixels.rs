@@ -30,7 +30,7 @@ const FRACTION: Parameter = Parameter::Number(NumberSpec {
 const MEDIAN: Parameter = Parameter::Number(NumberSpec {
     name: "median_hz",
     unit: "Hz",
-    range: (0.1, 1e5),
+    range: (0.1, 1e4),
     typical: Some((1.0, 5000.0)),
     doc: "events of a hot pixel per second, the median",
     ..NumberSpec::LOG
@@ -39,7 +39,7 @@ const MEDIAN: Parameter = Parameter::Number(NumberSpec {
 const SPREAD: Parameter = Parameter::Number(NumberSpec {
     name: "spread_decades",
     unit: "decades",
-    range: (0.01, 2.0),
+    range: (0.01, 1.0),
     typical: Some((0.2, 1.0)),
     default: Some(0.0),
     doc: "standard deviation of the logarithm of the rate over hot pixels",

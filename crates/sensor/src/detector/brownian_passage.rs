@@ -25,7 +25,8 @@ use crate::{Citation, Compares, Domain, NumberSpec, Parameter, StageSpec, Traits
 
 const K: NumberSpec = NumberSpec {
     name: "k1",
-    range: (1e-12, 1e4),
+    // At the upper end of each there are some thousand events of a pixel in a millisecond.
+    range: (1e-12, 500.0),
     typical: Some((1.0, 20.0)),
     doc: "contrast, as the number of events per e-fold of light",
     ..NumberSpec::LOG
@@ -34,6 +35,7 @@ const K1: Parameter = Parameter::Number(K);
 const K2: Parameter = Parameter::Number(NumberSpec {
     name: "k2",
     unit: "codes",
+    range: (0.01, 1e4),
     typical: Some((10.0, 50.0)),
     doc: "light at which the response is no longer logarithmic",
     ..K
@@ -41,6 +43,7 @@ const K2: Parameter = Parameter::Number(NumberSpec {
 const K3: Parameter = Parameter::Number(NumberSpec {
     name: "k3",
     unit: "/sqrt(us)",
+    range: (1e-12, 0.05),
     typical: Some((5e-5, 5e-4)),
     doc: "photon shot noise",
     ..K
@@ -48,6 +51,7 @@ const K3: Parameter = Parameter::Number(NumberSpec {
 const K4: Parameter = Parameter::Number(NumberSpec {
     name: "k4",
     unit: "/us",
+    range: (1e-12, 0.01),
     typical: Some((1e-8, 1e-6)),
     doc: "leak in the dark",
     ..K
@@ -55,6 +59,7 @@ const K4: Parameter = Parameter::Number(NumberSpec {
 const K5: Parameter = Parameter::Number(NumberSpec {
     name: "k5",
     unit: "/us",
+    range: (1e-12, 1e-4),
     typical: Some((1e-9, 1e-7)),
     doc: "leak per light",
     ..K
@@ -62,6 +67,7 @@ const K5: Parameter = Parameter::Number(NumberSpec {
 const K6: Parameter = Parameter::Number(NumberSpec {
     name: "k6",
     unit: "/sqrt(us)",
+    range: (1e-12, 0.1),
     typical: Some((1e-6, 1e-4)),
     doc: "noise in the dark",
     ..K
