@@ -213,14 +213,22 @@ fn a_recording_without_frames_of_its_own_is_refused_with_what_to_do() {
     assert!(message.contains("--scene none"), "{message}");
 }
 
-/// A message of ROS 1: a header of this time, fields, nothing between them.
-fn message(stamp: Micros, fields: &[&[u8]]) -> Vec<u8> {
-    let time = |t: Micros| {
-        let us = t.0 as u64;
-        [(us / 1_000_000) as u32, (us % 1_000_000 * 1_000) as u32].map(u32::to_le_bytes).concat()
-    };
-    // The number of the message, its time, and a frame without a name.
-    [&[0; 4], &time(stamp)[..], &[0; 4], &fields.concat()].concat()
+/// Bytes behind their length.
+fn sized(bytes: &[u8]) -> Vec<u8> {
+    [&(bytes.len() as u32).to_le_bytes(), bytes].concat()
+}
+
+/// A record of a bag of ROS 1: a type, fields `name=value`, and data.
+fn record(op: u8, fields: &[(&str, &[u8])], data: &[u8]) -> Vec<u8> {
+    let field = |(name, value): &(&str, &[u8])| sized(&[name.as_bytes(), b"=", value].concat());
+    let fields: Vec<u8> = fields.iter().flat_map(field).collect();
+    [sized(&[field(&("op", &[op])), fields].concat()), sized(data)].concat()
+}
+
+/// Seconds and nanoseconds.
+fn time(t: Micros) -> Vec<u8> {
+    let us = t.0 as u64;
+    [(us / 1_000_000) as u32, (us % 1_000_000 * 1_000) as u32].map(u32::to_le_bytes).concat()
 }
 
 #[test]
@@ -228,44 +236,41 @@ fn frames_of_a_bag_of_ros_are_those_of_the_same_recording_in_aedat4() {
     // Messages do not say how long exposures are.
     let instant = Shooting { exposure_us: 0, ..USUAL };
     let (dir, path) = instant.record(&camera(None), 1);
-    let path_of_bag = dir.path().join("rec.mcap");
-    let mut writer = mcap::Writer::new(std::fs::File::create(&path_of_bag).unwrap()).unwrap();
-    let mut channel = |topic: &str, kind: &str| {
-        let schema = writer.add_schema(kind, "ros1msg", b"as ROS has it").unwrap();
-        writer.add_channel(schema, topic, "ros1", &std::collections::BTreeMap::new()).unwrap()
-    };
-    let events = channel("/dvs/events", "dvs_msgs/EventArray");
-    let images = channel("/dvs/image_raw", "sensor_msgs/Image");
-    let mut put = |channel_id, t: Micros, data: &[u8]| {
-        let log_time = t.0 as u64 * 1_000;
-        let header = mcap::records::MessageHeader {
-            channel_id,
-            sequence: 0,
-            log_time,
-            publish_time: log_time,
-        };
-        writer.write_to_known_channel(&header, data).unwrap();
-    };
+    let mut messages = Vec::new();
+    for (id, topic, kind) in [
+        (0_u32, "/dvs/events", &b"dvs_msgs/EventArray"[..]),
+        (1, "/dvs/image_raw", b"sensor_msgs/Image"),
+    ] {
+        let about = sized(&[b"type=", kind].concat());
+        let fields: [(&str, &[u8]); 2] = [("conn", &id.to_le_bytes()), ("topic", topic.as_bytes())];
+        messages.extend(record(7, &fields, &about));
+    }
+    // Of a message: its number, its time, a frame without a name, and the size of the sensor.
     let size = [u32::from(SIZE.height), u32::from(SIZE.width)].map(u32::to_le_bytes).concat();
-    let stream = evpose_io::open(&path).unwrap().stream;
-    for event in stream.iter() {
-        let stamp = message(event.t, &[])[4..12].to_vec();
+    let mut put = |id: u32, t: Micros, fields: &[&[u8]]| {
+        let message = [&[0; 4], &time(t)[..], &[0; 4], &size, &fields.concat()].concat();
+        messages.extend(record(2, &[("conn", &id.to_le_bytes()), ("time", &time(t))], &message));
+    };
+    for event in evpose_io::open(&path).unwrap().stream.iter() {
         let pixel = [event.x, event.y].map(u16::to_le_bytes).concat();
         let polarity = [u8::from(event.polarity.is_on())];
-        let fields: [&[u8]; 5] = [&size, &1_u32.to_le_bytes(), &pixel, &stamp, &polarity];
-        put(events, event.t, &message(event.t, &fields));
+        put(0, event.t, &[&1_u32.to_le_bytes(), &pixel, &time(event.t), &polarity]);
     }
     for packet in evpose_io::aedat4::Packets::open(&path).unwrap() {
         let Content::Frame(frame) = packet.unwrap().content else { continue };
-        let (step, length) = (u32::from(SIZE.width), frame.pixels.len() as u32);
-        let (step, length) = (step.to_le_bytes(), length.to_le_bytes());
-        let encoding = [&5_u32.to_le_bytes()[..], b"mono8"].concat();
-        let fields: [&[u8]; 6] = [&size, &encoding, &[0], &step, &length, &frame.pixels];
-        put(images, frame.t, &message(frame.t, &fields));
+        let step = u32::from(SIZE.width).to_le_bytes();
+        put(1, frame.t, &[&sized(b"mono8"), &[0], &step, &sized(&frame.pixels)]);
     }
-    writer.finish().unwrap();
+    // Without an index, as of a recorder that was killed.
+    let none: [(&str, &[u8]); 3] =
+        [("index_pos", &[0; 8]), ("conn_count", &[0; 4]), ("chunk_count", &[0; 4])];
+    let length = (messages.len() as u32).to_le_bytes();
+    let chunk = record(5, &[("compression", b"none"), ("size", &length)], &messages);
+    let bag = dir.path().join("rec.bag");
+    let bytes = [&b"#ROSBAG V2.0\n"[..], &record(3, &none, &[]), &chunk].concat();
+    std::fs::write(&bag, bytes).unwrap();
     let read = |path| load_shots(path, Response::Srgb, 2.0, &OpenOptions::default()).unwrap();
-    let (want, got) = (read(&path), read(&path_of_bag));
+    let (want, got) = (read(&path), read(&bag));
     assert_eq!(got.recording.events, want.recording.events);
     assert!(got.shots == want.shots && got.shots.planes() > 20);
 }
