@@ -66,7 +66,7 @@ pub fn load_shots(
     };
     let (frames, has_stream) = match format {
         "aedat4" => frames_of_aedat4(path)?,
-        _ => (Box::new(ros::images(path, &OpenOptions::default())?) as Frames, true),
+        _ => (Box::new(ros::images(path, options)?) as Frames, true),
     };
     let read = FileFrames::read(frames, has_stream, first, seconds)?;
     let fault = |problem: String| GapError::Frames { path: path.to_owned(), problem };
