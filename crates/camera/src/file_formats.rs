@@ -1,5 +1,5 @@
 //! Files of calibrations: OpenCV's, ROS's, kalibr's, DSEC's and rpg's YAML, OpenCV's XML,
-//! dv-processing's JSON, rpg's line of numbers, our TOML.
+//! dv-processing's JSON, rpg's line of values, our TOML.
 
 mod entry;
 
@@ -31,8 +31,8 @@ pub(crate) fn read_file(path: &Path) -> Result<CameraOfFile, CalibrationError> {
     if begin.starts_with("<?xml") || begin.starts_with("<opencv_storage") {
         return entry::of_xml(begin).and_then(|entries| opencv(&entries)).map_err(malformed);
     }
-    if let Some(numbers) = numbers(&text) {
-        return of_numbers(&numbers).map_err(malformed);
+    if let Some(values) = plain_values(&text) {
+        return of_values(&values).map_err(malformed);
     }
     if is_yaml(&text) {
         return entry::of_yaml(&text).and_then(|entries| opencv(&entries)).map_err(malformed);
@@ -41,16 +41,16 @@ pub(crate) fn read_file(path: &Path) -> Result<CameraOfFile, CalibrationError> {
     Ok(CameraOfFile { sensor: Some(file.sensor), camera: file.camera()? })
 }
 
-/// The numbers of a text that has nothing else.
-fn numbers(text: &str) -> Option<Vec<f64>> {
+/// The values of a text that has nothing else.
+fn plain_values(text: &str) -> Option<Vec<f64>> {
     let words = text.split([' ', '\t', ',', '\r', '\n']).filter(|word| !word.is_empty());
-    let numbers: Option<Vec<f64>> = words.map(|word| word.parse().ok()).collect();
-    numbers.filter(|numbers| !numbers.is_empty())
+    let values: Option<Vec<f64>> = words.map(|word| word.parse().ok()).collect();
+    values.filter(|values| !values.is_empty())
 }
 
 /// The `calib.txt` of the Event Camera Dataset and others of the Robotics and Perception Group.
-fn of_numbers(numbers: &[f64]) -> Result<CameraOfFile, String> {
-    match numbers {
+fn of_values(values: &[f64]) -> Result<CameraOfFile, String> {
+    match values {
         // Eight may be those of a fisheye lens, as EVIMO's: nothing says so.
         [fx, fy, cx, cy, distortion @ ..] if [0, 5].contains(&distortion.len()) => {
             let lens = Lens { coefficients: distortion, is_fisheye: false };
@@ -62,9 +62,9 @@ fn of_numbers(numbers: &[f64]) -> Result<CameraOfFile, String> {
             )
         }
         _ => Err(format!(
-            "{} numbers, and `fx fy cx cy` or `fx fy cx cy k1 k2 p1 p2 k3` are read: name them in a TOML \
+            "{} values, and `fx fy cx cy` or `fx fy cx cy k1 k2 p1 p2 k3` are read: name them in a TOML \
              file (sensor, focal_px, principal_px, distortion, fisheye)",
-            numbers.len()
+            values.len()
         )),
     }
 }

@@ -108,7 +108,7 @@ fn samples() -> BTreeMap<&'static str, Vec<(String, Vec<u8>)>> {
     let made = [head, packet, (0..60).flat_map(event).collect()].concat();
     samples.get_mut("aedat3").unwrap().push(("made".to_owned(), made));
     let head = [b"Event Stream", &[2, 0, 0, 1, 34, 0, 34, 0][..]].concat();
-    let event = |k: u8| [40 << 1 | k % 2, k % 34, 0, k % 17, 0];
+    let event = |k: u8| [80 | (k % 2), k % 34, 0, k % 17, 0];
     let made = [head, (0..60).flat_map(event).collect()].concat();
     samples.get_mut("es").unwrap().push(("made".to_owned(), made));
     let head = b"% evt 4.0\n% format EVT4;height=34;width=34\n% end\n".to_vec();

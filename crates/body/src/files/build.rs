@@ -107,7 +107,7 @@ pub(super) fn model(mut fields: Fields) -> Result<ModelFile, ModelFileError> {
     Ok(ModelFile { kind, format: fields.format(), model, hand_components, missing })
 }
 
-/// What is said of a left hand with the shape directions of a right one.
+/// Note on a left hand with the shape directions of a right one.
 const MIRRORED: &str = "shape directions of a left hand: the file has those of the right one along x, as the published \
                         MANO_LEFT.pkl, and they are mirrored";
 /// Correlation of the offsets of the first shape direction with the vertices' positions from which on

@@ -71,7 +71,7 @@ pub struct ModelFile {
     pub model: BodyModel,
     /// Rows of the hand's articulation basis that the file has; those beyond are zero.
     pub hand_components: usize,
-    /// Optional arrays that the file does not have, with their purposes, and what was put right.
+    /// Optional arrays that the file does not have, with their purposes, and corrections.
     pub missing: Vec<&'static str>,
 }
 

@@ -173,7 +173,7 @@ const RPG_YAML: &str = "label: davis\nid: 1\ncameras:\n- camera:\n    label: cam
     1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]\n";
 
 #[test]
-fn rigs_of_dsec_and_rpg_and_lines_of_numbers_are_read() {
+fn rigs_of_dsec_and_rpg_and_lines_of_values_are_read() {
     let want = read(OWN_TOML).unwrap();
     for text in [DSEC, RPG_YAML] {
         assert_eq!(read(text).map_err(|error| error.to_string()).as_ref(), Ok(&want), "{text}");
@@ -181,7 +181,7 @@ fn rigs_of_dsec_and_rpg_and_lines_of_numbers_are_read() {
     let line = read("310.0 311.0 172.0 129.0 -0.3 0.1 0.0 0.0 0.0\n").unwrap();
     assert_eq!((line.camera, line.sensor), (want.camera, None));
     let error = read("310 311 172 129 -0.3 0.1 0 0").unwrap_err().to_string();
-    assert!(error.contains("8 numbers"), "{error}");
+    assert!(error.contains("8 values"), "{error}");
     let error = read("0 311 172 129").unwrap_err().to_string();
     assert!(error.contains("focal lengths of [0.0, 311.0]"), "{error}");
     let error = read(&RPG_YAML.replace("radial-tangential", "fov")).unwrap_err().to_string();

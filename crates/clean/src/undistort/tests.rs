@@ -121,7 +121,7 @@ fn what_leaves_the_image_and_what_has_no_inverse_is_counted() {
 
 /// Every format that `--camera` takes, and what a fisheye lens shows beyond the image.
 #[test]
-fn calibrations_of_other_programs_are_read_and_fisheyes_straightened() {
+fn calibrations_of_other_programs_are_read_and_fisheyes_undistorted() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("camera.yaml");
     let yaml = "image_width: 64\nimage_height: 48\ncamera_matrix:\n  data: [30.0, 0, 31.5, 0, 30.0, 23.5, 0, 0, \

@@ -240,7 +240,7 @@ impl LensCamera {
         principal_px: [f64; 2],
         distortion: &[f64],
     ) -> Result<Self, LensError> {
-        // Four numbers are an OpenCV lens as well: what is checked of them is the same.
+        // Four values are an OpenCV lens as well: what is checked of them is the same.
         let camera = Self::from_file(focal_px, principal_px, distortion);
         let k = distortion.try_into().map_err(|_| LensError::FisheyeCount(distortion.len()));
         Ok(Self { distortion: Distortion::fisheye(k?), ..camera? })

@@ -253,3 +253,17 @@ proptest! {
         let _ = file(&bytes, true);
     }
 }
+
+#[test]
+fn a_sensor_larger_than_any_is_refused_with_the_header() {
+    for (width, height, is_taken) in [(4096_u16, 4096_u16, true), (65_535, 32_768, false)] {
+        let sides = [width.to_le_bytes(), height.to_le_bytes(), [0; 2], [0; 2]].concat();
+        let header = [&MAGIC[..], &sides].concat();
+        match FramedReader::open("stream", header.as_slice()) {
+            Ok(_) => assert!(is_taken, "{width}"),
+            Err(error) => {
+                assert!(!is_taken && matches!(error, IoError::SensorTooLarge { .. }), "{error}");
+            }
+        }
+    }
+}

@@ -213,7 +213,7 @@ fn bitshuffled(
     out: &mut Vec<u8>,
 ) -> Result<(), Reason> {
     const ENDS: Reason = Cow::Borrowed("a bitshuffle chunk ends before its last byte");
-    // Two numbers of the version, the bytes of a value, the values of a block, the packing.
+    // Major and minor version, the bytes of a value, the values of a block, the packing.
     let parameter = |k: usize| parameters.get(k).copied().unwrap_or(0) as usize;
     let (size, packing) = (parameter(2), parameter(4));
     if size == 0 || packing > 3 || packing == 1 {

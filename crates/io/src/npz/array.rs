@@ -7,7 +7,7 @@ use npyz::{DType, NpyHeader, Order};
 use super::NpzFault;
 use super::column::{Column, Kind, Rows};
 use crate::fill::fill_to_fault;
-use crate::source::most_unpacked;
+use crate::source::max_unpacked;
 
 /// NumPy writes 128 bytes, more for records. A longer header is no recording's.
 const LONGEST_HEADER: u16 = 4096;
@@ -82,7 +82,7 @@ pub(super) struct Room {
 impl Room {
     /// That of a file of `length` bytes.
     pub(super) fn of_file(length: u64) -> Self {
-        Self { limit: most_unpacked(length), taken: 0 }
+        Self { limit: max_unpacked(length), taken: 0 }
     }
 
     fn take(&mut self, bytes: u64) -> Result<(), NpzFault> {

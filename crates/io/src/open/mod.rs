@@ -167,8 +167,8 @@ pub fn input(path: &Path) -> Result<Input, IoError> {
     }
     let arrays = format!("{}.npy", EVIMO[0]);
     let in_folder = ["data.log", "binaryevents.log", &arrays].map(|name| path.join(name));
-    let found: Option<&PathBuf> = in_folder.iter().find(|file| file.is_file());
-    Input::file(found.map_or(path, PathBuf::as_path))
+    let inside: Option<&PathBuf> = in_folder.iter().find(|file| file.is_file());
+    Input::file(inside.map_or(path, PathBuf::as_path))
 }
 
 #[cfg(test)]

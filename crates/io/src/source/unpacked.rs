@@ -20,7 +20,7 @@ const MAX_RATIO: u64 = 64;
 
 /// Bytes to which a file of `length` bytes may unpack in memory: files of a few megabytes unpack to
 /// gigabytes of zeros.
-pub(crate) fn most_unpacked(length: u64) -> u64 {
+pub(crate) fn max_unpacked(length: u64) -> u64 {
     ALWAYS.max(length.saturating_mul(MAX_RATIO))
 }
 
@@ -31,7 +31,7 @@ pub(crate) fn most_unpacked(length: u64) -> u64 {
 /// length.
 pub(crate) fn unpacked(mut input: Input) -> Result<Input, IoError> {
     let head = input.head(4)?;
-    let limit = most_unpacked(input.length).min(MAX_BYTES);
+    let limit = max_unpacked(input.length).min(MAX_BYTES);
     let mut bytes = Vec::new();
     if head == ZIP {
         return of_archive(input, limit);

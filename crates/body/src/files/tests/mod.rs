@@ -47,7 +47,7 @@ fn the_direction_of_the_fingers_distinguishes_left_from_right() {
     assert_eq!(read(npz(&hand(1.0))).unwrap().kind, ModelKind::Hand(HandSide::Left));
 }
 
-/// Whose first shape direction makes a hand larger, but for the signs of a published file.
+/// The first shape direction makes a hand larger, but for the signs of a published file.
 #[test]
 fn shape_directions_of_a_left_hand_that_are_those_of_the_right_one_are_mirrored() {
     for (side, sign, is_mirrored) in [(1.0, 1.0, false), (1.0, -1.0, true), (-1.0, -1.0, false)] {

@@ -34,8 +34,7 @@ pub(super) fn undistort(k: [f64; 4], distorted: DVec2, steps: u32) -> DVec2 {
     for _ in 0..steps {
         let step = (seen(k, angle) - wanted) / slope(k, angle);
         angle -= step;
-        // A NaN ends it as well.
-        if !(step.abs() > MIN_STEP) {
+        if step.abs() <= MIN_STEP || step.is_nan() {
             break;
         }
     }
