@@ -10,6 +10,9 @@ use evpose_task::{InferredPoses, RecordingStream};
 use crate::bad_input::NobodyInView;
 use crate::progress::{bar, note};
 
+/// Share of the events of a moving edge below which a step has taken most of them.
+const FEW: f64 = 0.2;
+
 /// Counts of an inference: they say why it found nobody.
 #[derive(Debug, Clone)]
 pub struct InferenceCounts {
@@ -63,7 +66,7 @@ impl InferenceCounts {
             );
         }
         let advice = match scores.filter(|_| self.inferred > 0) {
-            Some(_) => "set a lower --min-score, if `evpose view` shows somebody",
+            Some(_) => "set a lower --min-score, if `evpose view` shows somebody".to_owned(),
             None => self.advice(),
         };
         let found = match times {
@@ -80,17 +83,16 @@ impl InferenceCounts {
         Ok(())
     }
 
-    /// The advice of the step that took the largest share of the events.
-    fn advice(&self) -> &'static str {
-        let mut worst = self.events.first().map_or((1.0, ""), |read| (0.2, read.advice));
-        for pair in self.events.windows(2) {
+    /// The advice of the steps that took most of the events, or that for a recording of few.
+    fn advice(&self) -> String {
+        let took_most = |pair: &&[RemainingEvents]| {
             let expected = pair[1].edge_share * pair[0].events as f64;
-            let share = pair[1].events as f64 / expected.max(1.0);
-            if share < worst.0 {
-                worst = (share, pair[1].advice);
-            }
-        }
-        worst.1
+            (pair[1].events as f64) < FEW * expected.max(1.0)
+        };
+        let taken = self.events.windows(2).filter(took_most).map(|pair| pair[1].advice);
+        let advice: Vec<&str> = taken.collect();
+        let read = self.events.first().map_or("", |read| read.advice);
+        if advice.is_empty() { read.to_owned() } else { advice.join("; ") }
     }
 }
 
