@@ -200,7 +200,8 @@ fn fault(name: &str, line: &str, word: &str) -> Option<String> {
 #[expect(clippy::print_stdout, reason = "how much was run")]
 fn no_number_in_any_argument_makes_a_command_panic_or_hang() {
     let (mut all, mut parsed, mut refused, mut flag_count) = (Vec::new(), 0, 0, 0);
-    for (name, command) in &commands() {
+    let commands = commands();
+    for (name, command) in &commands {
         let line = LINES.iter().find(|(known, _)| known == name);
         // Benchmarks measure for minutes whatever they are given: their flags are parsed alone.
         assert!(line.is_some() || name.starts_with("bench "), "no line for `{name}`");

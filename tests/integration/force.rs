@@ -159,16 +159,9 @@ fn signals_end_a_live_run_with_its_report_and_its_poses() {
 #[cfg(target_os = "linux")]
 fn on_a_terminal(sandbox: &Sandbox, keys: &[&[u8]]) -> (i32, String) {
     use crate::harness::tiny;
-    let train = tiny(&[
-        "train",
-        "quick",
-        "--data",
-        "data",
-        "--out",
-        "run",
-        "--set",
-        "training.steps=100000",
-    ]);
+    let mut train = tiny(&["train", "quick", "--data", "data", "--out", "run"]);
+    // The last word counts: long enough that keys come before its end.
+    train.extend(["--set", "training.steps=100000"]);
     let program = env!("CARGO_BIN_EXE_evpose");
     // Without a size nothing would be drawn.
     let line = format!("stty rows 40 cols 120; exec '{program}' {}", train.join(" "));
