@@ -102,6 +102,7 @@ fn the_clock_of_a_replay_ends_with_the_recording_and_seconds_are_its_own() {
     recorded(&sandbox);
     let network = network();
     let live = ["live", "--source", "in.evs", "--checkpoint", &network, "--json", "p.jsonl"];
+    let live = [&live[..], &["--stride-ms", "50"]].concat();
     for speed in ["100", "1000", "max"] {
         sandbox.ok(&[&live[..], &["--speed", speed]].concat());
         let times = times(&sandbox, "p.jsonl");
@@ -159,16 +160,9 @@ fn signals_end_a_live_run_with_its_report_and_its_poses() {
 #[cfg(target_os = "linux")]
 fn on_a_terminal(sandbox: &Sandbox, keys: &[&[u8]]) -> (i32, String) {
     use crate::harness::tiny;
-    let train = tiny(&[
-        "train",
-        "quick",
-        "--data",
-        "data",
-        "--out",
-        "run",
-        "--set",
-        "training.steps=100000",
-    ]);
+    let mut train = tiny(&["train", "quick", "--data", "data", "--out", "run"]);
+    // The last word counts: long enough that keys come before its end.
+    train.extend(["--set", "training.steps=100000"]);
     let program = env!("CARGO_BIN_EXE_evpose");
     // Without a size nothing would be drawn.
     let line = format!("stty rows 40 cols 120; exec '{program}' {}", train.join(" "));
@@ -231,7 +225,7 @@ fn keys_and_signals_end_a_training_on_the_dashboard_and_it_says_so() {
         (&[b"q", b"k"], "stopped at once"),
     ] {
         let (code, said) = on_a_terminal(&sandbox, keys);
-        let end = &said[said.len().saturating_sub(1_500)..];
+        let end = &said[said.floor_char_boundary(said.len().saturating_sub(1_500))..];
         assert_eq!(code, 1, "{keys:?}: {end}");
         assert!(said.contains(&format!("{reason}; continue with --resume")), "{keys:?}: {end}");
         assert!(!said.contains("panicked"), "{keys:?}: {end}");

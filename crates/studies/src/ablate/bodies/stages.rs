@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use evpose_cli::numbers::count;
+use evpose_cli::numbers::within;
 use evpose_cli::{configs, run_info};
 use evpose_core::atomic_write;
 use evpose_task::TaskConfig as _;
@@ -19,7 +19,7 @@ pub struct StageArgs {
     #[arg(long, default_value = "finetune")]
     pub finetune: String,
     /// Optimiser steps of every training, instead of the configs'
-    #[arg(long, default_value_t = 1_500, value_parser = count::<u64>())]
+    #[arg(long, default_value_t = 1_500, value_parser = within(1..=1_000_000_000_u64))]
     pub steps: u64,
 }
 
