@@ -99,7 +99,7 @@ fn kill_at_every_write(sandbox: &Sandbox, command: &[&str], resumed: &[&str]) ->
     }
 }
 
-/// Recordings of hands in `data`, and short trainings on them.
+/// Trainings of two validations.
 const SHORT: &[&str] =
     &["--set", "training.steps=4", "--set", "training.steps_per_validation=2", "--threads", "2"];
 
@@ -133,6 +133,7 @@ fn train_bodies() {
 }
 
 #[test]
+#[ignore = "a quarter of an hour: two runs for each write"]
 fn tune() {
     let sandbox = Sandbox::new();
     sandbox.ok(&tiny(&["simulate", "quick", "--out", "data"]));
@@ -147,6 +148,7 @@ fn tune() {
 }
 
 #[test]
+#[ignore = "a quarter of an hour: two runs for each write"]
 fn payoff() {
     let sandbox = Sandbox::new();
     gap_run(&sandbox);
@@ -159,6 +161,7 @@ fn payoff() {
 }
 
 #[test]
+#[ignore = "a quarter of an hour: two runs for each write"]
 fn ablate() {
     let ablate = [
         "ablate",
@@ -179,6 +182,7 @@ fn ablate() {
 }
 
 #[test]
+#[ignore = "a quarter of an hour: two runs for each write"]
 fn compare_body() {
     let compare = [
         "compare",
@@ -197,6 +201,7 @@ fn compare_body() {
 }
 
 #[test]
+#[ignore = "a quarter of an hour: two runs for each write"]
 fn compare_clips() {
     let sandbox = Sandbox::new();
     crate::compare::write_clips(&sandbox);
@@ -210,7 +215,7 @@ fn compare_clips() {
     assert!(kills >= 2 * 2 * 10, "{kills}");
 }
 
-/// Nothing is kept of what is begun: the same command once more is the resume.
+/// The same command once more is the resume.
 #[test]
 fn prepare() {
     let kills = kill_at_every_write(&mpii(), &["prepare", "mpii", "MPII", "--out", "out"], &[]);

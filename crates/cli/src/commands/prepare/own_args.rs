@@ -6,13 +6,15 @@ use crate::numbers::{hertz, within};
 use crate::tasks::opening::OpeningArgs;
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
-use evpose_core::Micros;
+use evpose_core::{Micros, atomic_write, temporary_target};
 use evpose_datasets::import::{FrameCount, LabelClock};
 use evpose_pose::HandSide;
 use evpose_pose::JointFrame;
 
 /// Names of files beside sequences, which a sequence cannot have.
 const RESERVED: [&str; 2] = ["run", "config"];
+/// The file that is in a directory while the first import into it goes on.
+const UNFINISHED: &str = "unfinished";
 
 /// Clocks may count from 1970: this is the year 2255.
 const MOST_START_US: i64 = 1 << 53;
@@ -64,6 +66,28 @@ impl OwnRecordingArgs {
             pairs.push((recording, labels, name.to_owned()));
         }
         Ok(pairs)
+    }
+
+    /// Begins an import. Returns whether sequences that are there are those of an import that was killed, so that they
+    /// are written again.
+    pub(super) fn begin(&self) -> Result<bool> {
+        let mark = self.out.join(UNFINISHED);
+        let mut names =
+            self.out.read_dir().into_iter().flatten().flatten().map(|entry| entry.file_name());
+        // Of a directory with recordings, nothing is written over.
+        if names.all(|name| name.to_str().and_then(temporary_target).is_some()) {
+            atomic_write(&mark, b"").with_context(|| format!("writing {}", mark.display()))?;
+        }
+        Ok(mark.exists())
+    }
+
+    /// Ends it.
+    pub(super) fn end(&self) -> Result<()> {
+        let mark = self.out.join(UNFINISHED);
+        if mark.exists() {
+            std::fs::remove_file(&mark).with_context(|| format!("removing {}", mark.display()))?;
+        }
+        Ok(())
     }
 
     /// The longest time over which labels are interpolated.

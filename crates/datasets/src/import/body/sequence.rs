@@ -21,6 +21,8 @@ const ACTIVITY: &str = "imported";
 /// Options of importing recordings of people.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BodyOptions {
+    /// Whether sequences that are there are written again, in place of an error.
+    pub replace: bool,
     /// Times of the labels.
     pub clock: LabelClock,
     /// Longest time between labels over which they are interpolated.
@@ -34,6 +36,7 @@ pub struct BodyOptions {
 impl Default for BodyOptions {
     fn default() -> Self {
         Self {
+            replace: false,
             clock: LabelClock::default(),
             max_gap: Micros(100_000),
             hold: Micros(20_000),
@@ -95,7 +98,7 @@ pub fn import_body(
     let path = |name: &str, ending: &str| -> PathBuf { directory.join(format!("{name}.{ending}")) };
     let names: Vec<String> =
         (0..stretches.len()).map(|index| name_of(name, index, stretches.len())).collect();
-    for name in &names {
+    for name in names.iter().filter(|_| !options.replace) {
         if let Some(path) = ["raw", "poses.csv"].iter().map(|e| path(name, e)).find(|p| p.exists())
         {
             return Err(ImportError::Exists { path });

@@ -27,6 +27,8 @@ const SIZE_LABELS: usize = 12;
 /// Options of importing recordings of hands.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HandOptions {
+    /// Whether sequences that are there are written again, in place of an error.
+    pub replace: bool,
     /// Time of the labels' 0 in the clock of the events.
     pub start: Micros,
     /// Longest time between labels over which they are interpolated.
@@ -44,6 +46,7 @@ pub struct HandOptions {
 impl Default for HandOptions {
     fn default() -> Self {
         Self {
+            replace: false,
             start: Micros(0),
             max_gap: Micros(100_000),
             min_length: Micros(100_000),
@@ -147,7 +150,7 @@ pub fn import_hand(
     let names: Vec<String> =
         (0..parts.len()).map(|index| name_of(name, index, parts.len())).collect();
     let format = EventFormat::of_hands(&config.simulation)?;
-    for name in &names {
+    for name in names.iter().filter(|_| !options.replace) {
         if let Some(path) =
             [format.ending(), "evc", "meta"].iter().map(|e| files(name, e)).find(|p| p.exists())
         {
