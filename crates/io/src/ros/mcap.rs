@@ -152,7 +152,7 @@ impl MessageFile for Mcap {
     }
 }
 
-/// What is read of a record.
+/// A record, as far as it is read.
 enum Record<'a> {
     Schema {
         id: u16,
