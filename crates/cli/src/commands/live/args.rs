@@ -80,8 +80,9 @@ pub struct LiveArgs {
     pub(crate) report: Option<OutputFile>,
     #[command(flatten)]
     pub(crate) own: TaskArgs<Live>,
+    // Apart, so that the commands are of about one size.
     #[command(flatten)]
-    pub(crate) opening: OpeningArgs,
+    pub(crate) opening: Box<OpeningArgs>,
     #[command(flatten)]
     pub(crate) device: DeviceArgs,
 }
