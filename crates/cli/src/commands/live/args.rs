@@ -4,8 +4,8 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use crate::args::DeviceArgs;
-use crate::numbers::{milliseconds, seconds, within};
 use crate::outputs::OutputFile;
+use crate::ranges::{milliseconds, seconds, within};
 use crate::tasks::opening::OpeningArgs;
 use crate::tasks::{Live, TaskArgs};
 

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::numbers::{MOST_SECONDS, hertz, within};
+use crate::ranges::{MOST_SECONDS, hertz, within};
 use crate::tasks::opening::OpeningArgs;
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;

@@ -7,8 +7,8 @@ use evpose_core::SensorSize;
 use evpose_repr::REPRESENTATIONS;
 
 use crate::commands::opening::RecordingArgs;
-use crate::numbers::{milliseconds, seconds, since_start};
 use crate::outputs::OutputFile;
+use crate::ranges::{milliseconds, seconds, since_start};
 
 /// Arguments of `evpose represent`.
 #[derive(Debug, clap::Args)]
