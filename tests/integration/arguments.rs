@@ -1,4 +1,4 @@
-//! Numbers that no command can work with, in every argument of every command.
+//! Values that no command can work with, in every argument of every command.
 
 use std::path::Path;
 use std::process::Stdio;
@@ -142,12 +142,12 @@ fn every_number_has_a_range() {
         value_parser!(u64).into(),
         value_parser!(usize).into(),
     ];
-    let (mut numbers, mut taken) = (0, Vec::new());
+    let (mut ranged, mut taken) = (0, Vec::new());
     for (name, command) in &commands() {
         for arg in flags(command) {
             let flag = arg.get_long().unwrap();
             if is(arg, &floats) {
-                numbers += 1;
+                ranged += 1;
                 for value in NO_NUMBERS.into_iter().chain(["-1e300"]) {
                     if !is_refused(command, arg, value) {
                         taken.push(format!("{name} --{flag}={value}"));
@@ -156,7 +156,7 @@ fn every_number_has_a_range() {
             }
             // Any integer is a seed.
             if is(arg, &integers) && flag != "seed" {
-                numbers += 1;
+                ranged += 1;
                 for value in ["-1", "9223372036854775807"] {
                     if !is_refused(command, arg, value) {
                         taken.push(format!("{name} --{flag}={value}"));
@@ -166,7 +166,7 @@ fn every_number_has_a_range() {
         }
     }
     assert!(taken.is_empty(), "taken:\n{}", taken.join("\n"));
-    assert!(numbers > 100, "{numbers}");
+    assert!(ranged > 100, "{ranged}");
 }
 
 /// Runs a command with one word more. Returns what is wrong with how it ends.

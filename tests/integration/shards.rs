@@ -111,12 +111,18 @@ fn a_killed_recording_leaves_nothing_half_and_resumes_to_the_byte() {
     let directory = sandbox.path("killed");
     let arguments = simulate("killed", "4", &["--resume", "--threads", "1"]);
     for kill in 0..4 {
+        let started = std::time::SystemTime::now();
         let mut child = sandbox.start(&arguments);
-        let mark = format!(".{}-", child.id());
         let recording = || {
-            let names = std::fs::read_dir(&directory).into_iter().flatten().flatten();
-            let mut names = names.map(|entry| entry.file_name().into_string().unwrap());
-            names.any(|name| name.contains(&mark) && name.contains(".evc"))
+            let mut files = std::fs::read_dir(&directory).into_iter().flatten().flatten();
+            // Newer than what the kill before has left.
+            let is_new = |file: &std::fs::DirEntry| {
+                file.metadata().and_then(|found| found.modified()).is_ok_and(|at| at > started)
+            };
+            files.any(|file| {
+                let name = file.file_name().into_string().unwrap();
+                name.contains(".evc.") && name.ends_with(".tmp") && is_new(&file)
+            })
         };
         let deadline = Instant::now() + Duration::from_secs(120);
         while !recording() && child.try_wait().unwrap().is_none() {

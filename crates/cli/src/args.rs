@@ -4,7 +4,7 @@ use anyhow::Result;
 use burn::tensor::Device;
 use evpose_nn::DeviceKind;
 
-use crate::numbers::threads;
+use crate::ranges::threads;
 use crate::threads::use_threads;
 
 /// A config and changes to it.

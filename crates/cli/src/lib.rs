@@ -10,7 +10,7 @@
 //! * [`shipped`]: checkpoints that come with the program, by name.
 //! * [`sidecar`]: sizes of sensors that files beside recordings state.
 //! * [`recorded`]: simulated data sets on disk, made where they are missing.
-//! * [`numbers`], [`outputs`]: ranges of numeric arguments, and files that commands write.
+//! * [`ranges`], [`outputs`]: ranges of numeric arguments, and files that commands write.
 //! * [`progress`]: bars and lines on the terminal.
 //! * [`machine`], [`provenance`], [`latency`]: measurements, and the machine, program and day they were made on.
 //!
@@ -30,11 +30,11 @@ pub mod configs;
 pub mod json;
 pub mod latency;
 pub mod machine;
-pub mod numbers;
 pub mod outputs;
 pub mod pages;
 pub mod progress;
 pub mod provenance;
+pub mod ranges;
 pub mod recorded;
 pub mod run_info;
 pub mod sensor_source;

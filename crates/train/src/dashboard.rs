@@ -1,4 +1,4 @@
-//! Burn's dashboard, with ends that a run can tell from its own.
+//! Burn's dashboard, with ends that a run knows from its own.
 //!
 //! The dashboard forgets at the end of a training that somebody stopped it, panics where it is told to stop at once,
 //! and takes Ctrl-C as any other key. Here all three, and SIGTERM and SIGHUP, interrupt the training: it ends after
@@ -23,9 +23,9 @@ static RUNNING: Mutex<Option<Interrupter>> = Mutex::new(None);
 pub(crate) struct Dashboard {
     /// None once it was told to stop at once.
     shown: Option<Box<dyn MetricsRenderer>>,
-    /// What its keys stop.
+    /// The interrupter of its keys.
     keys: Interrupter,
-    /// What they are to stop.
+    /// That of the training.
     training: Interrupter,
     hears_signals: bool,
 }

@@ -14,7 +14,7 @@ use evpose_cli::shipped::checkpoint_path;
 use evpose_cli::tasks::args::EvalArgs;
 use evpose_cli::threads::use_threads;
 
-use evpose_cli::numbers::threads;
+use evpose_cli::ranges::threads;
 use record::{NetworkRecord, Record};
 use sets::{Prepared, SetName, parsed};
 

@@ -13,10 +13,10 @@ use evpose_task::hand::HandCheckpoint;
 use serde::Serialize;
 
 use evpose_cli::json::write_json;
-use evpose_cli::numbers::{count, seconds, threads};
 use evpose_cli::outputs::OutputFile;
 use evpose_cli::progress::say;
 use evpose_cli::provenance::Provenance;
+use evpose_cli::ranges::{count, seconds, threads};
 use evpose_cli::shipped::checkpoint_path;
 use evpose_cli::threads::use_threads;
 

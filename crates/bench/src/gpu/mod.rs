@@ -22,8 +22,8 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use crate::BenchCommand;
-use evpose_cli::numbers::within;
 use evpose_cli::outputs::OutputFile;
+use evpose_cli::ranges::within;
 use plan::{Plan, Step};
 use step::Finished;
 

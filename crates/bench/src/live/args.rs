@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use evpose_cli::args::DeviceArgs;
-use evpose_cli::numbers::{seconds, within};
 use evpose_cli::outputs::OutputFile;
+use evpose_cli::ranges::{seconds, within};
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  \

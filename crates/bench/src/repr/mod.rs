@@ -26,10 +26,10 @@ use crate::peer_bench::{
 use crate::peer_bench::{PEERS, PeerCommand};
 use evpose_cli::json::write_json;
 use evpose_cli::machine::Machine;
-use evpose_cli::numbers::{count, within};
 use evpose_cli::outputs::OutputFile;
 use evpose_cli::progress::say;
 use evpose_cli::provenance::Provenance;
+use evpose_cli::ranges::{count, within};
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]

@@ -17,10 +17,10 @@ use serde::Serialize;
 use crate::all::{Figure, threads};
 use evpose_cli::configs;
 use evpose_cli::json::write_json;
-use evpose_cli::numbers::{self, count, seconds};
 use evpose_cli::outputs::OutputFile;
 use evpose_cli::progress::{bar, say};
 use evpose_cli::provenance::Provenance;
+use evpose_cli::ranges::{self, count, seconds};
 use evpose_cli::threads::use_threads;
 use evpose_core::stats::quantile::{nearest_rank, outlier_count};
 use evpose_task::hand::HandConfig;
@@ -45,7 +45,7 @@ pub struct BenchSimArgs {
     #[arg(long, conflicts_with_all = ["sequences", "seconds"])]
     pub(crate) quick: bool,
     /// Sequences at a time; one on each core by default
-    #[arg(long, value_parser = numbers::threads())]
+    #[arg(long, value_parser = ranges::threads())]
     pub(crate) threads: Option<usize>,
     /// Folder for the files, removed after each sequence [default: the system's for temporary
     /// files]

@@ -15,9 +15,9 @@ use evpose_io::{
 
 use super::account::Account;
 use super::opening::RecordingArgs;
-use crate::numbers::{seconds, since_start};
 use crate::outputs::OutputFile;
 use crate::progress::{say, spinner};
+use crate::ranges::{seconds, since_start};
 
 /// Arguments of `evpose convert`.
 #[derive(Debug, clap::Args)]

@@ -11,9 +11,9 @@ use evpose_io::{FrameSource, format_for};
 use evpose_sensor::{EffectConfig, SensorConfig, SensorModel, SensorRun};
 
 use super::opening::FrameArgs;
-use crate::numbers::{threads, within};
 use crate::outputs::OutputFile;
 use crate::progress::{bar, say};
+use crate::ranges::{threads, within};
 use crate::run_info;
 use crate::sensor_source as source;
 use crate::threads::{sensor_threads, use_threads};

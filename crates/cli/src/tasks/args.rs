@@ -8,8 +8,8 @@ use evpose_io::poses::{POSE_FORMATS, PoseFormat, pose_format_by_name, pose_forma
 use evpose_sim::Shard;
 use evpose_train::TrainOptions;
 
-use crate::numbers::{count, seconds, threads};
 use crate::outputs::OutputFile;
+use crate::ranges::{count, seconds, threads};
 use crate::tasks::opening::OpeningArgs;
 use crate::tasks::own_args::{Eval, Infer, Simulate, TaskArgs};
 

@@ -5,8 +5,8 @@
 
 use std::path::Path;
 
-use crate::numbers::within;
 use crate::progress::note;
+use crate::ranges::within;
 use crate::sidecar::sensor_beside;
 use anyhow::{Result, bail};
 use evpose_core::SensorSize;

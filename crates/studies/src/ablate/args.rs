@@ -6,7 +6,7 @@ use super::bodies::AblateBodyArgs;
 use super::rows::ROWS;
 use super::selection::BACKBONES;
 use crate::study::{SeedArgs, StudyArgs};
-use evpose_cli::numbers::count;
+use evpose_cli::ranges::count;
 
 /// The ablation studies.
 #[derive(Debug, clap::Subcommand)]

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use evpose_cli::tasks::TASKS;
 
 use crate::study::{SeedArgs, StudyArgs};
-use evpose_cli::numbers::count;
+use evpose_cli::ranges::count;
 
 /// Arguments of `evpose gap payoff`.
 #[derive(Debug, clap::Args)]

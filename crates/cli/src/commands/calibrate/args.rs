@@ -6,8 +6,8 @@ use crate::tasks::opening::OpeningArgs;
 use evpose_camera::calibrate::threshold::FLOOR;
 
 use crate::commands::opening::FrameArgs;
-use crate::numbers::{since_start, within};
 use crate::outputs::OutputFile;
+use crate::ranges::{since_start, within};
 
 /// Subcommands of `evpose calibrate`.
 #[derive(Debug, clap::Subcommand)]

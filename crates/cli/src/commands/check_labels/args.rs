@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use crate::numbers::{since_start, within};
 use crate::outputs::OutputFile;
+use crate::ranges::{since_start, within};
 use crate::tasks::opening::parse_size;
 use evpose_core::SensorSize;
 use evpose_datasets::check::CheckOptions;

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use crate::numbers::{seconds, since_start, threads, within};
 use crate::outputs::OutputFile;
+use crate::ranges::{seconds, since_start, threads, within};
 use clap::Subcommand;
 use evpose_gap::davis::Response;
 

@@ -4,8 +4,8 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use crate::args::DeviceArgs;
-use crate::numbers::{hertz, milliseconds, seconds, within, zero_or};
 use crate::outputs::OutputFile;
+use crate::ranges::{hertz, milliseconds, seconds, within, zero_or};
 use crate::tasks::opening::OpeningArgs;
 use crate::tasks::{Live, TaskArgs};
 
@@ -80,8 +80,9 @@ pub struct LiveArgs {
     pub(crate) report: Option<OutputFile>,
     #[command(flatten)]
     pub(crate) own: TaskArgs<Live>,
+    // Apart, so that the commands are of about one size.
     #[command(flatten)]
-    pub(crate) opening: OpeningArgs,
+    pub(crate) opening: Box<OpeningArgs>,
     #[command(flatten)]
     pub(crate) device: DeviceArgs,
 }

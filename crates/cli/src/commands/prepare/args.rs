@@ -8,7 +8,7 @@ use evpose_datasets::ErosFrameOptions;
 use evpose_datasets::dhp19::CameraChoice;
 
 use super::own_args::{HandsArgs, PeopleArgs};
-use crate::numbers::{threads, within};
+use crate::ranges::{threads, within};
 
 /// Data sets that can be prepared.
 #[derive(Debug, Subcommand)]

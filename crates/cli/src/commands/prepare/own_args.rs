@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::numbers::{hertz, within};
+use crate::ranges::{hertz, within};
 use crate::tasks::opening::OpeningArgs;
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;

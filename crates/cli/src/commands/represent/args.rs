@@ -9,8 +9,8 @@ use evpose_core::SensorSize;
 use evpose_repr::REPRESENTATIONS;
 
 use crate::commands::opening::RecordingArgs;
-use crate::numbers::{milliseconds, seconds, since_start};
 use crate::outputs::OutputFile;
+use crate::ranges::{milliseconds, seconds, since_start};
 
 /// Arguments that a network decides.
 const NOT_OF_NETWORKS: [&str; 7] = ["of", "each", "window_ms", "size", "denoise", "from", "to"];

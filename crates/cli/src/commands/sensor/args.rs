@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use crate::numbers::{threads, within};
 use crate::outputs::OutputFile;
+use crate::ranges::{threads, within};
 use clap::{Subcommand, ValueEnum};
 
 /// Subcommands of `evpose sensor`.

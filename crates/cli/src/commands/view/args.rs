@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use crate::commands::opening::RecordingArgs;
-use crate::numbers::{milliseconds, seconds, since_start, within};
 use crate::outputs::OutputFile;
+use crate::ranges::{milliseconds, seconds, since_start, within};
 
 /// Arguments of `evpose view`.
 #[derive(Debug, clap::Args)]

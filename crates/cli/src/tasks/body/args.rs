@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use evpose_pose::body::JointDefinition;
 
-use crate::numbers::share;
 use crate::outputs::OutputFile;
+use crate::ranges::share;
 use crate::tasks::args::{PoseEvalArgs, PoseInferArgs, PoseLiveArgs, RecordingArgs};
 
 /// Of `evpose simulate`.

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use crate::numbers::{count, seconds};
 use crate::outputs::OutputFile;
+use crate::ranges::{count, seconds};
 use crate::tasks::args::{PoseEvalArgs, PoseInferArgs, PoseLiveArgs, RecordingArgs};
 
 /// Of `evpose simulate`.

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use evpose_cli::numbers::within;
+use evpose_cli::ranges::within;
 use evpose_cli::{configs, run_info};
 use evpose_core::atomic_write;
 use evpose_task::TaskConfig as _;

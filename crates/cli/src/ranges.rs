@@ -11,7 +11,7 @@ pub const MOST_SECONDS: f64 = 1e6;
 /// Most threads: beyond any machine, and well below what an operating system refuses.
 pub const MOST_THREADS: usize = 1_024;
 
-/// A parser of numbers within `range`: neither NaN nor infinity is.
+/// A parser of values within `range`: neither NaN nor infinity is one.
 pub fn within<T>(
     range: RangeInclusive<T>,
 ) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static
