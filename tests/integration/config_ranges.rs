@@ -1,4 +1,4 @@
-//! Every number of every config replaced by values that numbers should not have.
+//! Every value of every config replaced by values that it should not have.
 
 use evpose_configs::FILES;
 use evpose_task::baseline::BaselineConfig;
@@ -9,12 +9,12 @@ use toml::Value;
 
 use crate::harness::Sandbox;
 
-/// Ends of the names of numbers that may be as large as an integer can be: nothing is counted or allocated by them.
+/// Ends of the names of integers that may be as large as an integer can be: nothing is counted or allocated by them.
 const WIDE: [&str; 5] = ["seed", "learning_rate", "_variance", "acceleration", "measurement"];
 
-/// Places of the numbers of a value: keys, and indices of arrays.
-fn numbers(value: &Value, at: &[String]) -> Vec<Vec<String>> {
-    let inner = |(key, value): (String, &Value)| numbers(value, &[at, &[key]].concat());
+/// Places of the numeric values of a value: keys, and indices of arrays.
+fn places(value: &Value, at: &[String]) -> Vec<Vec<String>> {
+    let inner = |(key, value): (String, &Value)| places(value, &[at, &[key]].concat());
     match value {
         Value::Integer(_) | Value::Float(_) => vec![at.to_vec()],
         Value::Table(table) => table.iter().flat_map(|(key, v)| inner((key.clone(), v))).collect(),
@@ -33,10 +33,10 @@ fn at<'a>(value: &'a mut Value, place: &[String]) -> &'a mut Value {
     })
 }
 
-/// Checks a config whose text is complete; returns the count of its numbers.
+/// Checks a config whose text is complete; returns the count of its numeric values.
 fn check<C: TaskConfig>(name: &str, text: &str) -> usize {
     let whole: Value = Value::Table(toml::from_str(text).unwrap());
-    let places = numbers(&whole, &[]);
+    let places = places(&whole, &[]);
     for place in &places {
         let bad = [
             Value::Integer(-1),
@@ -93,7 +93,7 @@ fn every_number_of_every_config_has_a_range() {
     for config in [BaselineConfig::dhp19_cnn(), BaselineConfig::lift_mono()] {
         count += check::<BaselineConfig>("baseline", &config.to_toml().unwrap());
     }
-    assert!(count > 900, "{count} numbers");
+    assert!(count > 900, "{count} values");
 }
 
 /// Each made NaN, panicked or aborted once.

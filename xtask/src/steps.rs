@@ -191,6 +191,11 @@ pub(crate) const SLOW: &[Step] = &[
         "an installed program has its networks",
         "test --release --test=integration installed -- --ignored",
     ),
+    // Only builds with checks abort at a write.
+    step(
+        "studies killed at every write resume, and a thousand commands with values out of their ranges end",
+        "test --workspace --features=gltf --test=integration -- --ignored kills:: no_number",
+    ),
     step(
         "twelve recordings in which an effect is hidden, or none",
         "test --release --test=integration twelve_blind -- --ignored",

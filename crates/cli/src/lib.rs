@@ -37,6 +37,7 @@ pub mod provenance;
 pub mod ranges;
 pub mod recorded;
 pub mod run_info;
+mod scene_source;
 pub mod sensor_source;
 pub mod shipped;
 pub mod sidecar;

@@ -139,7 +139,7 @@ mod tests {
     use super::*;
 
     #[derive(Parser)]
-    struct Whole {
+    struct Program {
         #[command(subcommand)]
         _command: Sub,
     }
@@ -158,7 +158,7 @@ mod tests {
     }
 
     fn checked(words: &[&str]) -> Result<(), String> {
-        let command = Whole::command();
+        let command = Program::command();
         let words = ["evpose", "live"].iter().chain(words);
         let matches = command.clone().try_get_matches_from(words).expect("known arguments");
         refuse_shared(&command, &matches).map_err(|error| error.to_string())

@@ -7,9 +7,9 @@ use std::ops::RangeInclusive;
 use std::str::FromStr;
 
 /// Longest time in seconds: eleven days.
-pub const MOST_SECONDS: f64 = 1e6;
+pub const MAX_SECONDS: f64 = 1e6;
 /// Most threads: beyond any machine, and well below what an operating system refuses.
-pub const MOST_THREADS: usize = 1_024;
+pub const MAX_THREADS: usize = 1_024;
 
 /// A parser of values within `range`: neither NaN nor infinity is one.
 pub fn within<T>(
@@ -24,14 +24,14 @@ where
     }
 }
 
-/// A duration in seconds, from a microsecond to [`MOST_SECONDS`].
+/// A duration in seconds, from a microsecond to [`MAX_SECONDS`].
 pub fn seconds() -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'static {
-    within(1e-6..=MOST_SECONDS)
+    within(1e-6..=MAX_SECONDS)
 }
 
-/// A time in seconds since the first event, or a duration that may be zero, up to [`MOST_SECONDS`].
+/// A time in seconds since the first event, or a duration that may be zero, up to [`MAX_SECONDS`].
 pub fn since_start() -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'static {
-    within(0.0..=MOST_SECONDS)
+    within(0.0..=MAX_SECONDS)
 }
 
 /// A duration in milliseconds, from a microsecond to a quarter of an hour, the longest window of a representation.
@@ -60,9 +60,9 @@ pub fn share() -> impl Fn(&str) -> Result<f32, String> + Clone + Send + Sync + '
     within(0.0..=1.0)
 }
 
-/// A thread count from 1 to [`MOST_THREADS`].
+/// A thread count from 1 to [`MAX_THREADS`].
 pub fn threads() -> impl Fn(&str) -> Result<usize, String> + Clone + Send + Sync + 'static {
-    within(1..=MOST_THREADS)
+    within(1..=MAX_THREADS)
 }
 
 /// A count from 1 to a million.

@@ -23,7 +23,7 @@ const LONGEST_NAME: usize = 200;
 const PREFIX: usize = 160;
 
 /// Symbolic links followed from one to the next, as Linux does.
-const MOST_LINKS: usize = 40;
+const MAX_LINKS: usize = 40;
 
 /// A file written under a temporary name beside its target and renamed on [`AtomicFile::commit`].
 ///
@@ -133,7 +133,7 @@ impl Drop for AtomicFile {
     }
 }
 
-/// Where bytes for a path go.
+/// Destination of the bytes for a path.
 enum Place {
     /// A file, that there is or that will be, behind all links.
     File(PathBuf),
@@ -158,7 +158,7 @@ fn through(path: &Path) -> io::Result<File> {
 /// Follows the links of `path`; a directory is an error.
 fn resolve(path: &Path) -> io::Result<Place> {
     let mut path = path.to_owned();
-    for _ in 0..MOST_LINKS {
+    for _ in 0..MAX_LINKS {
         // `/dev/stdout` leads here: its file is open, and a rename would part it from the shell's.
         if path.starts_with("/proc") || path.starts_with("/dev/fd") {
             return Ok(Place::Through(path));
@@ -191,9 +191,9 @@ pub fn is_same_file(a: &Path, b: &Path) -> bool {
 }
 
 #[cfg(unix)]
-fn is_device(found: &Metadata) -> bool {
+fn is_device(metadata: &Metadata) -> bool {
     use std::os::unix::fs::FileTypeExt as _;
-    found.file_type().is_char_device()
+    metadata.file_type().is_char_device()
 }
 
 #[cfg(not(unix))]
@@ -259,7 +259,7 @@ fn create_temporary(target: &Path) -> io::Result<(PathBuf, File)> {
 /// Removes a temporary file that nobody writes any more. Returns whether it did.
 fn remove_abandoned(temporary: &Path) -> bool {
     // Not a link or a pipe that somebody else put there: those are neither opened nor removed.
-    let is_file = |found: &Metadata| found.is_file();
+    let is_file = |metadata: &Metadata| metadata.is_file();
     if !fs::symlink_metadata(temporary).as_ref().is_ok_and(is_file) {
         return false;
     }

@@ -1,13 +1,13 @@
 //! Ranges of the numeric fields of configs, by their dotted names.
 //!
-//! Bounds of memory and of what numbers can mean; what fields have to do with each other is checked by the configs.
+//! Bounds of memory and of meaning; what fields have to do with each other is checked by the configs.
 
 use serde::Serialize;
 use toml::Value;
 
 use crate::TaskError;
 
-/// Where no other range is given: nothing that is configured is larger.
+/// Range of fields without another: nothing that is configured is larger.
 const USUAL: [f64; 2] = [-1e6, 1e6];
 /// Variances and weights, which are positive.
 const POSITIVE: [f64; 2] = [1e-30, 1e30];

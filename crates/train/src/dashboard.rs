@@ -1,6 +1,6 @@
 //! Burn's dashboard, with ends that a run knows from its own.
 //!
-//! The dashboard forgets at the end of a training that somebody stopped it, panics where it is told to stop at once,
+//! The dashboard forgets at the end of a training that somebody stopped it, panics at the key to stop at once,
 //! and takes Ctrl-C as any other key. Here all three, and SIGTERM and SIGHUP, interrupt the training: it ends after
 //! its batch, with the error that says how to go on.
 
@@ -21,7 +21,7 @@ static RUNNING: Mutex<Option<Interrupter>> = Mutex::new(None);
 
 /// The dashboard of one training.
 pub(crate) struct Dashboard {
-    /// None once it was told to stop at once.
+    /// None once it was stopped at once.
     shown: Option<Box<dyn MetricsRenderer>>,
     /// The interrupter of its keys.
     keys: Interrupter,

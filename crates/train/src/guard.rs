@@ -45,10 +45,10 @@ impl Guard {
         self.check_divergence(Divergence { loss, step, is_validation: true });
     }
 
-    fn check_divergence(&self, found: Divergence) {
-        if !found.loss.is_finite() {
-            let mut divergence = self.divergence.lock().unwrap_or_else(PoisonError::into_inner);
-            divergence.get_or_insert(found);
+    fn check_divergence(&self, divergence: Divergence) {
+        if !divergence.loss.is_finite() {
+            let mut first = self.divergence.lock().unwrap_or_else(PoisonError::into_inner);
+            first.get_or_insert(divergence);
             self.interrupter.stop(Some("the loss is no longer a number"));
         }
     }

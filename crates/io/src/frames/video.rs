@@ -135,7 +135,7 @@ impl Drop for Video {
     }
 }
 
-/// The program with its input: the first stream of pictures of a file, and no other address.
+/// The program with its input: the first video stream of a file, and no other address.
 fn ffmpeg(path: &Path) -> Command {
     let mut address = std::ffi::OsString::from("file:");
     address.push(path);

@@ -28,7 +28,7 @@ pub(super) fn name_of(host: &str) -> Option<String> {
             (name, port)
         }
     };
-    // Digits alone: Rust's own numbers may begin with a sign.
+    // Digits alone: Rust's own integers may begin with a sign.
     let is_port =
         |port: &str| port.bytes().all(|b| b.is_ascii_digit()) && port.parse::<u16>().is_ok();
     // `localhost.` is the same name, fully qualified.

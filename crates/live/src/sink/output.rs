@@ -1,4 +1,4 @@
-//! Where lines of poses go.
+//! Destinations of lines of poses.
 
 use std::io::{self, BufWriter, Write};
 use std::net::TcpStream;

@@ -13,7 +13,7 @@ use sha2::{Digest as _, Sha256};
 use super::mapped::map;
 use crate::NnError;
 
-/// What precedes the digits.
+/// Text before the digits.
 const TAG: &[u8] = b"\nsha256 ";
 /// Length of tag and digits.
 const LENGTH: usize = TAG.len() + 64;

@@ -11,8 +11,8 @@ use evpose_sensor::SensorConfig;
 
 use super::inputs::Loaded;
 use super::note::InputNote;
-use super::scenes::{MAX_PIXELS, SceneSource, USUAL_S};
 use crate::progress::say;
+use crate::scene_source::{MAX_PIXELS, SceneSource, USUAL_S};
 
 /// Reads events and frames, which have one clock and one place: only axes and polarity may be mixed
 /// up.

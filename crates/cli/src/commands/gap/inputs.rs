@@ -19,9 +19,9 @@ use evpose_sensor::{STAGES, SensorConfig, SensorModel};
 use super::args::InputArgs;
 use super::davis;
 use super::note::InputNote;
-use super::scenes::{FRAMES, SceneSource, as_gap_error};
 use crate::bad_input::BadInput;
 use crate::progress::say;
+use crate::scene_source::{FRAMES, SceneSource, as_gap_error};
 use crate::sensor_source as source;
 
 /// A recording beside its scene, as read.

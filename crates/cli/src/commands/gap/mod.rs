@@ -5,7 +5,6 @@ mod davis;
 mod inputs;
 mod note;
 mod run;
-mod scenes;
 mod steps;
 mod verify;
 

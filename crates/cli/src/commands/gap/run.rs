@@ -12,14 +12,15 @@ use evpose_gap::verdict::Answer;
 use evpose_gap::workflow::{AnswerEvidence, outcome, scene_free_verdict, with_stamp_period};
 
 use super::args::{InputArgs, RunArgs};
-use super::scenes::NONE;
-use super::{inputs, scenes};
+use super::inputs;
 use crate::bad_input::BadInput;
 use crate::pages::gap as report;
 use crate::pages::gap::files::{self, RunInfo, whole};
 use crate::pages::gap::terminal;
 use crate::progress::{say, spinner};
 use crate::run_info::COMMIT;
+use crate::scene_source;
+use crate::scene_source::NONE;
 use crate::threads::use_threads;
 
 /// Everything that a run writes.
@@ -138,9 +139,9 @@ fn write(args: &RunArgs, written: &Written) -> Result<()> {
         seed: inputs.seed,
         quick: inputs.quick,
         measured: whole(&inputs.measured)?,
-        scene: if is_alone { None } else { Some(scenes::whole(&inputs.scene)?) },
+        scene: if is_alone { None } else { Some(scene_source::whole(&inputs.scene)?) },
         validate: path(&inputs.validate)?,
-        validate_scene: inputs.validate_scene.as_deref().map(scenes::whole).transpose()?,
+        validate_scene: inputs.validate_scene.as_deref().map(scene_source::whole).transpose()?,
         poses: path(&inputs.poses)?,
         validate_poses: path(&inputs.validate_poses)?,
         scene_seconds: inputs.seconds,

@@ -13,10 +13,10 @@ use evpose_gap::{
 
 use super::args::{CorrectArgs, InputArgs, PowerArgs};
 use super::inputs;
-use super::scenes::SceneSource;
 use crate::bad_input::BadInput;
 use crate::pages::gap::words;
 use crate::progress::{say, spinner};
+use crate::scene_source::SceneSource;
 use crate::threads::use_threads;
 use evpose_report::format::{percent, short};
 

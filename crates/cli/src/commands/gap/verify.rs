@@ -8,10 +8,10 @@ use rayon::prelude::*;
 
 use super::args::VerifyArgs;
 use super::inputs;
-use super::scenes::SceneSource;
 use crate::bad_input::BadInput;
 use crate::pages::gap::files;
 use crate::progress::say;
+use crate::scene_source::SceneSource;
 
 pub(super) fn run(args: &VerifyArgs) -> Result<()> {
     let info = files::run_info(&args.dir).context(BadInput)?;

@@ -17,7 +17,7 @@ const RESERVED: [&str; 2] = ["run", "config"];
 const UNFINISHED: &str = "unfinished";
 
 /// Clocks may count from 1970: this is the year 2255.
-const MOST_START_US: i64 = 1 << 53;
+const MAX_START_US: i64 = 1 << 53;
 
 /// Recordings and label files, in the same order.
 #[derive(Debug, clap::Args)]
@@ -33,7 +33,7 @@ pub(crate) struct OwnRecordingArgs {
     pub(crate) out: PathBuf,
     /// Time of the labels' 0 in the clock of the events, in microseconds
     #[arg(long, value_name = "MICROSECONDS", default_value_t = 0, allow_hyphen_values = true,
-        value_parser = within(-MOST_START_US..=MOST_START_US))]
+        value_parser = within(-MAX_START_US..=MAX_START_US))]
     pub(crate) start_us: i64,
     /// Longest time between labels over which they are interpolated; a recording is cut at longer
     /// gaps

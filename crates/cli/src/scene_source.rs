@@ -6,7 +6,7 @@
 //! | a config as `evpose simulate` takes it, `#N` behind it for sequence N | that of the sequence |
 //! | a directory that `evpose simulate` wrote, with `#N` | that of its sequence N |
 //! | the latter two with poses | a hand in these poses, with light and texture drawn at random |
-//! | `frames` | that of the frames beside the events of a recording, see [`super::davis`] |
+//! | `frames` | that of the frames beside the events of a recording, see `evpose gap` |
 
 use std::path::{Path, PathBuf};
 
@@ -23,25 +23,25 @@ use evpose_task::hand::HandConfig;
 use crate::configs;
 
 /// A recording without a scene.
-pub(super) const NONE: &str = "none";
+pub(crate) const NONE: &str = "none";
 /// The frames that a recording holds itself.
-pub(super) const FRAMES: &str = "frames";
+pub(crate) const FRAMES: &str = "frames";
 /// Seconds that are rendered if the user does not say.
-pub(super) const USUAL_S: f64 = 2.0;
+pub(crate) const USUAL_S: f64 = 2.0;
 /// Pixels of all frames together: four seconds of a DAVIS240C at a thousand frames a second.
-pub(super) const MAX_PIXELS: f64 = 180e6;
+pub(crate) const MAX_PIXELS: f64 = 180e6;
 
 /// A scene as it was typed.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct SceneSource {
+pub(crate) struct SceneSource {
     /// The directory, or the config with `#N`.
-    pub(super) path: PathBuf,
+    pub(crate) path: PathBuf,
     /// Labels of what was seen; then light and texture are not those of the recording.
-    pub(super) poses: Option<PathBuf>,
+    pub(crate) poses: Option<PathBuf>,
     /// Seconds that are rendered.
-    pub(super) seconds: Option<f64>,
+    pub(crate) seconds: Option<f64>,
     /// How the frames of a recording are read.
-    pub(super) response: Option<Response>,
+    pub(crate) response: Option<Response>,
 }
 
 /// A sequence of a config.
@@ -55,12 +55,12 @@ struct Sequence {
 
 impl SceneSource {
     /// Whether it is the recording's own frames.
-    pub(super) fn is_frames(&self) -> bool {
+    pub(crate) fn is_frames(&self) -> bool {
         self.path == Path::new(FRAMES)
     }
 
     /// Reads or renders it.
-    pub(super) fn load(&self) -> Result<LoadedScene> {
+    pub(crate) fn load(&self) -> Result<LoadedScene> {
         if self.is_frames() {
             bail!("--scene frames goes with a recording that holds frames: there is none here");
         }
@@ -111,7 +111,7 @@ impl SceneSource {
     }
 
     /// The scene with another draw of light and texture; see [`Simulation::light_of`].
-    pub(super) fn nuisance_sample(&self, sample: u64) -> Result<LightSequence> {
+    pub(crate) fn nuisance_sample(&self, sample: u64) -> Result<LightSequence> {
         let (Some(path), Some(sequence)) = (&self.poses, self.sequence()?) else {
             bail!("{}: light and texture of a known scene do not vary", self.path.display());
         };
@@ -122,7 +122,7 @@ impl SceneSource {
     }
 
     /// Whether what is rendered is shorter than the recording may be.
-    pub(super) fn is_rendered(&self) -> bool {
+    pub(crate) fn is_rendered(&self) -> bool {
         self.config().is_some()
     }
 
@@ -233,12 +233,12 @@ impl Hands {
 }
 
 /// An error of a sample as one of the workflow.
-pub(super) fn as_gap_error(error: &anyhow::Error) -> GapError {
+pub(crate) fn as_gap_error(error: &anyhow::Error) -> GapError {
     GapError::Scene(format!("{error:#}"))
 }
 
 /// The path from the root; names of embedded configs and of what is no file stay as they are.
-pub(super) fn whole(path: &Path) -> Result<PathBuf> {
+pub(crate) fn whole(path: &Path) -> Result<PathBuf> {
     if path == Path::new(FRAMES) {
         return Ok(path.to_owned());
     }
