@@ -78,6 +78,11 @@ impl Evt3Decoder {
         }
     }
 
+    /// Begins again, of the same camera: what comes is of a camera that was started anew.
+    pub(crate) fn restart(&mut self) {
+        *self = Self { camera: self.camera, skipped: self.skipped, ..Self::new(None) };
+    }
+
     /// Takes a word before the first row behind the first high time.
     fn begin(&mut self, word: u16) {
         let value = word & VALUE;

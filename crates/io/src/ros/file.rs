@@ -1,7 +1,7 @@
 //! Files of messages, read unit by unit: a chunk of them, or one that stands alone.
 
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::fields::{Reason, Serialisation};
 use crate::{Input, IoError, ReadSeek};
@@ -12,12 +12,26 @@ const MAX_UNIT: u64 = 1 << 30;
 /// A fault of a file.
 pub(super) enum Fault {
     Read(io::Error),
-    Damage { byte: u64, reason: Reason },
+    Damage {
+        byte: u64,
+        reason: Reason,
+    },
+    /// A file of a known kind without messages of ROS.
+    Stranger(Reason),
 }
 
 impl Fault {
     pub(super) fn damage(byte: u64, reason: impl Into<Reason>) -> Self {
         Self::Damage { byte, reason: reason.into() }
+    }
+
+    /// The same fault, for when it is met again.
+    pub(super) fn again(&self) -> Self {
+        match self {
+            Self::Read(error) => Self::Read(io::Error::new(error.kind(), error.to_string())),
+            Self::Damage { byte, reason } => Self::damage(*byte, reason.clone()),
+            Self::Stranger(reason) => Self::Stranger(reason.clone()),
+        }
     }
 
     /// The error of a file of a kind.
@@ -27,6 +41,9 @@ impl Fault {
             Self::Damage { byte, reason } => {
                 let reason = format!("{kind}: {reason}").into();
                 IoError::Damaged { path: path.to_owned(), byte, reason, events }
+            }
+            Self::Stranger(reason) => {
+                IoError::Stream { path: path.to_owned(), reason: reason.into_owned() }
             }
         }
     }
@@ -78,6 +95,9 @@ pub(super) trait MessageFile: Send {
         take: &mut MessageVisitor<'_>,
     ) -> Result<Option<u64>, Fault>;
 }
+
+/// A file of messages, and its name for errors.
+pub(super) type NamedFile = (PathBuf, Box<dyn MessageFile>);
 
 /// Bytes that are mostly read one after the other.
 pub(super) struct Bytes {

@@ -13,21 +13,13 @@ pub(crate) fn is_bag(folder: &Path) -> bool {
 /// The first file of a bag, under the name of its folder.
 ///
 /// # Errors
-/// If the folder cannot be read, or none of the files is there.
+/// If the folder cannot be read, or a file of it is missing.
 pub(crate) fn first(folder: &Path) -> Result<Input, IoError> {
     let first = files(folder)?.into_iter().next().ok_or_else(|| IoError::Stream {
         path: folder.to_owned(),
-        reason: "none of the files that its metadata.yaml names is there".to_owned(),
+        reason: "its metadata.yaml names no files below relative_file_paths".to_owned(),
     })?;
     Ok(Input { path: folder.to_owned(), ..Input::file(first)? })
-}
-
-/// The files behind the first of a bag that is a folder.
-pub(super) fn others(path: &Path) -> Result<Vec<Input>, IoError> {
-    if !path.is_dir() {
-        return Ok(Vec::new());
-    }
-    files(path)?.into_iter().skip(1).map(Input::file).collect()
 }
 
 /// Refuses databases with messages that SQLite has not yet put into them: a recorder was killed.
@@ -48,20 +40,22 @@ pub(super) fn check_merged(path: &Path) -> Result<(), IoError> {
     Ok(())
 }
 
-fn files(folder: &Path) -> Result<Vec<PathBuf>, IoError> {
-    let failed = |error| IoError::file(folder, "read", error);
-    let metadata = fs::read_to_string(folder.join("metadata.yaml")).map_err(failed)?;
+/// The files that the metadata list, below `relative_file_paths`; all have to be there.
+pub(super) fn files(folder: &Path) -> Result<Vec<PathBuf>, IoError> {
+    let metadata = folder.join("metadata.yaml");
+    let text = fs::read_to_string(&metadata).map_err(|e| IoError::file(&metadata, "read", e))?;
+    let list = text.lines().skip_while(|line| line.trim() != "relative_file_paths:").skip(1);
+    let entries = list.map_while(|line| line.trim().strip_prefix("- "));
     let mut files = Vec::new();
-    for entry in fs::read_dir(folder).map_err(failed)? {
-        let path = entry.map_err(failed)?.path();
-        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        // Whole names: `bag_1.db3` is a part of `bag_1.db3.zstd`.
-        let place = metadata.split_whitespace().position(|word| {
-            let word = word.trim_matches(['"', '\'']);
-            word == name || word.strip_suffix(&name).is_some_and(|before| before.ends_with('/'))
-        });
-        files.extend(place.map(|place| (place, path)));
+    for entry in entries {
+        // Older recorders name the folder, too.
+        let name = Path::new(entry.trim().trim_matches(['"', '\''])).file_name();
+        let path = folder.join(name.unwrap_or_default());
+        if !path.is_file() {
+            let reason = format!("its metadata.yaml names {entry}, which is not in the folder");
+            return Err(IoError::Stream { path: folder.to_owned(), reason });
+        }
+        files.push(path);
     }
-    files.sort();
-    Ok(files.into_iter().map(|(_, path)| path).collect())
+    Ok(files)
 }

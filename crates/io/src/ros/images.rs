@@ -5,22 +5,28 @@
 //! | `sensor_msgs/Image` | `mono8`, `mono16`, `bgr8`, `rgb8` |
 //! | `sensor_msgs/CompressedImage` | PNG, JPEG |
 //!
-//! The header of an image has the time of ROS. So have events of lists. That of a packet is the time of
-//! its first event: by the first packet, times of ROS become times of the sensor.
+//! The header of an image has a time of ROS, as events of lists have. So have events of `libcaer` and
+//! `libcaer_cmp`, whose driver stamps the images of the same sensor by the clock of its events; the headers
+//! of these packets are of their arrival. For packets of `evt3` and `mono` the header of the first one is
+//! taken as the time of its first event: by it, times of ROS become times of the sensor.
 //!
 //! # Source
 //! <https://github.com/ros2/common_interfaces>, `sensor_msgs`
 
 use std::collections::VecDeque;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use evpose_core::Micros;
 
 use super::fields::{Fields, Reason, Serialisation};
-use super::file::{MessageFile, Topic};
+use super::file::{NamedFile, Topic};
+use super::message::unpacked;
 use super::source::{Place, RosSource, listed};
 use crate::aedat4::{Depth, Frame, PixelFormat};
 use crate::{IoError, OpenOptions};
+
+/// Bytes of pixels that wait, from which on a unit is read in parts.
+const WAITING: usize = 1 << 26;
 
 /// Types of messages with images.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,13 +47,14 @@ impl ImageType {
 
 /// The images of a topic, in the order of the file.
 pub struct Images {
-    path: PathBuf,
     place: Place,
     kind: ImageType,
     serialisation: Serialisation,
     /// Time of ROS at which times of events are 0, microseconds since 1970.
     zero_us: i64,
     waiting: VecDeque<Frame>,
+    /// Behind those that wait.
+    fault: Option<IoError>,
     is_over: bool,
 }
 
@@ -61,14 +68,10 @@ pub fn images(path: &Path, options: &OpenOptions) -> Result<Images, IoError> {
     of(files, &events, path)
 }
 
-fn of(
-    files: Vec<Box<dyn MessageFile>>,
-    events: &RosSource,
-    path: &Path,
-) -> Result<Images, IoError> {
+fn of(files: Vec<NamedFile>, events: &RosSource, path: &Path) -> Result<Images, IoError> {
     let (place, topics, fault) = Place::new(files);
     if let Some(fault) = fault {
-        return Err(fault.of_file((path, place.kind()), 0));
+        return Err(fault);
     }
     let refused = |reason: String| IoError::Stream { path: path.to_owned(), reason };
     let mut candidates: Vec<&Topic> =
@@ -89,12 +92,12 @@ fn of(
     let mut place = place;
     place.choose(topic);
     Ok(Images {
-        path: path.to_owned(),
         place,
         kind: ImageType::by_name(&topic.kind).unwrap_or(ImageType::Plain),
         serialisation: topic.serialisation,
         zero_us: events.zero_us,
         waiting: VecDeque::new(),
+        fault: None,
         is_over: false,
     })
 }
@@ -105,20 +108,23 @@ impl Iterator for Images {
     fn next(&mut self) -> Option<Self::Item> {
         while self.waiting.is_empty() && !self.is_over {
             let (kind, serialisation, zero_us) = (self.kind, self.serialisation, self.zero_us);
-            let waiting = &mut self.waiting;
+            let (waiting, mut bytes) = (&mut self.waiting, 0);
             let read = self.place.unit(&mut |message| {
-                waiting.push_back(decode(message, kind, serialisation, zero_us)?);
-                Ok(())
+                let frame = decode(message, kind, serialisation, zero_us)?;
+                bytes += frame.pixels.len();
+                waiting.push_back(frame);
+                Ok(bytes >= WAITING)
             });
             match read {
                 Ok(is_over) => self.is_over = is_over,
                 Err(fault) => {
+                    self.fault = Some(self.place.error(fault, 0));
                     self.is_over = true;
-                    return Some(Err(fault.of_file((&self.path, self.place.kind()), 0)));
                 }
             }
         }
-        self.waiting.pop_front().map(Ok)
+        // Images before a fault come before it.
+        self.waiting.pop_front().map(Ok).or_else(|| self.fault.take().map(Err))
     }
 }
 
@@ -128,7 +134,8 @@ fn decode(
     serialisation: Serialisation,
     zero_us: i64,
 ) -> Result<Frame, Reason> {
-    let mut fields = Fields::new(message, serialisation)?;
+    let message = unpacked(message)?;
+    let mut fields = Fields::new(&message, serialisation)?;
     let t = Micros(fields.header_us()? - zero_us);
     let (format, (width, height), pixels) = match kind {
         ImageType::Plain => plain(&mut fields)?,

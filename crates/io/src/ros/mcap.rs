@@ -106,7 +106,7 @@ impl Mcap {
             Ok(())
         })
         .ok()?;
-        index.has_counts.then(|| index.topics())
+        index.is_whole().then(|| index.topics())
     }
 }
 
@@ -252,6 +252,17 @@ impl Index {
                 self.counts = of_channels;
             }
         }
+    }
+
+    /// Whether counts are stated, and what they are of is known: a summary may leave schemas and channels
+    /// out.
+    fn is_whole(&self) -> bool {
+        let is_known = |id| {
+            let channel: Option<&Channel> = self.channels.get(id);
+            // A channel of schema 0 has none.
+            channel.is_some_and(|c| c.schema == 0 || self.schemas.contains_key(&c.schema))
+        };
+        self.has_counts && self.counts.keys().all(is_known)
     }
 
     fn topics(self) -> Vec<Topic> {

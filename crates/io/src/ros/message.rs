@@ -17,6 +17,8 @@
 //! <https://github.com/ros-event-camera/event_camera_msgs>, `event_camera_codecs` for the encodings;
 //! <https://github.com/uzh-rpg/rpg_dvs_ros>; <https://github.com/prophesee-ai/prophesee_ros_wrapper>
 
+use std::borrow::Cow;
+
 use evpose_core::{Event, Micros, Polarity, SensorSize};
 
 use zrip::decompress_with_limit;
@@ -30,6 +32,19 @@ const LISTED: usize = 13;
 /// How a message begins that the recorder of ROS 2 packed, and bytes that one may become.
 const ZSTANDARD: &[u8] = b"\x28\xb5\x2f\xfd";
 const MAX_BYTES: usize = 1 << 28;
+/// Events of a packet that are believed, 67 million: two bytes may be twelve of them.
+const MAX_EVENTS: usize = 1 << 26;
+/// Bytes of EVT 3.0 between two looks at their count.
+const SLICE: usize = 1 << 20;
+
+/// A message itself, or what the recorder of ROS 2 packed it from.
+pub(super) fn unpacked(message: &[u8]) -> Result<Cow<'_, [u8]>, Reason> {
+    if !message.starts_with(ZSTANDARD) {
+        return Ok(message.into());
+    }
+    let message = decompress_with_limit(message, MAX_BYTES);
+    Ok(message.map_err(|fault| format!("Zstandard: {fault}"))?.into())
+}
 
 /// Types of messages with events.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -87,16 +102,8 @@ impl MessageDecoder {
 
     /// Appends the events of a message; before a fault, those that stand before it.
     pub(super) fn decode(&mut self, message: &[u8], columns: &mut Columns) -> Result<(), Reason> {
-        if message.starts_with(ZSTANDARD) {
-            let message = decompress_with_limit(message, MAX_BYTES);
-            let message = message.map_err(|fault| format!("Zstandard: {fault}"))?;
-            // What is packed twice is none of the recorder's.
-            return match message.starts_with(ZSTANDARD) {
-                true => Err("a message that is packed twice".into()),
-                false => self.decode(&message, columns),
-            };
-        }
-        let mut fields = Fields::new(message, self.serialisation)?;
+        let message = unpacked(message)?;
+        let mut fields = Fields::new(&message, self.serialisation)?;
         let header_us = fields.header_us()?;
         let (height, width) = (fields.u32()?, fields.u32()?);
         if let (Ok(width @ 1..), Ok(height @ 1..)) = (u16::try_from(width), u16::try_from(height)) {
@@ -123,17 +130,17 @@ impl MessageDecoder {
             return Err("events in the byte order of a big-endian machine".into());
         }
         let bytes = fields.bytes()?;
-        // A sequence that begins again is that of a driver that was started again.
         let missing = self.next_number.map_or(0, |next| number.saturating_sub(next));
         self.missing = self.missing.saturating_add(missing);
+        // A sequence that begins again is that of a driver that was started again: its first words go on
+        // with none before.
+        if self.next_number.is_some_and(|next| number < next) {
+            self.evt3.restart();
+        }
         self.next_number = number.checked_add(1);
         let name = match encoding {
             "evt3" => {
-                let took = self.evt3.decode(bytes, false, columns);
-                let took = took.map_err(|fault| fault.reason)?;
-                if took < bytes.len() {
-                    return Err("a packet ends within a word of EVT 3.0".into());
-                }
+                evt3(&mut self.evt3, bytes, columns, MAX_EVENTS)?;
                 "evt3"
             }
             "mono" => {
@@ -145,7 +152,7 @@ impl MessageDecoder {
                 "libcaer"
             }
             "libcaer_cmp" => {
-                self.unknown += libcaer_words(bytes, base, columns)?;
+                self.unknown += libcaer_words(bytes, base, columns, MAX_EVENTS)?;
                 "libcaer_cmp"
             }
             "trigger" => {
@@ -176,9 +183,30 @@ fn micros(base_ns: u64, after_ns: u64) -> Micros {
     Micros((base_ns.saturating_add(after_ns) / 1_000).cast_signed())
 }
 
+/// A fault if a packet has more events than are believed.
+fn believed(events: usize, most: usize) -> Result<(), Reason> {
+    if events > most { Err(format!("a packet of more than {most} events").into()) } else { Ok(()) }
+}
+
+/// Decodes a packet in slices.
+fn evt3(
+    decoder: &mut Evt3Decoder,
+    bytes: &[u8],
+    columns: &mut Columns,
+    most: usize,
+) -> Result<(), Reason> {
+    let (before, mut took) = (columns.len(), 0);
+    for slice in bytes.chunks(SLICE) {
+        took += decoder.decode(slice, false, columns).map_err(|fault| fault.reason)?;
+        believed(columns.len() - before, most)?;
+    }
+    if took < bytes.len() { Err("a packet ends within a word of EVT 3.0".into()) } else { Ok(()) }
+}
+
 /// Words of 64 bits; a fault if the bytes end within one.
 fn words(bytes: &[u8]) -> Result<impl Iterator<Item = u64>, Reason> {
     let (words, rest) = bytes.as_chunks::<8>();
+    believed(words.len(), MAX_EVENTS)?;
     match rest {
         [] => Ok(words.iter().map(|word| u64::from_le_bytes(*word))),
         _ => Err("a packet ends within an event".into()),
@@ -217,7 +245,13 @@ fn libcaer(bytes: &[u8], mut base: u64, columns: &mut Columns) -> Result<(), Rea
 }
 
 /// Returns the count of words of unknown types.
-fn libcaer_words(bytes: &[u8], base: u64, columns: &mut Columns) -> Result<u64, Reason> {
+fn libcaer_words(
+    bytes: &[u8],
+    base: u64,
+    columns: &mut Columns,
+    most: usize,
+) -> Result<u64, Reason> {
+    let before = columns.len();
     let (words, rest) = bytes.as_chunks::<2>();
     let (mut high, mut low, mut x, mut unknown) = (0, 0, 0, 0);
     // Row and polarity that the next vector begins at.
@@ -240,6 +274,7 @@ fn libcaer_words(bytes: &[u8], base: u64, columns: &mut Columns) -> Result<u64, 
                     .filter(|bit| word >> bit & 1 == 1)
                     .for_each(|bit| put(vector_y + bit, is_on));
                 vector_y = (vector_y + 8) & 0x7FF;
+                believed(columns.len() - before, most)?;
             }
             _ => unknown += 1,
         }
@@ -290,12 +325,30 @@ mod tests {
         let words: [u16; 8] = [0x2005, 0x1003, 0x3807, 0x0002, 0x1001, 0x4010, 0x5081, 0x6000];
         let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
         let mut columns = Columns::new();
-        assert_eq!(libcaer_words(&bytes, 1_000_000, &mut columns), Ok(1));
+        assert_eq!(libcaer_words(&bytes, 1_000_000, &mut columns, 3), Ok(1));
         let late = 1_000 + (2 << 12) + 1;
         assert_eq!(
             events(&columns),
             [(1_003, 5, 7, true), (late, 5, 16, false), (late, 5, 23, false)]
         );
+        let error = libcaer_words(&bytes, 0, &mut columns, 2).unwrap_err();
+        assert_eq!(error, "a packet of more than 2 events");
+    }
+
+    #[test]
+    fn a_packet_of_evt_3_is_as_long_as_it_is_but_not_of_more_events_than_are_believed() {
+        // High time, row, base; then vectors of twelve, more than a slice of them.
+        let vectors = SLICE / 2 + 5;
+        let words = [0x8001, 0x0007, 0x3000].into_iter().chain((0..vectors).map(|_| 0x4001_u16));
+        let bytes: Vec<u8> = words.flat_map(u16::to_le_bytes).collect();
+        let read = |most| {
+            let mut columns = Columns::new();
+            let read = evt3(&mut Evt3Decoder::new(None), &bytes, &mut columns, most);
+            (read, columns.len())
+        };
+        assert_eq!(read(vectors), (Ok(()), vectors));
+        assert!(read(vectors - 1).0.is_err());
+        assert!(read(SLICE / 4).1 <= SLICE / 2);
     }
 
     #[test]

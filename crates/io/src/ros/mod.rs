@@ -22,7 +22,7 @@ mod source;
 mod sqlite;
 mod writer;
 
-use file::MessageFile;
+use file::{MessageFile, NamedFile};
 pub use images::{Images, images};
 use source::RosSource;
 
@@ -76,24 +76,32 @@ fn open_source(input: Input, options: &OpenOptions) -> Result<RosSource, IoError
 }
 
 /// Opens a file, or those of a folder, by what they begin with.
-fn open_files(input: Input) -> Result<Vec<Box<dyn MessageFile>>, IoError> {
+fn open_files(input: Input) -> Result<Vec<NamedFile>, IoError> {
     let path = input.path.clone();
-    let behind = folder::others(&path)?;
-    let mut files: Vec<Box<dyn MessageFile>> = Vec::new();
-    for input in [input].into_iter().chain(behind) {
-        let mut input = unpacked(input)?;
+    // The first file of a folder is open, under the name of the folder.
+    let of_folder = if path.is_dir() { folder::files(&path)? } else { Vec::new() };
+    let name = of_folder.first().unwrap_or(&path).clone();
+    let first = Ok(Input { path: name, ..input });
+    let behind = of_folder.iter().skip(1).map(Input::file);
+    let mut files: Vec<NamedFile> = Vec::new();
+    for input in [first].into_iter().chain(behind) {
+        let mut input = unpacked(input?)?;
         let head = input.head(sqlite::MAGIC.len())?;
-        files.push(if head.starts_with(mcap::MAGIC) {
+        let name = input.path.clone();
+        let file: Box<dyn MessageFile> = if head.starts_with(mcap::MAGIC) {
             Box::new(mcap::Mcap::new(input))
         } else if head.starts_with(bag::MAGIC) {
             Box::new(bag::Bag::new(input))
         } else {
             folder::check_merged(&path)?;
             Box::new(sqlite::Sqlite::new(input))
-        });
+        };
+        files.push((name, file));
     }
     Ok(files)
 }
 
+#[cfg(test)]
+mod made;
 #[cfg(test)]
 mod tests;

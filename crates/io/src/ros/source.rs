@@ -1,13 +1,16 @@
 //! The events of one topic, as a source.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use evpose_core::Micros;
 
-use super::file::{Fault, MessageFile, MessageVisitor, Topic, add_topic};
+use super::fields::Reason;
+use super::file::{Fault, NamedFile, Topic, add_topic};
 use super::message::{EventType, MessageDecoder};
 use crate::{Columns, EventSource, Header, IoError, OpenOptions};
 
+/// Events from which on a unit is read in parts, so that memory does not depend on it.
+const EVENTS: usize = 1 << 24;
 /// Bytes between two places from which reading can start again.
 const BETWEEN_MARKS: u64 = 1 << 22;
 /// Times from here on are of the calendar, the end of 2001 in microseconds.
@@ -15,27 +18,30 @@ pub(super) const CALENDAR_US: i64 = 1_000_000_000_000_000;
 
 /// A place in files that follow each other, and the topic that is read of them.
 pub(super) struct Place {
-    files: Vec<Box<dyn MessageFile>>,
+    files: Vec<NamedFile>,
     /// Topics of each file, and identifiers of the one that is read.
     topics: Vec<Vec<Topic>>,
     ids: Vec<Vec<u32>>,
     /// The present file, and the unit in it.
     file: usize,
     at: u64,
+    /// Messages of the unit that were handed over.
+    taken: usize,
 }
 
 impl Place {
     /// The begin of files, the topics of all of them, and the fault that ends them.
-    pub(super) fn new(mut files: Vec<Box<dyn MessageFile>>) -> (Self, Vec<Topic>, Option<Fault>) {
+    pub(super) fn new(mut files: Vec<NamedFile>) -> (Self, Vec<Topic>, Option<IoError>) {
         let (mut all, mut topics, mut fault) = (Vec::new(), Vec::new(), None);
-        for file in &mut files {
+        for (path, file) in &mut files {
             let (of_file, ends) = file.topics();
             of_file.iter().for_each(|topic| add_topic(&mut all, topic.clone()));
             topics.push(of_file);
-            fault = fault.or(ends);
+            let error = |ends: Fault| ends.of_file((path.as_path(), file.kind()), 0);
+            fault = fault.or_else(|| ends.map(error));
         }
-        let at = files.first().map_or(0, |file| file.begin());
-        (Self { files, topics, ids: Vec::new(), file: 0, at }, all, fault)
+        let at = files.first().map_or(0, |(_, file)| file.begin());
+        (Self { files, topics, ids: Vec::new(), file: 0, at, taken: 0 }, all, fault)
     }
 
     /// Reads a topic from here on.
@@ -47,21 +53,44 @@ impl Place {
         self.ids = self.topics.iter().map(of_file).collect();
     }
 
-    /// Kind of the files, for messages.
-    pub(super) fn kind(&self) -> &'static str {
-        self.files.first().map_or("", |file| file.kind())
+    /// The error of a fault of the present file.
+    pub(super) fn error(&self, fault: Fault, events: u64) -> IoError {
+        let file = self.files.get(self.file);
+        let file = file.map_or((Path::new(""), ""), |(path, file)| (path.as_path(), file.kind()));
+        fault.of_file(file, events)
     }
 
-    /// Hands over the messages of a unit and goes to the next; returns whether there is none.
-    pub(super) fn unit(&mut self, take: &mut MessageVisitor<'_>) -> Result<bool, Fault> {
-        let Some(file) = self.files.get_mut(self.file) else { return Ok(true) };
-        match file.unit(self.at, &self.ids[self.file], take)? {
+    /// Hands over the messages of a unit until `take` says that it has enough; the next call goes on
+    /// behind them. Returns whether there is no unit.
+    pub(super) fn unit(
+        &mut self,
+        take: &mut dyn FnMut(&[u8]) -> Result<bool, Reason>,
+    ) -> Result<bool, Fault> {
+        let Some((_, file)) = self.files.get_mut(self.file) else { return Ok(true) };
+        let (mut met, mut has_enough) = (0, false);
+        let read = file.unit(self.at, &self.ids[self.file], &mut |message| {
+            if has_enough {
+                return Ok(());
+            }
+            met += 1;
+            if met > self.taken {
+                has_enough = take(message)?;
+            }
+            Ok(())
+        });
+        // What is behind is met again, a fault too.
+        if has_enough {
+            self.taken = met;
+            return Ok(false);
+        }
+        match read? {
             Some(next) => self.at = next,
             None => {
                 self.file += 1;
-                self.at = self.files.get(self.file).map_or(0, |file| file.begin());
+                self.at = self.files.get(self.file).map_or(0, |(_, file)| file.begin());
             }
         }
+        self.taken = 0;
         Ok(false)
     }
 }
@@ -99,6 +128,7 @@ pub(super) fn listed<'a>(topics: impl IntoIterator<Item = &'a Topic>) -> String 
 struct Mark {
     file: usize,
     at: u64,
+    taken: usize,
     events: u64,
     /// The latest time before.
     latest: Micros,
@@ -107,7 +137,6 @@ struct Mark {
 
 /// Events of a topic.
 pub(super) struct RosSource {
-    path: PathBuf,
     place: Place,
     header: Header,
     pub(super) topic: String,
@@ -129,7 +158,7 @@ impl RosSource {
     /// # Errors
     /// If there is none, or are several and none is chosen.
     pub(super) fn open(
-        files: Vec<Box<dyn MessageFile>>,
+        files: Vec<NamedFile>,
         path: &Path,
         options: &OpenOptions,
     ) -> Result<Self, IoError> {
@@ -137,12 +166,11 @@ impl RosSource {
         let (topic, kind) = match (choose(&topics, options.topic.as_deref()), fault) {
             (Ok(chosen), _) => chosen,
             // What lies behind damage may hold the topic.
-            (Err(_), Some(fault)) => return Err(fault.of_file((path, place.kind()), 0)),
+            (Err(_), Some(fault)) => return Err(fault),
             (Err(reason), None) => return Err(IoError::Stream { path: path.to_owned(), reason }),
         };
         place.choose(topic);
         let mut source = Self {
-            path: path.to_owned(),
             place,
             header: Header::default(),
             topic: topic.name.clone(),
@@ -156,13 +184,13 @@ impl RosSource {
         };
         let start = source.mark();
         source.marks.push(start.clone());
-        source.begin(topic, kind);
+        source.begin(topic);
         source.go_to(start);
         Ok(source)
     }
 
     /// Learns from the first events what messages do not repeat.
-    fn begin(&mut self, topic: &Topic, kind: EventType) {
+    fn begin(&mut self, topic: &Topic) {
         let mut first = Columns::new();
         // A fault before the first event is met again when it is read.
         while first.is_empty() && !self.is_at_end && self.unit(&mut first).is_ok() {}
@@ -177,8 +205,9 @@ impl RosSource {
             let since = first.as_seconds();
             self.header.facts.push(("time 0", format!("{since:.6} s after 1970 began")));
         }
-        self.zero_us = match (kind, self.decoder.header_us) {
-            (EventType::Packet, Some(header_us)) => {
+        // Packets of libcaer have times of ROS, and headers of their arrival; so have lists.
+        self.zero_us = match (self.decoder.encoding, self.decoder.header_us) {
+            (Some("evt3" | "mono"), Some(header_us)) => {
                 header_us.saturating_sub(first.0.saturating_sub(self.origin.0))
             }
             _ => self.origin.0,
@@ -189,7 +218,10 @@ impl RosSource {
     fn unit(&mut self, columns: &mut Columns) -> Result<(), Fault> {
         let before = columns.len();
         let decoder = &mut self.decoder;
-        let read = self.place.unit(&mut |message| decoder.decode(message, columns));
+        let read = self.place.unit(&mut |message| {
+            decoder.decode(message, columns)?;
+            Ok(columns.len() - before >= EVENTS)
+        });
         for t in &mut columns.t[before..] {
             *t = Micros(t.0.saturating_sub(self.origin.0));
         }
@@ -200,13 +232,13 @@ impl RosSource {
     }
 
     fn mark(&self) -> Mark {
-        let Place { file, at, .. } = self.place;
+        let Place { file, at, taken, .. } = self.place;
         let decoder = self.decoder.clone();
-        Mark { file, at, events: self.events, latest: self.latest, decoder }
+        Mark { file, at, taken, events: self.events, latest: self.latest, decoder }
     }
 
     fn go_to(&mut self, mark: Mark) {
-        (self.place.file, self.place.at) = (mark.file, mark.at);
+        (self.place.file, self.place.at, self.place.taken) = (mark.file, mark.at, mark.taken);
         (self.events, self.latest, self.decoder) = (mark.events, mark.latest, mark.decoder);
         self.is_at_end = false;
     }
@@ -221,8 +253,7 @@ impl EventSource for RosSource {
         let before = columns.len();
         while columns.len() == before && !self.is_at_end {
             let read = self.unit(columns);
-            let file = (self.path.as_path(), self.place.kind());
-            read.map_err(|fault| fault.of_file(file, self.events))?;
+            read.map_err(|fault| self.place.error(fault, self.events))?;
             let here = (self.place.file, self.place.at);
             let is_far = |last: &Mark| here >= (last.file, last.at.saturating_add(BETWEEN_MARKS));
             if self.marks.last().is_none_or(is_far) {
@@ -259,11 +290,62 @@ impl EventSource for RosSource {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
     use super::super::fields::Serialisation;
+    use super::super::file::{MessageFile, MessageVisitor};
     use super::*;
 
     fn topic(name: &str, kind: &str) -> Topic {
         let serialisation = Serialisation::Cdr;
         Topic { name: name.into(), kind: kind.into(), serialisation, ids: vec![1], messages: 3 }
+    }
+
+    /// A file of one unit, which ends with a fault behind its messages.
+    struct OneUnit;
+
+    impl MessageFile for OneUnit {
+        fn kind(&self) -> &'static str {
+            "unit"
+        }
+
+        fn topics(&mut self) -> (Vec<Topic>, Option<Fault>) {
+            (vec![topic("/events", "dvs_msgs/EventArray")], None)
+        }
+
+        fn begin(&self) -> u64 {
+            7
+        }
+
+        fn unit(
+            &mut self,
+            at: u64,
+            _ids: &[u32],
+            take: &mut MessageVisitor<'_>,
+        ) -> Result<Option<u64>, Fault> {
+            let damage = |reason| Fault::damage(at, reason);
+            (1..=3).try_for_each(|message| take(&[message])).map_err(damage)?;
+            Err(damage("the end".into()))
+        }
+    }
+
+    #[test]
+    fn a_unit_is_read_in_parts_of_so_many_messages_as_are_enough() {
+        let (mut place, topics, _) = Place::new(vec![("one.bag".into(), Box::new(OneUnit))]);
+        place.choose(&topics[0]);
+        let mut parts = Vec::new();
+        let fault = loop {
+            let mut part = Vec::new();
+            let read = place.unit(&mut |message| {
+                part.push(message[0]);
+                Ok(part.len() >= 2)
+            });
+            parts.push(part);
+            if let Err(fault) = read {
+                break fault;
+            }
+        };
+        // A fault is met behind the messages before it.
+        assert_eq!(parts, [vec![1, 2], vec![3]]);
+        let error = place.error(fault, 5).to_string();
+        assert_eq!(error, "one.bag: byte 7: unit: the end (5 events readable before it)");
     }
 
     #[test]

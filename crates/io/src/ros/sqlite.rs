@@ -34,6 +34,8 @@ pub(super) struct Sqlite {
     row: Vec<u8>,
     /// Pages with rows of messages.
     leaves: Vec<u32>,
+    /// Ends the messages, behind those of the leaves.
+    fault: Option<Fault>,
 }
 
 /// A value of a row.
@@ -56,7 +58,8 @@ impl Value<'_> {
 impl Sqlite {
     pub(super) fn new(input: Input) -> Self {
         let (buffer, row, leaves) = (Vec::new(), Vec::new(), Vec::new());
-        Self { bytes: Bytes::new(input), page: 0, usable: 0, buffer, row, leaves }
+        let bytes = Bytes::new(input);
+        Self { bytes, page: 0, usable: 0, buffer, row, leaves, fault: None }
     }
 
     /// Finds the tables; returns the topics and the count of messages of each, by number.
@@ -84,7 +87,8 @@ impl Sqlite {
             Ok(())
         })?;
         if of_topics == 0 || of_messages == 0 {
-            return Err(Fault::damage(0, "an SQLite database without the tables of a ROS 2 bag"));
+            let reason = "an SQLite database without the tables of a ROS 2 bag: it holds no events";
+            return Err(Fault::Stranger(reason.into()));
         }
         self.rows(of_topics, &mut |id, values| {
             if let [_, name, kind, ..] = values {
@@ -94,8 +98,9 @@ impl Sqlite {
             }
             Ok(())
         })?;
-        let (mut leaves, mut fault) = (Vec::new(), None);
-        self.find_leaves(of_messages, &mut leaves)?;
+        // Behind a fault, the leaves before it count all the same.
+        let mut leaves = Vec::new();
+        let mut fault = self.find_leaves(of_messages, &mut leaves).err();
         for page in &leaves {
             let read = self.leaf(*page, false, &mut |_, values| {
                 if let [_, Value::Whole(id), ..] = values {
@@ -218,10 +223,10 @@ impl Sqlite {
             return Err(Fault::damage(row, "a row longer than the file"));
         }
         while (self.row.len() as u64) < length {
-            let (at, _) = self.load(next)?;
             if next == 0 {
-                return Err(Fault::damage(at, "a row ends before its length"));
+                return Err(Fault::damage(row, "a row ends before its length"));
             }
+            self.load(next)?;
             next = self.buffer.first_chunk().map_or(0, |four| u32::from_be_bytes(*four));
             let rest = (length - self.row.len() as u64).min(self.usable as u64 - 4) as usize;
             self.row.extend_from_slice(&self.buffer[4..4 + rest]);
@@ -238,6 +243,7 @@ impl MessageFile for Sqlite {
     fn topics(&mut self) -> (Vec<Topic>, Option<Fault>) {
         let (mut all, mut topics) = (Vec::new(), Vec::new());
         let fault = self.read_tables(&mut all).err();
+        self.fault = fault.as_ref().map(Fault::again);
         all.into_iter().for_each(|topic| add_topic(&mut topics, topic));
         (topics, fault)
     }
@@ -252,7 +258,9 @@ impl MessageFile for Sqlite {
         ids: &[u32],
         take: &mut MessageVisitor<'_>,
     ) -> Result<Option<u64>, Fault> {
-        let Some(page) = self.leaves.get((at / APART) as usize).copied() else { return Ok(None) };
+        let Some(page) = self.leaves.get((at / APART) as usize).copied() else {
+            return self.fault.as_ref().map_or(Ok(None), |fault| Err(fault.again()));
+        };
         self.leaf(page, true, &mut |_, values| match values {
             [_, Value::Whole(id), _, Value::Bytes(data), ..] if ids.contains(&(*id as u32)) => {
                 take(data)

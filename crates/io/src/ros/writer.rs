@@ -193,8 +193,8 @@ impl McapSink {
         let before_0 = || unwritable(format!("event at {} µs: times of ROS begin at 0", first.0));
         let stamp_ns = u64::try_from(first.0).ok().and_then(|us| us.checked_mul(1_000));
         let stamp_ns = stamp_ns.ok_or_else(before_0)?;
-        let seconds = u32::try_from(stamp_ns / 1_000_000_000);
-        let seconds = seconds.map_err(|_| unwritable("times beyond the year 2106".to_owned()))?;
+        let seconds = i32::try_from(stamp_ns / 1_000_000_000);
+        let seconds = seconds.map_err(|_| unwritable("times beyond the year 2038".to_owned()))?;
         if first.0 >= CALENDAR_US {
             self.evt3 = None;
         }
@@ -223,7 +223,7 @@ impl McapSink {
         let nanoseconds = (stamp_ns % 1_000_000_000) as u32;
         let SensorSize { width, height } = self.sensor;
         // CDR, whose values stand at multiples of their length behind the first four bytes.
-        let message = Bytes(vec![0, 1, 0, 0]).u32(seconds).u32(nanoseconds);
+        let message = Bytes(vec![0, 1, 0, 0]).u32(seconds.cast_unsigned()).u32(nanoseconds);
         let message = message.text(&format!("{FRAME}\0")).align(4).u32(height.into());
         let message = message.u32(width.into()).align(8).u64(self.packets.into()).u64(stamp_ns);
         // The text, and that the machine is little-endian.
@@ -238,43 +238,43 @@ impl McapSink {
 
 /// Bytes of records and messages, little-endian.
 #[derive(Debug, Default)]
-struct Bytes(Vec<u8>);
+pub(super) struct Bytes(pub(super) Vec<u8>);
 
 impl Bytes {
-    fn bytes(mut self, bytes: &[u8]) -> Self {
+    pub(super) fn bytes(mut self, bytes: &[u8]) -> Self {
         self.0.extend_from_slice(bytes);
         self
     }
 
-    fn u16(self, value: u16) -> Self {
+    pub(super) fn u16(self, value: u16) -> Self {
         self.bytes(&value.to_le_bytes())
     }
 
-    fn u32(self, value: u32) -> Self {
+    pub(super) fn u32(self, value: u32) -> Self {
         self.bytes(&value.to_le_bytes())
     }
 
-    fn u64(self, value: u64) -> Self {
+    pub(super) fn u64(self, value: u64) -> Self {
         self.bytes(&value.to_le_bytes())
     }
 
     /// Bytes behind their length.
-    fn sized(self, bytes: &[u8]) -> Self {
+    pub(super) fn sized(self, bytes: &[u8]) -> Self {
         self.u32(bytes.len() as u32).bytes(bytes)
     }
 
-    fn text(self, text: &str) -> Self {
+    pub(super) fn text(self, text: &str) -> Self {
         self.sized(text.as_bytes())
     }
 
     /// Zeros up to a multiple of `size` behind the first four bytes.
-    fn align(mut self, size: usize) -> Self {
+    pub(super) fn align(mut self, size: usize) -> Self {
         self.0.resize(4 + (self.0.len() - 4).next_multiple_of(size), 0);
         self
     }
 
     /// Appends a record.
-    fn record(&mut self, kind: u8, body: Self) {
+    pub(super) fn record(&mut self, kind: u8, body: Self) {
         self.0.push(kind);
         self.0.extend((body.0.len() as u64).to_le_bytes());
         self.0.extend(body.0);
