@@ -22,20 +22,17 @@ pub(crate) fn first(folder: &Path) -> Result<Input, IoError> {
     Ok(Input { path: folder.to_owned(), ..Input::file(first)? })
 }
 
-/// Refuses databases with messages that SQLite has not yet put into them: a recorder was killed.
-pub(super) fn check_merged(path: &Path) -> Result<(), IoError> {
-    let databases = if path.is_dir() { files(path)? } else { vec![path.to_owned()] };
-    for database in databases {
-        let mut name = database.clone().into_os_string();
-        name.push("-wal");
-        if fs::metadata(&name).is_ok_and(|log| log.len() > 0) {
-            let reason = format!(
-                "its last messages are in the file {} beside it: put them into it by \
-                 sqlite3 FILE.db3 'PRAGMA wal_checkpoint'",
-                name.display()
-            );
-            return Err(IoError::Stream { path: database, reason });
-        }
+/// Refuses a database with messages that SQLite has not yet put into them: a recorder was killed.
+pub(super) fn check_merged(database: &Path) -> Result<(), IoError> {
+    let mut name = database.to_owned().into_os_string();
+    name.push("-wal");
+    if fs::metadata(&name).is_ok_and(|log| log.len() > 0) {
+        let reason = format!(
+            "its last messages are in the file {} beside it: put them into it by \
+             sqlite3 FILE.db3 'PRAGMA wal_checkpoint'",
+            name.display()
+        );
+        return Err(IoError::Stream { path: database.to_owned(), reason });
     }
     Ok(())
 }

@@ -21,7 +21,8 @@ use evpose_core::Micros;
 use super::fields::{Fields, Reason, Serialisation};
 use super::file::{NamedFile, Topic};
 use super::message::unpacked;
-use super::source::{Place, RosSource, listed};
+use super::place::Place;
+use super::source::{RosSource, listed};
 use crate::aedat4::{Depth, Frame, PixelFormat};
 use crate::{IoError, OpenOptions};
 

@@ -18,16 +18,18 @@ pub(crate) mod folder;
 mod images;
 mod mcap;
 mod message;
+mod packed;
+mod place;
 mod source;
 mod sqlite;
 mod writer;
 
 use file::{MessageFile, NamedFile};
 pub use images::{Images, images};
+use packed::Packed;
 use source::RosSource;
 
 use crate::open::{Format, no_labels};
-use crate::source::unpacked;
 use crate::{EventSource, Input, IoError, OpenOptions};
 
 /// The registry's entry of MCAP.
@@ -75,30 +77,38 @@ fn open_source(input: Input, options: &OpenOptions) -> Result<RosSource, IoError
     RosSource::open(open_files(input)?, &path, options)
 }
 
-/// Opens a file, or those of a folder, by what they begin with.
+/// Opens a file, or those of a folder.
 fn open_files(input: Input) -> Result<Vec<NamedFile>, IoError> {
     let path = input.path.clone();
-    // The first file of a folder is open, under the name of the folder.
+    // The first file of a folder is open and unpacked, under the name of the folder.
     let of_folder = if path.is_dir() { folder::files(&path)? } else { Vec::new() };
     let name = of_folder.first().unwrap_or(&path).clone();
-    let first = Ok(Input { path: name, ..input });
-    let behind = of_folder.iter().skip(1).map(Input::file);
-    let mut files: Vec<NamedFile> = Vec::new();
-    for input in [first].into_iter().chain(behind) {
-        let mut input = unpacked(input?)?;
-        let head = input.head(sqlite::MAGIC.len())?;
-        let name = input.path.clone();
-        let file: Box<dyn MessageFile> = if head.starts_with(mcap::MAGIC) {
-            Box::new(mcap::Mcap::new(input))
-        } else if head.starts_with(bag::MAGIC) {
-            Box::new(bag::Bag::new(input))
-        } else {
-            folder::check_merged(&path)?;
-            Box::new(sqlite::Sqlite::new(input))
-        };
-        files.push((name, file));
+    let mut files = vec![(name.clone(), message_file(Input { path: name, ..input })?)];
+    for path in of_folder.into_iter().skip(1) {
+        let mut input = Input::file(&path)?;
+        let is_packed = !is_known(&input.head(sqlite::MAGIC.len())?);
+        let file =
+            if is_packed { Box::new(Packed::new(path.clone())) } else { message_file(input)? };
+        files.push((path, file));
     }
     Ok(files)
+}
+
+fn is_known(head: &[u8]) -> bool {
+    [mcap::MAGIC, bag::MAGIC, sqlite::MAGIC].iter().any(|magic| head.starts_with(magic))
+}
+
+/// A file by what it begins with.
+fn message_file(mut input: Input) -> Result<Box<dyn MessageFile>, IoError> {
+    let head = input.head(sqlite::MAGIC.len())?;
+    Ok(if head.starts_with(mcap::MAGIC) {
+        Box::new(mcap::Mcap::new(input))
+    } else if head.starts_with(bag::MAGIC) {
+        Box::new(bag::Bag::new(input))
+    } else {
+        folder::check_merged(&input.path)?;
+        Box::new(sqlite::Sqlite::new(input))
+    })
 }
 
 #[cfg(test)]
