@@ -4,6 +4,7 @@ use std::path::Path;
 
 use evpose_infer::onnx::Message as _;
 use evpose_infer::onnx::proto::ModelProto;
+use sha2::{Digest as _, Sha256};
 
 use crate::harness::{Sandbox, bytes, tiny_body};
 
@@ -64,6 +65,12 @@ fn a_body_that_cannot_be_read_is_refused_as_a_body() {
     std::fs::write(sandbox.path("newer.bpk"), &file).unwrap();
     std::fs::create_dir(sandbox.path("run")).unwrap();
     std::fs::write(sandbox.path("run/best.bpk"), &file).unwrap();
+    // The bytes are said to be intact.
+    let digest: String = Sha256::digest(&file).iter().map(|byte| format!("{byte:02x}")).collect();
+    for (folder, name) in [("", "newer.bpk"), ("run/", "best.bpk")] {
+        let list = sandbox.path(&format!("{folder}SHA256SUMS"));
+        std::fs::write(list, format!("{digest}  {name}\n")).unwrap();
+    }
     std::fs::create_dir(sandbox.path("data")).unwrap();
     // A file and a directory: both find the task in the file.
     for checkpoint in ["newer.bpk", "run"] {

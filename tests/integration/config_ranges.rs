@@ -66,7 +66,7 @@ fn check<C: TaskConfig>(name: &str, text: &str) -> usize {
                 Err(error) => {
                     let message = error.to_string();
                     // The field, or the section of it, by a name of more than one letter.
-                    let named = names.iter().rev().take(2).any(|name| message.contains(name));
+                    let named = names.iter().any(|name| message.contains(name));
                     assert!(named, "{name}: {field} = {value}: {message}");
                 }
             }

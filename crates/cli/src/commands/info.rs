@@ -3,6 +3,7 @@
 use crate::tasks::opening::OpeningArgs;
 use anyhow::{Result, bail};
 use evpose_body::files::ModelFile;
+use evpose_io::detect_format;
 
 use super::{checkpoint_info, data_set, devices};
 use crate::progress::say;
@@ -42,7 +43,8 @@ pub fn run(args: &InfoArgs) -> Result<()> {
         if i > 0 {
             say("");
         }
-        if file.is_dir() {
+        // Recordings of ROS 2 and of YARP are folders as well.
+        if file.is_dir() && detect_format(file).is_err() {
             data_set::describe(file)?;
             if args.verify {
                 data_set::verify(file)?;

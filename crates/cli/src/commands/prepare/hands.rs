@@ -22,7 +22,8 @@ pub(super) fn run(args: &HandsArgs) -> Result<()> {
     // Labels are small: all faults in them are found before anything is written.
     let labels = pairs.iter().map(|(_, path, _)| read_hand_labels(path, choice));
     let labels = labels.collect::<Result<Vec<_>, _>>()?;
-    let options = HandOptions { replace: args.own.begin()?, ..options(args) };
+    let import = args.own.begin()?;
+    let options = HandOptions { replace: import.replaces, ..options(args) };
     let count = labels.iter().map(|labels| match labels {
         HandLabels::Parameters(labels) => labels.len(),
         HandLabels::Joints(labels) => labels.len(),
@@ -56,7 +57,7 @@ pub(super) fn run(args: &HandsArgs) -> Result<()> {
     if !args.own.out.join(run_info::CONFIG).exists() {
         run_info::write(&args.own.out, config.seed, Some(&config))?;
     }
-    args.own.end()?;
+    import.end()?;
     let out = args.own.out.display();
     say(format!("sequences: {sequences}, in {out}"));
     say(format!("next: evpose train CONFIG --data {out} --start-from CHECKPOINT --out RUN"));

@@ -42,6 +42,36 @@ pub(crate) struct OwnRecordingArgs {
     pub(crate) max_gap_ms: u32,
 }
 
+/// An import that goes on.
+pub(super) struct Import {
+    /// Whether sequences that are there are those of an import that was killed, so that they are written again.
+    pub(super) replaces: bool,
+    folder: PathBuf,
+}
+
+impl Import {
+    /// Ends it.
+    pub(super) fn end(self) -> Result<()> {
+        let mark = self.folder.join(UNFINISHED);
+        if mark.exists() {
+            std::fs::remove_file(&mark).with_context(|| format!("removing {}", mark.display()))?;
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Import {
+    fn drop(&mut self) {
+        // What failed before it wrote anything leaves nothing; a folder with more in it stays as it is.
+        let mut names =
+            self.folder.read_dir().into_iter().flatten().flatten().map(|entry| entry.file_name());
+        if names.all(|name| name == UNFINISHED) {
+            let _ = std::fs::remove_file(self.folder.join(UNFINISHED));
+            let _ = std::fs::remove_dir(&self.folder);
+        }
+    }
+}
+
 impl OwnRecordingArgs {
     /// Each recording with its label file and the name of its sequences.
     pub(super) fn pairs(&self) -> Result<Vec<(&Path, &Path, String)>> {
@@ -68,9 +98,8 @@ impl OwnRecordingArgs {
         Ok(pairs)
     }
 
-    /// Begins an import. Returns whether sequences that are there are those of an import that was killed, so that they
-    /// are written again.
-    pub(super) fn begin(&self) -> Result<bool> {
+    /// Begins an import.
+    pub(super) fn begin(&self) -> Result<Import> {
         let mark = self.out.join(UNFINISHED);
         let mut names =
             self.out.read_dir().into_iter().flatten().flatten().map(|entry| entry.file_name());
@@ -78,16 +107,7 @@ impl OwnRecordingArgs {
         if names.all(|name| name.to_str().and_then(temporary_target).is_some()) {
             atomic_write(&mark, b"").with_context(|| format!("writing {}", mark.display()))?;
         }
-        Ok(mark.exists())
-    }
-
-    /// Ends it.
-    pub(super) fn end(&self) -> Result<()> {
-        let mark = self.out.join(UNFINISHED);
-        if mark.exists() {
-            std::fs::remove_file(&mark).with_context(|| format!("removing {}", mark.display()))?;
-        }
-        Ok(())
+        Ok(Import { replaces: mark.exists(), folder: self.out.clone() })
     }
 
     /// The longest time over which labels are interpolated.

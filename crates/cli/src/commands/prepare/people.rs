@@ -27,7 +27,8 @@ pub(super) fn run(args: &PeopleArgs) -> Result<()> {
     // Labels are small: all faults in them are found before anything is written.
     let labels = pairs.iter().map(|(_, path, _)| read_body_labels(path, format));
     let labels = labels.collect::<Result<Vec<_>, _>>()?;
-    options.replace = args.own.begin()?;
+    let import = args.own.begin()?;
+    options.replace = import.replaces;
     let progress = bar("importing", pairs.len() as u64, "recordings");
     let mut sequences = 0;
     for ((recording, path, name), images) in pairs.iter().zip(&labels) {
@@ -46,7 +47,7 @@ pub(super) fn run(args: &PeopleArgs) -> Result<()> {
     if !args.own.out.join(run_info::CONFIG).exists() {
         run_info::write(&args.own.out, 0, None)?;
     }
-    args.own.end()?;
+    import.end()?;
     let out = args.own.out.display();
     say(format!("sequences: {sequences}, in {out}"));
     say(format!("next: evpose check-labels {out}"));
