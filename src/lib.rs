@@ -86,8 +86,8 @@ fn message_of(error: &anyhow::Error) -> String {
 
 /// A line of a message, which may quote a file that is one line of a megabyte.
 fn shortened(line: &str) -> String {
-    /// Characters of a line that are printed: more than any list of names takes.
-    const SHOWN: usize = 2_000;
+    /// Characters of a line that are printed: the longest list of names has 740.
+    const SHOWN: usize = 900;
     match line.char_indices().nth(SHOWN) {
         Some((end, _)) => format!("{} … ({} characters)", &line[..end], line.chars().count()),
         None => line.to_owned(),
