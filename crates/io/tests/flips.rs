@@ -55,7 +55,7 @@ fn no_changed_bit_changes_events_unseen() {
             let edge = state as usize % 2_048;
             let edge = if edge < 1_024 { edge } else { file.len() - edge + 1_023 };
             let byte = if k % 2 == 0 { edge } else { (state >> 12) as usize % file.len() };
-            let bit = (state >> 9) % 8;
+            let bit = (state >> 40) % 8;
             let mut flipped = file.clone();
             flipped[byte] ^= 1 << bit;
             let read = read_as(Input::memory(name, flipped), &OpenOptions::default());

@@ -107,7 +107,9 @@ pub(crate) fn intact_checkpoint(
         let mut parts = PARTS.iter().map(|part| part_path(directory, part, interval));
         match parts.try_for_each(|path| read_checked(&path).map(drop)) {
             Ok(()) => return Ok((Some(interval), damage)),
-            Err(error) => damage.push(error),
+            Err(error @ NnError::Damaged { .. }) => damage.push(error),
+            // It may be intact: what cannot be read now is not to be trained over.
+            Err(error) => return Err(error.into()),
         }
     }
     damage.into_iter().next().map_or(Ok((None, Vec::new())), |newest| Err(newest.into()))

@@ -11,8 +11,8 @@ use crate::{Columns, EventSource, IoError, OpenOptions};
 
 /// Events from which on their places show whether the sensor is another one.
 const MANY: usize = 10_000;
-/// Events of a window, at most: 20 ms at three times the rate that the fastest cameras reach.
-const MAX_WINDOW: usize = 1 << 25;
+/// Events of a window, at most: 1.7 GB. A sheet of twelve frames of a minute at ten million a second takes 50 million.
+const MAX_WINDOW: usize = 1 << 27;
 
 /// A recording that is read window by window, forward or from place to place.
 ///

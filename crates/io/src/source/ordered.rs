@@ -282,7 +282,8 @@ impl OrderedSource {
             match self.standing.1 {
                 0..=MAX_AT_ONCE => return Ok(()),
                 _ => format!(
-                    "more than {MAX_AT_ONCE} events at {:.6} s: no sensor has as many pixels",
+                    "more than {MAX_AT_ONCE} events at {:.6} s: no sensor has as many pixels, or the clock \
+                     is too coarse",
                     last.as_seconds()
                 ),
             }

@@ -73,7 +73,9 @@ fn of_archive(mut input: Input, limit: u64) -> Result<Input, IoError> {
     if let Ok(mut archive) = ZipArchive::new(&mut input.bytes) {
         // Folders, and what macOS and others put beside the files, are none.
         let is_file = |name: &String| {
-            !name.ends_with('/') && name.split('/').all(|part| !part.starts_with(['.', '_']))
+            let is_hidden =
+                |part: &str| part == "__MACOSX" || (part.starts_with('.') && part != ".");
+            !name.ends_with('/') && !name.split('/').any(is_hidden)
         };
         let names = archive.file_names_raw().map(|name| String::from_utf8_lossy(name).into_owned());
         let names: Vec<String> = names.filter(is_file).collect();

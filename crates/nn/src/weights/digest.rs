@@ -3,7 +3,7 @@
 //! A file is Burn's container, [`TAG`] and 64 hexadecimal digits: the digest of all bytes before the tag. Burn's
 //! readers ignore what follows the last tensor, so that they open these files too. A file without a digest opens if
 //! it is one of [`SHIPPED`], or if a `SHA256SUMS` in its directory has a line of its name and its digest.
-//! Checking takes 1 ms for each 2 MB with the instructions for SHA, and nothing is remembered of it.
+//! Every opening checks it: nothing is remembered of it.
 
 use std::path::Path;
 
@@ -53,7 +53,7 @@ pub fn read_checked(path: &Path) -> Result<Bytes, NnError> {
         None if is_vouched_for(path, &sha256(&bytes)) => Ok(bytes),
         None => Err(damaged(format!(
             "it does not end with its SHA-256: its end is lost, or it was written before checkpoints had one. If it \
-             is intact, say so with `sha256sum {} >> {SUMS}` in its directory",
+             is intact, say so with `sha256sum '{}' >> {SUMS}` in its directory",
             path.file_name().unwrap_or_default().display()
         ))),
     }
@@ -61,12 +61,17 @@ pub fn read_checked(path: &Path) -> Result<Bytes, NnError> {
 
 /// Whether a digest is known of a file that carries none.
 fn is_vouched_for(path: &Path, digest: &str) -> bool {
-    let sums = || std::fs::read_to_string(path.with_file_name(SUMS)).unwrap_or_default();
+    // A list that cannot be read vouches for nothing; names in it may be of any bytes.
+    let sums = || std::fs::read(path.with_file_name(SUMS)).unwrap_or_default();
     let is_of_this = |line: &str| {
-        let (stated, name) = line.split_once("  ")?;
-        Some(stated == digest && path.file_name()? == name)
+        let (stated, name) = line.split_once(' ')?;
+        // A blank or, of binary mode, a star; the folder may be named.
+        let name = name.strip_prefix([' ', '*'])?;
+        let name = name.strip_prefix("./").unwrap_or(name);
+        Some(stated == digest && path.file_name()?.to_string_lossy() == name)
     };
-    SHIPPED.contains(&digest) || sums().lines().any(|line| is_of_this(line) == Some(true))
+    SHIPPED.contains(&digest)
+        || String::from_utf8_lossy(&sums()).lines().any(|line| is_of_this(line) == Some(true))
 }
 
 fn sha256(bytes: &[u8]) -> String {

@@ -101,13 +101,18 @@ impl OwnRecordingArgs {
     /// Begins an import.
     pub(super) fn begin(&self) -> Result<Import> {
         let mark = self.out.join(UNFINISHED);
+        let words: Vec<_> = std::env::args_os().skip(1).collect();
+        let command = format!("{words:?}");
         let mut names =
             self.out.read_dir().into_iter().flatten().flatten().map(|entry| entry.file_name());
         // Of a directory with recordings, nothing is written over.
         if names.all(|name| name.to_str().and_then(temporary_target).is_some()) {
-            atomic_write(&mark, b"").with_context(|| format!("writing {}", mark.display()))?;
+            atomic_write(&mark, command.as_bytes())
+                .with_context(|| format!("writing {}", mark.display()))?;
         }
-        Ok(Import { replaces: mark.exists(), folder: self.out.clone() })
+        // Another command is another import, whose sequences may have the same names.
+        let replaces = std::fs::read(&mark).is_ok_and(|before| before == command.as_bytes());
+        Ok(Import { replaces, folder: self.out.clone() })
     }
 
     /// The longest time over which labels are interpolated.
