@@ -109,10 +109,14 @@ mod tests {
         let [path, other] = ["old.bpk", "other.bpk"].map(|name| folder.path().join(name));
         std::fs::write(&path, "abc").unwrap();
         let message = read_checked(&path).unwrap_err().to_string();
-        assert!(message.contains("`sha256sum old.bpk >> SHA256SUMS`"), "{message}");
+        assert!(message.contains("`sha256sum 'old.bpk' >> SHA256SUMS`"), "{message}");
         // FIPS 180-4's example.
         let digest = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
         std::fs::write(folder.path().join(SUMS), format!("{digest}  old.bpk\n")).unwrap();
+        assert_eq!(&*read_checked(&path).unwrap(), b"abc");
+        // Binary mode, by a path, among names of other bytes.
+        let list = [b"0 \xff\n", format!("{digest} *./old.bpk\n").as_bytes()].concat();
+        std::fs::write(folder.path().join(SUMS), list).unwrap();
         assert_eq!(&*read_checked(&path).unwrap(), b"abc");
         std::fs::write(&other, "abc").unwrap();
         assert!(read_checked(&other).is_err());
