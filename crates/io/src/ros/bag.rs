@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use std::io::Read;
 
 use super::fields::{Reason, Serialisation};
-use super::file::{Bytes, Fault, MessageFile, MessageVisitor, Topic, add_topic};
+use super::file::{Bytes, Fault, MessageFile, MessageVisitor, Topic, add_topic, to_the_end};
 use crate::Input;
 use crate::aedat4::{Compression, Inflater};
 
@@ -157,18 +157,13 @@ impl MessageFile for Bag {
         if let Some(topics) = self.summary() {
             return (topics, None);
         }
-        let (mut connections, mut at) = (Connections::default(), self.begin());
-        let fault = loop {
-            let read = self.records(at, &mut |head, data| {
+        let mut connections = Connections::default();
+        let fault = to_the_end(self.begin(), |at| {
+            self.records(at, &mut |head, data| {
                 connections.add(head, data);
                 Ok(())
-            });
-            match read {
-                Ok(Some(next)) => at = next,
-                Ok(None) => break None,
-                Err(fault) => break Some(fault),
-            }
-        };
+            })
+        });
         (connections.topics(), fault)
     }
 

@@ -61,6 +61,20 @@ pub(super) struct Topic {
     pub(super) messages: u64,
 }
 
+/// Reads units one after the other from the place `at` on. Returns the fault that ends them before the file does.
+pub(super) fn to_the_end(
+    mut at: u64,
+    mut read: impl FnMut(u64) -> Result<Option<u64>, Fault>,
+) -> Option<Fault> {
+    loop {
+        match read(at) {
+            Ok(Some(next)) => at = next,
+            Ok(None) => return None,
+            Err(fault) => return Some(fault),
+        }
+    }
+}
+
 /// Appends a connection of a topic.
 pub(super) fn add_topic(topics: &mut Vec<Topic>, topic: Topic) {
     match topics.iter_mut().find(|other| other.name == topic.name && other.kind == topic.kind) {

@@ -10,7 +10,7 @@
 use std::collections::BTreeMap;
 
 use super::fields::{Fields, Reason, Serialisation};
-use super::file::{Bytes, Fault, MessageFile, MessageVisitor, Topic, add_topic};
+use super::file::{Bytes, Fault, MessageFile, MessageVisitor, Topic, add_topic, to_the_end};
 use crate::Input;
 use crate::aedat4::{Compression, Inflater};
 
@@ -120,18 +120,13 @@ impl MessageFile for Mcap {
             return (topics, None);
         }
         // A recorder that was killed leaves none: the messages themselves are counted.
-        let (mut index, mut at) = (Index::default(), self.begin());
-        let fault = loop {
-            let read = self.records(at, &mut |record| {
+        let mut index = Index::default();
+        let fault = to_the_end(self.begin(), |at| {
+            self.records(at, &mut |record| {
                 index.add(record);
                 Ok(())
-            });
-            match read {
-                Ok(Some(next)) => at = next,
-                Ok(None) => break None,
-                Err(fault) => break Some(fault),
-            }
-        };
+            })
+        });
         (index.topics(), fault)
     }
 
