@@ -115,7 +115,7 @@ mod tests {
         assert_eq!(message_of(&io.into()), format!("nofile: {text}"));
         let long = format!("a\n{}\nb", "x".repeat(1_000_000));
         let message = message_of(&anyhow::anyhow!(long));
-        assert!(message.len() < 450 && message.ends_with("(1000000 characters)\nb"), "{message}");
+        assert!(message.ends_with(&format!("\n{} … (1000000 characters)\nb", "x".repeat(900))));
         let read = Err::<(), _>(cause()).context("reading nofile").expect_err("an error");
         assert_eq!(message_of(&read), format!("reading nofile: {text}"));
     }
