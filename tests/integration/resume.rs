@@ -111,6 +111,17 @@ fn damaged_checkpoints_are_passed_over_and_named() {
             assert!(bytes(&path(name)) == *whole, "{part}: {name} differs");
         }
     }
+    // Of a best network that is damaged, the best of the others takes the place.
+    let history = evpose_train::read_history(&path("metrics.jsonl")).unwrap();
+    let losses = evpose_train::validation_losses(&history);
+    let (best, _) = losses.iter().min_by(|a, b| a.1.total_cmp(b.1)).unwrap();
+    damage(&format!("model-{best}"), &flip);
+    let output = sandbox.evpose(&resume).output().unwrap();
+    let said = stderr(&output);
+    assert!(
+        output.status.success() && said.contains(&format!("model-{best}.bpk: damaged")),
+        "{said}"
+    );
     // Without an undamaged one, nothing is trained.
     damage("optimizer-3", &flip);
     damage("model-4", &cut);

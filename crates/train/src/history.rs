@@ -1,6 +1,6 @@
 //! `metrics.jsonl`: one line a step and split, written as training goes and read back on resume.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -112,6 +112,8 @@ struct Shared {
     path: PathBuf,
     file: BufWriter<File>,
     names: HashMap<MetricId, String>,
+    /// Intervals whose networks cannot be read again.
+    lost: BTreeSet<usize>,
     failure: Option<std::io::Error>,
 }
 
@@ -137,6 +139,7 @@ impl History {
             path: path.to_path_buf(),
             file: BufWriter::new(file),
             names: HashMap::new(),
+            lost: BTreeSet::new(),
             failure: None,
         };
         Ok(Self { shared: Arc::new(Mutex::new(shared)) })
@@ -149,6 +152,19 @@ impl History {
 
     pub(crate) fn validation_losses(&self) -> BTreeMap<usize, f64> {
         validation_losses(&self.lock().lines)
+    }
+
+    /// Leaves the network of an interval out of those of which one is the best.
+    pub(crate) fn lose_network(&self, interval: usize) {
+        self.lock().lost.insert(interval);
+    }
+
+    /// Validation losses of the intervals whose network may be the best.
+    pub(crate) fn losses_of_networks(&self) -> BTreeMap<usize, f64> {
+        let shared = self.lock();
+        let mut losses = validation_losses(&shared.lines);
+        losses.retain(|interval, _| !shared.lost.contains(interval));
+        losses
     }
 
     /// Writes what is buffered.

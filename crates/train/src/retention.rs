@@ -40,7 +40,7 @@ fn superseded(losses: &BTreeMap<usize, f64>, interval: usize) -> Vec<usize> {
 
 impl CheckpointingStrategy for LastTwoAndBest {
     fn checkpointing(&mut self, interval: usize, _: &EventStoreClient) -> Vec<CheckpointingAction> {
-        let gone = superseded(&self.history.validation_losses(), interval);
+        let gone = superseded(&self.history.losses_of_networks(), interval);
         let mut actions = vec![CheckpointingAction::Save];
         actions.extend(gone.into_iter().map(CheckpointingAction::Delete));
         actions

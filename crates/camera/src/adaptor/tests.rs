@@ -132,6 +132,33 @@ fn edges_stay_where_polarities_are_lost() {
 }
 
 #[test]
+fn few_events_of_a_large_sensor_stay_where_polarities_are_lost() {
+    let camera = Calibration::from_vertical_fov(size(1280, 90), 45.0);
+    let view = CanonicalView::with_vertical_fov(size(320, 22), 45.0);
+    let mut rng = CounterRng::new(7, "polarities", 0);
+    // An edge to the left at 100 pixels a second, and events anywhere in a broad bar, 7 Hz a pixel.
+    let edge = |step: i64, y: i64| (10_000 * step, 1_279 - step % 1_280, y);
+    let edge: Vec<_> = (0..800).flat_map(|step| (0..90).map(move |y| edge(step, y))).collect();
+    let bar = |k: i64, x: u32, y: u32| (40 * k, k / 2_000 + i64::from(x), i64::from(y));
+    let bar = (0..600_000).map(|k| bar(k, rng.below(40), rng.below(90))).collect();
+    for (name, places) in [("edge", edge), ("bar", bar)] {
+        let at = |t, x, y, polarity| Event { t: Micros(t), x, y, polarity };
+        let draw = |(t, x, y)| at(t, x as u16, y as u16, Polarity::from_on(rng.chance(0.5)));
+        let events = EventStream::from_events(camera.sensor, places.into_iter().map(draw)).unwrap();
+        let mut adaptor = ViewAdaptor::new(&camera, &view);
+        let mut out = EventStream::empty(view.sensor);
+        let window = |start, end| TimeWindow { start: Micros(start), end: Micros(end) };
+        adaptor.push(&events.slice(window(0, 4_000_000)), &mut out);
+        assert!(adaptor.has_lost_polarities(), "{name}");
+        let later = events.slice(window(4_000_000, i64::MAX));
+        adaptor.push(&later, &mut out);
+        // One of the sixteen that cover a pixel of the view.
+        let share = out.len() as f64 / later.len() as f64;
+        assert!((0.055..0.065).contains(&share), "{name}: {share}");
+    }
+}
+
+#[test]
 fn noise_of_a_sensor_alone_does_not_speak_against_its_polarities() {
     let camera = Calibration::from_vertical_fov(size(192, 144), 45.0);
     let view = CanonicalView::with_vertical_fov(size(48, 36), 45.0);

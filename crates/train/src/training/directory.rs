@@ -4,11 +4,15 @@ use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use evpose_nn::NnError;
+use evpose_nn::weights::read_checked;
 use evpose_task::{BEST, TaskConfig};
 
 use super::lock::RunLock;
 use crate::TrainError;
-use crate::checkpoint::{intact_checkpoint, newest_checkpoint};
+use crate::checkpoint::{intact_checkpoint, newest_checkpoint, weights_path};
+use crate::history::History;
+use crate::retention::best_interval;
 
 /// The files of a run.
 pub(super) struct RunDirectory<'a>(pub(super) &'a Path);
@@ -65,5 +69,33 @@ impl RunDirectory<'_> {
         evpose_core::atomic_write(self.config(), config.to_toml()?.as_bytes())
             .map_err(|source| TrainError::Io { path: self.config(), source })?;
         Ok((lock, newest.unwrap_or(0)))
+    }
+
+    /// Leaves networks of `history` whose checkpoint is not there any more out of those of which one is the best. Where
+    /// the best is damaged, says so on standard error: the best of the others takes its place.
+    ///
+    /// # Errors
+    /// If it cannot be read.
+    pub(super) fn leave_out_lost_networks(&self, history: &History) -> Result<(), TrainError> {
+        let path = |interval| weights_path(&self.checkpoints(), interval);
+        for interval in history.validation_losses().into_keys() {
+            if !path(interval).exists() {
+                history.lose_network(interval);
+            }
+        }
+        while let Some(best) = best_interval(&history.losses_of_networks()) {
+            match read_checked(&path(best)) {
+                Ok(_) => break,
+                Err(damaged @ NnError::Damaged { .. }) => {
+                    let _ = writeln!(
+                        std::io::stderr(),
+                        "{damaged}\nthe best network, of validation {best}, is lost: the best of the others counts"
+                    );
+                    history.lose_network(best);
+                }
+                Err(error) => return Err(error.into()),
+            }
+        }
+        Ok(())
     }
 }

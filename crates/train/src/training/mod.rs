@@ -199,13 +199,7 @@ impl<'a> Run<'a> {
         S: BatchSource<Item = BatchOf<T>>,
     {
         let history = History::resume(&self.directory.history(), self.resumed)?;
-        // Of a best network that is needed at the end, damage is an error now. It is not there if it is trained again.
-        if let Some(best) = best_interval(&history.validation_losses()) {
-            let path = weights_path(&self.directory.checkpoints(), best);
-            if path.exists() {
-                read_checked(&path)?;
-            }
-        }
+        self.directory.leave_out_lost_networks(&history)?;
         let guard = Guard::new(self.interrupter.clone());
         let network = task.initial_network(&devices.main().clone().autodiff())?;
         let learner = burn_train::Learner::new(
@@ -229,7 +223,7 @@ impl<'a> Run<'a> {
         let done = losses.keys().last().copied().unwrap_or(intervals);
         let is_over = task.early_stop().is_some_and(|rule| rule.ends(&losses, done));
         let is_paused = done < intervals && done >= self.last_interval() && !is_over;
-        let best_interval = best_interval(&losses);
+        let best_interval = best_interval(&history.losses_of_networks());
         let mut path = self.directory.0.join(BEST);
         let last = task.checkpoint(result.model.network);
         if is_paused {
