@@ -122,6 +122,12 @@ fn what_is_wrong_is_said_before_anything_is_written() {
     let message = |args: &[&str]| sandbox.fails(args);
     assert!(message(&args("images", "a.jpg", &[])).contains(".npz"));
     assert!(message(&args("nowhere", "a.npz", &[])).contains("nowhere"));
+    // The config that a run writes beside its events is no sensor of the same run.
+    std::fs::write(sandbox.path("a.npz.toml"), "").unwrap();
+    let again = ["events", "--frames", "images", "--fps", "100", "--sensor", "a.npz.toml"];
+    let again = message(&[&again[..], &["--out", "a.npz"]].concat());
+    assert!(again.contains("a.npz.toml: is read, and written"), "{again}");
+    std::fs::remove_file(sandbox.path("a.npz.toml")).unwrap();
     std::fs::create_dir(sandbox.path("empty")).unwrap();
     assert!(message(&args("empty", "a.npz", &[])).contains("no .png"));
     // One byte short: the last frame is cut.

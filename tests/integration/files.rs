@@ -262,3 +262,27 @@ fn an_animation_is_a_gif_where_that_is_asked() {
     let message = sandbox.fails(&["view", "dot.txt", "--out", "no.gif", "--fps", "60"]);
     assert!(message.contains("at most 50 frames a second"), "{message}");
 }
+
+/// Exit code and the command that `evpose check` says to go on with.
+fn checked(sandbox: &Sandbox, file: &str, text: &str) -> (Option<i32>, String) {
+    std::fs::write(sandbox.path(file), text).unwrap();
+    let output = sandbox.evpose(&["check", file]).output().unwrap();
+    let said = String::from_utf8(output.stdout).unwrap();
+    let next = said.lines().find_map(|line| line.trim_start().strip_prefix("next"));
+    (output.status.code(), next.unwrap_or_else(|| panic!("{said}")).trim().to_owned())
+}
+
+#[test]
+fn check_says_whether_a_recording_can_be_used_and_what_comes_next() {
+    let sandbox = sandbox();
+    let dot = String::from_utf8(bytes(&sandbox.path("dot.txt"))).unwrap();
+    let infer = "evpose infer --checkpoint body --events a.txt --out poses.csv";
+    assert_eq!(checked(&sandbox, "a.txt", &dot), (Some(0), infer.to_owned()));
+    // Three pixels that have an event every 100 us.
+    let hot = (0..15_000).map(|k| format!("{} {} 3 1\n", 1_000_000 + 100 * (k / 3), 35 + k % 3));
+    let hot = dot.clone() + &hot.collect::<String>();
+    let clean = "evpose clean b.txt clean.npz --with hot";
+    assert_eq!(checked(&sandbox, "b.txt", &hot), (Some(10), clean.to_owned()));
+    let stopped = "40 30\n5 1 2 1\n5 3 4 0\n";
+    assert_eq!(checked(&sandbox, "c.txt", stopped), (Some(11), "evpose info c.txt".to_owned()));
+}

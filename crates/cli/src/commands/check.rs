@@ -130,7 +130,7 @@ fn report(path: &Path, info: &Info, options: OpenOptions) -> Result<Report> {
     })?;
     let (findings, counts) = (checkup.findings(), survey.findings());
     let name = path.display();
-    let mut changes = changes(&findings, &counts, &name.to_string());
+    let changes = changes(&findings, &counts, &name.to_string());
     let mut remarks = info.warnings.clone();
     remarks.extend(findings.remarks.iter().cloned());
     if counts.gaps > 0 {
@@ -142,13 +142,14 @@ fn report(path: &Path, info: &Info, options: OpenOptions) -> Result<Report> {
             hz * 1e-6
         ));
     }
-    if info.events == 0 {
-        changes.push("there are no events".to_owned());
-    }
-    let usable = match (info.events, changes.is_empty()) {
-        (0, _) => Usable::No,
-        (_, true) => Usable::AsItIs,
-        (_, false) => Usable::WithChanges,
+    let usable = match changes.first() {
+        None => Usable::AsItIs,
+        Some(Change { next: Some(_), .. }) => Usable::WithChanges,
+        Some(Change { next: None, .. }) => Usable::No,
+    };
+    let next = match changes.first() {
+        None => format!("evpose infer --checkpoint body --events {name} --out poses.csv"),
+        Some(first) => first.next.clone().unwrap_or(format!("evpose info {name}")),
     };
     Ok(Report {
         usable,
@@ -159,34 +160,43 @@ fn report(path: &Path, info: &Info, options: OpenOptions) -> Result<Report> {
         rate_hz: info.rate_hz(),
         on_share: info.on_share(),
         rates: counts,
-        changes,
+        changes: changes.into_iter().map(|change| change.said).collect(),
         remarks,
-        next: format!("evpose infer --checkpoint body --events {name} --out poses.csv"),
+        next,
     })
 }
 
-/// Changes that help a network to see the recording, each with its command.
-fn changes(findings: &Findings, counts: &RateFindings, name: &str) -> Vec<String> {
+/// A fault of a recording.
+struct Change {
+    said: String,
+    /// The command that mends it; none if no command does.
+    next: Option<String>,
+}
+
+/// What is wrong with a recording for a network, what no command mends first.
+fn changes(findings: &Findings, counts: &RateFindings, name: &str) -> Vec<Change> {
     let mut changes = Vec::new();
-    if findings.fit == CoordinateFit::Transposed {
-        changes.push("coordinates fit the sensor when transposed: --swap-xy".to_owned());
+    let mut add = |said: String, next: Option<String>| changes.push(Change { said, next });
+    if findings.events == 0 {
+        add("there are no events".to_owned(), None);
     }
     if findings.events > 1 && findings.step_us.is_none() {
-        changes.push("all events have one time stamp: store times with more digits".to_owned());
+        add("all events have one time stamp: store times with more digits".to_owned(), None);
+    }
+    if findings.fit == CoordinateFit::Transposed {
+        let next = format!("evpose check {name} --swap-xy");
+        add("coordinates fit the sensor when transposed: --swap-xy".to_owned(), Some(next));
     }
     let pixels = findings.columns.zip(findings.rows).map_or(0, |((left, right), (top, bottom))| {
         usize::from(right - left + 1) * usize::from(bottom - top + 1)
     });
     if counts.hot_pixels * HOT_ONE_IN > pixels {
-        changes.push(format!(
-            "{} hot pixels: evpose clean {name} clean.npz --with hot",
-            counts.hot_pixels
-        ));
+        let next = format!("evpose clean {name} clean.npz --with hot");
+        add(format!("{} hot pixels: {next}", counts.hot_pixels), Some(next));
     }
     if let Some(hz) = counts.flicker_hz {
-        changes.push(format!(
-            "light flickers at {hz:.0} Hz: evpose clean {name} clean.npz --with deflicker"
-        ));
+        let next = format!("evpose clean {name} clean.npz --with deflicker");
+        add(format!("light flickers at {hz:.0} Hz: {next}"), Some(next));
     }
     changes
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
-use evpose_core::{EventStream, Micros, Plane, Polarity, atomic_write};
+use evpose_core::{EventStream, Micros, Plane, Polarity, atomic_write, is_same_file};
 use evpose_io::{FrameSource, format_for};
 use evpose_sensor::{EffectConfig, SensorConfig, SensorModel, SensorRun};
 
@@ -50,6 +50,17 @@ pub struct EventsArgs {
 /// Runs `evpose events`.
 pub fn run(args: &EventsArgs) -> Result<()> {
     let format = format_for(&args.out)?;
+    // The extension is appended, not replaced: OUT with `.toml` could be the sensor's file.
+    let mut beside = args.out.as_os_str().to_owned();
+    beside.push(".toml");
+    let beside = PathBuf::from(beside);
+    for input in [args.frames.frames.as_path(), Path::new(&args.sensor)] {
+        let path = beside.display();
+        ensure!(
+            !is_same_file(&beside, input),
+            "{path}: is read, and written beside --out: name another --out"
+        );
+    }
     let sensor = sensor(args)?;
     use_threads(args.threads)?;
     let model = SensorModel::from_config(&sensor)?;
@@ -68,10 +79,6 @@ pub fn run(args: &EventsArgs) -> Result<()> {
     let mut run = model.start(source.size(), args.seed);
     let events = convert(&mut source, &clock, &mut run)?;
     format.write(&args.out, &events.stream)?;
-    // The extension is appended, not replaced: OUT with `.toml` could be the sensor's file.
-    let mut beside = args.out.as_os_str().to_owned();
-    beside.push(".toml");
-    let beside = PathBuf::from(beside);
     atomic_write(&beside, provenance(args, &source, &sensor)?.as_bytes())
         .with_context(|| format!("writing {}", beside.display()))?;
     events.report(&source, &clock, run.repaired_pixels());
