@@ -165,7 +165,8 @@ pub trait NetworkModel {
     }
 
     /// Passes the network's inputs for a recording to `take`, of the first pass of several, each with the time
-    /// stamp of its pose in `evpose infer`; `every_ms` apart, or else as the task infers by default.
+    /// stamp of its pose in `evpose infer`; `every_ms` apart, or else as the task infers by default. Returns
+    /// warnings about the recording.
     ///
     /// # Errors
     /// If the recording cannot be read, or the task hands out none.
@@ -175,7 +176,7 @@ pub trait NetworkModel {
         every_ms: Option<u32>,
         opening: &OpenOptions,
         take: &mut dyn FnMut(Micros, &[f32]) -> Result<()>,
-    ) -> Result<()> {
+    ) -> Result<Vec<String>> {
         let _ = (recording, every_ms, opening, take);
         bail!("`{}` does not hand out its inputs", self.network_name())
     }

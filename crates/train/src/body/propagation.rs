@@ -40,57 +40,60 @@ pub struct PropagatedPose {
     pub estimate: Option<PoseEstimate>,
 }
 
-/// Poses of a recording at an even rate, from `first` to `end`.
+/// Poses of a recording at an even rate, from `first` to `end`, made as they are asked for; after an
+/// error there are none.
 ///
 /// # Errors
-/// If the recording cannot be read, or the settings are out of their range.
-pub fn propagated_poses(
-    recording: &mut RecordingStream<BodyFrontend, BodyWorker>,
+/// Each item: if the recording cannot be read, or the network fails.
+pub fn propagated_poses<'a>(
+    recording: &'a mut RecordingStream<BodyFrontend, BodyWorker>,
     config: &PropagationConfig,
     (first, end): (Micros, Micros),
-) -> Result<Vec<PropagatedPose>, TrainError> {
+) -> impl Iterator<Item = Result<PropagatedPose, TrainError>> + use<'a> {
     let micros = |seconds: f64| Micros((seconds * 1e6).round() as i64);
     let (step, period) = (micros(1.0 / config.output_hz), micros(1.0 / config.network_hz));
     let latency = micros(1e-3 * config.latency_ms);
     let (mut last_detection, mut next_inference) = ([None; BODY_JOINTS], first);
     // Inputs whose output is computed but, with the latency, not yet known.
     let mut pending = VecDeque::new();
-    let mut poses = Vec::new();
     let mut t = first;
-    while t <= end {
+    let mut pose_at = move |t: &mut Micros| {
         // Time without events is skipped.
-        let active = recording.skip_silence(t)?;
-        t = t + Micros((active - t).0.div_euclid(step.0) * step.0);
-        recording.advance(t)?;
+        let active = recording.skip_silence(*t)?;
+        *t = *t + Micros((active - *t).0.div_euclid(step.0) * step.0);
+        recording.advance(*t)?;
         let PoseStream { frontend, worker, .. } = recording.stream();
-        if t >= next_inference {
-            if let Some(input) = frontend.input(t, None) {
+        if *t >= next_inference {
+            if let Some(input) = frontend.input(*t, None) {
                 let joints = worker.infer(&input).map_err(TaskError::Stream)?;
-                pending.push_back((t, input, joints));
+                pending.push_back((*t, input, joints));
             }
             next_inference = next_inference + period;
             // A network that is faster than the output runs once per output, and accumulates no
             // debt.
-            if next_inference <= t {
-                next_inference = t + period;
+            if next_inference <= *t {
+                next_inference = *t + period;
             }
         }
         while let Some((stamp, input, joints)) =
-            pending.pop_front_if(|(stamp, ..)| *stamp + latency <= t)
+            pending.pop_front_if(|(stamp, ..)| *stamp + latency <= *t)
         {
-            for (_, pose) in frontend.accept(stamp, &input, joints, t) {
+            for (_, pose) in frontend.accept(stamp, &input, joints, *t) {
                 last_detection = pose.joints_px;
             }
         }
-        let estimate = frontend.propagate(t);
+        let estimate = frontend.propagate(*t);
         let propagated = match &estimate {
             Some(PoseEstimate::Body { joints_px, .. }) => *joints_px,
             _ => [None; BODY_JOINTS],
         };
-        poses.push(PropagatedPose { t_s: t.as_seconds(), last_detection, propagated, estimate });
-        t = t + step;
-    }
-    Ok(poses)
+        let pose = PropagatedPose { t_s: t.as_seconds(), last_detection, propagated, estimate };
+        *t = *t + step;
+        Ok(pose)
+    };
+    std::iter::from_fn(move || {
+        (t <= end).then(|| pose_at(&mut t).inspect_err(|_| t = Micros(i64::MAX)))
+    })
 }
 
 /// Scores of recordings without and with propagation.
@@ -152,7 +155,8 @@ fn score_recording(
     let mut recording = RecordingStream::new(windows, stream, InferenceSchedule::NewestWhenFree);
     let first = Micros(1_000 * i64::from(checkpoint.config.data.first_ms));
     let end = Micros::from_seconds(truth.last().map_or(0.0, |last| last.t_s));
-    let poses = propagated_poses(&mut recording, config, (first, end))?;
+    let poses: Vec<PropagatedPose> =
+        propagated_poses(&mut recording, config, (first, end)).collect::<Result<_, _>>()?;
     // At the rate of the output, as often as poses are propagated.
     let protocol = BodyProtocol { rate_hz: config.output_hz, ..BodyProtocol::default() };
     let sequence = |joints: fn(&PropagatedPose) -> BodyPoints| {

@@ -31,6 +31,9 @@ fn read(path: &Path, sensor: SensorSize, options: &OpenOptions) -> Result<EventS
     for note in &read.notes {
         say(format!("note      {note}"));
     }
+    if read.outside > 0 {
+        say(format!("note      {} events outside the sensor: skipped", read.outside));
+    }
     Ok(read.events)
 }
 

@@ -42,6 +42,22 @@ pub(super) fn run(args: &NoiseArgs) -> Result<()> {
         true => format!("{} behind --skip {}", args.events.display(), args.skip),
         false => args.events.display().to_string(),
     })?;
+    // Before words that a full output would lose them with.
+    if let Some(path) = &args.out {
+        let head = "Background by `evpose calibrate noise`, without hot pixels.";
+        let rates = EffectConfig::new("uniform_noise")
+            .with("on_hz", found.on_hz.estimate)
+            .with("off_hz", found.off_hz.estimate);
+        write(path, head, vec![rates])?;
+    }
+    if let Some(path) = &args.hot {
+        let mut table = "x,y,on_hz,off_hz\n".to_owned();
+        for HotPixelRate { x, y, on_hz, off_hz } in &found.hot {
+            writeln!(table, "{x},{y},{on_hz:.4},{off_hz:.4}")?;
+        }
+        atomic_write(path, table.as_bytes())
+            .with_context(|| format!("writing {}", path.display()))?;
+    }
     let size = events.sensor();
     say(format!(
         "seen      {:.2} s of {size}, {} events",
@@ -91,21 +107,7 @@ pub(super) fn run(args: &NoiseArgs) -> Result<()> {
             rows[1]
         ));
     }
-    if let Some(path) = &args.out {
-        let head = "Background by `evpose calibrate noise`, without hot pixels.";
-        let rates = EffectConfig::new("uniform_noise")
-            .with("on_hz", found.on_hz.estimate)
-            .with("off_hz", found.off_hz.estimate);
-        write(path, head, vec![rates])?;
-        say(format!("written to {}", path.display()));
-    }
-    if let Some(path) = &args.hot {
-        let mut table = "x,y,on_hz,off_hz\n".to_owned();
-        for HotPixelRate { x, y, on_hz, off_hz } in &found.hot {
-            writeln!(table, "{x},{y},{on_hz:.4},{off_hz:.4}")?;
-        }
-        atomic_write(path, table.as_bytes())
-            .with_context(|| format!("writing {}", path.display()))?;
+    for path in [&args.out, &args.hot].into_iter().flatten() {
         say(format!("written to {}", path.display()));
     }
     Ok(())

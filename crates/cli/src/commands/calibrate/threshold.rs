@@ -29,6 +29,17 @@ pub(super) fn run(args: &ThresholdArgs) -> Result<()> {
     let found = run
         .finish(args.seed)
         .with_context(|| format!("{}, {}", args.frames.frames.display(), args.events.display()))?;
+    // Before words that a full output would lose it with.
+    if let Some(path) = &args.out {
+        let head = "Thresholds by `evpose calibrate threshold`, by steps.";
+        let effects = vec![
+            EffectConfig::new("logarithmic").with("dark_offset", DARK_OFFSET),
+            EffectConfig::new("level_crossing")
+                .with("threshold_on", found.by_steps_on.estimate)
+                .with("threshold_off", found.by_steps_off.estimate),
+        ];
+        write(path, head, effects)?;
+    }
     say(format!("seen      {} frames, {} ON and {} OFF events", found.frames, found.on, found.off));
     say("          threshold, change of log light [95 % interval]");
     say(format!("by steps  ON  {}", interval_text(found.by_steps_on, "ln")));
@@ -49,14 +60,6 @@ pub(super) fn run(args: &ThresholdArgs) -> Result<()> {
         say(format!("note      many {count} {polarity} events than light explains: {causes}"));
     }
     if let Some(path) = &args.out {
-        let head = "Thresholds by `evpose calibrate threshold`, by steps.";
-        let effects = vec![
-            EffectConfig::new("logarithmic").with("dark_offset", DARK_OFFSET),
-            EffectConfig::new("level_crossing")
-                .with("threshold_on", found.by_steps_on.estimate)
-                .with("threshold_off", found.by_steps_off.estimate),
-        ];
-        write(path, head, effects)?;
         say(format!("written to {}", path.display()));
     }
     Ok(())

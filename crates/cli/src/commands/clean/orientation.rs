@@ -8,6 +8,7 @@ use evpose_core::{Event, EventStream, Micros, SensorSize, TimeWindow};
 use evpose_io::open;
 
 use super::passes::Passes;
+use crate::commands::account::Account;
 use crate::progress::say;
 
 /// Length of the compared part of the reference, the maximum of the method.
@@ -19,7 +20,9 @@ pub(super) fn find(
     sensor: SensorSize,
     reference: &Path,
 ) -> Result<Option<Symmetry>> {
-    let wanted = open(reference)?.stream;
+    let wanted = open(reference)?;
+    Account::from_recording(&wanted).print();
+    let wanted = wanted.stream;
     // The reference begins somewhere in the recording: both are cut to its first stretch.
     let Some(&origin) = wanted.t().first() else {
         bail!("{}: no events to compare with", reference.display());

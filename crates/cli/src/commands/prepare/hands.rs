@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::commands::account::Account;
 use crate::progress::{bar, say};
 use crate::{configs, run_info};
 use anyhow::{Context, Result};
@@ -33,6 +34,7 @@ pub(super) fn run(args: &HandsArgs) -> Result<()> {
     for ((recording, path, name), labels) in pairs.iter().zip(&labels) {
         let read = evpose_io::open_as(recording, &args.opening.options(recording)?)
             .with_context(|| format!("reading {}", recording.display()))?;
+        progress.suspend(|| Account::from_recording(&read).print());
         let calibration = calibration_for(&config, read.stream.sensor(), args.camera.as_deref())?;
         let report = import_hand(
             &read.stream,

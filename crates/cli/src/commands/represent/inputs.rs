@@ -8,7 +8,7 @@ use evpose_nn::DeviceKind;
 
 use super::RepresentArgs;
 use crate::args::DeviceArgs;
-use crate::progress::say;
+use crate::progress::{note, say};
 use crate::tasks::open;
 
 /// Writes the network's input for each pose of `evpose infer`, with its time stamp in archives.
@@ -27,10 +27,13 @@ pub(super) fn write(args: &RepresentArgs, checkpoint: &Path) -> Result<()> {
     );
     // The header of an array comes first and has their count.
     let mut count = 0;
-    network.for_each_input(recording, every_ms, &opening, &mut |_, _| {
+    let warnings = network.for_each_input(recording, every_ms, &opening, &mut |_, _| {
         count += 1;
         Ok(())
     })?;
+    for warning in warnings {
+        note(format!("warning: {}: {warning}", recording.display()));
+    }
     ensure!(count > 0, "{}: too few events for an input", recording.display());
     let [channels, rows, columns] = network.input_shape().map(|side| side as u64);
     let mut writer = TensorWriter::create(&args.out, [count, channels, rows, columns])?;

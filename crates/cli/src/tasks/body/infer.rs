@@ -9,6 +9,7 @@ use evpose_core::Micros;
 use evpose_io::Windows;
 use evpose_io::poses::{
     PoseFormat, PoseKind, PoseSequence, TimedPose, pose_format_by_name, write_poses,
+    write_poses_from,
 };
 use evpose_pose::PoseOrigin;
 use evpose_pose::stream::{InferenceSchedule, StreamFrontend as _};
@@ -16,7 +17,7 @@ use evpose_task::body::{
     BodyFrontend, BodyPredictorOptions, BodyWorker, PropagationConfig, body_stream,
 };
 use evpose_task::{InferredPoses, RecordingStream};
-use evpose_train::body::propagated_poses;
+use evpose_train::body::{PropagatedPose, propagated_poses};
 
 use super::args::BodyInferArgs;
 use super::{BodyModel, infer_cameras};
@@ -141,22 +142,29 @@ fn write_propagated(
     };
     let mut recording = open(Some(&config))?;
     let Some([start, end]) = recording.span()? else { bail!("{}: no events", events.display()) };
-    let mut poses = PoseSequence::new(PoseKind::Body);
-    for pose in propagated_poses(&mut recording, &config, (start, end))? {
+    let (mut count, mut failed) = (0_u64, None);
+    // An hour of them would not fit the memory: they are made while they are written.
+    let poses = propagated_poses(&mut recording, &config, (start, end));
+    let poses = poses.map_while(|pose| pose.map_err(|error| failed = Some(error)).ok());
+    let timed = |pose: PropagatedPose| {
+        count += 1;
+        let t = Micros::from_seconds(pose.t_s);
         // There is nothing to propagate before the first inference.
-        let Some(estimate) = pose.estimate else { continue };
-        poses.poses.push(TimedPose {
-            latency_ms: args.latency_ms(0.0),
-            origin: Some(PoseOrigin::Propagated),
-            ..TimedPose::new(Micros::from_seconds(pose.t_s), &estimate)
-        });
+        pose.estimate.map_or_else(
+            || TimedPose::nobody(PoseKind::Body, t),
+            |estimate| TimedPose {
+                latency_ms: args.latency_ms(0.0),
+                origin: Some(PoseOrigin::Propagated),
+                ..TimedPose::new(t, &estimate)
+            },
+        )
+    };
+    let format = args.format_of(path)?;
+    write_poses_from(path, PoseKind::Body, None, &mut poses.map(timed), format)?;
+    if let Some(error) = failed {
+        let path = path.display();
+        return Err(error).with_context(|| format!("after {count} poses, which are in {path}"));
     }
-    write_poses(path, &poses, args.format_of(path)?)?;
-    say(format!(
-        "{} propagated poses, {} per second: {}",
-        poses.poses.len(),
-        config.output_hz,
-        path.display()
-    ));
+    say(format!("{count} propagated poses, {} per second: {}", config.output_hz, path.display()));
     Ok(())
 }

@@ -16,6 +16,7 @@ use evpose_task::body::{
 
 use super::BodyModel;
 use super::args::BodyInferArgs;
+use crate::bad_input::NobodyInView;
 use crate::progress::{bar, note, say};
 use crate::tasks::args::InferArgs;
 
@@ -78,12 +79,13 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs, own: &BodyInferArgs) -> R
         note(format!("warning: {}: {warning}", args.events[index].display()));
     }
     let count = poses.poses.len();
-    ensure!(
-        joints > 0,
-        "no joint is seen by two cameras, as the {count} rows of {} say: see with one recording alone \
-         whether somebody is in view, and whether the cameras are those of the recordings, in this order",
-        args.out.display()
-    );
+    if joints == 0 {
+        bail!(NobodyInView(format!(
+            "no joint is seen by two cameras, as the {count} rows of {} say: see with one recording alone \
+             whether somebody is in view, and whether the cameras are those of the recordings, in this order",
+            args.out.display()
+        )));
+    }
     let mean_px = errors_px.iter().sum::<f64>() / errors_px.len().max(1) as f64;
     say(format!(
         "{count} poses in the world from {} cameras, {:.1} of {BODY_JOINTS} joints each, {:.2} ms \

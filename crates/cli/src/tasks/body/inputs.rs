@@ -42,7 +42,7 @@ pub(super) fn for_each(
     every_ms: Option<u32>,
     opening: &OpenOptions,
     take: &mut dyn FnMut(Micros, &[f32]) -> Result<()>,
-) -> Result<()> {
+) -> Result<Vec<String>> {
     let windows = Windows::open(recording, opening)?;
     let calibration = Calibration::choose(None, windows.sensor())?;
     let predictor = model.predictor(BodyPredictorOptions::default())?;
@@ -58,7 +58,7 @@ pub(super) fn for_each(
             take(*t, &input)?;
         }
     }
-    Ok(())
+    Ok(stream.warnings())
 }
 
 /// As [`NetworkModel::interface`](crate::tasks::NetworkModel::interface).

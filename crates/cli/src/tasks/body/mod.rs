@@ -238,7 +238,7 @@ impl NetworkModel for BodyModel {
         every_ms: Option<u32>,
         opening: &OpenOptions,
         take: &mut dyn FnMut(Micros, &[f32]) -> Result<()>,
-    ) -> Result<()> {
+    ) -> Result<Vec<String>> {
         inputs::for_each(self, recording, every_ms, opening, take)
     }
 

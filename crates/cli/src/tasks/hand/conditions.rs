@@ -116,10 +116,6 @@ pub(super) fn run(model: &HandModel, args: &EvalArgs, own: &HandEvalArgs) -> Res
         all.push(ConditionEvaluation { condition, config, methods, usage });
     }
 
-    say("");
-    print_scores(&all);
-    say("");
-    print_usage(&all);
     let report = report_of(&all, args, own)?;
     let text = serde_json::to_string_pretty(&report)? + "\n";
     let mut files: Vec<PathBuf> = args.json.iter().map(|path| path.to_path_buf()).collect();
@@ -130,6 +126,12 @@ pub(super) fn run(model: &HandModel, args: &EvalArgs, own: &HandEvalArgs) -> Res
     for path in &files {
         atomic_write(path, text.as_bytes())
             .with_context(|| format!("writing {}", path.display()))?;
+    }
+    say("");
+    print_scores(&all);
+    say("");
+    print_usage(&all);
+    for path in &files {
         say(format!("written to {}", path.display()));
     }
     if own.out.is_some() {

@@ -57,9 +57,6 @@ pub(super) fn run(model: &HandModel, args: &InferArgs, own: &HandInferArgs) -> R
             Row { t, params: Some(of), delay_s }
         }));
     })?;
-    if is_slow_motion {
-        say(format!("slow motion: {} inputs, {repeated} repeated at rest", counts.inferred));
-    }
     let frontend = &recording.stream().frontend;
     let timed = |row: &Row| match row.params {
         None => TimedPose::nobody(PoseKind::Hand, row.t),
@@ -73,6 +70,9 @@ pub(super) fn run(model: &HandModel, args: &InferArgs, own: &HandInferArgs) -> R
     if let Some(path) = &own.joints {
         let columns = PoseColumns::of(PoseKind::Hand).without_params();
         columns.write(path, &mut rows.iter().map(timed))?;
+    }
+    if is_slow_motion {
+        say(format!("slow motion: {} inputs, {repeated} repeated at rest", counts.inferred));
     }
     // A network of hands has no score: whoever is inferred is there.
     counts.check([path, &args.out], 0, None)?;

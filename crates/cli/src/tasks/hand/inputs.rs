@@ -43,7 +43,7 @@ pub(super) fn for_each(
     every_ms: Option<u32>,
     opening: &OpenOptions,
     take: &mut dyn FnMut(Micros, &[f32]) -> Result<()>,
-) -> Result<()> {
+) -> Result<Vec<String>> {
     let config = &model.checkpoint.config;
     let windows = Windows::open(recording, opening)?;
     let calibration = calibration_for(config, windows.sensor(), None)?;
@@ -62,7 +62,7 @@ pub(super) fn for_each(
             take(t, input)?;
         }
     }
-    Ok(())
+    Ok(stream.warnings())
 }
 
 /// As [`NetworkModel::interface`](crate::tasks::NetworkModel::interface).
