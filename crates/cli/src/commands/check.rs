@@ -54,6 +54,15 @@ struct Report {
     duration_s: Option<f64>,
     events: u64,
     rate_hz: Option<f64>,
+    /// Times of the first event and of the last.
+    span_s: Option<[f64; 2]>,
+    /// Whether events were written by time, on one clock.
+    is_in_order: Option<bool>,
+    /// Of which all time stamps are multiples.
+    step_us: Option<u64>,
+    /// First and last column and row that fire.
+    columns: Option<(u16, u16)>,
+    rows: Option<(u16, u16)>,
     on_share: Option<f64>,
     rates: RateFindings,
     /// Faults and what to do about each.
@@ -67,9 +76,11 @@ struct Report {
 /// Runs `evpose check`.
 pub fn run(args: &CheckArgs) -> Result<ExitCode> {
     let path = &args.input;
+    // Of every command that is named: what was stated of the recording holds for it, too.
+    let named = format!("{}{}", path.display(), args.opening.words());
     let checked = args.opening.options(path).and_then(|options| {
         let info = info(path, &options)?;
-        report(path, &info, options)
+        report(path, &info, options, &named)
     });
     let report = match checked {
         Ok(report) => report,
@@ -77,7 +88,7 @@ pub fn run(args: &CheckArgs) -> Result<ExitCode> {
         Err(error) if matches!(error.downcast_ref(), Some(IoError::File { .. })) => {
             return Err(error);
         }
-        Err(error) => unreadable(path, &error),
+        Err(error) => unreadable(&named, &error),
     };
     print(path, &report);
     write_json(args.json.as_deref(), &report)?;
@@ -89,7 +100,7 @@ pub fn run(args: &CheckArgs) -> Result<ExitCode> {
 }
 
 /// A recording that no command reads as it is.
-fn unreadable(path: &Path, error: &anyhow::Error) -> Report {
+fn unreadable(named: &str, error: &anyhow::Error) -> Report {
     // A clock or a size that options settle is no damage.
     let is_settled = matches!(
         error.downcast_ref(),
@@ -109,18 +120,23 @@ fn unreadable(path: &Path, error: &anyhow::Error) -> Report {
         duration_s: None,
         events: 0,
         rate_hz: None,
+        span_s: None,
+        is_in_order: None,
+        step_us: None,
+        columns: None,
+        rows: None,
         on_share: None,
         rates: RateFindings::default(),
         changes: vec![format!("{error:#}")],
         remarks: Vec::new(),
         next: match is_settled {
-            true => format!("evpose check {} with one of these options", path.display()),
+            true => format!("evpose check {named} with one of these options"),
             false => "evpose convert --help lists what is read".to_owned(),
         },
     }
 }
 
-fn report(path: &Path, info: &Info, options: OpenOptions) -> Result<Report> {
+fn report(path: &Path, info: &Info, options: OpenOptions, named: &str) -> Result<Report> {
     let (passes, account) = Passes::open(path, options)?;
     let (mut checkup, mut survey) = (Checkup::new(account.sensor), RateCheck::new(account.sensor));
     passes.read("checking", |events| {
@@ -129,9 +145,15 @@ fn report(path: &Path, info: &Info, options: OpenOptions) -> Result<Report> {
         Ok(())
     })?;
     let (findings, counts) = (checkup.findings(), survey.findings());
-    let name = path.display();
-    let changes = changes(&findings, &counts, &name.to_string());
-    let mut remarks = info.warnings.clone();
+    // What an option settles is a change.
+    let (doubts, mut remarks): (Vec<_>, Vec<_>) =
+        info.warnings.iter().cloned().partition(|warning| warning.contains("--time-unit"));
+    let doubts = doubts.into_iter().map(|said| {
+        let next = format!("evpose check {named} --time-unit s|ms|us|ns");
+        Change { said, next: Some(next) }
+    });
+    let mut changes = changes(&findings, &counts, named);
+    changes.extend(doubts);
     remarks.extend(findings.remarks.iter().cloned());
     if counts.gaps > 0 {
         remarks.push(format!("{} silences of 20 ms and more: packets may be lost", counts.gaps));
@@ -148,8 +170,8 @@ fn report(path: &Path, info: &Info, options: OpenOptions) -> Result<Report> {
         Some(Change { next: None, .. }) => Usable::No,
     };
     let next = match changes.first() {
-        None => format!("evpose infer --checkpoint body --events {name} --out poses.csv"),
-        Some(first) => first.next.clone().unwrap_or(format!("evpose info {name}")),
+        None => format!("evpose infer --checkpoint body --events {named} --out poses.csv"),
+        Some(first) => first.next.clone().unwrap_or(format!("evpose info {named}")),
     };
     Ok(Report {
         usable,
@@ -158,6 +180,11 @@ fn report(path: &Path, info: &Info, options: OpenOptions) -> Result<Report> {
         duration_s: Some(info.duration.as_seconds()),
         events: info.events,
         rate_hz: info.rate_hz(),
+        span_s: info.span.map(|(first, last)| [first.as_seconds(), last.as_seconds()]),
+        is_in_order: Some(!info.warnings.iter().any(|warning| warning.contains("sorted by time"))),
+        step_us: findings.step_us,
+        columns: findings.columns,
+        rows: findings.rows,
         on_share: info.on_share(),
         rates: counts,
         changes: changes.into_iter().map(|change| change.said).collect(),
@@ -174,7 +201,7 @@ struct Change {
 }
 
 /// What is wrong with a recording for a network, what no command mends first.
-fn changes(findings: &Findings, counts: &RateFindings, name: &str) -> Vec<Change> {
+fn changes(findings: &Findings, counts: &RateFindings, named: &str) -> Vec<Change> {
     let mut changes = Vec::new();
     let mut add = |said: String, next: Option<String>| changes.push(Change { said, next });
     if findings.events == 0 {
@@ -184,18 +211,18 @@ fn changes(findings: &Findings, counts: &RateFindings, name: &str) -> Vec<Change
         add("all events have one time stamp: store times with more digits".to_owned(), None);
     }
     if findings.fit == CoordinateFit::Transposed {
-        let next = format!("evpose check {name} --swap-xy");
+        let next = format!("evpose check {named} --swap-xy");
         add("coordinates fit the sensor when transposed: --swap-xy".to_owned(), Some(next));
     }
     let pixels = findings.columns.zip(findings.rows).map_or(0, |((left, right), (top, bottom))| {
         usize::from(right - left + 1) * usize::from(bottom - top + 1)
     });
     if counts.hot_pixels * HOT_ONE_IN > pixels {
-        let next = format!("evpose clean {name} clean.npz --with hot");
+        let next = format!("evpose clean {named} clean.npz --with hot");
         add(format!("{} hot pixels: {next}", counts.hot_pixels), Some(next));
     }
     if let Some(hz) = counts.flicker_hz {
-        let next = format!("evpose clean {name} clean.npz --with deflicker");
+        let next = format!("evpose clean {named} clean.npz --with deflicker");
         add(format!("light flickers at {hz:.0} Hz: {next}"), Some(next));
     }
     changes
@@ -212,6 +239,17 @@ fn print(path: &Path, report: &Report) {
         let rate = report.rate_hz.map(|hz| format!(", {:.1} thousand a second", hz * 1e-3));
         let rate = rate.unwrap_or_default();
         line("events", format!("{} in {seconds:.6} s{rate}", report.events));
+    }
+    if let Some([first, last]) = report.span_s {
+        let step = report.step_us.map(|us| format!(", in steps of {us} µs")).unwrap_or_default();
+        line("times", format!("{first:.6} s to {last:.6} s{step}"));
+    }
+    if let Some(in_order) = report.is_in_order {
+        let said = if in_order { "by time, one clock" } else { "sorted by time, one clock" };
+        line("order", said.to_owned());
+    }
+    if let Some(((left, right), (top, bottom))) = report.columns.zip(report.rows) {
+        line("axes", format!("columns {left} to {right}, rows {top} to {bottom} fire"));
     }
     if let Some(on) = report.on_share {
         line("polarity", format!("{:.1} % ON", 100.0 * on));

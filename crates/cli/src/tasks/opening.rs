@@ -56,6 +56,32 @@ pub struct OpeningArgs {
 }
 
 impl OpeningArgs {
+    /// The options as they are written behind a command, each after a space.
+    pub fn words(&self) -> String {
+        let of = |flag: &str, value: Option<String>| {
+            value.map_or_else(String::new, |value| format!(" --{flag} {value}"))
+        };
+        let mark = |flag: &str, is_on: bool| match is_on {
+            true => format!(" --{flag}"),
+            false => String::new(),
+        };
+        [
+            of("sensor", self.sensor.map(|size| size.to_string())),
+            of("camera-index", self.camera_index.map(|index| index.to_string())),
+            of("tick-us", self.tick_us.map(|tick| tick.to_string())),
+            mark("salvage", self.salvage),
+            of("part", self.part.map(|part| part.to_string())),
+            mark("join", self.join),
+            mark("sort", self.sort),
+            of("time-unit", self.time_unit.map(|unit| unit.to_string())),
+            of("columns", self.columns.as_ref().map(ColumnNames::to_string)),
+            mark("swap-xy", self.swap_xy),
+            mark("zero-time", self.zero_time),
+            of("topic", self.topic.clone()),
+        ]
+        .concat()
+    }
+
     /// Options of opening `recording`, with the sensor of `--sensor` or of the file beside it.
     ///
     /// # Errors

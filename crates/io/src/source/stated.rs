@@ -1,5 +1,6 @@
 //! Unit and columns of a recording, where its file does not state them.
 
+use std::fmt;
 use std::str::FromStr;
 
 use evpose_core::Micros;
@@ -49,6 +50,17 @@ impl TimeUnit {
     }
 }
 
+impl fmt::Display for TimeUnit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Seconds => "s",
+            Self::Milliseconds => "ms",
+            Self::Microseconds => "us",
+            Self::Nanoseconds => "ns",
+        })
+    }
+}
+
 impl FromStr for TimeUnit {
     type Err = String;
 
@@ -68,6 +80,14 @@ impl ColumnNames {
         let index = |name: &Option<String>| name.as_ref()?.parse().ok();
         let [t, x, y, p] = &self.0;
         Some([index(t)?, index(x)?, index(y)?, index(p)?])
+    }
+}
+
+impl fmt::Display for ColumnNames {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let stated = ["t", "x", "y", "p"].iter().zip(&self.0);
+        let stated = stated.filter_map(|(what, name)| Some(format!("{what}={}", name.as_ref()?)));
+        f.write_str(&stated.collect::<Vec<_>>().join(","))
     }
 }
 
