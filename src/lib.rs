@@ -28,7 +28,7 @@ pub fn main() -> ExitCode {
             return end(ExitCode::from(code), if error.use_stderr() { Ok(()) } else { printed });
         }
     };
-    match commands::run(&args.command) {
+    match evpose_cli::threads::check_threads().and_then(|()| commands::run(&args.command)) {
         Ok(code) => end(code, stdout().flush()),
         Err(error) => report_error(&error),
     }

@@ -1,7 +1,36 @@
 //! The thread pool of the process.
 
+use std::sync::{Mutex, PoisonError};
+use std::thread::{Builder, available_parallelism, scope};
+
 use anyhow::{Context, Result};
 use evpose_core::SensorSize;
+
+/// Threads of a command beside one for each core: those of reading, of sinks, of the page.
+const MORE: usize = 4;
+
+/// Starts as many threads at once as a command may need, and ends them: a library that cannot start one panics,
+/// in the midst of the work.
+///
+/// # Errors
+/// If the system refuses one.
+pub fn check_threads() -> Result<()> {
+    let wanted = available_parallelism().map_or(1, usize::from) + MORE;
+    let gate = Mutex::new(());
+    scope(|scope| {
+        let closed = gate.lock().unwrap_or_else(PoisonError::into_inner);
+        for started in 0..wanted {
+            Builder::new().spawn_scoped(scope, || drop(gate.lock())).with_context(|| {
+                format!(
+                    "the system lets this process start {started} threads of {wanted}: raise the limit of \
+                     processes (`ulimit -u`, or that of the container)"
+                )
+            })?;
+        }
+        drop(closed);
+        Ok(())
+    })
+}
 
 /// Sets the number of CPU threads of the global pool, if one is given.
 ///
