@@ -1,7 +1,6 @@
 //! Consistency checks of a recording's axes, polarities and time stamps.
 //!
-//! It is little, and no more is claimed: whether coordinates fit the stated sensor or its
-//! transpose, which columns and rows never fire, how many events are ON, how many share their time
+//! It is little, and no more is claimed: which columns and rows never fire, how many events are ON, how many share their time
 //! stamp, what time stamps are multiples of. Whether an image is mirrored, or ON and OFF are
 //! exchanged, cannot be decided without a reference of the same scene: see
 //! [`symmetry`](crate::symmetry).
@@ -32,17 +31,6 @@ pub struct Checkup {
     previous: Option<(Micros, u16, u16, Polarity)>,
 }
 
-/// Whether coordinates are those of the stated sensor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum CoordinateFit {
-    /// All lie on it.
-    Fits,
-    /// They do not, but would with columns and rows exchanged.
-    Transposed,
-    /// Neither.
-    Beyond,
-}
-
 /// Results of the checks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Findings {
@@ -54,8 +42,6 @@ pub struct Findings {
     pub columns: Option<(u16, u16)>,
     /// First and last row that fires.
     pub rows: Option<(u16, u16)>,
-    /// Whether they fit the sensor.
-    pub fit: CoordinateFit,
     /// Columns of the sensor that never fire.
     pub silent_columns: usize,
     /// Rows of the sensor that never fire.
@@ -120,20 +106,11 @@ impl Checkup {
     pub fn findings(&self) -> Findings {
         let SensorSize { width, height } = self.sensor;
         let (columns, rows) = (range(&self.columns), range(&self.rows));
-        let lie_on = |width: u16, height: u16| {
-            self.columns.len() <= usize::from(width) && self.rows.len() <= usize::from(height)
-        };
-        let fit = match (lie_on(width, height), lie_on(height, width)) {
-            (true, _) => CoordinateFit::Fits,
-            (false, true) => CoordinateFit::Transposed,
-            (false, false) => CoordinateFit::Beyond,
-        };
         let mut findings = Findings {
             events: self.events,
             on_share: (self.events > 0).then(|| self.on as f64 / self.events as f64),
             columns,
             rows,
-            fit,
             silent_columns: silent(&self.columns, width),
             silent_rows: silent(&self.rows, height),
             same_time: self.same_time,
@@ -147,21 +124,7 @@ impl Checkup {
     }
 
     fn remarks(&self, findings: &Findings) -> Vec<String> {
-        let sensor = self.sensor;
         let mut remarks = Vec::new();
-        // Without events there are no extents.
-        if let (Some((_, right)), Some((_, bottom))) = (findings.columns, findings.rows) {
-            let reach = format!("columns reach {right} and rows {bottom}");
-            match findings.fit {
-                CoordinateFit::Fits => {}
-                CoordinateFit::Transposed => remarks.push(format!(
-                    "{reach}: beyond a {sensor} sensor, but as if columns and rows were exchanged"
-                )),
-                CoordinateFit::Beyond => {
-                    remarks.push(format!("{reach}: beyond a {sensor} sensor either way round"));
-                }
-            }
-        }
         if findings.backwards > 0 {
             remarks.push(format!("{} events are earlier than the one before", findings.backwards));
         }
@@ -270,10 +233,7 @@ mod tests {
         let found = findings((346, 260), 1, |_, _| {});
         assert_eq!(found.remarks, [] as [String; 0]);
         assert_eq!((found.columns, found.rows), (Some((0, 345)), Some((0, 259))));
-        assert_eq!(
-            (found.fit, found.silent_columns, found.silent_rows),
-            (CoordinateFit::Fits, 0, 0)
-        );
+        assert_eq!((found.silent_columns, found.silent_rows), (0, 0));
         assert_eq!((found.on_share, found.step_us), (Some(0.5), Some(1)));
         assert_eq!((found.same_time, found.repeats, found.backwards), (0, 0, 0));
     }
@@ -294,19 +254,7 @@ mod tests {
         let none = (None, None, None, None);
         assert_eq!((found.on_share, found.columns, found.rows, found.step_us), none);
         assert_eq!((found.events, found.silent_columns, found.silent_rows), (0, 346, 260));
-        assert!(found.remarks.is_empty() && found.fit == CoordinateFit::Fits);
-    }
-
-    #[test]
-    fn exchanged_axes_show_where_the_sensor_is_not_square() {
-        let found = findings((260, 346), 1, |_, _| {});
-        assert_eq!(found.fit, CoordinateFit::Transposed);
-        assert_eq!(
-            found.remarks[0],
-            "columns reach 259 and rows 345: beyond a 346x260 sensor, but as if columns and rows \
-             were exchanged"
-        );
-        assert_eq!(findings((400, 260), 1, |_, _| {}).fit, CoordinateFit::Beyond);
+        assert!(found.remarks.is_empty());
     }
 
     #[test]

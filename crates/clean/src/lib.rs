@@ -55,7 +55,7 @@ mod laws;
 pub use activity::{HotPixel, HotRule, PixelActivity};
 pub use background::{Background, BackgroundOptions};
 pub use chain::{CleanReport, CleanerChain};
-pub use checkup::{Checkup, CoordinateFit, Findings};
+pub use checkup::{Checkup, Findings};
 pub use cleaner::{Cleaner, Note};
 pub use deflicker::{Deflicker, DeflickerOptions, Rule};
 pub use denoise::{Denoise, DenoiseFilter};

@@ -135,9 +135,13 @@ pub enum IoError {
     },
     /// More than a tenth of the events are outside the sensor.
     #[error(
-        "{}: {outside} of {events} events are outside a sensor of {sensor}: give the right size with \
-         --sensor, or other columns with --columns",
-        path.display()
+        "{}: {outside} of {events} events are outside a sensor of {sensor}: {}",
+        path.display(),
+        if *is_turned {
+            "they fit it when columns and rows are exchanged, with --swap-xy"
+        } else {
+            "give the right size with --sensor, or other columns with --columns"
+        }
     )]
     Outside {
         /// The recording.
@@ -148,6 +152,8 @@ pub enum IoError {
         outside: usize,
         /// Events so far.
         events: usize,
+        /// Whether those outside fit the sensor turned by a quarter.
+        is_turned: bool,
     },
     /// Events that a stream cannot take: it ends later, or its sensor is smaller.
     #[error("{}: {reason}", path.display())]

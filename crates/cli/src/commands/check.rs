@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Result;
-use evpose_clean::{Checkup, CoordinateFit, Findings, RateCheck, RateFindings};
+use evpose_clean::{Checkup, Findings, RateCheck, RateFindings};
 use evpose_io::{Info, IoError, OpenOptions, info};
 use serde::Serialize;
 
@@ -129,9 +129,12 @@ fn unreadable(named: &str, error: &anyhow::Error) -> Report {
         rates: RateFindings::default(),
         changes: vec![format!("{error:#}")],
         remarks: Vec::new(),
-        next: match is_settled {
-            true => format!("evpose check {named} with one of these options"),
-            false => "evpose convert --help lists what is read".to_owned(),
+        next: match error.downcast_ref() {
+            Some(IoError::Outside { is_turned: true, .. }) => {
+                format!("evpose check {named} --swap-xy")
+            }
+            _ if is_settled => format!("evpose check {named} with one of these options"),
+            _ => "evpose convert --help lists what is read".to_owned(),
         },
     }
 }
@@ -209,10 +212,6 @@ fn changes(findings: &Findings, counts: &RateFindings, named: &str) -> Vec<Chang
     }
     if findings.events > 1 && findings.step_us.is_none() {
         add("all events have one time stamp: store times with more digits".to_owned(), None);
-    }
-    if findings.fit == CoordinateFit::Transposed {
-        let next = format!("evpose check {named} --swap-xy");
-        add("coordinates fit the sensor when transposed: --swap-xy".to_owned(), Some(next));
     }
     let pixels = findings.columns.zip(findings.rows).map_or(0, |((left, right), (top, bottom))| {
         usize::from(right - left + 1) * usize::from(bottom - top + 1)

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use evpose_core::{Micros, SensorSize};
 
 use super::extent::Extent;
+use super::outside::OutsideCount;
 use super::whole::sensor_of;
 use super::{Labels, SensorOrigin};
 use crate::{Columns, IoError, OpenOptions};
@@ -84,8 +85,9 @@ pub fn info(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Info, IoErr
         survey.extent.size(),
         source.header().usual_sensor,
     ));
-    if survey.outside > 0 {
-        let outside = survey.outside;
+    survey.outside.check(&path, sensor, true)?;
+    let outside = survey.outside.outside();
+    if outside > 0 {
         warnings.push(format!("{outside} events lie outside the sensor: they are left out"));
     }
     let labels = (format.labels)(&path, source.as_ref(), &mut warnings);
@@ -136,7 +138,7 @@ struct Survey {
     on: u64,
     latest: Micros,
     first: Option<Micros>,
-    outside: usize,
+    outside: OutsideCount,
     extent: Extent,
 }
 
@@ -144,7 +146,8 @@ impl Survey {
     fn new(sensor: Option<SensorSize>) -> Self {
         let extent = Extent::default();
         let latest = Micros(i64::MIN);
-        Self { sensor, events: 0, on: 0, latest, first: None, outside: 0, extent }
+        let outside = OutsideCount::default();
+        Self { sensor, events: 0, on: 0, latest, first: None, outside, extent }
     }
 
     fn add(&mut self, columns: &Columns) {
@@ -155,8 +158,7 @@ impl Survey {
         self.extent.add(columns);
         // A coordinate that no sensor has is outside an unknown one, too.
         let sensor = self.sensor.unwrap_or(SensorSize { width: u16::MAX, height: u16::MAX });
-        let pixels = columns.x.iter().zip(&columns.y);
-        self.outside += pixels.filter(|&(&x, &y)| !sensor.contains(x, y)).count();
+        self.outside.add(columns, 0, sensor);
     }
 }
 

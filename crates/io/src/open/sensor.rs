@@ -6,6 +6,7 @@ use evpose_core::SensorSize;
 
 use super::SensorOrigin;
 use super::extent::Extent;
+use super::outside::OutsideCount;
 use super::whole::sensor_of;
 use crate::{Columns, IoError, OpenOptions};
 
@@ -29,15 +30,14 @@ pub fn find_sensor(
             Some(given) => Err(IoError::OtherSensor { path, given, stated }),
         };
     }
-    let (mut extent, mut events, mut outside) = (Extent::default(), 0, 0);
+    let (mut extent, mut outside) = (Extent::default(), OutsideCount::default());
     let mut columns = Columns::new();
     loop {
         columns.clear();
         let read = source.next(&mut columns);
         extent.add(&columns);
-        events += columns.len();
         if let Some(given) = options.sensor {
-            outside += columns.iter().filter(|event| !given.contains(event.x, event.y)).count();
+            outside.add(&columns, 0, given);
         }
         match read {
             Ok(()) if columns.is_empty() => break,
@@ -48,7 +48,7 @@ pub fn find_sensor(
     }
     if let Some(given) = options.sensor
         && !options.salvage
-        && 10 * outside > events
+        && outside.check(&path, given, true).is_err()
     {
         return Err(IoError::SmallerSensor { path, given, extent: extent.size() });
     }

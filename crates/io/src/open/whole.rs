@@ -5,11 +5,9 @@ use std::path::Path;
 use evpose_core::{EventStream, EventStreamBuilder, SensorSize};
 
 use super::extent::{Extent, believed};
+use super::outside::OutsideCount;
 use super::{Recording, SensorOrigin};
 use crate::{Columns, EventSource, Header, IoError, OpenOptions};
-
-/// Events outside the sensor up to which it is not in doubt.
-const FEW: usize = 10;
 
 /// Reads everything that `source` has left.
 pub(super) fn read(
@@ -31,12 +29,9 @@ pub(super) fn read(
     remarks.splice(0..0, source.remarks());
     let (sensor, sensor_origin) =
         sensor_of(path, source.header(), options, || Extent::of(&columns).size())?;
-    let events = columns.len();
     let (stream, outside) = stream_of(sensor, columns);
-    if is_elsewhere(outside, events) {
-        return Err(IoError::Outside { path: path.to_owned(), sensor, outside, events });
-    }
-    Ok(Recording { format, stream, outside, sensor_origin, remarks })
+    outside.check(path, sensor, true)?;
+    Ok(Recording { format, stream, outside: outside.outside(), sensor_origin, remarks })
 }
 
 /// The sensor of a file: as it states, as the caller says, as usual if that holds every event, else
@@ -67,21 +62,17 @@ pub(super) fn sensor_of(
 }
 
 /// The events on the sensor, and the count of the others.
-fn stream_of(sensor: SensorSize, columns: Columns) -> (EventStream, usize) {
+fn stream_of(sensor: SensorSize, columns: Columns) -> (EventStream, OutsideCount) {
+    let mut outside = OutsideCount::default();
     let Columns { t, x, y, polarity } = columns;
     let columns = match EventStream::from_columns(sensor, t, x, y, polarity) {
-        Ok(stream) => return (stream, 0),
+        Ok(stream) => return (stream, outside),
         Err((t, x, y, polarity)) => Columns { t, x, y, polarity },
     };
     let mut builder = EventStreamBuilder::new(sensor);
     columns.iter().for_each(|event| builder.push(event));
-    let (stream, rejected) = builder.finish();
-    (stream, rejected.total())
-}
-
-/// Whether so many events are outside the sensor that it is another one: more than a tenth.
-pub(super) fn is_elsewhere(outside: usize, events: usize) -> bool {
-    outside > FEW && outside * 10 > events
+    outside.add(&columns, 0, sensor);
+    (builder.finish().0, outside)
 }
 
 #[cfg(test)]

@@ -5,12 +5,11 @@ use std::path::{Path, PathBuf};
 use evpose_core::{EventStream, Micros, SensorSize, TimeWindow};
 
 use super::extent::Extent;
-use super::whole::{is_elsewhere, sensor_of};
+use super::outside::OutsideCount;
+use super::whole::sensor_of;
 use super::{SensorOrigin, input, source};
 use crate::{Columns, EventSource, IoError, OpenOptions};
 
-/// Events from which on their places show whether the sensor is another one.
-const MANY: usize = 10_000;
 /// Events of a window, at most: 1.7 GB. A sheet of twelve frames of a minute at ten million a second takes 50 million.
 const MAX_WINDOW: usize = 1 << 27;
 
@@ -29,10 +28,9 @@ pub struct Windows {
     /// End of the discarded part.
     left_to: Micros,
     is_at_end: bool,
-    /// Events read up to a time, each once, and those of them outside the sensor.
+    /// Events read up to a time, each counted once.
     surveyed_to: Micros,
-    surveyed: usize,
-    outside: usize,
+    outside: OutsideCount,
     salvages: bool,
     /// Remark on the lost rest of a damaged file.
     lost: Option<String>,
@@ -75,8 +73,7 @@ impl Windows {
             left_to: Micros(i64::MIN),
             is_at_end: false,
             surveyed_to: Micros(i64::MIN),
-            surveyed: 0,
-            outside: 0,
+            outside: OutsideCount::default(),
             salvages: options.salvage,
             lost: None,
         };
@@ -86,7 +83,7 @@ impl Windows {
         // Later events may lie outside of the size: they are rejected.
         (windows.sensor, windows.sensor_origin) =
             sensor_of(path, header, options, || Extent::of(&windows.buffer).size())?;
-        (windows.surveyed_to, windows.surveyed, windows.outside) = (Micros(i64::MIN), 0, 0);
+        (windows.surveyed_to, windows.outside) = (Micros(i64::MIN), OutsideCount::default());
         let first = std::mem::take(&mut windows.buffer);
         windows.survey(0, &first)?;
         windows.buffer = first;
@@ -110,7 +107,7 @@ impl Windows {
 
     /// Count of events outside the sensor so far, which were left out.
     pub fn outside(&self) -> usize {
-        self.outside
+        self.outside.outside()
     }
 
     /// Time of the latest event. The file is read to its end once, without keeping it.
@@ -240,20 +237,10 @@ impl Windows {
     /// Counts the events from `begin` on that were not read before, and those outside the sensor.
     fn survey(&mut self, begin: usize, columns: &Columns) -> Result<(), IoError> {
         let new = begin + columns.t[begin..].partition_point(|t| *t <= self.surveyed_to);
-        let outside = (new..columns.len())
-            .filter(|&k| !self.sensor.contains(columns.x[k], columns.y[k]))
-            .count();
-        self.surveyed += columns.len() - new;
-        self.outside += outside;
+        self.outside.add(columns, new, self.sensor);
         self.surveyed_to =
             columns.t.last().copied().unwrap_or(self.surveyed_to).max(self.surveyed_to);
-        let (outside, events) = (self.outside, self.surveyed);
-        // Of the first few, many may be outside.
-        if (events >= MANY || self.is_at_end) && is_elsewhere(outside, events) {
-            let (path, sensor) = (self.path.clone(), self.sensor);
-            return Err(IoError::Outside { path, sensor, outside, events });
-        }
-        Ok(())
+        self.outside.check(&self.path, self.sensor, self.is_at_end)
     }
 
     /// Forgets what is before `t`.

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicI64, Ordering};
 use std::time::{Duration, Instant};
 
 use evpose_core::{Micros, SensorSize};
-use evpose_io::{Columns, EventSource, IoError, OpenOptions};
+use evpose_io::{Columns, EventSource, IoError, OpenOptions, OutsideCount};
 
 use super::{MAX_TIME, Source};
 use crate::LiveError;
@@ -72,6 +72,8 @@ pub struct Replay {
     slipped: Duration,
     /// Error of the recording after the buffered events.
     failure: Option<IoError>,
+    /// Of the first repetition.
+    outside: OutsideCount,
     /// Event time that has been read.
     horizon: Arc<AtomicI64>,
 }
@@ -117,6 +119,7 @@ impl Replay {
             repetition: 0,
             slipped: Duration::ZERO,
             failure: None,
+            outside: OutsideCount::default(),
             horizon: Arc::new(AtomicI64::new(i64::MIN)),
         })
     }
@@ -135,6 +138,11 @@ impl Replay {
             if let Some(t) = self.buffer.t.iter().find(is_noise) {
                 let reason = format!("an event at {t}: no recording lasts so long");
                 return Err(LiveError::Source { name: self.name.clone(), reason });
+            }
+            if self.read_repetition == 0 {
+                self.outside.add(&self.buffer, 0, self.sensor);
+                let is_at_end = self.buffer.is_empty() && self.failure.is_none();
+                self.outside.check(Path::new(&self.name), self.sensor, is_at_end)?;
             }
             if self.buffer.is_empty() && self.failure.is_none() {
                 self.left = self.left.saturating_sub(1);
