@@ -124,7 +124,7 @@ impl Checkup {
     }
 
     fn remarks(&self, findings: &Findings) -> Vec<String> {
-        let mut remarks = Vec::new();
+        let (mut remarks, sensor) = (Vec::new(), self.sensor);
         if findings.backwards > 0 {
             remarks.push(format!("{} events are earlier than the one before", findings.backwards));
         }

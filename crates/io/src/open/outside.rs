@@ -52,3 +52,46 @@ impl OutsideCount {
         Err(IoError::Outside { path: path.to_owned(), sensor, outside, events, is_turned })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+
+    use super::*;
+    use crate::{OpenOptions, Windows, info, open_as};
+
+    #[test]
+    fn exchanged_axes_are_said_by_every_reader_and_read_when_asked() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("turned.txt");
+        let event = |k: i64| format!("{} {} {} {}\n", 100 * k, k % 72, (k / 9) % 96, k % 2);
+        let text = "96 72\n".to_owned() + &(0..12_000).map(event).collect::<String>();
+        std::fs::write(&path, &text).unwrap();
+        let read = |options: &OpenOptions| -> [Result<u64, IoError>; 3] {
+            let whole = |path: &Path| Ok(open_as(path, options)?.stream.len() as u64);
+            let windows = |path: &Path| {
+                let mut windows = Windows::open(path, options)?;
+                windows.end()?;
+                Ok(windows.outside() as u64)
+            };
+            [whole(&path), info(&path, options).map(|info| info.events), windows(&path)]
+        };
+        for error in read(&OpenOptions::default()).map(Result::unwrap_err) {
+            assert!(error.to_string().contains("with --swap-xy"), "{error}");
+        }
+        // A size that events fit as they are is turned with them, another one stays.
+        let swapped = OpenOptions { swap_xy: true, ..OpenOptions::default() };
+        for (stated, width) in [("96 72", 96), ("72 96", 96)] {
+            std::fs::write(&path, text.replace("96 72", stated)).unwrap();
+            for (events, want) in read(&swapped).into_iter().zip([12_000, 12_000, 0]) {
+                assert_eq!(events.unwrap(), want, "{stated}");
+            }
+            assert_eq!(info(&path, &swapped).unwrap().sensor.width, width);
+        }
+        // Neither way.
+        std::fs::write(&path, text.replace("96 72", "60 60")).unwrap();
+        for error in read(&OpenOptions::default()).map(Result::unwrap_err) {
+            assert!(error.to_string().contains("with --sensor"), "{error}");
+        }
+    }
+}

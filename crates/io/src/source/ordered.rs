@@ -19,6 +19,15 @@ const MAX_AT_ONCE: usize = 1 << 22;
 /// that windows behind it have an end.
 const LATEST: Micros = Micros(i64::MAX - 1_000_000_000_000);
 
+/// Whether the first events lie on the sensor, but for a tenth.
+fn fits(source: &mut dyn EventSource, sensor: SensorSize) -> bool {
+    let mut first = Columns::new();
+    // What cannot be read is said by the reader of the events.
+    let _ = source.next(&mut first);
+    let outside = first.iter().filter(|event| !sensor.contains(event.x, event.y)).count();
+    10 * outside <= first.len()
+}
+
 /// Wraps the source of a format.
 pub(crate) struct OrderedSource {
     inner: Box<dyn EventSource>,
@@ -58,7 +67,11 @@ impl OrderedSource {
         let mut header = inner.header().clone();
         if options.swap_xy {
             let swapped = |size: SensorSize| SensorSize { width: size.height, height: size.width };
-            header.sensor = header.sensor.map(swapped);
+            // A size that coordinates fit only when they are exchanged is right as it is stated.
+            let fits_as_it_is = header.sensor.is_none_or(|stated| fits(&mut *inner, stated));
+            inner.seek(Micros(i64::MIN))?;
+            header.sensor =
+                header.sensor.map(|size| if fits_as_it_is { swapped(size) } else { size });
             header.usual_sensor = header.usual_sensor.map(swapped);
         }
         if options.restarts == Restarts::Sort {
