@@ -185,8 +185,9 @@ fn opencv(entries: &[Entry]) -> Result<CameraOfFile, String> {
     };
     let mut is_fisheye = false;
     for (key, usual, fisheyes) in MODELS {
-        let is_here = |entry: &&Entry| is_at(entry, camera, key) || is_at(entry, "", key);
-        for entry in entries.iter().filter(is_here) {
+        let is_own = entries.iter().any(|entry| is_at(entry, camera, key));
+        let above = if is_own { camera } else { "" };
+        for entry in entries.iter().filter(|entry| is_at(entry, above, key)) {
             let [word] = &entry.words[..] else { continue };
             let is_among = |known: &[&str]| known.iter().any(|k| k.eq_ignore_ascii_case(word));
             match (is_among(usual), is_among(fisheyes)) {

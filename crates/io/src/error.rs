@@ -175,16 +175,6 @@ pub enum IoError {
         /// Whole records before it.
         records: u64,
     },
-    /// A NumPy archive whose directory, at its end, cannot be read.
-    #[error("{}: byte {byte}: {reason} (0 arrays readable before it)", path.display())]
-    NotAnArchive {
-        /// File that should be an archive.
-        path: PathBuf,
-        /// The end of the file, where the directory should be.
-        byte: u64,
-        /// The fault.
-        reason: String,
-    },
     /// A NumPy archive without all the arrays of a recording.
     #[error(
         "{}: no array {} (found: {})", path.display(), missing.join(", "), present.join(", ")
@@ -327,7 +317,6 @@ impl IoError {
             | Self::Damaged { byte, .. }
             | Self::Meta { byte, .. }
             | Self::Row { byte, .. }
-            | Self::NotAnArchive { byte, .. }
             | Self::Npz { byte, .. } => Some(*byte),
             // A format is detected by its first bytes.
             Self::UnknownFormat { .. } | Self::NoRecording { .. } => Some(0),

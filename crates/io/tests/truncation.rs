@@ -46,7 +46,7 @@ const GOLDEN: &[(&str, &str)] = &[
 ];
 
 /// Ends of names of files there that are no sample: descriptions, and codecs that are refused.
-const UNREAD: &[&str] = &[".md", "snappy.h5", "blosc2.h5"];
+const UNREAD: &[&str] = &[".md", "snappy.h5"];
 
 /// Sizes of records in bytes, of formats that write one for each event.
 const RECORDS: &[(&str, usize)] = &[("dat", 8), ("nmnist", 5)];

@@ -1,5 +1,6 @@
 //! Entries of YAML and XML files, in their order.
 
+use std::collections::HashMap;
 use std::fmt;
 
 use roxmltree::{Document, Node};
@@ -10,7 +11,8 @@ const MAX_DEPTH: usize = 255;
 
 /// A scalar of a file, or a list of scalars.
 pub(super) struct Entry {
-    /// Keys of the entries around it, with dots between them.
+    /// Keys of the entries around it, with dots between them, and with indices where several share one:
+    /// `cameras[1].camera`.
     pub(super) above: String,
     pub(super) key: String,
     /// From 1.
@@ -61,10 +63,11 @@ fn add_yaml(node: &MarkedYaml<'_>, path: &[&str], line: usize, entries: &mut Vec
             }
         }
         YamlData::Tagged(_, node) => add_yaml(node, path, line, entries),
-        // Cameras in a list, as rpg's programs write them: their keys stand as if there was none.
+        // Cameras in a list, as rpg's programs write them: an index keeps their keys apart.
         YamlData::Sequence(nodes) if nodes.iter().all(|node| node.data.is_mapping()) => {
-            for node in nodes {
-                add_yaml(node, path, line, entries);
+            let (list, above) = path.split_last().unwrap_or((&"", &[]));
+            for (k, node) in nodes.iter().enumerate() {
+                add_yaml(node, &[above, &[&format!("{list}[{k}]")]].concat(), line, entries);
             }
         }
         _ => entries.push(Entry::new(path, line, scalars(node))),
@@ -86,18 +89,27 @@ fn scalars(node: &MarkedYaml<'_>) -> Vec<String> {
 /// The entries of XML, without its root.
 pub(super) fn of_xml(text: &str) -> Result<Vec<Entry>, String> {
     let document = Document::parse(text).map_err(|error| error.to_string())?;
-    let entry = |element: Node<'_, '_>| {
-        let around = element.ancestors().filter(Node::is_element);
-        let mut path: Vec<&str> = around.map(|around| around.tag_name().name()).collect();
-        path.pop();
-        path.reverse();
-        let line = document.text_pos_at(element.range().start).row as usize;
+    // Elements of one name beside each other are a list, as OpenCV's `_`: an index keeps them apart.
+    let (mut names, mut counts) = (HashMap::new(), HashMap::new());
+    let mut entries = Vec::new();
+    for element in document.descendants().filter(Node::is_element) {
+        let tag = element.tag_name().name();
+        let count = counts.entry((element.parent().map(|around| around.id()), tag)).or_insert(0);
+        let name = if *count == 0 { tag.to_owned() } else { format!("{tag}[{count}]") };
+        *count += 1;
+        names.insert(element.id(), name);
         // A comment divides a text.
         let texts = element.children().filter(Node::is_text).filter_map(|node| node.text());
-        let words = texts.flat_map(str::split_whitespace).map(str::to_owned).collect();
-        Entry::new(&path, line, words)
-    };
-    let entries = document.descendants().filter(Node::is_element).map(entry);
-    // An element around others has no words of its own.
-    Ok(entries.filter(|entry| !entry.words.is_empty()).collect())
+        let words: Vec<_> = texts.flat_map(str::split_whitespace).map(str::to_owned).collect();
+        // An element around others has no words of its own.
+        if !words.is_empty() {
+            let around = element.ancestors().filter_map(|around| names.get(&around.id()));
+            let mut path: Vec<&str> = around.map(String::as_str).collect();
+            path.pop();
+            path.reverse();
+            let line = document.text_pos_at(element.range().start).row as usize;
+            entries.push(Entry::new(&path, line, words));
+        }
+    }
+    Ok(entries)
 }

@@ -185,7 +185,39 @@ fn rigs_of_dsec_and_rpg_and_lines_of_values_are_read() {
     let error = read("0 311 172 129").unwrap_err().to_string();
     assert!(error.contains("focal lengths of [0.0, 311.0]"), "{error}");
     let error = read(&RPG_YAML.replace("radial-tangential", "fov")).unwrap_err().to_string();
-    assert!(error.contains("cameras.camera.distortion.type: `fov` is not supported"), "{error}");
+    assert!(error.contains("cameras[0].camera.distortion.type: `fov` is not supported"), "{error}");
+}
+
+/// A second camera of another lens, in a list of each format and before the first one's model.
+#[test]
+fn each_camera_of_a_list_has_its_own_lens() {
+    let want = read(OWN_TOML).unwrap();
+    let (head, camera) = RPG_YAML.split_once("- camera:").unwrap();
+    let other = camera.replace("radial-tangential", "equidistant").replace("310, 311", "9, 9");
+    let item = |yaml: &str| format!("- {}\n", yaml.trim_end().replace('\n', "\n  "));
+    let fisheye = ROS_MESSAGE.replace("plumb_bob", "equidistant").replace("310.0", "9.0");
+    let camera_of = |xml: &str| {
+        let begin = xml.find("<camera_matrix").unwrap();
+        let end = xml.find("</opencv_storage>").unwrap();
+        let size = "<image_width>346</image_width><image_height>260</image_height>";
+        format!("<_>{size}{}</_>", &xml[begin..end])
+    };
+    let model = |word: &str| {
+        format!("</distortion_coefficients><distortion_model>{word}</distortion_model>")
+    };
+    let [usual, equidistant] = ["plumb_bob", "equidistant"]
+        .map(|word| camera_of(&OPENCV_XML.replace("</distortion_coefficients>", &model(word))));
+    for text in [
+        format!("{head}- camera:{camera}- camera:{other}"),
+        format!("{}{}", item(ROS_MESSAGE), item(&fisheye)),
+        format!(
+            "<?xml version=\"1.0\"?><opencv_storage><cameras>{usual}{equidistant}</cameras></opencv_storage>"
+        ),
+        // The model of a rig is that of the cameras that do not state one.
+        KALIBR.replace("cam0:", "distortion_model: equidistant\ncam0:"),
+    ] {
+        assert_eq!(read(&text).map_err(|error| error.to_string()).as_ref(), Ok(&want), "{text}");
+    }
 }
 
 #[test]

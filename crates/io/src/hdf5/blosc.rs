@@ -138,7 +138,7 @@ impl Block {
 
 /// How streams are packed.
 #[derive(Debug, Clone, Copy)]
-enum Codec {
+pub(super) enum Codec {
     BloscLz,
     Lz4,
     Zlib,
@@ -146,7 +146,7 @@ enum Codec {
 }
 
 impl Codec {
-    fn from_code(code: u8) -> Result<Self, Reason> {
+    pub(super) fn from_code(code: u8) -> Result<Self, Reason> {
         match code {
             0 => Ok(Self::BloscLz),
             1 => Ok(Self::Lz4),
@@ -158,7 +158,7 @@ impl Codec {
     }
 
     /// Unpacks a stream to the last byte of `out`.
-    fn decode(self, stream: &[u8], out: &mut [u8]) -> Result<(), Reason> {
+    pub(super) fn decode(self, stream: &[u8], out: &mut [u8]) -> Result<(), Reason> {
         match self {
             Self::BloscLz => blosclz::decode(stream, out).ok_or("a damaged BloscLZ stream".into()),
             Self::Lz4 => filters::lz4(stream, out),

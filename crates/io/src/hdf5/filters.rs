@@ -1,7 +1,7 @@
 //! How chunks are packed, undone.
 //!
-//! Deflate, Fletcher's sum and HDF5's other own filters are `hdf5-reader`'s; Blosc, ECF, LZF, LZ4
-//! and zstd are here.
+//! Deflate, Fletcher's sum and HDF5's other own filters are `hdf5-reader`'s; Blosc, Blosc2, ECF, LZF,
+//! LZ4 and zstd are here.
 
 use std::borrow::Cow;
 
@@ -9,7 +9,7 @@ use hdf5_reader::FilterRegistry;
 use hdf5_reader::filters::deflate;
 use hdf5_reader::messages::filter_pipeline::FilterDescription;
 
-use super::{blosc, lzf, shuffle};
+use super::{blosc, blosc2, lzf, shuffle};
 
 /// Prophesee's packing of events; it takes whole tables of them, so nothing can come before it.
 const ECF: u16 = 0x8ecf;
@@ -19,10 +19,10 @@ const BLOSC: u16 = 32001;
 const LZ4: u16 = 32004;
 const BITSHUFFLE: u16 = 32008;
 const ZSTD: u16 = 32015;
+const BLOSC2: u16 = 32026;
 
 /// Filters of other libraries that are known and not undone.
-const UNREAD: &[(u16, &str)] =
-    &[(307, "bzip2"), (32013, "ZFP"), (32017, "SZ"), (32024, "SZ3"), (32026, "Blosc2")];
+const UNREAD: &[(u16, &str)] = &[(307, "bzip2"), (32013, "ZFP"), (32017, "SZ"), (32024, "SZ3")];
 
 /// No codec makes more bytes of one: zstd writes 128 KiB of one value in four bytes.
 pub(super) const TIGHTEST: usize = 32_768;
@@ -81,6 +81,7 @@ impl Filters {
                     shuffle::bytes(bytes, self.element.max(1), out);
                 }
                 BLOSC => blosc::decode(bytes, whole, out)?,
+                BLOSC2 => blosc2::decode(bytes, whole, out)?,
                 LZ4 => lz4_blocks(bytes, whole, out)?,
                 BITSHUFFLE => bitshuffled(bytes, &filter.client_data, whole, out)?,
                 LZF | ZSTD => {
@@ -124,6 +125,7 @@ fn name(filter: &FilterDescription) -> String {
         3 => "fletcher32",
         LZF => "LZF",
         BLOSC => "Blosc",
+        BLOSC2 => "Blosc2",
         LZ4 => "LZ4",
         BITSHUFFLE => "bitshuffle",
         ZSTD => "zstd",

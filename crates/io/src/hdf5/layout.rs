@@ -155,17 +155,11 @@ pub(super) fn find(
         let value = root.attribute(theirs).and_then(|attribute| attribute.read_string());
         facts.extend(value.ok().map(|value| (name, value)));
     }
-    let mut sensor = sensor(&root, &node);
-    // As RVT's preprocessing writes it: datasets beside the columns.
-    if let (None, Node::Group(group)) = (sensor, &node)
-        && let Some(Node::Dataset(width)) = at(group, "width")?
-        && let Some(Node::Dataset(height)) = at(group, "height")?
-    {
-        let sides = [whole(file, bytes, &width)?, whole(file, bytes, &height)?];
-        if let [Ok(width @ 1..), Ok(height @ 1..)] = sides.map(u16::try_from) {
-            sensor = Some(SensorSize { width, height });
-        }
-    }
+    let beside = || match &node {
+        Node::Group(group) => size_beside(file, bytes, group),
+        Node::Dataset(_) => None,
+    };
+    let sensor = sensor(&root, &node).or_else(beside);
     let t_offset = match (at(&root, T_OFFSET)?, &node) {
         (Some(Node::Dataset(offset)), Node::Group(_)) => whole(file, bytes, &offset)?,
         _ => 0,
@@ -330,6 +324,18 @@ fn whole(file: &Hdf5File, bytes: &Arc<Bytes>, dataset: &Dataset) -> Result<i64, 
         return Err(LayoutError::Rows(table.damage(0, reason)));
     }
     Ok(value[0])
+}
+
+/// The size of the sensor, as RVT's preprocessing writes it: datasets beside the columns. Columns are
+/// read without it, so that anything but one number of pixels each is passed over.
+fn size_beside(file: &Hdf5File, bytes: &Arc<Bytes>, group: &Group) -> Option<SensorSize> {
+    let side = |name: &str| {
+        let Some(Node::Dataset(side)) = at(group, name).ok()? else { return None };
+        let is_one = side.num_elements().ok()? == 1;
+        let side = is_one.then(|| whole(file, bytes, &side).ok()).flatten()?;
+        u16::try_from(side).ok().filter(|side| *side > 0)
+    };
+    Some(SensorSize { width: side("width")?, height: side("height")? })
 }
 
 /// The size of the sensor, as one of the attributes of a file or of its events says.

@@ -19,6 +19,8 @@
 #[cfg(feature = "hdf5")]
 mod blosc;
 #[cfg(feature = "hdf5")]
+mod blosc2;
+#[cfg(feature = "hdf5")]
 mod blosclz;
 #[cfg(feature = "hdf5")]
 mod bytes;

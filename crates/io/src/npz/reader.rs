@@ -79,13 +79,7 @@ pub(super) fn open_array(
             let given = given.take_if(|_| k == which);
             let input = given.map_or_else(|| Input::file(&beside), Ok)?;
             let mut room = Room::of_file(input.length);
-            array::read(input.bytes, &mut room).map_err(|(fault, values)| IoError::Npz {
-                path: beside,
-                array: EVIMO[k].to_owned(),
-                byte: 0,
-                fault,
-                values,
-            })
+            array::read(input.bytes, &mut room).map_err(|found| fault(&beside, EVIMO[k], 0, found))
         });
         return of_evimo(&path, arrays, options);
     }
@@ -103,17 +97,13 @@ fn of_evimo(
     let [t, xy, p] = arrays;
     let columns: Vec<Column> =
         [t?.columns, xy?.columns, p?.columns].into_iter().flatten().collect();
-    let fault = |(what, fault, values): (usize, _, _)| IoError::Npz {
-        path: path.to_owned(),
-        array: EVIMO[[0, 1, 1, 2][what]].to_owned(),
-        byte: 0,
-        fault,
-        values,
+    let of_array = |(what, found, values): (usize, _, _)| {
+        fault(path, EVIMO[[0, 1, 1, 2][what]], 0, (found, values))
     };
-    let columns = columns.try_into().map_err(|_| fault((1, NpzFault::Shape, 0)))?;
+    let columns = columns.try_into().map_err(|_| of_array((1, NpzFault::Shape, 0)))?;
     let named = Named { columns, unit: options.time_unit };
     let remarks = named.coarse_times().into_iter().collect();
-    let columns = named.events().map_err(fault)?;
+    let columns = named.events().map_err(of_array)?;
     // Of the Samsung DVS, the Prophesee and the DAVIS346 of the rig, nothing says which.
     Ok(Box::new(MemorySource::new(Header::default(), columns, remarks)))
 }
@@ -132,19 +122,25 @@ fn table(names: &[String]) -> Option<&str> {
 /// A file that is one array of events.
 fn of_array(input: Input, options: &OpenOptions) -> Result<Read, IoError> {
     let Input { path, bytes, length } = input;
-    let fault = |fault, values| IoError::Npz {
-        path: path.clone(),
-        array: EVENTS.to_owned(),
-        byte: 0,
-        fault,
-        values,
-    };
+    let of_events = |found| fault(&path, EVENTS, 0, found);
     let mut room = Room::of_file(length);
-    let table = array::read(bytes, &mut room).map_err(|(what, values)| fault(what, values))?;
-    let columns = Named::of_table(table, options).map_err(|what| fault(what, 0))?;
+    let table = array::read(bytes, &mut room).map_err(of_events)?;
+    let columns = Named::of_table(table, options).map_err(|what| of_events((what, 0)))?;
     let remark = columns.coarse_times();
-    let columns = columns.events().map_err(|(_, what, values)| fault(what, values))?;
+    let columns = columns.events().map_err(|(_, what, values)| of_events((what, values)))?;
     Ok((columns, remark))
+}
+
+/// The error of an array whose data begin at `byte`: damage where these cannot be unpacked or end early.
+fn fault(path: &Path, array: &str, byte: u64, (fault, values): (NpzFault, usize)) -> IoError {
+    let (path, array) = (path.to_owned(), array.to_owned());
+    match fault {
+        NpzFault::Unreadable(reason) => {
+            let reason = format!("array `{array}`, {values} values from there: {reason}").into();
+            IoError::Damaged { path, byte, reason, events: 0 }
+        }
+        fault => IoError::Npz { path, array, byte, fault, values },
+    }
 }
 
 /// Events, and a remark on them.
@@ -161,10 +157,12 @@ struct Archive {
 impl Archive {
     fn open(input: Input) -> Result<Self, IoError> {
         let Input { path, length, bytes } = input;
-        let zip = ZipArchive::new(BufReader::new(bytes)).map_err(|e| IoError::NotAnArchive {
+        let zip = ZipArchive::new(BufReader::new(bytes)).map_err(|e| IoError::Damaged {
             path: path.clone(),
+            // Its directory is at its end.
             byte: length,
-            reason: e.to_string(),
+            reason: format!("zip: {e}").into(),
+            events: 0,
         })?;
         Ok(Self { path, length, room: Room::of_file(length), zip })
     }
@@ -239,11 +237,11 @@ impl Archive {
                 Err(e) => (0, Err((NpzFault::Unreadable(e.to_string()), 0))),
             }
         };
-        let array = array.map_err(|(fault, read)| self.fault(name, byte, fault, read))?;
+        let array = array.map_err(|found| fault(&self.path, name, byte, found))?;
         Ok((array, byte))
     }
 
-    fn fault(&self, array: &str, byte: u64, fault: NpzFault, values: usize) -> IoError {
-        IoError::Npz { path: self.path.clone(), array: array.to_owned(), byte, fault, values }
+    fn fault(&self, array: &str, byte: u64, found: NpzFault, values: usize) -> IoError {
+        fault(&self.path, array, byte, (found, values))
     }
 }

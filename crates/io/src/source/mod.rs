@@ -7,6 +7,7 @@ mod order;
 mod ordered;
 mod shifted;
 mod stated;
+mod time_check;
 mod unpacked;
 
 use evpose_core::{Micros, SensorSize};

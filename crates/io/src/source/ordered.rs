@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use evpose_core::{Micros, SensorSize};
 
 use super::order::{ClockFault, Disorder, MAX_DELAY, Order, is_in_order};
+use super::time_check::TimeCheck;
 use super::{EventSource, Header, MemorySource, OpenOptions, Restarts, read_batches};
 use crate::{Columns, IoError};
 
@@ -12,12 +13,6 @@ use crate::{Columns, IoError};
 const MAX_YEARS: f64 = 130.0;
 /// Events from which on their rate is doubted.
 const MANY: u64 = 100;
-/// Events that may have one time stamp: the pixels of the largest sensor that cameras of events have,
-/// 2048 x 2048.
-const MAX_AT_ONCE: usize = 1 << 22;
-/// The latest time that is read, and without its sign the earliest: some days before 64 bits end, so
-/// that windows behind it have an end.
-const LATEST: Micros = Micros(i64::MAX - 1_000_000_000_000);
 
 /// Whether the first events lie on the sensor, but for a tenth.
 fn fits(source: &mut dyn EventSource, sensor: SensorSize) -> bool {
@@ -48,8 +43,7 @@ pub(crate) struct OrderedSource {
     /// The latest time, and the count of events of this pass.
     last: Micros,
     events: u64,
-    /// The latest time of the file so far, and how many events in a row have it.
-    standing: (Micros, usize),
+    time_check: TimeCheck,
     /// Of the pass that read most.
     disorder: Disorder,
 }
@@ -112,7 +106,7 @@ impl OrderedSource {
             first: None,
             last: Micros(i64::MIN),
             events: 0,
-            standing: (Micros(i64::MIN), 0),
+            time_check: TimeCheck::default(),
             disorder: Disorder::default(),
         }))
     }
@@ -158,6 +152,7 @@ impl EventSource for OrderedSource {
                 self.adjust(0, &mut all);
                 return Some(all);
             }
+            self.time_check = TimeCheck::default();
         }
         let (header, remarks) = (self.inner.header().clone(), self.inner.remarks());
         self.inner = Box::new(MemorySource::new(header, all, remarks));
@@ -174,8 +169,11 @@ impl EventSource for OrderedSource {
         while read.is_ok() && columns.len() != before {
             before = columns.len();
             read = self.inner.next(columns);
-            self.check(&columns.t[before..])?;
+            // In the order of the file, to stop before a crowd fills the memory.
+            let checked = self.time_check.check_end(&columns.t[before..]);
+            checked.map_err(|reason| self.refused(reason))?;
         }
+        self.time_check = TimeCheck::default();
         if !is_in_order(&columns.t) {
             let all = std::mem::take(columns);
             let pushed = self.order.push(&all);
@@ -188,6 +186,7 @@ impl EventSource for OrderedSource {
                 given.map_err(|fault| self.fault(fault))?;
             }
         }
+        self.check(&columns.t)?;
         self.is_at_end = true;
         self.adjust(0, columns);
         read
@@ -207,7 +206,7 @@ impl EventSource for OrderedSource {
         self.inner.seek(Micros(t.0.saturating_sub(MAX_DELAY.0)))?;
         self.order = Order::behind_seek(self.restarts);
         (self.is_at_end, self.is_whole_pass) = (false, false);
-        self.standing = (Micros(i64::MIN), 0);
+        self.time_check = TimeCheck::default();
         Ok(())
     }
 
@@ -227,7 +226,7 @@ impl OrderedSource {
         self.inner.seek(Micros(i64::MIN))?;
         self.order = Order::new(self.restarts);
         (self.is_at_end, self.is_whole_pass, self.events) = (false, true, 0);
-        self.standing = (Micros(i64::MIN), 0);
+        self.time_check = TimeCheck::default();
         Ok(())
     }
 
@@ -276,32 +275,13 @@ impl OrderedSource {
         Ok(())
     }
 
-    /// Refuses times that no clock has, and more events at one time than a sensor has pixels: files
-    /// of a few megabytes hold hundreds of millions of them.
+    /// Refuses times in order that no clock has, and crowds.
     fn check(&mut self, times: &[Micros]) -> Result<(), IoError> {
-        let Some(last) = times.last() else { return Ok(()) };
-        let reason = if let Some(t) =
-            [&times[0], last].into_iter().find(|t| t.0.unsigned_abs() > LATEST.0.unsigned_abs())
-        {
-            format!(
-                "an event at {} µs, which no clock reaches: state its unit with --time-unit",
-                t.0
-            )
-        } else {
-            let same = times.iter().rev().take_while(|t| *t == last).count();
-            let (at, before) = self.standing;
-            let goes_on = same == times.len() && at == *last;
-            self.standing = (*last, if goes_on { before + same } else { same });
-            match self.standing.1 {
-                0..=MAX_AT_ONCE => return Ok(()),
-                _ => format!(
-                    "more than {MAX_AT_ONCE} events at {:.6} s: no sensor has as many pixels, or the clock \
-                     is too coarse",
-                    last.as_seconds()
-                ),
-            }
-        };
-        Err(IoError::Stream { path: self.path.clone(), reason })
+        self.time_check.check(times).map_err(|reason| self.refused(reason))
+    }
+
+    fn refused(&self, reason: String) -> IoError {
+        IoError::Stream { path: self.path.clone(), reason }
     }
 
     /// Exchanges coordinates and moves times of the events from `begin` on, as asked.
@@ -333,43 +313,5 @@ impl OrderedSource {
         (events > MANY && seconds > events as f64).then(|| {
             format!("{events} events in {seconds:.0} s are fewer than one a second: {how}")
         })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-    use super::*;
-    use crate::{Input, Windows, read_as, source};
-
-    /// Both ways of reading: whole, and window by window.
-    fn refusals(input: impl Fn() -> Input) -> [String; 2] {
-        let options = OpenOptions::default();
-        let whole = read_as(input(), &options).unwrap_err();
-        let windows = source(input(), &options)
-            .and_then(|(_, source)| Windows::from_source(source, &options)?.end());
-        [whole, windows.unwrap_err()].map(|error| error.to_string())
-    }
-
-    #[test]
-    fn more_events_at_one_time_than_pixels_are_refused() {
-        // A vector of EVT 3.0 is twelve events in two bytes.
-        let head = b"% evt 3.0\n% format EVT3;height=720;width=1280\n% end\n";
-        let words = [0x8000_u16, 0x6000, 0x0000, 0x3000];
-        let mut bytes: Vec<u8> = head.to_vec();
-        bytes.extend(words.iter().flat_map(|word| word.to_le_bytes()));
-        let vectors = [0x3000_u16, 0x4fff].repeat(MAX_AT_ONCE / 12 + 400_000);
-        bytes.extend(vectors.iter().flat_map(|word| word.to_le_bytes()));
-        for refusal in refusals(|| Input::memory("one.raw", bytes.clone())) {
-            assert!(refusal.contains("4194304 events at 0.000000 s"), "{refusal}");
-        }
-    }
-
-    #[test]
-    fn times_at_the_end_of_the_clock_are_refused() {
-        let text = "4 3\n1 1 1 1\n2 1 1 1\n9223372036854775807 1 1 1\n";
-        for refusal in refusals(|| Input::memory("late.txt", text.as_bytes().to_vec())) {
-            assert!(refusal.contains("no clock reaches"), "{refusal}");
-        }
     }
 }

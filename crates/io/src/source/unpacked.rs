@@ -1,6 +1,7 @@
 //! Recordings that gzip, Zstandard or zip packed as a whole, as archives of data sets have them.
 
 use std::io::{Read, Seek};
+use std::path::Path;
 
 use zip::ZipArchive;
 
@@ -36,12 +37,7 @@ pub(crate) fn unpacked(mut input: Input) -> Result<Input, IoError> {
     if head == ZIP {
         return of_archive(input, limit);
     }
-    let damaged = |reason: String| IoError::Damaged {
-        path: input.path.clone(),
-        byte: 0,
-        reason: reason.into(),
-        events: 0,
-    };
+    let damaged = |reason| damaged(&input.path, 0, reason);
     if head.starts_with(GZIP) {
         let unpacked = flate2::read::MultiGzDecoder::new(input.bytes);
         unpacked
@@ -81,12 +77,15 @@ fn of_archive(mut input: Input, limit: u64) -> Result<Input, IoError> {
         let names: Vec<String> = names.filter(is_file).collect();
         let is_of_arrays = names.iter().any(|name| name.ends_with(".npy"));
         let stream = |reason| IoError::Stream { path: input.path.clone(), reason };
+        // A broken list may name a place that no file of this length has.
+        let damaged = |byte: u64, reason| damaged(&input.path, byte.min(input.length), reason);
         match names.as_slice() {
             [only] if !is_of_arrays => {
                 let entry =
-                    archive.by_name(only).map_err(|fault| stream(format!("zip: {fault}")))?;
+                    archive.by_name(only).map_err(|fault| damaged(0, format!("zip: {fault}")))?;
+                let byte = entry.data_start().unwrap_or(0);
                 let read = entry.take(limit + 1).read_to_end(&mut bytes);
-                read.map_err(|fault| stream(format!("zip: {only}: {fault}")))?;
+                read.map_err(|fault| damaged(byte, format!("zip: {only}: {fault}")))?;
                 if bytes.len() as u64 > limit {
                     let reason = format!("{only} holds more than {limit} bytes: unpack it first");
                     return Err(stream(reason));
@@ -107,6 +106,10 @@ fn of_archive(mut input: Input, limit: u64) -> Result<Input, IoError> {
     Ok(input)
 }
 
+fn damaged(path: &Path, byte: u64, reason: String) -> IoError {
+    IoError::Damaged { path: path.to_owned(), byte, reason: reason.into(), events: 0 }
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
@@ -114,6 +117,26 @@ mod tests {
 
     use super::*;
     use crate::{OpenOptions, read_as};
+
+    #[test]
+    fn a_damaged_zip_is_damage_with_its_byte() {
+        let mut zip = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+        let options = zip::write::SimpleFileOptions::default();
+        zip.start_file("events.txt", options).unwrap();
+        let lines = (0..400).map(|k| format!("{} {} 7 1\n", 90 * k, k * k % 300));
+        zip.write_all(("346 260\n".to_owned() + &lines.collect::<String>()).as_bytes()).unwrap();
+        let bytes = zip.finish().unwrap().into_inner();
+        // 30 bytes and the name are before the data. Of these, then of the header, a bit is changed.
+        let begin = 30 + "events.txt".len();
+        for (at, byte) in [(begin + 50, begin as u64), (2, 0)] {
+            let mut changed = bytes.clone();
+            changed[at] ^= 0x10;
+            let input = Input::memory("events.zip", changed);
+            let damage = of_archive(input, ALWAYS).map(|_| ()).unwrap_err();
+            assert!(damage.is_damage() && damage.byte() == Some(byte), "{damage}");
+            assert!(damage.to_string().starts_with("events.zip: byte "), "{damage}");
+        }
+    }
 
     #[test]
     fn packed_recordings_are_read_and_cut_ones_refused() {
