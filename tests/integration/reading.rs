@@ -146,9 +146,11 @@ fn units_and_axes_that_were_stated_are_those_of_every_command() {
         };
         assert!(run("us.txt", "") == run("ns.txt", " --time-unit ns"), "{command}");
     }
-    // Without the unit, four thousand seconds are doubted.
+    // Without the unit, minutes of so few events are doubted.
+    let few: Vec<i64> = (0..110).map(|k| 1_500_000 * k).collect();
+    std::fs::write(sandbox.path("few.txt"), recording(&few)).unwrap();
     for command in COMMANDS {
-        let line = command.replace("FILE", "ns.txt").replace("OUT", "doubted");
+        let line = command.replace("FILE", "few.txt").replace("OUT", "doubted");
         let output = sandbox.evpose(&line.split(' ').collect::<Vec<_>>()).output().unwrap();
         let said = String::from_utf8_lossy(&output.stdout).into_owned() + &stderr(&output);
         assert!(said.contains("fewer than one a second"), "{line}: {said}");

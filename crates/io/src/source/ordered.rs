@@ -11,8 +11,13 @@ use crate::{Columns, IoError};
 
 /// Years since 1970 that no clock of a camera has reached.
 const MAX_YEARS: f64 = 130.0;
-/// Events from which on their rate is doubted.
+/// Events from which on fewer than one a second are doubted, and from which on the rates below are.
 const MANY: u64 = 100;
+const VERY_MANY: u64 = 10_000;
+/// Rate of a whole sensor below which a long recording is rather of another unit: noise alone has more.
+const FEW_HZ: f64 = 300.0;
+/// No bus has sent as many on average.
+const MOST_HZ: f64 = 1e8;
 
 /// Whether the first events lie on the sensor, but for a tenth.
 fn fits(source: &mut dyn EventSource, sensor: SensorSize) -> bool {
@@ -44,6 +49,8 @@ pub(crate) struct OrderedSource {
     last: Micros,
     events: u64,
     time_check: TimeCheck,
+    /// Remark on the times of the whole recording.
+    doubt: Option<String>,
     /// Of the pass that read most.
     disorder: Disorder,
 }
@@ -107,6 +114,7 @@ impl OrderedSource {
             last: Micros(i64::MIN),
             events: 0,
             time_check: TimeCheck::default(),
+            doubt: None,
             disorder: Disorder::default(),
         }))
     }
@@ -215,7 +223,7 @@ impl EventSource for OrderedSource {
     }
 
     fn remarks(&self) -> Vec<String> {
-        let doubt = if self.is_at_end && self.is_whole_pass { self.doubt() } else { None };
+        let doubt = self.doubt.clone();
         self.inner.remarks().into_iter().chain(self.disorder.remarks()).chain(doubt).collect()
     }
 }
@@ -292,17 +300,22 @@ impl OrderedSource {
             }
         }
         let times = &mut columns.t[begin..];
-        let (Some(first), Some(last)) = (times.first(), times.last()) else { return };
-        let first = *self.first.get_or_insert(*first);
-        self.last = self.last.max(*last);
-        self.events += times.len() as u64;
-        if self.is_zeroed {
-            times.iter_mut().for_each(|t| *t = Micros(t.0.saturating_sub(first.0)));
+        if let (Some(first), Some(last)) = (times.first(), times.last()) {
+            let first = *self.first.get_or_insert(*first);
+            self.last = self.last.max(*last);
+            self.events += times.len() as u64;
+            if self.is_zeroed {
+                times.iter_mut().for_each(|t| *t = Micros(t.0.saturating_sub(first.0)));
+            }
+        }
+        // It stays when the reader goes elsewhere.
+        if self.is_at_end && self.is_whole_pass {
+            self.doubt = self.doubtful();
         }
     }
 
     /// Whether times can be those of a camera.
-    fn doubt(&self) -> Option<String> {
+    fn doubtful(&self) -> Option<String> {
         let first = self.first?;
         let (seconds, events) = (self.last.as_seconds() - first.as_seconds(), self.events);
         let years = self.last.as_seconds() / (365.25 * 86_400.0);
@@ -310,8 +323,14 @@ impl OrderedSource {
         if years > MAX_YEARS {
             return Some(format!("time stamps are of the year {:.0}: {how}", 1970.0 + years));
         }
-        (events > MANY && seconds > events as f64).then(|| {
-            format!("{events} events in {seconds:.0} s are fewer than one a second: {how}")
-        })
+        let rate_hz = events as f64 / seconds.max(1e-6);
+        let doubt = match events {
+            ..=MANY => None,
+            _ if rate_hz < 1.0 => Some("fewer than one a second"),
+            VERY_MANY.. if rate_hz < FEW_HZ => Some("few for so many"),
+            VERY_MANY.. if rate_hz > MOST_HZ => Some("more than any camera sends"),
+            _ => None,
+        };
+        doubt.map(|doubt| format!("{events} events in {seconds:.3} s are {doubt}: {how}"))
     }
 }
