@@ -139,7 +139,7 @@ fn few_events_of_a_large_sensor_stay_where_polarities_are_lost() {
     // An edge to the left at 100 pixels a second, and events anywhere in a broad bar, 7 Hz a pixel.
     let edge = |step: i64, y: i64| (10_000 * step, 1_279 - step % 1_280, y);
     let edge: Vec<_> = (0..800).flat_map(|step| (0..90).map(move |y| edge(step, y))).collect();
-    let bar = |k: i64, x: u32, y: u32| (40 * k, k / 2_000 + i64::from(x), i64::from(y));
+    let bar = |k: i64, x: usize, y: usize| (40 * k, k / 2_000 + x as i64, y as i64);
     let bar = (0..600_000).map(|k| bar(k, rng.below(40), rng.below(90))).collect();
     for (name, places) in [("edge", edge), ("bar", bar)] {
         let at = |t, x, y, polarity| Event { t: Micros(t), x, y, polarity };
