@@ -176,7 +176,10 @@ pub enum IoError {
         records: u64,
     },
     /// A NumPy archive whose directory, at its end, cannot be read.
-    #[error("{}: byte {byte}: {reason} (0 arrays readable before it)", path.display())]
+    #[error(
+        "{}: byte {byte}: {reason} (0 arrays readable before it): the archive was cut, fetch or copy it again",
+        path.display()
+    )]
     NotAnArchive {
         /// File that should be an archive.
         path: PathBuf,
@@ -339,6 +342,14 @@ impl IoError {
     pub(crate) fn behind(mut self, count: u64) -> Self {
         if let Self::Damaged { events, .. } = &mut self {
             *events = count;
+        }
+        self
+    }
+
+    /// The same fault of a content that begins `skipped` bytes behind the beginning of its file.
+    pub(crate) fn behind_bytes(mut self, skipped: u64) -> Self {
+        if let Self::Damaged { byte, .. } | Self::Row { byte, .. } = &mut self {
+            *byte += skipped;
         }
         self
     }

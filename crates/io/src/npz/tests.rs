@@ -353,7 +353,10 @@ fn an_archive_cut_at_any_byte_is_a_typed_error() {
         fs::File::options().write(true).open(&path).unwrap().set_len(cut as u64).unwrap();
         let error = open(&path).unwrap_err();
         match error {
-            IoError::NotAnArchive { byte, .. } => assert_eq!(byte, cut as u64),
+            IoError::NotAnArchive { byte, .. } => {
+                assert_eq!(byte, cut as u64);
+                assert!(error.to_string().ends_with("fetch or copy it again"), "{error}");
+            }
             // Too short to detect the format.
             IoError::UnknownFormat { .. } | IoError::NoRecording { .. } => {
                 assert!(cut < 4, "{cut}");
