@@ -172,6 +172,44 @@ fn the_sensor_bench_times_peers_on_its_frames() {
     }
 }
 
+/// Frames of 8 bits in other clothes: as floating-point values, as a Y4M and as a GIF.
+#[test]
+fn floats_of_bytes_and_videos_give_the_events_of_their_images() {
+    let sandbox = sandbox();
+    let codes: Vec<u8> = (0..FRAMES).flat_map(|index| frame(index).into_raw()).collect();
+    let floats: Vec<u8> = codes.iter().flat_map(|code| f32::from(*code).to_le_bytes()).collect();
+    let shape = format!("({FRAMES}, {HEIGHT}, {WIDTH})");
+    std::fs::write(sandbox.path("floats.npy"), npy("<f4", &shape, &floats)).unwrap();
+    let mut video = format!("YUV4MPEG2 W{WIDTH} H{HEIGHT} F500:1 Cmono\n").into_bytes();
+    for planes in codes.chunks((WIDTH * HEIGHT) as usize) {
+        video.extend_from_slice(b"FRAME\n");
+        video.extend_from_slice(planes);
+    }
+    std::fs::write(sandbox.path("clip.y4m"), video).unwrap();
+    let file = std::fs::File::create(sandbox.path("clip.gif")).unwrap();
+    let mut encoder = image::codecs::gif::GifEncoder::new(file);
+    for index in 0..FRAMES {
+        let image = image::DynamicImage::from(frame(index)).into_rgba8();
+        let delay = image::Delay::from_numer_denom_ms(40, 1);
+        encoder.encode_frame(image::Frame::from_parts(image, 0, 0, delay)).unwrap();
+    }
+    drop(encoder);
+    let line = |frames, out| ["events", "--frames", frames, "--sensor", "v2e-clean", "--out", out];
+    let at =
+        |frames, fps, out: &str| sandbox.ok(&[&line(frames, out)[..], &["--fps", fps]].concat());
+    at("images", "500", "images.txt");
+    let said = at("floats.npy", "500", "floats.txt");
+    assert!(said.contains("`white` is not stated: it is taken to be 255"), "{said}");
+    // Their own times.
+    sandbox.ok(&line("clip.y4m", "y4m.txt"));
+    let images = bytes(&sandbox.path("images.txt"));
+    assert!(bytes(&sandbox.path("floats.txt")) == images);
+    assert!(bytes(&sandbox.path("y4m.txt")) == images);
+    at("images", "25", "slow.txt");
+    sandbox.ok(&line("clip.gif", "gif.txt"));
+    assert!(bytes(&sandbox.path("gif.txt")) == bytes(&sandbox.path("slow.txt")));
+}
+
 /// A program in place of ffmpeg: the same words about the same frames, at uneven times.
 #[cfg(unix)]
 #[test]

@@ -3,6 +3,8 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use evpose_core::without_bom;
+
 /// Error of reading a folder of MakeHuman's files or of motion capture.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -47,8 +49,9 @@ impl FolderError {
 
 /// The text of a file.
 pub(crate) fn read_text(path: &Path) -> Result<String, FolderError> {
-    std::fs::read_to_string(path)
-        .map_err(|source| FolderError::File { path: path.to_owned(), source })
+    let text = std::fs::read_to_string(path)
+        .map_err(|source| FolderError::File { path: path.to_owned(), source })?;
+    Ok(without_bom(&text).to_owned())
 }
 
 /// Paths in a folder, in the order of their names.

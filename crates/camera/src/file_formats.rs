@@ -5,7 +5,7 @@ mod entry;
 
 use std::path::Path;
 
-use evpose_core::{LensCamera, SensorSize};
+use evpose_core::{LensCamera, SensorSize, without_bom};
 
 use self::entry::Entry;
 use crate::{CalibrationError, CameraFile};
@@ -23,19 +23,20 @@ pub(crate) fn read_file(path: &Path) -> Result<CameraOfFile, CalibrationError> {
     let text = std::fs::read_to_string(path)
         .map_err(|source| CalibrationError::File { path: path.to_owned(), source })?;
     let malformed = |reason: String| CalibrationError::Malformed { path: path.to_owned(), reason };
+    let text = without_bom(&text);
     // By content, which differs from format to format: the extension does not matter.
     let begin = text.trim_start();
     if begin.starts_with('{') {
-        return dv_processing(&text).map_err(malformed);
+        return dv_processing(text).map_err(malformed);
     }
     if begin.starts_with("<?xml") || begin.starts_with("<opencv_storage") {
         return entry::of_xml(begin).and_then(|entries| opencv(&entries)).map_err(malformed);
     }
-    if let Some(values) = plain_values(&text) {
+    if let Some(values) = plain_values(text) {
         return of_values(&values).map_err(malformed);
     }
-    if is_yaml(&text) {
-        return entry::of_yaml(&text).and_then(|entries| opencv(&entries)).map_err(malformed);
+    if is_yaml(text) {
+        return entry::of_yaml(text).and_then(|entries| opencv(&entries)).map_err(malformed);
     }
     let file = CameraFile::load(path)?;
     Ok(CameraOfFile { sensor: Some(file.sensor), camera: file.camera()? })

@@ -27,23 +27,37 @@ const STEP_US: i64 = 10_000;
 fn swings(
     low: f32,
     high: impl Fn(usize) -> f32,
-    [on, off]: [i64; 2],
+    counts: [i64; 2],
     (cycles, floor): (usize, f32),
+) -> Result<Thresholds, CalibrateError> {
+    let begin = |events| ThresholdRun::new(SMALL, 1e6 / STEP_US as f64, floor, events);
+    swings_at(&|frame| STEP_US * frame, low, high, counts, cycles, &|events| begin(events))
+}
+
+/// As [`swings`], with frames at times of their own in microseconds.
+fn swings_at(
+    at_us: &dyn Fn(i64) -> i64,
+    low: f32,
+    high: impl Fn(usize) -> f32,
+    [on, off]: [i64; 2],
+    cycles: usize,
+    begin: &dyn Fn(&EventStream) -> Result<ThresholdRun<'_>, CalibrateError>,
 ) -> Result<Thresholds, CalibrateError> {
     let mut events = Vec::new();
     for change in 0..=2 * cycles as i64 {
         let (polarity, count) =
             if change % 2 == 0 { (Polarity::On, on) } else { (Polarity::Off, off) };
         for (x, y) in pixels(SMALL) {
-            let t = |k: i64| Micros(STEP_US * change + STEP_US * k / count);
+            let step_us = at_us(change + 1) - at_us(change);
+            let t = |k: i64| Micros(at_us(change) + step_us * k / count);
             events.extend((1..=count).map(|k| Event { t: t(k), x, y, polarity }));
         }
     }
     // After the last frame: of no use.
-    let late = Micros(STEP_US * (2 * cycles as i64 + 1) + 1);
+    let late = Micros(at_us(2 * cycles as i64 + 1) + 1);
     events.extend((0..300).map(|_| Event { t: late, x: 0, y: 0, polarity: Polarity::On }));
     let events = stream(SMALL, events);
-    let mut run = ThresholdRun::new(SMALL, 1e6 / STEP_US as f64, floor, &events)?;
+    let mut run = begin(&events)?;
     for frame in 0..2 * cycles + 2 {
         let light = |pixel: usize| if frame % 2 == 0 { low } else { high(pixel) };
         run.push(&Plane::from_vec(3, 2, (0..6).map(light).collect()).unwrap())?;
@@ -74,6 +88,22 @@ fn thresholds_are_the_change_of_log_light_over_the_events_above_the_floor() {
         near(found.by_steps_off, change / 10.0, 6e-4);
         assert_eq!((found.on, found.off, found.frames), (21 * 6 * 4, 20 * 6 * 10, 42));
     }
+}
+
+#[test]
+fn frames_may_be_at_times_of_their_own() {
+    let at_us = |frame: i64| STEP_US * (frame * frame + frame) / 2;
+    let times_s: Vec<f64> = (0..42).map(|frame| 1e-6 * at_us(frame) as f64).collect();
+    let at_times =
+        |events| Ok(ThresholdRun::new(SMALL, 100.0, FLOOR, events)?.at_times(times_s.clone()));
+    let found = swings_at(&at_us, 0.1, |_| 0.8, [4, 10], 20, &|events| at_times(events)).unwrap();
+    near(found.by_steps_on, 8f64.ln() / 4.0, 6e-4);
+    near(found.by_steps_off, 8f64.ln() / 10.0, 6e-4);
+    assert_eq!((found.on, found.off, found.frames), (21 * 6 * 4, 20 * 6 * 10, 42));
+    // At a constant rate most events come behind the last frame.
+    let at_rate = |events| ThresholdRun::new(SMALL, 100.0, FLOOR, events);
+    let found = swings_at(&at_us, 0.1, |_| 0.8, [40, 100], 20, &|events| at_rate(events));
+    assert!(found.is_ok_and(|found| found.on < 21 * 6 * 40 / 2));
 }
 
 #[test]

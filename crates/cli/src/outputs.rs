@@ -111,7 +111,45 @@ impl Named {
     }
 }
 
-/// All values that may be paths. Of inputs such as `mask:file=hot.toml,outside=clip`, what is behind each sign, too.
+/// Files that are read where their folder is named: logs of YARP, arrays of EVIMO2, the best network of a run.
+const READ_OF_FOLDERS: [&str; 6] = [
+    "data.log",
+    "binaryevents.log",
+    "dataset_events_t.npy",
+    "dataset_events_xy.npy",
+    "dataset_events_p.npy",
+    "best.bpk",
+];
+/// Endings of the files of a bag of ROS 2, which its `metadata.yaml` names.
+const OF_BAGS: [&str; 4] = [".mcap", ".db3", ".zstd", "metadata.yaml"];
+/// Files that are written where their folder is named: logs of YARP. Masks have names of their own.
+const WRITTEN_TO_FOLDERS: [&str; 2] = ["data.log", "info.log"];
+
+/// The files that stand for a folder, as an input or an output.
+fn files_of_folder(folder: &Path, is_output: bool) -> Vec<PathBuf> {
+    let is_bag = folder.join("metadata.yaml").is_file();
+    let is_meant = |name: &str| {
+        if is_output {
+            WRITTEN_TO_FOLDERS.contains(&name) || is_mask(name)
+        } else {
+            READ_OF_FOLDERS.contains(&name)
+                || (is_bag && OF_BAGS.iter().any(|end| name.ends_with(end)))
+        }
+    };
+    let files = folder.read_dir().into_iter().flatten().flatten();
+    files
+        .filter(|file| file.file_name().to_str().is_some_and(is_meant))
+        .map(|file| file.path())
+        .collect()
+}
+
+/// Whether a name is one of those that `clean --masks` gives: `1-hot.toml`.
+fn is_mask(name: &str) -> bool {
+    let number = name.strip_suffix(".toml").and_then(|stem| stem.split_once('-'));
+    number.is_some_and(|(number, _)| number.parse::<u32>().is_ok())
+}
+
+/// All values that may be paths, and for folders the files in them that are meant. Of inputs such as `mask:file=hot.toml,outside=clip`, what is behind each sign, too.
 fn named(command: &Command, matches: &ArgMatches) -> Vec<Named> {
     let is = |parser: &ValueParser, of: ValueParser| parser.type_id() == of.type_id();
     let mut named = Vec::new();
@@ -124,8 +162,12 @@ fn named(command: &Command, matches: &ArgMatches) -> Vec<Named> {
             let text = value.to_string_lossy();
             let parts = text.split(',').filter_map(|part| part.split_once('='));
             let behind = parts.map(|(_, path)| path.into()).filter(|_| !is_output);
-            let paths = std::iter::once(value.into()).chain(behind);
-            named.extend(paths.map(|path| Named { flag: flag.clone(), path, is_output }));
+            let paths = std::iter::once(PathBuf::from(value)).chain(behind);
+            for path in paths {
+                let inside = files_of_folder(&path, is_output);
+                let paths = std::iter::once(path).chain(inside);
+                named.extend(paths.map(|path| Named { flag: flag.clone(), path, is_output }));
+            }
         }
     }
     named
@@ -162,6 +204,43 @@ mod tests {
         let words = ["evpose", "live"].iter().chain(words);
         let matches = command.clone().try_get_matches_from(words).expect("known arguments");
         refuse_shared(&command, &matches).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn folders_stand_for_the_files_in_them() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = |name: &str| folder.path().join(name).to_str().expect("text").to_owned();
+        for name in [
+            "cam/data.log",
+            "evimo/dataset_events_p.npy",
+            "run/best.bpk",
+            "run/report.json",
+            "bag/metadata.yaml",
+            "bag/bag_0.db3",
+            "masks/1-hot.toml",
+        ] {
+            let path = folder.path().join(name);
+            std::fs::create_dir_all(path.parent().expect("a folder")).expect("made");
+            std::fs::write(path, "").expect("written");
+        }
+        let (cam, bag, run, masks) = (at("cam"), at("bag"), at("run"), at("masks"));
+        let mask = format!("mask:file={}", at("masks/1-hot.toml"));
+        let cases: [&[&str]; 7] = [
+            &[&cam, "--json", &cam],
+            &[&cam, "--json", &at("cam/data.log")],
+            &[&at("cam/data.log"), "--json", &cam],
+            &[&at("evimo"), "--csv", &at("evimo/dataset_events_p.npy")],
+            &[&run, "--csv", &at("run/best.bpk")],
+            &[&bag, "--csv", &at("bag/bag_0.db3")],
+            &[&bag, "--with", &mask, "--json", &masks],
+        ];
+        for words in cases {
+            let message = checked(words).expect_err("shared");
+            assert!(message.contains("are one file"), "{message}");
+        }
+        // Files beside those that are read are no inputs, and a folder may take what it has no file of.
+        assert_eq!(checked(&[&run, "--json", &at("run/report.json"), "--csv", &bag]), Ok(()));
+        assert_eq!(checked(&[&run, "--json", &run]), Ok(()));
     }
 
     #[test]

@@ -39,13 +39,16 @@ mod plane;
 mod registry;
 pub mod stats;
 mod stream;
+mod text;
 mod time;
 
 pub use camera::{Distortion, LensCamera, LensError, LookAt, Pinhole, PlacedCamera, ViewingRay};
 pub use error::CoreError;
 pub use event::{Event, Polarity, SensorSize};
 pub use noise::{CounterRng, StageNoise, seed_for};
-pub use output::{AtomicFile, atomic_write, is_same_file, temporary_target};
+pub use output::{
+    AtomicFile, atomic_write, is_same_file, remove_abandoned_files, temporary_target,
+};
 pub use parameter::{
     FileSpec, Given, NumberKind, NumberSpec, Parameter, ParameterError, Scale, Setting, Settings,
     WordSpec,
@@ -53,4 +56,5 @@ pub use parameter::{
 pub use plane::Plane;
 pub use registry::{Registry, RegistryEntry, RegistryError};
 pub use stream::{EventStream, EventStreamBuilder, Rejected};
+pub use text::{BOM, bytes_without_bom, without_bom};
 pub use time::{Micros, TimeWindow};

@@ -271,6 +271,21 @@ fn remove_abandoned(temporary: &Path) -> bool {
     is_still(temporary, &file) && fs::remove_file(temporary).is_ok()
 }
 
+/// Removes the temporary files of a folder that nobody writes any more: those of processes that were killed. Elsewhere the
+/// next writer of the same name does so, which a shorter set of files may not have.
+///
+/// # Errors
+/// If the folder cannot be listed.
+pub fn remove_abandoned_files(folder: &Path) -> io::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        if entry.file_name().to_str().and_then(temporary_target).is_some() {
+            remove_abandoned(&entry.path());
+        }
+    }
+    Ok(())
+}
+
 /// Whether a path still leads to a file that was opened by it.
 fn is_still(path: &Path, file: &File) -> bool {
     let (opened, found) = (file.metadata(), fs::symlink_metadata(path));
@@ -483,5 +498,18 @@ mod tests {
             assert!(!is_same_file(&at(one), &at(other)), "{one} {other}");
         }
         assert!(!is_same_file(Path::new("/dev/null"), Path::new("/dev/null")));
+    }
+
+    #[test]
+    fn files_of_killed_processes_are_removed_and_those_in_use_are_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        for name in ["0001.png.0-0.tmp", "notes.tmp", "0002.png"] {
+            fs::write(at(name), "x").unwrap();
+        }
+        let file = AtomicFile::create(at("0003.png")).unwrap();
+        remove_abandoned_files(folder.path()).unwrap();
+        assert!(!at("0001.png.0-0.tmp").exists() && at("notes.tmp").exists());
+        assert!(at("0002.png").exists() && temporary(&file).exists());
     }
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use evpose_core::atomic_write;
+use evpose_core::{atomic_write, bytes_without_bom};
 use evpose_pose::body::{BodyLabel, Keypoint, Visibility};
 use glam::Vec2;
 use serde::{Deserialize, Serialize};
@@ -80,7 +80,8 @@ struct Entry {
 /// three values, the last of which is 0, 1 or 2.
 pub fn read_annotations(path: &Path) -> Result<Vec<Annotation>, DatasetError> {
     let bytes = std::fs::read(path).map_err(DatasetError::io(path, "read it"))?;
-    let entries: Vec<Entry> = serde_json::from_slice(&bytes).map_err(DatasetError::json(path))?;
+    let entries: Vec<Entry> =
+        serde_json::from_slice(bytes_without_bom(&bytes)).map_err(DatasetError::json(path))?;
     entries.into_iter().enumerate().map(|(index, entry)| from_entry(path, index, entry)).collect()
 }
 
@@ -181,7 +182,11 @@ mod tests {
         let path = directory.path().join("poses.json");
         write_annotations(&path, &[annotation(), annotation()]).unwrap();
         assert_eq!(read_annotations(&path).unwrap(), [annotation(), annotation()]);
-        assert_eq!(std::fs::read_to_string(&path).unwrap().lines().count(), 1);
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert_eq!(text.lines().count(), 1);
+        // Editors add a mark of byte order.
+        std::fs::write(&path, format!("\u{feff}{text}")).unwrap();
+        assert_eq!(read_annotations(&path).unwrap(), [annotation(), annotation()]);
     }
 
     #[test]

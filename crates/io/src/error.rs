@@ -332,6 +332,14 @@ impl IoError {
         self
     }
 
+    /// The same fault of a content that begins `skipped` bytes behind the beginning of its file.
+    pub(crate) fn behind_bytes(mut self, skipped: u64) -> Self {
+        if let Self::Damaged { byte, .. } | Self::Row { byte, .. } = &mut self {
+            *byte += skipped;
+        }
+        self
+    }
+
     pub(crate) fn file(path: &Path, action: &'static str, source: io::Error) -> Self {
         Self::File { path: path.to_owned(), action, source }
     }

@@ -56,6 +56,7 @@ mod es;
 pub mod evc;
 pub mod evt;
 mod fill;
+mod first_line;
 pub mod framed;
 pub mod frames;
 #[cfg(test)]

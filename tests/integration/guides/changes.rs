@@ -218,6 +218,8 @@ pub(crate) const RULES: &[Rule] = &[
     rule("ros.md", "--scene frames", FRAMES),
     // The recording has a hot pixel.
     rule("ros.md", "evpose check", Answers(&[10])),
+    rule("files.md", "evpose check", Answers(&[0, 10])),
+    rule("commands.md", "evpose check rec", Answers(&[0, 10])),
     rule("gap.md", "gapbench cases --plan 11", Replace("--limit 3", "--limit 1")),
     rule("gap.md", "gapbench outside", Skip("needs recordings of other simulators")),
     rule("gap.md", "gapbench real", Append("--quick")),

@@ -72,6 +72,8 @@ pub struct ThresholdRun<'a> {
     next: usize,
     size: SensorSize,
     fps: f64,
+    /// Seconds of every frame, where they are not at a constant rate.
+    times_s: Option<Vec<f64>>,
     floor: f32,
     tiles: Tiles,
     tile_states: Vec<Tile>,
@@ -105,6 +107,7 @@ impl<'a> ThresholdRun<'a> {
             next: 0,
             size,
             fps,
+            times_s: None,
             floor,
             tiles,
             tile_states: vec![tile; tiles.count()],
@@ -112,6 +115,19 @@ impl<'a> ThresholdRun<'a> {
             last: vec![None; size.pixels()],
             frames: 0,
         })
+    }
+
+    /// Frames at times of their own, in increasing seconds since the first, in place of a rate.
+    ///
+    /// Frames behind the last time go on at the rate.
+    #[must_use]
+    pub fn at_times(self, times_s: Vec<f64>) -> Self {
+        Self { times_s: Some(times_s), ..self }
+    }
+
+    fn time_s(&self, frame: usize) -> f64 {
+        let stated = self.times_s.as_ref().and_then(|times| times.get(frame).copied());
+        stated.unwrap_or(frame as f64 / self.fps)
     }
 
     /// The next frame, linear light relative to white.
@@ -146,11 +162,12 @@ impl<'a> ThresholdRun<'a> {
 
     /// Events between two frames.
     fn steps(&mut self, before: &[f32], after: &[f32]) {
-        let start_s = (self.frames - 1) as f64 / self.fps;
-        let end = Micros::from_seconds(self.frames as f64 / self.fps);
+        let (start_s, end_s) = (self.time_s(self.frames - 1), self.time_s(self.frames));
+        let end = Micros::from_seconds(end_s);
         while let Some(event) = self.events.get(self.next).filter(|event| event.t <= end) {
             self.next += 1;
-            let share = ((event.t.as_seconds() - start_s) * self.fps).clamp(0.0, 1.0) as f32;
+            let share =
+                ((event.t.as_seconds() - start_s) / (end_s - start_s)).clamp(0.0, 1.0) as f32;
             self.step(event, share, before, after);
         }
     }

@@ -43,6 +43,14 @@ fn the_same_camera_is_read_from_every_format() {
     }
 }
 
+#[test]
+fn a_mark_of_byte_order_is_no_part_of_any_format() {
+    for text in [OPENCV_YAML, ROS_YAML, OPENCV_XML, DV_JSON, OWN_TOML, "310 311 172 129"] {
+        let marked = read(&format!("\u{feff}{text}"));
+        assert_eq!(marked.unwrap(), read(text).unwrap(), "{text}");
+    }
+}
+
 /// Each format, with its fields for the size, the focal lengths and the distortion.
 const FORMATS: [(&str, [&str; 3]); 6] = [
     (OPENCV_YAML, ["image_width", "camera_matrix", "distortion_coefficients"]),

@@ -70,10 +70,9 @@ pub fn run(args: &EventsArgs) -> Result<()> {
         "{}: at least two frames are required",
         args.frames.frames.display()
     );
-    let clock = match (args.frames.fps, source.times_s()) {
-        // A given rate wins: slow-motion videos state that of their playback.
-        (None, Some(times)) => FrameClock::of_times(times, args.upsample)?,
-        _ => FrameClock::new(args.frames.rate()?, args.upsample)?,
+    let clock = match args.frames.stated_times(&source)? {
+        Some(times) => FrameClock::of_times(times, args.upsample)?,
+        None => FrameClock::new(args.frames.rate()?, args.upsample)?,
     };
     let model = model.with_threads(sensor_threads(source.size()));
     let mut run = model.start(source.size(), args.seed);
@@ -126,10 +125,6 @@ impl FrameClock {
     }
 
     fn of_times(times_s: &[f64], steps: u32) -> Result<Self> {
-        ensure!(
-            times_s.is_sorted_by(|a, b| a < b),
-            "the video states times that do not increase: give --fps"
-        );
         let duration_s = times_s.last().copied().unwrap_or(0.0);
         let fps = (times_s.len() as f64 - 1.0) / duration_s;
         Ok(Self { times_s: Some(times_s.to_vec()), ..Self::new(fps, steps)? })

@@ -154,7 +154,7 @@ pub(crate) struct PoseEvalArgs {
         conflicts_with = "conditions"
     )]
     pub(crate) foreign: Option<PathBuf>,
-    /// The camera of --data: a calibration file of OpenCV, ROS, kalibr, dv-processing or this project, a name
+    /// The camera of --data: a calibration file of OpenCV, ROS, kalibr, DSEC, rpg, dv-processing or this project, a name
     /// such as `davis346`, or a vertical field of view such as `60deg` [default: that of the
     /// simulation, or a guess]
     #[arg(long, value_name = "CAMERA", requires = "data")]
@@ -214,7 +214,7 @@ pub struct InferArgs {
 /// Arguments of `evpose infer` of tasks with cameras and filters.
 #[derive(Debug, clap::Args)]
 pub(crate) struct PoseInferArgs {
-    /// The camera: a calibration file of OpenCV, ROS, kalibr, dv-processing or this project, a name such as
+    /// The camera: a calibration file of OpenCV, ROS, kalibr, DSEC, rpg, dv-processing or this project, a name such as
     /// davis346 or evk4, or a vertical field of view such as 45deg [default: 45deg, with a note]
     #[arg(long)]
     pub(crate) camera: Option<String>,
@@ -233,7 +233,7 @@ pub(crate) struct PoseLiveArgs {
     /// [default: 1; hands on other devices than the CPU 16]
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=256))]
     pub(crate) batch: Option<u16>,
-    /// The camera: a calibration file of OpenCV, ROS, kalibr, dv-processing or this project, a name such as
+    /// The camera: a calibration file of OpenCV, ROS, kalibr, DSEC, rpg, dv-processing or this project, a name such as
     /// davis346 or evk4, or a vertical field of view such as 45deg [default: 45deg, with a note]
     #[arg(long)]
     pub(crate) camera: Option<String>,

@@ -4,6 +4,7 @@
 use std::collections::HashMap;
 use std::path::Path;
 
+use evpose_core::bytes_without_bom;
 use evpose_pose::body::{BodyPoints, COCO_KEYPOINT_NAMES, Visibility};
 use glam::Vec2;
 use serde::Deserialize;
@@ -90,8 +91,7 @@ pub fn read_keypoints(path: &Path) -> Result<Vec<CocoImage>, DatasetError> {
 
 /// Reads the bytes of the file at `path`.
 pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<CocoImage>, DatasetError> {
-    // Excel and PowerShell write a mark of byte order.
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let bytes = bytes_without_bom(bytes);
     let file: File = serde_json::from_slice(bytes).map_err(DatasetError::json(path))?;
     let keypoints = |names: &mut dyn Iterator<Item = &str>| names.map(keypoint_by_name).collect();
     // Files without categories have COCO's own names.

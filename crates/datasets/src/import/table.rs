@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use evpose_core::Micros;
+use evpose_core::{Micros, without_bom};
 
 use crate::import::ImportError;
 
@@ -37,8 +37,7 @@ impl Table {
     /// few cells.
     pub(crate) fn read(path: &Path) -> Result<Self, ImportError> {
         let text = std::fs::read_to_string(path).map_err(ImportError::io(path, "read"))?;
-        // Spreadsheets write a byte order mark.
-        let mut lines = text.trim_start_matches('\u{feff}').lines();
+        let mut lines = without_bom(&text).lines();
         let columns = split(lines.next().unwrap_or_default());
         for (index, column) in columns.iter().enumerate() {
             if columns[..index].contains(column) {

@@ -10,7 +10,7 @@
 
 use std::path::Path;
 
-use evpose_core::SensorSize;
+use evpose_core::{SensorSize, without_bom};
 use serde_json::{Map, Value};
 
 use crate::GapError;
@@ -71,7 +71,7 @@ impl Description {
     pub fn read(path: &Path) -> Result<Self, GapError> {
         let text = std::fs::read_to_string(path)
             .map_err(|source| GapError::File { path: path.to_owned(), source })?;
-        let object = match serde_json::from_str(&text) {
+        let object = match serde_json::from_str(without_bom(&text)) {
             Ok(Value::Object(object)) => object,
             Ok(_) => return Err(GapError::json(path, "expected an object, { … }")),
             Err(e) => return Err(GapError::json(path, e.to_string())),

@@ -75,7 +75,8 @@ pub fn load_scene(dir: impl AsRef<Path>) -> Result<LoadedScene, GapError> {
             description.duration_s
         ));
     }
-    let planes = read_all(&mut source, description.white.is_some(), &mut notes)?;
+    notes.extend(source.note().map(str::to_owned));
+    let planes = read_all(&mut source, &mut notes)?;
     let provenance = vec![
         format!(
             "{}: {size}, {} frames per second, {} s",
@@ -114,15 +115,9 @@ fn frames_of(dir: &Path, notes: &mut Vec<String>) -> Result<PathBuf, GapError> {
 
 /// Maximum pixels times frames that are compared: what is computed of them takes about 4 GB.
 const MAX_PIXEL_FRAMES: usize = 200_000_000;
-/// Brightest light of frames without a stated white above which their values are no fractions of
-/// white.
-const BRIGHTEST_FRACTION: f32 = 2.0;
-/// White of frames whose values are those of 8 bits, whatever type they are stored in.
-const WHITE_OF_BYTES: f32 = 255.0;
 
 fn read_all(
     source: &mut FrameSource,
-    is_white_stated: bool,
     notes: &mut Vec<String>,
 ) -> Result<Vec<Plane<f32>>, GapError> {
     let (frames, pixels) = (source.frames() as usize, source.size().pixels());
@@ -153,16 +148,6 @@ fn read_all(
     }
     if brightest <= 0.0 {
         return Err(GapError::Scene(format!("{path}: there is no light in any frame")));
-    }
-    // Codes of 0 to 255 instead of fractions are the commonest mistake of all.
-    if !is_white_stated && brightest > BRIGHTEST_FRACTION {
-        let white = if brightest <= WHITE_OF_BYTES { WHITE_OF_BYTES } else { brightest };
-        planes.iter_mut().for_each(|plane| plane.data_mut().iter_mut().for_each(|y| *y /= white));
-        notes.push(format!(
-            "{path}: the brightest light is {brightest:.1} and `white` is not stated: it is taken \
-             to be {white}"
-        ));
-        return Ok(planes);
     }
     if !(0.02..=4.0).contains(&brightest) {
         notes.push(format!(

@@ -54,6 +54,12 @@ fn directory(json: &str, frames: usize) -> tempfile::TempDir {
 const JSON: &str = r#"{"width": 4, "height": 3, "fps": 100.0, "duration_s": 0.2}"#;
 
 #[test]
+fn a_description_may_begin_with_a_mark_of_byte_order() {
+    let dir = directory(&format!("\u{feff}{JSON}"), 21);
+    assert_eq!(load_scene(dir.path()).unwrap().scene.planes().len(), 21);
+}
+
+#[test]
 fn a_scene_directory_becomes_planes_of_light() {
     let json = r#"{"width": 4, "height": 3, "fps": 100, "duration_s": 0.2, "white": 200.0,
         "lens": "f/2", "nominal": {"C_on": 0.2, "C_off": 0.25, "sigma_C": 0.0, "noise_on_hz": 1}}"#;

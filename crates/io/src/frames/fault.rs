@@ -38,6 +38,13 @@ pub enum FrameFault {
         /// Count of .jpg images.
         jpg: usize,
     },
+    /// Images of kinds that are not read.
+    OtherImages {
+        /// How many there are.
+        count: usize,
+        /// The name of the first.
+        first: String,
+    },
     /// An image or a video that cannot be decoded.
     Undecodable(String),
     /// A video where there is no `ffmpeg`.
@@ -90,6 +97,11 @@ impl fmt::Display for FrameFault {
             Self::Mixed { png, jpg } => write!(
                 f,
                 "{png} .png and {jpg} .jpg images in one folder: keep frames of one kind in it"
+            ),
+            Self::OtherImages { count, first } => write!(
+                f,
+                "images that are not read, {count} in all, such as {first}: save all frames as PNG, or keep \
+                 others elsewhere"
             ),
             Self::Undecodable(why) => write!(f, "cannot be decoded: {why}"),
             Self::NoDecoder => f.write_str(

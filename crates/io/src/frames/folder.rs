@@ -10,6 +10,10 @@ use super::light::Light;
 use super::{FrameDepth, FrameFault, natural, sensor_size};
 use crate::IoError;
 
+/// Endings of images that are frames elsewhere, but are not read here.
+const OTHERS: [&str; 12] =
+    ["bmp", "tif", "tiff", "webp", "exr", "hdr", "pgm", "ppm", "pnm", "avif", "heic", "jp2"];
+
 /// The images of a folder that are still to come.
 #[derive(Debug)]
 pub(super) struct Folder {
@@ -22,15 +26,26 @@ pub(super) struct Folder {
 impl Folder {
     pub(super) fn open(path: &Path) -> Result<Self, IoError> {
         let failed = |e| IoError::file(path, "list", e);
-        let mut images = Vec::new();
+        let (mut images, mut unread) = (Vec::new(), Vec::new());
         for entry in std::fs::read_dir(path).map_err(failed)? {
             let image = entry.map_err(failed)?.path();
             // Systems leave files of their own in folders, whose names begin with a dot.
             let is_hidden =
                 image.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
-            if !is_hidden && image_format(&image).is_some() {
-                images.push(image);
+            if is_hidden {
+                continue;
             }
+            if image_format(&image).is_some() {
+                images.push(image);
+            } else if is_other_image(&image) {
+                unread.push(image);
+            }
+        }
+        // Half of a sequence would be taken for all of it.
+        if let Some(first) = unread.iter().min() {
+            let first = first.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let fault = FrameFault::OtherImages { count: unread.len(), first };
+            return Err(IoError::frames(path, fault));
         }
         let is_png = |image: &PathBuf| image_format(image) == Some(ImageFormat::Png);
         let (lossless, others): (Vec<_>, Vec<_>) = images.iter().cloned().partition(is_png);
@@ -99,6 +114,11 @@ fn image_format(path: &Path) -> Option<ImageFormat> {
         return Some(ImageFormat::Png);
     }
     (is("jpg") || is("jpeg")).then_some(ImageFormat::Jpeg)
+}
+
+fn is_other_image(path: &Path) -> bool {
+    let ending = path.extension().unwrap_or_default();
+    OTHERS.iter().any(|known| ending.eq_ignore_ascii_case(known))
 }
 
 fn decode(path: &Path) -> Result<DynamicImage, IoError> {

@@ -1,14 +1,14 @@
 //! The light of an image sequence, one frame at a time.
 //!
 //! A folder of `.png` images, in the natural order of their names (2 before 10), or of `.jpg`
-//! images if it has none of those, an `.npy` array of shape `(frames, height, width)`, or a video,
-//! if the program `ffmpeg` is there:
+//! images if it has none of those, an `.npy` array of shape `(frames, height, width)`, or a video:
+//! GIF and Y4M, and any other if the program `ffmpeg` is there.
 //!
 //! | source | values | white, unless given |
 //! |---|---|---|
 //! | 8-bit images, `u1`, videos | codes | 255 |
 //! | 16-bit images, `u2` | codes | 65535 |
-//! | `f2`, `f4`, `f8` | floats | 1 |
+//! | `f2`, `f4`, `f8` | floats | 1; of values above 2, 255 or the largest of them |
 //!
 //! Frames come as luminance relative to white: `value / white`, through the curve of sRGB where
 //! the encoding is sRGB. Colours become `0.2126 R + 0.7152 G + 0.0722 B` behind the curve. Alpha
@@ -39,6 +39,11 @@ use video::Video;
 pub use fault::{FrameDepth, FrameFault};
 pub use npy::write_codes;
 
+/// Values above this are no shares of white, which highlights surpass a little at most.
+const BRIGHTEST_SHARE: f64 = 2.0;
+/// White of values that are those of 8 bits, whatever type they are stored in: the commonest mistake of all.
+const WHITE_OF_BYTES: f64 = 255.0;
+
 /// Transfer curve from values to light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Encoding {
@@ -55,22 +60,24 @@ pub struct FrameSource {
     kind: Kind,
     encoding: Encoding,
     light: Light,
+    note: Option<String>,
 }
 
 #[derive(Debug)]
 enum Kind {
     Folder(Folder),
     Npy(NpyFrames),
-    // It owns a process, which the others do not.
+    // Much larger than the others.
     Video(Box<Video>),
 }
 
 impl FrameSource {
-    /// Opens a folder, an array or a video. Without `white`, the largest code or 1 is white.
+    /// Opens a folder, an array or a video. Without `white`, the largest code or 1 is white; floating-point
+    /// values above 2 are no shares of white, and 255 is, or the largest of them.
     ///
     /// # Errors
     /// If there are no frames, the first cannot be read, an array is not as long as it says, or there
-    /// is no `ffmpeg` for a video.
+    /// is no `ffmpeg` for a video that takes it.
     pub fn open(
         path: impl AsRef<Path>,
         encoding: Encoding,
@@ -81,7 +88,7 @@ impl FrameSource {
         if white.is_some_and(|white| !(white > 0.0 && white.is_finite())) {
             return Err(IoError::frames(path, FrameFault::White));
         }
-        let kind = if path.is_dir() {
+        let mut kind = if path.is_dir() {
             Kind::Folder(Folder::open(path)?)
         } else if video::is_video(path) {
             Kind::Video(Box::new(Video::open(path)?))
@@ -93,9 +100,27 @@ impl FrameSource {
             Kind::Npy(npy) => npy.depth(),
             Kind::Video(_) => FrameDepth::Eight,
         };
+        let (mut white, mut note) = (white, None);
+        if let (Kind::Npy(npy), FrameDepth::Float, None) = (&mut kind, depth, white) {
+            let brightest = npy.brightest()?;
+            if brightest > BRIGHTEST_SHARE {
+                let level = brightest.max(WHITE_OF_BYTES);
+                white = Some(level);
+                note = Some(format!(
+                    "{}: the brightest light is {brightest:.1} and `white` is not stated: it is taken to be \
+                     {level}",
+                    path.display()
+                ));
+            }
+        }
         // The level of white depends on the depth, known from the first frame alone.
         let light = Light::new(depth, encoding, white);
-        Ok(Self { path: path.to_owned(), kind, encoding, light })
+        Ok(Self { path: path.to_owned(), kind, encoding, light, note })
+    }
+
+    /// Remark on the values, for the user.
+    pub fn note(&self) -> Option<&str> {
+        self.note.as_deref()
     }
 
     /// The folder or file.

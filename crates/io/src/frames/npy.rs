@@ -1,14 +1,14 @@
 //! An `.npy` array of frames, read frame by frame.
 
 use std::fs::File;
-use std::io::{self, BufReader, Read, Seek, Write};
+use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use evpose_core::{AtomicFile, SensorSize};
 use npyz::{Order, WriterBuilder};
 
 use super::light::Light;
-use super::{FrameDepth, FrameFault, sensor_size};
+use super::{Encoding, FrameDepth, FrameFault, sensor_size};
 use crate::{IoError, npz};
 
 /// The frames of an array that are still to come.
@@ -21,6 +21,8 @@ pub(super) struct NpyFrames {
     size: SensorSize,
     frames: u64,
     next: u64,
+    /// Byte at which the first frame begins.
+    begin: u64,
     bytes: Vec<u8>,
 }
 
@@ -93,7 +95,7 @@ impl NpyFrames {
         // Only now: a header may claim any size.
         let bytes = vec![0; frame as usize];
         let (path, is_big_endian) = (path.to_owned(), order == ">");
-        Ok(Self { path, reader, values, is_big_endian, size, frames, next: 0, bytes })
+        Ok(Self { path, reader, values, is_big_endian, size, frames, next: 0, begin, bytes })
     }
 
     pub(super) fn size(&self) -> SensorSize {
@@ -110,6 +112,20 @@ impl NpyFrames {
 
     pub(super) fn frames(&self) -> u64 {
         self.frames
+    }
+
+    /// The largest value of all frames; the next frame is the first again.
+    pub(super) fn brightest(&mut self) -> Result<f64, IoError> {
+        let values = Light::new(self.depth(), Encoding::Linear, Some(1.0));
+        let (mut frame, mut brightest) = (vec![0.0; self.size.pixels()], 0f32);
+        while self.next_into(&values, &mut frame)? {
+            let finite = frame.iter().copied().filter(|value| value.is_finite());
+            brightest = finite.fold(brightest, f32::max);
+        }
+        let rewound = self.reader.seek(SeekFrom::Start(self.begin));
+        rewound.map_err(|e| IoError::file(&self.path, "read", e))?;
+        self.next = 0;
+        Ok(brightest.into())
     }
 
     pub(super) fn next_into(&mut self, light: &Light, out: &mut [f32]) -> Result<bool, IoError> {

@@ -83,6 +83,20 @@ fn jpeg_images_are_frames_where_there_are_no_others() {
 }
 
 #[test]
+fn images_that_are_not_read_are_no_gaps_of_a_sequence() {
+    let directory = folder(&[("f1.png", grey(0)), ("f3.png", grey(51))]);
+    for name in ["f4.TIFF", "f2.bmp", ".f5.webp"] {
+        fs::write(directory.path().join(name), "an image").unwrap();
+    }
+    let (_, found) = fault(linear(directory.path()));
+    assert_eq!(found, FrameFault::OtherImages { count: 2, first: "f2.bmp".to_owned() });
+    let directory = folder(&[]);
+    fs::write(directory.path().join("f1.webp"), "an image").unwrap();
+    let message = linear(directory.path()).unwrap_err().to_string();
+    assert!(message.contains("f1.webp") && message.contains("save all frames as PNG"), "{message}");
+}
+
+#[test]
 fn colours_become_luminance_behind_the_curve() {
     let image = RgbImage::from_pixel(1, 1, Rgb([255, 128, 0]));
     let directory = folder(&[("0.png", image.into())]);
@@ -125,6 +139,25 @@ fn every_type_of_array_gives_the_same_light() {
         assert_eq!((source.frames(), source.size().to_string()), (2, "2x1".to_owned()), "{descr}");
         assert_eq!(all(&mut source).unwrap(), expected, "{descr}");
     }
+}
+
+#[test]
+fn floats_of_bytes_are_the_light_of_bytes_and_a_note_says_so() {
+    let floats = |values: [f32; 4]| {
+        let data = values.map(f32::to_le_bytes).concat();
+        let (_directory, path) = file(&array("<f4", "False", "(2, 1, 2)", &data));
+        let mut source = FrameSource::open(&path, Encoding::Srgb, None).unwrap();
+        let note = source.note().map(str::to_owned);
+        (all(&mut source).unwrap(), source.white(), note)
+    };
+    let (_directory, path) = file(&array("|u1", "False", "(2, 1, 2)", &[0, 20, 51, 230]));
+    let mut codes = FrameSource::open(&path, Encoding::Srgb, None).unwrap();
+    assert_eq!(codes.note(), None);
+    let (light, white, note) = floats([0.0, 20.0, 51.0, 230.0]);
+    assert_eq!((light, white), (all(&mut codes).unwrap(), 255.0));
+    assert!(note.unwrap().contains("`white` is not stated: it is taken to be 255"));
+    assert_eq!(floats([0.0, f32::NAN, f32::INFINITY, 510.0]).1, 510.0);
+    assert_eq!(floats([0.0, 1.0, 0.5, 1.9]).1, 1.0);
 }
 
 #[test]

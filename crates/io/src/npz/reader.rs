@@ -161,7 +161,7 @@ impl Archive {
             path: path.clone(),
             // Its directory is at its end.
             byte: length,
-            reason: format!("zip: {e}").into(),
+            reason: format!("zip: {e}: the archive was cut, fetch or copy it again").into(),
             events: 0,
         })?;
         Ok(Self { path, length, room: Room::of_file(length), zip })

@@ -1,14 +1,19 @@
 //! Files that are no recordings, named by how they begin, with what to do.
 
+use evpose_core::bytes_without_bom;
+
+use crate::first_line;
+
 /// A kind of file: place and bytes of its mark, what it is, and what to do with it.
 type Kind = (usize, &'static [u8], &'static str, &'static str);
 
 const FRAMES: &str = "frames are made events by `evpose events --frames`";
-const VIDEO: &str = "write its frames as images (ffmpeg -i VIDEO frames/%06d.png) and make them events by \
-                     `evpose events --frames frames/`";
+const OTHER_FRAMES: &str = "save it as PNG: frames of a folder of .png or .jpg are made events by `evpose events --frames`";
+const VIDEO: &str = "its frames are made events by `evpose events --frames VIDEO`";
 const UNPACK: &str = "unpack it first";
 const DOWNLOAD: &str = "the download brought something else: fetch the file again";
 const NONE: &str = "it holds no events that are known";
+const PICKLE: &str = "save its arrays with numpy.savez";
 
 /// The kinds; of several that fit, the first.
 const KINDS: &[Kind] = &[
@@ -27,19 +32,23 @@ const KINDS: &[Kind] = &[
     (0, b"\x04\x22\x4d\x18", "packed by LZ4", UNPACK),
     (257, b"ustar", "a tar archive", UNPACK),
     (0, b"PK\x07\x08", "a part of a ZIP archive", UNPACK),
-    (0, b"<!DOCTYPE html", "a web page", DOWNLOAD),
     (0, b"<!doctype html", "a web page", DOWNLOAD),
+    (0, b"<!--", "a web page or an XML document", DOWNLOAD),
     (0, b"<html", "a web page", DOWNLOAD),
-    (0, b"<HTML", "a web page", DOWNLOAD),
-    (0, b"<?xml", "an XML document", NONE),
+    (0, b"<head", "a web page", DOWNLOAD),
+    (0, b"<?xml", "an XML document", "a calibration is given as --camera"),
+    (0, b"<opencv_storage", "an XML document", "a calibration is given as --camera"),
     (0, b"%PDF-", "a PDF document", NONE),
     (0, b"\x89PNG\r\n", "a PNG image", FRAMES),
     (0, b"\xff\xd8\xff", "a JPEG image", FRAMES),
     (0, b"GIF8", "a GIF animation", VIDEO),
-    (0, b"BM", "a BMP image", FRAMES),
-    (0, b"II*\0", "a TIFF image", FRAMES),
-    (0, b"MM\0*", "a TIFF image", FRAMES),
-    (8, b"WEBP", "a WebP image", FRAMES),
+    (0, b"BM", "a BMP image", OTHER_FRAMES),
+    (0, b"II*\0", "a TIFF image", OTHER_FRAMES),
+    (0, b"MM\0*", "a TIFF image", OTHER_FRAMES),
+    (8, b"WEBP", "a WebP image", OTHER_FRAMES),
+    (4, b"ftyphei", "a HEIC image", OTHER_FRAMES),
+    (4, b"ftypmif1", "a HEIC image", OTHER_FRAMES),
+    (4, b"ftypavi", "an AVIF image", OTHER_FRAMES),
     (4, b"ftypqt", "a QuickTime video", VIDEO),
     (4, b"ftyp", "an MP4 video", VIDEO),
     (0, b"\x1a\x45\xdf\xa3", "a Matroska or WebM video", VIDEO),
@@ -54,8 +63,10 @@ const KINDS: &[Kind] = &[
         "a MATLAB file",
         "save its events as columns of a .csv or of a .npz",
     ),
-    (0, b"\x80\x04\x95", "a pickle of Python", "save its arrays with numpy.savez"),
-    (0, b"\x80\x02", "a pickle of Python", "save its arrays with numpy.savez"),
+    (0, b"\x80\x05\x95", "a pickle of Python", PICKLE),
+    (0, b"\x80\x04\x95", "a pickle of Python", PICKLE),
+    (0, b"\x80\x03", "a pickle of Python", PICKLE),
+    (0, b"\x80\x02", "a pickle of Python", PICKLE),
     (0, b"PAR1", "a Parquet table", "save it as .csv"),
     (0, b"ARROW1", "an Arrow table", "save it as .csv"),
     (0, b"\xcd\xf2\xff\x30", "a CDF file", "give it to `evpose prepare`"),
@@ -69,18 +80,6 @@ const KINDS: &[Kind] = &[
     (0, b"MZ", "a program of Windows", NONE),
     (0, b"#!", "a script", NONE),
     (0, b"RRF", "a recording of Rerun", "give the recording that it was made of"),
-    (
-        0,
-        b"{",
-        "a JSON document",
-        "labels are given to `evpose prepare`, poses to `evpose view --joints`",
-    ),
-    (
-        0,
-        b"[",
-        "a JSON or TOML document",
-        "configs are given to `evpose simulate` and `evpose train`",
-    ),
     (0, b"\xfe\xff", "a text of UTF-16", "save it as UTF-8"),
     (0, b"\xff\xfe", "a text of UTF-16", "save it as UTF-8"),
 ];
@@ -90,16 +89,27 @@ pub(super) fn describe(head: &[u8]) -> Option<(&'static str, &'static str)> {
     if head.is_empty() {
         return Some(("empty", "record or fetch it again"));
     }
-    let trimmed = head.trim_ascii_start();
+    let text = bytes_without_bom(head).trim_ascii_start();
     let fits = |(at, mark, ..): &&Kind| {
         head.get(*at..).is_some_and(|rest| rest.starts_with(mark))
-            || (*at == 0 && mark.is_ascii() && trimmed.starts_with(mark))
+            || (*at == 0 && mark.is_ascii() && begins_with(text, mark))
     };
     if let Some((_, _, what, advice)) = KINDS.iter().find(fits) {
         return Some((what, advice));
     }
+    if let Some(named) = first_line::describe(head) {
+        return Some(named);
+    }
     let zeros = head.iter().all(|byte| *byte == 0);
     zeros.then_some(("filled with zeros", "the disk was full or the copy was cut: fetch it again"))
+}
+
+/// Whether a text begins with a mark; tags of web pages are written in either case.
+fn begins_with(text: &[u8], mark: &[u8]) -> bool {
+    text.get(..mark.len()).is_some_and(|begin| match mark {
+        [b'<', ..] => begin.eq_ignore_ascii_case(mark),
+        _ => begin == mark,
+    })
 }
 
 #[cfg(test)]
@@ -117,8 +127,24 @@ mod tests {
             let message = read_as(input, &OpenOptions::default()).unwrap_err().to_string();
             assert!(message.contains(what) && message.contains(advice), "{what}: {message}");
         }
-        for (bytes, what) in [(Vec::new(), "is empty"), (vec![0; 64], "zeros")] {
-            let input = Input::memory("events.aedat4", bytes);
+        for (bytes, what) in [
+            (&b""[..], "is empty"),
+            (&[0; 64], "zeros"),
+            // As servers and programs write them.
+            (b"<!DOCTYPE HTML PUBLIC \"-//IETF//DTD HTML 2.0//EN\">\n<html><head>\n", "a web page"),
+            (b"<!Doctype html>\n", "a web page"),
+            (b"\n<!-- Not found -->\n<html>\n", "a web page"),
+            (b"\xef\xbb\xbf<HTML>\n", "a web page"),
+            (b"\xef\xbb\xbf<?xml version=\"1.0\"?>\n", "an XML document"),
+            (b"\xef\xbb\xbf{\"images\": []}", "a JSON document"),
+            (b"[[1, 2], [3, 4]]\n", "a JSON or TOML document"),
+            (b"\0\0\0\x1cftypheic\0\0\0\0mif1heic", "a HEIC image: save it as PNG"),
+            (b"\0\0\0\x1cftypavif\0\0\0\0avifmif1", "an AVIF image: save it as PNG"),
+            (b"\0\0\0\x18ftypmp42\0\0\0\0isommp42", "an MP4 video: its frames are made events"),
+            (b"\x80\x05\x95\x10\0\0\0\0\0\0\0\x8c", "a pickle of Python"),
+            (b"\x80\x03cnumpy.core.multiarray\n", "a pickle of Python"),
+        ] {
+            let input = Input::memory("events.aedat4", bytes.to_vec());
             let message = read_as(input, &OpenOptions::default()).unwrap_err().to_string();
             assert!(message.contains(what), "{message}");
         }

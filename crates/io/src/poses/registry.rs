@@ -3,6 +3,7 @@
 use std::io::Read as _;
 use std::path::Path;
 
+use evpose_core::bytes_without_bom;
 use evpose_pose::JointFrame;
 
 use super::format::{PoseFormat, PoseIterator};
@@ -60,13 +61,16 @@ pub fn read_poses(path: &Path) -> Result<PoseSequence, IoError> {
 /// # Errors
 /// As [`read_poses`].
 pub fn poses_from(path: &Path, bytes: &[u8]) -> Result<PoseSequence, IoError> {
+    let length = bytes.len();
+    let bytes = bytes_without_bom(bytes);
     let start = &bytes[..bytes.len().min(SNIFFED_BYTES)];
     let format = POSE_FORMATS.iter().find(|format| (format.detect)(start));
     let Some(format) = format else {
         let known: Vec<&str> = POSE_FORMATS.iter().map(|format| format.name).collect();
         return Err(IoError::UnknownFormat { path: path.to_owned(), known: known.join(", ") });
     };
-    (format.read)(path, bytes)
+    // Faults are at bytes of the file.
+    (format.read)(path, bytes).map_err(|fault| fault.behind_bytes((length - bytes.len()) as u64))
 }
 
 /// Writes poses in a format.

@@ -5,7 +5,7 @@
 
 use std::path::Path;
 
-use evpose_core::Micros;
+use evpose_core::{Micros, bytes_without_bom};
 use evpose_pose::{HandParams, JointFrame, PARAMETER_NAMES, PoseLayout, PoseOrigin};
 use glam::{Vec2, Vec3};
 
@@ -22,7 +22,7 @@ pub(super) static FORMAT: PoseFormat = PoseFormat {
     detect: |start| {
         let header = start.split(|byte| *byte == b'\n').next().unwrap_or_default();
         let header = String::from_utf8_lossy(header);
-        let mut names = header.trim_start_matches('\u{feff}').split(',');
+        let mut names = header.split(',');
         names.any(|name| name.trim().trim_matches('"') == "t_us")
     },
     read,
@@ -35,7 +35,7 @@ pub(super) static FORMAT: PoseFormat = PoseFormat {
 /// If it cannot be read, a column is missing or of no joint, or a cell is not a value.
 pub fn read_pose_table(path: &Path) -> Result<PoseSequence, IoError> {
     let bytes = std::fs::read(path).map_err(|source| IoError::file(path, "read", source))?;
-    read(path, &bytes)
+    read(path, bytes_without_bom(&bytes))
 }
 
 /// Indices of columns.
@@ -215,8 +215,6 @@ fn all<const N: usize>(cells: &[&str], columns: [usize; N]) -> Result<Option<[f3
 fn read(path: &Path, bytes: &[u8]) -> Result<PoseSequence, IoError> {
     let text =
         str::from_utf8(bytes).map_err(|_| row_fault(path, 1, 0, "it is not text".to_owned(), 0))?;
-    // Some spreadsheets begin a file with a byte order mark.
-    let text = text.trim_start_matches('\u{feff}');
     let cells = |line: &'_ str| -> Vec<String> {
         line.split(',').map(|cell| cell.trim().trim_matches('"').to_owned()).collect()
     };

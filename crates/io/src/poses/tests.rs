@@ -200,6 +200,18 @@ fn columns_may_stand_in_any_order_and_labels_have_only_some() {
 }
 
 #[test]
+fn a_mark_of_byte_order_is_no_content_of_any_format() {
+    for format in ["table", "json", "jsonl", "hpe-core", "yarp"] {
+        let (text, want) = through(&people(), format);
+        let marked = of(&format!("\u{feff}{text}"));
+        assert_eq!(marked.unwrap(), want, "{format}");
+    }
+    // It counts among the bytes of the file.
+    let message = fault("\u{feff}t_us,head_u_px,head_v_px\n1,2\n");
+    assert!(message.contains("line 2 at byte 28"), "{message}");
+}
+
+#[test]
 fn faults_name_line_and_column() {
     for (text, want) in [
         ("t_us,head_u_px,head_v_px\n1,2\n", "poses.csv: line 2 at byte 25: 2 columns where 3"),

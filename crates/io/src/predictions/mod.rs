@@ -17,7 +17,7 @@ use std::fmt::Write as _;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 
-use evpose_core::AtomicFile;
+use evpose_core::{AtomicFile, bytes_without_bom};
 use evpose_pose::body::{BODY_JOINTS, BodyPoints, file_from_network, network_from_file};
 use evpose_pose::metric::body::BodyPrediction;
 use glam::Vec2;
@@ -46,7 +46,7 @@ pub(crate) fn predictions_of(input: Input) -> Result<Vec<BodyPrediction>, IoErro
             return Ok(rows);
         }
         line += 1;
-        match row(&text) {
+        match row(if line == 1 { bytes_without_bom(&text) } else { &text }) {
             Ok(row) => rows.extend(row),
             Err(reason) => {
                 let rows = rows.len() as u64;

@@ -13,6 +13,8 @@ use crate::{Columns, EventSource, Header, IoError, OpenOptions};
 const EVENTS: usize = 1 << 24;
 /// Bytes between two places from which reading can start again.
 const BETWEEN_MARKS: u64 = 1 << 22;
+/// Topics that are described beside the one that is read: robots have hundreds.
+const MAX_LISTED: usize = 8;
 /// Times from here on are of the calendar, the end of 2001 in microseconds.
 pub(super) const CALENDAR_US: i64 = 1_000_000_000_000_000;
 
@@ -105,18 +107,25 @@ impl RosSource {
         };
         let start = source.mark();
         source.marks.push(start.clone());
-        source.begin(topic);
+        source.begin(topic, &topics);
         source.go_to(start);
         Ok(source)
     }
 
     /// Learns from the first events what messages do not repeat.
-    fn begin(&mut self, topic: &Topic) {
+    fn begin(&mut self, topic: &Topic, topics: &[Topic]) {
         let mut first = Columns::new();
         // A fault before the first event is met again when it is read.
         while first.is_empty() && !self.is_at_end && self.unit(&mut first).is_ok() {}
         self.header.sensor = self.decoder.sensor;
         self.header.facts.push(("topic", format!("{} ({})", topic.name, topic.kind)));
+        let others: Vec<&Topic> = topics.iter().filter(|other| other.name != topic.name).collect();
+        if !others.is_empty() {
+            let shown = listed(others.iter().copied().take(MAX_LISTED));
+            let more = others.len().saturating_sub(MAX_LISTED);
+            let more = if more > 0 { format!(", and {more} more") } else { String::new() };
+            self.header.facts.push(("topics", format!("also {shown}{more}")));
+        }
         if let Some(encoding) = self.decoder.encoding {
             self.header.facts.push(("encoding", encoding.to_owned()));
         }

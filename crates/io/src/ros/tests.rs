@@ -163,6 +163,15 @@ fn times_of_the_calendar_are_written_and_count_from_the_first_event() {
 }
 
 #[test]
+fn other_topics_are_listed_beside_the_one_that_is_read() {
+    let facts = crate::info(path("evt3-zstd.mcap"), &OpenOptions::default()).unwrap().facts;
+    let others = facts.iter().find(|(name, _)| *name == "topics").map(|(_, text)| text.as_str());
+    assert_eq!(others, Some("also /cam/image (sensor_msgs/msg/Image, 5 messages)"));
+    let facts = crate::info(path("mono-plain.mcap"), &OpenOptions::default()).unwrap().facts;
+    assert!(facts.iter().all(|(name, _)| *name != "topics"), "{facts:?}");
+}
+
+#[test]
 fn images_are_on_the_clock_of_the_events() {
     let path = path("evt3-zstd.mcap");
     let frames = super::images(path.as_ref(), &OpenOptions::default()).unwrap();

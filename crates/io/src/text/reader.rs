@@ -1,9 +1,10 @@
 //! Reads a recording line by line.
 
-use evpose_core::SensorSize;
+use evpose_core::{SensorSize, bytes_without_bom};
 
 use super::line::{FieldOrder, GEOMETRY, Known, Line, USUAL, fields, names, parse};
 use super::{TextFault, quick};
+use crate::first_line;
 use crate::sniff::{fitting_orders, is_time};
 use crate::{
     BlockSource, ColumnNames, Columns, DecodeFault, Decoder, EventSource, Header, Input, IoError,
@@ -12,9 +13,6 @@ use crate::{
 
 /// Ample for four values and a comment; a longer line is not text, or not events.
 const MAX_LINE: usize = 4096;
-
-/// A mark of byte order, which Excel and PowerShell write.
-pub(super) const BOM: &[u8] = b"\xef\xbb\xbf";
 
 /// Bytes by which the order of columns without names is found.
 const SNIFFED: usize = 1 << 16;
@@ -34,7 +32,7 @@ pub(super) fn open(
     options: &OpenOptions,
 ) -> Result<Box<dyn EventSource>, IoError> {
     let head = input.head(MAX_LINE)?;
-    let begin = if head.starts_with(BOM) { BOM.len() } else { 0 };
+    let begin = head.len() - bytes_without_bom(&head).len();
     let header = Header { sensor: sensor(&head[begin..]), ..Header::default() };
     let mut lines = Lines::default();
     lines.known.unit = options.time_unit;
@@ -201,7 +199,10 @@ fn order_by_values(head: &[u8]) -> Option<FieldOrder> {
 /// The first line with content, if it is one of a text of events, and whether one of those before
 /// it is of Prophesee's programs.
 fn content(head: &[u8]) -> Option<(&[u8], bool)> {
-    let head = head.strip_prefix(BOM).unwrap_or(head);
+    if first_line::describe(head).is_some() {
+        return None;
+    }
+    let head = bytes_without_bom(head);
     let printable = |b: &u8| b.is_ascii_graphic() || b.is_ascii_whitespace();
     let mut has_geometry = false;
     for line in head.split(|&b| b == b'\n').map(<[u8]>::trim_ascii) {

@@ -1,5 +1,7 @@
 //! `data.log` in the registry of formats.
 
+use evpose_core::bytes_without_bom;
+
 use super::bottle::{Bottles, InBottle, head_of};
 use super::ticks::{Tick, TickCounter};
 use super::word::{Codec, Words, channel};
@@ -15,7 +17,10 @@ pub(crate) const FORMAT: Format = Format {
     endings: &[".log"],
     // Lines of text recordings begin with numerals, too, but their third field is not a name.
     probe: |head| {
-        let first = head.trim_ascii_start().split(|b| matches!(b, b'(' | b'"' | b'\n')).next();
+        let first = bytes_without_bom(head)
+            .trim_ascii_start()
+            .split(|b| matches!(b, b'(' | b'"' | b'\n'))
+            .next();
         first.is_some_and(|first| head_of(first).is_some())
     },
     open,
@@ -34,14 +39,15 @@ const MIN_ELAPSED_S: f64 = 0.01;
 
 fn open(mut input: Input, options: &OpenOptions) -> Result<Box<dyn EventSource>, IoError> {
     let first = input.head(FIRST)?;
+    let (length, first) = (first.len(), bytes_without_bom(&first));
     let unclear = || IoError::Damaged {
         path: input.path.clone(),
-        byte: first.len() as u64,
+        byte: length as u64,
         reason: "the file ends before it is clear whether its words come with times".into(),
         events: 0,
     };
-    let has_ticks = has_ticks(&first).ok_or_else(unclear)?;
-    let (cameras, elapsed) = survey(&first, has_ticks);
+    let has_ticks = has_ticks(first).ok_or_else(unclear)?;
+    let (cameras, elapsed) = survey(first, has_ticks);
     let tick = Tick::new(options, elapsed);
     // A recording of the right camera alone is read without asking for it.
     let words = Words::new(options, if cameras == 0b10 { 1 } else { 0 });
@@ -49,7 +55,7 @@ fn open(mut input: Input, options: &OpenOptions) -> Result<Box<dyn EventSource>,
     let (bottles, ticks) = (Bottles::new(has_ticks), TickCounter::new(tick));
     let log = Log { bottles, ticks, words, without_ticks: 0 };
     let header = Header { facts, ..Header::default() };
-    Ok(Box::new(BlockSource::new(input, 0, header, log)))
+    Ok(Box::new(BlockSource::new(input, (length - first.len()) as u64, header, log)))
 }
 
 /// Whether words in packed bottles come with times: every second value ascends then, but for a

@@ -3,7 +3,7 @@
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
-use evpose_core::Micros;
+use evpose_core::{Micros, bytes_without_bom};
 use evpose_pose::body::{BodyPoints, network_from_file};
 
 use super::bottle::head_of;
@@ -81,8 +81,9 @@ pub fn read_skeletons_from(input: Input) -> Result<Vec<YarpSkeleton>, IoError> {
             return Ok(skeletons);
         }
         // Without its line break, a last value of 12 may have been 123.
-        if !line.trim_ascii().is_empty() {
-            let reason = match (skeleton(&line), line.ends_with(b"\n")) {
+        let content = if at == 0 { bytes_without_bom(&line) } else { &line };
+        if !content.trim_ascii().is_empty() {
+            let reason = match (skeleton(content), line.ends_with(b"\n")) {
                 (Some(skeleton), true) => {
                     skeletons.push(skeleton);
                     at += line.len() as u64;

@@ -101,6 +101,17 @@ fn the_length_of_a_tick_is_measured_by_the_times_of_bottles() {
 }
 
 #[test]
+fn a_mark_of_byte_order_is_no_content_of_a_log() {
+    let log = format!("\u{feff}{}", text(&sample(), 1.0));
+    let input = Input::memory("data.log", log.as_bytes().to_vec());
+    let read = read_as(input, &OpenOptions::default()).unwrap();
+    assert!(read.format == "yarp" && read.stream.iter().eq(events_of(&sample(), 1.0)));
+    let skeleton = format!("\u{feff}0 0.5 SKLT ({})\n", ["1"; 26].join(" "));
+    let read = read_skeletons_from(Input::memory("data.log", skeleton.into_bytes()));
+    assert_eq!(read.unwrap().len(), 1);
+}
+
+#[test]
 fn packed_bottles_with_times_and_without_are_distinguished() {
     let sample = sample();
     let bottle = |events: &[(u32, u32)]| {

@@ -13,8 +13,10 @@ use crate::progress::{bar, say};
 const DARK_OFFSET: f64 = 1e-3;
 
 pub(super) fn run(args: &ThresholdArgs) -> Result<()> {
-    let fps = args.frames.rate()?;
     let mut source = args.frames.open()?;
+    let times_s = args.frames.stated_times(&source)?.map(<[f64]>::to_vec);
+    let rate = |times: &Vec<f64>| (times.len() as f64 - 1.0) / times.last().copied().unwrap_or(0.0);
+    let fps = times_s.as_ref().map(rate).map_or_else(|| args.frames.rate(), Ok)?;
     let options = args.opening.options(&args.events)?;
     let events = read(&args.events, source.size(), &options)?;
     let mut run = ThresholdRun::new(source.size(), fps, args.floor, &events)

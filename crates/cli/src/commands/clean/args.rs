@@ -32,7 +32,7 @@ pub struct CleanArgs {
     pub(crate) format: Option<String>,
     /// Directory for the masks of the cleaners, as `mask:file=` reads them
     #[arg(long, value_name = "DIR", requires = "out")]
-    pub(crate) masks: Option<PathBuf>,
+    pub(crate) masks: Option<OutputFile>,
 }
 
 /// The cleaners with their parameters, for the help.

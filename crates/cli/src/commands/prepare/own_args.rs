@@ -237,7 +237,7 @@ pub struct HandsArgs {
     /// The network to train: a config by name or file, a run directory or a checkpoint
     #[arg(long = "for", value_name = "CONFIG")]
     pub(crate) target: String,
-    /// The camera: a calibration file of OpenCV, ROS, kalibr, dv-processing or this project, a name such as
+    /// The camera: a calibration file of OpenCV, ROS, kalibr, DSEC, rpg, dv-processing or this project, a name such as
     /// davis346 or evk4, or a vertical field of view such as 45deg [default: 45deg, with a note]
     #[arg(long)]
     pub(crate) camera: Option<String>,

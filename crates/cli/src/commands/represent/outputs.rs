@@ -1,11 +1,12 @@
 //! Files of windows: one stack, or a directory of images or arrays.
 
+use std::ffi::OsString;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
-use evpose_core::{Micros, atomic_write};
+use evpose_core::{Micros, atomic_write, remove_abandoned_files, temporary_target};
 use evpose_io::tensors::{TensorWriter, write_window};
 use evpose_report::png::png;
 
@@ -53,12 +54,26 @@ impl OutputKind {
 
 /// Says whether the windows can be written, before a recording is read.
 pub(super) fn check(args: &RepresentArgs) -> Result<()> {
-    let is_stack = OutputKind::of(&args.out, args.each)? == OutputKind::Stack;
-    let is_filled = fs::read_dir(&args.out).is_ok_and(|mut files| files.next().is_some());
+    if OutputKind::of(&args.out, args.each)? == OutputKind::Stack || !args.out.is_dir() {
+        return Ok(());
+    }
+    check_empty(&args.out)
+}
+
+/// Says whether a directory is empty but for what a killed run began, which is removed.
+fn check_empty(directory: &Path) -> Result<()> {
+    let names = || -> Result<Vec<_>> {
+        let entries = fs::read_dir(directory)?.map(|entry| Ok(entry?.file_name()));
+        entries.collect()
+    };
+    let is_abandoned = |name: &OsString| name.to_str().and_then(temporary_target).is_some();
+    if names()?.iter().all(is_abandoned) {
+        remove_abandoned_files(directory)?;
+    }
     ensure!(
-        is_stack || !is_filled,
+        names()?.is_empty(),
         "{}: the directory is not empty: remove it, or name another",
-        args.out.display()
+        directory.display()
     );
     Ok(())
 }
@@ -133,6 +148,19 @@ impl WindowDirectory {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_a_killed_run_began_does_not_fill_a_directory() -> Result<()> {
+        let directory = tempfile::tempdir()?;
+        let begun = directory.path().join("000123.png.0-0.tmp");
+        fs::write(&begun, "half")?;
+        check_empty(directory.path())?;
+        assert!(!begun.exists());
+        fs::write(directory.path().join("000122.png"), "whole")?;
+        fs::write(&begun, "half")?;
+        assert!(check_empty(directory.path()).is_err() && begun.exists());
+        Ok(())
+    }
 
     #[test]
     fn names_select_the_form() -> Result<()> {

@@ -69,7 +69,7 @@ pub(crate) struct BodyInferArgs {
     pub(super) consensus: Option<bool>,
     /// Also write skeletons as a YARP folder
     #[arg(long, value_name = "DIR")]
-    pub(super) skeletons: Option<PathBuf>,
+    pub(super) skeletons: Option<OutputFile>,
     /// Also write poses at 500 Hz, propagated from each inference by velocities from events
     #[arg(long, value_name = "FILE")]
     pub(super) fused: Option<OutputFile>,

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use evpose_core::bytes_without_bom;
 use evpose_pose::body::BodyPoints;
 
 use crate::import::ImportError;
@@ -39,5 +40,5 @@ pub(super) fn has_ending(path: &Path, ending: &str) -> bool {
 
 /// The first character of a text that is not white space.
 pub(super) fn first_character(start: &[u8]) -> Option<u8> {
-    start.iter().copied().find(|byte| !byte.is_ascii_whitespace())
+    bytes_without_bom(start).iter().copied().find(|byte| !byte.is_ascii_whitespace())
 }

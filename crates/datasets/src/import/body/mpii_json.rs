@@ -11,7 +11,7 @@
 use std::path::Path;
 
 use crate::DatasetError;
-use evpose_core::Micros;
+use evpose_core::{Micros, without_bom};
 
 use crate::mpii::MPII_INDEX;
 use evpose_pose::body::{BODY_JOINTS, BodyPoints, number};
@@ -47,7 +47,8 @@ struct Entry {
 
 fn read(path: &Path) -> Result<Vec<LabelledImage>, ImportError> {
     let text = std::fs::read_to_string(path).map_err(ImportError::io(path, "read"))?;
-    let entries: Vec<Entry> = serde_json::from_str(&text).map_err(DatasetError::json(path))?;
+    let entries: Vec<Entry> =
+        serde_json::from_str(without_bom(&text)).map_err(DatasetError::json(path))?;
     let mut images: Vec<(String, LabelledImage)> = Vec::new();
     for (index, entry) in entries.into_iter().enumerate() {
         let points = points(&entry).map_err(|(field, reason)| {
@@ -129,6 +130,13 @@ mod tests {
         assert_eq!(seen[number::HEAD], Some(Vec2::new(8.5, 85.0)));
         assert_eq!(seen[number::WRIST_L], Some(Vec2::new(15.0, 150.0)));
         assert_eq!(images[1].time, ImageTime::Stamp(Micros(5)));
+    }
+
+    #[test]
+    fn a_mark_of_byte_order_is_no_content() {
+        let text = format!("\u{feff}[{{\"image\":\"f1.jpg\",\"joints\":{}}}]", joints());
+        assert_eq!(of(&text).unwrap().len(), 1);
+        assert!((FORMAT.detect)(Path::new("valid.json"), text.as_bytes()));
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! A video, decoded by the program `ffmpeg`: no decoder of H.264 or AV1 in Rust alone is kept well.
+//! A video, decoded by the program `ffmpeg`.
 //!
 //! It is decoded twice: for the times of its frames, which a video may state one by one, and for
 //! the frames.
@@ -9,18 +9,15 @@ use std::process::{Child, ChildStdout, Command, Stdio};
 
 use evpose_core::SensorSize;
 
-use super::light::Light;
-use super::{FrameFault, folder, sensor_size};
 use crate::IoError;
+use crate::frames::light::Light;
+use crate::frames::{FrameFault, folder, sensor_size};
 
-/// Endings of files that are taken for videos.
-const ENDINGS: [&str; 12] =
-    ["mp4", "m4v", "mov", "mkv", "webm", "avi", "mpg", "mpeg", "gif", "y4m", "mjpeg", "ts"];
 const PROGRAM: &str = "ffmpeg";
 
 /// The frames of a video that are still to come.
 #[derive(Debug)]
-pub(super) struct Video {
+pub(in crate::frames) struct Ffmpeg {
     decoder: Child,
     pixels: BufReader<ChildStdout>,
     size: SensorSize,
@@ -30,16 +27,9 @@ pub(super) struct Video {
     codes: Vec<u8>,
 }
 
-/// Whether a file is taken for a video, by its ending.
-pub(super) fn is_video(path: &Path) -> bool {
-    let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
-    ENDINGS.iter().any(|known| ending.eq_ignore_ascii_case(known))
-}
-
-impl Video {
+impl Ffmpeg {
     pub(super) fn open(path: &Path) -> Result<Self, IoError> {
         let fault = |fault| IoError::frames(path, fault);
-        std::fs::File::open(path).map_err(|e| IoError::file(path, "open", e))?;
         let (size, times_s) = Self::look_through(path).map_err(fault)?;
         // Numbered anew at a constant rate: none is repeated or left out to fill one.
         let mut decoder = ffmpeg(path)
@@ -108,18 +98,12 @@ impl Video {
         &self.times_s
     }
 
-    pub(super) fn next_into(
-        &mut self,
-        path: &Path,
-        light: &Light,
-        out: &mut [f32],
-    ) -> Result<bool, IoError> {
+    pub(super) fn next_into(&mut self, light: &Light, out: &mut [f32]) -> Result<bool, FrameFault> {
         if self.next == self.times_s.len() {
             return Ok(false);
         }
         self.pixels.read_exact(&mut self.codes).map_err(|e| {
-            let why = format!("frame {} of {}: {e}", self.next, self.times_s.len());
-            IoError::frames(path, FrameFault::Undecodable(why))
+            FrameFault::Undecodable(format!("frame {} of {}: {e}", self.next, self.times_s.len()))
         })?;
         folder::colour::<_, 3>(&self.codes, light, out);
         self.next += 1;
@@ -127,7 +111,7 @@ impl Video {
     }
 }
 
-impl Drop for Video {
+impl Drop for Ffmpeg {
     fn drop(&mut self) {
         // It may wait for somebody to read on; that it has ended before is no fault.
         let _ = self.decoder.kill();
