@@ -59,7 +59,7 @@ impl DataSplits<'_> {
             expected: &known.expected,
             scene: Some(&known.scene),
         };
-        let estimates = DirectEstimates::from_recording(self.train.catalogue(), &recording);
+        let estimates = DirectEstimates::from_recording(&recording);
         let mut selection = Selection::without_effects(self, model)?;
         self.add_proven(&mut selection, &estimates, left_out)?;
         progress("refitting the parameters of the model");
