@@ -138,11 +138,9 @@ pub struct Unexplained {
     pub sentence: String,
     /// Fraction of what is left that each axis explains: brightness, speed, age, polarity, place,
     /// time.
-    #[serde(default)]
     pub shares: std::collections::BTreeMap<String, f64>,
     /// Excess or deficit as a fitted function of light, its change, time and place, in words; the
     /// law that describes most first.
-    #[serde(default)]
     pub responses: Vec<String>,
 }
 

@@ -14,12 +14,10 @@ pub struct Ranked {
     /// Discrepancy of the model with it.
     pub discrepancy: f64,
     /// Standard error of its difference to the best, if known.
-    #[serde(default)]
     pub error: Option<f64>,
     /// Whether all its parameters were fitted, or only its strength was screened.
     pub is_fitted: bool,
     /// Fitted parameters.
-    #[serde(default)]
     pub parameters: BTreeMap<String, Quantity>,
 }
 

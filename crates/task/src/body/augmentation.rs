@@ -71,7 +71,7 @@ pub struct BodyAugmentation {
     /// The longest one, along either side; at least half of it is done.
     pub shift: [f32; 2],
     /// Joints that may become unlabelled by leaving the image.
-    // The spelling in the card of a shipped network.
+    // The card of the shipped `body-quick` spells it so.
     #[serde(alias = "most_lost")]
     pub max_lost: usize,
     /// Joints that may be unlabelled then.
@@ -234,7 +234,6 @@ impl BodyAugmentation {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     #[test]

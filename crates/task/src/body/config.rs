@@ -113,7 +113,7 @@ pub struct BodyDataConfig {
     /// Share of the recordings, or of the images, kept for validation.
     pub validation_share: f64,
     /// Minimum number of labelled joints of a sample.
-    // The spelling in the card of a shipped network.
+    // The card of the shipped `body-quick` spells it so.
     #[serde(alias = "fewest_joints")]
     pub min_joints: usize,
 }
