@@ -14,12 +14,12 @@ use evpose_task::body::{
     BodyPredictorOptions, PlacedRecording, SpatialConfig, SpatialPose, SpatialRecordings,
 };
 
-use super::BodyModel;
+use super::BodyNetwork;
 use super::args::BodyInferArgs;
 use crate::progress::{bar, note, say};
 use crate::tasks::args::InferArgs;
 
-pub(super) fn run(model: &BodyModel, args: &InferArgs, own: &BodyInferArgs) -> Result<()> {
+pub(super) fn run(model: &BodyNetwork, args: &InferArgs, own: &BodyInferArgs) -> Result<()> {
     let is_for_one = own.skeletons.is_some()
         || own.fused.is_some()
         || own.own.camera.is_some()
