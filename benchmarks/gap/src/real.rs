@@ -264,7 +264,6 @@ fn markdown(all: &[Recording]) -> String {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_core::{Polarity, SensorSize};
 
     use super::*;

@@ -91,7 +91,6 @@ impl<T> Plane<T> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     const WIDTH: usize = 4;

@@ -157,7 +157,6 @@ fn to_entry(annotation: &Annotation) -> Entry {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     fn annotation() -> Annotation {

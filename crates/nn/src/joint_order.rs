@@ -52,7 +52,6 @@ pub(crate) fn reordered<M: Module>(
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use burn::tensor::{Device, Tensor, TensorData};
 
     use crate::{Dhp19CnnConfig, LiftMonoConfig};

@@ -116,8 +116,6 @@ impl Representation for TimeSurface {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use evpose_core::{Event, Polarity, SensorSize};
 
     use super::*;

@@ -105,7 +105,6 @@ impl fmt::Display for ChainTable {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
     use crate::{EffectConfig, PRESETS, STAGES, SensorConfig, SensorModel};
 

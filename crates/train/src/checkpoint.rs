@@ -135,7 +135,6 @@ fn complete_checkpoints(directory: &Path) -> Result<Vec<usize>, TrainError> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     #[test]

@@ -269,7 +269,6 @@ impl Best {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_core::CounterRng;
     use evpose_task::hand::HandConfig;
     use glam::Vec3;

@@ -151,7 +151,6 @@ impl TrainingTask for HandTask<'_> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_core::SensorSize;
     use evpose_nn::DeviceKind;
     use evpose_sim::{Simulation, record_all};

@@ -257,7 +257,6 @@ impl MetricLogger for History {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     fn line(interval: usize, part: HistorySplit, loss: f64) -> HistoryLine {

@@ -240,7 +240,6 @@ fn names(allowed: &[&str]) -> String {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
     use crate::NumberKind;
 

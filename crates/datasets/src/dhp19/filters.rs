@@ -108,7 +108,6 @@ fn remove_hot_pixels(camera: &mut EventStream, events: u32) {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_core::{Micros, Polarity};
 
     use super::*;

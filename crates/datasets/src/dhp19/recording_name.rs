@@ -159,7 +159,6 @@ impl FromStr for Dhp19Name {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     #[test]

@@ -64,7 +64,6 @@ pub(super) fn movement_span(
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     fn span(pulses: &[i64]) -> (i64, i64, SpanOrigin) {

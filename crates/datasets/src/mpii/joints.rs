@@ -37,7 +37,6 @@ pub fn read_joints(path: &Path) -> Result<Vec<MpiiImage>, DatasetError> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     #[test]

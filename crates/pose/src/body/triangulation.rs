@@ -186,8 +186,6 @@ fn projection_and_slopes(camera: &PlacedCamera, point_m: DVec3) -> Option<(DVec2
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use evpose_core::{Distortion, LensCamera, LookAt};
     use glam::{DAffine3, Vec3};
 

@@ -142,8 +142,6 @@ impl Scene {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use evpose_core::{LookAt, Pinhole, SensorSize};
     use glam::Vec3;
 

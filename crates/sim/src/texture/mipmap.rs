@@ -84,8 +84,6 @@ fn texels_per_block(texels: usize, pixels: f32) -> usize {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use super::*;
 
     /// Black and white by columns of one texel, brighter by rows.

@@ -160,8 +160,6 @@ fn neighbours_lanes<L: Lanes8>(l: L, coordinate: L::F, texels: f32) -> (L::I, L:
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use super::*;
 
     fn checker() -> Texture {

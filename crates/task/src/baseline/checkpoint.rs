@@ -111,7 +111,6 @@ impl BaselineCheckpoint {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_nn::BaselineNetworkConfig;
     use evpose_pose::body::BODY_JOINTS;
     use glam::Vec2;

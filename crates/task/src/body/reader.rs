@@ -104,7 +104,6 @@ impl RepresentationReader {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_clean::Denoise;
 
     use super::*;

@@ -163,7 +163,6 @@ fn moved(
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use crate::hand::{HandConfig, HandView, TwoPassConfig};
 
     use super::*;

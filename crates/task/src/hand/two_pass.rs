@@ -154,7 +154,6 @@ impl TwoPass {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use burn::tensor::Device;
     use evpose_core::seed_for;
     use evpose_nn::{HandRegressor, HandRegressorConfig};

@@ -144,7 +144,6 @@ pub(super) fn calibrate_confidence(
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     #[test]

@@ -253,8 +253,6 @@ pub(super) fn label_of(joints_px: &BodyPoints, sensor: SensorSize) -> BodyLabel 
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use super::*;
 
     fn frames(sequences: &[u64]) -> BodyFrames {

@@ -192,7 +192,6 @@ fn name_of(stem: &Path) -> String {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_io::format_by_name;
     use evpose_sim::{Simulation, record_all};
 

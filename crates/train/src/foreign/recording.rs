@@ -135,7 +135,6 @@ fn read(directory: &Path, stem: &str, names: &[String]) -> Result<ForeignHand, T
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_core::{Event, EventStream, Micros, Polarity};
 
     use super::*;

@@ -132,7 +132,6 @@ fn track(
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_sim::{Simulation, record_all};
 
     use evpose_pose::HandParams;

@@ -75,7 +75,6 @@ fn columns(table: &Table) -> Result<Vec<(usize, [usize; 2])>, ImportError> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_pose::body::number;
 
     use super::*;

@@ -97,7 +97,6 @@ fn points(entry: &Entry) -> Result<BodyPoints, (&'static str, String)> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     fn of(text: &str) -> Result<Vec<LabelledImage>, ImportError> {

@@ -146,7 +146,6 @@ fn check_names(table: &Table) -> Result<(), ImportError> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use glam::Vec3;
 
     use super::super::registry::read_hand_labels;

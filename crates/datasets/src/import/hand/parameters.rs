@@ -31,7 +31,6 @@ fn read(table: &Table, _: LabelChoice) -> Result<HandLabels, ImportError> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_core::Micros;
     use glam::Vec3;
 

@@ -104,8 +104,6 @@ impl SpatialSummary {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use glam::DVec3;
 
     use super::*;

@@ -197,7 +197,6 @@ fn interval<T: Clone + Default>(
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use glam::Vec2;
 
     use super::*;
