@@ -91,7 +91,6 @@ impl Default for DeflickerOptions {
 
 const BIN_US: u64 = 1_000;
 
-/// The filter.
 #[derive(Debug, Clone)]
 pub struct Deflicker {
     options: DeflickerOptions,

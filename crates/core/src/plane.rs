@@ -34,12 +34,12 @@ impl<T> Plane<T> {
         Ok(Self { width, height, data })
     }
 
-    /// Columns.
+    /// Number of columns.
     pub fn width(&self) -> usize {
         self.width
     }
 
-    /// Rows.
+    /// Number of rows.
     pub fn height(&self) -> usize {
         self.height
     }

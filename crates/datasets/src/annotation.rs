@@ -16,7 +16,7 @@ pub struct Annotation {
     pub image: String,
     /// When it was taken, in seconds, if that is known.
     pub t_s: Option<f64>,
-    /// The person.
+    /// Joints of the person on it, in its pixels.
     pub label: BodyLabel,
 }
 

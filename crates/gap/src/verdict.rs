@@ -163,7 +163,7 @@ pub struct Limit {
     pub parameter: String,
     /// Smallest detectable value.
     pub value: f64,
-    /// Its unit.
+    /// Unit of the value.
     pub unit: String,
 }
 
@@ -181,7 +181,7 @@ pub struct TwoSample {
 pub struct Verdict {
     /// Schema version.
     pub schema: u32,
-    /// The answer.
+    /// Kind of the answer.
     pub verdict: Answer,
     /// Missing effects and wrong parameters, those that explain most first.
     pub effects: Vec<Finding>,

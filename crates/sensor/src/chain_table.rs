@@ -7,7 +7,7 @@ use crate::{NumberSpec, Setting, Settings, StageSpec};
 /// The chain of a sensor, one row per stage in the order of the signal.
 #[derive(Debug, Clone)]
 pub struct ChainTable {
-    /// The rows.
+    /// Stages, from the lens to the readout.
     pub rows: Vec<ChainRow>,
 }
 

@@ -38,7 +38,7 @@ pub trait Randomised: Clone + Serialize + DeserializeOwned {
     /// The tables of the file that apply to it, beside those of every task.
     const TASK: RandomisedTask;
 
-    /// The sensor.
+    /// Sensor model that randomisation may replace.
     fn sensor_mut(&mut self) -> &mut SensorChoice;
 }
 

@@ -68,7 +68,7 @@ where
         Self { events, stream, schedule, newest, has_begun: false, next_stride, strides: 0 }
     }
 
-    /// The sensor.
+    /// Size of the sensor of the recording.
     pub fn sensor(&self) -> SensorSize {
         self.events.windows.sensor()
     }

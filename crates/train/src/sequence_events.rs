@@ -41,7 +41,6 @@ impl RecordedEvents {
         }
     }
 
-    /// The sensor.
     pub(crate) fn sensor(&self) -> SensorSize {
         match self {
             Self::Evc(file) => file.sensor(),

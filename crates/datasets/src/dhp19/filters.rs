@@ -35,7 +35,7 @@ impl Default for Dhp19Filters {
 /// A rectangle of a camera.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CameraMask {
-    /// The camera.
+    /// Index of the camera.
     pub camera: usize,
     /// Its columns, from 0.
     pub columns: Range<u16>,

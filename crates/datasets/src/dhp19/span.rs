@@ -9,7 +9,7 @@ use super::POSE_INTERVAL;
 pub struct Span {
     /// The time, on the clock of the cameras.
     pub window: TimeWindow,
-    /// Its origin.
+    /// Pulses that bound the movement.
     pub origin: SpanOrigin,
 }
 

@@ -47,7 +47,7 @@ pub enum ModelChange {
 /// Gap of one variant of the model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Ablation {
-    /// The change.
+    /// Kind of the change.
     pub change: ModelChange,
     /// Effect that was added, dropped, or swapped in; empty if there is none.
     pub effect: String,
@@ -58,7 +58,7 @@ pub struct Ablation {
 /// An assumption of the answer, with an observation that would overturn it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Doubt {
-    /// The assumption.
+    /// Assumption as a sentence.
     pub assumption: String,
     /// Observation that would show that it does not hold.
     pub overturned_by: String,

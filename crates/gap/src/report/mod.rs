@@ -25,7 +25,7 @@ pub use side_by_side::{SideBySide, SideBySideFrame};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ReportData {
-    /// The verdict.
+    /// Answer of the run, as `verdict.json` has it.
     pub verdict: Verdict,
     /// Provenance: recording, scene, model, seed, version, time taken.
     pub provenance: Vec<Fact>,

@@ -15,11 +15,9 @@ use crate::{Expected, LightSequence};
 /// Parameters of one effect estimated from a recording.
 #[derive(Debug, Clone)]
 pub(super) struct Estimate {
-    /// The effect.
     pub(super) spec: &'static StageSpec,
     /// The mark from which its parameters are estimated.
     pub(super) mark: RecordingMark,
-    /// The estimates.
     pub(super) reading: Reading,
 }
 
@@ -55,7 +53,6 @@ type Read = fn(&Recording<'_>) -> Option<Reading>;
 /// Events in which marks are looked for, and what is known of them.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Recording<'a> {
-    /// The events.
     pub(super) events: &'a EventStream,
     /// Those that the scene lets expect.
     pub(super) expected: &'a Expected,

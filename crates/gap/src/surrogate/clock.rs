@@ -48,9 +48,9 @@ const MAX_COUNT_US: i64 = 100_000;
 pub(super) enum Axis {
     /// None: one clock for all pixels.
     None,
-    /// The row.
+    /// A clock for each row.
     Rows,
-    /// The column.
+    /// A clock for each column.
     Columns,
 }
 

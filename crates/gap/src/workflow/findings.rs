@@ -29,7 +29,6 @@ const TEMPERATURE: f64 = 10.0;
 /// A finding with its evidence.
 #[derive(Debug, Clone)]
 pub(super) struct EvidencedFinding {
-    /// The finding.
     pub(super) finding: Finding,
     /// Evidence of an effect; none for a parameter of the model.
     pub(super) evidence: Option<FindingEvidence>,

@@ -13,9 +13,9 @@ pub struct Blocks {
     pub batch: usize,
     /// Channels, without those that pad the last block.
     pub channels: usize,
-    /// Rows.
+    /// Height in pixels.
     pub height: usize,
-    /// Columns.
+    /// Width in pixels.
     pub width: usize,
 }
 

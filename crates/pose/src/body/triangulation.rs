@@ -26,7 +26,7 @@ const MIN_DETERMINANT: f64 = 1e-4;
 /// A position on the image of a camera.
 #[derive(Debug, Clone, Copy)]
 pub struct Observation<'a> {
-    /// The camera.
+    /// Camera with its pose in the world.
     pub camera: &'a PlacedCamera,
     /// Position in pixels of the sensor, with the distortion of its lens.
     pub at_px: Vec2,

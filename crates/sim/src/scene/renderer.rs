@@ -54,7 +54,7 @@ impl Renderer {
         Self { scene, closed, light_level, raster, shader, backdrop, luminance }
     }
 
-    /// The scene.
+    /// Scene that is rendered.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }

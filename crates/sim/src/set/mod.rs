@@ -80,7 +80,7 @@ impl SequenceSet {
         Self { endings, ..self }
     }
 
-    /// The directory.
+    /// Directory that holds the set.
     pub fn directory(&self) -> &Path {
         &self.directory
     }

@@ -59,12 +59,12 @@ impl Texture {
         Self { codes }
     }
 
-    /// Columns.
+    /// Width in texels, without the border.
     pub fn width(&self) -> usize {
         self.codes.width() - 2
     }
 
-    /// Rows.
+    /// Height in texels, without the border.
     pub fn height(&self) -> usize {
         self.codes.height() - 2
     }

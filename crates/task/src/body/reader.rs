@@ -41,7 +41,7 @@ impl RepresentationReader {
         Ok(Self { events, canonical, representation, blur })
     }
 
-    /// The sensor.
+    /// Size of the sensor of the recording.
     pub fn sensor(&self) -> SensorSize {
         self.events.windows.sensor()
     }

@@ -51,7 +51,7 @@ impl PerspectiveCrop {
         self.turn
     }
 
-    /// Its zoom.
+    /// Factor by which the crop is magnified.
     pub fn zoom(&self) -> f32 {
         self.zoom
     }

@@ -21,16 +21,16 @@ pub struct ForeignHand {
     pub name: String,
     /// The file of its events.
     pub path: PathBuf,
-    /// Its camera.
+    /// Calibration of the camera.
     pub calibration: Calibration,
     /// Side of the hand.
     pub side: HandSide,
-    /// Its labels.
+    /// Joints with their time stamps.
     pub labels: HandJointTable,
 }
 
 impl ForeignHand {
-    /// Its events.
+    /// Reads the events.
     ///
     /// # Errors
     /// If the file cannot be read.

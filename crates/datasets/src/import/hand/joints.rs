@@ -19,7 +19,6 @@ const METRES: [&str; 3] = ["_x_m", "_y_m", "_z_m"];
 /// Suffixes of columns in pixels.
 const PIXELS: [&str; 2] = ["_u_px", "_v_px"];
 
-/// The format.
 pub(super) static FORMAT: HandLabelFormat = HandLabelFormat {
     name: "joints",
     summary: "JOINT_x_m, JOINT_y_m, JOINT_z_m or JOINT_u_px, JOINT_v_px",
