@@ -79,7 +79,7 @@ pub struct DeflickerOptions {
     pub bins: u32,
     /// Neighbours that it exceeds.
     pub rule: Rule,
-    /// In events of which polarity.
+    /// Polarity of the counted events.
     pub counted: Polarity,
 }
 

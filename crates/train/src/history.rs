@@ -154,7 +154,7 @@ impl History {
         validation_losses(&self.lock().lines)
     }
 
-    /// Leaves the network of an interval out of those of which one is the best.
+    /// Excludes the network of an interval from the choice of the best.
     pub(crate) fn lose_network(&self, interval: usize) {
         self.lock().lost.insert(interval);
     }

@@ -28,8 +28,7 @@ pub enum SpanOrigin {
     Stated,
 }
 
-/// The time of a movement of so many `poses`, whose first and last events are at `first` and
-/// `last`.
+/// The time of a movement with events from `first` to `last` and a count of `poses`.
 ///
 /// # Model
 /// Of three or five pulses the first is the beginning and the last the end, the others repeat the

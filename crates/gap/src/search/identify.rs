@@ -21,7 +21,7 @@ use crate::fit::Fit;
 use crate::free_parameter::FreeParameter;
 use crate::parameters::ModelParameter;
 
-/// A selection of which all is worth its name.
+/// A selection whose effects are all significant.
 struct Tested {
     selection: Selection,
     /// Evidence for each effect.

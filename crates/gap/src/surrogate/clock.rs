@@ -192,8 +192,7 @@ pub(super) fn count_us(train: &Train) -> Option<f64> {
     is_clock.then(|| 1.0 / frequency)
 }
 
-/// The longest period in whole microseconds of which nearly all stamps are multiples, up to an
-/// offset.
+/// The longest period in whole microseconds that divides nearly all stamps, up to an offset.
 fn whole_count_us(train: &Train) -> Option<i64> {
     if train.marks.len() < MIN_LINE_EVENTS {
         return None;

@@ -45,7 +45,7 @@ pub struct SimulationConfig {
     pub image_scale: f32,
     /// Intrinsics and pose of the camera.
     pub camera: CameraConfig,
-    /// Place of the camera relative to `camera`, in whose coordinates poses are.
+    /// Place of the camera relative to `camera`; poses are in the coordinates of the latter.
     pub camera_pose: CameraPoseConfig,
     /// Sides of the hands.
     pub hands: Hands,

@@ -135,8 +135,8 @@ pub enum LabelTime {
     /// The time of the image.
     #[default]
     Now,
-    /// The mean time of the last so many events, those of a frame of fixed count: `{ mean_of = 7500
-    /// }`.
+    /// The mean time stamp of the last events, as many as a frame of fixed count has: `{ mean_of =
+    /// 7500 }`.
     MeanOf(usize),
 }
 

@@ -14,7 +14,7 @@ use crate::filter_noise::MeasuredTrack;
 
 /// Frames of a sequence that filters are estimated from, at most.
 const FILTER_FRAMES: u64 = 2000;
-/// Sequences that filters are estimated from: one of so many, and at most so many.
+/// Sequences that filters are estimated from: one of twenty, at most twelve.
 const FILTER_SHARE: usize = 20;
 const FILTER_SEQUENCES: usize = 12;
 
