@@ -84,7 +84,7 @@ pub(crate) const CI: &[Step] = &[
     // is compiled. What is there without a feature alone is linted nightly, and by the CI of pull
     // requests.
     step(
-        "lints, tests, benches and optional features included",
+        "lints, tests and optional features included",
         of_workspace!("clippy", "--all-targets --quiet -- -D warnings"),
     ),
     step("documentation complete, its links alive", of_workspace!("doc", "--no-deps --quiet"))
