@@ -16,7 +16,7 @@ use evpose_task::hand::{
 
 use super::files::SequenceFiles;
 use crate::TrainError;
-use crate::sequence_events::{RecordedEvents, SequenceEvents};
+use crate::hand::sequence_events::{RecordedEvents, SequenceEvents};
 
 /// Labels of a recording: the pose at every millisecond.
 #[derive(Debug)]

@@ -9,8 +9,8 @@ use evpose_task::hand::{HandConfig, Predictor};
 
 use super::{HandDataset, HandSequence};
 use crate::TrainError;
-use crate::evaluation::{HandPoseTrack, frame_before};
-use crate::filter_noise::MeasuredTrack;
+use crate::hand::evaluation::{HandPoseTrack, frame_before};
+use crate::hand::filter_noise::MeasuredTrack;
 
 /// Frames of a sequence that filters are estimated from, at most.
 const FILTER_FRAMES: u64 = 2000;

@@ -26,7 +26,7 @@ use evpose_task::hand::HandView;
 use rayon::prelude::*;
 
 use crate::TrainError;
-use crate::evaluation::HandPoseTrack;
+use crate::hand::evaluation::HandPoseTrack;
 
 const CUTOFFS: u32 = 17;
 const LOWEST_HZ: f64 = 1.5;
