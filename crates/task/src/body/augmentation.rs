@@ -193,6 +193,7 @@ impl BodyAugmentation {
                 return wrong(field, format!("{probability} is not between 0 and 1"));
             }
         }
+        // One draw chooses among these or none, so that their probabilities share it.
         let sum: f32 = steps.iter().map(|(_, probability)| probability).sum();
         if sum > 1.0 + ROUNDING {
             let message =

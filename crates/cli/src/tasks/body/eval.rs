@@ -119,6 +119,7 @@ fn evaluate(
     };
     let predictor = model.predictor(options)?;
     let recordings = BodyRecordings::open(data)?;
+    // Weights of others come without the mean of their training.
     let mean = match checkpoint.mean_pose {
         Some(mean) => mean,
         None => mean_pose_of_recordings(&recordings)?,

@@ -35,6 +35,7 @@ pub(super) fn run(model: &BodyNetwork, args: &InferArgs, own: &BodyInferArgs) ->
     let cameras = cameras(args, own)?;
     let predictor = model.predictor(BodyPredictorOptions {
         precision: own.own.precision,
+        // The cameras are computed at once, each by one thread.
         threads: 1,
         confidence: own.confidence,
         consensus: own.consensus,
