@@ -18,7 +18,7 @@ use evpose_gap::run_files;
 use evpose_gap::verdict::{Finding, Quantity, Verdict};
 use evpose_io::OpenOptions;
 use evpose_io::format_for;
-use evpose_sensor::Catalogue;
+use evpose_sensor::STAGES;
 use serde::Serialize;
 
 use crate::bad_input::BadInput;
@@ -195,7 +195,7 @@ impl Seen {
 
 /// Whether the catalogue knows the parameter: others describe the recording.
 fn is_compared(effect: &str, key: &str) -> bool {
-    let spec = Catalogue::default().find(effect);
+    let spec = STAGES.find(effect);
     spec.is_some_and(|spec| spec.number_params().any(|param| param.name == key))
 }
 
@@ -264,7 +264,6 @@ fn markdown(all: &[Recording]) -> String {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_core::{Polarity, SensorSize};
 
     use super::*;

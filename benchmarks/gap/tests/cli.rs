@@ -62,7 +62,7 @@ const VERDICT: &str = r#"{"schema": 3, "verdict": "effects", "effects": [{"name"
     "confusable_with": []}], "unexplained": {"fraction": 0.1, "p": 0.5, "is_significant": false,
     "nearest_stage": "", "sentence": ""}, "gap_before": {"value": 3.5, "lo": 2, "hi": 4},
     "gap_after": {"value": 0.5, "lo": 0.2, "hi": 0.9}, "grr": 0.75, "p": 0.01,
-    "where": {"sentence": "", "shares": {}}, "stage_shares": {}, "limits": [], "untestable": {},
+    "where": {"sentence": "", "shares": {}, "responses": []}, "stage_shares": {}, "limits": [], "untestable": {},
     "c2st_before": null, "c2st_after": null, "notes": []}"#;
 const EVIDENCE: &str = r#"{"effects": {"leak_on": {"log_odds": 5.0, "gap_after": 0.5}}, "errors": {"leak_on":
     {"rate_hz": {"curvature": 0.1, "widened": 1.0, "blocks": 0.2, "runs": 0.1}}},

@@ -32,7 +32,7 @@ mod io;
 mod live;
 pub mod peer_bench;
 mod repr;
-pub mod sensor;
+mod sensor;
 mod sim;
 mod train;
 

@@ -51,7 +51,7 @@ pub struct BodyModel {
     pub left_hand: Option<HandBasis>,
     /// Articulation of the hand that is estimated: the right one, or the only one.
     pub right_hand: HandBasis,
-    /// Its wrist.
+    /// Index of the joint at the wrist of the estimated hand.
     pub wrist: usize,
     /// Vertices at the tips of its thumb, index, middle, ring and pinky.
     pub fingertips: [u32; 5],
@@ -121,9 +121,9 @@ impl SkinWeights {
 /// A joint that moves a vertex beside the four of its [`SkinWeights`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FurtherWeight {
-    /// The vertex.
+    /// Index of the vertex.
     pub vertex: u32,
-    /// The joint.
+    /// Index of the joint.
     pub joint: u8,
     /// By how much.
     pub weight: f32,

@@ -17,9 +17,9 @@ use crate::{BodyModel, ShapedBody};
 
 /// The inner end of the upper arm.
 pub const U_SHOULDER: f32 = 0.0;
-/// The elbow.
+/// U coordinate of the elbow.
 pub const U_ELBOW: f32 = 0.15;
-/// The wrist.
+/// U coordinate of the wrist.
 pub const U_WRIST: f32 = 0.35;
 /// First joints of the fingers; second joint of the thumb.
 pub const U_KNUCKLE: f32 = 0.60;

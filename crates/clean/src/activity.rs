@@ -35,7 +35,7 @@ pub enum HotRule {
         /// How many times.
         factor: f64,
     },
-    /// So many events.
+    /// More events than this count.
     Count(u32),
 }
 
@@ -72,7 +72,7 @@ pub struct PixelActivity {
 }
 
 impl PixelActivity {
-    /// Nothing seen yet.
+    /// Counts of zero.
     pub fn new(sensor: SensorSize) -> Self {
         Self { sensor, counts: vec![0; sensor.pixels()], span: None }
     }

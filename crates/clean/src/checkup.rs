@@ -52,8 +52,8 @@ pub struct Findings {
     pub repeats: u64,
     /// Events earlier than the one before.
     pub backwards: u64,
-    /// The largest step of which all differences of time stamps are multiples, in microseconds, if
-    /// time passes at all.
+    /// Greatest common divisor of all differences of time stamps, in microseconds; none if all are
+    /// equal.
     pub step_us: Option<u64>,
     /// Anomalies, in sentences.
     pub remarks: Vec<String>,

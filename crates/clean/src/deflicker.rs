@@ -79,7 +79,7 @@ pub struct DeflickerOptions {
     pub bins: u32,
     /// Neighbours that it exceeds.
     pub rule: Rule,
-    /// In events of which polarity.
+    /// Polarity of the counted events.
     pub counted: Polarity,
 }
 
@@ -91,7 +91,6 @@ impl Default for DeflickerOptions {
 
 const BIN_US: u64 = 1_000;
 
-/// The filter.
 #[derive(Debug, Clone)]
 pub struct Deflicker {
     options: DeflickerOptions,

@@ -57,7 +57,6 @@ impl DenoiseFilter {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_core::{CounterRng, Event, Polarity};
 
     use super::*;

@@ -15,7 +15,7 @@ pub enum CleanError {
         known.join(", ")
     )]
     UnknownCleaner {
-        /// The name.
+        /// Name that was asked for.
         name: String,
         /// The names of the registry.
         known: Vec<&'static str>,
@@ -23,9 +23,9 @@ pub enum CleanError {
     /// A parameter that the cleaner does not have, or a value that one does not take.
     #[error("{}", of_cleaner(cleaner, error))]
     Parameter {
-        /// The cleaner.
+        /// Name of the cleaner.
         cleaner: &'static str,
-        /// Parameter and reason.
+        /// Name of the parameter, and why it is refused.
         error: ParameterError,
     },
     /// A request is not `name` or `name:key=value,key=value`.
@@ -34,7 +34,7 @@ pub enum CleanError {
     /// One of several parameters must be given.
     #[error("`{cleaner}` needs {needs}")]
     Missing {
-        /// The cleaner.
+        /// Name of the cleaner.
         cleaner: &'static str,
         /// The missing parameters.
         needs: &'static str,
@@ -42,11 +42,11 @@ pub enum CleanError {
     /// Two parameters that cannot go together.
     #[error("`{cleaner}` takes `{key}` or `{other}`, not both")]
     Conflict {
-        /// The cleaner.
+        /// Name of the cleaner.
         cleaner: &'static str,
         /// One parameter.
         key: &'static str,
-        /// The other.
+        /// Parameter that excludes it.
         other: &'static str,
     },
     /// A file or a preset is for another sensor.
@@ -54,7 +54,7 @@ pub enum CleanError {
     OtherSensor {
         /// The file or preset.
         what: String,
-        /// Its sensor.
+        /// Sensor that the file or preset is for.
         actual: SensorSize,
         /// That of the events.
         sensor: SensorSize,
@@ -78,7 +78,7 @@ pub enum CleanError {
     /// A cleaner that has to see the whole recording first has not.
     #[error("`{cleaner}` must see the whole recording before it cleans")]
     NotSurveyed {
-        /// The cleaner.
+        /// Name of the cleaner.
         cleaner: &'static str,
     },
     /// The file of a camera cannot be read.
@@ -97,7 +97,7 @@ pub enum CleanError {
     BadFile {
         /// File with the wrong content.
         path: PathBuf,
-        /// The reason.
+        /// Description of the wrong content.
         reason: String,
     },
 }

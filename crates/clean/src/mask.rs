@@ -24,9 +24,9 @@ pub struct Rectangle {
     pub x: u16,
     /// First row.
     pub y: u16,
-    /// Columns.
+    /// Width in pixels.
     pub width: u16,
-    /// Rows.
+    /// Height in pixels.
     pub height: u16,
 }
 
@@ -42,7 +42,7 @@ impl Rectangle {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Mask {
-    /// The sensor.
+    /// Size of the sensor that the pixels are counted on.
     pub sensor: SensorSize,
     /// Columns and rows of single pixels.
     #[serde(default)]

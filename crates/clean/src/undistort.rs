@@ -75,7 +75,7 @@ const MAX_STEPS: u32 = 500;
 pub enum Inverse {
     /// Until nothing moves. Events of pixels where it does not converge are removed.
     Converged,
-    /// So many steps, converged or not.
+    /// This number of steps, converged or not.
     Steps(u32),
 }
 

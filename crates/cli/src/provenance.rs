@@ -10,7 +10,7 @@ use crate::run_info::COMMIT;
 /// Machine, program and time of a result: the first fields of its JSON file.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Provenance {
-    /// The machine.
+    /// Machine that the result was computed on.
     pub machine: Machine,
     /// Commit of the program.
     pub commit: String,
@@ -20,7 +20,7 @@ pub struct Provenance {
     /// Day on which it began, `YYYY-MM-DD` in UTC.
     #[serde(default)]
     pub date: String,
-    /// The command.
+    /// Command line that wrote it.
     #[serde(default)]
     pub command: String,
     /// Threads that ran or waited to run on the machine, mean over the minute before (Linux): other work,

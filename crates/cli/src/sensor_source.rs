@@ -11,7 +11,7 @@ pub struct NamedSensor {
     pub name: String,
     /// Description and origin.
     pub origin: String,
-    /// Its effects.
+    /// Chain of effects.
     pub config: SensorConfig,
 }
 

@@ -132,7 +132,6 @@ fn unpack(network: &EmbeddedNetwork, data: &Path) -> Result<PathBuf> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     #[test]

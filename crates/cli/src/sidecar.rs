@@ -36,7 +36,6 @@ pub fn sensor_beside(recording: &Path) -> Option<(PathBuf, SensorSize)> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     #[test]

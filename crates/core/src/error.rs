@@ -14,7 +14,7 @@ pub enum CoreError {
         x: u16,
         /// Row.
         y: u16,
-        /// The sensor.
+        /// Size of the sensor.
         sensor: SensorSize,
     },
     /// An event is earlier than the one before it.
@@ -22,7 +22,7 @@ pub enum CoreError {
     OutOfOrder {
         /// Position in the stream.
         index: usize,
-        /// Its time.
+        /// Time stamp of the event.
         t: Micros,
         /// The time before.
         previous: Micros,
@@ -36,9 +36,9 @@ pub enum CoreError {
     /// The data of a plane does not match its size.
     #[error("{width}x{height} needs {} values, got {got}", width * height)]
     PlaneSize {
-        /// Columns.
+        /// Width in pixels.
         width: usize,
-        /// Rows.
+        /// Height in pixels.
         height: usize,
         /// Values given.
         got: usize,

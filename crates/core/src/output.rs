@@ -326,7 +326,6 @@ pub fn atomic_write(target: impl AsRef<Path>, bytes: &[u8]) -> io::Result<()> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     fn temporary(file: &AtomicFile) -> &Path {

@@ -59,7 +59,6 @@ impl Parameter {
     }
 }
 
-/// The name.
 impl AsRef<str> for Parameter {
     fn as_ref(&self) -> &str {
         self.name()
@@ -199,7 +198,7 @@ pub struct FileSpec {
     pub name: &'static str,
     /// The unit of its values; empty if they have none.
     pub unit: &'static str,
-    /// Its content.
+    /// Content of the file, for lists.
     pub doc: &'static str,
 }
 

@@ -34,12 +34,12 @@ impl<T> Plane<T> {
         Ok(Self { width, height, data })
     }
 
-    /// Columns.
+    /// Number of columns.
     pub fn width(&self) -> usize {
         self.width
     }
 
-    /// Rows.
+    /// Number of rows.
     pub fn height(&self) -> usize {
         self.height
     }
@@ -91,7 +91,6 @@ impl<T> Plane<T> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     const WIDTH: usize = 4;

@@ -64,7 +64,7 @@ pub enum RegistryError {
     Name {
         /// The kind of the registry.
         kind: &'static str,
-        /// The name.
+        /// Name that the entry states.
         name: &'static str,
     },
 }

@@ -185,12 +185,12 @@ impl EventStream {
         &self.t
     }
 
-    /// Columns.
+    /// Column of each event, from 0 at the left.
     pub fn x(&self) -> &[u16] {
         &self.x
     }
 
-    /// Rows.
+    /// Row of each event, from 0 at the top.
     pub fn y(&self) -> &[u16] {
         &self.y
     }

@@ -16,7 +16,7 @@ pub struct Annotation {
     pub image: String,
     /// When it was taken, in seconds, if that is known.
     pub t_s: Option<f64>,
-    /// The person.
+    /// Joints of the person on it, in its pixels.
     pub label: BodyLabel,
 }
 
@@ -158,7 +158,6 @@ fn to_entry(annotation: &Annotation) -> Entry {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     fn annotation() -> Annotation {

@@ -17,7 +17,7 @@ pub enum DatasetError {
         path: PathBuf,
         /// The failed action, an infinitive.
         action: &'static str,
-        /// The reason.
+        /// Error of the operating system.
         source: std::io::Error,
     },
     /// A file that violates its format.
@@ -51,7 +51,7 @@ pub enum DatasetError {
     Sensor {
         /// The folder of the frames.
         path: PathBuf,
-        /// The reason.
+        /// Error of the sensor model.
         source: SensorError,
     },
     /// A recording, a log or frames cannot be read.

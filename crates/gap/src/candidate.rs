@@ -2,7 +2,7 @@
 //! the parameter values that they are tried at.
 
 use evpose_sensor::{
-    Catalogue, EffectConfig, NumberSpec, Scale, SensorConfig, Stage, StageSpec, Strength, Value,
+    EffectConfig, NumberSpec, STAGES, Scale, SensorConfig, Stage, StageSpec, Strength, Value,
 };
 
 use crate::search_spec::Searched;
@@ -20,8 +20,6 @@ const STRENGTHS: usize = 14;
 pub struct Candidate {
     /// Entry in the catalogue.
     pub spec: &'static StageSpec,
-    /// The catalogue.
-    pub catalogue: Catalogue,
 }
 
 /// A variant of a candidate: its choices (keyword parameters), and the numeric parameters to fit.
@@ -29,8 +27,6 @@ pub struct Candidate {
 pub struct Trial {
     /// Entry of the effect in the catalogue.
     pub spec: &'static StageSpec,
-    /// The catalogue, in which the effects of models are found.
-    pub catalogue: Catalogue,
     /// The effect with its starting values.
     pub effect: EffectConfig,
     /// The parameters to fit; the first is the strength.
@@ -38,26 +34,22 @@ pub struct Trial {
 }
 
 impl Candidate {
-    /// The effects of a catalogue that `model` lacks, without those of `left_out`.
-    pub fn missing_from(
-        catalogue: Catalogue,
-        model: &SensorConfig,
-        left_out: &[String],
-    ) -> Vec<Self> {
-        let mut candidates = Self::all(catalogue, left_out);
+    /// The effects of the catalogue that `model` lacks, without those of `left_out`.
+    pub fn missing_from(model: &SensorConfig, left_out: &[String]) -> Vec<Self> {
+        let mut candidates = Self::all(left_out);
         candidates.retain(|candidate| model.effect(candidate.name()).is_none());
         candidates
     }
 
-    /// The effects of a catalogue without those of `left_out`.
+    /// The effects of the catalogue without those of `left_out`.
     ///
     /// A candidate has a strength that is a property of cameras. That excludes conventions of
     /// simulators, the exposure of a scene's frames, and other detectors or photoreceptors in the
     /// place of the model's.
-    pub fn all(catalogue: Catalogue, left_out: &[String]) -> Vec<Self> {
+    pub fn all(left_out: &[String]) -> Vec<Self> {
         let is_tried = |spec: &&StageSpec| !left_out.iter().any(|name| name == spec.name);
-        let tried = catalogue.stages().iter().copied().filter(is_tried);
-        let candidates = tried.map(|spec| Self { spec, catalogue });
+        let tried = STAGES.entries().iter().copied().filter(is_tried);
+        let candidates = tried.map(|spec| Self { spec });
         candidates.filter(|candidate| candidate.is_identifiable()).collect()
     }
 
@@ -137,8 +129,7 @@ impl Candidate {
                 for (key, word) in words {
                     effect = effect.with(key, word);
                 }
-                let (spec, catalogue) = (self.spec, self.catalogue);
-                let trial = Trial { spec, catalogue, effect, params: params.clone() };
+                let trial = Trial { spec: self.spec, effect, params: params.clone() };
                 let mut form = trial.with_fewer_parameters();
                 form.push(trial);
                 trials.push(form);
@@ -283,7 +274,7 @@ impl Trial {
         let is_readout =
             |spec: &'static StageSpec| matches!(spec.typical_stage(), Ok(Stage::Readout(_)));
         if is_readout(self.spec) {
-            let is_other = |name: &str| self.catalogue.find(name).is_some_and(is_readout);
+            let is_other = |name: &str| STAGES.find(name).is_some_and(is_readout);
             config.effects.retain(|effect| !is_other(&effect.name));
         }
         let mut effect = self.effect.clone();
@@ -297,7 +288,7 @@ impl Trial {
             }));
         }
         config.effects.retain(|known| known.name != effect.name);
-        self.catalogue.insert(&mut config, effect);
+        config.insert(effect);
         // Some effects are faster than the frames of a scene.
         if let Some(substeps) = self.spec.search().substeps {
             config.divide_steps(substeps.screened);
@@ -347,7 +338,7 @@ mod tests {
     #[test]
     fn a_leak_of_less_than_a_camera_has_is_too_weak_and_a_mismatch_of_none_is_not() {
         let is_too_weak = |name: &str, value: f64| {
-            let candidates = Candidate::all(Catalogue::default(), &[]);
+            let candidates = Candidate::all(&[]);
             let candidate = candidates.into_iter().find(|one| one.name() == name).unwrap();
             candidate.trials()[0][0].is_weaker_than_in_cameras(value)
         };

@@ -21,7 +21,7 @@ pub enum CommonParameter {
 }
 
 impl CommonParameter {
-    /// All of them.
+    /// All parameters, in the order of reports.
     pub const ALL: [Self; 7] = [
         Self::ThresholdOn,
         Self::ThresholdOff,

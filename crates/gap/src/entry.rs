@@ -44,7 +44,7 @@ pub enum StatisticKind {
 /// One statistic of a summary.
 #[derive(Debug, Clone)]
 pub struct Entry {
-    /// Its family.
+    /// Family of statistics that it belongs to.
     pub block: StatisticBlock,
     /// Its name, unique within a family.
     pub name: String,

@@ -35,7 +35,7 @@ pub enum GapError {
         path.display()
     )]
     NoFrames {
-        /// The recording.
+        /// Path of the recording.
         path: PathBuf,
         /// Description of the file's contents.
         problem: String,
@@ -43,7 +43,7 @@ pub enum GapError {
     /// The frames of a recording cannot be its scene.
     #[error("frames of {}: {problem}", path.display())]
     Frames {
-        /// The recording.
+        /// Path of the recording.
         path: PathBuf,
         /// Description of the problem.
         problem: String,

@@ -1,6 +1,6 @@
 //! Free parameters of a fit, on scales on which summary statistics change about linearly.
 
-use evpose_sensor::{Catalogue, NumberSpec, Scale, SensorConfig, StageSpec};
+use evpose_sensor::{NumberSpec, STAGES, Scale, SensorConfig, StageSpec};
 
 use crate::candidate::{Trial, limits};
 use crate::parameters::ModelParameter;
@@ -48,7 +48,7 @@ impl FreeParameter {
         if let Some(parameter) = ModelParameter::ALL.iter().find(|known| known.name() == finding) {
             return Some(Self::Model(*parameter));
         }
-        let spec = Catalogue::default().find(finding)?;
+        let spec = STAGES.find(finding)?;
         let param = spec.number_params().find(|param| param.name == parameter)?;
         Some(Self::Effect(spec, param))
     }

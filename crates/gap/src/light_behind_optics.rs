@@ -45,7 +45,7 @@ impl LightSequence {
         if bytes > MAX_BYTES {
             return Ok(None);
         }
-        let Some((optics, rest)) = LinearOptics::divide(self.catalogue(), config)? else {
+        let Some((optics, rest)) = LinearOptics::divide(config)? else {
             return Ok(None);
         };
         let of_optics = SensorConfig {
@@ -83,7 +83,7 @@ impl LightSequence {
 
 #[cfg(test)]
 mod tests {
-    use evpose_sensor::{Catalogue, EffectConfig};
+    use evpose_sensor::EffectConfig;
 
     use super::*;
 
@@ -97,7 +97,7 @@ mod tests {
     fn with_blur(sigma_px: f64) -> SensorConfig {
         let mut config = SensorConfig::default();
         let blur = EffectConfig::new("psf_blur").with("sigma_px", sigma_px);
-        Catalogue::default().insert(&mut config, blur);
+        config.insert(blur);
         config
     }
 

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use evpose_core::{Event, Micros, Plane, SensorSize};
-use evpose_sensor::Catalogue;
 
 use crate::GapError;
 use crate::light_behind_optics::LightBehindOptics;
@@ -19,7 +18,6 @@ pub struct LightSequence {
     count: usize,
     /// Pixels (true, row by row) that are excluded from the comparison; empty if there are none.
     masked: Vec<bool>,
-    catalogue: Catalogue,
     /// Shared with the parts of the scene as well.
     pub(crate) behind: Arc<LightBehindOptics>,
 }
@@ -46,15 +44,7 @@ impl LightSequence {
         }
         let size = SensorSize { width: width as u16, height: height as u16 };
         let (count, all) = (planes.len(), Arc::new(planes));
-        Ok(Self {
-            size,
-            fps,
-            all,
-            count,
-            masked: Vec::new(),
-            catalogue: Catalogue::default(),
-            behind: Arc::default(),
-        })
+        Ok(Self { size, fps, all, count, masked: Vec::new(), behind: Arc::default() })
     }
 
     /// The same scene with some pixels (true, row by row) excluded from the comparison, because
@@ -62,18 +52,6 @@ impl LightSequence {
     #[must_use]
     pub fn with_mask(self, masked: Vec<bool>) -> Self {
         Self { masked, ..self }
-    }
-
-    /// The same scene, shown to models whose effects are those of `catalogue`, and compared with
-    /// them; by default the built-in effects.
-    #[must_use]
-    pub fn with_catalogue(self, catalogue: Catalogue) -> Self {
-        Self { catalogue, behind: Arc::default(), ..self }
-    }
-
-    /// The effects of models that the scene is shown to.
-    pub fn catalogue(&self) -> Catalogue {
-        self.catalogue
     }
 
     /// Pixels that are excluded from the comparison (true, row by row); empty if there are none.

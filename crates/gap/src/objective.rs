@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 
 use evpose_core::{EventStream, TimeWindow};
-use evpose_sensor::{Catalogue, EffectConfig, SensorConfig};
+use evpose_sensor::{EffectConfig, STAGES, SensorConfig};
 use rayon::prelude::*;
 
 use crate::compare::{discrepancy, gap};
@@ -24,9 +24,9 @@ const DITHER_SHARE: f64 = 0.5;
 
 /// The reference with a little of every kind of noise. It shows how robust each statistic is: one
 /// that jumps under so little noise is no evidence for an effect.
-fn dithered(reference: &SensorConfig, catalogue: Catalogue) -> SensorConfig {
+fn dithered(reference: &SensorConfig) -> SensorConfig {
     let mut config = reference.clone();
-    for spec in catalogue.stages().iter().filter(|spec| !spec.search().dither.is_empty()) {
+    for spec in STAGES.entries().iter().filter(|spec| !spec.search().dither.is_empty()) {
         let effect = EffectConfig::new(spec.name);
         let with = |effect: EffectConfig, (key, value): &(&str, f64)| effect.with(key, *value);
         config.effects.push(spec.search().dither.iter().fold(effect, with));
@@ -91,15 +91,9 @@ impl<'a> Objective<'a> {
             cache: Mutex::default(),
         };
         // A model without noise has no variance: a reference with a little noise gives the least.
-        let dithered =
-            objective.expect(&dithered(reference, objective.catalogue()), DITHERED_RUNS)?;
+        let dithered = objective.expect(&dithered(reference), DITHERED_RUNS)?;
         objective.min_variances = dithered.variance.iter().map(|v| DITHER_SHARE * v).collect();
         Ok(objective)
-    }
-
-    /// The effects that models may have, see [`LightSequence::with_catalogue`](crate::LightSequence).
-    pub fn catalogue(&self) -> Catalogue {
-        self.reference_scene.scene.catalogue()
     }
 
     /// The summary of run `run` of a model. Runs of one index have the same random numbers in all

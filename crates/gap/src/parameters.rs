@@ -1,7 +1,7 @@
 //! Parameters that every sensor model has. A gap that refitting them closes is a wrong parameter,
 //! not a missing effect.
 
-use evpose_sensor::{Catalogue, EffectConfig, SensorConfig, StageSpec};
+use evpose_sensor::{EffectConfig, STAGES, SensorConfig, StageSpec};
 
 use crate::common_parameter::CommonParameter;
 use crate::search_spec::Searched;
@@ -94,7 +94,7 @@ impl ModelParameter {
             if value == 0.0 {
                 return;
             }
-            Catalogue::default().insert(model, EffectConfig::new(name));
+            model.insert(EffectConfig::new(name));
         }
         for effect in model.effects.iter_mut().filter(|effect| effect.name == name) {
             *effect = effect.clone().with(key, value);
@@ -145,13 +145,13 @@ impl ModelParameter {
 /// Name of the finding that no recording distinguishes from the one called `name`: an effect of the
 /// catalogue for a parameter of the model, and the reverse. A delay of all pixels is an offset of
 /// the clock.
-pub(crate) fn same_as(catalogue: Catalogue, name: &str) -> Option<&'static str> {
+pub(crate) fn same_as(name: &str) -> Option<&'static str> {
     let same = |spec: &&'static StageSpec| {
         let common = spec.search().same_as?;
         let parameter = ModelParameter::ALL.into_iter().find(|one| one.common() == common)?;
         Some((spec.name, parameter.name()))
     };
-    catalogue.stages().iter().filter_map(same).find_map(|(effect, parameter)| match name {
+    STAGES.entries().iter().filter_map(same).find_map(|(effect, parameter)| match name {
         _ if name == effect => Some(parameter),
         _ if name == parameter => Some(effect),
         _ => None,

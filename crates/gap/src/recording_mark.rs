@@ -31,7 +31,6 @@ pub(crate) enum RecordingMark {
 }
 
 impl RecordingMark {
-    /// All of them.
     pub(crate) const ALL: [Self; 12] = [
         Self::Lamp,
         Self::Alternation,

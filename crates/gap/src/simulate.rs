@@ -1,7 +1,7 @@
 //! Simulation of a sensor model on a scene.
 
 use evpose_core::EventStream;
-use evpose_sensor::SensorConfig;
+use evpose_sensor::{SensorConfig, SensorModel};
 
 use crate::{Classes, Expected, GapError, LightSequence, ReferenceScene};
 
@@ -28,7 +28,7 @@ impl LightSequence {
             Some(divided) => (divided.light.as_slice(), &divided.rest),
             None => (self.planes(), config),
         };
-        let mut run = self.catalogue().model(model)?.start(self.size(), seed);
+        let mut run = SensorModel::from_config(model)?.start(self.size(), seed);
         let mut all = EventStream::empty(self.size());
         for (k, plane) in planes.iter().enumerate() {
             for event in run.expose(plane, self.time(k))?.iter().filter(|e| self.is_compared(e)) {

@@ -138,11 +138,9 @@ pub struct Unexplained {
     pub sentence: String,
     /// Fraction of what is left that each axis explains: brightness, speed, age, polarity, place,
     /// time.
-    #[serde(default)]
     pub shares: std::collections::BTreeMap<String, f64>,
     /// Excess or deficit as a fitted function of light, its change, time and place, in words; the
     /// law that describes most first.
-    #[serde(default)]
     pub responses: Vec<String>,
 }
 
@@ -165,7 +163,7 @@ pub struct Limit {
     pub parameter: String,
     /// Smallest detectable value.
     pub value: f64,
-    /// Its unit.
+    /// Unit of the value.
     pub unit: String,
 }
 
@@ -183,7 +181,7 @@ pub struct TwoSample {
 pub struct Verdict {
     /// Schema version.
     pub schema: u32,
-    /// The answer.
+    /// Kind of the answer.
     pub verdict: Answer,
     /// Missing effects and wrong parameters, those that explain most first.
     pub effects: Vec<Finding>,

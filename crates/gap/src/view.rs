@@ -110,7 +110,7 @@ pub struct EventFeatures {
     pub slope: f32,
     /// Classes of the pixel at this time.
     pub cell: Cell,
-    /// Its polarity.
+    /// Polarity of the event, ON if true.
     pub is_on: bool,
     was_on: bool,
 }
@@ -140,7 +140,7 @@ impl EventFeatures {
 pub struct View<'a> {
     /// Scene, classes and reference events.
     pub reference_scene: &'a ReferenceScene,
-    /// The window.
+    /// Time window of the compared events.
     pub window: TimeWindow,
     /// All events of the recording.
     events: Vec<EventFeatures>,

@@ -19,7 +19,7 @@ pub enum InferError {
     Shape {
         /// Path of the layer.
         layer: String,
-        /// The mismatch.
+        /// Expected and actual shape, as a sentence.
         problem: String,
     },
     /// The processor does not have the requested instructions.

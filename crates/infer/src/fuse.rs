@@ -18,7 +18,7 @@ pub(crate) enum FusedOp {
     },
     /// A sum with its activation.
     Add {
-        /// The summands.
+        /// Nodes whose outputs are added.
         inputs: [NodeId; 2],
         /// Activation of the sum.
         activation: Activation,

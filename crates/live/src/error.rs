@@ -14,7 +14,7 @@ pub enum LiveError {
     Connection {
         /// Address that was connected to or listened on.
         endpoint: String,
-        /// The reason.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// A setting outside its valid range.
@@ -22,7 +22,7 @@ pub enum LiveError {
     Setting {
         /// Name of the setting.
         setting: &'static str,
-        /// Its value.
+        /// Value that was given.
         value: String,
         /// Its valid range.
         rule: &'static str,
@@ -43,7 +43,7 @@ pub enum LiveError {
     Sink {
         /// Name of the sink.
         sink: String,
-        /// The reason.
+        /// Error of the operating system.
         source: io::Error,
     },
 }

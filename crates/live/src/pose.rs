@@ -15,7 +15,7 @@ pub struct LivePose {
     pub latency: Duration,
     /// Origin.
     pub origin: PoseOrigin,
-    /// The pose.
+    /// Estimated pose, with its event time stamp.
     pub pose: PoseEstimate,
 }
 

@@ -204,8 +204,6 @@ fn store_spare(spare: &mut Vec<EventStream>, mut events: EventStream) {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use evpose_core::{Event, Micros, Polarity};
 
     use super::*;

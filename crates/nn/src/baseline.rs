@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Dhp19Cnn, Dhp19CnnConfig, LiftMono, LiftMonoConfig, NnError};
 
-/// Shape of a [`BaselineNetwork`]; `kind` says of which one.
+/// Shape of a [`BaselineNetwork`], whose name is `kind`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum BaselineNetworkConfig {

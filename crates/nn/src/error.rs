@@ -85,7 +85,7 @@ pub enum NnError {
     Io {
         /// File that was refused.
         path: PathBuf,
-        /// The reason.
+        /// Error of the operating system.
         source: std::io::Error,
     },
     /// A file is not a weight file of the expected kind, or is damaged.
@@ -101,7 +101,7 @@ pub enum NnError {
     /// A checkpoint that is not as it was written.
     #[error("{}: damaged: {reason}", path.display())]
     Damaged {
-        /// The checkpoint.
+        /// Path of the checkpoint.
         path: PathBuf,
         /// The sign of the damage, and the remedy.
         reason: String,

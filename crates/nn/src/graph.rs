@@ -69,7 +69,7 @@ pub enum Operation {
     Affine {
         /// The multiplier of every value.
         factor: f32,
-        /// The summand.
+        /// Constant that is added to every product.
         offset: f32,
     },
 }
@@ -111,7 +111,7 @@ pub struct LinearLayer {
 pub struct Node {
     /// Its name: the path of its layer, such as `backbone.stages.0.1.first`, else the operation.
     pub name: String,
-    /// The operation.
+    /// Operation that makes its output.
     pub operation: Operation,
     /// The nodes of its inputs, all before it.
     pub inputs: Vec<NodeId>,

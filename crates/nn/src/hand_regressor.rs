@@ -133,7 +133,6 @@ impl HandRegressor {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
     use crate::BACKBONES;
     use crate::parameters::{read, slots};

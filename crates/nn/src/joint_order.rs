@@ -13,7 +13,7 @@ pub(crate) const NETWORK_FROM_DHP19: [usize; 13] = [0, 2, 1, 4, 3, 8, 7, 6, 5, 1
 pub(crate) struct JointAxes {
     /// The first: outputs of a layer.
     pub(crate) first: bool,
-    /// The second: its inputs, of which there may be several for each joint.
+    /// The second: its inputs, one or several for each joint.
     pub(crate) second: bool,
 }
 
@@ -52,7 +52,6 @@ pub(crate) fn reordered<M: Module>(
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use burn::tensor::{Device, Tensor, TensorData};
 
     use crate::{Dhp19CnnConfig, LiftMonoConfig};

@@ -16,7 +16,7 @@ pub struct Slot {
     pub path: String,
     /// The type of the layer that holds it: `Conv2d`, `BatchNorm`, `Linear`.
     pub layer: String,
-    /// Its shape.
+    /// Extents of the tensor, outermost first.
     pub shape: Vec<usize>,
 }
 

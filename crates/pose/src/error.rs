@@ -8,7 +8,7 @@ pub enum PoseError {
     OutOfRange {
         /// Name of the setting.
         field: &'static str,
-        /// Its value.
+        /// Value that was given.
         value: f64,
         /// Allowed values, in words.
         rule: &'static str,

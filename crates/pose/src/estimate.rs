@@ -59,7 +59,7 @@ pub enum PoseOrigin {
 }
 
 impl PoseOrigin {
-    /// All of them.
+    /// All origins.
     pub const ALL: [Self; 3] = [Self::Network, Self::Propagated, Self::Nobody];
 
     /// Name in tables and JSON: `network`, `propagated` or `nobody`.
@@ -83,7 +83,7 @@ pub enum JointFrame {
 }
 
 impl JointFrame {
-    /// All of them.
+    /// All frames.
     pub const ALL: [Self; 2] = [Self::Camera, Self::World];
 
     /// Name in tables and JSON: `camera` or `world`.

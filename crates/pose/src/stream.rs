@@ -27,7 +27,7 @@ impl StreamError {
 /// When inputs of a network are taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum InferenceSchedule {
-    /// So much event time apart, at the times of [`StreamFrontend::first_stride`].
+    /// At a fixed interval of event time, from [`StreamFrontend::first_stride`] on.
     Every(Micros),
     /// At the triggers of events.
     Triggered,
@@ -95,7 +95,7 @@ pub trait StreamFrontend: Send {
         None
     }
 
-    /// The latest time of such a schedule in events of which `last` is the last.
+    /// The latest time of such a schedule in events that end at `last`.
     fn last_stride(&self, last: Micros) -> Micros {
         last
     }

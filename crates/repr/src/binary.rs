@@ -15,7 +15,6 @@ use crate::last_times::LastTimes;
 use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::{Grey, Representation, StreamWindow};
 
-/// The registry entry of `binary`.
 pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
     name: "binary",
     summary: "255 where a pixel fired",

@@ -13,7 +13,6 @@ use crate::counts::Counts;
 use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::{FrameEvent, FrameWindow, Grey, Representation, StreamWindow};
 
-/// The registry entry of `eci`.
 pub(crate) static ECI: RepresentationSpec = RepresentationSpec {
     name: "eci",
     summary: "how often a pixel fired, per polarity",
@@ -28,7 +27,6 @@ pub(crate) static ECI: RepresentationSpec = RepresentationSpec {
     }),
 };
 
-/// The registry entry of `eci-s`.
 pub(crate) static ECI_S: RepresentationSpec = RepresentationSpec {
     name: "eci-s",
     summary: "how often a pixel fired",
@@ -43,7 +41,6 @@ pub(crate) static ECI_S: RepresentationSpec = RepresentationSpec {
     }),
 };
 
-/// The registry entry of `eci-parity`.
 pub(crate) static ECI_PARITY: RepresentationSpec = RepresentationSpec {
     name: "eci-parity",
     summary: "eci as the published program computes it: 0.01 per millisecond that fired",
@@ -58,7 +55,6 @@ pub(crate) static ECI_PARITY: RepresentationSpec = RepresentationSpec {
     }),
 };
 
-/// The registry entry of `eci-s-parity`.
 pub(crate) static ECI_S_PARITY: RepresentationSpec = RepresentationSpec {
     name: "eci-s-parity",
     summary: "eci-s as the published program computes it: two equal channels",

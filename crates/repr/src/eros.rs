@@ -31,7 +31,6 @@ use crate::neighbourhood::{MAX_KERNEL, Neighbourhood, kernel_parameter};
 use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::{Grey, Representation};
 
-/// The registry entry of `eros`.
 pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
     name: "eros",
     summary: "how many events fell near a pixel since its own, 0 to 255, exponentially",
@@ -44,7 +43,6 @@ pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
     fill: None,
 };
 
-/// The registry entry of `eros-python`.
 pub(crate) static PYTHON: RepresentationSpec = RepresentationSpec {
     name: "eros-python",
     summary: "eros as the published data sets have it: off-centre, fractions dropped",
@@ -57,7 +55,6 @@ pub(crate) static PYTHON: RepresentationSpec = RepresentationSpec {
     fill: None,
 };
 
-/// The registry entry of `eros-hpe-core`.
 pub(crate) static HPE_CORE: RepresentationSpec = RepresentationSpec {
     name: "eros-hpe-core",
     summary: "eros as the published online program has it: rounded in f64 at each event",

@@ -13,7 +13,7 @@ pub enum ReprError {
         known.join(", ")
     )]
     UnknownRepresentation {
-        /// The name.
+        /// Name that was asked for.
         name: String,
         /// The names of the registry.
         known: Vec<&'static str>,
@@ -21,15 +21,15 @@ pub enum ReprError {
     /// A parameter that the representation does not have, or a value that one does not take.
     #[error("representation `{representation}`{}", of_representation(error))]
     Parameter {
-        /// The representation.
+        /// Name of the representation.
         representation: &'static str,
-        /// Parameter and reason.
+        /// Name of the parameter, and why it is refused.
         error: ParameterError,
     },
     /// A window of a stream that is empty or too long.
     #[error("a window of {length} is not within 1 µs to {}", StreamWindow::MAX_LENGTH)]
     WindowLength {
-        /// Its length.
+        /// Length that was asked for.
         length: Micros,
     },
 }

@@ -18,7 +18,6 @@ use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::three_sigma::{three_sigma_scale, write_scaled};
 use crate::{Counting, Grey, Representation, StreamWindow};
 
-/// The registry entry of `event-count`.
 pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
     name: "event-count",
     summary: "how often a pixel fired; three deviations are 255, fractions dropped",

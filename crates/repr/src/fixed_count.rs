@@ -23,7 +23,6 @@ use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::three_sigma::{three_sigma_scale, write_scaled};
 use crate::{Grey, Representation};
 
-/// The registry entry of `fixed-count`.
 pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
     name: "fixed-count",
     summary: "how often a pixel fired among the latest events; three deviations are 255",
@@ -135,8 +134,6 @@ impl Representation for FixedCount {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use evpose_core::{Event, Polarity};
 
     use super::*;

@@ -87,7 +87,7 @@ pub use grey::Grey;
 pub use lnes::{Lnes, fill_lnes};
 pub use occurrence::{Eoi, fill_eoi};
 pub use pim::{Pim, PimConfig};
-pub use registry::{REPRESENTATIONS, representation_by_name, representation_by_name_in};
+pub use registry::{REPRESENTATIONS, representation_by_name};
 pub use representation::{Representation, StreamWindow};
 pub use sae::Sae;
 pub use sits::{Ageing, Sits, SitsConfig};

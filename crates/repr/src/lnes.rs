@@ -20,7 +20,6 @@ use crate::last_times::LastTimes;
 use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::{FrameEvent, FrameWindow, Grey, Representation, StreamWindow};
 
-/// The registry entry of `lnes`.
 pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
     name: "lnes",
     summary: "how recently a pixel fired, per polarity",

@@ -12,7 +12,6 @@ use crate::last_times::LastTimes;
 use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::{FrameEvent, FrameWindow, Grey, Representation, StreamWindow};
 
-/// The registry entry of `eoi`.
 pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
     name: "eoi",
     summary: "whether a pixel fired, per polarity",

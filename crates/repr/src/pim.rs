@@ -19,7 +19,6 @@ use crate::clock::StreamClock;
 use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::{Grey, Representation};
 
-/// The registry entry of `pim`.
 pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
     name: "pim",
     summary: "ON minus OFF events of a pixel, fading",
@@ -153,8 +152,6 @@ impl Representation for Pim {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use evpose_core::{Event, Polarity};
 
     use super::*;

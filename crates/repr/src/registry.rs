@@ -45,25 +45,13 @@ impl RegistryEntry for RepresentationSpec {
 /// # Errors
 /// Unknown names, parameters and values; the message lists the known ones.
 pub fn representation_by_name(name: &str) -> Result<RepresentationChoice, ReprError> {
-    representation_by_name_in(&REPRESENTATIONS, name)
-}
-
-/// As [`representation_by_name`], in the registry of the caller.
-///
-/// # Errors
-/// As [`representation_by_name`].
-pub fn representation_by_name_in(
-    registry: &[&'static RepresentationSpec],
-    name: &str,
-) -> Result<RepresentationChoice, ReprError> {
     let (name, settings) = match name.split_once(':') {
         Some((name, settings)) => (name, Some(settings)),
         None => (name, None),
     };
-    let entry = registry.iter().find(|spec| spec.name == name);
-    let entry = entry.ok_or_else(|| ReprError::UnknownRepresentation {
+    let entry = REPRESENTATIONS.find(name).ok_or_else(|| ReprError::UnknownRepresentation {
         name: name.to_owned(),
-        known: registry.iter().map(|spec| spec.name).collect(),
+        known: REPRESENTATIONS.names(),
     })?;
     match settings {
         Some(settings) => entry.with(settings),

@@ -18,7 +18,6 @@ use crate::clock::StreamClock;
 use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::{Grey, Representation};
 
-/// The registry entry of `sae`.
 pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
     name: "sae",
     summary: "when a pixel last fired, in seconds",

@@ -20,7 +20,6 @@ use crate::neighbourhood::{Neighbourhood, kernel_parameter};
 use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::{Grey, Representation};
 
-/// The registry entry of `sits`.
 pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
     name: "sits",
     summary: "in which order the pixels around an edge fired, 0 to kernel²",
@@ -33,7 +32,6 @@ pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
     fill: None,
 };
 
-/// The registry entry of `sits-hpe-core`.
 pub(crate) static HPE_CORE: RepresentationSpec = RepresentationSpec {
     name: "sits-hpe-core",
     summary: "sits as hpe-core means it: pixels of the same age do not age each other",
@@ -135,8 +133,6 @@ impl Representation for Sits {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use evpose_core::{Event, Polarity};
 
     use super::*;

@@ -20,7 +20,6 @@ use crate::last_times::LastTimes;
 use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::{Grey, Representation, StreamWindow};
 
-/// The registry entry of `time-surface`.
 pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
     name: "time-surface",
     summary: "how recently a pixel fired, per polarity, fading exponentially",
@@ -116,8 +115,6 @@ impl Representation for TimeSurface {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use evpose_core::{Event, Polarity, SensorSize};
 
     use super::*;

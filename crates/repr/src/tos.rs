@@ -19,7 +19,6 @@ use crate::neighbourhood::{Neighbourhood, kernel_parameter};
 use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::{Grey, Representation};
 
-/// The registry entry of `tos`.
 pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
     name: "tos",
     summary: "which pixels of a moving edge fired last, 0 to 255",
@@ -120,8 +119,6 @@ impl Representation for Tos {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use evpose_core::{Event, Polarity};
 
     use super::*;

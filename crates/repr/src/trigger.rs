@@ -24,7 +24,7 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields, default)]
 pub struct TriggerConfig {
     /// Minimum time between representations, in microseconds.
-    // The spelling in the card of a shipped network.
+    // The card of the shipped `hand-quick` spells it so.
     #[serde(alias = "least_interval_us")]
     pub min_interval_us: u32,
     /// Minimum number of new events between representations of 240x180 pixels; scaled with the

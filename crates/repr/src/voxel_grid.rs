@@ -27,7 +27,6 @@ use crate::{Grey, Representation, StreamWindow};
 mod prefix_sums;
 use prefix_sums::PrefixSums;
 
-/// The registry entry of `voxel-grid`.
 pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
     name: "voxel-grid",
     summary: "ON minus OFF events, spread over bins of time",

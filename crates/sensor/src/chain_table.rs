@@ -7,7 +7,7 @@ use crate::{NumberSpec, Setting, Settings, StageSpec};
 /// The chain of a sensor, one row per stage in the order of the signal.
 #[derive(Debug, Clone)]
 pub struct ChainTable {
-    /// The rows.
+    /// Stages, from the lens to the readout.
     pub rows: Vec<ChainRow>,
 }
 
@@ -105,7 +105,6 @@ impl fmt::Display for ChainTable {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
     use crate::{EffectConfig, PRESETS, STAGES, SensorConfig, SensorModel};
 

@@ -167,8 +167,6 @@ fn differ(a: &[f32], b: &[f32]) -> bool {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use evpose_core::{CounterRng, Event, Micros, Plane, SensorSize};
 
     use crate::{EffectConfig, PRESETS, SensorConfig, SensorModel};

@@ -43,6 +43,19 @@ impl SensorConfig {
         toml::to_string(self).expect("strings, floats and tables have a TOML form")
     }
 
+    /// Adds an effect before those of its domain that come later in the registry: stamps are rounded
+    /// when nothing delays them any more.
+    pub fn insert(&mut self, effect: EffectConfig) {
+        let place = |name: &str| STAGES.iter().position(|spec| spec.name == name);
+        let own = place(&effect.name);
+        let is_later = |other: &EffectConfig| match (own, place(&other.name)) {
+            (Some(own), Some(other)) => own < other && STAGES[own].domain == STAGES[other].domain,
+            _ => false,
+        };
+        let before = self.effects.iter().position(is_later).unwrap_or(self.effects.len());
+        self.effects.insert(before, effect);
+    }
+
     /// The same with every relative path of a file taken to begin at `folder`.
     #[must_use]
     pub fn relative_to(mut self, folder: &Path) -> Self {
@@ -111,7 +124,6 @@ impl Default for SensorConfig {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     #[test]

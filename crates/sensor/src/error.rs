@@ -52,7 +52,7 @@ pub enum SensorError {
     /// An effect is listed more than once.
     #[error("effect `{effect}` is listed twice; one entry holds all its parameters")]
     DuplicateEffect {
-        /// The effect.
+        /// Name of the effect.
         effect: &'static str,
     },
     /// Two effects claim a place that holds exactly one.
@@ -68,27 +68,27 @@ pub enum SensorError {
     /// A parameter that the effect does not have, a value that one cannot take, or a missing one.
     #[error("{}", of_effect(effect, error))]
     Parameter {
-        /// The effect.
+        /// Name of the effect.
         effect: &'static str,
-        /// Parameter and reason.
+        /// Name of the parameter, and why it is refused.
         error: ParameterError,
     },
     /// A file of a stage cannot be used.
     #[error("effect `{effect}`: `{key}` = {}: {fault}", path.display())]
     Map {
-        /// The effect.
+        /// Name of the effect.
         effect: &'static str,
         /// The key in the configuration.
         key: &'static str,
         /// The file of the map.
         path: PathBuf,
-        /// The reason.
+        /// Reason why the file is refused.
         fault: MapFault,
     },
     /// A stage knows every pixel of a sensor of another size.
     #[error("effect `{effect}` is made for a {made_for} sensor, this one is {sensor}")]
     MadeForOther {
-        /// The effect.
+        /// Name of the effect.
         effect: &'static str,
         /// The size it knows.
         made_for: SensorSize,
@@ -118,7 +118,7 @@ pub enum SensorError {
         x: u16,
         /// Row.
         y: u16,
-        /// The sensor.
+        /// Size of the sensor.
         sensor: SensorSize,
     },
     /// The luminance plane does not have the size of the sensor.
@@ -128,7 +128,7 @@ pub enum SensorError {
         width: usize,
         /// Rows of the plane.
         height: usize,
-        /// The sensor.
+        /// Size of the sensor.
         sensor: SensorSize,
     },
     /// Exposures must follow each other in time.

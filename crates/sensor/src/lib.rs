@@ -40,7 +40,6 @@
 
 mod background;
 mod blur;
-mod catalogue;
 mod chain;
 mod chain_table;
 mod changes;
@@ -78,7 +77,6 @@ mod tick;
 mod traits;
 
 pub use background::BackgroundStage;
-pub use catalogue::Catalogue;
 pub use chain_table::{ChainRow, ChainTable};
 pub use clock::ClockStage;
 pub use config::SensorConfig;

@@ -8,7 +8,7 @@ use evpose_core::{Plane, SensorSize, StageNoise};
 
 use crate::stage::{Block, State};
 use crate::tick::Tick;
-use crate::{Catalogue, Domain, PlaneStage, SensorConfig, SensorError, Stage};
+use crate::{Domain, PlaneStage, STAGES, SensorConfig, SensorError, Stage};
 
 /// The linear optics in front of everything else that acts on light.
 #[derive(Debug)]
@@ -22,15 +22,12 @@ impl LinearOptics {
     ///
     /// # Errors
     /// As [`crate::SensorModel::from_config`] for effects of the optics.
-    pub fn divide(
-        catalogue: Catalogue,
-        config: &SensorConfig,
-    ) -> Result<Option<(Self, SensorConfig)>, SensorError> {
+    pub fn divide(config: &SensorConfig) -> Result<Option<(Self, SensorConfig)>, SensorError> {
         let mut stages = Vec::new();
         let mut rest = config.clone();
         let mut is_linear = true;
         for effect in &config.effects {
-            let Some(spec) = catalogue.find(&effect.name) else { continue };
+            let Some(spec) = STAGES.find(&effect.name) else { continue };
             // Effects may come in any order: those that are not of the optics stay in the rest.
             if spec.domain != Domain::Optics {
                 continue;
@@ -105,14 +102,13 @@ mod tests {
 
     #[test]
     fn light_that_has_passed_the_optics_makes_the_events_of_the_whole_sensor() {
-        let catalogue = Catalogue::default();
         for name in ["lens_distortion", "psf_blur", "veiling_glare", "vignetting"] {
             let mut config = SensorConfig::preset("v2e-noisy").unwrap();
-            catalogue.insert(&mut config, catalogue.find(name).unwrap().typical());
-            let (optics, rest) = LinearOptics::divide(catalogue, &config).unwrap().unwrap();
+            config.insert(STAGES.find(name).unwrap().typical());
+            let (optics, rest) = LinearOptics::divide(&config).unwrap().unwrap();
             assert!(rest.effect(name).is_none() && rest.effects.len() + 1 == config.effects.len());
             let events = |config: &SensorConfig, scene: &[Plane<f32>]| {
-                let mut run = catalogue.model(config).unwrap().start(SIZE, 5);
+                let mut run = SensorModel::from_config(config).unwrap().start(SIZE, 5);
                 let mut all = Vec::new();
                 for (k, plane) in scene.iter().enumerate() {
                     all.extend(run.expose(plane, Micros(1_000 * k as i64)).unwrap().iter());
@@ -127,12 +123,11 @@ mod tests {
 
     #[test]
     fn optics_behind_a_lamp_are_left_where_they_are() {
-        let catalogue = Catalogue::default();
         let mut config = SensorConfig::default();
-        assert!(LinearOptics::divide(catalogue, &config).unwrap().is_none());
-        catalogue.insert(&mut config, EffectConfig::new("psf_blur").with("sigma_px", 0.8));
-        assert!(LinearOptics::divide(catalogue, &config).unwrap().is_some());
-        catalogue.insert(&mut config, catalogue.find("lamp_flicker").unwrap().typical());
-        assert!(LinearOptics::divide(catalogue, &config).unwrap().is_none());
+        assert!(LinearOptics::divide(&config).unwrap().is_none());
+        config.insert(EffectConfig::new("psf_blur").with("sigma_px", 0.8));
+        assert!(LinearOptics::divide(&config).unwrap().is_some());
+        config.insert(STAGES.find("lamp_flicker").unwrap().typical());
+        assert!(LinearOptics::divide(&config).unwrap().is_none());
     }
 }

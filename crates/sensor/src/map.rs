@@ -44,7 +44,7 @@ impl fmt::Display for MapFault {
 }
 
 impl PixelMap {
-    /// Reads a map of which every value is at least `least`.
+    /// Reads a map whose values are all at least `least`.
     pub(crate) fn read(path: &Path, least: f32) -> Result<Self, MapFault> {
         let unreadable = |e: io::Error| MapFault::Unreadable(e.to_string());
         let file = BufReader::new(File::open(path).map_err(unreadable)?);

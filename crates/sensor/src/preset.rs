@@ -58,7 +58,6 @@ impl SensorConfig {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
     use crate::SensorModel;
 

@@ -95,7 +95,6 @@ fn half_positive(param: &NumberSpec) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use crate::{STAGES, SensorConfig, SensorModel};
 
     #[test]

@@ -2,7 +2,7 @@
 //!
 //! # Model
 //! The published motion moves a body with an arm. A model that is only a hand hangs on the wrist of
-//! the procedural arm, of which nothing else is rendered.
+//! the procedural arm, whose other parts are not rendered.
 //!
 //! The other hand of a model is its mirror image in the camera's upright plane of symmetry: the
 //! model is rendered by a camera whose image is mirrored, and its pose parameters are those of the
@@ -35,7 +35,7 @@ pub struct Actor {
     native_side: HandSide,
     /// Arm that moves a model without one, and its neutral shape.
     carrier: Option<(BodyModel, ShapedBody)>,
-    /// Mirror before the configured camera, in whose coordinates poses are.
+    /// Mirror before the configured camera; poses are in the camera's coordinates.
     mirror: Mirror,
     closed: bool,
     /// Extent of the texture on the surface along u and v.

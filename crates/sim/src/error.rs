@@ -36,7 +36,7 @@ pub enum SimError {
     /// The folder of backgrounds cannot be read.
     #[error("{}: cannot read the folder of backgrounds", path.display())]
     Folder {
-        /// The folder.
+        /// Path of the folder.
         path: PathBuf,
         /// Cause of the failure.
         source: io::Error,
@@ -44,7 +44,7 @@ pub enum SimError {
     /// The folder of backgrounds has no image files.
     #[error("{}: no .png, .jpg or .jpeg in the folder of backgrounds", path.display())]
     NoImages {
-        /// The folder.
+        /// Path of the folder.
         path: PathBuf,
     },
     /// A background image cannot be read.
@@ -117,7 +117,7 @@ pub enum SimError {
         faults.iter().map(|fault| format!("\n  {fault}")).collect::<String>()
     )]
     Damaged {
-        /// The directory.
+        /// Path of the directory.
         directory: PathBuf,
         /// Number of files with a digest.
         files: usize,

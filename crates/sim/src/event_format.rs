@@ -132,7 +132,6 @@ impl StepWriter {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     fn of(width: u16, height: u16, format: Option<&str>) -> Result<&'static str, String> {

@@ -71,8 +71,6 @@ impl Simulation {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use evpose_core::{Event, EventStream, Micros};
     use evpose_pose::HandSide;
     use evpose_sensor::{EffectConfig, SensorConfig, SensorModel};

@@ -38,7 +38,7 @@ pub trait Randomised: Clone + Serialize + DeserializeOwned {
     /// The tables of the file that apply to it, beside those of every task.
     const TASK: RandomisedTask;
 
-    /// The sensor.
+    /// Sensor model that randomisation may replace.
     fn sensor_mut(&mut self) -> &mut SensorChoice;
 }
 
@@ -73,7 +73,7 @@ struct Variation {
     /// Whether equal steps are equal differences or equal ratios.
     #[serde(default)]
     scale: VariationScale,
-    /// The field of which the drawn number is a multiple.
+    /// Field that the drawn value is multiplied by.
     times: Option<String>,
     /// The values to choose from, each as often as it is listed.
     one_of: Option<Vec<Value>>,

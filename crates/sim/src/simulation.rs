@@ -78,7 +78,7 @@ impl Simulation {
         Simulator::of_sequence(Arc::clone(&self.shared), index)
     }
 
-    /// The configuration.
+    /// Configuration of the simulation.
     pub fn config(&self) -> &SimulationConfig {
         &self.shared.config
     }

@@ -204,7 +204,7 @@ impl Simulator {
         self.surroundings.renderer.render_rgb(&mesh)
     }
 
-    /// The camera.
+    /// Camera of the recording.
     pub fn camera(&self) -> &Camera {
         &self.camera
     }

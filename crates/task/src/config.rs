@@ -124,7 +124,6 @@ fn set(table: &mut toml::Table, assignment: &str) -> Result<(), String> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
     use crate::baseline::BaselineConfig;
     use crate::body::BodyConfig;

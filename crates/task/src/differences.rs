@@ -57,7 +57,6 @@ fn flatten(prefix: &str, table: &toml::Table, out: &mut BTreeMap<String, String>
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use crate::TaskConfig as _;
     use crate::hand::HandConfig;
 

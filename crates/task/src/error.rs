@@ -10,7 +10,7 @@ pub enum TaskError {
     Io {
         /// The file or directory.
         path: PathBuf,
-        /// The reason.
+        /// Error of the operating system.
         source: std::io::Error,
     },
     /// A network that cannot be compiled.
@@ -21,7 +21,7 @@ pub enum TaskError {
         "--precision {precision} is for our engine, on --device flex: other devices compute in f32"
     )]
     Precision {
-        /// The precision.
+        /// Precision that was asked for.
         precision: evpose_infer::Precision,
     },
     /// A config or a checkpoint that cannot be read.
@@ -45,7 +45,7 @@ pub enum TaskError {
     Range {
         /// Dotted name of the field.
         field: String,
-        /// The number.
+        /// Value that was given.
         value: f64,
         /// The least that it may be.
         min: f64,

@@ -144,7 +144,6 @@ fn digest(graph: &Graph) -> String {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use burn::tensor::Device;
     use evpose_nn::MoveEnetConfig;
 

@@ -60,7 +60,7 @@ where
     F: StreamFrontend,
     W: InferenceWorker<Input = F::Input, Output = F::Output>,
 {
-    /// The stream of a recording of which nothing was read. The network is always free: inputs of
+    /// The stream of a recording, from its first event on. The network is always free: inputs of
     /// [`InferenceSchedule::NewestWhenFree`] are those of [`InferenceSchedule::Triggered`].
     pub fn new(windows: Windows, stream: PoseStream<F, W>, schedule: InferenceSchedule) -> Self {
         let events = ForwardEvents::new(windows);
@@ -68,7 +68,7 @@ where
         Self { events, stream, schedule, newest, has_begun: false, next_stride, strides: 0 }
     }
 
-    /// The sensor.
+    /// Size of the sensor of the recording.
     pub fn sensor(&self) -> SensorSize {
         self.events.windows.sensor()
     }

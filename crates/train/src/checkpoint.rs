@@ -86,7 +86,7 @@ pub(crate) fn weights_path(directory: &Path, interval: usize) -> PathBuf {
     part_path(directory, PARTS[0], interval)
 }
 
-/// The newest checkpoint below `directory` of which every part is there.
+/// The newest complete checkpoint below `directory`.
 ///
 /// # Errors
 /// If the directory exists but cannot be read.
@@ -94,8 +94,7 @@ pub fn newest_checkpoint(directory: &Path) -> Result<Option<usize>, TrainError> 
     Ok(complete_checkpoints(directory)?.first().copied())
 }
 
-/// The newest checkpoint below `directory` of which every part is there and undamaged, with what is wrong with the
-/// newer ones.
+/// The newest complete and undamaged checkpoint below `directory`, with the faults of the newer ones.
 ///
 /// # Errors
 /// If the directory exists but cannot be read; if all checkpoints are damaged, the damage of the newest.
@@ -115,7 +114,7 @@ pub(crate) fn intact_checkpoint(
     damage.into_iter().next().map_or(Ok((None, Vec::new())), |newest| Err(newest.into()))
 }
 
-/// The checkpoints of which every part is there, the newest first.
+/// The complete checkpoints, the newest first.
 fn complete_checkpoints(directory: &Path) -> Result<Vec<usize>, TrainError> {
     if !directory.exists() {
         return Ok(Vec::new());
@@ -135,7 +134,6 @@ fn complete_checkpoints(directory: &Path) -> Result<Vec<usize>, TrainError> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     #[test]

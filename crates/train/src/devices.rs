@@ -94,7 +94,6 @@ impl DeviceGroup {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     fn asked(devices: usize, strategy: DeviceStrategy) -> TrainingConfig {

@@ -12,7 +12,7 @@ pub enum TrainError {
     Io {
         /// The file or directory.
         path: PathBuf,
-        /// The reason.
+        /// Error of the operating system.
         source: std::io::Error,
     },
     /// A network that cannot be compiled.

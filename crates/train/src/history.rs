@@ -154,7 +154,7 @@ impl History {
         validation_losses(&self.lock().lines)
     }
 
-    /// Leaves the network of an interval out of those of which one is the best.
+    /// Excludes the network of an interval from the choice of the best.
     pub(crate) fn lose_network(&self, interval: usize) {
         self.lock().lost.insert(interval);
     }
@@ -257,7 +257,6 @@ impl MetricLogger for History {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     fn line(interval: usize, part: HistorySplit, loss: f64) -> HistoryLine {

@@ -47,45 +47,33 @@ mod barrier;
 pub mod baseline;
 mod batch_loader;
 pub mod body;
-mod camera_turn;
 mod checkpoint;
-mod condition;
 #[cfg(feature = "tui")]
 mod dashboard;
-mod dataset;
 mod devices;
 mod error;
-mod evaluation;
-mod filter_noise;
-pub mod foreign;
 mod guard;
-mod hand_batches;
-mod hand_loss;
-mod hand_training;
+mod hand;
 mod history;
 mod metric;
 mod order;
-mod packed_events;
 mod passes;
 mod plain_renderer;
 mod prefetch;
 mod progress_renderer;
 mod retention;
-mod sequence_events;
-mod slow_motion;
 pub mod training;
 mod waiting;
 
 pub use checkpoint::newest_checkpoint;
-pub use condition::{CONDITIONS, Condition};
-pub use dataset::{HandDataset, HandLabelTrack, HandSequence, Sample};
 pub use error::TrainError;
-pub use evaluation::{HandPoseTrack, Method, MethodResults, evaluate, evaluated_pose_count};
-pub use hand_loss::HAND_VALUES;
-pub use hand_training::{train_hand, untrained};
+pub use hand::{
+    CONDITIONS, Condition, HAND_VALUES, HandDataset, HandLabelTrack, HandPoseTrack, HandSequence,
+    Method, MethodResults, Sample, SlowMotionResults, SlowMotionUsage, evaluate,
+    evaluate_slow_motion, evaluated_pose_count, foreign, train_hand, untrained,
+};
 pub use history::{HistoryLine, HistorySplit, read_history, validation_losses, validation_means};
 pub use metric::{LOSS, LoggedValue};
 pub use progress_renderer::{Progress, ProgressCallback};
-pub use slow_motion::{SlowMotionResults, SlowMotionUsage, evaluate_slow_motion};
 pub use training::{TrainOptions, TrainSummary};
 pub use waiting::DataWait;

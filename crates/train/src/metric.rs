@@ -41,7 +41,6 @@ pub struct BatchValues {
 }
 
 impl BatchValues {
-    /// The loss.
     pub(crate) fn loss(&self) -> f64 {
         self.values[0]
     }

@@ -137,7 +137,6 @@ impl WaitMeter {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     fn wait(training_ms: u64, waited_ms: u64) -> DataWait {

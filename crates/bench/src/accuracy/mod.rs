@@ -125,7 +125,6 @@ fn evaluated(checkpoint: &Path, set: &Prepared, scratch: &Path) -> Result<Option
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     #[test]

@@ -22,7 +22,6 @@ pub(super) struct Record {
 #[derive(Debug, Serialize)]
 pub(super) struct Simulated {
     pub(super) task: &'static str,
-    /// The command.
     pub(super) simulation: String,
     /// The lines of `manifest.sha256`.
     pub(super) manifest: Vec<String>,

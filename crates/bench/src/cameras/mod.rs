@@ -72,7 +72,7 @@ struct Report {
 
 /// Scenes of a task before any sensor.
 trait Scenes {
-    /// The metric.
+    /// Name of the metric in the table.
     fn metric(&self) -> &'static str;
     /// The sensor that the network expects.
     fn native(&self) -> SensorSize;

@@ -139,7 +139,6 @@ fn moderate(network: MoveEnet, input: [usize; 3]) -> Result<MoveEnet> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_nn::BACKBONES;
 
     use super::*;

@@ -10,7 +10,6 @@ use evpose_pose::stream::{InferenceWorker, PoseStream, StreamError, StreamFronte
 /// Takes events and drops them.
 struct NoTask;
 
-/// Its stream.
 pub(super) fn no_task() -> Box<dyn OnlineStream> {
     Box::new(TaskStream::new(PoseStream::new(NoTask, NoTask), 0.0, Skeleton::Body))
 }

@@ -115,8 +115,6 @@ fn packets(window: &EventStream, start: Micros) -> Result<Vec<EventStream>> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use super::*;
 
     #[test]

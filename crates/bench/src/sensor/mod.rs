@@ -1,7 +1,7 @@
 //! `evpose bench sensor`: what a step costs per pixel, beside other simulators.
 
 mod peer;
-pub mod scene;
+mod scene;
 
 use std::time::Instant;
 

@@ -1,20 +1,18 @@
 //! Input and sensor models of the benchmark: frames in memory, and chains of effects.
-//!
-//! The criterion benches include this file as well, so that both measure the same.
 
 use evpose_core::{Plane, SensorSize};
 use evpose_sensor::{EffectConfig, SensorConfig};
 
 /// The published sensor of EventHands.
-pub const SIZE: SensorSize = SensorSize::DAVIS240C;
+pub(super) const SIZE: SensorSize = SensorSize::DAVIS240C;
 /// Frames per second.
-pub const FPS: u32 = 1_000;
+pub(super) const FPS: u32 = 1_000;
 /// Frames of the sequence, which ends where it begins.
-pub const FRAMES: usize = 64;
+pub(super) const FRAMES: usize = 64;
 
 /// A textured disc that moves over a textured ground, in code values of 0 to 255: edges of both
 /// signs at all slopes.
-pub fn codes(index: usize) -> Vec<u8> {
+pub(super) fn codes(index: usize) -> Vec<u8> {
     let width = usize::from(SIZE.width);
     // Back and forth, so that the sequence can be repeated without a jump.
     let half = FRAMES / 2;
@@ -33,7 +31,7 @@ pub fn codes(index: usize) -> Vec<u8> {
 }
 
 /// The frames as the sensor sees them, relative to white.
-pub fn frames() -> Vec<Plane<f32>> {
+pub(super) fn frames() -> Vec<Plane<f32>> {
     let light = |index| {
         let mut plane = Plane::for_sensor(SIZE, 0.0);
         for (y, code) in plane.data_mut().iter_mut().zip(codes(index)) {
@@ -45,44 +43,44 @@ pub fn frames() -> Vec<Plane<f32>> {
 }
 
 /// The ideal sensor with thresholds that differ from pixel to pixel by a tenth.
-pub fn thresholds() -> SensorConfig {
+pub(super) fn thresholds() -> SensorConfig {
     with(&[mismatch()])
 }
 
 /// All that the noisy model of v2e has, in physical form: events where thresholds are crossed.
-pub fn all() -> SensorConfig {
+pub(super) fn all() -> SensorConfig {
     with(&[mismatch(), lowpass(), leak(), shot(), refractory()])
 }
 
 /// The ideal sensor with these effects.
-pub fn with(effects: &[EffectConfig]) -> SensorConfig {
+fn with(effects: &[EffectConfig]) -> SensorConfig {
     let mut config = SensorConfig::default();
     config.effects.extend_from_slice(effects);
     config
 }
 
 /// Thresholds of 0.2 differ by 0.02.
-pub fn mismatch() -> EffectConfig {
+fn mismatch() -> EffectConfig {
     EffectConfig::new("threshold_mismatch").with("sigma", 0.02)
 }
 
 /// A bandwidth in proportion to light.
-pub fn lowpass() -> EffectConfig {
+fn lowpass() -> EffectConfig {
     EffectConfig::new("photoreceptor_lowpass").with("cutoff_hz", 300.0).with("dark_light", 0.08)
 }
 
 /// A leak of its own in every pixel.
-pub fn leak() -> EffectConfig {
+fn leak() -> EffectConfig {
     EffectConfig::new("leak_on").with("rate_hz", 0.1).with("spread_decades", 0.1)
 }
 
 /// Shot noise that is strongest in the dark.
-pub fn shot() -> EffectConfig {
+fn shot() -> EffectConfig {
     let shot = EffectConfig::new("shot_noise_poisson").with("rate_hz", 5.0);
     shot.with("spread_decades", 0.1).with("light_slope", 0.75)
 }
 
 /// Half a millisecond behind each event.
-pub fn refractory() -> EffectConfig {
+fn refractory() -> EffectConfig {
     EffectConfig::new("refractory").with("period_us", 500.0)
 }

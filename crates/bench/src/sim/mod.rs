@@ -1,7 +1,5 @@
 //! `evpose bench sim`: steps a second of the labelled hand simulation, and where the time goes.
 
-#[cfg(feature = "peers")]
-mod euc;
 mod mesh;
 mod raster;
 
@@ -29,8 +27,7 @@ use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  evpose bench sim\n  evpose bench sim --quick\n  \
-    evpose bench sim --sequences 2 --seconds 5 --json sim.json\n\n\
-    Build with --features peers to time other rasterisers in the same run.")]
+    evpose bench sim --sequences 2 --seconds 5 --json sim.json")]
 pub struct BenchSimArgs {
     /// A TOML file, or an embedded config: its simulation is measured
     #[arg(long, default_value = "eventhands")]

@@ -1,4 +1,4 @@
-//! Time of the rasteriser alone, beside others, on the same posed mesh and one core.
+//! Time of the rasteriser alone, compared with a plain loop, on the same posed mesh and one core.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -36,8 +36,6 @@ pub(super) fn measure(config: &SimulationConfig, model: &BodyModel) -> Vec<Raste
         ("evpose", Box::new(Ours::new(camera, model))),
         ("plain scalar loop", Box::new(Plain::new(camera, model))),
     ];
-    #[cfg(feature = "peers")]
-    contestants.push(("euc 0.5.3", Box::new(super::euc::Euc::new(camera, model))));
     let mut times_us = vec![Vec::new(); contestants.len()];
     let mut covered = vec![0; contestants.len()];
     for round in 0..=ROUNDS {
@@ -81,7 +79,7 @@ pub(super) fn measure(config: &SimulationConfig, model: &BodyModel) -> Vec<Raste
 }
 
 /// Something that finds the nearest face of every pixel.
-pub(super) trait Draw {
+trait Draw {
     /// Draws a frame into a cleared buffer.
     fn draw(&mut self, vertices_m: &[Vec3]);
     /// Pixels of the last frame that see the mesh.
@@ -212,8 +210,8 @@ impl Draw for Plain<'_> {
     }
 }
 
-/// OpenGL's clip coordinates, as other rasterisers want them.
-pub(super) fn clip_from_world(camera: &Camera) -> Mat4 {
+/// OpenGL's clip coordinates.
+fn clip_from_world(camera: &Camera) -> Mat4 {
     let (near, far) = (camera.near_m(), 10.0);
     let pinhole = camera.pinhole();
     let (width, height) = (f32::from(camera.sensor().width), f32::from(camera.sensor().height));

@@ -41,7 +41,7 @@ pub enum ModelFileError {
     /// A pickle, the format of `.pkl` files, is damaged or cut off.
     #[error("{}: the file has {bytes} bytes; if it is cut off, copy it again", path.display())]
     Pickle {
-        /// The pickle.
+        /// Path of the pickle.
         path: PathBuf,
         /// Size of the file.
         bytes: usize,
@@ -77,7 +77,7 @@ pub enum ModelFileError {
     Field {
         /// File that the field is in.
         path: PathBuf,
-        /// The field.
+        /// Name of the malformed field.
         field: &'static str,
         /// Defect of the field.
         fault: FieldFault,
@@ -104,7 +104,7 @@ pub enum FieldFault {
     Value {
         /// Row-major index of the value.
         index: usize,
-        /// The value.
+        /// Value as it is in the file.
         value: f64,
     },
     /// An index of a vertex that does not exist.
@@ -112,7 +112,7 @@ pub enum FieldFault {
     Index {
         /// Row-major index of the value.
         index: usize,
-        /// The value.
+        /// Index as it is in the file.
         value: f64,
         /// Largest valid index.
         last: usize,
@@ -120,7 +120,7 @@ pub enum FieldFault {
     /// Skin weights of a vertex that do not sum to one.
     #[error("the weights of vertex {vertex} have sum {sum}, expected 1")]
     Sum {
-        /// The vertex.
+        /// Index of the vertex.
         vertex: usize,
         /// Their sum.
         sum: f64,
@@ -128,7 +128,7 @@ pub enum FieldFault {
     /// A kinematic tree other than the published one.
     #[error("joint {joint} hangs on another joint than in the published model")]
     Tree {
-        /// The joint.
+        /// Index of the joint in the kinematic tree.
         joint: usize,
     },
 }

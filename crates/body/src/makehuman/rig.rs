@@ -53,7 +53,7 @@ struct Weights {
 
 /// The rig of a base mesh.
 pub(super) struct Rig {
-    /// Vertices in whose middle each joint is.
+    /// Vertices whose mean is the position of each joint.
     heads: Vec<Vec<u32>>,
     /// The same for the ends of the ten digits, left hand first.
     tips: Vec<Vec<u32>>,

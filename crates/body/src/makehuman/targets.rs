@@ -51,8 +51,8 @@ pub struct MacroTarget {
     words: Vec<usize>,
 }
 
-/// Macro parameters of shape coefficients, of which ±2 is all of a parameter; those that are missing
-/// are zero. Sexes are seldom mixed; nobody is younger than about 13 years, nor as small or tall as
+/// Macro parameters of shape coefficients; ±2 is the whole range of a parameter, and missing ones are
+/// zero. Sexes are seldom mixed; nobody is younger than about 13 years, nor as small or tall as
 /// the outermost targets of height.
 pub(crate) fn macros_of(betas: &[f32]) -> [f32; MACROS] {
     let beta = |k: usize| betas.get(k).copied().unwrap_or(0.0);

@@ -31,7 +31,7 @@ const FRAME_PX: u32 = 270;
 
 /// Material of a report.
 pub struct Material<'a> {
-    /// The experiment.
+    /// Experiment that the network was trained in.
     pub config: &'a HandConfig,
     /// Sequences of the evaluation.
     pub held_out: &'a HandDataset,

@@ -42,7 +42,7 @@ pub struct Metrics {
 /// Scores on a recording.
 #[derive(Debug, Serialize)]
 pub struct RecordingScores {
-    /// Its name.
+    /// Name of the recording's files without extension.
     pub name: String,
     /// The scores.
     #[serde(flatten)]

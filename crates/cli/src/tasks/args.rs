@@ -260,7 +260,7 @@ impl InferArgs {
         Ok(self.format.map_or_else(|| pose_format_of(path), Ok)?)
     }
 
-    /// A latency of so many seconds in milliseconds, if latencies are asked for.
+    /// `delay_s` in milliseconds, if latencies are asked for.
     pub(crate) fn latency_ms(&self, delay_s: f64) -> Option<f64> {
         self.latencies.then_some(1e3 * delay_s)
     }

@@ -109,14 +109,23 @@ pub fn open(checkpoint: &Path, device: &DeviceArgs) -> Result<Box<dyn PoseModel>
         return task_of_config(&config.to_string_lossy())?.open(checkpoint, &device);
     }
     // Weights of others name no task: they are of the one whose network they fit.
-    let mut errors = Vec::new();
+    let (mut models, mut errors) = (Vec::new(), Vec::new());
     for task in &TASKS {
         match task.open(checkpoint, &device) {
-            Ok(model) => return Ok(model),
+            Ok(model) => models.push(model),
             Err(error) => errors.push(format!("as of the task `{}`: {error:#}", task.name())),
         }
     }
-    bail!("{}: of no known task\n{}", checkpoint.display(), errors.join("\n"))
+    let fitting: Vec<String> = models.iter().map(|model| format!("`{}`", model.task())).collect();
+    match models.pop() {
+        Some(model) if models.is_empty() => Ok(model),
+        None => bail!("{}: of no known task\n{}", checkpoint.display(), errors.join("\n")),
+        Some(_) => bail!(
+            "{}: names no task, and the weights fit several: {}",
+            checkpoint.display(),
+            fitting.join(", ")
+        ),
+    }
 }
 
 /// The experiment of a config, of whichever task it is; see [`StudiedTask::experiment`].

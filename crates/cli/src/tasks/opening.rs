@@ -156,7 +156,6 @@ pub fn parse_size(text: &str) -> Result<SensorSize> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     #[test]

@@ -24,7 +24,7 @@ pub enum TaskCommand {
 
 /// A command as a type.
 pub trait OfCommand {
-    /// The command.
+    /// Command that the arguments are added to.
     const COMMAND: TaskCommand;
 }
 

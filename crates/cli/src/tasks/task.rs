@@ -228,14 +228,14 @@ pub struct DataSetInfo {
     pub seconds: f64,
     /// Seed of the experiment.
     pub seed: u64,
-    /// Its files.
+    /// Recordings and labels.
     pub set: SequenceSet,
 }
 
 /// Accuracy and latency in a precision.
 #[derive(Debug, Clone)]
 pub struct PrecisionScores {
-    /// The precision.
+    /// Precision of the engine.
     pub precision: Precision,
     /// Median time of an inference of one input, in milliseconds.
     pub latency_ms: f64,

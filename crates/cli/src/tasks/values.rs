@@ -85,7 +85,7 @@ pub trait ValueModel {
             Output = <Self::Frontend as StreamFrontend>::Output,
         > + 'static;
 
-    /// The values.
+    /// Names and units of the values of a pose.
     fn layout(&self) -> &'static PoseLayout;
 
     /// Time between inputs, unless the user says otherwise.

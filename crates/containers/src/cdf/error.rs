@@ -26,7 +26,7 @@ pub enum CdfError {
     Unsupported {
         /// Byte of the fault.
         byte: u64,
-        /// The feature.
+        /// Name of the feature.
         what: String,
         /// The supported alternative.
         instead: &'static str,

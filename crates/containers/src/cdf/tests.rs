@@ -1,7 +1,5 @@
 //! Comparison with files of another program; see `tests/golden/cdf`.
 
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 use std::fs;
 use std::path::Path;
 

@@ -111,7 +111,7 @@ pub enum MatError {
     Unsupported {
         /// Path of the value.
         path: String,
-        /// Its class.
+        /// Class of the array.
         class: MatClass,
     },
 }

@@ -11,7 +11,7 @@ use crate::mat::{MatError, MatValue};
 
 const HEADER_BYTES: usize = 128;
 /// Default limit of the inflated bytes of all variables, against archives that expand without end: a
-/// quarter of a gigabyte, and more only of files of which each byte becomes no more than 64.
+/// quarter of a gigabyte, and more only for files that inflate by no more than a factor of 64.
 const INFLATED_LIMIT: u64 = 1 << 28;
 const INFLATED_RATIO: u64 = 64;
 

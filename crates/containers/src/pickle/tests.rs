@@ -1,6 +1,5 @@
 //! Pickles as Python writes them, and as nobody does.
 
-#![allow(clippy::unwrap_used, reason = "tests")]
 use crate::pickle::{Array, ArrayError, Id, Pickle, PickleValue, Sparse};
 use proptest::prelude::*;
 

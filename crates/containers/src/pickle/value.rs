@@ -33,7 +33,7 @@ pub enum PickleValue {
     Dict(Vec<(Id, Id)>),
     /// A name in a Python module: a class or a function.
     Global {
-        /// The module.
+        /// Dotted path of the module.
         module: String,
         /// Its name in there.
         name: String,
@@ -42,7 +42,7 @@ pub enum PickleValue {
     Persistent(Id),
     /// An object: a callable and its arguments, then what was put into it.
     Call {
-        /// The callable.
+        /// Class or function that is called.
         callable: Id,
         /// The tuple it would be given.
         arguments: Id,

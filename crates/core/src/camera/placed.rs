@@ -139,8 +139,6 @@ impl TryFrom<CameraFields> for PlacedCamera {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use super::*;
     use crate::{LookAt, Pinhole, SensorSize};
     use glam::{DMat4, Vec3};

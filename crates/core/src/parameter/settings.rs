@@ -221,7 +221,7 @@ pub enum ParameterError {
     /// A parameter does not take the value.
     #[error("`{}` = {value}, expected {}", parameter.name(), parameter.expected())]
     BadValue {
-        /// The parameter.
+        /// Parameter that refuses the value.
         parameter: &'static Parameter,
         /// The value, as it was written.
         value: String,
@@ -229,7 +229,7 @@ pub enum ParameterError {
     /// A parameter without a default is missing.
     #[error("needs `{}`: {}", parameter.name(), parameter.expected())]
     MissingKey {
-        /// The parameter.
+        /// Parameter that is missing.
         parameter: &'static Parameter,
     },
 }
@@ -240,7 +240,6 @@ fn names(allowed: &[&str]) -> String {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
     use crate::NumberKind;
 

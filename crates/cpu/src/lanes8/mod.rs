@@ -87,9 +87,9 @@ pub trait Lanes8: Copy + Debug {
     fn sub_i(self, a: Self::I, b: Self::I) -> Self::I;
     /// `a · b`, wrapping.
     fn mul_i(self, a: Self::I, b: Self::I) -> Self::I;
-    /// The larger.
+    /// Maximum of each lane, signed.
     fn max_i(self, a: Self::I, b: Self::I) -> Self::I;
-    /// The smaller.
+    /// Minimum of each lane, signed.
     fn min_i(self, a: Self::I, b: Self::I) -> Self::I;
     /// Mask of `a > b`.
     fn gt_i(self, a: Self::I, b: Self::I) -> Self::I;

@@ -35,8 +35,7 @@ pub(super) fn check(
     }
 }
 
-/// Runs of frames of which each is the same as the one before: where they begin and how long they
-/// are.
+/// Runs of equal frames: the first frame and the length of each.
 fn runs(frames: usize, is_same: impl Fn(usize, usize) -> bool) -> Vec<(usize, usize)> {
     let mut runs = Vec::new();
     let mut start = 0;

@@ -24,7 +24,7 @@ pub enum LabelFault {
     },
     /// A limb is much longer or shorter than it is elsewhere; lengths in torsos.
     BoneLength {
-        /// Its length.
+        /// Length of the limb in torsos.
         length: f32,
         /// Median of its length.
         median: f32,
@@ -93,7 +93,7 @@ impl fmt::Display for LabelFault {
 /// A fault, with its track, frame and joints.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LabelFinding {
-    /// The track.
+    /// Name of the track.
     pub track: String,
     /// The frame, or the first of several.
     pub frame: String,
@@ -104,7 +104,7 @@ pub struct LabelFinding {
     pub t_s: Option<f64>,
     /// The joints; none for all of them.
     pub joints: Vec<&'static str>,
-    /// The fault.
+    /// Kind of the fault, with its measurements.
     pub fault: LabelFault,
 }
 
@@ -125,7 +125,7 @@ impl fmt::Display for LabelFinding {
 /// Statistics of the length of a limb over all tracks.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LimbSummary {
-    /// Its joints.
+    /// Joints at the ends of the limb.
     pub joints: [&'static str; 2],
     /// Count of frames in which it and the torso are labelled.
     pub frames: usize,
@@ -141,7 +141,7 @@ pub struct LimbSummary {
 /// Counts of the labels of a joint over all tracks.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct JointSummary {
-    /// The joint.
+    /// Name of the joint.
     pub joint: &'static str,
     /// Frames in which it is labelled.
     pub labelled: usize,

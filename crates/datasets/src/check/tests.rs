@@ -1,5 +1,3 @@
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 use evpose_core::CounterRng;
 use evpose_pose::body::{BodyPoints, number};
 use glam::Vec2;

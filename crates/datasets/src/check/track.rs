@@ -114,7 +114,6 @@ pub(super) fn median(mut values: Vec<f32>) -> Option<f32> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_pose::body::{BodyLabel, Keypoint, Visibility};
 
     use super::*;

@@ -161,7 +161,6 @@ fn labelled(
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_pose::body::number;
 
     use super::*;

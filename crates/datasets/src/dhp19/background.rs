@@ -116,7 +116,6 @@ impl Support {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_core::{Event, Micros, Polarity};
 
     use super::*;

@@ -35,7 +35,7 @@ impl Default for Dhp19Filters {
 /// A rectangle of a camera.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CameraMask {
-    /// The camera.
+    /// Index of the camera.
     pub camera: usize,
     /// Its columns, from 0.
     pub columns: Range<u16>,
@@ -108,7 +108,6 @@ fn remove_hot_pixels(camera: &mut EventStream, events: u32) {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_core::{Micros, Polarity};
 
     use super::*;

@@ -124,7 +124,6 @@ fn parse(bytes: &[u8]) -> Result<Projection, (usize, String)> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     /// A camera at the origin that looks along z: 300 pixels of focal length, middle at (173, 130).

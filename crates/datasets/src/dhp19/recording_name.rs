@@ -25,7 +25,7 @@ pub struct Dhp19Name {
 /// Something that is known to be wrong with recordings or labels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct KnownFault {
-    /// Of which recordings; none means of all.
+    /// Recording that has it; none means all.
     pub recording: Option<Dhp19Name>,
     /// Whether the recording is of no use.
     pub is_fatal: bool,
@@ -159,7 +159,6 @@ impl FromStr for Dhp19Name {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     #[test]

@@ -9,7 +9,7 @@ use super::POSE_INTERVAL;
 pub struct Span {
     /// The time, on the clock of the cameras.
     pub window: TimeWindow,
-    /// Its origin.
+    /// Pulses that bound the movement.
     pub origin: SpanOrigin,
 }
 
@@ -28,8 +28,7 @@ pub enum SpanOrigin {
     Stated,
 }
 
-/// The time of a movement of so many `poses`, whose first and last events are at `first` and
-/// `last`.
+/// The time of a movement with events from `first` to `last` and a count of `poses`.
 ///
 /// # Model
 /// Of three or five pulses the first is the beginning and the last the end, the others repeat the
@@ -64,7 +63,6 @@ pub(super) fn movement_span(
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     fn span(pulses: &[i64]) -> (i64, i64, SpanOrigin) {

@@ -1,8 +1,6 @@
 //! Comparison with files in the published layouts and values of a separate program; see
 //! `tests/golden/dhp19`.
 
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 use std::fs;
 use std::path::{Path, PathBuf};
 

@@ -40,7 +40,7 @@ impl ClipName {
         self.camera
     }
 
-    /// The person.
+    /// Number of the subject, as in `S9`.
     pub fn subject(&self) -> u8 {
         self.subject
     }
@@ -102,7 +102,6 @@ impl FromStr for ClipName {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     #[test]

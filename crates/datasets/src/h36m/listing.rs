@@ -61,7 +61,6 @@ fn entries(folder: &Path) -> Result<Vec<PathBuf>, DatasetError> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     #[test]

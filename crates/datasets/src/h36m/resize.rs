@@ -53,8 +53,8 @@ impl Resizer {
     }
 }
 
-/// Weights with which `from` pixels, of which `begin` is the first, are averaged to `to` pixels: one list
-/// of weights for each of these.
+/// Weights that average `from` pixels, the first of them `begin`, to `to` pixels: one list for each of
+/// these.
 fn shares(begin: usize, from: usize, to: usize) -> Vec<Share> {
     let scale = from as f64 / to as f64;
     let share = |pixel: usize| {

@@ -19,7 +19,7 @@ use crate::recording::TimedBody;
 /// How frames become events.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Synthesis {
-    /// The sensor.
+    /// Sensor model that the frames are shown to.
     pub sensor: SensorConfig,
     /// Frames a second.
     pub fps: f64,

@@ -1,8 +1,6 @@
 //! Comparison with files in the published layout and values of other programs; see
 //! `tests/golden/h36m`.
 
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 use std::path::{Path, PathBuf};
 
 use evpose_core::{Event, EventStream, Micros, Plane, Polarity, SensorSize};

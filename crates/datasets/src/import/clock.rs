@@ -90,7 +90,6 @@ fn last_digits(name: &str) -> Option<&str> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     fn names(names: &[&str]) -> Vec<ImageTime> {

@@ -28,7 +28,7 @@ pub enum ImportError {
     NoTime {
         /// The label file.
         path: PathBuf,
-        /// The image.
+        /// Name or index of the image in it.
         place: String,
     },
     /// No label has a time stamp within the recording.

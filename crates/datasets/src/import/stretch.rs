@@ -96,7 +96,6 @@ pub(crate) fn name_of(recording: &str, index: usize, count: usize) -> String {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_core::{Event, Polarity, SensorSize};
 
     use super::*;

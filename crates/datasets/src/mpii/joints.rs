@@ -11,7 +11,7 @@ use crate::open::open_mat;
 /// An annotated image.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MpiiImage {
-    /// Its file.
+    /// Name of the file in the folder of images.
     pub name: String,
     /// Joints of each person in pixels, in the order of networks; none where not annotated.
     pub persons: Vec<BodyPoints>,
@@ -37,7 +37,6 @@ pub fn read_joints(path: &Path) -> Result<Vec<MpiiImage>, DatasetError> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     #[test]

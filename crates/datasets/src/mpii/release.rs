@@ -12,7 +12,6 @@ use crate::DatasetError;
 pub(super) struct MpiiPhotograph {
     /// Index of the photograph in the release, from 0.
     pub(super) index: usize,
-    /// Its file.
     pub(super) name: String,
     /// The persons on it, or what is wrong with one of them.
     pub(super) persons: Vec<Result<Person, MatError>>,

@@ -47,7 +47,6 @@ impl FrameSet {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_core::{EventStream, Micros, SensorSize};
     use glam::Vec2;
 

@@ -48,7 +48,6 @@ pub fn body_label(points_px: &BodyPoints, sensor: SensorSize, torso: TorsoRule) 
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     const SENSOR: SensorSize = SensorSize { width: 100, height: 200 };

@@ -16,7 +16,6 @@ const MIN_EXTENT_PX: f64 = 64.0;
 pub(crate) struct Photograph {
     /// Index of the photograph in the release, from 0.
     pub(crate) index: usize,
-    /// Its file.
     pub(crate) name: String,
     /// The persons on it, or what is wrong with one of them.
     pub(crate) persons: Vec<Result<Person, PersonFault>>,

@@ -69,11 +69,11 @@ impl fmt::Display for SkipReason {
 /// A photograph or a person that was skipped.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Skipped {
-    /// The photograph.
+    /// File of the photograph.
     pub image: String,
     /// Index of the person on it, from zero; none for the whole photograph.
     pub person: Option<usize>,
-    /// The reason.
+    /// Rule by which it was skipped.
     pub reason: SkipReason,
     /// Details of the fault, if there are any.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -83,7 +83,6 @@ impl Window {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     fn person(points: &[[f64; 2]]) -> Person {

@@ -23,7 +23,7 @@ const SIMULATED: i8 = 4;
 /// A recording with its frames.
 #[derive(Debug, Clone)]
 pub struct LoadedShots {
-    /// The frames.
+    /// Frames with their times of exposure.
     pub shots: Shots,
     /// Events between the first and the last frame.
     pub recording: LoadedRecording,

@@ -48,7 +48,6 @@ pub struct Maps {
     /// Excess events of all hot pixels over the model.
     pub hot_events: f64,
     /// Displacements of parts of the image.
-    #[serde(default)]
     pub arrows: Vec<Arrow>,
 }
 

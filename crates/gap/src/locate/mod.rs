@@ -57,7 +57,6 @@ pub struct Located {
     /// Residuals over image and time.
     pub maps: Maps,
     /// Laws of the difference along each property, that which describes most first.
-    #[serde(default)]
     pub responses: Vec<Response>,
 }
 

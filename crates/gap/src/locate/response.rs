@@ -27,11 +27,11 @@ const REPORTED: usize = 6;
 /// Difference of events along one property, and the function that describes it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Response {
-    /// The property.
+    /// Property that the events are ordered by.
     pub property: Property,
     /// Whether it is about ON events.
     pub is_on: bool,
-    /// The differences.
+    /// Difference in each bin of the property.
     pub points: Vec<ResponsePoint>,
     /// The fitted function.
     pub fit: ResponseFit,

@@ -6,9 +6,7 @@ const WEIGHTS: [f32; 5] = [1.0 / 16.0, 4.0 / 16.0, 6.0 / 16.0, 4.0 / 16.0, 1.0 /
 /// Values of pixels, row by row.
 #[derive(Debug, Clone)]
 pub(super) struct Image {
-    /// Columns.
     pub(super) width: usize,
-    /// The values.
     pub(super) data: Vec<f32>,
 }
 

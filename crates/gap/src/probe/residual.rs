@@ -32,7 +32,7 @@ impl Residuals {
         Self(pairs.map(|(n, e)| (n + 0.375).sqrt() - (gain * e + 0.375).sqrt()).collect())
     }
 
-    /// Mean square over the chosen pixels, of which there count at least fifty.
+    /// Mean square over the chosen pixels; the divisor is at least fifty.
     pub(super) fn mean_square(&self, is_chosen: impl Fn(usize) -> bool) -> f64 {
         let (mut n, mut squares) = (0, 0.0);
         for pixel in (0..self.0.len()).filter(|pixel| is_chosen(*pixel)) {

@@ -14,12 +14,10 @@ pub struct Ranked {
     /// Discrepancy of the model with it.
     pub discrepancy: f64,
     /// Standard error of its difference to the best, if known.
-    #[serde(default)]
     pub error: Option<f64>,
     /// Whether all its parameters were fitted, or only its strength was screened.
     pub is_fitted: bool,
     /// Fitted parameters.
-    #[serde(default)]
     pub parameters: BTreeMap<String, Quantity>,
 }
 
@@ -49,7 +47,7 @@ pub enum ModelChange {
 /// Gap of one variant of the model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Ablation {
-    /// The change.
+    /// Kind of the change.
     pub change: ModelChange,
     /// Effect that was added, dropped, or swapped in; empty if there is none.
     pub effect: String,
@@ -60,7 +58,7 @@ pub struct Ablation {
 /// An assumption of the answer, with an observation that would overturn it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Doubt {
-    /// The assumption.
+    /// Assumption as a sentence.
     pub assumption: String,
     /// Observation that would show that it does not hold.
     pub overturned_by: String,

@@ -25,49 +25,35 @@ pub use side_by_side::{SideBySide, SideBySideFrame};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ReportData {
-    /// The verdict.
+    /// Answer of the run, as `verdict.json` has it.
     pub verdict: Verdict,
     /// Provenance: recording, scene, model, seed, version, time taken.
-    #[serde(default)]
     pub provenance: Vec<Fact>,
     /// Gap of each block before and after, see [`block_gaps`].
-    #[serde(default)]
     pub blocks: Vec<BlockGap>,
     /// All statistics, see [`probe_rows`].
-    #[serde(default)]
     pub probes: Vec<ProbeRow>,
     /// Location of the disagreement with the model as given.
-    #[serde(default)]
     pub before: Located,
     /// Location of the disagreement with the corrected model.
-    #[serde(default)]
     pub after: Option<Located>,
     /// Measured, simulated and corrected curves, see [`plots()`].
-    #[serde(default)]
     pub plots: Vec<Plot>,
     /// Candidates of the search, the best first.
-    #[serde(default)]
     pub candidates: Vec<Ranked>,
     /// Discrepancy of the model with its own parameters refitted, the baseline of candidates.
-    #[serde(default)]
     pub discrepancy_without: Option<f64>,
     /// Similarity of effects in this recording.
-    #[serde(default)]
     pub confusability: Confusability,
     /// Gaps of the ablation: effects added, dropped and swapped.
-    #[serde(default)]
     pub ablation: Vec<Ablation>,
     /// Measured, simulated and corrected events side by side.
-    #[serde(default)]
     pub side_by_side: Option<SideBySide>,
     /// Model as given, as TOML.
-    #[serde(default)]
     pub model_before: String,
     /// Corrected model, as TOML.
-    #[serde(default)]
     pub model_after: String,
     /// Assumptions, and observations that would overturn the answer; see [`Doubt::for_verdict`].
-    #[serde(default)]
     pub doubts: Vec<Doubt>,
 }
 

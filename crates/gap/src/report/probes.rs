@@ -11,7 +11,7 @@ use crate::{Expectation, Layout, StatisticBlock, rho_of_chance};
 /// Gap of one block of statistics.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct BlockGap {
-    /// The block.
+    /// Family of statistics.
     pub block: StatisticBlock,
     /// Gap of the model as given.
     pub before: GapValue,
@@ -22,7 +22,7 @@ pub struct BlockGap {
 /// One compared statistic.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ProbeRow {
-    /// Its block.
+    /// Family of statistics that it belongs to.
     pub block: StatisticBlock,
     /// Name.
     pub name: String,

@@ -15,7 +15,7 @@ use crate::{GapError, Objective};
 const LINE_SEARCHED: usize = 6;
 /// Further proposals whose strength is fitted because they resemble one of these.
 const RESEMBLING: usize = 3;
-/// Proposals of which all parameters are fitted.
+/// Proposals that are fitted in all their parameters.
 const FINALISTS: usize = 3;
 /// Proposals with more than this multiple of the least discrepancy are not fitted in full.
 const FAR_BEHIND: f64 = 2.0;

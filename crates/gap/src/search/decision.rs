@@ -8,8 +8,8 @@ use super::identification::ModelScore;
 use super::significance::{Difference, Unexplained};
 use crate::verdict::Answer;
 
-/// Gap within the tolerances of statistics: two simulators of one sensor, one of which is the
-/// "camera", differ by up to 0.3 in the edges of bins and the order of events.
+/// Gap within the tolerances of statistics: two simulators of one sensor differ by up to 0.3 in the edges of
+/// bins and the order of events.
 pub(super) const TOLERATED_GAP: f64 = 0.42;
 /// Level of significance of all candidates together.
 const LEVEL: f64 = 0.01;

@@ -1,7 +1,7 @@
 //! Direct estimates: parameters of effects that a recording shows without a simulation, where a fit
 //! would not find them by gradient descent.
 
-use evpose_sensor::{Catalogue, EffectConfig, NumberSpec, SensorConfig};
+use evpose_sensor::{EffectConfig, NumberSpec, SensorConfig};
 
 use super::decision::MAX_OF_COUNTED;
 use super::recording_marks::{Estimate, Recording, all_estimates};
@@ -23,14 +23,13 @@ const AMPLITUDES: [f64; 9] = [0.85, 1.0, 1.04, 1.09, 1.14, 1.2, 1.27, 1.36, 1.5]
 /// Direct estimates of a recording, at most one per effect.
 #[derive(Debug, Clone)]
 pub(super) struct DirectEstimates {
-    catalogue: Catalogue,
     estimates: Vec<Estimate>,
 }
 
 impl DirectEstimates {
-    /// Estimates from a recording, for the effects of a catalogue.
-    pub(super) fn from_recording(catalogue: Catalogue, recording: &Recording<'_>) -> Self {
-        Self { catalogue, estimates: all_estimates(catalogue, recording) }
+    /// Estimates from a recording.
+    pub(super) fn from_recording(recording: &Recording<'_>) -> Self {
+        Self { estimates: all_estimates(recording) }
     }
 
     fn find(&self, name: &str) -> Option<&Estimate> {
@@ -44,7 +43,7 @@ impl DirectEstimates {
         model: &SensorConfig,
         left_out: &[String],
     ) -> Vec<(&'static str, Vec<Trial>)> {
-        let candidates = Candidate::missing_from(self.catalogue, model, left_out);
+        let candidates = Candidate::missing_from(model, left_out);
         let is_proven = |estimate: &&Estimate| estimate.reading.consistent > PROVEN;
         let forms = |estimate: &Estimate| {
             let name = estimate.spec.name;
@@ -149,7 +148,7 @@ mod tests {
         let allows = |silent: u16, fraction: f64| {
             let events = &events(silent);
             let recording = Recording { events, expected: &expected, scene: None };
-            DirectEstimates::from_recording(Catalogue::default(), &recording)
+            DirectEstimates::from_recording(&recording)
                 .allows(&EffectConfig::new("dead_pixels").with("fraction", fraction))
         };
         assert!(allows(60, 0.1) && allows(60, 0.15) && !allows(60, 0.3));
@@ -173,12 +172,12 @@ mod tests {
             expected: &Expected::from_events(&EventStream::empty(size)),
             scene: None,
         };
-        let estimates = DirectEstimates::from_recording(Catalogue::default(), &recording);
+        let estimates = DirectEstimates::from_recording(&recording);
         let mut model = SensorConfig::from_toml("").unwrap();
         ModelParameter::ThresholdOn.set(&mut model, 0.25);
         ModelParameter::ThresholdOff.set(&mut model, 0.3);
         let interpretations = |name: &str| {
-            let candidates = Candidate::missing_from(Catalogue::default(), &model, &[]);
+            let candidates = Candidate::missing_from(&model, &[]);
             let candidate = candidates.into_iter().find(|one| one.name() == name).unwrap();
             estimates.interpretations(name, &candidate.trials()[0][0], &model)
         };

@@ -70,8 +70,8 @@ pub(super) fn eliminate(
     }
 }
 
-/// Fits all parameters of the model and sets those back to their given values of which the change
-/// is not worth a name. Returns the others, which alone stay fitted, with what each explains.
+/// Fits all parameters of the model, and resets those whose change is not significant to their given
+/// values. Returns the others, with what each explains.
 ///
 /// # Errors
 /// A model that cannot be built or shown the scene.
@@ -111,8 +111,8 @@ pub(super) fn changed_parameters(
     Ok(kept)
 }
 
-/// Whether an effect is no more than the little noise that every camera has, of which the model as
-/// given has none. Pixels that are exactly alike answer at exactly the same time: the least noise
+/// Whether an effect is no more than the little noise that every camera has and the given model
+/// lacks. Pixels that are exactly alike answer at exactly the same time: the least noise
 /// separates them, and a simulator that has none is not distinguished from one that has.
 fn is_ordinary_noise(selection: &Selection, trial: &Trial) -> bool {
     trial.spec.search().dither.iter().any(|(key, ordinary)| {

@@ -50,7 +50,7 @@ impl DataSplits<'_> {
 /// A model with its scores on held-out data.
 #[derive(Debug, Clone)]
 pub struct ModelScore {
-    /// The model.
+    /// Sensor model that was scored.
     pub model: SensorConfig,
     /// Its discrepancy statistic, see [`crate::discrepancy`].
     pub discrepancy: f64,
@@ -79,7 +79,7 @@ impl FittedCandidate {
 /// A fitted candidate with its scores on held-out data.
 #[derive(Debug, Clone)]
 pub struct Contender {
-    /// The candidate.
+    /// Effect with its fitted parameters.
     pub candidate: FittedCandidate,
     /// Scores of the model with it.
     pub held_out: ModelScore,
@@ -103,7 +103,7 @@ pub struct ExplainedFraction {
 /// A parameter of the model that differs from its given value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ChangedParameter {
-    /// The parameter.
+    /// Parameter of the sensor model.
     pub parameter: ModelParameter,
     /// Fractions of the gap that the change explains.
     pub explained: ExplainedFraction,
@@ -141,7 +141,7 @@ impl AddedEffect {
 /// Result of a search.
 #[derive(Debug, Clone)]
 pub struct Identification {
-    /// The answer.
+    /// Kind of the answer.
     pub answer: Answer,
     /// Scores of the model as given.
     pub before: ModelScore,

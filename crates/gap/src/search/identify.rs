@@ -21,7 +21,7 @@ use crate::fit::Fit;
 use crate::free_parameter::FreeParameter;
 use crate::parameters::ModelParameter;
 
-/// A selection of which all is worth its name.
+/// A selection whose effects are all significant.
 struct Tested {
     selection: Selection,
     /// Evidence for each effect.
@@ -59,7 +59,7 @@ impl DataSplits<'_> {
             expected: &known.expected,
             scene: Some(&known.scene),
         };
-        let estimates = DirectEstimates::from_recording(self.train.catalogue(), &recording);
+        let estimates = DirectEstimates::from_recording(&recording);
         let mut selection = Selection::without_effects(self, model)?;
         self.add_proven(&mut selection, &estimates, left_out)?;
         progress("refitting the parameters of the model");

@@ -142,8 +142,8 @@ impl Forward<'_> {
         Ok(beside)
     }
 
-    /// A selection with the parameters of the model as given, of which the background rates alone
-    /// are fitted, with its effects: noise of the light would stand for both rates otherwise.
+    /// A selection with its effects and the parameters of the model as given; only the background
+    /// rates are fitted: noise of the light would stand for both rates otherwise.
     fn reset(&self, selection: &Selection) -> Result<Selection, GapError> {
         let mut other = selection.clone();
         for parameter in ModelParameter::ALL {

@@ -17,7 +17,7 @@ const MIN_FULL: usize = 8;
 const NEARLY_FULL: f64 = 0.9;
 /// Full windows for each that is nearly full, from which a ceiling is proven.
 const FULL_PER_NEARLY_FULL: usize = 2;
-/// Rates that differ by less are of the same ceiling, of which the shortest window is the period.
+/// Rates that differ by less are of one ceiling; its period is the shortest window.
 const SAME_RATE: f64 = 0.02;
 
 /// Windows `(phase + (k - 1) length, phase + k length]`, and the events that fit into one.
@@ -82,7 +82,7 @@ mod tests {
 
     use super::*;
 
-    /// Events at a rate that sways, of which `budget` pass in each window of `length_us`.
+    /// Events at a varying rate; `budget` of them pass in each window of `length_us`.
     fn controlled(length_us: i64, phase_us: i64, budget: usize, step_us: i64) -> EventStream {
         let size = SensorSize { width: 20, height: 30 };
         let (mut window, mut passed) = (i64::MIN, 0);

@@ -4,7 +4,7 @@
 use std::f64::consts::TAU;
 
 use evpose_core::EventStream;
-use evpose_sensor::{Catalogue, StageSpec, Value};
+use evpose_sensor::{StageSpec, Value};
 
 use super::light_steps::light_steps;
 use super::rate_ceiling::rate_ceiling;
@@ -15,11 +15,9 @@ use crate::{Expected, LightSequence};
 /// Parameters of one effect estimated from a recording.
 #[derive(Debug, Clone)]
 pub(super) struct Estimate {
-    /// The effect.
     pub(super) spec: &'static StageSpec,
     /// The mark from which its parameters are estimated.
     pub(super) mark: RecordingMark,
-    /// The estimates.
     pub(super) reading: Reading,
 }
 
@@ -55,7 +53,6 @@ type Read = fn(&Recording<'_>) -> Option<Reading>;
 /// Events in which marks are looked for, and what is known of them.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Recording<'a> {
-    /// The events.
     pub(super) events: &'a EventStream,
     /// Those that the scene lets expect.
     pub(super) expected: &'a Expected,
@@ -78,11 +75,11 @@ const READINGS: [(RecordingMark, Read); 8] = [
     }),
 ];
 
-/// All estimates of a recording, for the effects of a catalogue.
-pub(super) fn all_estimates(catalogue: Catalogue, recording: &Recording<'_>) -> Vec<Estimate> {
+/// All estimates of a recording.
+pub(super) fn all_estimates(recording: &Recording<'_>) -> Vec<Estimate> {
     let mut estimates = Vec::new();
     for (mark, read) in READINGS {
-        let mut specs = with_mark(catalogue, mark).peekable();
+        let mut specs = with_mark(mark).peekable();
         // A mark that no effect of the catalogue leaves is not worth reading.
         let Some(reading) = specs.peek().and_then(|_| read(recording)) else { continue };
         estimates.extend(specs.map(|spec| Estimate { spec, mark, reading: reading.clone() }));

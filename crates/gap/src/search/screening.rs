@@ -167,7 +167,7 @@ impl<'a> ScreeningBase<'a> {
 
     /// Candidates, also those that the model has at another strength.
     fn candidates(&self, left_out: &[String]) -> Vec<Candidate> {
-        Candidate::all(self.objective.catalogue(), left_out)
+        Candidate::all(left_out)
     }
 
     /// The variant with the fewest parameters of each form of each candidate, not screened yet.

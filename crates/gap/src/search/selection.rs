@@ -13,7 +13,6 @@ use crate::parameters::ModelParameter;
 /// An effect of a selection, and the candidates that came next when it was selected.
 #[derive(Debug, Clone)]
 pub(super) struct SelectedEffect {
-    /// The effect.
     pub(super) candidate: FittedCandidate,
     /// Other candidates for its place, the best first.
     pub(super) rivals: Vec<FittedCandidate>,

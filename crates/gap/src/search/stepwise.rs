@@ -15,7 +15,7 @@ use crate::free_parameter::FreeParameter;
 
 /// Candidates that are scored on held-out data.
 const SCORED: usize = 4;
-/// Candidates of which each base is fitted together with everything else.
+/// Candidates of each base that are fitted together with everything else.
 const FITTED_TOGETHER: usize = 2;
 /// Rounds of that fit.
 const ROUNDS: usize = 2;

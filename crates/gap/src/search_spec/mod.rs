@@ -3,7 +3,7 @@
 
 mod effects;
 
-use evpose_sensor::{Catalogue, STAGES, StageSpec};
+use evpose_sensor::{STAGES, StageSpec};
 
 use crate::common_parameter::CommonParameter;
 use crate::recording_mark::RecordingMark;
@@ -151,11 +151,8 @@ impl Searched for StageSpec {
 }
 
 /// The effects that leave `mark` in a recording, in the order of the catalogue.
-pub(crate) fn with_mark(
-    catalogue: Catalogue,
-    mark: RecordingMark,
-) -> impl Iterator<Item = &'static StageSpec> {
-    catalogue.stages().iter().filter(move |spec| spec.search().mark == Some(mark)).copied()
+pub(crate) fn with_mark(mark: RecordingMark) -> impl Iterator<Item = &'static StageSpec> {
+    STAGES.entries().iter().filter(move |spec| spec.search().mark == Some(mark)).copied()
 }
 
 impl CommonParameter {
@@ -172,7 +169,7 @@ impl CommonParameter {
 impl RecordingMark {
     /// The effect of [`STAGES`] that leaves the mark.
     pub(crate) fn effect(self) -> &'static StageSpec {
-        let effect = with_mark(Catalogue::default(), self).next();
+        let effect = with_mark(self).next();
         effect.expect("a test checks that an effect leaves each of them")
     }
 }
@@ -238,7 +235,7 @@ mod tests {
             assert!(owner.number_params().any(|param| param.name == key), "{common:?}");
         }
         for mark in RecordingMark::ALL {
-            assert_eq!(with_mark(Catalogue::default(), mark).count(), 1, "{mark:?}");
+            assert_eq!(with_mark(mark).count(), 1, "{mark:?}");
         }
     }
 }

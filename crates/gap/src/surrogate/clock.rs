@@ -48,9 +48,9 @@ const MAX_COUNT_US: i64 = 100_000;
 pub(super) enum Axis {
     /// None: one clock for all pixels.
     None,
-    /// The row.
+    /// A clock for each row.
     Rows,
-    /// The column.
+    /// A clock for each column.
     Columns,
 }
 
@@ -192,8 +192,7 @@ pub(super) fn count_us(train: &Train) -> Option<f64> {
     is_clock.then(|| 1.0 / frequency)
 }
 
-/// The longest period in whole microseconds of which nearly all stamps are multiples, up to an
-/// offset.
+/// The longest period in whole microseconds that divides nearly all stamps, up to an offset.
 fn whole_count_us(train: &Train) -> Option<i64> {
     if train.marks.len() < MIN_LINE_EVENTS {
         return None;

@@ -7,8 +7,7 @@ use crate::fourier::Fourier;
 const STEP_US: i64 = 250;
 /// Maximum bins: 65 s.
 const MAX_STEPS: usize = 1 << 18;
-/// Frequency range. Lines above it are those of a lamp that a scanned readout samples, of which
-/// some are beyond any limit.
+/// Frequency range. A scanned readout samples a lamp to lines above it, at any frequency.
 const LIMITS_HZ: (f64, f64) = (25.0, 900.0);
 /// Neighbouring frequencies on each side that a power is compared with.
 const NEIGHBOURS: usize = 16;

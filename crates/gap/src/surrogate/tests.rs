@@ -1,5 +1,3 @@
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 use std::collections::BTreeMap;
 
 use evpose_core::{CounterRng, Event, EventStream, Micros, Plane, Polarity, SensorSize};

@@ -61,7 +61,7 @@ impl Directions {
         left_out: &[String],
     ) -> Result<Self, GapError> {
         let without = objective.expect(model, 1)?;
-        let candidates = Candidate::missing_from(objective.catalogue(), model, left_out);
+        let candidates = Candidate::missing_from(model, left_out);
         let direction = |candidate: &Candidate| {
             // The first form, with the fewest parameters: its direction is that of the effect.
             let trial = candidate.trials().into_iter().flatten().next();

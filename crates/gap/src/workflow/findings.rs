@@ -11,7 +11,7 @@
 
 use std::collections::BTreeMap;
 
-use evpose_sensor::{Catalogue, SensorConfig};
+use evpose_sensor::SensorConfig;
 
 use super::calibration::{CALIBRATION, FindingEvidence, ParameterOwner};
 use super::errors::{RawError, errors};
@@ -29,7 +29,6 @@ const TEMPERATURE: f64 = 10.0;
 /// A finding with its evidence.
 #[derive(Debug, Clone)]
 pub(super) struct EvidencedFinding {
-    /// The finding.
     pub(super) finding: Finding,
     /// Evidence of an effect; none for a parameter of the model.
     pub(super) evidence: Option<FindingEvidence>,
@@ -58,8 +57,7 @@ pub(super) fn evidenced_findings(
     }
     for changed in &result.changed_parameters {
         let i = ModelParameter::ALL.iter().position(|other| *other == changed.parameter);
-        let catalogue = splits.train.catalogue();
-        findings.extend(i.map(|i| parameter_finding(catalogue, result, changed, of_model[i])));
+        findings.extend(i.map(|i| parameter_finding(result, changed, of_model[i])));
     }
     let fraction = |one: &EvidencedFinding| {
         one.finding.explained.map_or(0.0, |explained| explained.beside_others)
@@ -85,7 +83,7 @@ fn effect_finding<'a>(
         }
     }
     let evidence = evidence(splits, result, added);
-    let same = same_as(splits.train.catalogue(), added.name());
+    let same = same_as(added.name());
     let confusable = added.confusable.iter().copied().chain(same);
     // An effect that the model has at another strength is a wrong parameter of it.
     let kind = match result.before.model.effect(added.name()) {
@@ -106,7 +104,6 @@ fn effect_finding<'a>(
 
 /// Finding of a parameter of the model that differs from its given value.
 fn parameter_finding(
-    catalogue: Catalogue,
     result: &Identification,
     changed: &ChangedParameter,
     raw: RawError,
@@ -118,7 +115,7 @@ fn parameter_finding(
     let name = parameter.name().to_owned();
     let quantity = quantity(free, &result.after.model, &raw);
     // An early clock is no latency.
-    let same = same_as(catalogue, &name).filter(|_| fitted > given);
+    let same = same_as(&name).filter(|_| fitted > given);
     let finding = Finding {
         name: name.clone(),
         kind: FindingKind::Parameter,

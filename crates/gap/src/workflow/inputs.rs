@@ -4,7 +4,7 @@ use evpose_core::{EventStream, Micros, SensorSize, TimeWindow};
 use evpose_sensor::SensorConfig;
 
 use super::time_grid::{is_on_frame_grid, moved_to_frames};
-use super::{Model, prepared_in};
+use super::{Model, prepared};
 use crate::input::Nominal;
 use crate::report::SECOND_RECORDING;
 use crate::search::{Budget, DataSplits};
@@ -141,8 +141,7 @@ impl Prepared {
     /// # Errors
     /// A model that cannot be built or shown the scene.
     pub fn new(inputs: Inputs) -> Result<Self, GapError> {
-        let catalogue = inputs.train.scene.catalogue();
-        let model = prepared_in(catalogue, &inputs.model, inputs.nominal.as_ref());
+        let model = prepared(&inputs.model, inputs.nominal.as_ref());
         let mut notes = model.notes.clone();
         let (train, held_out) = match inputs.held_out {
             HeldOut::Recording(held_out) => {

@@ -43,7 +43,7 @@ pub use frame_nuisance::FRAME_NUISANCE;
 pub use gap_value::gap_value;
 pub use inputs::{ComparisonCase, HeldOut, Inputs, Prepared};
 pub use limits::{Limits, limits};
-pub use model::{Model, prepared, prepared_in, with_stamp_period};
+pub use model::{Model, prepared, with_stamp_period};
 pub use nuisance::{Nuisance, NuisanceSample};
 pub use outcome::{Outcome, answer_score, findings_of_answer, outcome};
 pub use own_run::{OwnRun, own_run};

@@ -6,7 +6,7 @@ use crate::common_parameter::CommonParameter::{
 };
 use crate::recording_mark::RecordingMark;
 use evpose_core::Micros;
-use evpose_sensor::{Catalogue, Compares, Domain, EffectConfig, SensorConfig, Stage, StageSpec};
+use evpose_sensor::{Compares, Domain, EffectConfig, STAGES, SensorConfig, Stage, StageSpec};
 
 use crate::input::Nominal;
 use crate::search_spec::Searched;
@@ -30,17 +30,12 @@ pub struct Model {
     pub notes: Vec<String>,
 }
 
-/// Prepares a model of the built-in effects for a comparison, with the nominal values of a recording
+/// Prepares a model for a comparison, with the nominal values of a recording
 /// in the place of its own.
 pub fn prepared(model: &SensorConfig, nominal: Option<&Nominal>) -> Model {
-    prepared_in(Catalogue::default(), model, nominal)
-}
-
-/// As [`prepared`], for a model of the effects of a catalogue.
-pub fn prepared_in(catalogue: Catalogue, model: &SensorConfig, nominal: Option<&Nominal>) -> Model {
     let mut config = model.clone();
     let mut notes = Vec::new();
-    if !replaces(catalogue, &config, DarkOffset) {
+    if !replaces(&config, DarkOffset) {
         let floor = value(&config, DarkOffset).unwrap_or(DARK_FLOOR);
         if floor > USUAL_FLOOR {
             notes.push(format!(
@@ -50,7 +45,7 @@ pub fn prepared_in(catalogue: Catalogue, model: &SensorConfig, nominal: Option<&
         }
         set_value(&mut config, DarkOffset, floor.min(DARK_FLOOR));
     }
-    let has_levels = !replaces(catalogue, &config, ThresholdOn);
+    let has_levels = !replaces(&config, ThresholdOn);
     if has_levels {
         for threshold in [ThresholdOn, ThresholdOff] {
             if value(&config, threshold).is_none() {
@@ -97,7 +92,7 @@ pub fn prepared_in(catalogue: Catalogue, model: &SensorConfig, nominal: Option<&
 /// Whether a model has another stage in the place of the one that owns a parameter: another law of
 /// the photoreceptor, for which a detector that sees light itself counts as well, or another
 /// detector.
-fn replaces(catalogue: Catalogue, model: &SensorConfig, parameter: CommonParameter) -> bool {
+fn replaces(model: &SensorConfig, parameter: CommonParameter) -> bool {
     let (owner, _) = parameter.place();
     let is_other = |spec: &&'static StageSpec| {
         let Ok(stage) = spec.typical_stage() else { return false };
@@ -111,11 +106,7 @@ fn replaces(catalogue: Catalogue, model: &SensorConfig, parameter: CommonParamet
                 _ => matches!(stage, Stage::Detector(_)),
             }
     };
-    model
-        .effects
-        .iter()
-        .filter_map(|effect| catalogue.find(&effect.name))
-        .any(|spec| is_other(&spec))
+    model.effects.iter().filter_map(|effect| STAGES.find(&effect.name)).any(|spec| is_other(&spec))
 }
 
 /// `model` with the period of a file format's time stamps: a format that counts milliseconds is no
@@ -137,7 +128,7 @@ fn value(config: &SensorConfig, parameter: CommonParameter) -> Option<f64> {
 fn set_value(config: &mut SensorConfig, parameter: CommonParameter, value: f64) {
     let (owner, key) = parameter.place();
     if config.effect(owner.name).is_none() {
-        Catalogue::default().insert(config, EffectConfig::new(owner.name));
+        config.insert(EffectConfig::new(owner.name));
     }
     for listed in config.effects.iter_mut().filter(|listed| listed.name == owner.name) {
         *listed = listed.clone().with(key, value);

@@ -10,7 +10,7 @@
 //! parameters.
 
 use evpose_core::{CounterRng, seed_for};
-use evpose_sensor::{Catalogue, SensorConfig, StageSpec};
+use evpose_sensor::{STAGES, SensorConfig, StageSpec};
 
 use super::inputs::{Inputs, Prepared};
 use super::nuisance_spread::NuisanceSpread;
@@ -60,7 +60,7 @@ impl Prepared {
         train: NuisanceSample<'_>,
         held_out: Option<NuisanceSample<'_>>,
     ) -> Result<Self, GapError> {
-        let degenerate = nuisance.degenerate(inputs.train.scene.catalogue());
+        let degenerate = nuisance.degenerate();
         inputs.left_out.extend(degenerate.map(|(name, _)| name.to_owned()));
         let mut prepared = Self::new(inputs)?;
         // These blocks compare events with the exact light, which a guessed scene does not have.
@@ -112,18 +112,15 @@ fn with_other_thresholds(model: &SensorConfig, rng: &mut CounterRng) -> SensorCo
 }
 
 impl Nuisance {
-    /// Effects of a catalogue that are degenerate with the nuisance parameters, with the reason.
-    pub fn degenerate(
-        &self,
-        catalogue: Catalogue,
-    ) -> impl Iterator<Item = (&'static str, &'static str)> {
+    /// Effects of the catalogue that are degenerate with the nuisance parameters, with the reason.
+    pub fn degenerate(&self) -> impl Iterator<Item = (&'static str, &'static str)> {
         let source = self.source;
         let reason = move |spec: &&StageSpec| Some((spec.name, spec.search().hidden_by(source)?));
-        catalogue.stages().iter().filter_map(reason)
+        STAGES.entries().iter().filter_map(reason)
     }
 
     /// Restricts a verdict to what the nuisance parameters leave open: thresholds are no findings,
-    /// and degenerate effects (of the built-in ones) are listed as untestable.
+    /// and degenerate effects are listed as untestable.
     pub fn restrict(&self, verdict: &mut Verdict) {
         let is_threshold = |name: &str| name == "threshold_on" || name == "threshold_off";
         let before = verdict.effects.len();
@@ -144,7 +141,7 @@ impl Nuisance {
         if !verdict.place.sentence.is_empty() {
             verdict.place.sentence = format!("{}: {}", self.place, verdict.place.sentence);
         }
-        let degenerate = self.degenerate(Catalogue::default());
+        let degenerate = self.degenerate();
         verdict.untestable.extend(degenerate.map(|(name, why)| (name.to_owned(), why.to_owned())));
         let why = self.thresholds.to_owned();
         verdict.untestable.insert("threshold_on, threshold_off".to_owned(), why);

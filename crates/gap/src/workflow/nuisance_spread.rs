@@ -27,7 +27,7 @@ impl NuisanceSpread {
     /// Adds a sample's summary of a data split, whose compared scene has the summary `own`.
     pub(super) fn add(&mut self, part: usize, layout: &Layout, own: &[f64], sample: &[f64]) {
         let events = layout.events(own).max(1.0);
-        // Summaries hold counts as twice their root, of which the variance is one.
+        // Summaries hold twice the root of counts, which has a variance of one.
         let count_of = |value: f64| 0.25 * value * value;
         for (i, sum) in self.squares[part].iter_mut().enumerate() {
             let (a, b) = (own[i], sample[i]);

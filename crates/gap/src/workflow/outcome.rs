@@ -40,9 +40,9 @@ const MAX_CONFUSABLE: usize = 16;
 /// All results of a comparison.
 #[derive(Debug, Clone)]
 pub struct Outcome {
-    /// The verdict.
+    /// Answer of the run, as `verdict.json` has it.
     pub verdict: Verdict,
-    /// Its evidence.
+    /// Numbers that its probabilities and intervals come from.
     pub evidence: AnswerEvidence,
     /// The corrected sensor model.
     pub corrected: SensorConfig,

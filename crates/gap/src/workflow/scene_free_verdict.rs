@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use evpose_core::EventStream;
-use evpose_sensor::{Catalogue, EffectConfig, SensorConfig};
+use evpose_sensor::{EffectConfig, STAGES, SensorConfig};
 
 use crate::surrogate::scene_free::test_recording;
 use crate::surrogate::{SceneFreeEffect, SceneFreeFindings, SceneFreeParameter};
@@ -68,7 +68,7 @@ pub fn scene_free_verdict(
 
 /// Converts a finding to an effect of a sensor model, with the parameters that the catalogue knows.
 pub fn as_effect(finding: &Finding) -> Option<EffectConfig> {
-    let spec = Catalogue::default().find(&finding.name)?;
+    let spec = STAGES.find(&finding.name)?;
     let mut effect = spec.typical();
     for param in spec.number_params() {
         let value = finding.parameters.get(param.name).map(|quantity| quantity.value);

@@ -185,7 +185,7 @@ fn a_clock_that_is_off_is_a_parameter_with_its_offset() {
 fn named(hidden: EffectConfig, strength: &str) -> (Vec<String>, f64) {
     let mut camera = ideal();
     let name = hidden.name.clone();
-    evpose_sensor::Catalogue::default().insert(&mut camera, hidden);
+    camera.insert(hidden);
     let prepared = Prepared::new(inputs(&camera)).unwrap();
     let splits = prepared.data_splits().unwrap();
     let result = splits.identify(&prepared.model.config, &[], &|_| {}).unwrap();

@@ -48,8 +48,8 @@ pub(super) fn is_on_frame_grid(events: &EventStream, step: Micros) -> bool {
         && !is_by_line(events, step, counts[0])
 }
 
-/// Whether all stamps are multiples of a period of which the step of the scene is none, or of which
-/// they have all multiples within a step alike: a program that puts several events between two
+/// Whether all stamps are multiples of a period that does not divide the step of the scene, or whose
+/// multiples within a step are equally frequent: a program that puts several events between two
 /// frames has most of them at the frames.
 fn is_other_clock(events: &EventStream, step: Micros) -> bool {
     let period_us = common_period_us(events);

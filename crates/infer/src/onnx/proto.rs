@@ -34,10 +34,10 @@ pub struct ModelProto {
 /// A named value.
 #[derive(Clone, PartialEq, Eq, Hash, Message)]
 pub struct StringStringEntryProto {
-    /// The name.
+    /// Key of the entry.
     #[prost(string, tag = "1")]
     pub key: String,
-    /// The value.
+    /// Value of the entry.
     #[prost(string, tag = "2")]
     pub value: String,
 }

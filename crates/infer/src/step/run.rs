@@ -43,6 +43,7 @@ impl Step {
                 let residual = other.map(Buffer::f32);
                 chain.run(thread_pool, source, residual, output.f32_mut(), scratch);
             }
+            // The first layer: the image of the caller is not blocked.
             Self::Conv(conv, activation) if matches!(inputs[0], Buffer::Nchw(_)) => {
                 conv.run_nchw(thread_pool, inputs[0].nchw(), *activation, output.f32_mut());
             }

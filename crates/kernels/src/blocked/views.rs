@@ -68,7 +68,6 @@ pub(super) struct F32Dst {
     pub(super) row_pitch: usize,
     /// Distance between channel blocks; between channels in nchw.
     pub(super) block_pitch: usize,
-    /// Columns.
     pub(super) width: usize,
 }
 

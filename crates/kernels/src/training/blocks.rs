@@ -13,9 +13,9 @@ pub struct Blocks {
     pub batch: usize,
     /// Channels, without those that pad the last block.
     pub channels: usize,
-    /// Rows.
+    /// Height in pixels.
     pub height: usize,
-    /// Columns.
+    /// Width in pixels.
     pub width: usize,
 }
 
@@ -40,7 +40,7 @@ impl Blocks {
         self.batch * self.image()
     }
 
-    /// The shape of which only each `stride`-th row and column remains.
+    /// The shape of every `stride`-th row and column.
     pub(super) fn strided(self, stride: usize) -> Self {
         let [height, width] = [self.height, self.width].map(|side| side.div_ceil(stride));
         Self { height, width, ..self }

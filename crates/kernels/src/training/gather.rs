@@ -67,7 +67,7 @@ impl Gather<'_> {
     unsafe fn group<V: Lanes, const B: usize>(&self, block_out: usize, first: usize) {
         let blocks_in = self.channels.div_ceil(LANES);
         let of_block = self.taps.len() * LANES * B;
-        // So many input blocks that their weights stay in the nearest cache.
+        // The weights of as many input blocks as the nearest cache holds.
         let at_once = (NEAREST / (of_block * size_of::<Line>()).max(1)).clamp(1, blocks_in);
         let [columns, rows, images] = self.size;
         let most = V::TILE[B - 1];

@@ -33,9 +33,7 @@ impl PageEvents {
 /// Division of a sensor into square cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Cells {
-    /// Columns.
     pub(super) width: u16,
-    /// Rows.
     pub(super) height: u16,
     /// Side of a cell in pixels.
     pub(super) side_px: u16,
@@ -103,8 +101,6 @@ impl EventCounts {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use evpose_core::{Event, Polarity};
 
     use super::*;

@@ -62,7 +62,7 @@ pub enum Skeleton {
 
 /// Description of the stream that a page shows.
 pub struct PageInfo {
-    /// Its title.
+    /// Title of the page.
     pub title: String,
     /// Name of the source.
     pub source: String,

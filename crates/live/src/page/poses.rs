@@ -103,8 +103,6 @@ fn latencies() -> Histogram<u64> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use std::time::Duration;
 
     use evpose_core::Micros;

@@ -97,7 +97,6 @@ impl Backbone {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
     use crate::parameters::trained_count;
 

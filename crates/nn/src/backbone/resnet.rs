@@ -95,7 +95,7 @@ pub(crate) fn stem_pool() -> MaxPool2d {
         .init()
 }
 
-/// A stage of so many blocks of `channels` channels. One that is `halved` halves the size of
+/// A stage of `blocks` blocks of `channels` channels. One that is `halved` halves the size of
 /// images, which have half as many channels before it.
 pub(crate) fn stage(
     channels: usize,

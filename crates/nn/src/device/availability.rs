@@ -5,7 +5,7 @@ use super::DeviceKind;
 /// A device of this machine that networks can be computed on.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Adapter {
-    /// Its name.
+    /// Name that the driver states.
     pub name: String,
     /// Its type, the API that it is reached by and its driver.
     pub details: String,

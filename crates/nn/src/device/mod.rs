@@ -183,7 +183,6 @@ impl FromStr for DeviceKind {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     #[test]

@@ -1,7 +1,5 @@
 //! Counts, names, initial weights and the graph of the network.
 
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 use super::*;
 use crate::graph::Operation;
 use crate::parameters::{read, slots};

@@ -47,7 +47,6 @@ fn weights(length: usize, device: &Device) -> Tensor<4> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     #[test]

@@ -177,7 +177,6 @@ fn unreadable(path: &Path, reason: &impl ToString) -> NnError {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
     use crate::weights::InputConfig;
     use crate::{HandRegressorConfig, MoveEnetConfig};

@@ -10,7 +10,7 @@ use crate::{BaselineNetworkConfig, HandRegressorConfig, MoveEnetConfig};
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ModelCard {
-    /// The network.
+    /// Architecture: backbone, width, outputs.
     pub network: HandRegressorConfig,
     /// The input that it was trained on.
     pub input: InputConfig,
@@ -23,7 +23,7 @@ pub struct ModelCard {
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BodyCard {
-    /// The network.
+    /// Architecture: width, joints.
     pub network: MoveEnetConfig,
     /// The origin of the weights: configuration, mean pose, data.
     #[serde(default)]
@@ -34,7 +34,7 @@ pub struct BodyCard {
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BaselineCard {
-    /// The network.
+    /// Architecture: DHP19's network or LiftMono-HPE.
     pub network: BaselineNetworkConfig,
     /// The origin of the weights: configuration, torso, data.
     #[serde(default)]
@@ -78,7 +78,6 @@ impl Default for InputConfig {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     #[test]

@@ -71,7 +71,6 @@ impl BodyFollower {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_core::{Event, Polarity};
 
     use super::*;

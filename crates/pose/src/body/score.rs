@@ -7,8 +7,8 @@ use super::{BODY_JOINTS, BodyJoint};
 /// Joints that the score of a pose is of: as many as are left of a person who is cut off at the chest.
 const SCORED_JOINTS: usize = 6;
 
-/// Score of a pose, 0 to 1: the mean of the six highest scores of its joints, so that a body of which a
-/// part is out of view scores as well as a whole one. Joints that were not detected count as 0.
+/// Score of a pose, 0 to 1: the mean of the six highest scores of its joints, so that a body that is
+/// partly out of view scores as well as a whole one. Joints that were not detected count as 0.
 pub fn pose_score(scores: &[f32; BODY_JOINTS]) -> f32 {
     let mut sorted = *scores;
     sorted.sort_by(|a, b| b.total_cmp(a));

@@ -135,8 +135,6 @@ impl SpatialFilter {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use evpose_core::CounterRng;
 
     use super::*;

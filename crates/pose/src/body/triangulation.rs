@@ -26,7 +26,7 @@ const MIN_DETERMINANT: f64 = 1e-4;
 /// A position on the image of a camera.
 #[derive(Debug, Clone, Copy)]
 pub struct Observation<'a> {
-    /// The camera.
+    /// Camera with its pose in the world.
     pub camera: &'a PlacedCamera,
     /// Position in pixels of the sensor, with the distortion of its lens.
     pub at_px: Vec2,
@@ -186,8 +186,6 @@ fn projection_and_slopes(camera: &PlacedCamera, point_m: DVec3) -> Option<(DVec2
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use evpose_core::{Distortion, LensCamera, LookAt};
     use glam::{DAffine3, Vec3};
 

@@ -134,7 +134,6 @@ impl JointTrack {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_core::CounterRng;
 
     use super::*;

@@ -13,7 +13,7 @@ use super::speckle::{pepper, salt_and_pepper};
 pub struct ErosLike {
     /// Blur before edges are looked for.
     pub blur: GaussianKernel,
-    /// The edges.
+    /// Edge detector.
     pub canny: Canny,
     /// Pixels that draw less than this, of 0 to 254, lose their edge.
     pub pepper_below: u8,

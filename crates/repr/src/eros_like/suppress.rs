@@ -16,7 +16,6 @@ pub(super) struct Rows<'a, S> {
     pub(super) below: &'a [S],
 }
 
-/// The thresholds.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Thresholds<S> {
     pub(super) low: S,

@@ -1,5 +1,3 @@
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 use evpose_core::{Event, Polarity, SensorSize};
 
 use super::*;

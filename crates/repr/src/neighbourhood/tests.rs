@@ -1,5 +1,3 @@
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 use evpose_core::{CounterRng, Event, Micros, Polarity};
 
 use super::*;

@@ -1,7 +1,5 @@
 //! Laws that hold for every representation, or for those that say so.
 
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 use proptest::prelude::*;
 

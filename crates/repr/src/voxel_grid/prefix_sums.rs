@@ -205,7 +205,7 @@ struct Segment<'a> {
     share: f64,
 }
 
-/// Writes the planes of bins from the segments between them, of so many bins a microsecond.
+/// Writes the planes of bins from the segments between them; `per_us` is in bins per microsecond.
 fn draw(segments: &[Segment<'_>], per_us: f64, out: &mut [f32]) {
     let pixels = segments[0].before.len();
     vectorize(

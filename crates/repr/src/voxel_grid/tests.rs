@@ -1,7 +1,5 @@
 //! The grid against its definition, summed in `f64`.
 
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 use evpose_core::{CounterRng, Event, Polarity, SensorSize};
 use proptest::prelude::*;
 

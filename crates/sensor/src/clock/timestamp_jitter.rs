@@ -109,7 +109,6 @@ impl ClockStage for TimestampJitter {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_core::{Micros, Plane, Polarity, SensorSize};
 
     use super::*;

@@ -39,7 +39,6 @@ impl Band<'_> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_core::{Event, Micros, Plane, SensorSize};
     use proptest::prelude::*;
 

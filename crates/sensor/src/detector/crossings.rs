@@ -102,7 +102,6 @@ pub(super) fn sooner(a: f64, b: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_core::{Event, Micros, Plane, SensorSize};
     use proptest::prelude::*;
 

@@ -99,7 +99,6 @@ impl PixelStage for PhotoreceptorNoise {
         Some(PART / (TAU * self.cutoff_hz * (1.0 + f64::from(self.dark_light))))
     }
 
-    /// The noise.
     fn state_planes(&self) -> usize {
         1
     }

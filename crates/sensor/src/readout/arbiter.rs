@@ -127,7 +127,6 @@ impl Readout for Arbiter {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_core::Polarity;
 
     use super::*;

@@ -122,7 +122,6 @@ impl Readout for Scanned {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_core::Polarity;
 
     use super::*;

@@ -43,9 +43,9 @@ pub struct SimulationConfig {
     pub sensor_size: SensorSize,
     /// Factor on both sides of the image; the camera sees the same.
     pub image_scale: f32,
-    /// The camera.
+    /// Intrinsics and pose of the camera.
     pub camera: CameraConfig,
-    /// Place of the camera relative to `camera`, in whose coordinates poses are.
+    /// Place of the camera relative to `camera`; poses are in the coordinates of the latter.
     pub camera_pose: CameraPoseConfig,
     /// Sides of the hands.
     pub hands: Hands,

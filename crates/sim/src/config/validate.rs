@@ -164,8 +164,6 @@ fn check_from(field: &'static str, value: f64, min: f64) -> Result<(), SimError>
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use glam::Vec3;
 
     use super::*;

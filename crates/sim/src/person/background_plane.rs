@@ -46,8 +46,7 @@ pub(super) struct BackgroundPlane {
 }
 
 impl BackgroundPlane {
-    /// Draws a plane at `z_m`, of which a camera at rest sees `view`; `level` multiplies all
-    /// luminance.
+    /// Draws a plane at `z_m`; a camera at rest sees `view`, and `level` multiplies all luminance.
     pub(super) fn draw(
         config: &SurroundingsConfig,
         images: &LuminancePool,

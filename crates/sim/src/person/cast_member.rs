@@ -137,7 +137,7 @@ impl CastMember {
         }
     }
 
-    /// Renders the person before a backdrop of which `rect` has changed: `paint` writes it.
+    /// Renders the person before a backdrop that has changed within `rect`: `paint` writes it.
     ///
     /// # Panics
     /// If the person is not dressed.

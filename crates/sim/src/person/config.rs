@@ -129,7 +129,7 @@ pub struct SurroundingsConfig {
     /// Share of the sequences with distractors, which move behind people.
     pub moving: f32,
     /// Largest number of distractors of a sequence.
-    // The spelling in the card of a shipped network.
+    // The card of the shipped `body-quick` spells it so.
     #[serde(alias = "things")]
     pub distractors: usize,
 }

@@ -47,7 +47,7 @@ pub(super) struct Distractor {
 }
 
 impl Distractor {
-    /// Draws a distractor for a plane of which `view` is visible; `level` multiplies its luminance.
+    /// Draws a distractor for a plane; `view` is its visible part, `level` multiplies its luminance.
     pub(super) fn draw(
         rng: &mut CounterRng,
         images: &LuminancePool,

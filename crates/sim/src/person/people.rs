@@ -100,7 +100,7 @@ impl People {
         photographs(&self.shared, sequence, times)
     }
 
-    /// The configuration.
+    /// Configuration of the simulation.
     pub fn config(&self) -> &PeopleConfig {
         &self.shared.config
     }

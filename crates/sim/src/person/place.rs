@@ -57,8 +57,6 @@ impl RecordingPlace {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use super::*;
 
     fn read(text: &str) -> Result<RecordingPlace, SimError> {

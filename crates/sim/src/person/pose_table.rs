@@ -94,7 +94,6 @@ impl PoseTable {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use glam::Vec2;
 
     use super::*;

@@ -1,5 +1,3 @@
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 use super::*;
 use crate::SimulationConfig;
 use crate::person::PeopleConfig;

@@ -75,8 +75,6 @@ impl Camera {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use super::*;
 
     fn published() -> Camera {

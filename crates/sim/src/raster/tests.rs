@@ -1,7 +1,5 @@
 //! The visibility pass against closed forms.
 
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 use evpose_core::{LookAt, Pinhole, SensorSize};
 use evpose_cpu::{Kernel8, Lanes8, dispatch};
 use glam::{Vec2, Vec3};

@@ -54,7 +54,7 @@ impl Renderer {
         Self { scene, closed, light_level, raster, shader, backdrop, luminance }
     }
 
-    /// The scene.
+    /// Scene that is rendered.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
@@ -142,8 +142,6 @@ impl Scene {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use evpose_core::{LookAt, Pinhole, SensorSize};
     use glam::Vec3;
 

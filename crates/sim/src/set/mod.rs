@@ -2,8 +2,8 @@
 //!
 //! Sequence 7 is `0007.evc`, `0007.meta`, `0007.toml`, and last of all `0007.sha256` with their
 //! digests: while that is not there, the sequence counts as unfinished. When the digests of all
-//! sequences are there, whoever sees it joins them to `manifest.sha256`, in the order of the
-//! sequences; so it is the same bytes whoever writes it, and writing it needs no one's data again.
+//! sequences are there, the process that notices joins them to `manifest.sha256`, in the order of the
+//! sequences: the same bytes from any process, without reading the data again.
 
 mod digest;
 mod fault;
@@ -80,7 +80,7 @@ impl SequenceSet {
         Self { endings, ..self }
     }
 
-    /// The directory.
+    /// Directory that holds the set.
     pub fn directory(&self) -> &Path {
         &self.directory
     }

@@ -98,8 +98,6 @@ fn read(path: &Path, values: usize) -> Result<Vec<f32>, SimError> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use std::io::{Seek, SeekFrom, Write};
 
     use glam::Vec2;

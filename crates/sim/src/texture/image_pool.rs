@@ -83,8 +83,6 @@ fn read(path: &Path) -> Result<Texture, SimError> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use glam::Vec2;
 
     use super::*;

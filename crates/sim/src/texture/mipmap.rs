@@ -38,8 +38,7 @@ pub(crate) fn metres_per_texture(vertices_m: &[Vec3], uvs: &[Vec2], faces: &[[u3
 }
 
 impl Texture {
-    /// The mipmap level for a surface of which the texture covers `metres`, rendered at `px_per_m`
-    /// pixels per metre.
+    /// The mipmap level for a texture that covers `metres`, rendered at `px_per_m` pixels per metre.
     pub(crate) fn mip_level(self, metres: Vec2, px_per_m: f32) -> Self {
         let (width, height) = (self.width(), self.height());
         let (columns, rows) = (
@@ -84,8 +83,6 @@ fn texels_per_block(texels: usize, pixels: f32) -> usize {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use super::*;
 
     /// Black and white by columns of one texel, brighter by rows.

@@ -59,12 +59,12 @@ impl Texture {
         Self { codes }
     }
 
-    /// Columns.
+    /// Width in texels, without the border.
     pub fn width(&self) -> usize {
         self.codes.width() - 2
     }
 
-    /// Rows.
+    /// Height in texels, without the border.
     pub fn height(&self) -> usize {
         self.codes.height() - 2
     }
@@ -160,8 +160,6 @@ fn neighbours_lanes<L: Lanes8>(l: L, coordinate: L::F, texels: f32) -> (L::I, L:
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use super::*;
 
     fn checker() -> Texture {

@@ -28,7 +28,7 @@ const DATA: &str = "data";
 pub struct BaselineCheckpoint {
     /// The experiment; the published setting for weights from elsewhere.
     pub config: BaselineConfig,
-    /// The network.
+    /// Network with its weights.
     pub network: BaselineNetwork,
     /// Mean torso of the people it was trained on, in metres, by which joints in three dimensions
     /// are scaled; none where it is not known.
@@ -111,7 +111,6 @@ impl BaselineCheckpoint {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_nn::BaselineNetworkConfig;
     use evpose_pose::body::BODY_JOINTS;
     use glam::Vec2;

@@ -285,7 +285,6 @@ impl TaskConfig for BaselineConfig {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     #[test]

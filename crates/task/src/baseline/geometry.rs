@@ -102,7 +102,6 @@ fn torso_of(joints: &[Option<Vec3>; BODY_JOINTS]) -> Option<f32> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_core::Distortion;
     use glam::{DVec3, Vec2};
 

@@ -6,7 +6,7 @@ use glam::{DAffine2, DVec2, Vec2};
 use super::config::BaselineImageConfig;
 use crate::body::{Interpolation, sample};
 
-/// So many pixels that an image is larger than the input are cut off, and not scaled away: DHP19's
+/// An image that is larger than the input by this many pixels is cropped, not scaled: DHP19's
 /// network of 344 columns leaves out the last 2 of its cameras' 346.
 const CUT_PX: usize = 4;
 

@@ -127,7 +127,6 @@ fn expected(positions: &[f32], scores: &[f32]) -> BaselineJoints {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_nn::{BaselineNetworkConfig, Dhp19CnnConfig, LiftMonoConfig};
 
     use super::*;

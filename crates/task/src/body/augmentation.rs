@@ -71,7 +71,7 @@ pub struct BodyAugmentation {
     /// The longest one, along either side; at least half of it is done.
     pub shift: [f32; 2],
     /// Joints that may become unlabelled by leaving the image.
-    // The spelling in the card of a shipped network.
+    // The card of the shipped `body-quick` spells it so.
     #[serde(alias = "most_lost")]
     pub max_lost: usize,
     /// Joints that may be unlabelled then.
@@ -193,6 +193,7 @@ impl BodyAugmentation {
                 return wrong(field, format!("{probability} is not between 0 and 1"));
             }
         }
+        // One draw chooses among these or none, so that their probabilities share it.
         let sum: f32 = steps.iter().map(|(_, probability)| probability).sum();
         if sum > 1.0 + ROUNDING {
             let message =
@@ -234,7 +235,6 @@ impl BodyAugmentation {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     #[test]

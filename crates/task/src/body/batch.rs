@@ -30,7 +30,7 @@ impl ImageBatch {
         &mut self.images[index]
     }
 
-    /// The images.
+    /// Images of the batch, in the order in which they were added.
     pub fn images(&self) -> &[Plane<u8>] {
         &self.images[..self.times.len()]
     }

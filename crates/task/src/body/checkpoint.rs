@@ -21,7 +21,7 @@ const DATA: &str = "data";
 pub struct BodyCheckpoint {
     /// The experiment; the published setting for weights from elsewhere.
     pub config: BodyConfig,
-    /// The network.
+    /// Network with its weights.
     pub network: MoveEnet,
     /// Mean of the poses it was trained on, relative to the image; not known for weights from
     /// elsewhere.

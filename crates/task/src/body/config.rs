@@ -113,7 +113,7 @@ pub struct BodyDataConfig {
     /// Share of the recordings, or of the images, kept for validation.
     pub validation_share: f64,
     /// Minimum number of labelled joints of a sample.
-    // The spelling in the card of a shipped network.
+    // The card of the shipped `body-quick` spells it so.
     #[serde(alias = "fewest_joints")]
     pub min_joints: usize,
 }
@@ -135,8 +135,8 @@ pub enum LabelTime {
     /// The time of the image.
     #[default]
     Now,
-    /// The mean time of the last so many events, those of a frame of fixed count: `{ mean_of = 7500
-    /// }`.
+    /// The mean time stamp of the last events, as many as a frame of fixed count has: `{ mean_of =
+    /// 7500 }`.
     MeanOf(usize),
 }
 

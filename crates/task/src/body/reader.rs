@@ -41,7 +41,7 @@ impl RepresentationReader {
         Ok(Self { events, canonical, representation, blur })
     }
 
-    /// The sensor.
+    /// Size of the sensor of the recording.
     pub fn sensor(&self) -> SensorSize {
         self.events.windows.sensor()
     }
@@ -104,7 +104,6 @@ impl RepresentationReader {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_clean::Denoise;
 
     use super::*;

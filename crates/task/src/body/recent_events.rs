@@ -88,7 +88,6 @@ fn side_of([current, before]: &[Vec<u32>; 2]) -> Option<[f32; 2]> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_core::{Event, Polarity};
 
     use super::*;

@@ -68,8 +68,6 @@ pub fn render_channels(input: &mut [f32], channels: usize, render: impl FnOnce(&
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use burn::tensor::{Device, Tensor, TensorData};
     use evpose_core::{Event, EventStream, Polarity};
     use evpose_repr::{ChannelOrder, REPRESENTATIONS, StreamWindow};

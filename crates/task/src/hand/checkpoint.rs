@@ -21,7 +21,7 @@ const MEAN_POSE: &str = "mean_pose";
 pub struct HandCheckpoint {
     /// The experiment; the published setting for weights from elsewhere.
     pub config: HandConfig,
-    /// The network.
+    /// Network with its weights.
     pub network: HandRegressor,
     /// Mean of the poses it was trained on; not known for weights from elsewhere.
     pub mean_pose: Option<HandParams>,

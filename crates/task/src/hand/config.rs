@@ -308,7 +308,6 @@ fn fail(field: &'static str, message: &str) -> Result<(), TaskError> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     const HAND: &str = "task = \"hand\"\n";

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Model
 /// A network regresses a pose for every window, an empty one included: that is the mean pose of its
-/// training, whoever is there. So nothing is reported before a window has shown as many active pixels
+/// training, with or without a hand. So nothing is reported before a window has shown as many active pixels
 /// as a hand that moves. Later windows are at rest or not, see [`HandConfig::hold`].
 ///
 /// [`HandConfig::hold`]: super::HandConfig::hold

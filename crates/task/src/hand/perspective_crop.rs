@@ -51,7 +51,7 @@ impl PerspectiveCrop {
         self.turn
     }
 
-    /// Its zoom.
+    /// Factor by which the crop is magnified.
     pub fn zoom(&self) -> f32 {
         self.zoom
     }
@@ -83,6 +83,7 @@ impl PerspectiveCrop {
         let scale = f32::from(size.height) / f32::from(source.height);
         let focal_px = self.zoom * scale * pinhole.focal_px;
         let centre_px = scale * pinhole.principal_px;
+        // Half a pixel of the crop in pixels of the view; at least half a pixel, so that no event is skipped.
         let covered = (0.5 * pinhole.focal_px / focal_px).max(0.5);
         let from_crop = self.turn.transpose();
         let (width, height) = (i32::from(source.width), i32::from(source.height));
@@ -97,6 +98,7 @@ impl PerspectiveCrop {
             let column = pixel % usize::from(size.width);
             let at_px = Vec2::new(column as f32 + 0.5, row as f32 + 0.5);
             let [x, y] = ((at_px - centre_px) / focal_px).to_array();
+            // The largest value is of the newest event, which the network would see in a view of this size.
             let mut newest = [0.0f32; 2];
             if let Some(from_px) = pinhole.image_from_camera(from_crop * Vec3::new(x, -y, -1.0)) {
                 let columns = range(from_px.x, width);
@@ -163,7 +165,6 @@ fn moved(
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use crate::hand::{HandConfig, HandView, TwoPassConfig};
 
     use super::*;

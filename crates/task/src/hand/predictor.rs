@@ -206,6 +206,8 @@ impl Compiled {
             let ranges = self.ranges.as_ref();
             Engine::compile_with(&self.graph, shape, options, ranges).map_err(TaskError::from)
         };
+        // A window alone is split over the threads; of several, each thread computes whole ones and waits for
+        // no other.
         if windows.len() == size {
             let engine = match self.single.take() {
                 Some(engine) => engine,

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields, default)]
 pub struct SlowMotionConfig {
     /// Inputs of one inference.
-    // The spelling in the card of a shipped network.
+    // The card of the shipped `hand-quick` spells it so.
     #[serde(alias = "batch_surfaces")]
     pub batch_inputs: usize,
     /// Trigger of inputs.

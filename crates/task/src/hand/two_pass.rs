@@ -22,7 +22,7 @@ pub struct TwoPassConfig {
     pub size: SensorSize,
     /// A crop shows a hand as large as it is at this distance in the whole view, in metres.
     pub distance_m: f32,
-    /// A crop enlarges at most so much.
+    /// Maximum factor by which a crop is magnified.
     pub max_zoom: f32,
     /// Share of the training windows that are whole views.
     pub first_pass_probability: f32,
@@ -154,7 +154,6 @@ impl TwoPass {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use burn::tensor::Device;
     use evpose_core::seed_for;
     use evpose_nn::{HandRegressor, HandRegressorConfig};

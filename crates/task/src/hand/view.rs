@@ -49,7 +49,7 @@ pub fn canonical_view(config: &HandConfig) -> CanonicalView {
 }
 
 impl HandView {
-    /// The same, of which evaluated points are on the image of another camera.
+    /// The same view, with evaluated points on the image of another camera.
     #[must_use]
     pub fn seen_by(self, adaptor: &ViewAdaptor) -> Self {
         Self { adaptor: (!adaptor.is_identity()).then(|| adaptor.clone()), ..self }

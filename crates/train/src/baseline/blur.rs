@@ -45,7 +45,6 @@ fn mirrored(at: i64, length: usize) -> usize {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use serde::Deserialize;
 
     use super::*;

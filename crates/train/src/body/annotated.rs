@@ -89,7 +89,6 @@ fn sequences(annotations: &[Annotation]) -> Vec<u64> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_datasets::write_annotations;
     use evpose_pose::body::BodyLabel;
 

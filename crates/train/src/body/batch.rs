@@ -21,7 +21,7 @@ pub struct BodyBatch {
 }
 
 impl BodyBatch {
-    /// For so many samples, joints of each, and rows and columns of maps; nothing known yet.
+    /// An empty batch of `samples` samples with `joints` joints and maps of `side` x `side`.
     pub fn new(samples: usize, joints: usize, side: usize) -> Self {
         let (all, cells) = (samples * joints, side * side);
         Self {

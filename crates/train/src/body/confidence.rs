@@ -88,7 +88,7 @@ impl FoundScores {
         (0..THRESHOLDS).rev().map(at).find(|threshold| lost(*threshold) <= most)
     }
 
-    /// The threshold of poses, of which joints that score below `threshold` are left out.
+    /// The threshold of poses whose joints with scores below `threshold` are dropped.
     fn min_score(&self, threshold: f32) -> Option<f32> {
         if self.right.is_empty() {
             return None;
@@ -144,7 +144,6 @@ pub(super) fn calibrate_confidence(
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     #[test]

@@ -84,7 +84,6 @@ impl DetectionCounts {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_pose::body::BODY_JOINTS;
     use evpose_sim::person::{PoseRow, PoseTable};
     use glam::{Vec2, Vec3};

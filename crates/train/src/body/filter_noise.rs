@@ -161,7 +161,6 @@ impl Errors {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_core::CounterRng;
     use glam::Vec2;
 

@@ -36,9 +36,9 @@ pub struct CameraJoints {
     /// Joints in metres in camera space: x right, y up, looking along -z; not finite where they are
     /// not known.
     pub joints_m: [Vec3; BODY_JOINTS],
-    /// The camera.
+    /// Camera with its lens.
     pub lens: LensCamera,
-    /// Its sensor.
+    /// Size of the sensor behind it.
     pub sensor: SensorSize,
 }
 
@@ -253,8 +253,6 @@ pub(super) fn label_of(joints_px: &BodyPoints, sensor: SensorSize) -> BodyLabel 
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use super::*;
 
     fn frames(sequences: &[u64]) -> BodyFrames {

@@ -250,8 +250,6 @@ impl RecentTimes {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use evpose_core::{Event, Polarity, SensorSize};
 
     use super::*;

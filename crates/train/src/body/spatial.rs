@@ -19,7 +19,7 @@ use crate::TrainError;
 /// The recordings of a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CalibratedScene {
-    /// Its number.
+    /// Index of the scene.
     pub scene: u64,
     /// Events, poses and camera of each recording.
     pub recordings: Vec<(PathBuf, PathBuf, PlacedCamera)>,

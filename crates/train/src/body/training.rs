@@ -36,7 +36,7 @@ pub fn first_network(config: &BodyConfig, device: &Device) -> Result<MoveEnet, T
     Ok(start.network)
 }
 
-/// Trains the network of `config` on `frames`, of which it holds back some sequences for validation. Writes to
+/// Trains the network of `config` on `frames`, with some sequences held out for validation. Writes to
 /// the directory `run`: `config.toml`, `metrics.jsonl`, `loading.jsonl`, `checkpoint/`, and the networks
 /// `best.bpk` and `last.bpk`. With `training.calibrate_confidence`, the best one holds thresholds and a filter of
 /// its own.

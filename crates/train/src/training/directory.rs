@@ -71,8 +71,8 @@ impl RunDirectory<'_> {
         Ok((lock, newest.unwrap_or(0)))
     }
 
-    /// Leaves networks of `history` whose checkpoint is not there any more out of those of which one is the best. Where
-    /// the best is damaged, says so on standard error: the best of the others takes its place.
+    /// Excludes networks of `history` whose checkpoint is gone from the choice of the best. Where the best is damaged,
+    /// says so on standard error: the best of the others takes its place.
     ///
     /// # Errors
     /// If it cannot be read.

@@ -74,7 +74,7 @@ impl BatchSource for PlaneSamples {
     }
 }
 
-/// The mean square error of the vectors. Its root is logged in the unit of which there are `scale` in one.
+/// The mean square error of the vectors. Its root is logged in another unit, `scale` times smaller.
 #[derive(Debug, Clone)]
 pub struct MeanSquareError {
     /// Units of the logged error in one of the vectors' units.

@@ -30,7 +30,7 @@ pub(crate) type BatchOf<T> =
 pub trait TrainingTask {
     /// The trained network.
     type Network: Module + ModuleDisplay + 'static;
-    /// Its loss.
+    /// Loss that the run minimises.
     type Loss: TrainingLoss<Self::Network>;
     /// The network with everything needed to use it.
     type Checkpoint;
@@ -52,10 +52,10 @@ pub trait TrainingTask {
         self.untrained(device)
     }
 
-    /// The loss.
+    /// Loss that the run minimises.
     fn loss(&self) -> Self::Loss;
 
-    /// The optimiser.
+    /// Settings of Adam.
     fn optimizer(&self) -> AdamConfig {
         adam(0.0)
     }

@@ -33,7 +33,7 @@ pub(super) trait Peer {
     /// Version of the runtime.
     fn version(&self) -> &str;
 
-    /// Its settings.
+    /// Threads, precision and options of the runtime.
     fn settings(&self) -> &str;
 
     /// Maximum difference of outputs from ours, relative to the largest; `tolerance` is that of our

@@ -72,7 +72,6 @@ impl Peer for Tract {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_infer::onnx::{Interface, Message as _, model_with};
     use evpose_infer::{Engine, EngineOptions};
     use evpose_nn::Network;

@@ -1,7 +1,5 @@
 //! A hand of one vertex a joint, built in memory.
 
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 use std::f32::consts::FRAC_PI_2;
 
 use proptest::prelude::*;

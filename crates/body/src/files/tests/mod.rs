@@ -1,7 +1,5 @@
 //! Files in the published shapes: what they hold, and every way they can be wrong.
 
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 mod forward;
 mod synthetic;
 

@@ -51,7 +51,7 @@ pub struct DemoArgs {
     pub(crate) device: DeviceArgs,
 }
 
-/// Below so many minutes nothing is trained.
+/// Minutes below which nothing is trained.
 const MIN_TRAINING_MINUTES: f64 = 3.0;
 /// Sequences that the shipped network is shown on, at most.
 const SHOWN_SEQUENCES: usize = 6;

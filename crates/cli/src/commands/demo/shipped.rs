@@ -10,7 +10,6 @@ use burn::tensor::Device;
 use evpose_task::hand::{HandCheckpoint, HandConfig};
 use evpose_train::{HandDataset, Method, MethodResults, evaluate, evaluated_pose_count};
 
-/// Its name.
 const NAME: &str = "hand";
 /// Names of its results.
 const METHOD: &str = "shipped";

@@ -55,7 +55,7 @@ pub(super) struct WindowReader {
     /// Size of the planes.
     pub(super) size: SensorSize,
     windows: Windows,
-    /// Of the first event that the planes depend on.
+    /// Time stamp of the first event that the planes depend on.
     begin: Micros,
     adaptor: Option<ViewAdaptor>,
     denoise: Option<DenoiseFilter>,

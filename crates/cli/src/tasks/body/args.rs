@@ -15,7 +15,7 @@ pub(crate) struct BodySimulateArgs {
     pub(super) recording: RecordingArgs,
 }
 
-/// Of `evpose eval`.
+/// Arguments of `evpose eval` that only bodies have.
 #[derive(Debug, clap::Args)]
 pub(crate) struct BodyEvalArgs {
     #[command(flatten)]

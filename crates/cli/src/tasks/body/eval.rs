@@ -17,7 +17,7 @@ use serde::Serialize;
 
 use super::args::BodyEvalArgs;
 use super::world::{self, WorldScores};
-use super::{BodyModel, images};
+use super::{BodyNetwork, images};
 use crate::json::write_json;
 use crate::machine::Machine;
 use crate::pages::people;
@@ -73,7 +73,7 @@ pub(super) struct RecordingScores {
     pub(super) scores: BodyScores,
 }
 
-pub(super) fn run(model: &BodyModel, args: &EvalArgs, own: &BodyEvalArgs) -> Result<()> {
+pub(super) fn run(model: &BodyNetwork, args: &EvalArgs, own: &BodyEvalArgs) -> Result<()> {
     let outputs = Outputs {
         json: args.json.as_deref(),
         preview: own.own.preview.as_deref(),
@@ -105,7 +105,7 @@ struct Outputs<'a> {
 
 /// Evaluates a model on the recordings of a directory.
 fn evaluate(
-    model: &BodyModel,
+    model: &BodyNetwork,
     args: &EvalArgs,
     own: &BodyEvalArgs,
     data: &Path,
@@ -119,6 +119,7 @@ fn evaluate(
     };
     let predictor = model.predictor(options)?;
     let recordings = BodyRecordings::open(data)?;
+    // Weights of others come without the mean of their training.
     let mean = match checkpoint.mean_pose {
         Some(mean) => mean,
         None => mean_pose_of_recordings(&recordings)?,

@@ -19,7 +19,7 @@ use evpose_train::body::{
 use evpose_train::training::TrainingSpan;
 use evpose_train::{LoggedValue, TrainOptions};
 
-use super::BodyModel;
+use super::BodyNetwork;
 use crate::tasks::experiment::{PoseExperiment, is_trained};
 use crate::tasks::scores::{EvaluationScores, Metric, RecordingScores};
 
@@ -98,7 +98,7 @@ impl PoseExperiment for BodyConfig {
 
 /// Scores of a model on each recording of a directory, at the instants of its predictions.
 pub(super) fn scores(
-    model: &BodyModel,
+    model: &BodyNetwork,
     data: &Path,
     stride_ms: Option<u32>,
 ) -> Result<EvaluationScores> {

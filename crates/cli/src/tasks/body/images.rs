@@ -21,7 +21,7 @@ use evpose_train::body::{
 };
 use serde::Serialize;
 
-use super::BodyModel;
+use super::BodyNetwork;
 use super::args::BodyEvalArgs;
 use super::eval::{PERCENTS, RecordingScores, print};
 use crate::tasks::args::EvalArgs;
@@ -62,7 +62,7 @@ pub(super) fn clips(data: &Path) -> Vec<PathBuf> {
 
 /// Evaluates a model on the images of clips.
 pub(super) fn run(
-    model: &BodyModel,
+    model: &BodyNetwork,
     args: &EvalArgs,
     own: &BodyEvalArgs,
     clips: &[PathBuf],
@@ -125,7 +125,7 @@ fn as_one(images: &BodyEvaluation) -> BodySequence {
 /// The number of images of a clip, and the scores of the network, through the filter, of the mean pose
 /// and of the network as `--joints` says on each.
 fn evaluate(
-    model: &BodyModel,
+    model: &BodyNetwork,
     own: &BodyEvalArgs,
     data: &Path,
 ) -> Result<(usize, [BodyEvaluation; 4])> {

@@ -20,7 +20,7 @@ use evpose_task::{InferredPoses, RecordingStream};
 use evpose_train::body::{PropagatedPose, propagated_poses};
 
 use super::args::BodyInferArgs;
-use super::{BodyModel, infer_cameras};
+use super::{BodyNetwork, infer_cameras};
 use crate::progress::say;
 use crate::tasks::args::InferArgs;
 use crate::tasks::{PoseScores, infer_all, online};
@@ -28,7 +28,7 @@ use crate::tasks::{PoseScores, infer_all, online};
 /// A recording of a person.
 type BodyRecording = RecordingStream<BodyFrontend, BodyWorker>;
 
-pub(super) fn run(model: &BodyModel, args: &InferArgs, own: &BodyInferArgs) -> Result<()> {
+pub(super) fn run(model: &BodyNetwork, args: &InferArgs, own: &BodyInferArgs) -> Result<()> {
     let checkpoint = &model.checkpoint;
     if args.events.len() > 1 {
         return infer_cameras::run(model, args, own);

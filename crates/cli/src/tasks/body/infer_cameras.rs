@@ -14,13 +14,13 @@ use evpose_task::body::{
     BodyPredictorOptions, PlacedRecording, SpatialConfig, SpatialPose, SpatialRecordings,
 };
 
-use super::BodyModel;
+use super::BodyNetwork;
 use super::args::BodyInferArgs;
 use crate::bad_input::NobodyInView;
 use crate::progress::{bar, note, say};
 use crate::tasks::args::InferArgs;
 
-pub(super) fn run(model: &BodyModel, args: &InferArgs, own: &BodyInferArgs) -> Result<()> {
+pub(super) fn run(model: &BodyNetwork, args: &InferArgs, own: &BodyInferArgs) -> Result<()> {
     let is_for_one = own.skeletons.is_some()
         || own.fused.is_some()
         || own.own.camera.is_some()
@@ -36,6 +36,7 @@ pub(super) fn run(model: &BodyModel, args: &InferArgs, own: &BodyInferArgs) -> R
     let cameras = cameras(args, own)?;
     let predictor = model.predictor(BodyPredictorOptions {
         precision: own.own.precision,
+        // The cameras are computed at once, each by one thread.
         threads: 1,
         confidence: own.confidence,
         consensus: own.consensus,

@@ -13,7 +13,7 @@ use evpose_pose::stream::{InferenceSchedule, InferenceWorker, PoseStream, Stream
 use evpose_task::RecordingStream;
 use evpose_task::body::{BodyPredictorOptions, BodyViewKind, BodyWorker, ImageBatch, body_stream};
 
-use super::BodyModel;
+use super::BodyNetwork;
 use crate::tasks::hand::{denoise, described};
 use crate::tasks::task::NetworkModel as _;
 
@@ -37,7 +37,7 @@ impl InferenceWorker for InputTap {
 
 /// As [`NetworkModel::for_each_input`](crate::tasks::NetworkModel::for_each_input).
 pub(super) fn for_each(
-    model: &BodyModel,
+    model: &BodyNetwork,
     recording: &Path,
     every_ms: Option<u32>,
     opening: &OpenOptions,
@@ -62,7 +62,7 @@ pub(super) fn for_each(
 }
 
 /// As [`NetworkModel::interface`](crate::tasks::NetworkModel::interface).
-pub(super) fn interface(model: &BodyModel) -> Interface {
+pub(super) fn interface(model: &BodyNetwork) -> Interface {
     let config = &model.checkpoint.config;
     let ([channels, rows, columns], image) = (model.input_shape(), &config.image);
     let view = match image.view {

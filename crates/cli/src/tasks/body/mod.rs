@@ -62,7 +62,7 @@ impl PoseTask for Body {
         let checkpoint = BodyCheckpoint::load(path, device)
             .with_context(|| format!("the body network {}", path.display()))?;
         let (path, device) = (Some(path.to_owned()), device.clone());
-        Ok(Box::new(BodyModel { checkpoint, path, device }))
+        Ok(Box::new(BodyNetwork { checkpoint, path, device }))
     }
 
     fn simulate(&self, args: &SimulateArgs) -> Result<()> {
@@ -117,14 +117,14 @@ impl StudiedTask for Body {
         let config: BodyConfig = configs::load(&config.config, &config.overrides)?;
         let network = config.network.init(config.seed, device)?;
         let checkpoint = BodyCheckpoint { config, network, mean_pose: None, data: None };
-        Ok(Box::new(BodyModel { checkpoint, path: None, device: device.clone() }))
+        Ok(Box::new(BodyNetwork { checkpoint, path: None, device: device.clone() }))
     }
 
     fn published(&self, device: &Device) -> Result<Box<dyn PoseModel>> {
         let network = MoveEnetConfig::default().init(1, device)?;
         let config = BodyConfig::default();
         let checkpoint = BodyCheckpoint { config, network, mean_pose: None, data: None };
-        Ok(Box::new(BodyModel { checkpoint, path: None, device: device.clone() }))
+        Ok(Box::new(BodyNetwork { checkpoint, path: None, device: device.clone() }))
     }
 
     fn benchmark_recording(&self, directory: &Path, rate: f64) -> Result<PathBuf> {
@@ -133,7 +133,7 @@ impl StudiedTask for Body {
 }
 
 /// A body network with the experiment it came from.
-pub(crate) struct BodyModel {
+pub(crate) struct BodyNetwork {
     checkpoint: BodyCheckpoint,
     /// The checkpoint; none for weights that were not read.
     path: Option<PathBuf>,
@@ -141,7 +141,7 @@ pub(crate) struct BodyModel {
     device: Device,
 }
 
-impl BodyModel {
+impl BodyNetwork {
     /// A predictor; int8 takes its ranges from the file beside the checkpoint.
     fn predictor(&self, options: BodyPredictorOptions) -> Result<BodyPredictor> {
         let graph = || self.graph();
@@ -150,7 +150,7 @@ impl BodyModel {
     }
 }
 
-impl PoseModel for BodyModel {
+impl PoseModel for BodyNetwork {
     fn task(&self) -> &'static str {
         Body.name()
     }
@@ -214,7 +214,7 @@ impl PoseModel for BodyModel {
     }
 }
 
-impl NetworkModel for BodyModel {
+impl NetworkModel for BodyNetwork {
     fn network_name(&self) -> String {
         format!("move_enet of width {}", self.checkpoint.network.config().width)
     }

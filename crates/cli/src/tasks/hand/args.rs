@@ -16,7 +16,7 @@ pub(crate) struct HandSimulateArgs {
     pub(super) condition: Option<String>,
 }
 
-/// Of `evpose eval`.
+/// Arguments of `evpose eval` that only hands have.
 #[derive(Debug, clap::Args)]
 pub(crate) struct HandEvalArgs {
     #[command(flatten)]

@@ -17,7 +17,7 @@ use evpose_train::{
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use super::HandModel;
+use super::HandNetwork;
 use super::args::HandEvalArgs;
 use crate::machine::Machine;
 use crate::pages::hand as report;
@@ -63,7 +63,7 @@ struct ConditionEvaluation {
     usage: SlowMotionUsage,
 }
 
-pub(super) fn run(model: &HandModel, args: &EvalArgs, own: &HandEvalArgs) -> Result<()> {
+pub(super) fn run(model: &HandNetwork, args: &EvalArgs, own: &HandEvalArgs) -> Result<()> {
     let checkpoint = &model.checkpoint;
     // All configs are validated first: an error in the last should not wait for the others.
     let conditions = own

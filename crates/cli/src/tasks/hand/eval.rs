@@ -8,12 +8,12 @@ use anyhow::{Context, Result};
 use evpose_pose::metric::MeanPose;
 use evpose_train::HandDataset;
 
-use super::HandModel;
+use super::HandNetwork;
 use crate::tasks::args::{EvalArgs, PoseEvalArgs};
 
 /// Evaluates a model on the sequences of a directory.
 pub(super) fn run(
-    model: &HandModel,
+    model: &HandNetwork,
     args: &EvalArgs,
     own: &PoseEvalArgs,
     data: &Path,

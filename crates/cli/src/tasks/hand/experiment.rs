@@ -18,7 +18,7 @@ use evpose_train::{
     train_hand,
 };
 
-use super::HandModel;
+use super::HandNetwork;
 use crate::tasks::experiment::{PoseExperiment, is_trained};
 use crate::tasks::scores::{EvaluationScores, Metric, RecordingScores};
 use evpose_infer::Precision;
@@ -108,7 +108,7 @@ impl PoseExperiment for HandConfig {
 
 /// Scores of a model on each sequence of a directory, without the Kalman filter.
 pub(super) fn scores(
-    model: &HandModel,
+    model: &HandNetwork,
     data: &Path,
     stride_ms: Option<u32>,
 ) -> Result<EvaluationScores> {

@@ -11,7 +11,7 @@ use evpose_pose::metric::{HandEvaluation, HandSummary};
 use evpose_train::foreign::{evaluate_foreign_hands, foreign_hands};
 use serde::Serialize;
 
-use super::{HandModel, foreign_preview};
+use super::{HandNetwork, foreign_preview};
 use crate::tasks::args::PoseEvalArgs;
 
 /// Results, as written to JSON.
@@ -28,7 +28,7 @@ pub(super) struct ForeignReport {
 
 /// Evaluates a model on the recordings of `directory` and prints a table.
 pub(super) fn run(
-    model: &HandModel,
+    model: &HandNetwork,
     args: &PoseEvalArgs,
     directory: &Path,
 ) -> Result<ForeignReport> {

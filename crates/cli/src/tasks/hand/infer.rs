@@ -14,12 +14,12 @@ use evpose_pose::stream::InferenceSchedule;
 use evpose_pose::{HandParams, JointFrame, PoseOrigin};
 use evpose_task::hand::{HandConfig, calibration_for, hand_recording};
 
-use super::HandModel;
+use super::HandNetwork;
 use super::args::HandInferArgs;
 use crate::tasks::args::InferArgs;
 use crate::tasks::infer_all;
 
-pub(super) fn run(model: &HandModel, args: &InferArgs, own: &HandInferArgs) -> Result<()> {
+pub(super) fn run(model: &HandNetwork, args: &InferArgs, own: &HandInferArgs) -> Result<()> {
     let config = &model.checkpoint.config;
     let path = args.recording()?;
     // Before an inference of an hour.

@@ -15,7 +15,7 @@ use evpose_repr::{ChannelOrder, representation_by_name};
 use evpose_task::TaskError;
 use evpose_task::hand::{NetworkPredictor, Predictor, calibration_for, hand_recording};
 
-use super::HandModel;
+use super::HandNetwork;
 use crate::tasks::task::NetworkModel as _;
 
 /// Hands on inputs, and predicts nothing.
@@ -38,7 +38,7 @@ impl Predictor for InputTap {
 
 /// As [`NetworkModel::for_each_input`](crate::tasks::NetworkModel::for_each_input).
 pub(super) fn for_each(
-    model: &HandModel,
+    model: &HandNetwork,
     recording: &Path,
     every_ms: Option<u32>,
     opening: &OpenOptions,
@@ -66,7 +66,7 @@ pub(super) fn for_each(
 }
 
 /// As [`NetworkModel::interface`](crate::tasks::NetworkModel::interface).
-pub(super) fn interface(model: &HandModel) -> Interface {
+pub(super) fn interface(model: &HandNetwork) -> Interface {
     let config = &model.checkpoint.config;
     let ([channels, rows, columns], input) = (model.input_shape(), &config.representation);
     let order = match input.channel_order {

@@ -63,7 +63,7 @@ impl PoseTask for Hand {
     fn open(&self, path: &Path, device: &Device) -> Result<Box<dyn PoseModel>> {
         let checkpoint = HandCheckpoint::load(path, device)?;
         let (path, device) = (Some(path.to_owned()), device.clone());
-        Ok(Box::new(HandModel { checkpoint, path, device }))
+        Ok(Box::new(HandNetwork { checkpoint, path, device }))
     }
 
     fn simulate(&self, args: &SimulateArgs) -> Result<()> {
@@ -118,13 +118,13 @@ impl StudiedTask for Hand {
         let config = configs::load(&config.config, &config.overrides)?;
         let network = untrained(&config, device)?;
         let checkpoint = HandCheckpoint { config, network, mean_pose: None };
-        Ok(Box::new(HandModel { checkpoint, path: None, device: device.clone() }))
+        Ok(Box::new(HandNetwork { checkpoint, path: None, device: device.clone() }))
     }
 
     fn published(&self, device: &Device) -> Result<Box<dyn PoseModel>> {
         let network = HandRegressorConfig::default().init(1, device)?;
         let checkpoint = HandCheckpoint { config: HandConfig::default(), network, mean_pose: None };
-        Ok(Box::new(HandModel { checkpoint, path: None, device: device.clone() }))
+        Ok(Box::new(HandNetwork { checkpoint, path: None, device: device.clone() }))
     }
 
     fn benchmark_recording(&self, directory: &Path, rate: f64) -> Result<PathBuf> {
@@ -133,14 +133,14 @@ impl StudiedTask for Hand {
 }
 
 /// A hand network with the experiment it came from.
-pub(crate) struct HandModel {
+pub(crate) struct HandNetwork {
     pub(crate) checkpoint: HandCheckpoint,
     /// The checkpoint; none for weights that were not read.
     path: Option<PathBuf>,
     pub(crate) device: Device,
 }
 
-impl HandModel {
+impl HandNetwork {
     /// A predictor in a precision; int8 takes its ranges from the file beside the checkpoint.
     ///
     /// # Errors
@@ -157,7 +157,7 @@ impl HandModel {
     }
 }
 
-impl PoseModel for HandModel {
+impl PoseModel for HandNetwork {
     fn task(&self) -> &'static str {
         Hand.name()
     }
@@ -221,7 +221,7 @@ impl PoseModel for HandModel {
     }
 }
 
-impl NetworkModel for HandModel {
+impl NetworkModel for HandNetwork {
     fn network_name(&self) -> String {
         let network = &self.checkpoint.config.network;
         format!("{} of width {}", network.backbone, network.width)

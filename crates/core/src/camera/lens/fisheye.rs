@@ -50,7 +50,7 @@ fn seen([k1, k2, k3, k4]: [f64; 4], angle: f64) -> f64 {
     angle * (1.0 + a2 * (k1 + a2 * (k2 + a2 * (k3 + a2 * k4))))
 }
 
-/// Its derivative.
+/// Derivative of [`seen`] by the angle.
 fn slope([k1, k2, k3, k4]: [f64; 4], angle: f64) -> f64 {
     let a2 = angle * angle;
     1.0 + a2 * (3.0 * k1 + a2 * (5.0 * k2 + a2 * (7.0 * k3 + a2 * 9.0 * k4)))

@@ -1,7 +1,5 @@
 //! Closed forms, and results of OpenCV.
 
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 mod golden;
 
 use super::*;

@@ -12,7 +12,6 @@ use super::format::{BodyLabelFormat, LabelledImage, first_character, has_ending}
 use crate::import::ImportError;
 use crate::import::clock::ImageTime;
 
-/// The format.
 pub(super) static FORMAT: BodyLabelFormat = BodyLabelFormat {
     name: "coco",
     summary: "COCO's JSON of keypoints",

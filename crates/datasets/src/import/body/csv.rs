@@ -19,7 +19,6 @@ use crate::import::table::Table;
 /// Suffixes of the columns of a joint.
 const SUFFIXES: [&str; 2] = ["_u_px", "_v_px"];
 
-/// The format.
 pub(super) static FORMAT: BodyLabelFormat = BodyLabelFormat {
     name: "csv",
     summary: "t_us or t_s, JOINT_u_px, JOINT_v_px",
@@ -75,7 +74,6 @@ fn columns(table: &Table) -> Result<Vec<(usize, [usize; 2])>, ImportError> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_pose::body::number;
 
     use super::*;

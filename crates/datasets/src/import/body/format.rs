@@ -11,7 +11,7 @@ use crate::import::clock::ImageTime;
 /// Labels of an image.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LabelledImage {
-    /// Its time.
+    /// Time of the image in its recording.
     pub time: ImageTime,
     /// Width and height of the image that the labels are on, in pixels; none where it is not known.
     pub size_px: Option<[f32; 2]>,

@@ -22,7 +22,6 @@ use super::format::{BodyLabelFormat, LabelledImage, first_character, has_ending}
 use crate::import::ImportError;
 use crate::import::clock::ImageTime;
 
-/// The format.
 pub(super) static FORMAT: BodyLabelFormat = BodyLabelFormat {
     name: "mpii-json",
     summary: "a JSON list of image, joints and joints_vis in MPII's order",
@@ -98,7 +97,6 @@ fn points(entry: &Entry) -> Result<BodyPoints, (&'static str, String)> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     fn of(text: &str) -> Result<Vec<LabelledImage>, ImportError> {

@@ -10,7 +10,6 @@ use super::format::{BodyLabelFormat, LabelledImage, has_ending};
 use crate::import::ImportError;
 use crate::import::clock::ImageTime;
 
-/// The format.
 pub(super) static FORMAT: BodyLabelFormat = BodyLabelFormat {
     name: "mpii",
     summary: "MPII's MAT-file",

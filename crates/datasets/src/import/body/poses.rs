@@ -118,7 +118,6 @@ fn largest(persons: &[BodyPoints]) -> Option<&BodyPoints> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
     use crate::import::clock::ImageTime;
 

@@ -49,7 +49,6 @@ fn detect(path: &Path) -> Result<&'static BodyLabelFormat, ImportError> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     #[test]

@@ -165,7 +165,6 @@ fn write_info(sensor: SensorSize, path: &Path) -> Result<(), ImportError> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_core::{Event, Polarity};
     use glam::Vec2;
 

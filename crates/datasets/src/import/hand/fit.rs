@@ -43,7 +43,7 @@ const INCREMENTS: [f64; VALUES] =
 pub(super) enum Freedom {
     /// None.
     Rigid,
-    /// The articulation.
+    /// Rotation, translation and articulation.
     Articulated,
     /// Articulation and size.
     Sized,
@@ -69,7 +69,7 @@ impl Default for FitOptions {
 /// A fitted hand.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FittedHand {
-    /// Its parameters.
+    /// Parameters of the hand with the smallest error.
     pub params: HandParams,
     /// Mean distance of joints from their labels in pixels of the sensor.
     pub residual_px: f32,

@@ -31,7 +31,7 @@ pub enum HandJoints {
 pub struct LabelledHand<T> {
     /// Time stamp.
     pub t: Micros,
-    /// The label.
+    /// Joints or parameters at that time.
     pub label: T,
 }
 

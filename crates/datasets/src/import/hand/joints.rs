@@ -19,7 +19,6 @@ const METRES: [&str; 3] = ["_x_m", "_y_m", "_z_m"];
 /// Suffixes of columns in pixels.
 const PIXELS: [&str; 2] = ["_u_px", "_v_px"];
 
-/// The format.
 pub(super) static FORMAT: HandLabelFormat = HandLabelFormat {
     name: "joints",
     summary: "JOINT_x_m, JOINT_y_m, JOINT_z_m or JOINT_u_px, JOINT_v_px",
@@ -146,7 +145,6 @@ fn check_names(table: &Table) -> Result<(), ImportError> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use glam::Vec3;
 
     use super::super::registry::read_hand_labels;

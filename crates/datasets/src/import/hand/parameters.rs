@@ -6,7 +6,6 @@ use super::format::{HandLabelFormat, HandLabels, LabelChoice, LabelledHand};
 use crate::import::ImportError;
 use crate::import::table::Table;
 
-/// The format.
 pub(super) static FORMAT: HandLabelFormat = HandLabelFormat {
     name: "parameters",
     summary: "articulation_1 to articulation_6, translation_x_m, …, rotation_x_rad, …",
@@ -31,7 +30,6 @@ fn read(table: &Table, _: LabelChoice) -> Result<HandLabels, ImportError> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_core::Micros;
     use glam::Vec3;
 

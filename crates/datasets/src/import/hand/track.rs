@@ -36,7 +36,6 @@ fn slerp(from: Vec3, to: Vec3, share: f32) -> Vec3 {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use std::f32::consts::PI;
 
     use super::*;

@@ -1,7 +1,5 @@
 //! Every operation against plain loops in double precision, over odd shapes, on every level.
 
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 mod conv;
 mod depthwise;
 mod norm;

@@ -1,6 +1,4 @@
 //! Without a camera.
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 use super::*;
 
 #[test]

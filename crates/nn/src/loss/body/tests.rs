@@ -1,7 +1,5 @@
 //! The loss and its gradients as another program gives them, and what it must not depend on.
 
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 use burn::tensor::{Device, TensorData};
 use proptest::prelude::*;
 

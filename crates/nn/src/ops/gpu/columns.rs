@@ -141,7 +141,6 @@ impl Geometry {
         columns
     }
 
-    /// The convolution.
     pub(super) fn forward(
         &self,
         input: CubeTensor,

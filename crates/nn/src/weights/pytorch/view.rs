@@ -149,7 +149,6 @@ fn storage_of<'a>(
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     fn view(shape: &[usize], strides: &[usize], offset: usize) -> View {

@@ -1,7 +1,5 @@
 //! Joints as the published arithmetic gives them, and what a reader of it could get wrong.
 
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 use super::*;
 
 /// `x0, y0, x1, …` relative to the image, both -1 for joints that were not detected: the published mode

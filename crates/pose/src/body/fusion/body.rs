@@ -102,7 +102,6 @@ fn start(config: FusionConfig) -> Box<dyn BodyEstimator> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     #[test]

@@ -5,8 +5,6 @@
 //! measurements at each step by their event time stamps and filters all of it anew; process noises
 //! are integrals by Van Loan's exponential of a matrix. With parity it steps as hpe-core's sources
 //! do, joint by joint in their order.
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 use evpose_core::Micros;
 use glam::Vec2;
 

@@ -1,6 +1,4 @@
 //! Motions whose truth is known, measured as a network and events would.
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 use std::f64::consts::TAU;
 
 use evpose_core::{Micros, StageNoise};

@@ -17,7 +17,7 @@ pub enum OpenPoseModel {
 /// A pair of parts, and the part-affinity field between them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Limb {
-    /// Indices of the parts, from the first to the second of which the field points.
+    /// Indices of the two parts; the field points from the first to the second.
     pub(super) parts: [usize; 2],
     /// Channel of the field's x; that of its y follows.
     pub(super) channel: usize,

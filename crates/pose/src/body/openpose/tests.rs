@@ -5,8 +5,6 @@
 //! decodes them by itself in double precision. Pairs and channels in it are those of OpenPose's
 //! `poseParameters.cpp`.
 
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 use glam::DVec2;
 
 use super::*;

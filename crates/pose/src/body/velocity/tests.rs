@@ -1,6 +1,4 @@
 //! Edges of known motion, and what mirrors and clocks do to velocities.
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize, StageNoise};
 use glam::{DVec2, Vec2};
 use proptest::prelude::*;

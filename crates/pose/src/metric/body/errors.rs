@@ -176,7 +176,6 @@ pub(super) fn mean_over_joints(values: impl Iterator<Item = Option<f64>>) -> Opt
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     fn pose(at: impl Fn(usize) -> Option<DVec2>, size: Option<f64>) -> Pose {

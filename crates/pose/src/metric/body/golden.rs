@@ -8,8 +8,6 @@
 //! squares in pixels and what is counted are the program's own, with NaN where something is
 //! missing.
 
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 use glam::Vec2;
 
 use super::*;

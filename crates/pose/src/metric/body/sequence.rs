@@ -98,7 +98,6 @@ fn acceleration_errors(
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use glam::Vec2;
 
     use super::*;

@@ -49,7 +49,7 @@ pub struct SpatialSummary {
 /// Errors of a joint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SpatialJoint {
-    /// Its name.
+    /// Name of the joint.
     pub joint: String,
     /// Mean distance in millimetres; none if it was never found.
     pub error_mm: Option<f64>,
@@ -104,8 +104,6 @@ impl SpatialSummary {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use glam::DVec3;
 
     use super::*;

@@ -124,6 +124,7 @@ impl BodyScores {
     fn new(sequences: &[&BodyErrors], percents: &[usize], config: &BootstrapConfig) -> Self {
         let mut all = BodyErrors::default();
         sequences.iter().for_each(|sequence| all.merge(sequence));
+        // Sequences are resampled whole: their frames depend on each other.
         let means = |number: &dyn Fn(&JointErrors) -> Totals| {
             let parts: Vec<_> = sequences.iter().map(|s| s.joints.each_ref().map(number)).collect();
             let merge = |a: &mut [Totals; BODY_JOINTS], b: &[Totals; BODY_JOINTS]| {
@@ -197,7 +198,6 @@ fn interval<T: Clone + Default>(
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use glam::Vec2;
 
     use super::*;

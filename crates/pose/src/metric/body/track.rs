@@ -174,7 +174,6 @@ fn check(what: &'static str, row: usize, times: [f64; 2], pose: &Pose) -> Result
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     /// All joints at `x`, but for the head.

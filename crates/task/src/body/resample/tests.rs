@@ -1,7 +1,5 @@
 //! Images as OpenCV and SciPy sample them, and what no sampling may do.
 
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 use proptest::prelude::*;
 
 use super::*;

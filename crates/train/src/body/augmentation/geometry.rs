@@ -137,7 +137,6 @@ fn rotation(degrees: f64) -> DAffine2 {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     fn close(a: DVec2, b: DVec2) {

@@ -118,7 +118,6 @@ pub(super) fn add_speckle(image: &mut [f32], rng: &mut CounterRng, share: f32, m
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_pose::body::{Keypoint, Visibility};
 
     use super::*;

@@ -1,7 +1,5 @@
 //! Targets as another program makes them, and as a decoder reads them.
 
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 use evpose_pose::body::Visibility;
 use proptest::prelude::*;
 

@@ -1,7 +1,5 @@
 //! Fits to joints of hands with known parameters.
 
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 use evpose_camera::Calibration;
 use evpose_core::SensorSize;
 use evpose_pose::JointFrame;

@@ -116,7 +116,7 @@ pub(super) struct TapGroups {
 }
 
 impl TapGroups {
-    /// Groups for a kernel of `columns` columns and elements of which four bytes hold `depth`.
+    /// Groups for a kernel of `columns` columns; four bytes hold `depth` elements.
     pub(super) fn new(columns: usize, depth: usize) -> Self {
         // A row of 64 bytes is sixteen words, and a tap a word for every `depth` channels.
         Self { taps: columns.min(depth), columns }

@@ -1,6 +1,4 @@
 //! Transfers of cameras, word by word.
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 use evpose_io::Decoder;
 use evpose_io::evt::{Evt3Decoder, Evt3Encoder, WordEncoder, synthetic};
 use neuromorphic_drivers::adapters::{davis346, dvxplorer, evt3};

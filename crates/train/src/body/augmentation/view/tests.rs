@@ -1,7 +1,5 @@
 //! Labels follow their images, and what varies does so as it should.
 
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 use evpose_pose::body::{Keypoint, Visibility};
 use glam::{DVec2, Vec2};
 use proptest::prelude::*;

@@ -6,7 +6,7 @@ use evpose_pose::metric::{HandEvaluation, HandPoints, SequenceScores};
 use evpose_pose::stream::InferenceSchedule;
 
 use crate::TrainError;
-use crate::dataset::{HandDataset, HandSequence};
+use crate::hand::dataset::{HandDataset, HandSequence};
 use evpose_task::hand::HandConfig;
 use evpose_task::hand::HandView;
 use evpose_task::hand::Predictor;

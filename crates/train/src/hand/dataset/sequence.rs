@@ -16,7 +16,7 @@ use evpose_task::hand::{
 
 use super::files::SequenceFiles;
 use crate::TrainError;
-use crate::sequence_events::{RecordedEvents, SequenceEvents};
+use crate::hand::sequence_events::{RecordedEvents, SequenceEvents};
 
 /// Labels of a recording: the pose at every millisecond.
 #[derive(Debug)]
@@ -192,7 +192,6 @@ fn name_of(stem: &Path) -> String {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_io::format_by_name;
     use evpose_sim::{Simulation, record_all};
 

@@ -6,8 +6,8 @@ use evpose_pose::stream::InferenceSchedule;
 use serde::Serialize;
 
 use crate::TrainError;
-use crate::dataset::{HandDataset, HandSequence};
-use crate::evaluation::{HandPoseTrack, MethodResults, is_scored, score_track};
+use crate::hand::dataset::{HandDataset, HandSequence};
+use crate::hand::evaluation::{HandPoseTrack, MethodResults, is_scored, score_track};
 use evpose_task::hand::{HandConfig, HandEstimate, HandView, Predictor};
 
 /// Scores of the slow-motion mode and its usage of the network.
@@ -132,7 +132,6 @@ fn track(
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_sim::{Simulation, record_all};
 
     use evpose_pose::HandParams;

@@ -13,9 +13,9 @@ use evpose_repr::{
 use evpose_sim::raster::Camera;
 
 use crate::TrainError;
-use crate::camera_turn::CameraTurn;
+use crate::hand::camera_turn::CameraTurn;
+use crate::hand::sequence_events::keep_confirmed;
 use crate::order::SampleOrder;
-use crate::sequence_events::keep_confirmed;
 use evpose_camera::Calibration;
 use evpose_clean::Denoise;
 use evpose_task::TaskConfig as _;

@@ -9,12 +9,12 @@ use evpose_task::hand::{HandConfig, Predictor};
 
 use super::{HandDataset, HandSequence};
 use crate::TrainError;
-use crate::evaluation::{HandPoseTrack, frame_before};
-use crate::filter_noise::MeasuredTrack;
+use crate::hand::evaluation::{HandPoseTrack, frame_before};
+use crate::hand::filter_noise::MeasuredTrack;
 
 /// Frames of a sequence that filters are estimated from, at most.
 const FILTER_FRAMES: u64 = 2000;
-/// Sequences that filters are estimated from: one of so many, and at most so many.
+/// Sequences that filters are estimated from: one of twenty, at most twelve.
 const FILTER_SHARE: usize = 20;
 const FILTER_SEQUENCES: usize = 12;
 

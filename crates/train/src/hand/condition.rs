@@ -128,7 +128,6 @@ fn merge(table: &mut toml::Table, changes: toml::Table) {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_sim::config::SensorChoice;
 
     use super::*;

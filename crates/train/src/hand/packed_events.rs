@@ -26,7 +26,6 @@ impl PackedEvents {
         (sensor.height <= ON).then(|| Self { sensor, events: Vec::new(), ends: Vec::new() })
     }
 
-    /// The sensor.
     pub(crate) fn sensor(&self) -> SensorSize {
         self.sensor
     }
@@ -79,7 +78,6 @@ impl PackedEvents {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     #[test]

@@ -9,7 +9,7 @@ use evpose_core::{Event, EventStream, Micros, SensorSize, TimeWindow};
 use evpose_io::{EvcReader, EvcWindow, IoError, OpenOptions, Windows};
 use evpose_repr::FrameEvent;
 
-use crate::packed_events::PackedEvents;
+use crate::hand::packed_events::PackedEvents;
 
 /// Frames that are read together.
 const CHUNK_FRAMES: u64 = 100;
@@ -41,7 +41,6 @@ impl RecordedEvents {
         }
     }
 
-    /// The sensor.
     pub(crate) fn sensor(&self) -> SensorSize {
         match self {
             Self::Evc(file) => file.sensor(),

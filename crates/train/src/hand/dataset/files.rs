@@ -71,7 +71,6 @@ pub(super) fn sequence_files(directory: &Path) -> Result<Vec<SequenceFiles>, Tra
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     fn events_of(names: &[&str]) -> Result<Vec<String>, String> {

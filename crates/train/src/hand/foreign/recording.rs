@@ -21,16 +21,16 @@ pub struct ForeignHand {
     pub name: String,
     /// The file of its events.
     pub path: PathBuf,
-    /// Its camera.
+    /// Calibration of the camera.
     pub calibration: Calibration,
     /// Side of the hand.
     pub side: HandSide,
-    /// Its labels.
+    /// Joints with their time stamps.
     pub labels: HandJointTable,
 }
 
 impl ForeignHand {
-    /// Its events.
+    /// Reads the events.
     ///
     /// # Errors
     /// If the file cannot be read.
@@ -135,7 +135,6 @@ fn read(directory: &Path, stem: &str, names: &[String]) -> Result<ForeignHand, T
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_core::{Event, EventStream, Micros, Polarity};
 
     use super::*;

@@ -69,7 +69,6 @@ impl<'a> CameraTurn<'a> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_core::Polarity;
     use evpose_task::hand::{HandConfig, HandView};
     use glam::Vec2;

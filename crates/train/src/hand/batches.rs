@@ -8,8 +8,8 @@ use burn::tensor::{Device, Tensor, TensorData};
 use rayon::prelude::*;
 
 use crate::batch_loader::BatchSource;
-use crate::dataset::{HandDataset, Sample, SampleError};
-use crate::hand_loss::HandBatch;
+use crate::hand::dataset::{HandDataset, Sample, SampleError};
+use crate::hand::loss::HandBatch;
 use crate::passes::Passes;
 
 /// A data set that becomes batches.

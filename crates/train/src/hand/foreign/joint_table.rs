@@ -68,7 +68,6 @@ fn row(pose: &TimedPose) -> HandJointRow {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_pose::EVALUATION_JOINTS;
 
     use super::*;

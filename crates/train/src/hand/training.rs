@@ -12,11 +12,11 @@ use evpose_pose::metric::MeanPose;
 use evpose_task::hand::{HandCheckpoint, HandConfig, HandView};
 
 use crate::TrainError;
-use crate::dataset::{HandDataset, HandSplit};
 use crate::devices::DeviceGroup;
-use crate::filter_noise::estimate_filters;
-use crate::hand_batches::HandBatches;
-use crate::hand_loss::HAND_VALUES;
+use crate::hand::batches::HandBatches;
+use crate::hand::dataset::{HandDataset, HandSplit};
+use crate::hand::filter_noise::estimate_filters;
+use crate::hand::loss::HAND_VALUES;
 use crate::metric::LoggedValue;
 use crate::training::{
     Run, TrainOptions, TrainSummary, TrainingData, TrainingSpan, TrainingTask, check_shape,
@@ -151,7 +151,6 @@ impl TrainingTask for HandTask<'_> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_core::SensorSize;
     use evpose_nn::DeviceKind;
     use evpose_sim::{Simulation, record_all};

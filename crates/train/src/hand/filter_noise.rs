@@ -26,7 +26,7 @@ use evpose_task::hand::HandView;
 use rayon::prelude::*;
 
 use crate::TrainError;
-use crate::evaluation::HandPoseTrack;
+use crate::hand::evaluation::HandPoseTrack;
 
 const CUTOFFS: u32 = 17;
 const LOWEST_HZ: f64 = 1.5;
@@ -269,7 +269,6 @@ impl Best {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_core::CounterRng;
     use evpose_task::hand::HandConfig;
     use glam::Vec3;
