@@ -24,8 +24,8 @@ macro_rules! with_features {
         concat!(
             $command,
             " --package=evpose --package=evpose-bench --package=evpose-body --package=evpose-cli",
-            " --package=evpose-live --package=evpose-nn --package=evpose-studies",
-            " --features=onnx,rerun,peers,ndarray,wgpu,live,gltf,zstd ",
+            " --package=evpose-live --package=evpose-nn --package=evpose-studies --package=evpose-io",
+            " --features=onnx,rerun,peers,ndarray,wgpu,live,gltf,zstd,parquet ",
             $rest
         )
     };
@@ -36,7 +36,7 @@ macro_rules! with_all_features {
     ($command:literal, $rest:literal) => {
         concat!(
             $command,
-            " --workspace --features=onnx,rerun,peers,ndarray,wgpu,live,gltf,zstd ",
+            " --workspace --features=onnx,rerun,peers,ndarray,wgpu,live,gltf,zstd,parquet ",
             $rest
         )
     };

@@ -24,6 +24,7 @@ mod columns;
 mod format;
 mod hpe_core;
 mod json;
+mod parquet;
 mod pose;
 mod registry;
 mod skeletons;

@@ -8,7 +8,7 @@ use evpose_pose::JointFrame;
 
 use super::format::{PoseFormat, PoseIterator};
 use super::pose::{PoseKind, PoseSequence};
-use super::{hpe_core, json, skeletons, table};
+use super::{hpe_core, json, parquet, skeletons, table};
 use crate::IoError;
 
 /// Bytes of a file from which its format is detected: a header line.
@@ -18,8 +18,14 @@ const SNIFFED_BYTES: usize = 1 << 14;
 const LOG: &str = "data.log";
 
 /// The formats of poses; the first one is the default.
-pub static POSE_FORMATS: &[&PoseFormat] =
-    &[&table::FORMAT, &json::ARRAY, &json::LINES, &hpe_core::FORMAT, &skeletons::FORMAT];
+pub static POSE_FORMATS: &[&PoseFormat] = &[
+    &table::FORMAT,
+    &json::ARRAY,
+    &json::LINES,
+    &parquet::FORMAT,
+    &hpe_core::FORMAT,
+    &skeletons::FORMAT,
+];
 
 /// The format called `name`.
 pub fn pose_format_by_name(name: &str) -> Option<&'static PoseFormat> {
@@ -100,6 +106,10 @@ pub fn write_poses_from(
 ) -> Result<(), IoError> {
     match format.write {
         Some(write) => write(path, kind, frame, poses),
-        None => Err(IoError::unwritable(path, format!("poses are not written as {}", format.name))),
+        None => {
+            let PoseFormat { name, summary, .. } = format;
+            let reason = format!("poses are not written as {name}: {summary}");
+            Err(IoError::unwritable(path, reason))
+        }
     }
 }

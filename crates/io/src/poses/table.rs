@@ -212,7 +212,7 @@ fn all<const N: usize>(cells: &[&str], columns: [usize; N]) -> Result<Option<[f3
     Ok(is_whole.then_some(values))
 }
 
-fn read(path: &Path, bytes: &[u8]) -> Result<PoseSequence, IoError> {
+pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<PoseSequence, IoError> {
     let text =
         str::from_utf8(bytes).map_err(|_| row_fault(path, 1, 0, "it is not text".to_owned(), 0))?;
     let cells = |line: &'_ str| -> Vec<String> {

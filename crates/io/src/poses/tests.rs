@@ -233,7 +233,7 @@ fn faults_name_line_and_column() {
         ("{\"t_us\":1.5,\"joints\":{}}\n", "no `t_us`"),
         ("{\"t_us\":1,\n", "line 1 at byte 0"),
         ("[\n{\"t_us\":1,\"joints\":{}},\n{\"t_us\":2}\n]\n", "line 3 at byte 26: no `joints`"),
-        ("something else\n", "no known format (table, json, jsonl, hpe-core, yarp)"),
+        ("something else\n", "no known format (table, json, jsonl, parquet, hpe-core, yarp)"),
     ] {
         let message = fault(text);
         assert!(message.contains(want), "{message}");
@@ -259,12 +259,30 @@ fn endings_name_the_format() {
         ("poses.JSON", "json"),
         ("poses.jsonl", "jsonl"),
         ("poses.ndjson", "jsonl"),
+        ("poses.parquet", "parquet"),
         ("pipe", "table"),
     ] {
         assert_eq!(of(name).unwrap(), format, "{name}");
     }
-    let error = of("poses.parquet").unwrap_err().to_string();
-    for known in [".parquet", ".csv (table)", ".json (json)", ".jsonl (jsonl)"] {
+    let error = of("poses.xlsx").unwrap_err().to_string();
+    for known in [".xlsx", ".parquet (parquet)", ".csv (table)", ".json (json)", ".jsonl (jsonl)"] {
         assert!(error.contains(known), "{error}");
     }
+}
+
+#[cfg(feature = "parquet")]
+#[test]
+fn tables_of_parquet_say_what_those_of_text_say() {
+    let folder = tempfile::tempdir().unwrap();
+    for sequence in [people(), people_in_the_world(), hand()] {
+        let read = |name: &str| {
+            let path = folder.path().join(name);
+            write_poses(&path, &sequence, pose_format_of(&path).unwrap()).unwrap();
+            read_poses(&path).unwrap()
+        };
+        assert_eq!(read("poses.parquet"), read("poses.csv"));
+    }
+    let cut = std::fs::read(folder.path().join("poses.parquet")).unwrap();
+    let error = poses_from(Path::new("cut.parquet"), &cut[..cut.len() / 2]).unwrap_err();
+    assert!(error.to_string().starts_with("cut.parquet: "), "{error}");
 }
