@@ -116,6 +116,7 @@ const NEVER: i32 = -(1 << 30);
 /// The origin of times moves on before a difference from [`NEVER`] leaves 32 bits.
 const FURTHEST_US: i64 = (1 << 30) - 1;
 
+/// The background activity filter, with the latest event of each pixel.
 #[derive(Debug, Clone)]
 pub struct Background {
     sensor: SensorSize,

@@ -91,6 +91,7 @@ impl Default for DeflickerOptions {
 
 const BIN_US: u64 = 1_000;
 
+/// The filter of flickering pixels, with the counts of each.
 #[derive(Debug, Clone)]
 pub struct Deflicker {
     options: DeflickerOptions,

@@ -86,7 +86,7 @@ impl LinearOptics {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::EffectConfig;
+    use crate::{EffectConfig, SensorModel};
     use evpose_core::Micros;
 
     const SIZE: SensorSize = SensorSize { width: 24, height: 20 };
