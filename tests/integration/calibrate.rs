@@ -59,6 +59,28 @@ fn thresholds_come_back_and_make_a_sensor() {
 }
 
 #[test]
+fn frames_of_a_video_are_at_the_times_that_it_states() {
+    let sandbox = Sandbox::new();
+    let light = light();
+    let codes = light[128..].as_chunks::<4>().0.iter();
+    let codes: Vec<u8> = codes.map(|y| (255.0 * f32::from_le_bytes(*y)).round() as u8).collect();
+    let mut video = format!("YUV4MPEG2 W{WIDTH} H{HEIGHT} F1000:1 Cmono\n").into_bytes();
+    for frame in codes.chunks(WIDTH * HEIGHT) {
+        video.extend_from_slice(b"FRAME\n");
+        video.extend_from_slice(frame);
+    }
+    std::fs::write(sandbox.path("clip.y4m"), video).unwrap();
+    std::fs::write(sandbox.path("camera.toml"), PIXEL).unwrap();
+    let events = ["events", "--frames", "clip.y4m", "--sensor", "camera.toml", "--out", "rec.npz"];
+    sandbox.ok(&events);
+    let args = ["calibrate", "threshold", "--events", "rec.npz", "--frames", "clip.y4m"];
+    let at = |fps| sandbox.ok(&[&args[..], &["--fps", fps]].concat());
+    let stated = sandbox.ok(&args);
+    assert_eq!(stated, at("1000"));
+    assert_ne!(stated, at("700"));
+}
+
+#[test]
 fn rates_come_back_and_hot_pixels_are_listed() {
     let sandbox = Sandbox::new();
     let moving = light();

@@ -30,8 +30,9 @@ fn swings(
     counts: [i64; 2],
     (cycles, floor): (usize, f32),
 ) -> Result<Thresholds, CalibrateError> {
-    let begin = |events| ThresholdRun::new(SMALL, 1e6 / STEP_US as f64, floor, events);
-    swings_at(&|frame| STEP_US * frame, low, high, counts, cycles, &|events| begin(events))
+    swings_at(&|frame| STEP_US * frame, low, high, counts, cycles, &|events| {
+        ThresholdRun::new(SMALL, 1e6 / STEP_US as f64, floor, events)
+    })
 }
 
 /// As [`swings`], with frames at times of their own in microseconds.
@@ -94,15 +95,17 @@ fn thresholds_are_the_change_of_log_light_over_the_events_above_the_floor() {
 fn frames_may_be_at_times_of_their_own() {
     let at_us = |frame: i64| STEP_US * (frame * frame + frame) / 2;
     let times_s: Vec<f64> = (0..42).map(|frame| 1e-6 * at_us(frame) as f64).collect();
-    let at_times =
-        |events| Ok(ThresholdRun::new(SMALL, 100.0, FLOOR, events)?.at_times(times_s.clone()));
-    let found = swings_at(&at_us, 0.1, |_| 0.8, [4, 10], 20, &|events| at_times(events)).unwrap();
+    let found = swings_at(&at_us, 0.1, |_| 0.8, [4, 10], 20, &|events| {
+        Ok(ThresholdRun::new(SMALL, 100.0, FLOOR, events)?.at_times(times_s.clone()))
+    });
+    let found = found.unwrap();
     near(found.by_steps_on, 8f64.ln() / 4.0, 6e-4);
     near(found.by_steps_off, 8f64.ln() / 10.0, 6e-4);
     assert_eq!((found.on, found.off, found.frames), (21 * 6 * 4, 20 * 6 * 10, 42));
     // At a constant rate most events come behind the last frame.
-    let at_rate = |events| ThresholdRun::new(SMALL, 100.0, FLOOR, events);
-    let found = swings_at(&at_us, 0.1, |_| 0.8, [40, 100], 20, &|events| at_rate(events));
+    let found = swings_at(&at_us, 0.1, |_| 0.8, [40, 100], 20, &|events| {
+        ThresholdRun::new(SMALL, 100.0, FLOOR, events)
+    });
     assert!(found.is_ok_and(|found| found.on < 21 * 6 * 40 / 2));
 }
 

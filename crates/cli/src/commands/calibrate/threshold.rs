@@ -21,6 +21,9 @@ pub(super) fn run(args: &ThresholdArgs) -> Result<()> {
     let events = read(&args.events, source.size(), &options)?;
     let mut run = ThresholdRun::new(source.size(), fps, args.floor, &events)
         .with_context(|| format!("{}, {}", args.frames.frames.display(), args.events.display()))?;
+    if let Some(times_s) = times_s {
+        run = run.at_times(times_s);
+    }
     let mut frame = Plane::for_sensor(source.size(), 0.0);
     let progress = bar("events of", source.frames(), "frames");
     while source.next_into(&mut frame)? {
