@@ -165,11 +165,6 @@ impl<'a> ScreeningBase<'a> {
         Ok(best)
     }
 
-    /// Candidates, also those that the model has at another strength.
-    fn candidates(&self, left_out: &[String]) -> Vec<Candidate> {
-        Candidate::all(left_out)
-    }
-
     /// The variant with the fewest parameters of each form of each candidate, not screened yet.
     fn trials(&self, left_out: &[String]) -> Vec<ScreenedTrial> {
         let of_candidate = |candidate: Candidate| {
@@ -186,7 +181,8 @@ impl<'a> ScreeningBase<'a> {
                 })
                 .collect::<Vec<_>>()
         };
-        self.candidates(left_out).into_iter().flat_map(of_candidate).collect()
+        // Also those that the model has, at another strength.
+        Candidate::all(left_out).into_iter().flat_map(of_candidate).collect()
     }
 
     /// Screens a trial at the coarse grid of strengths, and at its direct estimate if there is one.
@@ -222,7 +218,7 @@ impl<'a> ScreeningBase<'a> {
         let value = screened.strength();
         // `skip(1)`: the first trial of a form is the one with fewest parameters, screened already.
         let candidate =
-            self.candidates(left_out).into_iter().find(|other| other.name() == screened.name);
+            Candidate::all(left_out).into_iter().find(|other| other.name() == screened.name);
         let forms = candidate.into_iter().flat_map(Candidate::trials);
         forms
             .filter(|form| {

@@ -8,14 +8,12 @@ use crate::outputs::OutputFile;
 use crate::ranges::share;
 use crate::tasks::args::{PoseEvalArgs, PoseInferArgs, PoseLiveArgs, RecordingArgs};
 
-/// Of `evpose simulate`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct BodySimulateArgs {
     #[command(flatten)]
     pub(super) recording: RecordingArgs,
 }
 
-/// Arguments of `evpose eval` that only bodies have.
 #[derive(Debug, clap::Args)]
 pub(crate) struct BodyEvalArgs {
     #[command(flatten)]
@@ -44,7 +42,6 @@ fn joint_definition(set: &str) -> Result<JointDefinition, String> {
     }
 }
 
-/// Of `evpose infer`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct BodyInferArgs {
     #[command(flatten)]
@@ -75,7 +72,6 @@ pub(crate) struct BodyInferArgs {
     pub(super) fused: Option<OutputFile>,
 }
 
-/// Of `evpose live`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct BodyLiveArgs {
     #[command(flatten)]

@@ -6,7 +6,6 @@ use crate::outputs::OutputFile;
 use crate::ranges::{count, seconds};
 use crate::tasks::args::{PoseEvalArgs, PoseInferArgs, PoseLiveArgs, RecordingArgs};
 
-/// Of `evpose simulate`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct HandSimulateArgs {
     #[command(flatten)]
@@ -16,7 +15,6 @@ pub(crate) struct HandSimulateArgs {
     pub(super) condition: Option<String>,
 }
 
-/// Arguments of `evpose eval` that only hands have.
 #[derive(Debug, clap::Args)]
 pub(crate) struct HandEvalArgs {
     #[command(flatten)]
@@ -36,7 +34,6 @@ pub(crate) struct HandEvalArgs {
     pub(super) seconds: f64,
 }
 
-/// Of `evpose infer`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct HandInferArgs {
     #[command(flatten)]
@@ -50,7 +47,6 @@ pub(crate) struct HandInferArgs {
     pub(super) joints: Option<OutputFile>,
 }
 
-/// Of `evpose live`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct HandLiveArgs {
     #[command(flatten)]
