@@ -120,8 +120,12 @@ fn infer_recording(sandbox: &Sandbox) {
     infer_without_filter(sandbox);
     let infer = ["infer", "--checkpoint", "fine/best.bpk", "--events", "held/0000.raw"];
     let infer = [&infer[..], &["--stride-ms", "20", "--out"]].concat();
-    let refused = sandbox.fails(&[&infer[..], &["poses.parquet"]].concat());
+    let refused = sandbox.fails(&[&infer[..], &["poses.xlsx"]].concat());
     assert!(refused.contains(".csv (table)") && refused.contains(".parquet"), "{refused}");
+    if cfg!(not(feature = "parquet")) {
+        let refused = sandbox.fails(&[&infer[..], &["poses.parquet"]].concat());
+        assert!(refused.contains("feature `parquet`"), "{refused}");
+    }
     sandbox.ok(&[&infer[..], &["timed.csv", "--latencies"]].concat());
     let timed = read_poses(&sandbox.path("timed.csv")).unwrap().poses;
     assert!(timed.iter().all(|pose| pose.latency_ms.is_some() == pose.score.is_some()));

@@ -255,9 +255,16 @@ impl InferArgs {
     /// The format of a file of poses: the given one, or else that of its ending.
     ///
     /// # Errors
-    /// If it has the ending of no format.
+    /// If it has the ending of no format, or of one that this build does not write.
     pub fn format_of(&self, path: &Path) -> anyhow::Result<&'static PoseFormat> {
-        Ok(self.format.map_or_else(|| pose_format_of(path), Ok)?)
+        let format = self.format.map_or_else(|| pose_format_of(path), Ok)?;
+        let PoseFormat { name, summary, .. } = format;
+        anyhow::ensure!(
+            format.is_written(),
+            "{}: not written as {name}: {summary}",
+            path.display()
+        );
+        Ok(format)
     }
 
     /// `delay_s` in milliseconds, if latencies are asked for.
