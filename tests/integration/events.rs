@@ -194,9 +194,12 @@ fn floats_of_bytes_and_videos_give_the_events_of_their_images() {
         encoder.encode_frame(image::Frame::from_parts(image, 0, 0, delay)).unwrap();
     }
     drop(encoder);
-    let line = |frames, out| ["events", "--frames", frames, "--sensor", "v2e-clean", "--out", out];
-    let at =
-        |frames, fps, out: &str| sandbox.ok(&[&line(frames, out)[..], &["--fps", fps]].concat());
+    fn line<'a>(frames: &'a str, out: &'a str) -> [&'a str; 7] {
+        ["events", "--frames", frames, "--sensor", "v2e-clean", "--out", out]
+    }
+    let at = |frames: &'static str, fps: &'static str, out: &'static str| {
+        sandbox.ok(&[&line(frames, out)[..], &["--fps", fps]].concat())
+    };
     at("images", "500", "images.txt");
     let said = at("floats.npy", "500", "floats.txt");
     assert!(said.contains("`white` is not stated: it is taken to be 255"), "{said}");

@@ -255,8 +255,11 @@ fn of_dataset(
         number.offset = (place % width) as usize * number.size();
         columns.push(Column { table: tables.len() - 1, number });
     }
-    // Without names the values themselves say which column is which.
-    let order = order(&mut tables, &columns).map_err(LayoutError::Rows)?;
+    // Without names the values themselves say which column is which, unless the caller does.
+    let order = match given.indices().filter(|order| order.iter().all(|place| *place < 4)) {
+        Some(given) => given,
+        None => order(&mut tables, &columns).map_err(LayoutError::Rows)?,
+    };
     four(tables, &order.map(|place| columns[place]), None)
 }
 

@@ -46,14 +46,12 @@ pub(super) fn open(input: Input, options: &OpenOptions) -> Result<Box<dyn EventS
     let layout = layout::find(&file, &bytes, options).map_err(failed)?;
     let unit = options.time_unit.or(layout.unit);
     let mut source = Hdf5Source::new(path.clone(), layout);
-    match unit {
-        Some(unit) => {
-            source.unit = unit;
-            source.unit_us = unit.microseconds();
-        }
-        // Times that are floats have no stated unit: the first and the last ones decide.
-        None => source.detect_unit().map_err(|damage| source.damaged(damage))?,
+    if let Some(unit) = unit {
+        source.unit = unit;
+        source.unit_us = unit.microseconds();
     }
+    // Of times that are floats, the first and the last ones decide where no unit is stated.
+    source.detect_unit(unit.is_none()).map_err(|damage| source.damaged(damage))?;
     Ok(Box::new(source))
 }
 
@@ -112,8 +110,9 @@ impl Hdf5Source {
         }
     }
 
-    /// Detects the unit of times by the first and the last of them, if they may have a fraction.
-    fn detect_unit(&mut self) -> Result<(), Damage> {
+    /// Detects the unit of times by the first and the last of them, if they may have a fraction and it is not stated;
+    /// remarks on floats of 32 bits that are coarser than 1 µs.
+    fn detect_unit(&mut self, is_unknown: bool) -> Result<(), Damage> {
         let Column { table, number } = self.columns[0];
         let table = &mut self.tables[table];
         if !number.is_real() || self.rows == 0 {
@@ -131,10 +130,19 @@ impl Hdf5Source {
         let longest = times.iter().fold(0.0, |longest: f64, t| longest.max(t.abs()));
         let has_fraction = times.iter().any(|t| t.fract() != 0.0);
         let is_seconds = longest <= MAX_RECORDING_S || CALENDAR_S.contains(&longest);
-        self.unit_us = if has_fraction && is_seconds { 1e6 } else { 1.0 };
+        if is_unknown {
+            self.unit_us = if has_fraction && is_seconds { 1e6 } else { 1.0 };
+        }
+        // A float of 32 bits has 24 binary digits.
+        let step_us = longest * self.unit_us / f64::from(1 << 23);
+        if number.size() == 4 && step_us > 1.0 {
+            self.remarks.push(format!(
+                "times are floats of 32 bits, which are {step_us:.0} µs apart: store them as f8 or i8"
+            ));
+        }
         match damage {
             // Too few rows are readable for a decision.
-            Some(damage) if is_seconds && !has_fraction => Err(damage),
+            Some(damage) if is_unknown && is_seconds && !has_fraction => Err(damage),
             // Reported when reading comes there.
             _ => Ok(()),
         }

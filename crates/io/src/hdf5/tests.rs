@@ -144,6 +144,21 @@ mod reading {
     }
 
     #[test]
+    fn columns_of_an_array_without_names_are_those_that_are_given() {
+        let read = |columns: &str| {
+            let columns = columns.parse().unwrap();
+            let options = OpenOptions { columns, ..OpenOptions::default() };
+            let stream = read_as(Input::memory("v2e.h5", golden("v2e-columns.h5")), &options)
+                .unwrap()
+                .stream;
+            (stream.x().to_vec(), stream.y().to_vec())
+        };
+        let (x, y) = read("t=0,x=1,y=2,p=3");
+        assert!(x != y);
+        assert!(read("t=0,x=2,y=1,p=3") == (y, x));
+    }
+
+    #[test]
     fn files_of_other_libraries_hold_the_events_that_those_wrote() {
         for (name, count, sum) in GOLDEN {
             let columns = whole(name);
