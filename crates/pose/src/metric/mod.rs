@@ -18,6 +18,6 @@ mod summary;
 
 pub use hand_error::HandError;
 pub use mean_pose::MeanPose;
-pub use pck::{Pck, THRESHOLDS};
+pub use pck::{ErrorCounts, Pck, THRESHOLDS};
 pub use points::{HandPoints, PALM_POINTS, palm_errors_percent, root_aligned_errors_mm};
 pub use summary::{HandEvaluation, HandRatios, HandSummary, PckCurves, SequenceScores};

@@ -15,32 +15,27 @@ use evpose_core::stats::bootstrap::Totals;
 /// How many thresholds the curve has, 0.1 apart from 0 on.
 pub const THRESHOLDS: usize = 1_000;
 
-/// Counts of errors by the first threshold they lie below. Counts add up over sequences.
+/// Errors of hands at these thresholds.
+pub type Pck = ErrorCounts<THRESHOLDS>;
+
+/// Counts of errors by the first of `N` thresholds at which they are correct. Counts add up over
+/// sequences.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Pck {
-    /// Errors whose first threshold above them is number `i`.
+pub struct ErrorCounts<const N: usize> {
     counts: Vec<u64>,
     /// All errors, those beyond every threshold included.
     total: u64,
 }
 
-impl Pck {
+impl<const N: usize> ErrorCounts<N> {
     /// No error yet.
     pub fn new() -> Self {
-        Self { counts: vec![0; THRESHOLDS], total: 0 }
+        Self { counts: vec![0; N], total: 0 }
     }
 
-    /// Threshold number `i`.
-    pub fn threshold(i: usize) -> f64 {
-        i as f64 * 0.1
-    }
-
-    /// Adds an error, in the unit of the thresholds. One that is not a number lies below none.
-    pub fn push(&mut self, error: f64) {
+    /// Adds an error whose first threshold is number `first`; none of one that is wrong at all.
+    pub(crate) fn count(&mut self, first: Option<usize>) {
         self.total += 1;
-        // A first guess, at most one off by rounding; the comparison itself decides.
-        let guess = (error * 10.0).clamp(0.0, THRESHOLDS as f64) as usize;
-        let first = (guess.saturating_sub(1)..THRESHOLDS).find(|&i| error < Self::threshold(i));
         if let Some(count) = first.and_then(|i| self.counts.get_mut(i)) {
             *count += 1;
         }
@@ -64,33 +59,46 @@ impl Pck {
         self.total == 0
     }
 
-    /// `PCK` at every threshold, or none where nothing was measured.
+    /// How many are correct at the first `thresholds` thresholds, and how many there are.
+    pub fn correct(&self, thresholds: usize) -> Totals {
+        let correct: u64 = self.counts.iter().take(thresholds).sum();
+        Totals { sum: correct as f64, count: self.total }
+    }
+
+    /// The fraction of correct ones at every threshold; empty where nothing was measured.
     pub fn curve(&self) -> Vec<f64> {
-        if self.is_empty() {
-            return Vec::new();
-        }
-        let correct = self.counts.iter().scan(0, |sum, &count| {
-            *sum += count;
-            Some(*sum)
-        });
-        correct.map(|correct| correct as f64 / self.total as f64).collect()
+        let mut correct = 0;
+        let share = |count: &u64| {
+            correct += count;
+            Totals { sum: correct as f64, count: self.total }.mean()
+        };
+        self.counts.iter().filter_map(share).collect()
     }
 
-    /// The area under the curve, between 0 and 0.999.
-    pub fn auc(&self) -> Option<f64> {
-        self.totals().mean()
-    }
-
-    /// Sum of all errors' contributions to the area, and their count.
-    pub fn totals(&self) -> Totals {
-        let above = self.counts.iter().enumerate().map(|(i, &n)| n * (THRESHOLDS - i) as u64);
-        Totals { sum: above.sum::<u64>() as f64 / THRESHOLDS as f64, count: self.total }
+    /// Sum of all errors' contributions to the area, and their count: the area is the mean.
+    pub fn area(&self) -> Totals {
+        let above = self.counts.iter().enumerate().map(|(i, &n)| n * (N - i) as u64);
+        Totals { sum: above.sum::<u64>() as f64 / N as f64, count: self.total }
     }
 }
 
-impl Default for Pck {
+impl<const N: usize> Default for ErrorCounts<N> {
     fn default() -> Self {
         Self::new()
+    }
+}
+
+impl Pck {
+    /// Threshold number `i`.
+    pub fn threshold(i: usize) -> f64 {
+        i as f64 * 0.1
+    }
+
+    /// Adds an error, in the unit of the thresholds. One that is not a number lies below none.
+    pub fn push(&mut self, error: f64) {
+        // A first guess, at most one off by rounding; the comparison itself decides.
+        let guess = (error * 10.0).clamp(0.0, THRESHOLDS as f64) as usize;
+        self.count((guess.saturating_sub(1)..THRESHOLDS).find(|&i| error < Self::threshold(i)));
     }
 }
 
@@ -116,7 +124,7 @@ mod tests {
     fn uniform_errors_have_the_area_of_a_triangle() {
         let pck = pck_from_errors((0..100_000).map(|i| (f64::from(i) + 0.5) * 1e-3));
         // Σ i·0.1/100 · 0.1/100 over i in 0..1000.
-        assert!((pck.auc().expect("measured") - 0.4995).abs() < 1e-9);
+        assert!((pck.area().mean().expect("measured") - 0.4995).abs() < 1e-9);
         for (i, share) in pck.curve().into_iter().enumerate() {
             assert!((share - Pck::threshold(i) / 100.0).abs() < 1e-9, "{i}: {share}");
         }
@@ -124,20 +132,20 @@ mod tests {
 
     #[test]
     fn a_perfect_prediction_scores_one_less_the_first_threshold() {
-        assert_eq!(pck_from_errors([0.0; 3]).auc(), Some(0.999));
+        assert_eq!(pck_from_errors([0.0; 3]).area().mean(), Some(0.999));
     }
 
     #[test]
     fn the_comparison_is_strict() {
         // 25.5 is a threshold: 25.6 is the first above, which leaves 744 of 1000.
-        assert_eq!(pck_from_errors([25.5]).auc(), Some(0.744));
-        assert_eq!(pck_from_errors([25.499]).auc(), Some(0.745));
+        assert_eq!(pck_from_errors([25.5]).area().mean(), Some(0.744));
+        assert_eq!(pck_from_errors([25.499]).area().mean(), Some(0.745));
     }
 
     #[test]
     fn what_is_far_or_not_a_number_counts_as_wrong() {
-        assert_eq!(pck_from_errors([99.95, 1e9, f64::INFINITY, f64::NAN]).auc(), Some(0.0));
-        assert_eq!(Pck::new().auc(), None);
+        assert_eq!(pck_from_errors([99.95, 1e9, f64::INFINITY, f64::NAN]).area().mean(), Some(0.0));
+        assert_eq!(Pck::new().area().mean(), None);
     }
 
     proptest! {
@@ -153,7 +161,7 @@ mod tests {
         #[test]
         fn a_larger_error_never_raises_the_area(a in 0.0..150.0, b in 0.0..150.0) {
             let (small, large) = (f64::min(a, b), f64::max(a, b));
-            prop_assert!(pck_from_errors([small]).auc() >= pck_from_errors([large]).auc());
+            prop_assert!(pck_from_errors([small]).area().mean() >= pck_from_errors([large]).area().mean());
         }
 
         #[test]

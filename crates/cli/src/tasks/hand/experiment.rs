@@ -37,8 +37,8 @@ const METRICS: [Metric; 5] = [
 /// In the order of [`METRICS`].
 fn totals(scores: &SequenceScores) -> [Totals; METRICS.len()] {
     [
-        scores.pck_2d.totals(),
-        scores.pck_3d.totals(),
+        scores.pck_2d.area(),
+        scores.pck_3d.area(),
         scores.points_mm,
         scores.translation_mm,
         scores.rotation_deg,

@@ -14,79 +14,23 @@
 //! as mean over even thresholds: Mehta et al., *Monocular 3D human pose estimation in the wild
 //! using improved CNN supervision*, 3DV 2017; MoveEnet publishes none.
 
-use evpose_core::stats::bootstrap::Totals;
+use crate::metric::pck::ErrorCounts;
 
 /// How many thresholds the curve has: whole percents of the size.
 pub const BODY_THRESHOLDS: usize = 100;
 
-/// Counts of errors by the first threshold they reach. Counts add up over sequences.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct BodyPck {
-    /// Errors that are correct from `i + 1` percent on.
-    counts: Vec<u64>,
-    /// All errors, those beyond every threshold included.
-    total: u64,
-}
+/// Errors of bodies at these thresholds, number `i` at `i + 1` percent.
+pub type BodyPck = ErrorCounts<BODY_THRESHOLDS>;
 
 impl BodyPck {
-    /// No error yet.
-    pub fn new() -> Self {
-        Self { counts: vec![0; BODY_THRESHOLDS], total: 0 }
-    }
-
     /// Adds an error of a body of this size, both in pixels. An infinite one is wrong at all
     /// thresholds.
     pub fn push(&mut self, error_px: f64, size_px: f64) {
-        self.total += 1;
         // A first guess, at most one off by rounding; the comparison itself decides.
         let guess = (100.0 * error_px / size_px).clamp(0.0, BODY_THRESHOLDS as f64) as usize;
         let reaches = |percent: &usize| error_px <= size_px * (*percent as f64 / 100.0);
         let first = (guess.saturating_sub(1).max(1)..=BODY_THRESHOLDS).find(reaches);
-        if let Some(percent) = first {
-            self.counts[percent - 1] += 1;
-        }
-    }
-
-    /// Adds the errors of another sequence.
-    pub fn merge(&mut self, other: &Self) {
-        for (count, more) in self.counts.iter_mut().zip(&other.counts) {
-            *count += more;
-        }
-        self.total += other.total;
-    }
-
-    /// How many errors there are.
-    pub fn len(&self) -> u64 {
-        self.total
-    }
-
-    /// Whether nothing was measured.
-    pub fn is_empty(&self) -> bool {
-        self.total == 0
-    }
-
-    /// How many are correct at a threshold in percent of the size, and how many there are.
-    pub fn correct(&self, percent: usize) -> Totals {
-        let correct: u64 = self.counts.iter().take(percent).sum();
-        Totals { sum: correct as f64, count: self.total }
-    }
-
-    /// The share of correct ones at every threshold, or none where nothing was measured.
-    pub fn curve(&self) -> Vec<f64> {
-        (1..=BODY_THRESHOLDS).filter_map(|percent| self.correct(percent).mean()).collect()
-    }
-
-    /// Sum of all errors' contributions to the area, and their count: the area is the mean.
-    pub fn area(&self) -> Totals {
-        let above = |(i, count): (usize, &u64)| count * (BODY_THRESHOLDS - i) as u64;
-        let sum: u64 = self.counts.iter().enumerate().map(above).sum();
-        Totals { sum: sum as f64 / BODY_THRESHOLDS as f64, count: self.total }
-    }
-}
-
-impl Default for BodyPck {
-    fn default() -> Self {
-        Self::new()
+        self.count(first.map(|percent| percent - 1));
     }
 }
 
