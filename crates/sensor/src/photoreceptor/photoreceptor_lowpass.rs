@@ -38,7 +38,7 @@ const CUTOFF: Parameter = Parameter::Number(NumberSpec {
     ..NumberSpec::LOG
 });
 
-const DARK_LIGHT: Parameter = Parameter::Number(NumberSpec {
+pub(super) const DARK_LIGHT: Parameter = Parameter::Number(NumberSpec {
     name: "dark_light",
     unit: "white",
     range: (1e-6, 1.0),

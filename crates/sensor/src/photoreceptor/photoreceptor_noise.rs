@@ -12,6 +12,7 @@ use std::f64::consts::TAU;
 
 use evpose_core::StageNoise;
 
+use super::photoreceptor_lowpass::DARK_LIGHT;
 use crate::exponential::decay;
 use crate::gaussian::{PIECE, fill_normal};
 use crate::signature::{Probe, Signature, Strength};
@@ -36,16 +37,6 @@ const CUTOFF: Parameter = Parameter::Number(NumberSpec {
     range: (0.01, 1e7),
     typical: Some((30.0, 3000.0)),
     doc: "bandwidth at the light of white",
-    ..NumberSpec::LOG
-});
-
-const DARK_LIGHT: Parameter = Parameter::Number(NumberSpec {
-    name: "dark_light",
-    unit: "white",
-    range: (1e-6, 1.0),
-    typical: Some((1e-3, 0.1)),
-    default: Some(0.0),
-    doc: "light that the bandwidth in the dark amounts to",
     ..NumberSpec::LOG
 });
 
