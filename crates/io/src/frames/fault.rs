@@ -135,3 +135,11 @@ impl fmt::Display for FrameFault {
         }
     }
 }
+
+/// Checks that a size is one that a sensor can have.
+pub(super) fn sensor_size(width: u64, height: u64) -> Result<SensorSize, FrameFault> {
+    match (u16::try_from(width), u16::try_from(height)) {
+        (Ok(width), Ok(height)) => Ok(SensorSize { width, height }),
+        _ => Err(FrameFault::TooLarge(width, height)),
+    }
+}

@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use evpose_core::SensorSize;
 use image::{DynamicImage, ImageFormat, ImageReader};
 
+use super::fault::sensor_size;
 use super::light::Light;
-use super::{FrameDepth, FrameFault, natural, sensor_size};
+use super::{FrameDepth, FrameFault, natural};
 use crate::IoError;
 
 /// Endings of images that are frames elsewhere, but are not read here.

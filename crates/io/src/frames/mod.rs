@@ -186,14 +186,6 @@ impl FrameSource {
     }
 }
 
-/// Checks that a size is one that a sensor can have.
-fn sensor_size(width: u64, height: u64) -> Result<SensorSize, FrameFault> {
-    match (u16::try_from(width), u16::try_from(height)) {
-        (Ok(width), Ok(height)) => Ok(SensorSize { width, height }),
-        _ => Err(FrameFault::TooLarge(width, height)),
-    }
-}
-
 impl Encoding {
     /// The name on the command line.
     pub fn name(self) -> &'static str {

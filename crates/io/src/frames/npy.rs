@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 use evpose_core::{AtomicFile, SensorSize};
 use npyz::{Order, WriterBuilder};
 
+use super::fault::sensor_size;
 use super::light::Light;
-use super::{Encoding, FrameDepth, FrameFault, sensor_size};
+use super::{Encoding, FrameDepth, FrameFault};
 use crate::{IoError, npz};
 
 /// The frames of an array that are still to come.

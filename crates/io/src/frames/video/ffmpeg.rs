@@ -10,8 +10,9 @@ use std::process::{Child, ChildStdout, Command, Stdio};
 use evpose_core::SensorSize;
 
 use crate::IoError;
+use crate::frames::fault::sensor_size;
 use crate::frames::light::Light;
-use crate::frames::{FrameFault, folder, sensor_size};
+use crate::frames::{FrameFault, folder};
 
 const PROGRAM: &str = "ffmpeg";
 

@@ -13,8 +13,9 @@ use image::codecs::gif::GifDecoder;
 use image::{AnimationDecoder, Frame, Frames, ImageDecoder as _};
 
 use super::undecodable;
+use crate::frames::fault::sensor_size;
 use crate::frames::light::Light;
-use crate::frames::{FrameFault, folder, sensor_size};
+use crate::frames::{FrameFault, folder};
 
 /// How GIFs of both versions begin.
 pub(super) const MAGIC: &[u8] = b"GIF8";

@@ -18,8 +18,9 @@ use std::io::{BufRead as _, BufReader, Read as _, Seek as _};
 use evpose_core::SensorSize;
 
 use super::undecodable;
+use crate::frames::fault::sensor_size;
 use crate::frames::light::Light;
-use crate::frames::{FrameFault, folder, sensor_size};
+use crate::frames::{FrameFault, folder};
 
 /// How its first line begins.
 pub(super) const MAGIC: &[u8] = b"YUV4MPEG2 ";
