@@ -280,7 +280,10 @@ fn check_says_whether_a_recording_can_be_used_and_what_comes_next() {
     assert_eq!(checked(&sandbox, "a.txt", &dot), (Some(0), infer.to_owned()));
     // Three pixels that have an event every 100 us.
     let hot = (0..15_000).map(|k| format!("{} {} 3 1\n", 1_000_000 + 100 * (k / 3), 35 + k % 3));
-    let hot = dot.clone() + &hot.collect::<String>();
+    let mut lines: Vec<String> = dot.lines().skip(1).map(|line| format!("{line}\n")).collect();
+    lines.extend(hot);
+    lines.sort_by_key(|line| line.split(' ').next().unwrap().parse::<i64>().unwrap());
+    let hot = "40 30\n".to_owned() + &lines.concat();
     let clean = "evpose clean b.txt clean.npz --with hot";
     assert_eq!(checked(&sandbox, "b.txt", &hot), (Some(10), clean.to_owned()));
     let stopped = "40 30\n5 1 2 1\n5 3 4 0\n";
