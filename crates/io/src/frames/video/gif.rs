@@ -36,7 +36,7 @@ impl Gif {
         let (size, frames) = begin(path)?;
         let (mut times_s, mut time_s) = (Vec::new(), 0.0);
         for frame in frames {
-            let frame = frame.map_err(|fault| at_frame(times_s.len(), fault))?;
+            let frame = frame.map_err(|fault| at_frame(times_s.len(), &fault))?;
             times_s.push(time_s);
             time_s += delay_s(&frame);
         }
@@ -58,7 +58,7 @@ impl Gif {
         }
         let missing = || undecodable("it became shorter while it was read");
         let frame = self.frames.next().ok_or_else(missing)?;
-        let frame = frame.map_err(|fault| at_frame(self.next, fault))?;
+        let frame = frame.map_err(|fault| at_frame(self.next, &fault))?;
         folder::colour::<_, 4>(frame.buffer(), light, out);
         self.next += 1;
         Ok(true)
@@ -82,7 +82,7 @@ fn begin(path: &Path) -> Result<(SensorSize, Frames<'static>), FrameFault> {
     Ok((sensor_size(width.into(), height.into())?, decoder.into_frames()))
 }
 
-fn at_frame(number: usize, fault: image::ImageError) -> FrameFault {
+fn at_frame(number: usize, fault: &image::ImageError) -> FrameFault {
     undecodable(format!("frame {number}: {fault}"))
 }
 

@@ -114,13 +114,13 @@ impl Y4m {
         }
         line(&mut self.file)?;
         self.file.read_exact(&mut self.planes).map_err(undecodable)?;
-        self.to_rgb();
+        self.fill_rgb();
         folder::colour::<_, 3>(&self.codes, light, out);
         self.next += 1;
         Ok(true)
     }
 
-    fn to_rgb(&mut self) {
+    fn fill_rgb(&mut self) {
         let width = usize::from(self.size.width);
         let (luma, chroma) = self.planes.split_at(self.size.pixels());
         let (blue, red) = chroma.split_at(chroma.len() / 2);
