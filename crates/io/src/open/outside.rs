@@ -37,6 +37,11 @@ impl OutsideCount {
         self.outside
     }
 
+    /// Whether more than a tenth of the events are outside.
+    pub(super) fn is_more_than_a_tenth(&self) -> bool {
+        self.outside * 10 > self.events
+    }
+
     /// Refuses a recording of which more than a tenth of the events are outside; of the first few, before
     /// its end, many may be.
     ///
@@ -44,7 +49,7 @@ impl OutsideCount {
     /// As it says, of the recording `path`.
     pub fn check(&self, path: &Path, sensor: SensorSize, is_at_end: bool) -> Result<(), IoError> {
         let Self { events, outside, largest: (x, y) } = *self;
-        let is_elsewhere = outside > FEW && outside * 10 > events;
+        let is_elsewhere = outside > FEW && self.is_more_than_a_tenth();
         if !is_elsewhere || (events < MANY && !is_at_end) {
             return Ok(());
         }

@@ -48,7 +48,7 @@ pub fn find_sensor(
     }
     if let Some(given) = options.sensor
         && !options.salvage
-        && outside.check(&path, given, true).is_err()
+        && outside.is_more_than_a_tenth()
     {
         return Err(IoError::SmallerSensor { path, given, extent: extent.size() });
     }
