@@ -155,11 +155,10 @@ pub(super) fn find(
         let value = root.attribute(theirs).and_then(|attribute| attribute.read_string());
         facts.extend(value.ok().map(|value| (name, value)));
     }
-    let beside = || match &node {
-        Node::Group(group) => size_beside(file, bytes, group),
-        Node::Dataset(_) => None,
+    let sensor = match (sensor(&root, &node), &node) {
+        (None, Node::Group(group)) => size_beside(file, bytes, group)?,
+        (sensor, _) => sensor,
     };
-    let sensor = sensor(&root, &node).or_else(beside);
     let t_offset = match (at(&root, T_OFFSET)?, &node) {
         (Some(Node::Dataset(offset)), Node::Group(_)) => whole(file, bytes, &offset)?,
         _ => 0,
@@ -329,16 +328,31 @@ fn whole(file: &Hdf5File, bytes: &Arc<Bytes>, dataset: &Dataset) -> Result<i64, 
     Ok(value[0])
 }
 
-/// The size of the sensor, as RVT's preprocessing writes it: datasets beside the columns. Columns are
-/// read without it, so that anything but one number of pixels each is passed over.
-fn size_beside(file: &Hdf5File, bytes: &Arc<Bytes>, group: &Group) -> Option<SensorSize> {
-    let side = |name: &str| {
-        let Some(Node::Dataset(side)) = at(group, name).ok()? else { return None };
-        let is_one = side.num_elements().ok()? == 1;
-        let side = is_one.then(|| whole(file, bytes, &side).ok()).flatten()?;
-        u16::try_from(side).ok().filter(|side| *side > 0)
+/// The size of the sensor, as RVT's preprocessing writes it: datasets beside the columns. It is a hint,
+/// none where they hold anything but one value each; damage is damage.
+fn size_beside(
+    file: &Hdf5File,
+    bytes: &Arc<Bytes>,
+    group: &Group,
+) -> Result<Option<SensorSize>, LayoutError> {
+    let side = |name: &str| -> Result<Option<f64>, LayoutError> {
+        let Some(Node::Dataset(side)) = at(group, name)? else { return Ok(None) };
+        let is_one = side.num_elements()? == 1;
+        let number = Number::from_datatype(side.dtype(), 0).filter(|_| is_one);
+        let Some(number) = number else { return Ok(None) };
+        let mut table = Table::new(file, bytes, &side, 0)?;
+        table.load_row(0).map_err(LayoutError::Rows)?;
+        Ok(number.values(table.rows(0, 1), table.row).first().copied())
     };
-    Some(SensorSize { width: side("width")?, height: side("height")? })
+    let (width, height) = (side("width")?, side("height")?);
+    Ok(width.zip(height).and_then(|(width, height)| size(width, height)))
+}
+
+/// The size of these whole numbers of pixels.
+fn size(width: f64, height: f64) -> Option<SensorSize> {
+    let is_size = |value: &f64| (1.0..65_536.0).contains(value) && value.fract() == 0.0;
+    let is_both = is_size(&width) && is_size(&height);
+    is_both.then_some(SensorSize { width: width as u16, height: height as u16 })
 }
 
 /// The size of the sensor, as one of the attributes of a file or of its events says.
@@ -353,11 +367,6 @@ fn sensor(root: &Group, events: &Node) -> Option<SensorSize> {
     let values = |attribute: &Attribute| {
         let number = Number::from_datatype(&attribute.datatype, 0)?;
         Some(number.values(&attribute.raw_data, number.size()))
-    };
-    let size = |width: f64, height: f64| {
-        let is_size = |value: &f64| (1.0..65_536.0).contains(value) && value.fract() == 0.0;
-        let is_both = is_size(&width) && is_size(&height);
-        is_both.then_some(SensorSize { width: width as u16, height: height as u16 })
     };
     // Prophesee's: `1280x720`.
     if let Some(geometry) = attribute("geometry").and_then(|found| found.read_string().ok()) {
