@@ -106,7 +106,8 @@ fn every_backbone_has_the_gradient_of_torchvision() {
         let [_, [height, width]] = sizes(backbone);
         let outputs = network.forward(images(8, height, width, &device));
         let objective = HandLoss::default().forward(outputs, targets(8, &device)).objective;
-        let difference = objective.clone().into_scalar::<f32>() - expected.objective;
+        // Relative: sums of AVX2 and of AVX-512 have other orders, and differ by 7e-6 of Inception's.
+        let difference = objective.clone().into_scalar::<f32>() / expected.objective - 1.0;
         assert!(difference.abs() < 1e-5, "{backbone}: {difference}");
         let gradients = GradientsParams::from_grads(objective.backward(), &network);
         let id = first_id(&network);
