@@ -113,20 +113,20 @@ fn every_backbone_has_the_gradient_of_torchvision() {
         let id = first_id(&network);
         let gradient = values(gradients.get::<4>(id).unwrap());
         // The golden values are of double precision. In single precision PyTorch itself is off by up to
-        // 3 % of the largest: fifty normalisations of few pixels amplify rounding, of Inception's ninety to 9 % on AVX2,
-        // to less on AVX-512. The direction is that of the golden gradient on both.
+        // 3 % of the largest: normalisations of few pixels amplify rounding, Inception's ninety to 9 % in
+        // the order of sums of AVX2. The direction is that of the golden gradient.
+        let (cosine_at_least, error_below) =
+            if backbone == "inception_v3" { (0.995, 0.12) } else { (0.9995, 0.06) };
         let dot = |a: &[f32], b: &[f32]| -> f64 {
             a.iter().zip(b).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum()
         };
         let golden = &expected.conv1_weight;
         let cosine =
             dot(&gradient, golden) / (dot(&gradient, &gradient) * dot(golden, golden)).sqrt();
-        assert!(cosine > 0.999, "{backbone}: {cosine}");
+        assert!(cosine > cosine_at_least, "{backbone}: {cosine}");
         let largest = golden.iter().fold(0.0f32, |a, b| a.max(b.abs()));
         let error = worst(&gradient, golden) / largest;
-        let bound = if backbone == "inception_v3" { 0.12 } else { 0.06 };
-        assert!(error < bound, "{backbone}: {error}");
-        println!("{backbone}: {cosine} {error}");
+        assert!(error < error_below, "{backbone}: {error}");
     }
 }
 
