@@ -60,7 +60,7 @@ fn cases_are_files_of_measurements_and_have_their_truth_only_if_it_is_asked_for(
 const VERDICT: &str = r#"{"schema": 3, "verdict": "effects", "effects": [{"name": "leak_on", "kind": "effect",
     "parameters": {"rate_hz": {"value": 2.0, "lo90": 1.5, "hi90": 2.5, "unit": "Hz"}}, "probability": 0.9,
     "confusable_with": []}], "unexplained": {"fraction": 0.1, "p": 0.5, "is_significant": false,
-    "nearest_stage": "", "sentence": ""}, "gap_before": {"value": 3.5, "lo": 2, "hi": 4},
+    "nearest_stage": "", "sentence": "", "shares": {}, "responses": []}, "gap_before": {"value": 3.5, "lo": 2, "hi": 4},
     "gap_after": {"value": 0.5, "lo": 0.2, "hi": 0.9}, "grr": 0.75, "p": 0.01,
     "where": {"sentence": "", "shares": {}, "responses": []}, "stage_shares": {}, "limits": [], "untestable": {},
     "c2st_before": null, "c2st_after": null, "notes": []}"#;

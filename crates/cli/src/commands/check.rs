@@ -151,9 +151,9 @@ fn report(path: &Path, info: &Info, options: OpenOptions, named: &str) -> Result
     // What an option settles is a change.
     let (doubts, mut remarks): (Vec<_>, Vec<_>) =
         info.warnings.iter().cloned().partition(|warning| warning.contains("--time-unit"));
-    let doubts = doubts.into_iter().map(|said| {
+    let doubts = doubts.into_iter().map(|text| {
         let next = format!("evpose check {named} --time-unit s|ms|us|ns");
-        Change { said, next: Some(next) }
+        Change { text, next: Some(next) }
     });
     let mut changes = changes(&findings, &counts, named);
     changes.extend(doubts);
@@ -190,7 +190,7 @@ fn report(path: &Path, info: &Info, options: OpenOptions, named: &str) -> Result
         rows: findings.rows,
         on_share: info.on_share(),
         rates: counts,
-        changes: changes.into_iter().map(|change| change.said).collect(),
+        changes: changes.into_iter().map(|change| change.text).collect(),
         remarks,
         next,
     })
@@ -198,15 +198,15 @@ fn report(path: &Path, info: &Info, options: OpenOptions, named: &str) -> Result
 
 /// A fault of a recording.
 struct Change {
-    said: String,
+    text: String,
     /// The command that mends it; none if no command does.
     next: Option<String>,
 }
 
-/// What is wrong with a recording for a network, what no command mends first.
+/// Faults of a recording for a network, those that no command mends first.
 fn changes(findings: &Findings, counts: &RateFindings, named: &str) -> Vec<Change> {
     let mut changes = Vec::new();
-    let mut add = |said: String, next: Option<String>| changes.push(Change { said, next });
+    let mut add = |text: String, next: Option<String>| changes.push(Change { text, next });
     if findings.events == 0 {
         add("there are no events".to_owned(), None);
     }

@@ -42,7 +42,7 @@ const MAX_CONFUSABLE: usize = 16;
 pub struct Outcome {
     /// Answer of the run, as `verdict.json` has it.
     pub verdict: Verdict,
-    /// Numbers that its probabilities and intervals come from.
+    /// Values that its probabilities and intervals come from.
     pub evidence: AnswerEvidence,
     /// The corrected sensor model.
     pub corrected: SensorConfig,

@@ -241,7 +241,7 @@ impl Archive {
         Ok((array, byte))
     }
 
-    fn fault(&self, array: &str, byte: u64, found: NpzFault, values: usize) -> IoError {
-        fault(&self.path, array, byte, (found, values))
+    fn fault(&self, array: &str, byte: u64, cause: NpzFault, values: usize) -> IoError {
+        fault(&self.path, array, byte, (cause, values))
     }
 }

@@ -17,7 +17,7 @@ const VERY_MANY: u64 = 10_000;
 /// Rate of a whole sensor below which a long recording is rather of another unit: noise alone has more.
 const FEW_HZ: f64 = 300.0;
 /// No bus has sent as many on average.
-const MOST_HZ: f64 = 1e8;
+const MAX_HZ: f64 = 1e8;
 
 /// Whether the first events lie on the sensor, but for a tenth.
 fn fits(source: &mut dyn EventSource, sensor: SensorSize) -> bool {
@@ -328,7 +328,7 @@ impl OrderedSource {
             ..=MANY => None,
             _ if rate_hz < 1.0 => Some("fewer than one a second"),
             VERY_MANY.. if rate_hz < FEW_HZ => Some("few for so many"),
-            VERY_MANY.. if rate_hz > MOST_HZ => Some("more than any camera sends"),
+            VERY_MANY.. if rate_hz > MAX_HZ => Some("more than any camera sends"),
             _ => None,
         };
         doubt.map(|doubt| format!("{events} events in {seconds:.3} s are {doubt}: {how}"))
