@@ -93,6 +93,14 @@ fn every_backbone_computes_what_torchvision_computes() {
     assert!(worst < TOLERANCE, "{worst}");
 }
 
+/// Whether kernels compute with the vectors of the longest kind.
+fn has_avx512() -> bool {
+    #[cfg(target_arch = "x86_64")]
+    return std::arch::is_x86_feature_detected!("avx512f");
+    #[cfg(not(target_arch = "x86_64"))]
+    false
+}
+
 #[test]
 fn every_backbone_has_the_gradient_of_torchvision() {
     let device = Device::flex().autodiff();
@@ -106,24 +114,26 @@ fn every_backbone_has_the_gradient_of_torchvision() {
         let [_, [height, width]] = sizes(backbone);
         let outputs = network.forward(images(8, height, width, &device));
         let objective = HandLoss::default().forward(outputs, targets(8, &device)).objective;
-        // Relative: sums of AVX2 and of AVX-512 have other orders, and differ by 7e-6 of Inception's.
-        let difference = objective.clone().into_scalar::<f32>() / expected.objective - 1.0;
-        assert!(difference.abs() < 1e-5, "{backbone}: {difference}");
+        let difference = objective.clone().into_scalar::<f32>() - expected.objective;
+        // Elsewhere sums have another order, which Inception's ninety normalisations of few pixels amplify: on AVX2
+        // to 2.5e-5 and to 9 % of the largest.
+        let (difference_below, error_below) =
+            if backbone == "inception_v3" && !has_avx512() { (3e-5, 0.12) } else { (1e-5, 0.06) };
+        assert!(difference.abs() < difference_below, "{backbone}: {difference}");
         let gradients = GradientsParams::from_grads(objective.backward(), &network);
         let id = first_id(&network);
         let gradient = values(gradients.get::<4>(id).unwrap());
         // The golden values are of double precision. In single precision PyTorch itself is off by up to
-        // 3 % of the largest: normalisations of few pixels amplify rounding, Inception's ninety to 9 % in
-        // the order of sums of AVX2. The direction is that of the golden gradient.
-        let (cosine_at_least, error_below) =
-            if backbone == "inception_v3" { (0.995, 0.12) } else { (0.9995, 0.06) };
+        // 3 % of the largest: fifty normalisations of few pixels amplify rounding. The direction is that of
+        // the golden gradient.
+        let cosine_above = if backbone == "inception_v3" { 0.995 } else { 0.9995 };
         let dot = |a: &[f32], b: &[f32]| -> f64 {
             a.iter().zip(b).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum()
         };
         let golden = &expected.conv1_weight;
         let cosine =
             dot(&gradient, golden) / (dot(&gradient, &gradient) * dot(golden, golden)).sqrt();
-        assert!(cosine > cosine_at_least, "{backbone}: {cosine}");
+        assert!(cosine > cosine_above, "{backbone}: {cosine}");
         let largest = golden.iter().fold(0.0f32, |a, b| a.max(b.abs()));
         let error = worst(&gradient, golden) / largest;
         assert!(error < error_below, "{backbone}: {error}");
