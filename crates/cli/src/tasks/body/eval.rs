@@ -19,10 +19,9 @@ use super::args::BodyEvalArgs;
 use super::world::{self, WorldScores};
 use super::{BodyNetwork, images};
 use crate::json::write_json;
-use crate::machine::Machine;
 use crate::pages::people;
 use crate::progress::{bar, say};
-use crate::run_info::COMMIT;
+use crate::provenance::Provenance;
 use crate::tasks::args::EvalArgs;
 use evpose_report::chart::{self, Series};
 use evpose_report::colour::PALETTE;
@@ -33,8 +32,8 @@ pub(super) const PERCENTS: [usize; 4] = [20, 40, 60, 80];
 /// Results, as written to JSON.
 #[derive(Debug, Serialize)]
 struct Report {
-    machine: Machine,
-    commit: &'static str,
+    #[serde(flatten)]
+    provenance: Provenance,
     network: BodySummary,
     /// The network's poses through the temporal filter.
     filtered: BodySummary,
@@ -111,6 +110,7 @@ fn evaluate(
     data: &Path,
     outputs: &Outputs<'_>,
 ) -> Result<()> {
+    let provenance = Provenance::this();
     let checkpoint = &model.checkpoint;
     let options = BodyPredictorOptions {
         precision: own.own.precision,
@@ -154,8 +154,7 @@ fn evaluate(
         ));
     }
     let mut report = Report {
-        machine: Machine::this(),
-        commit: COMMIT,
+        provenance,
         network,
         filtered,
         filter: checkpoint.config.filter,

@@ -4,10 +4,9 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use crate::json::write_json;
-use crate::machine::Machine;
 use crate::pages::people;
 use crate::progress::{bar, say};
-use crate::run_info::COMMIT;
+use crate::provenance::Provenance;
 use anyhow::{Result, bail};
 use evpose_core::Micros;
 use evpose_pose::PoseError;
@@ -32,8 +31,8 @@ const UNTIMED: Micros = Micros(33_333);
 /// Results, as written to JSON.
 #[derive(Debug, Serialize)]
 struct ImageReport {
-    machine: Machine,
-    commit: &'static str,
+    #[serde(flatten)]
+    provenance: Provenance,
     images: usize,
     /// Of several clips, intervals are over clips.
     network: BodySummary,
@@ -70,6 +69,7 @@ pub(super) fn run(
     if own.fusion {
         bail!("--fusion is for recordings: images have no events");
     }
+    let provenance = Provenance::this();
     let bootstrap = &model.checkpoint.config.evaluation.bootstrap;
     let mut images = 0;
     let mut all: [BodyEvaluation; 4] = Default::default();
@@ -92,8 +92,7 @@ pub(super) fn run(
     let [network, filtered, mean_pose, placed] = all;
     let summary = |evaluation: BodyEvaluation| evaluation.summary(&PERCENTS, bootstrap);
     let report = ImageReport {
-        machine: Machine::this(),
-        commit: COMMIT,
+        provenance,
         images,
         network: summary(network)?,
         filtered: summary(filtered)?,

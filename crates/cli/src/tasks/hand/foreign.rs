@@ -2,10 +2,9 @@
 
 use std::path::Path;
 
-use crate::machine::Machine;
 use crate::pages::held_out::{RecordingScores, cell};
 use crate::progress::{bar, say};
-use crate::run_info::COMMIT;
+use crate::provenance::Provenance;
 use anyhow::{Context, Result};
 use evpose_pose::metric::{HandEvaluation, HandSummary};
 use evpose_train::foreign::{evaluate_foreign_hands, foreign_hands};
@@ -17,8 +16,8 @@ use crate::tasks::args::PoseEvalArgs;
 /// Results, as written to JSON.
 #[derive(Debug, Serialize)]
 pub(super) struct ForeignReport {
-    machine: Machine,
-    commit: &'static str,
+    #[serde(flatten)]
+    provenance: Provenance,
     network: HandSummary,
     filtered: HandSummary,
     mean_pose: HandSummary,
@@ -32,6 +31,7 @@ pub(super) fn run(
     args: &PoseEvalArgs,
     directory: &Path,
 ) -> Result<ForeignReport> {
+    let provenance = Provenance::this();
     let config = &model.checkpoint.config;
     let recordings = foreign_hands(directory)?;
     let mean_pose = model.checkpoint.mean_pose.context(
@@ -50,8 +50,7 @@ pub(super) fn run(
         directory.display()
     ));
     let report = ForeignReport {
-        machine: Machine::this(),
-        commit: COMMIT,
+        provenance,
         network: summary(&results.network),
         filtered: summary(&results.filtered),
         mean_pose: summary(&results.mean_pose),
