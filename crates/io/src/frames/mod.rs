@@ -121,6 +121,9 @@ impl FrameSource {
             Kind::Bag(bag) => bag.depth(),
         };
         let (mut white, mut note) = (white, None);
+        if let Kind::Folder(folder) = &kind {
+            note = folder.note().map(|note| format!("{}: {note}", path.display()));
+        }
         if let (Kind::Npy(npy), FrameDepth::Float, None) = (&mut kind, depth, white) {
             let brightest = npy.brightest()?;
             if brightest > BRIGHTEST_SHARE {
@@ -138,7 +141,7 @@ impl FrameSource {
         Ok(Self { path: path.to_owned(), kind, encoding, light, note })
     }
 
-    /// Remark on the values, for the user.
+    /// Remark on the values, or on what was left out, for the user.
     pub fn note(&self) -> Option<&str> {
         self.note.as_deref()
     }
