@@ -9,8 +9,36 @@ use toml::Value;
 
 use crate::harness::Sandbox;
 
-/// Ends of the names of integers that may be as large as an integer can be: nothing is counted or allocated by them.
-const WIDE: [&str; 5] = ["seed", "learning_rate", "_variance", "acceleration", "measurement"];
+/// Ends of the names of values that may be as large as an integer can be: nothing is counted or allocated by them.
+const WIDE: [&str; 8] = [
+    // Any seed is one.
+    "seed",
+    // A training that diverges ends by its loss, whatever the rate was.
+    "learning_rate",
+    // Only ratios of variances count.
+    "_variance",
+    "acceleration",
+    "measurement",
+    // The loss of hands is divided by these.
+    "loss.articulation",
+    "loss.translation_m2",
+    "loss.rotation_rad2",
+];
+
+/// Ends of the names of floats that may be negative. Nothing else can be: counts, lengths, durations, rates, shares.
+const SIGNED: [&str; 8] = [
+    // Places and directions in the world, and angles.
+    "camera.eye_m",
+    "camera.centre_m",
+    "camera.up",
+    "_deg",
+    // Bounds of coefficients that vary about 0.
+    "motion.articulation_low",
+    "motion.articulation_high",
+    // Shifts and levels, relative to what is there.
+    "augmentation.affine",
+    "augmentation.brightness",
+];
 
 /// Places of the numeric values of a value: keys, and indices of arrays.
 fn places(value: &Value, at: &[String]) -> Vec<Vec<String>> {
@@ -51,16 +79,20 @@ fn check<C: TaskConfig>(name: &str, text: &str) -> usize {
         let names: Vec<&str> =
             place.iter().map(String::as_str).filter(|key| key.parse::<usize>().is_err()).collect();
         let field = names.join(".");
-        let is_wide = WIDE.iter().any(|end| field.ends_with(end)) || names[0] == "loss";
+        let ends = |names: &[&str]| names.iter().any(|end| field.ends_with(end));
+        let is_wide = ends(&WIDE);
+        let is_signed = ends(&SIGNED);
         for value in bad {
             let is_small = [0.0, -1.0].contains(&value.as_float().unwrap_or(-1.0))
                 && value.as_integer().is_none_or(|value| value < 1);
+            let is_negative = value.as_float() == Some(-1.0) || value.as_integer() == Some(-1);
             let mut changed = whole.clone();
             *at(&mut changed, place) = value.clone();
             let checked = C::parse(&toml::to_string(&changed).unwrap(), &[]);
             match checked {
                 Ok(_) => assert!(
-                    is_small || (value == Value::Integer(i64::MAX) && is_wide),
+                    is_small && (is_signed || !is_negative)
+                        || (value == Value::Integer(i64::MAX) && is_wide),
                     "{name}: {field} = {value} is taken"
                 ),
                 Err(error) => {

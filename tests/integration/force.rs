@@ -2,7 +2,7 @@
 
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::harness::{Sandbox, bytes, stderr};
@@ -118,6 +118,48 @@ fn the_clock_of_a_replay_ends_with_the_recording_and_seconds_are_its_own() {
     assert!(times(&sandbox, "p.jsonl").iter().all(|t| *t < 250_000));
 }
 
+/// Waits until a live run says how far it is, as it does every second: then all is running. Its standard error is read
+/// to the end.
+#[cfg(unix)]
+fn running(child: &mut Child) -> std::thread::JoinHandle<usize> {
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
+    assert!(lines.by_ref().any(|line| line.unwrap().contains("M events/s")));
+    std::thread::spawn(move || lines.map_while(Result::ok).count())
+}
+
+#[cfg(unix)]
+fn kill(child: &Child, signal: &str) {
+    let id = child.id().to_string();
+    assert!(Command::new("kill").args([signal, &id]).status().unwrap().success());
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_hangup_that_was_ignored_when_it_began_does_not_end_a_live_run() {
+    let sandbox = Sandbox::new();
+    recorded(&sandbox);
+    let network = network();
+    // As `nohup` starts it.
+    let mut child = Command::new("sh")
+        .args(["-c", "trap '' HUP; exec \"$@\"", "sh", env!("CARGO_BIN_EXE_evpose")])
+        .args(["live", "--source", "in.evs", "--times", "100000", "--checkpoint", &network])
+        .args(["--report", "r.json"])
+        .current_dir(sandbox.path(""))
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let rest = running(&mut child);
+    kill(&child, "-HUP");
+    std::thread::sleep(Duration::from_secs(2));
+    assert!(child.try_wait().unwrap().is_none());
+    kill(&child, "-TERM");
+    assert!(child.wait().unwrap().success());
+    rest.join().unwrap();
+    assert!(sandbox.path("r.json").is_file());
+}
+
 #[cfg(unix)]
 #[test]
 fn signals_end_a_live_run_with_its_report_and_its_poses() {
@@ -134,13 +176,8 @@ fn signals_end_a_live_run_with_its_report_and_its_poses() {
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();
-        // It says every second how far it is: then all is running.
-        let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
-        let is_running = lines.by_ref().any(|line| line.unwrap().contains("M events/s"));
-        assert!(is_running, "{signal}");
-        let rest = std::thread::spawn(move || lines.map_while(Result::ok).count());
-        let id = child.id().to_string();
-        assert!(Command::new("kill").args([signal, &id]).status().unwrap().success());
+        let rest = running(&mut child);
+        kill(&child, signal);
         let began = Instant::now();
         let status = child.wait().unwrap();
         assert!(status.success(), "{signal}: {status}");

@@ -21,21 +21,29 @@ pub(crate) fn light(k: usize, x: usize, y: usize) -> f32 {
 
 /// A scene directory, and the recording of a camera with these effects in front of it.
 pub(crate) fn recorded(sandbox: &Sandbox, effects: &str) {
+    recorded_part(sandbox, effects, 1, FRAMES);
+}
+
+/// As [`recorded`], of so many frames of every `step`-th column and row.
+pub(crate) fn recorded_part(sandbox: &Sandbox, effects: &str, step: usize, frames: usize) {
+    let (width, height, last) = (WIDTH / step, HEIGHT / step, frames - 1);
     let dir = sandbox.path("scene");
     std::fs::create_dir(&dir).unwrap();
     let header = format!(
-        "{{'descr': '<f4', 'fortran_order': False, 'shape': ({FRAMES}, {HEIGHT}, {WIDTH}), }}"
+        "{{'descr': '<f4', 'fortran_order': False, 'shape': ({frames}, {height}, {width}), }}"
     );
     // NumPy's header is padded, so that data begin at a multiple of 64.
     let mut npy = [b"\x93NUMPY\x01\x00\x76\x00", format!("{header:<117}\n").as_bytes()].concat();
-    for k in 0..FRAMES {
-        let pixels = (0..WIDTH * HEIGHT).map(|i| light(k, i % WIDTH, i / WIDTH));
+    for k in 0..frames {
+        let pixel = |i: usize| light(k, step * (i % width), step * (i / width));
+        let pixels = (0..width * height).map(pixel);
         npy.extend(pixels.flat_map(f32::to_le_bytes));
     }
     std::fs::write(dir.join("frames.npy"), npy).unwrap();
     let json = format!(
-        "{{\"width\": {WIDTH}, \"height\": {HEIGHT}, \"fps\": 1000, \"duration_s\": 0.6, \
-         \"white\": 1.0}}"
+        "{{\"width\": {width}, \"height\": {height}, \"fps\": 1000, \"duration_s\": {}, \
+         \"white\": 1.0}}",
+        last as f64 / 1000.0
     );
     std::fs::write(dir.join("scene.json"), json).unwrap();
     let sensor = format!(

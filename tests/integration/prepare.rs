@@ -29,6 +29,12 @@ fn copy(from: &Path, to: &Path) {
 /// MPII in the layout of its archives; see `golden/mpii/README.md` for the photographs.
 pub(crate) fn mpii() -> Sandbox {
     let sandbox = Sandbox::new();
+    mpii_in(&sandbox);
+    sandbox
+}
+
+/// As [`mpii`], in a sandbox that is there.
+pub(crate) fn mpii_in(sandbox: &Sandbox) {
     let folder = sandbox.path("MPII");
     let mat = "mpii_human_pose_v1_u12_2/mpii_human_pose_v1_u12_1.mat";
     copy(&golden("mpii/release.mat"), &folder.join(mat));
@@ -49,12 +55,17 @@ pub(crate) fn mpii() -> Sandbox {
         let image = image::GrayImage::from_fn(width, height, pixel);
         image.save(folder.join("images").join(name)).unwrap();
     }
-    sandbox
 }
 
 /// Three movements of DHP19, each with the golden files; the last is one that is of no use.
 fn dhp19() -> Sandbox {
     let sandbox = Sandbox::new();
+    dhp19_in(&sandbox);
+    sandbox
+}
+
+/// As [`dhp19`], in a sandbox that is there.
+pub(crate) fn dhp19_in(sandbox: &Sandbox) {
     let folder = sandbox.path("DHP19");
     for [subject, session, movement] in [[1, 2, 5], [13, 2, 5], [4, 3, 4]] {
         let movie = format!("DVS_movies/S{subject}/session{session}/mov{movement}.aedat");
@@ -66,7 +77,44 @@ fn dhp19() -> Sandbox {
         let name = format!("P{k}.npy");
         copy(&golden("dhp19").join(&name), &folder.join("P_matrices").join(&name));
     }
-    sandbox
+}
+
+/// A few photographs of the Leeds Sports Pose set and of COCO, of which one has a person of 17 keypoints, in a zigzag.
+pub(crate) fn lsp_and_coco_in(sandbox: &Sandbox) {
+    let image = image::GrayImage::from_pixel(100, 80, image::Luma([90]));
+    for folder in ["lspet/images", "COCO/val2017", "COCO/annotations"] {
+        std::fs::create_dir_all(sandbox.path(folder)).unwrap();
+    }
+    copy(&golden("lsp/extended.mat"), &sandbox.path("lspet/joints.mat"));
+    for name in ["im00001.jpg", "im00002.jpg", "im00003.jpg", "im00004.jpg", "im00006.jpg"] {
+        image.save(sandbox.path("lspet/images").join(name)).unwrap();
+    }
+    image.save(sandbox.path("COCO/val2017/000000000139.jpg")).unwrap();
+    let keypoints: Vec<String> =
+        (0..17).map(|k| format!("{},{},2", 20 + 20 * (k % 2), 5 + 4 * k)).collect();
+    let file = format!(
+        "{{\"images\":[{{\"id\":139,\"file_name\":\"000000000139.jpg\"}}],\
+         \"annotations\":[{{\"image_id\":139,\"keypoints\":[{}]}}]}}",
+        keypoints.join(",")
+    );
+    let annotations = sandbox.path("COCO/annotations/person_keypoints_val2017.json");
+    std::fs::write(annotations, file).unwrap();
+}
+
+/// A clip of Human3.6M: poses, and four frames of a video.
+pub(crate) fn h36m_in(sandbox: &Sandbox) {
+    let cdf = "H36M/S9/Poses_D2_Positions/Walking 1.55011271.cdf";
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let golden = root.join("crates/containers/tests/golden/cdf/one_record.cdf");
+    copy(&golden, &sandbox.path(cdf));
+    let frames = sandbox.path("H36M/S9/Videos/Walking 1.55011271");
+    std::fs::create_dir_all(&frames).unwrap();
+    for frame in 0..4 {
+        let is_bar = |x: u32| (300 + 20 * frame..340 + 20 * frame).contains(&x);
+        let pixel = |x, _| image::Luma([if is_bar(x) { 200_u8 } else { 60 }]);
+        let image = image::GrayImage::from_fn(1000, 1000, pixel);
+        image.save(frames.join(format!("{:06}.png", frame + 1))).unwrap();
+    }
 }
 
 #[test]
@@ -128,14 +176,7 @@ fn what_of_mpii_is_missing_is_named() {
 #[test]
 fn lsp_and_coco_become_persons_by_the_same_steps() {
     let sandbox = Sandbox::new();
-    let image = image::GrayImage::from_pixel(100, 80, image::Luma([90]));
-    for folder in ["lspet/images", "COCO/val2017"] {
-        std::fs::create_dir_all(sandbox.path(folder)).unwrap();
-    }
-    copy(&golden("lsp/extended.mat"), &sandbox.path("lspet/joints.mat"));
-    for name in ["im00001.jpg", "im00002.jpg", "im00003.jpg", "im00004.jpg", "im00006.jpg"] {
-        image.save(sandbox.path("lspet/images").join(name)).unwrap();
-    }
+    lsp_and_coco_in(&sandbox);
     let said = sandbox.ok(&["prepare", "lsp", "lspet", "--out", "lsp"]);
     for line in [
         "2 persons of 2 photographs",
@@ -148,18 +189,6 @@ fn lsp_and_coco_become_persons_by_the_same_steps() {
     }
     assert!(!said.contains("not for training"), "{said}");
 
-    // A person of COCO's 17 keypoints, in a zigzag.
-    image.save(sandbox.path("COCO/val2017/000000000139.jpg")).unwrap();
-    let keypoints: Vec<String> =
-        (0..17).map(|k| format!("{},{},2", 20 + 20 * (k % 2), 5 + 4 * k)).collect();
-    let file = format!(
-        "{{\"images\":[{{\"id\":139,\"file_name\":\"000000000139.jpg\"}}],\
-         \"annotations\":[{{\"image_id\":139,\"keypoints\":[{}]}}]}}",
-        keypoints.join(",")
-    );
-    let annotations_path = sandbox.path("COCO/annotations/person_keypoints_val2017.json");
-    std::fs::create_dir(annotations_path.parent().unwrap()).unwrap();
-    std::fs::write(&annotations_path, file).unwrap();
     sandbox.ok(&["prepare", "coco", "COCO", "--split", "val2017", "--out", "coco"]);
     let names: Vec<String> =
         annotations(&sandbox, "coco/poses.json").into_iter().map(|a| a.image).collect();
@@ -278,23 +307,13 @@ fn clips_of_eh36m_become_frames_once() {
 #[test]
 fn videos_of_human36m_become_frames_and_published_clips() {
     let sandbox = Sandbox::new();
-    let cdf = "H36M/S9/Poses_D2_Positions/Walking 1.55011271.cdf";
-    copy(
-        &Path::new(env!("CARGO_MANIFEST_DIR"))
-            .join("crates/containers/tests/golden/cdf/one_record.cdf"),
-        &sandbox.path(cdf),
-    );
+    h36m_in(&sandbox);
     let args = ["prepare", "h36m", "H36M", "--out", "data", "--yarp"];
+    let frames = sandbox.path("H36M/S9/Videos/Walking 1.55011271");
+    std::fs::rename(&frames, sandbox.path("elsewhere")).unwrap();
     let message = sandbox.fails(&args);
     assert!(message.contains("S9/Videos/Walking 1.55011271: there is no such folder"), "{message}");
-    let frames = sandbox.path("H36M/S9/Videos/Walking 1.55011271");
-    std::fs::create_dir_all(&frames).unwrap();
-    for frame in 0..4 {
-        let is_bar = |x: u32| (300 + 20 * frame..340 + 20 * frame).contains(&x);
-        let pixel = |x, _| image::Luma([if is_bar(x) { 200_u8 } else { 60 }]);
-        let image = image::GrayImage::from_fn(1000, 1000, pixel);
-        image.save(frames.join(format!("{:06}.png", frame + 1))).unwrap();
-    }
+    std::fs::rename(sandbox.path("elsewhere"), &frames).unwrap();
     let said = sandbox.ok(&args);
     assert!(said.contains("4 frames, but 7 poses"), "{said}");
     let test = annotations(&sandbox, "data/test.json");

@@ -1,62 +1,71 @@
 //! One policy of reading: every command, with every kind of disorder.
 
+use evpose_pose::PARAMETER_NAMES;
+
+use crate::gap;
 use crate::harness::{Sandbox, stderr};
+
+/// Times of events, each with its index among those in order.
+type Events = Vec<(i64, usize)>;
 
 /// Disorder of a recording, and how commands answer it.
 struct Disorder {
     name: &'static str,
-    /// Times of 4000 events from those in order.
-    times: fn(Vec<i64>) -> Vec<i64>,
+    /// Events as they stand in the file, from those in order.
+    of: fn(Events) -> Events,
     /// Part of the output of every command; of its error if `is_refused`.
     says: &'static str,
     is_refused: bool,
 }
 
-const fn sorted(
-    name: &'static str,
-    times: fn(Vec<i64>) -> Vec<i64>,
-    says: &'static str,
-) -> Disorder {
-    Disorder { name, times, says, is_refused: false }
+const fn sorted(name: &'static str, of: fn(Events) -> Events, says: &'static str) -> Disorder {
+    Disorder { name, of, says, is_refused: false }
 }
 
-const fn refused(name: &'static str, times: fn(Vec<i64>) -> Vec<i64>) -> Disorder {
-    Disorder { name, times, says: "--sort", is_refused: true }
+const fn refused(name: &'static str, of: fn(Events) -> Events) -> Disorder {
+    Disorder { name, of, says: "--sort", is_refused: true }
 }
 
 const KINDS: [Disorder; 6] = [
     sorted(
         "late",
-        |times| {
-            times.iter().enumerate().map(|(k, t)| t - 4_000 * i64::from(k % 50 == 49)).collect()
+        |mut events| {
+            for some in events.chunks_exact_mut(50) {
+                some[38..].rotate_left(1);
+            }
+            events
         },
         "behind later ones: sorted",
     ),
     sorted(
         "stale",
-        |mut times| {
-            times[..3].fill(3_000_000_000);
-            times
+        |mut events| {
+            events[..3].iter_mut().for_each(|(t, _)| *t = 3_000_000_000);
+            events
         },
         "far from all others",
     ),
     sorted(
         "wrapped",
-        |times| times.iter().map(|t| (t + (1 << 32) - 1_300_000) % (1 << 32)).collect(),
+        |mut events| {
+            let (middle, _) = events[events.len() / 2];
+            events.iter_mut().for_each(|(t, _)| *t = (*t - middle).rem_euclid(1 << 32));
+            events
+        },
         "began again 1 times: unwrapped",
     ),
-    refused("restarted", |times| {
-        let half = times.len() / 2;
-        [&times[..half], &times[..half]].concat()
+    refused("restarted", |events| {
+        let half = events.len() / 2;
+        [&events[..half], &events[..half]].concat()
     }),
-    refused("reversed", |times| times.into_iter().rev().collect()),
-    refused("shuffled", |times| {
-        (0..times.len()).map(|k| times[(k * 1_009) % times.len()]).collect()
+    refused("reversed", |events| events.into_iter().rev().collect()),
+    refused("shuffled", |events| {
+        (0..events.len()).map(|k| events[(k * 1_009) % events.len()]).collect()
     }),
 ];
 
 /// Commands that read `FILE`.
-const COMMANDS: [&str; 13] = [
+const COMMANDS: [&str; 17] = [
     "info FILE",
     "check FILE",
     "convert FILE OUT.npz",
@@ -70,48 +79,122 @@ const COMMANDS: [&str; 13] = [
     "infer --checkpoint hand --events FILE --out OUT.csv --stride-ms 100",
     "infer --checkpoint body --events FILE --out OUT.csv --consensus false --stride-ms 100",
     "live --source FILE --speed max --checkpoint body --stride-ms 100",
+    "infer --checkpoint body-quick --events FILE --out OUT.csv --fused OUT-500.csv --stride-ms 100",
+    "infer --checkpoint body-quick --events FILE FILE --cameras rig.toml --out OUT.csv --stride-ms 100",
+    "prepare people FILE --labels people.csv --zero-time --out OUT",
+    "prepare hands FILE --labels hands.csv --zero-time --for quick --camera 45deg --out OUT",
 ];
 
+/// Commands that read `FILE`, the recording of a known scene.
+const OF_A_SCENE: [&str; 8] = [
+    "calibrate threshold --events FILE --frames scene/frames.npy --fps 1000 --zero-time",
+    "gap run --measured FILE --scene scene --zero-time --quick --budget 0 --out OUT",
+    "gap probe --measured FILE --scene scene --zero-time",
+    "gap probe --measured rec.npz --scene scene --validate FILE --validate-scene scene --zero-time",
+    "gap locate --measured FILE --scene scene --zero-time",
+    "gap name --measured FILE --scene scene --zero-time --budget 0",
+    "gap correct --measured FILE --scene scene --zero-time --budget 0 --out OUT.toml",
+    "gap ablate --measured FILE --scene scene --zero-time --budget 0",
+];
+
+/// Evaluates a run of [`SCENE_RECORDING`] in order.
+const VERIFY: &str = "gap verify verified --runs 2";
+const SCENE_RECORDING: &str = "measured.txt";
+
+/// Files that commands take beside a recording: labels, calibrated cameras, a scene with its recording `rec.npz`.
+pub(crate) fn beside(sandbox: &Sandbox) {
+    let times_us = (1..10).map(|k| 50_000 * k);
+    let people: String = times_us.clone().map(|t| format!("{t},40,20,44,50\n")).collect();
+    let columns = "t_us,head_u_px,head_v_px,hip_l_u_px,hip_l_v_px";
+    std::fs::write(sandbox.path("people.csv"), format!("{columns}\n{people}")).unwrap();
+    let pose = ",0,0,0,0,0,0,0,0,-0.4,0,0,0";
+    let hands: String = times_us.map(|t| format!("{t}{pose}\n")).collect();
+    let columns = format!("t_us,{}\n", PARAMETER_NAMES.join(","));
+    std::fs::write(sandbox.path("hands.csv"), columns + &hands).unwrap();
+    let camera = |x_m: f64| {
+        format!(
+            "[[camera]]\nfocal_px = [100.0, 100.0]\nprincipal_px = [48.0, 36.0]\ndistortion = [0.0, 0.0, \
+             0.0, 0.0]\nopencv_camera_from_world = [[1.0, 0.0, 0.0, {x_m:?}], [0.0, -1.0, 0.0, 1.2], \
+             [0.0, 0.0, -1.0, 3.0]]\n"
+        )
+    };
+    std::fs::write(sandbox.path("rig.toml"), camera(0.0) + &camera(0.5)).unwrap();
+    gap::recorded_part(sandbox, "", 2, 201);
+}
+
+/// The recording of the scene in disorder. It begins at a second, with four events more: that is the begin of the scene,
+/// before anything moves.
+fn scene_recording(sandbox: &Sandbox, of: fn(Events) -> Events) -> String {
+    let text = std::fs::read_to_string(sandbox.path("rec.txt")).unwrap();
+    let (size, lines) = text.split_once('\n').unwrap();
+    let begin = ["0 0 0 1"; 4];
+    let lines = begin.into_iter().chain(lines.lines()).filter_map(|line| line.split_once(' '));
+    let (times, pixels): (Vec<&str>, Vec<&str>) = lines.unzip();
+    let in_order = times.iter().enumerate();
+    let in_order = in_order.map(|(k, t)| (1_000_000 + t.parse::<i64>().unwrap(), k)).collect();
+    let lines = of(in_order).into_iter().map(|(t, k)| format!("{t} {}\n", pixels[k]));
+    format!("{size}\n{}", lines.collect::<String>())
+}
+
+/// Runs a command on a recording of this disorder; its number makes its outputs its own.
+fn answers(sandbox: &Sandbox, kind: &Disorder, command: &str, file: &str, number: usize) {
+    let out = format!("{}-{number}", kind.name);
+    let line = command.replace("FILE", file).replace("OUT", &out);
+    let output = sandbox.evpose(&line.split_whitespace().collect::<Vec<_>>()).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stdout).into_owned() + &stderr(&output);
+    assert!(said.contains(kind.says), "{line}: {said}");
+    let ways = ["--part", "--join", "--sort"];
+    let is_advice = |said: &str| ways.iter().all(|way| said.contains(way));
+    assert!(kind.name != "restarted" || is_advice(&said), "{line}: {said}");
+    // 3: nobody is in view. What `gap` finds has codes of its own, and so has what `check` advises.
+    let is_good = match output.status.code() {
+        Some(0 | 3) => true,
+        Some(10) => command.starts_with("check") || command.starts_with("gap"),
+        Some(11..=14) => command.starts_with("gap"),
+        _ => false,
+    };
+    assert!(is_good != kind.is_refused || command.starts_with("check"), "{line}: {said}");
+}
+
 /// A bar that moves over the sensor.
-fn recording(times: &[i64]) -> String {
-    let mut text = "96 72\n".to_owned();
-    for (k, t) in times.iter().enumerate() {
-        text += &format!("{t} {} {} {}\n", (k / 50) % 96, (k * 7) % 72, k % 2);
-    }
-    text
+fn bar(events: &[(i64, usize)]) -> String {
+    let line = |(t, k): &(i64, usize)| format!("{t} {} {} {}\n", k / 50 % 96, k * 7 % 72, k % 2);
+    "96 72\n".to_owned() + &events.iter().map(line).collect::<String>()
+}
+
+/// The bar, in order of these times.
+pub(crate) fn recording(times: &[i64]) -> String {
+    bar(&times.iter().copied().zip(0..).collect::<Events>())
+}
+
+/// Events in order.
+fn in_order() -> Events {
+    (0..4_000).map(|k| (1_000_000 + 150 * k as i64, k)).collect()
 }
 
 #[test]
 fn every_command_answers_every_disorder_alike() {
     let sandbox = Sandbox::new();
+    beside(&sandbox);
+    sandbox.ok(&["convert", "rec.npz", "rec.txt"]);
+    std::fs::write(sandbox.path(SCENE_RECORDING), scene_recording(&sandbox, |times| times))
+        .unwrap();
+    let run = OF_A_SCENE[1].replace("FILE", SCENE_RECORDING).replace("OUT", "verified");
+    sandbox.evpose(&run.split(' ').collect::<Vec<_>>()).output().unwrap();
     for kind in KINDS {
-        let times = (kind.times)((0..4_000).map(|k| 1_000_000 + 150 * k).collect());
         let file = format!("{}.txt", kind.name);
-        std::fs::write(sandbox.path(&file), recording(&times)).unwrap();
+        std::fs::write(sandbox.path(&file), bar(&(kind.of)(in_order()))).unwrap();
         for (number, command) in COMMANDS.iter().enumerate() {
-            let out = format!("{}-{number}", kind.name);
-            let line = command.replace("FILE", &file).replace("OUT", &out);
-            let args: Vec<&str> = line.split_whitespace().collect();
-            let output = sandbox.evpose(&args).output().unwrap();
-            let said = String::from_utf8_lossy(&output.stdout).into_owned() + &stderr(&output);
-            assert!(said.contains(kind.says), "{line}: {said}");
-            // 3: nobody is in view. What `gap` finds has codes of its own, and so has what `check` advises.
-            let is_good = matches!(output.status.code(), Some(0 | 3))
-                || command.starts_with("gap") && said.contains("written to")
-                || command.starts_with("check") && output.status.code() == Some(10);
-            assert!(is_good != kind.is_refused || command.starts_with("check"), "{line}: {said}");
+            answers(&sandbox, &kind, command, &file, number);
+        }
+        let of_scene = scene_recording(&sandbox, kind.of);
+        std::fs::write(sandbox.path(SCENE_RECORDING), of_scene).unwrap();
+        for (number, command) in (COMMANDS.len()..).zip(OF_A_SCENE.iter().chain([&VERIFY])) {
+            answers(&sandbox, &kind, command, SCENE_RECORDING, number);
         }
     }
     // What is sorted is what it would have been in order.
-    let in_order: Vec<i64> = (0..4_000).map(|k| 1_000_000 + 150 * k).collect();
-    let mut lines: Vec<(i64, String)> = recording(&(KINDS[0].times)(in_order))
-        .lines()
-        .skip(1)
-        .map(|line| (line.split(' ').next().unwrap().parse().unwrap(), format!("{line}\n")))
-        .collect();
-    lines.sort_by_key(|(t, _)| *t);
-    let text: String = lines.into_iter().map(|(_, line)| line).collect();
-    std::fs::write(sandbox.path("ordered.txt"), format!("96 72\n{text}")).unwrap();
+    std::fs::write(sandbox.path("ordered.txt"), bar(&in_order())).unwrap();
     for command in &COMMANDS[2..9] {
         let Some((_, out)) = command.split_once("OUT") else { continue };
         let ending = out.split(' ').next().unwrap();
@@ -151,8 +234,10 @@ fn units_and_axes_that_were_stated_are_those_of_every_command() {
     // Without the unit, minutes of so few events are doubted.
     let few: Vec<i64> = (0..110).map(|k| 1_500_000 * k).collect();
     std::fs::write(sandbox.path("few.txt"), recording(&few)).unwrap();
-    for command in COMMANDS {
-        let line = command.replace("FILE", "few.txt").replace("OUT", "doubted");
+    beside(&sandbox);
+    for (number, command) in COMMANDS.iter().chain(&OF_A_SCENE).enumerate() {
+        let out = format!("doubted-{number}");
+        let line = command.replace("FILE", "few.txt").replace("OUT", &out);
         let output = sandbox.evpose(&line.split(' ').collect::<Vec<_>>()).output().unwrap();
         let said = String::from_utf8_lossy(&output.stdout).into_owned() + &stderr(&output);
         assert!(said.contains("fewer than one a second"), "{line}: {said}");
@@ -175,7 +260,8 @@ fn every_command_wants_one_topic_of_a_recording_of_ros() {
     let sandbox = Sandbox::new();
     let golden = concat!(env!("CARGO_MANIFEST_DIR"), "/crates/io/tests/golden/ros");
     std::fs::copy(format!("{golden}/two-topics.mcap"), sandbox.path("two.mcap")).unwrap();
-    for command in COMMANDS {
+    beside(&sandbox);
+    for command in COMMANDS.iter().chain(&OF_A_SCENE) {
         let line = command.replace("FILE", "two.mcap").replace("OUT", "out");
         let output = sandbox.evpose(&line.split(' ').collect::<Vec<_>>()).output().unwrap();
         assert!(!output.status.success(), "{line}");

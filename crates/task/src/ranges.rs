@@ -19,7 +19,7 @@ const STEPS: [f64; 2] = [1.0, 1e9];
 const SENSOR: &str = "simulation.sensor";
 
 /// Fields, or the ends of their names, with their least and greatest values. Of arrays, every element.
-const RANGES: [(&str, [f64; 2]); 66] = [
+const RANGES: [(&str, [f64; 2]); 67] = [
     ("seed", [0.0, i64::MAX as f64]),
     ("simulation.sequences", [1.0, 1e6]),
     ("evaluation.sequences", [1.0, 1e6]),
@@ -59,6 +59,7 @@ const RANGES: [(&str, [f64; 2]); 66] = [
     ("image.side_px", [32.0, 1024.0]),
     ("image.width_px", [1.0, 2048.0]),
     ("image.height_px", [1.0, 2048.0]),
+    ("decoding.confidence", SHARE),
     ("data.stills", [1.0, 1e7]),
     ("data.every_ms", [1.0, 1e6]),
     ("evaluation.every_ms", [1.0, 1e6]),

@@ -117,12 +117,15 @@ impl<'a> ThresholdRun<'a> {
         })
     }
 
-    /// Frames at times of their own, in increasing seconds since the first, in place of a rate.
+    /// Frames at times of their own, in increasing seconds on the clock of the events, in place of a rate.
+    /// Events before the first are skipped.
     ///
     /// Frames behind the last time go on at the rate.
     #[must_use]
     pub fn at_times(self, times_s: Vec<f64>) -> Self {
-        Self { times_s: Some(times_s), ..self }
+        let start = times_s.first().map_or(Micros(0), |start_s| Micros::from_seconds(*start_s));
+        let next = self.events.t().partition_point(|t| *t < start);
+        Self { times_s: Some(times_s), next, ..self }
     }
 
     fn time_s(&self, frame: usize) -> f64 {

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
 use evpose_core::{EventStream, Micros, Plane, Polarity, atomic_write, is_same_file};
-use evpose_io::{FrameSource, format_for};
+use evpose_io::{FrameSource, OpenOptions, format_for};
 use evpose_sensor::{EffectConfig, SensorConfig, SensorModel, SensorRun};
 
 use super::opening::FrameArgs;
@@ -39,6 +39,9 @@ pub struct EventsArgs {
     /// Per-pixel thresholds as .npy (height, width): one file for ON and OFF, or one each
     #[arg(long, value_name = "FILE.npy", num_args = 1..=2)]
     pub(crate) threshold_map: Vec<PathBuf>,
+    /// Topic of the events beside the images, of a recording of ROS that holds several
+    #[arg(long, value_name = "NAME")]
+    pub(crate) topic: Option<String>,
     /// Seed of fixed patterns and noise
     #[arg(long, default_value_t = 0)]
     pub(crate) seed: u64,
@@ -64,7 +67,12 @@ pub fn run(args: &EventsArgs) -> Result<()> {
     let sensor = sensor(args)?;
     use_threads(args.threads)?;
     let model = SensorModel::from_config(&sensor)?;
-    let mut source = args.frames.open()?;
+    let options = OpenOptions { topic: args.topic.clone(), ..OpenOptions::default() };
+    let mut source = args.frames.open(&options)?;
+    ensure!(
+        args.topic.is_none() || source.start().is_some(),
+        "--topic is for frames of a recording of ROS"
+    );
     ensure!(
         source.frames() > 1,
         "{}: at least two frames are required",
@@ -193,7 +201,7 @@ impl Converted {
     fn report(&self, source: &FrameSource, clock: &FrameClock, repaired: u64) {
         let rate = match clock.times_s {
             None => format!("{} fps", clock.fps),
-            Some(_) => format!("{:.3} fps on average, at the times of the video", clock.fps),
+            Some(_) => format!("{:.3} fps on average, at the times that they state", clock.fps),
         };
         say(format!(
             "frames    {} of {} at {rate}, {} steps each; {}, {}, white at {}",

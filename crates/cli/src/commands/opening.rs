@@ -6,17 +6,17 @@ use crate::progress::say;
 use crate::ranges::{hertz, within};
 use crate::tasks::opening::OpeningArgs;
 use anyhow::{Context, Result, ensure};
-use evpose_io::{Encoding, FrameSource};
+use evpose_io::{Encoding, FrameSource, OpenOptions};
 
 /// Frames and their luminance.
 #[derive(Debug, clap::Args)]
 pub(crate) struct FrameArgs {
     /// A folder of .png or .jpg images (8 or 16 bits, grey or colour, in natural order of their
-    /// names), an .npy array (frames, height, width) of u1, u2, f2, f4 or f8, or a video: .gif and
-    /// .y4m are read, others decoded by the program ffmpeg
+    /// names), an .npy array (frames, height, width) of u1, u2, f2, f4 or f8, a video (.gif and .y4m
+    /// are read, others decoded by the program ffmpeg), or a recording of ROS with images
     #[arg(long)]
     pub(crate) frames: PathBuf,
-    /// Frames per second; the first is at time 0 [default: the times that a video states]
+    /// Frames per second; the first is at time 0 [default: the times that a video or a recording of ROS states]
     #[arg(long, value_parser = hertz())]
     pub(crate) fps: Option<f64>,
     /// Encoding of luminance: `linear`, as v2e assumes, or `srgb`, as cameras and video files store
@@ -47,10 +47,10 @@ impl FrameArgs {
         Ok(times)
     }
 
-    /// Opens the frames.
-    pub(crate) fn open(&self) -> Result<FrameSource> {
+    /// Opens the frames; `options` are of the recording that may hold them.
+    pub(crate) fn open(&self, options: &OpenOptions) -> Result<FrameSource> {
         let encoding: Encoding = self.encoding.parse().map_err(anyhow::Error::msg)?;
-        let source = FrameSource::open(&self.frames, encoding, self.white)?;
+        let source = FrameSource::open_as(&self.frames, encoding, self.white, options)?;
         if let Some(note) = source.note() {
             say(format!("note      {note}"));
         }

@@ -59,6 +59,8 @@ pub fn load_shots(
         );
         return Err(GapError::NoFrames { path: path.to_owned(), problem });
     }
+    // Frames are on the clock of the file, and time zero is that of the first.
+    let options = &OpenOptions { zero_time: false, ..options.clone() };
     let mut windows = Windows::open(path, options)?;
     let size = windows.sensor();
     let Some(first) = windows.start() else {
@@ -112,6 +114,7 @@ pub fn load_shots(
     let window = TimeWindow { start: zero, end: zero + last + Micros(1) };
     let mut events = EventStream::empty(size);
     windows.read(window, &mut events)?;
+    notes.extend(windows.remarks());
     if events.is_empty() {
         return Err(GapError::Recording(format!("{}: no events between frames", path.display())));
     }

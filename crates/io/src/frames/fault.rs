@@ -109,7 +109,7 @@ impl fmt::Display for FrameFault {
                  write the frames as images elsewhere: ffmpeg -i VIDEO frames/%06d.png",
             ),
             Self::Pixels(actual) => write!(f, "pixels of type {actual}, expected 8 or 16 bits"),
-            Self::NotAnArray(why) => write!(f, "neither a folder, an .npy array nor a video: {why}"),
+            Self::NotAnArray(why) => write!(f, "neither a folder, an .npy array, a video nor a recording of ROS: {why}"),
             Self::Shape(shape) => {
                 write!(f, "an array of shape {shape:?}, expected (frames, height, width)")
             }

@@ -22,18 +22,23 @@ pub(super) struct Folder {
     next: usize,
     size: SensorSize,
     depth: FrameDepth,
+    /// Images that are hidden.
+    hidden: Vec<String>,
 }
 
 impl Folder {
     pub(super) fn open(path: &Path) -> Result<Self, IoError> {
         let failed = |e| IoError::file(path, "list", e);
-        let (mut images, mut unread) = (Vec::new(), Vec::new());
+        let (mut images, mut unread, mut hidden) = (Vec::new(), Vec::new(), Vec::new());
         for entry in std::fs::read_dir(path).map_err(failed)? {
             let image = entry.map_err(failed)?.path();
             // Systems leave files of their own in folders, whose names begin with a dot.
-            let is_hidden =
-                image.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
-            if is_hidden {
+            let name = image.file_name().unwrap_or_default().to_string_lossy();
+            if name.starts_with('.') {
+                // What macOS puts beside a file has its name and ending behind these two.
+                if image_format(&image).is_some() && !name.starts_with("._") {
+                    hidden.push(name.into_owned());
+                }
                 continue;
             }
             if image_format(&image).is_some() {
@@ -74,7 +79,14 @@ impl Folder {
         // The first image gives size and depth, which all must have.
         let image = decode(first)?;
         let (size, depth) = properties(&image).map_err(|fault| IoError::frames(first, fault))?;
-        Ok(Self { images, next: 0, size, depth })
+        Ok(Self { images, next: 0, size, depth, hidden })
+    }
+
+    /// Remark on images that are left out.
+    pub(super) fn note(&self) -> Option<String> {
+        let first = self.hidden.iter().min()?;
+        let count = self.hidden.len();
+        Some(format!("hidden images are left out, {count} in all, such as {first}"))
     }
 
     pub(super) fn size(&self) -> SensorSize {

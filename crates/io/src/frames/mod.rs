@@ -1,8 +1,8 @@
 //! The light of an image sequence, one frame at a time.
 //!
 //! A folder of `.png` images, in the natural order of their names (2 before 10), or of `.jpg`
-//! images if it has none of those, an `.npy` array of shape `(frames, height, width)`, or a video:
-//! GIF and Y4M, and any other if the program `ffmpeg` is there.
+//! images if it has none of those, an `.npy` array of shape `(frames, height, width)`, a video:
+//! GIF and Y4M, and any other if the program `ffmpeg` is there, or the images of a recording of ROS.
 //!
 //! | source | values | white, unless given |
 //! |---|---|---|
@@ -17,6 +17,7 @@
 //! # Source
 //! IEC 61966-2-1:1999 for the curve, ITU-R BT.709 for the weights.
 
+mod bag;
 mod fault;
 mod folder;
 mod light;
@@ -28,9 +29,10 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use evpose_core::{Plane, SensorSize};
+use evpose_core::{Micros, Plane, SensorSize};
 
-use crate::IoError;
+use crate::{IoError, OpenOptions};
+use bag::Bag;
 use folder::Folder;
 use light::Light;
 use npy::NpyFrames;
@@ -69,10 +71,11 @@ enum Kind {
     Npy(NpyFrames),
     // Much larger than the others.
     Video(Box<Video>),
+    Bag(Box<Bag>),
 }
 
 impl FrameSource {
-    /// Opens a folder, an array or a video. Without `white`, the largest code or 1 is white; floating-point
+    /// Opens a folder, an array, a video or a recording of ROS. Without `white`, the largest code or 1 is white; floating-point
     /// values above 2 are no shares of white, and 255 is, or the largest of them.
     ///
     /// # Errors
@@ -83,12 +86,28 @@ impl FrameSource {
         encoding: Encoding,
         white: Option<f64>,
     ) -> Result<Self, IoError> {
+        Self::open_as(path, encoding, white, &OpenOptions::default())
+    }
+
+    /// As [`Self::open`], with the options of the recording that holds the frames: its topic, and whether what
+    /// is intact of it is enough.
+    ///
+    /// # Errors
+    /// As [`Self::open`], and if no topic of images, or several, are beside that of the events.
+    pub fn open_as(
+        path: impl AsRef<Path>,
+        encoding: Encoding,
+        white: Option<f64>,
+        options: &OpenOptions,
+    ) -> Result<Self, IoError> {
         let path = path.as_ref();
         // Written as what is allowed, so that NaN is refused.
         if white.is_some_and(|white| !(white > 0.0 && white.is_finite())) {
             return Err(IoError::frames(path, FrameFault::White));
         }
-        let mut kind = if path.is_dir() {
+        let mut kind = if bag::is_bag(path) {
+            Kind::Bag(Box::new(Bag::open(path, options)?))
+        } else if path.is_dir() {
             Kind::Folder(Folder::open(path)?)
         } else if video::is_video(path) {
             Kind::Video(Box::new(Video::open(path)?))
@@ -99,8 +118,12 @@ impl FrameSource {
             Kind::Folder(folder) => folder.depth(),
             Kind::Npy(npy) => npy.depth(),
             Kind::Video(_) => FrameDepth::Eight,
+            Kind::Bag(bag) => bag.depth(),
         };
         let (mut white, mut note) = (white, None);
+        if let Kind::Folder(folder) = &kind {
+            note = folder.note().map(|note| format!("{}: {note}", path.display()));
+        }
         if let (Kind::Npy(npy), FrameDepth::Float, None) = (&mut kind, depth, white) {
             let brightest = npy.brightest()?;
             if brightest > BRIGHTEST_SHARE {
@@ -118,7 +141,7 @@ impl FrameSource {
         Ok(Self { path: path.to_owned(), kind, encoding, light, note })
     }
 
-    /// Remark on the values, for the user.
+    /// Remark on the values, or on what was left out, for the user.
     pub fn note(&self) -> Option<&str> {
         self.note.as_deref()
     }
@@ -134,6 +157,7 @@ impl FrameSource {
             Kind::Folder(folder) => folder.size(),
             Kind::Npy(npy) => npy.size(),
             Kind::Video(video) => video.size(),
+            Kind::Bag(bag) => bag.size(),
         }
     }
 
@@ -143,6 +167,7 @@ impl FrameSource {
             Kind::Folder(folder) => folder.frames(),
             Kind::Npy(npy) => npy.frames(),
             Kind::Video(video) => video.times_s().len() as u64,
+            Kind::Bag(bag) => bag.times_s().len() as u64,
         }
     }
 
@@ -150,7 +175,16 @@ impl FrameSource {
     pub fn times_s(&self) -> Option<&[f64]> {
         match &self.kind {
             Kind::Video(video) => Some(video.times_s()),
+            Kind::Bag(bag) => Some(bag.times_s()),
             Kind::Folder(_) | Kind::Npy(_) => None,
+        }
+    }
+
+    /// Time of the first frame on the clock of the events that were recorded with it, if any were.
+    pub fn start(&self) -> Option<Micros> {
+        match &self.kind {
+            Kind::Bag(bag) => Some(bag.start()),
+            Kind::Folder(_) | Kind::Npy(_) | Kind::Video(_) => None,
         }
     }
 
@@ -182,6 +216,7 @@ impl FrameSource {
             Kind::Folder(folder) => folder.next_into(&self.light, frame.data_mut()),
             Kind::Npy(npy) => npy.next_into(&self.light, frame.data_mut()),
             Kind::Video(video) => video.next_into(&self.path, &self.light, frame.data_mut()),
+            Kind::Bag(bag) => bag.next_into(&self.path, &self.light, frame.data_mut()),
         }
     }
 }

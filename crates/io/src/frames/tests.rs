@@ -74,6 +74,13 @@ fn jpeg_images_are_frames_where_there_are_no_others() {
     assert_eq!(linear(directory.path()).unwrap(), [[1.0; 64], [0.2; 64]]);
     fs::write(directory.path().join("._f10.jpg"), "of a file system").unwrap();
     assert_eq!(linear(directory.path()).unwrap().len(), 2);
+    let note = || {
+        let source = FrameSource::open(directory.path(), Encoding::Linear, None).unwrap();
+        source.note().map(str::to_owned)
+    };
+    assert_eq!(note(), None);
+    flat(7).save(directory.path().join(".a.png")).unwrap();
+    assert!(note().is_some_and(|note| note.ends_with("1 in all, such as .a.png")), "{:?}", note());
     flat(0).save(directory.path().join("f1.png")).unwrap();
     let message = linear(directory.path()).unwrap_err().to_string();
     assert!(message.contains("1 .png and 2 .jpg"), "{message}");

@@ -1,9 +1,10 @@
-//! Chunks packed by Blosc2 (HDF5 filter 32026): a frame around one chunk of Blosc2.
+//! Chunks packed by Blosc2 (HDF5 filter 32026): a frame around chunks of Blosc2, mostly one.
 //!
-//! A frame is a header of MessagePack, the chunk, an index and a trailer. Of the header, `b2frame` and
+//! A frame is a header of MessagePack, the chunks, an index and a trailer. Of the header, `b2frame` and
 //! lengths at fixed places are read, these big-endian: its own, the bytes unpacked, those of the
-//! packed chunk, and those of a chunk unpacked. The index is a chunk, too, of the place of the chunk
-//! behind the header in 64 bits; if the highest bit is set, all values are one, and no chunk is there.
+//! packed chunks, those of a value, and those of a chunk unpacked; and the shapes of arrays of several
+//! dimensions (`b2nd.rs`). The index is a chunk, too, of the place of each chunk behind the header in
+//! 64 bits; if the highest bit is set, all values are one, and no chunk is there.
 //!
 //! A chunk, little-endian, is that of Blosc (`blosc.rs`) with 16 bytes more of header: six filters, in
 //! the order in which they were applied, the codec of plugins in two bytes, a parameter of each filter,
@@ -15,6 +16,7 @@
 
 use std::borrow::Cow;
 
+use super::b2nd::Shapes;
 use super::blosc::Codec;
 use super::shuffle;
 
@@ -23,6 +25,7 @@ const MAGIC: (usize, &[u8]) = (2, b"b2frame\0");
 const HEADER_LENGTH: usize = 0x0b;
 const UNPACKED: usize = 0x1e;
 const PACKED: usize = 0x27;
+const VALUE_SIZE: usize = 0x30;
 const CHUNK: usize = 0x3a;
 /// Versions of the format of chunks.
 const VERSIONS: std::ops::RangeInclusive<u8> = 5..=6;
@@ -51,25 +54,42 @@ pub(super) fn decode(frame: &[u8], most: usize, out: &mut Vec<u8>) -> Result<(),
     }
     let header = number::<4>(frame, HEADER_LENGTH)?;
     let (unpacked, packed) = (number::<8>(frame, UNPACKED)?, number::<8>(frame, PACKED)?);
+    let chunk = number::<4>(frame, CHUNK)?;
+    let (metadata, rest) = frame.split_at_checked(header).ok_or(ENDS)?;
+    let shapes = Shapes::of(metadata, number::<4>(frame, VALUE_SIZE)?, most)?;
     // A damaged header must not decide how much memory is taken.
-    if unpacked > most {
+    let expected = shapes.as_ref().map(|shapes| shapes.chunks().checked_mul(shapes.chunk_bytes()));
+    if expected.map_or(unpacked > most, |bytes| bytes != Some(unpacked)) {
         return Err(format!("a Blosc2 frame of {unpacked} bytes, more than {most}").into());
     }
-    // HDF5's filter makes a frame of each chunk.
-    if number::<4>(frame, CHUNK)? < unpacked {
-        return Err("a Blosc2 frame of several chunks, which is not read".into());
+    if unpacked == 0 {
+        return Ok(());
     }
-    let metadata = frame.get(..header).ok_or(ENDS)?;
-    if metadata.windows(5).any(|name| name == b"\xa4b2nd") {
-        let how = "repack it: h5repack -f SHUF -f GZIP=4 OLD.h5 NEW.h5";
-        return Err(
-            format!("packed by Blosc2 in several dimensions, which is not read: {how}").into()
-        );
+    if chunk == 0 || shapes.as_ref().is_some_and(|shapes| shapes.chunk_bytes() != chunk) {
+        return Err(format!("Blosc2 chunks of {chunk} bytes").into());
     }
-    let (chunks, index) = frame[header..].split_at_checked(packed).ok_or(ENDS)?;
-    let mut place = Vec::new();
-    unpack(index, size_of::<u64>(), &mut place)?;
-    let place = u64::from_le_bytes(*place.first_chunk().ok_or(ENDS)?);
+    let (chunks, index) = rest.split_at_checked(packed).ok_or(ENDS)?;
+    let (mut places, mut values) = (Vec::new(), Vec::new());
+    unpack(index, unpacked.div_ceil(chunk) * size_of::<u64>(), &mut places)?;
+    let begin = out.len();
+    out.resize(begin + shapes.as_ref().map_or(0, Shapes::bytes), 0);
+    for (k, place) in places.as_chunks().0.iter().enumerate() {
+        let place = u64::from_le_bytes(*place);
+        let bytes = chunk.min(unpacked - k * chunk);
+        match &shapes {
+            None => unpack_at(place, chunks, bytes, out)?,
+            Some(shapes) => {
+                values.clear();
+                unpack_at(place, chunks, bytes, &mut values)?;
+                shapes.place(k, &values, &mut out[begin..]);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Appends the `unpacked` bytes of the chunk at a place of the index to `out`.
+fn unpack_at(place: u64, chunks: &[u8], unpacked: usize, out: &mut Vec<u8>) -> Result<(), Reason> {
     match (place >> 63, (place >> 56) as u8 & 7) {
         (0, _) => {
             let chunk = usize::try_from(place).ok().and_then(|place| chunks.get(place..));
@@ -234,7 +254,7 @@ mod tests {
         assert_eq!(read(&frame(4, ZEROS << 4, &[], &[])).unwrap(), [9, 0, 0, 0, 0]);
         for (frame, reason) in [
             (frame(8, STORED, &[0; 8], &[]), "8 bytes, more than 6"),
-            (frame(4, STORED, &[0; 4], b"\xa4b2nd"), "several dimensions"),
+            (frame(4, STORED, &[0; 4], b"\xa4b2nd\xd2"), "several dimensions"),
             (frame(4, 2 << 4, &[], &[]), "values of kind 2"),
             (frame(4, 1, &[0; 4], &[]), "flags 5 1"),
             (frame(4, STORED, &[0; 3], &[]), "ends before"),

@@ -17,6 +17,8 @@
 //! Without the Cargo feature `hdf5`, such files are known but neither read nor written.
 
 #[cfg(feature = "hdf5")]
+mod b2nd;
+#[cfg(feature = "hdf5")]
 mod blosc;
 #[cfg(feature = "hdf5")]
 mod blosc2;

@@ -100,6 +100,7 @@ mod reading {
             "99ba23c90276e89131886cfdb119b6c8a8dad90196cb6baad1cc728d23306fc9",
         ),
         ("v2e.h5", 600, "294b9e4479794d020ea6d8595b74350f343b9cb2cf35e747b0291d15723e530c"),
+        ("v2e-blosc2.h5", 1200, "781533398430bdfdff29a1bda68ff7220f08ceb47cced16b23ebe35716f6ca6a"),
         ("v2e-columns.h5", 400, "a9964e2f82b6dc2209cad31910153269c57327201d4da298340b8b3f48504fec"),
         ("mvsec.h5", 300, "81bc1dd50aafa36e44c4b31db10125b796599f3daeb71ea2fda20e476f666df8"),
         ("size-two.h5", 60, "c5d47f1c9e067134dae470352730132d7c30029f2b774bd27eb72ebf15ce7568"),

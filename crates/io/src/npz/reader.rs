@@ -11,6 +11,7 @@ use super::array::{self, Array, Room};
 use super::column::Column;
 use super::events::{Named, REQUIRED};
 use crate::names::{Places, places};
+use crate::source::CUT;
 use crate::{Columns, EventSource, Header, Input, IoError, MemorySource, OpenOptions, ReadSeek};
 
 /// The arrays of EVIMO2's second version: times, columns beside rows, and polarities, in one archive
@@ -161,7 +162,7 @@ impl Archive {
             path: path.clone(),
             // Its directory is at its end.
             byte: length,
-            reason: format!("zip: {e}: the archive was cut, fetch or copy it again").into(),
+            reason: format!("zip: {e}: {CUT}").into(),
             events: 0,
         })?;
         Ok(Self { path, length, room: Room::of_file(length), zip })

@@ -103,6 +103,30 @@ fn of(files: Vec<NamedFile>, events: &RosSource, path: &Path) -> Result<Images, 
     })
 }
 
+impl Images {
+    /// Times of all images, up to a fault; the images are then read from where they were.
+    pub(crate) fn times(&mut self) -> (Vec<Micros>, Option<IoError>) {
+        let (serialisation, zero_us) = (self.serialisation, self.zero_us);
+        let Place { file, at, taken, .. } = self.place;
+        let mut times = Vec::new();
+        let fault = loop {
+            let read = self.place.unit(&mut |message| {
+                let message = unpacked(message)?;
+                let header_us = Fields::new(&message, serialisation)?.header_us()?;
+                times.push(Micros(header_us - zero_us));
+                Ok(false)
+            });
+            match read {
+                Ok(false) => {}
+                Ok(true) => break None,
+                Err(fault) => break Some(self.place.error(fault, 0)),
+            }
+        };
+        (self.place.file, self.place.at, self.place.taken) = (file, at, taken);
+        (times, fault)
+    }
+}
+
 impl Iterator for Images {
     type Item = Result<Frame, IoError>;
 

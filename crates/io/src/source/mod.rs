@@ -19,7 +19,7 @@ pub use memory::MemorySource;
 pub(crate) use ordered::OrderedSource;
 pub(crate) use shifted::Shifted;
 pub use stated::{ColumnNames, TimeUnit};
-pub(crate) use unpacked::{max_unpacked, unpacked};
+pub(crate) use unpacked::{CUT, max_unpacked, unpacked};
 
 use crate::{Columns, IoError};
 

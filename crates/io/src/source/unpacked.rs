@@ -1,9 +1,10 @@
 //! Recordings that gzip, Zstandard or zip packed as a whole, as archives of data sets have them.
 
-use std::io::{Read, Seek};
+use std::io::{ErrorKind, Read, Seek};
 use std::path::Path;
 
 use zip::ZipArchive;
+use zrip::DecompressError;
 
 use super::Input;
 use crate::IoError;
@@ -18,6 +19,9 @@ const MAX_BYTES: u64 = 1 << 31;
 /// events do not shrink to less.
 const ALWAYS: u64 = 1 << 28;
 const MAX_RATIO: u64 = 64;
+
+/// How to mend a packed file that ends early.
+pub(crate) const CUT: &str = "it was cut: fetch it again";
 
 /// Bytes to which a file of `length` bytes may unpack in memory: files of a few megabytes unpack to
 /// gigabytes of zeros.
@@ -40,10 +44,10 @@ pub(crate) fn unpacked(mut input: Input) -> Result<Input, IoError> {
     let damaged = |reason| damaged(&input.path, 0, reason);
     if head.starts_with(GZIP) {
         let unpacked = flate2::read::MultiGzDecoder::new(input.bytes);
-        unpacked
-            .take(limit + 1)
-            .read_to_end(&mut bytes)
-            .map_err(|fault| damaged(format!("gzip: {fault}")))?;
+        unpacked.take(limit + 1).read_to_end(&mut bytes).map_err(|fault| match fault.kind() {
+            ErrorKind::UnexpectedEof => damaged(format!("gzip: {CUT}")),
+            _ => damaged(format!("gzip: {fault}")),
+        })?;
     } else if head == ZSTANDARD {
         let mut packed = Vec::new();
         input
@@ -51,8 +55,11 @@ pub(crate) fn unpacked(mut input: Input) -> Result<Input, IoError> {
             .take(MAX_BYTES)
             .read_to_end(&mut packed)
             .map_err(|fault| IoError::file(&input.path, "read", fault))?;
-        bytes = zrip::decompress_with_limit(&packed, limit as usize)
-            .map_err(|fault| damaged(format!("Zstandard: {fault}")))?;
+        bytes =
+            zrip::decompress_with_limit(&packed, limit as usize).map_err(|fault| match fault {
+                DecompressError::InputExhausted => damaged(format!("Zstandard: {CUT}")),
+                fault => damaged(format!("Zstandard: {fault}")),
+            })?;
     } else {
         return Ok(input);
     }
@@ -149,18 +156,28 @@ mod tests {
                 read_as(Input::memory("events.txt.gz", bytes.to_vec()), &OpenOptions::default())
             };
             assert_eq!(open(&packed).unwrap().stream.len(), 2);
-            let cut = open(&packed[..packed.len() - 3]).unwrap_err().to_string();
-            assert!(cut.contains("gzip") || cut.contains("Zstandard"), "{cut}");
+            for length in [packed.len() / 2, packed.len() - 3] {
+                let cut = open(&packed[..length]).unwrap_err().to_string();
+                assert!(
+                    cut.contains("gzip: it was cut") || cut.contains("Zstandard: it was cut"),
+                    "{cut}"
+                );
+            }
         }
-        let zip = |names: &[&str]| {
+        let zipped = |names: &[&str]| {
             let mut zip = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
             for name in names {
                 zip.start_file(*name, zip::write::SimpleFileOptions::default()).unwrap();
                 zip.write_all(text.as_bytes()).unwrap();
             }
-            let bytes = zip.finish().unwrap().into_inner();
-            read_as(Input::memory("events.zip", bytes), &OpenOptions::default())
+            zip.finish().unwrap().into_inner()
         };
+        let read = |bytes| read_as(Input::memory("events.zip", bytes), &OpenOptions::default());
+        let zip = |names: &[&str]| read(zipped(names));
+        let mut cut = zipped(&["events.txt"]);
+        cut.truncate(cut.len() - 30);
+        let cut = read(cut).unwrap_err().to_string();
+        assert!(cut.contains("it was cut: fetch it again"), "{cut}");
         let one = zip(&["a/", "a/events.txt", "__MACOSX/a/._events.txt", ".DS_Store"]).unwrap();
         assert_eq!((one.format, one.stream.len()), ("text", 2));
         let error = zip(&["a.txt", "b.txt"]).unwrap_err().to_string();

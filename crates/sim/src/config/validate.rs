@@ -1,6 +1,6 @@
 //! Validation of a configuration, with messages that name field, value and constraint.
 
-use super::{BackgroundSource, SimulationConfig, SkinSource};
+use super::{BackgroundSource, LightConfig, SimulationConfig, SkinSource};
 use crate::SimError;
 
 /// Largest side of an image: event cameras of 2026 have at most 1280 columns.
@@ -114,23 +114,7 @@ impl SimulationConfig {
     fn check_appearance(&self) -> Result<(), SimError> {
         check_from("shape_range", f64::from(self.shape_range), 0.0)?;
         check_from("light_level", f64::from(self.light_level), 0.0)?;
-        let lights = &self.lights;
-        for (field, colour) in [
-            ("lights.first", lights.first),
-            ("lights.second", lights.second),
-            ("lights.ambient", lights.ambient),
-        ] {
-            let lit = colour.is_finite() && colour.min_element() >= 0.0;
-            check(field, &colour, lit, "must be three values from 0")?;
-        }
-        check_from("lights.gain", f64::from(lights.gain), 0.0)?;
-        let [low, high] = lights.jitter;
-        check(
-            "lights.jitter",
-            &format!("[{low}, {high}]"),
-            0.0 <= low && low <= high && high.is_finite(),
-            "must be a range [low, high] with 0 <= low <= high",
-        )?;
+        self.lights.validate()?;
         let backgrounds = &self.backgrounds;
         if let BackgroundSource::Procedural(count) = backgrounds.source {
             check("backgrounds.source.procedural", &count, count > 0, "must be at least 1")?;
@@ -142,6 +126,28 @@ impl SimulationConfig {
         // Spots of a skin are of a tenth of its side.
         check("skin.texels", &texels, (10..=4_096).contains(&texels), "must be 10 to 4096")?;
         check_from("skin.variation_sd", f64::from(self.skin.variation_sd), 0.0)
+    }
+}
+
+impl LightConfig {
+    /// Checks every field.
+    pub(crate) fn validate(&self) -> Result<(), SimError> {
+        for (field, colour) in [
+            ("lights.first", self.first),
+            ("lights.second", self.second),
+            ("lights.ambient", self.ambient),
+        ] {
+            let lit = colour.is_finite() && colour.min_element() >= 0.0;
+            check(field, &colour, lit, "must be three values from 0")?;
+        }
+        check_from("lights.gain", f64::from(self.gain), 0.0)?;
+        let [low, high] = self.jitter;
+        check(
+            "lights.jitter",
+            &format!("[{low}, {high}]"),
+            0.0 <= low && low <= high && high.is_finite(),
+            "must be a range [low, high] with 0 <= low <= high",
+        )
     }
 }
 

@@ -267,6 +267,7 @@ impl PeopleConfig {
         if matches!(self.surroundings.source, BackgroundSource::Procedural(0)) {
             return refuse("surroundings.source", "0".to_owned(), "at least one image");
         }
+        self.lights.validate()?;
         // Last: these compare fields, most of which are checked above.
         self.validate_cameras()?;
         crate::EventFormat::of_people(self)?;

@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result};
 use evpose_camera::calibrate::threshold::ThresholdRun;
-use evpose_core::Plane;
+use evpose_core::{Micros, Plane};
 use evpose_sensor::EffectConfig;
 
 use super::args::ThresholdArgs;
@@ -13,11 +13,19 @@ use crate::progress::{bar, say};
 const DARK_OFFSET: f64 = 1e-3;
 
 pub(super) fn run(args: &ThresholdArgs) -> Result<()> {
-    let mut source = args.frames.open()?;
-    let times_s = args.frames.stated_times(&source)?.map(<[f64]>::to_vec);
-    let rate = |times: &Vec<f64>| (times.len() as f64 - 1.0) / times.last().copied().unwrap_or(0.0);
-    let fps = times_s.as_ref().map(rate).map_or_else(|| args.frames.rate(), Ok)?;
-    let options = args.opening.options(&args.events)?;
+    let mut options = args.opening.options(&args.events)?;
+    let mut source = args.frames.open(&options)?;
+    // Images of a recording are on the clock of its events, which then stays as it is.
+    let start = source.start().filter(|_| args.frames.fps.is_none());
+    options.zero_time &= start.is_none();
+    let start_s = start.map_or(0.0, Micros::as_seconds);
+    let (fps, times_s) = match args.frames.stated_times(&source)? {
+        Some(times_s) => {
+            let fps = (times_s.len() as f64 - 1.0) / times_s.last().copied().unwrap_or(0.0);
+            (fps, Some(times_s.iter().map(|time_s| start_s + time_s).collect()))
+        }
+        None => (args.frames.rate()?, None),
+    };
     let events = read(&args.events, source.size(), &options)?;
     let mut run = ThresholdRun::new(source.size(), fps, args.floor, &events)
         .with_context(|| format!("{}, {}", args.frames.frames.display(), args.events.display()))?;

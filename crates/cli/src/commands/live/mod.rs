@@ -2,13 +2,14 @@
 
 mod args;
 mod rerun;
+mod signals;
 mod status;
 
 use std::path::Path;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use evpose_core::Micros;
 use evpose_live::page::{Page, PageInfo};
 use evpose_live::sink::{JsonLines, PoseCsv, Sinks};
@@ -106,7 +107,7 @@ fn play(source: Box<dyn Source>, stream: Box<dyn OnlineStream>, args: &LiveArgs)
         ..LiveOptions::default()
     };
     status::print_each_second(&control);
-    stop_on_signals(&control)?;
+    signals::stop_on(&control)?;
     // Of a file, the replay ends by itself.
     if let Some(seconds) = args.seconds.filter(|_| source.horizon().is_none()) {
         stop_after(Duration::from_secs_f64(seconds), &control);
@@ -128,22 +129,6 @@ fn play(source: Box<dyn Source>, stream: Box<dyn OnlineStream>, args: &LiveArgs)
         note(format!("{sink}: {dropped} poses dropped"));
     }
     Ok(())
-}
-
-/// Stops the pipeline on Ctrl-C, SIGTERM and SIGHUP, so that outputs and the report are written; another one a second
-/// later or more exits at once.
-fn stop_on_signals(control: &Control) -> Result<()> {
-    let control = control.clone();
-    let mut first: Option<Instant> = None;
-    ctrlc::set_handler(move || {
-        // A terminal that closes sends two at once: the shell's and its own.
-        if first.get_or_insert_with(Instant::now).elapsed() > Duration::from_secs(1) {
-            // 128 plus the number of SIGINT, as shells report it.
-            std::process::exit(130);
-        }
-        control.stop();
-    })
-    .context("listening for signals")
 }
 
 /// Stops the pipeline after `time`.

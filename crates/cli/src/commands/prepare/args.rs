@@ -10,6 +10,9 @@ use evpose_datasets::dhp19::CameraChoice;
 use super::own_args::{HandsArgs, PeopleArgs};
 use crate::ranges::{threads, within};
 
+/// Beyond the poses of any recording.
+const MAX_EVERY: NonZeroUsize = NonZeroUsize::MIN.saturating_add(999_999);
+
 /// Data sets that can be prepared.
 #[derive(Debug, Subcommand)]
 #[command(after_help = "Start with:\n  evpose prepare mpii MPII --out data/mpii\n  \
@@ -116,7 +119,7 @@ pub(crate) struct FrameSetArgs {
     #[arg(long)]
     pub(crate) parity: bool,
     /// Use every N-th pose [default: 10 for DHP19 at 100 Hz, else 1 at 50 Hz]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = within(NonZeroUsize::MIN..=MAX_EVERY))]
     pub(crate) every: Option<NonZeroUsize>,
     /// Only these subjects, for example 1,5,9
     #[arg(long, value_delimiter = ',', value_name = "SUBJECTS")]

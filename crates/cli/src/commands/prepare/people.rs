@@ -34,11 +34,9 @@ pub(super) fn run(args: &PeopleArgs) -> Result<()> {
     for ((recording, path, name), images) in pairs.iter().zip(&labels) {
         let read = evpose_io::open_as(recording, &args.opening.options(recording)?)
             .with_context(|| format!("reading {}", recording.display()))?;
+        progress.suspend(|| Account::from_recording(&read).print());
         let report = import_body(&read.stream, images, path, &options, &args.own.out, name)?;
-        progress.suspend(|| {
-            Account::from_recording(&read).print();
-            print(name, &report);
-        });
+        progress.suspend(|| print(name, &report));
         sequences += report.sequences.len();
         progress.inc(1);
     }
