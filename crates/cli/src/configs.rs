@@ -6,7 +6,7 @@ use std::path::Path;
 use anyhow::{Context, Result, ensure};
 use evpose_configs::text;
 use evpose_sensor::nearest;
-use evpose_task::TaskConfig;
+use evpose_task::Experiment;
 
 /// Names of the configs in the program, and their contents.
 const EMBEDDED: &[(&str, &str)] = &[
@@ -49,7 +49,7 @@ pub(crate) fn toml_of(source: &str) -> Result<Cow<'static, str>> {
 ///
 /// # Errors
 /// If there is neither, if it is of another task, or it makes no sense.
-pub fn load<C: TaskConfig>(source: &str, overrides: &[String]) -> Result<C> {
+pub fn load<C: Experiment>(source: &str, overrides: &[String]) -> Result<C> {
     read(source, overrides, C::validate)
 }
 
@@ -57,11 +57,11 @@ pub fn load<C: TaskConfig>(source: &str, overrides: &[String]) -> Result<C> {
 ///
 /// # Errors
 /// As [`load`], but for the fields of the training.
-pub fn load_for_simulation<C: TaskConfig>(source: &str, overrides: &[String]) -> Result<C> {
+pub fn load_for_simulation<C: Experiment>(source: &str, overrides: &[String]) -> Result<C> {
     read(source, overrides, C::validate_simulation)
 }
 
-fn read<C: TaskConfig>(
+fn read<C: Experiment>(
     source: &str,
     overrides: &[String],
     check: fn(&C) -> Result<(), evpose_task::TaskError>,

@@ -14,7 +14,7 @@ use evpose_core::{SensorSize, seed_for};
 use evpose_nn::weights;
 use evpose_sim::SequenceSet;
 use evpose_sim::set::PEOPLE;
-use evpose_task::{TaskConfig, network_file};
+use evpose_task::{Experiment, network_file};
 
 use crate::config::BlobConfig;
 use crate::network::{BlobModel, train_blob};

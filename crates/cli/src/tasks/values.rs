@@ -13,7 +13,7 @@ use evpose_live::page::Skeleton;
 use evpose_pose::stream::{InferenceSchedule, InferenceWorker, PoseStream, StreamFrontend};
 use evpose_pose::{PoseLayout, PoseOrigin};
 use evpose_sim::{SequenceSet, Shard};
-use evpose_task::{RecordingStream, TaskConfig};
+use evpose_task::{Experiment, RecordingStream};
 use evpose_train::body::BodyRecordings;
 use glam::Vec2;
 
@@ -36,7 +36,7 @@ pub type Samples<I> = Vec<(I, Vec<f32>)>;
 ///
 /// # Errors
 /// If the directory is of another config, or a sequence cannot be recorded.
-pub fn record_values<C: TaskConfig>(
+pub fn record_values<C: Experiment>(
     args: &SimulateArgs,
     config: &C,
     set: &SequenceSet,

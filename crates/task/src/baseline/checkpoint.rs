@@ -9,7 +9,7 @@ use evpose_pose::body::BodyPoints;
 
 use super::config::BaselineConfig;
 use crate::body::{pose_as_text, pose_from_text};
-use crate::{TaskConfig as _, TaskError, network_file};
+use crate::{Experiment as _, TaskError, network_file};
 
 /// The torso of LiftMono-HPE in metres, the mean of DHP19's people.
 pub const PUBLISHED_TORSO_M: f32 = 0.453_524_23;

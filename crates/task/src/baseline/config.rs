@@ -4,16 +4,15 @@ use std::path::PathBuf;
 
 use evpose_clean::Denoise;
 use evpose_nn::{BaselineNetworkConfig, Dhp19CnnConfig, LiftMonoConfig};
-use evpose_repr::representation_by_name;
 use serde::{Deserialize, Serialize};
 
 use crate::body::{
     BodyConfig, BodyDataConfig, BodyImageConfig, BodySourceKind, BodyTrainingConfig, BodyViewKind,
     Interpolation, LabelTime,
 };
-use crate::ranges::check_ranges;
+use crate::experiment::require;
 use crate::schedule::{EarlyStop, Schedule};
-use crate::{TaskConfig, TaskError};
+use crate::{Experiment, NetworkInput, TaskError};
 
 /// Events of an image, as published.
 const EVENTS: usize = 7_500;
@@ -230,56 +229,46 @@ impl BaselineConfig {
             ..BodyConfig::default()
         }
     }
-
-    fn body_checks(&self) -> Result<(), TaskError> {
-        let body = self.body();
-        BodyConfig { training: self.training.clone(), ..body }.validate()
-    }
 }
 
-impl TaskConfig for BaselineConfig {
+impl Experiment for BaselineConfig {
     const TASK: &'static str = "baseline";
 
     fn seed(&self) -> u64 {
         self.seed
     }
 
-    fn validate(&self) -> Result<(), TaskError> {
-        let fail =
-            |field, message: &str| Err(TaskError::Field { field, message: message.to_owned() });
-        check_ranges(self)?;
-        if representation_by_name(&self.image.representation)?.channels() != 1 {
-            return fail("image.representation", "must have one channel");
-        }
-        if self.data.source != BodySourceKind::Recordings {
-            return fail("data.source", "must be \"recordings\"");
-        }
-        // Whatever an experiment with MoveEnet checks: data, training, denoising.
-        self.body_checks()?;
+    fn input(&self) -> Option<NetworkInput<'_>> {
+        Some(NetworkInput {
+            representation: ("image.representation", &self.image.representation),
+            denoise: ("image.denoise", self.image.denoise),
+            channels: (1, "must have one channel"),
+        })
+    }
+
+    fn validate_own(&self) -> Result<(), TaskError> {
+        self.data.validate(self.network.joints())?;
         let step = match &self.network {
             BaselineNetworkConfig::Dhp19Cnn(_) => Dhp19CnnConfig::SIDE_STEP_PX,
             BaselineNetworkConfig::LiftMono(_) => 1,
         };
         let sides = [self.image.width_px, self.image.height_px];
-        if sides.iter().any(|side| *side < 16 || !side.is_multiple_of(step)) {
-            return fail(
-                "image",
-                "width_px and height_px must be at least 16, and multiples of 4 for dhp19-cnn",
-            );
-        }
-        if self.network.joints() != evpose_pose::body::BODY_JOINTS {
-            return fail("network.joints", "labels have 13 joints");
-        }
-        if !(self.loss.sigma_px > 0.0 && self.loss.sigma_px.is_finite()) {
-            return fail("loss.sigma_px", "must be above 0");
-        }
-        if !(0.0..=1.0).contains(&self.decoding.confidence) {
-            return fail("decoding.confidence", "must be 0 to 1");
-        }
-        if self.training.calibrate_confidence {
-            return fail("training.calibrate_confidence", "is for networks of MoveEnet");
-        }
-        Ok(())
+        let are_whole = sides.iter().all(|side| *side >= 16 && side.is_multiple_of(step));
+        let size = "width_px and height_px must be at least 16, and multiples of 4 for dhp19-cnn";
+        let is_share = (0.0..=1.0).contains(&self.decoding.confidence);
+        let is_recorded = self.data.source == BodySourceKind::Recordings;
+        require(&[
+            (is_recorded, "data.source", "must be \"recordings\""),
+            (are_whole, "image", size),
+            (self.loss.sigma_px > 0.0, "loss.sigma_px", "must be above 0"),
+            (is_share, "decoding.confidence", "must be 0 to 1"),
+        ])
+    }
+
+    fn validate_training(&self) -> Result<(), TaskError> {
+        self.training.validate()?;
+        let is_plain = !self.training.calibrate_confidence;
+        require(&[(is_plain, "training.calibrate_confidence", "is for networks of MoveEnet")])
     }
 }
 

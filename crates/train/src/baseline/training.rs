@@ -9,7 +9,7 @@ use burn::tensor::Device;
 use evpose_core::seed_for;
 use evpose_nn::{BaselineNetwork, BaselineNetworkConfig};
 use evpose_pose::body::{BodyPoints, number};
-use evpose_task::TaskConfig as _;
+use evpose_task::Experiment as _;
 use evpose_task::baseline::{BaselineCheckpoint, BaselineConfig, LiftGeometry, torso_m};
 use evpose_task::schedule::EarlyStop;
 

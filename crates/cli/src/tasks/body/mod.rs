@@ -34,7 +34,7 @@ use evpose_sim::SequenceSet;
 use evpose_task::body::{
     BodyCheckpoint, BodyConfig, BodyPredictor, BodyPredictorOptions, PropagationConfig, body_stream,
 };
-use evpose_task::{QuantizationRanges, TaskConfig};
+use evpose_task::{Experiment, QuantizationRanges};
 use evpose_train::body::{BodyFrames, BodyRecordings};
 
 use crate::tasks::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
@@ -171,7 +171,7 @@ impl PoseModel for BodyNetwork {
     }
 
     fn config_toml(&self) -> Result<String> {
-        Ok(TaskConfig::to_toml(&self.checkpoint.config)?)
+        Ok(Experiment::to_toml(&self.checkpoint.config)?)
     }
 
     fn evaluate(&self, args: &EvalArgs) -> Result<()> {

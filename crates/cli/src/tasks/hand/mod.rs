@@ -35,7 +35,7 @@ use evpose_pose::HandParams;
 use evpose_pose::stream::InferenceSchedule;
 use evpose_sim::SequenceSet;
 use evpose_task::hand::{HandCheckpoint, HandConfig, HandView, NetworkPredictor, hand_stream};
-use evpose_task::{QuantizationRanges, TaskConfig, TaskError};
+use evpose_task::{Experiment, QuantizationRanges, TaskError};
 use evpose_train::{HandDataset, untrained};
 
 pub(in crate::tasks) use self::inputs::{denoise, described};
@@ -177,7 +177,7 @@ impl PoseModel for HandNetwork {
     }
 
     fn config_toml(&self) -> Result<String> {
-        Ok(TaskConfig::to_toml(&self.checkpoint.config)?)
+        Ok(Experiment::to_toml(&self.checkpoint.config)?)
     }
 
     fn evaluate(&self, args: &EvalArgs) -> Result<()> {
