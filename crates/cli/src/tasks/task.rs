@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::args::ConfigArgs;
 use anyhow::{Result, bail};
 use burn::tensor::Device;
+use clap::Args as _;
 use evpose_core::{Micros, RegistryEntry, SensorSize};
 use evpose_infer::Precision;
 use evpose_infer::onnx::Interface;
@@ -12,7 +13,9 @@ use evpose_io::OpenOptions;
 use evpose_nn::graph::Graph;
 use evpose_sim::SequenceSet;
 
-use crate::tasks::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
+use crate::tasks::args::{
+    DirectoryArgs, EvalArgs, InferArgs, OneRecordingArgs, SimulateArgs, TrainArgs,
+};
 use crate::tasks::experiment::{PoseExperiment, StartWeights};
 use crate::tasks::online::OnlineStream;
 use crate::tasks::own_args::{Live, TaskArgs, TaskCommand};
@@ -49,9 +52,13 @@ pub trait PoseTask: Sync {
     fn data_set(&self, directory: &Path, config: &Path) -> Result<DataSetInfo>;
 
     /// Adds the arguments that the task brings to a command, which it then takes by [`TaskArgs::of`]; by
-    /// default none.
-    fn arguments(&self, _of: TaskCommand, command: clap::Command) -> clap::Command {
-        command
+    /// default one directory of data and one of the run, and one recording.
+    fn arguments(&self, of: TaskCommand, command: clap::Command) -> clap::Command {
+        match of {
+            TaskCommand::Train => DirectoryArgs::augment_args(command),
+            TaskCommand::Infer => OneRecordingArgs::augment_args(command),
+            TaskCommand::Simulate | TaskCommand::Eval | TaskCommand::Live => command,
+        }
     }
 
     /// The task as studies and benchmarks take it.

@@ -17,7 +17,7 @@ use evpose_task::{Experiment, RecordingStream};
 use evpose_train::body::BodyRecordings;
 use glam::Vec2;
 
-use super::args::{EvalArgs, InferArgs, SimulateArgs};
+use super::args::{EvalArgs, InferArgs, OneRecordingArgs, SimulateArgs, format_of};
 use super::online::{OnlineStream, TaskStream};
 use super::opening::OpeningArgs;
 use super::own_args::{Live, NoArgs, TaskArgs};
@@ -171,15 +171,15 @@ pub trait ValueModel {
     /// If the recording cannot be inferred, or the file not be written.
     fn write_values(&self, args: &InferArgs) -> Result<()> {
         let layout = self.layout();
-        let NoArgs {} = args.own.of(layout.name)?;
-        let (path, format) = (args.recording()?, args.format_of(&args.out)?);
+        let OneRecordingArgs { events: path, format } = args.own.of(layout.name)?;
+        let format = format_of(format, &args.out)?;
         let (poses, counts) =
-            self.infer_values(path, args.stride_ms, &args.opening, |delay_s| {
+            self.infer_values(&path, args.stride_ms, &args.opening, |delay_s| {
                 args.latency_ms(delay_s)
             })?;
         let kind = PoseKind::Values(layout);
         write_poses_from(&args.out, kind, None, &mut poses.into_iter(), format)?;
-        counts.check([path, &args.out], 0, None)?;
+        counts.check([&path, &args.out], 0, None)?;
         say(format!("{} poses: {}", counts.inferred, args.out.display()));
         Ok(())
     }

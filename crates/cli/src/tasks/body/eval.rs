@@ -76,7 +76,7 @@ pub(super) struct RecordingScores {
 pub(super) fn run(model: &BodyNetwork, args: &EvalArgs, own: &BodyEvalArgs) -> Result<()> {
     let outputs = Outputs {
         json: args.json.as_deref(),
-        preview: own.own.preview.as_deref(),
+        preview: own.preview.as_deref(),
         curves: own.curves.as_deref(),
     };
     if let Some(data) = &args.data {

@@ -14,7 +14,7 @@ mod world;
 
 use std::path::{Path, PathBuf};
 
-use self::args::{BodyEvalArgs, BodyInferArgs, BodyLiveArgs, BodySimulateArgs};
+use self::args::{BodyEvalArgs, BodyInferArgs, BodyLiveArgs, BodySimulateArgs, BodyTrainArgs};
 use crate::args::ConfigArgs;
 use crate::configs;
 use anyhow::{Context, Result, ensure};
@@ -87,6 +87,7 @@ impl PoseTask for Body {
     fn arguments(&self, of: TaskCommand, command: clap::Command) -> clap::Command {
         match of {
             TaskCommand::Simulate => BodySimulateArgs::augment_args(command),
+            TaskCommand::Train => BodyTrainArgs::augment_args(command),
             TaskCommand::Eval => BodyEvalArgs::augment_args(command),
             TaskCommand::Infer => BodyInferArgs::augment_args(command),
             TaskCommand::Live => BodyLiveArgs::augment_args(command),
