@@ -3,27 +3,18 @@
 use std::path::PathBuf;
 
 use evpose_clean::Denoise;
-use evpose_nn::{BaselineNetworkConfig, Dhp19CnnConfig, LiftMonoConfig};
+use evpose_nn::{BaselineNetworkConfig, Dhp19CnnConfig};
 use serde::{Deserialize, Serialize};
 
 use crate::body::{
     BodyConfig, BodyDataConfig, BodyImageConfig, BodySourceKind, BodyTrainingConfig, BodyViewKind,
-    Interpolation, LabelTime,
+    Interpolation,
 };
 use crate::experiment::require;
-use crate::schedule::{EarlyStop, Schedule};
 use crate::{Experiment, NetworkInput, TaskError};
 
 /// Events of an image, as published.
-const EVENTS: usize = 7_500;
-/// Columns and rows of the input of DHP19's network, as published.
-const DHP19_SIZE_PX: [usize; 2] = [344, 260];
-/// Columns and rows of the input of LiftMono-HPE, as published for DHP19's cameras.
-const LIFT_MONO_SIZE_PX: [usize; 2] = [346, 260];
-/// Standard deviation of the heatmaps of DHP19 in pixels, as published.
-const DHP19_SIGMA_PX: f32 = 4.0;
-/// The smallest score of a joint that is believed.
-const CONFIDENCE: f32 = 0.1;
+pub(super) const EVENTS: usize = 7_500;
 
 /// Everything about an experiment with a baseline.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -88,94 +79,7 @@ pub struct BaselineDecodingConfig {
     pub confidence: f32,
 }
 
-impl Default for BaselineConfig {
-    /// [`Self::dhp19_cnn`].
-    fn default() -> Self {
-        Self {
-            task: Self::TASK.to_owned(),
-            seed: 1,
-            out: PathBuf::from("runs/body/dhp19-cnn"),
-            start_from: None,
-            data: BodyDataConfig {
-                label_at: LabelTime::MeanOf(EVENTS),
-                ..BodyDataConfig::default()
-            },
-            image: BaselineImageConfig::default(),
-            network: BaselineNetworkConfig::default(),
-            loss: BaselineLossConfig::default(),
-            decoding: BaselineDecodingConfig::default(),
-            training: BodyTrainingConfig {
-                batch_size: 16,
-                learning_rate: 1e-3,
-                schedule: Schedule::constant(),
-                weight_decay: 0.0,
-                early_stop: EarlyStop::default(),
-                ..BodyTrainingConfig::default()
-            },
-        }
-    }
-}
-
-impl Default for BaselineImageConfig {
-    fn default() -> Self {
-        let [width_px, height_px] = DHP19_SIZE_PX;
-        Self {
-            representation: format!("fixed-count:n={EVENTS}"),
-            view: BodyViewKind::Sensor,
-            denoise: None,
-            interpolation: Interpolation::Area,
-            width_px,
-            height_px,
-        }
-    }
-}
-
-impl Default for BaselineLossConfig {
-    fn default() -> Self {
-        Self { sigma_px: DHP19_SIGMA_PX }
-    }
-}
-
-impl Default for BaselineDecodingConfig {
-    fn default() -> Self {
-        Self { confidence: CONFIDENCE }
-    }
-}
-
 impl BaselineConfig {
-    /// The network of DHP19 as published.
-    ///
-    /// # Source
-    /// Calabrese et al.: *DHP19*, CVPRW 2019.
-    pub fn dhp19_cnn() -> Self {
-        Self::default()
-    }
-
-    /// LiftMono-HPE as published: three stages, Adam at 3e-4, a tenth of it after every tenth of
-    /// the training.
-    ///
-    /// # Source
-    /// Scarpellini et al.: *Lifting Monocular Events to 3D Human Poses*, CVPRW 2021, and its
-    /// published configs.
-    pub fn lift_mono() -> Self {
-        let [width_px, height_px] = LIFT_MONO_SIZE_PX;
-        let dhp19 = Self::default();
-        let milestones = (1..10).map(|tenth| 0.1 * f64::from(tenth)).collect();
-        Self {
-            out: PathBuf::from("runs/body/lift-mono"),
-            image: BaselineImageConfig { width_px, height_px, ..dhp19.image },
-            network: BaselineNetworkConfig::LiftMono(LiftMonoConfig::default()),
-            loss: BaselineLossConfig { sigma_px: 1.0 },
-            training: BodyTrainingConfig {
-                batch_size: 32,
-                learning_rate: 3e-4,
-                schedule: Schedule { milestones, ..Schedule::default() },
-                ..dhp19.training
-            },
-            ..dhp19
-        }
-    }
-
     /// The same at another size of the input. The heatmaps of `dhp19-cnn` keep their size relative
     /// to it.
     #[must_use]
@@ -275,6 +179,7 @@ impl Experiment for BaselineConfig {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::body::LabelTime;
 
     #[test]
     fn published_settings_make_sense_and_come_back_from_text() {
