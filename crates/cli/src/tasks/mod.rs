@@ -14,7 +14,7 @@
 //! use evpose_nn::DeviceKind;
 //!
 //! # fn main() -> anyhow::Result<()> {
-//! assert_eq!(evpose_cli::tasks::TASKS.names(), ["body", "hand"]);
+//! assert_eq!(evpose_cli::tasks::TASKS.names(), ["body", "hand", "baseline"]);
 //!
 //! // The task of a checkpoint is found from its contents.
 //! let shipped = concat!(env!("CARGO_MANIFEST_DIR"), "/../../checkpoints/body-quick.bpk");
@@ -28,6 +28,7 @@
 //! ```
 
 pub mod args;
+mod baseline;
 mod benchmark_recording;
 mod body;
 mod experiment;
@@ -64,7 +65,8 @@ pub use scores::{EvaluationScores, Metric, RecordingScores};
 pub use task::{DataSetInfo, NetworkModel, PoseModel, PoseTask, PrecisionScores, StudiedTask};
 
 /// The pose tasks. Configs and checkpoints name theirs; a program registers its own.
-pub static TASKS: Registry<dyn PoseTask> = Registry::new(&[&body::Body, &hand::Hand]);
+pub static TASKS: Registry<dyn PoseTask> =
+    Registry::new(&[&body::Body, &hand::Hand, &baseline::Baseline]);
 
 /// The task called `name`.
 ///

@@ -36,8 +36,10 @@ pub trait PoseTask: Sync {
     /// Runs `evpose simulate`.
     ///
     /// # Errors
-    /// If the config is of another task, or the simulation fails.
-    fn simulate(&self, args: &SimulateArgs) -> Result<()>;
+    /// If the config is of another task, the simulation fails, or the task has none, as by default.
+    fn simulate(&self, _args: &SimulateArgs) -> Result<()> {
+        bail!("the task `{}` simulates nothing: it learns from data of others", self.name())
+    }
 
     /// Runs `evpose train`.
     ///
@@ -48,8 +50,10 @@ pub trait PoseTask: Sync {
     /// The simulated data set in `directory`, by its config.
     ///
     /// # Errors
-    /// If the config cannot be read.
-    fn data_set(&self, directory: &Path, config: &Path) -> Result<DataSetInfo>;
+    /// If the config cannot be read, or the task simulates nothing, as by default.
+    fn data_set(&self, directory: &Path, _config: &Path) -> Result<DataSetInfo> {
+        bail!("{}: no data set: the task `{}` simulates nothing", directory.display(), self.name())
+    }
 
     /// Adds the arguments that the task brings to a command, which it then takes by [`TaskArgs::of`]; by
     /// default one directory of data and one of the run, and one recording.

@@ -37,6 +37,7 @@ use evpose_task::body::{
 use evpose_task::{Experiment, QuantizationRanges};
 use evpose_train::body::{BodyFrames, BodyRecordings};
 
+pub(in crate::tasks) use self::eval::{PERCENTS, print};
 use crate::tasks::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
 use crate::tasks::benchmark_recording;
 use crate::tasks::experiment::{PoseExperiment, StartWeights};

@@ -1,7 +1,5 @@
 //! Arguments of each task, given to every task.
 
-use std::path::Path;
-
 use super::*;
 use crate::commands::live::LiveArgs;
 use crate::tasks::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
@@ -27,15 +25,19 @@ fn program() -> Command {
     ])
 }
 
-/// Parses a line with the config or the checkpoint of a task.
+/// Parses a line with the config of a task, or its run directory.
 fn parsed(task: &str, line: &str, more: &[&str]) -> Result<ArgMatches, clap::Error> {
-    let config = if task == "body" { "finetune" } else { "quick" };
-    let network = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../checkpoints");
-    let network = network.join(format!("{task}-quick.bpk"));
-    let line = line.replace("CONFIG", config);
-    let line = line.replace("CHECKPOINT", &network.to_string_lossy());
+    let run = tempfile::tempdir().unwrap();
+    let config = run.path().join("config.toml");
+    std::fs::write(&config, format!("task = \"{task}\"")).unwrap();
     let words = ["evpose"].into_iter().chain(line.split(' ')).chain(more.iter().copied());
-    let words: Vec<OsString> = words.map(Into::into).collect();
+    let words: Vec<OsString> = words
+        .map(|word| match word {
+            "CONFIG" => config.clone().into(),
+            "CHECKPOINT" => run.path().into(),
+            word => word.into(),
+        })
+        .collect();
     command_of_task(program(), &words)?.try_get_matches_from(&words)
 }
 
