@@ -16,6 +16,8 @@ macro_rules! files {
 }
 
 files! {
+    "baseline/dhp19-cnn.toml",
+    "baseline/lift-mono.toml",
     "body/finetune-full.toml",
     "body/finetune.toml",
     "body/pretrain-full.toml",
@@ -83,7 +85,7 @@ mod tests {
         for (path, contents) in FILES {
             assert_eq!(text(path), *contents);
         }
-        for folder in ["body", "condition", "hand", "sensor"] {
+        for folder in ["baseline", "body", "condition", "hand", "sensor"] {
             for entry in read_dir(root.join(folder)).unwrap() {
                 let path = format!("{folder}/{}", entry.unwrap().file_name().to_str().unwrap());
                 assert!(FILES.iter().any(|(listed, _)| *listed == path), "{path}");

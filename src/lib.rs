@@ -39,10 +39,12 @@ pub fn command() -> Command {
     Args::command()
 }
 
-/// The arguments of the process. Files that two of them name are refused here, before any is opened.
+/// The arguments of the process. What the task of its config or checkpoint does not take is refused here, and files
+/// that two of them name, before any other is opened.
 fn arguments() -> Result<Args, clap::Error> {
-    let mut command = command();
-    let matches = command.try_get_matches_from_mut(std::env::args_os())?;
+    let words: Vec<_> = std::env::args_os().collect();
+    let mut command = evpose_cli::tasks::command_of_task(command(), &words)?;
+    let matches = command.try_get_matches_from_mut(words)?;
     evpose_cli::outputs::refuse_shared(&command, &matches)?;
     Args::from_arg_matches(&matches)
 }

@@ -6,6 +6,7 @@ use std::path::Path;
 use clap::{ArgMatches, Command, CommandFactory as _};
 use evpose_cli::configs;
 use evpose_cli::tasks::task_of_config;
+use evpose_task::baseline::BaselineConfig;
 use evpose_task::body::BodyConfig;
 use evpose_task::hand::HandConfig;
 
@@ -42,6 +43,7 @@ fn check(words: &[String]) -> Result<(), String> {
     for config in configs.into_iter().flatten().filter(here) {
         let read = task_of_config(&config).and_then(|task| match task.name() {
             "body" => configs::load_for_simulation::<BodyConfig>(&config, &overrides).map(drop),
+            "baseline" => configs::load::<BaselineConfig>(&config, &overrides).map(drop),
             _ => configs::load_for_simulation::<HandConfig>(&config, &overrides).map(drop),
         });
         read.map_err(|error| format!("{error:#}"))?;

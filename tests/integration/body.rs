@@ -6,7 +6,7 @@ use evpose_io::poses::{TimedPose, read_poses};
 use evpose_pose::PoseOrigin;
 use evpose_pose::body::BodyPoints;
 
-use crate::harness::{Sandbox, bytes, tiny_body};
+use crate::harness::{Sandbox, bytes, stderr, tiny_body};
 
 #[test]
 fn two_stages_of_training_then_poses_of_a_recording() {
@@ -193,9 +193,22 @@ fn what_is_for_hands_is_refused_for_bodies_and_the_other_way_round() {
     let sandbox = Sandbox::new();
     let message = sandbox.fails(&["train", "quick", "--plain"]);
     assert!(message.contains("--data") && message.contains("--out"), "{message}");
-    let message =
-        sandbox.fails(&tiny_body(&["simulate", "finetune", "--out", "x", "--condition", "dark"]));
-    assert!(message.contains("it is for `hand`"), "{message}");
+    let hand = concat!(env!("CARGO_MANIFEST_DIR"), "/checkpoints/hand-quick.bpk");
+    for (line, task) in [
+        ("simulate finetune --out x --condition dark", "hand"),
+        ("train quick --data a --data b --out x", "body"),
+        ("infer --checkpoint HAND --events a.raw b.raw --out x.csv", "body"),
+        ("infer --checkpoint HAND --events a.raw --out x --format yarp", "body"),
+        ("live --checkpoint HAND --source a.raw --min-score 0.5", "body"),
+    ] {
+        // While arguments are parsed: no file is missing yet.
+        let words: Vec<&str> =
+            line.split(' ').map(|word| if word == "HAND" { hand } else { word }).collect();
+        let output = sandbox.evpose(&words).output().unwrap();
+        let message = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{line}: {message}");
+        assert!(message.contains(&format!("`{task}`")), "{line}: {message}");
+    }
     let message = sandbox.fails(&[
         "train",
         "finetune",

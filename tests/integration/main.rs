@@ -5,6 +5,7 @@
 mod ablate;
 mod accuracy;
 mod arguments;
+mod baselines;
 mod bench;
 mod body;
 mod body_networks;

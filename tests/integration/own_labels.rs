@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use evpose_io::MetaReader;
 use evpose_io::poses::read_poses;
 use evpose_sim::person::PoseTable;
-use evpose_task::TaskConfig as _;
+use evpose_task::Experiment as _;
 use evpose_task::hand::{HandConfig, HandView};
 
 use crate::harness::Sandbox;

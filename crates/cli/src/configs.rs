@@ -6,7 +6,7 @@ use std::path::Path;
 use anyhow::{Context, Result, ensure};
 use evpose_configs::text;
 use evpose_sensor::nearest;
-use evpose_task::TaskConfig;
+use evpose_task::Experiment;
 
 /// Names of the configs in the program, and their contents.
 const EMBEDDED: &[(&str, &str)] = &[
@@ -20,6 +20,8 @@ const EMBEDDED: &[(&str, &str)] = &[
     ("studio", text("body/studio.toml")),
     ("pretrain-full", text("body/pretrain-full.toml")),
     ("finetune-full", text("body/finetune-full.toml")),
+    ("dhp19-cnn", text("baseline/dhp19-cnn.toml")),
+    ("lift-mono", text("baseline/lift-mono.toml")),
 ];
 
 /// Names of the embedded configs.
@@ -49,7 +51,7 @@ pub(crate) fn toml_of(source: &str) -> Result<Cow<'static, str>> {
 ///
 /// # Errors
 /// If there is neither, if it is of another task, or it makes no sense.
-pub fn load<C: TaskConfig>(source: &str, overrides: &[String]) -> Result<C> {
+pub fn load<C: Experiment>(source: &str, overrides: &[String]) -> Result<C> {
     read(source, overrides, C::validate)
 }
 
@@ -57,11 +59,11 @@ pub fn load<C: TaskConfig>(source: &str, overrides: &[String]) -> Result<C> {
 ///
 /// # Errors
 /// As [`load`], but for the fields of the training.
-pub fn load_for_simulation<C: TaskConfig>(source: &str, overrides: &[String]) -> Result<C> {
+pub fn load_for_simulation<C: Experiment>(source: &str, overrides: &[String]) -> Result<C> {
     read(source, overrides, C::validate_simulation)
 }
 
-fn read<C: TaskConfig>(
+fn read<C: Experiment>(
     source: &str,
     overrides: &[String],
     check: fn(&C) -> Result<(), evpose_task::TaskError>,
@@ -88,10 +90,12 @@ fn unknown(source: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use evpose_task::baseline::BaselineConfig;
     use evpose_task::body::BodyConfig;
     use evpose_task::hand::HandConfig;
 
     use super::*;
+    use crate::tasks::task_of_config;
 
     fn flatten(prefix: &str, table: &toml::Table, out: &mut Vec<(String, toml::Value)>) {
         for (key, value) in table {
@@ -110,8 +114,10 @@ mod tests {
     }
 
     #[test]
-    fn the_published_config_is_the_default() -> Result<()> {
+    fn published_configs_are_those_of_the_code() -> Result<()> {
         assert_eq!(load::<HandConfig>("eventhands", &[])?, HandConfig::default());
+        assert_eq!(load::<BaselineConfig>("dhp19-cnn", &[])?, BaselineConfig::dhp19_cnn());
+        assert_eq!(load::<BaselineConfig>("lift-mono", &[])?, BaselineConfig::lift_mono());
         Ok(())
     }
 
@@ -170,15 +176,19 @@ mod tests {
 
     #[test]
     fn every_embedded_config_is_of_the_task_that_it_names() -> Result<()> {
-        for (name, text) in EMBEDDED {
-            let body = load::<BodyConfig>(name, &[]);
-            if text.contains("\ntask = \"body\"\n") {
-                body?;
-                continue;
+        for (name, _) in EMBEDDED {
+            let is = task_of_config(name)?.name();
+            let read = [
+                ("hand", load::<HandConfig>(name, &[]).map(drop)),
+                ("body", load::<BodyConfig>(name, &[]).map(drop)),
+                ("baseline", load::<BaselineConfig>(name, &[]).map(drop)),
+            ];
+            for (task, read) in read {
+                let message = read.map_or_else(|e| format!("{e:#}"), |()| String::new());
+                let other = format!("must be \"{task}\", and is \"{is}\"");
+                assert!(message.is_empty() == (task == is), "{name}: {message}");
+                assert!(task == is || message.contains(&other), "{name}: {message}");
             }
-            load::<HandConfig>(name, &[])?;
-            let message = body.map_or_else(|e| format!("{e:#}"), |_| String::new());
-            assert!(message.contains("must be \"body\", and is \"hand\""), "{message}");
         }
         Ok(())
     }

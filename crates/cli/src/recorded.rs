@@ -8,7 +8,7 @@ use std::path::Path;
 use anyhow::{Result, bail};
 use evpose_sim::set::{HANDS, PEOPLE};
 use evpose_sim::{SequenceSet, Shard};
-use evpose_task::TaskConfig;
+use evpose_task::Experiment;
 
 pub use hand::{SimulationSummary, record, record_shard_of};
 pub use people::{frames, prepare, record as record_people_of, summary_of_people};
@@ -21,7 +21,7 @@ use crate::run_info;
 /// If the directory belongs to another config, or holds sequences and `resume` is not set.
 pub fn claim(
     set: &SequenceSet,
-    config: &impl TaskConfig,
+    config: &impl Experiment,
     shard: Shard,
     resume: bool,
 ) -> Result<()> {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use evpose_core::atomic_write;
-use evpose_task::TaskConfig;
+use evpose_task::Experiment;
 use evpose_task::hand::HandConfig;
 use evpose_train::TrainError;
 
@@ -56,14 +56,14 @@ pub fn claim_origin(dir: &Path, seed: u64) -> Result<()> {
 
 /// As [`write()`], for a directory that several processes share: without the command, which differs
 /// between them. `config.toml` is written last, so that its existence implies that of `run.toml`.
-pub fn write_shared(dir: &Path, config: &impl TaskConfig) -> Result<()> {
+pub fn write_shared(dir: &Path, config: &impl Experiment) -> Result<()> {
     write_file(&dir.join(RUN), &origin(config.seed())?.to_string())?;
     write_file(&dir.join(CONFIG), &config.to_toml()?)
 }
 
 /// Refuses a directory of another config, or of another build of the program, whose random draws
 /// may differ.
-pub fn check_shared<C: TaskConfig>(dir: &Path, config: &C) -> Result<()> {
+pub fn check_shared<C: Experiment>(dir: &Path, config: &C) -> Result<()> {
     let path = dir.join(CONFIG);
     let fields = config.differences(&C::read(&path)?)?;
     if !fields.is_empty() {

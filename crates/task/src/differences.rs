@@ -57,7 +57,7 @@ fn flatten(prefix: &str, table: &toml::Table, out: &mut BTreeMap<String, String>
 
 #[cfg(test)]
 mod tests {
-    use crate::TaskConfig as _;
+    use crate::Experiment as _;
     use crate::hand::HandConfig;
 
     #[test]

@@ -7,14 +7,15 @@
 //! * [`network_file()`]: finished networks of a run directory.
 //! * [`QuantizationRanges`]: calibration of int8 inference, for any network.
 //! * [`schedule`]: learning rates over a training, early stopping.
-//! * [`FieldDifference`]: the fields in which two configs differ.
+//! * [`Experiment`]: the config of any task, read, checked, compared and written; [`FieldDifference`]: the fields in
+//!   which two of them differ.
 //!
 //! ```
 //! use evpose_core::Micros;
 //! use evpose_io::{Input, OpenOptions, Windows};
 //! use evpose_pose::HandParams;
 //! use evpose_pose::stream::InferenceSchedule;
-//! use evpose_task::{RecordingStream, TaskConfig as _};
+//! use evpose_task::{RecordingStream, Experiment as _};
 //! use evpose_task::hand::{ConstantPose, HandConfig, hand_stream};
 //! use evpose_camera::Calibration;
 //!
@@ -44,10 +45,10 @@
 
 pub mod baseline;
 pub mod body;
-mod config;
 mod differences;
 mod error;
 mod event_steps;
+mod experiment;
 pub mod hand;
 mod network_file;
 mod quantized;
@@ -55,9 +56,9 @@ mod ranges;
 mod recording_stream;
 pub mod schedule;
 
-pub use config::TaskConfig;
 pub use differences::FieldDifference;
 pub use error::TaskError;
+pub use experiment::{Experiment, NetworkInput};
 pub use network_file::{BEST, LAST, network_file};
 pub use quantized::QuantizationRanges;
 pub use recording_stream::{InferredPoses, MAX_SILENCE, RecordingStream};

@@ -6,6 +6,7 @@ use burn::optim::lr_scheduler::{LrScheduler, LrSchedulerRecord};
 use serde::{Deserialize, Serialize};
 
 use crate::TaskError;
+use crate::experiment::require;
 
 /// A learning rate schedule: linear warm-up, then steps at milestones or a cosine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -49,15 +50,13 @@ impl Schedule {
     /// # Errors
     /// The first field that makes no sense.
     pub fn validate(&self) -> Result<(), TaskError> {
-        let fail =
-            |field, message: &str| Err(TaskError::Field { field, message: message.to_owned() });
-        if self.milestones.iter().any(|at| !(0.0..=1.0).contains(at)) {
-            return fail("training.schedule.milestones", "are shares of the training, from 0 to 1");
-        }
-        if !(self.factor > 0.0 && self.factor <= 1.0) {
-            return fail("training.schedule.factor", "must be above 0 and at most 1");
-        }
-        Ok(())
+        let are_shares = self.milestones.iter().all(|at| (0.0..=1.0).contains(at));
+        let message = "are shares of the training, from 0 to 1";
+        let is_valid = self.factor > 0.0 && self.factor <= 1.0;
+        require(&[
+            (are_shares, "training.schedule.milestones", message),
+            (is_valid, "training.schedule.factor", "must be above 0 and at most 1"),
+        ])
     }
 
     /// The learning rate over a training of `steps` steps, `learning_rate` at factor 1.

@@ -6,7 +6,7 @@
 use evpose_body::activity::{HELD_OUT_ACTIVITIES, activity_by_name};
 use evpose_sim::Simulation;
 use evpose_sim::person::{People, PeopleConfig};
-use evpose_task::TaskConfig;
+use evpose_task::Experiment;
 use evpose_task::body::BodyConfig;
 use evpose_task::hand::HandConfig;
 
@@ -14,7 +14,7 @@ use evpose_task::hand::HandConfig;
 const SEQUENCES: u64 = 6;
 
 /// Every embedded config of a folder.
-fn embedded<C: TaskConfig>(folder: &str) -> Vec<(&'static str, C)> {
+fn embedded<C: Experiment>(folder: &str) -> Vec<(&'static str, C)> {
     let files = evpose_configs::FILES.iter().filter(|(path, _)| path.starts_with(folder));
     files.map(|(path, text)| (*path, C::unchecked(text, &[]).unwrap())).collect()
 }

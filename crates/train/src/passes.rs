@@ -5,7 +5,6 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use evpose_task::TaskError;
 use evpose_task::body::BodyTrainingConfig;
 use evpose_task::hand::TrainingConfig;
 use serde::{Deserialize, Serialize};
@@ -39,19 +38,6 @@ impl From<&BodyTrainingConfig> for TrainingSpan {
 }
 
 impl TrainingSpan {
-    /// Checks that nothing of it is 0.
-    ///
-    /// # Errors
-    /// If something is.
-    pub fn validate(&self) -> Result<(), TaskError> {
-        if [self.batch_size as u64, self.steps, self.steps_per_validation].contains(&0) {
-            let message =
-                "batch_size, steps and steps_per_validation must be at least 1".to_owned();
-            return Err(TaskError::Field { field: "training", message });
-        }
-        Ok(())
-    }
-
     /// Validation intervals of the whole run; the last may be a short one.
     pub(crate) fn intervals(&self) -> usize {
         self.steps.div_ceil(self.steps_per_validation) as usize

@@ -18,7 +18,7 @@ use evpose_nn::parameters::{slots, trained_count};
 use evpose_nn::{BACKBONES, HandRegressorConfig};
 use evpose_repr::{ChannelOrder, REPRESENTATIONS, StreamWindow, representation_by_name};
 use evpose_sensor::{EffectConfig, STAGES, SensorConfig};
-use evpose_task::TaskConfig as _;
+use evpose_task::Experiment as _;
 use evpose_task::hand::HandConfig;
 
 /// Tests share the process, and so the registries.

@@ -3,7 +3,7 @@
 use std::num::NonZeroU16;
 
 use evpose_core::SensorSize;
-use evpose_task::{TaskConfig, TaskError};
+use evpose_task::Experiment;
 use evpose_train::training::TrainingSpan;
 use serde::{Deserialize, Serialize};
 
@@ -25,15 +25,11 @@ pub(crate) struct BlobConfig {
     pub(crate) training: TrainingSpan,
 }
 
-impl TaskConfig for BlobConfig {
+impl Experiment for BlobConfig {
     const TASK: &'static str = "blob";
 
     fn seed(&self) -> u64 {
         self.seed
-    }
-
-    fn validate(&self) -> Result<(), TaskError> {
-        self.training.validate()
     }
 }
 

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::Result;
 use burn::module::Module as _;
 use burn::tensor::Device;
 use evpose_cli::configs;
-use evpose_cli::tasks::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
+use evpose_cli::tasks::args::{DirectoryArgs, EvalArgs, InferArgs, SimulateArgs, TrainArgs};
 use evpose_cli::tasks::online::OnlineStream;
 use evpose_cli::tasks::values::{ValueModel as _, record_values};
 use evpose_cli::tasks::{DataSetInfo, Live, PoseModel, PoseTask, TaskArgs, finish_training};
@@ -14,7 +14,7 @@ use evpose_core::{SensorSize, seed_for};
 use evpose_nn::weights;
 use evpose_sim::SequenceSet;
 use evpose_sim::set::PEOPLE;
-use evpose_task::{TaskConfig, network_file};
+use evpose_task::{Experiment, network_file};
 
 use crate::config::BlobConfig;
 use crate::network::{BlobModel, train_blob};
@@ -50,13 +50,11 @@ impl PoseTask for BlobTask {
     }
 
     fn train(&self, args: &TrainArgs) -> Result<()> {
-        ensure!(args.start_from.is_none(), "--start-from is not for the task `blob`");
         let config: BlobConfig = configs::load(&args.config.config, &args.config.overrides)?;
-        let data = args.data.first().context("--data, a directory of sequences, is missing")?;
-        let out = args.out.as_deref().context("--out is missing")?;
+        let DirectoryArgs { data, out } = args.own.of(BlobConfig::TASK)?;
         args.device.open()?;
-        let trained = train_blob(&config, data, out, &args.options())?;
-        finish_training(trained, out, config.training, config.seed, "samples")
+        let trained = train_blob(&config, &data, &out, &args.options())?;
+        finish_training(trained, &out, config.training, config.seed, "samples")
     }
 
     fn data_set(&self, directory: &Path, config: &Path) -> Result<DataSetInfo> {

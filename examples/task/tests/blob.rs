@@ -22,9 +22,9 @@ fn ok(directory: &Path, line: &str) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-fn refused(directory: &Path, line: &str) -> String {
+fn refused(directory: &Path, line: &str, code: i32) -> String {
     let output = blob(directory, line);
-    assert!(!output.status.success(), "{line}");
+    assert_eq!(output.status.code(), Some(code), "{line}");
     String::from_utf8(output.stderr).unwrap()
 }
 
@@ -100,11 +100,15 @@ fn a_third_task_is_simulated_trained_scored_inferred_and_live() {
     let [centre, size] = errors(&live, &truth);
     assert!(centre < 0.6 * mean["centre_px"] && size < 0.6 * mean["size_px"], "{centre} {size}");
 
-    let text = refused(at, "export --checkpoint run --onnx blob.onnx");
+    let text = refused(at, "export --checkpoint run --onnx blob.onnx", 1);
     assert!(text.contains("task `blob` are not exported"), "{text}");
-    let text = refused(at, "eval --checkpoint run --data test --fusion");
-    assert!(text.contains("--fusion is not for the task `blob`"), "{text}");
-    let text = refused(at, "live --checkpoint run --source test/0000.raw --task hand");
+    for line in ["eval --checkpoint run --data no --fusion", "train CONFIG --start-from run"] {
+        let text = refused(at, line, 2);
+        let flag = line.split(' ').find(|word| ["--fusion", "--start-from"].contains(word));
+        let said = format!("{} is not for the task `blob`", flag.unwrap());
+        assert!(text.contains(&said), "{text}");
+    }
+    let text = refused(at, "live --checkpoint run --source test/0000.raw --task hand", 1);
     assert!(text.contains("of the task `blob`, not `hand`"), "{text}");
 }
 

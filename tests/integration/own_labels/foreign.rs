@@ -11,7 +11,7 @@ use evpose_pose::EVALUATION_JOINTS;
 use evpose_pose::body::{BodyPoints, JOINT_NAMES};
 use evpose_sim::SequenceInfo;
 use evpose_sim::person::{PersonInfo, PoseTable};
-use evpose_task::TaskConfig as _;
+use evpose_task::Experiment as _;
 use evpose_task::hand::{HandConfig, HandView, canonical_view};
 use serde_json::{Value, json};
 

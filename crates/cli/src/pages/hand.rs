@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use evpose_core::{Plane, atomic_write};
 use evpose_pose::HandParams;
 use evpose_pose::metric::Pck;
-use evpose_task::TaskConfig as _;
+use evpose_task::Experiment as _;
 use evpose_task::hand::{HandConfig, HandView};
 use evpose_train::{HandDataset, HandPoseTrack, HandSequence, HistoryLine, MethodResults};
 use image::{Rgb, RgbImage};

@@ -10,8 +10,9 @@ use evpose_train::TrainOptions;
 
 use crate::outputs::OutputFile;
 use crate::ranges::{count, seconds, threads};
+use crate::shipped::checkpoint_path;
 use crate::tasks::opening::OpeningArgs;
-use crate::tasks::own_args::{Eval, Infer, Simulate, TaskArgs};
+use crate::tasks::own_args::{Eval, Infer, Simulate, TaskArgs, Train};
 
 /// Arguments of `evpose simulate`.
 #[derive(Debug, clap::Args)]
@@ -79,27 +80,45 @@ pub struct TrainArgs {
     /// Config and overrides.
     #[command(flatten)]
     pub config: ConfigArgs,
-    /// Directory of sequences from `evpose simulate`, or of images from `evpose prepare`, or the
-    /// annotation file of the latter; for bodies it may be repeated, and the last sequences are for
-    /// validation [bodies: simulated into OUT/data where it is missing]
-    #[arg(long)]
-    pub data: Vec<PathBuf>,
-    /// Directory of the run [bodies: the config's `out`]
-    #[arg(long)]
-    pub out: Option<PathBuf>,
-    /// A run, a file of weights, or the name of a shipped network to start from [default: the config's
-    /// `start_from`]
-    #[arg(long, value_name = "RUN")]
-    pub start_from: Option<PathBuf>,
     /// Continue an interrupted run from its newest checkpoint
     #[arg(long)]
     pub resume: bool,
     /// Plain lines instead of the dashboard, even on a terminal
     #[arg(long)]
     pub plain: bool,
+    /// Arguments of the task of the config.
+    #[command(flatten)]
+    pub own: TaskArgs<Train>,
     /// Device and threads.
     #[command(flatten)]
     pub device: DeviceArgs,
+}
+
+/// Arguments of `evpose train` of tasks that train on one directory.
+#[derive(Debug, clap::Args)]
+pub struct DirectoryArgs {
+    /// Directory of sequences from `evpose simulate`
+    #[arg(long)]
+    pub data: PathBuf,
+    /// Directory of the run
+    #[arg(long)]
+    pub out: PathBuf,
+}
+
+/// Arguments of `evpose train` of tasks whose trainings start from weights.
+#[derive(Debug, clap::Args)]
+pub(crate) struct StartArgs {
+    /// A run, a file of weights, or the name of a shipped network to start from [default: the config's
+    /// `start_from`]
+    #[arg(long, value_name = "RUN")]
+    start_from: Option<PathBuf>,
+}
+
+impl StartArgs {
+    /// The file that is given, or else that of the config.
+    pub(crate) fn or(&self, of_config: Option<PathBuf>) -> anyhow::Result<Option<PathBuf>> {
+        self.start_from.as_deref().map_or(Ok(of_config), |start| checkpoint_path(start).map(Some))
+    }
 }
 
 impl TrainArgs {
@@ -159,10 +178,6 @@ pub(crate) struct PoseEvalArgs {
     /// simulation, or a guess]
     #[arg(long, value_name = "CAMERA", requires = "data")]
     pub(crate) camera: Option<String>,
-    /// Draw true and predicted joints over inputs of the network, as a PNG file; of hands, those of
-    /// `--foreign`
-    #[arg(long, value_name = "FILE")]
-    pub(crate) preview: Option<OutputFile>,
     /// Precision of the inference: f32, bf16, or int8 after `evpose quantize`
     #[arg(long, default_value = "f32")]
     pub(crate) precision: Precision,
@@ -180,10 +195,6 @@ pub struct InferArgs {
     /// A run directory, a .bpk file, or the name of a shipped network: `hand`, `body`, …
     #[arg(long)]
     pub checkpoint: PathBuf,
-    /// Recording, in any supported format; bodies: several, of calibrated cameras with one clock, for
-    /// joints in the world
-    #[arg(long, num_args = 1.., required = true)]
-    pub events: Vec<PathBuf>,
     /// Sensor, camera of the file, ticks, damage.
     #[command(flatten)]
     pub opening: OpeningArgs,
@@ -192,10 +203,6 @@ pub struct InferArgs {
     /// joints in metres in the camera's frame. A line of nobody says so
     #[arg(long)]
     pub out: OutputFile,
-    /// Format of the output, instead of its ending's: `table` (CSV with a header), `json` (an array of the
-    /// same names), `jsonl` (JSON Lines), or, of bodies, `hpe-core` or `yarp` (a folder)
-    #[arg(long, value_parser = written_format)]
-    pub format: Option<&'static PoseFormat>,
     /// Also write the latency of each pose, from its events to the pose on this machine: the output then
     /// differs from run to run
     #[arg(long)]
@@ -242,8 +249,23 @@ pub(crate) struct PoseLiveArgs {
     pub(crate) precision: Precision,
 }
 
+/// Arguments of `evpose infer` of tasks that infer from one recording.
+#[derive(Debug, clap::Args)]
+pub struct OneRecordingArgs {
+    /// Recording, in any supported format
+    #[arg(long)]
+    pub events: PathBuf,
+    /// Format of the output, instead of its ending's: `table` (CSV with a header), `json` (an array of the
+    /// same names) or `jsonl` (JSON Lines)
+    #[arg(long, value_parser = format_of_any_task)]
+    pub format: Option<&'static PoseFormat>,
+}
+
+/// Formats of people alone.
+const OF_BODIES: [&str; 2] = ["hpe-core", "yarp"];
+
 /// Parses the name of a format of poses that can be written.
-fn written_format(name: &str) -> Result<&'static PoseFormat, String> {
+pub(crate) fn written_format(name: &str) -> Result<&'static PoseFormat, String> {
     pose_format_by_name(name).filter(|format| format.is_written()).ok_or_else(|| {
         let written = POSE_FORMATS.iter().filter(|format| format.is_written());
         let known: Vec<&str> = written.map(|format| format.name).collect();
@@ -251,35 +273,30 @@ fn written_format(name: &str) -> Result<&'static PoseFormat, String> {
     })
 }
 
-impl InferArgs {
-    /// The format of a file of poses: the given one, or else that of its ending.
-    ///
-    /// # Errors
-    /// If it has the ending of no format, or of one that this build does not write.
-    pub fn format_of(&self, path: &Path) -> anyhow::Result<&'static PoseFormat> {
-        let format = self.format.map_or_else(|| pose_format_of(path), Ok)?;
-        let PoseFormat { name, summary, .. } = format;
-        anyhow::ensure!(
-            format.is_written(),
-            "{}: not written as {name}: {summary}",
-            path.display()
-        );
-        Ok(format)
+fn format_of_any_task(name: &str) -> Result<&'static PoseFormat, String> {
+    match OF_BODIES.contains(&name) {
+        true => Err("it is for the task `body`".to_owned()),
+        false => written_format(name),
     }
+}
 
+/// The format of a file of poses: the given one, or else that of its ending.
+///
+/// # Errors
+/// If it has the ending of no format, or of one that this build does not write.
+pub fn format_of(
+    given: Option<&'static PoseFormat>,
+    path: &Path,
+) -> anyhow::Result<&'static PoseFormat> {
+    let format = given.map_or_else(|| pose_format_of(path), Ok)?;
+    let PoseFormat { name, summary, .. } = format;
+    anyhow::ensure!(format.is_written(), "{}: not written as {name}: {summary}", path.display());
+    Ok(format)
+}
+
+impl InferArgs {
     /// `delay_s` in milliseconds, if latencies are asked for.
     pub(crate) fn latency_ms(&self, delay_s: f64) -> Option<f64> {
         self.latencies.then_some(1e3 * delay_s)
-    }
-
-    /// The only recording.
-    ///
-    /// # Errors
-    /// If there are several.
-    pub fn recording(&self) -> anyhow::Result<&Path> {
-        match &self.events[..] {
-            [one] => Ok(one),
-            _ => anyhow::bail!("one recording is expected: several are for bodies"),
-        }
     }
 }

@@ -6,7 +6,7 @@ use crate::run_info::CONFIG;
 use anyhow::{Result, bail};
 use evpose_core::stats::bootstrap::BootstrapConfig;
 use evpose_sensor::SensorConfig;
-use evpose_task::{BEST, TaskConfig};
+use evpose_task::{BEST, Experiment};
 use evpose_train::training::TrainingSpan;
 use evpose_train::{LoggedValue, TrainOptions};
 
@@ -89,7 +89,7 @@ pub trait PoseExperiment {
 ///
 /// # Errors
 /// If it has, with another config.
-pub(crate) fn is_trained<C: TaskConfig>(config: &C, run: &Path) -> Result<bool> {
+pub(crate) fn is_trained<C: Experiment>(config: &C, run: &Path) -> Result<bool> {
     // The best checkpoint is the last file that a training writes.
     if !run.join(BEST).exists() {
         return Ok(false);

@@ -2,13 +2,16 @@
 
 use std::path::Path;
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use evpose_core::Micros;
+use evpose_io::poses::{PoseKind, TimedPose, write_poses_from};
+use evpose_pose::PoseOrigin;
 use evpose_pose::stream::{InferenceWorker, RemainingEvents, StreamFrontend};
 use evpose_task::{InferredPoses, RecordingStream};
 
+use super::args::{InferArgs, OneRecordingArgs, format_of};
 use crate::bad_input::NobodyInView;
-use crate::progress::{bar, note};
+use crate::progress::{bar, note, say};
 
 /// Share of the events of a moving edge below which a step has taken most of them.
 const FEW: f64 = 0.2;
@@ -124,4 +127,53 @@ where
         note(format!("warning: {}: {warning}", path.display()));
     }
     Ok(InferenceCounts { events: recording.remaining_events(), too_few, inferred: count })
+}
+
+/// The rows of a recording, those of nobody included, and how they came about; `latency_ms` of each from its delay.
+///
+/// # Errors
+/// As [`infer_all`], or if there are no events.
+pub(crate) fn infer_rows<F, W>(
+    recording: &mut RecordingStream<F, W>,
+    path: &Path,
+    kind: PoseKind,
+    latency_ms: impl Fn(f64) -> Option<f64>,
+) -> Result<(Vec<TimedPose>, InferenceCounts)>
+where
+    F: StreamFrontend,
+    W: InferenceWorker<Input = F::Input, Output = F::Output>,
+{
+    let span = recording.span()?.with_context(|| format!("{}: no events", path.display()))?;
+    let mut poses = Vec::new();
+    let counts = infer_all(recording, path, span, |frontend, inferred| {
+        poses.extend(inferred.skipped.iter().map(|t| TimedPose::nobody(kind, *t)));
+        poses.extend(inferred.poses.iter().map(|(t, pose)| TimedPose {
+            latency_ms: latency_ms(inferred.delay_s),
+            ..TimedPose::new(*t, &frontend.estimate(pose)).with_origin(PoseOrigin::Network)
+        }));
+    })?;
+    Ok((poses, counts))
+}
+
+/// Runs `evpose infer` of a task without options of its own: writes the rows of its recording.
+///
+/// # Errors
+/// As [`infer_rows`], or if the file cannot be written.
+pub(crate) fn write_rows<F, W>(
+    recording: &mut RecordingStream<F, W>,
+    kind: PoseKind,
+    args: &InferArgs,
+    own: &OneRecordingArgs,
+) -> Result<()>
+where
+    F: StreamFrontend,
+    W: InferenceWorker<Input = F::Input, Output = F::Output>,
+{
+    let format = format_of(own.format, &args.out)?;
+    let latency_ms = |delay_s| args.latency_ms(delay_s);
+    let (poses, counts) = infer_rows(recording, &own.events, kind, latency_ms)?;
+    write_poses_from(&args.out, kind, None, &mut poses.into_iter(), format)?;
+    counts.check([&own.events, &args.out], 0, None)?;
+    say(format!("{} poses: {}", counts.inferred, args.out.display()));
+    Ok(())
 }

@@ -6,7 +6,7 @@
 //!   quantisation take besides.
 //! * [`TaskStream`], [`infer_all()`], [`finish_training()`], [`values`]: what tasks share.
 //! * [`args`]: arguments of the commands whose work is the task's.
-//! * [`TaskArgs`]: arguments that tasks bring to commands.
+//! * [`TaskArgs`]: arguments that tasks bring to commands; [`command_of_task`] refuses those of other tasks.
 //! * [`opening`]: arguments of opening a recording, and the size of its sensor.
 //!
 //! ```
@@ -14,7 +14,7 @@
 //! use evpose_nn::DeviceKind;
 //!
 //! # fn main() -> anyhow::Result<()> {
-//! assert_eq!(evpose_cli::tasks::TASKS.names(), ["body", "hand"]);
+//! assert_eq!(evpose_cli::tasks::TASKS.names(), ["body", "hand", "baseline"]);
 //!
 //! // The task of a checkpoint is found from its contents.
 //! let shipped = concat!(env!("CARGO_MANIFEST_DIR"), "/../../checkpoints/body-quick.bpk");
@@ -28,6 +28,7 @@
 //! ```
 
 pub mod args;
+mod baseline;
 mod benchmark_recording;
 mod body;
 mod experiment;
@@ -57,12 +58,15 @@ pub use experiment::{PoseExperiment, StartWeights};
 pub use finish_training::finish_training;
 pub use infer_all::{InferenceCounts, PoseScores, infer_all};
 pub use online::TaskStream;
-pub use own_args::{Eval, Infer, Live, NoArgs, Simulate, TaskArgs, TaskCommand};
+pub use own_args::{
+    Eval, Infer, Live, NoArgs, Simulate, TaskArgs, TaskCommand, Train, command_of_task,
+};
 pub use scores::{EvaluationScores, Metric, RecordingScores};
 pub use task::{DataSetInfo, NetworkModel, PoseModel, PoseTask, PrecisionScores, StudiedTask};
 
 /// The pose tasks. Configs and checkpoints name theirs; a program registers its own.
-pub static TASKS: Registry<dyn PoseTask> = Registry::new(&[&body::Body, &hand::Hand]);
+pub static TASKS: Registry<dyn PoseTask> =
+    Registry::new(&[&body::Body, &hand::Hand, &baseline::Baseline]);
 
 /// The task called `name`.
 ///
@@ -93,6 +97,15 @@ pub fn task_of_config(config: &str) -> Result<&'static dyn PoseTask> {
     task_by_name(name).with_context(|| config.to_owned())
 }
 
+/// The task that a weight file, a run directory or its config names; none for weights of others.
+fn task_of_checkpoint(checkpoint: &Path) -> Result<Option<&'static dyn PoseTask>> {
+    if let Some(task) = task_of(checkpoint).or_else(|| task_of(&checkpoint.join(BEST))) {
+        return task_by_name(&task).map(Some);
+    }
+    let config = checkpoint.join(CONFIG);
+    config.exists().then(|| task_of_config(&config.to_string_lossy())).transpose()
+}
+
 /// The model of a checkpoint on a device, of whichever task it is. Sets the thread count.
 ///
 /// # Errors
@@ -101,12 +114,8 @@ pub fn open(checkpoint: &Path, device: &DeviceArgs) -> Result<Box<dyn PoseModel>
     let checkpoint = &checkpoint_path(checkpoint)?;
     ensure!(checkpoint.exists(), unknown_checkpoint(checkpoint));
     let device = device.open()?;
-    if let Some(task) = task_of(checkpoint).or_else(|| task_of(&checkpoint.join(BEST))) {
-        return task_by_name(&task)?.open(checkpoint, &device);
-    }
-    let config = checkpoint.join(CONFIG);
-    if config.exists() {
-        return task_of_config(&config.to_string_lossy())?.open(checkpoint, &device);
+    if let Some(task) = task_of_checkpoint(checkpoint)? {
+        return task.open(checkpoint, &device);
     }
     // Weights of others name no task: they are of the one whose network they fit.
     let (mut models, mut errors) = (Vec::new(), Vec::new());

@@ -1,26 +1,19 @@
 //! Arguments that a task brings to a command.
+//!
+//! The command line knows those of every task. The task of a config or of a checkpoint is looked up while arguments
+//! are parsed ([`command_of_task`]), so that those of others are refused before anything else is opened.
 
+use std::ffi::OsString;
 use std::marker::PhantomData;
+use std::path::PathBuf;
 
 use anyhow::{Result, bail};
 use clap::error::ErrorKind;
 use clap::parser::ValueSource;
-use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
+use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 
-use super::TASKS;
-
-/// The commands to which tasks bring arguments of their own.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum TaskCommand {
-    /// `evpose simulate`
-    Simulate,
-    /// `evpose eval`
-    Eval,
-    /// `evpose infer`
-    Infer,
-    /// `evpose live`
-    Live,
-}
+use super::{PoseTask, TASKS, task_of_checkpoint, task_of_config};
+use crate::shipped::checkpoint_path;
 
 /// A command as a type.
 pub trait OfCommand {
@@ -29,22 +22,39 @@ pub trait OfCommand {
 }
 
 macro_rules! commands {
-    ($($name:ident)*) => {$(
-        /// The command of this name, as a type.
-        #[derive(Debug, Clone, Copy)]
-        pub struct $name;
-
-        impl OfCommand for $name {
-            const COMMAND: TaskCommand = TaskCommand::$name;
+    ($($name:ident $word:literal)*) => {
+        /// The commands to which tasks bring arguments of their own.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub enum TaskCommand {
+            $(#[doc = concat!("`evpose ", $word, "`")] $name,)*
         }
-    )*};
+
+        impl TaskCommand {
+            fn by_name(name: &str) -> Option<Self> {
+                match name {
+                    $($word => Some(Self::$name),)*
+                    _ => None,
+                }
+            }
+        }
+
+        $(
+            #[doc = concat!("`evpose ", $word, "` as a type.")]
+            #[derive(Debug, Clone, Copy)]
+            pub struct $name;
+
+            impl OfCommand for $name {
+                const COMMAND: TaskCommand = TaskCommand::$name;
+            }
+        )*
+    };
 }
-commands!(Simulate Eval Infer Live);
+commands!(Simulate "simulate" Train "train" Eval "eval" Infer "infer" Live "live");
 
 /// Arguments that tasks bring to a command, as given: each task takes its own.
 ///
-/// Tasks may bring the same argument, from one struct that both flatten. Groups of arguments (`ArgGroup`) are not
-/// taken over.
+/// Tasks may bring the same argument: the command line has the one that takes several values, if there is one, and a
+/// task's own definition counts as soon as the task is known. Groups of arguments (`ArgGroup`) are not taken over.
 #[derive(Debug, Clone)]
 pub struct TaskArgs<C> {
     matches: ArgMatches,
@@ -70,40 +80,95 @@ impl<C: OfCommand> TaskArgs<C> {
     /// The group `G` of `task`.
     ///
     /// # Errors
-    /// If an argument was given that only other tasks bring, or one of `G` is missing.
+    /// If an argument of other tasks was given to a checkpoint that names none, or one of `G` is missing.
     pub fn of<G: Args>(&self, task: &str) -> Result<G> {
         let own = G::augment_args(Command::new("arguments"));
-        let is_given = |id: &str| self.matches.value_source(id) == Some(ValueSource::CommandLine);
-        for (arg, tasks) in brought(C::COMMAND) {
-            let is_own = own.get_arguments().any(|own| own.get_id() == arg.get_id());
-            if !is_own && is_given(arg.get_id().as_str()) {
-                let name = arg.get_long().unwrap_or(arg.get_id().as_str());
-                bail!("--{name} is not for the task `{task}`: it is for {}", listed(&tasks));
-            }
+        match refusal(C::COMMAND, task, &own, &self.matches) {
+            Some(message) => bail!(message),
+            None => Ok(G::from_arg_matches(&self.matches)?),
         }
-        Ok(G::from_arg_matches(&self.matches)?)
     }
 }
 
-/// The arguments that tasks bring to a command, each with the names of those that do.
-fn brought(command: TaskCommand) -> Vec<(Arg, Vec<&'static str>)> {
-    let mut brought: Vec<(Arg, Vec<&str>)> = Vec::new();
-    for task in &TASKS {
-        let group = task.arguments(command, Command::new("arguments"));
-        for arg in group.get_arguments() {
-            match brought.iter_mut().find(|(known, _)| known.get_id() == arg.get_id()) {
-                Some((_, tasks)) => tasks.push(task.name()),
-                None => brought.push((arg.clone(), vec![task.name()])),
-            }
-        }
+/// The command line for `words`: of a command whose config or checkpoint names a task, with the arguments as that
+/// task takes them.
+///
+/// # Errors
+/// If there is an argument that only other tasks take; the message names them.
+pub fn command_of_task(mut command: Command, words: &[OsString]) -> Result<Command, clap::Error> {
+    // What else is wrong is the parser's to say, as is the help.
+    let Ok(matches) = command.clone().ignore_errors(true).try_get_matches_from(words) else {
+        return Ok(command);
+    };
+    let Some((name, matches)) = matches.subcommand() else { return Ok(command) };
+    let Some((of, task)) = TaskCommand::by_name(name).zip(named_task(matches)) else {
+        return Ok(command);
+    };
+    let own = task.arguments(of, Command::new("arguments"));
+    if let Some(message) = refusal(of, task.name(), &own, matches) {
+        command.build();
+        return Err(match command.find_subcommand_mut(name) {
+            Some(command) => command.error(ErrorKind::ArgumentConflict, message),
+            None => command.error(ErrorKind::ArgumentConflict, message),
+        });
     }
-    brought
+    let of_task = |arg: Arg| {
+        own.get_arguments().find(|own| own.get_id() == arg.get_id()).cloned().unwrap_or(arg)
+    };
+    Ok(command.mut_subcommand(name, |command| command.mut_args(of_task)))
+}
+
+/// The task that the config or the checkpoint of a command names.
+fn named_task(matches: &ArgMatches) -> Option<&'static dyn PoseTask> {
+    if let Ok(Some(config)) = matches.try_get_one::<String>("config") {
+        return task_of_config(config).ok();
+    }
+    let checkpoint = matches.try_get_one::<PathBuf>("checkpoint").ok()??;
+    task_of_checkpoint(&checkpoint_path(checkpoint).ok()?).ok()?
+}
+
+/// The arguments that tasks bring to a command, each with the name of its task.
+fn brought(command: TaskCommand) -> Vec<(&'static str, Arg)> {
+    let of_task = |task: &&'static dyn PoseTask| {
+        let group = task.arguments(command, Command::new("arguments"));
+        let args = group.get_arguments().map(|arg| (task.name(), arg.clone()));
+        args.collect::<Vec<_>>()
+    };
+    TASKS.iter().flat_map(of_task).collect()
+}
+
+fn takes_several(arg: &Arg) -> bool {
+    matches!(arg.get_action(), ArgAction::Append)
+}
+
+/// The message about the first argument given that `task`, whose arguments are `own`, does not take, or not so often.
+fn refusal(of: TaskCommand, task: &str, own: &Command, matches: &ArgMatches) -> Option<String> {
+    let brought = brought(of);
+    brought.iter().find_map(|(_, arg)| {
+        let id = arg.get_id();
+        if matches.value_source(id.as_str()) != Some(ValueSource::CommandLine) {
+            return None;
+        }
+        let own = own.get_arguments().find(|own| own.get_id() == id);
+        let count = matches.get_raw(id.as_str()).map_or(0, Iterator::count);
+        if own.is_some_and(|own| count <= 1 || takes_several(own)) {
+            return None;
+        }
+        let takes = |arg: &Arg| arg.get_id() == id && (own.is_none() || takes_several(arg));
+        let tasks = brought.iter().filter(|(_, arg)| takes(arg)).map(|(task, _)| *task);
+        let (tasks, flag) = (listed(tasks), arg.get_long().unwrap_or(id.as_str()));
+        Some(match own {
+            None => format!("--{flag} is not for the task `{task}`: it is for {tasks}"),
+            Some(_) => {
+                format!("several --{flag} are not for the task `{task}`: they are for {tasks}")
+            }
+        })
+    })
 }
 
 /// Names of tasks, as in a sentence.
-fn listed(tasks: &[&str]) -> String {
-    let names: Vec<String> = tasks.iter().map(|task| format!("`{task}`")).collect();
-    names.join(" and ")
+fn listed<'a>(tasks: impl Iterator<Item = &'a str>) -> String {
+    tasks.map(|task| format!("`{task}`")).collect::<Vec<_>>().join(" and ")
 }
 
 impl<C: OfCommand> FromArgMatches for TaskArgs<C> {
@@ -118,10 +183,19 @@ impl<C: OfCommand> FromArgMatches for TaskArgs<C> {
 
 impl<C: OfCommand> Args for TaskArgs<C> {
     fn augment_args(command: Command) -> Command {
-        brought(C::COMMAND).into_iter().fold(command, |command, (arg, tasks)| {
-            // Only the task that has the turn needs it: `of` reports what is missing.
-            let arg = arg.required(false);
-            command.arg(arg.help_heading(format!("Options of {}", listed(&tasks))))
+        let brought = brought(C::COMMAND);
+        let is_first =
+            |k: usize| brought[..k].iter().all(|(_, arg)| arg.get_id() != brought[k].1.get_id());
+        (0..brought.len()).filter(|k| is_first(*k)).fold(command, |command, k| {
+            let same = || brought.iter().filter(|(_, arg)| arg.get_id() == brought[k].1.get_id());
+            let widest = same().map(|(_, arg)| arg).find(|arg| takes_several(arg));
+            let arg = widest.unwrap_or(&brought[k].1).clone();
+            // What every task needs is the command's own. Of others, the task that has the turn needs it.
+            if same().count() == TASKS.len() && same().all(|(_, arg)| arg.is_required_set()) {
+                return command.arg(arg);
+            }
+            let heading = format!("Options of {}", listed(same().map(|(task, _)| *task)));
+            command.arg(arg.required(false).help_heading(heading))
         })
     }
 
@@ -131,25 +205,4 @@ impl<C: OfCommand> Args for TaskArgs<C> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::tasks::body::args::BodyLiveArgs;
-    use crate::tasks::hand::args::HandLiveArgs;
-
-    #[test]
-    fn a_task_takes_its_own_arguments_and_names_the_task_of_others() {
-        let args = TaskArgs::<Live>::parse(["--min-score", "0.5", "--camera", "evk4"]).unwrap();
-        let own: BodyLiveArgs = args.of("body").unwrap();
-        assert_eq!((own.min_score, own.own.camera.as_deref()), (Some(0.5), Some("evk4")));
-        let error = args.of::<HandLiveArgs>("hand").unwrap_err().to_string();
-        assert_eq!(error, "--min-score is not for the task `hand`: it is for `body`");
-        let error = args.of::<NoArgs>("blob").unwrap_err().to_string();
-        assert!(error.contains("not for the task `blob`"), "{error}");
-    }
-
-    #[test]
-    fn what_no_task_brings_is_unknown() {
-        let error = TaskArgs::<Live>::parse(["--skeletons", "out"]).unwrap_err().to_string();
-        assert!(error.contains("unexpected argument"), "{error}");
-    }
-}
+mod tests;

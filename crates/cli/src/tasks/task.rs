@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::args::ConfigArgs;
 use anyhow::{Result, bail};
 use burn::tensor::Device;
+use clap::Args as _;
 use evpose_core::{Micros, RegistryEntry, SensorSize};
 use evpose_infer::Precision;
 use evpose_infer::onnx::Interface;
@@ -12,7 +13,9 @@ use evpose_io::OpenOptions;
 use evpose_nn::graph::Graph;
 use evpose_sim::SequenceSet;
 
-use crate::tasks::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
+use crate::tasks::args::{
+    DirectoryArgs, EvalArgs, InferArgs, OneRecordingArgs, SimulateArgs, TrainArgs,
+};
 use crate::tasks::experiment::{PoseExperiment, StartWeights};
 use crate::tasks::online::OnlineStream;
 use crate::tasks::own_args::{Live, TaskArgs, TaskCommand};
@@ -33,8 +36,10 @@ pub trait PoseTask: Sync {
     /// Runs `evpose simulate`.
     ///
     /// # Errors
-    /// If the config is of another task, or the simulation fails.
-    fn simulate(&self, args: &SimulateArgs) -> Result<()>;
+    /// If the config is of another task, the simulation fails, or the task has none, as by default.
+    fn simulate(&self, _args: &SimulateArgs) -> Result<()> {
+        bail!("the task `{}` simulates nothing: it learns from data of others", self.name())
+    }
 
     /// Runs `evpose train`.
     ///
@@ -45,13 +50,19 @@ pub trait PoseTask: Sync {
     /// The simulated data set in `directory`, by its config.
     ///
     /// # Errors
-    /// If the config cannot be read.
-    fn data_set(&self, directory: &Path, config: &Path) -> Result<DataSetInfo>;
+    /// If the config cannot be read, or the task simulates nothing, as by default.
+    fn data_set(&self, directory: &Path, _config: &Path) -> Result<DataSetInfo> {
+        bail!("{}: no data set: the task `{}` simulates nothing", directory.display(), self.name())
+    }
 
     /// Adds the arguments that the task brings to a command, which it then takes by [`TaskArgs::of`]; by
-    /// default none.
-    fn arguments(&self, _of: TaskCommand, command: clap::Command) -> clap::Command {
-        command
+    /// default one directory of data and one of the run, and one recording.
+    fn arguments(&self, of: TaskCommand, command: clap::Command) -> clap::Command {
+        match of {
+            TaskCommand::Train => DirectoryArgs::augment_args(command),
+            TaskCommand::Infer => OneRecordingArgs::augment_args(command),
+            TaskCommand::Simulate | TaskCommand::Eval | TaskCommand::Live => command,
+        }
     }
 
     /// The task as studies and benchmarks take it.

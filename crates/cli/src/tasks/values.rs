@@ -7,21 +7,21 @@ use std::path::Path;
 use anyhow::{Context, Result, ensure};
 use evpose_core::stats::bootstrap::Totals;
 use evpose_core::{Micros, SensorSize};
-use evpose_io::poses::{PoseKind, TimedPose, read_poses, write_poses_from};
+use evpose_io::poses::{PoseKind, read_poses};
 use evpose_io::{OpenOptions, Windows};
 use evpose_live::page::Skeleton;
+use evpose_pose::PoseLayout;
 use evpose_pose::stream::{InferenceSchedule, InferenceWorker, PoseStream, StreamFrontend};
-use evpose_pose::{PoseLayout, PoseOrigin};
 use evpose_sim::{SequenceSet, Shard};
-use evpose_task::{RecordingStream, TaskConfig};
+use evpose_task::{Experiment, RecordingStream};
 use evpose_train::body::BodyRecordings;
 use glam::Vec2;
 
-use super::args::{EvalArgs, InferArgs, SimulateArgs};
+use super::args::{EvalArgs, InferArgs, OneRecordingArgs, SimulateArgs};
+use super::infer_all::{infer_rows, write_rows};
 use super::online::{OnlineStream, TaskStream};
 use super::opening::OpeningArgs;
 use super::own_args::{Live, NoArgs, TaskArgs};
-use super::{InferenceCounts, infer_all};
 use crate::json::write_json;
 use crate::progress::{bar, say};
 use crate::recorded::claim;
@@ -36,7 +36,7 @@ pub type Samples<I> = Vec<(I, Vec<f32>)>;
 ///
 /// # Errors
 /// If the directory is of another config, or a sequence cannot be recorded.
-pub fn record_values<C: TaskConfig>(
+pub fn record_values<C: Experiment>(
     args: &SimulateArgs,
     config: &C,
     set: &SequenceSet,
@@ -138,31 +138,18 @@ pub trait ValueModel {
         Ok(parts)
     }
 
-    /// The rows of the recording `path`, as every command has them, and how they came about.
+    /// The stream of the recording `path`, as every command has it.
     ///
     /// # Errors
-    /// If it cannot be read or is empty, or the network fails.
-    fn infer_values(
+    /// As [`Self::open_recording`].
+    fn open_values(
         &self,
         path: &Path,
         stride_ms: Option<u32>,
         opening: &OpeningArgs,
-        latency_ms: impl Fn(f64) -> Option<f64>,
-    ) -> Result<(Vec<TimedPose>, InferenceCounts)> {
+    ) -> Result<RecordingStream<Self::Frontend, Self::Worker>> {
         let every = stride_ms.map_or(self.every(), |ms| Micros(1_000 * i64::from(ms.max(1))));
-        let mut recording =
-            self.open_recording(path, every, &opening.options_with_sensor(path)?)?;
-        let span = recording.span()?.with_context(|| format!("{}: no events", path.display()))?;
-        let mut poses = Vec::new();
-        let kind = PoseKind::Values(self.layout());
-        let counts = infer_all(&mut recording, path, span, |frontend, inferred| {
-            poses.extend(inferred.skipped.iter().map(|t| TimedPose::nobody(kind, *t)));
-            poses.extend(inferred.poses.iter().map(|(t, pose)| TimedPose {
-                latency_ms: latency_ms(inferred.delay_s),
-                ..TimedPose::new(*t, &frontend.estimate(pose)).with_origin(PoseOrigin::Network)
-            }));
-        })?;
-        Ok((poses, counts))
+        self.open_recording(path, every, &opening.options_with_sensor(path)?)
     }
 
     /// Runs `evpose infer`.
@@ -170,18 +157,9 @@ pub trait ValueModel {
     /// # Errors
     /// If the recording cannot be inferred, or the file not be written.
     fn write_values(&self, args: &InferArgs) -> Result<()> {
-        let layout = self.layout();
-        let NoArgs {} = args.own.of(layout.name)?;
-        let (path, format) = (args.recording()?, args.format_of(&args.out)?);
-        let (poses, counts) =
-            self.infer_values(path, args.stride_ms, &args.opening, |delay_s| {
-                args.latency_ms(delay_s)
-            })?;
-        let kind = PoseKind::Values(layout);
-        write_poses_from(&args.out, kind, None, &mut poses.into_iter(), format)?;
-        counts.check([path, &args.out], 0, None)?;
-        say(format!("{} poses: {}", counts.inferred, args.out.display()));
-        Ok(())
+        let own: OneRecordingArgs = args.own.of(self.layout().name)?;
+        let mut recording = self.open_values(&own.events, args.stride_ms, &args.opening)?;
+        write_rows(&mut recording, PoseKind::Values(self.layout()), args, &own)
     }
 
     /// Runs `evpose eval`: the poses that [`Self::write_values`] writes of each recording against the table
@@ -197,9 +175,10 @@ pub trait ValueModel {
         let mut errors = [BTreeMap::<String, Totals>::new(), BTreeMap::new()];
         for (events, table) in BodyRecordings::open(data)?.files {
             let truth = read_values(&table, layout)?;
-            for pose in
-                self.infer_values(&events, args.stride_ms, &OpeningArgs::default(), |_| None)?.0
-            {
+            let mut recording =
+                self.open_values(&events, args.stride_ms, &OpeningArgs::default())?;
+            let kind = PoseKind::Values(layout);
+            for pose in infer_rows(&mut recording, &events, kind, |_| None)?.0 {
                 let known = pose.values.as_ref().zip(values_at(&truth, pose.t));
                 let Some((values, truth)) = known else { continue };
                 for (errors, values) in errors.iter_mut().zip([&values[..], mean]) {

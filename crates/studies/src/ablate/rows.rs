@@ -293,7 +293,7 @@ mod tests {
 
     use super::*;
     use evpose_cli::configs;
-    use evpose_task::TaskConfig as _;
+    use evpose_task::Experiment as _;
 
     use super::super::selection::selected;
 

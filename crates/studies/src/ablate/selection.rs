@@ -35,7 +35,7 @@ fn fits(row: &Row, base: &HandConfig) -> bool {
 mod tests {
     use anyhow::Result;
     use evpose_cli::configs;
-    use evpose_task::TaskConfig as _;
+    use evpose_task::Experiment as _;
 
     use super::*;
 

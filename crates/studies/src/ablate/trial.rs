@@ -9,7 +9,7 @@ use evpose_core::stats::interval::Interval;
 use evpose_nn::parameters::trained_count;
 use evpose_nn::{DeviceKind, HandRegressorConfig};
 use evpose_pose::metric::HandEvaluation;
-use evpose_task::TaskConfig as _;
+use evpose_task::Experiment as _;
 use evpose_task::hand::{ConstantPose, HandCheckpoint, HandConfig};
 use evpose_train::{
     HandDataset, Method, TrainOptions, evaluate, evaluated_pose_count, read_history, train_hand,

@@ -21,7 +21,7 @@ use evpose_report::chart::{self, Chart, ChartAxis, Series};
 use evpose_report::colour::palette;
 use evpose_report::html::HtmlPage;
 use evpose_task::body::{BodyCheckpoint, BodyConfig, BodyPredictor, BodyPredictorOptions};
-use evpose_task::{BEST, LAST, TaskConfig as _};
+use evpose_task::{BEST, Experiment as _, LAST};
 use evpose_train::body::{
     BodyFrames, evaluate_frames, first_network, holds_annotations, train_body_validated_on,
 };

@@ -3,18 +3,14 @@
 use std::path::Path;
 
 use burn::tensor::Device;
+use evpose_nn::BaselineNetwork;
 use evpose_nn::weights::{self, BaselineCard};
-use evpose_nn::{BaselineNetwork, Dhp19CnnConfig, LiftMonoConfig};
 use evpose_pose::body::BodyPoints;
 
 use super::config::BaselineConfig;
+use super::{dhp19, lift_mono};
 use crate::body::{pose_as_text, pose_from_text};
-use crate::{TaskConfig as _, TaskError, network_file};
-
-/// The torso of LiftMono-HPE in metres, the mean of DHP19's people.
-pub const PUBLISHED_TORSO_M: f32 = 0.453_524_23;
-/// The depths of LiftMono-HPE in metres.
-const PUBLISHED_DEPTHS_M: [f32; 2] = [2.0, 5.0];
+use crate::{Experiment as _, TaskError, network_file};
 
 /// Keys of the provenance in a weight file.
 const CONFIG: &str = "config";
@@ -69,17 +65,18 @@ impl BaselineCheckpoint {
     /// If there is no network at `path`, or it is damaged or of another shape than it says.
     pub fn load(path: &Path, device: &Device) -> Result<Self, TaskError> {
         let path = &network_file(path)?;
-        let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
-        let is_one = |known: &[&str]| known.iter().any(|known| extension == *known);
-        if is_one(&["model", "h5", "hdf5"]) {
-            let network = weights::load_dhp19_cnn(path, &Dhp19CnnConfig::default(), device)?;
-            let network = BaselineNetwork::Dhp19Cnn(network);
-            return Ok(Self::from_elsewhere(BaselineConfig::dhp19_cnn(), network));
-        }
-        if is_one(&["ckpt", "pth", "pt"]) {
-            let network = weights::load_lift_mono(path, &LiftMonoConfig::default(), device)?;
-            let network = BaselineNetwork::LiftMono(network);
-            return Ok(Self::from_elsewhere(BaselineConfig::lift_mono(), network));
+        let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
+        match ending.to_str() {
+            Some("model" | "h5" | "hdf5") => {
+                let (config, network) = (BaselineConfig::dhp19_cnn(), dhp19::load(path, device)?);
+                return Ok(Self::from_elsewhere(config, network, None));
+            }
+            Some("ckpt" | "pth" | "pt") => {
+                let network = lift_mono::load(path, device)?;
+                let people = Some((lift_mono::PUBLISHED_TORSO_M, lift_mono::PUBLISHED_DEPTHS_M));
+                return Ok(Self::from_elsewhere(BaselineConfig::lift_mono(), network, people));
+            }
+            _ => {}
         }
         let (network, card) = weights::load::<BaselineNetwork>(path, device)?;
         let value = |key: &str| card.provenance.get(key);
@@ -100,18 +97,19 @@ impl BaselineCheckpoint {
         })
     }
 
-    fn from_elsewhere(config: BaselineConfig, network: BaselineNetwork) -> Self {
-        let (torso_m, depths_m) = match network {
-            BaselineNetwork::Dhp19Cnn(_) => (None, None),
-            BaselineNetwork::LiftMono(_) => (Some(PUBLISHED_TORSO_M), Some(PUBLISHED_DEPTHS_M)),
-        };
+    fn from_elsewhere(
+        config: BaselineConfig,
+        network: BaselineNetwork,
+        people: Option<(f32, [f32; 2])>,
+    ) -> Self {
+        let (torso_m, depths_m) = people.unzip();
         Self { config, network, torso_m, depths_m, mean_pose: None, data: None }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use evpose_nn::BaselineNetworkConfig;
+    use evpose_nn::{BaselineNetworkConfig, LiftMonoConfig};
     use evpose_pose::body::BODY_JOINTS;
     use glam::Vec2;
 

@@ -3,28 +3,18 @@
 use std::path::PathBuf;
 
 use evpose_clean::Denoise;
-use evpose_nn::{BaselineNetworkConfig, Dhp19CnnConfig, LiftMonoConfig};
-use evpose_repr::representation_by_name;
+use evpose_nn::{BaselineNetworkConfig, Dhp19CnnConfig};
 use serde::{Deserialize, Serialize};
 
 use crate::body::{
     BodyConfig, BodyDataConfig, BodyImageConfig, BodySourceKind, BodyTrainingConfig, BodyViewKind,
-    Interpolation, LabelTime,
+    Interpolation,
 };
-use crate::ranges::check_ranges;
-use crate::schedule::{EarlyStop, Schedule};
-use crate::{TaskConfig, TaskError};
+use crate::experiment::require;
+use crate::{Experiment, NetworkInput, TaskError};
 
 /// Events of an image, as published.
-const EVENTS: usize = 7_500;
-/// Columns and rows of the input of DHP19's network, as published.
-const DHP19_SIZE_PX: [usize; 2] = [344, 260];
-/// Columns and rows of the input of LiftMono-HPE, as published for DHP19's cameras.
-const LIFT_MONO_SIZE_PX: [usize; 2] = [346, 260];
-/// Standard deviation of the heatmaps of DHP19 in pixels, as published.
-const DHP19_SIGMA_PX: f32 = 4.0;
-/// The smallest score of a joint that is believed.
-const CONFIDENCE: f32 = 0.1;
+pub(super) const EVENTS: usize = 7_500;
 
 /// Everything about an experiment with a baseline.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -89,94 +79,7 @@ pub struct BaselineDecodingConfig {
     pub confidence: f32,
 }
 
-impl Default for BaselineConfig {
-    /// [`Self::dhp19_cnn`].
-    fn default() -> Self {
-        Self {
-            task: Self::TASK.to_owned(),
-            seed: 1,
-            out: PathBuf::from("runs/body/dhp19-cnn"),
-            start_from: None,
-            data: BodyDataConfig {
-                label_at: LabelTime::MeanOf(EVENTS),
-                ..BodyDataConfig::default()
-            },
-            image: BaselineImageConfig::default(),
-            network: BaselineNetworkConfig::default(),
-            loss: BaselineLossConfig::default(),
-            decoding: BaselineDecodingConfig::default(),
-            training: BodyTrainingConfig {
-                batch_size: 16,
-                learning_rate: 1e-3,
-                schedule: Schedule::constant(),
-                weight_decay: 0.0,
-                early_stop: EarlyStop::default(),
-                ..BodyTrainingConfig::default()
-            },
-        }
-    }
-}
-
-impl Default for BaselineImageConfig {
-    fn default() -> Self {
-        let [width_px, height_px] = DHP19_SIZE_PX;
-        Self {
-            representation: format!("fixed-count:n={EVENTS}"),
-            view: BodyViewKind::Sensor,
-            denoise: None,
-            interpolation: Interpolation::Area,
-            width_px,
-            height_px,
-        }
-    }
-}
-
-impl Default for BaselineLossConfig {
-    fn default() -> Self {
-        Self { sigma_px: DHP19_SIGMA_PX }
-    }
-}
-
-impl Default for BaselineDecodingConfig {
-    fn default() -> Self {
-        Self { confidence: CONFIDENCE }
-    }
-}
-
 impl BaselineConfig {
-    /// The network of DHP19 as published.
-    ///
-    /// # Source
-    /// Calabrese et al.: *DHP19*, CVPRW 2019.
-    pub fn dhp19_cnn() -> Self {
-        Self::default()
-    }
-
-    /// LiftMono-HPE as published: three stages, Adam at 3e-4, a tenth of it after every tenth of
-    /// the training.
-    ///
-    /// # Source
-    /// Scarpellini et al.: *Lifting Monocular Events to 3D Human Poses*, CVPRW 2021, and its
-    /// published configs.
-    pub fn lift_mono() -> Self {
-        let [width_px, height_px] = LIFT_MONO_SIZE_PX;
-        let dhp19 = Self::default();
-        let milestones = (1..10).map(|tenth| 0.1 * f64::from(tenth)).collect();
-        Self {
-            out: PathBuf::from("runs/body/lift-mono"),
-            image: BaselineImageConfig { width_px, height_px, ..dhp19.image },
-            network: BaselineNetworkConfig::LiftMono(LiftMonoConfig::default()),
-            loss: BaselineLossConfig { sigma_px: 1.0 },
-            training: BodyTrainingConfig {
-                batch_size: 32,
-                learning_rate: 3e-4,
-                schedule: Schedule { milestones, ..Schedule::default() },
-                ..dhp19.training
-            },
-            ..dhp19
-        }
-    }
-
     /// The same at another size of the input. The heatmaps of `dhp19-cnn` keep their size relative
     /// to it.
     #[must_use]
@@ -230,62 +133,53 @@ impl BaselineConfig {
             ..BodyConfig::default()
         }
     }
-
-    fn body_checks(&self) -> Result<(), TaskError> {
-        let body = self.body();
-        BodyConfig { training: self.training.clone(), ..body }.validate()
-    }
 }
 
-impl TaskConfig for BaselineConfig {
+impl Experiment for BaselineConfig {
     const TASK: &'static str = "baseline";
 
     fn seed(&self) -> u64 {
         self.seed
     }
 
-    fn validate(&self) -> Result<(), TaskError> {
-        let fail =
-            |field, message: &str| Err(TaskError::Field { field, message: message.to_owned() });
-        check_ranges(self)?;
-        if representation_by_name(&self.image.representation)?.channels() != 1 {
-            return fail("image.representation", "must have one channel");
-        }
-        if self.data.source != BodySourceKind::Recordings {
-            return fail("data.source", "must be \"recordings\"");
-        }
-        // Whatever an experiment with MoveEnet checks: data, training, denoising.
-        self.body_checks()?;
+    fn input(&self) -> Option<NetworkInput<'_>> {
+        Some(NetworkInput {
+            representation: ("image.representation", &self.image.representation),
+            denoise: ("image.denoise", self.image.denoise),
+            channels: (1, "must have one channel"),
+        })
+    }
+
+    fn validate_own(&self) -> Result<(), TaskError> {
+        self.data.validate(self.network.joints())?;
         let step = match &self.network {
             BaselineNetworkConfig::Dhp19Cnn(_) => Dhp19CnnConfig::SIDE_STEP_PX,
             BaselineNetworkConfig::LiftMono(_) => 1,
         };
         let sides = [self.image.width_px, self.image.height_px];
-        if sides.iter().any(|side| *side < 16 || !side.is_multiple_of(step)) {
-            return fail(
-                "image",
-                "width_px and height_px must be at least 16, and multiples of 4 for dhp19-cnn",
-            );
-        }
-        if self.network.joints() != evpose_pose::body::BODY_JOINTS {
-            return fail("network.joints", "labels have 13 joints");
-        }
-        if !(self.loss.sigma_px > 0.0 && self.loss.sigma_px.is_finite()) {
-            return fail("loss.sigma_px", "must be above 0");
-        }
-        if !(0.0..=1.0).contains(&self.decoding.confidence) {
-            return fail("decoding.confidence", "must be 0 to 1");
-        }
-        if self.training.calibrate_confidence {
-            return fail("training.calibrate_confidence", "is for networks of MoveEnet");
-        }
-        Ok(())
+        let are_whole = sides.iter().all(|side| *side >= 16 && side.is_multiple_of(step));
+        let size = "width_px and height_px must be at least 16, and multiples of 4 for dhp19-cnn";
+        let is_share = (0.0..=1.0).contains(&self.decoding.confidence);
+        let is_recorded = self.data.source == BodySourceKind::Recordings;
+        require(&[
+            (is_recorded, "data.source", "must be \"recordings\""),
+            (are_whole, "image", size),
+            (self.loss.sigma_px > 0.0, "loss.sigma_px", "must be above 0"),
+            (is_share, "decoding.confidence", "must be 0 to 1"),
+        ])
+    }
+
+    fn validate_training(&self) -> Result<(), TaskError> {
+        self.training.validate()?;
+        let is_plain = !self.training.calibrate_confidence;
+        require(&[(is_plain, "training.calibrate_confidence", "is for networks of MoveEnet")])
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::body::LabelTime;
 
     #[test]
     fn published_settings_make_sense_and_come_back_from_text() {

@@ -5,10 +5,10 @@ use burn::tensor::{Device, Tensor, TensorData};
 use evpose_core::Plane;
 use evpose_nn::BaselineNetwork;
 use evpose_pose::body::{BODY_JOINTS, BodyPoints};
-use glam::Vec2;
 
 use super::checkpoint::BaselineCheckpoint;
 use super::input::BaselineInput;
+use super::{dhp19, lift_mono};
 
 /// The joints of an image.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -72,62 +72,30 @@ impl BaselinePredictor {
         let mut joints = match &self.network {
             BaselineNetwork::Dhp19Cnn(network) => {
                 let maps: Vec<f32> = network.forward(images).into_data().iter().collect();
-                self.peaks(&maps)
+                let size_px = self.image.size_px();
+                let scores = dhp19::peaks(&maps, size_px, self.confidence, &mut self.last);
+                BaselineJoints { points: self.last, scores, depths: None }
             }
             BaselineNetwork::LiftMono(network) => {
                 let stages = network.forward(images);
                 let maps = stages.last().unwrap_or_else(|| unreachable!("a stage at least"));
                 let positions: Vec<f32> = maps.positions().into_data().iter().collect();
-                let scores: Vec<f32> = maps.scores().into_data().iter().collect();
-                expected(&positions, &scores)
+                let (points, depths) = lift_mono::expected(&positions);
+                let of_maps: Vec<f32> = maps.scores().into_data().iter().collect();
+                let score = |joint: usize| of_maps.get(joint).copied().unwrap_or_default();
+                let scores = std::array::from_fn(score);
+                BaselineJoints { points, scores, depths: Some(depths) }
             }
         };
         joints.points = joints.points.map(|point| Some(point? * shown));
         joints
     }
-
-    /// Joints of heatmaps, relative to the input.
-    fn peaks(&mut self, maps: &[f32]) -> BaselineJoints {
-        let mut scores = [0.0; BODY_JOINTS];
-        for (joint, map) in maps.chunks_exact(self.image.pixels()).enumerate().take(BODY_JOINTS) {
-            let (at, score) = peak(map, self.image.size_px());
-            scores[joint] = score.clamp(0.0, 1.0);
-            if score > 0.0 && score >= self.confidence {
-                self.last[joint] = Some(at);
-            }
-        }
-        BaselineJoints { points: self.last, scores, depths: None }
-    }
-}
-
-/// The middle of the cell of the largest value, relative to the map, and that value; the first one
-/// of equal values.
-fn peak(map: &[f32], [width, height]: [usize; 2]) -> (Vec2, f32) {
-    let largest = map.iter().enumerate().fold((0, f32::NEG_INFINITY), |best, (k, &value)| {
-        if value > best.1 { (k, value) } else { best }
-    });
-    let (index, value) = largest;
-    let cell = Vec2::new((index % width) as f32, (index / width) as f32);
-    ((cell + 0.5) / Vec2::new(width as f32, height as f32), value)
-}
-
-/// Joints of expected positions, -1 to 1, relative to the input.
-fn expected(positions: &[f32], scores: &[f32]) -> BaselineJoints {
-    let mut joints =
-        BaselineJoints { points: BodyPoints::default(), scores: [0.0; BODY_JOINTS], depths: None };
-    let mut depths = [0.0; BODY_JOINTS];
-    for (joint, [x, y, z]) in positions.as_chunks::<3>().0.iter().enumerate().take(BODY_JOINTS) {
-        joints.points[joint] = Some(0.5 * (Vec2::new(*x, *y) + 1.0));
-        joints.scores[joint] = scores.get(joint).copied().unwrap_or_default();
-        depths[joint] = *z;
-    }
-    joints.depths = Some(depths);
-    joints
 }
 
 #[cfg(test)]
 mod tests {
     use evpose_nn::{BaselineNetworkConfig, Dhp19CnnConfig, LiftMonoConfig};
+    use glam::Vec2;
 
     use super::*;
     use crate::baseline::BaselineConfig;
@@ -144,37 +112,14 @@ mod tests {
         })
     }
 
-    fn cnn(confidence: f32) -> BaselinePredictor {
-        let mut config = BaselineConfig::dhp19_cnn().with_size(32, 24);
-        config.decoding.confidence = confidence;
-        let network = Dhp19CnnConfig { width: 0.125, ..Dhp19CnnConfig::default() };
-        config.network = BaselineNetworkConfig::Dhp19Cnn(network);
-        predictor(config)
-    }
-
-    #[test]
-    fn a_joint_that_is_not_sure_stays_where_it_was() {
-        let mut predictor = cnn(0.5);
-        let maps = |height: f32, index: usize| {
-            let mut maps = vec![0.0; BODY_JOINTS * 32 * 24];
-            maps[2 * 32 * 24 + index] = height;
-            maps
-        };
-        let first = predictor.peaks(&maps(0.4, 35));
-        assert_eq!((first.points[2], first.scores[2]), (None, 0.4));
-        let at = Some(Vec2::new(3.5 / 32.0, 1.5 / 24.0));
-        assert_eq!(predictor.peaks(&maps(0.9, 35)).points[2], at);
-        let later = predictor.peaks(&maps(0.3, 400));
-        assert_eq!((later.points[2], later.scores[2]), (at, 0.3));
-        assert_ne!(predictor.peaks(&maps(0.5, 400)).points[2], at);
-        predictor.forget();
-        assert_eq!(predictor.peaks(&maps(0.4, 35)).points[2], None);
-    }
-
     #[test]
     fn a_black_image_has_no_joints_for_dhp19_at_any_confidence() {
+        let mut config = BaselineConfig::dhp19_cnn().with_size(32, 24);
+        config.decoding.confidence = 0.0;
+        let network = Dhp19CnnConfig { width: 0.125, ..Dhp19CnnConfig::default() };
+        config.network = BaselineNetworkConfig::Dhp19Cnn(network);
         // No layer has a bias: nothing in, nothing out.
-        let joints = cnn(0.0).predict(&Plane::filled(32, 24, 0));
+        let joints = predictor(config).predict(&Plane::filled(32, 24, 0));
         assert_eq!((joints.points, joints.scores), (BodyPoints::default(), [0.0; BODY_JOINTS]));
     }
 

@@ -8,8 +8,8 @@ use evpose_pose::stream::{InferenceWorker, PoseStream, StreamError, StreamFronte
 use evpose_repr::Representation;
 use glam::{Vec2, Vec3};
 
-use super::checkpoint::{BaselineCheckpoint, PUBLISHED_TORSO_M};
-use super::geometry::LiftGeometry;
+use super::checkpoint::BaselineCheckpoint;
+use super::lift_mono::{LiftGeometry, PUBLISHED_TORSO_M};
 use super::predictor::{BaselineJoints, BaselinePredictor};
 use crate::TaskError;
 use crate::body::{CanonicalEvents, start_representation};

@@ -9,7 +9,7 @@ use evpose_pose::body::{BODY_JOINTS, BodyPoints};
 use glam::Vec2;
 
 use super::config::BodyConfig;
-use crate::{TaskConfig as _, TaskError, network_file};
+use crate::{Experiment as _, TaskError, network_file};
 
 /// Keys of the provenance in a weight file.
 const CONFIG: &str = "config";

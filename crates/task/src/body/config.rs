@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use evpose_clean::Denoise;
 use evpose_core::stats::bootstrap::BootstrapConfig;
 use evpose_nn::{BodyLossConfig, MoveEnetConfig};
-use evpose_pose::body::DEFAULT_SOFTENING;
+use evpose_pose::body::{BODY_JOINTS, DEFAULT_SOFTENING};
 use evpose_pose::filter::{BodyFilter, BodyFilterConfig};
-use evpose_repr::{ErosLike, GaussianKernel, representation_by_name};
+use evpose_repr::{ErosLike, GaussianKernel};
 use evpose_sim::config::{BodySource, MotionSource};
 use evpose_sim::person::PeopleConfig;
 use serde::{Deserialize, Serialize};
@@ -15,9 +15,9 @@ use serde::{Deserialize, Serialize};
 use super::augmentation::BodyAugmentation;
 use super::detection::BodyDetectionConfig;
 use super::resample::Interpolation;
-use crate::ranges::check_ranges;
+use crate::experiment::require;
 use crate::schedule::{EarlyStop, Schedule};
-use crate::{TaskConfig, TaskError};
+use crate::{Experiment, NetworkInput, TaskError};
 
 /// Minimum score of a joint in the published online program.
 const PUBLISHED_CONFIDENCE: f32 = 0.01;
@@ -346,70 +346,70 @@ impl Default for BodyEvaluationConfig {
     }
 }
 
-impl TaskConfig for BodyConfig {
+impl Experiment for BodyConfig {
     const TASK: &'static str = "body";
 
     fn seed(&self) -> u64 {
         self.seed
     }
 
-    fn validate(&self) -> Result<(), TaskError> {
-        let fail =
-            |field, message: &str| Err(TaskError::Field { field, message: message.to_owned() });
-        check_ranges(self)?;
+    fn input(&self) -> Option<NetworkInput<'_>> {
+        Some(NetworkInput {
+            representation: ("image.representation", &self.image.representation),
+            denoise: ("image.denoise", self.image.denoise),
+            channels: (1, "must have one channel: the network is shown a grey image"),
+        })
+    }
+
+    fn validate_own(&self) -> Result<(), TaskError> {
         self.simulation.validate()?;
         self.held_out().simulation.validate()?;
         self.augmentation.validate(self.network.joints)?;
-        if representation_by_name(&self.image.representation)?.channels() != 1 {
-            return fail(
-                "image.representation",
-                "must have one channel: the network is shown a grey image",
-            );
-        }
-        if self.image.denoise.is_some_and(|denoise| !denoise.is_valid()) {
-            return fail("image.denoise", "tau_ms must be above 0, neighbours 1 to 8");
-        }
-        if !self.image.side_px.is_multiple_of(SIDE_STEP_PX) {
-            return fail("image.side_px", "must be a multiple of 32");
-        }
-        if !(self.decoding.softening_cells.is_finite() && self.decoding.softening_cells > 0.0) {
-            return fail("decoding.softening_cells", "must be above 0");
-        }
         BodyFilter::new(self.filter)?;
-        if !self.detection.is_valid() {
-            return fail(
-                "detection",
-                "min_score must be 0 to 1, memory_ms 0 to 60000, min_events_per_pixel 0 to 100",
-            );
-        }
-        if self.decoding.second_pass.is_some_and(|SecondPass { side, min_side, .. }| {
-            !(1.0..=8.0).contains(&side) || !(0.05..=1.0).contains(&min_side)
-        }) {
-            return fail("decoding.second_pass", "side must be 1 to 8, min_side 0.05 to 1");
-        }
-        if self.data.noise_history.is_some_and(|NoiseHistory { probability, events_per_pixel }| {
-            let [low, high] = events_per_pixel;
-            !((0.0..=1.0).contains(&probability) && 0.0 < low && low <= high && high <= 100.0)
-        }) {
-            return fail(
-                "data.noise_history",
-                "probability must be 0 to 1, events_per_pixel a range above 0 and up to 100",
-            );
-        }
-        if self.network.joints != evpose_pose::body::BODY_JOINTS {
-            return fail("network.joints", "labels have 13 joints");
-        }
-        if !(0.0..1.0).contains(&self.data.validation_share) {
-            return fail("data.validation_share", "must be at least 0 and below 1");
-        }
-        if self.data.min_joints > self.network.joints {
-            return fail("data.min_joints", "must be at most `network.joints`");
-        }
-        let training = &self.training;
-        if !(training.weight_decay >= 0.0 && training.weight_decay.is_finite()) {
-            return fail("training.weight_decay", "must not be negative");
-        }
-        training.schedule.validate()
+        self.data.validate(self.network.joints)?;
+        let is_whole = self.image.side_px.is_multiple_of(SIDE_STEP_PX);
+        let BodyDecodingConfig { softening_cells, second_pass, .. } = self.decoding;
+        let is_crop_valid = second_pass.is_none_or(|SecondPass { side, min_side, .. }| {
+            (1.0..=8.0).contains(&side) && (0.05..=1.0).contains(&min_side)
+        });
+        let detection =
+            "min_score must be 0 to 1, memory_ms 0 to 60000, min_events_per_pixel 0 to 100";
+        require(&[
+            (is_whole, "image.side_px", "must be a multiple of 32"),
+            (softening_cells > 0.0, "decoding.softening_cells", "must be above 0"),
+            (self.detection.is_valid(), "detection", detection),
+            (is_crop_valid, "decoding.second_pass", "side must be 1 to 8, min_side 0.05 to 1"),
+        ])
+    }
+
+    fn validate_training(&self) -> Result<(), TaskError> {
+        self.training.validate()
+    }
+}
+
+impl BodyDataConfig {
+    /// Checks the data of a network of `joints` joints.
+    pub(crate) fn validate(&self, joints: usize) -> Result<(), TaskError> {
+        let is_noise_valid = self.noise_history.is_none_or(|noise| {
+            let [low, high] = noise.events_per_pixel;
+            (0.0..=1.0).contains(&noise.probability) && 0.0 < low && low <= high && high <= 100.0
+        });
+        let noise = "probability must be 0 to 1, events_per_pixel a range above 0 and up to 100";
+        let is_share = (0.0..1.0).contains(&self.validation_share);
+        require(&[
+            (is_noise_valid, "data.noise_history", noise),
+            (joints == BODY_JOINTS, "network.joints", "labels have 13 joints"),
+            (is_share, "data.validation_share", "must be at least 0 and below 1"),
+            (self.min_joints <= joints, "data.min_joints", "must be at most `network.joints`"),
+        ])
+    }
+}
+
+impl BodyTrainingConfig {
+    pub(crate) fn validate(&self) -> Result<(), TaskError> {
+        let is_valid = self.weight_decay >= 0.0;
+        require(&[(is_valid, "training.weight_decay", "must not be negative")])?;
+        self.schedule.validate()
     }
 }
 

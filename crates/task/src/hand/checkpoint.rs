@@ -10,7 +10,7 @@ use evpose_repr::ChannelOrder;
 
 use super::config::HandConfig;
 use super::predictor::NetworkPredictor;
-use crate::{TaskConfig as _, TaskError, network_file};
+use crate::{Experiment as _, TaskError, network_file};
 
 /// Keys of the model card's provenance.
 const CONFIG: &str = "config";

@@ -7,7 +7,7 @@ use evpose_core::stats::bootstrap::BootstrapConfig;
 use evpose_core::{Micros, SensorSize};
 use evpose_nn::{HandLossConfig, HandRegressorConfig, backbone_by_name};
 use evpose_pose::filter::{HandFilterConfig, StillnessConfig};
-use evpose_repr::{ChannelOrder, WindowAugmentation, representation_by_name};
+use evpose_repr::{ChannelOrder, WindowAugmentation};
 use evpose_sim::SimulationConfig;
 use serde::{Deserialize, Serialize};
 
@@ -15,9 +15,9 @@ use super::camera_turns::CameraTurnConfig;
 use super::detection::HandDetectionConfig;
 use super::slow_motion::SlowMotionConfig;
 use super::two_pass::TwoPassConfig;
-use crate::ranges::check_ranges;
+use crate::experiment::require;
 use crate::schedule::Schedule;
-use crate::{TaskConfig, TaskError};
+use crate::{Experiment, NetworkInput, TaskError};
 
 /// Everything about a hand experiment. `Default` is the published setting.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -210,100 +210,62 @@ impl HandConfig {
     pub fn network_size(&self) -> SensorSize {
         self.two_pass.map_or(self.simulation.image_size(), |two_pass| two_pass.size)
     }
-
-    /// As [`Self::validate`], without the training and the length of sequences that it needs.
-    ///
-    /// # Errors
-    /// As [`Self::validate`].
-    pub fn validate_without_training(&self) -> Result<(), TaskError> {
-        check_ranges(self)?;
-        self.simulation.validate()?;
-        if self.representation.denoise.is_some_and(|denoise| !denoise.is_valid()) {
-            return fail("representation.denoise", "tau_ms must be above 0, neighbours 1 to 8");
-        }
-        if representation_by_name(&self.representation.name)?.channels() > 2 {
-            return fail(
-                "representation.name",
-                "has more channels than the network, which takes 2",
-            );
-        }
-        let CameraTurnConfig { roll_deg, tilt_deg } = self.camera_turns;
-        if !(0.0..=180.0).contains(&roll_deg) || !(0.0..=45.0).contains(&tilt_deg) {
-            return fail("camera_turns", "roll_deg must be 0 to 180, tilt_deg 0 to 45");
-        }
-        if !self.detection.is_valid() {
-            return fail("detection.min_active", "is a share: 0 to 1");
-        }
-        let backbone = backbone_by_name(&self.network.backbone)?;
-        if self.two_pass.is_some_and(|two_pass| !two_pass.is_valid(self.simulation.image_size())) {
-            return fail(
-                "two_pass",
-                "size must be of the view's proportions and no larger, distance_m above 0, \
-                 max_zoom at least 1, and shares 0 to 1",
-            );
-        }
-        let image = self.network_size();
-        if usize::from(image.width.min(image.height)) < backbone.smallest_px {
-            return Err(TaskError::Field {
-                field: "network.backbone",
-                message: format!(
-                    "{} takes images of at least {} pixels a side, these are {image}: choose \
-                     another, or a larger simulation.image_scale",
-                    backbone.name, backbone.smallest_px
-                ),
-            });
-        }
-        Ok(())
-    }
-
-    /// Checks the training, and that the sequences are long enough for it.
-    fn validate_training(&self) -> Result<(), TaskError> {
-        let training = &self.training;
-        if !training.batch_size.is_multiple_of(training.devices) {
-            return fail(
-                "training.devices",
-                "must divide training.batch_size, whose windows they share",
-            );
-        }
-        training.schedule.validate()?;
-        if training.validation_s * 1e3 < f64::from(self.representation.window_ms) {
-            return fail(
-                "training.validation_s",
-                "holds no whole window: must be at least representation.window_ms",
-            );
-        }
-        if training.validation_s >= self.simulation.seconds {
-            return fail(
-                "training.validation_s",
-                "leaves nothing to train on: must be shorter than simulation.seconds",
-            );
-        }
-        Ok(())
-    }
 }
 
-impl TaskConfig for HandConfig {
+impl Experiment for HandConfig {
     const TASK: &'static str = "hand";
 
     fn seed(&self) -> u64 {
         self.seed
     }
 
-    fn validate(&self) -> Result<(), TaskError> {
-        self.validate_without_training()?;
-        self.validate_training()
+    fn input(&self) -> Option<NetworkInput<'_>> {
+        Some(NetworkInput {
+            representation: ("representation.name", &self.representation.name),
+            denoise: ("representation.denoise", self.representation.denoise),
+            channels: (2, "has more channels than the network, which takes 2"),
+        })
     }
 
-    /// Sequences may be shorter than a training would need. Crops are of the network's view, of which
-    /// recordings need not be: they are brought to it.
-    fn validate_simulation(&self) -> Result<(), TaskError> {
-        Self { two_pass: None, ..self.clone() }.validate_without_training()
+    fn validate_own(&self) -> Result<(), TaskError> {
+        self.simulation.validate()?;
+        let CameraTurnConfig { roll_deg, tilt_deg } = self.camera_turns;
+        let are_turns_valid = (0.0..=180.0).contains(&roll_deg) && (0.0..=45.0).contains(&tilt_deg);
+        let (image, backbone) = (self.network_size(), backbone_by_name(&self.network.backbone)?);
+        let is_large = usize::from(image.width.min(image.height)) >= backbone.smallest_px;
+        let too_small = format!(
+            "{} takes images of at least {} pixels a side, these are {image}: choose another, or a \
+             larger simulation.image_scale",
+            backbone.name, backbone.smallest_px
+        );
+        require(&[
+            (are_turns_valid, "camera_turns", "roll_deg must be 0 to 180, tilt_deg 0 to 45"),
+            (self.detection.is_valid(), "detection.min_active", "is a share: 0 to 1"),
+            (is_large, "network.backbone", too_small.as_str()),
+        ])
     }
-}
 
-/// The error of a field.
-fn fail(field: &'static str, message: &str) -> Result<(), TaskError> {
-    Err(TaskError::Field { field, message: message.to_owned() })
+    /// Checks crops as well: recordings need not be of the network's view, and are brought to it.
+    fn validate_training(&self) -> Result<(), TaskError> {
+        let TrainingConfig { batch_size, devices, validation_s, .. } = self.training;
+        self.training.schedule.validate()?;
+        let view = self.simulation.image_size();
+        let are_crops_valid = self.two_pass.is_none_or(|two_pass| two_pass.is_valid(view));
+        let crops = "size must be of the view's proportions and no larger, distance_m above 0, \
+                     max_zoom at least 1, and shares 0 to 1";
+        let are_shared = batch_size.is_multiple_of(devices);
+        let shared = "must divide training.batch_size, whose windows they share";
+        let is_whole = validation_s * 1e3 >= f64::from(self.representation.window_ms);
+        let part = "holds no whole window: must be at least representation.window_ms";
+        let is_rest = validation_s < self.simulation.seconds;
+        let nothing = "leaves nothing to train on: must be shorter than simulation.seconds";
+        require(&[
+            (are_crops_valid, "two_pass", crops),
+            (are_shared, "training.devices", shared),
+            (is_whole, "training.validation_s", part),
+            (is_rest, "training.validation_s", nothing),
+        ])
+    }
 }
 
 #[cfg(test)]

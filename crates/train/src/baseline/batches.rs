@@ -8,11 +8,11 @@ use burn::tensor::{Device, Tensor, TensorData};
 use evpose_core::seed_for;
 use evpose_nn::{BaselineNetworkConfig, HeatmapTargets, MarginalTargets};
 use evpose_pose::body::{BODY_JOINTS, BodyPoints};
-use evpose_task::baseline::{BaselineConfig, BaselineInput, LiftGeometry};
+use evpose_task::baseline::{BaselineConfig, BaselineInput};
 use glam::Vec2;
 use rayon::prelude::*;
 
-use super::blur::profile;
+use super::{dhp19, lift_mono};
 use crate::batch_loader::BatchSource;
 use crate::body::{BodyFrame, BodyFrames};
 use crate::order::SampleOrder;
@@ -88,17 +88,12 @@ impl BaselineBatches {
         let size_px = Vec2::new(width as f32, height as f32);
         let targets = match self.kind {
             Kind::Heatmaps { sigma_px } => {
-                let axis = |length: usize, at: fn(Vec2) -> f32| -> Vec<f32> {
-                    let of = |point: &Option<Vec2>| match point {
-                        // The pixel that the joint is in: truncated, as published.
-                        Some(point) => profile(at(*point * size_px) as usize, length, sigma_px),
-                        None => vec![0.0; length],
-                    };
-                    points.iter().flat_map(of).collect()
-                };
-                SampleTargets::Heatmaps([axis(height, |at| at.y), axis(width, |at| at.x)])
+                SampleTargets::Heatmaps(dhp19::profiles(&points, self.input.size_px(), sigma_px))
             }
-            Kind::Marginals => marginals(&points, frame),
+            Kind::Marginals => {
+                let (positions, known) = lift_mono::positions(&points, frame);
+                SampleTargets::Marginals(positions, known)
+            }
         };
         HostSample { image, joints_px: points.map(|point| Some(point? * size_px)), targets }
     }
@@ -114,22 +109,6 @@ fn points_in(input: &BaselineInput, frame: &BodyFrame) -> BodyPoints {
         *point = (keypoint.is_labelled() && is_inside).then_some(at);
     }
     points
-}
-
-/// The positions of joints with their depths; those without either are not known.
-fn marginals(points: &BodyPoints, frame: &BodyFrame) -> SampleTargets {
-    let depths = frame
-        .camera
-        .and_then(|camera| LiftGeometry::new(camera.lens, camera.sensor).depths(&camera.joints_m));
-    let (mut positions, mut known) = ([[0.0; 3]; BODY_JOINTS], [0.0; BODY_JOINTS]);
-    for joint in 0..BODY_JOINTS {
-        let depth = depths.map(|depths| depths[joint]).filter(|depth| depth.is_finite());
-        if let (Some(at), Some(depth)) = (points[joint], depth) {
-            positions[joint] = [2.0 * at.x - 1.0, 2.0 * at.y - 1.0, depth];
-            known[joint] = 1.0;
-        }
-    }
-    SampleTargets::Marginals(positions, known)
 }
 
 impl BatchSource for BaselineBatches {

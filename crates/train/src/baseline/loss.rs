@@ -1,11 +1,12 @@
 //! A baseline's loss on a batch.
 
-use burn::tensor::{Int, Tensor};
+use burn::tensor::Tensor;
 use evpose_nn::{BaselineNetwork, heatmap_loss, marginal_loss};
 use evpose_pose::body::{BODY_JOINTS, BodyPoints};
 use glam::Vec2;
 
 use super::batches::{BaselineItem, BaselineTargets};
+use super::{dhp19, lift_mono};
 use crate::metric::{BatchValues, LOSS, LoggedValue};
 use crate::training::TrainingLoss;
 
@@ -31,14 +32,15 @@ impl TrainingLoss<BaselineNetwork> for BaselineLoss {
         let (loss, joints_px) = match (network, &item.targets) {
             (BaselineNetwork::Dhp19Cnn(network), BaselineTargets::Heatmaps(targets)) => {
                 let maps = network.forward(item.images);
-                let joints_px = peaks_px(&maps);
+                let joints_px = dhp19::peaks_px(&maps);
                 (heatmap_loss(maps, targets), joints_px)
             }
             (BaselineNetwork::LiftMono(network), BaselineTargets::Marginals(targets)) => {
                 let stages = network.forward(item.images);
                 // The last stage is the answer; the others only help it to learn.
                 let positions = stages.last().map(|maps| maps.positions());
-                let joints_px = positions.map_or_else(Vec::new, |at| positions_px(at, size_px));
+                let joints_px =
+                    positions.map_or_else(Vec::new, |at| lift_mono::positions_px(at, size_px));
                 (marginal_loss(&stages, targets, self.sigma_cells).total, joints_px)
             }
             _ => unreachable!("batches are those of the network"),
@@ -47,25 +49,6 @@ impl TrainingLoss<BaselineNetwork> for BaselineLoss {
         let values = vec![f64::from(loss.clone().into_scalar::<f32>()), error_px];
         (loss, BatchValues { samples, values })
     }
-}
-
-/// The middles of the pixels at which heatmaps are largest, joint by joint.
-fn peaks_px(maps: &Tensor<4>) -> Vec<Vec2> {
-    let [batch, joints, height, width] = maps.dims();
-    let flat = maps.clone().detach().reshape([batch, joints, height * width]);
-    let cells: Tensor<3, Int> = flat.argmax(2);
-    let cell = |index: i64| {
-        let (row, column) = (index / width as i64, index % width as i64);
-        Vec2::new(column as f32, row as f32) + 0.5
-    };
-    cells.into_data().iter::<i64>().map(cell).collect()
-}
-
-/// Positions from -1 to 1 in pixels of an input, joint by joint.
-fn positions_px(positions: Tensor<3>, size_px: Vec2) -> Vec<Vec2> {
-    let values: Vec<f32> = positions.detach().into_data().iter().collect();
-    let pixels = |[x, y, _]: &[f32; 3]| 0.5 * (Vec2::new(*x, *y) + 1.0) * size_px;
-    values.as_chunks::<3>().0.iter().map(pixels).collect()
 }
 
 /// The mean distance over joints in view; 0 if none is.
@@ -92,10 +75,10 @@ mod tests {
         let mut values = vec![0.0f32; 2 * 3 * 4];
         (values[6], values[12 + 11]) = (1.0, 2.0);
         let maps = Tensor::<4>::from_data(TensorData::new(values, [1, 2, 3, 4]), &Device::flex());
-        assert_eq!(peaks_px(&maps), [Vec2::new(2.5, 1.5), Vec2::new(3.5, 2.5)]);
+        assert_eq!(dhp19::peaks_px(&maps), [Vec2::new(2.5, 1.5), Vec2::new(3.5, 2.5)]);
         let at = TensorData::new(vec![0.0f32, -1.0, 0.3], [1, 1, 3]);
         let at = Tensor::<3>::from_data(at, &Device::flex());
-        assert_eq!(positions_px(at, Vec2::new(8.0, 4.0)), [Vec2::new(4.0, 0.0)]);
+        assert_eq!(lift_mono::positions_px(at, Vec2::new(8.0, 4.0)), [Vec2::new(4.0, 0.0)]);
         let mut label = BodyPoints::default();
         label[1] = Some(Vec2::new(3.0, 4.0));
         let error = mean_error_px(&[Vec2::ZERO; BODY_JOINTS], &[label]);

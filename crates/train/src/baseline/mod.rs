@@ -2,9 +2,12 @@
 //!
 //! * [`baseline_frames`]: the images of recordings, with what the network learns from them.
 //! * [`train_baseline`]: a run in its directory, resumable to the bit.
+//!
+//! The file of its name has what one of the two has alone.
 
 mod batches;
-mod blur;
+mod dhp19;
+mod lift_mono;
 mod loss;
 mod training;
 

@@ -8,12 +8,13 @@ use burn::optim::lr_scheduler::module_lr_scheduler::ModuleLrScheduler;
 use burn::tensor::Device;
 use evpose_core::seed_for;
 use evpose_nn::{BaselineNetwork, BaselineNetworkConfig};
-use evpose_pose::body::{BodyPoints, number};
-use evpose_task::TaskConfig as _;
-use evpose_task::baseline::{BaselineCheckpoint, BaselineConfig, LiftGeometry, torso_m};
+use evpose_pose::body::BodyPoints;
+use evpose_task::Experiment as _;
+use evpose_task::baseline::{BaselineCheckpoint, BaselineConfig};
 use evpose_task::schedule::EarlyStop;
 
 use super::batches::BaselineBatches;
+use super::lift_mono;
 use super::loss::{BASELINE_VALUES, BaselineLoss};
 use crate::TrainError;
 use crate::body::BodyFrames;
@@ -35,11 +36,7 @@ pub fn baseline_frames(
 ) -> Result<BodyFrames, TrainError> {
     let mut frames = BodyFrames::load(&config.body(), data, progress)?;
     if matches!(config.network, BaselineNetworkConfig::LiftMono(_)) {
-        frames.frames.retain(|frame| {
-            frame.camera.is_some_and(|camera| {
-                LiftGeometry::new(camera.lens, camera.sensor).depths(&camera.joints_m).is_some()
-            })
-        });
+        frames.frames.retain(|frame| lift_mono::depths(frame).is_some());
         if frames.is_empty() {
             let message =
                 "lift-mono learns depths, and no recording here says where its camera stands: \
@@ -66,7 +63,7 @@ pub fn train_baseline(
     config.validate()?;
     let training = &config.training;
     let span = TrainingSpan::from(training);
-    let (torso_m, depths_m) = torso_and_depths_m(&frames).unzip();
+    let (torso_m, depths_m) = lift_mono::torso_and_depths_m(&frames).unzip();
     let task = BaselineTask {
         config,
         torso_m,
@@ -81,20 +78,6 @@ pub fn train_baseline(
         valid: BaselineBatches::new(valid, config),
     };
     train(&task, config, span, data, run, options)
-}
-
-/// The mean torso of the people on the images, and the smallest and the largest depth of their
-/// heads, in metres; none where joints in metres are not known.
-fn torso_and_depths_m(frames: &BodyFrames) -> Option<(f32, [f32; 2])> {
-    let (mut sum_m, mut count, mut depths_m) = (0.0, 0u64, [f32::INFINITY, 0.0f32]);
-    for joints_m in frames.frames.iter().filter_map(|frame| Some(frame.camera?.joints_m)) {
-        let head_m = -joints_m[number::HEAD].z;
-        let Some(torso_m) = torso_m(&joints_m).filter(|_| head_m > 0.0) else { continue };
-        sum_m += f64::from(torso_m);
-        count += 1;
-        depths_m = [depths_m[0].min(head_m), depths_m[1].max(head_m)];
-    }
-    (count > 0).then(|| ((sum_m / count as f64) as f32, depths_m))
 }
 
 struct BaselineTask<'a> {

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::frames::{BodyFrame, BodyFrames, CameraJoints, label_of, size_of};
 use crate::TrainError;
-use evpose_task::TaskConfig as _;
+use evpose_task::Experiment as _;
 use evpose_task::body::RepresentationReader;
 use evpose_task::body::{BodyConfig, LabelTime, NoiseHistory};
 

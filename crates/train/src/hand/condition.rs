@@ -11,6 +11,7 @@ use std::borrow::Cow;
 use std::path::Path;
 
 use crate::TrainError;
+use evpose_task::Experiment as _;
 use evpose_task::hand::HandConfig;
 
 /// Sections a condition may change.
@@ -99,7 +100,7 @@ impl Condition {
         merge(&mut table, changes);
         let changed: HandConfig =
             table.try_into().map_err(|error: toml::de::Error| problem(error.to_string()))?;
-        changed.validate_without_training()?;
+        changed.validate_simulation()?;
         let [before, after] = [config, &changed].map(|config| config.simulation.image_size());
         if before != after {
             return Err(problem(format!(

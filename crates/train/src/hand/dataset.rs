@@ -18,7 +18,7 @@ use crate::hand::sequence_events::keep_confirmed;
 use crate::order::SampleOrder;
 use evpose_camera::Calibration;
 use evpose_clean::Denoise;
-use evpose_task::TaskConfig as _;
+use evpose_task::Experiment as _;
 use evpose_task::hand::{CameraTurnConfig, HandConfig, PerspectiveCrop, TwoPass, canonical_view};
 
 mod files;

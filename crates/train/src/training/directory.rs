@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use evpose_nn::NnError;
 use evpose_nn::weights::read_checked;
-use evpose_task::{BEST, TaskConfig};
+use evpose_task::{BEST, Experiment};
 
 use super::lock::RunLock;
 use crate::TrainError;
@@ -40,7 +40,7 @@ impl RunDirectory<'_> {
     /// # Errors
     /// If another process trains there, if it holds a training and `resume` is not given, or the run of another
     /// config, or if all checkpoints are damaged.
-    pub(super) fn prepare<C: TaskConfig>(
+    pub(super) fn prepare<C: Experiment>(
         &self,
         config: &C,
         resume: bool,

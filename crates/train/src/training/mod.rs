@@ -28,7 +28,7 @@ use burn_train::{EarlyStoppingStrategy, Interrupter, SupervisedTraining};
 use evpose_nn::DeviceKind;
 use evpose_nn::weights::read_checked;
 use evpose_task::schedule::EarlyStop;
-use evpose_task::{BEST, LAST, TaskConfig};
+use evpose_task::{BEST, Experiment, LAST};
 
 use crate::TrainError;
 use crate::batch_loader::BatchLoader;
@@ -137,7 +137,7 @@ pub struct TrainingData<S> {
 /// checkpoints written before stay.
 pub fn train<T, S>(
     task: &T,
-    config: &impl TaskConfig,
+    config: &impl Experiment,
     span: TrainingSpan,
     data: TrainingData<S>,
     run: &Path,
@@ -171,7 +171,7 @@ impl<'a> Run<'a> {
     /// If it cannot be written, holds another run, or another process trains there.
     pub(crate) fn open(
         path: &'a Path,
-        config: &impl TaskConfig,
+        config: &impl Experiment,
         span: TrainingSpan,
         options: &'a TrainOptions,
     ) -> Result<Self, TrainError> {

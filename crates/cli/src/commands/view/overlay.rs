@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use evpose_core::Micros;
 use evpose_io::poses::{PoseKind, PoseSequence, TimedPose, read_poses};
 use evpose_pose::body::{BODY_JOINTS, BodyPoints};
-use evpose_task::TaskConfig as _;
+use evpose_task::Experiment as _;
 use evpose_task::hand::{HandConfig, HandView};
 use evpose_train::HandLabelTrack;
 use glam::Vec2;

@@ -2,11 +2,14 @@
 
 use std::path::PathBuf;
 
+use evpose_io::poses::PoseFormat;
 use evpose_pose::body::JointDefinition;
 
 use crate::outputs::OutputFile;
 use crate::ranges::share;
-use crate::tasks::args::{PoseEvalArgs, PoseInferArgs, PoseLiveArgs, RecordingArgs};
+use crate::tasks::args::{
+    PoseEvalArgs, PoseInferArgs, PoseLiveArgs, RecordingArgs, StartArgs, written_format,
+};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct BodySimulateArgs {
@@ -15,9 +18,27 @@ pub(crate) struct BodySimulateArgs {
 }
 
 #[derive(Debug, clap::Args)]
+pub(crate) struct BodyTrainArgs {
+    /// Directory of sequences from `evpose simulate`, or of images from `evpose prepare`, or the
+    /// annotation file of the latter; for bodies it may be repeated, and the last sequences are for
+    /// validation [bodies: simulated into OUT/data where it is missing]
+    #[arg(long)]
+    pub(super) data: Vec<PathBuf>,
+    /// Directory of the run [bodies: the config's `out`]
+    #[arg(long)]
+    pub(super) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) start: StartArgs,
+}
+
+#[derive(Debug, clap::Args)]
 pub(crate) struct BodyEvalArgs {
     #[command(flatten)]
     pub(super) own: PoseEvalArgs,
+    /// Draw true and predicted joints over inputs of the network, as a PNG file; of hands, those of
+    /// `--foreign`
+    #[arg(long, value_name = "FILE")]
+    pub(super) preview: Option<OutputFile>,
     /// Also evaluate poses at 500 Hz, held constant after each inference, and propagated by velocities
     /// from events
     #[arg(long)]
@@ -46,6 +67,14 @@ fn joint_definition(set: &str) -> Result<JointDefinition, String> {
 pub(crate) struct BodyInferArgs {
     #[command(flatten)]
     pub(super) own: PoseInferArgs,
+    /// Recording, in any supported format; bodies: several, of calibrated cameras with one clock, for
+    /// joints in the world
+    #[arg(long, num_args = 1.., required = true)]
+    pub(super) events: Vec<PathBuf>,
+    /// Format of the output, instead of its ending's: `table` (CSV with a header), `json` (an array of the
+    /// same names), `jsonl` (JSON Lines), or, of bodies, `hpe-core` or `yarp` (a folder)
+    #[arg(long, value_parser = written_format)]
+    pub(super) format: Option<&'static PoseFormat>,
     /// The calibrated cameras of several recordings, a TOML file with a `[[camera]]` for each [default:
     /// the metadata that `evpose simulate` writes beside each]
     #[arg(long, value_name = "FILE")]

@@ -27,7 +27,7 @@ use evpose_report::chart::{self, Series};
 use evpose_report::colour::PALETTE;
 
 /// Thresholds of the PCK that are printed, in percent of the torso.
-pub(super) const PERCENTS: [usize; 4] = [20, 40, 60, 80];
+pub(in crate::tasks) const PERCENTS: [usize; 4] = [20, 40, 60, 80];
 
 /// Results, as written to JSON.
 #[derive(Debug, Serialize)]
@@ -75,7 +75,7 @@ pub(super) struct RecordingScores {
 pub(super) fn run(model: &BodyNetwork, args: &EvalArgs, own: &BodyEvalArgs) -> Result<()> {
     let outputs = Outputs {
         json: args.json.as_deref(),
-        preview: own.own.preview.as_deref(),
+        preview: own.preview.as_deref(),
         curves: own.curves.as_deref(),
     };
     if let Some(data) = &args.data {
@@ -226,7 +226,7 @@ pub(super) fn cell(interval: Option<Interval>, digits: usize) -> String {
     }
 }
 
-pub(super) fn print(method: &str, scores: &BodyScores) {
+pub(in crate::tasks) fn print(method: &str, scores: &BodyScores) {
     let shares: Vec<String> = PERCENTS
         .iter()
         .zip(&scores.pck)

@@ -11,7 +11,7 @@ use evpose_pose::metric::body::{BodySequence, JointErrors};
 use evpose_sensor::SensorConfig;
 use evpose_sim::config::SensorChoice;
 use evpose_sim::{SequenceSet, Shard};
-use evpose_task::TaskConfig;
+use evpose_task::Experiment;
 use evpose_task::body::{BodyConfig, BodyPredictorOptions};
 use evpose_train::body::{
     BODY_VALUES, BodyRecordings, evaluate_body, mean_pose_of_recordings, train_body,
@@ -55,7 +55,7 @@ impl PoseExperiment for BodyConfig {
     }
 
     fn to_toml(&self) -> Result<String> {
-        Ok(TaskConfig::to_toml(self)?)
+        Ok(Experiment::to_toml(self)?)
     }
 
     fn description(&self) -> String {

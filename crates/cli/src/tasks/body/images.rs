@@ -149,7 +149,7 @@ fn evaluate(
     };
     let predictor = model.predictor(options)?;
     let mean = checkpoint.mean_pose.unwrap_or_else(|| frames.mean_pose());
-    if let Some(path) = &own.own.preview {
+    if let Some(path) = &own.preview {
         people::of_frames(&predictor, &frames, path)?;
     }
     let predicted: Vec<OnceLock<ScoredPoints>> = vec![OnceLock::new(); frames.len()];

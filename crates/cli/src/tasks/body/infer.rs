@@ -22,7 +22,7 @@ use evpose_train::body::{PropagatedPose, propagated_poses};
 use super::args::BodyInferArgs;
 use super::{BodyNetwork, infer_cameras};
 use crate::progress::say;
-use crate::tasks::args::InferArgs;
+use crate::tasks::args::{InferArgs, format_of};
 use crate::tasks::{PoseScores, infer_all, online};
 
 /// A recording of a person.
@@ -30,13 +30,10 @@ type BodyRecording = RecordingStream<BodyFrontend, BodyWorker>;
 
 pub(super) fn run(model: &BodyNetwork, args: &InferArgs, own: &BodyInferArgs) -> Result<()> {
     let checkpoint = &model.checkpoint;
-    if args.events.len() > 1 {
-        return infer_cameras::run(model, args, own);
-    }
-    let events = args.recording()?;
+    let [events] = &own.events[..] else { return infer_cameras::run(model, args, own) };
     // Before an inference of an hour.
-    let format = args.format_of(&args.out)?;
-    own.fused.as_deref().map(|path| args.format_of(path)).transpose()?;
+    let format = format_of(own.format, &args.out)?;
+    own.fused.as_deref().map(|path| format_of(own.format, path)).transpose()?;
     ensure!(
         own.cameras.is_none(),
         "--cameras is for several recordings, and one recording is given"
@@ -116,7 +113,7 @@ pub(super) fn run(model: &BodyNetwork, args: &InferArgs, own: &BodyInferArgs) ->
         say(format!("skeletons: {}", folder.display()));
     }
     if let Some(path) = &own.fused {
-        write_propagated(path, args, &open, stride_ms)?;
+        write_propagated((path, format_of(own.format, path)?), args, &open, stride_ms)?;
     }
     // Behind all that was to be written: nobody in view is an error.
     counts.check([events, &args.out], nobody, Some(scores))
@@ -129,19 +126,18 @@ fn skeletons_format() -> Result<&'static PoseFormat> {
 
 /// Writes poses at the output rate, propagated by velocities from events.
 fn write_propagated(
-    path: &Path,
+    (path, format): (&Path, &PoseFormat),
     args: &InferArgs,
     open: &dyn Fn(Option<&PropagationConfig>) -> Result<BodyRecording>,
     stride_ms: u32,
 ) -> Result<()> {
-    let events = args.recording()?;
     let config = PropagationConfig {
         network_hz: 1e3 / f64::from(stride_ms.max(1)),
         latency_ms: 0.0,
         ..PropagationConfig::default()
     };
     let mut recording = open(Some(&config))?;
-    let Some([start, end]) = recording.span()? else { bail!("{}: no events", events.display()) };
+    let [start, end] = recording.span()?.context("no events")?;
     let (mut count, mut failed) = (0_u64, None);
     // An hour of them would not fit the memory: they are made while they are written.
     let poses = propagated_poses(&mut recording, &config, (start, end));
@@ -159,7 +155,6 @@ fn write_propagated(
             },
         )
     };
-    let format = args.format_of(path)?;
     write_poses_from(path, PoseKind::Body, None, &mut poses.map(timed), format)?;
     if let Some(error) = failed {
         let path = path.display();

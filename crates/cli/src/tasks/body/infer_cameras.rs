@@ -18,7 +18,7 @@ use super::BodyNetwork;
 use super::args::BodyInferArgs;
 use crate::bad_input::NobodyInView;
 use crate::progress::{bar, note, say};
-use crate::tasks::args::InferArgs;
+use crate::tasks::args::{InferArgs, format_of};
 
 pub(super) fn run(model: &BodyNetwork, args: &InferArgs, own: &BodyInferArgs) -> Result<()> {
     let is_for_one = own.skeletons.is_some()
@@ -31,9 +31,9 @@ pub(super) fn run(model: &BodyNetwork, args: &InferArgs, own: &BodyInferArgs) ->
              --cameras, a file of calibrated cameras"
         );
     }
-    let format = args.format_of(&args.out)?;
+    let format = format_of(own.format, &args.out)?;
     let checkpoint = &model.checkpoint;
-    let cameras = cameras(args, own)?;
+    let cameras = cameras(own)?;
     let predictor = model.predictor(BodyPredictorOptions {
         precision: own.own.precision,
         // The cameras are computed at once, each by one thread.
@@ -42,7 +42,7 @@ pub(super) fn run(model: &BodyNetwork, args: &InferArgs, own: &BodyInferArgs) ->
         consensus: own.consensus,
     })?;
     let mut recordings = Vec::new();
-    for (events, camera) in args.events.iter().zip(&cameras) {
+    for (events, camera) in own.events.iter().zip(&cameras) {
         let opening = args.opening.options_with_sensor(events)?;
         let windows = Windows::open(events, &opening)?;
         let (min_score, predictor) = (own.min_score, predictor.another());
@@ -77,7 +77,7 @@ pub(super) fn run(model: &BodyNetwork, args: &InferArgs, own: &BodyInferArgs) ->
     progress.finish_and_clear();
     write_poses(&args.out, &poses, format)?;
     for (index, warning) in people.warnings() {
-        note(format!("warning: {}: {warning}", args.events[index].display()));
+        note(format!("warning: {}: {warning}", own.events[index].display()));
     }
     let count = poses.poses.len();
     if joints == 0 {
@@ -101,17 +101,17 @@ pub(super) fn run(model: &BodyNetwork, args: &InferArgs, own: &BodyInferArgs) ->
 }
 
 /// The cameras of the recordings: of `--cameras`, or of the metadata beside each.
-fn cameras(args: &InferArgs, own: &BodyInferArgs) -> Result<Vec<PlacedCamera>> {
+fn cameras(own: &BodyInferArgs) -> Result<Vec<PlacedCamera>> {
     let Some(path) = &own.cameras else {
-        return args.events.iter().map(|events| camera_beside(events)).collect();
+        return own.events.iter().map(|events| camera_beside(events)).collect();
     };
     let cameras = read_rig(path)?;
     ensure!(
-        cameras.len() == args.events.len(),
+        cameras.len() == own.events.len(),
         "{} has {} cameras for {} recordings: one [[camera]] for each --events, in their order",
         path.display(),
         cameras.len(),
-        args.events.len()
+        own.events.len()
     );
     Ok(cameras)
 }

@@ -14,7 +14,7 @@ mod world;
 
 use std::path::{Path, PathBuf};
 
-use self::args::{BodyEvalArgs, BodyInferArgs, BodyLiveArgs, BodySimulateArgs};
+use self::args::{BodyEvalArgs, BodyInferArgs, BodyLiveArgs, BodySimulateArgs, BodyTrainArgs};
 use crate::args::ConfigArgs;
 use crate::configs;
 use anyhow::{Context, Result, ensure};
@@ -34,9 +34,10 @@ use evpose_sim::SequenceSet;
 use evpose_task::body::{
     BodyCheckpoint, BodyConfig, BodyPredictor, BodyPredictorOptions, PropagationConfig, body_stream,
 };
-use evpose_task::{QuantizationRanges, TaskConfig};
+use evpose_task::{Experiment, QuantizationRanges};
 use evpose_train::body::{BodyFrames, BodyRecordings};
 
+pub(in crate::tasks) use self::eval::{PERCENTS, print};
 use crate::tasks::args::{EvalArgs, InferArgs, SimulateArgs, TrainArgs};
 use crate::tasks::benchmark_recording;
 use crate::tasks::experiment::{PoseExperiment, StartWeights};
@@ -87,6 +88,7 @@ impl PoseTask for Body {
     fn arguments(&self, of: TaskCommand, command: clap::Command) -> clap::Command {
         match of {
             TaskCommand::Simulate => BodySimulateArgs::augment_args(command),
+            TaskCommand::Train => BodyTrainArgs::augment_args(command),
             TaskCommand::Eval => BodyEvalArgs::augment_args(command),
             TaskCommand::Infer => BodyInferArgs::augment_args(command),
             TaskCommand::Live => BodyLiveArgs::augment_args(command),
@@ -171,7 +173,7 @@ impl PoseModel for BodyNetwork {
     }
 
     fn config_toml(&self) -> Result<String> {
-        Ok(TaskConfig::to_toml(&self.checkpoint.config)?)
+        Ok(Experiment::to_toml(&self.checkpoint.config)?)
     }
 
     fn evaluate(&self, args: &EvalArgs) -> Result<()> {

@@ -7,7 +7,7 @@ use anyhow::Result;
 use evpose_sim::person::People;
 use evpose_sim::set::MANIFEST;
 use evpose_sim::{SequenceSet, Shard};
-use evpose_task::TaskConfig as _;
+use evpose_task::Experiment as _;
 use evpose_task::body::BodyConfig;
 
 use super::args::BodySimulateArgs;

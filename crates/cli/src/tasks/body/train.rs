@@ -1,12 +1,13 @@
 //! `evpose train` of bodies.
 
 use anyhow::Result;
+use evpose_task::Experiment as _;
 use evpose_task::body::BodyConfig;
 use evpose_train::body::{BodyFrames, train_body};
 use evpose_train::training::TrainingSpan;
 
+use super::args::BodyTrainArgs;
 use crate::progress::note;
-use crate::shipped::checkpoint_path;
 use crate::tasks::args::TrainArgs;
 use crate::tasks::finish_training;
 use crate::{configs, recorded};
@@ -15,14 +16,12 @@ use crate::{configs, recorded};
 const DATA: &str = "data";
 
 pub(super) fn run(args: &TrainArgs) -> Result<()> {
+    let BodyTrainArgs { mut data, out, start } = args.own.of(BodyConfig::TASK)?;
     let mut config: BodyConfig = configs::load(&args.config.config, &args.config.overrides)?;
     // An error now rather than after the simulation.
     args.device.open()?;
-    if let Some(start) = &args.start_from {
-        config.start_from = Some(checkpoint_path(start)?);
-    }
-    let out = args.out.clone().unwrap_or_else(|| config.out.clone());
-    let mut data = args.data.clone();
+    config.start_from = start.or(config.start_from.take())?;
+    let out = out.unwrap_or_else(|| config.out.clone());
     if data.is_empty() {
         data.push(out.join(DATA));
         if config.data.source.is_recorded() {

@@ -4,7 +4,10 @@ use std::path::PathBuf;
 
 use crate::outputs::OutputFile;
 use crate::ranges::{count, seconds};
-use crate::tasks::args::{PoseEvalArgs, PoseInferArgs, PoseLiveArgs, RecordingArgs};
+use crate::tasks::args::{
+    DirectoryArgs, OneRecordingArgs, PoseEvalArgs, PoseInferArgs, PoseLiveArgs, RecordingArgs,
+    StartArgs,
+};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct HandSimulateArgs {
@@ -16,9 +19,20 @@ pub(crate) struct HandSimulateArgs {
 }
 
 #[derive(Debug, clap::Args)]
+pub(crate) struct HandTrainArgs {
+    #[command(flatten)]
+    pub(super) directories: DirectoryArgs,
+    #[command(flatten)]
+    pub(super) start: StartArgs,
+}
+
+#[derive(Debug, clap::Args)]
 pub(crate) struct HandEvalArgs {
     #[command(flatten)]
     pub(super) own: PoseEvalArgs,
+    /// Draw true and predicted joints over inputs of the network for recordings of `--foreign`, as a PNG file
+    #[arg(long, value_name = "FILE", requires = "foreign")]
+    pub(super) preview: Option<OutputFile>,
     /// Simulate sequences under these conditions instead (names below, or TOML files), and compare the
     /// slow-motion mode with the plain pipeline
     #[arg(long, value_delimiter = ',', conflicts_with = "data")]
@@ -38,6 +52,8 @@ pub(crate) struct HandEvalArgs {
 pub(crate) struct HandInferArgs {
     #[command(flatten)]
     pub(super) own: PoseInferArgs,
+    #[command(flatten)]
+    pub(super) recording: OneRecordingArgs,
     /// `plain` infers every millisecond; `slow-motion` infers in batches once enough events have
     /// arrived, repeats the last poses of a hand at rest, and smooths a fast hand less
     #[arg(long, default_value = "plain", value_parser = ["plain", "slow-motion"])]

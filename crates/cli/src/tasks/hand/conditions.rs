@@ -8,7 +8,7 @@ use evpose_core::atomic_write;
 use evpose_core::stats::interval::Interval;
 use evpose_pose::HandParams;
 use evpose_pose::metric::{HandRatios, HandSummary, MeanPose};
-use evpose_task::TaskConfig as _;
+use evpose_task::Experiment as _;
 use evpose_task::hand::{ConstantPose, HandConfig, NetworkPredictor};
 use evpose_train::{
     Condition, HandDataset, Method, MethodResults, SlowMotionResults, SlowMotionUsage, evaluate,

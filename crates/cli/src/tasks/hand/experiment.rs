@@ -10,7 +10,7 @@ use evpose_pose::metric::SequenceScores;
 use evpose_sensor::SensorConfig;
 use evpose_sim::config::SensorChoice;
 use evpose_sim::{SequenceSet, Shard};
-use evpose_task::TaskConfig;
+use evpose_task::Experiment;
 use evpose_task::hand::HandConfig;
 use evpose_train::training::TrainingSpan;
 use evpose_train::{
@@ -65,7 +65,7 @@ impl PoseExperiment for HandConfig {
     }
 
     fn to_toml(&self) -> Result<String> {
-        Ok(TaskConfig::to_toml(self)?)
+        Ok(Experiment::to_toml(self)?)
     }
 
     fn description(&self) -> String {

@@ -10,8 +10,8 @@ use evpose_pose::metric::{HandEvaluation, HandSummary};
 use evpose_train::foreign::{evaluate_foreign_hands, foreign_hands};
 use serde::Serialize;
 
+use super::args::HandEvalArgs;
 use super::{HandNetwork, foreign_preview};
-use crate::tasks::args::PoseEvalArgs;
 
 /// Results, as written to JSON.
 #[derive(Debug, Serialize)]
@@ -28,7 +28,7 @@ pub(super) struct ForeignReport {
 /// Evaluates a model on the recordings of `directory` and prints a table.
 pub(super) fn run(
     model: &HandNetwork,
-    args: &PoseEvalArgs,
+    args: &HandEvalArgs,
     directory: &Path,
 ) -> Result<ForeignReport> {
     let provenance = Provenance::this();
@@ -37,7 +37,7 @@ pub(super) fn run(
     let mean_pose = model.checkpoint.mean_pose.context(
         "the checkpoint has no mean pose: weights of others are evaluated on --data alone",
     )?;
-    let mut predictor = model.predictor(args.precision)?;
+    let mut predictor = model.predictor(args.own.precision)?;
     let progress = bar("evaluating", recordings.len() as u64, "recordings");
     let mut done = |count| progress.inc(count);
     let results =

@@ -16,14 +16,14 @@ use evpose_task::hand::{HandConfig, calibration_for, hand_recording};
 
 use super::HandNetwork;
 use super::args::HandInferArgs;
-use crate::tasks::args::InferArgs;
+use crate::tasks::args::{InferArgs, format_of};
 use crate::tasks::infer_all;
 
 pub(super) fn run(model: &HandNetwork, args: &InferArgs, own: &HandInferArgs) -> Result<()> {
     let config = &model.checkpoint.config;
-    let path = args.recording()?;
+    let path = &*own.recording.events;
     // Before an inference of an hour.
-    let format = args.format_of(&args.out)?;
+    let format = format_of(own.recording.format, &args.out)?;
     if let Some(joints) = &own.joints {
         let is_table = pose_format_of(joints)?.name == POSE_FORMATS[0].name;
         ensure!(is_table, "--joints {}: it is a table: name it .csv", joints.display());

@@ -14,11 +14,11 @@ mod train;
 
 use std::path::{Path, PathBuf};
 
-use self::args::{HandEvalArgs, HandInferArgs, HandLiveArgs, HandSimulateArgs};
+use self::args::{HandEvalArgs, HandInferArgs, HandLiveArgs, HandSimulateArgs, HandTrainArgs};
 use crate::args::ConfigArgs;
 use crate::configs;
 use crate::json::write_json;
-use anyhow::{Result, bail, ensure};
+use anyhow::{Result, ensure};
 use burn::module::Module;
 use burn::tensor::Device;
 use clap::Args as _;
@@ -35,7 +35,7 @@ use evpose_pose::HandParams;
 use evpose_pose::stream::InferenceSchedule;
 use evpose_sim::SequenceSet;
 use evpose_task::hand::{HandCheckpoint, HandConfig, HandView, NetworkPredictor, hand_stream};
-use evpose_task::{QuantizationRanges, TaskConfig, TaskError};
+use evpose_task::{Experiment, QuantizationRanges, TaskError};
 use evpose_train::{HandDataset, untrained};
 
 pub(in crate::tasks) use self::inputs::{denoise, described};
@@ -88,6 +88,7 @@ impl PoseTask for Hand {
     fn arguments(&self, of: TaskCommand, command: clap::Command) -> clap::Command {
         match of {
             TaskCommand::Simulate => HandSimulateArgs::augment_args(command),
+            TaskCommand::Train => HandTrainArgs::augment_args(command),
             TaskCommand::Eval => HandEvalArgs::augment_args(command),
             TaskCommand::Infer => HandInferArgs::augment_args(command),
             TaskCommand::Live => HandLiveArgs::augment_args(command),
@@ -177,19 +178,16 @@ impl PoseModel for HandNetwork {
     }
 
     fn config_toml(&self) -> Result<String> {
-        Ok(TaskConfig::to_toml(&self.checkpoint.config)?)
+        Ok(Experiment::to_toml(&self.checkpoint.config)?)
     }
 
     fn evaluate(&self, args: &EvalArgs) -> Result<()> {
         let own: HandEvalArgs = args.own.of(Hand.name())?;
-        if own.own.preview.is_some() && own.own.foreign.is_none() {
-            bail!("--preview of hands shows foreign recordings: give --foreign as well");
-        }
         if let Some(data) = &args.data {
             eval::run(self, args, &own.own, data)?;
         }
         if let Some(foreign) = &own.own.foreign {
-            let report = foreign::run(self, &own.own, &foreign.join("hands"))?;
+            let report = foreign::run(self, &own, &foreign.join("hands"))?;
             if args.data.is_none() {
                 write_json(args.json.as_deref(), &report)?;
             }

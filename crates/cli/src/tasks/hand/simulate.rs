@@ -9,7 +9,7 @@ use evpose_core::atomic_write;
 use evpose_report::png::png;
 use evpose_sim::set::MANIFEST;
 use evpose_sim::{SequenceSet, Shard, Simulation};
-use evpose_task::TaskConfig as _;
+use evpose_task::Experiment as _;
 use evpose_task::hand::HandConfig;
 use evpose_train::Condition;
 

@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use evpose_cli::ranges::within;
 use evpose_cli::{configs, run_info};
 use evpose_core::atomic_write;
-use evpose_task::TaskConfig as _;
+use evpose_task::Experiment as _;
 use evpose_task::body::BodyConfig;
 
 /// Arguments of commands that train both stages.

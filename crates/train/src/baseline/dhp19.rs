@@ -1,7 +1,41 @@
-//! A joint as a heatmap: a single pixel, blurred.
+//! The network of DHP19 alone: a joint as a heatmap, which is a single pixel, blurred.
+
+use burn::tensor::{Int, Tensor};
+use evpose_pose::body::BodyPoints;
+use glam::Vec2;
 
 /// Half the blur's width for each standard deviation, that of OpenCV for floats.
 const REACH_SIGMAS: f32 = 4.0;
+
+/// The heatmaps of joints relative to an input of so many columns and rows, black for those out of view: profiles
+/// along rows and along columns, joint by joint.
+pub(super) fn profiles(
+    points: &BodyPoints,
+    [width, height]: [usize; 2],
+    sigma_px: f32,
+) -> [Vec<f32>; 2] {
+    let axis = |length: usize, at: fn(Vec2) -> f32| -> Vec<f32> {
+        let of = |point: &Option<Vec2>| match point {
+            // The pixel that the joint is in: truncated, as published.
+            Some(point) => profile((at(*point) * length as f32) as usize, length, sigma_px),
+            None => vec![0.0; length],
+        };
+        points.iter().flat_map(of).collect()
+    };
+    [axis(height, |at| at.y), axis(width, |at| at.x)]
+}
+
+/// The middles of the pixels at which heatmaps are largest, joint by joint.
+pub(super) fn peaks_px(maps: &Tensor<4>) -> Vec<Vec2> {
+    let [batch, joints, height, width] = maps.dims();
+    let flat = maps.clone().detach().reshape([batch, joints, height * width]);
+    let cells: Tensor<3, Int> = flat.argmax(2);
+    let cell = |index: i64| {
+        let (row, column) = (index / width as i64, index % width as i64);
+        Vec2::new(column as f32, row as f32) + 0.5
+    };
+    cells.into_data().iter::<i64>().map(cell).collect()
+}
 
 /// The profile of a blurred pixel along a line of `length` pixels: the heatmap is the product of
 /// those along its rows and its columns, and 1 where it is largest.
@@ -12,7 +46,7 @@ const REACH_SIGMAS: f32 = 4.0;
 ///
 /// # Source
 /// Calabrese et al.: *DHP19*, CVPRW 2019, and its published notebook on heatmaps.
-pub(super) fn profile(cell: usize, length: usize, sigma_px: f32) -> Vec<f32> {
+fn profile(cell: usize, length: usize, sigma_px: f32) -> Vec<f32> {
     // An odd width, rounded as OpenCV does.
     let width = (2.0 * REACH_SIGMAS * sigma_px + 1.0).round_ties_even() as i64 | 1;
     let reach = width / 2;

@@ -1,32 +1,64 @@
-//! The config of a task: read with changes from the command line, checked, compared, written.
+//! The experiment of any task: its config, read with changes from the command line, checked, compared, written.
 
 use std::path::Path;
 
+use evpose_clean::Denoise;
+use evpose_repr::representation_by_name;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use crate::ranges::check_ranges;
 use crate::{FieldDifference, TaskError};
 
-/// The file that describes an experiment of a task. Its field `task` names the task.
-pub trait TaskConfig: Serialize + DeserializeOwned {
+/// An experiment of a task, as its file describes it: seed, simulation or data, view, representation, network, loss,
+/// training, evaluation, filter. Its field `task` names the task.
+///
+/// The trait checks what all tasks have; a task brings the sections, and the checks of what it alone has.
+pub trait Experiment: Serialize + DeserializeOwned {
     /// The value of `task`.
     const TASK: &'static str;
 
     /// Seed of every random stream of the experiment.
     fn seed(&self) -> u64;
 
-    /// Checks ranges and combinations of values.
+    /// The section on the input of the network; none is checked by default.
+    fn input(&self) -> Option<NetworkInput<'_>> {
+        None
+    }
+
+    /// Checks what only this task has, the training left out; by default nothing.
     ///
     /// # Errors
     /// The first field that makes no sense.
-    fn validate(&self) -> Result<(), TaskError>;
+    fn validate_own(&self) -> Result<(), TaskError> {
+        Ok(())
+    }
 
-    /// As [`Self::validate`], of what a simulation needs.
+    /// Checks what only the training of this task has; by default nothing.
     ///
     /// # Errors
-    /// As [`Self::validate`].
+    /// As [`Self::validate_own`].
+    fn validate_training(&self) -> Result<(), TaskError> {
+        Ok(())
+    }
+
+    /// Checks ranges and combinations of values.
+    ///
+    /// # Errors
+    /// As [`Self::validate_own`].
+    fn validate(&self) -> Result<(), TaskError> {
+        self.validate_simulation()?;
+        self.validate_training()
+    }
+
+    /// As [`Self::validate`], the training left out.
+    ///
+    /// # Errors
+    /// As [`Self::validate_own`].
     fn validate_simulation(&self) -> Result<(), TaskError> {
-        self.validate()
+        check_ranges(self)?;
+        self.input().map_or(Ok(()), |input| input.validate())?;
+        self.validate_own()
     }
 
     /// Reads TOML, defaults filled in and nothing checked but the task. `overrides` are
@@ -95,6 +127,38 @@ pub trait TaskConfig: Serialize + DeserializeOwned {
     }
 }
 
+/// The section on the input of a network: values with the dotted names that the task gives their fields.
+#[derive(Debug, Clone, Copy)]
+pub struct NetworkInput<'a> {
+    /// The representation.
+    pub representation: (&'static str, &'a str),
+    /// The filter of the events; none keeps them all.
+    pub denoise: (&'static str, Option<Denoise>),
+    /// Channels that the network takes at most, and the message about a representation with more.
+    pub channels: (usize, &'static str),
+}
+
+impl NetworkInput<'_> {
+    fn validate(&self) -> Result<(), TaskError> {
+        let ((field, denoise), (name, representation)) = (self.denoise, self.representation);
+        let (max_channels, message) = self.channels;
+        let is_valid = denoise.is_none_or(|denoise| denoise.is_valid());
+        let channels = representation_by_name(representation)?.channels();
+        require(&[
+            (is_valid, field, "tau_ms must be above 0, neighbours 1 to 8"),
+            (channels <= max_channels, name, message),
+        ])
+    }
+}
+
+/// Refuses the first of several fields whose value is not valid: whether it is, its dotted name, the message.
+pub(crate) fn require(fields: &[(bool, &'static str, &str)]) -> Result<(), TaskError> {
+    match fields.iter().find(|(is_valid, ..)| !is_valid) {
+        None => Ok(()),
+        Some(&(_, field, message)) => Err(TaskError::Field { field, message: message.to_owned() }),
+    }
+}
+
 fn problem(error: &impl ToString) -> TaskError {
     TaskError::Config { path: "config".into(), message: error.to_string() }
 }
@@ -130,7 +194,7 @@ mod tests {
     use crate::hand::HandConfig;
 
     /// A config that was written is read back, and by no other task; nor is one that names none.
-    fn is_its_own<C: TaskConfig + Default + PartialEq + std::fmt::Debug>(others: [&str; 2]) {
+    fn is_its_own<C: Experiment + Default + PartialEq + std::fmt::Debug>(others: [&str; 2]) {
         let text = C::default().to_toml().unwrap();
         assert_eq!(C::parse(&text, &[]).unwrap(), C::default());
         let message = C::parse("seed = 1", &[]).unwrap_err().to_string();
@@ -139,6 +203,23 @@ mod tests {
             let message = C::parse(&text, &[format!("task={other}")]).unwrap_err().to_string();
             assert!(message.contains(other) && message.contains(C::TASK), "{message}");
         }
+    }
+
+    /// What all tasks have is refused under the name that the field has in each.
+    fn refuses_by_name<C: Experiment + Default>(section: &str) {
+        let text = C::default().to_toml().unwrap();
+        let (denoise, factor) = (format!("{section}.denoise"), "training.schedule.factor");
+        for (field, value) in [(&*denoise, "{ tau_ms = 1.0, neighbours = 9 }"), (factor, "0.0")] {
+            let message = C::parse(&text, &[format!("{field}={value}")]).unwrap_err().to_string();
+            assert!(message.contains(&format!("`{field}`")), "{message}");
+        }
+    }
+
+    #[test]
+    fn sections_of_all_tasks_are_checked() {
+        refuses_by_name::<HandConfig>("representation");
+        refuses_by_name::<BodyConfig>("image");
+        refuses_by_name::<BaselineConfig>("image");
     }
 
     #[test]
