@@ -234,13 +234,13 @@ fn an_ablation_trains_what_its_rows_share_once_and_keeps_it() {
         serde_json::from_slice(&bytes(&sandbox.path("abl/ablation.json"))).expect("JSON");
     let rows = outcome["rows"].as_array().expect("rows");
     let names: Vec<&str> = rows.iter().filter_map(|row| row["name"].as_str()).collect();
-    assert_eq!(names.len(), 9, "{names:?}");
+    assert_eq!((names.len(), names[9]), (10, "mean-pose"), "{names:?}");
     for row in rows {
         assert_eq!(row["per_seed"].as_array().map(Vec::len), Some(2), "{row}");
         assert_eq!(row["curve"].as_array().map(Vec::len), Some(100), "{row}");
     }
     // The same network before another sensor has other scores.
-    let of = |name: &str| &rows[names.iter().position(|n| *n == name).expect("a row")]["mpjpe_px"];
+    let of = |name: &str| &rows[names.iter().position(|n| *n == name).expect("a row")]["means"]["mpjpe_px"];
     assert_ne!(of("full"), of("vga"));
     let page = String::from_utf8(bytes(&sandbox.path("abl/ablation.html"))).expect("text");
     assert!(page.contains("<svg") && page.contains("wo-pretrain"));

@@ -4,7 +4,7 @@ use evpose_configs::FILES;
 use evpose_task::baseline::BaselineConfig;
 use evpose_task::body::BodyConfig;
 use evpose_task::hand::HandConfig;
-use evpose_task::{TaskConfig, TaskError};
+use evpose_task::{Experiment, TaskError};
 use toml::Value;
 
 use crate::harness::Sandbox;
@@ -62,7 +62,7 @@ fn at<'a>(value: &'a mut Value, place: &[String]) -> &'a mut Value {
 }
 
 /// Checks a config whose text is complete; returns the count of its numeric values.
-fn check<C: TaskConfig>(name: &str, text: &str) -> usize {
+fn check<C: Experiment>(name: &str, text: &str) -> usize {
     let whole: Value = Value::Table(toml::from_str(text).unwrap());
     let places = places(&whole, &[]);
     for place in &places {
@@ -108,7 +108,7 @@ fn check<C: TaskConfig>(name: &str, text: &str) -> usize {
 }
 
 /// The embedded config of a name, defaults filled in.
-fn resolved<C: TaskConfig>(text: &str) -> String {
+fn resolved<C: Experiment>(text: &str) -> String {
     C::parse(text, &[]).and_then(|config| config.to_toml()).unwrap()
 }
 

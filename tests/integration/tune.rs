@@ -235,8 +235,6 @@ fn what_cannot_be_searched_is_said_with_line_and_field_before_anything_is_writte
     assert!(message.contains("trial ") && message.contains("training.devices"), "{message}");
 
     let sandbox = sandbox(OVER);
-    let args = tiny(&["tune", "quick", "--over", "over.toml", "--out", "x", "--shard", "1/2"]);
-    assert!(sandbox.fails(&args).contains("--shard needs --data"));
     let message = sandbox.fails(&["tune", "quick", "--over", "nowhere.toml", "--out", "x"]);
     assert!(message.contains("nowhere.toml"), "{message}");
     assert!(sandbox.fails(&hands("x", &[])).contains("data: no such directory"));

@@ -2,9 +2,8 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser};
 
-use super::bodies::AblateBodyArgs;
-use super::rows::ROWS;
-use super::selection::BACKBONES;
+use super::body::AblateBodyArgs;
+use super::rows::{BACKBONES, ROWS};
 use crate::study::{SeedArgs, StudyArgs};
 use evpose_cli::ranges::count;
 

@@ -3,33 +3,20 @@
 //! Every row of a study retrains the full method with one change, under several seeds, and compares
 //! the result with the published statement about that change.
 //!
-//! * `rows`: the registry of changes, with the published statements; `selection`: rows by name.
-//! * `finding`: the test of a published statement.
-//! * `directories`: files of a study, and which of its steps are finished.
+//! * `rows`: the registry of changes, with the published statements.
 //! * `trial`: one row under one seed: trained, evaluated, timed.
-//! * `hand`, `bodies`: all rows under all seeds. [`Stages`], [`Network`], [`networks`]: what bodies are trained
-//!   with, which comparisons with other systems share.
-//! * `outcome`: means over seeds with intervals; `table`, `networks_table` and `page` render them.
+//! * `hand`: all rows under all seeds.
+//! * `body`: the rows of bodies, which [`compare`](crate::compare) trains and evaluates as systems.
 
 mod args;
-mod bodies;
-mod directories;
-mod finding;
+mod body;
 mod hand;
-mod networks_table;
-mod outcome;
-mod page;
-mod progress;
 mod rows;
-mod selection;
-mod table;
 mod trial;
 
 use anyhow::Result;
 
 pub use args::AblateCommand;
-pub use bodies::{Network, StageArgs, Stages, networks};
-pub use finding::{Relation, Verdict};
 
 /// Runs an ablation.
 ///
@@ -38,6 +25,6 @@ pub use finding::{Relation, Verdict};
 pub fn run(command: &AblateCommand) -> Result<()> {
     match command {
         AblateCommand::Hand(args) => hand::run(args),
-        AblateCommand::Body(args) => bodies::run(args),
+        AblateCommand::Body(args) => body::run(args),
     }
 }

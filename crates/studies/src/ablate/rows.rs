@@ -7,26 +7,39 @@
 //! rows for it would change two things.
 
 use anyhow::{Result, bail};
+use evpose_nn::backbone_by_name;
 use evpose_repr::WindowAugmentation;
 use evpose_task::hand::HandConfig;
+use serde::Serialize;
 
-use super::finding::{Finding, Relation};
+use crate::study::{Relation, StudyRow};
 
 /// The full method, with which every row is compared.
 pub(super) const FULL: &str = "lnes-100";
 const UNFILTERED: &str = "no-filter";
 
 /// A row of the study.
-#[derive(Debug)]
+#[derive(Debug, Serialize)]
 pub(super) struct Row {
     pub(super) name: &'static str,
     /// Description in one line.
     pub(super) about: &'static str,
+    #[serde(skip)]
     pub(super) group: Group,
+    #[serde(skip)]
     pub(super) change: Change,
-    /// Fields of the config that the change sets.
-    pub(super) fields: &'static [&'static str],
-    pub(super) published: &'static [Finding],
+    #[serde(skip)]
+    pub(super) published: &'static [Published],
+}
+
+/// A published statement: the order of a row and another one.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Published {
+    pub(super) relation: Relation,
+    /// Name of the other row.
+    pub(super) than: &'static str,
+    /// The statement, in full.
+    pub(super) words: &'static str,
 }
 
 /// Group of rows that one chart shows with the full method.
@@ -40,188 +53,142 @@ pub(super) enum Group {
     Method,
     /// The network.
     Backbone,
+    /// None: no network predicts it.
+    MeanPose,
 }
 
 /// Change of a row relative to the full method.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Change {
     Nothing,
-    /// A change of the training config.
-    Training(fn(&mut HandConfig)),
+    /// A window of another length, in milliseconds.
+    Window(u32),
+    /// Another representation.
+    Representation(&'static str),
+    /// Training windows of one length, with no channels swapped.
+    NoAugmentation,
+    /// Another network.
+    Backbone(&'static str),
     /// The poses of the full method are evaluated without the filter.
     Unfiltered,
 }
 
-const WORSE: Finding = Finding { relation: Relation::Worse, than: FULL, words: "" };
-const COMPARABLE: Finding = Finding {
+const WORSE: Published = Published { relation: Relation::Worse, than: FULL, words: "" };
+const COMPARABLE: &[Published] = &[Published {
     relation: Relation::Comparable,
     than: FULL,
     words: "comparable to ResNet-18 in validation loss",
-};
-const SLOWER: Finding = Finding {
+}];
+const SLOWER: Published = Published {
     relation: Relation::Slower,
     than: FULL,
     words: "unlike ResNet-18 too slow for 1000 poses per second",
 };
+const COMPARABLE_AND_SLOWER: &[Published] = &[COMPARABLE[0], SLOWER];
+const NOT_COMPARABLE: &[Published] =
+    &[Published { words: "not comparable to ResNet-18 in validation loss", ..WORSE }];
+
+const fn row(
+    name: &'static str,
+    about: &'static str,
+    group: Group,
+    change: Change,
+    published: &'static [Published],
+) -> Row {
+    Row { name, about, group, change, published }
+}
+
+/// A row of another network.
+const fn network(
+    name: &'static str,
+    about: &'static str,
+    backbone: &'static str,
+    published: &'static [Published],
+) -> Row {
+    row(name, about, Group::Backbone, Change::Backbone(backbone), published)
+}
 
 /// Every row. A new one is a line here.
 pub(super) const ROWS: &[Row] = &[
-    Row {
-        name: FULL,
-        about: "the full method: LNES of 100 ms, augmentation, ResNet-18, Kalman filter",
-        group: Group::Full,
-        change: Change::Nothing,
-        fields: &[],
-        published: &[],
-    },
-    Row {
-        name: "lnes-33",
-        about: "windows of 33 ms instead of 100; in training a third of the length, too",
-        group: Group::Input,
-        change: Change::Training(|config| set_window(config, 33)),
-        fields: WINDOW,
-        published: &[Finding { words: "LNES of 100 ms beats 33 ms", ..WORSE }],
-    },
-    Row {
-        name: "lnes-300",
-        about: "windows of 300 ms instead of 100; in training three times the length, too",
-        group: Group::Input,
-        change: Change::Training(|config| set_window(config, 300)),
-        fields: WINDOW,
-        published: &[Finding { words: "LNES of 100 ms beats 300 ms", ..WORSE }],
-    },
-    Row {
-        name: "eoi",
-        about: "whether a pixel fired, instead of how recently",
-        group: Group::Input,
-        change: Change::Training(|config| config.representation.name = "eoi".to_owned()),
-        fields: &["representation.name"],
-        published: &[Finding { words: "LNES beats EOI at 100 ms", ..WORSE }],
-    },
-    Row {
-        name: "eci",
-        about: "how often a pixel fired, instead of how recently",
-        group: Group::Input,
-        change: Change::Training(|config| config.representation.name = "eci".to_owned()),
-        fields: &["representation.name"],
-        published: &[Finding { words: "LNES beats ECI at 100 ms", ..WORSE }],
-    },
-    Row {
-        name: "eci-s",
-        about: "how often a pixel fired, whatever the polarity",
-        group: Group::Input,
-        change: Change::Training(|config| config.representation.name = "eci-s".to_owned()),
-        fields: &["representation.name"],
-        published: &[Finding { words: "LNES beats ECI-S at 100 ms", ..WORSE }],
-    },
-    Row {
-        name: "no-augmentation",
-        about: "training windows of one length, no channels swapped",
-        group: Group::Method,
-        change: Change::Training(|config| {
-            config.augmentation = WindowAugmentation::none(config.representation.window_ms);
-        }),
-        fields: &[
-            "augmentation.shortest_frames",
-            "augmentation.longest_frames",
-            "augmentation.swap_image",
-            "augmentation.swap_pixels",
-        ],
-        published: &[
-            Finding { words: "removing augmentation costs much", ..WORSE },
-            Finding {
+    row(
+        FULL,
+        "the full method: LNES of 100 ms, augmentation, ResNet-18, Kalman filter",
+        Group::Full,
+        Change::Nothing,
+        &[],
+    ),
+    row(
+        "lnes-33",
+        "windows of 33 ms instead of 100; in training a third of the length, too",
+        Group::Input,
+        Change::Window(33),
+        &[Published { words: "LNES of 100 ms beats 33 ms", ..WORSE }],
+    ),
+    row(
+        "lnes-300",
+        "windows of 300 ms instead of 100; in training three times the length, too",
+        Group::Input,
+        Change::Window(300),
+        &[Published { words: "LNES of 100 ms beats 300 ms", ..WORSE }],
+    ),
+    row(
+        "eoi",
+        "whether a pixel fired, instead of how recently",
+        Group::Input,
+        Change::Representation("eoi"),
+        &[Published { words: "LNES beats EOI at 100 ms", ..WORSE }],
+    ),
+    row(
+        "eci",
+        "how often a pixel fired, instead of how recently",
+        Group::Input,
+        Change::Representation("eci"),
+        &[Published { words: "LNES beats ECI at 100 ms", ..WORSE }],
+    ),
+    row(
+        "eci-s",
+        "how often a pixel fired, whatever the polarity",
+        Group::Input,
+        Change::Representation("eci-s"),
+        &[Published { words: "LNES beats ECI-S at 100 ms", ..WORSE }],
+    ),
+    row(
+        "no-augmentation",
+        "training windows of one length, no channels swapped",
+        Group::Method,
+        Change::NoAugmentation,
+        &[
+            Published { words: "removing augmentation costs much", ..WORSE },
+            Published {
                 words: "removing augmentation costs more than removing the filter",
                 than: UNFILTERED,
                 ..WORSE
             },
         ],
-    },
-    Row {
-        name: UNFILTERED,
-        about: "the network's poses as they are, without the Kalman filter",
-        group: Group::Method,
-        change: Change::Unfiltered,
-        fields: &[],
-        published: &[Finding { words: "removing the filter costs a little", ..WORSE }],
-    },
-    Row {
-        name: "resnet34",
-        about: "ResNet-34 instead of ResNet-18",
-        group: Group::Backbone,
-        change: Change::Training(|config| config.network.backbone = "resnet34".to_owned()),
-        fields: BACKBONE,
-        published: &[COMPARABLE, SLOWER],
-    },
-    Row {
-        name: "mobilenet-v2",
-        about: "MobileNetV2 instead of ResNet-18",
-        group: Group::Backbone,
-        change: Change::Training(|config| config.network.backbone = "mobilenet_v2".to_owned()),
-        fields: BACKBONE,
-        published: &[COMPARABLE],
-    },
-    Row {
-        name: "vgg11-bn",
-        about: "VGG-11 with batch normalisation instead of ResNet-18",
-        group: Group::Backbone,
-        change: Change::Training(|config| config.network.backbone = "vgg11_bn".to_owned()),
-        fields: BACKBONE,
-        published: &[COMPARABLE, SLOWER],
-    },
-    Row {
-        name: "vgg13-bn",
-        about: "VGG-13 with batch normalisation instead of ResNet-18",
-        group: Group::Backbone,
-        change: Change::Training(|config| config.network.backbone = "vgg13_bn".to_owned()),
-        fields: BACKBONE,
-        published: &[COMPARABLE],
-    },
-    Row {
-        name: "vgg16-bn",
-        about: "VGG-16 with batch normalisation instead of ResNet-18",
-        group: Group::Backbone,
-        change: Change::Training(|config| config.network.backbone = "vgg16_bn".to_owned()),
-        fields: BACKBONE,
-        published: &[COMPARABLE],
-    },
-    Row {
-        name: "vgg19-bn",
-        about: "VGG-19 with batch normalisation instead of ResNet-18",
-        group: Group::Backbone,
-        change: Change::Training(|config| config.network.backbone = "vgg19_bn".to_owned()),
-        fields: BACKBONE,
-        published: &[COMPARABLE],
-    },
-    Row {
-        name: "shufflenet-v2",
-        about: "ShuffleNetV2 instead of ResNet-18",
-        group: Group::Backbone,
-        change: Change::Training(|config| config.network.backbone = "shufflenet_v2".to_owned()),
-        fields: BACKBONE,
-        published: &[Finding { words: NOT_COMPARABLE, ..WORSE }],
-    },
-    Row {
-        name: "mnasnet",
-        about: "MnasNet instead of ResNet-18",
-        group: Group::Backbone,
-        change: Change::Training(|config| config.network.backbone = "mnasnet".to_owned()),
-        fields: BACKBONE,
-        published: &[Finding { words: NOT_COMPARABLE, ..WORSE }],
-    },
-    Row {
-        name: "inception-v3",
-        about: "Inception v3 instead of ResNet-18; images of at least 75 pixels a side",
-        group: Group::Backbone,
-        change: Change::Training(|config| config.network.backbone = "inception_v3".to_owned()),
-        fields: BACKBONE,
-        published: &[Finding { words: NOT_COMPARABLE, ..WORSE }],
-    },
+    ),
+    row(
+        UNFILTERED,
+        "the network's poses as they are, without the Kalman filter",
+        Group::Method,
+        Change::Unfiltered,
+        &[Published { words: "removing the filter costs a little", ..WORSE }],
+    ),
+    network("resnet34", "ResNet-34 instead of ResNet-18", "resnet34", COMPARABLE_AND_SLOWER),
+    network("mobilenet-v2", "MobileNetV2 instead of ResNet-18", "mobilenet_v2", COMPARABLE),
+    network("vgg11-bn", VGG_11, "vgg11_bn", COMPARABLE_AND_SLOWER),
+    network("vgg13-bn", VGG_13, "vgg13_bn", COMPARABLE),
+    network("vgg16-bn", VGG_16, "vgg16_bn", COMPARABLE),
+    network("vgg19-bn", VGG_19, "vgg19_bn", COMPARABLE),
+    network("shufflenet-v2", "ShuffleNetV2 instead of ResNet-18", "shufflenet_v2", NOT_COMPARABLE),
+    network("mnasnet", "MnasNet instead of ResNet-18", "mnasnet", NOT_COMPARABLE),
+    network("inception-v3", INCEPTION, "inception_v3", NOT_COMPARABLE),
 ];
 
-const NOT_COMPARABLE: &str = "not comparable to ResNet-18 in validation loss";
-const BACKBONE: &[&str] = &["network.backbone"];
-const WINDOW: &[&str] =
-    &["representation.window_ms", "augmentation.shortest_frames", "augmentation.longest_frames"];
+const VGG_11: &str = "VGG-11 with batch normalisation instead of ResNet-18";
+const VGG_13: &str = "VGG-13 with batch normalisation instead of ResNet-18";
+const VGG_16: &str = "VGG-16 with batch normalisation instead of ResNet-18";
+const VGG_19: &str = "VGG-19 with batch normalisation instead of ResNet-18";
+const INCEPTION: &str = "Inception v3 instead of ResNet-18; images of at least 75 pixels a side";
 
 /// A window of another length, at evaluation and in training. What is published says nothing of
 /// the lengths that such networks were trained with; here they keep their ratio to the window, or
@@ -237,14 +204,60 @@ fn set_window(config: &mut HandConfig, window_ms: u32) {
     config.representation.window_ms = window_ms;
 }
 
+/// The average training pose, which stands below all rows.
+pub(super) const MEAN_POSE: Row = row(
+    "mean-pose",
+    "the average training pose, which does not depend on events",
+    Group::MeanPose,
+    Change::Nothing,
+    &[],
+);
+
+impl StudyRow for &'static Row {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn about(&self) -> &'static str {
+        self.about
+    }
+}
+
 impl Row {
     /// The experiment of this row, where `base` is that of the full method.
     pub(super) fn config(&self, base: &HandConfig) -> HandConfig {
         let mut config = base.clone();
-        if let Change::Training(change) = self.change {
-            change(&mut config);
+        match self.change {
+            Change::Nothing | Change::Unfiltered => {}
+            Change::Window(window_ms) => set_window(&mut config, window_ms),
+            Change::Representation(name) => config.representation.name = name.to_owned(),
+            Change::NoAugmentation => {
+                config.augmentation = WindowAugmentation::none(config.representation.window_ms);
+            }
+            Change::Backbone(name) => config.network.backbone = name.to_owned(),
         }
         config
+    }
+
+    /// Fields of the config that it changes.
+    #[cfg(test)]
+    fn fields(&self) -> &'static [&'static str] {
+        match self.change {
+            Change::Nothing | Change::Unfiltered => &[],
+            Change::Window(_) => &[
+                "representation.window_ms",
+                "augmentation.shortest_frames",
+                "augmentation.longest_frames",
+            ],
+            Change::Representation(_) => &["representation.name"],
+            Change::NoAugmentation => &[
+                "augmentation.shortest_frames",
+                "augmentation.longest_frames",
+                "augmentation.swap_image",
+                "augmentation.swap_pixels",
+            ],
+            Change::Backbone(_) => &["network.backbone"],
+        }
     }
 
     /// Whether its poses are evaluated after the filter.
@@ -287,6 +300,32 @@ pub(super) fn check(base: &HandConfig) -> Result<()> {
     Ok(())
 }
 
+/// Name that selects every row of another network.
+pub(super) const BACKBONES: &str = "backbones";
+
+/// The rows of these names, or all where there are none, in the order of the registry; the full
+/// method is always among them. Rows that are not named by themselves are left out if their network
+/// takes larger images than those of `base`; the second list has them.
+pub(super) fn selected(
+    names: &[String],
+    base: &HandConfig,
+) -> (Vec<&'static Row>, Vec<&'static Row>) {
+    let is_named = |row: &Row| row.name == FULL || names.iter().any(|name| name == row.name);
+    let is_in_group = |row: &Row| {
+        let of_backbones = row.group == Group::Backbone && names.iter().any(|n| n == BACKBONES);
+        names.is_empty() || of_backbones
+    };
+    let asked = ROWS.iter().filter(|row| is_named(row) || is_in_group(row));
+    asked.partition(|row| is_named(row) || fits(row, base))
+}
+
+/// Whether the network of a row takes images as small as those of `base`.
+fn fits(row: &Row, base: &HandConfig) -> bool {
+    let size = base.network_size();
+    backbone_by_name(&row.config(base).network.backbone)
+        .is_ok_and(|backbone| usize::from(size.width.min(size.height)) >= backbone.smallest_px)
+}
+
 #[cfg(test)]
 mod tests {
     use std::collections::BTreeMap;
@@ -294,8 +333,6 @@ mod tests {
     use super::*;
     use evpose_cli::configs;
     use evpose_task::Experiment as _;
-
-    use super::super::selection::selected;
 
     fn fields(config: &HandConfig) -> Result<BTreeMap<String, toml::Value>> {
         fn walk(prefix: &str, table: &toml::Table, out: &mut BTreeMap<String, toml::Value>) {
@@ -327,7 +364,7 @@ mod tests {
                 changed.validate()?;
                 let after = fields(&changed)?;
                 let differ = before.keys().filter(|key| before.get(*key) != after.get(*key));
-                let mut wanted = row.fields.to_vec();
+                let mut wanted = row.fields().to_vec();
                 wanted.sort_unstable();
                 assert_eq!(differ.collect::<Vec<_>>(), wanted, "{} of {config}", row.name);
                 assert_eq!(before.len(), after.len());
@@ -384,6 +421,35 @@ mod tests {
             let message = check(&base).map_or_else(|error| error.to_string(), |()| String::new());
             assert!(message.contains(field), "{change}: {message}");
         }
+        Ok(())
+    }
+
+    #[test]
+    fn the_full_method_is_always_chosen() {
+        let names = |chosen: Vec<&Row>| chosen.into_iter().map(|row| row.name).collect::<Vec<_>>();
+        let base = HandConfig::default();
+        let asked = ["no-filter".to_owned(), "eoi".to_owned()];
+        assert_eq!(names(selected(&asked, &base).0), [FULL, "eoi", "no-filter"]);
+        assert_eq!(selected(&[], &base).0.len(), ROWS.len());
+    }
+
+    #[test]
+    fn networks_of_larger_images_are_left_out_unless_they_are_named() -> Result<()> {
+        let names = |rows: Vec<&Row>| rows.into_iter().map(|row| row.name).collect::<Vec<_>>();
+        let small = configs::load("ablation", &[])?;
+        for asked in [vec![], vec![BACKBONES.to_owned()]] {
+            let (rows, too_small) = selected(&asked, &small);
+            assert_eq!(names(too_small), ["inception-v3"]);
+            assert!(rows.iter().any(|row| row.name == "vgg19-bn"));
+            assert_eq!(rows.iter().any(|row| row.name == "eoi"), asked.is_empty());
+        }
+        let (rows, _) = selected(&["inception-v3".to_owned()], &small);
+        let message =
+            rows[1].config(&small).validate().map_or_else(|e| e.to_string(), |()| "".into());
+        assert!(message.contains("75 pixels") && message.contains("image_scale"), "{message}");
+        let larger = configs::load("ablation", &["simulation.image_scale=0.42".to_owned()])?;
+        let (rows, too_small) = selected(&[BACKBONES.to_owned()], &larger);
+        assert_eq!((rows.len(), too_small.len()), (11 - 1, 0));
         Ok(())
     }
 }

@@ -1,6 +1,6 @@
 //! One row under one seed: trained, evaluated on held-out sequences, timed.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use burn::tensor::Device;
@@ -12,18 +12,16 @@ use evpose_pose::metric::HandEvaluation;
 use evpose_task::Experiment as _;
 use evpose_task::hand::{ConstantPose, HandCheckpoint, HandConfig};
 use evpose_train::{
-    HandDataset, Method, TrainOptions, evaluate, evaluated_pose_count, read_history, train_hand,
+    HandDataset, Method, evaluate, evaluated_pose_count, read_history, train_hand,
     validation_losses,
 };
 use serde::{Deserialize, Serialize};
 
-use super::directories::StudyDirectory;
-use super::progress;
-use evpose_cli::json::{read_result, write_result};
+use crate::study::{Measure, Measured, Training, measure, training_s};
 use evpose_cli::latency::{self, Runner};
 use evpose_cli::machine::Machine;
-use evpose_cli::progress::bar;
-use evpose_cli::run_info::COMMIT;
+use evpose_cli::progress::{bar, training_bar};
+use evpose_cli::run_info::{COMMIT, CONFIG};
 use evpose_core::stats::quantile::nearest_rank;
 
 /// Timed inferences.
@@ -38,7 +36,7 @@ pub(super) struct Trial {
     row: String,
     seed: u64,
     /// Milliseconds between evaluated poses.
-    stride_ms: u32,
+    pub(super) stride_ms: u32,
     pub(super) made: Provenance,
     /// Parameters of the network as trained.
     pub(super) parameters: usize,
@@ -61,7 +59,6 @@ pub(super) struct Trial {
 pub(super) struct Provenance {
     pub(super) commit: String,
     pub(super) machine: String,
-    /// Program and machine of a trial.
     pub(super) device: String,
 }
 
@@ -72,11 +69,6 @@ impl Provenance {
             machine: Machine::this().to_string(),
             device: device.to_string(),
         }
-    }
-
-    /// Whether timings of both are comparable.
-    pub(super) fn is_as_fast(&self, other: &Self) -> bool {
-        self.machine == other.machine && self.device == other.device
     }
 }
 
@@ -102,115 +94,149 @@ pub(super) struct Metrics {
     pub(super) articulation: f64,
 }
 
-/// Duration of a training, stored in case the evaluation is interrupted.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-struct Trained {
-    seconds: Option<f64>,
+/// A trial as a row sees it: rows that differ in evaluation alone share the trials of one network.
+#[derive(Debug, Serialize)]
+pub(super) struct RowTrial {
+    #[serde(flatten)]
+    pub(super) figures: Metrics,
+    #[serde(skip)]
+    pub(super) pck_2d: Vec<f64>,
+    #[serde(skip)]
+    pub(super) pck_3d: Vec<f64>,
+    /// None of a pose that no network predicted.
+    #[serde(skip)]
+    pub(super) trial: Option<Trial>,
 }
 
-/// Runs the unfinished steps of `row` under the seed of `config`.
-pub(super) fn run(
-    directory: &StudyDirectory<'_>,
-    row: &str,
-    config: &HandConfig,
-    seeds: usize,
-    stride_ms: u32,
-    kind: DeviceKind,
-) -> Result<Trial> {
-    let device = &kind.resolve()?;
-    let dir = directory.run(row, config.seed);
-    let (trial_path, trained_path) = (dir.join("trial.json"), dir.join("trained.json"));
-    // Training and evaluation are stored apart: another stride needs no training.
-    let kept: Option<Trial> = read_result(&trial_path)?;
-    let trained: Option<Trained> = read_result(&trained_path)?;
-    if trained.is_some() && HandConfig::read(&dir.join("config.toml"))? != *config {
-        bail!("{} is of another config: remove it, or choose another --out", dir.display());
+impl RowTrial {
+    /// A trial with some of its scores.
+    pub(super) fn new(scores: &Scores, trial: Option<&Trial>) -> Self {
+        let Scores { figures, pck_2d, pck_3d } = scores.clone();
+        Self { figures, pck_2d, pck_3d, trial: trial.cloned() }
     }
-    if let Some(trial) = kept.filter(|trial| trained.is_some() && trial.stride_ms == stride_ms) {
-        return Ok(trial);
-    }
-    let trained = match trained {
-        Some(trained) => trained,
-        None => {
-            let (progress, callback) = progress::training_bar(row, seeds);
-            let options = TrainOptions {
-                device: kind,
-                resume: true,
-                plain: true,
-                progress: Some(callback),
-                pause_after: None,
-            };
-            let summary = train_hand(config, &directory.train(config.seed), &dir, &options)?;
-            progress.finish_and_clear();
-            let all = config.training.steps as f64 * config.training.batch_size as f64;
-            // A resumed training was timed in part; its full duration follows from its speed.
-            let seconds = (summary.samples > 0).then(|| all / summary.samples_per_second);
-            let trained = Trained { seconds };
-            write_result(&trained_path, &trained)?;
-            trained
-        }
-    };
+}
 
-    let checkpoint = HandCheckpoint::load(&dir, device)?;
-    let image = config.network_size();
-    let input = [1, 2, usize::from(image.height), usize::from(image.width)];
-    let mut runner = Runner::usual(&checkpoint.network, input, device)?;
-    let times_ms = latency::sorted_ms(&mut runner, input, TIMED, config.seed);
-    drop(runner);
-    let parameters = trained_count(&checkpoint.network);
-    let published = HandRegressorConfig { width: 1.0, ..config.network.clone() };
-    let [filtered, unfiltered, mean_pose] =
-        evaluate_trial(directory, config, &checkpoint, stride_ms, device)?;
-    let trial = Trial {
-        row: row.to_owned(),
-        seed: config.seed,
-        stride_ms,
-        made: Provenance::here(kind),
-        parameters,
-        parameters_as_published: published.parameter_count()?,
-        training_s: trained.seconds,
-        validation_loss: lowest_validation_loss(&dir)?,
-        poses_per_s: 1e3 / nearest_rank(&times_ms, 0.5),
-        filtered,
-        unfiltered,
-        mean_pose,
-    };
-    write_result(&trial_path, &trial)?;
-    Ok(trial)
+impl Measured for RowTrial {
+    const MEASURES: &'static [Measure<Self>] = &[
+        measure(("auc_2d", "AUC 2D", 3, false), |row| Some(row.figures.auc_2d)),
+        measure(("auc_3d", "AUC 3D", 3, false), |row| Some(row.figures.auc_3d)),
+        measure(("mpjpe_mm", "MPJPE mm", 1, true), |row| Some(row.figures.mpjpe_mm)),
+        measure(("translation_mm", "wrist mm", 1, true), |row| Some(row.figures.translation_mm)),
+        measure(("rotation_deg", "wrist deg", 1, true), |row| Some(row.figures.rotation_deg)),
+        measure(("articulation", "articulation", 2, true), |row| Some(row.figures.articulation)),
+        measure(("validation_loss", "validation loss", 2, true), |row| {
+            row.trial.as_ref()?.validation_loss
+        }),
+        measure(("parameters", "parameters", 0, true), |row| {
+            Some(row.trial.as_ref()?.parameters as f64)
+        }),
+        measure(("parameters_as_published", "at full width", 0, true), |row| {
+            Some(row.trial.as_ref()?.parameters_as_published as f64)
+        }),
+        measure(("poses_per_s", "poses/s", 0, false), |row| Some(row.trial.as_ref()?.poses_per_s)),
+        measure(("training_s", "training s", 0, true), |row| row.trial.as_ref()?.training_s),
+    ];
+
+    fn timed_on(&self) -> String {
+        let made = self.trial.as_ref().map(|trial| &trial.made);
+        made.map_or_else(String::new, |made| format!("{}, device {}", made.machine, made.device))
+    }
+
+    fn curves(&self) -> Vec<(&'static str, &[f64])> {
+        vec![("pck_2d", &self.pck_2d[..]), ("pck_3d", &self.pck_3d[..])]
+    }
+}
+
+/// A trial and its directories.
+pub(super) struct TrialRun {
+    pub(super) row: &'static str,
+    pub(super) config: HandConfig,
+    /// Directory of the training.
+    pub(super) run: PathBuf,
+    /// Sequences to train on.
+    pub(super) train: PathBuf,
+    /// Sequences of the test set.
+    pub(super) held_out: PathBuf,
+    pub(super) stride_ms: u32,
+    pub(super) device: DeviceKind,
+}
+
+impl TrialRun {
+    /// Whether its network is finished.
+    pub(super) fn is_trained(&self) -> Result<bool> {
+        let is_trained = Training::is_finished(&self.run);
+        if is_trained && HandConfig::read(&self.run.join(CONFIG))? != self.config {
+            bail!(
+                "{} is of another config: remove it, or choose another --out",
+                self.run.display()
+            );
+        }
+        Ok(is_trained)
+    }
+
+    /// Runs its unfinished steps.
+    pub(super) fn finish(&self) -> Result<Trial> {
+        let Self { row, config, run, .. } = self;
+        let device = &self.device.resolve()?;
+        if !self.is_trained()? {
+            let (progress, callback) = training_bar(row);
+            let samples = config.training.steps * config.training.batch_size as u64;
+            Training { run, device: self.device, samples }
+                .once(callback, |options| Ok(train_hand(config, &self.train, run, options)?))?;
+            progress.finish_and_clear();
+        }
+        let checkpoint = HandCheckpoint::load(run, device)?;
+        let image = config.network_size();
+        let input = [1, 2, usize::from(image.height), usize::from(image.width)];
+        let mut runner = Runner::usual(&checkpoint.network, input, device)?;
+        let times_ms = latency::sorted_ms(&mut runner, input, TIMED, config.seed);
+        drop(runner);
+        let published = HandRegressorConfig { width: 1.0, ..config.network.clone() };
+        let [filtered, unfiltered, mean_pose] = self.evaluate(&checkpoint, device)?;
+        Ok(Trial {
+            row: (*row).to_owned(),
+            seed: config.seed,
+            stride_ms: self.stride_ms,
+            made: Provenance::here(self.device),
+            parameters: trained_count(&checkpoint.network),
+            parameters_as_published: published.parameter_count()?,
+            training_s: training_s(run)?,
+            validation_loss: lowest_validation_loss(run)?,
+            poses_per_s: 1e3 / nearest_rank(&times_ms, 0.5),
+            filtered,
+            unfiltered,
+            mean_pose,
+        })
+    }
+
+    /// Scores of the network with and without the filter, and of the mean pose.
+    fn evaluate(&self, checkpoint: &HandCheckpoint, device: &Device) -> Result<[Scores; 3]> {
+        let Self { config, stride_ms, .. } = self;
+        let data = HandDataset::open(&self.held_out, config)?;
+        let mean_pose = checkpoint.mean_pose.context("the training poses have no mean")?;
+        let mut mean_pose = ConstantPose(mean_pose);
+        let mut network = checkpoint.predictor(device.clone())?;
+        let mut methods = [
+            // Filtered poses come from the same inferences.
+            Method { name: "unfiltered", predictor: &mut network, filtered: Some("filtered") },
+            Method { name: "mean_pose", predictor: &mut mean_pose, filtered: None },
+        ];
+        let progress = bar("evaluating", evaluated_pose_count(config, &data, *stride_ms), "poses");
+        let evaluated =
+            evaluate(config, &data, &mut methods, *stride_ms, &mut |done| progress.inc(done))?;
+        progress.finish_and_clear();
+        let of = |name: &str| {
+            let method = evaluated.iter().find(|method| method.name == name);
+            scores(&method.with_context(|| format!("{name} was not evaluated"))?.evaluation)
+        };
+        Ok([of("filtered")?, of("unfiltered")?, of("mean_pose")?])
+    }
 }
 
 /// The validation loss of the checkpoint that the training in `run` kept.
 fn lowest_validation_loss(run: &Path) -> Result<Option<f64>> {
     let losses = validation_losses(&read_history(&run.join("metrics.jsonl"))?);
     Ok(losses.into_values().filter(|loss| loss.is_finite()).reduce(f64::min))
-}
-
-/// Scores of the network with and without the filter, and of the mean pose.
-fn evaluate_trial(
-    directory: &StudyDirectory<'_>,
-    config: &HandConfig,
-    checkpoint: &HandCheckpoint,
-    stride_ms: u32,
-    device: &Device,
-) -> Result<[Scores; 3]> {
-    let data = HandDataset::open(&directory.held_out(config.seed), config)?;
-    let mut mean_pose =
-        ConstantPose(checkpoint.mean_pose.context("the training poses have no mean")?);
-    let mut network = checkpoint.predictor(device.clone())?;
-    let mut methods = [
-        // Filtered poses come from the same inferences.
-        Method { name: "unfiltered", predictor: &mut network, filtered: Some("filtered") },
-        Method { name: "mean_pose", predictor: &mut mean_pose, filtered: None },
-    ];
-    let progress = bar("evaluating", evaluated_pose_count(config, &data, stride_ms), "poses");
-    let evaluated =
-        evaluate(config, &data, &mut methods, stride_ms, &mut |done| progress.inc(done))?;
-    progress.finish_and_clear();
-    let of = |name: &str| {
-        let method = evaluated.iter().find(|method| method.name == name);
-        scores(&method.with_context(|| format!("{name} was not evaluated"))?.evaluation)
-    };
-    Ok([of("filtered")?, of("unfiltered")?, of("mean_pose")?])
 }
 
 fn scores(evaluation: &HandEvaluation) -> Result<Scores> {

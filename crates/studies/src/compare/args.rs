@@ -1,12 +1,49 @@
-//! Arguments of `evpose compare`.
+//! Arguments of `evpose compare`, and of studies of networks of bodies.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use crate::ablate::StageArgs;
 use clap::builder::{PossibleValue, PossibleValuesParser};
 
-use crate::compare::system::SYSTEMS;
+use crate::compare::stages::StageArgs;
+use crate::compare::system::{FileKind, SYSTEMS, System, Weights};
 use crate::study::{SeedArgs, StudyArgs};
+
+/// Arguments of studies of networks of bodies.
+#[derive(Debug, clap::Args)]
+pub(crate) struct BodyStudyArgs {
+    #[command(flatten)]
+    pub(crate) stages: StageArgs,
+    #[command(flatten)]
+    pub(crate) seeds: SeedArgs,
+    /// Concurrent trainings, each with its share of the threads [default: one per thread, at most
+    /// 4; 1 on other devices than the CPU]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) jobs: Option<u16>,
+    #[command(flatten)]
+    pub(crate) study: StudyArgs,
+}
+
+/// ONNX files of networks of others.
+#[derive(Debug, Default, clap::Args)]
+pub(crate) struct NetworkFiles {
+    /// A network of OpenPose (COCO, BODY_25) or of lightweight OpenPose
+    #[arg(long, value_name = "FILE.onnx")]
+    openpose: Option<PathBuf>,
+    /// A single-pose model of MoveNet, Lightning or Thunder
+    #[arg(long, value_name = "FILE.onnx")]
+    movenet: Option<PathBuf>,
+}
+
+impl NetworkFiles {
+    /// The file of a system's weights.
+    pub(crate) fn of(&self, system: &System) -> Option<&Path> {
+        match system.weights {
+            Weights::File(FileKind::OpenPose) => self.openpose.as_deref(),
+            Weights::File(FileKind::MoveNet) => self.movenet.as_deref(),
+            _ => None,
+        }
+    }
+}
 
 /// The comparisons of systems.
 #[derive(Debug, clap::Subcommand)]
@@ -30,12 +67,8 @@ pub enum CompareCommand {
     one. docs/guide/compare.md describes the systems and the protocol.")]
 pub struct CompareBodyArgs {
     /// Systems to compare, comma-separated [default: all]
-    #[arg(long, value_delimiter = ',', value_parser = names())]
+    #[arg(long, value_delimiter = ',', value_parser = names(SYSTEMS))]
     pub(crate) systems: Vec<String>,
-    #[command(flatten)]
-    pub(crate) stages: StageArgs,
-    #[command(flatten)]
-    pub(crate) seeds: SeedArgs,
     /// Recordings with tables of poses, or images with annotations, to evaluate on [default: simulated
     /// people]
     #[arg(long, value_name = "DIR", requires = "train")]
@@ -43,23 +76,14 @@ pub struct CompareBodyArgs {
     /// The same to train on
     #[arg(long, value_name = "DIR", requires = "data")]
     pub(crate) train: Option<PathBuf>,
-    /// A network of OpenPose (COCO, BODY_25) or of lightweight OpenPose
-    #[arg(long, value_name = "FILE.onnx")]
-    pub(crate) openpose: Option<PathBuf>,
-    /// A single-pose model of MoveNet, Lightning or Thunder
-    #[arg(long, value_name = "FILE.onnx")]
-    pub(crate) movenet: Option<PathBuf>,
-    /// Concurrent trainings, each with its share of the threads [default: one per thread, at most
-    /// 4; 1 on other devices than the CPU]
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
-    pub(crate) jobs: Option<u16>,
     #[command(flatten)]
-    pub(crate) study: StudyArgs,
+    pub(crate) files: NetworkFiles,
+    #[command(flatten)]
+    pub(crate) body: BodyStudyArgs,
 }
 
-fn names() -> PossibleValuesParser {
-    let value = |system: &crate::compare::system::System| {
-        PossibleValue::new(system.name).help(system.about)
-    };
-    PossibleValuesParser::new(SYSTEMS.iter().map(value))
+/// Names of systems for the command line.
+pub(crate) fn names(systems: &'static [System]) -> PossibleValuesParser {
+    let value = |system: &System| PossibleValue::new(system.name).help(system.about);
+    PossibleValuesParser::new(systems.iter().map(value))
 }

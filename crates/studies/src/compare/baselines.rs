@@ -1,18 +1,16 @@
 //! Networks of others, trained here: their configs, scaled as MoveEnet is, and their trainings.
 
-use std::path::Path;
-
-use crate::ablate::{Stages, networks};
-use anyhow::{Context, Result};
-use evpose_cli::progress::{bar, say};
-use evpose_cli::recorded;
+use anyhow::Result;
+use evpose_cli::progress::{say, training_bar};
 use evpose_nn::{BaselineNetworkConfig, DeviceKind};
 use evpose_task::baseline::BaselineConfig;
 use evpose_train::baseline::{baseline_frames, train_baseline};
-use evpose_train::{ProgressCallback, TrainOptions};
 
 use crate::compare::data::Data;
+use crate::compare::networks;
+use crate::compare::stages::Stages;
 use crate::compare::system::BaselineKind;
+use crate::study::{StudyDirectory, Training};
 
 /// Side of MoveEnet's input as published, in pixels.
 const PUBLISHED_SIDE_PX: f64 = 192.0;
@@ -54,45 +52,27 @@ impl BaselineKind {
 /// Trains a baseline under a seed, unless it is finished.
 pub(crate) fn train(
     (name, kind): (&str, BaselineKind),
-    out: &Path,
+    study: &StudyDirectory,
     data: &Data,
     stages: &Stages,
     device: DeviceKind,
 ) -> Result<()> {
     let seed = stages.finetune.seed;
-    let run = networks::directory(out, name, seed);
-    if networks::is_finished(&run) {
+    let run = networks::directory(study, name, seed);
+    if Training::is_finished(&run) {
         return Ok(());
     }
-    let directory = data.train(out, seed);
-    // Given recordings are used as they are.
-    if data.given_train().is_none() {
-        recorded::prepare(&stages.finetune, &directory)?;
-    }
+    let directory = data.train(study, stages)?;
     let config = kind.config(stages);
-    let frames = baseline_frames(&config, &directory, &|_| {})?;
-    // The first report says how many there are.
-    let progress = bar(name, 0, "images");
-    let shown = progress.clone();
-    let callback = ProgressCallback::new(move |done| {
-        shown.set_length(done.total_samples);
-        shown.set_position(done.samples);
-    });
-    let options = TrainOptions {
-        device,
-        resume: true,
-        plain: true,
-        progress: Some(callback),
-        pause_after: None,
-    };
-    let summary = train_baseline(&config, frames, &run, &options)
-        .with_context(|| format!("training {}", run.display()))?;
+    let (progress, callback) = training_bar(name);
+    let samples = config.training.steps * config.training.batch_size as u64;
+    let speed = Training { run: &run, device, samples }.once(callback, |options| {
+        let frames = baseline_frames(&config, &directory, &|_| {})?;
+        Ok(train_baseline(&config, frames, &run, options)?)
+    })?;
     progress.finish_and_clear();
-    let images = config.training.steps as f64 * config.training.batch_size as f64;
-    networks::mark_finished(
-        &run,
-        (summary.samples > 0).then(|| images / summary.samples_per_second),
-    )?;
-    say(format!("    {name}, seed {seed}: trained, {:.0} images/s", summary.samples_per_second));
+    if let Some(speed) = speed {
+        say(format!("    {name}, seed {seed}: trained, {speed:.0} images/s"));
+    }
     Ok(())
 }

@@ -5,33 +5,34 @@
 //! out subjects; clips of one subject say less of other people.
 
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 use anyhow::{Context, Result, ensure};
 use evpose_cli::configs;
-use evpose_cli::json::{read_result, write_json, write_result};
-use evpose_cli::progress::{bar, say};
+use evpose_cli::json::write_json;
+use evpose_cli::progress::{bar, say, training_bar};
 use evpose_cli::provenance::Provenance;
 use evpose_cli::recorded;
+use evpose_cli::run_info::CONFIG;
 use evpose_cli::shipped::checkpoint_path;
 use evpose_core::Micros;
 use evpose_core::stats::bootstrap::BootstrapConfig;
 use evpose_pose::metric::body::BodyEvaluation;
 use evpose_report::chart::{self, Chart, ChartAxis, Series};
 use evpose_report::colour::palette;
-use evpose_report::html::HtmlPage;
 use evpose_task::body::{BodyCheckpoint, BodyConfig, BodyPredictor, BodyPredictorOptions};
 use evpose_task::{BEST, Experiment as _, LAST};
 use evpose_train::body::{
     BodyFrames, evaluate_frames, first_network, holds_annotations, train_body_validated_on,
 };
-use evpose_train::{TrainOptions, read_history, validation_means};
+use evpose_train::{read_history, validation_means};
 use serde::{Deserialize, Serialize};
 
-use super::measure::DataSet;
-use super::system::{MOVE_ENET, selected};
-use super::trial::digest_of;
-use crate::study::{self, ResultFiles, StudyArgs, markdown_table};
+use super::system::{DataSet, MOVE_ENET, SYSTEMS};
+use super::trial::{Trial, digest_of};
+use crate::study::{
+    self, Study, StudyArgs, StudyPlan, StudyReport, StudyTable, TrialIndex, Trials, Written,
+    metric, strings,
+};
 use evpose_cli::outputs::OutputFile;
 
 /// Settings of every fine-tuning, before those of `--set`. Nothing is chosen or calibrated by the clip left out, and
@@ -144,7 +145,7 @@ struct Outcome {
 
 /// Trains, evaluates and writes the missing results.
 pub(super) fn run(args: &CompareClipsArgs) -> Result<()> {
-    let (started, provenance) = (Instant::now(), Provenance::this());
+    let provenance = Provenance::this();
     args.study.open()?;
     let overrides: Vec<String> =
         FINE_TUNING.iter().map(|&set| set.to_owned()).chain(args.study.overrides.clone()).collect();
@@ -153,35 +154,65 @@ pub(super) fn run(args: &CompareClipsArgs) -> Result<()> {
     // The clip left out is what the training validates on: it may not end it.
     config.training.early_stop.window = 0;
     let clips = Clip::all(&args.clips, &config)?;
-    let all = rows_of(args, &config)?;
-    study::is_begun(&args.study.out, args.study.resume)?;
-    study::claim(&args.study.out.join("config.toml"), &config.to_toml()?)?;
-    study::claim(&args.study.out.join("inputs.txt"), &inputs(&all, &clips))?;
-    let mut rows = Vec::new();
-    for row in all {
-        let scores = clips
-            .iter()
-            .map(|left_out| scores(args, &config, &row, left_out, &clips))
-            .collect::<Result<_>>();
-        let scores = RowScores::new(row.name, scores?);
-        say(format!("{}: PCK@0.4 {:.3}, PCK@0.2 {:.3}", scores.name, scores.pck_40, scores.pck_20));
-        rows.push(scores);
+    let rows = rows_of(args, &config)?;
+    let plan = StudyPlan {
+        args: &args.study,
+        seed: config.seed,
+        inputs: vec![("inputs.txt", inputs(&rows, &clips)), (CONFIG, config.to_toml()?)],
+        rows: strings(rows.iter().map(|row| &row.name)),
+        seeds: clips.iter().map(|clip| format!("clip {}", clip.name)).collect(),
+        files: ["clips.json", "clips.md", "clips.html"],
+    };
+    let outcome = plan.run(&ClipStudy { args, provenance, config, rows, clips })?;
+    outcome.map_or(Ok(()), |outcome| write_json(args.json.as_deref(), &outcome))
+}
+
+struct ClipStudy<'a> {
+    args: &'a CompareClipsArgs,
+    provenance: Provenance,
+    config: BodyConfig,
+    rows: Vec<Row>,
+    clips: Vec<Clip>,
+}
+
+impl Study for ClipStudy<'_> {
+    type Trial = ClipScores;
+    type Outcome = Outcome;
+
+    fn path(&self, (row, clip): TrialIndex) -> String {
+        format!("{}/{}/scores.json", self.rows[row].directory(), self.clips[clip].name)
     }
-    let (steps, batch_size) = (config.training.steps, config.training.batch_size);
-    let outcome = Outcome { provenance, steps, batch_size, rows, published: published() };
-    let files = ResultFiles::new(&args.study.out, "clips");
-    let table = markdown(&outcome);
-    files.write(&outcome, &table, &page(&outcome, &config.to_toml()?)?)?;
-    write_json(args.json.as_deref(), &outcome)?;
-    say(format!("\n{table}"));
-    files.say_written(started);
-    Ok(())
+
+    fn run(&self, trial: TrialIndex) -> Result<(ClipScores, String)> {
+        let scores = self.scores(trial)?;
+        let line = format!("PCK@0.4 {:.3}, PCK@0.2 {:.3}", scores.pck_40, scores.pck_20);
+        Ok((scores, line))
+    }
+
+    fn outcome(&self, trials: &Trials<ClipScores>) -> Result<Written<Outcome>> {
+        if trials.is_empty() {
+            return Ok(None);
+        }
+        let scores = |row: &Row| Some((row.name.clone(), trials.get(&row.name)?.clone()));
+        let rows = self.rows.iter().filter_map(scores);
+        let outcome = Outcome {
+            provenance: self.provenance.clone(),
+            steps: self.config.training.steps,
+            batch_size: self.config.training.batch_size,
+            rows: rows.map(|(name, clips)| RowScores::new(name, clips)).collect(),
+            published: published(),
+        };
+        let report = StudyReport {
+            title: "Pre-training and fine-tuning on real images".to_owned(),
+            about: "Each clip is evaluated by networks that were trained on the others.".to_owned(),
+            tables: vec![outcome.table(), outcome.learning_curves()?],
+            details: vec![("Config of the fine-tuning".to_owned(), self.config.to_toml()?)],
+        };
+        Ok(Some((outcome, report)))
+    }
 }
 
 /// The rows of the study: initial weights trained, then every start as it is and trained.
-///
-/// # Errors
-/// If a start cannot be read or is of another shape than `config`, or two of them have one name.
 fn rows_of(args: &CompareClipsArgs, config: &BodyConfig) -> Result<Vec<Row>> {
     let row = |name: &str, start: Option<&PathBuf>, digest: &str, is_trained| Row {
         name: name.to_owned(),
@@ -252,66 +283,53 @@ impl Clip {
     }
 }
 
-/// Scores of a row on the clip `left_out`, from the directory of the study or computed.
-fn scores(
-    args: &CompareClipsArgs,
-    config: &BodyConfig,
-    row: &Row,
-    left_out: &Clip,
-    clips: &[Clip],
-) -> Result<ClipScores> {
-    let run = args.study.out.join(row.directory()).join(&left_out.name);
-    let stored = run.join("scores.json");
-    if let Some(scores) = read_result(&stored)? {
-        return Ok(scores);
-    }
-    std::fs::create_dir_all(&run).with_context(|| run.display().to_string())?;
-    let mut others = BodyFrames::default();
-    for clip in clips.iter().filter(|clip| clip.name != left_out.name) {
-        others.append(clip.frames.clone());
-    }
-    let mean_pose = others.mean_pose();
-    let mut learning_curve = Vec::new();
-    let path = match &row.start {
-        Some(start) if !row.is_trained => start.clone(),
-        start => {
-            say(format!("{}: training on all clips but {}", row.name, left_out.name));
-            let config = BodyConfig { start_from: start.clone(), ..config.clone() };
-            let options = TrainOptions {
-                device: args.study.device.device,
-                resume: true,
-                plain: true,
-                progress: None,
-                pause_after: None,
-            };
-            train_body_validated_on(left_out.frames.clone(), &config, others, &run, &options)
-                .with_context(|| format!("training {}", run.display()))?;
-            let history = read_history(&run.join("metrics.jsonl"))?;
-            let training = &config.training;
-            let step_of = |interval| interval as u64 * training.steps_per_validation;
-            let of = |(interval, pck)| (step_of(interval).min(training.steps), pck);
-            learning_curve = validation_means(&history, "accuracy").into_iter().map(of).collect();
-            // The best one was chosen by the clip left out.
-            run.join(LAST)
+impl ClipStudy<'_> {
+    /// Scores of a row on the clip that is left out.
+    fn scores(&self, trial: TrialIndex) -> Result<ClipScores> {
+        let (row, left_out, config) = (&self.rows[trial.0], &self.clips[trial.1], &self.config);
+        let run = self.args.study.out.join(row.directory()).join(&left_out.name);
+        let mut others = BodyFrames::default();
+        for clip in self.clips.iter().filter(|clip| clip.name != left_out.name) {
+            others.append(clip.frames.clone());
         }
-    };
-    let mut checkpoint = BodyCheckpoint::load(&path, &args.study.open()?)?;
-    // Rows differ in their training alone.
-    checkpoint.config.decoding = config.decoding;
-    let predictor = BodyPredictor::new(&checkpoint, BodyPredictorOptions::default(), None)?;
-    let mut frames = left_out.frames.clone();
-    for (index, frame) in (0..).zip(&mut frames.frames) {
-        // Images are evaluated one by one, and none is in the part of a sequence that the protocol leaves out.
-        (frame.sequence, frame.t) = (index, Micros::SECOND);
+        let mean_pose = others.mean_pose();
+        let mut learning_curve = Vec::new();
+        let path = match &row.start {
+            Some(start) if !row.is_trained => start.clone(),
+            start => {
+                say(format!("{}: training on all clips but {}", row.name, left_out.name));
+                let config = BodyConfig { start_from: start.clone(), ..config.clone() };
+                let (progress, callback) = training_bar(&row.name);
+                let options = study::options(self.args.study.device.device, callback);
+                train_body_validated_on(left_out.frames.clone(), &config, others, &run, &options)
+                    .with_context(|| format!("training {}", run.display()))?;
+                progress.finish_and_clear();
+                let history = read_history(&run.join("metrics.jsonl"))?;
+                let training = &config.training;
+                let step_of = |interval| interval as u64 * training.steps_per_validation;
+                let of = |(interval, pck)| (step_of(interval).min(training.steps), pck);
+                learning_curve =
+                    validation_means(&history, "accuracy").into_iter().map(of).collect();
+                // The best one was chosen by the clip left out.
+                run.join(LAST)
+            }
+        };
+        let mut checkpoint = BodyCheckpoint::load(&path, &self.args.study.open()?)?;
+        // Rows differ in their training alone.
+        checkpoint.config.decoding = config.decoding;
+        let predictor = BodyPredictor::new(&checkpoint, BodyPredictorOptions::default(), None)?;
+        let mut frames = left_out.frames.clone();
+        for (index, frame) in (0..).zip(&mut frames.frames) {
+            // Images are evaluated one by one, and none is in the part of a sequence that the protocol leaves out.
+            (frame.sequence, frame.t) = (index, Micros::SECOND);
+        }
+        let progress =
+            bar(&format!("{} on {}", row.name, left_out.name), frames.len() as u64, "images");
+        let (evaluation, _) =
+            evaluate_frames(&predictor, &frames, &mean_pose, &|_, _| progress.inc(1))?;
+        progress.finish_and_clear();
+        clip_scores(left_out, &evaluation, learning_curve)
     }
-    let progress =
-        bar(&format!("{} on {}", row.name, left_out.name), frames.len() as u64, "images");
-    let (evaluation, _) =
-        evaluate_frames(&predictor, &frames, &mean_pose, &|_, _| progress.inc(1))?;
-    progress.finish_and_clear();
-    let scores = clip_scores(left_out, &evaluation, learning_curve)?;
-    write_result(&stored, &scores)?;
-    Ok(scores)
 }
 
 fn clip_scores(
@@ -337,64 +355,63 @@ fn clip_scores(
 
 /// Figures of DHP19 in MoveEnet's paper.
 fn published() -> Vec<(&'static str, f64)> {
-    let systems = selected(&[MOVE_ENET.to_owned()]);
-    let figures = systems.iter().flat_map(|system| system.published);
+    let systems = SYSTEMS.iter().filter(|system| system.name == MOVE_ENET);
+    let figures = systems.flat_map(|system| system.published);
     let figures = figures.filter(|figure| figure.data_set == DataSet::Dhp19);
-    figures.map(|figure| (figure.measure.name(), figure.value)).collect()
+    let named = |key| metric::<Trial>(key).map_or(key, |metric| metric.heading);
+    figures.map(|figure| (named(figure.measure), figure.value)).collect()
 }
 
-fn markdown(outcome: &Outcome) -> String {
-    let rows = outcome.rows.iter().map(|row| {
-        let mut cells = vec![row.name.clone()];
-        cells.extend([row.pck_40, row.pck_20, row.auc].map(|value| format!("{value:.3}")));
-        cells.push(format!("{:.1}", row.mpjpe_px));
-        cells.extend(row.clips.iter().map(|clip| format!("{:.3}", clip.pck_40)));
-        cells
-    });
-    let clips = outcome.rows.first().into_iter().flat_map(|row| &row.clips);
-    let header: Vec<&str> = ["network", "PCK@0.4", "PCK@0.2", "AUC", "MPJPE px"]
-        .into_iter()
-        .chain(clips.map(|clip| clip.clip.as_str()))
-        .collect();
-    let published: Vec<String> =
-        outcome.published.iter().map(|(name, value)| format!("{name} {value}")).collect();
-    format!(
-        "{}\nMeans over clips; behind them PCK@0.4 of each. Each clip is evaluated by a network that was trained on \
-         the others, in {} steps of {} images. Published of MoveEnet on other subjects of DHP19, trained on more of \
-         them: {}.\n",
-        markdown_table(&header, rows),
-        outcome.steps,
-        outcome.batch_size,
-        published.join(", ")
-    )
-}
+impl Outcome {
+    fn table(&self) -> StudyTable {
+        let rows = self.rows.iter().map(|row| {
+            let mut cells = vec![row.name.clone()];
+            cells.extend([row.pck_40, row.pck_20, row.auc].map(|value| format!("{value:.3}")));
+            cells.push(format!("{:.1}", row.mpjpe_px));
+            cells.extend(row.clips.iter().map(|clip| format!("{:.3}", clip.pck_40)));
+            cells
+        });
+        let clips = self.rows.first().into_iter().flat_map(|row| &row.clips);
+        let columns = ["network", "PCK@0.4", "PCK@0.2", "AUC", "MPJPE px"].into_iter();
+        let published: Vec<String> =
+            self.published.iter().map(|(name, value)| format!("{name} {value}")).collect();
+        let note = format!(
+            "Means over clips; behind them PCK@0.4 of each. Each clip is evaluated by a network that was trained on \
+             the others, in {} steps of {} images. Published of MoveEnet on other subjects of DHP19, trained on more \
+             of them: {}.",
+            self.steps,
+            self.batch_size,
+            published.join(", ")
+        );
+        StudyTable {
+            title: "All networks".to_owned(),
+            columns: strings(columns.chain(clips.map(|clip| clip.clip.as_str()))),
+            rows: rows.collect(),
+            notes: vec![note],
+            curves: Vec::new(),
+        }
+    }
 
-/// Table and learning curves, means over clips.
-fn page(outcome: &Outcome, config: &str) -> Result<String> {
-    let mut page = HtmlPage::new(
-        "Pre-training and fine-tuning on real images",
-        "Each clip is evaluated by networks that were trained on the others.",
-    );
-    let trained = outcome.rows.iter().filter(|row| !row.clips[0].learning_curve.is_empty());
-    let series = trained.enumerate().map(|(index, row)| {
-        let curves = row.clips.iter().map(|clip| &clip.learning_curve);
-        let mean = |(at, (step, _)): (usize, &(u64, f64))| {
-            let values = curves.clone().filter_map(|curve| curve.get(at)).map(|(_, pck)| pck);
-            (*step as f64, values.sum::<f64>() / row.clips.len() as f64)
+    /// Means over clips.
+    fn learning_curves(&self) -> Result<StudyTable> {
+        let trained = self.rows.iter().filter(|row| !row.clips[0].learning_curve.is_empty());
+        let series = trained.enumerate().map(|(index, row)| {
+            let curves = row.clips.iter().map(|clip| &clip.learning_curve);
+            let mean = |(at, (step, _)): (usize, &(u64, f64))| {
+                let values = curves.clone().filter_map(|curve| curve.get(at)).map(|(_, pck)| pck);
+                (*step as f64, values.sum::<f64>() / row.clips.len() as f64)
+            };
+            let points = row.clips[0].learning_curve.iter().enumerate().map(mean).collect();
+            Series::line(&row.name, palette(index), points)
+        });
+        let chart = Chart {
+            title: "Learning curves on the clip left out".to_owned(),
+            x: ChartAxis::new("optimiser steps").from_zero(),
+            y: ChartAxis::new("PCK@0.2 of one pass").from_zero(),
+            series: series.collect(),
         };
-        let points = row.clips[0].learning_curve.iter().enumerate().map(mean).collect();
-        Series::line(&row.name, palette(index), points)
-    });
-    let chart = Chart {
-        title: "Learning curves on the clip left out".to_owned(),
-        x: ChartAxis::new("optimiser steps").from_zero(),
-        y: ChartAxis::new("PCK@0.2 of one pass").from_zero(),
-        series: series.collect(),
-    };
-    page.section("Learning curves", "Means over clips.");
-    page.plots(&[chart::grid(&[chart], 1, (560, 320))?]);
-    page.section("All networks", "");
-    page.details("Table", &markdown(outcome));
-    page.details("Config of the fine-tuning", config);
-    Ok(page.finish())
+        let (title, notes) = ("Learning curves".to_owned(), strings(["Means over clips."]));
+        let curves = vec![chart::curves(&chart)?];
+        Ok(StudyTable { title, notes, curves, ..StudyTable::default() })
+    }
 }

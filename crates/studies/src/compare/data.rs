@@ -2,20 +2,20 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::ablate::{Stages, networks};
 use anyhow::{Context, Result, bail};
-use evpose_cli::json::{read_result, write_result};
 use evpose_cli::recorded;
 use evpose_task::body::{BodyConfig, BodySourceKind};
 use evpose_train::body::{BodyFrames, BodyRecordings, holds_annotations};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
-use crate::compare::args::CompareBodyArgs;
+use crate::compare::networks;
 use crate::compare::spatial::Scenes;
-use crate::compare::system::{Images, System, Weights};
+use crate::compare::stages::Stages;
+use crate::compare::system::{Images, System, Test, Weights};
+use crate::study::StudyDirectory;
 
 /// Directories to train on and to evaluate on.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub(crate) enum Data {
     /// People of the config, simulated for each seed.
     Simulated,
@@ -31,11 +31,9 @@ pub(crate) enum Data {
 }
 
 impl Data {
-    /// Those that the arguments name.
-    pub(crate) fn new(args: &CompareBodyArgs) -> Result<Self> {
-        let (Some(train), Some(test)) = (&args.train, &args.data) else {
-            return Ok(Self::Simulated);
-        };
+    /// Those of the user, or simulated ones.
+    pub(crate) fn new(train: Option<&PathBuf>, test: Option<&PathBuf>) -> Result<Self> {
+        let (Some(train), Some(test)) = (train, test) else { return Ok(Self::Simulated) };
         let [of_train, of_test] = [train, test].map(|path| holds_annotations(path));
         if of_train != of_test {
             bail!(
@@ -45,19 +43,6 @@ impl Data {
             );
         }
         Ok(Self::Given { train: train.clone(), test: test.clone(), has_images: of_test })
-    }
-
-    /// Claims the directory of a comparison: results on other data are not mixed with these.
-    pub(crate) fn claim(&self, out: &Path) -> Result<()> {
-        let path = out.join("data.json");
-        match read_result::<Self>(&path)? {
-            Some(there) if there != *self => bail!(
-                "{}: the comparison there is of other data; give the same --data and --train, or another --out",
-                path.display()
-            ),
-            Some(_) => Ok(()),
-            None => write_result(&path, self),
-        }
     }
 
     /// The stages, trained on these data.
@@ -82,11 +67,15 @@ impl Data {
         }
     }
 
-    /// Directory to train on.
-    pub(crate) fn train(&self, out: &Path, seed: u64) -> PathBuf {
+    /// Directory to train on, simulated where it is missing.
+    pub(crate) fn train(&self, study: &StudyDirectory, stages: &Stages) -> Result<PathBuf> {
         match self {
-            Self::Simulated => networks::train_data(out, seed),
-            Self::Given { train, .. } => train.clone(),
+            Self::Given { train, .. } => Ok(train.clone()),
+            Self::Simulated => {
+                let data = study.data(stages.finetune.seed, networks::TRAIN);
+                networks::simulate(&stages.finetune, &data)?;
+                Ok(data)
+            }
         }
     }
 
@@ -98,36 +87,49 @@ impl Data {
         }
     }
 
+    /// In words.
+    pub(crate) fn words(&self) -> String {
+        match self {
+            Self::Simulated => "simulated people that are in no training set".to_owned(),
+            Self::Given { test, .. } => test.display().to_string(),
+        }
+    }
+
     /// Directory to evaluate on, simulated where it is missing.
-    pub(crate) fn test(&self, out: &Path, stages: &Stages) -> Result<PathBuf> {
+    fn test(&self, study: &StudyDirectory, stages: &Stages, set: Test) -> Result<PathBuf> {
         match self {
             Self::Given { test, .. } => Ok(test.clone()),
             Self::Simulated => {
-                let seed = stages.finetune.seed;
-                let data = out.join("data").join(format!("seed-{seed}")).join("held-out");
-                recorded::prepare(&stages.finetune.held_out(), &data)?;
+                let data = study.data(stages.finetune.seed, set.name());
+                networks::simulate(&set.config(stages), &data)?;
                 Ok(data)
             }
         }
     }
 
     /// Scenes of the recordings to evaluate on that several calibrated cameras show.
-    pub(crate) fn scenes(&self, out: &Path, stages: &Stages) -> Result<Scenes> {
+    pub(crate) fn scenes(
+        &self,
+        study: &StudyDirectory,
+        stages: &Stages,
+        set: Test,
+    ) -> Result<Scenes> {
         match self {
             Self::Given { has_images: true, .. } => Ok(Scenes::default()),
-            _ => Scenes::new(&BodyRecordings::open(&self.test(out, stages)?)?),
+            _ => Scenes::new(&BodyRecordings::open(&self.test(study, stages, set)?)?),
         }
     }
 
     /// The images of an experiment to evaluate on.
     pub(crate) fn test_frames(
         &self,
-        out: &Path,
+        study: &StudyDirectory,
         stages: &Stages,
+        set: Test,
         mut experiment: BodyConfig,
     ) -> Result<BodyFrames> {
-        let data = self.test(out, stages)?;
-        let held_out = stages.finetune.held_out();
+        let data = self.test(study, stages, set)?;
+        let held_out = set.config(stages);
         (experiment.seed, experiment.simulation) = (held_out.seed, held_out.simulation);
         recorded::frames(&experiment, &data).with_context(|| format!("reading {}", data.display()))
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use crate::external::{ImageNetwork, MoveNet, OpenPose};
-use anyhow::{Result, anyhow};
+use anyhow::Result;
 use burn::tensor::Device;
 use evpose_pose::body::{BODY_JOINTS, BodyPoints};
 use evpose_pose::metric::body::BodyPrediction;
@@ -26,17 +26,14 @@ pub(crate) struct SystemPose {
 }
 
 /// A system at work on the images of one sequence, in their order.
-pub(crate) trait SystemPredictor {
-    /// The pose on an image.
-    fn predict(&mut self, frame: &BodyFrame) -> Result<SystemPose>;
-}
+pub(crate) type SystemPredictor = Box<dyn FnMut(&BodyFrame) -> Result<SystemPose>>;
 
 /// A system with its weights: starts a predictor for each sequence.
-pub(crate) struct ReadySystem(Box<dyn Fn() -> Box<dyn SystemPredictor> + Send + Sync>);
+pub(crate) struct ReadySystem(Box<dyn Fn() -> SystemPredictor + Send + Sync>);
 
 impl ReadySystem {
     /// A predictor for another sequence.
-    pub(crate) fn start(&self) -> Box<dyn SystemPredictor> {
+    pub(crate) fn start(&self) -> SystemPredictor {
         (self.0)()
     }
 
@@ -44,18 +41,42 @@ impl ReadySystem {
     pub(crate) fn move_enet(run: &Path) -> Result<Self> {
         let checkpoint = BodyCheckpoint::load(run, &Device::flex())?;
         let predictor = BodyPredictor::new(&checkpoint, BodyPredictorOptions::default(), None)?;
-        Ok(Self(Box::new(move || Box::new(MoveEnet(predictor.another())))))
+        Ok(Self(Box::new(move || {
+            let mut predictor = predictor.another();
+            Box::new(move |frame: &BodyFrame| {
+                Ok(in_image(predictor.predict(frame.t.as_seconds(), &frame.image)))
+            })
+        })))
     }
 
     /// A network of others that was trained here, of its run directory.
     pub(crate) fn baseline(run: &Path) -> Result<Self> {
         let checkpoint = BaselineCheckpoint::load(run, &Device::flex())?;
         let torso_m = checkpoint.torso_m.unwrap_or(PUBLISHED_TORSO_M);
+        // Depths of heads in the training, in metres.
         let depths_m = checkpoint.depths_m;
         let mut predictor = BaselinePredictor::new(&checkpoint);
         predictor.forget();
         Ok(Self(Box::new(move || {
-            Box::new(Baseline { predictor: predictor.clone(), torso_m, depths_m })
+            let mut predictor = predictor.clone();
+            Box::new(move |frame: &BodyFrame| {
+                let begin = Instant::now();
+                let joints = predictor.predict(&frame.image);
+                let mut pose = in_image(on_image(frame, begin, joints.points));
+                let camera = frame.camera.filter(|camera| {
+                    // Elsewhere, pixels of the image are not those of the sensor.
+                    let sensor = [camera.sensor.width, camera.sensor.height].map(usize::from);
+                    sensor == [frame.image.width(), frame.image.height()]
+                });
+                if let Some((camera, depths)) = camera.zip(joints.depths) {
+                    let mut geometry = LiftGeometry::new(camera.lens, camera.sensor);
+                    if let Some(depths_m) = depths_m {
+                        geometry = geometry.within_depths(depths_m);
+                    }
+                    pose.joints_m = geometry.joints_m(&pose.prediction.joints_px, &depths, torso_m);
+                }
+                Ok(pose)
+            })
         })))
     }
 
@@ -65,74 +86,27 @@ impl ReadySystem {
             FileKind::OpenPose => Arc::new(OpenPose::open(path)?),
             FileKind::MoveNet => Arc::new(MoveNet::open(path)?),
         };
-        Ok(Self(Box::new(move || Box::new(External(Arc::clone(&network))))))
+        Ok(Self(Box::new(move || {
+            let network = Arc::clone(&network);
+            Box::new(move |frame: &BodyFrame| {
+                let begin = Instant::now();
+                let joints = network.joints(&frame.image)?;
+                Ok(in_image(on_image(frame, begin, joints.map(|joint| joint.position))))
+            })
+        })))
     }
 
     /// The same pose on every image, relative to it.
     pub(crate) fn constant(pose: BodyPoints) -> Self {
-        Self(Box::new(move || Box::new(Constant(pose))))
+        Self(Box::new(move || {
+            Box::new(move |frame: &BodyFrame| Ok(in_image(on_image(frame, Instant::now(), pose))))
+        }))
     }
 }
 
-struct MoveEnet(BodyPredictor);
-
-impl SystemPredictor for MoveEnet {
-    fn predict(&mut self, frame: &BodyFrame) -> Result<SystemPose> {
-        let prediction = self.0.predict(frame.t.as_seconds(), &frame.image);
-        Ok(SystemPose { prediction, joints_m: [None; BODY_JOINTS] })
-    }
-}
-
-struct Baseline {
-    predictor: BaselinePredictor,
-    torso_m: f32,
-    /// Depths of heads in the training, in metres.
-    depths_m: Option<[f32; 2]>,
-}
-
-impl SystemPredictor for Baseline {
-    fn predict(&mut self, frame: &BodyFrame) -> Result<SystemPose> {
-        let begin = Instant::now();
-        let joints = self.predictor.predict(&frame.image);
-        let pose = on_image(frame, begin, joints.points);
-        let camera = frame.camera.filter(|camera| {
-            // Elsewhere, pixels of the image are not those of the sensor.
-            let sensor = [camera.sensor.width, camera.sensor.height].map(usize::from);
-            sensor == [frame.image.width(), frame.image.height()]
-        });
-        let joints_m = match camera.zip(joints.depths) {
-            Some((camera, depths)) => {
-                let geometry = LiftGeometry::new(camera.lens, camera.sensor);
-                let geometry = match self.depths_m {
-                    Some(depths_m) => geometry.within_depths(depths_m),
-                    None => geometry,
-                };
-                geometry.joints_m(&pose.joints_px, &depths, self.torso_m)
-            }
-            None => [None; BODY_JOINTS],
-        };
-        Ok(SystemPose { prediction: pose, joints_m })
-    }
-}
-
-struct External(Arc<dyn ImageNetwork>);
-
-impl SystemPredictor for External {
-    fn predict(&mut self, frame: &BodyFrame) -> Result<SystemPose> {
-        let begin = Instant::now();
-        let joints = self.0.joints(&frame.image).map_err(|error| anyhow!(error))?;
-        let prediction = on_image(frame, begin, joints.map(|joint| joint.position));
-        Ok(SystemPose { prediction, joints_m: [None; BODY_JOINTS] })
-    }
-}
-
-struct Constant(BodyPoints);
-
-impl SystemPredictor for Constant {
-    fn predict(&mut self, frame: &BodyFrame) -> Result<SystemPose> {
-        let prediction = on_image(frame, Instant::now(), self.0);
-        Ok(SystemPose { prediction, joints_m: [None; BODY_JOINTS] })
-    }
+/// A pose of a system that knows no depth.
+fn in_image(prediction: BodyPrediction) -> SystemPose {
+    SystemPose { prediction, joints_m: [None; BODY_JOINTS] }
 }
 
 /// A prediction of joints relative to the image.

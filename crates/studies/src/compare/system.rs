@@ -4,10 +4,11 @@
 //! Goyal et al.: *MoveEnet: Online High-Frequency Human Pose Estimation with an Event Camera*, CVPRW
 //! 2023, Tables 1 and 2 (Figures 5 and 6 are their curves), section 6 for speeds.
 
-use crate::ablate::{Network, Stages};
+use evpose_core::SensorSize;
 use evpose_task::body::BodyConfig;
+use serde::Serialize;
 
-use crate::compare::measure::{DataSet, Measure};
+use crate::compare::stages::{Network, Stages};
 
 /// A system that estimates poses of people.
 #[derive(Debug)]
@@ -18,13 +19,73 @@ pub(crate) struct System {
     /// Images that it takes.
     pub(crate) images: Images,
     pub(crate) weights: Weights,
+    pub(crate) test: Test,
     pub(crate) published: &'static [Figure],
 }
 
+/// Source of a published figure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub(crate) enum DataSet {
+    /// Front cameras of DHP19: Table 1.
+    #[serde(rename = "DHP19")]
+    Dhp19,
+    /// Human3.6M as events: Table 2.
+    #[serde(rename = "eH3.6M")]
+    Eh36m,
+    /// Online, with a GeForce RTX 2070.
+    #[serde(rename = "online")]
+    Online,
+}
+
+impl DataSet {
+    /// In words.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Dhp19 => "DHP19",
+            Self::Eh36m => "eH3.6M",
+            Self::Online => "an RTX 2070",
+        }
+    }
+}
+
+/// Test set: held-out people.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Test {
+    /// Those of the second stage.
+    HeldOut,
+    /// From a camera of 640x480 pixels.
+    Vga,
+    /// From hand-held cameras.
+    Moving,
+}
+
+impl Test {
+    /// Name of its directory.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::HeldOut => "held-out",
+            Self::Vga => "held-out-vga",
+            Self::Moving => "held-out-moving",
+        }
+    }
+
+    /// The recordings it is made of.
+    pub(crate) fn config(self, stages: &Stages) -> BodyConfig {
+        let mut config = stages.finetune.held_out();
+        match self {
+            Self::HeldOut => {}
+            Self::Vga => config.simulation.sensor_size = SensorSize { width: 640, height: 480 },
+            Self::Moving => config.simulation.moving_cameras = 1.0,
+        }
+        config
+    }
+}
+
 /// A published figure.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize)]
 pub(crate) struct Figure {
-    pub(crate) measure: Measure,
+    /// Key of the measure.
+    pub(crate) measure: &'static str,
     pub(crate) data_set: DataSet,
     pub(crate) value: f64,
 }
@@ -68,20 +129,31 @@ pub(crate) enum FileKind {
     MoveNet,
 }
 
-const fn dhp19(measure: Measure, value: f64) -> Figure {
+const fn dhp19(measure: &'static str, value: f64) -> Figure {
     Figure { measure, data_set: DataSet::Dhp19, value }
 }
 
-const fn eh36m(measure: Measure, value: f64) -> Figure {
+/// A figure of Human3.6M as events.
+pub(crate) const fn eh36m(measure: &'static str, value: f64) -> Figure {
     Figure { measure, data_set: DataSet::Eh36m, value }
 }
 
 const fn online(value: f64) -> Figure {
-    Figure { measure: Measure::PosesPerS, data_set: DataSet::Online, value }
+    Figure { measure: "poses_per_s", data_set: DataSet::Online, value }
 }
 
 /// Name of MoveEnet, with which most are compared.
 pub(crate) const MOVE_ENET: &str = "move-enet";
+
+/// The same pose on every image.
+pub(crate) const MEAN_POSE: System = System {
+    name: "mean-pose",
+    about: "the mean of all training poses, the same on every image: a lower bound",
+    images: Images::Eros,
+    weights: Weights::MeanPose,
+    test: Test::HeldOut,
+    published: &[],
+};
 
 /// The registry.
 #[allow(clippy::approx_constant, reason = "6.28 is a published error in pixels")]
@@ -91,12 +163,13 @@ pub(crate) const SYSTEMS: &[System] = &[
         about: "EROS, pre-trained on stills that look like one, fine-tuned on recordings",
         images: Images::Eros,
         weights: Weights::MoveEnet(Network::Full),
+        test: Test::HeldOut,
         published: &[
-            dhp19(Measure::Pck40, 0.97),
-            dhp19(Measure::Pck60, 0.98),
-            dhp19(Measure::MpjpePx, 6.28),
-            eh36m(Measure::Pck40, 0.89),
-            eh36m(Measure::Pck80, 0.93),
+            dhp19("pck_40", 0.97),
+            dhp19("pck_60", 0.98),
+            dhp19("mpjpe_px", 6.28),
+            eh36m("pck_40", 0.89),
+            eh36m("pck_80", 0.93),
             online(100.0),
         ],
     },
@@ -105,38 +178,43 @@ pub(crate) const SYSTEMS: &[System] = &[
         about: "the same network on frames of 7500 events, from scratch",
         images: Images::FixedCount,
         weights: Weights::MoveEnet(Network::FixedCount),
-        published: &[eh36m(Measure::Pck40, 0.87), eh36m(Measure::Pck80, 0.93)],
+        test: Test::HeldOut,
+        published: &[eh36m("pck_40", 0.87), eh36m("pck_80", 0.93)],
     },
     System {
         name: "move-enet-wo-finetune",
         about: "the same network on EROS, pre-trained only",
         images: Images::Eros,
         weights: Weights::MoveEnet(Network::Pretrained),
-        published: &[eh36m(Measure::Pck40, 0.30), eh36m(Measure::Pck80, 0.52)],
+        test: Test::HeldOut,
+        published: &[eh36m("pck_40", 0.30), eh36m("pck_80", 0.52)],
     },
     System {
         name: "move-enet-wo-pretrain",
         about: "the same network on EROS, recordings only, from scratch",
         images: Images::Eros,
         weights: Weights::MoveEnet(Network::Scratch),
-        published: &[eh36m(Measure::Pck40, 0.59), eh36m(Measure::Pck80, 0.81)],
+        test: Test::HeldOut,
+        published: &[eh36m("pck_40", 0.59), eh36m("pck_80", 0.81)],
     },
     System {
         name: "dhp19-cnn",
         about: "the network of DHP19 on frames of 7500 events: a heatmap for each joint",
         images: Images::FixedCount,
         weights: Weights::Baseline(BaselineKind::Dhp19Cnn),
-        published: &[dhp19(Measure::MpjpePx, 7.03)],
+        test: Test::HeldOut,
+        published: &[dhp19("mpjpe_px", 7.03)],
     },
     System {
         name: "lift-mono",
         about: "LiftMono-HPE on frames of 7500 events: heatmaps on three planes, joints in space",
         images: Images::FixedCount,
         weights: Weights::Baseline(BaselineKind::LiftMono),
+        test: Test::HeldOut,
         published: &[
-            dhp19(Measure::Pck40, 0.28),
-            dhp19(Measure::Pck60, 0.51),
-            dhp19(Measure::MpjpePx, 26.79),
+            dhp19("pck_40", 0.28),
+            dhp19("pck_60", 0.51),
+            dhp19("mpjpe_px", 26.79),
             online(2.0),
         ],
     },
@@ -145,36 +223,33 @@ pub(crate) const SYSTEMS: &[System] = &[
         about: "OpenPose on grey frames, from an ONNX file",
         images: Images::Grey,
         weights: Weights::File(FileKind::OpenPose),
-        published: &[eh36m(Measure::Pck40, 0.91), eh36m(Measure::Pck80, 0.92), online(10.0)],
+        test: Test::HeldOut,
+        published: &[eh36m("pck_40", 0.91), eh36m("pck_80", 0.92), online(10.0)],
     },
     System {
         name: "openpose-pim",
         about: "OpenPose on integrated polarities, from an ONNX file",
         images: Images::Pim,
         weights: Weights::File(FileKind::OpenPose),
-        published: &[eh36m(Measure::Pck40, 0.46), eh36m(Measure::Pck80, 0.54)],
+        test: Test::HeldOut,
+        published: &[eh36m("pck_40", 0.46), eh36m("pck_80", 0.54)],
     },
     System {
         name: "movenet-grey",
         about: "Google's MoveNet on grey frames, from an ONNX file",
         images: Images::Grey,
         weights: Weights::File(FileKind::MoveNet),
-        published: &[eh36m(Measure::Pck40, 0.84), eh36m(Measure::Pck80, 0.91)],
+        test: Test::HeldOut,
+        published: &[eh36m("pck_40", 0.84), eh36m("pck_80", 0.91)],
     },
-    System {
-        name: "mean-pose",
-        about: "the mean of all training poses, the same on every image: a lower bound",
-        images: Images::Eros,
-        weights: Weights::MeanPose,
-        published: &[],
-    },
+    MEAN_POSE,
 ];
 
-/// The systems of these names in the order of the registry, or all.
-pub(crate) fn selected(names: &[String]) -> Vec<&'static System> {
+/// The systems of a registry of these names, in its order, or all.
+pub(crate) fn selected(registry: &'static [System], names: &[String]) -> Vec<&'static System> {
     let is_chosen =
         |system: &&System| names.is_empty() || names.iter().any(|name| name == system.name);
-    SYSTEMS.iter().filter(is_chosen).collect()
+    registry.iter().filter(is_chosen).collect()
 }
 
 impl System {
@@ -203,7 +278,7 @@ impl System {
     }
 
     /// The published figure of a measure.
-    pub(crate) fn figure(&self, measure: Measure, data_set: DataSet) -> Option<f64> {
+    pub(crate) fn figure(&self, measure: &str, data_set: DataSet) -> Option<f64> {
         let mut figures = self.published.iter();
         let is_it = |figure: &&Figure| figure.measure == measure && figure.data_set == data_set;
         figures.find(is_it).map(|figure| figure.value)
@@ -252,7 +327,7 @@ mod tests {
                 assert_eq!(system.published.iter().filter(same).count(), 1, "{}", system.name);
             }
         }
-        assert_eq!(selected(&["openpose-pim".to_owned()])[0].name, "openpose-pim");
-        assert_eq!(selected(&[]).len(), SYSTEMS.len());
+        assert_eq!(selected(SYSTEMS, &["openpose-pim".to_owned()])[0].name, "openpose-pim");
+        assert_eq!(selected(SYSTEMS, &[]).len(), SYSTEMS.len());
     }
 }

@@ -4,9 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use crate::ablate::{Stages, networks};
 use anyhow::{Context, Result};
-use evpose_cli::json::{read_result, write_result};
 use evpose_cli::machine::Machine;
 use evpose_cli::run_info::COMMIT;
 use evpose_core::stats::bootstrap::BootstrapConfig;
@@ -19,11 +17,15 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
 use crate::compare::data::Data;
-use crate::compare::measure::{Measure, PERCENTS};
+use crate::compare::networks;
 use crate::compare::predictor::{ReadySystem, SystemPose};
 use crate::compare::spatial::SeenJoints;
+use crate::compare::stages::Stages;
 use crate::compare::system::{System, Weights};
+use crate::study::{Measure, Measured, StudyDirectory, measure, training_s};
 
+/// Thresholds of the PCK, in percent of the torso's diagonal.
+const PERCENTS: [usize; 3] = [40, 60, 80];
 /// Poses that are timed at most, and seconds that it takes at most.
 const TIMED_POSES: usize = 50;
 const TIMED_S: f64 = 3.0;
@@ -31,10 +33,10 @@ const TIMED_S: f64 = 3.0;
 /// Results of a system under a seed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Trial {
-    pub(crate) system: String,
-    pub(crate) seed: u64,
+    system: String,
+    seed: u64,
     commit: String,
-    pub(crate) machine: String,
+    machine: String,
     /// SHA-256 of the file of weights, of systems that are run from one.
     pub(crate) weights: Option<String>,
     /// Images that were evaluated.
@@ -42,67 +44,64 @@ pub(crate) struct Trial {
     /// Shares of correct joints at [`PERCENTS`] of the torso.
     pub(crate) pck: [f64; PERCENTS.len()],
     /// At 1 %, 2 %, …, 100 %.
-    pub(crate) curve: Vec<f64>,
-    pub(crate) auc: f64,
+    curve: Vec<f64>,
+    auc: f64,
     /// None if no joint was detected.
-    pub(crate) mpjpe_px: Option<f64>,
+    mpjpe_px: Option<f64>,
     /// Of one camera where the system estimates depth, else triangulated where the data have two
     /// calibrated cameras.
-    pub(crate) mpjpe_mm: Option<f64>,
+    mpjpe_mm: Option<f64>,
     /// Poses per second on one thread, from image to joints: the median.
-    pub(crate) poses_per_s: Option<f64>,
+    poses_per_s: Option<f64>,
     /// Of its own training, without those it starts from.
-    pub(crate) training_s: Option<f64>,
+    training_s: Option<f64>,
 }
 
-impl Trial {
-    /// The value of a measure.
-    pub(crate) fn value(&self, measure: Measure) -> Option<f64> {
-        match measure {
-            Measure::Pck40 => Some(self.pck[0]),
-            Measure::Pck60 => Some(self.pck[1]),
-            Measure::Pck80 => Some(self.pck[2]),
-            Measure::Auc => Some(self.auc),
-            Measure::MpjpePx => self.mpjpe_px,
-            Measure::MpjpeMm => self.mpjpe_mm,
-            Measure::PosesPerS => self.poses_per_s,
-        }
+impl Measured for Trial {
+    const MEASURES: &'static [Measure<Self>] = &[
+        measure(("pck_40", "PCK@0.4", 3, false), |trial| Some(trial.pck[0])),
+        measure(("pck_60", "PCK@0.6", 3, false), |trial| Some(trial.pck[1])),
+        measure(("pck_80", "PCK@0.8", 3, false), |trial| Some(trial.pck[2])),
+        measure(("auc", "AUC", 3, false), |trial| Some(trial.auc)),
+        measure(("mpjpe_px", "MPJPE px", 1, true), |trial| trial.mpjpe_px),
+        measure(("mpjpe_mm", "MPJPE mm", 1, true), |trial| trial.mpjpe_mm),
+        measure(("poses_per_s", "poses/s", 0, false), |trial| trial.poses_per_s),
+        measure(("training_s", "training s", 0, true), |trial| trial.training_s),
+    ];
+
+    fn timed_on(&self) -> String {
+        self.machine.clone()
+    }
+
+    fn curves(&self) -> Vec<(&'static str, &[f64])> {
+        vec![("curve", &self.curve[..])]
     }
 }
 
-/// A system to evaluate, with the file of its weights if it is run from one.
+/// A system to evaluate under a seed.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Candidate<'a> {
+    pub(crate) study: &'a StudyDirectory,
+    pub(crate) data: &'a Data,
     pub(crate) system: &'static System,
+    /// The file of its weights if it is run from one.
     pub(crate) file: Option<&'a Path>,
+    pub(crate) stages: &'a Stages,
 }
 
-/// Evaluates a system under the seed of `stages`, unless results are stored.
-pub(crate) fn run(
-    out: &Path,
-    data: &Data,
-    candidate: &Candidate<'_>,
-    stages: &Stages,
-) -> Result<Trial> {
-    let (system, seed) = (candidate.system, stages.finetune.seed);
-    let path = out.join("systems").join(system.name).join(format!("seed-{seed}.json"));
-    // By digest: a file may be replaced under the same name.
-    let weights = candidate.file.map(digest_of).transpose()?;
-    let stored: Option<Trial> = read_result(&path)?;
-    // Another file of weights is another system.
-    if let Some(trial) = stored.filter(|trial| trial.weights == weights) {
-        return Ok(trial);
-    }
-    let experiment = experiment(system, stages);
-    let ready = ready(out, data, candidate, stages)?;
-    let frames = data.test_frames(out, stages, experiment)?;
+/// Evaluates a system, which is trained; `weights` is the digest of its file.
+pub(crate) fn run(candidate: &Candidate<'_>, weights: Option<String>) -> Result<Trial> {
+    let Candidate { study, data, system, stages, .. } = *candidate;
+    let seed = stages.finetune.seed;
+    let ready = ready(candidate)?;
+    let frames = data.test_frames(study, stages, system.test, experiment(system, stages))?;
     // Frames are predicted on several threads.
     let (errors_m, seen) = (Mutex::new(Vec::new()), Mutex::new(Vec::new()));
     let evaluation = evaluate_frames_with(
         &frames,
         || ready.start(),
         |predictor, frame| -> Result<_> {
-            let pose = predictor.predict(frame)?;
+            let pose = predictor(frame)?;
             let mut errors_m = errors_m.lock().unwrap_or_else(PoisonError::into_inner);
             errors_m.extend(errors_of(frame, &pose));
             // Released first: no thread holds one lock while it waits for the other.
@@ -118,7 +117,7 @@ pub(crate) fn run(
         Some(mm) => Some(mm),
         None => {
             let seen = seen.into_inner().unwrap_or_else(PoisonError::into_inner);
-            mean(&data.scenes(out, stages)?.errors_m(&seen)).map(|m| 1e3 * m)
+            mean(&data.scenes(study, stages, system.test)?.errors_m(&seen)).map(|m| 1e3 * m)
         }
     };
     // Intervals come from seeds, not from sequences.
@@ -130,7 +129,7 @@ pub(crate) fn run(
         .iter()
         .map(|pck| estimate(*pck).context("no pose could be evaluated"))
         .collect::<Result<_>>()?;
-    let trial = Trial {
+    Ok(Trial {
         system: system.name.to_owned(),
         seed,
         commit: COMMIT.to_owned(),
@@ -146,22 +145,20 @@ pub(crate) fn run(
             Weights::MeanPose => None,
             _ => Some(poses_per_s(&ready, &frames)?),
         },
-        training_s: match directory(out, system, seed) {
-            Some(run) => networks::training_s(&run)?,
+        training_s: match directory(candidate) {
+            Some(run) => training_s(&run)?,
             None => None,
         },
-    };
-    std::fs::create_dir_all(path.parent().unwrap_or(out))
-        .with_context(|| format!("creating {}", path.display()))?;
-    write_result(&path, &trial)?;
-    Ok(trial)
+    })
 }
 
 /// The run directory of a system that is trained here.
-fn directory(out: &Path, system: &System, seed: u64) -> Option<PathBuf> {
+fn directory(candidate: &Candidate<'_>) -> Option<PathBuf> {
+    let Candidate { study, system, stages, .. } = candidate;
+    let of = |name: &str| Some(networks::directory(study, name, stages.finetune.seed));
     match system.weights {
-        Weights::MoveEnet(network) => Some(networks::directory(out, network.name(), seed)),
-        Weights::Baseline(_) => Some(networks::directory(out, system.name, seed)),
+        Weights::MoveEnet(network) => of(network.name()),
+        Weights::Baseline(_) => of(system.name),
         Weights::File(_) | Weights::MeanPose => None,
     }
 }
@@ -174,23 +171,15 @@ fn experiment(system: &System, stages: &Stages) -> BodyConfig {
     }
 }
 
-fn ready(
-    out: &Path,
-    data: &Data,
-    candidate: &Candidate<'_>,
-    stages: &Stages,
-) -> Result<ReadySystem> {
-    let (system, seed) = (candidate.system, stages.finetune.seed);
-    match (system.weights, directory(out, system, seed), candidate.file) {
+fn ready(candidate: &Candidate<'_>) -> Result<ReadySystem> {
+    let Candidate { study, data, system, file, stages } = *candidate;
+    match (system.weights, directory(candidate), file) {
         (Weights::MoveEnet(_), Some(run), _) => ReadySystem::move_enet(&run),
         (Weights::Baseline(_), Some(run), _) => ReadySystem::baseline(&run),
         (Weights::File(kind), _, Some(path)) => ReadySystem::file(kind, path),
         (Weights::MeanPose, ..) => {
             // The mean pose is that of the recordings that networks are trained on.
-            if data.given_train().is_none() {
-                evpose_cli::recorded::prepare(&stages.finetune, &data.train(out, seed))?;
-            }
-            let recordings = BodyRecordings::open(&data.train(out, seed))?;
+            let recordings = BodyRecordings::open(&data.train(study, stages)?)?;
             Ok(ReadySystem::constant(mean_pose_of_recordings(&recordings)?))
         }
         _ => anyhow::bail!("{}: no weights", system.name),
@@ -231,7 +220,7 @@ fn poses_per_s(ready: &ReadySystem, frames: &BodyFrames) -> Result<f64> {
         let begin = Instant::now();
         for frame in frames.frames.iter().cycle().take(TIMED_POSES + 1) {
             let start = Instant::now();
-            predictor.predict(frame)?;
+            predictor(frame)?;
             seconds.push(start.elapsed().as_secs_f64());
             // A slow system is timed on fewer poses.
             if begin.elapsed().as_secs_f64() > TIMED_S && seconds.len() > 1 {
@@ -254,7 +243,7 @@ pub(crate) fn digest_of(path: &Path) -> Result<String> {
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
+mod tests {
     use evpose_core::{Micros, Plane};
     use evpose_pose::body::{BODY_JOINTS, BodyLabel};
     use evpose_pose::metric::body::BodyPrediction;
@@ -262,25 +251,6 @@ pub(crate) mod tests {
     use glam::Vec3;
 
     use super::*;
-
-    /// A trial at a PCK@0.4.
-    pub(crate) fn trial(system: &str, seed: u64, pck_40: f64) -> Trial {
-        Trial {
-            system: system.to_owned(),
-            seed,
-            commit: String::new(),
-            machine: "a processor".to_owned(),
-            weights: None,
-            images: 10,
-            pck: [pck_40, pck_40 + 0.1, pck_40 + 0.15],
-            curve: vec![pck_40; 100],
-            auc: pck_40,
-            mpjpe_px: Some(6.5),
-            mpjpe_mm: None,
-            poses_per_s: Some(120.0),
-            training_s: Some(60.0),
-        }
-    }
 
     #[test]
     fn errors_in_space_are_means_over_joints_that_are_known() {

@@ -10,24 +10,23 @@
 //!
 //! ```
 //! use std::path::Path;
-//! use evpose_studies::external::{ExternalError, MoveNet};
+//! use evpose_studies::external::MoveNet;
 //!
 //! // Without the file, or without the feature, the error says what to do.
 //! let error = MoveNet::open(Path::new("movenet.onnx")).err().map(|error| error.to_string());
 //! assert!(error.is_some_and(|error| error.starts_with("movenet.onnx: ")));
 //! ```
 
-mod error;
 mod letterbox;
 mod movenet;
 mod openpose;
 #[cfg_attr(not(feature = "onnx"), path = "no_runtime.rs")]
 mod runtime;
 
+use anyhow::Result;
 use evpose_core::Plane;
 use evpose_pose::body::{BODY_JOINTS, BodyJoint};
 
-pub use error::ExternalError;
 pub use letterbox::Letterbox;
 pub use movenet::MoveNet;
 pub use openpose::OpenPose;
@@ -39,7 +38,7 @@ pub trait ImageNetwork: Send + Sync {
     ///
     /// # Errors
     /// If the network cannot be run.
-    fn joints(&self, image: &Plane<u8>) -> Result<[BodyJoint; BODY_JOINTS], ExternalError>;
+    fn joints(&self, image: &Plane<u8>) -> Result<[BodyJoint; BODY_JOINTS]>;
 
     /// The network in a line: kind, size of its input.
     fn description(&self) -> String;

@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
+use anyhow::Result;
 use evpose_core::Plane;
 use evpose_pose::body::{BODY_JOINTS, BodyJoint, MOVENET_VALUES, movenet_joints};
 
 use crate::external::runtime::OnnxModel;
-use crate::external::{ExternalError, ImageNetwork, Letterbox};
+use crate::external::{ImageNetwork, Letterbox};
 
 /// Sides of an input whose size the file leaves open, in pixels: Lightning's.
 const OPEN_SIDE_PX: usize = 192;
@@ -30,7 +31,7 @@ impl MoveNet {
     ///
     /// # Errors
     /// If it cannot be read, is another network, or there is no runtime.
-    pub fn open(path: &Path) -> Result<Self, ExternalError> {
+    pub fn open(path: &Path) -> Result<Self> {
         let model = OnnxModel::open(path, [OPEN_SIDE_PX; 2])?;
         let is_movenet = |shape: &[usize]| {
             shape.ends_with(&[17, 3]) && shape.iter().product::<usize>() == MOVENET_VALUES
@@ -43,7 +44,7 @@ impl MoveNet {
 }
 
 impl ImageNetwork for MoveNet {
-    fn joints(&self, image: &Plane<u8>) -> Result<[BodyJoint; BODY_JOINTS], ExternalError> {
+    fn joints(&self, image: &Plane<u8>) -> Result<[BodyJoint; BODY_JOINTS]> {
         let input_px = self.model.input_px();
         let letterbox = Letterbox::new([image.width(), image.height()], input_px);
         let outputs = self.model.run(&letterbox.input(image, input_px))?;

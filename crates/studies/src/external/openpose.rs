@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
+use anyhow::Result;
 use evpose_core::Plane;
 use evpose_pose::body::{BODY_JOINTS, BodyJoint, OpenPoseDecoder, OpenPoseModel, OpenPoseOptions};
 
 use crate::external::runtime::OnnxModel;
-use crate::external::{ExternalError, ImageNetwork, Letterbox};
+use crate::external::{ImageNetwork, Letterbox};
 
 /// Width and height of an input whose size the file leaves open, in pixels: OpenPose's height, for
 /// images of four to three.
@@ -60,7 +61,7 @@ impl OpenPose {
     ///
     /// # Errors
     /// If it cannot be read, is another network, or there is no runtime.
-    pub fn open(path: &Path) -> Result<Self, ExternalError> {
+    pub fn open(path: &Path) -> Result<Self> {
         let model = OnnxModel::open(path, OPEN_SIZE_PX)?;
         let found = OpenPoseModel::ALL
             .into_iter()
@@ -78,7 +79,7 @@ impl OpenPose {
 }
 
 impl ImageNetwork for OpenPose {
-    fn joints(&self, image: &Plane<u8>) -> Result<[BodyJoint; BODY_JOINTS], ExternalError> {
+    fn joints(&self, image: &Plane<u8>) -> Result<[BodyJoint; BODY_JOINTS]> {
         let input_px = self.model.input_px();
         let letterbox = Letterbox::new([image.width(), image.height()], input_px);
         let mut input = letterbox.input(image, input_px);

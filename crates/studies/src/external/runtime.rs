@@ -3,13 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use anyhow::{Error, Result, anyhow};
 use tract_onnx::prelude::{
     DatumType, Framework, InferenceFact, InferenceModel, InferenceModelExt, IntoRunnable,
     SymbolValues, Tensor, TractResult, TypedRunnableModel, onnx, tvec,
 };
 use tract_onnx::tract_hir::infer::{DimFact, Factoid as _};
-
-use crate::external::ExternalError;
 
 /// Channels of an image.
 const CHANNELS: usize = 3;
@@ -34,21 +33,22 @@ struct InputShape {
 
 impl OnnxModel {
     /// Opens a file; width and height that it leaves open are those of `open_px`.
-    pub(crate) fn open(path: &Path, open_px: [usize; 2]) -> Result<Self, ExternalError> {
-        let io = |source| ExternalError::Io { path: path.to_owned(), source };
+    pub(crate) fn open(path: &Path, open_px: [usize; 2]) -> Result<Self> {
+        let name = path.display();
         // The runtime's own message says neither which file nor why.
-        let is_directory = std::fs::metadata(path).map_err(io)?.is_dir();
-        if is_directory {
-            return Err(io(std::io::ErrorKind::IsADirectory.into()));
+        let metadata = std::fs::metadata(path).map_err(|error| anyhow!("{name}: {error}"))?;
+        if metadata.is_dir() {
+            return Err(anyhow!("{name}: {}", std::io::ErrorKind::IsADirectory));
         }
-        let unreadable =
-            |reason: String| ExternalError::Unreadable { path: path.to_owned(), reason };
-        let model =
-            onnx().model_for_path(path).map_err(|error| unreadable(format!("{error:#}")))?;
-        let (input, element) = input_of(&model, open_px)
-            .map_err(|shape| ExternalError::Input { path: path.to_owned(), shape })?;
-        let compiled = compile(model, input, element);
-        let (model, output_shapes) = compiled.map_err(|error| unreadable(format!("{error:#}")))?;
+        let unreadable = |error| anyhow!("{name}: no ONNX network that tract runs: {error:#}");
+        let model = onnx().model_for_path(path).map_err(unreadable)?;
+        let (input, element) = input_of(&model, open_px).map_err(|shape| {
+            anyhow!(
+                "{name}: its input is {shape}; one image of three channels is needed, \
+                 [1, 3, height, width] or [1, height, width, 3]"
+            )
+        })?;
+        let (model, output_shapes) = compile(model, input, element).map_err(unreadable)?;
         Ok(Self { path: path.to_owned(), model, input, element, output_shapes })
     }
 
@@ -63,18 +63,15 @@ impl OnnxModel {
     }
 
     /// The error of a network that outputs something else than `needed`.
-    pub(crate) fn other_outputs(
-        &self,
-        system: &'static str,
-        needed: &'static str,
-    ) -> ExternalError {
+    pub(crate) fn other_outputs(&self, system: &'static str, needed: &'static str) -> Error {
         let shapes: Vec<String> =
             self.output_shapes.iter().map(|shape| format!("{shape:?}")).collect();
-        ExternalError::Output { path: self.path.clone(), system, shape: shapes.join(", "), needed }
+        let (path, shapes) = (self.path.display(), shapes.join(", "));
+        anyhow!("{path}: no network of {system}: its outputs are {shapes}; needed: {needed}")
     }
 
     /// The outputs for a grey image, row by row, the same in each channel.
-    pub(crate) fn run(&self, grey: &[f32]) -> Result<Vec<Vec<f32>>, ExternalError> {
+    pub(crate) fn run(&self, grey: &[f32]) -> Result<Vec<Vec<f32>>> {
         let run = || -> TractResult<Vec<Vec<f32>>> {
             // Some files compute in half precision.
             let input = self.input.tensor(grey)?.cast_to_dt(self.element)?.into_owned();
@@ -85,10 +82,7 @@ impl OnnxModel {
             });
             values.collect()
         };
-        run().map_err(|error| ExternalError::Run {
-            path: self.path.clone(),
-            reason: format!("{error:#}"),
-        })
+        run().map_err(|error| anyhow!("{}: running it: {error:#}", self.path.display()))
     }
 }
 

@@ -7,18 +7,22 @@
 //!
 //! * `args`: arguments of the command.
 //! * `models`: the sensor models that are compared.
-//! * `directory`: files of a study.
 //! * `study`: simulates, trains and evaluates.
 //! * [`table`]: scores and paired differences, with intervals.
-//! * `text` and `page` render the result.
+//! * `report`: the result as tables and charts.
+//!
+//! | file | content |
+//! |---|---|
+//! | `models/given.toml`, `models/corrected.toml`, `models/camera.toml` | sensor models |
+//! | `held-out/` | recordings of the camera, with `--camera` |
+//! | `seed-1/given/data`, `seed-1/given/network` | training data and network of a model under a seed |
+//! | `payoff.json`, `payoff.md`, `report.html` | results |
 
 mod args;
-mod directory;
 mod models;
-mod page;
+mod report;
 mod study;
 pub mod table;
-mod text;
 
 pub use args::PayoffArgs;
 pub use study::run;

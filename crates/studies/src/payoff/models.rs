@@ -68,6 +68,17 @@ impl Models {
         }
         Ok(Self { trained, camera, findings })
     }
+
+    /// The models as files of a study: name and text.
+    pub(crate) fn files(&self) -> Vec<(String, String)> {
+        let file =
+            |name: &str, sensor: &SensorConfig| (format!("models/{name}.toml"), sensor.to_toml());
+        let mut files: Vec<_> =
+            self.trained.iter().map(|model| file(model.name, &model.sensor)).collect();
+        let is_trained = self.trained.iter().any(|model| model.name == CAMERA);
+        files.extend(self.camera.iter().filter(|_| !is_trained).map(|camera| file(CAMERA, camera)));
+        files
+    }
 }
 
 fn load(path: &Path) -> Result<SensorConfig> {

@@ -3,29 +3,25 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use anyhow::{Context, Result, anyhow, bail, ensure};
+use anyhow::{Context, Result, anyhow, ensure};
 use evpose_cli::bad_input::BadInput;
-use evpose_cli::json::write_json;
 use evpose_cli::machine::Machine;
 use evpose_cli::progress::{say, training_bar};
 use evpose_cli::run_info::{COMMIT, CONFIG};
-use evpose_cli::tasks::{
-    EvaluationScores, PoseExperiment, PoseTask, StartWeights, experiment, task_by_name,
-};
-use evpose_train::TrainOptions;
-use serde::Serialize;
+use evpose_cli::tasks::{PoseExperiment, PoseTask, StartWeights, experiment, task_by_name};
+use evpose_task::BEST;
+use serde::{Deserialize, Serialize};
 
 use crate::payoff::args::PayoffArgs;
-use crate::payoff::directory::StudyDirectory;
-use crate::payoff::models::{CAMERA, Findings, Models, NamedModel};
+use crate::payoff::models::{CAMERA, Findings, Models};
+use crate::payoff::report;
 use crate::payoff::table::{ModelScores, PairedTable};
-use crate::payoff::{page, text};
-use crate::study;
+use crate::study::{
+    self, Study, StudyDirectory, StudyPlan, TrialIndex, Trials, Written, exclusively,
+};
 
 /// Version of the layout of `payoff.json`.
 const SCHEMA: u32 = 1;
-const JSON: &str = "payoff.json";
-const PAGE: &str = "report.html";
 
 /// The result of a study, as `payoff.json` holds it.
 #[derive(Debug, Clone, Serialize)]
@@ -90,50 +86,144 @@ pub fn run(args: &PayoffArgs) -> Result<()> {
         "config field `data.source`: a network that is to learn from events trains on recordings"
     );
     let seeds = args.seeds.all(base.seed())?;
-    let inputs = inputs(&*base, &models)?;
-    let directory = StudyDirectory::open(&args.study.out, base.seed(), &inputs, args.study.resume)?;
-    args.study.say_place();
+    let directory = args.study.directory();
     say(format!("network: {}", base.description()));
     say(format!("verdict: {} {}", models.findings.verdict, models.findings.effects.join(", ")));
-    let recordings = recordings(args, &*base, &models, &directory)?;
+    let files = models.files();
+    let mut inputs: Vec<_> =
+        files.iter().map(|(name, text)| (name.as_str(), text.clone())).collect();
+    inputs.push((CONFIG, base.to_toml()?));
+    let plan = StudyPlan {
+        args: &args.study,
+        seed: base.seed(),
+        inputs,
+        rows: study::strings(models.trained.iter().map(|model| model.name)),
+        seeds: study::seed_names(&seeds),
+        files: ["payoff.json", "payoff.md", "report.html"],
+    };
+    let study = PayoffStudy { args, task, base: &*base, models, seeds, directory, started };
+    plan.run(&study).map(|_| ())
+}
 
-    let mut scores: Vec<ModelScores> = models
-        .trained
-        .iter()
-        .map(|model| ModelScores { model: model.name, by_seed: Vec::new() })
-        .collect();
-    // Seed after seed: an interrupted study has all networks of the first seeds.
-    for &seed in &seeds {
-        for (model, scores) in models.trained.iter().zip(&mut scores) {
-            let study = Trial { args, task, experiment: base.with_seed(seed), seed };
-            scores.by_seed.push(study.run(model, &directory, &recordings)?);
-        }
+struct PayoffStudy<'a> {
+    args: &'a PayoffArgs,
+    task: &'static dyn PoseTask,
+    base: &'a dyn PoseExperiment,
+    models: Models,
+    seeds: Vec<u64>,
+    directory: StudyDirectory,
+    started: Instant,
+}
+
+/// A trained network.
+#[derive(Debug, Serialize, Deserialize)]
+struct Trained {
+    /// Duration of the training in the process that ended it.
+    seconds: f64,
+}
+
+impl PayoffStudy<'_> {
+    /// Directory of a model under a seed.
+    fn trial(&self, (model, seed): TrialIndex) -> PathBuf {
+        let model = self.models.trained[model].name;
+        self.directory.path(&format!("seed-{}/{model}", self.seeds[seed]))
     }
 
-    let payoff = Payoff {
-        schema: SCHEMA,
-        task: task.name(),
-        network: base.description(),
-        models: models.trained.iter().map(|model| model.name).collect(),
-        seeds,
-        evaluated_on: recordings.display().to_string(),
-        stride_ms: args.stride_ms,
-        table: PairedTable::new(&scores, &base.bootstrap())?,
-        gap: models.findings.clone(),
-        commit: COMMIT,
-        machine: Machine::this(),
-        elapsed_s: started.elapsed().as_secs_f64(),
-    };
-    let html = page::html(&payoff, &models.trained, &base.to_toml()?)?;
-    let path = directory.result(PAGE);
-    study::write(&path, &html)?;
-    write_json(Some(&directory.result(JSON)), &payoff)?;
-    say("");
-    text::lines(&payoff).iter().for_each(say);
-    say("");
-    say(format!("done in {:.1} minutes", payoff.elapsed_s / 60.0));
-    say(format!("values: {}", directory.result(JSON).display()));
-    say(format!("report: {}", path.display()));
+    /// The directory of the recordings of the measured camera.
+    fn recordings(&self) -> PathBuf {
+        // Real recordings come first.
+        self.args.data.clone().unwrap_or_else(|| self.directory.path("held-out"))
+    }
+
+    /// Scores of the networks of a model under all seeds.
+    fn scores(&self, model: usize) -> Result<ModelScores> {
+        let (name, recordings) = (self.models.trained[model].name, self.recordings());
+        let device = self.args.study.device.device.resolve()?;
+        let of_seed = |seed: usize| {
+            say(format!(
+                "{name}, seed {}: evaluating on {}",
+                self.seeds[seed],
+                recordings.display()
+            ));
+            let opened = self.task.open(&self.trial((model, seed)).join(NETWORK), &device)?;
+            opened.network()?.scores(&recordings, self.args.stride_ms)
+        };
+        let by_seed = (0..self.seeds.len()).map(of_seed).collect::<Result<_>>()?;
+        Ok(ModelScores { model: name, by_seed })
+    }
+}
+
+/// Training run of a trial.
+const NETWORK: &str = "network";
+
+impl Study for PayoffStudy<'_> {
+    type Trial = Trained;
+    type Outcome = Payoff;
+
+    fn path(&self, (model, seed): TrialIndex) -> String {
+        format!("seed-{}/{}/trained.json", self.seeds[seed], self.models.trained[model].name)
+    }
+
+    fn is_current(&self, trial: TrialIndex, _: &Trained) -> Result<bool> {
+        Ok(self.trial(trial).join(NETWORK).join(BEST).exists())
+    }
+
+    fn prepare(&self, _: &[TrialIndex]) -> Result<()> {
+        let Some(camera) = self.models.camera.as_ref().filter(|_| self.args.data.is_none()) else {
+            return Ok(());
+        };
+        say("held-out recordings of the measured camera");
+        let (held_out, experiment) = (self.recordings(), self.base.held_out().with_sensor(camera));
+        simulate(&*experiment, &held_out, CAMERA)
+    }
+
+    fn run(&self, trial: TrialIndex) -> Result<(Trained, String)> {
+        let (model, seed) = (&self.models.trained[trial.0], self.seeds[trial.1]);
+        // The same experiment: only the sensor's model differs.
+        let experiment = self.base.with_seed(seed).with_sensor(&model.sensor);
+        let (data, network) = (self.trial(trial).join("data"), self.trial(trial).join(NETWORK));
+        simulate(&*experiment, &data, model.name)?;
+        let began = Instant::now();
+        let (progress, callback) = training_bar(model.name);
+        let options = study::options(self.args.study.device.device, callback);
+        let trained = experiment.train(&data, &network, &options);
+        progress.finish_and_clear();
+        trained.with_context(|| format!("training in {}", network.display()))?;
+        let seconds = began.elapsed().as_secs_f64();
+        Ok((Trained { seconds }, format!("trained in {seconds:.0} s")))
+    }
+
+    fn outcome(&self, trials: &Trials<Trained>) -> Result<Written<Payoff>> {
+        if trials.len() < self.models.trained.len() {
+            return Ok(None);
+        }
+        let scores =
+            (0..trials.len()).map(|model| self.scores(model)).collect::<Result<Vec<_>>>()?;
+        let payoff = Payoff {
+            schema: SCHEMA,
+            task: self.task.name(),
+            network: self.base.description(),
+            models: self.models.trained.iter().map(|model| model.name).collect(),
+            seeds: self.seeds.clone(),
+            evaluated_on: self.recordings().display().to_string(),
+            stride_ms: self.args.stride_ms,
+            table: PairedTable::new(&scores, &self.base.bootstrap())?,
+            gap: self.models.findings.clone(),
+            commit: COMMIT,
+            machine: Machine::this(),
+            elapsed_s: self.started.elapsed().as_secs_f64(),
+        };
+        let mut details = self.models.files();
+        details.push((CONFIG.to_owned(), self.base.to_toml()?));
+        let report = report::report(&payoff, details)?;
+        Ok(Some((payoff, report)))
+    }
+}
+
+/// Simulates the missing sequences of a directory, by one shard while others wait.
+fn simulate(experiment: &dyn PoseExperiment, data: &Path, label: &str) -> Result<()> {
+    let simulated = exclusively(data, || experiment.simulate(data, label))?;
+    say(format!("    {simulated}"));
     Ok(())
 }
 
@@ -150,81 +240,5 @@ fn experiment_of(args: &PayoffArgs) -> Result<(&'static dyn PoseTask, Box<dyn Po
             let config = args.study.config(config.as_deref().unwrap_or(studied.quick_config()));
             Ok((task, studied.experiment(&config, start)?))
         }
-    }
-}
-
-/// The files that say what is compared.
-fn inputs(base: &dyn PoseExperiment, models: &Models) -> Result<Vec<(String, String)>> {
-    let file = |name: &str| format!("models/{name}.toml");
-    let mut inputs = vec![(CONFIG.to_owned(), base.to_toml()?)];
-    inputs.extend(models.trained.iter().map(|m| (file(m.name), m.sensor.to_toml())));
-    if let Some(camera) = models.camera.as_ref().filter(|_| models.trained.len() < 3) {
-        inputs.push((file(CAMERA), camera.to_toml()));
-    }
-    Ok(inputs)
-}
-
-/// The directory of the recordings of the measured camera, simulated where it is known.
-fn recordings(
-    args: &PayoffArgs,
-    base: &dyn PoseExperiment,
-    models: &Models,
-    directory: &StudyDirectory<'_>,
-) -> Result<PathBuf> {
-    match (&args.data, &models.camera) {
-        // Real recordings come first.
-        (Some(data), _) => Ok(data.clone()),
-        (None, Some(camera)) => {
-            let held_out = directory.held_out();
-            say("simulating held-out recordings of the measured camera");
-            say(format!(
-                "    {}",
-                base.held_out().with_sensor(camera).simulate(&held_out, "camera")?
-            ));
-            Ok(held_out)
-        }
-        (None, None) => bail!("--data or --camera: recordings of the measured camera are needed"),
-    }
-}
-
-/// One network: a model under a seed.
-struct Trial<'a> {
-    args: &'a PayoffArgs,
-    task: &'static dyn PoseTask,
-    experiment: Box<dyn PoseExperiment>,
-    seed: u64,
-}
-
-impl Trial<'_> {
-    fn run(
-        &self,
-        model: &NamedModel,
-        directory: &StudyDirectory<'_>,
-        recordings: &Path,
-    ) -> Result<EvaluationScores> {
-        let (name, seed) = (model.name, self.seed);
-        let (data, network) = (directory.data(seed, name), directory.network(seed, name));
-        // The same experiment: only the sensor's model differs.
-        let experiment = self.experiment.with_sensor(&model.sensor);
-        say(format!("model {name}, seed {seed}: simulating"));
-        say(format!("    {}", experiment.simulate(&data, name)?));
-        say(format!("model {name}, seed {seed}: training"));
-        let began = Instant::now();
-        let (progress, callback) = training_bar(name);
-        let options = TrainOptions {
-            device: self.args.study.device.device,
-            resume: true,
-            plain: true,
-            progress: Some(callback),
-            pause_after: None,
-        };
-        let trained = experiment.train(&data, &network, &options);
-        progress.finish_and_clear();
-        trained.with_context(|| format!("training in {}", network.display()))?;
-        say(format!("    {:.0} s", began.elapsed().as_secs_f64()));
-        say(format!("model {name}, seed {seed}: evaluating on {}", recordings.display()));
-        // Read back from its directory: a resumed study may find it trained already.
-        let opened = self.task.open(&network, &self.args.study.device.device.resolve()?)?;
-        opened.network()?.scores(recordings, self.args.stride_ms)
     }
 }

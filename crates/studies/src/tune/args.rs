@@ -2,8 +2,6 @@
 
 use std::path::PathBuf;
 
-use evpose_sim::Shard;
-
 use crate::study::StudyArgs;
 
 /// Arguments of `evpose tune`.
@@ -55,9 +53,6 @@ pub struct TuneArgs {
     /// A run, or a file of weights, that every trial starts from [default: the config's]
     #[arg(long, value_name = "RUN")]
     pub start_from: Option<PathBuf>,
-    /// Train only shard I of N of the trials (I from 1); shards share OUT
-    #[arg(long, value_name = "I/N")]
-    pub shard: Option<Shard>,
     /// Directory, changes to the config, device.
     #[command(flatten)]
     pub study: StudyArgs,

@@ -24,9 +24,6 @@ impl Distribution {
     pub const NAMES: [&str; 4] = ["log_uniform", "uniform", "integer", "choose"];
 
     /// Reads the distribution called `name` from its array.
-    ///
-    /// # Errors
-    /// If the array is not one of it; the message says what it must be.
     pub(crate) fn read(name: &str, array: &[Value]) -> Result<Self, String> {
         if name == "choose" {
             return match array {

@@ -5,16 +5,24 @@
 //! halving trains all of them for a short time, and the best for longer, from their checkpoints.
 //!
 //! * [`space`]: the file of ranges; [`distribution`]: how one parameter is drawn.
-//! * [`plan`]: how many trials are trained, and how long.
+//! * [`plan`]: how many trials are trained, and how long; their order.
 //! * `trials`: the configs of the trials.
-//! * `directory`: the files of a search; [`rung_result`]: what a trial came to.
-//! * `ranking`: the order of trials; `search`: the loop.
-//! * `outcome` and `page`: the results as JSON, as a table and as a page.
+//! * [`rung_result`]: what a trial came to.
+//! * `search`: the loop.
+//! * `outcome` and `report`: the results as JSON and CSV, as a table and charts.
+//!
+//! | file | content |
+//! |---|---|
+//! | `config.toml`, `over.toml`, `tune.toml`, `run.toml` | the config, the ranges, the plan, seed and build |
+//! | `data/` | recordings of all trials, without `--data` |
+//! | `trials/0007/run` | training run of a trial |
+//! | `trials/0007/rung-1.json` | its result at the end of a rung |
+//! | `tune.json`, `trials.csv`, `tune.md`, `tune.html`, `best.toml` | results |
 //!
 //! ```
 //! use evpose_studies::tune::space::SearchSpace;
 //!
-//! # fn main() -> Result<(), evpose_studies::tune::space::SpaceError> {
+//! # fn main() -> anyhow::Result<()> {
 //! let text = "[training]\nlearning_rate = { log_uniform = [1e-4, 1e-2] }\n\
 //!             batch_size = { choose = [16, 32] }\n";
 //! let space = SearchSpace::parse("over.toml".as_ref(), text)?;
@@ -29,12 +37,10 @@
 //! ```
 
 mod args;
-mod directory;
 pub mod distribution;
 mod outcome;
-mod page;
 pub mod plan;
-mod ranking;
+mod report;
 pub mod rung_result;
 mod search;
 pub mod space;

@@ -1,4 +1,4 @@
-//! The results of a search: trials from the best to the worst, as JSON, as a table and in lines.
+//! The results of a search: trials from the best to the worst, as JSON and as a table.
 
 use std::collections::BTreeMap;
 
@@ -6,12 +6,9 @@ use serde::Serialize;
 use toml::Value;
 
 use crate::tune::args::TuneMethod;
-use crate::tune::ranking::order;
+use crate::tune::plan::order;
 use crate::tune::rung_result::{RungResult, TrialStatus, ValidationMeans};
 use crate::tune::space::inline;
-
-/// Trials that the terminal shows.
-const SHOWN: usize = 5;
 
 /// Content of `tune.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -166,28 +163,6 @@ impl SearchOutcome {
     fn values<'a>(&'a self, trial: &'a TrialOutcome) -> impl Iterator<Item = (&'a str, &'a Value)> {
         self.parameters.iter().filter_map(|field| Some((field.as_str(), trial.values.get(field)?)))
     }
-
-    /// The best trials in lines, and the place of the config as it is.
-    pub(crate) fn lines(&self) -> Vec<String> {
-        let done = self.trials.len();
-        let mut lines = vec![format!("{done} of {} trials have results; the best:", self.count)];
-        for (place, trial) in self.trials.iter().enumerate() {
-            // The config as it is stands in every list: it is what a search has to beat.
-            if place < SHOWN || trial.trial == 0 {
-                let name = match trial.trial {
-                    0 => "the config as it is".to_owned(),
-                    index => {
-                        let values = self.values(trial);
-                        let words =
-                            values.map(|(field, value)| format!("{field} = {}", inline(value)));
-                        format!("trial {index}: {}", words.collect::<Vec<_>>().join(", "))
-                    }
-                };
-                lines.push(format!("{:>3}. {}, {name}", place + 1, self.score(trial)));
-            }
-        }
-        lines
-    }
 }
 
 impl TrialOutcome {
@@ -261,7 +236,6 @@ pub(crate) mod tests {
         assert_eq!(order, [(3, 2), (2, 2), (0, 1), (1, 1)]);
         assert!(outcome.is_complete);
         assert_eq!(outcome.best().map(|best| (best.trial, best.score)), Some((3, Some(0.2))));
-        assert_eq!(outcome.lines()[3], "  3. loss 0.4000 at step 20, the config as it is");
         assert!(outcome.heading().starts_with("# Trial 3 of 4: loss 0.2000 at step 30"));
     }
 

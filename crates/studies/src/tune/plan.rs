@@ -1,48 +1,14 @@
-//! How many trials are trained, and for how long.
+//! How many trials are trained, for how long, and which of them go on.
 //!
 //! # Source
 //! Successive halving: Jamieson, Talwalkar: *Non-stochastic best arm identification and
 //! hyperparameter optimization*, AISTATS 2016.
 
+use std::cmp::Ordering;
+
+use anyhow::{Result, ensure};
 use evpose_train::training::TrainingSpan;
 use serde::Serialize;
-
-/// A plan that cannot be made.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum PlanError {
-    /// There is one rung.
-    #[error(
-        "--method halving: nothing to halve: one in {eta} of {trials} trials would go on, and a \
-         training has {validations} validations. Take at least {eta} trials, a smaller --eta, or \
-         shorter `training.steps_per_validation`"
-    )]
-    OneRung {
-        /// See [`TrialPlan::halving`].
-        eta: u64,
-        /// Number of trials.
-        trials: u64,
-        /// Validations of a whole training.
-        validations: u64,
-    },
-    /// More rungs than the trials or the validations allow.
-    #[error(
-        "--rungs {rungs}: with --eta {eta}, {trials} trials and {validations} validations of a \
-         training allow {allowed}. Take fewer rungs, more trials, or shorter \
-         `training.steps_per_validation`"
-    )]
-    TooManyRungs {
-        /// The number asked for.
-        rungs: u32,
-        /// The largest number there can be.
-        allowed: u32,
-        /// See [`TrialPlan::halving`].
-        eta: u64,
-        /// Number of trials.
-        trials: u64,
-        /// Validations of a whole training.
-        validations: u64,
-    },
-}
 
 /// A rung of successive halving: the number of trials, and the step until which they are trained.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -78,7 +44,7 @@ impl TrialPlan {
         eta: u64,
         rungs: Option<u32>,
         length: TrainingSpan,
-    ) -> Result<Self, PlanError> {
+    ) -> Result<Self> {
         let validations = length.steps.div_ceil(length.steps_per_validation);
         let fits = |rungs: u32| {
             // The first rung has to reach a validation, the last one needs a trial.
@@ -89,19 +55,18 @@ impl TrialPlan {
         };
         // More than 20 rungs would need at least 2^20 trials.
         let allowed = (1..=20).take_while(|&rungs| fits(rungs)).last().unwrap_or(1);
-        if allowed < 2 {
-            return Err(PlanError::OneRung { eta, trials, validations });
-        }
+        ensure!(
+            allowed > 1,
+            "--method halving: nothing to halve: one in {eta} of {trials} trials would go on, and a training has \
+             {validations} validations. Take at least {eta} trials, a smaller --eta, or shorter \
+             `training.steps_per_validation`"
+        );
         let count = rungs.unwrap_or(allowed);
-        if count > allowed {
-            return Err(PlanError::TooManyRungs {
-                rungs: count,
-                allowed,
-                eta,
-                trials,
-                validations,
-            });
-        }
+        ensure!(
+            count <= allowed,
+            "--rungs {count}: with --eta {eta}, {trials} trials and {validations} validations of a training allow \
+             {allowed}. Take fewer rungs, more trials, or shorter `training.steps_per_validation`"
+        );
         let rung = |index: u32| {
             let steps = length.steps / eta.pow(count - 1 - index);
             // To the end of an interval, since trainings pause at validations only.
@@ -148,6 +113,32 @@ impl TrialPlan {
     }
 }
 
+/// A trial with its score; none for one that diverged.
+pub(crate) type Scored = (u64, Option<f64>);
+
+/// The order of two trials, the better first: by score, then by index. Trials without a score come
+/// last.
+pub(crate) fn order(one: &Scored, other: &Scored, higher_is_better: bool) -> Ordering {
+    let by_score = match (one.1, other.1) {
+        (Some(a), Some(b)) if higher_is_better => b.total_cmp(&a),
+        (Some(a), Some(b)) => a.total_cmp(&b),
+        (Some(_), None) => Ordering::Less,
+        (None, Some(_)) => Ordering::Greater,
+        (None, None) => Ordering::Equal,
+    };
+    by_score.then(one.0.cmp(&other.0))
+}
+
+/// The best `count` trials that have a score, in the order of their indices.
+pub(crate) fn promoted(mut trials: Vec<Scored>, count: u64, higher_is_better: bool) -> Vec<u64> {
+    trials.retain(|(_, score)| score.is_some());
+    trials.sort_by(|one, other| order(one, other, higher_is_better));
+    trials.truncate(count as usize);
+    let mut promoted: Vec<u64> = trials.into_iter().map(|(trial, _)| trial).collect();
+    promoted.sort_unstable();
+    promoted
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
@@ -190,5 +181,14 @@ mod tests {
         assert!(one.to_string().contains("1 validations"), "{one}");
         let many = TrialPlan::halving(9, 3, Some(4), length(900, 10)).unwrap_err();
         assert!(many.to_string().contains("allow 3"), "{many}");
+    }
+
+    #[test]
+    fn the_best_go_on_and_trials_that_diverged_do_not() {
+        let trials =
+            vec![(0, Some(0.3)), (1, None), (2, Some(0.1)), (3, Some(0.3)), (4, Some(0.5))];
+        assert_eq!(promoted(trials.clone(), 2, false), [0, 2], "the earlier of equals");
+        assert_eq!(promoted(trials.clone(), 2, true), [0, 4]);
+        assert_eq!(promoted(trials, 9, false), [0, 2, 3, 4]);
     }
 }

@@ -1,21 +1,21 @@
 //! The loop of a search: rung after rung, the trials of this process.
 
-use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::path::PathBuf;
 
 use anyhow::{Context, Result, anyhow};
 use evpose_cli::bad_input::BadInput;
 use evpose_cli::progress::{say, training_bar};
-use evpose_sim::Shard;
+use evpose_cli::run_info::{CONFIG, claim_origin};
 use evpose_task::BEST;
 use evpose_train::{TrainError, TrainOptions};
 
+use crate::study::{
+    Study, StudyDirectory, StudyPlan, TrialIndex, Trials, Written, exclusively, options,
+};
 use crate::tune::args::{TuneArgs, TuneMethod};
-use crate::tune::directory::SearchDirectory;
 use crate::tune::outcome::SearchOutcome;
-use crate::tune::page;
-use crate::tune::plan::TrialPlan;
-use crate::tune::ranking::promoted;
+use crate::tune::plan::{TrialPlan, promoted};
+use crate::tune::report;
 use crate::tune::rung_result::{RungResult, TrialStatus};
 use crate::tune::space::SearchSpace;
 use crate::tune::trials::TrialConfigs;
@@ -39,31 +39,30 @@ pub fn run(args: &TuneArgs) -> Result<()> {
     for trial in 0..args.trials {
         configs.trial(trial)?;
     }
-    let shard = args.shard.unwrap_or(Shard::WHOLE);
-    check_data(args, &configs, shard)?;
-    let config = configs.base.to_toml()?;
-    let settings = settings(args, &plan);
-    let texts = [config.as_str(), space.text(), &settings];
-    let seed = configs.base.seed();
-    let directory =
-        SearchDirectory::open(&args.study.out, seed, texts, shard, args.trials, args.study.resume)?;
-    args.study.say_place();
+    // Before anything is written.
+    if let Some(data) = args.data.as_ref().filter(|data| !data.exists()) {
+        return Err(anyhow!("{}: no such directory", data.display()).context(BadInput));
+    }
+    let inputs = [
+        ("tune.toml", settings(args, &plan)),
+        ("over.toml", space.text().to_owned()),
+        (CONFIG, configs.base.to_toml()?),
+    ];
+    let (directory, seed) = (args.study.directory(), configs.base.seed());
+    directory.claim(&args.study, seed, &inputs, (0..args.trials).map(trial_path))?;
+    // Trials of two builds may differ in more than their parameters.
+    claim_origin(directory.root(), seed)?;
+    args.study.say_location();
     say(format!("network: {}", configs.base.description()));
     plan.description().iter().for_each(|line| say(format!("plan:    {line}")));
     let data = data(args, &configs, &directory)?;
-    let mut search = Search {
-        args,
-        space: &space,
-        configs: &configs,
-        directory: &directory,
-        plan: &plan,
-        higher_is_better,
-        shard,
-        data: &data,
-        started: Instant::now(),
-        steps: 0,
-    };
-    search.run()
+    let (space, configs, plan) = (&space, &configs, &plan);
+    Search { args, space, configs, directory, plan, higher_is_better, data }.run()
+}
+
+/// Directory of a trial.
+fn trial_path(trial: u64) -> String {
+    format!("trials/{trial:04}")
 }
 
 /// The plan as TOML.
@@ -76,32 +75,20 @@ fn settings(args: &TuneArgs, plan: &TrialPlan) -> String {
     text
 }
 
-/// Refuses data that are not there, before anything is written.
-fn check_data(args: &TuneArgs, configs: &TrialConfigs<'_>, shard: Shard) -> Result<()> {
-    let problem = match &args.data {
-        Some(data) if !data.exists() => format!("{}: no such directory", data.display()),
-        None if configs.base.trains_on_recordings() && !shard.is_whole() => {
-            "--shard needs --data, recordings that all shards share: `evpose simulate CONFIG --out \
-             DIR` makes them"
-                .to_owned()
-        }
-        _ => return Ok(()),
-    };
-    Err(anyhow!(problem).context(BadInput))
-}
-
 /// The training data, simulated where they are missing.
 fn data(
     args: &TuneArgs,
     configs: &TrialConfigs<'_>,
-    directory: &SearchDirectory<'_>,
+    directory: &StudyDirectory,
 ) -> Result<PathBuf> {
     if let Some(data) = &args.data {
         return Ok(data.clone());
     }
-    let data = directory.data();
+    let data = directory.path("data");
     if configs.base.trains_on_recordings() {
-        say(format!("data:    {}", configs.base.simulate(&data, "simulating")?));
+        // By one shard while others wait.
+        let simulated = exclusively(&data, || configs.base.simulate(&data, "simulating"))?;
+        say(format!("data:    {simulated}"));
     }
     Ok(data)
 }
@@ -111,34 +98,40 @@ struct Search<'a> {
     args: &'a TuneArgs,
     space: &'a SearchSpace,
     configs: &'a TrialConfigs<'a>,
-    directory: &'a SearchDirectory<'a>,
+    directory: StudyDirectory,
     plan: &'a TrialPlan,
     higher_is_better: bool,
-    shard: Shard,
-    data: &'a Path,
-    started: Instant,
-    /// Optimiser steps of trials that this process finished.
-    steps: u64,
+    data: PathBuf,
 }
 
 impl Search<'_> {
-    fn run(&mut self) -> Result<()> {
+    fn run(&self) -> Result<()> {
         for rung in 0..self.plan.rungs().len() {
             // Results of other shards are missing: a later start goes on.
-            let Some(trials) = self.entrants(rung)? else { return self.end() };
-            let ours: Vec<u64> =
-                trials.iter().copied().filter(|&trial| self.shard.owns(trial)).collect();
-            for (index, &trial) in ours.iter().enumerate() {
-                if self.directory.result(trial, rung)?.is_none() {
-                    let place = format!("rung {}, {} of {}", rung + 1, index + 1, ours.len());
-                    self.train(trial, rung, &place)?;
-                    // After every trial, so that an interrupted search has its results.
-                    self.write()?;
-                }
-            }
+            let Some(trials) = self.entrants(rung)? else { return Ok(()) };
+            let name = |&trial: &u64| format!("trial {trial}: {}", self.configs.description(trial));
+            let plan = StudyPlan {
+                args: &self.args.study,
+                seed: self.configs.base.seed(),
+                inputs: Vec::new(),
+                rows: trials.iter().map(name).collect(),
+                seeds: vec![format!("rung {}", rung + 1)],
+                files: ["tune.json", "tune.md", "tune.html"],
+            };
+            plan.finish(&RungStudy { search: self, rung, trials: &trials })?;
             self.release(&trials, rung)?;
         }
-        self.end()
+        Ok(())
+    }
+
+    /// The training run of a trial.
+    fn run_of(&self, trial: u64) -> PathBuf {
+        self.directory.path(&trial_path(trial)).join("run")
+    }
+
+    /// The result of a trial at the end of a rung; none while there is none.
+    fn result(&self, trial: u64, rung: usize) -> Result<Option<RungResult>> {
+        self.directory.result(&result_path(trial, rung))
     }
 
     /// The trials of a rung. None while a trial of the rung before it has no result.
@@ -147,7 +140,7 @@ impl Search<'_> {
         for before in 0..rung {
             let mut scored = Vec::new();
             for &trial in &entrants {
-                let Some(result) = self.directory.result(trial, before)? else { return Ok(None) };
+                let Some(result) = self.result(trial, before)? else { return Ok(None) };
                 scored.push((trial, result.score(&self.args.rank)));
             }
             let places = self.plan.rungs()[before + 1].trials;
@@ -156,69 +149,26 @@ impl Search<'_> {
         Ok(Some(entrants))
     }
 
-    /// Trains a trial until the end of a rung, and writes its result.
-    fn train(&mut self, trial: u64, rung: usize, place: &str) -> Result<()> {
-        say(format!("{place}: trial {trial}: {}", self.configs.description(trial)));
-        let experiment = self.configs.trial(trial)?;
-        let run = self.directory.run(trial);
-        let (progress, callback) = training_bar(&format!("trial {trial}"));
-        let options = TrainOptions {
-            device: self.args.study.device.device,
-            resume: true,
-            plain: true,
-            progress: Some(callback),
-            pause_after: self.plan.rungs()[rung].pause_after,
-        };
-        let trained = experiment.train(self.data, &run, &options);
-        progress.finish_and_clear();
-        let status = match trained {
-            // Only a training that came to its end has chosen its best network.
-            Ok(()) if run.join(BEST).exists() => TrialStatus::Trained,
-            Ok(()) => TrialStatus::Paused,
-            Err(error) => match error.downcast_ref::<TrainError>() {
-                // Divergence is a result, every other error ends the search.
-                Some(TrainError::Diverged { .. }) => TrialStatus::Diverged,
-                _ => return Err(error).with_context(|| format!("trial {trial}")),
-            },
-        };
-        let logged = experiment.logged_values();
-        let result = RungResult::of_run(&run, status, experiment.length(), logged)?;
-        self.directory.write_result(trial, rung, &result)?;
-        self.steps += self.plan.added_steps(rung);
-        say(format!("    {}", self.line(&result)));
-        Ok(())
-    }
-
-    /// The result of a trial, and the time that is left.
-    fn line(&self, result: &RungResult) -> String {
-        let rank = &self.args.rank;
-        let mut line = match (result.score(rank), result.best()) {
-            (Some(score), Some(best)) => {
-                format!("{rank} {score:.4} at step {}, {}", best.step, result.status.name())
-            }
-            _ => result.status.name().to_owned(),
-        };
-        // This process trains its shard alone.
-        let share =
-            self.shard.sequences_of(self.args.trials).count() as f64 / self.args.trials as f64;
-        let total = share * self.plan.total_steps() as f64;
-        let elapsed = self.started.elapsed().as_secs_f64();
-        let left = elapsed / self.steps as f64 * (total - self.steps as f64);
-        if left > 0.0 {
-            line += &format!("; at most {:.0} min to go", (left / 60.0).ceil());
-        }
-        line
-    }
-
-    /// Removes the checkpoints of this process's trials that no rung continues, once a rung is
-    /// complete.
+    /// Removes the checkpoints of trials that no rung continues, once a rung is complete: those of an optimiser are
+    /// several times as large as its network.
     fn release(&self, trials: &[u64], rung: usize) -> Result<()> {
         let is_last = rung + 1 == self.plan.rungs().len();
         let next = if is_last { Some(Vec::new()) } else { self.entrants(rung + 1)? };
         let Some(next) = next else { return Ok(()) };
-        let over = trials.iter().filter(|trial| !next.contains(trial));
-        over.filter(|trial| self.shard.owns(**trial))
-            .try_for_each(|&trial| self.directory.remove_checkpoints(trial))
+        for &trial in trials.iter().filter(|trial| !next.contains(trial)) {
+            let path = self.run_of(trial).join("checkpoint");
+            // Unless its shard is still at it.
+            if self.result(trial, rung)?.is_none() {
+                continue;
+            }
+            match std::fs::remove_dir_all(&path) {
+                Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                    return Err(error).with_context(|| format!("removing {}", path.display()));
+                }
+                _ => {}
+            }
+        }
+        Ok(())
     }
 
     fn outcome(&self) -> Result<SearchOutcome> {
@@ -227,7 +177,7 @@ impl Search<'_> {
             let Some(entrants) = self.entrants(rung)? else { break };
             let mut results = Vec::new();
             for trial in entrants {
-                results.push((trial, self.directory.result(trial, rung)?));
+                results.push((trial, self.result(trial, rung)?));
             }
             by_rung.push(results);
         }
@@ -250,53 +200,75 @@ impl Search<'_> {
         outcome.fill(&by_rung, |trial| self.configs.values(trial));
         Ok(outcome)
     }
+}
 
-    /// Writes the results of what is finished. Of several processes the one that writes last has
-    /// seen all of it, and if two write at once each sees what came in between.
-    fn write(&self) -> Result<SearchOutcome> {
-        let mut outcome = self.outcome()?;
-        loop {
-            self.directory.write(JSON, &(serde_json::to_string_pretty(&outcome)? + "\n"))?;
-            self.directory.write(CSV, &outcome.csv())?;
-            let html = page::html(&outcome, self.space, &self.configs.base.to_toml()?)?;
-            self.directory.write(PAGE, &html)?;
-            if let Some(best) = outcome.best() {
-                let config = self.configs.trial(best.trial)?.to_toml()?;
-                self.directory.write(BEST_CONFIG, &(outcome.heading() + &config))?;
-            }
-            let now = self.outcome()?;
-            if now == outcome {
-                return Ok(outcome);
-            }
-            outcome = now;
-        }
+/// The trials of a rung.
+struct RungStudy<'a> {
+    search: &'a Search<'a>,
+    rung: usize,
+    trials: &'a [u64],
+}
+
+impl Study for RungStudy<'_> {
+    type Trial = RungResult;
+    type Outcome = SearchOutcome;
+
+    fn path(&self, (row, _): TrialIndex) -> String {
+        result_path(self.trials[row], self.rung)
     }
 
-    /// Says what came of it.
-    fn end(&self) -> Result<()> {
-        let outcome = self.write()?;
-        say("");
-        outcome.lines().iter().for_each(say);
-        say("");
-        if !outcome.is_complete {
-            say(
-                "trials of other shards are not finished: start the shards again with --resume for \
-                 the next rung",
-            );
-        }
-        for name in [PAGE, JSON, CSV, BEST_CONFIG] {
-            if self.directory.path(name).exists() {
-                say(format!("written: {}", self.directory.path(name).display()));
+    /// Trains a trial until the end of the rung.
+    fn run(&self, (row, _): TrialIndex) -> Result<(RungResult, String)> {
+        let (search, trial) = (self.search, self.trials[row]);
+        let experiment = search.configs.trial(trial)?;
+        let run = search.run_of(trial);
+        let (progress, callback) = training_bar(&format!("trial {trial}"));
+        let options = TrainOptions {
+            pause_after: search.plan.rungs()[self.rung].pause_after,
+            ..options(search.args.study.device.device, callback)
+        };
+        let trained = experiment.train(&search.data, &run, &options);
+        progress.finish_and_clear();
+        let status = match trained {
+            // Only a training that came to its end has chosen its best network.
+            Ok(()) if run.join(BEST).exists() => TrialStatus::Trained,
+            Ok(()) => TrialStatus::Paused,
+            Err(error) => match error.downcast_ref::<TrainError>() {
+                // Divergence is a result, every other error ends the search.
+                Some(TrainError::Diverged { .. }) => TrialStatus::Diverged,
+                _ => return Err(error),
+            },
+        };
+        let logged = experiment.logged_values();
+        let result = RungResult::of_run(&run, status, experiment.length(), logged)?;
+        let rank = &search.args.rank;
+        let line = match (result.score(rank), result.best()) {
+            (Some(score), Some(best)) => {
+                format!("{rank} {score:.4} at step {}, {}", best.step, status.name())
             }
-        }
-        Ok(())
+            _ => status.name().to_owned(),
+        };
+        Ok((result, line))
     }
+
+    /// The outcome of all rungs, and the files that only a search has.
+    fn outcome(&self, _: &Trials<RungResult>) -> Result<Written<SearchOutcome>> {
+        let search = self.search;
+        let outcome = search.outcome()?;
+        search.directory.write("trials.csv", &outcome.csv())?;
+        if let Some(best) = outcome.best() {
+            let config = search.configs.trial(best.trial)?.to_toml()?;
+            search.directory.write("best.toml", &(outcome.heading() + &config))?;
+        }
+        let report = report::report(&outcome, search.space, search.configs.base.to_toml()?)?;
+        Ok(Some((outcome, report)))
+    }
+}
+
+/// The result of a trial at the end of a rung.
+fn result_path(trial: u64, rung: usize) -> String {
+    format!("{}/rung-{}.json", trial_path(trial), rung + 1)
 }
 
 /// Version of the layout of `tune.json`.
 const SCHEMA: u32 = 1;
-/// Files of results.
-const JSON: &str = "tune.json";
-const CSV: &str = "trials.csv";
-const PAGE: &str = "tune.html";
-const BEST_CONFIG: &str = "best.toml";

@@ -10,53 +10,12 @@
 
 use std::path::{Path, PathBuf};
 
+use anyhow::{Error, Result, anyhow, ensure};
 use evpose_core::CounterRng;
 use toml::Value;
 use toml::de::{DeTable, DeValue};
 
 use crate::tune::distribution::Distribution;
-
-/// A file of ranges that cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub enum SpaceError {
-    /// The file cannot be read.
-    #[error("{}: {source}", path.display())]
-    Io {
-        /// File that was refused.
-        path: PathBuf,
-        /// The reason.
-        source: std::io::Error,
-    },
-    /// The file is no TOML.
-    #[error("{}: {message}", path.display())]
-    Syntax {
-        /// The search space, TOML.
-        path: PathBuf,
-        /// The reason, with its line.
-        message: String,
-    },
-    /// The file names no field.
-    #[error(
-        "{}: no field to search over: write for example\n  \
-         training.learning_rate = {{ log_uniform = [1e-4, 1e-2] }}", path.display()
-    )]
-    Empty {
-        /// File that lacks it.
-        path: PathBuf,
-    },
-    /// A field that cannot be searched over as the file says.
-    #[error("{}, line {line}: `{field}`: {message}", path.display())]
-    Parameter {
-        /// The search space.
-        path: PathBuf,
-        /// Its line, from 1.
-        line: usize,
-        /// Dotted name of the field.
-        field: String,
-        /// The fault and the remedy.
-        message: String,
-    },
-}
 
 /// A field of the config that is searched over.
 #[derive(Debug, Clone, PartialEq)]
@@ -91,9 +50,9 @@ impl SearchSpace {
     ///
     /// # Errors
     /// If it cannot be read, or a field has no range; the error has its line.
-    pub fn load(path: &Path) -> Result<Self, SpaceError> {
+    pub fn load(path: &Path) -> Result<Self> {
         let text = std::fs::read_to_string(path)
-            .map_err(|source| SpaceError::Io { path: path.to_owned(), source })?;
+            .map_err(|error| anyhow!("{}: {error}", path.display()))?;
         Self::parse(path, &text)
     }
 
@@ -101,20 +60,20 @@ impl SearchSpace {
     ///
     /// # Errors
     /// As [`Self::load`].
-    pub fn parse(path: &Path, text: &str) -> Result<Self, SpaceError> {
-        let syntax = |error: toml::de::Error| SpaceError::Syntax {
-            path: path.to_owned(),
-            message: error.to_string(),
-        };
+    pub fn parse(path: &Path, text: &str) -> Result<Self> {
+        let name = path.display();
+        let syntax = |error: toml::de::Error| anyhow!("{name}: {error}");
         let values: toml::Table = toml::from_str(text).map_err(syntax)?;
         // Parsed twice: the tree with places holds no typed values.
         let lines = DeTable::parse(text).map_err(syntax)?;
         let mut space =
             Self { path: path.to_owned(), text: text.to_owned(), parameters: Vec::new() };
         space.collect("", &values, lines.get_ref())?;
-        if space.parameters.is_empty() {
-            return Err(SpaceError::Empty { path: path.to_owned() });
-        }
+        ensure!(
+            !space.parameters.is_empty(),
+            "{name}: no field to search over: write for example\n  \
+             training.learning_rate = {{ log_uniform = [1e-4, 1e-2] }}"
+        );
         // In the order of the file; tables sort by name.
         space.parameters.sort_by_key(|parameter| parameter.line);
         Ok(space)
@@ -131,22 +90,17 @@ impl SearchSpace {
     }
 
     /// An error of one of its parameters.
-    pub fn refuse(&self, parameter: &Parameter, message: impl Into<String>) -> SpaceError {
-        self.error(parameter.line, &parameter.field, message.into())
+    pub fn refuse(&self, parameter: &Parameter, message: &str) -> Error {
+        self.error(parameter.line, &parameter.field, message)
     }
 
-    fn error(&self, line: usize, field: &str, message: String) -> SpaceError {
-        SpaceError::Parameter { path: self.path.clone(), line, field: field.to_owned(), message }
+    fn error(&self, line: usize, field: &str, message: &str) -> Error {
+        anyhow!("{}, line {line}: `{field}`: {message}", self.path.display())
     }
 
     /// Adds the parameters of a table whose dotted name is `prefix`; `lines` is the same table with
     /// places.
-    fn collect(
-        &mut self,
-        prefix: &str,
-        values: &toml::Table,
-        lines: &DeTable<'_>,
-    ) -> Result<(), SpaceError> {
+    fn collect(&mut self, prefix: &str, values: &toml::Table, lines: &DeTable<'_>) -> Result<()> {
         for (key, place) in lines {
             let name: &str = key.get_ref();
             let field =
@@ -155,7 +109,7 @@ impl SearchSpace {
             let (Some(Value::Table(table)), DeValue::Table(inner)) =
                 (values.get(name), place.get_ref())
             else {
-                return Err(self.error(line, &field, HOW.to_owned()));
+                return Err(self.error(line, &field, HOW));
             };
             if is_section(table) {
                 self.collect(&field, table, inner)?;
@@ -165,7 +119,8 @@ impl SearchSpace {
                 [(name, Value::Array(array))] => Distribution::read(name, array),
                 _ => Err(HOW.to_owned()),
             };
-            let distribution = distribution.map_err(|message| self.error(line, &field, message))?;
+            let distribution =
+                distribution.map_err(|message| self.error(line, &field, &message))?;
             self.parameters.push(Parameter { field, line, distribution });
         }
         Ok(())
@@ -201,7 +156,7 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
-    fn parse(text: &str) -> Result<SearchSpace, SpaceError> {
+    fn parse(text: &str) -> Result<SearchSpace> {
         SearchSpace::parse(Path::new("over.toml"), text)
     }
 

@@ -47,9 +47,6 @@ pub(crate) struct TrialConfigs<'a> {
 
 impl<'a> TrialConfigs<'a> {
     /// Reads the config and checks that the space is one of it.
-    ///
-    /// # Errors
-    /// If a field of the space is unknown to the config, of another type, or nothing to search over.
     pub(crate) fn new(args: &'a TuneArgs, space: &'a SearchSpace) -> Result<Self> {
         let start_from = args.start_from.as_deref().map(checkpoint_path).transpose()?;
         let config = args.study.config(&args.config);
@@ -63,24 +60,23 @@ impl<'a> TrialConfigs<'a> {
     }
 
     fn check(&self, parameter: &Parameter, args: &TuneArgs) -> Result<()> {
-        let refuse = |message: String| Err(self.space.refuse(parameter, message).into());
+        let refuse = |message: &str| Err(self.space.refuse(parameter, message));
         let field = parameter.field.as_str();
         if let Some((_, why)) = FIXED.iter().find(|(fixed, _)| is_in(field, fixed)) {
-            return refuse((*why).to_owned());
+            return refuse(why);
         }
         let is_length = ["training.steps", "training.steps_per_validation"].contains(&field);
         if is_length && args.method == TuneMethod::Halving {
             return refuse(
                 "halving decides how long trials are trained: leave it to the config, or take \
-                 --method random"
-                    .to_owned(),
+                 --method random",
             );
         }
         // A scale that is searched changes what the loss means.
         if args.rank == LOSS && SCALES.iter().any(|section| is_in(field, section)) {
             let values = self.base.logged_values();
             let others: Vec<&str> = values.iter().map(|v| v.name).filter(|n| *n != LOSS).collect();
-            return refuse(format!(
+            return refuse(&format!(
                 "losses that are scaled otherwise cannot be compared: rank by another value, --rank {}",
                 others.join(", ")
             ));
@@ -89,7 +85,7 @@ impl<'a> TrialConfigs<'a> {
         for value in parameter.distribution.extremes() {
             let overrides = vec![format!("{field}={}", inline(&value))];
             if let Err(error) = self.experiment(overrides) {
-                return refuse(format!("{}: {error:#}", inline(&value)));
+                return refuse(&format!("{}: {error:#}", inline(&value)));
             }
         }
         Ok(())
@@ -125,9 +121,6 @@ impl<'a> TrialConfigs<'a> {
     }
 
     /// The experiment of trial `trial`.
-    ///
-    /// # Errors
-    /// If its values make no sense together.
     pub(crate) fn trial(&self, trial: u64) -> Result<Box<dyn PoseExperiment>> {
         let parameters = self.space.parameters().iter().zip(self.values(trial));
         let changes = match trial {
@@ -144,9 +137,6 @@ impl<'a> TrialConfigs<'a> {
     }
 
     /// Checks the value that trials are ranked by; returns whether more of it is better.
-    ///
-    /// # Errors
-    /// If no training of the task logs it.
     pub(crate) fn rank(&self, name: &str) -> Result<bool> {
         let values = self.base.logged_values();
         match values.iter().find(|value| value.name == name) {

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use evpose_core::Plane;
 use evpose_pose::body::{BodyJoint, OpenPoseModel, number};
-use evpose_studies::external::{ExternalError, ImageNetwork, MoveNet, OpenPose};
+use evpose_studies::external::{ImageNetwork, MoveNet, OpenPose};
 use glam::Vec2;
 use onnx::{Maps, movenet, openpose};
 
@@ -97,7 +97,7 @@ fn a_size_that_the_file_leaves_open_is_that_of_the_system() {
 #[test]
 fn files_of_something_else_are_refused_by_name() {
     let directory = tempfile::tempdir().unwrap();
-    let message = |error: Option<ExternalError>| error.unwrap().to_string();
+    let message = |error: Option<anyhow::Error>| error.unwrap().to_string();
     let missing = directory.path().join("nothing.onnx");
     let error = message(MoveNet::open(&missing).err());
     assert!(error.contains("nothing.onnx"), "{error}");

@@ -1,11 +1,11 @@
-//! The results as a page: table, score against each parameter, curves of each rung.
+//! The results as a table, the score against each parameter, and curves of each rung.
 
 use anyhow::Result;
 use evpose_report::chart::{self, Chart, ChartAxis, Mark, Series};
 use evpose_report::colour::{Colour, palette};
-use evpose_report::html::{HtmlPage, escape};
 use evpose_train::LOSS;
 
+use crate::study::{StudyReport, StudyTable, strings};
 use crate::tune::distribution::Distribution;
 use crate::tune::outcome::{SearchOutcome, TrialOutcome};
 use crate::tune::space::{Parameter, SearchSpace, inline};
@@ -15,65 +15,71 @@ const ENDED: Colour = (190, 194, 203);
 /// Size of a chart of the scores, pixels.
 const SCATTER: (u32, u32) = (370, 290);
 
-/// The page as one HTML document; `config` is that of trial 0.
-pub(crate) fn html(outcome: &SearchOutcome, space: &SearchSpace, config: &str) -> Result<String> {
-    let mut page = HtmlPage::new(
-        "Hyper-parameter search",
-        &format!("evpose tune, task {}: {}", outcome.task, outcome.network),
-    );
-    page.section("Trials", &introduction(outcome));
-    let header: Vec<&str> =
-        outcome.header().into_iter().map(|name| short_name(outcome, name)).collect();
-    page.table(&header, &rows(outcome));
-
+/// The tables of a search; `config` is that of trial 0.
+pub(crate) fn report(
+    outcome: &SearchOutcome,
+    space: &SearchSpace,
+    config: String,
+) -> Result<StudyReport> {
+    let rank = &outcome.rank;
+    let columns = outcome.header().into_iter().map(|name| short_name(outcome, name));
+    let trials = StudyTable {
+        title: "Trials".to_owned(),
+        columns: strings(columns),
+        rows: rows(outcome),
+        notes: vec![introduction(outcome)],
+        curves: Vec::new(),
+    };
     let better = if outcome.higher_is_better { "higher" } else { "lower" };
-    page.section(
-        &format!("Validation {} against each parameter", outcome.rank),
-        &format!(
-            "One point a trial, in the last rung that it reached: {better} is better, and points of \
-             different rungs have been trained for different times. Trials that diverged are left out."
-        ),
-    );
-    let scatters = space.parameters().iter().map(|parameter| scatter(outcome, parameter));
-    page.plots(&scatters.collect::<Result<Vec<_>>>()?);
-
-    page.section(
-        &format!("Validation {} of each rung", outcome.rank),
-        "A curve a trial. The learning rate at each step is that of a whole training, so a curve goes \
-         on in the next rung where it ended.",
-    );
-    let curves = (1..=outcome.rungs.len()).filter_map(|rung| curves(outcome, rung).transpose());
-    page.plots(&curves.collect::<Result<Vec<_>>>()?);
-
-    page.section("How it was made", "");
-    page.details("Ranges", space.text());
-    page.details("Config of trial 0", config);
-    Ok(page.finish())
+    let scatters = StudyTable {
+        title: format!("Validation {rank} against each parameter"),
+        notes: vec![format!(
+            "One point a trial, in the last rung that it reached: {better} is better, and points of different rungs \
+             have been trained for different times. Trials that diverged are left out."
+        )],
+        curves: space
+            .parameters()
+            .iter()
+            .map(|parameter| scatter(outcome, parameter))
+            .collect::<Result<_>>()?,
+        ..StudyTable::default()
+    };
+    let rungs = (1..=outcome.rungs.len()).filter_map(|rung| curves(outcome, rung).transpose());
+    let curves = StudyTable {
+        title: format!("Validation {rank} of each rung"),
+        notes: strings([
+            "A curve a trial. The learning rate at each step is that of a whole training, so a curve goes \
+                         on in the next rung where it ended.",
+        ]),
+        curves: rungs.collect::<Result<_>>()?,
+        ..StudyTable::default()
+    };
+    Ok(StudyReport {
+        title: "Hyper-parameter search".to_owned(),
+        about: format!("evpose tune, task {}: {}", outcome.task, outcome.network),
+        tables: vec![trials, scatters, curves],
+        details: vec![
+            ("Ranges".to_owned(), space.text().to_owned()),
+            ("Config of trial 0".to_owned(), config),
+        ],
+    })
 }
 
 fn introduction(outcome: &SearchOutcome) -> String {
     let diverged = outcome.trials.iter().filter(|trial| trial.score.is_none()).count();
+    let is_best =
+        |best: &TrialOutcome| format!("best is trial {}: {}", best.trial, outcome.score(best));
     let state = match (outcome.is_complete, outcome.best()) {
         (_, None) => "No trial has a score yet.".to_owned(),
-        (true, Some(best)) => {
-            format!("The best is trial {}: {}.", best.trial, outcome.score(best))
-        }
-        (false, Some(best)) => {
-            format!(
-                "Not finished. So far the best is trial {}: {}.",
-                best.trial,
-                outcome.score(best)
-            )
-        }
+        (true, Some(best)) => format!("The {}.", is_best(best)),
+        (false, Some(best)) => format!("Not finished. So far the {}.", is_best(best)),
     };
+    let (done, count) = (outcome.trials.len(), outcome.count);
     format!(
-        "{state} {} of {} trials have results, {diverged} of them diverged. Trial 0 is the config as it \
-         is. Values are those of validation at the checkpoint that a training keeps, the one of the \
-         lowest loss. The same validation data chose the best of {} trials, so its value is \
-         better than it will be on other data: evaluate it on held-out recordings.",
-        outcome.trials.len(),
-        outcome.count,
-        outcome.count
+        "{state} {done} of {count} trials have results, {diverged} of them diverged. Trial 0 is the config as it is. \
+         Values are those of validation at the checkpoint that a training keeps, the one of the lowest loss. The same \
+         validation data chose the best of {count} trials, so its value is better than it will be on other data: \
+         evaluate it on held-out recordings.",
     )
 }
 
@@ -82,7 +88,7 @@ fn rows(outcome: &SearchOutcome) -> Vec<Vec<String>> {
     let short = |(index, cell): (usize, String)| {
         // Behind trial, fields, rung, steps, status and step come the logged values.
         let value = (index > fields + 4).then(|| cell.parse::<f64>().ok()).flatten();
-        value.map_or_else(|| escape(&cell), |value| format!("{value:.4}"))
+        value.map_or(cell, |value| format!("{value:.4}"))
     };
     let row =
         |trial: &TrialOutcome| outcome.row(trial).into_iter().enumerate().map(short).collect();
@@ -204,23 +210,38 @@ fn curves(outcome: &SearchOutcome, rung: usize) -> Result<Option<String>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tune::outcome::RungResults;
     use crate::tune::outcome::tests::{outcome, rungs};
 
     #[test]
-    fn the_page_has_a_row_a_trial_a_chart_a_parameter_and_curves_of_each_rung() -> Result<()> {
+    fn there_is_a_row_a_trial_a_chart_a_parameter_and_curves_of_each_rung() -> Result<()> {
         let text = "training.learning_rate = { log_uniform = [1e-4, 1e-2] }\nnetwork.backbone = { \
                     choose = [\"net, 1\", \"net, 2\"] }\n";
         let space = SearchSpace::parse("over.toml".as_ref(), text)?;
-        let page = html(&outcome("loss", &rungs()), &space, "seed = 1")?;
-        assert_eq!(page.matches("<svg").count(), 2 + 2);
-        assert_eq!(page.matches("<tr>").count(), 1 + 4);
-        assert!(page.contains("The best is trial 3: loss 0.2000 at step 30."), "{page}");
-        assert!(page.contains("goes on") && page.contains("1 of them diverged"));
-        assert!(!page.contains("<script"));
+        let report =
+            |rungs: &[RungResults]| report(&outcome("loss", rungs), &space, "seed = 1".to_owned());
+        let whole = report(&rungs())?;
+        let counts = |report: &StudyReport| {
+            report
+                .tables
+                .iter()
+                .map(|table| (table.rows.len(), table.curves.len()))
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(counts(&whole), [(4, 0), (0, 2), (0, 2)]);
+        let trials = &whole.tables[0];
+        assert_eq!(trials.columns[1..3], ["learning_rate", "backbone"]);
+        assert_eq!(
+            trials.rows[0][..],
+            ["3", "0.003", "net, 3", "2", "40", "trained", "30", "0.2000", "0.8000"]
+        );
+        let note = &trials.notes[0];
+        assert!(note.starts_with("The best is trial 3: loss 0.2000 at step 30."), "{note}");
+        assert!(note.contains("1 of them diverged") && whole.html().contains("goes on"), "{note}");
 
-        let begun = html(&outcome("loss", &rungs()[..1]), &space, "seed = 1")?;
-        assert!(begun.contains("Not finished."));
-        assert_eq!(begun.matches("<svg").count(), 2 + 1, "no curves of a rung without trials");
+        let begun = report(&rungs()[..1])?;
+        assert!(begun.tables[0].notes[0].contains("Not finished."));
+        assert_eq!(counts(&begun)[2], (0, 1), "no curves of a rung without trials");
         Ok(())
     }
 }
