@@ -272,15 +272,15 @@ mod tests {
         (row.to_owned(), trials.expect("a trial"))
     }
 
-    fn of(trials: Trials<Trial>) -> HandOutcome {
+    fn of(trials: &Trials<Trial>) -> HandOutcome {
         let rows: Vec<&Row> = rows::ROWS.iter().collect();
-        outcome(&rows, &[1, 2, 3], &trials).expect("the full method")
+        outcome(&rows, &[1, 2, 3], trials).expect("the full method")
     }
 
     #[test]
     fn the_row_without_filter_is_the_full_method_evaluated_otherwise() -> Result<()> {
         let full = trials(rows::FULL, &[0.5, 0.6, 0.7]);
-        let outcome = of(Trials::from([full, trials("no-augmentation", &[0.2, 0.3, 0.4])]));
+        let outcome = of(&Trials::from([full, trials("no-augmentation", &[0.2, 0.3, 0.4])]));
         let names: Vec<_> = outcome.rows.iter().map(|row| row.row.name).collect();
         assert_eq!(names, [rows::FULL, "no-augmentation", "no-filter", "mean-pose"]);
         assert!((outcome.rows[2].means["auc_2d"].estimate - 0.5).abs() < 1e-9);
@@ -299,7 +299,7 @@ mod tests {
     #[test]
     fn a_network_is_slower_by_its_speed_and_not_by_its_accuracy() {
         let areas = [0.5, 0.6, 0.7];
-        let both = of(Trials::from([trials(rows::FULL, &areas), trials("resnet34", &areas)]));
+        let both = of(&Trials::from([trials(rows::FULL, &areas), trials("resnet34", &areas)]));
         let of_network = both.findings.iter().filter(|f| f.finding.row == "resnet34");
         let measures: Vec<_> = of_network.map(|f| f.finding.measure).collect();
         assert_eq!(measures, ["auc_2d", "auc_3d", "poses_per_s"]);
