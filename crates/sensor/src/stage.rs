@@ -97,10 +97,9 @@ pub trait PlaneStage: Send + Sync + Debug {
     /// Whether the parameters make the stage the identity; the chain then leaves it out.
     fn is_neutral(&self) -> bool;
 
-    /// Whether the signal behind it is linear in that in front of it and follows from it alone,
-    /// without memory, noise or time.
-    fn is_linear(&self) -> bool {
-        false
+    /// Properties from which the chain chooses the path of a step.
+    fn traits(&self) -> Traits {
+        Traits::default()
     }
 
     /// How many planes of `f32` it keeps between exposures or needs to work, the same for all
@@ -148,8 +147,8 @@ impl Stage {
         let (acts_on, own) = match self {
             Self::Pixel(stage) if in_light => (ActsOn::Light, stage.traits()),
             Self::Pixel(stage) => (ActsOn::Voltage, stage.traits()),
-            Self::Plane(_) if in_light => (ActsOn::LightPlane, Traits::default()),
-            Self::Plane(_) => (ActsOn::VoltagePlane, Traits::default()),
+            Self::Plane(stage) if in_light => (ActsOn::LightPlane, stage.traits()),
+            Self::Plane(stage) => (ActsOn::VoltagePlane, stage.traits()),
             Self::Detector(stage) => (ActsOn::Pixels, stage.traits()),
             Self::Term(stage) => (ActsOn::Pixels, stage.traits()),
             Self::Readout(stage) => (ActsOn::Requests, stage.traits()),
@@ -157,7 +156,8 @@ impl Stage {
             // step.
             Self::Photoreceptor(_) => (ActsOn::Law, at_rest),
             Self::Steps(_) => (ActsOn::Light, at_rest),
-            Self::Background(_) | Self::Clock(_) => (ActsOn::Requests, at_rest),
+            Self::Background(_) => (ActsOn::Requests, at_rest),
+            Self::Clock(stage) => (ActsOn::Requests, Traits { is_static: true, ..stage.traits() }),
         };
         Traits { acts_on, ..own }
     }

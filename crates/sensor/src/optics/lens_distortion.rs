@@ -13,7 +13,7 @@ use evpose_core::{SensorSize, StageNoise};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PlaneStage, Stage};
 use crate::tick::Tick;
-use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec};
+use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, Traits};
 
 const K: NumberSpec = NumberSpec {
     name: "k1",
@@ -99,8 +99,8 @@ impl PlaneStage for LensDistortion {
         self.k1 == 0.0 && self.k2 == 0.0
     }
 
-    fn is_linear(&self) -> bool {
-        true
+    fn traits(&self) -> Traits {
+        Traits { is_linear: true, ..Traits::default() }
     }
 
     /// Column and row of the source of every pixel, and a plane to work in.

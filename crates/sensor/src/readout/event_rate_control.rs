@@ -16,7 +16,7 @@ use crate::clock::ClockStage;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
-use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, WordSpec};
+use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, Traits, WordSpec};
 
 const RATE: Parameter = Parameter::Number(NumberSpec {
     name: "rate_hz",
@@ -103,8 +103,8 @@ impl ClockStage for EventRateControl {
         self.budget.is_infinite()
     }
 
-    fn needs_order(&self) -> bool {
-        true
+    fn traits(&self) -> Traits {
+        Traits { needs_order: true, ..Traits::default() }
     }
 
     fn state_len(&self) -> usize {
