@@ -2,7 +2,9 @@
 
 use std::fmt;
 
-use crate::{EffectConfig, NumberSpec, Parameter, SensorError, Settings, Signature, Stage};
+use crate::{
+    EffectConfig, NumberSpec, Parameter, SensorError, Settings, Signature, Stage, Strength,
+};
 
 /// The place of a stage in the camera, in the order of the signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -87,6 +89,23 @@ impl StageSpec {
         let refused = |error| SensorError::Parameter { effect: self.name, error };
         let settings = Settings::resolve(self.params, &given).map_err(refused)?;
         settings.complete(self.params).map_err(refused)
+    }
+
+    /// Whether these settings make the stage the identity, so that the chain leaves it out: what makes
+    /// the effect stronger has the value without effect, and so has what acts alone. A stage in a place
+    /// of which a sensor has one cannot be left out.
+    pub(crate) fn is_neutral(&self, settings: &Settings) -> bool {
+        let names = match self.signature.strength {
+            Strength::Rising(names) | Strength::Falling(names) => Some(names),
+            Strength::RisingAlone(_) => None,
+            Strength::Unchanging => return false,
+            Strength::FromFiles => return settings.given().next().is_none(),
+        };
+        let counts = |number: &&NumberSpec| {
+            number.acts_alone || names.is_none_or(|names| names.contains(&number.name))
+        };
+        let is_off = |number: &NumberSpec| number.default == Some(settings.number(number.name));
+        self.number_params().filter(counts).all(is_off)
     }
 
     /// The stage with the values that are typical of cameras.

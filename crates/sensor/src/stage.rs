@@ -66,9 +66,6 @@ impl<'a> State<'a> {
 
 /// A stage that treats every pixel by itself, so that the chain may run it block by block.
 pub trait PixelStage: Send + Sync + Debug {
-    /// Whether the parameters make the stage the identity; the chain then leaves it out.
-    fn is_neutral(&self) -> bool;
-
     /// The shortest time in which the stage answers to light of white, in seconds, if it takes
     /// time at all: a chain that divides its steps keeps them shorter.
     fn time_constant_s(&self) -> Option<f64> {
@@ -94,9 +91,6 @@ pub trait PixelStage: Send + Sync + Debug {
 
 /// A stage in which pixels see each other: the chain runs it on the whole plane.
 pub trait PlaneStage: Send + Sync + Debug {
-    /// Whether the parameters make the stage the identity; the chain then leaves it out.
-    fn is_neutral(&self) -> bool;
-
     /// Properties from which the chain chooses the path of a step.
     fn traits(&self) -> Traits {
         Traits::default()
@@ -160,19 +154,6 @@ impl Stage {
             Self::Clock(stage) => (ActsOn::Requests, Traits { is_static: true, ..stage.traits() }),
         };
         Traits { acts_on, ..own }
-    }
-
-    /// Whether the chain may leave the stage out.
-    pub fn is_neutral(&self) -> bool {
-        match self {
-            Self::Pixel(stage) => stage.is_neutral(),
-            Self::Plane(stage) => stage.is_neutral(),
-            Self::Term(stage) => stage.is_neutral(),
-            Self::Background(stage) => stage.is_neutral(),
-            Self::Steps(steps) => steps.is_neutral(),
-            Self::Clock(stage) => stage.is_neutral(),
-            Self::Photoreceptor(_) | Self::Detector(_) | Self::Readout(_) => false,
-        }
     }
 
     /// Role of the stage, if a sensor has exactly one stage of it.

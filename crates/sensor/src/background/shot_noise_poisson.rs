@@ -131,10 +131,6 @@ const LAST_SHARE: f32 = 1.0 - f32::EPSILON;
 const GROUP: usize = 16;
 
 impl PixelTerm for ShotNoisePoisson {
-    fn is_neutral(&self) -> bool {
-        self.rate_hz <= 0.0
-    }
-
     /// On the line: where each group of pixels begins, and at last its length. Per pixel: where it
     /// ends in its group, and how long its ON part is.
     fn table(&self, traits: &[PixelTraits], noise: StageNoise) -> TermTable {

@@ -88,10 +88,6 @@ const EITHER_GAPS: usize = 2;
 const POLARITIES: usize = 3;
 
 impl BackgroundStage for UniformNoise {
-    fn is_neutral(&self) -> bool {
-        self.on_hz + self.off_hz <= 0.0
-    }
-
     fn step(&self, tick: &Tick, size: SensorSize, requests: &mut Vec<Request>, noise: StageNoise) {
         if tick.dt_s() <= 0.0 {
             return;

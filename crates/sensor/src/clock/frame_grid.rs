@@ -51,10 +51,6 @@ struct FrameGrid {
 }
 
 impl ClockStage for FrameGrid {
-    fn is_neutral(&self) -> bool {
-        self.pull <= 0.0
-    }
-
     fn step(&self, tick: &Tick, events: &mut Vec<Request>, _state: &mut [f64], _noise: StageNoise) {
         for event in events {
             event.t_s += self.pull * (tick.end_s - event.t_s).max(0.0);

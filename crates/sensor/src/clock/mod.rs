@@ -15,9 +15,6 @@ pub(crate) mod timestamp_quantisation;
 
 /// Moves events in time.
 pub trait ClockStage: Send + Sync + Debug {
-    /// Whether the parameters make the stage the identity; the chain then leaves it out.
-    fn is_neutral(&self) -> bool;
-
     /// Properties from which the chain chooses the path of a step.
     fn traits(&self) -> Traits {
         Traits::default()

@@ -55,10 +55,6 @@ struct PixelLatency {
 }
 
 impl ClockStage for PixelLatency {
-    fn is_neutral(&self) -> bool {
-        self.delay_s <= 0.0
-    }
-
     fn step(
         &self,
         _tick: &Tick,

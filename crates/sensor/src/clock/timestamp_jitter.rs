@@ -82,10 +82,6 @@ struct TimestampJitter {
 }
 
 impl ClockStage for TimestampJitter {
-    fn is_neutral(&self) -> bool {
-        self.sigma_s <= 0.0
-    }
-
     fn earliest_shown(&self, t_s: f64) -> f64 {
         if self.is_late { t_s } else { (t_s - REACH * self.sigma_s).max(0.0) }
     }

@@ -74,10 +74,6 @@ impl TimestampQuantisation {
 }
 
 impl ClockStage for TimestampQuantisation {
-    fn is_neutral(&self) -> bool {
-        self.period_us == 1.0
-    }
-
     fn step(
         &self,
         _tick: &Tick,

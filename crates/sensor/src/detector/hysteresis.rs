@@ -55,10 +55,6 @@ struct Hysteresis {
 }
 
 impl PixelTerm for Hysteresis {
-    fn is_neutral(&self) -> bool {
-        self.factor <= 1.0
-    }
-
     fn traits(&self) -> Traits {
         Traits { renews: true, ..Traits::default() }
     }

@@ -109,10 +109,6 @@ struct LeakOn {
 }
 
 impl PixelTerm for LeakOn {
-    fn is_neutral(&self) -> bool {
-        self.rate_hz <= 0.0
-    }
-
     fn pattern(&self, pixel: usize, traits: &mut PixelTraits, noise: StageNoise) {
         let spread = (std::f32::consts::LN_10 * self.spread_decades * noise.normal(pixel, 0)).exp();
         traits.leak_hz += self.rate_hz * spread;

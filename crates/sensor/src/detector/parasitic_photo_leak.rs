@@ -63,10 +63,6 @@ struct ParasiticPhotoLeak {
 }
 
 impl PixelTerm for ParasiticPhotoLeak {
-    fn is_neutral(&self) -> bool {
-        self.hz_per_white <= 0.0
-    }
-
     fn pattern(&self, _pixel: usize, traits: &mut PixelTraits, _noise: StageNoise) {
         traits.photo_leak_hz += self.hz_per_white;
     }

@@ -69,10 +69,6 @@ struct Refractory {
 }
 
 impl PixelTerm for Refractory {
-    fn is_neutral(&self) -> bool {
-        self.period_s <= 0.0
-    }
-
     fn traits(&self) -> Traits {
         let follows_s = if self.holds { self.period_s } else { 0.0 };
         let recovery = Recovery { refractory_s: self.period_s, follows_s, ..Recovery::default() };

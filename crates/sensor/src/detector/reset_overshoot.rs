@@ -80,10 +80,6 @@ struct ResetOvershoot {
 }
 
 impl PixelTerm for ResetOvershoot {
-    fn is_neutral(&self) -> bool {
-        self.delay_s <= 0.0 && self.fraction == 0.0 && self.to_exposure <= 0.0
-    }
-
     fn traits(&self) -> Traits {
         let recovery = Recovery {
             refractory_s: self.delay_s,

@@ -71,10 +71,6 @@ struct ThresholdMismatch {
 }
 
 impl PixelTerm for ThresholdMismatch {
-    fn is_neutral(&self) -> bool {
-        self.sigma <= 0.0
-    }
-
     fn traits(&self) -> Traits {
         Traits { is_static: true, ..Traits::default() }
     }

@@ -73,10 +73,6 @@ struct ThresholdTemporalNoise {
 }
 
 impl PixelTerm for ThresholdTemporalNoise {
-    fn is_neutral(&self) -> bool {
-        self.sigma <= 0.0
-    }
-
     fn traits(&self) -> Traits {
         let redraws = self.at_exposures.then_some(MAX_NORMAL * self.sigma);
         Traits { renews: !self.at_exposures, redraws, ..Traits::default() }

@@ -58,10 +58,6 @@ struct ExposureBlur {
 }
 
 impl PixelStage for ExposureBlur {
-    fn is_neutral(&self) -> bool {
-        self.half <= 0.0
-    }
-
     /// The light of the exposure before.
     fn state_planes(&self) -> usize {
         1

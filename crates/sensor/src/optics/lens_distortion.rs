@@ -29,6 +29,7 @@ const K1: Parameter = Parameter::Number(K);
 const K2: Parameter = Parameter::Number(NumberSpec {
     name: "k2",
     typical: Some((-0.1, 0.1)),
+    acts_alone: true,
     doc: "coefficient of r to the fourth",
     ..K
 });
@@ -95,10 +96,6 @@ impl LensDistortion {
 }
 
 impl PlaneStage for LensDistortion {
-    fn is_neutral(&self) -> bool {
-        self.k1 == 0.0 && self.k2 == 0.0
-    }
-
     fn traits(&self) -> Traits {
         Traits { is_linear: true, ..Traits::default() }
     }

@@ -55,10 +55,6 @@ struct PsfBlur {
 }
 
 impl PlaneStage for PsfBlur {
-    fn is_neutral(&self) -> bool {
-        self.spread.is_point()
-    }
-
     fn traits(&self) -> Traits {
         Traits { is_linear: true, ..Traits::default() }
     }

@@ -76,10 +76,6 @@ fn mean(image: &[f32]) -> f64 {
 }
 
 impl PlaneStage for VeilingGlare {
-    fn is_neutral(&self) -> bool {
-        self.fraction <= 0.0
-    }
-
     fn traits(&self) -> Traits {
         Traits { is_linear: true, ..Traits::default() }
     }

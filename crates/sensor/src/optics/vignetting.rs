@@ -57,10 +57,6 @@ struct Vignetting {
 }
 
 impl PlaneStage for Vignetting {
-    fn is_neutral(&self) -> bool {
-        self.corner_tan <= 0.0
-    }
-
     fn traits(&self) -> Traits {
         Traits { is_linear: true, ..Traits::default() }
     }

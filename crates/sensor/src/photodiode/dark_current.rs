@@ -56,10 +56,6 @@ struct DarkCurrent {
 }
 
 impl PixelStage for DarkCurrent {
-    fn is_neutral(&self) -> bool {
-        self.current <= 0.0
-    }
-
     fn step(&self, _tick: &Tick, block: &mut Block<'_>, _noise: StageNoise) {
         vectorize(
             #[inline(always)]

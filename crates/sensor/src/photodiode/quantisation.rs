@@ -64,10 +64,6 @@ impl Quantisation {
 }
 
 impl PixelStage for Quantisation {
-    fn is_neutral(&self) -> bool {
-        self.levels.is_infinite()
-    }
-
     fn traits(&self) -> Traits {
         Traits { is_static: true, ..Traits::default() }
     }

@@ -128,10 +128,6 @@ impl PhotoreceptorLowpass {
 }
 
 impl PixelStage for PhotoreceptorLowpass {
-    fn is_neutral(&self) -> bool {
-        self.cutoff_hz.is_infinite()
-    }
-
     fn time_constant_s(&self) -> Option<f64> {
         let light = if self.depends_on_light { 1.0 + f64::from(self.dark_light) } else { 1.0 };
         Some(1.0 / (TAU * self.cutoff_hz * light))

@@ -59,10 +59,6 @@ struct SourceFollower {
 }
 
 impl PixelStage for SourceFollower {
-    fn is_neutral(&self) -> bool {
-        self.cutoff_hz.is_infinite()
-    }
-
     fn time_constant_s(&self) -> Option<f64> {
         Some(1.0 / (TAU * self.cutoff_hz))
     }

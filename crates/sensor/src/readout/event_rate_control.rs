@@ -99,10 +99,6 @@ impl EventRateControl {
 }
 
 impl ClockStage for EventRateControl {
-    fn is_neutral(&self) -> bool {
-        self.budget.is_infinite()
-    }
-
     fn traits(&self) -> Traits {
         Traits { needs_order: true, ..Traits::default() }
     }
