@@ -49,11 +49,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "stamps scatter about the times of their events",
     formula: "t = t + sigma_us N; late: t = t + max(0, mean_us + sigma_us N)",
     params: &[SIGMA, MEAN, SIDE],
-    source: Citation {
-        key: "Joubert et al. 2021",
-        text: "D. Joubert et al.: Event Camera Simulator Improvements via Characterized Parameters, \
-               Frontiers in Neuroscience 15, 2021",
-    },
+    source: Citation::JOUBERT_2021,
     signature: Signature {
         look_for: "stamps scatter about their times, the same for slow and fast changes",
         probe: Probe::StampError,

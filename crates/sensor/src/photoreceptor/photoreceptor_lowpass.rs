@@ -76,11 +76,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "voltage follows light with a delay that is longer in the dark",
     formula: "dV/dt = 2 pi cutoff_hz (I + dark_light) (V_in - V)",
     params: &[CUTOFF, DARK_LIGHT, LIGHT, STEP, SIGNAL],
-    source: Citation {
-        key: "Lichtsteiner et al. 2008",
-        text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \
-               Temporal Contrast Vision Sensor, IEEE JSSC 43(2), 2008",
-    },
+    source: Citation::LICHTSTEINER_2008,
     signature: Signature {
         look_for: "events trail behind a fast edge and fewer of them come; the response is \
                    exponential and slower in the dark, in proportion to 1 / light",

@@ -59,11 +59,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "events above a rate are thrown away, without delay",
     formula: "at most rate_hz window_us events per window",
     params: &[RATE, WINDOW, PHASE, DROP],
-    source: Citation {
-        key: "Finateu et al. 2020",
-        text: "T. Finateu et al.: A 1280x720 Back-Illuminated Stacked Temporal Contrast Event-Based \
-               Vision Sensor, ISSCC 2020",
-    },
+    source: Citation::FINATEU_2020,
     signature: Signature {
         look_for: "the rate is cut at a ceiling, without delay; parts of a busy image are \
                    missing",
