@@ -34,7 +34,63 @@ pub(crate) fn absent(root: &Path, text: &str) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
+    use std::fs::read_to_string;
     use std::path::Path;
+    use std::process::Command;
+
+    use regex::Regex;
+
+    /// An entry of each kind, by what it is called in code: its module, its name in the registry, its type.
+    const ENTRIES: [(&str, &str); 12] = [
+        ("effect", "vignetting"),
+        ("representation", "sae"),
+        ("cleaner", "deflicker"),
+        ("event format", "nmnist"),
+        ("pose format", "hpe_core|hpe-core"),
+        ("label format", "mpii_json|mpii-json"),
+        ("backbone", "vgg|vgg11_bn"),
+        ("probe", "log_intensity_step|LogIntensityStep"),
+        ("condition", "night"),
+        ("camera preset", "dvs-voltmeter"),
+        ("command", "quantize"),
+        ("benchmark", "sim"),
+    ];
+    /// Ends of the names of files that are tests.
+    const TESTS: [&str; 3] = ["tests.rs", "laws.rs", "example.rs"];
+
+    /// A file of Rust without comments and tests; nothing of others.
+    fn code(path: &str) -> String {
+        let text = read_to_string(Path::new("..").join(path)).unwrap_or_default();
+        let text = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
+        let is_code = |line: &&str| path.ends_with(".rs") && !line.trim_start().starts_with("//");
+        text.lines().filter(is_code).collect::<Vec<_>>().join("\n")
+    }
+
+    #[test]
+    fn the_table_of_files_touched_has_their_counts() {
+        let listed = ["-C", "..", "ls-files", "src", "crates", "configs"];
+        let listed = Command::new("git").args(listed).output().unwrap().stdout;
+        let listed = String::from_utf8(listed).unwrap();
+        let is_test =
+            |path: &&str| path.contains("/tests/") || TESTS.iter().any(|t| path.ends_with(t));
+        let sources: Vec<_> =
+            listed.lines().filter(|path| !is_test(path)).map(|path| (path, code(path))).collect();
+        let page = read_to_string("../ARCHITECTURE.md").unwrap();
+        for (kind, names) in ENTRIES {
+            let own = Regex::new(&format!(r"/({names})(/mod)?\.(rs|toml)$")).unwrap();
+            let used = if names.contains(char::is_uppercase) {
+                format!(r"\b({names})\b")
+            } else {
+                format!(r#"\bmod ({names});|\b({names})::|"({names})"|/({names})\.toml""#)
+            };
+            let used = Regex::new(&used).unwrap();
+            let knows = |(path, code): &&(&str, String)| own.is_match(path) || used.is_match(code);
+            let files: Vec<_> = sources.iter().filter(knows).map(|(path, _)| path).collect();
+            let row = page.lines().find_map(|line| line.strip_prefix(&format!("| {kind} | ")));
+            let stated = row.unwrap().split(' ').next().unwrap();
+            assert_eq!(stated, files.len().to_string(), "{kind}: {files:#?}");
+        }
+    }
 
     #[test]
     fn paths_and_names_that_are_not_there_are_seen() {

@@ -84,6 +84,8 @@ pub struct NumberSpec {
     /// The value where none is given. Of an effect, the value at which it does nothing; that may
     /// lie outside the range and is allowed nevertheless.
     pub default: Option<f64>,
+    /// Of an effect: it has one whatever the values of those parameters that make it stronger.
+    pub acts_alone: bool,
     /// Description.
     pub doc: &'static str,
 }
@@ -99,6 +101,7 @@ impl NumberSpec {
         scale: Scale::Linear,
         typical: None,
         default: None,
+        acts_alone: false,
         doc: "",
     };
     /// The same on a logarithmic scale.

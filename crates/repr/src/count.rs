@@ -13,61 +13,46 @@ use crate::counts::Counts;
 use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::{FrameEvent, FrameWindow, Grey, Representation, StreamWindow};
 
-pub(crate) static ECI: RepresentationSpec = RepresentationSpec {
-    name: "eci",
-    summary: "how often a pixel fired, per polarity",
-    parameters: &[],
-    memory: Memory::Window,
-    polarity: PolarityUse::Channels,
-    any_order_at_once: true,
-    channels: |_| 2,
-    start: |window, _| Box::new(Eci::new(window, Counting::EveryEvent)),
-    fill: Some(|window, events, out| {
-        fill_eci(window, Counting::EveryEvent, events.iter().copied(), out);
-    }),
-};
+pub(crate) static ECI: RepresentationSpec =
+    spec::<false, false>("eci", "how often a pixel fired, per polarity");
+pub(crate) static ECI_S: RepresentationSpec =
+    spec::<true, false>("eci-s", "how often a pixel fired");
+pub(crate) static ECI_PARITY: RepresentationSpec = spec::<false, true>(
+    "eci-parity",
+    "eci as the published program computes it: 0.01 per millisecond that fired",
+);
+pub(crate) static ECI_S_PARITY: RepresentationSpec = spec::<true, true>(
+    "eci-s-parity",
+    "eci-s as the published program computes it: two equal channels",
+);
 
-pub(crate) static ECI_S: RepresentationSpec = RepresentationSpec {
-    name: "eci-s",
-    summary: "how often a pixel fired",
-    parameters: &[],
-    memory: Memory::Window,
-    polarity: PolarityUse::Ignored,
-    any_order_at_once: true,
-    channels: |_| 1,
-    start: |window, _| Box::new(EciS::new(window, Counting::EveryEvent)),
-    fill: Some(|window, events, out| {
-        fill_eci_s(window, Counting::EveryEvent, events.iter().copied(), out);
-    }),
-};
+/// ECI or ECI-S, by its definition or with the departures of the published program.
+const fn spec<const IS_S: bool, const IS_PARITY: bool>(
+    name: &'static str,
+    summary: &'static str,
+) -> RepresentationSpec {
+    RepresentationSpec {
+        name,
+        summary,
+        parameters: &[],
+        memory: Memory::Window,
+        polarity: if IS_S { PolarityUse::Ignored } else { PolarityUse::Channels },
+        any_order_at_once: true,
+        channels: |_| if IS_S && !IS_PARITY { 1 } else { 2 },
+        start: |window, _| match IS_S {
+            true => Box::new(EciS::new(window, counting(IS_PARITY))),
+            false => Box::new(Eci::new(window, counting(IS_PARITY))),
+        },
+        fill: Some(|window, events, out| match IS_S {
+            true => fill_eci_s(window, counting(IS_PARITY), events.iter().copied(), out),
+            false => fill_eci(window, counting(IS_PARITY), events.iter().copied(), out),
+        }),
+    }
+}
 
-pub(crate) static ECI_PARITY: RepresentationSpec = RepresentationSpec {
-    name: "eci-parity",
-    summary: "eci as the published program computes it: 0.01 per millisecond that fired",
-    parameters: &[],
-    memory: Memory::Window,
-    polarity: PolarityUse::Channels,
-    any_order_at_once: true,
-    channels: |_| 2,
-    start: |window, _| Box::new(Eci::new(window, Counting::OncePerFrame)),
-    fill: Some(|window, events, out| {
-        fill_eci(window, Counting::OncePerFrame, events.iter().copied(), out);
-    }),
-};
-
-pub(crate) static ECI_S_PARITY: RepresentationSpec = RepresentationSpec {
-    name: "eci-s-parity",
-    summary: "eci-s as the published program computes it: two equal channels",
-    parameters: &[],
-    memory: Memory::Window,
-    polarity: PolarityUse::Ignored,
-    any_order_at_once: true,
-    channels: |_| 2,
-    start: |window, _| Box::new(EciS::new(window, Counting::OncePerFrame)),
-    fill: Some(|window, events, out| {
-        fill_eci_s(window, Counting::OncePerFrame, events.iter().copied(), out);
-    }),
-};
+fn counting(is_parity: bool) -> Counting {
+    if is_parity { Counting::OncePerFrame } else { Counting::EveryEvent }
+}
 
 /// Contribution of an event to a count.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

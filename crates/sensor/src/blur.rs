@@ -28,11 +28,6 @@ impl Gaussian {
         Self { weights: centre.chain(sides).map(|w| w as f32).collect() }
     }
 
-    /// Whether the convolution leaves an image as it is.
-    pub(crate) fn is_point(&self) -> bool {
-        self.weights.len() == 1
-    }
-
     /// Convolves `image`, along rows and then along columns; `work` is as large.
     pub(crate) fn blur(&self, size: SensorSize, image: &mut [f32], work: &mut [f32]) {
         let width = usize::from(size.width);

@@ -33,7 +33,7 @@ impl LinearOptics {
                 continue;
             }
             match (spec.build)(&spec.settings(effect)?)? {
-                Stage::Plane(stage) if is_linear && stage.is_linear() => {
+                Stage::Plane(stage) if is_linear && stage.traits().is_linear => {
                     rest.effects.retain(|other| other.name != effect.name);
                     stages.push(stage);
                 }

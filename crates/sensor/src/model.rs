@@ -80,7 +80,7 @@ impl SensorModel {
         let rows = built.iter().map(|b| ChainRow {
             spec: b.spec,
             settings: b.settings.clone(),
-            is_active: !b.stage.is_neutral(),
+            is_active: !b.is_neutral(),
         });
         let table = ChainTable { rows: rows.collect() };
         Ok(Self {
@@ -136,6 +136,10 @@ impl Built {
         Ok(Self { spec, settings, stage })
     }
 
+    fn is_neutral(&self) -> bool {
+        self.stage.role().is_none() && self.spec.is_neutral(&self.settings)
+    }
+
     fn check_beside(&self, others: &[Self]) -> Result<(), SensorError> {
         for other in others {
             if other.spec.name == self.spec.name {
@@ -156,7 +160,7 @@ impl From<Vec<Built>> for Chain {
     /// Sorts stages, which come in the order of the signal, by what they act on.
     fn from(mut built: Vec<Built>) -> Self {
         // Neutral stages are removed first: the plan would be slower for nothing.
-        built.retain(|b| !b.stage.is_neutral());
+        built.retain(|b| !b.is_neutral());
         let traits = |b: &Built| b.stage.traits(b.spec.domain);
         let plan = ExecutionPlan::choose(&built.iter().map(traits).collect::<Vec<_>>());
         // A sensor has one detector and one readout, which take the places of these.

@@ -346,7 +346,7 @@ impl SensorRun {
 
     fn run_clocks(&mut self, chain: &Chain, tick: &Tick) {
         for (link, state) in chain.clock.iter().zip(&mut self.clock_states) {
-            if link.stage.needs_order() {
+            if link.traits.needs_order {
                 request::sort(&mut self.requests);
             }
             let noise = StageNoise::new(self.seed, link.name, tick.index);

@@ -2,7 +2,9 @@
 
 use std::fmt;
 
-use crate::{EffectConfig, NumberSpec, Parameter, SensorError, Settings, Signature, Stage};
+use crate::{
+    EffectConfig, NumberSpec, Parameter, SensorError, Settings, Signature, Stage, Strength,
+};
 
 /// The place of a stage in the camera, in the order of the signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -89,6 +91,23 @@ impl StageSpec {
         settings.complete(self.params).map_err(refused)
     }
 
+    /// Whether these settings make the stage the identity, so that the chain leaves it out: what makes
+    /// the effect stronger has the value without effect, and so has what acts alone. A stage in a place
+    /// of which a sensor has one cannot be left out.
+    pub(crate) fn is_neutral(&self, settings: &Settings) -> bool {
+        let names = match self.signature.strength {
+            Strength::Rising(names) | Strength::Falling(names) => Some(names),
+            Strength::RisingAlone(_) => None,
+            Strength::Unchanging => return false,
+            Strength::FromFiles => return settings.given().next().is_none(),
+        };
+        let counts = |number: &&NumberSpec| {
+            number.acts_alone || names.is_none_or(|names| names.contains(&number.name))
+        };
+        let is_off = |number: &NumberSpec| number.default == Some(settings.number(number.name));
+        self.number_params().filter(counts).all(is_off)
+    }
+
     /// The stage with the values that are typical of cameras.
     ///
     /// # Errors
@@ -111,4 +130,42 @@ pub struct Citation {
     pub key: &'static str,
     /// Enough to find it.
     pub text: &'static str,
+}
+
+/// Publications that several effects are from.
+impl Citation {
+    pub(crate) const FINATEU_2020: Self = Self {
+        key: "Finateu et al. 2020",
+        text: "T. Finateu et al.: A 1280x720 Back-Illuminated Stacked Temporal Contrast Event-Based \
+               Vision Sensor, ISSCC 2020",
+    };
+    pub(crate) const HU_2021: Self = Self {
+        key: "Hu et al. 2021",
+        text: "Y. Hu, S.-C. Liu, T. Delbruck: v2e: From Video Frames to Realistic DVS Events, CVPR \
+               Workshops 2021",
+    };
+    pub(crate) const JOUBERT_2021: Self = Self {
+        key: "Joubert et al. 2021",
+        text: "D. Joubert et al.: Event Camera Simulator Improvements via Characterized Parameters, \
+               Frontiers in Neuroscience 15, 2021",
+    };
+    pub(crate) const LICHTSTEINER_2008: Self = Self {
+        key: "Lichtsteiner et al. 2008",
+        text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \
+               Temporal Contrast Vision Sensor, IEEE JSSC 43(2), 2008",
+    };
+    pub(crate) const NOZAKI_2017: Self = Self {
+        key: "Nozaki and Delbruck 2017",
+        text: "Y. Nozaki, T. Delbruck: Temperature and Parasitic Photocurrent Effects in Dynamic \
+               Vision Sensors, IEEE TED 64(8), 2017",
+    };
+    pub(crate) const REBECQ_2018: Self = Self {
+        key: "Rebecq et al. 2018",
+        text: "H. Rebecq, D. Gehrig, D. Scaramuzza: ESIM: an Open Event Camera Simulator, CoRL 2018",
+    };
+    pub(crate) const RUDNEV_2021: Self = Self {
+        key: "Rudnev et al. 2021",
+        text: "V. Rudnev et al.: EventHands: Real-Time Neural 3D Hand Pose Estimation from an Event \
+               Stream, ICCV 2021, supplement",
+    };
 }

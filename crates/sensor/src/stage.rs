@@ -66,9 +66,6 @@ impl<'a> State<'a> {
 
 /// A stage that treats every pixel by itself, so that the chain may run it block by block.
 pub trait PixelStage: Send + Sync + Debug {
-    /// Whether the parameters make the stage the identity; the chain then leaves it out.
-    fn is_neutral(&self) -> bool;
-
     /// The shortest time in which the stage answers to light of white, in seconds, if it takes
     /// time at all: a chain that divides its steps keeps them shorter.
     fn time_constant_s(&self) -> Option<f64> {
@@ -94,13 +91,9 @@ pub trait PixelStage: Send + Sync + Debug {
 
 /// A stage in which pixels see each other: the chain runs it on the whole plane.
 pub trait PlaneStage: Send + Sync + Debug {
-    /// Whether the parameters make the stage the identity; the chain then leaves it out.
-    fn is_neutral(&self) -> bool;
-
-    /// Whether the signal behind it is linear in that in front of it and follows from it alone,
-    /// without memory, noise or time.
-    fn is_linear(&self) -> bool {
-        false
+    /// Properties from which the chain chooses the path of a step.
+    fn traits(&self) -> Traits {
+        Traits::default()
     }
 
     /// How many planes of `f32` it keeps between exposures or needs to work, the same for all
@@ -148,8 +141,8 @@ impl Stage {
         let (acts_on, own) = match self {
             Self::Pixel(stage) if in_light => (ActsOn::Light, stage.traits()),
             Self::Pixel(stage) => (ActsOn::Voltage, stage.traits()),
-            Self::Plane(_) if in_light => (ActsOn::LightPlane, Traits::default()),
-            Self::Plane(_) => (ActsOn::VoltagePlane, Traits::default()),
+            Self::Plane(stage) if in_light => (ActsOn::LightPlane, stage.traits()),
+            Self::Plane(stage) => (ActsOn::VoltagePlane, stage.traits()),
             Self::Detector(stage) => (ActsOn::Pixels, stage.traits()),
             Self::Term(stage) => (ActsOn::Pixels, stage.traits()),
             Self::Readout(stage) => (ActsOn::Requests, stage.traits()),
@@ -157,22 +150,10 @@ impl Stage {
             // step.
             Self::Photoreceptor(_) => (ActsOn::Law, at_rest),
             Self::Steps(_) => (ActsOn::Light, at_rest),
-            Self::Background(_) | Self::Clock(_) => (ActsOn::Requests, at_rest),
+            Self::Background(_) => (ActsOn::Requests, at_rest),
+            Self::Clock(stage) => (ActsOn::Requests, Traits { is_static: true, ..stage.traits() }),
         };
         Traits { acts_on, ..own }
-    }
-
-    /// Whether the chain may leave the stage out.
-    pub fn is_neutral(&self) -> bool {
-        match self {
-            Self::Pixel(stage) => stage.is_neutral(),
-            Self::Plane(stage) => stage.is_neutral(),
-            Self::Term(stage) => stage.is_neutral(),
-            Self::Background(stage) => stage.is_neutral(),
-            Self::Steps(steps) => steps.is_neutral(),
-            Self::Clock(stage) => stage.is_neutral(),
-            Self::Photoreceptor(_) | Self::Detector(_) | Self::Readout(_) => false,
-        }
     }
 
     /// Role of the stage, if a sensor has exactly one stage of it.

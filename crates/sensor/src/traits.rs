@@ -38,6 +38,11 @@ pub struct Traits {
     pub recovery: Recovery,
     /// The memory goes on stepping in a refractory period, so that events in it are lost.
     pub steps_while_refractory: bool,
+    /// The signal behind a plane stage is linear in that in front of it and follows from it alone,
+    /// without memory, noise or time.
+    pub is_linear: bool,
+    /// A clock must see events in order of time; they come in any order otherwise.
+    pub needs_order: bool,
     /// The sensor that the stage is made for, if it fits one size only.
     pub made_for: Option<SensorSize>,
 }

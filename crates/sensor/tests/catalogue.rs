@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use evpose_sensor::{PRESETS, STAGES, Strength, WordSpec};
+use evpose_sensor::{EffectConfig, PRESETS, STAGES, SensorConfig, SensorModel, Strength, WordSpec};
 
 #[test]
 fn every_effect_has_formula_source_and_signature() {
@@ -55,13 +55,31 @@ fn every_parameter_has_unit_range_prior_and_meaning() {
     }
 }
 
+#[test]
+fn an_effect_is_off_where_neither_its_strength_nor_what_acts_alone_is_given() {
+    let effect = |name: &str, values: &[(&str, f64)]| {
+        values.iter().fold(EffectConfig::new(name), |effect, (key, value)| effect.with(key, *value))
+    };
+    for (effect, is_active) in [
+        (effect("lens_distortion", &[("focal_px", 300.0)]), false),
+        (effect("lens_distortion", &[("focal_px", 300.0), ("k2", 0.05)]), true),
+        (effect("clock_offset_drift", &[("offset_us", 5.0)]), true),
+        (effect("reset_overshoot", &[("to_exposure", 0.5)]), true),
+        (effect("threshold_mismatch", &[("correlation", 0.5)]), false),
+        (effect("fixed_pattern", &[]), false),
+    ] {
+        let config = SensorConfig { effects: vec![effect.clone()] };
+        let model = SensorModel::from_config(&config).unwrap();
+        let row = model.describe().rows.iter().find(|row| row.spec.name == effect.name);
+        assert_eq!(row.unwrap().is_active, is_active, "{effect:?}");
+    }
+}
+
 /// A quantity without a neutral value is one that the effect cannot do without.
 #[test]
 fn every_effect_can_be_switched_off_or_takes_a_place() {
     for spec in &STAGES {
-        let model = evpose_sensor::SensorModel::from_config(&evpose_sensor::SensorConfig {
-            effects: vec![spec.typical()],
-        });
+        let model = SensorModel::from_config(&SensorConfig { effects: vec![spec.typical()] });
         assert!(model.is_ok(), "{}", spec.name);
         let has_neutral = spec.number_params().any(|param| param.default.is_some());
         if has_neutral || spec.params.iter().any(|param| param.as_file().is_some()) {

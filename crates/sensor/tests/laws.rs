@@ -41,10 +41,6 @@ static MEAN: StageSpec =
 struct Wander;
 
 impl PixelStage for Wander {
-    fn is_neutral(&self) -> bool {
-        false
-    }
-
     fn state_planes(&self) -> usize {
         1
     }
@@ -67,10 +63,6 @@ impl PixelStage for Wander {
 struct Mean;
 
 impl PlaneStage for Mean {
-    fn is_neutral(&self) -> bool {
-        false
-    }
-
     fn step(&self, _tick: &Tick, size: SensorSize, plane: &mut Block<'_>, _noise: StageNoise) {
         assert_eq!((plane.signal.len(), plane.photocurrent.len()), (size.pixels(), size.pixels()));
         let mean = plane.signal.iter().sum::<f32>() / size.pixels() as f32;

@@ -40,10 +40,6 @@ struct Saturation {
 }
 
 impl PixelStage for Saturation {
-    fn is_neutral(&self) -> bool {
-        self.half.is_infinite()
-    }
-
     fn step(&self, _tick: &Tick, block: &mut Block<'_>, _noise: StageNoise) {
         block.signal.iter_mut().for_each(|light| *light /= 1.0 + *light / self.half);
     }

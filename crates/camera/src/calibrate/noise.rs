@@ -14,6 +14,7 @@ use evpose_core::stats::bootstrap::{BootstrapConfig, bootstrap};
 use evpose_core::stats::interval::Interval;
 use evpose_core::{EventStream, Micros, TimeWindow};
 use serde::Serialize;
+use statrs::distribution::{DiscreteCDF as _, Poisson};
 
 use crate::calibrate::CalibrateError;
 
@@ -222,22 +223,8 @@ fn hot(counts: &[[u32; 2]]) -> Vec<bool> {
 /// Quantile of the Poisson distribution: the least number that is exceeded with a probability of at
 /// most `chance`.
 fn poisson_quantile(mean: f64, chance: f64) -> u32 {
-    // From the largest down, tails add up without loss of digits.
-    let highest = (mean + 12.0 * mean.sqrt() + 40.0).ceil() as u32;
-    let (mut tail, mut log_factorial) = (0.0, 0.0);
-    let logs: Vec<f64> = (0..=highest)
-        .map(|n| {
-            log_factorial += f64::from(n.max(1)).ln();
-            f64::from(n) * mean.max(f64::MIN_POSITIVE).ln() - mean - log_factorial
-        })
-        .collect();
-    for n in (0..=highest).rev() {
-        tail += logs[n as usize].exp();
-        if tail > chance {
-            return n;
-        }
-    }
-    0
+    // Where nothing is expected, there is no distribution.
+    Poisson::new(mean).map_or(0, |poisson| poisson.inverse_cdf(1.0 - chance) as u32)
 }
 
 #[cfg(test)]

@@ -1,7 +1,9 @@
 //! Spectral line at which ON and OFF rates are in antiphase: a flickering lamp.
 
+use rustfft::num_complex::Complex32;
+
 use super::train::Train;
-use crate::fourier::Fourier;
+use crate::fourier;
 
 /// Bin length of the rates.
 const STEP_US: i64 = 250;
@@ -30,8 +32,8 @@ pub(super) struct LampLine {
 pub(super) fn strongest(train: &Train) -> Option<LampLine> {
     let (start, end) = train.span_us();
     let steps = (((end - start) / STEP_US + 1) as usize).min(MAX_STEPS);
-    let mut values = Fourier::zeros(steps);
-    let length = values.length();
+    let mut values = fourier::zeros(steps);
+    let length = values.len();
     let (mut on, mut off) = (0.0f64, 0.0f64);
     for mark in &train.marks {
         // Both rates in one transform: ON is the real part.
@@ -39,23 +41,21 @@ pub(super) fn strongest(train: &Train) -> Option<LampLine> {
         if step >= steps {
             break;
         }
-        let (side, count) =
-            if mark.is_on { (&mut values.re, &mut on) } else { (&mut values.im, &mut off) };
-        side[step] += 1.0;
+        let (one, count) =
+            if mark.is_on { (Complex32::ONE, &mut on) } else { (Complex32::I, &mut off) };
+        values[step] += one;
         *count += 1.0;
     }
     if on.min(off) < 50.0 {
         return None;
     }
-    for (side, count) in [(&mut values.re, on), (&mut values.im, off)] {
-        let mean = (count / steps as f64) as f32;
-        side[..steps].iter_mut().for_each(|value| *value -= mean);
-    }
-    values.transform();
+    let [re, im] = [on, off].map(|count| (count / steps as f64) as f32);
+    values[..steps].iter_mut().for_each(|value| *value -= Complex32 { re, im });
+    fourier::transform(&mut values);
     let antiphase = |f: usize| {
-        let ([re, im], [mirror_re, mirror_im]) = (values.at(f), values.at(length - f));
-        let (a_re, a_im) = (re + mirror_re, im - mirror_im);
-        let (b_re, b_im) = (im + mirror_im, mirror_re - re);
+        let (value, mirror) = (values[f], values[length - f]);
+        let (a_re, a_im) = (value.re + mirror.re, value.im - mirror.im);
+        let (b_re, b_im) = (value.im + mirror.im, mirror.re - value.re);
         -0.25 * f64::from(a_re * b_re + a_im * b_im) / (on * off).sqrt()
     };
     let step_hz = 1e6 / (length as f64 * STEP_US as f64);

@@ -94,10 +94,6 @@ struct HotPixels {
 const POLARITIES: u32 = 1 << 31;
 
 impl PixelTerm for HotPixels {
-    fn is_neutral(&self) -> bool {
-        self.fraction <= 0.0
-    }
-
     /// Hot pixels and their rates, two by two.
     fn table(&self, traits: &[PixelTraits], noise: StageNoise) -> TermTable {
         let is_hot =

@@ -18,6 +18,7 @@ use evpose_core::{Polarity, SensorSize, StageNoise};
 use evpose_cpu::prefetch;
 
 use super::{exponential, uniform};
+use crate::detector::leak_on::SPREAD;
 use crate::detector::{NoiseEvent, PixelTerm, PixelTraits, TermTable};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
@@ -31,16 +32,6 @@ const RATE: Parameter = Parameter::Number(NumberSpec {
     typical: Some((0.01, 10.0)),
     default: Some(0.0),
     doc: "noise events of a dark pixel per second, both polarities together",
-    ..NumberSpec::LOG
-});
-
-const SPREAD: Parameter = Parameter::Number(NumberSpec {
-    name: "spread_decades",
-    unit: "decades",
-    range: (0.001, 1.0),
-    typical: Some((0.1, 0.25)),
-    default: Some(0.0),
-    doc: "standard deviation of the logarithm of the rate over the pixels",
     ..NumberSpec::LOG
 });
 
@@ -67,11 +58,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "noise events of both polarities, most in the dark, that reset their pixel",
     formula: "ON, OFF ~ Poisson(rate_hz 10^(spread_decades N(x, y)) (1 - light_slope I) dt / 2)",
     params: &[RATE, SPREAD, LIGHT_SLOPE, THRESHOLD],
-    source: Citation {
-        key: "Hu et al. 2021",
-        text: "Y. Hu, S.-C. Liu, T. Delbruck: v2e: From Video Frames to Realistic DVS Events, CVPR \
-               Workshops 2021",
-    },
+    source: Citation::HU_2021,
     signature: Signature {
         look_for: "ON and OFF alike, exponential intervals, most in the dark: the rate falls \
                    along a line with light",
@@ -131,10 +118,6 @@ const LAST_SHARE: f32 = 1.0 - f32::EPSILON;
 const GROUP: usize = 16;
 
 impl PixelTerm for ShotNoisePoisson {
-    fn is_neutral(&self) -> bool {
-        self.rate_hz <= 0.0
-    }
-
     /// On the line: where each group of pixels begins, and at last its length. Per pixel: where it
     /// ends in its group, and how long its ON part is.
     fn table(&self, traits: &[PixelTraits], noise: StageNoise) -> TermTable {

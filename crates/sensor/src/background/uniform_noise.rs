@@ -53,11 +53,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "every pixel sends noise events at the same rates",
     formula: "ON ~ Poisson(on_hz dt), OFF ~ Poisson(off_hz dt)",
     params: &[ON, OFF, SIGNAL],
-    source: Citation {
-        key: "Rudnev et al. 2021",
-        text: "V. Rudnev et al.: EventHands: Real-Time Neural 3D Hand Pose Estimation from an Event \
-               Stream, ICCV 2021, supplement",
-    },
+    source: Citation::RUDNEV_2021,
     signature: Signature {
         look_for: "exponential intervals at the same rate in every pixel, whatever the light",
         probe: Probe::RestIntervals,
@@ -88,10 +84,6 @@ const EITHER_GAPS: usize = 2;
 const POLARITIES: usize = 3;
 
 impl BackgroundStage for UniformNoise {
-    fn is_neutral(&self) -> bool {
-        self.on_hz + self.off_hz <= 0.0
-    }
-
     fn step(&self, tick: &Tick, size: SensorSize, requests: &mut Vec<Request>, noise: StageNoise) {
         if tick.dt_s() <= 0.0 {
             return;

@@ -20,6 +20,7 @@ const OFFSET: Parameter = Parameter::Number(NumberSpec {
     range: (-1e6, 1e6),
     typical: Some((-1e4, 1e4)),
     default: Some(0.0),
+    acts_alone: true,
     doc: "what the clock shows at time zero",
     ..NumberSpec::LINEAR
 });
@@ -68,10 +69,6 @@ struct ClockOffsetDrift {
 }
 
 impl ClockStage for ClockOffsetDrift {
-    fn is_neutral(&self) -> bool {
-        self.offset_s == 0.0 && self.drift == 0.0
-    }
-
     fn earliest_shown(&self, t_s: f64) -> f64 {
         t_s + t_s * self.drift + self.offset_s
     }

@@ -29,11 +29,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "events carry the time of the exposure behind them",
     formula: "t = t + pull (t_exposure - t)",
     params: &[PULL],
-    source: Citation {
-        key: "Rudnev et al. 2021",
-        text: "V. Rudnev et al.: EventHands: Real-Time Neural 3D Hand Pose Estimation from an Event \
-               Stream, ICCV 2021, supplement",
-    },
+    source: Citation::RUDNEV_2021,
     signature: Signature {
         look_for: "stamps are drawn towards the exposures: a saw tooth with the period of the \
                    frames",
@@ -51,10 +47,6 @@ struct FrameGrid {
 }
 
 impl ClockStage for FrameGrid {
-    fn is_neutral(&self) -> bool {
-        self.pull <= 0.0
-    }
-
     fn step(&self, tick: &Tick, events: &mut Vec<Request>, _state: &mut [f64], _noise: StageNoise) {
         for event in events {
             event.t_s += self.pull * (tick.end_s - event.t_s).max(0.0);

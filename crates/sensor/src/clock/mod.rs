@@ -4,8 +4,8 @@ use std::fmt::Debug;
 
 use evpose_core::{Micros, StageNoise};
 
-use crate::Request;
 use crate::tick::Tick;
+use crate::{Request, Traits};
 
 pub(crate) mod clock_offset_drift;
 pub(crate) mod frame_grid;
@@ -15,12 +15,9 @@ pub(crate) mod timestamp_quantisation;
 
 /// Moves events in time.
 pub trait ClockStage: Send + Sync + Debug {
-    /// Whether the parameters make the stage the identity; the chain then leaves it out.
-    fn is_neutral(&self) -> bool;
-
-    /// Whether the stage must see events in order of time; they come in any order otherwise.
-    fn needs_order(&self) -> bool {
-        false
+    /// Properties from which the chain chooses the path of a step.
+    fn traits(&self) -> Traits {
+        Traits::default()
     }
 
     /// How many `f64` values it keeps between exposures; they start at zero.

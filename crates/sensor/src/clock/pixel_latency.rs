@@ -31,11 +31,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "events are stamped a fixed time late",
     formula: "t = t + delay_us",
     params: &[DELAY],
-    source: Citation {
-        key: "Lichtsteiner et al. 2008",
-        text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \
-               Temporal Contrast Vision Sensor, IEEE JSSC 43(2), 2008",
-    },
+    source: Citation::LICHTSTEINER_2008,
     signature: Signature {
         look_for: "every stamp late by the same time",
         probe: Probe::StampError,
@@ -55,10 +51,6 @@ struct PixelLatency {
 }
 
 impl ClockStage for PixelLatency {
-    fn is_neutral(&self) -> bool {
-        self.delay_s <= 0.0
-    }
-
     fn step(
         &self,
         _tick: &Tick,

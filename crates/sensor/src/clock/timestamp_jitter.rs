@@ -49,11 +49,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "stamps scatter about the times of their events",
     formula: "t = t + sigma_us N; late: t = t + max(0, mean_us + sigma_us N)",
     params: &[SIGMA, MEAN, SIDE],
-    source: Citation {
-        key: "Joubert et al. 2021",
-        text: "D. Joubert et al.: Event Camera Simulator Improvements via Characterized Parameters, \
-               Frontiers in Neuroscience 15, 2021",
-    },
+    source: Citation::JOUBERT_2021,
     signature: Signature {
         look_for: "stamps scatter about their times, the same for slow and fast changes",
         probe: Probe::StampError,
@@ -82,10 +78,6 @@ struct TimestampJitter {
 }
 
 impl ClockStage for TimestampJitter {
-    fn is_neutral(&self) -> bool {
-        self.sigma_s <= 0.0
-    }
-
     fn earliest_shown(&self, t_s: f64) -> f64 {
         if self.is_late { t_s } else { (t_s - REACH * self.sigma_s).max(0.0) }
     }

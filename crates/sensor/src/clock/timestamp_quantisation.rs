@@ -38,11 +38,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "timestamps are counts of a clock",
     formula: "t = ceil(t / period_us) period_us, or floor",
     params: &[PERIOD, ROUNDING],
-    source: Citation {
-        key: "Lichtsteiner et al. 2008",
-        text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \
-               Temporal Contrast Vision Sensor, IEEE JSSC 43(2), 2008",
-    },
+    source: Citation::LICHTSTEINER_2008,
     signature: Signature {
         look_for: "stamps are multiples of a period: a saw tooth with that period, always late",
         probe: Probe::StampError,
@@ -74,10 +70,6 @@ impl TimestampQuantisation {
 }
 
 impl ClockStage for TimestampQuantisation {
-    fn is_neutral(&self) -> bool {
-        self.period_us == 1.0
-    }
-
     fn step(
         &self,
         _tick: &Tick,

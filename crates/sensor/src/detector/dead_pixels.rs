@@ -51,10 +51,6 @@ struct DeadPixels {
 }
 
 impl PixelTerm for DeadPixels {
-    fn is_neutral(&self) -> bool {
-        self.fraction <= 0.0
-    }
-
     fn traits(&self) -> Traits {
         Traits { is_static: true, ..Traits::default() }
     }

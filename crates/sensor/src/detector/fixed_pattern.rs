@@ -88,10 +88,6 @@ impl FixedPattern {
 }
 
 impl PixelTerm for FixedPattern {
-    fn is_neutral(&self) -> bool {
-        self.size.is_none()
-    }
-
     fn traits(&self) -> Traits {
         Traits { made_for: self.size, ..Traits::default() }
     }

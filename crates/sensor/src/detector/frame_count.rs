@@ -39,11 +39,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "whole thresholds between frame and memory, spread evenly over the step",
     formula: "n = floor(|V - M| / threshold); M += n threshold; t = start + (i + 1) dt / max n",
     params: &[THRESHOLD_ON, THRESHOLD_OFF, ROUNDING],
-    source: Citation {
-        key: "Hu et al. 2021",
-        text: "Y. Hu, S.-C. Liu, T. Delbruck: v2e: From Video Frames to Realistic DVS Events, CVPR \
-               Workshops 2021",
-    },
+    source: Citation::HU_2021,
     signature: Signature {
         look_for: "events of a step at a few even times, those of pixels with few events early",
         probe: Probe::Trace,

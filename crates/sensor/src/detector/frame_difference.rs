@@ -29,11 +29,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "whole thresholds between frame and memory, at the time of the frame",
     formula: "n = max(1, floor(|V - M| / threshold)) where |V - M| > threshold; M += n threshold",
     params: &[THRESHOLD_ON, THRESHOLD_OFF, START],
-    source: Citation {
-        key: "Rudnev et al. 2021",
-        text: "V. Rudnev et al.: EventHands: Real-Time Neural 3D Hand Pose Estimation from an Event \
-               Stream, ICCV 2021, supplement",
-    },
+    source: Citation::RUDNEV_2021,
     signature: Signature {
         look_for: "all events of a step at the same time, that of the exposure",
         probe: Probe::Trace,

@@ -30,11 +30,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "after an event the threshold of the other sign is larger",
     formula: "C_other = C_other (1 + fraction) until the next event",
     params: &[FRACTION],
-    source: Citation {
-        key: "Finateu et al. 2020",
-        text: "T. Finateu et al.: A 1280x720 Back-Illuminated Stacked Temporal Contrast Event-Based \
-               Vision Sensor, ISSCC 2020",
-    },
+    source: Citation::FINATEU_2020,
     signature: Signature {
         look_for: "fewer pairs of ON and OFF: after an event of one sign, the first one of the \
                    other comes later",
@@ -55,10 +51,6 @@ struct Hysteresis {
 }
 
 impl PixelTerm for Hysteresis {
-    fn is_neutral(&self) -> bool {
-        self.factor <= 1.0
-    }
-
     fn traits(&self) -> Traits {
         Traits { renews: true, ..Traits::default() }
     }

@@ -32,7 +32,7 @@ const RATE: Parameter = Parameter::Number(NumberSpec {
     ..NumberSpec::LOG
 });
 
-const SPREAD: Parameter = Parameter::Number(NumberSpec {
+pub(crate) const SPREAD: Parameter = Parameter::Number(NumberSpec {
     name: "spread_decades",
     unit: "decades",
     range: (0.001, 1.0),
@@ -59,7 +59,7 @@ const FRAME_JITTER: Parameter = Parameter::Number(NumberSpec {
     ..NumberSpec::LOG
 });
 
-const PHASE: Parameter = Parameter::Word(WordSpec {
+pub(super) const PHASE: Parameter = Parameter::Word(WordSpec {
     name: "phase",
     allowed: &["random", "aligned"],
     default: Some("random"),
@@ -72,11 +72,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "charge leaks off the memory and makes regular ON events",
     formula: "dM/dt = -rate_hz 10^(spread_decades N(x, y)) C_on",
     params: &[RATE, SPREAD, JITTER, FRAME_JITTER, PHASE],
-    source: Citation {
-        key: "Nozaki and Delbruck 2017",
-        text: "Y. Nozaki, T. Delbruck: Temperature and Parasitic Photocurrent Effects in Dynamic \
-               Vision Sensors, IEEE TED 64(8), 2017",
-    },
+    source: Citation::NOZAKI_2017,
     signature: Signature {
         look_for: "ON events only, at rest, at regular intervals that differ from pixel to \
                    pixel: a hump at 1 / rate, not an exponential",
@@ -109,10 +105,6 @@ struct LeakOn {
 }
 
 impl PixelTerm for LeakOn {
-    fn is_neutral(&self) -> bool {
-        self.rate_hz <= 0.0
-    }
-
     fn pattern(&self, pixel: usize, traits: &mut PixelTraits, noise: StageNoise) {
         let spread = (std::f32::consts::LN_10 * self.spread_decades * noise.normal(pixel, 0)).exp();
         traits.leak_hz += self.rate_hz * spread;

@@ -21,10 +21,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "an event at the exact time at which log voltage crosses the next level",
     formula: "event where V(t) = M +- threshold; M = V(t)",
     params: &[THRESHOLD_ON, THRESHOLD_OFF],
-    source: Citation {
-        key: "Rebecq et al. 2018",
-        text: "H. Rebecq, D. Gehrig, D. Scaramuzza: ESIM: an Open Event Camera Simulator, CoRL 2018",
-    },
+    source: Citation::REBECQ_2018,
     signature: Signature {
         look_for: "events in proportion to the change of log light, at the exact times of the \
                    crossings; fewer with larger thresholds",

@@ -9,10 +9,11 @@
 
 use evpose_core::StageNoise;
 
+use super::leak_on::PHASE;
 use super::{PixelTerm, PixelTraits};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, WordSpec};
+use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec};
 
 const RATE: Parameter = Parameter::Number(NumberSpec {
     name: "hz_per_white",
@@ -24,24 +25,13 @@ const RATE: Parameter = Parameter::Number(NumberSpec {
     ..NumberSpec::LOG
 });
 
-const PHASE: Parameter = Parameter::Word(WordSpec {
-    name: "phase",
-    allowed: &["random", "aligned"],
-    default: Some("random"),
-    doc: "whether pixels start somewhere in their intervals or all at the beginning",
-});
-
 pub(crate) static SPEC: StageSpec = StageSpec {
     name: "parasitic_photo_leak",
     domain: Domain::Detector,
     summary: "light makes the memory leak, in proportion",
     formula: "dM/dt = -hz_per_white I C_on",
     params: &[RATE, PHASE],
-    source: Citation {
-        key: "Nozaki and Delbruck 2017",
-        text: "Y. Nozaki, T. Delbruck: Temperature and Parasitic Photocurrent Effects in Dynamic \
-               Vision Sensors, IEEE TED 64(8), 2017",
-    },
+    source: Citation::NOZAKI_2017,
     signature: Signature {
         look_for: "ON events at rest, at a rate in proportion to light",
         probe: Probe::RateByLight,
@@ -63,10 +53,6 @@ struct ParasiticPhotoLeak {
 }
 
 impl PixelTerm for ParasiticPhotoLeak {
-    fn is_neutral(&self) -> bool {
-        self.hz_per_white <= 0.0
-    }
-
     fn pattern(&self, _pixel: usize, traits: &mut PixelTraits, _noise: StageNoise) {
         traits.photo_leak_hz += self.hz_per_white;
     }

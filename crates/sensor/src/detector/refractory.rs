@@ -39,11 +39,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "a pixel makes no events for a refractory period",
     formula: "no event before t + period_us; hold: M = V(t + period_us)",
     params: &[PERIOD, MODE],
-    source: Citation {
-        key: "Lichtsteiner et al. 2008",
-        text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \
-               Temporal Contrast Vision Sensor, IEEE JSSC 43(2), 2008",
-    },
+    source: Citation::LICHTSTEINER_2008,
     signature: Signature {
         look_for: "no intervals below the period, and a pile-up just above it; fast and strong \
                    changes lose events",
@@ -69,10 +65,6 @@ struct Refractory {
 }
 
 impl PixelTerm for Refractory {
-    fn is_neutral(&self) -> bool {
-        self.period_s <= 0.0
-    }
-
     fn traits(&self) -> Traits {
         let follows_s = if self.holds { self.period_s } else { 0.0 };
         let recovery = Recovery { refractory_s: self.period_s, follows_s, ..Recovery::default() };

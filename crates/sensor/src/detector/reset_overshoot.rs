@@ -50,11 +50,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "after an event the memory is not exactly at the level crossed",
     formula: "M = V(t + delay_us), M +- C (1 - fraction), or M = V(exposure)",
     params: &[DELAY, FRACTION, TO_EXPOSURE],
-    source: Citation {
-        key: "Lichtsteiner et al. 2008",
-        text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \
-               Temporal Contrast Vision Sensor, IEEE JSSC 43(2), 2008",
-    },
+    source: Citation::LICHTSTEINER_2008,
     signature: Signature {
         look_for: "after an event the signal does not start from zero: a positive fraction \
                    makes the next event come sooner, a negative one later",
@@ -80,10 +76,6 @@ struct ResetOvershoot {
 }
 
 impl PixelTerm for ResetOvershoot {
-    fn is_neutral(&self) -> bool {
-        self.delay_s <= 0.0 && self.fraction == 0.0 && self.to_exposure <= 0.0
-    }
-
     fn traits(&self) -> Traits {
         let recovery = Recovery {
             refractory_s: self.delay_s,

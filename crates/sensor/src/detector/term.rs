@@ -12,9 +12,6 @@ use crate::{Origin, Traits};
 /// An effect on pixels, beside the change detector. Every method has an empty default: a term
 /// gives those that it is about.
 pub trait PixelTerm: Send + Sync + Debug {
-    /// Whether the parameters make the term the identity; the chain then leaves it out.
-    fn is_neutral(&self) -> bool;
-
     /// Properties from which the chain chooses the path of a step. Methods below that a property names
     /// are asked only where the term has it.
     fn traits(&self) -> Traits {

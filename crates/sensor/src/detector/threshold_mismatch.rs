@@ -43,11 +43,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "thresholds differ from pixel to pixel, for good",
     formula: "C(x, y) = max(0.01, C + sigma N(x, y))",
     params: &[SIGMA, CORRELATION],
-    source: Citation {
-        key: "Lichtsteiner et al. 2008",
-        text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \
-               Temporal Contrast Vision Sensor, IEEE JSSC 43(2), 2008",
-    },
+    source: Citation::LICHTSTEINER_2008,
     signature: Signature {
         look_for: "a fixed pattern: the same pixels have more events at every pass of the same \
                    light",
@@ -71,10 +67,6 @@ struct ThresholdMismatch {
 }
 
 impl PixelTerm for ThresholdMismatch {
-    fn is_neutral(&self) -> bool {
-        self.sigma <= 0.0
-    }
-
     fn traits(&self) -> Traits {
         Traits { is_static: true, ..Traits::default() }
     }

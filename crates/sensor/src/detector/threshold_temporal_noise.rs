@@ -43,11 +43,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "thresholds are redrawn after every event, or at every exposure",
     formula: "C = max(0.01, C + sigma N(event)), or N(exposure)",
     params: &[SIGMA, REDRAW],
-    source: Citation {
-        key: "Joubert et al. 2021",
-        text: "D. Joubert et al.: Event Camera Simulator Improvements via Characterized Parameters, \
-               Frontiers in Neuroscience 15, 2021",
-    },
+    source: Citation::JOUBERT_2021,
     signature: Signature {
         look_for: "times of crossings scatter about those of the ideal sensor, by the change of \
                    threshold over the slope; no fixed pattern",
@@ -73,10 +69,6 @@ struct ThresholdTemporalNoise {
 }
 
 impl PixelTerm for ThresholdTemporalNoise {
-    fn is_neutral(&self) -> bool {
-        self.sigma <= 0.0
-    }
-
     fn traits(&self) -> Traits {
         let redraws = self.at_exposures.then_some(MAX_NORMAL * self.sigma);
         Traits { renews: !self.at_exposures, redraws, ..Traits::default() }

@@ -31,10 +31,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "steps are divided where light changes a lot or a time constant is short",
     formula: "n = min(max_parts, max(max |dV| / (C / 2), dt / tau))",
     params: &[MAX_PARTS],
-    source: Citation {
-        key: "Rebecq et al. 2018",
-        text: "H. Rebecq, D. Gehrig, D. Scaramuzza: ESIM: an Open Event Camera Simulator, CoRL 2018",
-    },
+    source: Citation::REBECQ_2018,
     signature: Signature {
         look_for: "with a filter, whole steps give a step response of straight pieces and late \
                    first events; divided ones come nearer to the exponential",

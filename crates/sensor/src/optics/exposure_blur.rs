@@ -33,11 +33,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "frames are means over the time in which a shutter was open",
     formula: "I = I - fraction / 2 (I - I_before)",
     params: &[FRACTION],
-    source: Citation {
-        key: "Hu et al. 2021",
-        text: "Y. Hu, S.-C. Liu, T. Delbruck: v2e: From Video Frames to Realistic DVS Events, CVPR \
-               Workshops 2021",
-    },
+    source: Citation::HU_2021,
     signature: Signature {
         look_for: "what moves is smeared along its way: fine moving texture loses events, and \
                    contours are late by half the exposure",
@@ -58,10 +54,6 @@ struct ExposureBlur {
 }
 
 impl PixelStage for ExposureBlur {
-    fn is_neutral(&self) -> bool {
-        self.half <= 0.0
-    }
-
     /// The light of the exposure before.
     fn state_planes(&self) -> usize {
         1

@@ -108,10 +108,6 @@ struct LampFlicker {
 }
 
 impl PixelStage for LampFlicker {
-    fn is_neutral(&self) -> bool {
-        self.depth <= 0.0
-    }
-
     /// Steps are straight, waves are not.
     fn time_constant_s(&self) -> Option<f64> {
         Some(1.0 / (PARTS_OF_PERIOD * self.frequency_hz))

@@ -13,7 +13,7 @@ use evpose_core::{SensorSize, StageNoise};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PlaneStage, Stage};
 use crate::tick::Tick;
-use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec};
+use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, Traits};
 
 const K: NumberSpec = NumberSpec {
     name: "k1",
@@ -29,6 +29,7 @@ const K1: Parameter = Parameter::Number(K);
 const K2: Parameter = Parameter::Number(NumberSpec {
     name: "k2",
     typical: Some((-0.1, 0.1)),
+    acts_alone: true,
     doc: "coefficient of r to the fourth",
     ..K
 });
@@ -95,12 +96,8 @@ impl LensDistortion {
 }
 
 impl PlaneStage for LensDistortion {
-    fn is_neutral(&self) -> bool {
-        self.k1 == 0.0 && self.k2 == 0.0
-    }
-
-    fn is_linear(&self) -> bool {
-        true
+    fn traits(&self) -> Traits {
+        Traits { is_linear: true, ..Traits::default() }
     }
 
     /// Column and row of the source of every pixel, and a plane to work in.

@@ -14,7 +14,7 @@ use crate::blur::Gaussian;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PlaneStage, Stage};
 use crate::tick::Tick;
-use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec};
+use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, Traits};
 
 const SIGMA: Parameter = Parameter::Number(NumberSpec {
     name: "sigma_px",
@@ -55,12 +55,8 @@ struct PsfBlur {
 }
 
 impl PlaneStage for PsfBlur {
-    fn is_neutral(&self) -> bool {
-        self.spread.is_point()
-    }
-
-    fn is_linear(&self) -> bool {
-        true
+    fn traits(&self) -> Traits {
+        Traits { is_linear: true, ..Traits::default() }
     }
 
     /// One plane to work in: the image after its rows are done.

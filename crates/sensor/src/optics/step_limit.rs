@@ -5,10 +5,3 @@
 pub struct AdaptiveSteps {
     pub(super) max_parts: u32,
 }
-
-impl AdaptiveSteps {
-    /// Whether steps stay as they are.
-    pub fn is_neutral(&self) -> bool {
-        self.max_parts <= 1
-    }
-}

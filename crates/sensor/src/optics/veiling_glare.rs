@@ -11,7 +11,7 @@ use evpose_core::{SensorSize, StageNoise};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PlaneStage, Stage};
 use crate::tick::Tick;
-use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec};
+use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, Traits};
 use evpose_cpu::vectorize;
 
 const FRACTION: Parameter = Parameter::Number(NumberSpec {
@@ -76,12 +76,8 @@ fn mean(image: &[f32]) -> f64 {
 }
 
 impl PlaneStage for VeilingGlare {
-    fn is_neutral(&self) -> bool {
-        self.fraction <= 0.0
-    }
-
-    fn is_linear(&self) -> bool {
-        true
+    fn traits(&self) -> Traits {
+        Traits { is_linear: true, ..Traits::default() }
     }
 
     fn step(&self, _tick: &Tick, _size: SensorSize, plane: &mut Block<'_>, _noise: StageNoise) {

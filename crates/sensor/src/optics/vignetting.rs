@@ -13,7 +13,7 @@ use evpose_core::{SensorSize, StageNoise};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PlaneStage, Stage};
 use crate::tick::Tick;
-use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec};
+use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, Traits};
 use evpose_cpu::vectorize;
 
 const CORNER: Parameter = Parameter::Number(NumberSpec {
@@ -57,12 +57,8 @@ struct Vignetting {
 }
 
 impl PlaneStage for Vignetting {
-    fn is_neutral(&self) -> bool {
-        self.corner_tan <= 0.0
-    }
-
-    fn is_linear(&self) -> bool {
-        true
+    fn traits(&self) -> Traits {
+        Traits { is_linear: true, ..Traits::default() }
     }
 
     /// The factor of every pixel.

@@ -31,11 +31,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "a constant is added to the photocurrent",
     formula: "I = I + current",
     params: &[CURRENT],
-    source: Citation {
-        key: "Nozaki and Delbruck 2017",
-        text: "Y. Nozaki, T. Delbruck: Temperature and Parasitic Photocurrent Effects in Dynamic \
-               Vision Sensors, IEEE TED 64(8), 2017",
-    },
+    source: Citation::NOZAKI_2017,
     signature: Signature {
         look_for: "counts fall below a knee of brightness, both polarities alike and at any \
                    speed",
@@ -56,10 +52,6 @@ struct DarkCurrent {
 }
 
 impl PixelStage for DarkCurrent {
-    fn is_neutral(&self) -> bool {
-        self.current <= 0.0
-    }
-
     fn step(&self, _tick: &Tick, block: &mut Block<'_>, _noise: StageNoise) {
         vectorize(
             #[inline(always)]

@@ -32,11 +32,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "light comes in equal steps between black and white",
     formula: "Y = round(levels * clamp(Y, 0, 1)) / levels",
     params: &[LEVELS],
-    source: Citation {
-        key: "Rudnev et al. 2021",
-        text: "V. Rudnev et al.: EventHands: Real-Time Neural 3D Hand Pose Estimation from an Event \
-               Stream, ICCV 2021, supplement",
-    },
+    source: Citation::RUDNEV_2021,
     signature: Signature {
         look_for: "in the dark, light climbs in coarse steps: bursts of events at once and none \
                    in between; dark gradients show contour lines",
@@ -64,10 +60,6 @@ impl Quantisation {
 }
 
 impl PixelStage for Quantisation {
-    fn is_neutral(&self) -> bool {
-        self.levels.is_infinite()
-    }
-
     fn traits(&self) -> Traits {
         Traits { is_static: true, ..Traits::default() }
     }

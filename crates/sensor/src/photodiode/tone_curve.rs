@@ -92,10 +92,6 @@ impl ToneCurve {
 }
 
 impl PixelStage for ToneCurve {
-    fn is_neutral(&self) -> bool {
-        self.gamma == 1.0
-    }
-
     fn traits(&self) -> Traits {
         Traits { is_static: true, ..Traits::default() }
     }

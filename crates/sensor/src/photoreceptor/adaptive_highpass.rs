@@ -75,10 +75,6 @@ struct AdaptiveHighpass {
 }
 
 impl PixelStage for AdaptiveHighpass {
-    fn is_neutral(&self) -> bool {
-        self.tau_s.is_infinite()
-    }
-
     fn time_constant_s(&self) -> Option<f64> {
         Some(self.tau_s)
     }

@@ -81,10 +81,6 @@ struct LateralCoupling {
 }
 
 impl PlaneStage for LateralCoupling {
-    fn is_neutral(&self) -> bool {
-        self.coupling == 0.0 && self.surround == 0.0
-    }
-
     /// The surround, and a plane to work in.
     fn state_planes(&self) -> usize {
         2

@@ -28,11 +28,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "voltage is linear in the dark and logarithmic in the light",
     formula: "x = 255 I; V = x ln(knee) / knee where x <= knee, ln(x) elsewhere",
     params: &[KNEE],
-    source: Citation {
-        key: "Hu et al. 2021",
-        text: "Y. Hu, S.-C. Liu, T. Delbruck: v2e: From Video Frames to Realistic DVS Events, CVPR \
-               Workshops 2021",
-    },
+    source: Citation::HU_2021,
     signature: Signature {
         look_for: "far below the knee counts fall in proportion to light; just below it they \
                    are higher, because the slope of the line is ln(knee) times that of the \

@@ -31,11 +31,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "voltage is the logarithm of photocurrent plus dark current",
     formula: "V = ln(I + dark_offset)",
     params: &[DARK_OFFSET],
-    source: Citation {
-        key: "Lichtsteiner et al. 2008",
-        text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \
-               Temporal Contrast Vision Sensor, IEEE JSSC 43(2), 2008",
-    },
+    source: Citation::LICHTSTEINER_2008,
     signature: Signature {
         look_for: "equal ratios of light give equal counts, down to a knee at the offset",
         probe: Probe::Contrast,

@@ -76,11 +76,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "voltage follows light with a delay that is longer in the dark",
     formula: "dV/dt = 2 pi cutoff_hz (I + dark_light) (V_in - V)",
     params: &[CUTOFF, DARK_LIGHT, LIGHT, STEP, SIGNAL],
-    source: Citation {
-        key: "Lichtsteiner et al. 2008",
-        text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \
-               Temporal Contrast Vision Sensor, IEEE JSSC 43(2), 2008",
-    },
+    source: Citation::LICHTSTEINER_2008,
     signature: Signature {
         look_for: "events trail behind a fast edge and fewer of them come; the response is \
                    exponential and slower in the dark, in proportion to 1 / light",
@@ -128,10 +124,6 @@ impl PhotoreceptorLowpass {
 }
 
 impl PixelStage for PhotoreceptorLowpass {
-    fn is_neutral(&self) -> bool {
-        self.cutoff_hz.is_infinite()
-    }
-
     fn time_constant_s(&self) -> Option<f64> {
         let light = if self.depends_on_light { 1.0 + f64::from(self.dark_light) } else { 1.0 };
         Some(1.0 / (TAU * self.cutoff_hz * light))

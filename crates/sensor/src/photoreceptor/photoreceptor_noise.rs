@@ -80,10 +80,6 @@ struct PhotoreceptorNoise {
 }
 
 impl PixelStage for PhotoreceptorNoise {
-    fn is_neutral(&self) -> bool {
-        self.sigma <= 0.0
-    }
-
     /// Between the ends of a step it may have crossed a threshold and come back, also where the
     /// step is shorter than the correlation time of the noise.
     fn time_constant_s(&self) -> Option<f64> {

@@ -35,11 +35,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "a second pole behind the photoreceptor, at any light",
     formula: "dV/dt = 2 pi cutoff_hz (V_in - V)",
     params: &[CUTOFF],
-    source: Citation {
-        key: "Lichtsteiner et al. 2008",
-        text: "P. Lichtsteiner, C. Posch, T. Delbruck: A 128x128 120 dB 15 us Latency Asynchronous \
-               Temporal Contrast Vision Sensor, IEEE JSSC 43(2), 2008",
-    },
+    source: Citation::LICHTSTEINER_2008,
     signature: Signature {
         look_for: "an exponential response that is the same in bright and in dark light",
         probe: Probe::StepResponse,
@@ -59,10 +55,6 @@ struct SourceFollower {
 }
 
 impl PixelStage for SourceFollower {
-    fn is_neutral(&self) -> bool {
-        self.cutoff_hz.is_infinite()
-    }
-
     fn time_constant_s(&self) -> Option<f64> {
         Some(1.0 / (TAU * self.cutoff_hz))
     }

@@ -16,7 +16,7 @@ use crate::clock::ClockStage;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
-use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, WordSpec};
+use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, Traits, WordSpec};
 
 const RATE: Parameter = Parameter::Number(NumberSpec {
     name: "rate_hz",
@@ -59,11 +59,7 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     summary: "events above a rate are thrown away, without delay",
     formula: "at most rate_hz window_us events per window",
     params: &[RATE, WINDOW, PHASE, DROP],
-    source: Citation {
-        key: "Finateu et al. 2020",
-        text: "T. Finateu et al.: A 1280x720 Back-Illuminated Stacked Temporal Contrast Event-Based \
-               Vision Sensor, ISSCC 2020",
-    },
+    source: Citation::FINATEU_2020,
     signature: Signature {
         look_for: "the rate is cut at a ceiling, without delay; parts of a busy image are \
                    missing",
@@ -99,12 +95,8 @@ impl EventRateControl {
 }
 
 impl ClockStage for EventRateControl {
-    fn is_neutral(&self) -> bool {
-        self.budget.is_infinite()
-    }
-
-    fn needs_order(&self) -> bool {
-        true
+    fn traits(&self) -> Traits {
+        Traits { needs_order: true, ..Traits::default() }
     }
 
     fn state_len(&self) -> usize {
