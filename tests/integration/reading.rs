@@ -240,7 +240,7 @@ fn units_and_axes_that_were_stated_are_those_of_every_command() {
         let line = command.replace("FILE", "few.txt").replace("OUT", &out);
         let output = sandbox.evpose(&line.split(' ').collect::<Vec<_>>()).output().unwrap();
         let said = String::from_utf8_lossy(&output.stdout).into_owned() + &stderr(&output);
-        assert!(said.contains("fewer than one a second"), "{line}: {said}");
+        assert!(said.contains("fewer than ten a second"), "{line}: {said}");
     }
     let said = sandbox.run("info us.txt --swap-xy", &[]);
     assert!(said.contains("72x96"), "{said}");

@@ -11,7 +11,7 @@ use crate::{Columns, IoError};
 
 /// Years since 1970 that no clock of a camera has reached.
 const MAX_YEARS: f64 = 130.0;
-/// Events from which on fewer than one a second are doubted, and from which on the rates below are.
+/// Events from which on fewer than ten a second are doubted, and from which on the rates below are.
 const MANY: u64 = 100;
 const VERY_MANY: u64 = 10_000;
 /// Rate of a whole sensor below which a long recording is rather of another unit: noise alone has more.
@@ -326,7 +326,7 @@ impl OrderedSource {
         let rate_hz = events as f64 / seconds.max(1e-6);
         let doubt = match events {
             ..=MANY => None,
-            _ if rate_hz < 1.0 => Some("fewer than one a second"),
+            _ if rate_hz < 10.0 => Some("fewer than ten a second"),
             VERY_MANY.. if rate_hz < FEW_HZ => Some("few for so many"),
             VERY_MANY.. if rate_hz > MAX_HZ => Some("more than any camera sends"),
             _ => None,
