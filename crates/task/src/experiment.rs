@@ -205,8 +205,8 @@ mod tests {
         }
     }
 
-    /// What all tasks have is refused under the name that the field has in each.
-    fn refuses_by_name<C: Experiment + Default>(section: &str) {
+    /// Wrong values of sections that all tasks have are refused under the names of their fields in this one.
+    fn refuses_by_name<C: Experiment + Default + std::fmt::Debug>(section: &str) {
         let text = C::default().to_toml().unwrap();
         let (denoise, factor) = (format!("{section}.denoise"), "training.schedule.factor");
         for (field, value) in [(&*denoise, "{ tau_ms = 1.0, neighbours = 9 }"), (factor, "0.0")] {
