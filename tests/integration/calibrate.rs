@@ -73,7 +73,8 @@ fn bag(events: &EventStream, frames: &[u8], topics_of_images: &[&str]) -> Vec<u8
     let words = events.iter().flat_map(|event| {
         let pixel = u64::from(event.y) << 48 | u64::from(event.x) << 32;
         let on = u64::from(event.polarity.is_on()) << 63;
-        (on | pixel | 1_000 * (event.t.0 - first).cast_unsigned()).to_le_bytes()
+        let after_ns = 1_000 * (event.t.0 - first).cast_unsigned();
+        (on | pixel | after_ns).to_le_bytes()
     });
     let words = sized(&words.collect::<Vec<u8>>());
     let base_ns = (1_000 * (5_000_000 + first)).to_le_bytes();
