@@ -102,9 +102,8 @@ fn the_tasks_of_a_search_train_every_trial_once() {
         let command = parse(&commands[0], &values);
         let Ok(Command::Tune(args)) = command else { panic!("{command:?}") };
         assert!(args.study.resume && args.data.is_some());
-        let Some(shard) = args.shard else { panic!("no shard") };
         trials = args.trials;
-        trained.extend(shard.sequences_of(trials));
+        trained.extend(args.study.shard.sequences_of(trials));
     }
     trained.sort_unstable();
     assert_eq!(trained, (0..trials).collect::<Vec<_>>());
