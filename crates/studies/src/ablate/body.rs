@@ -12,7 +12,7 @@ use crate::compare::ordering::{Ordering, worse};
 use crate::compare::stages::Network;
 use crate::compare::study::{self, Protocol};
 use crate::compare::system::{
-    DataSet, Figure, Images, MEAN_POSE, System, Test, Weights, eh36m, selected,
+    DataSet, Figure, Images, MEAN_POSE, System, Test, Weights, eh36m, selected, system,
 };
 use crate::study::Relation;
 
@@ -60,7 +60,7 @@ const fn row(
     (images, network, test): (Images, Network, Test),
     published: &'static [Figure],
 ) -> System {
-    System { name, about, images, weights: Weights::MoveEnet(network), test, published }
+    system(name, about, (images, Weights::MoveEnet(network), test), published)
 }
 
 /// The registry of rows.

@@ -3,8 +3,10 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
+use clap::builder::{PossibleValue, PossibleValuesParser};
 use evpose_cli::configs;
 use evpose_cli::progress::{note, say};
+use evpose_cli::ranges::count;
 use evpose_cli::recorded;
 use evpose_cli::run_info::CONFIG;
 use evpose_pose::metric::Pck;
@@ -14,13 +16,45 @@ use evpose_sim::SequenceSet;
 use evpose_task::Experiment as _;
 use evpose_task::hand::HandConfig;
 
-use super::args::AblateHandArgs;
-use super::rows::{self, Group, MEAN_POSE, Published, Row, selected};
+use super::rows::{self, BACKBONES, Group, MEAN_POSE, Published, ROWS, Row, selected};
 use super::trial::{CURVE_STRIDE, Metrics, RowTrial, Trial, TrialRun};
 use crate::study::{
-    self, Finding, Outcome, Relation, Study, StudyDirectory, StudyPlan, StudyReport, StudyTable,
-    TrialIndex, Trials, VERDICTS, Written, exclusively,
+    self, Finding, Outcome, Relation, SeedArgs, Study, StudyArgs, StudyPlan, StudyReport,
+    StudyTable, TrialIndex, Trials, VERDICTS, Written, exclusively,
 };
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  evpose ablate hand --out runs/ablation\n  \
+    evpose ablate hand --out runs/ablation --resume\n  \
+    evpose ablate hand --rows lnes-33,eoi,no-filter --seeds 5 --out runs/inputs\n  \
+    evpose ablate hand --rows backbones --seeds 1 --stride-ms 5 --out runs/networks \\\n      \
+    --set simulation.image_scale=0.42 --set simulation.sequences=240 --set network.width=0.0625 \\\n      \
+    --set training.steps=1000 --set training.steps_per_validation=100\n\n\
+    Every row is the full method with one thing changed. Sequences are simulated once for each seed \
+    and shared by all rows; the full method always runs, since every row is compared with it. More \
+    rows and seeds can be added to a directory later, with --resume. `backbones` stands for all rows of \
+    other networks; Inception v3 is left out where images have less than 75 pixels a side.")]
+pub struct AblateHandArgs {
+    /// A TOML file, or an embedded config: `ablation`, `quick`, `eventhands`
+    #[arg(long, default_value = "ablation")]
+    config: String,
+    /// Rows to run, comma-separated [default: all]
+    #[arg(long, value_delimiter = ',', value_parser = row_names())]
+    rows: Vec<String>,
+    #[command(flatten)]
+    seeds: SeedArgs,
+    /// Milliseconds between the poses that are evaluated and filtered
+    #[arg(long, default_value_t = 1, value_parser = count::<u32>())]
+    stride_ms: u32,
+    #[command(flatten)]
+    study: StudyArgs,
+}
+
+fn row_names() -> PossibleValuesParser {
+    let group = PossibleValue::new(BACKBONES).help("every row of another network");
+    let rows = ROWS.iter().map(|row| PossibleValue::new(row.name).help(row.about));
+    PossibleValuesParser::new(rows.chain([group]).collect::<Vec<_>>())
+}
 
 pub(super) fn run(args: &AblateHandArgs) -> Result<()> {
     args.study.open()?;
@@ -49,8 +83,7 @@ pub(super) fn run(args: &AblateHandArgs) -> Result<()> {
         seeds: study::seed_names(&seeds),
         files: ["ablation.json", "ablation.md", "ablation.html"],
     };
-    let directory = args.study.directory();
-    plan.run(&HandAblation { args, base, rows, trained, seeds, directory }).map(|_| ())
+    plan.run(&HandAblation { args, base, rows, trained, seeds }).map(|_| ())
 }
 
 struct HandAblation<'a> {
@@ -61,18 +94,17 @@ struct HandAblation<'a> {
     /// Those with a network of their own.
     trained: Vec<&'static Row>,
     seeds: Vec<u64>,
-    directory: StudyDirectory,
 }
 
 impl HandAblation<'_> {
     fn trial(&self, (row, seed): TrialIndex) -> TrialRun {
-        let (row, seed) = (self.trained[row], self.seeds[seed]);
+        let (row, seed, study) = (self.trained[row], self.seeds[seed], self.args.study.directory());
         TrialRun {
             row: row.name,
             config: row.config(&HandConfig { seed, ..self.base.clone() }),
-            run: self.directory.path(&format!("rows/{}/seed-{seed}", row.name)),
-            train: self.directory.data(seed, "train"),
-            held_out: self.directory.data(seed, "held-out"),
+            run: study.path(&format!("rows/{}/seed-{seed}", row.name)),
+            train: study.data(seed, "train"),
+            held_out: study.data(seed, "held-out"),
             stride_ms: self.args.stride_ms,
             device: self.args.study.device.device,
         }
@@ -96,10 +128,10 @@ impl Study for HandAblation<'_> {
         // Simulated once a seed, for all rows.
         for (index, &seed) in self.seeds.iter().enumerate() {
             if trials.iter().any(|trial| trial.1 == index) {
-                let config = HandConfig { seed, ..self.base.clone() };
-                let held_out = config.held_out();
-                simulate(&config, &self.directory.data(seed, "train"))?;
-                simulate(&held_out, &self.directory.data(seed, "held-out"))?;
+                let (config, study) =
+                    (HandConfig { seed, ..self.base.clone() }, self.args.study.directory());
+                simulate(&config, &study.data(seed, "train"))?;
+                simulate(&config.held_out(), &study.data(seed, "held-out"))?;
             }
         }
         Ok(())
@@ -130,7 +162,7 @@ impl HandAblation<'_> {
             outcome.machines.join(" and "),
         );
         let mut tables = vec![
-            outcome.all_rows("row", legend),
+            outcome.all_rows("row", &legend),
             outcome.all_findings(
                 "Statements of the supplement of EventHands, and their tests: the difference between the row and the \
                  one it is compared with.",
@@ -226,8 +258,7 @@ fn curves(
         chart("3D, relative to the wrist", "threshold in mm", "pck_3d")?,
         chart("2D", "threshold in percent of the palm", "pck_2d")?,
     ];
-    let (title, notes) = (title.to_owned(), study::strings([note]));
-    Ok(Some(StudyTable { title, notes, curves, ..StudyTable::default() }))
+    Ok(Some(StudyTable::charts(title, note, curves)))
 }
 
 /// Simulates the missing sequences of a directory, by one shard while others wait.
@@ -273,7 +304,7 @@ mod tests {
     }
 
     fn of(trials: &Trials<Trial>) -> HandOutcome {
-        let rows: Vec<&Row> = rows::ROWS.iter().collect();
+        let rows: Vec<&Row> = ROWS.iter().collect();
         outcome(&rows, &[1, 2, 3], trials).expect("the full method")
     }
 

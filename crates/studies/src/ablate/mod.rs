@@ -8,7 +8,6 @@
 //! * `hand`: all rows under all seeds.
 //! * `body`: the rows of bodies, which [`compare`](crate::compare) trains and evaluates as systems.
 
-mod args;
 mod body;
 mod hand;
 mod rows;
@@ -16,7 +15,16 @@ mod trial;
 
 use anyhow::Result;
 
-pub use args::AblateCommand;
+/// The ablation studies.
+#[derive(Debug, clap::Subcommand)]
+#[command(after_help = "Start with:\n  evpose ablate hand --out runs/ablation\n  \
+    evpose ablate body --out runs/ablation-body")]
+pub enum AblateCommand {
+    /// The EventHands method: window lengths, representations, augmentation, filter, networks
+    Hand(hand::AblateHandArgs),
+    /// The MoveEnet method: representation, stages of training, resolution, moving cameras
+    Body(body::AblateBodyArgs),
+}
 
 /// Runs an ablation.
 ///

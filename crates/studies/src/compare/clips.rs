@@ -383,13 +383,8 @@ impl Outcome {
             self.batch_size,
             published.join(", ")
         );
-        StudyTable {
-            title: "All networks".to_owned(),
-            columns: strings(columns.chain(clips.map(|clip| clip.clip.as_str()))),
-            rows: rows.collect(),
-            notes: vec![note],
-            curves: Vec::new(),
-        }
+        let columns = columns.chain(clips.map(|clip| clip.clip.as_str()));
+        StudyTable::new("All networks", columns, rows, &note)
     }
 
     /// Means over clips.
@@ -410,8 +405,7 @@ impl Outcome {
             y: ChartAxis::new("PCK@0.2 of one pass").from_zero(),
             series: series.collect(),
         };
-        let (title, notes) = ("Learning curves".to_owned(), strings(["Means over clips."]));
         let curves = vec![chart::curves(&chart)?];
-        Ok(StudyTable { title, notes, curves, ..StudyTable::default() })
+        Ok(StudyTable::charts("Learning curves", "Means over clips.", curves))
     }
 }

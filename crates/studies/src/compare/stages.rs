@@ -60,11 +60,6 @@ impl Stages {
         let (pretrain, finetune) = (self.pretrain.to_toml()?, self.finetune.to_toml()?);
         Ok(vec![("pretrain.toml", pretrain), ("finetune.toml", finetune)])
     }
-
-    /// Both as TOML, one behind the other.
-    pub(crate) fn to_toml(&self) -> Result<String> {
-        Ok(format!("{}\n{}", self.pretrain.to_toml()?, self.finetune.to_toml()?))
-    }
 }
 
 /// Events of a frame of fixed count.

@@ -51,6 +51,7 @@ pub(crate) fn run(
     let missing = missing(files, &data, &chosen)?;
     let mut inputs = vec![("data.json", serde_json::to_string_pretty(&data)? + "\n")];
     inputs.extend(stages.inputs()?);
+    let configs: Vec<String> = inputs[1..].iter().map(|(_, config)| config.clone()).collect();
     let seeds = args.seeds.all(stages.finetune.seed)?;
     for (name, reason) in &missing {
         say(format!("{name} does not run: {reason}"));
@@ -77,7 +78,7 @@ pub(crate) fn run(
         missing,
         by_seed: seeds.iter().map(|&seed| stages.with_seed(seed)).collect(),
         seeds,
-        configs: stages.to_toml()?,
+        configs: configs.join("\n"),
     };
     plan.run(&study).map(|_| ())
 }
@@ -236,7 +237,7 @@ impl SystemStudy<'_> {
             about: "Trained and evaluated by evpose on this machine, on people that are in no training set."
                 .to_owned(),
             tables: vec![
-                outcome.all_rows(self.protocol.system, legend),
+                outcome.all_rows(self.protocol.system, &legend),
                 outcome.missing_rows(),
                 outcome.all_findings(self.protocol.about_orderings),
                 pck_charts(&curves)?,

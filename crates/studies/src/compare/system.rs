@@ -145,26 +145,32 @@ const fn online(value: f64) -> Figure {
 /// Name of MoveEnet, with which most are compared.
 pub(crate) const MOVE_ENET: &str = "move-enet";
 
+/// A system of the registry, of its images, weights and test set.
+pub(crate) const fn system(
+    name: &'static str,
+    about: &'static str,
+    (images, weights, test): (Images, Weights, Test),
+    published: &'static [Figure],
+) -> System {
+    System { name, about, images, weights, test, published }
+}
+
 /// The same pose on every image.
-pub(crate) const MEAN_POSE: System = System {
-    name: "mean-pose",
-    about: "the mean of all training poses, the same on every image: a lower bound",
-    images: Images::Eros,
-    weights: Weights::MeanPose,
-    test: Test::HeldOut,
-    published: &[],
-};
+pub(crate) const MEAN_POSE: System = system(
+    "mean-pose",
+    "the mean of all training poses, the same on every image: a lower bound",
+    (Images::Eros, Weights::MeanPose, Test::HeldOut),
+    &[],
+);
 
 /// The registry.
 #[allow(clippy::approx_constant, reason = "6.28 is a published error in pixels")]
 pub(crate) const SYSTEMS: &[System] = &[
-    System {
-        name: MOVE_ENET,
-        about: "EROS, pre-trained on stills that look like one, fine-tuned on recordings",
-        images: Images::Eros,
-        weights: Weights::MoveEnet(Network::Full),
-        test: Test::HeldOut,
-        published: &[
+    system(
+        MOVE_ENET,
+        "EROS, pre-trained on stills that look like one, fine-tuned on recordings",
+        (Images::Eros, Weights::MoveEnet(Network::Full), Test::HeldOut),
+        &[
             dhp19("pck_40", 0.97),
             dhp19("pck_60", 0.98),
             dhp19("mpjpe_px", 6.28),
@@ -172,76 +178,55 @@ pub(crate) const SYSTEMS: &[System] = &[
             eh36m("pck_80", 0.93),
             online(100.0),
         ],
-    },
-    System {
-        name: "move-enet-fixed-count",
-        about: "the same network on frames of 7500 events, from scratch",
-        images: Images::FixedCount,
-        weights: Weights::MoveEnet(Network::FixedCount),
-        test: Test::HeldOut,
-        published: &[eh36m("pck_40", 0.87), eh36m("pck_80", 0.93)],
-    },
-    System {
-        name: "move-enet-wo-finetune",
-        about: "the same network on EROS, pre-trained only",
-        images: Images::Eros,
-        weights: Weights::MoveEnet(Network::Pretrained),
-        test: Test::HeldOut,
-        published: &[eh36m("pck_40", 0.30), eh36m("pck_80", 0.52)],
-    },
-    System {
-        name: "move-enet-wo-pretrain",
-        about: "the same network on EROS, recordings only, from scratch",
-        images: Images::Eros,
-        weights: Weights::MoveEnet(Network::Scratch),
-        test: Test::HeldOut,
-        published: &[eh36m("pck_40", 0.59), eh36m("pck_80", 0.81)],
-    },
-    System {
-        name: "dhp19-cnn",
-        about: "the network of DHP19 on frames of 7500 events: a heatmap for each joint",
-        images: Images::FixedCount,
-        weights: Weights::Baseline(BaselineKind::Dhp19Cnn),
-        test: Test::HeldOut,
-        published: &[dhp19("mpjpe_px", 7.03)],
-    },
-    System {
-        name: "lift-mono",
-        about: "LiftMono-HPE on frames of 7500 events: heatmaps on three planes, joints in space",
-        images: Images::FixedCount,
-        weights: Weights::Baseline(BaselineKind::LiftMono),
-        test: Test::HeldOut,
-        published: &[
-            dhp19("pck_40", 0.28),
-            dhp19("pck_60", 0.51),
-            dhp19("mpjpe_px", 26.79),
-            online(2.0),
-        ],
-    },
-    System {
-        name: "openpose-grey",
-        about: "OpenPose on grey frames, from an ONNX file",
-        images: Images::Grey,
-        weights: Weights::File(FileKind::OpenPose),
-        test: Test::HeldOut,
-        published: &[eh36m("pck_40", 0.91), eh36m("pck_80", 0.92), online(10.0)],
-    },
-    System {
-        name: "openpose-pim",
-        about: "OpenPose on integrated polarities, from an ONNX file",
-        images: Images::Pim,
-        weights: Weights::File(FileKind::OpenPose),
-        test: Test::HeldOut,
-        published: &[eh36m("pck_40", 0.46), eh36m("pck_80", 0.54)],
-    },
-    System {
-        name: "movenet-grey",
-        about: "Google's MoveNet on grey frames, from an ONNX file",
-        images: Images::Grey,
-        weights: Weights::File(FileKind::MoveNet),
-        test: Test::HeldOut,
-        published: &[eh36m("pck_40", 0.84), eh36m("pck_80", 0.91)],
-    },
+    ),
+    system(
+        "move-enet-fixed-count",
+        "the same network on frames of 7500 events, from scratch",
+        (Images::FixedCount, Weights::MoveEnet(Network::FixedCount), Test::HeldOut),
+        &[eh36m("pck_40", 0.87), eh36m("pck_80", 0.93)],
+    ),
+    system(
+        "move-enet-wo-finetune",
+        "the same network on EROS, pre-trained only",
+        (Images::Eros, Weights::MoveEnet(Network::Pretrained), Test::HeldOut),
+        &[eh36m("pck_40", 0.30), eh36m("pck_80", 0.52)],
+    ),
+    system(
+        "move-enet-wo-pretrain",
+        "the same network on EROS, recordings only, from scratch",
+        (Images::Eros, Weights::MoveEnet(Network::Scratch), Test::HeldOut),
+        &[eh36m("pck_40", 0.59), eh36m("pck_80", 0.81)],
+    ),
+    system(
+        "dhp19-cnn",
+        "the network of DHP19 on frames of 7500 events: a heatmap for each joint",
+        (Images::FixedCount, Weights::Baseline(BaselineKind::Dhp19Cnn), Test::HeldOut),
+        &[dhp19("mpjpe_px", 7.03)],
+    ),
+    system(
+        "lift-mono",
+        "LiftMono-HPE on frames of 7500 events: heatmaps on three planes, joints in space",
+        (Images::FixedCount, Weights::Baseline(BaselineKind::LiftMono), Test::HeldOut),
+        &[dhp19("pck_40", 0.28), dhp19("pck_60", 0.51), dhp19("mpjpe_px", 26.79), online(2.0)],
+    ),
+    system(
+        "openpose-grey",
+        "OpenPose on grey frames, from an ONNX file",
+        (Images::Grey, Weights::File(FileKind::OpenPose), Test::HeldOut),
+        &[eh36m("pck_40", 0.91), eh36m("pck_80", 0.92), online(10.0)],
+    ),
+    system(
+        "openpose-pim",
+        "OpenPose on integrated polarities, from an ONNX file",
+        (Images::Pim, Weights::File(FileKind::OpenPose), Test::HeldOut),
+        &[eh36m("pck_40", 0.46), eh36m("pck_80", 0.54)],
+    ),
+    system(
+        "movenet-grey",
+        "Google's MoveNet on grey frames, from an ONNX file",
+        (Images::Grey, Weights::File(FileKind::MoveNet), Test::HeldOut),
+        &[eh36m("pck_40", 0.84), eh36m("pck_80", 0.91)],
+    ),
     MEAN_POSE,
 ];
 

@@ -8,7 +8,7 @@
 //! * `args`: arguments of the command.
 //! * `models`: the sensor models that are compared.
 //! * `study`: simulates, trains and evaluates.
-//! * [`table`]: scores and paired differences, with intervals.
+//! * `table`: scores and paired differences, with intervals.
 //! * `report`: the result as tables and charts.
 //!
 //! | file | content |
@@ -22,7 +22,7 @@ mod args;
 mod models;
 mod report;
 mod study;
-pub mod table;
+mod table;
 
 pub use args::PayoffArgs;
 pub use study::run;

@@ -10,32 +10,22 @@ use evpose_report::colour::palette;
 
 use crate::payoff::models::{CORRECTED_MODEL, GIVEN};
 use crate::payoff::study::Payoff;
-use crate::payoff::table::{MetricRow, Worth};
-use crate::study::{StudyReport, StudyTable, strings};
+use crate::payoff::table::MetricRow;
+use crate::study::{StudyReport, StudyTable, Verdict, strings};
 
 /// Size of the chart of differences, pixels.
 const DIFFERENCES: (u32, u32) = (560, 300);
 
 /// The tables of a study; `details` are its models and its config.
 pub(crate) fn report(payoff: &Payoff, details: Vec<(String, String)>) -> Result<StudyReport> {
-    let facts = payoff.facts().into_iter().map(|(name, value)| vec![name.to_owned(), value]);
-    let facts = StudyTable {
-        title: "Study".to_owned(),
-        columns: strings(["fact", "value"]),
-        rows: facts.collect(),
-        ..StudyTable::default()
-    };
     let mut tables = vec![accuracy(payoff)?];
     if let Some(row) = payoff.table.rows.first() {
-        tables.push(StudyTable {
-            title: "Recording by recording".to_owned(),
-            notes: strings(["The difference on each recording, sorted. Blue: the corrected model trains the better \
-                             network; orange: the worse."]),
-            curves: vec![differences(row)?],
-            ..StudyTable::default()
-        });
+        let note = "The difference on each recording, sorted. Blue: the corrected model trains the better network; \
+                    orange: the worse.";
+        tables.push(StudyTable::charts("Recording by recording", note, vec![differences(row)?]));
     }
-    tables.push(facts);
+    let facts = payoff.facts().into_iter().map(|(name, value)| vec![name.to_owned(), value]);
+    tables.push(StudyTable::new("Study", ["fact", "value"], facts, ""));
     let title = "What closing the gap is worth".to_owned();
     Ok(StudyReport { title, about: sentence(payoff), tables, details })
 }
@@ -46,19 +36,14 @@ fn accuracy(payoff: &Payoff) -> Result<StudyTable> {
     columns.push(format!("{CORRECTED_MODEL} - {GIVEN}"));
     columns.extend(has_bound.then(|| "of what can be gained".to_owned()));
     let rows = &payoff.table.rows;
-    let mut notes = strings([
-        "Networks of the same seed and the same number of steps, trained on simulations of the \
-                              same scenes, evaluated on the same recordings of the measured camera. Intervals of \
-                              95 % by a bootstrap over whole recordings; differences are paired by recording.",
-    ]);
-    notes.extend(rows.iter().filter_map(|row| by_seed(payoff, row)));
-    Ok(StudyTable {
-        title: "Accuracy".to_owned(),
-        columns,
-        rows: rows.iter().map(|row| cells(payoff, row)).collect(),
-        notes,
-        curves: rows.iter().map(|row| score_bars(payoff, row)).collect::<Result<_>>()?,
-    })
+    let note = "Networks of the same seed and the same number of steps, trained on simulations of the same scenes, \
+                evaluated on the same recordings of the measured camera. Intervals of 95 % by a bootstrap over whole \
+                recordings; differences are paired by recording.";
+    let cells = rows.iter().map(|row| cells(payoff, row));
+    let mut table = StudyTable::new("Accuracy", columns, cells, note);
+    table.notes.extend(rows.iter().filter_map(|row| by_seed(payoff, row)));
+    table.curves = rows.iter().map(|row| score_bars(payoff, row)).collect::<Result<_>>()?;
+    Ok(table)
 }
 
 /// Cells of a metric's row.
@@ -93,12 +78,12 @@ fn sentence(payoff: &Payoff) -> String {
     let Some(row) = payoff.table.rows.first() else { return "Nothing was measured.".to_owned() };
     let worth = format!("{} of {}", difference(row.difference, &row.metric), row.metric.heading);
     let recordings = format!("{} recordings of the measured camera", payoff.table.recordings);
-    match row.worth() {
-        Worth::Better => format!("Closing the gap was worth {worth} on {recordings}."),
-        Worth::Worse => {
+    match row.is_worse() {
+        Some(Verdict::Reversed) => format!("Closing the gap was worth {worth} on {recordings}."),
+        Some(Verdict::Found) => {
             format!("The corrected model trains a worse network: {worth} on {recordings}.")
         }
-        Worth::Undecided => {
+        _ => {
             format!("No difference between the networks can be seen on {recordings}: {worth}.")
         }
     }

@@ -1,6 +1,6 @@
 //! Simulates, trains and evaluates.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow, ensure};
@@ -16,9 +16,7 @@ use crate::payoff::args::PayoffArgs;
 use crate::payoff::models::{CAMERA, Findings, Models};
 use crate::payoff::report;
 use crate::payoff::table::{ModelScores, PairedTable};
-use crate::study::{
-    self, Study, StudyDirectory, StudyPlan, TrialIndex, Trials, Written, exclusively,
-};
+use crate::study::{self, Study, StudyDirectory, StudyPlan, TrialIndex, Trials, Written};
 
 /// Version of the layout of `payoff.json`.
 const SCHEMA: u32 = 1;
@@ -174,7 +172,7 @@ impl Study for PayoffStudy<'_> {
         };
         say("held-out recordings of the measured camera");
         let (held_out, experiment) = (self.recordings(), self.base.held_out().with_sensor(camera));
-        simulate(&*experiment, &held_out, CAMERA)
+        study::simulate(&*experiment, &held_out, CAMERA)
     }
 
     fn run(&self, trial: TrialIndex) -> Result<(Trained, String)> {
@@ -182,7 +180,7 @@ impl Study for PayoffStudy<'_> {
         // The same experiment: only the sensor's model differs.
         let experiment = self.base.with_seed(seed).with_sensor(&model.sensor);
         let (data, network) = (self.trial(trial).join("data"), self.trial(trial).join(NETWORK));
-        simulate(&*experiment, &data, model.name)?;
+        study::simulate(&*experiment, &data, model.name)?;
         let began = Instant::now();
         let (progress, callback) = training_bar(model.name);
         let options = study::options(self.args.study.device.device, callback);
@@ -218,13 +216,6 @@ impl Study for PayoffStudy<'_> {
         let report = report::report(&payoff, details)?;
         Ok(Some((payoff, report)))
     }
-}
-
-/// Simulates the missing sequences of a directory, by one shard while others wait.
-fn simulate(experiment: &dyn PoseExperiment, data: &Path, label: &str) -> Result<()> {
-    let simulated = exclusively(data, || experiment.simulate(data, label))?;
-    say(format!("    {simulated}"));
-    Ok(())
 }
 
 /// The task and the experiment of the arguments.

@@ -13,21 +13,20 @@ mod report;
 mod training;
 mod trials;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use burn::tensor::Device;
 use evpose_cli::args::{ConfigArgs, DeviceArgs};
 use evpose_cli::machine::Machine;
 use evpose_cli::progress::say;
+use evpose_cli::tasks::PoseExperiment;
 use evpose_sim::Shard;
 
 pub(crate) use directory::{StudyDirectory, exclusively};
 pub(crate) use outcome::{
-    Finding, Measure, Measured, Outcome, Relation, StudyRow, measure, metric,
+    Finding, Measure, Measured, Outcome, Relation, StudyRow, Verdict, measure, metric, verdict,
 };
-#[cfg(test)]
-pub(crate) use outcome::{Verdict, verdict};
 pub(crate) use report::{StudyReport, StudyTable, mean_curve, pck_charts, strings};
 pub(crate) use training::{Training, options, training_s};
 pub(crate) use trials::{Study, StudyPlan, TrialIndex, Trials, Written};
@@ -95,6 +94,13 @@ impl SeedArgs {
         let seeds: Option<Vec<u64>> = (0..self.seeds).map(|i| first.checked_add(i)).collect();
         seeds.context("config field `seed`: too large to count on from")
     }
+}
+
+/// Simulates the missing sequences of a directory, by one shard while others wait.
+pub(crate) fn simulate(experiment: &dyn PoseExperiment, data: &Path, label: &str) -> Result<()> {
+    let simulated = exclusively(data, || experiment.simulate(data, label))?;
+    say(format!("    {simulated}"));
+    Ok(())
 }
 
 /// Seeds as text: `1, 2, 3`.

@@ -195,7 +195,7 @@ impl<R: StudyRow, T: Measured> Outcome<R, T> {
     }
 
     /// The table of all rows that ran; `first` is the heading of their names.
-    pub(crate) fn all_rows(&self, first: &str, note: String) -> StudyTable {
+    pub(crate) fn all_rows(&self, first: &str, note: &str) -> StudyTable {
         let ran: Vec<_> = self.rows.iter().filter(|row| !row.per_seed.is_empty()).collect();
         let measures = T::MEASURES.iter().map(|measure| measure.metric);
         let others = ran.first().map_or_else(Vec::new, |row| row.row.cells());
@@ -206,25 +206,15 @@ impl<R: StudyRow, T: Measured> Outcome<R, T> {
             cells.extend(row.row.cells().into_iter().map(|cell| cell.1));
             cells
         };
-        StudyTable {
-            title: "All rows".to_owned(),
-            columns: strings([first].into_iter().chain(columns)),
-            rows: ran.iter().map(cells).collect(),
-            notes: vec![note],
-            curves: Vec::new(),
-        }
+        let columns = [first].into_iter().chain(columns);
+        StudyTable::new("All rows", columns, ran.iter().map(cells), note)
     }
 
     /// Rows that did not run, and how to make them.
     pub(crate) fn missing_rows(&self) -> StudyTable {
         let row = |row: &RowOutcome<R, T>| Some(strings([row.row.name(), row.row.missing()?]));
-        StudyTable {
-            title: "Rows that did not run".to_owned(),
-            columns: strings(["row", "reason"]),
-            rows: self.rows.iter().filter_map(row).collect(),
-            notes: strings(["No figure here stands for them."]),
-            curves: Vec::new(),
-        }
+        let (rows, note) = (self.rows.iter().filter_map(row), "No figure here stands for them.");
+        StudyTable::new("Rows that did not run", ["row", "reason"], rows, note)
     }
 
     /// The table of published findings and their tests.
@@ -246,13 +236,8 @@ impl<R: StudyRow, T: Measured> Outcome<R, T> {
             let expected = format!("{} {than}", relation.words());
             strings([*row, &expected, heading, &difference, &verdict, published])
         };
-        StudyTable {
-            title: "Published findings".to_owned(),
-            columns: strings(["row", "expected", "measure", "difference", "here", "published"]),
-            rows: self.findings.iter().map(row).collect(),
-            notes: strings([note]),
-            curves: Vec::new(),
-        }
+        let columns = ["row", "expected", "measure", "difference", "here", "published"];
+        StudyTable::new("Published findings", columns, self.findings.iter().map(row), note)
     }
 
     /// Descriptions of the rows, a line each.
@@ -419,7 +404,7 @@ mod tests {
         let a = scores(&[0.4, 0.5, 0.6], None);
         let full = scores(&[0.5, 0.6, 0.7], Some(900.0));
         let outcome = outcome(vec![("full", full), ("a", a), ("missing", Vec::new())]);
-        let table = outcome.all_rows("row", "A note.".to_owned());
+        let table = outcome.all_rows("row", "A note.");
         assert_eq!(table.columns, ["row", "AUC", "error", "poses/s"]);
         assert_eq!(table.rows[0], ["full", "0.600 ± 0.248", "0.4 ± 0.2", "900"]);
         assert_eq!((table.rows.len(), table.rows[1][3].as_str()), (2, "-"));

@@ -20,6 +20,25 @@ pub(crate) struct StudyTable {
     pub(crate) curves: Vec<String>,
 }
 
+impl StudyTable {
+    /// A table and a note on it.
+    pub(crate) fn new(
+        title: &str,
+        columns: impl IntoIterator<Item = impl AsRef<str>>,
+        rows: impl Iterator<Item = Vec<String>>,
+        note: &str,
+    ) -> Self {
+        let (columns, rows) = (strings(columns), rows.collect());
+        Self { columns, rows, ..Self::charts(title, note, Vec::new()) }
+    }
+
+    /// Charts and a note on them.
+    pub(crate) fn charts(title: &str, note: &str, curves: Vec<String>) -> Self {
+        let notes = strings(Some(note).filter(|note| !note.is_empty()));
+        Self { title: title.to_owned(), notes, curves, ..Self::default() }
+    }
+}
+
 /// The tables of a study, the main one first.
 #[derive(Debug)]
 pub(crate) struct StudyReport {
@@ -126,9 +145,8 @@ pub(crate) fn pck_charts(curves: &[(&str, &[f64])]) -> Result<StudyTable> {
         [] => vec![chart(others)?],
         _ => others.chunks(PALETTE.len() - 1).map(chart).collect::<Result<_>>()?,
     };
-    let note = "The share of joints nearer than a threshold, mean over seeds.".to_owned();
-    let title = "Correct joints".to_owned();
-    Ok(StudyTable { title, notes: vec![note], curves, ..StudyTable::default() })
+    let note = "The share of joints nearer than a threshold, mean over seeds.";
+    Ok(StudyTable::charts("Correct joints", note, curves))
 }
 
 #[cfg(test)]

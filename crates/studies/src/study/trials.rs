@@ -200,8 +200,7 @@ mod tests {
 
         fn outcome(&self, trials: &Trials<TrialIndex>) -> Result<Written<Self::Outcome>> {
             let rows = trials.iter().map(|(row, of)| vec![row.clone(), of.len().to_string()]);
-            let columns = strings(["row", "trials"]);
-            let table = StudyTable { columns, rows: rows.collect(), ..StudyTable::default() };
+            let table = StudyTable::new("", ["row", "trials"], rows, "");
             let (title, about) = (String::new(), String::new());
             let report = StudyReport { title, about, tables: vec![table], details: Vec::new() };
             Ok((!trials.is_empty()).then(|| (trials.clone(), report)))

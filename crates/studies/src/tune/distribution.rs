@@ -5,7 +5,7 @@ use toml::Value;
 
 /// The distribution of a parameter.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Distribution {
+pub(crate) enum Distribution {
     /// Its logarithm is uniform between those of two positive bounds.
     LogUniform(f64, f64),
     /// Uniform between two bounds.
@@ -21,7 +21,7 @@ const DIGITS: i32 = 4;
 
 impl Distribution {
     /// Names of the distributions in files.
-    pub const NAMES: [&str; 4] = ["log_uniform", "uniform", "integer", "choose"];
+    pub(crate) const NAMES: [&str; 4] = ["log_uniform", "uniform", "integer", "choose"];
 
     /// Reads the distribution called `name` from its array.
     pub(crate) fn read(name: &str, array: &[Value]) -> Result<Self, String> {
@@ -58,7 +58,7 @@ impl Distribution {
     }
 
     /// The next value of a stream of random bits.
-    pub fn draw(&self, rng: &mut CounterRng) -> Value {
+    pub(crate) fn draw(&self, rng: &mut CounterRng) -> Value {
         let bits = rng.bits();
         // 53 bits, in [0, 1).
         let share = (bits >> 11) as f64 / (1u64 << 53) as f64;
@@ -79,7 +79,7 @@ impl Distribution {
     }
 
     /// Its lowest and its highest value, or all that it chooses from.
-    pub fn extremes(&self) -> Vec<Value> {
+    pub(crate) fn extremes(&self) -> Vec<Value> {
         match self {
             Self::LogUniform(low, high) | Self::Uniform(low, high) => {
                 vec![Value::Float(*low), Value::Float(*high)]
@@ -90,7 +90,7 @@ impl Distribution {
     }
 
     /// Whether a chart of its values has a logarithmic axis.
-    pub fn is_log(&self) -> bool {
+    pub(crate) fn is_log(&self) -> bool {
         matches!(self, Self::LogUniform(..))
     }
 }

@@ -143,9 +143,9 @@ impl SearchOutcome {
         let Some(best) = self.best() else { return String::new() };
         let mut text = format!("# Trial {} of {}: {}", best.trial, self.count, self.score(best));
         text += ", by `evpose tune`.\n";
-        for (field, value) in self.values(best) {
-            text += &format!("# {field} = {}\n", inline(value));
-        }
+        // In the order of the file of ranges.
+        let values = self.parameters.iter().filter_map(|f| Some((f, best.values.get(f)?)));
+        values.for_each(|(field, value)| text += &format!("# {field} = {}\n", inline(value)));
         text + "\n"
     }
 
@@ -157,11 +157,6 @@ impl SearchOutcome {
             }
             _ => trial.status.name().to_owned(),
         }
-    }
-
-    /// The values of a trial, in the order of the file of ranges.
-    fn values<'a>(&'a self, trial: &'a TrialOutcome) -> impl Iterator<Item = (&'a str, &'a Value)> {
-        self.parameters.iter().filter_map(|field| Some((field.as_str(), trial.values.get(field)?)))
     }
 }
 

@@ -12,17 +12,17 @@ use serde::Serialize;
 
 /// A rung of successive halving: the number of trials, and the step until which they are trained.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub struct Rung {
+pub(crate) struct Rung {
     /// Trials that are trained.
-    pub trials: u64,
+    pub(crate) trials: u64,
     /// Optimiser steps from the start of the training at which they pause, a whole number of
     /// validation intervals; none trains to the end.
-    pub pause_after: Option<u64>,
+    pub(crate) pause_after: Option<u64>,
 }
 
 /// The rungs, from the shortest training to the whole one.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct TrialPlan {
+pub(crate) struct TrialPlan {
     rungs: Vec<Rung>,
     /// Optimiser steps of a whole training.
     steps: u64,
@@ -30,16 +30,13 @@ pub struct TrialPlan {
 
 impl TrialPlan {
     /// All trials to the end.
-    pub fn random(trials: u64, length: TrainingSpan) -> Self {
+    pub(crate) fn random(trials: u64, length: TrainingSpan) -> Self {
         Self { rungs: vec![Rung { trials, pause_after: None }], steps: length.steps }
     }
 
     /// The best of `eta` trials goes from a rung to the next, in which it is trained for `eta`
     /// times as many steps. Without `rungs` there are as many as `trials` and validations allow.
-    ///
-    /// # Errors
-    /// If trials or validations are too few.
-    pub fn halving(
+    pub(crate) fn halving(
         trials: u64,
         eta: u64,
         rungs: Option<u32>,
@@ -81,27 +78,27 @@ impl TrialPlan {
     }
 
     /// The rungs.
-    pub fn rungs(&self) -> &[Rung] {
+    pub(crate) fn rungs(&self) -> &[Rung] {
         &self.rungs
     }
 
     /// Steps at the end of a rung.
-    pub fn steps_of(&self, rung: usize) -> u64 {
+    pub(crate) fn steps_of(&self, rung: usize) -> u64 {
         self.rungs[rung].pause_after.unwrap_or(self.steps).min(self.steps)
     }
 
     /// Steps that a rung adds to each of its trials.
-    pub fn added_steps(&self, rung: usize) -> u64 {
+    pub(crate) fn added_steps(&self, rung: usize) -> u64 {
         self.steps_of(rung) - if rung == 0 { 0 } else { self.steps_of(rung - 1) }
     }
 
     /// The work of the whole plan, in steps of all trials.
-    pub fn total_steps(&self) -> u64 {
+    pub(crate) fn total_steps(&self) -> u64 {
         (0..self.rungs.len()).map(|rung| self.rungs[rung].trials * self.added_steps(rung)).sum()
     }
 
     /// The plan in a line for each rung.
-    pub fn description(&self) -> Vec<String> {
+    pub(crate) fn description(&self) -> Vec<String> {
         let line = |rung: usize| {
             let trials = self.rungs[rung].trials;
             format!("rung {}: {trials} trials to step {}", rung + 1, self.steps_of(rung))

@@ -5,7 +5,7 @@ use evpose_report::chart::{self, Chart, ChartAxis, Mark, Series};
 use evpose_report::colour::{Colour, palette};
 use evpose_train::LOSS;
 
-use crate::study::{StudyReport, StudyTable, strings};
+use crate::study::{StudyReport, StudyTable};
 use crate::tune::distribution::Distribution;
 use crate::tune::outcome::{SearchOutcome, TrialOutcome};
 use crate::tune::space::{Parameter, SearchSpace, inline};
@@ -23,37 +23,24 @@ pub(crate) fn report(
 ) -> Result<StudyReport> {
     let rank = &outcome.rank;
     let columns = outcome.header().into_iter().map(|name| short_name(outcome, name));
-    let trials = StudyTable {
-        title: "Trials".to_owned(),
-        columns: strings(columns),
-        rows: rows(outcome),
-        notes: vec![introduction(outcome)],
-        curves: Vec::new(),
-    };
+    let trials = StudyTable::new("Trials", columns, rows(outcome), &introduction(outcome));
     let better = if outcome.higher_is_better { "higher" } else { "lower" };
-    let scatters = StudyTable {
-        title: format!("Validation {rank} against each parameter"),
-        notes: vec![format!(
+    let scatters = space.parameters().iter().map(|parameter| scatter(outcome, parameter));
+    let scatters = StudyTable::charts(
+        &format!("Validation {rank} against each parameter"),
+        &format!(
             "One point a trial, in the last rung that it reached: {better} is better, and points of different rungs \
              have been trained for different times. Trials that diverged are left out."
-        )],
-        curves: space
-            .parameters()
-            .iter()
-            .map(|parameter| scatter(outcome, parameter))
-            .collect::<Result<_>>()?,
-        ..StudyTable::default()
-    };
+        ),
+        scatters.collect::<Result<_>>()?,
+    );
     let rungs = (1..=outcome.rungs.len()).filter_map(|rung| curves(outcome, rung).transpose());
-    let curves = StudyTable {
-        title: format!("Validation {rank} of each rung"),
-        notes: strings([
-            "A curve a trial. The learning rate at each step is that of a whole training, so a curve goes \
-                         on in the next rung where it ended.",
-        ]),
-        curves: rungs.collect::<Result<_>>()?,
-        ..StudyTable::default()
-    };
+    let curves = StudyTable::charts(
+        &format!("Validation {rank} of each rung"),
+        "A curve a trial. The learning rate at each step is that of a whole training, so a curve goes on in the next \
+         rung where it ended.",
+        rungs.collect::<Result<_>>()?,
+    );
     Ok(StudyReport {
         title: "Hyper-parameter search".to_owned(),
         about: format!("evpose tune, task {}: {}", outcome.task, outcome.network),
@@ -83,16 +70,17 @@ fn introduction(outcome: &SearchOutcome) -> String {
     )
 }
 
-fn rows(outcome: &SearchOutcome) -> Vec<Vec<String>> {
+fn rows(outcome: &SearchOutcome) -> impl Iterator<Item = Vec<String>> {
+    // Behind trial, fields, rung, steps, status and step come the logged values.
     let fields = outcome.parameters.len();
-    let short = |(index, cell): (usize, String)| {
-        // Behind trial, fields, rung, steps, status and step come the logged values.
+    let short = move |(index, cell): (usize, String)| {
         let value = (index > fields + 4).then(|| cell.parse::<f64>().ok()).flatten();
         value.map_or(cell, |value| format!("{value:.4}"))
     };
-    let row =
-        |trial: &TrialOutcome| outcome.row(trial).into_iter().enumerate().map(short).collect();
-    outcome.trials.iter().map(row).collect()
+    outcome
+        .trials
+        .iter()
+        .map(move |trial| outcome.row(trial).into_iter().enumerate().map(short).collect())
 }
 
 /// The last part of a field's dotted name, unless two fields share it: columns are narrow.

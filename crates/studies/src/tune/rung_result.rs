@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 /// How a trial left a rung.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum TrialStatus {
+pub(crate) enum TrialStatus {
     /// It can go on from its checkpoint.
     Paused,
     /// It was trained to its end.
@@ -22,7 +22,7 @@ pub enum TrialStatus {
 
 impl TrialStatus {
     /// In tables.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Paused => "paused",
             Self::Trained => "trained",
@@ -33,28 +33,25 @@ impl TrialStatus {
 
 /// The result of a trial at the end of a rung. The same bytes whoever trained it, and when.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct RungResult {
+pub(crate) struct RungResult {
     /// How it left the rung.
-    pub status: TrialStatus,
+    pub(crate) status: TrialStatus,
     /// Its validations, in the order of their steps.
-    pub validations: Vec<ValidationMeans>,
+    pub(crate) validations: Vec<ValidationMeans>,
 }
 
 /// Means of the logged values over one validation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ValidationMeans {
+pub(crate) struct ValidationMeans {
     /// Optimiser steps before it.
-    pub step: u64,
+    pub(crate) step: u64,
     /// By name; those that are not finite are left out.
-    pub values: BTreeMap<String, f64>,
+    pub(crate) values: BTreeMap<String, f64>,
 }
 
 impl RungResult {
     /// Reads the validations that the training in the directory `run` has logged.
-    ///
-    /// # Errors
-    /// If the log cannot be read.
-    pub fn of_run(
+    pub(crate) fn of_run(
         run: &Path,
         status: TrialStatus,
         length: TrainingSpan,
@@ -82,13 +79,13 @@ impl RungResult {
 
     /// The validation of the checkpoint that the training keeps: that of the lowest loss, the
     /// earliest of equals. None if there is none with a finite loss.
-    pub fn best(&self) -> Option<&ValidationMeans> {
+    pub(crate) fn best(&self) -> Option<&ValidationMeans> {
         let losses = self.validations.iter().filter_map(|v| Some((v, *v.values.get(LOSS)?)));
         losses.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(validation, _)| validation)
     }
 
     /// The logged value `name` at that checkpoint. None for a trial that diverged.
-    pub fn score(&self, name: &str) -> Option<f64> {
+    pub(crate) fn score(&self, name: &str) -> Option<f64> {
         if self.status == TrialStatus::Diverged {
             return None;
         }
@@ -96,7 +93,7 @@ impl RungResult {
     }
 
     /// Optimiser steps until the last validation.
-    pub fn steps(&self) -> u64 {
+    pub(crate) fn steps(&self) -> u64 {
         self.validations.last().map_or(0, |validation| validation.step)
     }
 }

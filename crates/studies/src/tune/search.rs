@@ -10,7 +10,7 @@ use evpose_task::BEST;
 use evpose_train::{TrainError, TrainOptions};
 
 use crate::study::{
-    Study, StudyDirectory, StudyPlan, TrialIndex, Trials, Written, exclusively, options,
+    Study, StudyDirectory, StudyPlan, TrialIndex, Trials, Written, options, simulate,
 };
 use crate::tune::args::{TuneArgs, TuneMethod};
 use crate::tune::outcome::SearchOutcome;
@@ -55,7 +55,10 @@ pub fn run(args: &TuneArgs) -> Result<()> {
     args.study.say_location();
     say(format!("network: {}", configs.base.description()));
     plan.description().iter().for_each(|line| say(format!("plan:    {line}")));
-    let data = data(args, &configs, &directory)?;
+    let data = args.data.clone().unwrap_or_else(|| directory.path("data"));
+    if args.data.is_none() && configs.base.trains_on_recordings() {
+        simulate(&*configs.base, &data, "simulating")?;
+    }
     let (space, configs, plan) = (&space, &configs, &plan);
     Search { args, space, configs, directory, plan, higher_is_better, data }.run()
 }
@@ -73,24 +76,6 @@ fn settings(args: &TuneArgs, plan: &TrialPlan) -> String {
         text += &format!("\n[[rung]]\ntrials = {trials}\nsteps = {steps}\n");
     }
     text
-}
-
-/// The training data, simulated where they are missing.
-fn data(
-    args: &TuneArgs,
-    configs: &TrialConfigs<'_>,
-    directory: &StudyDirectory,
-) -> Result<PathBuf> {
-    if let Some(data) = &args.data {
-        return Ok(data.clone());
-    }
-    let data = directory.path("data");
-    if configs.base.trains_on_recordings() {
-        // By one shard while others wait.
-        let simulated = exclusively(&data, || configs.base.simulate(&data, "simulating"))?;
-        say(format!("data:    {simulated}"));
-    }
-    Ok(data)
 }
 
 /// A search in this process.

@@ -19,26 +19,26 @@ use crate::tune::distribution::Distribution;
 
 /// A field of the config that is searched over.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Parameter {
+pub(crate) struct Parameter {
     /// Dotted name of the field.
-    pub field: String,
+    pub(crate) field: String,
     /// Its line in the file, from 1.
-    pub line: usize,
+    pub(crate) line: usize,
     /// How it is drawn.
-    pub distribution: Distribution,
+    pub(crate) distribution: Distribution,
 }
 
 impl Parameter {
     /// The value in trial `trial` of a search with the seed `seed`. Other parameters do not change
     /// it.
-    pub fn draw(&self, seed: u64, trial: u64) -> Value {
+    pub(crate) fn draw(&self, seed: u64, trial: u64) -> Value {
         self.distribution.draw(&mut CounterRng::new(seed, &format!("tune {}", self.field), trial))
     }
 }
 
 /// The fields that a search is over.
 #[derive(Debug, Clone, PartialEq)]
-pub struct SearchSpace {
+pub(crate) struct SearchSpace {
     path: PathBuf,
     text: String,
     /// In the order of the file.
@@ -47,20 +47,14 @@ pub struct SearchSpace {
 
 impl SearchSpace {
     /// Reads a file.
-    ///
-    /// # Errors
-    /// If it cannot be read, or a field has no range; the error has its line.
-    pub fn load(path: &Path) -> Result<Self> {
+    pub(crate) fn load(path: &Path) -> Result<Self> {
         let text = std::fs::read_to_string(path)
             .map_err(|error| anyhow!("{}: {error}", path.display()))?;
         Self::parse(path, &text)
     }
 
     /// Reads the text of the file `path`.
-    ///
-    /// # Errors
-    /// As [`Self::load`].
-    pub fn parse(path: &Path, text: &str) -> Result<Self> {
+    pub(crate) fn parse(path: &Path, text: &str) -> Result<Self> {
         let name = path.display();
         let syntax = |error: toml::de::Error| anyhow!("{name}: {error}");
         let values: toml::Table = toml::from_str(text).map_err(syntax)?;
@@ -80,17 +74,17 @@ impl SearchSpace {
     }
 
     /// The parameters, in the order of the file.
-    pub fn parameters(&self) -> &[Parameter] {
+    pub(crate) fn parameters(&self) -> &[Parameter] {
         &self.parameters
     }
 
     /// The file as it stands.
-    pub fn text(&self) -> &str {
+    pub(crate) fn text(&self) -> &str {
         &self.text
     }
 
     /// An error of one of its parameters.
-    pub fn refuse(&self, parameter: &Parameter, message: &str) -> Error {
+    pub(crate) fn refuse(&self, parameter: &Parameter, message: &str) -> Error {
         self.error(parameter.line, &parameter.field, message)
     }
 
@@ -138,7 +132,7 @@ fn is_section(table: &toml::Table) -> bool {
 }
 
 /// A value as `--set` takes it: on one line.
-pub fn inline(value: &Value) -> String {
+pub(crate) fn inline(value: &Value) -> String {
     match value {
         Value::Table(table) => {
             let fields = table.iter().map(|(key, value)| format!("{key} = {}", inline(value)));

@@ -113,24 +113,21 @@ impl<'a> TrialConfigs<'a> {
         if trial == 0 {
             return "the config as it is".to_owned();
         }
+        self.changes(trial).join(", ")
+    }
+
+    /// The values of trial `trial` as `--set` takes them.
+    fn changes(&self, trial: u64) -> Vec<String> {
         let parameters = self.space.parameters().iter().zip(self.values(trial));
-        let words = parameters.filter_map(|(parameter, value)| {
+        let change = |(parameter, value): (&Parameter, Option<Value>)| {
             Some(format!("{} = {}", parameter.field, inline(&value?)))
-        });
-        words.collect::<Vec<_>>().join(", ")
+        };
+        parameters.filter_map(change).collect()
     }
 
     /// The experiment of trial `trial`.
     pub(crate) fn trial(&self, trial: u64) -> Result<Box<dyn PoseExperiment>> {
-        let parameters = self.space.parameters().iter().zip(self.values(trial));
-        let changes = match trial {
-            0 => Vec::new(),
-            _ => parameters
-                .filter_map(|(parameter, value)| {
-                    Some(format!("{}={}", parameter.field, inline(&value?)))
-                })
-                .collect(),
-        };
+        let changes = if trial == 0 { Vec::new() } else { self.changes(trial) };
         self.experiment(changes).with_context(|| {
             format!("trial {trial} ({}): narrow the ranges of --over", self.description(trial))
         })
