@@ -17,8 +17,9 @@ use args::Args;
 
 /// Runs the command that the arguments of the process name.
 pub fn main() -> ExitCode {
+    // A program that calls this again has them.
     #[cfg(feature = "networks")]
-    evpose_cli::shipped::embed(networks::NETWORKS);
+    let _ = evpose_cli::shipped::NETWORKS.register(networks::NETWORKS);
     let args = match arguments() {
         Ok(args) => args,
         // Help goes to standard output, which may be full or closed.

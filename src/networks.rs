@@ -4,7 +4,7 @@ use evpose_cli::shipped::EmbeddedNetwork;
 
 macro_rules! network {
     ($name:literal) => {
-        EmbeddedNetwork {
+        &EmbeddedNetwork {
             name: $name,
             bytes: include_bytes!(concat!("../checkpoints/", $name, ".bpk")),
             card: include_str!(concat!("../checkpoints/", $name, ".md")),
@@ -13,5 +13,5 @@ macro_rules! network {
 }
 
 /// All of them, by the names that `--checkpoint` takes.
-pub(crate) static NETWORKS: &[EmbeddedNetwork] =
+pub(crate) static NETWORKS: &[&EmbeddedNetwork] =
     &[network!("hand"), network!("body"), network!("hand-quick"), network!("body-quick")];

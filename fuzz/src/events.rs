@@ -5,7 +5,7 @@ use std::io::{Cursor, Write};
 use evpose_core::{EventStream, Micros, TimeWindow};
 use evpose_io::aedat4::{Content, Packets};
 use evpose_io::{
-    Columns, EventSource, Input, IoError, OpenOptions, Windows, format_by_name, read_as, source,
+    Columns, EventSource, FORMATS, Input, IoError, OpenOptions, Windows, read_as, source,
 };
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
@@ -24,7 +24,7 @@ const LONGEST_BATCH: usize = 1 << 24;
 /// If a format misbehaves: it has no end, events before a fault are miscounted, a fault has no place,
 /// or reading again gives something else.
 pub fn read(format: &str, bytes: &[u8]) {
-    let Some(format) = format_by_name(format) else { panic!("no format is called {format}") };
+    let Some(format) = FORMATS.find(format) else { panic!("no format is called {format}") };
     let input = Input::memory("fuzz", bytes.to_vec());
     let mut source = match (format.open)(input, &OpenOptions::default()) {
         Ok(source) => source,

@@ -4,7 +4,7 @@ use std::hint::black_box;
 
 use anyhow::{Context, Result};
 use evpose_core::{CounterRng, Event, EventStream, Micros, Polarity, SensorSize};
-use evpose_io::format_by_name;
+use evpose_io::FORMATS;
 use evpose_kernels::Level;
 use evpose_kernels::blocked::{
     Activation, Conv, ConvShape, Depthwise, DepthwiseShape, Image, Scratch, ThreadPool, TileSize,
@@ -149,7 +149,7 @@ fn sensor() -> Result<Run> {
 fn evt3() -> Result<Run> {
     let folder = tempfile::tempdir()?;
     let path = folder.path().join("events.raw");
-    let format = format_by_name("evt3").context("evt3 is a format")?;
+    let format = FORMATS.find("evt3").context("evt3 is a format")?;
     format.write(&path, &events()?)?;
     Ok(Box::new(move || {
         let _keep = &folder;

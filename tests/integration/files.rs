@@ -18,7 +18,7 @@ fn sandbox() -> Sandbox {
 fn a_recording_comes_back_from_every_format_that_can_be_written() {
     let sandbox = sandbox();
     let help = sandbox.ok(&["convert", "--help"]);
-    for format in evpose_io::FORMATS {
+    for format in &evpose_io::FORMATS {
         assert!(help.contains(&format!("\n  {} ", format.name)), "{}", format.name);
         if format.create.is_none() {
             let message = sandbox.fails(&["convert", "dot.txt", "no", "--format", format.name]);

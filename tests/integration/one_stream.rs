@@ -40,7 +40,7 @@ fn change_events(from: &Path, to: &Path, (_, stays, moved): Change) {
     let changed = events.iter().filter(|event| stays(event.t));
     let changed = changed.map(|event| Event { t: moved(event.t), ..event });
     let changed = EventStream::from_events(events.sensor(), changed).unwrap();
-    evpose_io::format_by_name("evt3").unwrap().write(to, &changed).unwrap();
+    evpose_io::FORMATS.find("evt3").unwrap().write(to, &changed).unwrap();
 }
 
 /// The poses that `evpose infer` writes of a recording, by their time stamps.

@@ -65,7 +65,7 @@ fn ratios(activity: &str, size_at: fn(Micros) -> f32, far: f32) -> Vec<f32> {
         }
     }
     let path = sandbox.path("far.raw");
-    evpose_io::format_by_name("evt3").unwrap().write(&path, &events).unwrap();
+    evpose_io::FORMATS.find("evt3").unwrap().write(&path, &events).unwrap();
     let labels = PoseTable::read(&sandbox.path("data/0000.poses.csv")).unwrap();
 
     let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("checkpoints/body.bpk");

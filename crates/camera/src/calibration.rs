@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use evpose_core::{Distortion, LensCamera, SensorSize};
+use evpose_core::{Distortion, LensCamera, Registry, SensorSize, registry_entry};
 use glam::DVec2;
 
 use crate::CalibrationError;
@@ -38,15 +38,17 @@ const fn camera(
 
 /// Cameras known by name. Pixel pitches are of the makers' data sheets, focal lengths those of the
 /// lenses of their kits; whoever mounts another lens should calibrate it.
-pub static NAMED_CAMERAS: [NamedCamera; 7] = [
-    camera("dvs128", [128, 128], 40.0, 4.5),
-    camera("davis240c", [240, 180], 18.5, 4.5),
-    camera("davis346", [346, 260], 18.5, 6.0),
-    camera("dvxplorer", [640, 480], 9.0, 6.0),
-    camera("dvxplorer-mini", [640, 480], 9.0, 3.6),
-    camera("evk3-hd", [1280, 720], 4.86, 5.0),
-    camera("evk4", [1280, 720], 4.86, 5.0),
-];
+pub static NAMED_CAMERAS: Registry<NamedCamera> = Registry::new(&[
+    &camera("dvs128", [128, 128], 40.0, 4.5),
+    &camera("davis240c", [240, 180], 18.5, 4.5),
+    &camera("davis346", [346, 260], 18.5, 6.0),
+    &camera("dvxplorer", [640, 480], 9.0, 6.0),
+    &camera("dvxplorer-mini", [640, 480], 9.0, 3.6),
+    &camera("evk3-hd", [1280, 720], 4.86, 5.0),
+    &camera("evk4", [1280, 720], 4.86, 5.0),
+]);
+
+registry_entry!(NamedCamera, "camera");
 
 /// Origin of a calibration.
 #[derive(Debug, Clone, PartialEq)]
@@ -87,7 +89,7 @@ impl Calibration {
     /// If a file cannot be read, or the text is none of these.
     pub fn choose(choice: Option<&str>, sensor: SensorSize) -> Result<Self, CalibrationError> {
         let Some(text) = choice else { return Ok(Self::guessed(sensor)) };
-        if let Some(named) = NAMED_CAMERAS.iter().find(|camera| camera.name == text) {
+        if let Some(named) = NAMED_CAMERAS.find(text) {
             let focal_px = named.lens_mm * 1e3 / named.pitch_um;
             let source = CalibrationSource::Named(named.name);
             return Ok(Self::ideal(named.sensor, focal_px, source).fitted_to(sensor));
@@ -99,7 +101,7 @@ impl Calibration {
         let path = Path::new(text);
         // Neither an ending nor a file: a name that is not known.
         if path.extension().is_none() && !path.exists() {
-            let known = NAMED_CAMERAS.iter().map(|camera| camera.name).collect();
+            let known = NAMED_CAMERAS.names();
             return Err(CalibrationError::Unknown { text: text.to_owned(), known });
         }
         Ok(Self::of_file(path, sensor)?.fitted_to(sensor))

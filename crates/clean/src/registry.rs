@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use evpose_core::{Given, Registry, RegistryEntry, SensorSize, Settings};
+use evpose_core::{Given, Registry, SensorSize, Settings, registry_entry};
 
 use crate::{CleanError, Cleaner, CleanerSpec};
 use crate::{background, deflicker, hot, masking, undistort};
@@ -16,13 +16,7 @@ pub static CLEANERS: Registry<CleanerSpec> = Registry::new(&[
     &undistort::SPEC,
 ]);
 
-impl RegistryEntry for CleanerSpec {
-    const KIND: &'static str = "cleaner";
-
-    fn name(&self) -> &'static str {
-        self.name
-    }
-}
+registry_entry!(CleanerSpec, "cleaner");
 
 /// The cleaner of this name.
 ///

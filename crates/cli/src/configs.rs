@@ -5,42 +5,44 @@ use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
 use evpose_configs::text;
+use evpose_core::{Registry, registry_entry};
 use evpose_sensor::nearest;
 use evpose_task::Experiment;
 
-/// Names of the configs in the program, and their contents.
-const EMBEDDED: &[(&str, &str)] = &[
-    ("quick", text("hand/quick.toml")),
-    ("hand-wide", text("hand/wide.toml")),
-    ("ablation", text("hand/ablation.toml")),
-    ("eventhands", text("hand/eventhands.toml")),
-    ("pretrain", text("body/pretrain.toml")),
-    ("finetune", text("body/finetune.toml")),
-    ("body-wide", text("body/wide.toml")),
-    ("studio", text("body/studio.toml")),
-    ("pretrain-full", text("body/pretrain-full.toml")),
-    ("finetune-full", text("body/finetune-full.toml")),
-    ("dhp19-cnn", text("baseline/dhp19-cnn.toml")),
-    ("lift-mono", text("baseline/lift-mono.toml")),
-];
-
-/// Names of the embedded configs.
-pub fn names() -> impl Iterator<Item = &'static str> {
-    EMBEDDED.iter().map(|(name, _)| *name)
+/// A config in the program.
+#[derive(Debug)]
+pub struct EmbeddedConfig {
+    /// Name, in place of a file.
+    pub name: &'static str,
+    /// The TOML file, comments included.
+    pub toml: &'static str,
 }
 
-/// Whether there is an embedded config of this name.
-pub fn is_embedded(name: &str) -> bool {
-    names().any(|embedded| embedded == name)
-}
+/// The configs in the program; those of other crates come last.
+pub static CONFIGS: Registry<EmbeddedConfig> = Registry::new(&[
+    &EmbeddedConfig { name: "quick", toml: text("hand/quick.toml") },
+    &EmbeddedConfig { name: "hand-wide", toml: text("hand/wide.toml") },
+    &EmbeddedConfig { name: "ablation", toml: text("hand/ablation.toml") },
+    &EmbeddedConfig { name: "eventhands", toml: text("hand/eventhands.toml") },
+    &EmbeddedConfig { name: "pretrain", toml: text("body/pretrain.toml") },
+    &EmbeddedConfig { name: "finetune", toml: text("body/finetune.toml") },
+    &EmbeddedConfig { name: "body-wide", toml: text("body/wide.toml") },
+    &EmbeddedConfig { name: "studio", toml: text("body/studio.toml") },
+    &EmbeddedConfig { name: "pretrain-full", toml: text("body/pretrain-full.toml") },
+    &EmbeddedConfig { name: "finetune-full", toml: text("body/finetune-full.toml") },
+    &EmbeddedConfig { name: "dhp19-cnn", toml: text("baseline/dhp19-cnn.toml") },
+    &EmbeddedConfig { name: "lift-mono", toml: text("baseline/lift-mono.toml") },
+]);
+
+registry_entry!(EmbeddedConfig, "config");
 
 /// The text of the embedded config `source`, or else of the file of that path.
 ///
 /// # Errors
 /// If there is neither.
 pub(crate) fn toml_of(source: &str) -> Result<Cow<'static, str>> {
-    if let Some((_, text)) = EMBEDDED.iter().find(|(name, _)| *name == source) {
-        return Ok(Cow::Borrowed(text));
+    if let Some(config) = CONFIGS.find(source) {
+        return Ok(Cow::Borrowed(config.toml));
     }
     ensure!(Path::new(source).exists(), unknown(source));
     Ok(Cow::Owned(std::fs::read_to_string(source).with_context(|| source.to_owned())?))
@@ -76,15 +78,15 @@ fn read<C: Experiment>(
 /// Message for `source`, which is neither a file nor an embedded config: the most similar names, and
 /// all there are.
 fn unknown(source: &str) -> String {
-    let near = nearest(source, names());
+    let names = CONFIGS.names();
+    let near = nearest(source, names.iter().copied());
     let hint = match near.as_slice() {
         [] => String::new(),
         near => format!(": did you mean {}?", near.join(" or ")),
     };
-    let all: Vec<&str> = names().collect();
     format!(
         "{source}: no such file, and no embedded config of that name{hint} (there are {})",
-        all.join(", ")
+        names.join(", ")
     )
 }
 
@@ -176,7 +178,7 @@ mod tests {
 
     #[test]
     fn every_embedded_config_is_of_the_task_that_it_names() -> Result<()> {
-        for (name, _) in EMBEDDED {
+        for EmbeddedConfig { name, .. } in CONFIGS.iter().copied() {
             let is = task_of_config(name)?.name();
             let read = [
                 ("hand", load::<HandConfig>(name, &[]).map(drop)),

@@ -143,7 +143,7 @@ impl SceneSource {
         if path.is_dir() {
             return written.is_file().then(|| (written.to_string_lossy().into_owned(), index));
         }
-        (path.is_file() || configs::is_embedded(&name)).then_some((name, index))
+        (path.is_file() || configs::CONFIGS.find(&name).is_some()).then_some((name, index))
     }
 
     fn sequence(&self) -> Result<Option<Sequence>> {
@@ -244,7 +244,7 @@ pub(crate) fn whole(path: &Path) -> Result<PathBuf> {
     }
     let name = path.to_string_lossy();
     let name = name.split('#').next().unwrap_or_default();
-    if configs::is_embedded(name) && !Path::new(name).exists() {
+    if configs::CONFIGS.find(name).is_some() && !Path::new(name).exists() {
         return Ok(path.to_owned());
     }
     std::path::absolute(path).with_context(|| path.display().to_string())

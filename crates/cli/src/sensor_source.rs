@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use evpose_sensor::{PRESETS, STAGES, SensorConfig, SensorModel, StageSpec, nearest};
+use evpose_sensor::{PRESETS, STAGES, SensorConfig, SensorModel, nearest};
 
 /// A sensor with its description and origin.
 pub struct NamedSensor {
@@ -25,18 +25,17 @@ impl NamedSensor {
 /// Loads the preset `name`, or else the file of that path; paths inside are relative to the file.
 pub fn sensor(name: &str) -> Result<NamedSensor> {
     // Presets first: a file of the same name in the working folder does not replace one.
-    if let Some(preset) = PRESETS.iter().find(|preset| preset.name == name) {
+    if let Some(preset) = PRESETS.find(name) {
         let config = SensorConfig::preset(name)?;
         return Ok(NamedSensor { name: name.to_owned(), origin: preset.origin(), config });
     }
     let path = Path::new(name);
     if !path.exists() {
-        let presets: Vec<&str> = PRESETS.iter().map(|preset| preset.name).collect();
+        let presets = PRESETS.names();
         // The likely mistake is a name from the list of effects.
-        let effect = effect(name).map(|found| found.name);
-        if let Some(effect) = effect {
+        if STAGES.find(name).is_some() {
             bail!(
-                "`{effect}` is an effect, not a sensor; sensors are files of effects, and {}",
+                "`{name}` is an effect, not a sensor; sensors are files of effects, and {}",
                 presets.join(", ")
             );
         }
@@ -46,11 +45,6 @@ pub fn sensor(name: &str) -> Result<NamedSensor> {
     let config = SensorConfig::from_toml(&text).with_context(|| name.to_owned())?;
     let config = config.relative_to(path.parent().unwrap_or(Path::new("")));
     Ok(NamedSensor { name: name.to_owned(), origin: format!("Read from {name}."), config })
-}
-
-/// The registered effect of a name.
-pub fn effect(name: &str) -> Option<&'static StageSpec> {
-    STAGES.iter().copied().find(|spec| spec.name == name)
 }
 
 /// Error message for an unknown name, with the nearest known ones.

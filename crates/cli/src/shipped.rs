@@ -3,10 +3,9 @@
 use std::env;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
 
 use anyhow::{Context, Result};
-use evpose_core::atomic_write;
+use evpose_core::{Registry, atomic_write, registry_entry};
 use evpose_task::network_file;
 use sha2::{Digest as _, Sha256};
 
@@ -26,19 +25,15 @@ pub struct EmbeddedNetwork {
     pub card: &'static str,
 }
 
-static EMBEDDED: OnceLock<&'static [EmbeddedNetwork]> = OnceLock::new();
+/// The networks inside the program; its `main` registers them.
+pub static NETWORKS: Registry<EmbeddedNetwork> = Registry::new(&[]);
 
-/// Makes the networks of a program known to [`checkpoint_path`]; only the first call counts.
-pub fn embed(networks: &'static [EmbeddedNetwork]) {
-    // A second call is of the same program, with the same networks.
-    let _ = EMBEDDED.set(networks);
-}
+registry_entry!(EmbeddedNetwork, "network");
 
 /// The card of the shipped network whose file has these bytes, as plain text: without comments and
 /// notes on sources, which are for the page.
 pub fn card_of(bytes: &[u8]) -> Option<String> {
-    let embedded = EMBEDDED.get().copied().unwrap_or_default();
-    let network = embedded.iter().find(|network| network.bytes == bytes)?;
+    let network = NETWORKS.iter().find(|network| network.bytes == bytes)?;
     let is_text = |line: &&str| !line.starts_with("<!--") && !line.starts_with("<sub>");
     Some(network.card.lines().filter(is_text).collect::<Vec<_>>().join("\n"))
 }
@@ -57,8 +52,7 @@ pub fn checkpoint_path(given: &Path) -> Result<PathBuf> {
     if path.exists() {
         return Ok(path);
     }
-    let embedded = EMBEDDED.get().copied().unwrap_or_default();
-    match embedded.iter().find(|network| Path::new(network.name) == given) {
+    match NETWORKS.iter().find(|network| Path::new(network.name) == given) {
         Some(network) => unpack(network, &data.or_else(user_data).context(NO_DATA)?),
         None => Ok(path),
     }
@@ -77,8 +71,7 @@ pub fn checkpoint_sha256(given: &Path) -> Result<String> {
 
 /// Message for a checkpoint that is neither a file, nor a run directory, nor a shipped network.
 pub fn unknown_checkpoint(given: &Path) -> String {
-    let names: Vec<&str> =
-        EMBEDDED.get().copied().unwrap_or_default().iter().map(|network| network.name).collect();
+    let names = NETWORKS.names();
     let shipped = if names.is_empty() {
         format!(
             "this program was built without networks, and no directory `{CHECKPOINTS}` here, above \

@@ -13,6 +13,20 @@ pub trait RegistryEntry: Sync {
     fn name(&self) -> &'static str;
 }
 
+/// Implements [`RegistryEntry`] for a type whose field `name` is the name, of a kind.
+#[macro_export]
+macro_rules! registry_entry {
+    ($Entry:ty, $kind:literal) => {
+        impl $crate::RegistryEntry for $Entry {
+            const KIND: &'static str = $kind;
+
+            fn name(&self) -> &'static str {
+                self.name
+            }
+        }
+    };
+}
+
 /// The entries of one kind, by unique names: the built-in ones in their order, then the registered
 /// ones in the order in which they were registered.
 ///

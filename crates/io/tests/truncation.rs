@@ -11,9 +11,7 @@ use std::sync::OnceLock;
 use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 use evpose_io::aedat4::{Aedat4Packet, Packets};
 use evpose_io::yarp::read_skeletons_from;
-use evpose_io::{
-    Columns, EventSource, FORMATS, Format, Input, IoError, OpenOptions, format_by_name, read_as,
-};
+use evpose_io::{Columns, EventSource, FORMATS, Format, Input, IoError, OpenOptions, read_as};
 use proptest::prelude::*;
 use proptest::sample::Index;
 
@@ -164,7 +162,7 @@ fn check_fault(error: &IoError, cut: usize, events: usize, what: &str) {
 #[test]
 fn what_is_read_of_a_cut_recording_is_how_it_begins() {
     for (name, samples) in samples() {
-        let format = format_by_name(name).unwrap();
+        let format = FORMATS.find(name).unwrap();
         if !is_read(format) {
             continue;
         }
@@ -218,7 +216,7 @@ proptest! {
         bytes.truncate(cut.map_or(bytes.len(), |cut| cut.index(bytes.len())));
         for options in [options(), OpenOptions::default()] {
             let input = Input::memory("changed", bytes.clone());
-            if let Ok(mut source) = (format_by_name(name).unwrap().open)(input, &options) {
+            if let Ok(mut source) = (FORMATS.find(name).unwrap().open)(input, &options) {
                 let mut columns = Columns::new();
                 let fault = read_on(source.as_mut(), &mut columns);
                 if let Some(IoError::Damaged { events, .. }) = fault {
@@ -235,7 +233,7 @@ proptest! {
 #[test]
 fn a_cut_recording_of_any_name_is_an_error_with_a_place_or_begins_like_the_whole() {
     for (name, samples) in samples() {
-        if !is_read(format_by_name(name).unwrap()) {
+        if !is_read(FORMATS.find(name).unwrap()) {
             continue;
         }
         let (sample, bytes) = &samples[0];

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 use evpose_io::framed::FramedWriter;
-use evpose_io::{Columns, OpenOptions, format_by_name};
+use evpose_io::{Columns, FORMATS, OpenOptions};
 use evpose_live::source::{ReplayOptions, Source, SourceOptions, open};
 
 const SENSOR: SensorSize = SensorSize { width: 346, height: 260 };
@@ -64,7 +64,7 @@ fn gather(source: &mut dyn Source) -> Columns {
 fn file_of(format: &str, events: &EventStream) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("recording");
-    format_by_name(format).unwrap().write(&path, events).unwrap();
+    FORMATS.find(format).unwrap().write(&path, events).unwrap();
     std::fs::read(path).unwrap()
 }
 

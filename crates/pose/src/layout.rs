@@ -1,6 +1,6 @@
 //! Layouts of the poses of other tasks than those of hands and bodies.
 
-use evpose_core::{Registry, RegistryEntry};
+use evpose_core::{Registry, registry_entry};
 use glam::Vec2;
 
 /// Endings of the two values that are a position on the sensor.
@@ -16,13 +16,7 @@ pub struct PoseLayout {
     pub values: &'static [&'static str],
 }
 
-impl RegistryEntry for PoseLayout {
-    const KIND: &'static str = "layout of poses";
-
-    fn name(&self) -> &'static str {
-        self.name
-    }
-}
+registry_entry!(PoseLayout, "layout of poses");
 
 /// The layouts that tasks of other crates have registered: tables of them can be read.
 pub static POSE_LAYOUTS: Registry<PoseLayout> = Registry::new(&[]);

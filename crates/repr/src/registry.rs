@@ -1,6 +1,6 @@
 //! The registry of representations. A new one is a file and a line here.
 
-use evpose_core::{Registry, RegistryEntry};
+use evpose_core::{Registry, registry_entry};
 
 use crate::{ReprError, RepresentationChoice, RepresentationSpec};
 use crate::{
@@ -31,13 +31,7 @@ pub static REPRESENTATIONS: Registry<RepresentationSpec> = Registry::new(&[
     &time_surface::SPEC,
 ]);
 
-impl RegistryEntry for RepresentationSpec {
-    const KIND: &'static str = "representation";
-
-    fn name(&self) -> &'static str {
-        self.name
-    }
-}
+registry_entry!(RepresentationSpec, "representation");
 
 /// Looks up the representation `name`, or `name:parameter=value,…`: `eros`,
 /// `eros:kernel=9,decay=0.5`.

@@ -143,7 +143,7 @@ mod tests {
 
     #[test]
     fn tables_are_at_most_a_hundred_columns_wide() {
-        for preset in PRESETS {
+        for preset in &PRESETS {
             let config = SensorConfig::preset(preset.name).unwrap();
             let table = SensorModel::from_config(&config).unwrap().describe().to_string();
             for line in table.lines() {

@@ -1,9 +1,12 @@
 //! Sensor presets. Each file states the source of its values.
 
+use evpose_configs::text;
+use evpose_core::{Registry, registry_entry};
+
 use crate::{SensorConfig, SensorError};
 
 /// A sensor by name, with its configuration as it is in `configs/sensor/`.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug)]
 pub struct Preset {
     /// The name, as given on the command line.
     pub name: &'static str,
@@ -20,25 +23,21 @@ impl Preset {
     }
 }
 
-macro_rules! preset {
-    ($name:literal) => {
-        Preset { name: $name, toml: evpose_configs::text(concat!("sensor/", $name, ".toml")) }
-    };
-}
+/// All presets; those of other crates come last.
+pub static PRESETS: Registry<Preset> = Registry::new(&[
+    &Preset { name: "ideal", toml: text("sensor/ideal.toml") },
+    &Preset { name: "eventhands", toml: text("sensor/eventhands.toml") },
+    &Preset { name: "esim", toml: text("sensor/esim.toml") },
+    &Preset { name: "v2e-clean", toml: text("sensor/v2e-clean.toml") },
+    &Preset { name: "v2e-noisy", toml: text("sensor/v2e-noisy.toml") },
+    &Preset { name: "dvs-voltmeter", toml: text("sensor/dvs-voltmeter.toml") },
+    &Preset { name: "davis240c", toml: text("sensor/davis240c.toml") },
+    &Preset { name: "davis346", toml: text("sensor/davis346.toml") },
+    &Preset { name: "dvxplorer", toml: text("sensor/dvxplorer.toml") },
+    &Preset { name: "evk4", toml: text("sensor/evk4.toml") },
+]);
 
-/// All presets.
-pub static PRESETS: &[Preset] = &[
-    preset!("ideal"),
-    preset!("eventhands"),
-    preset!("esim"),
-    preset!("v2e-clean"),
-    preset!("v2e-noisy"),
-    preset!("dvs-voltmeter"),
-    preset!("davis240c"),
-    preset!("davis346"),
-    preset!("dvxplorer"),
-    preset!("evk4"),
-];
+registry_entry!(Preset, "preset");
 
 impl SensorConfig {
     /// The preset called `name`.
@@ -46,11 +45,9 @@ impl SensorConfig {
     /// # Errors
     /// If there is none.
     pub fn preset(name: &str) -> Result<Self, SensorError> {
-        let preset = PRESETS.iter().find(|preset| preset.name == name).ok_or_else(|| {
-            SensorError::UnknownPreset {
-                name: name.to_owned(),
-                allowed: PRESETS.iter().map(|preset| preset.name).collect(),
-            }
+        let preset = PRESETS.find(name).ok_or_else(|| SensorError::UnknownPreset {
+            name: name.to_owned(),
+            allowed: PRESETS.names(),
         })?;
         Self::from_toml(preset.toml)
     }
@@ -63,7 +60,7 @@ mod tests {
 
     #[test]
     fn every_preset_is_a_sensor() {
-        for preset in PRESETS {
+        for preset in &PRESETS {
             SensorModel::from_config(&SensorConfig::preset(preset.name).unwrap())
                 .unwrap_or_else(|error| panic!("{}: {error}", preset.name));
         }

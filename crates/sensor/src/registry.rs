@@ -1,7 +1,7 @@
 //! The one list of all effects. Configurations, tables, the laws that are tested over every stage
 //! and the candidates of the gap workflow all come from it.
 
-use evpose_core::{Registry, RegistryEntry};
+use evpose_core::{Registry, registry_entry};
 
 use crate::StageSpec;
 use crate::{background, clock, detector, optics, photodiode, photoreceptor, readout};
@@ -52,10 +52,4 @@ pub static STAGES: Registry<StageSpec> = Registry::new(&[
     &clock::timestamp_quantisation::SPEC,
 ]);
 
-impl RegistryEntry for StageSpec {
-    const KIND: &'static str = "sensor effect";
-
-    fn name(&self) -> &'static str {
-        self.name
-    }
-}
+registry_entry!(StageSpec, "sensor effect");

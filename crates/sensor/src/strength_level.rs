@@ -101,7 +101,7 @@ mod tests {
     fn every_effect_is_a_sensor_at_every_strength() {
         for spec in &STAGES {
             let beside = spec.signature.beside.iter().map(|name| {
-                let other = STAGES.iter().find(|other| other.name == *name);
+                let other = STAGES.find(name);
                 other.unwrap_or_else(|| panic!("{}: no effect {name}", spec.name)).typical()
             });
             let beside: Vec<_> = beside.collect();
@@ -122,7 +122,7 @@ mod tests {
     #[test]
     fn strengths_are_the_ends_and_the_middle_of_the_prior() {
         let values = |name: &str| -> Vec<String> {
-            let spec = STAGES.iter().find(|spec| spec.name == name).unwrap();
+            let spec = STAGES.find(name).unwrap();
             spec.strength_levels().into_iter().map(|level| level.values).collect()
         };
         assert_eq!(values("leak_on"), ["rate_hz = 0.01 Hz", "rate_hz = 0.1 Hz", "rate_hz = 1 Hz"]);

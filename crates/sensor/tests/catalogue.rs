@@ -110,7 +110,7 @@ fn strengths_name_parameters_of_their_effect() {
 /// head of the file where all numbers have one source.
 #[test]
 fn every_number_of_a_preset_says_where_it_comes_from() {
-    for preset in PRESETS {
+    for preset in &PRESETS {
         let origin = preset.origin();
         assert!(origin.contains("20"), "{}: no year in {origin}", preset.name);
         let words = preset.toml.to_lowercase();

@@ -20,7 +20,7 @@ fn bar(step: usize) -> Plane<f32> {
 
 #[test]
 fn a_bar_makes_on_events_in_front_and_off_events_behind() {
-    for preset in PRESETS {
+    for preset in &PRESETS {
         let model = SensorModel::from_config(&SensorConfig::preset(preset.name).unwrap()).unwrap();
         let mut run = model.start(SIZE, 3);
         run.expose(&bar(0), Micros(0)).unwrap();

@@ -10,7 +10,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use evpose_core::{EventStream, Micros, Plane, SensorSize};
-use evpose_io::format_by_name;
+use evpose_io::FORMATS;
 use evpose_repr::{
     BlurWork, Canny, CannyWork, ChannelOrder, Eros, ErosConfig, ErosFramer, GaussianKernel,
     REPRESENTATIONS, Representation, StreamWindow, representation_by_name,
@@ -104,7 +104,7 @@ fn measure(args: &BenchReprArgs) -> Result<Report> {
         let folder = tempfile::tempdir().context("making a folder for the events")?;
         for sensor in SENSORS {
             let path = folder.path().join(format!("wandering-{sensor}.npz"));
-            let npz = format_by_name("npz").context("npz is a format")?;
+            let npz = FORMATS.find("npz").context("npz is a format")?;
             // The same events as ours, since peers read them from this file.
             npz.write(path, &events::wandering(sensor, args.events))?;
         }

@@ -9,8 +9,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, ensure};
 use evpose_core::{EventStream, Micros, TimeWindow};
 use evpose_io::{
-    EventSink, FORMATS, Format, OpenOptions, SensorOrigin, Windows, format_by_name, format_for,
-    open_as,
+    EventSink, FORMATS, Format, OpenOptions, SensorOrigin, Windows, format_for, open_as,
 };
 
 use super::account::Account;
@@ -68,8 +67,8 @@ pub fn run(args: &ConvertArgs) -> Result<()> {
 /// The format to write.
 pub(super) fn format(out: &Path, name: Option<&str>) -> Result<&'static Format> {
     let Some(name) = name else { return Ok(format_for(out)?) };
-    format_by_name(name).with_context(|| {
-        let names = FORMATS.iter().map(|format| format.name).collect::<Vec<_>>().join(", ");
+    FORMATS.find(name).with_context(|| {
+        let names = FORMATS.names().join(", ");
         format!("no format is called `{name}`; there are {names}")
     })
 }
@@ -77,7 +76,7 @@ pub(super) fn format(out: &Path, name: Option<&str>) -> Result<&'static Format> 
 /// The table of formats for the help text.
 pub(crate) fn formats() -> String {
     let mut text = "Formats, detected by content when read:\n".to_owned();
-    for format in FORMATS {
+    for format in &FORMATS {
         let written = match format.create {
             Some(_) => format.endings.join(" "),
             None => "read only".to_owned(),

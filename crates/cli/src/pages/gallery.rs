@@ -101,7 +101,7 @@ pub fn write(args: &GalleryOptions<'_>) -> Result<()> {
 /// Presets and effects of these names; all of them where there are no names.
 fn chosen(only: &[String]) -> Result<Vec<Entry>> {
     let all = || {
-        let presets = PRESETS.iter().map(Entry::Preset);
+        let presets = PRESETS.iter().map(|preset| Entry::Preset(preset));
         presets.chain(STAGES.iter().map(|spec| Entry::Effect(spec)))
     };
     let names: Vec<&str> = all().map(|entry| entry.name()).collect();

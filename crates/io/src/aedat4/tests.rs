@@ -100,7 +100,7 @@ fn open(bytes: &[u8], options: &OpenOptions) -> Result<Recording, IoError> {
 
 fn source(bytes: &[u8]) -> Box<dyn EventSource> {
     let input = Input::memory("recording.aedat4", bytes.to_vec());
-    crate::open::unordered_in(crate::FORMATS, input, &OpenOptions::default()).unwrap().1
+    crate::open::unordered(input, &OpenOptions::default()).unwrap().1
 }
 
 fn packets(bytes: &[u8]) -> Vec<Result<Aedat4Packet, IoError>> {

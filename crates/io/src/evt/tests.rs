@@ -34,7 +34,7 @@ fn read(input: Input) -> Recording {
 
 /// Events in the order of the file, and remarks.
 fn raw(input: Input, options: &OpenOptions) -> (Vec<Event>, Vec<String>) {
-    let mut source = open::unordered_in(crate::FORMATS, input, options).unwrap().1;
+    let mut source = open::unordered(input, options).unwrap().1;
     let mut columns = Columns::new();
     loop {
         let before = columns.len();

@@ -208,8 +208,7 @@ fn a_file_of_many_blocks_is_read_and_sought() {
     let back = open(&path).unwrap();
     assert_eq!((back.format, &back.stream), ("framed", &events));
     let (_, mut source) =
-        open::unordered_in(crate::FORMATS, Input::file(&path).unwrap(), &OpenOptions::default())
-            .unwrap();
+        open::unordered(Input::file(&path).unwrap(), &OpenOptions::default()).unwrap();
     source.seek(Micros(450_000)).unwrap();
     let mut columns = Columns::new();
     source.next(&mut columns).unwrap();

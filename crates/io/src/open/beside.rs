@@ -21,7 +21,7 @@ pub fn recordings_by_stem<'a, 's>(
 /// The format that `name` means, and the ending of its files with the dot: the name of a format or
 /// an ending, such as `evt2`, `raw` or `h5`. None if there is no such format that can be written.
 pub fn writable_format(name: &str) -> Option<(&'static Format, &'static str)> {
-    let mut writable = FORMATS.iter().filter(|format| format.create.is_some());
+    let mut writable = FORMATS.iter().copied().filter(|format| format.create.is_some());
     // Names come before endings: several formats may share one.
     if let Some(format) = writable.clone().find(|format| format.name == name) {
         return Some((format, format.endings.first()?));

@@ -89,20 +89,8 @@ pub fn open_as(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Recordin
 /// # Errors
 /// As [`open`].
 pub fn read_as(input: Input, options: &OpenOptions) -> Result<Recording, IoError> {
-    read_as_in(FORMATS, input, options)
-}
-
-/// As [`read_as`], with a list of formats of the caller's in place of [`FORMATS`].
-///
-/// # Errors
-/// As [`open`].
-pub fn read_as_in(
-    formats: &[Format],
-    input: Input,
-    options: &OpenOptions,
-) -> Result<Recording, IoError> {
     let path = input.path.clone();
-    let (format, mut source) = source_in(formats, input, options)?;
+    let (format, mut source) = source(input, options)?;
     whole::read(&path, format.name, source.as_mut(), options)
 }
 
@@ -114,20 +102,8 @@ pub fn source(
     input: Input,
     options: &OpenOptions,
 ) -> Result<(&'static Format, Box<dyn EventSource>), IoError> {
-    source_in(FORMATS, input, options)
-}
-
-/// As [`source()`], with a list of formats of the caller's in place of [`FORMATS`].
-///
-/// # Errors
-/// As [`source()`].
-pub fn source_in<'a>(
-    formats: &'a [Format],
-    input: Input,
-    options: &OpenOptions,
-) -> Result<(&'a Format, Box<dyn EventSource>), IoError> {
     let path = input.path.clone();
-    let (format, source) = unordered_in(formats, input, options)?;
+    let (format, source) = unordered(input, options)?;
     let is_stated = options.time_unit.is_some() || options.columns != ColumnNames::default();
     if is_stated && !OF_COLUMNS.contains(&format.name) {
         let name = format.name;
@@ -145,15 +121,14 @@ pub fn source_in<'a>(
     Ok((format, OrderedSource::open(source, path, options)?))
 }
 
-/// As [`source_in`], with events in the order of the file.
-pub(crate) fn unordered_in<'a>(
-    formats: &'a [Format],
+/// As [`source()`], with events in the order of the file.
+pub(crate) fn unordered(
     input: Input,
     options: &OpenOptions,
-) -> Result<(&'a Format, Box<dyn EventSource>), IoError> {
+) -> Result<(&'static Format, Box<dyn EventSource>), IoError> {
     let mut input = unpacked(input)?;
     let head = input.head(registry::HEAD)?;
-    let format = registry::detect(formats, &head, &input.path)?;
+    let format = registry::detect(&head, &input.path)?;
     let source = (format.open)(input, options)?;
     Ok((format, source))
 }

@@ -2,40 +2,42 @@
 
 use std::path::Path;
 
-use evpose_core::{EventStream, SensorSize};
+use evpose_core::{EventStream, Registry, SensorSize, registry_entry};
 
 use super::Format;
 use super::stranger::describe;
 use crate::source::unpacked;
 use crate::{EventSink, IoError};
 
-/// Every format, the first whose probe agrees is taken.
-pub const FORMATS: &[Format] = &[
-    crate::npz::FORMAT,
-    crate::npz::NPY,
-    crate::evc::FORMAT,
-    crate::framed::FORMAT,
-    crate::aedat4::FORMAT,
-    crate::aedat2::FORMAT,
-    crate::aedat3::FORMAT,
-    crate::hdf5::FORMAT,
-    crate::es::FORMAT,
-    crate::ros::MCAP,
-    crate::ros::BAG,
-    crate::ros::SQLITE,
+/// Every format, the first whose probe agrees is taken; those of other crates come last.
+pub static FORMATS: Registry<Format> = Registry::new(&[
+    &crate::npz::FORMAT,
+    &crate::npz::NPY,
+    &crate::evc::FORMAT,
+    &crate::framed::FORMAT,
+    &crate::aedat4::FORMAT,
+    &crate::aedat2::FORMAT,
+    &crate::aedat3::FORMAT,
+    &crate::hdf5::FORMAT,
+    &crate::es::FORMAT,
+    &crate::ros::MCAP,
+    &crate::ros::BAG,
+    &crate::ros::SQLITE,
     // Lines that begin as those of text.
-    crate::yarp::LOG,
-    crate::text::CSV,
-    crate::text::FORMAT,
-    crate::dat::FORMAT,
-    crate::evt::EVT2,
-    crate::evt::EVT21,
-    crate::evt::EVT3,
-    crate::evt::EVT4,
+    &crate::yarp::LOG,
+    &crate::text::CSV,
+    &crate::text::FORMAT,
+    &crate::dat::FORMAT,
+    &crate::evt::EVT2,
+    &crate::evt::EVT21,
+    &crate::evt::EVT3,
+    &crate::evt::EVT4,
     // Without marks of their own, and so behind all others.
-    crate::yarp::BINARY,
-    crate::nmnist::FORMAT,
-];
+    &crate::yarp::BINARY,
+    &crate::nmnist::FORMAT,
+]);
+
+registry_entry!(Format, "format");
 
 /// Bytes at the beginning of a file that probes inspect.
 pub(super) const HEAD: usize = 4096;
@@ -68,7 +70,7 @@ impl Format {
 
 /// Returns the format `name`, if there is one.
 pub fn format_by_name(name: &str) -> Option<&'static Format> {
-    FORMATS.iter().find(|format| format.name == name)
+    FORMATS.find(name)
 }
 
 /// Begins a recording in the format that the name of its file says.
@@ -93,7 +95,7 @@ pub fn format_for(path: impl AsRef<Path>) -> Result<&'static Format, IoError> {
     let is_its = |format: &&Format| {
         format.create.is_some() && format.endings.iter().any(|end| ending == &end[1..])
     };
-    FORMATS.iter().find(is_its).ok_or_else(|| {
+    FORMATS.iter().copied().find(is_its).ok_or_else(|| {
         let writable = FORMATS.iter().filter(|format| format.create.is_some());
         let known: Vec<&str> = writable.flat_map(|format| format.endings).copied().collect();
         IoError::UnknownEnding { path: path.to_owned(), known: known.join(", ") }
@@ -106,16 +108,12 @@ pub fn format_for(path: impl AsRef<Path>) -> Result<&'static Format, IoError> {
 /// If it cannot be read or is of no known format.
 pub fn detect_format(path: impl AsRef<Path>) -> Result<&'static Format, IoError> {
     let mut input = unpacked(super::input(path.as_ref())?)?;
-    detect(FORMATS, &input.head(HEAD)?, &input.path)
+    detect(&input.head(HEAD)?, &input.path)
 }
 
-/// Returns the first of `formats` whose probe accepts the beginning of a file.
-pub(super) fn detect<'a>(
-    formats: &'a [Format],
-    head: &[u8],
-    path: &Path,
-) -> Result<&'a Format, IoError> {
-    let detected = formats.iter().find(|format| (format.probe)(head));
+/// Returns the first format whose probe accepts the beginning of a file.
+pub(super) fn detect(head: &[u8], path: &Path) -> Result<&'static Format, IoError> {
+    let detected = FORMATS.iter().copied().find(|format| (format.probe)(head));
     // The commonest file that is not read deserves an answer of its own.
     detected.ok_or_else(|| match (crate::aedat4::other_version(head), describe(head)) {
         (Some(version), _) => {
@@ -126,8 +124,8 @@ pub(super) fn detect<'a>(
             IoError::NoRecording { path: path.to_owned(), what, advice }
         }
         (None, None) => {
-            let known: Vec<&str> = formats.iter().map(|format| format.name).collect();
-            IoError::UnknownFormat { path: path.to_owned(), known: known.join(", ") }
+            let known = FORMATS.names().join(", ");
+            IoError::UnknownFormat { path: path.to_owned(), known }
         }
     })
 }

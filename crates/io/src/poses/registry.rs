@@ -3,7 +3,7 @@
 use std::io::Read as _;
 use std::path::Path;
 
-use evpose_core::bytes_without_bom;
+use evpose_core::{Registry, bytes_without_bom, registry_entry};
 use evpose_pose::JointFrame;
 
 use super::format::{PoseFormat, PoseIterator};
@@ -18,18 +18,20 @@ const SNIFFED_BYTES: usize = 1 << 14;
 const LOG: &str = "data.log";
 
 /// The formats of poses; the first one is the default.
-pub static POSE_FORMATS: &[&PoseFormat] = &[
+pub static POSE_FORMATS: Registry<PoseFormat> = Registry::new(&[
     &table::FORMAT,
     &json::ARRAY,
     &json::LINES,
     &parquet::FORMAT,
     &hpe_core::FORMAT,
     &skeletons::FORMAT,
-];
+]);
+
+registry_entry!(PoseFormat, "format of poses");
 
 /// The format called `name`.
 pub fn pose_format_by_name(name: &str) -> Option<&'static PoseFormat> {
-    POSE_FORMATS.iter().copied().find(|format| format.name == name)
+    POSE_FORMATS.find(name)
 }
 
 /// The format for a file of this name: that of its ending, and the first one for a name without an ending,
@@ -72,8 +74,8 @@ pub fn poses_from(path: &Path, bytes: &[u8]) -> Result<PoseSequence, IoError> {
     let start = &bytes[..bytes.len().min(SNIFFED_BYTES)];
     let format = POSE_FORMATS.iter().find(|format| (format.detect)(start));
     let Some(format) = format else {
-        let known: Vec<&str> = POSE_FORMATS.iter().map(|format| format.name).collect();
-        return Err(IoError::UnknownFormat { path: path.to_owned(), known: known.join(", ") });
+        let known = POSE_FORMATS.names().join(", ");
+        return Err(IoError::UnknownFormat { path: path.to_owned(), known });
     };
     // Faults are at bytes of the file.
     (format.read)(path, bytes).map_err(|fault| fault.behind_bytes((length - bytes.len()) as u64))

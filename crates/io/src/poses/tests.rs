@@ -64,7 +64,7 @@ fn fault(text: &str) -> String {
 fn through(sequence: &PoseSequence, format: &str) -> (String, PoseSequence) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("poses");
-    write_poses(&path, sequence, pose_format_by_name(format).unwrap()).unwrap();
+    write_poses(&path, sequence, POSE_FORMATS.find(format).unwrap()).unwrap();
     let file = if path.is_dir() { path.join("data.log") } else { path.clone() };
     (std::fs::read_to_string(file).unwrap(), read_poses(&path).unwrap())
 }
@@ -145,7 +145,7 @@ fn layouts_of_other_programs_are_of_people() {
     for format in ["hpe-core", "yarp"] {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("poses");
-        let format = pose_format_by_name(format).unwrap();
+        let format = POSE_FORMATS.find(format).unwrap();
         assert!(write_poses(&path, &hand(), format).is_err());
         assert!(!path.exists());
     }
@@ -173,7 +173,7 @@ fn poses_of_other_tasks_are_values_of_their_layout() {
     }
     assert_eq!(through(&sequence, "table").1.poses[1].values, None, "a cell is empty");
     for format in ["hpe-core", "yarp"] {
-        let format = pose_format_by_name(format).unwrap();
+        let format = POSE_FORMATS.find(format).unwrap();
         let error = write_poses(Path::new("poses"), &sequence, format).unwrap_err();
         assert!(error.to_string().contains("of stick"), "{error}");
     }

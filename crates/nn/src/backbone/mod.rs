@@ -16,7 +16,7 @@ mod vgg;
 
 use burn::module::Module;
 use burn::tensor::Device;
-use evpose_core::{Registry, RegistryEntry};
+use evpose_core::{Registry, registry_entry};
 
 use crate::NnError;
 
@@ -59,13 +59,7 @@ enum Build {
     External(&'static dyn external::BuildExternal),
 }
 
-impl RegistryEntry for BackboneEntry {
-    const KIND: &'static str = "backbone";
-
-    fn name(&self) -> &'static str {
-        self.name
-    }
-}
+registry_entry!(BackboneEntry, "backbone");
 
 /// The backbone of the name `name`.
 ///

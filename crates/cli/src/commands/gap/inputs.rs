@@ -245,8 +245,8 @@ pub(super) fn prepare(args: &InputArgs) -> Result<Prepared> {
 
 fn check_names(names: &[String]) -> Result<()> {
     for name in names {
-        if STAGES.iter().all(|spec| spec.name != name) {
-            let known: Vec<&str> = STAGES.iter().map(|spec| spec.name).collect();
+        if STAGES.find(name).is_none() {
+            let known = STAGES.names();
             let problem = anyhow::anyhow!(source::unknown("effect", name, &known));
             return Err(problem.context(BadInput));
         }

@@ -70,7 +70,7 @@ pub(super) fn run(args: &HandsArgs) -> Result<()> {
 fn config(target: &str) -> Result<HandConfig> {
     let path = Path::new(target);
     let is_config = path.extension().is_some_and(|ending| ending == "toml");
-    if configs::is_embedded(target) || is_config || !path.exists() {
+    if configs::CONFIGS.find(target).is_some() || is_config || !path.exists() {
         return configs::load(target, &[]);
     }
     let checkpoint = HandCheckpoint::load(path, &Device::flex());

@@ -4,8 +4,7 @@ use crate::progress::{bar, say};
 use crate::run_info;
 use anyhow::{Context, Result};
 use evpose_datasets::import::body::{
-    BODY_LABEL_FORMATS, BodyOptions, BodyReport, body_label_format_by_name, import_body,
-    read_body_labels,
+    BODY_LABEL_FORMATS, BodyOptions, BodyReport, import_body, read_body_labels,
 };
 use evpose_pose::body::JOINT_NAMES;
 
@@ -15,9 +14,9 @@ use crate::commands::account::Account;
 
 pub(super) fn run(args: &PeopleArgs) -> Result<()> {
     let format = args.format.as_deref().map(|name| {
-        body_label_format_by_name(name).with_context(|| {
-            let names: Vec<&str> = BODY_LABEL_FORMATS.iter().map(|format| format.name).collect();
-            format!("no label format is called `{name}`; there are {}", names.join(", "))
+        BODY_LABEL_FORMATS.find(name).with_context(|| {
+            let names = BODY_LABEL_FORMATS.names().join(", ");
+            format!("no label format is called `{name}`; there are {names}")
         })
     });
     let format = format.transpose()?;

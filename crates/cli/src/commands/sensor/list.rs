@@ -15,7 +15,7 @@ pub(super) fn run(args: &ListArgs) -> Result<()> {
         return Ok(());
     }
     say("PRESETS    evpose sensor show NAME for the chain with all parameters\n");
-    for preset in PRESETS {
+    for preset in &PRESETS {
         let sentence = first_sentence(&preset.origin());
         say(column(&format!("  {:<15}", preset.name), &sentence));
     }

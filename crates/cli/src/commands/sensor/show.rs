@@ -11,12 +11,11 @@ use crate::sensor_source::{self as source, NamedSensor};
 
 pub(super) fn run(args: &ShowArgs) -> Result<()> {
     let is_file = std::path::Path::new(&args.name).exists();
-    let is_preset = PRESETS.iter().any(|preset| preset.name == args.name);
+    let is_preset = PRESETS.find(&args.name).is_some();
     // Sensors come first, as in other commands: an effect is shown if none has the name.
     if !is_file && !is_preset {
-        let Some(spec) = source::effect(&args.name) else {
-            let presets = PRESETS.iter().map(|preset| preset.name);
-            let known: Vec<&str> = presets.chain(STAGES.iter().map(|spec| spec.name)).collect();
+        let Some(spec) = STAGES.find(&args.name) else {
+            let known = [PRESETS.names(), STAGES.names()].concat();
             bail!(source::unknown("preset, effect or file", &args.name, &known));
         };
         if args.json {

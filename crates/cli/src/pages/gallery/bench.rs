@@ -36,7 +36,7 @@ impl Variant {
     pub(super) fn all(spec: &'static StageSpec) -> Result<Vec<Self>> {
         let mut beside = Vec::new();
         for name in spec.signature.beside {
-            let other = STAGES.iter().find(|other| other.name == *name);
+            let other = STAGES.find(name);
             beside.push(other.with_context(|| format!("no effect is called {name}"))?.typical());
         }
         let build =

@@ -135,7 +135,7 @@ pub const NO_GAP: &str = "Without a scene there is nothing to simulate, and so n
 
 /// Summary of an effect of the catalogue or of a parameter of the model.
 pub fn summary(name: &str) -> Option<&'static str> {
-    let stage = STAGES.iter().find(|stage| stage.name == name).map(|stage| stage.summary);
+    let stage = STAGES.find(name).map(|stage| stage.summary);
     stage.or_else(|| {
         let parameter = ModelParameter::ALL.iter().find(|parameter| parameter.name() == name)?;
         Some(match parameter {

@@ -13,5 +13,5 @@ mod registry;
 mod sequence;
 
 pub use format::{BodyLabelFormat, LabelledImage};
-pub use registry::{BODY_LABEL_FORMATS, body_label_format_by_name, read_body_labels};
+pub use registry::{BODY_LABEL_FORMATS, read_body_labels};
 pub use sequence::{BodyOptions, BodyReport, import_body};

@@ -3,6 +3,8 @@
 use std::io::Read as _;
 use std::path::Path;
 
+use evpose_core::{Registry, registry_entry};
+
 use super::format::{BodyLabelFormat, LabelledImage};
 use super::{coco, csv, mpii_json, mpii_release};
 use crate::import::ImportError;
@@ -11,13 +13,10 @@ use crate::import::ImportError;
 const SNIFFED_BYTES: u64 = 4096;
 
 /// The formats of body labels.
-pub static BODY_LABEL_FORMATS: &[&BodyLabelFormat] =
-    &[&csv::FORMAT, &coco::FORMAT, &mpii_json::FORMAT, &mpii_release::FORMAT];
+pub static BODY_LABEL_FORMATS: Registry<BodyLabelFormat> =
+    Registry::new(&[&csv::FORMAT, &coco::FORMAT, &mpii_json::FORMAT, &mpii_release::FORMAT]);
 
-/// The format called `name`.
-pub fn body_label_format_by_name(name: &str) -> Option<&'static BodyLabelFormat> {
-    BODY_LABEL_FORMATS.iter().copied().find(|format| format.name == name)
-}
+registry_entry!(BodyLabelFormat, "format of body labels");
 
 /// Reads a label file, in the given format or the detected one.
 ///
@@ -72,6 +71,6 @@ mod tests {
                 (detected, want) => panic!("{name}: {detected:?}, {want:?}"),
             }
         }
-        assert_eq!(body_label_format_by_name("coco").unwrap().name, "coco");
+        assert_eq!(BODY_LABEL_FORMATS.find("coco").unwrap().name, "coco");
     }
 }

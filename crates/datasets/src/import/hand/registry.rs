@@ -2,13 +2,18 @@
 
 use std::path::Path;
 
+use evpose_core::{Registry, registry_entry};
+
 use super::format::{HandLabelFormat, HandLabels, LabelChoice};
 use super::{joints, parameters};
 use crate::import::ImportError;
 use crate::import::table::{Table, listed};
 
 /// The formats of hand labels.
-pub static HAND_LABEL_FORMATS: &[&HandLabelFormat] = &[&parameters::FORMAT, &joints::FORMAT];
+pub static HAND_LABEL_FORMATS: Registry<HandLabelFormat> =
+    Registry::new(&[&parameters::FORMAT, &joints::FORMAT]);
+
+registry_entry!(HandLabelFormat, "format of hand labels");
 
 /// Reads a label file: a CSV with a column `t_us` or `t_s`.
 ///
