@@ -25,11 +25,11 @@ pub(super) fn stop_on(control: &Control) -> Result<()> {
 fn listen(mut stop: impl FnMut() + Send + 'static) -> Result<()> {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
-    let mut numbers = vec![SIGINT, SIGTERM];
+    let mut listened = vec![SIGINT, SIGTERM];
     if !is_ignored(SIGHUP) {
-        numbers.push(SIGHUP);
+        listened.push(SIGHUP);
     }
-    let mut signals = signal_hook::iterator::Signals::new(numbers)?;
+    let mut signals = signal_hook::iterator::Signals::new(listened)?;
     std::thread::spawn(move || signals.forever().for_each(|_| stop()));
     Ok(())
 }
