@@ -41,5 +41,6 @@ mod scene_source;
 pub mod sensor_source;
 pub mod shipped;
 pub mod sidecar;
+mod signals;
 pub mod tasks;
 pub mod threads;

@@ -2,7 +2,6 @@
 
 mod args;
 mod rerun;
-mod signals;
 mod status;
 
 use std::path::Path;
@@ -107,7 +106,7 @@ fn play(source: Box<dyn Source>, stream: Box<dyn OnlineStream>, args: &LiveArgs)
         ..LiveOptions::default()
     };
     status::print_each_second(&control);
-    signals::stop_on(&control)?;
+    crate::signals::stop_on(&control)?;
     // Of a file, the replay ends by itself.
     if let Some(seconds) = args.seconds.filter(|_| source.horizon().is_none()) {
         stop_after(Duration::from_secs_f64(seconds), &control);

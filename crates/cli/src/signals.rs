@@ -7,7 +7,7 @@ use evpose_live::Control;
 
 /// Stops the pipeline on Ctrl-C, SIGTERM and SIGHUP, so that outputs and the report are written; another one a second
 /// later or more exits at once. SIGHUP is left alone where it was ignored, as `nohup` does.
-pub(super) fn stop_on(control: &Control) -> Result<()> {
+pub(crate) fn stop_on(control: &Control) -> Result<()> {
     let control = control.clone();
     let mut first: Option<Instant> = None;
     listen(move || {
