@@ -235,7 +235,7 @@ impl Experiment for HandConfig {
         let is_large = usize::from(image.width.min(image.height)) >= backbone.smallest_px;
         let too_small = format!(
             "{} takes images of at least {} pixels a side, these are {image}: choose another, or a \
-             larger simulation.image_scale",
+             larger simulation.image_scale or two_pass.size",
             backbone.name, backbone.smallest_px
         );
         require(&[
