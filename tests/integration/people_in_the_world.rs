@@ -103,5 +103,5 @@ fn cameras_that_are_missing_or_too_few_are_errors() {
         "other.raw",
     ];
     let said = stderr(&sandbox.evpose(&infer).output().unwrap());
-    assert!(said.contains("are for bodies"), "{said}");
+    assert!(said.contains("are for `body`"), "{said}");
 }

@@ -11,9 +11,8 @@
 use std::f64::consts::TAU;
 
 use evpose_core::EventStream;
-use rustfft::num_complex::Complex32;
 
-use crate::fourier;
+use crate::fourier::{self, Fourier};
 use crate::probe::MAX_BINS;
 use crate::{EventFeatures, View};
 
@@ -65,12 +64,12 @@ impl Spot {
 pub(super) fn resultants(view: &View<'_>, spots: &[Spot]) -> [f64; AXES.len() * BANDS] {
     let size = view.size();
     // A scan reads line i at phase i / n: turned back by it, its events have one phase.
-    let phases = |n: u16| -> Vec<Complex32> {
+    let phases = |n: u16| -> Vec<(f32, f32)> {
         let angles = (0..n).map(|i| -TAU * f64::from(i) / f64::from(n));
-        angles.map(|a| Complex32::new(a.cos() as f32, a.sin() as f32)).collect()
+        angles.map(|a| (a.cos() as f32, a.sin() as f32)).collect()
     };
     let (columns, rows) = (phases(size.width), phases(size.height));
-    let mut signals = [(); AXES.len()].map(|()| fourier::zeros(MAX_BINS));
+    let mut signals = [(); AXES.len()].map(|()| Fourier::zeros(MAX_BINS));
     let mut powers = [(); AXES.len()].map(|()| vec![0.0_f32; MAX_BINS]);
     // Sum over blocks of the square of the number of events.
     let mut pairs = 0.0_f64;
@@ -82,17 +81,23 @@ pub(super) fn resultants(view: &View<'_>, spots: &[Spot]) -> [f64; AXES.len() * 
             continue;
         }
         pairs += (events.len() as f64).powi(2);
-        signals.iter_mut().for_each(|signal| signal.fill(Complex32::ZERO));
+        signals.iter_mut().for_each(Fourier::clear);
         let [alone, by_column, by_row] = &mut signals;
         for event in events {
             let bin = ((event.t_us - start_us) / BIN_US) as usize;
-            alone[bin] += 1.0;
-            by_column[bin] += columns[usize::from(event.x)];
-            by_row[bin] += rows[usize::from(event.y)];
+            alone.re[bin] += 1.0;
+            let (re, im) = columns[usize::from(event.x)];
+            by_column.re[bin] += re;
+            by_column.im[bin] += im;
+            let (re, im) = rows[usize::from(event.y)];
+            by_row.re[bin] += re;
+            by_row.im[bin] += im;
         }
         for (signal, power) in signals.iter_mut().zip(&mut powers) {
-            fourier::transform(signal);
-            power.iter_mut().zip(signal).for_each(|(power, value)| *power += value.norm_sqr());
+            signal.transform();
+            for (power, (re, im)) in power.iter_mut().zip(signal.re.iter().zip(&signal.im)) {
+                *power += re * re + im * im;
+            }
         }
     }
     let mut lengths = [0.0; AXES.len() * BANDS];
@@ -147,14 +152,16 @@ pub(crate) fn scan_of(events: &EventStream) -> Option<Scan> {
         let phase = |spot: &Spot| -> f64 {
             f64::from(if is_by_row { spot.y } else { spot.x }) / f64::from(lines)
         };
-        let mut signal = fourier::zeros(MAX_BINS);
+        let mut signal = Fourier::zeros(MAX_BINS);
         for spot in spots.iter().take_while(|spot| spot.t_us < BLOCK_US) {
             let bin = (spot.t_us / BIN_US) as usize;
             let (sin, cos) = (-TAU * phase(spot)).sin_cos();
-            signal[bin] += Complex32::new(cos as f32, sin as f32);
+            signal.re[bin] += cos as f32;
+            signal.im[bin] += sin as f32;
         }
-        fourier::transform(&mut signal);
-        let power: Vec<f32> = signal.iter().map(Complex32::norm_sqr).collect();
+        signal.transform();
+        let power: Vec<f32> =
+            signal.re.iter().zip(&signal.im).map(|(re, im)| re * re + im * im).collect();
         for is_backward in [false, true] {
             // The transform turns against time.
             let excess = excess(&power, !is_backward);
@@ -248,7 +255,10 @@ fn block_starts(view: &View<'_>) -> impl Iterator<Item = i64> {
 /// power around them.
 fn excess(power: &[f32], backward: bool) -> Vec<f64> {
     let half = power.len() / 2;
-    let at = |k: usize| f64::from(power[if backward { power.len() - k } else { k }]);
+    let at = |k: usize| {
+        let k = if backward { power.len() - k } else { k };
+        f64::from(power[fourier::bit_reversed(k, power.len())])
+    };
     let mut sums = Vec::with_capacity(half + 1);
     sums.push(0.0);
     // The zero frequency is the mean rate, not a line.

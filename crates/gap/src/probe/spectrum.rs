@@ -6,9 +6,7 @@
 //! statistic is Fisher's (1929): the largest ordinate between 30 and 950 Hz as a fraction of their
 //! sum.
 
-use rustfft::num_complex::Complex32;
-
-use crate::fourier;
+use crate::fourier::Fourier;
 use crate::probe::MAX_BINS;
 use crate::probe::interface::StatisticProbe;
 use crate::{Entry, StatisticBlock, View};
@@ -35,35 +33,38 @@ fn band(hz: f64) -> Option<usize> {
 
 /// ON rate in the real part and OFF rate in the imaginary part, without their means.
 struct Rates {
-    counts: Vec<Complex32>,
+    counts: Fourier,
     bins: usize,
     events: f64,
 }
 
 impl Rates {
     fn new(bins: usize) -> Self {
-        Self { counts: fourier::zeros(bins), bins, events: 0.0 }
+        Self { counts: Fourier::zeros(bins), bins, events: 0.0 }
     }
 
     fn add(&mut self, bin: usize, is_on: bool) {
-        self.counts[bin] += if is_on { Complex32::ONE } else { Complex32::I };
+        let side = if is_on { &mut self.counts.re } else { &mut self.counts.im };
+        side[bin] += 1.0;
         self.events += 1.0;
     }
 
     fn measure(mut self, out: &mut Vec<f64>) {
         // The mean would leak into the lowest frequencies.
-        let mean = self.counts.iter().sum::<Complex32>() / self.bins as f32;
-        self.counts[..self.bins].iter_mut().for_each(|n| *n -= mean);
-        fourier::transform(&mut self.counts);
-        let length = self.counts.len();
+        for side in [&mut self.counts.re, &mut self.counts.im] {
+            let mean = side.iter().sum::<f32>() / self.bins as f32;
+            side[..self.bins].iter_mut().for_each(|n| *n -= mean);
+        }
+        self.counts.transform();
+        let length = self.counts.length();
         let step_hz = 1e6 / (BIN_US as f64 * length as f64);
         let mut powers = [(0.0, 0.0); BANDS];
         let (mut strongest, mut all, mut opposed) = (0.0_f64, 0.0, 0.0);
         for k in 1..length / 2 {
             let hz = k as f64 * step_hz;
             // Spectra of two real signals from one complex transform.
-            let at = |k: usize| [self.counts[k].re, self.counts[k].im].map(f64::from);
-            let ([ar, ai], [br, bi]) = (at(k), at(length - k));
+            let [ar, ai] = self.counts.at(k).map(f64::from);
+            let [br, bi] = self.counts.at(length - k).map(f64::from);
             let (on_re, on_im) = (0.5 * (ar + br), 0.5 * (ai - bi));
             let (off_re, off_im) = (0.5 * (ai + bi), 0.5 * (br - ar));
             let on = on_re * on_re + on_im * on_im;

@@ -5,13 +5,12 @@ use std::f64::consts::TAU;
 
 use evpose_core::EventStream;
 use evpose_sensor::{StageSpec, Value};
-use rustfft::num_complex::Complex32;
 
 use super::light_steps::light_steps;
 use super::rate_ceiling::rate_ceiling;
 use crate::recording_mark::RecordingMark;
 use crate::search_spec::with_mark;
-use crate::{Expected, LightSequence, fourier};
+use crate::{Expected, LightSequence};
 
 /// Parameters of one effect estimated from a recording.
 #[derive(Debug, Clone)]
@@ -113,6 +112,7 @@ fn flicker(events: &EventStream, expected: &Expected) -> Option<Reading> {
             expected.times(pixel, is_on).iter().for_each(|t_us| add(*t_us, is_on, -1.0));
         }
     }
+    let seconds = 1e-6 * end as f64;
     let transform = |hz: f64| -> (f64, f64) {
         let turn = TAU * hz * 1e-6 * FLICKER_BIN_US as f64;
         // On average, stamps lie in the middle of their bins.
@@ -126,17 +126,11 @@ fn flicker(events: &EventStream, expected: &Expected) -> Option<Reading> {
         let (c, s) = transform(hz);
         c * c + s * s
     };
-    // Padded, so that no line lies halfway between two frequencies.
-    let mut spectrum = vec![Complex32::ZERO; (2 * rate.len()).next_power_of_two()];
-    spectrum.iter_mut().zip(&rate).for_each(|(value, rate)| value.re = *rate as f32);
-    fourier::transform(&mut spectrum);
-    let place_hz = 1e6 / (FLICKER_BIN_US as f64 * spectrum.len() as f64);
-    let [low, high] = [FLICKER_HZ.0, FLICKER_HZ.1].map(|hz| (hz / place_hz) as usize);
-    let best =
-        (low..high).max_by(|a, b| spectrum[*a].norm_sqr().total_cmp(&spectrum[*b].norm_sqr()))?;
-    // Half a cycle over the recording.
-    let step_hz = 0.5e6 / end as f64;
-    let fine = (-10..=10).map(|i| place_hz * best as f64 + 0.1 * step_hz * f64::from(i));
+    let step_hz = 0.5 / seconds;
+    let steps = ((FLICKER_HZ.1 - FLICKER_HZ.0) / step_hz) as usize;
+    let coarse = (0..steps).map(|i| FLICKER_HZ.0 + step_hz * i as f64);
+    let best = coarse.max_by(|a, b| power(*a).total_cmp(&power(*b)))?;
+    let fine = (-10..=10).map(|i| best + 0.1 * step_hz * f64::from(i));
     let hz = fine.max_by(|a, b| power(*a).total_cmp(&power(*b)))?;
     // Most lamps are on the mains: a scene that moves shifts the line by less than its width.
     let mains = MAINS_HZ.into_iter().find(|mains| (hz - mains).abs() < step_hz);

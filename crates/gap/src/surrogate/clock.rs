@@ -9,10 +9,8 @@
 
 use std::f64::consts::{PI, TAU};
 
-use rustfft::num_complex::Complex32;
-
 use super::train::{Mark, Train};
-use crate::fourier;
+use crate::fourier::Fourier;
 
 /// Minimum events of a spectral line.
 const MIN_LINE_EVENTS: usize = 50;
@@ -91,21 +89,22 @@ fn lines_of(train: &Train, axis: Axis) -> Option<SpectralLines> {
     let spare = (end - start - stretches * STRETCH_US).max(0);
     let mut power = vec![0.0; STEPS];
     let mut n = 0usize;
-    let mut values = fourier::zeros(STEPS);
+    let mut values = Fourier::zeros(STEPS);
     for stretch in 0..stretches {
         // Spread evenly over the recording.
         let from = start + stretch * STRETCH_US + spare * stretch / (stretches - 1).max(1);
         let marks = within(&train.marks, from, from + STRETCH_US);
         n += marks.len();
-        values.fill(Complex32::ZERO);
+        values.clear();
         for mark in marks {
             let (sin, cos) = (TAU * axis.phase(train, mark.pixel)).sin_cos();
             let step = ((mark.t_us - from) / STEP_US) as usize;
-            values[step] += Complex32::new(cos as f32, sin as f32);
+            values.re[step] += cos as f32;
+            values.im[step] += sin as f32;
         }
-        fourier::transform(&mut values);
-        for (power, value) in power.iter_mut().zip(&values) {
-            let [re, im] = [value.re, value.im].map(f64::from);
+        values.transform();
+        for (f, power) in power.iter_mut().enumerate() {
+            let [re, im] = values.at(f).map(f64::from);
             *power += re * re + im * im;
         }
     }

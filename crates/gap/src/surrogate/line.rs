@@ -1,9 +1,7 @@
 //! Spectral line at which ON and OFF rates are in antiphase: a flickering lamp.
 
-use rustfft::num_complex::Complex32;
-
 use super::train::Train;
-use crate::fourier;
+use crate::fourier::Fourier;
 
 /// Bin length of the rates.
 const STEP_US: i64 = 250;
@@ -32,8 +30,8 @@ pub(super) struct LampLine {
 pub(super) fn strongest(train: &Train) -> Option<LampLine> {
     let (start, end) = train.span_us();
     let steps = (((end - start) / STEP_US + 1) as usize).min(MAX_STEPS);
-    let mut values = fourier::zeros(steps);
-    let length = values.len();
+    let mut values = Fourier::zeros(steps);
+    let length = values.length();
     let (mut on, mut off) = (0.0f64, 0.0f64);
     for mark in &train.marks {
         // Both rates in one transform: ON is the real part.
@@ -41,21 +39,23 @@ pub(super) fn strongest(train: &Train) -> Option<LampLine> {
         if step >= steps {
             break;
         }
-        let (one, count) =
-            if mark.is_on { (Complex32::ONE, &mut on) } else { (Complex32::I, &mut off) };
-        values[step] += one;
+        let (side, count) =
+            if mark.is_on { (&mut values.re, &mut on) } else { (&mut values.im, &mut off) };
+        side[step] += 1.0;
         *count += 1.0;
     }
     if on.min(off) < 50.0 {
         return None;
     }
-    let [re, im] = [on, off].map(|count| (count / steps as f64) as f32);
-    values[..steps].iter_mut().for_each(|value| *value -= Complex32 { re, im });
-    fourier::transform(&mut values);
+    for (side, count) in [(&mut values.re, on), (&mut values.im, off)] {
+        let mean = (count / steps as f64) as f32;
+        side[..steps].iter_mut().for_each(|value| *value -= mean);
+    }
+    values.transform();
     let antiphase = |f: usize| {
-        let (value, mirror) = (values[f], values[length - f]);
-        let (a_re, a_im) = (value.re + mirror.re, value.im - mirror.im);
-        let (b_re, b_im) = (value.im + mirror.im, mirror.re - value.re);
+        let ([re, im], [mirror_re, mirror_im]) = (values.at(f), values.at(length - f));
+        let (a_re, a_im) = (re + mirror_re, im - mirror_im);
+        let (b_re, b_im) = (im + mirror_im, mirror_re - re);
         -0.25 * f64::from(a_re * b_re + a_im * b_im) / (on * off).sqrt()
     };
     let step_hz = 1e6 / (length as f64 * STEP_US as f64);

@@ -63,6 +63,9 @@ pub fn run(args: &TuneArgs) -> Result<()> {
     Search { args, space, configs, directory, plan, higher_is_better, data }.run()
 }
 
+/// The config of the best trial.
+const BEST_CONFIG: &str = "best.toml";
+
 /// Directory of a trial.
 fn trial_path(trial: u64) -> String {
     format!("trials/{trial:04}")
@@ -105,6 +108,10 @@ impl Search<'_> {
             };
             plan.finish(&RungStudy { search: self, rung, trials: &trials })?;
             self.release(&trials, rung)?;
+        }
+        let best = self.directory.path(BEST_CONFIG);
+        if best.exists() {
+            say(format!("the best trial, as a config: {}", best.display()));
         }
         Ok(())
     }
@@ -243,7 +250,7 @@ impl Study for RungStudy<'_> {
         search.directory.write("trials.csv", &outcome.csv())?;
         if let Some(best) = outcome.best() {
             let config = search.configs.trial(best.trial)?.to_toml()?;
-            search.directory.write("best.toml", &(outcome.heading() + &config))?;
+            search.directory.write(BEST_CONFIG, &(outcome.heading() + &config))?;
         }
         let report = report::report(&outcome, search.space, search.configs.base.to_toml()?)?;
         Ok(Some((outcome, report)))
