@@ -7,6 +7,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
+use burn::tensor::Device;
 use evpose_cli::configs;
 use evpose_cli::json::write_json;
 use evpose_cli::progress::{bar, say, training_bar};
@@ -145,8 +146,8 @@ struct Outcome {
 
 /// Trains, evaluates and writes the missing results.
 pub(super) fn run(args: &CompareClipsArgs) -> Result<()> {
+    let device = args.study.open()?;
     let provenance = Provenance::this();
-    args.study.open()?;
     let overrides: Vec<String> =
         FINE_TUNING.iter().map(|&set| set.to_owned()).chain(args.study.overrides.clone()).collect();
     let mut config: BodyConfig = configs::load(&args.config, &overrides)?;
@@ -154,7 +155,7 @@ pub(super) fn run(args: &CompareClipsArgs) -> Result<()> {
     // The clip left out is what the training validates on: it may not end it.
     config.training.early_stop.window = 0;
     let clips = Clip::all(&args.clips, &config)?;
-    let rows = rows_of(args, &config)?;
+    let rows = rows_of(args, &config, &device)?;
     let plan = StudyPlan {
         args: &args.study,
         seed: config.seed,
@@ -163,12 +164,13 @@ pub(super) fn run(args: &CompareClipsArgs) -> Result<()> {
         seeds: clips.iter().map(|clip| format!("clip {}", clip.name)).collect(),
         files: ["clips.json", "clips.md", "clips.html"],
     };
-    let outcome = plan.run(&ClipStudy { args, provenance, config, rows, clips })?;
+    let outcome = plan.run(&ClipStudy { args, device, provenance, config, rows, clips })?;
     outcome.map_or(Ok(()), |outcome| write_json(args.json.as_deref(), &outcome))
 }
 
 struct ClipStudy<'a> {
     args: &'a CompareClipsArgs,
+    device: Device,
     provenance: Provenance,
     config: BodyConfig,
     rows: Vec<Row>,
@@ -213,7 +215,7 @@ impl Study for ClipStudy<'_> {
 }
 
 /// The rows of the study: initial weights trained, then every start as it is and trained.
-fn rows_of(args: &CompareClipsArgs, config: &BodyConfig) -> Result<Vec<Row>> {
+fn rows_of(args: &CompareClipsArgs, config: &BodyConfig, device: &Device) -> Result<Vec<Row>> {
     let row = |name: &str, start: Option<&PathBuf>, digest: &str, is_trained| Row {
         name: name.to_owned(),
         start: start.cloned(),
@@ -227,8 +229,7 @@ fn rows_of(args: &CompareClipsArgs, config: &BodyConfig) -> Result<Vec<Row>> {
             path = path.join(BEST);
         }
         let config = BodyConfig { start_from: Some(path.clone()), ..config.clone() };
-        first_network(&config, &args.study.open()?)
-            .with_context(|| format!("--start {}", start.display()))?;
+        first_network(&config, device).with_context(|| format!("--start {}", start.display()))?;
         let digest = digest_of(&path)?;
         let name = start.file_name().unwrap_or_default().to_string_lossy();
         let name = name.trim_end_matches(".bpk");
@@ -314,7 +315,7 @@ impl ClipStudy<'_> {
                 run.join(LAST)
             }
         };
-        let mut checkpoint = BodyCheckpoint::load(&path, &self.args.study.open()?)?;
+        let mut checkpoint = BodyCheckpoint::load(&path, &self.device)?;
         // Rows differ in their training alone.
         checkpoint.config.decoding = config.decoding;
         let predictor = BodyPredictor::new(&checkpoint, BodyPredictorOptions::default(), None)?;
