@@ -48,7 +48,10 @@ pub fn summary_of_people(recorded: &RecordedPeople, config: &BodyConfig) -> Stri
 pub fn prepare(config: &BodyConfig, data: &Path) -> Result<()> {
     let set = SequenceSet::of_people(data, &config.simulation)?;
     if set.unfinished(Shard::WHOLE).is_empty() {
-        return run_info::check_shared(data, config);
+        run_info::check_shared(data, config)?;
+        // Whoever recorded the last one may have ended before it wrote the manifest.
+        set.write_manifest()?;
+        return Ok(());
     }
     // First: whatever is recorded afterwards has to be of this config.
     run_info::write_shared(data, config)?;
