@@ -50,10 +50,12 @@ fn contents(directory: &Path) -> BTreeMap<String, Vec<u8>> {
     contents
 }
 
-/// Removes what a result has of the speed of a machine.
+/// Removes what a result has of the speed of a machine, of what else it did, and of the command, which has `--resume`.
 fn remove_times(value: &mut Value) {
-    let is_time =
-        |name: &str| name.ends_with("_s") || name.ends_with("_ms") || name.contains("time");
+    let is_time = |name: &str| {
+        let of_run = ["load_before", "command"].contains(&name);
+        of_run || name.ends_with("_s") || name.ends_with("_ms") || name.contains("time")
+    };
     match value {
         Value::Object(fields) => {
             fields.retain(|name, _| !is_time(name));
