@@ -4,8 +4,12 @@ use evpose_io::poses::read_poses;
 
 use crate::harness::{Sandbox, stderr, tiny_body};
 
+/// Networks of either kind, in small.
+pub(crate) const BASELINES: [(&str, &str); 2] =
+    [("dhp19-cnn", "width = 0.5"), ("lift-mono", "width = 0.125\nstages = 2")];
+
 /// A network of one kind on images of 64x48 pixels.
-fn config(kind: &str, shape: &str) -> String {
+pub(crate) fn baseline_config(kind: &str, shape: &str) -> String {
     format!(
         "task = \"baseline\"\n[network]\nkind = \"{kind}\"\n{shape}\n[image]\n\
          representation = \"fixed-count:n=400\"\nwidth_px = 64\nheight_px = 48\n[data]\n\
@@ -19,9 +23,8 @@ fn a_baseline_is_trained_scored_inferred_and_live() {
     let sandbox = Sandbox::new();
     let still = ["--set", "simulation.moving_cameras=0"];
     sandbox.ok(&[&tiny_body(&["simulate", "finetune", "--out", "data"])[..], &still].concat());
-    for (kind, shape) in [("dhp19-cnn", "width = 0.5"), ("lift-mono", "width = 0.125\nstages = 2")]
-    {
-        std::fs::write(sandbox.path("baseline.toml"), config(kind, shape)).unwrap();
+    for (kind, shape) in BASELINES {
+        std::fs::write(sandbox.path("baseline.toml"), baseline_config(kind, shape)).unwrap();
         let said =
             sandbox.run(&format!("train baseline.toml --data data --out {kind} --plain"), &[]);
         assert!(said.contains("16 images in"), "{said}");

@@ -1,7 +1,7 @@
 //! `evpose eval` scores the poses that `evpose infer` writes: recordings with rests, gaps and late starts.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use burn::tensor::Device;
 use evpose_core::{Event, EventStream, Micros};
@@ -9,12 +9,15 @@ use evpose_io::poses::{TimedPose, read_poses};
 use evpose_io::{MetaReader, MetaWriter};
 use evpose_pose::metric::body::BodyPrediction;
 use evpose_sim::person::PoseTable;
+use evpose_task::baseline::BaselineCheckpoint;
 use evpose_task::body::{BodyCheckpoint, BodyPredictor, BodyPredictorOptions};
 use evpose_task::hand::HandCheckpoint;
+use evpose_train::baseline::evaluate_baseline;
 use evpose_train::body::{BodyRecordings, evaluate_body};
 use evpose_train::{HandDataset, HandPoseTrack, Method, evaluate, evaluate_slow_motion};
 
-use crate::harness::Sandbox;
+use crate::baselines::{BASELINES, baseline_config};
+use crate::harness::{Sandbox, tiny_body};
 
 /// A silence that parts a recording.
 const GAP: Micros = Micros(12_000_000);
@@ -43,6 +46,25 @@ fn change_events(from: &Path, to: &Path, (_, stays, moved): Change) {
     evpose_io::FORMATS.find("evt3").unwrap().write(to, &changed).unwrap();
 }
 
+/// Writes the recording of people in `data` with a change, and its labels, to the folder `name`. The file of
+/// events, and the time of the last label.
+fn change_people(
+    sandbox: &Sandbox,
+    name: &str,
+    labels: &PoseTable,
+    change: Change,
+) -> (PathBuf, Micros) {
+    let folder = sandbox.path(name);
+    std::fs::create_dir(&folder).unwrap();
+    let recording = folder.join("0000.raw");
+    change_events(&sandbox.path("data/0000.raw"), &recording, change);
+    let mut table = labels.clone();
+    // Labels move with the events.
+    table.rows.iter_mut().for_each(|row| row.t = change.2(row.t));
+    table.write(&folder.join("0000.poses.csv")).unwrap();
+    (recording, table.rows.last().unwrap().t)
+}
+
 /// The poses that `evpose infer` writes of a recording, by their time stamps.
 fn infer(
     sandbox: &Sandbox,
@@ -50,14 +72,38 @@ fn infer(
     events: &Path,
     more: &[&str],
 ) -> BTreeMap<i64, TimedPose> {
-    let network = shipped(network);
     let events = events.to_str().unwrap();
-    let infer = ["infer", "--checkpoint", &network, "--events", events, "--out", "poses.csv"];
+    let infer = ["infer", "--checkpoint", network, "--events", events, "--out", "poses.csv"];
     sandbox.ok(&[&infer[..], more].concat());
     let poses = read_poses(&sandbox.path("poses.csv")).unwrap().poses;
     // Rows of nobody have no pose; those of people below the threshold are scored.
     let poses = poses.into_iter().filter(|pose| !pose.is_nobody() || pose.score.is_some());
     poses.map(|pose| (pose.t.0, pose)).collect()
+}
+
+/// That predictions are the poses written, to the last digit of the file, and all those from `first_us` to
+/// `end`. How many joints they have.
+fn same_people(
+    predictions: &[BodyPrediction],
+    written: &BTreeMap<i64, TimedPose>,
+    first_us: i64,
+    end: Micros,
+) -> usize {
+    let mut found = 0;
+    for prediction in predictions {
+        let t = Micros::from_seconds(prediction.t_s);
+        let none = TimedPose::empty(evpose_io::poses::PoseKind::Body, t);
+        let pose = written.get(&t.0).unwrap_or(&none);
+        // The file has three decimals.
+        let rounded = prediction
+            .joints_px
+            .map(|at| at.map(|at| at.to_array().map(|px| format!("{px:.3}").parse().unwrap())));
+        assert_eq!(pose.body_px().map(|at| at.map(|at| at.to_array())), rounded, "at {t}");
+        found += rounded.iter().flatten().count();
+    }
+    let scored = written.range(first_us..=end.0).count();
+    assert!(scored <= predictions.len(), "{scored} of {}", predictions.len());
+    found
 }
 
 /// A table holds every bit of a hand's parameters.
@@ -89,7 +135,7 @@ fn hands_are_scored_by_the_poses_that_are_written() {
         let data = HandDataset::open(&folder, config).unwrap();
         let mut network = checkpoint.predictor(Device::flex()).unwrap();
         let same = |track: &HandPoseTrack, more: &[&str], at_least: usize| {
-            let written = infer(&sandbox, "hand-quick.bpk", &recording, more);
+            let written = infer(&sandbox, &shipped("hand-quick.bpk"), &recording, more);
             assert!(track.frames.len() >= at_least, "{name}: {}", track.frames.len());
             for (frame, pose) in track.frames.iter().zip(&track.poses) {
                 let t = 1_000 * (*frame as i64 + 1);
@@ -117,7 +163,7 @@ fn hands_are_scored_by_the_poses_that_are_written() {
         }
         let slow = evaluate_slow_motion(config, &data, &mut network, 1, &mut |_| {}).unwrap();
         let slow_motion = ["--mode", "slow-motion"];
-        let written = infer(&sandbox, "hand-quick.bpk", &recording, &slow_motion);
+        let written = infer(&sandbox, &shipped("hand-quick.bpk"), &recording, &slow_motion);
         let HandPoseTrack { frames, poses } = &slow.methods[0].tracks[0];
         assert!(frames.len() > 200, "{name}: {}", frames.len());
         for (frame, pose) in frames.iter().zip(poses) {
@@ -142,15 +188,9 @@ fn people_are_scored_by_the_poses_that_are_written() {
     let predictor = BodyPredictor::new(&checkpoint, options, None).unwrap();
     let first_us = 1_000 * i64::from(checkpoint.config.data.first_ms);
     for change in CHANGES {
-        let (name, _, moved) = change;
+        let name = change.0;
+        let (recording, end) = change_people(&sandbox, name, &labels, change);
         let folder = sandbox.path(name);
-        std::fs::create_dir(&folder).unwrap();
-        let recording = folder.join("0000.raw");
-        change_events(&sandbox.path("data/0000.raw"), &recording, change);
-        let mut table = labels.clone();
-        // Labels move with the events.
-        table.rows.iter_mut().for_each(|row| row.t = moved(row.t));
-        table.write(&folder.join("0000.poses.csv")).unwrap();
         let recordings = BodyRecordings::open(&folder).unwrap();
         let every = Micros(20_000);
         let mean = Default::default();
@@ -158,30 +198,43 @@ fn people_are_scored_by_the_poses_that_are_written() {
             evaluate_body(&checkpoint, &predictor, &recordings, every, None, &mean, &|_| {})
                 .unwrap();
         let result = &results.recordings[0];
-        let end = table.rows.last().unwrap().t;
         let same = |predictions: &[BodyPrediction], more: &[&str]| {
             let more = [&["--stride-ms", "20"], more].concat();
-            let written = infer(&sandbox, "body-quick.bpk", &recording, &more);
+            let written = infer(&sandbox, &shipped("body-quick.bpk"), &recording, &more);
             assert!(predictions.len() > 10, "{name}: {}", predictions.len());
-            let mut found = 0;
-            for prediction in predictions {
-                let t = Micros::from_seconds(prediction.t_s);
-                let none = TimedPose::empty(evpose_io::poses::PoseKind::Body, t);
-                let pose = written.get(&t.0).unwrap_or(&none);
-                // The file has three decimals.
-                let rounded = prediction.joints_px.map(|at| {
-                    at.map(|at| at.to_array().map(|px| format!("{px:.3}").parse().unwrap()))
-                });
-                let written = pose.body_px().map(|at| at.map(|at| at.to_array()));
-                assert_eq!(written, rounded, "{name} at {t} {more:?}");
-                found += rounded.iter().flatten().count();
-            }
+            let found = same_people(predictions, &written, first_us, end);
             // Equal without joints would show nothing.
             assert!(found > 50, "{name}: {found} joints");
-            let scored = written.range(first_us..=end.0).count();
-            assert!(scored <= predictions.len(), "{name}: {scored} of {}", predictions.len());
         };
         same(&result.predictions, &["--unfiltered"]);
         same(&result.filtered_predictions, &[]);
+    }
+}
+
+#[test]
+fn baselines_are_scored_by_the_poses_that_are_written() {
+    let sandbox = Sandbox::new();
+    let still = ["--set", "simulation.moving_cameras=0"];
+    sandbox.ok(&[&tiny_body(&["simulate", "finetune", "--out", "data"])[..], &still].concat());
+    let labels = PoseTable::read(&sandbox.path("data/0000.poses.csv")).unwrap();
+    for (kind, shape) in BASELINES {
+        std::fs::write(sandbox.path("baseline.toml"), baseline_config(kind, shape)).unwrap();
+        sandbox.run(&format!("train baseline.toml --data data --out {kind} --plain"), &[]);
+        let network = sandbox.path(kind);
+        let checkpoint = BaselineCheckpoint::load(&network, &Device::flex()).unwrap();
+        let first_us = 1_000 * i64::from(checkpoint.config.data.first_ms);
+        for change in CHANGES {
+            let name = format!("{kind}-{}", change.0);
+            let (recording, end) = change_people(&sandbox, &name, &labels, change);
+            let recordings = BodyRecordings::open(&sandbox.path(&name)).unwrap();
+            let every = Micros(20_000);
+            let (_, predictions) =
+                evaluate_baseline(&checkpoint, &recordings, every, &|_| {}).unwrap();
+            let stride = ["--stride-ms", "20"];
+            let written = infer(&sandbox, network.to_str().unwrap(), &recording, &stride);
+            assert!(predictions[0].len() > 3, "{name}: {}", predictions[0].len());
+            let found = same_people(&predictions[0], &written, first_us, end);
+            assert!(found > 20, "{name}: {found} joints");
+        }
     }
 }

@@ -178,8 +178,8 @@ pub(crate) const SLOW: &[Step] = &[
         with_features!("test", "--no-fail-fast"),
     ),
     step(
-        "convolutions on wgpu's adapter agree with the CPU's",
-        with_features!("test", "--lib convolutions_of_every_shape -- --ignored"),
+        "convolutions and steps of Adam on wgpu's adapter agree with the CPU's",
+        with_features!("test", "--lib on_a_gpu -- --ignored"),
     ),
     step(
         "networks have the same outputs in ONNX Runtime",

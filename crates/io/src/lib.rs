@@ -88,8 +88,8 @@ pub use frames::{Encoding, FrameFault, FrameSource};
 pub use meta::{MetaReader, MetaWriter};
 pub use open::{
     Create, FORMATS, Format, Info, Labels, Open, OutsideCount, Recording, SensorOrigin, Windows,
-    create, detect_format, find_sensor, format_by_name, format_for, info, input, open, open_as,
-    open_with, read_as, recordings_by_stem, source, writable_format,
+    create, detect_format, find_sensor, format_for, info, input, open, open_as, open_with, read_as,
+    recordings_by_stem, source, writable_format,
 };
 pub use sink::EventSink;
 pub use source::{

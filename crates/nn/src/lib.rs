@@ -38,6 +38,7 @@
 //! # }
 //! ```
 
+mod adam;
 pub mod backbone;
 mod baseline;
 mod channels;
@@ -60,6 +61,7 @@ mod ops;
 pub mod parameters;
 pub mod weights;
 
+pub use adam::Adam;
 pub use backbone::{BACKBONES, BackboneEntry, backbone_by_name};
 pub use baseline::{BaselineNetwork, BaselineNetworkConfig};
 pub use device::{Adapter, Availability, DeviceKind, adapter_name};

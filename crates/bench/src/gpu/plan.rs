@@ -33,8 +33,8 @@ const INFERENCE: &str = "inference";
 const TRAINING_STEP: &str = "training-step";
 const BODY: &str = "move_enet";
 /// Our way, and the others it is compared with.
-const OURS: &str = "columns";
-const OTHERS: [&str; 3] = ["burn", "implicit", "columns-f32"];
+const OURS: &str = "columns-f32";
+const OTHERS: [&str; 3] = ["columns", "burn", "implicit"];
 
 impl Step {
     /// A training that is continued in the time that is left.
@@ -78,21 +78,20 @@ impl Plan<'_> {
         let mut steps: Vec<Step> =
             self.devices.iter().map(|device| self.agreement(device, OURS)).collect();
         for device in self.devices {
-            steps.push(self.inference(device, OURS, 75.0));
             steps.push(self.training_step(device, OURS, 60.0));
+            steps.push(self.inference(device, OURS, 75.0));
+            steps.push(self.profile(device));
+            steps.push(self.inference(device, OTHERS[0], 30.0));
+            steps.push(self.training_step(device, OTHERS[0], 30.0));
         }
         steps.push(self.engine());
-        for device in self.devices {
-            steps.push(self.inference(device, OTHERS[0], 45.0));
-            steps.push(self.training_step(device, OTHERS[0], 45.0));
-        }
         steps.extend(self.cpu_training());
         for device in self.devices {
-            steps.extend(OTHERS[1..].iter().map(|way| self.inference(device, way, 30.0)));
-            steps.push(self.training_step(device, OTHERS[2], 30.0));
-            steps.push(self.profile(device));
+            steps.push(self.inference(device, OTHERS[1], 45.0));
+            steps.push(self.training_step(device, OTHERS[1], 45.0));
+            steps.push(self.inference(device, OTHERS[2], 30.0));
         }
-        steps.extend(self.devices.iter().map(|device| self.agreement(device, OTHERS[2])));
+        steps.extend(self.devices.iter().map(|device| self.agreement(device, OTHERS[0])));
         steps
     }
 

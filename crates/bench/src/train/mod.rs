@@ -6,9 +6,11 @@ use std::time::Instant;
 
 use anyhow::Result;
 use burn::module::Module as BurnModule;
-use burn::optim::{AdamConfig, GradientsParams, ModuleOptimizer};
+use burn::optim::{GradientsParams, ModuleOptimizer};
 use burn::tensor::{Device, Tensor, TensorData};
-use evpose_nn::{DeviceKind, HandLoss, MOVE_ENET, Network, adapter_name, set_training_kernels};
+use evpose_nn::{
+    Adam, DeviceKind, HandLoss, MOVE_ENET, Network, adapter_name, set_training_kernels,
+};
 use evpose_task::hand::HandConfig;
 use evpose_train::untrained;
 use serde::Serialize;
@@ -163,13 +165,12 @@ fn of_body(args: &BenchTrainArgs, config: &HandConfig, device: &Device) -> Resul
     let Network::Body(network) = network else { unreachable!("of this name") };
     let input = [args.batch, channels, height, width];
     let windows = images(input, config.seed, brightest, device);
-    let of_maps = |map: Tensor<4>| {
-        let target = images(map.dims(), config.seed ^ 1, 1.0, device);
-        (map - target).square().mean()
-    };
+    let target = |map: Tensor<4>| images(map.dims(), config.seed ^ 1, 1.0, device);
+    let targets = network.forward(windows.clone()).into_array().map(target);
     Ok(measured(args, config, input, *network, |network| {
-        let maps = network.forward(windows.clone()).into_array().map(of_maps);
-        maps.into_iter().reduce(|sum, map| sum + map).unwrap_or_else(|| unreachable!("four"))
+        let maps = network.forward(windows.clone()).into_array().into_iter();
+        let by_map = maps.zip(&targets).map(|(map, target)| (map - target.clone()).square().mean());
+        by_map.reduce(|sum, map| sum + map).unwrap_or_else(|| unreachable!("four"))
     }))
 }
 
@@ -187,7 +188,7 @@ fn measured<M: BurnModule>(
     objective: impl Fn(&M) -> Tensor<1>,
 ) -> Report {
     let provenance = Provenance::this();
-    let mut stepper = Stepper { adam: AdamConfig::new().init(), loss_was: 0.0 };
+    let mut stepper = Stepper { adam: Adam::new(0.0).into(), loss_was: 0.0 };
     let parameters = network.num_params();
     let steps = args.steps.max(1);
     let mut phases: [Vec<f64>; 4] = Default::default();

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use crate::args::{ConfigArgs, DeviceArgs};
 use evpose_infer::Precision;
-use evpose_io::poses::{POSE_FORMATS, PoseFormat, pose_format_by_name, pose_format_of};
+use evpose_io::poses::{POSE_FORMATS, PoseFormat, pose_format_of};
 use evpose_sim::Shard;
 use evpose_train::TrainOptions;
 
@@ -266,7 +266,7 @@ const OF_BODIES: [&str; 2] = ["hpe-core", "yarp"];
 
 /// Parses the name of a format of poses that can be written.
 pub(crate) fn written_format(name: &str) -> Result<&'static PoseFormat, String> {
-    pose_format_by_name(name).filter(|format| format.is_written()).ok_or_else(|| {
+    POSE_FORMATS.find(name).filter(|format| format.is_written()).ok_or_else(|| {
         let written = POSE_FORMATS.iter().filter(|format| format.is_written());
         let known: Vec<&str> = written.map(|format| format.name).collect();
         format!("expected one of {}", known.join(", "))

@@ -3,7 +3,6 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 use anyhow::{Context, Result};
 use burn::module::Module as _;
@@ -14,15 +13,11 @@ use evpose_core::{Micros, SensorSize};
 use evpose_io::Windows;
 use evpose_io::poses::PoseKind;
 use evpose_live::page::Skeleton;
-use evpose_pose::metric::body::BodyPrediction;
 use evpose_pose::stream::InferenceSchedule;
-use evpose_task::baseline::{
-    BaselineCheckpoint, BaselineConfig, BaselinePredictor, baseline_stream,
-};
+use evpose_task::baseline::{BaselineCheckpoint, BaselineConfig, baseline_stream};
 use evpose_task::{Experiment as _, RecordingStream};
-use evpose_train::TrainError;
-use evpose_train::baseline::{baseline_frames, train_baseline};
-use evpose_train::body::{BodyFrame, BodyFrames, BodyRecordings, evaluate_frames_with};
+use evpose_train::baseline::{baseline_frames, evaluate_baseline, train_baseline};
+use evpose_train::body::{BodyFrames, BodyRecordings};
 use evpose_train::training::TrainingSpan;
 
 use crate::configs;
@@ -94,6 +89,13 @@ fn frames(config: &BaselineConfig, data: &Path) -> Result<BodyFrames> {
 /// A network with the experiment it came from.
 struct BaselineModel(BaselineCheckpoint);
 
+impl BaselineModel {
+    /// Time between poses, by the config if not stated.
+    fn every(&self, stride_ms: Option<u32>) -> Micros {
+        Micros(1_000 * i64::from(stride_ms.unwrap_or(self.0.config.data.every_ms).max(1)))
+    }
+}
+
 impl PoseModel for BaselineModel {
     fn task(&self) -> &'static str {
         BaselineConfig::TASK
@@ -116,20 +118,15 @@ impl PoseModel for BaselineModel {
         Ok(self.0.config.to_toml()?)
     }
 
-    /// On images as in training and in `evpose compare`: labelled at the mean time of their events.
     fn evaluate(&self, args: &EvalArgs) -> Result<()> {
         let NoArgs {} = args.own.of(self.task())?;
         let data = args.data.as_deref().context("--data, a directory of recordings, is missing")?;
-        let mut config = self.0.config.clone();
-        config.data.every_ms = args.stride_ms.unwrap_or(config.data.every_ms);
-        let (frames, network) = (frames(&config, data)?, BaselinePredictor::new(&self.0));
-        let predict = |network: &mut BaselinePredictor, frame: &BodyFrame| {
-            let (begin, size_px) = (Instant::now(), frame.size_px());
-            let joints_px = network.predict(&frame.image).points.map(|at| Some(at? * size_px));
-            let (t_s, delay_s) = (frame.t.as_seconds(), begin.elapsed().as_secs_f64());
-            Ok::<_, TrainError>(BodyPrediction { t_s, delay_s, joints_px })
-        };
-        let scores = evaluate_frames_with(&frames, || network.clone(), predict)?;
+        let recordings = BodyRecordings::open(data)?;
+        let progress = bar("evaluating", recordings.files.len() as u64, "recordings");
+        let advance = |done| progress.inc(done);
+        let every = self.every(args.stride_ms);
+        let (scores, _) = evaluate_baseline(&self.0, &recordings, every, &advance)?;
+        progress.finish_and_clear();
         let summary = scores.summary(&PERCENTS, &BootstrapConfig::default())?;
         print("network", &summary.raw);
         write_json(args.json.as_deref(), &BTreeMap::from([("network", summary)]))
@@ -139,8 +136,7 @@ impl PoseModel for BaselineModel {
         let own: OneRecordingArgs = args.own.of(self.task())?;
         let windows = Windows::open(&own.events, &args.opening.options_with_sensor(&own.events)?)?;
         let stream = baseline_stream(&self.0, windows.sensor(), None)?;
-        let every_ms = args.stride_ms.unwrap_or(self.0.config.data.every_ms);
-        let every = InferenceSchedule::Every(Micros(1_000 * i64::from(every_ms.max(1))));
+        let every = InferenceSchedule::Every(self.every(args.stride_ms));
         write_rows(&mut RecordingStream::new(windows, stream, every), PoseKind::Body, args, &own)
     }
 

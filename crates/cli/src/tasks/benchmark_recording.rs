@@ -76,7 +76,7 @@ fn write(folder: &Path, events: &EventStream, rate: f64) -> Result<PathBuf> {
     all.sort_by_key(|event| event.t);
     let path = folder.join("busy.raw");
     let all = EventStream::from_events(sensor, all)?;
-    let format = evpose_io::format_by_name("evt3").context("a format that is registered")?;
+    let format = evpose_io::FORMATS.find("evt3").context("a format that is registered")?;
     format.write(&path, &all)?;
     Ok(path)
 }

@@ -21,7 +21,7 @@ pub(crate) use format::no_labels;
 pub use format::{Create, Format, Labels, Open};
 pub use info::{Info, info};
 pub use outside::OutsideCount;
-pub use registry::{FORMATS, create, detect_format, format_by_name, format_for};
+pub use registry::{FORMATS, create, detect_format, format_for};
 pub use sensor::find_sensor;
 pub use windows::Windows;
 

@@ -68,11 +68,6 @@ impl Format {
     }
 }
 
-/// Returns the format `name`, if there is one.
-pub fn format_by_name(name: &str) -> Option<&'static Format> {
-    FORMATS.find(name)
-}
-
 /// Begins a recording in the format that the name of its file says.
 ///
 /// # Errors

@@ -37,7 +37,6 @@ pub use format::{PoseFormat, PoseIterator};
 pub use json::json_line;
 pub use pose::{PoseJoint, PoseKind, PoseSequence, TimedPose};
 pub use registry::{
-    POSE_FORMATS, pose_format_by_name, pose_format_of, poses_from, read_poses, write_poses,
-    write_poses_from,
+    POSE_FORMATS, pose_format_of, poses_from, read_poses, write_poses, write_poses_from,
 };
 pub use table::read_pose_table;

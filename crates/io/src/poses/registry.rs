@@ -29,11 +29,6 @@ pub static POSE_FORMATS: Registry<PoseFormat> = Registry::new(&[
 
 registry_entry!(PoseFormat, "format of poses");
 
-/// The format called `name`.
-pub fn pose_format_by_name(name: &str) -> Option<&'static PoseFormat> {
-    POSE_FORMATS.find(name)
-}
-
 /// The format for a file of this name: that of its ending, and the first one for a name without an ending,
 /// as pipes have.
 ///

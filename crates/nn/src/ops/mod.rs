@@ -10,7 +10,7 @@
 //! * [`layer`], [`unary`]: convolutions and operations of one input, by kind.
 //! * [`seven`]: the first layer of ResNets on Burn's own arithmetic.
 //! * [`upsample`]: upsampling that trains on GPUs.
-//! * `gpu`: convolutions on GPUs.
+//! * `gpu`: layers and steps of the optimiser on GPUs.
 
 mod backend;
 mod blocked;
@@ -32,6 +32,8 @@ use burn::tensor::{DType, Device, Tensor};
 pub(crate) use evpose_kernels::training::Activation;
 
 pub(crate) use blocked::Blocked;
+#[cfg(feature = "gpu-kernels")]
+pub(crate) use gpu::adam as gpu_adam;
 pub(crate) use upsample::upsample;
 
 static ENABLED: AtomicBool = AtomicBool::new(true);
@@ -70,7 +72,7 @@ pub(crate) fn conv2d(layer: &Conv2d, input: Tensor<4>) -> Tensor<4> {
 /// - input, output: `[batch, channels, height, width]`
 pub(crate) fn batch_norm(layer: &BatchNorm, input: Tensor<4>, activation: Activation) -> Tensor<4> {
     #[cfg(feature = "gpu-kernels")]
-    if gpu::normalizes(&input) {
+    if gpu::normalizes(layer, &input) {
         return gpu::normalized(layer, input, activation);
     }
     let output = layer.forward(input);

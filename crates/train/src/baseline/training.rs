@@ -3,11 +3,10 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use burn::optim::AdamConfig;
 use burn::optim::lr_scheduler::module_lr_scheduler::ModuleLrScheduler;
 use burn::tensor::Device;
 use evpose_core::seed_for;
-use evpose_nn::{BaselineNetwork, BaselineNetworkConfig};
+use evpose_nn::{Adam, BaselineNetwork, BaselineNetworkConfig};
 use evpose_pose::body::BodyPoints;
 use evpose_task::Experiment as _;
 use evpose_task::baseline::{BaselineCheckpoint, BaselineConfig};
@@ -20,7 +19,7 @@ use crate::TrainError;
 use crate::body::BodyFrames;
 use crate::metric::LoggedValue;
 use crate::training::{
-    TrainOptions, TrainSummary, TrainingData, TrainingSpan, TrainingTask, adam, check_shape, train,
+    TrainOptions, TrainSummary, TrainingData, TrainingSpan, TrainingTask, check_shape, train,
 };
 
 /// The images of the recordings in `data` from which the network of `config` learns: for
@@ -116,8 +115,8 @@ impl TrainingTask for BaselineTask<'_> {
         BaselineLoss { sigma_cells: self.config.loss.sigma_px }
     }
 
-    fn optimizer(&self) -> AdamConfig {
-        adam(self.config.training.weight_decay)
+    fn optimizer(&self) -> Adam {
+        Adam::new(self.config.training.weight_decay)
     }
 
     fn learning_rate(&self) -> ModuleLrScheduler {

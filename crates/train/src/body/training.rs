@@ -3,11 +3,10 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use burn::optim::AdamConfig;
 use burn::optim::lr_scheduler::module_lr_scheduler::ModuleLrScheduler;
 use burn::tensor::Device;
 use evpose_core::seed_for;
-use evpose_nn::{BodyLoss, MoveEnet};
+use evpose_nn::{Adam, BodyLoss, MoveEnet};
 use evpose_pose::body::BodyPoints;
 use evpose_task::body::{BodyCheckpoint, BodyConfig};
 use evpose_task::schedule::EarlyStop;
@@ -20,7 +19,7 @@ use super::loss::BODY_VALUES;
 use crate::TrainError;
 use crate::metric::LoggedValue;
 use crate::training::{
-    TrainOptions, TrainSummary, TrainingData, TrainingSpan, TrainingTask, adam, check_shape, train,
+    TrainOptions, TrainSummary, TrainingData, TrainingSpan, TrainingTask, check_shape, train,
 };
 
 /// A network with initial weights, or the one that the config starts from.
@@ -120,8 +119,8 @@ impl TrainingTask for BodyTask<'_> {
         BodyLoss::new(self.config.loss, self.config.network.joints)
     }
 
-    fn optimizer(&self) -> AdamConfig {
-        adam(self.config.training.weight_decay)
+    fn optimizer(&self) -> Adam {
+        Adam::new(self.config.training.weight_decay)
     }
 
     fn learning_rate(&self) -> ModuleLrScheduler {

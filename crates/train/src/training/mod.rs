@@ -53,7 +53,7 @@ pub use crate::passes::{Passes, TrainingSpan};
 pub(crate) use learner::StepBatch;
 pub use learner::TrainingLoss;
 pub use planes::{MeanSquareError, PlaneBatch, PlaneNetwork, PlaneSamples};
-pub use task::{TrainingTask, adam};
+pub use task::TrainingTask;
 
 /// Whether the network in the file `path`, which a training starts from, is of the shape of the
 /// config.
@@ -204,7 +204,7 @@ impl<'a> Run<'a> {
         let network = task.initial_network(&devices.main().clone().autodiff())?;
         let learner = burn_train::Learner::new(
             Learner::new(network, task.loss(), guard.clone()),
-            task.optimizer().init(),
+            task.optimizer().into(),
             task.learning_rate(),
         );
         let supervised = self.supervised(task, devices, data, &history);

@@ -3,24 +3,14 @@
 use std::path::Path;
 
 use burn::module::{Module, ModuleDisplay};
-use burn::optim::AdamConfig;
-use burn::optim::decay::WeightDecayConfig;
 use burn::optim::lr_scheduler::module_lr_scheduler::ModuleLrScheduler;
 use burn::tensor::Device;
+use evpose_nn::Adam;
 use evpose_task::schedule::EarlyStop;
 
 use super::learner::TrainingLoss;
 use crate::TrainError;
 use crate::metric::LoggedValue;
-
-/// PyTorch's default; Burn's is 1e-5.
-const ADAM_EPSILON: f32 = 1e-8;
-
-/// Adam with PyTorch's epsilon and, above 0, a weight decay.
-pub fn adam(weight_decay: f32) -> AdamConfig {
-    let decay = (weight_decay > 0.0).then(|| WeightDecayConfig::new(weight_decay));
-    AdamConfig::new().with_epsilon(ADAM_EPSILON).with_weight_decay(decay)
-}
 
 /// Inputs and targets of a task's steps.
 pub(crate) type BatchOf<T> =
@@ -55,9 +45,9 @@ pub trait TrainingTask {
     /// Loss that the run minimises.
     fn loss(&self) -> Self::Loss;
 
-    /// Settings of Adam.
-    fn optimizer(&self) -> AdamConfig {
-        adam(0.0)
+    /// The optimiser.
+    fn optimizer(&self) -> Adam {
+        Adam::new(0.0)
     }
 
     /// The learning rate over the steps.

@@ -8,8 +8,7 @@ use evpose_camera::Calibration;
 use evpose_core::Micros;
 use evpose_io::Windows;
 use evpose_io::poses::{
-    PoseFormat, PoseKind, PoseSequence, TimedPose, pose_format_by_name, write_poses,
-    write_poses_from,
+    POSE_FORMATS, PoseFormat, PoseKind, PoseSequence, TimedPose, write_poses, write_poses_from,
 };
 use evpose_pose::PoseOrigin;
 use evpose_pose::stream::{InferenceSchedule, StreamFrontend as _};
@@ -121,7 +120,7 @@ pub(super) fn run(model: &BodyNetwork, args: &InferArgs, own: &BodyInferArgs) ->
 
 /// The format of `--skeletons`.
 fn skeletons_format() -> Result<&'static PoseFormat> {
-    pose_format_by_name("yarp").context("no format of skeletons")
+    POSE_FORMATS.find("yarp").context("no format of skeletons")
 }
 
 /// Writes poses at the output rate, propagated by velocities from events.

@@ -4,17 +4,13 @@
 //! Chellapilla, Puri and Simard, "High performance convolutional neural networks for document
 //! processing", 2006.
 
-use burn::backend::TensorMetadata as _;
 use burn::backend::cubecl::dtype_to_storage_type;
 use burn::backend::ops::ConvOptions;
 use burn::tensor::Shape;
 use burn_cubecl::kernel::matmul::{MatmulStrategy, init_matmul_output, matmul};
 use burn_cubecl::kernel::reduce::reduce_dim;
-use burn_cubecl::ops::numeric::empty_device_contiguous_dtype;
 use burn_cubecl::ops::{permute, permute_nchw_to_nhwc, permute_nhwc_to_nchw, reshape};
 use burn_cubecl::tensor::CubeTensor;
-use cubecl::calculate_cube_count_elemwise;
-use cubecl::prelude::{CubeDim, SequenceArg};
 use cubek::matmul::definition::{MatmulElems, MatmulGlobalElems};
 use cubek::matmul::launch::launch_ref;
 use cubek::matmul::multi_level::Strategy as MultiLevel;
@@ -22,7 +18,8 @@ use cubek::matmul::strategy::Strategy;
 use cubek::reduce::components::instructions::ReduceOperationConfig;
 use cubek::std::InputBinding;
 
-use super::{Activation, kernels};
+use super::kernels::columns as kernels;
+use super::launch::{address, cubes, empty, numbers, sizes};
 
 /// Rows of a product below which a sum over them is not cut into several.
 const MIN_ROWS: usize = 2048;
@@ -38,7 +35,7 @@ pub(super) enum Product {
     F32,
 }
 
-/// Shape of a convolution without groups.
+/// Shape of a convolution of all channels, or of each by itself.
 #[derive(Debug, Clone)]
 pub(super) struct Geometry {
     /// Images, rows, columns and channels of the input.
@@ -71,6 +68,22 @@ impl Geometry {
         }
     }
 
+    /// Images, rows, columns and channels of the input.
+    pub(super) fn input_shape(&self) -> [usize; 4] {
+        self.input
+    }
+
+    /// Images, rows, columns and channels of the output.
+    pub(super) fn output_shape(&self) -> [usize; 4] {
+        let ([batch, ..], [rows, columns]) = (self.input, self.output);
+        [batch, rows, columns, self.channels_out]
+    }
+
+    /// Rows and columns of the kernel.
+    pub(super) fn kernel(&self) -> [usize; 2] {
+        self.kernel
+    }
+
     /// Rows of the matrix of columns: output pixels of all images.
     fn pixels(&self) -> usize {
         self.input[0] * self.output[0] * self.output[1]
@@ -81,8 +94,13 @@ impl Geometry {
         self.kernel[0] * self.kernel[1] * self.input[3]
     }
 
+    /// Whether the pixels are the columns, so that none need be copied.
+    fn is_product_of_pixels(&self) -> bool {
+        self.kernel == [1, 1] && self.output == self.input[1..3] && self.steps()[..2] == [1, 1]
+    }
+
     /// Strides, paddings and dilations, each vertical and horizontal.
-    fn steps(&self) -> [usize; 6] {
+    pub(super) fn steps(&self) -> [usize; 6] {
         let ConvOptions { stride, padding, dilation, .. } = &self.options;
         [stride[0], stride[1], padding[0].0, padding[1].0, dilation[0], dilation[1]]
     }
@@ -117,24 +135,27 @@ impl Geometry {
         // Channels last, as `planes` leaves them in memory: neighbouring threads read neighbours.
         let input = permute_nchw_to_nhwc(input);
         let shape = Shape::from([self.pixels(), self.taps()]);
+        if self.is_product_of_pixels() {
+            return reshape(input, shape);
+        }
         let columns = empty(&input, shape);
         let [rows, width] = self.output;
-        let sizes = [self.input[0], rows, width, self.kernel[0], self.kernel[1], self.input[3]];
+        let parts = [self.input[0], rows, width, self.kernel[0], self.kernel[1], self.input[3]];
         let (client, count) = (input.client.clone(), self.pixels() * self.taps());
-        let address = input.required_address_type().max(columns.required_address_type());
-        let cube = CubeDim::new(&client, count);
+        let address = address(&[&input, &columns]);
+        let (cubes, cube) = cubes(&client, count);
         // SAFETY: the kernel checks its position; what it reads and writes lies within the shapes.
         #[allow(unsafe_code, reason = "kernels are launched without checks of every access")]
         unsafe {
             kernels::gather::launch_unchecked(
                 &client,
-                calculate_cube_count_elemwise(&client, count, cube),
+                cubes,
                 cube,
                 address,
                 input.into_tensor_arg(),
                 columns.clone().into_tensor_arg(),
-                sizes.into_iter().collect::<SequenceArg<_>>(),
-                self.steps().into_iter().collect::<SequenceArg<_>>(),
+                sizes(parts),
+                numbers(self.steps()),
                 dtype_to_storage_type(columns.dtype),
             );
         }
@@ -159,23 +180,26 @@ impl Geometry {
         product: Product,
     ) -> CubeTensor {
         let columns = product.of(self.pixel_rows(gradient), self.weight_rows(weight));
+        if self.is_product_of_pixels() {
+            return permute_nhwc_to_nchw(reshape(columns, Shape::from(self.input)));
+        }
         let images = empty(&columns, Shape::from(self.input));
         let (client, count) = (columns.client.clone(), self.input.iter().product());
-        let address = images.required_address_type().max(columns.required_address_type());
-        let cube = CubeDim::new(&client, count);
-        let sizes = [self.output, self.kernel].concat();
+        let address = address(&[&images, &columns]);
+        let (cubes, cube) = cubes(&client, count);
+        let ends = [self.output, self.kernel].concat();
         // SAFETY: as in `columns`.
         #[allow(unsafe_code, reason = "kernels are launched without checks of every access")]
         unsafe {
             kernels::scatter::launch_unchecked(
                 &client,
-                calculate_cube_count_elemwise(&client, count, cube),
+                cubes,
                 cube,
                 address,
                 columns.into_tensor_arg(),
                 images.clone().into_tensor_arg(),
-                self.input.into_iter().collect::<SequenceArg<_>>(),
-                self.steps().into_iter().chain(sizes).collect::<SequenceArg<_>>(),
+                sizes(self.input),
+                numbers(self.steps().into_iter().chain(ends)),
                 dtype_to_storage_type(images.dtype),
             );
         }
@@ -221,48 +245,6 @@ impl Geometry {
     }
 }
 
-/// Normalises by gamma, beta, mean and variance, then applies the activation.
-pub(super) fn normalized(
-    input: CubeTensor,
-    parameters: [CubeTensor; 4],
-    epsilon: f32,
-    activation: Activation,
-) -> CubeTensor {
-    let input = permute_nchw_to_nhwc(input);
-    let output = empty(&input, input.shape());
-    let (client, sizes): (_, [usize; 4]) = (input.client.clone(), input.shape().dims());
-    let count = sizes.iter().product();
-    let address = input.required_address_type().max(output.required_address_type());
-    let cube = CubeDim::new(&client, count);
-    let [gamma, beta, mean, variance] = parameters.map(CubeTensor::into_tensor_arg);
-    let activation = match activation {
-        Activation::Identity => 0,
-        Activation::Relu => 1,
-        Activation::Relu6 => 2,
-    };
-    // SAFETY: as in `columns`.
-    #[allow(unsafe_code, reason = "kernels are launched without checks of every access")]
-    unsafe {
-        kernels::normalize::launch_unchecked(
-            &client,
-            calculate_cube_count_elemwise(&client, count, cube),
-            cube,
-            address,
-            input.into_tensor_arg(),
-            output.clone().into_tensor_arg(),
-            gamma,
-            beta,
-            mean,
-            variance,
-            sizes.into_iter().collect::<SequenceArg<_>>(),
-            epsilon,
-            activation,
-            dtype_to_storage_type(output.dtype),
-        );
-    }
-    permute_nhwc_to_nchw(output)
-}
-
 impl Product {
     /// The matrix product.
     fn of(self, a: CubeTensor, b: CubeTensor) -> CubeTensor {
@@ -290,9 +272,4 @@ impl Product {
         .unwrap_or_else(|error| panic!("a matrix product: {error:?}"));
         out
     }
-}
-
-/// A tensor without gaps, of unset values, where another one is.
-fn empty(like: &CubeTensor, shape: Shape) -> CubeTensor {
-    empty_device_contiguous_dtype(like.client.clone(), like.device.clone(), shape, like.dtype)
 }

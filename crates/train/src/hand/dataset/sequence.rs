@@ -192,7 +192,7 @@ fn name_of(stem: &Path) -> String {
 
 #[cfg(test)]
 mod tests {
-    use evpose_io::format_by_name;
+    use evpose_io::FORMATS;
     use evpose_sim::{Simulation, record_all};
 
     use super::*;
@@ -259,7 +259,7 @@ mod tests {
             event
         });
         let late = EventStream::from_events(recording.sensor(), late).unwrap();
-        format_by_name("evt3").unwrap().write(&path, &late).unwrap();
+        FORMATS.find("evt3").unwrap().write(&path, &late).unwrap();
         let message = HandDataset::open(directory.path(), &config).unwrap_err().to_string();
         assert!(message.contains("0000.raw") && message.contains("--zero-time"), "{message}");
     }

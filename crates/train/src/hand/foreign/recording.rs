@@ -149,7 +149,7 @@ mod tests {
         let sensor = SensorSize { width: 346, height: 260 };
         let event = Event { t: Micros(5), x: 345, y: 259, polarity: Polarity::On };
         let events = EventStream::from_events(sensor, [event]).unwrap();
-        let npz = evpose_io::format_by_name("npz").unwrap();
+        let npz = evpose_io::FORMATS.find("npz").unwrap();
         npz.write(folder.path().join("00.npz"), &events).unwrap();
         let joints = evpose_pose::EVALUATION_JOINTS;
         let columns: String = joints.map(|joint| format!(",{joint}_u_px,{joint}_v_px")).concat();

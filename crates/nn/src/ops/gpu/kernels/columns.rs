@@ -2,9 +2,6 @@
 //!
 //! A row of the matrix is an output pixel; its columns are the pixels under the kernel, row by row,
 //! each with all of its channels.
-#![allow(clippy::needless_pass_by_value, reason = "kernels have no other way to take values")]
-#![allow(clippy::too_many_arguments, reason = "as above")]
-#![allow(missing_docs, reason = "the macro writes modules and functions without")]
 
 use cubecl::prelude::*;
 use cubecl::std::FastDivmod;
@@ -14,7 +11,7 @@ use cubecl::std::FastDivmod;
 /// `shape` holds the sizes of n, i, j, k, l and c; `geometry` strides, paddings and dilations, each
 /// vertical and horizontal.
 #[cube(launch_unchecked, address_type = "dynamic")]
-pub(super) fn gather<E: Numeric>(
+pub(crate) fn gather<E: Numeric>(
     images: &Tensor<E>,
     columns: &mut Tensor<E>,
     shape: Sequence<FastDivmod<usize>>,
@@ -49,7 +46,7 @@ pub(super) fn gather<E: Numeric>(
 /// `shape` holds the sizes of the images; `geometry` is that of [`gather`], followed by rows and
 /// columns of the output and of the kernel.
 #[cube(launch_unchecked, address_type = "dynamic")]
-pub(super) fn scatter<E: Numeric>(
+pub(crate) fn scatter<E: Numeric>(
     columns: &Tensor<E>,
     images: &mut Tensor<E>,
     shape: Sequence<FastDivmod<usize>>,
@@ -87,42 +84,4 @@ pub(super) fn scatter<E: Numeric>(
         }
     }
     images[ABSOLUTE_POS] = sum;
-}
-
-/// `activation((values - mean) * gamma / sqrt(variance + epsilon) + beta)`, with the channel as the last
-/// of four dimensions. `activation` is 0 for none, 1 for ReLU, 2 for ReLU6.
-#[cube(launch_unchecked, address_type = "dynamic")]
-pub(super) fn normalize<E: Float>(
-    values: &Tensor<E>,
-    output: &mut Tensor<E>,
-    gamma: &Tensor<E>,
-    beta: &Tensor<E>,
-    mean: &Tensor<E>,
-    variance: &Tensor<E>,
-    shape: Sequence<FastDivmod<usize>>,
-    epsilon: f32,
-    #[comptime] activation: u32,
-    #[define(E)] _element: ElemType,
-) {
-    // The last cube reaches behind the end.
-    if ABSOLUTE_POS >= output.len() {
-        terminate!();
-    }
-    // Channels are last in the output, so they run fastest.
-    let (rest, channel) = shape.index(3).div_mod(ABSOLUTE_POS);
-    let (rest, x) = shape.index(2).div_mod(rest);
-    let (image, y) = shape.index(1).div_mod(rest);
-    let value = values[image * values.stride(0)
-        + channel * values.stride(3)
-        + y * values.stride(1)
-        + x * values.stride(2)];
-    let deviation = E::sqrt(variance[channel] + E::cast_from(epsilon));
-    let mut result = (value - mean[channel]) * (gamma[channel] / deviation) + beta[channel];
-    if comptime![activation > 0] {
-        result = max(result, E::from_int(0));
-    }
-    if comptime![activation > 1] {
-        result = min(result, E::from_int(6));
-    }
-    output[ABSOLUTE_POS] = result;
 }
