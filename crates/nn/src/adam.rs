@@ -80,7 +80,7 @@ impl Adam {
             }
             None => (1, [parameter.zeros_like(), parameter.zeros_like()]),
         };
-        let numbers = AdamStep {
+        let settings = AdamStep {
             learning_rate: learning_rate as f32,
             weight_decay: self.weight_decay,
             // The publication's, and Burn's defaults.
@@ -89,7 +89,7 @@ impl Adam {
             epsilon: EPSILON,
             time: i32::try_from(time).unwrap_or(i32::MAX),
         };
-        let (parameter, [first, second]) = step(parameter, gradient, moments, numbers);
+        let (parameter, [first, second]) = step(parameter, gradient, moments, settings);
         (parameter, AdamState::new(AdaptiveMomentumState::new(time, first, second)))
     }
 }

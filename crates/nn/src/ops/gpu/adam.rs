@@ -11,7 +11,7 @@ use super::kernels::adam as kernels;
 use super::launch::{address, cubes, empty};
 use super::{Way, is_gpu};
 
-/// Numbers of a step, named as in the publication.
+/// Settings of a step, named as in the publication.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct AdamStep {
     pub(crate) learning_rate: f32,
@@ -19,7 +19,7 @@ pub(crate) struct AdamStep {
     pub(crate) beta_1: f32,
     pub(crate) beta_2: f32,
     pub(crate) epsilon: f32,
-    /// Number of the step, from 1 on.
+    /// Count of steps with this one.
     pub(crate) time: i32,
 }
 

@@ -19,7 +19,7 @@ use cubek::reduce::components::instructions::ReduceOperationConfig;
 use cubek::std::InputBinding;
 
 use super::kernels::columns as kernels;
-use super::launch::{address, cubes, empty, numbers, sizes};
+use super::launch::{address, constants, cubes, empty, sizes};
 
 /// Rows of a product below which a sum over them is not cut into several.
 const MIN_ROWS: usize = 2048;
@@ -155,7 +155,7 @@ impl Geometry {
                 input.into_tensor_arg(),
                 columns.clone().into_tensor_arg(),
                 sizes(parts),
-                numbers(self.steps()),
+                constants(self.steps()),
                 dtype_to_storage_type(columns.dtype),
             );
         }
@@ -199,7 +199,7 @@ impl Geometry {
                 columns.into_tensor_arg(),
                 images.clone().into_tensor_arg(),
                 sizes(self.input),
-                numbers(self.steps().into_iter().chain(ends)),
+                constants(self.steps().into_iter().chain(ends)),
                 dtype_to_storage_type(images.dtype),
             );
         }

@@ -8,7 +8,7 @@ use burn_cubecl::tensor::CubeTensor;
 
 use super::columns::Geometry;
 use super::kernels::depthwise as kernels;
-use super::launch::{address, cubes, empty, numbers, pieces, sizes, sizes_of, sum_pieces};
+use super::launch::{address, constants, cubes, empty, pieces, sizes, sizes_of, sum_pieces};
 
 /// `[rows, columns, channels]` of `[channels, 1, rows, columns]`, as a view.
 fn taps(weight: CubeTensor) -> CubeTensor {
@@ -35,7 +35,7 @@ pub(super) fn forward(geometry: &Geometry, input: CubeTensor, weight: CubeTensor
             weight.into_tensor_arg(),
             output.clone().into_tensor_arg(),
             sizes_of(&output),
-            numbers(geometry.steps()),
+            constants(geometry.steps()),
             dtype_to_storage_type(output.dtype),
         );
     }
@@ -64,7 +64,7 @@ pub(super) fn by_input(
             weight.into_tensor_arg(),
             images.clone().into_tensor_arg(),
             sizes_of(&images),
-            numbers(geometry.steps()),
+            constants(geometry.steps()),
             dtype_to_storage_type(images.dtype),
         );
     }
@@ -99,8 +99,8 @@ pub(super) fn by_weight(
             sums.clone().into_tensor_arg(),
             shape,
             sizes([rows, columns, channels]),
-            numbers(geometry.steps()),
-            numbers([per]),
+            constants(geometry.steps()),
+            constants([per]),
             dtype_to_storage_type(sums.dtype),
         );
     }

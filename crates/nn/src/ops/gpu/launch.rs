@@ -1,4 +1,4 @@
-//! What all kernels are launched with.
+//! Sizes, outputs and arguments of launches.
 
 use burn::backend::TensorMetadata as _;
 use burn::backend::cubecl::dtype_to_storage_type;
@@ -36,7 +36,7 @@ pub(super) fn empty(like: &CubeTensor, shape: Shape) -> CubeTensor {
     empty_device_contiguous_dtype(like.client.clone(), like.device.clone(), shape, like.dtype)
 }
 
-/// Numbers that a kernel takes positions apart by.
+/// Divisors by which a kernel takes positions apart.
 pub(super) fn sizes(of: impl IntoIterator<Item = usize>) -> SequenceArg<FastDivmod<usize>> {
     of.into_iter().collect()
 }
@@ -46,8 +46,8 @@ pub(super) fn sizes_of(tensor: &CubeTensor) -> SequenceArg<FastDivmod<usize>> {
     sizes(tensor.shape().dims::<4>())
 }
 
-/// Numbers of a kernel.
-pub(super) fn numbers(of: impl IntoIterator<Item = usize>) -> SequenceArg<usize> {
+/// Constants of a kernel.
+pub(super) fn constants(of: impl IntoIterator<Item = usize>) -> SequenceArg<usize> {
     of.into_iter().collect()
 }
 

@@ -8,7 +8,7 @@ use burn_cubecl::tensor::CubeTensor;
 
 use super::Activation;
 use super::kernels::norm as kernels;
-use super::launch::{address, cubes, empty, numbers, pieces, sizes_of, sum_pieces};
+use super::launch::{address, constants, cubes, empty, pieces, sizes_of, sum_pieces};
 
 /// Parameters and statistics of a normalisation, each `[channels]`.
 #[derive(Debug, Clone)]
@@ -59,7 +59,7 @@ pub(super) fn statistics(
             sums.clone().into_tensor_arg(),
             squares.clone().into_tensor_arg(),
             sizes_of(&input),
-            numbers([per]),
+            constants([per]),
             element,
         );
         kernels::moments::launch_unchecked(
@@ -149,7 +149,7 @@ impl Norm {
                 by_beta,
                 by_gamma,
                 sizes_of(&input),
-                numbers([per]),
+                constants([per]),
                 epsilon,
                 activation,
                 element,
