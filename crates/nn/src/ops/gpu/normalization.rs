@@ -1,4 +1,5 @@
 //! Batch normalisation on GPUs as a layer, with its gradient.
+#![allow(clippy::type_complexity, reason = "extensions of a backend return tuples, spelled out")]
 
 use burn::backend::autodiff::checkpoint::base::Checkpointer;
 use burn::backend::autodiff::checkpoint::strategy::CheckpointStrategy;

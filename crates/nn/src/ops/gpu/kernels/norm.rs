@@ -220,6 +220,10 @@ pub(crate) fn value_gradient<E: Float>(
 
 /// The gradient by `value` from that by its activation.
 #[cube]
+#[allow(
+    clippy::collapsible_if,
+    reason = "the outer conditions are decided when a kernel is compiled"
+)]
 fn before_activation<E: Float>(gradient: E, value: E, #[comptime] activation: u32) -> E {
     let mut result = gradient;
     if comptime![activation > 0] {
