@@ -184,7 +184,6 @@ fn focal_of_fov(sensor: SensorSize, vertical_deg: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     const VGA: SensorSize = SensorSize { width: 640, height: 480 };

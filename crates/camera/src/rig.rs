@@ -122,8 +122,6 @@ fn read_matrix(path: &Path) -> Result<[[f64; 4]; 3], String> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use glam::{DVec2, DVec3};
 
     use super::*;

@@ -1,5 +1,4 @@
 //! Files that other programs wrote, and what is in them, as `tests/golden/*/README.md` says.
-#![allow(clippy::unwrap_used, reason = "tests")]
 
 use std::fmt::Write as _;
 use std::fs;

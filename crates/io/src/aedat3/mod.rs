@@ -183,7 +183,6 @@ impl Decoder for Packets {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
     use crate::read_as;
 

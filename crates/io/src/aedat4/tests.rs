@@ -1,5 +1,3 @@
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 mod golden;
 mod hostile;
 mod round_trip;

@@ -157,7 +157,6 @@ impl Decoder for Events {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
     use crate::read_as;
 

@@ -1,5 +1,3 @@
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 use std::fs::{self, File};
 use std::path::PathBuf;
 

@@ -88,8 +88,6 @@ impl Decoder for Evt4Decoder {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use evpose_core::{Event, Micros, Polarity};
 
     use crate::{Input, OpenOptions, read_as};

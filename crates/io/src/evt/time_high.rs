@@ -73,8 +73,6 @@ impl<const BITS: u32> TimeHigh<BITS> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use proptest::prelude::*;
 
     use super::*;

@@ -1,5 +1,3 @@
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 use proptest::prelude::*;
 

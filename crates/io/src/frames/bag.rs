@@ -129,8 +129,6 @@ fn convert(image: &Frame, light: &Light, out: &mut [f32]) {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use evpose_core::Plane;
 
     use super::super::{Encoding, FrameSource};

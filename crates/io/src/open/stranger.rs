@@ -114,7 +114,6 @@ fn begins_with(text: &[u8], mark: &[u8]) -> bool {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
     use crate::{Input, OpenOptions, read_as};
 

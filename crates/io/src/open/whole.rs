@@ -77,8 +77,6 @@ fn stream_of(sensor: SensorSize, columns: Columns) -> (EventStream, OutsideCount
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use super::*;
 
     #[test]

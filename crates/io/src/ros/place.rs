@@ -87,7 +87,6 @@ impl Place {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::super::fields::Serialisation;
     use super::super::file::{MessageFile, MessageVisitor};
     use super::*;

@@ -218,7 +218,6 @@ impl EventSource for RosSource {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::super::fields::Serialisation;
     use super::*;
 

@@ -1,5 +1,4 @@
 //! Recordings of other programs: see `tests/golden/ros`.
-#![allow(clippy::unwrap_used, reason = "tests")]
 
 use std::fs;
 

@@ -221,7 +221,6 @@ impl<D: Decoder> BlockSource<D> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
     use crate::evt::{Evt3Decoder, Evt3Encoder, WordEncoder, synthetic};
 

@@ -49,7 +49,6 @@ impl<D: Decoder> Decoder for Shifted<D> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use crate::{Input, OpenOptions, read_as};
 
     #[test]

@@ -66,7 +66,6 @@ fn refuse_crowd(t: Micros, events: usize) -> Result<(), String> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
     use crate::{Input, OpenOptions, Windows, read_as, source};
 

@@ -119,7 +119,6 @@ fn damaged(path: &Path, byte: u64, reason: String) -> IoError {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use std::io::Write as _;
 
     use super::*;

@@ -94,7 +94,6 @@ fn delay_s(frame: &Frame) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_core::Plane;
     use image::codecs::gif::GifEncoder;
     use image::{Delay, Rgba, RgbaImage};

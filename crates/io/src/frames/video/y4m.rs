@@ -168,7 +168,6 @@ fn line(file: &mut BufReader<File>) -> Result<Option<String>, FrameFault> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_core::Plane;
 
     use crate::{Encoding, FrameSource, IoError};
