@@ -56,12 +56,7 @@ const SENSORS: [(&str, SensorSize); 4] = [
 
 fn open(mut input: Input, _: &OpenOptions) -> Result<Box<dyn EventSource>, IoError> {
     let head = input.head(MAX_HEADER)?;
-    let damaged = |reason: &'static str| IoError::Damaged {
-        path: input.path.clone(),
-        byte: 0,
-        reason: reason.into(),
-        events: 0,
-    };
+    let damaged = |reason: &'static str| IoError::damaged(&input.path, 0, reason);
     let end = head.windows(END.len()).position(|bytes| bytes == END);
     let end = end.ok_or_else(|| damaged("the header has no end"))?;
     let text = String::from_utf8_lossy(&head[..end]).into_owned();

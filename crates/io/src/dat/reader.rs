@@ -35,14 +35,12 @@ pub(super) fn open(mut input: Input, _: &OpenOptions) -> Result<Box<dyn EventSou
         [kind, size] => DatDecoder::new(kind, size, version),
         _ => None,
     };
-    let fault = || IoError::Damaged {
-        path: input.path.clone(),
-        byte: lines.length as u64,
-        reason: match *data {
-            [kind, size] => format!("events of type {kind} and {size} bytes are not read").into(),
-            _ => "the file ends before the type of its events".into(),
-        },
-        events: 0,
+    let fault = || {
+        let reason = match *data {
+            [kind, size] => format!("events of type {kind} and {size} bytes are not read"),
+            _ => "the file ends before the type of its events".to_owned(),
+        };
+        IoError::damaged(&input.path, lines.length as u64, reason)
     };
     let decoder = decoder.ok_or_else(fault)?;
     Ok(Box::new(BlockSource::new(

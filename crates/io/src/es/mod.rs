@@ -47,12 +47,7 @@ const EVENT: usize = 5;
 
 fn open(mut input: Input, _: &OpenOptions) -> Result<Box<dyn EventSource>, IoError> {
     let head = input.head(HEADER)?;
-    let fault = |byte: u64, reason: String| IoError::Damaged {
-        path: input.path.clone(),
-        byte,
-        reason: reason.into(),
-        events: 0,
-    };
+    let fault = |byte, reason: String| IoError::damaged(&input.path, byte, reason);
     let (version, kind) = (head.get(MAGIC.len()).copied(), head.get(MAGIC.len() + 3).copied());
     if let Some(version) = version.filter(|version| *version != VERSION) {
         return Err(fault(12, format!("Event Stream of version {version}, and 2 is read")));

@@ -134,13 +134,15 @@ fn of_array(input: Input, options: &OpenOptions) -> Result<Read, IoError> {
 
 /// The error of an array whose data begin at `byte`: damage where these cannot be unpacked or end early.
 fn fault(path: &Path, array: &str, byte: u64, (fault, values): (NpzFault, usize)) -> IoError {
-    let (path, array) = (path.to_owned(), array.to_owned());
     match fault {
         NpzFault::Unreadable(reason) => {
-            let reason = format!("array `{array}`, {values} values from there: {reason}").into();
-            IoError::Damaged { path, byte, reason, events: 0 }
+            let reason = format!("array `{array}`, {values} values from there: {reason}");
+            IoError::damaged(path, byte, reason)
         }
-        fault => IoError::Npz { path, array, byte, fault, values },
+        fault => {
+            let (path, array) = (path.to_owned(), array.to_owned());
+            IoError::Npz { path, array, byte, fault, values }
+        }
     }
 }
 
@@ -158,13 +160,9 @@ struct Archive {
 impl Archive {
     fn open(input: Input) -> Result<Self, IoError> {
         let Input { path, length, bytes } = input;
-        let zip = ZipArchive::new(BufReader::new(bytes)).map_err(|e| IoError::Damaged {
-            path: path.clone(),
-            // Its directory is at its end.
-            byte: length,
-            reason: format!("zip: {e}: {CUT}").into(),
-            events: 0,
-        })?;
+        // The directory of an archive is at its end.
+        let damaged = |e| IoError::damaged(&path, length, format!("zip: {e}: {CUT}"));
+        let zip = ZipArchive::new(BufReader::new(bytes)).map_err(damaged)?;
         Ok(Self { path, length, room: Room::of_file(length), zip })
     }
 

@@ -113,7 +113,7 @@ pub(super) fn detect(head: &[u8], path: &Path) -> Result<&'static Format, IoErro
     detected.ok_or_else(|| match (crate::aedat4::other_version(head), describe(head)) {
         (Some(version), _) => {
             let reason = format!("AEDAT {version} is not read: DV and jAER make AEDAT 4 of it");
-            IoError::Damaged { path: path.to_owned(), byte: 0, reason: reason.into(), events: 0 }
+            IoError::damaged(path, 0, reason)
         }
         (None, Some((what, advice))) => {
             IoError::NoRecording { path: path.to_owned(), what, advice }

@@ -39,8 +39,7 @@ impl Fault {
         match self {
             Self::Read(error) => IoError::file(path, "read", error),
             Self::Damage { byte, reason } => {
-                let reason = format!("{kind}: {reason}").into();
-                IoError::Damaged { path: path.to_owned(), byte, reason, events }
+                IoError::damaged(path, byte, format!("{kind}: {reason}")).behind(events)
             }
             Self::Stranger(reason) => {
                 IoError::Stream { path: path.to_owned(), reason: reason.into_owned() }

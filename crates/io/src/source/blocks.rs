@@ -131,12 +131,8 @@ impl<D: Decoder> BlockSource<D> {
     }
 
     fn damage(&self, at: usize, reason: Cow<'static, str>) -> IoError {
-        IoError::Damaged {
-            path: self.input.path.clone(),
-            byte: self.now.byte + at as u64,
-            reason,
-            events: self.now.events,
-        }
+        let byte = self.now.byte + at as u64;
+        IoError::damaged(&self.input.path, byte, reason).behind(self.now.events)
     }
 }
 

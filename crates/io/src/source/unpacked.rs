@@ -1,7 +1,6 @@
 //! Recordings that gzip, Zstandard or zip packed as a whole, as archives of data sets have them.
 
 use std::io::{ErrorKind, Read, Seek};
-use std::path::Path;
 
 use zip::ZipArchive;
 use zrip::DecompressError;
@@ -41,7 +40,7 @@ pub(crate) fn unpacked(mut input: Input) -> Result<Input, IoError> {
     if head == ZIP {
         return of_archive(input, limit);
     }
-    let damaged = |reason| damaged(&input.path, 0, reason);
+    let damaged = |reason: String| IoError::damaged(&input.path, 0, reason);
     if head.starts_with(GZIP) {
         let unpacked = flate2::read::MultiGzDecoder::new(input.bytes);
         unpacked.take(limit + 1).read_to_end(&mut bytes).map_err(|fault| match fault.kind() {
@@ -85,7 +84,9 @@ fn of_archive(mut input: Input, limit: u64) -> Result<Input, IoError> {
         let is_of_arrays = names.iter().any(|name| name.ends_with(".npy"));
         let stream = |reason| IoError::Stream { path: input.path.clone(), reason };
         // A broken list may name a place that no file of this length has.
-        let damaged = |byte: u64, reason| damaged(&input.path, byte.min(input.length), reason);
+        let damaged = |byte: u64, reason: String| {
+            IoError::damaged(&input.path, byte.min(input.length), reason)
+        };
         match names.as_slice() {
             [only] if !is_of_arrays => {
                 let entry =
@@ -111,10 +112,6 @@ fn of_archive(mut input: Input, limit: u64) -> Result<Input, IoError> {
     let rewound = input.bytes.rewind();
     rewound.map_err(|fault| IoError::file(&input.path, "read", fault))?;
     Ok(input)
-}
-
-fn damaged(path: &Path, byte: u64, reason: String) -> IoError {
-    IoError::Damaged { path: path.to_owned(), byte, reason: reason.into(), events: 0 }
 }
 
 #[cfg(test)]
