@@ -16,7 +16,7 @@ impl WordEncoder for Evt2Encoder {
     const NAMES: (&'static str, &'static str) = ("2.0", "EVT2");
 
     fn new(_: SensorSize) -> Self {
-        Self { time_high: TimeHigh::new() }
+        Self { time_high: TimeHigh::default() }
     }
 
     fn encode(&mut self, events: &EventStream, words: &mut Vec<u8>) -> Result<(), String> {

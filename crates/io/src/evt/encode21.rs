@@ -18,7 +18,7 @@ impl WordEncoder for Evt21Encoder {
     const NAMES: (&'static str, &'static str) = ("2.1", "EVT21;endianness=little");
 
     fn new(_: SensorSize) -> Self {
-        Self { time_high: TimeHigh::new() }
+        Self { time_high: TimeHigh::default() }
     }
 
     fn encode(&mut self, events: &EventStream, words: &mut Vec<u8>) -> Result<(), String> {

@@ -63,7 +63,7 @@ impl WordEncoder for Evt3Encoder {
 
     fn new(sensor: SensorSize) -> Self {
         Self {
-            time_high: TimeHigh::new(),
+            time_high: TimeHigh::default(),
             low: None,
             row: None,
             base: None,

@@ -69,7 +69,7 @@ impl Evt3Decoder {
     /// row comes first.
     pub fn new(camera: Option<u8>) -> Self {
         Self {
-            time_high: TimeHigh::new(),
+            time_high: TimeHigh::default(),
             low: 0,
             row: None,
             camera: camera.map(|camera| if camera == 0 { 0 } else { FLAG }),

@@ -28,16 +28,10 @@ const TIME_HIGH: u32 = 0xE;
 const PADDING: u32 = 0xF;
 
 /// Turns the words of EVT 4.0 into events.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Evt4Decoder {
     time_high: TimeHigh<28>,
     skipped: SkippedRecords,
-}
-
-impl Default for Evt4Decoder {
-    fn default() -> Self {
-        Self { time_high: TimeHigh::new(), skipped: SkippedRecords::default() }
-    }
 }
 
 impl Decoder for Evt4Decoder {

@@ -366,21 +366,17 @@ fn recordings() -> impl Strategy<Value = EventStream> {
         6 => Just(0_i64), 3 => 0_i64..100, 1 => 0_i64..100_000, 1 => 0_i64..40_000_000
     ];
     let pixel = prop_oneof![2 => Just(None), 1 => (0_u16..346, 0_u16..260).prop_map(Some)];
-    let event = (step, pixel, 1_u16..4, prop::bool::weighted(0.9));
-    (0_i64..60_000_000, prop::collection::vec(event, 0..300)).prop_map(|(start, steps)| {
+    let steps = (step, pixel, 1_u16..4, prop::bool::weighted(0.9));
+    (0_i64..60_000_000, prop::collection::vec(steps, 0..300)).prop_map(|(start, steps)| {
         let (mut t, mut x, mut y, mut on) = (start, 0, 0, false);
         let events = steps.into_iter().map(|(step, pixel, right, same)| {
             t += step;
             (x, y) = pixel.unwrap_or(((x + right) % 346, y));
             on ^= !same;
-            event_at(t, x, y, on)
+            event(t, x, y, on)
         });
         EventStream::from_events(SENSOR, events).unwrap()
     })
-}
-
-fn event_at(t: i64, x: u16, y: u16, on: bool) -> Event {
-    event(t, x, y, on)
 }
 
 proptest! {

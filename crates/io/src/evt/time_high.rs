@@ -11,12 +11,14 @@ const MAX_WRAPAROUNDS: i64 = 1 << 20;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct TimeHigh<const BITS: u32>(WraparoundCounter);
 
-impl<const BITS: u32> TimeHigh<BITS> {
-    const MASK: i64 = (1 << BITS) - 1;
-
-    pub(super) fn new() -> Self {
+impl<const BITS: u32> Default for TimeHigh<BITS> {
+    fn default() -> Self {
         Self(WraparoundCounter::new(BITS, HalfPeriodFall::Wraparound))
     }
+}
+
+impl<const BITS: u32> TimeHigh<BITS> {
+    const MASK: i64 = (1 << BITS) - 1;
 
     /// Whether any word came.
     pub(super) fn is_set(&self) -> bool {
@@ -81,7 +83,7 @@ mod tests {
         #[test]
         fn a_reader_follows_a_writer(mut targets in prop::collection::vec(0_i64..100_000, 1..20)) {
             targets.sort_unstable();
-            let (mut writer, mut reader) = (TimeHigh::<12>::new(), TimeHigh::<12>::new());
+            let (mut writer, mut reader) = (TimeHigh::<12>::default(), TimeHigh::<12>::default());
             for target in targets {
                 let mut value = reader.value();
                 writer.advance_to(target, |word| value = reader.advance(word)).unwrap();
@@ -93,7 +95,7 @@ mod tests {
 
     #[test]
     fn writers_neither_go_back_nor_bridge_years() {
-        let mut time_high = TimeHigh::<12>::new();
+        let mut time_high = TimeHigh::<12>::default();
         assert!(time_high.advance_to(-1, |_| ()).is_err());
         assert!(time_high.advance_to(1 << 40, |_| ()).is_err());
         assert!(time_high.advance_to(7, |_| ()).is_ok());
@@ -102,7 +104,7 @@ mod tests {
 
     #[test]
     fn words_of_a_first_late_time_begin_at_zero() {
-        let (mut time_high, mut words) = (TimeHigh::<12>::new(), Vec::new());
+        let (mut time_high, mut words) = (TimeHigh::<12>::default(), Vec::new());
         time_high.advance_to(0x2005, |word| words.push(word)).unwrap();
         assert_eq!(words, [0, 0xFFF, 0, 0xFFF, 0, 5]);
     }

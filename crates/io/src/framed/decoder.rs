@@ -78,6 +78,13 @@ impl FramedDecoder {
         let kept = if is_last { 0 } else { MARKER.len() - 1 };
         found.map_or(bytes.len().saturating_sub(kept).max(1), |k| k + 1)
     }
+
+    fn lose(&mut self, bytes: &[u8], at: usize, is_last: bool) -> Result<usize, DecodeFault> {
+        match self.passes_over {
+            true => Ok(self.search(bytes, is_last)),
+            false => Err(DecodeFault { at, reason: "no packet begins here".into() }),
+        }
+    }
 }
 
 impl Decoder for FramedDecoder {
@@ -146,15 +153,6 @@ impl Decoder for FramedDecoder {
         match self.malformed {
             0 => Vec::new(),
             places => vec![format!("bytes that are no packet are passed over at {places} places")],
-        }
-    }
-}
-
-impl FramedDecoder {
-    fn lose(&mut self, bytes: &[u8], at: usize, is_last: bool) -> Result<usize, DecodeFault> {
-        match self.passes_over {
-            true => Ok(self.search(bytes, is_last)),
-            false => Err(DecodeFault { at, reason: "no packet begins here".into() }),
         }
     }
 }
