@@ -93,8 +93,8 @@ pub use open::{
 };
 pub use sink::EventSink;
 pub use source::{
-    BlockSource, ColumnNames, DecodeFault, Decoder, EventSource, Header, Input, MemorySource,
-    OpenOptions, ReadSeek, Restarts, TimeUnit,
+    BlockSource, ColumnNames, DecodeFault, DecodeResult, Decoder, EventSource, Header, Input,
+    MemorySource, OpenOptions, ReadSeek, Restarts, TimeUnit,
 };
 
 pub use evpose_core::{

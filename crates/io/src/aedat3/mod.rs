@@ -21,7 +21,8 @@ use evpose_core::{Event, Micros, Polarity, SensorSize};
 
 use crate::open::{Format, no_labels};
 use crate::{
-    BlockSource, Columns, DecodeFault, Decoder, EventSource, Header, Input, IoError, OpenOptions,
+    BlockSource, Columns, DecodeFault, DecodeResult, Decoder, EventSource, Header, Input, IoError,
+    OpenOptions,
 };
 
 /// The registry's entry.
@@ -111,12 +112,7 @@ impl Packets {
 }
 
 impl Decoder for Packets {
-    fn decode(
-        &mut self,
-        bytes: &[u8],
-        _: bool,
-        columns: &mut Columns,
-    ) -> Result<usize, DecodeFault> {
+    fn decode(&mut self, bytes: &[u8], _: bool, columns: &mut Columns) -> DecodeResult {
         let mut at = 0;
         loop {
             let rest = &bytes[at..];

@@ -7,7 +7,9 @@ use crate::evt::SkippedRecords;
 use crate::evt::header::Lines;
 use crate::source::Shifted;
 use crate::time_stamp::WraparoundCounter;
-use crate::{BlockSource, Columns, DecodeFault, Decoder, EventSource, Input, IoError, OpenOptions};
+use crate::{
+    BlockSource, Columns, DecodeResult, Decoder, EventSource, Input, IoError, OpenOptions,
+};
 
 /// First line of most files, behind its key.
 const FIRST_LINE: &str = "file containing";
@@ -110,12 +112,7 @@ impl DatDecoder {
 }
 
 impl Decoder for DatDecoder {
-    fn decode(
-        &mut self,
-        bytes: &[u8],
-        _: bool,
-        columns: &mut Columns,
-    ) -> Result<usize, DecodeFault> {
+    fn decode(&mut self, bytes: &[u8], _: bool, columns: &mut Columns) -> DecodeResult {
         let (records, _) = bytes.as_chunks::<RECORD>();
         match self.layout {
             Layout::Event => self.events::<14, 14>(records, columns),

@@ -21,7 +21,7 @@ use evpose_core::{Event, Micros, Polarity, SensorSize};
 
 use crate::open::{Format, no_labels};
 use crate::{
-    BlockSource, Columns, DecodeFault, Decoder, EventSource, Header, Input, IoError, OpenOptions,
+    BlockSource, Columns, DecodeResult, Decoder, EventSource, Header, Input, IoError, OpenOptions,
 };
 
 /// The registry's entry.
@@ -110,12 +110,7 @@ impl Events {
 }
 
 impl Decoder for Events {
-    fn decode(
-        &mut self,
-        bytes: &[u8],
-        _: bool,
-        columns: &mut Columns,
-    ) -> Result<usize, DecodeFault> {
+    fn decode(&mut self, bytes: &[u8], _: bool, columns: &mut Columns) -> DecodeResult {
         let mut at = 0;
         while let Some(&first) = bytes.get(at) {
             // A cut event must not advance the time: it comes again, with more behind it.

@@ -14,7 +14,7 @@
 use super::SkippedRecords;
 use super::batch::Batch;
 use super::time_high::TimeHigh;
-use crate::{Columns, DecodeFault, Decoder};
+use crate::{Columns, DecodeResult, Decoder};
 
 /// Events are 0 (OFF) and 1 (ON).
 pub(super) const ON: u32 = 0x1;
@@ -46,12 +46,7 @@ impl SkippedRecords {
 }
 
 impl Decoder for Evt2Decoder {
-    fn decode(
-        &mut self,
-        bytes: &[u8],
-        _: bool,
-        columns: &mut Columns,
-    ) -> Result<usize, DecodeFault> {
+    fn decode(&mut self, bytes: &[u8], _: bool, columns: &mut Columns) -> DecodeResult {
         let (words, _) = bytes.as_chunks::<4>();
         let mut rest = words;
         // Before the first high time no event has a time. A loop of its own keeps the main one free

@@ -16,7 +16,7 @@ use super::SkippedRecords;
 use super::evt2::{ON, TIME_HIGH};
 use super::time_high::TimeHigh;
 use super::words::Words;
-use crate::{Columns, DecodeFault, Decoder};
+use crate::{Columns, DecodeResult, Decoder};
 
 /// Pixels of a word.
 pub(super) const PIXELS: u16 = 32;
@@ -45,12 +45,7 @@ pub(super) fn halves(word: [u8; 8], is_legacy: bool) -> (u32, u32) {
 }
 
 impl Decoder for Evt21Decoder {
-    fn decode(
-        &mut self,
-        bytes: &[u8],
-        _: bool,
-        columns: &mut Columns,
-    ) -> Result<usize, DecodeFault> {
+    fn decode(&mut self, bytes: &[u8], _: bool, columns: &mut Columns) -> DecodeResult {
         let (words, _) = bytes.as_chunks::<8>();
         let mut rest = words;
         // Before the first high time no event has a time. A loop of its own keeps the main one free

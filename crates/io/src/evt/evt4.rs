@@ -15,7 +15,7 @@
 use super::SkippedRecords;
 use super::time_high::TimeHigh;
 use super::words::Words;
-use crate::{Columns, DecodeFault, Decoder};
+use crate::{Columns, DecodeResult, Decoder};
 
 const OTHERS: u32 = 0x6;
 const CONTINUED: u32 = 0x7;
@@ -35,12 +35,7 @@ pub struct Evt4Decoder {
 }
 
 impl Decoder for Evt4Decoder {
-    fn decode(
-        &mut self,
-        bytes: &[u8],
-        _: bool,
-        columns: &mut Columns,
-    ) -> Result<usize, DecodeFault> {
+    fn decode(&mut self, bytes: &[u8], _: bool, columns: &mut Columns) -> DecodeResult {
         let (words, _) = bytes.as_chunks::<4>();
         let (mut batch, mut at) = (Words::new(), 0);
         batch.set_high(self.time_high.value(), columns);

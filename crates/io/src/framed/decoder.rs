@@ -3,7 +3,7 @@
 use evpose_core::Micros;
 
 use super::layout::{EVENT, HEAD, Head, MARKER, decode};
-use crate::{Columns, DecodeFault, Decoder};
+use crate::{Columns, DecodeFault, DecodeResult, Decoder};
 
 /// Turns what is behind the header of a framed stream into events.
 ///
@@ -79,7 +79,7 @@ impl FramedDecoder {
         found.map_or(bytes.len().saturating_sub(kept).max(1), |k| k + 1)
     }
 
-    fn lose(&mut self, bytes: &[u8], at: usize, is_last: bool) -> Result<usize, DecodeFault> {
+    fn lose(&mut self, bytes: &[u8], at: usize, is_last: bool) -> DecodeResult {
         match self.passes_over {
             true => Ok(self.search(bytes, is_last)),
             false => Err(DecodeFault { at, reason: "no packet begins here".into() }),
@@ -88,12 +88,7 @@ impl FramedDecoder {
 }
 
 impl Decoder for FramedDecoder {
-    fn decode(
-        &mut self,
-        bytes: &[u8],
-        is_last: bool,
-        columns: &mut Columns,
-    ) -> Result<usize, DecodeFault> {
+    fn decode(&mut self, bytes: &[u8], is_last: bool, columns: &mut Columns) -> DecodeResult {
         let (mut at, before) = (0, columns.len());
         loop {
             let rest = &bytes[at..];

@@ -8,7 +8,7 @@
 //! <https://www.sqlite.org/fileformat2.html>; <https://github.com/ros2/rosbag2>, `rosbag2_storage_sqlite3`
 
 use super::fields::{Reason, Serialisation};
-use super::file::{Bytes, Fault, MessageFile, MessageVisitor, Topic, add_topic};
+use super::file::{Bytes, Fault, MessageFile, MessageVisitor, NextUnit, Topic, add_topic};
 use crate::Input;
 
 /// How the files begin.
@@ -252,12 +252,7 @@ impl MessageFile for Sqlite {
         0
     }
 
-    fn unit(
-        &mut self,
-        at: u64,
-        ids: &[u32],
-        take: &mut MessageVisitor<'_>,
-    ) -> Result<Option<u64>, Fault> {
+    fn unit(&mut self, at: u64, ids: &[u32], take: &mut MessageVisitor<'_>) -> NextUnit {
         let Some(page) = self.leaves.get((at / APART) as usize).copied() else {
             return self.fault.as_ref().map_or(Ok(None), |fault| Err(fault.again()));
         };

@@ -24,12 +24,7 @@ pub trait Decoder: Clone + Send {
     ///
     /// # Errors
     /// At the first record that is none. The events before it have been appended.
-    fn decode(
-        &mut self,
-        bytes: &[u8],
-        is_last: bool,
-        columns: &mut Columns,
-    ) -> Result<usize, DecodeFault>;
+    fn decode(&mut self, bytes: &[u8], is_last: bool, columns: &mut Columns) -> DecodeResult;
 
     /// Says what the records so far promise and the end of the file leaves out, if there is such.
     fn missing(&self) -> Option<String> {
@@ -46,6 +41,9 @@ pub trait Decoder: Clone + Send {
         Vec::new()
     }
 }
+
+/// Bytes of the records that were decoded, or the first fault.
+pub type DecodeResult = Result<usize, DecodeFault>;
 
 /// A fault in some bytes.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -7,8 +7,8 @@ use super::{TextFault, quick};
 use crate::first_line;
 use crate::sniff::{fitting_orders, is_time};
 use crate::{
-    BlockSource, ColumnNames, Columns, DecodeFault, Decoder, EventSource, Header, Input, IoError,
-    OpenOptions,
+    BlockSource, ColumnNames, Columns, DecodeFault, DecodeResult, Decoder, EventSource, Header,
+    Input, IoError, OpenOptions,
 };
 
 /// Ample for four values and a comment; a longer line is not text, or not events.
@@ -73,12 +73,7 @@ impl Default for Lines {
 }
 
 impl Decoder for Lines {
-    fn decode(
-        &mut self,
-        bytes: &[u8],
-        is_last: bool,
-        columns: &mut Columns,
-    ) -> Result<usize, DecodeFault> {
+    fn decode(&mut self, bytes: &[u8], is_last: bool, columns: &mut Columns) -> DecodeResult {
         let (mut at, before) = (0, columns.len());
         let is_beginning = self.known.is_first;
         while at < bytes.len() {
