@@ -71,6 +71,8 @@ pub mod poses;
 mod positional;
 mod predictions;
 pub mod ros;
+#[cfg(test)]
+mod sample;
 mod sink;
 mod sniff;
 mod source;

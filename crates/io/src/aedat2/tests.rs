@@ -1,10 +1,11 @@
 use std::fs;
 
-use evpose_core::{Event, Micros, Polarity, SensorSize};
+use evpose_core::{Micros, SensorSize};
 use proptest::prelude::*;
 
 use super::*;
 use crate::golden::check;
+use crate::sample::{event, read_all};
 use crate::{Columns, SensorOrigin, read_as};
 
 /// A file as jAER writes it.
@@ -39,20 +40,7 @@ fn source_of(bytes: &[u8], options: &OpenOptions) -> Box<dyn EventSource> {
 
 /// All events, remarks, and the fault that ended it.
 fn all_of(bytes: &[u8], options: &OpenOptions) -> (Columns, Vec<String>, Option<IoError>) {
-    let mut source = source_of(bytes, options);
-    let mut columns = Columns::new();
-    loop {
-        let before = columns.len();
-        match source.next(&mut columns) {
-            Ok(()) if columns.len() == before => return (columns, source.remarks(), None),
-            Ok(()) => {}
-            Err(fault) => return (columns, source.remarks(), Some(fault)),
-        }
-    }
-}
-
-fn event(t: i64, x: u16, y: u16, on: bool) -> Event {
-    Event { t: Micros(t), x, y, polarity: Polarity::from_on(on) }
+    read_all(&mut *source_of(bytes, options))
 }
 
 #[test]

@@ -176,6 +176,7 @@ impl Decoder for Packets {
 mod tests {
     use super::*;
     use crate::read_as;
+    use crate::sample::event;
 
     fn packet(kind: u16, overflows: u32, events: &[[u32; 2]]) -> Vec<u8> {
         let n = events.len() as u32;
@@ -206,7 +207,6 @@ mod tests {
             packet(1, 0, &[[word(3, 7, 1), 100], [word(127, 0, 0), 105], [word(9, 9, 1) - 1, 106]]);
         let second = packet(1, 1, &[[word(5, 6, 1), 7]]);
         let read = open(file(&[first, packet(2, 0, &[[1, 2]]), second])).unwrap();
-        let event = |t, x, y, on| Event { t: Micros(t), x, y, polarity: Polarity::from_on(on) };
         let want =
             [event(100, 3, 7, true), event(105, 127, 0, false), event((1 << 31) + 7, 5, 6, true)];
         assert_eq!(read.stream.iter().collect::<Vec<_>>(), want);

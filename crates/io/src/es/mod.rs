@@ -149,15 +149,12 @@ impl Decoder for Events {
 mod tests {
     use super::*;
     use crate::read_as;
+    use crate::sample::event;
 
     fn open(kind: u8, events: &[u8]) -> Result<crate::Recording, IoError> {
         let head = [MAGIC, &[2, 0, 0, kind, 0x40, 1, 240, 0]].concat();
         let input = Input::memory("x.es", [&head, events].concat());
         read_as(input, &OpenOptions::default())
-    }
-
-    fn event(t: i64, x: u16, y: u16, on: bool) -> Event {
-        Event { t: Micros(t), x, y, polarity: Polarity::from_on(on) }
     }
 
     #[test]

@@ -77,8 +77,7 @@ impl Decoder for Evt4Decoder {
 
 #[cfg(test)]
 mod tests {
-    use evpose_core::{Event, Micros, Polarity};
-
+    use crate::sample::event;
     use crate::{Input, OpenOptions, read_as};
 
     fn words(words: &[u32]) -> Vec<u8> {
@@ -105,7 +104,6 @@ mod tests {
             0b10,
         ]);
         let read = read_as(Input::memory("a.raw", bytes.clone()), &OpenOptions::default()).unwrap();
-        let event = |t, x, y, on| Event { t: Micros(t), x, y, polarity: Polarity::from_on(on) };
         let want = [
             event(327, 300, 200, true),
             event(328, 64, 9, false),

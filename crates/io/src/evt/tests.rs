@@ -1,19 +1,16 @@
 use std::fs;
 
-use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize, TimeWindow};
+use evpose_core::{Event, EventStream, Micros, SensorSize, TimeWindow};
 use proptest::prelude::*;
 
 use super::*;
+use crate::sample::{event, read_all};
 use crate::{
     Columns, Decoder, Input, IoError, OpenOptions, Recording, SensorOrigin, Windows, open, read_as,
     source,
 };
 
 const SENSOR: SensorSize = SensorSize { width: 346, height: 260 };
-
-fn event(t: i64, x: u16, y: u16, on: bool) -> Event {
-    Event { t: Micros(t), x, y, polarity: Polarity::from_on(on) }
-}
 
 fn words16(words: &[u16]) -> Vec<u8> {
     words.iter().flat_map(|word| word.to_le_bytes()).collect()
@@ -32,15 +29,9 @@ fn read(input: Input) -> Recording {
 
 /// Events in the order of the file, and remarks.
 fn raw(input: Input, options: &OpenOptions) -> (Vec<Event>, Vec<String>) {
-    let mut source = open::unordered(input, options).unwrap().1;
-    let mut columns = Columns::new();
-    loop {
-        let before = columns.len();
-        source.next(&mut columns).unwrap();
-        if columns.len() == before {
-            return (columns.iter().collect(), source.remarks());
-        }
-    }
+    let (columns, remarks, fault) = read_all(&mut *open::unordered(input, options).unwrap().1);
+    assert!(fault.is_none(), "{fault:?}");
+    (columns.iter().collect(), remarks)
 }
 
 #[test]

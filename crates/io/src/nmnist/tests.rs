@@ -1,15 +1,12 @@
 use std::fs;
 
-use evpose_core::{Event, EventStream};
+use evpose_core::EventStream;
 use proptest::prelude::*;
 
 use super::*;
 use crate::golden::check;
+use crate::sample::event;
 use crate::{SensorOrigin, read_as};
-
-fn event(t: i64, x: u16, y: u16, on: bool) -> Event {
-    Event { t: Micros(t), x, y, polarity: Polarity::from_on(on) }
-}
 
 fn record(t: u32, x: u8, y: u8, on: bool) -> [u8; RECORD] {
     let [_, high, middle, low] = t.to_be_bytes();

@@ -1,13 +1,14 @@
 use std::fs;
 use std::path::PathBuf;
 
-use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
+use evpose_core::{Event, EventStream, Micros, SensorSize};
 use proptest::prelude::*;
 use tempfile::TempDir;
 
 use super::line::{Known, Line, parse};
 use super::*;
 use crate::golden::check;
+use crate::sample::event;
 use crate::{
     Columns, Input, IoError, OpenOptions, SensorOrigin, TimeUnit, open, open_with, read_as,
 };
@@ -19,10 +20,6 @@ fn file(text: impl AsRef<[u8]>) -> (TempDir, PathBuf) {
     let path = directory.path().join("events.txt");
     fs::write(&path, text).unwrap();
     (directory, path)
-}
-
-fn event(t: i64, x: u16, y: u16, on: bool) -> Event {
-    Event { t: Micros(t), x, y, polarity: Polarity::from_on(on) }
 }
 
 #[test]

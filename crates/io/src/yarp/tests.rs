@@ -1,16 +1,13 @@
 use std::fs;
 
-use evpose_core::{Event, Micros, Polarity};
+use evpose_core::{Event, Micros};
 use proptest::prelude::*;
 
 use super::*;
 use crate::golden::check;
 use crate::open::Format;
+use crate::sample::{event, read_all};
 use crate::{Columns, EventSource, Input, IoError, OpenOptions, open_as, read_as};
-
-fn event(t: i64, x: u16, y: u16, on: bool) -> Event {
-    Event { t: Micros(t), x, y, polarity: Polarity::from_on(on) }
-}
 
 /// A word of the 24-bit codec.
 fn word(x: u32, y: u32, on: bool, channel: u32) -> u32 {
@@ -23,18 +20,9 @@ fn source_of(format: Format, bytes: &[u8], options: &OpenOptions) -> Box<dyn Eve
 
 /// All events, remarks, and the fault that ended it.
 fn all_of(bytes: &[u8], options: &OpenOptions) -> (Columns, Vec<String>, Option<IoError>) {
-    let mut columns = Columns::new();
-    let mut source = match (LOG.open)(Input::memory("data.log", bytes.to_vec()), options) {
-        Ok(source) => source,
-        Err(fault) => return (columns, Vec::new(), Some(fault)),
-    };
-    loop {
-        let before = columns.len();
-        match source.next(&mut columns) {
-            Ok(()) if columns.len() == before => return (columns, source.remarks(), None),
-            Ok(()) => {}
-            Err(fault) => return (columns, source.remarks(), Some(fault)),
-        }
+    match (LOG.open)(Input::memory("data.log", bytes.to_vec()), options) {
+        Ok(mut source) => read_all(&mut *source),
+        Err(fault) => (Columns::new(), Vec::new(), Some(fault)),
     }
 }
 
