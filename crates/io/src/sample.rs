@@ -14,3 +14,10 @@ pub(crate) fn read_all(source: &mut dyn EventSource) -> (Columns, Vec<String>, O
     let fault = source.read_rest(&mut columns).err();
     (columns, source.remarks(), fault)
 }
+
+/// An array as NumPy writes it: its type and its shape as Python writes them, and its values.
+pub(crate) fn npy(descr: &str, shape: &str, data: &[u8]) -> Vec<u8> {
+    let header = format!("{{'descr': {descr}, 'fortran_order': False, 'shape': {shape}, }}\n");
+    let length = (header.len() as u16).to_le_bytes();
+    [b"\x93NUMPY\x01\x00", &length[..], header.as_bytes(), data].concat()
+}
