@@ -207,7 +207,7 @@ impl McapSink {
                 let polarity = events.polarity()[range].to_vec();
                 let some = EventStream::from_columns(self.sensor, t, x, y, polarity);
                 let some = some.map_err(|_| unwritable("events out of order".to_owned()))?;
-                evt3.encode(&some, &mut encoded).map_err(unwritable)?;
+                evt3.encode(&some, &mut encoded).map_err(|e| unwritable(e.to_string()))?;
                 "evt3\0"
             }
             None => {
