@@ -1,11 +1,22 @@
 //! Events of tests, and all that a source has.
 
+use std::path::PathBuf;
+
 use evpose_core::{Event, Micros, Polarity};
+use tempfile::TempDir;
 
 use crate::{Columns, EventSource, IoError};
 
 pub(crate) fn event(t: i64, x: u16, y: u16, on: bool) -> Event {
     Event { t: Micros(t), x, y, polarity: Polarity::from_on(on) }
+}
+
+/// A file in a folder of its own.
+pub(crate) fn file(name: &str, content: impl AsRef<[u8]>) -> (TempDir, PathBuf) {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join(name);
+    std::fs::write(&path, content).unwrap();
+    (directory, path)
 }
 
 /// All events, remarks, and the fault that ended them.

@@ -9,7 +9,7 @@ use zip::ZipArchive;
 use super::NpzFault;
 use super::array::{self, Array, Room};
 use super::column::Column;
-use super::events::{Named, REQUIRED};
+use super::events::{Named, REQUIRED, Read};
 use crate::names::{Places, places};
 use crate::source::CUT;
 use crate::{Columns, EventSource, Header, Input, IoError, MemorySource, OpenOptions, ReadSeek};
@@ -56,7 +56,10 @@ pub(super) fn open(input: Input, options: &OpenOptions) -> Result<Box<dyn EventS
     };
     let (columns, remark) = match (table, of_columns) {
         (None, Ok(found)) => archive.columns(&names, found, options)?,
-        (Some(name), _) => archive.table(name, options)?,
+        (Some(name), _) => {
+            let (table, byte) = archive.array(name)?;
+            of_table(table, options, |found| fault(&archive.path, name, byte, found))?
+        }
         (None, Err(_)) => (Columns::new(), None),
     };
     let header = Header { sensor, ..Header::default() };
@@ -84,9 +87,12 @@ pub(super) fn open_array(
         });
         return of_evimo(&path, arrays, options);
     }
-    let (columns, remark) = of_array(input, options)?;
-    let remarks = remark.into_iter().collect();
-    Ok(Box::new(MemorySource::new(Header::default(), columns, remarks)))
+    let Input { path, bytes, length } = input;
+    let of_events = |found| fault(&path, EVENTS, 0, found);
+    let mut room = Room::of_file(length);
+    let table = array::read(bytes, &mut room).map_err(of_events)?;
+    let (columns, remark) = of_table(table, options, of_events)?;
+    Ok(Box::new(MemorySource::new(Header::default(), columns, remark.into_iter().collect())))
 }
 
 /// Events of which two arrays are columns and one has column and row.
@@ -103,10 +109,9 @@ fn of_evimo(
     };
     let columns = columns.try_into().map_err(|_| of_array((1, NpzFault::Shape, 0)))?;
     let named = Named { columns, unit: options.time_unit };
-    let remarks = named.coarse_times().into_iter().collect();
-    let columns = named.events().map_err(of_array)?;
+    let (columns, remark) = named.events().map_err(of_array)?;
     // Of the Samsung DVS, the Prophesee and the DAVIS346 of the rig, nothing says which.
-    Ok(Box::new(MemorySource::new(Header::default(), columns, remarks)))
+    Ok(Box::new(MemorySource::new(Header::default(), columns, remark.into_iter().collect())))
 }
 
 /// The name of the array that holds all events: the usual one, or that of the only array beside the
@@ -120,16 +125,14 @@ fn table(names: &[String]) -> Option<&str> {
     }
 }
 
-/// A file that is one array of events.
-fn of_array(input: Input, options: &OpenOptions) -> Result<Read, IoError> {
-    let Input { path, bytes, length } = input;
-    let of_events = |found| fault(&path, EVENTS, 0, found);
-    let mut room = Room::of_file(length);
-    let table = array::read(bytes, &mut room).map_err(of_events)?;
-    let columns = Named::of_table(table, options).map_err(|what| of_events((what, 0)))?;
-    let remark = columns.coarse_times();
-    let columns = columns.events().map_err(|(_, what, values)| of_events((what, values)))?;
-    Ok((columns, remark))
+/// Events that are the rows of one array.
+fn of_table(
+    table: Array,
+    options: &OpenOptions,
+    fault: impl Fn((NpzFault, usize)) -> IoError,
+) -> Result<Read, IoError> {
+    let columns = Named::of_table(table, options).map_err(|found| fault((found, 0)))?;
+    columns.events().map_err(|(_, found, values)| fault((found, values)))
 }
 
 /// The error of an array whose data begin at `byte`: damage where these cannot be unpacked or end early.
@@ -145,9 +148,6 @@ fn fault(path: &Path, array: &str, byte: u64, (fault, values): (NpzFault, usize)
         }
     }
 }
-
-/// Events, and a remark on them.
-type Read = (Columns, Option<String>);
 
 struct Archive {
     path: PathBuf,
@@ -205,23 +205,9 @@ impl Archive {
                 _ => return Err(self.fault(name, begin, NpzFault::Shape, 0)),
             };
         }
-        let named = Named { columns, unit: options.time_unit.or(unit) };
-        let remark = named.coarse_times();
-        let columns = named
+        Named { columns, unit: options.time_unit.or(unit) }
             .events()
-            .map_err(|(what, fault, values)| self.fault(names[what], byte[what], fault, values))?;
-        Ok((columns, remark))
-    }
-
-    /// Events that are the rows of one array.
-    fn table(&mut self, name: &str, options: &OpenOptions) -> Result<Read, IoError> {
-        let (table, byte) = self.array(name)?;
-        let columns =
-            Named::of_table(table, options).map_err(|fault| self.fault(name, byte, fault, 0))?;
-        let remark = columns.coarse_times();
-        let columns =
-            columns.events().map_err(|(_, fault, values)| self.fault(name, byte, fault, values))?;
-        Ok((columns, remark))
+            .map_err(|(what, fault, values)| self.fault(names[what], byte[what], fault, values))
     }
 
     /// An array and where its data begin.

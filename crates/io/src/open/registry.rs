@@ -73,11 +73,7 @@ impl Format {
 /// # Errors
 /// As [`format_for`], and if the file cannot be created.
 pub fn create(path: impl AsRef<Path>, sensor: SensorSize) -> Result<Box<dyn EventSink>, IoError> {
-    let path = path.as_ref();
-    match format_for(path)?.create {
-        Some(create) => create(path, sensor),
-        None => Err(IoError::unwritable(path, "a format that is only read".to_owned())),
-    }
+    format_for(&path)?.create(path.as_ref(), sensor)
 }
 
 /// The format in which to write a file of this name.
