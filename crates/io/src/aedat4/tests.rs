@@ -5,12 +5,11 @@ mod seeking;
 mod streaming;
 
 use std::fs;
-use std::path::Path;
 
 use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 
 use super::*;
-use crate::{Columns, EventSource, Input, OpenOptions, Recording, detect_format, read_as};
+use crate::{Columns, EventSource, Input, IoError, OpenOptions, Recording, detect_format, read_as};
 
 const SENSOR: SensorSize = SensorSize { width: 346, height: 260 };
 
@@ -246,9 +245,4 @@ fn the_real_header_of_an_older_version_is_no_aedat4() {
             detect_format(&path).unwrap().name != FORMAT.name
         }
     );
-}
-
-/// Takes a file of the repository.
-fn golden_file(name: &str) -> Vec<u8> {
-    fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/aedat4").join(name)).unwrap()
 }

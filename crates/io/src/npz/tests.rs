@@ -45,7 +45,7 @@ fn three_events<'a>() -> Vec<Array<'a>> {
 }
 
 fn fault_of(arrays: &[Array<'_>]) -> (String, NpzFault, usize) {
-    let (_directory, path) = file("hand.npz", &archive(arrays));
+    let (_directory, path) = file("hand.npz", archive(arrays));
     match open(&path).unwrap_err() {
         IoError::Npz { array, fault, values, .. } => (array, fault, values),
         other => panic!("{other}"),
@@ -54,7 +54,7 @@ fn fault_of(arrays: &[Array<'_>]) -> (String, NpzFault, usize) {
 
 #[test]
 fn the_types_numpy_writes_are_read() {
-    let (_directory, path) = file("hand.npz", &archive(&three_events()));
+    let (_directory, path) = file("hand.npz", archive(&three_events()));
     let recording = open(&path).unwrap();
     let want = [event(5, 1, 4, true), event(7, 2, 5, false), event(7, 3, 6, true)];
     assert_eq!(recording.stream, EventStream::from_events(SensorSize::DAVIS240C, want).unwrap());
@@ -103,7 +103,7 @@ fn the_type_of_a_column_does_not_matter() {
             .iter()
             .map(|(name, descr, bytes)| (*name, *descr, shape.as_str(), bytes.clone()))
             .collect();
-        let (_directory, path) = file("hand.npz", &archive(&arrays));
+        let (_directory, path) = file("hand.npz", archive(&arrays));
         assert!(open(&path).unwrap().stream == want, "{t_type} {place} {polarity}");
         // The same as records, whose fields lie between each other.
         let descr = columns.iter().map(|(name, descr, _)| format!("('{name}', '{descr}')"));
@@ -115,7 +115,7 @@ fn the_type_of_a_column_does_not_matter() {
                 records.extend_from_slice(&bytes[k * size..][..size]);
             }
         }
-        let (_directory, path) = file("hand.npz", &archive(&[("events", &descr, &shape, records)]));
+        let (_directory, path) = file("hand.npz", archive(&[("events", &descr, &shape, records)]));
         assert!(open(&path).unwrap().stream == want, "{descr}");
     }
 }
@@ -125,7 +125,7 @@ fn events_outside_the_sensor_are_counted_and_those_out_of_order_sorted() {
     let mut arrays = three_events();
     arrays[0].3 = [5i64, 7, 6].iter().flat_map(|t| t.to_le_bytes()).collect();
     arrays[1].3 = vec![0xff, 0xff, 2, 0, 3, 0];
-    let (_directory, path) = file("hand.npz", &archive(&arrays));
+    let (_directory, path) = file("hand.npz", archive(&arrays));
     let recording = open(&path).unwrap();
     assert_eq!(recording.stream.t(), [Micros(6), Micros(7)]);
     assert_eq!(recording.outside, 1);
@@ -153,7 +153,7 @@ fn missing_arrays_are_named() {
     let mut arrays = three_events();
     arrays.remove(4);
     arrays.remove(0);
-    let (_directory, path) = file("hand.npz", &archive(&arrays));
+    let (_directory, path) = file("hand.npz", archive(&arrays));
     assert_eq!(
         open(&path).unwrap_err().to_string(),
         format!("{}: no array t, width (found: height, p, x, y)", path.display())
@@ -164,7 +164,7 @@ fn missing_arrays_are_named() {
 fn a_polarity_is_0_or_1_or_minus_1_or_1() {
     let mut arrays = three_events();
     let polarities = |arrays: &[Array<'_>]| {
-        let (_directory, path) = file("hand.npz", &archive(arrays));
+        let (_directory, path) = file("hand.npz", archive(arrays));
         open(&path).unwrap().stream.polarity().to_vec()
     };
     let want = polarities(&arrays);
@@ -180,7 +180,7 @@ fn what_other_programs_save_is_read() {
     let f8 = |values: &[f64]| -> Vec<u8> { values.iter().flat_map(|v| v.to_le_bytes()).collect() };
     let mut arrays = three_events();
     arrays[0].3 = [5i64, 7, 9].iter().flat_map(|t| t.to_le_bytes()).collect();
-    let (_directory, path) = file("hand.npz", &archive(&arrays));
+    let (_directory, path) = file("hand.npz", archive(&arrays));
     let want = open(&path).unwrap().stream;
     let size = || three_events().split_off(4);
     let with = |mut arrays: Vec<Array<'static>>| {
@@ -234,14 +234,14 @@ fn what_other_programs_save_is_read() {
 fn without_a_size_the_sensor_is_given_or_inferred_and_half_a_size_is_a_fault() {
     let mut arrays = three_events();
     arrays.truncate(4);
-    let (_directory, path) = file("hand.npz", &archive(&arrays));
+    let (_directory, path) = file("hand.npz", archive(&arrays));
     let recording = open_with(&path, Some(SENSOR)).unwrap();
     assert_eq!((recording.stream.sensor(), recording.sensor_origin), (SENSOR, SensorOrigin::Given));
     let recording = open(&path).unwrap();
     assert_eq!(recording.stream.sensor(), SensorSize { width: 4, height: 7 });
     assert_eq!(recording.sensor_origin, SensorOrigin::Inferred);
     arrays.push(("width", "<i8", "()", 240i64.to_le_bytes().to_vec()));
-    let (_directory, path) = file("hand.npz", &archive(&arrays));
+    let (_directory, path) = file("hand.npz", archive(&arrays));
     let message = open(&path).unwrap_err().to_string();
     assert!(message.contains("no array height (found: p, t, width, x, y)"), "{message}");
 }
@@ -249,7 +249,7 @@ fn without_a_size_the_sensor_is_given_or_inferred_and_half_a_size_is_a_fault() {
 #[test]
 fn columns_that_are_in_no_known_order_are_refused_with_those_there_are() {
     let data: Vec<u8> = (0..400u32).map(|k| (k * k * 7 % 101) as u8).collect();
-    let (_directory, path) = file("hand.npz", &archive(&[("events", "|u1", "(100, 4)", data)]));
+    let (_directory, path) = file("hand.npz", archive(&[("events", "|u1", "(100, 4)", data)]));
     let message = open(&path).unwrap_err().to_string();
     assert!(message.contains("array `events`") && message.contains("x y t p"), "{message}");
 }
@@ -277,7 +277,7 @@ fn a_single_array_without_the_fields_of_events_is_refused_by_its_name() {
     assert_eq!((array.as_str(), fault), ("arr_0", want));
     // Several arrays may be anything.
     let two = [("arr_0", "|u1", "(1,)", vec![1]), ("arr_1", "|u1", "(1,)", vec![1])];
-    let (_directory, path) = file("hand.npz", &archive(&two));
+    let (_directory, path) = file("hand.npz", archive(&two));
     let message = open(&path).unwrap_err().to_string();
     assert!(message.contains("no array t, x, y, p (found: arr_0, arr_1)"), "{message}");
 }
@@ -321,7 +321,7 @@ fn headers_that_would_overrun_the_parser_are_not_given_to_it() {
     ] {
         (arrays[0].1, arrays[0].2) = (descr, shape);
         let array = npy(&format!("'{descr}'"), shape, &[]);
-        let (_directory, path) = file("hand.npz", &array);
+        let (_directory, path) = file("hand.npz", array);
         let error = open(&path).unwrap_err();
         assert!(matches!(error, IoError::Npz { .. } | IoError::Damaged { .. }), "{error}");
     }
@@ -330,7 +330,7 @@ fn headers_that_would_overrun_the_parser_are_not_given_to_it() {
 #[test]
 fn an_archive_cut_at_any_byte_is_a_typed_error() {
     let bytes = archive(&three_events());
-    let (_directory, path) = file("hand.npz", &bytes);
+    let (_directory, path) = file("hand.npz", bytes);
     for cut in (0..bytes.len()).rev() {
         fs::File::options().write(true).open(&path).unwrap().set_len(cut as u64).unwrap();
         let error = open(&path).unwrap_err();
@@ -357,7 +357,7 @@ proptest! {
             t: Micros(t), x: n % 300, y: n % 20, polarity: Polarity::from_on(n % 3 == 0),
         });
         let stream = EventStream::from_events(SENSOR, events)?;
-        let (_directory, path) = file("hand.npz", &[]);
+        let (_directory, path) = file("hand.npz", []);
         FORMAT.write(&path, &stream).unwrap();
         prop_assert_eq!(&open(&path).unwrap().stream, &stream);
         NPY.write(&path, &stream).unwrap();
@@ -370,7 +370,7 @@ proptest! {
 #[test]
 fn a_changed_bit_is_an_error_or_does_no_harm() {
     let bytes = archive(&three_events());
-    let (_directory, path) = file("hand.npz", &bytes);
+    let (_directory, path) = file("hand.npz", bytes);
     let clean = open(&path).unwrap();
     for at in 0..bytes.len() {
         let mut changed = bytes.clone();
