@@ -65,7 +65,7 @@ fn a_file_has_the_published_bytes() {
 fn an_unknown_polarity_is_named_with_its_byte_and_what_is_readable_before_it() {
     let mut bytes = written(&vec![vec![(1, 1, Polarity::On)]; 60]);
     bytes[57 * 8 + 7] = 7;
-    let (_directory, path) = file("hand.evc", bytes);
+    let (_directory, path) = file("hand.evc", &bytes);
     let message = EvcReader::open_with(&path, SENSOR).unwrap_err().to_string();
     assert_eq!(
         message,
@@ -107,7 +107,7 @@ fn a_file_that_does_not_begin_with_a_marker_is_refused() {
 #[test]
 fn a_file_that_changes_under_the_reader_is_an_error() {
     let bytes = written(&vec![vec![(1, 1, Polarity::On)]; 100]);
-    let (_directory, path) = file("hand.evc", bytes);
+    let (_directory, path) = file("hand.evc", &bytes);
     let reader = EvcReader::open_with(&path, SENSOR).unwrap();
     let mut window = EvcWindow::new();
     for faulty in [vec![7; bytes.len()], vec![0; bytes.len()], vec![255; bytes.len()], vec![]] {
@@ -182,7 +182,7 @@ proptest! {
     #[test]
     fn a_file_cut_at_any_byte_gives_an_error_or_the_exact_prefix(frames in arbitrary_frames(6)) {
         let bytes = written(&frames);
-        let (_directory, path) = file("hand.evc", bytes);
+        let (_directory, path) = file("hand.evc", &bytes);
         let all = in_file_order(&frames);
         for cut in (0..bytes.len()).rev() {
             File::options().write(true).open(&path).unwrap().set_len(cut as u64).unwrap();
@@ -211,7 +211,7 @@ proptest! {
         let mut bytes = written(&frames);
         let at = at.index(bytes.len());
         bytes.splice(at.., noise);
-        let (_directory, path) = file("hand.evc", bytes);
+        let (_directory, path) = file("hand.evc", &bytes);
         let (reader, _fault) = EvcReader::open_prefix(&path, SENSOR).unwrap();
         let mut window = EvcWindow::new();
         reader.read_frames(0..reader.frames(), &mut window).unwrap();

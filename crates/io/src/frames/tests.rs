@@ -194,13 +194,13 @@ fn an_array_that_is_not_as_long_as_it_says_is_refused() {
         (whole.len() - 1, FrameFault::Truncated { whole: 2, of: 3, byte: 144 }),
         (whole.len() - 24, FrameFault::Truncated { whole: 0, of: 3, byte: 128 }),
     ] {
-        let (_directory, path) = file("frames.npy", whole[..length]);
+        let (_directory, path) = file("frames.npy", &whole[..length]);
         assert_eq!(fault(linear(&path)).1, found);
     }
     let (_directory, path) = file("frames.npy", [whole.as_slice(), &[0]].concat());
     assert_eq!(fault(linear(&path)).1, FrameFault::Trailing(1));
     for cut in 0..128 {
-        let (_directory, path) = file("frames.npy", whole[..cut]);
+        let (_directory, path) = file("frames.npy", &whole[..cut]);
         assert!(matches!(fault(linear(&path)).1, FrameFault::NotAnArray(_)), "{cut}");
     }
 }

@@ -46,7 +46,7 @@ fn a_hand_comes_back() {
 fn wrong_magic_bytes_are_named_with_their_place() {
     let mut bytes = written(&[[0.0; 12]; 3]);
     bytes[4 + 98 + 97] = 9;
-    let (_directory, path) = file("hand.meta", bytes);
+    let (_directory, path) = file("hand.meta", &bytes);
     let error = MetaReader::open(&path).unwrap().read_hands(0..3).unwrap_err().to_string();
     let want = "byte 198: a record ends with 4, 9 instead of 4, 13 (1 records readable before it)";
     assert_eq!(error, format!("{}: {want}", path.display()));
@@ -90,7 +90,7 @@ fn a_file_cut_at_any_byte_gives_an_error_or_the_exact_prefix() {
     let records: [[f64; 12]; 3] =
         std::array::from_fn(|k| std::array::from_fn(|i| (12 * k + i) as f64));
     let bytes = written(&records);
-    let (_directory, path) = file("hand.meta", bytes);
+    let (_directory, path) = file("hand.meta", &bytes);
     for cut in (0..=bytes.len()).rev() {
         File::options().write(true).open(&path).unwrap().set_len(cut as u64).unwrap();
         let Ok((reader, fault)) = MetaReader::open_prefix(&path) else {
@@ -109,7 +109,7 @@ proptest! {
 
     #[test]
     fn random_bytes_never_panic(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
-        let (_directory, path) = file("hand.meta", bytes);
+        let (_directory, path) = file("hand.meta", &bytes);
         if let Ok((reader, _)) = MetaReader::open_prefix(&path) {
             let _ = reader.read_hands(0..reader.records());
             let _ = reader.read_record(0, &mut Vec::new());

@@ -321,7 +321,7 @@ fn headers_that_would_overrun_the_parser_are_not_given_to_it() {
     ] {
         (arrays[0].1, arrays[0].2) = (descr, shape);
         let array = npy(&format!("'{descr}'"), shape, &[]);
-        let (_directory, path) = file("hand.npz", array);
+        let (_directory, path) = file("hand.npz", &array);
         let error = open(&path).unwrap_err();
         assert!(matches!(error, IoError::Npz { .. } | IoError::Damaged { .. }), "{error}");
     }
@@ -330,7 +330,7 @@ fn headers_that_would_overrun_the_parser_are_not_given_to_it() {
 #[test]
 fn an_archive_cut_at_any_byte_is_a_typed_error() {
     let bytes = archive(&three_events());
-    let (_directory, path) = file("hand.npz", bytes);
+    let (_directory, path) = file("hand.npz", &bytes);
     for cut in (0..bytes.len()).rev() {
         fs::File::options().write(true).open(&path).unwrap().set_len(cut as u64).unwrap();
         let error = open(&path).unwrap_err();
@@ -370,7 +370,7 @@ proptest! {
 #[test]
 fn a_changed_bit_is_an_error_or_does_no_harm() {
     let bytes = archive(&three_events());
-    let (_directory, path) = file("hand.npz", bytes);
+    let (_directory, path) = file("hand.npz", &bytes);
     let clean = open(&path).unwrap();
     for at in 0..bytes.len() {
         let mut changed = bytes.clone();

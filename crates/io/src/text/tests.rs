@@ -330,7 +330,7 @@ fn more_lines_than_are_gathered_at_once_are_read_in_order() {
 #[test]
 fn a_fault_behind_many_usual_lines_has_its_line_and_byte() {
     let text = format!("{}5 5 5\n", "1000 96 133 0\n".repeat(1000));
-    let (_directory, path) = file("events.txt", text);
+    let (_directory, path) = file("events.txt", &text);
     let message = open(&path).unwrap_err().to_string();
     assert!(message.contains("byte 14000: line 1001: 3 fields instead"), "{message}");
     assert!(message.ends_with("(1000 events readable before it)"), "{message}");
