@@ -4,10 +4,10 @@ use std::io::{self, Read};
 
 use flate2::read::ZlibDecoder;
 
-use crate::mat::class::ByteOrder;
 use crate::mat::element::{COMPRESSED, MATRIX, Origin, Reader};
 use crate::mat::tree::{Tree, read_tree};
 use crate::mat::{MatError, MatValue};
+use crate::number::ByteOrder;
 
 const HEADER_BYTES: usize = 128;
 /// Default limit of the inflated bytes of all variables, against archives that expand without end: a

@@ -260,6 +260,7 @@ impl<'a> Machine<'a> {
                 self.recall(index)?;
             }
             op::MEMOIZE => {
+                // Its index is the count of those before it.
                 let top = self.top()?;
                 self.memo.push(Some(top));
             }

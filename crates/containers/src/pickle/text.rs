@@ -50,6 +50,7 @@ pub(crate) fn escaped(line: &[u8]) -> Step<String> {
     let mut text = String::with_capacity(line.len());
     let mut rest = line;
     while let [first, behind @ ..] = rest {
+        // A backslash before any other letter stands for itself.
         let digits = match rest {
             [b'\\', b'u', ..] => 4,
             [b'\\', b'U', ..] => 8,
