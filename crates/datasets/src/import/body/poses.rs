@@ -89,6 +89,7 @@ impl LabelledPoses {
             return Ok(Vec2::ONE);
         };
         let scale = size / Vec2::from(size_px);
+        // Labels of a cropped or stretched image lie elsewhere on the sensor.
         let is_same = (scale.x / scale.y - 1.0).abs() <= SAME_ASPECT;
         if !is_same {
             let [width, height] = size_px;
