@@ -101,6 +101,7 @@ fn checked(
         sensor.map(|[width, height]| SensorSize { width: width as u16, height: height as u16 });
     let of_file =
         if lens.is_fisheye { LensCamera::fisheye_from_file } else { LensCamera::from_file };
+    // Files count from the centre of the first pixel, cameras here from its corner.
     let camera = of_file([fx, fy], [cx + 0.5, cy + 0.5], lens.coefficients);
     let camera = camera.map_err(|error| invalid(error.in_field(fields)))?;
     Ok(CameraOfFile { sensor, camera })

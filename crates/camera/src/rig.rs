@@ -115,6 +115,7 @@ fn read_matrix(path: &Path) -> Result<[[f64; 4]; 3], CalibrationError> {
         return Err(malformed(format!("an array of shape {shape:?} instead of [3, 4]")));
     }
     let values: Vec<f64> = array.into_vec().map_err(unread)?;
+    // Values come as they are stored, which may be column by column.
     let by_columns = order == npyz::Order::Fortran;
     let at = |row: usize, column: usize| match by_columns {
         true => values[3 * column + row],

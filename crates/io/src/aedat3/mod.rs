@@ -94,6 +94,7 @@ impl Packets {
         let at =
             |k: usize| u32::from_le_bytes([header[k], header[k + 1], header[k + 2], header[k + 3]]);
         (self.size, self.left) = (at(4) as usize, at(20));
+        // Times of events have 31 bits; the header counts their overflows.
         self.offset_us = i64::from(at(12)) << 31;
         self.is_polarity = u16::from_le_bytes([header[0], header[1]]) == POLARITY;
         if self.is_polarity && self.size != EVENT {
@@ -139,6 +140,7 @@ impl Decoder for Packets {
             let Some(event) = rest.first_chunk::<EVENT>() else { return Ok(at) };
             let data = u32::from_le_bytes([event[0], event[1], event[2], event[3]]);
             let time = u32::from_le_bytes([event[4], event[5], event[6], event[7]]);
+            // Filters of cAER mark what they remove instead of taking it out.
             if data & 1 == 0 {
                 self.invalid += 1;
                 continue;

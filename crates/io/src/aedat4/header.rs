@@ -250,6 +250,7 @@ fn xml(compression: Compression, streams: &[Stream]) -> String {
             text += &attribute("sizeY", "int", &size.height.to_string());
         }
         text += &attribute("source", "string", source);
+        // It is the sum of all that stands before it, and so comes last.
         let sum = sum(&text);
         text += &format!("{SUM}{sum}/attr>\n</node>\n</node>\n");
     }

@@ -21,6 +21,7 @@ pub(super) fn open(
     let damage = |(byte, reason)| IoError::damaged(&input.path, byte, reason);
     let sensor = sensor_of(head).map_err(damage)?;
     let header = Header { sensor: Some(sensor), ..Header::default() };
+    // A damaged packet ends a file, unless the packets behind it are wanted.
     let decoder = match options.salvage {
         true => FramedDecoder::lenient(),
         false => FramedDecoder::strict(),

@@ -32,6 +32,7 @@ pub(super) fn open(path: &Path, options: &OpenOptions) -> Result<Opened, IoError
     if let Some(fault) = fault.filter(|fault| !(options.salvage && fault.is_damage())) {
         return Err(fault);
     }
+    // The first image shows size and depth, which messages state one by one.
     let Some(first) = images.next().transpose()? else {
         let reason = "its topic of images has none".to_owned();
         return Err(IoError::Stream { path: path.to_owned(), reason });

@@ -78,6 +78,7 @@ pub(super) fn open_array(
     if let Some(which) = stem.and_then(|stem| EVIMO.iter().position(|name| *name == stem)) {
         let path = input.path.clone();
         let mut given = Some(input);
+        // The given file is open already; the other two lie beside it.
         let arrays = [0, 1, 2].map(|k| {
             let beside = path.with_file_name(format!("{}.npy", EVIMO[k]));
             let given = given.take_if(|_| k == which);
@@ -200,6 +201,7 @@ impl Archive {
             let (array, begin) = self.array(name)?;
             byte[what] = begin;
             let mut found = array.columns;
+            // An array of several columns cannot be one of the four.
             columns[what] = match (found.pop(), found.is_empty()) {
                 (Some(column), true) => column,
                 _ => return Err(self.fault(name, begin, NpzFault::Shape, 0)),

@@ -94,6 +94,7 @@ pub(super) fn describe(head: &[u8]) -> Option<(&'static str, &'static str)> {
         head.get(*at..).is_some_and(|rest| rest.starts_with(mark))
             || (*at == 0 && mark.is_ascii() && begins_with(text, mark))
     };
+    // Special marks stand before those that they begin with.
     if let Some((_, _, what, advice)) = KINDS.iter().find(fits) {
         return Some((what, advice));
     }

@@ -45,6 +45,7 @@ pub(super) fn read_past(
     loop {
         columns.clear();
         let read = source.next(&mut columns);
+        // What stands before a fault counts.
         take(&columns);
         match read {
             Ok(()) if columns.is_empty() => return Ok(None),

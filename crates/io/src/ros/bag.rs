@@ -238,6 +238,7 @@ impl Connections {
                 self.topics.insert(connection, (head.text("topic"), kind));
             }
             (CHUNK_INFO, _) => {
+                // Counts by connection: an index spares reading the messages.
                 let (pairs, _) = data.as_chunks::<8>();
                 for pair in pairs {
                     let messages = self.counts.entry(u32_of(pair)).or_insert(0);

@@ -161,6 +161,7 @@ impl RosSource {
             decoder.decode(message, columns)?;
             Ok(columns.len() - before >= EVENTS)
         });
+        // Events before a fault count: they are moved as well.
         for t in &mut columns.t[before..] {
             *t = Micros(t.0.saturating_sub(self.origin.0));
         }

@@ -219,6 +219,7 @@ impl Sqlite {
 
     /// Appends what of a row stands in other pages.
     fn chain(&mut self, mut next: u32, length: u64, row: u64) -> Result<(), Fault> {
+        // Before memory is asked for.
         if length > self.bytes.length {
             return Err(Fault::damage(row, "a row longer than the file"));
         }
@@ -297,6 +298,7 @@ fn values(row: &[u8], is_whole: bool) -> Option<Vec<Value<'_>>> {
             6 | 7 => 8,
             _ => usize::try_from(kind.checked_sub(12)? / 2).ok()?,
         };
+        // What a row lacks that is not read whole is in other pages.
         let Some(bytes) = body.split_off(..length) else {
             return (!is_whole).then_some(values);
         };

@@ -75,6 +75,7 @@ pub(super) fn create(path: &Path, sensor: SensorSize) -> Result<Box<dyn EventSin
         return Err(IoError::unwritable(path, reason));
     }
     let file = AtomicFile::create(path).map_err(|e| IoError::file(path, "create", e))?;
+    // Words of EVT 3.0 have 11 bits for a coordinate.
     let is_small = sensor.width <= MAX_EVT3 && sensor.height <= MAX_EVT3;
     let mut sink = McapSink {
         path: path.to_owned(),

@@ -326,6 +326,7 @@ impl OrderedSource {
         let rate_hz = events as f64 / seconds.max(1e-6);
         let doubt = match events {
             ..=MANY => None,
+            // A wrong unit makes rates a thousand times too low or too high.
             _ if rate_hz < 10.0 => Some("fewer than ten a second"),
             VERY_MANY.. if rate_hz < FEW_HZ => Some("few for so many"),
             VERY_MANY.. if rate_hz > MAX_HZ => Some("more than any camera sends"),

@@ -43,6 +43,7 @@ pub(crate) fn unpacked(mut input: Input) -> Result<Input, IoError> {
     let damaged = |reason: String| IoError::damaged(&input.path, 0, reason);
     if head.starts_with(GZIP) {
         let unpacked = flate2::read::MultiGzDecoder::new(input.bytes);
+        // One more than the limit, to see whether there is more.
         unpacked.take(limit + 1).read_to_end(&mut bytes).map_err(|fault| match fault.kind() {
             ErrorKind::UnexpectedEof => damaged(format!("gzip: {CUT}")),
             _ => damaged(format!("gzip: {fault}")),

@@ -38,6 +38,7 @@ pub(super) fn open(
     lines.known.unit = options.time_unit;
     lines.known.is_unit_stated = options.time_unit.is_some();
     lines.known.columns = options.columns.clone();
+    // Columns that are stated need not be guessed by their values.
     if lines.known.columns == ColumnNames::default() {
         let head = input.head(SNIFFED)?;
         lines.known.order_by_values = order_by_values(&head[begin..]);

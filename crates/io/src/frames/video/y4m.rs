@@ -70,6 +70,7 @@ pub(super) fn open(mut file: BufReader<File>) -> Result<Option<OpenedVideo>, Fra
     let is_full_range = header.contains(" XCOLORRANGE=FULL") || matches!(chroma, Chroma::None);
     let frame = frame_bytes(size, chroma);
     let begin = file.stream_position().map_err(undecodable)?;
+    // All times are known before the first frame is decoded, and a cut shows at once.
     let mut frames = 0_u32;
     while line(&mut file)?.is_some() {
         let at = file.stream_position().map_err(undecodable)?;
