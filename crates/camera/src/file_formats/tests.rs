@@ -33,17 +33,13 @@ fn the_same_camera_is_read_from_every_format() {
     assert_eq!(want.sensor, Some(SensorSize { width: 346, height: 260 }));
     assert_eq!(want.camera.focal_px, DVec2::new(310.0, 311.0));
     assert_eq!(want.camera.principal_px, DVec2::new(172.5, 129.5));
-    for text in [OPENCV_YAML, ROS_YAML, OPENCV_XML, DV_JSON] {
+    for text in [OPENCV_YAML, ROS_YAML, OPENCV_XML, DV_JSON, OWN_TOML] {
         assert_eq!(read(text).unwrap(), want, "{text}");
+        // A mark of the byte order is no part of any format.
+        assert_eq!(read(&format!("\u{feff}{text}")).unwrap(), want, "{text}");
     }
-}
-
-#[test]
-fn a_mark_of_byte_order_is_no_part_of_any_format() {
-    for text in [OPENCV_YAML, ROS_YAML, OPENCV_XML, DV_JSON, OWN_TOML, "310 311 172 129"] {
-        let marked = read(&format!("\u{feff}{text}"));
-        assert_eq!(marked.unwrap(), read(text).unwrap(), "{text}");
-    }
+    let values = "310 311 172 129";
+    assert_eq!(read(&format!("\u{feff}{values}")).unwrap(), read(values).unwrap());
 }
 
 /// Each format, with its fields for the size, the focal lengths and the distortion.
