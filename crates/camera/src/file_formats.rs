@@ -46,7 +46,7 @@ pub(crate) fn read_file(path: &Path) -> Result<CameraOfFile, CalibrationError> {
 }
 
 /// The fault of a content, whose file [`read_file`] names.
-fn invalid(reason: impl ToString) -> CalibrationError {
+fn invalid(reason: impl std::fmt::Display) -> CalibrationError {
     CalibrationError::Invalid { reason: reason.to_string() }
 }
 
