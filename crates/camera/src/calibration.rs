@@ -155,6 +155,7 @@ impl Calibration {
         }
         let (from, to) = (size_px(self.sensor), size_px(sensor));
         let scale = to / from;
+        // Of another shape it is a crop, and nobody knows of which part.
         if (scale.x / scale.y - 1.0).abs() > SAME_ASPECT {
             let note = format!(
                 "the calibration is of a sensor of {}, the recording of {sensor}: a field of view \
@@ -184,7 +185,6 @@ fn focal_of_fov(sensor: SensorSize, vertical_deg: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     const VGA: SensorSize = SensorSize { width: 640, height: 480 };

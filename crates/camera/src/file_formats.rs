@@ -22,7 +22,10 @@ pub(crate) struct CameraOfFile {
 pub(crate) fn read_file(path: &Path) -> Result<CameraOfFile, CalibrationError> {
     let text = std::fs::read_to_string(path)
         .map_err(|source| CalibrationError::File { path: path.to_owned(), source })?;
-    let malformed = |reason: String| CalibrationError::Malformed { path: path.to_owned(), reason };
+    let malformed = |fault: CalibrationError| CalibrationError::Malformed {
+        path: path.to_owned(),
+        reason: fault.to_string(),
+    };
     let text = without_bom(&text);
     // By content, which differs from format to format: the extension does not matter.
     let begin = text.trim_start();
@@ -42,6 +45,11 @@ pub(crate) fn read_file(path: &Path) -> Result<CameraOfFile, CalibrationError> {
     Ok(CameraOfFile { sensor: Some(file.sensor), camera: file.camera()? })
 }
 
+/// The fault of a content, whose file [`read_file`] names.
+fn invalid(reason: impl std::fmt::Display) -> CalibrationError {
+    CalibrationError::Invalid { reason: reason.to_string() }
+}
+
 /// The values of a text that has nothing else.
 fn plain_values(text: &str) -> Option<Vec<f64>> {
     let words = text.split([' ', '\t', ',', '\r', '\n']).filter(|word| !word.is_empty());
@@ -50,7 +58,7 @@ fn plain_values(text: &str) -> Option<Vec<f64>> {
 }
 
 /// The `calib.txt` of the Event Camera Dataset and others of the Robotics and Perception Group.
-fn of_values(values: &[f64]) -> Result<CameraOfFile, String> {
+fn of_values(values: &[f64]) -> Result<CameraOfFile, CalibrationError> {
     match values {
         // Eight may be those of a fisheye lens, as EVIMO's: nothing says so.
         [fx, fy, cx, cy, distortion @ ..] if [0, 5].contains(&distortion.len()) => {
@@ -62,11 +70,11 @@ fn of_values(values: &[f64]) -> Result<CameraOfFile, String> {
                 ["", "the first two", "the next two", "the rest"],
             )
         }
-        _ => Err(format!(
+        _ => Err(invalid(format!(
             "{} values, and `fx fy cx cy` or `fx fy cx cy k1 k2 p1 p2 k3` are read: name them in a TOML \
              file (sensor, focal_px, principal_px, distortion, fisheye)",
             values.len()
-        )),
+        ))),
     }
 }
 
@@ -84,42 +92,44 @@ fn checked(
     [fx, fy, cx, cy]: [f64; 4],
     lens: Lens<'_>,
     [size, fields @ ..]: [&str; 4],
-) -> Result<CameraOfFile, String> {
+) -> Result<CameraOfFile, CalibrationError> {
     let is_side = |side: &f64| side.fract() == 0.0 && (1.0..=f64::from(u16::MAX)).contains(side);
     if let Some(sides) = sensor.filter(|sides| !sides.iter().all(is_side)) {
-        return Err(format!("{size}: a sensor of {sides:?} pixels"));
+        return Err(invalid(format!("{size}: a sensor of {sides:?} pixels")));
     }
     let sensor =
         sensor.map(|[width, height]| SensorSize { width: width as u16, height: height as u16 });
     let of_file =
         if lens.is_fisheye { LensCamera::fisheye_from_file } else { LensCamera::from_file };
+    // Files count from the centre of the first pixel, cameras here from its corner.
     let camera = of_file([fx, fy], [cx + 0.5, cy + 0.5], lens.coefficients);
-    Ok(CameraOfFile { sensor, camera: camera.map_err(|error| error.in_field(fields))? })
+    let camera = camera.map_err(|error| invalid(error.in_field(fields)))?;
+    Ok(CameraOfFile { sensor, camera })
 }
 
 /// The first camera of dv-processing's set of calibrations.
-fn dv_processing(text: &str) -> Result<CameraOfFile, String> {
-    let root: serde_json::Value = serde_json::from_str(text).map_err(|error| error.to_string())?;
-    let camera = root
-        .get("cameras")
-        .and_then(|cameras| cameras.get(0))
-        .ok_or("`cameras` with at least one camera is expected, as dv-processing writes it")?;
-    let list_of = |key: &str| -> Result<Vec<f64>, String> {
+fn dv_processing(text: &str) -> Result<CameraOfFile, CalibrationError> {
+    let root: serde_json::Value = serde_json::from_str(text).map_err(invalid)?;
+    let camera = root.get("cameras").and_then(|cameras| cameras.get(0)).ok_or_else(|| {
+        invalid("`cameras` with at least one camera is expected, as dv-processing writes it")
+    })?;
+    let list_of = |key: &str| -> Result<Vec<f64>, CalibrationError> {
         let list = camera.get(key).and_then(serde_json::Value::as_array);
-        let list = list.ok_or_else(|| format!("cameras[0].{key}: a list is expected"))?;
-        list.iter()
-            .map(|value| value.as_f64().ok_or_else(|| format!("cameras[0].{key}: no number")))
-            .collect()
+        let list = list.ok_or_else(|| invalid(format!("cameras[0].{key}: a list is expected")))?;
+        let no_number = || invalid(format!("cameras[0].{key}: no number"));
+        list.iter().map(|value| value.as_f64().ok_or_else(no_number)).collect()
     };
-    let pair = |key: &str| -> Result<[f64; 2], String> {
+    let pair = |key: &str| -> Result<[f64; 2], CalibrationError> {
         let list = list_of(key)?;
-        list.try_into().map_err(|_| format!("cameras[0].{key}: two values are expected"))
+        list.try_into().map_err(|_| invalid(format!("cameras[0].{key}: two values are expected")))
     };
     let model = camera.get("distortionModel").and_then(serde_json::Value::as_str);
     let is_fisheye = match model.unwrap_or("none") {
         "radialTangential" | "none" => false,
         "equidistant" => true,
-        other => return Err(format!("cameras[0].distortionModel: `{other}` is not supported")),
+        other => {
+            return Err(invalid(format!("cameras[0].distortionModel: `{other}` is not supported")));
+        }
     };
     let sensor = pair("resolution")?;
     let [fx, fy] = pair("focalLength")?;
@@ -129,7 +139,7 @@ fn dv_processing(text: &str) -> Result<CameraOfFile, String> {
     let fields = ["resolution", "focalLength", "principalPoint", "distortion"];
     let lens = Lens { coefficients: &distortion, is_fisheye };
     checked(Some(sensor), [fx, fy, cx, cy], lens, fields)
-        .map_err(|reason| format!("cameras[0].{reason}"))
+        .map_err(|fault| invalid(format!("cameras[0].{fault}")))
 }
 
 /// Whether the first line with content is YAML's: TOML has `=` before any colon.
@@ -169,13 +179,15 @@ const MODELS: [(&str, &[&str], &[&str]); 6] = [
 
 /// A camera in the keys of OpenCV's calibration, of ROS's and of kalibr's: at the top of the file, or
 /// else the first in an entry of its own, as kalibr and DV write it.
-fn opencv(entries: &[Entry]) -> Result<CameraOfFile, String> {
+fn opencv(entries: &[Entry]) -> Result<CameraOfFile, CalibrationError> {
     let camera = entries
         .iter()
         .filter(|entry| INTRINSICS.contains(&&*entry.key))
         .map(|entry| &entry.above)
         .min_by_key(|above| !above.is_empty())
-        .ok_or("no `camera_matrix`, `K` or `intrinsics`, as OpenCV, ROS and kalibr write them")?;
+        .ok_or_else(|| {
+            invalid("no `camera_matrix`, `K` or `intrinsics`, as OpenCV, ROS and kalibr write them")
+        })?;
     // A key may have a level of its own above it: `distortion.type`.
     let is_at = |entry: &Entry, above: &str, key: &str| match key.rsplit_once('.') {
         None => entry.above == above && entry.key == key,
@@ -192,26 +204,29 @@ fn opencv(entries: &[Entry]) -> Result<CameraOfFile, String> {
             let [word] = &entry.words[..] else { continue };
             let is_among = |known: &[&str]| known.iter().any(|k| k.eq_ignore_ascii_case(word));
             match (is_among(usual), is_among(fisheyes)) {
-                (false, false) => return Err(format!("{entry}: `{word}` is not supported")),
+                (false, false) => {
+                    return Err(invalid(format!("{entry}: `{word}` is not supported")));
+                }
                 (_, fisheye) => is_fisheye |= fisheye,
             }
         }
     }
     // The values under the first of `keys` that is there, and their place.
-    let list = |keys: &[&str]| -> Result<(String, Vec<f64>), String> {
+    let list = |keys: &[&str]| -> Result<(String, Vec<f64>), CalibrationError> {
         let find = |above: &str| {
             keys.iter().find_map(|key| entries.iter().find(|entry| is_at(entry, above, key)))
         };
         let Some(entry) = find(camera).or_else(|| find("")) else { return Ok(Default::default()) };
         let number = |word: &String| {
-            word.parse().map_err(|_| format!("{entry}: `{word}` where a number is expected"))
+            let refused = |_| invalid(format!("{entry}: `{word}` where a number is expected"));
+            word.parse().map_err(refused)
         };
         Ok((entry.to_string(), entry.words.iter().map(number).collect::<Result<_, _>>()?))
     };
     let (at, values) = list(&INTRINSICS)?;
     let intrinsics = match values[..] {
         [fx, _, cx, _, fy, cy, _, _, _] | [fx, fy, cx, cy] => [fx, fy, cx, cy],
-        _ => return Err(format!("{at}: {} values instead of 9 or 4", values.len())),
+        _ => return Err(invalid(format!("{at}: {} values instead of 9 or 4", values.len()))),
     };
     let (width_at, mut size) = list(&["image_width", "width", "resolution"])?;
     let (height_at, height) = list(&["image_height", "height"])?;
@@ -220,7 +235,10 @@ fn opencv(entries: &[Entry]) -> Result<CameraOfFile, String> {
     let sensor = match size[..] {
         [] => None,
         [width, height] => Some([width, height]),
-        _ => return Err(format!("{size_at}: {} values for width and height", size.len())),
+        _ => {
+            let count = size.len();
+            return Err(invalid(format!("{size_at}: {count} values for width and height")));
+        }
     };
     let (distortion_at, distortion) = list(&DISTORTION)?;
     let lens = Lens { coefficients: &distortion, is_fisheye };

@@ -74,7 +74,7 @@ pub fn read_rig(path: &Path) -> Result<Vec<PlacedCamera>, CalibrationError> {
         ))
     })?;
     let camera = |(index, entry): (usize, CameraEntry)| {
-        let at = |reason: String| malformed(format!("camera {}: {reason}", index + 1));
+        let at = |fault| malformed(format!("camera {}: {fault}", index + 1));
         match entry {
             CameraEntry::Placed(camera) => Ok(camera),
             CameraEntry::Projection(entry) => of_projection(&entry, path).map_err(at),
@@ -83,12 +83,12 @@ pub fn read_rig(path: &Path) -> Result<Vec<PlacedCamera>, CalibrationError> {
     file.camera.into_iter().enumerate().map(camera).collect()
 }
 
-fn of_projection(entry: &ProjectionEntry, rig: &Path) -> Result<PlacedCamera, String> {
+fn of_projection(entry: &ProjectionEntry, rig: &Path) -> Result<PlacedCamera, CalibrationError> {
     let mut rows = match &entry.projection {
         Projection::Rows(rows) => *rows,
         Projection::File(name) => {
             let file = rig.parent().unwrap_or(Path::new("")).join(name);
-            read_matrix(&file).map_err(|reason| format!("{}: {reason}", file.display()))?
+            read_matrix(&file)?
         }
     };
     for row in &mut rows {
@@ -101,17 +101,21 @@ fn of_projection(entry: &ProjectionEntry, rig: &Path) -> Result<PlacedCamera, St
         let [_, row, depth] = rows;
         rows[1] = std::array::from_fn(|k| height * depth[k] - row[k]);
     }
-    PlacedCamera::from_projection(rows).ok_or_else(|| "no projection of a camera".to_owned())
+    PlacedCamera::from_projection(rows)
+        .ok_or_else(|| CalibrationError::Invalid { reason: "no projection of a camera".to_owned() })
 }
 
-fn read_matrix(path: &Path) -> Result<[[f64; 4]; 3], String> {
-    let file = std::fs::File::open(path).map_err(|error| error.to_string())?;
-    let array = npyz::NpyFile::new(std::io::BufReader::new(file)).map_err(|e| e.to_string())?;
+fn read_matrix(path: &Path) -> Result<[[f64; 4]; 3], CalibrationError> {
+    let malformed = |reason: String| CalibrationError::Malformed { path: path.to_owned(), reason };
+    let unread = |error: std::io::Error| malformed(error.to_string());
+    let file = std::fs::File::open(path).map_err(unread)?;
+    let array = npyz::NpyFile::new(std::io::BufReader::new(file)).map_err(unread)?;
     let (shape, order) = (array.shape().to_vec(), array.order());
     if shape != [3, 4] {
-        return Err(format!("an array of shape {shape:?} instead of [3, 4]"));
+        return Err(malformed(format!("an array of shape {shape:?} instead of [3, 4]")));
     }
-    let values: Vec<f64> = array.into_vec().map_err(|error| error.to_string())?;
+    let values: Vec<f64> = array.into_vec().map_err(unread)?;
+    // Values come as they are stored, which may be column by column.
     let by_columns = order == npyz::Order::Fortran;
     let at = |row: usize, column: usize| match by_columns {
         true => values[3 * column + row],
@@ -122,8 +126,6 @@ fn read_matrix(path: &Path) -> Result<[[f64; 4]; 3], String> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use glam::{DVec2, DVec3};
 
     use super::*;

@@ -116,6 +116,7 @@ impl PixelActivity {
                 rate_hz: f64::from(self.counts[pixel]) / seconds,
             })
             .collect();
+        // Of as many events, in the order of rows: the same list every time.
         hot.sort_by_key(|pixel| (std::cmp::Reverse(pixel.events), pixel.y, pixel.x));
         hot
     }

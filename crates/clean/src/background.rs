@@ -89,25 +89,21 @@ pub struct BackgroundOptions {
 }
 
 impl BackgroundOptions {
-    /// The rule of the DHP19 data set.
-    pub const DHP19: Self = Self {
-        tau: Micros(70_000),
+    /// The rule of jAER.
+    const JAER: Self = Self {
+        tau: Micros(30_000),
         neighbours: 1,
         own_pixel: false,
         same_polarity: false,
-        border_confirms: false,
+        border_confirms: true,
     };
+    /// The rule of the DHP19 data set.
+    pub const DHP19: Self = Self { tau: Micros(70_000), border_confirms: false, ..Self::JAER };
 }
 
 impl Default for BackgroundOptions {
     fn default() -> Self {
-        Self {
-            tau: Micros(30_000),
-            neighbours: 1,
-            own_pixel: false,
-            same_polarity: false,
-            border_confirms: true,
-        }
+        Self::JAER
     }
 }
 
@@ -229,13 +225,7 @@ mod tests {
         stream.iter().map(|event| (event.t.0, event.x, event.y)).collect()
     }
 
-    const TEN: BackgroundOptions = BackgroundOptions {
-        tau: Micros(10),
-        neighbours: 1,
-        own_pixel: false,
-        same_polarity: false,
-        border_confirms: true,
-    };
+    const TEN: BackgroundOptions = BackgroundOptions { tau: Micros(10), ..BackgroundOptions::JAER };
 
     #[test]
     fn a_neighbour_confirms_up_to_the_time_constant_and_not_after_it() {

@@ -97,6 +97,7 @@ impl Mask {
         if let Some((x, y)) = mask.pixels.iter().find(|(x, y)| !sensor.contains(*x, *y)) {
             return Err(bad(format!("pixel ({x}, {y}) lies outside the {sensor} sensor")));
         }
+        // In 32 bits, as corner and side together may exceed 16.
         let fits = |r: &Rectangle| {
             u32::from(r.x) + u32::from(r.width) <= u32::from(sensor.width)
                 && u32::from(r.y) + u32::from(r.height) <= u32::from(sensor.height)

@@ -131,6 +131,7 @@ fn gaps(bins: &[u32]) -> usize {
         if silent >= GAP_BINS {
             let (before, behind) = (at.saturating_sub(GAP_BINS), at + silent);
             let end = bins.len().min(behind + GAP_BINS);
+            // A scene at rest is silent as well: only a silence between busy times is a loss.
             gaps += usize::from(busy(&bins[before..at]) && busy(&bins[behind..end]));
         }
         at += silent.max(1);

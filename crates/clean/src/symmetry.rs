@@ -237,6 +237,7 @@ impl Images {
     fn products(&self, other: &Self, symmetry: Symmetry, lag: i64) -> Vec<f64> {
         let (pixels, width) = (self.size.pixels(), usize::from(self.size.width));
         let (across, down) = (usize::from(other.size.width), usize::from(other.size.height));
+        // Once for all slices.
         let places: Vec<(usize, usize)> = (0..pixels)
             .map(|pixel| {
                 let from = ((pixel % width) as u16, (pixel / width) as u16);
@@ -264,6 +265,7 @@ impl Images {
 
 /// Sums over three by three pixels, with nothing outside.
 fn smooth(image: &mut [f32], width: usize) {
+    // Rows and columns by themselves: three additions each instead of nine.
     let mut row = vec![0.0; width];
     for line in image.chunks_exact_mut(width) {
         row.copy_from_slice(line);

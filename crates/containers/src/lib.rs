@@ -7,4 +7,5 @@
 
 pub mod cdf;
 pub mod mat;
+mod number;
 pub mod pickle;

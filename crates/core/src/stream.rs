@@ -111,6 +111,7 @@ impl EventStream {
     fn first_fault(&self, t: &[Micros], x: &[u16], y: &[u16]) -> Option<CoreError> {
         let mut previous = self.t.last().copied();
         for (k, ((&t, &x), &y)) in t.iter().zip(x).zip(y).enumerate() {
+            // Counted from the first event of the stream, as users count.
             let index = self.len() + k;
             if !self.sensor.contains(x, y) {
                 return Some(CoreError::OutsideSensor { index, x, y, sensor: self.sensor });

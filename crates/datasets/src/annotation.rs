@@ -113,12 +113,14 @@ fn from_entry(path: &Path, index: usize, entry: Entry) -> Result<Annotation, Dat
                 0.0 => Visibility::Unlabelled,
                 1.0 => Visibility::Hidden,
                 2.0 => Visibility::Visible,
-                _ => return Err(format!("a visibility of {z}: it is 0, 1 or 2")),
+                _ => {
+                    let reason = format!("a visibility of {z}: it is 0, 1 or 2");
+                    return Err(DatasetError::malformed(path, place("keypoints"), reason));
+                }
             };
             Ok(Keypoint { position: Vec2::new(x, y), visibility })
         })
-        .collect::<Result<Vec<_>, String>>()
-        .map_err(|reason| DatasetError::malformed(path, place("keypoints"), reason))?;
+        .collect::<Result<Vec<_>, _>>()?;
     let points = |points: &[[f32; 2]]| points.iter().map(|&point| Vec2::from(point)).collect();
     let label = BodyLabel {
         keypoints,

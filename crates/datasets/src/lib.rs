@@ -42,6 +42,7 @@ pub mod lsp;
 pub mod mpii;
 mod open;
 mod recording;
+mod runs;
 pub mod stills;
 
 pub use annotation::{Annotation, read_annotations, write_annotations};

@@ -340,6 +340,11 @@ impl IoError {
         self
     }
 
+    /// Damage before the first event; [`Self::behind`] says how many are readable.
+    pub(crate) fn damaged(path: &Path, byte: u64, reason: impl Into<Cow<'static, str>>) -> Self {
+        Self::Damaged { path: path.to_owned(), byte, reason: reason.into(), events: 0 }
+    }
+
     pub(crate) fn file(path: &Path, action: &'static str, source: io::Error) -> Self {
         Self::File { path: path.to_owned(), action, source }
     }

@@ -93,7 +93,6 @@ fn is_word(text: &str) -> bool {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_pose::JointFrame;
 
     use crate::poses::{PoseColumns, PoseKind};

@@ -71,6 +71,8 @@ pub mod poses;
 mod positional;
 mod predictions;
 pub mod ros;
+#[cfg(test)]
+mod sample;
 mod sink;
 mod sniff;
 mod source;
@@ -93,8 +95,8 @@ pub use open::{
 };
 pub use sink::EventSink;
 pub use source::{
-    BlockSource, ColumnNames, DecodeFault, Decoder, EventSource, Header, Input, MemorySource,
-    OpenOptions, ReadSeek, Restarts, TimeUnit,
+    BlockSource, ColumnNames, DecodeFault, DecodeResult, Decoder, EventSource, Header, Input,
+    MemorySource, OpenOptions, ReadSeek, Restarts, TimeUnit,
 };
 
 pub use evpose_core::{

@@ -72,8 +72,6 @@ pub(crate) fn unit_by_name(name: &str) -> Option<TimeUnit> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use super::*;
 
     fn of(names: &str) -> Result<Places, Vec<usize>> {

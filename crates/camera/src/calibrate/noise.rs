@@ -229,7 +229,6 @@ fn poisson_quantile(mean: f64, chance: f64) -> u32 {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     #[test]

@@ -6,6 +6,9 @@ use std::fmt;
 use roxmltree::{Document, Node};
 use saphyr::{LoadableYamlNode as _, MarkedYaml, Scalar, YamlData};
 
+use super::invalid;
+use crate::CalibrationError;
+
 /// Levels of blocks in YAML: as many as the parser allows of brackets.
 const MAX_DEPTH: usize = 255;
 
@@ -38,15 +41,15 @@ impl fmt::Display for Entry {
 }
 
 /// The entries of the first document of YAML.
-pub(super) fn of_yaml(text: &str) -> Result<Vec<Entry>, String> {
+pub(super) fn of_yaml(text: &str) -> Result<Vec<Entry>, CalibrationError> {
     // OpenCV's directive has a colon that YAML refuses. As a comment it keeps its line.
     let text = text.replacen("%YAML:", "#YAML:", 1);
     // The parser descends for each level of blocks, of which each is a column to the right.
     let depth = |line: &str| line.len() - line.trim_start_matches([' ', '-', '?', ':']).len();
     if text.lines().any(|line| depth(line) > MAX_DEPTH) {
-        return Err(format!("more than {MAX_DEPTH} levels"));
+        return Err(invalid(format!("more than {MAX_DEPTH} levels")));
     }
-    let documents = MarkedYaml::load_from_str(&text).map_err(|error| error.to_string())?;
+    let documents = MarkedYaml::load_from_str(&text).map_err(invalid)?;
     let mut entries = Vec::new();
     if let Some(root) = documents.first() {
         add_yaml(root, &[], 1, &mut entries);
@@ -87,8 +90,8 @@ fn scalars(node: &MarkedYaml<'_>) -> Vec<String> {
 }
 
 /// The entries of XML, without its root.
-pub(super) fn of_xml(text: &str) -> Result<Vec<Entry>, String> {
-    let document = Document::parse(text).map_err(|error| error.to_string())?;
+pub(super) fn of_xml(text: &str) -> Result<Vec<Entry>, CalibrationError> {
+    let document = Document::parse(text).map_err(invalid)?;
     // Elements of one name beside each other are a list, as OpenCV's `_`: an index keeps them apart.
     let (mut names, mut counts) = (HashMap::new(), HashMap::new());
     let mut entries = Vec::new();

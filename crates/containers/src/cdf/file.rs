@@ -1,9 +1,10 @@
 //! Files: the descriptor records, and the variables.
 
 use crate::cdf::compression::{self, LIMIT};
-use crate::cdf::kind::{ByteOrder, NumberKind};
+use crate::cdf::kind::{number_of_type, order_of_encoding};
 use crate::cdf::record::{Record, kind};
 use crate::cdf::{CdfArray, CdfError, values};
+use crate::number::ByteOrder;
 
 const MAGIC: &[u8] = &[0xcd, 0xf3, 0x00, 0x01];
 const MAGIC_2: [&[u8]; 2] = [&[0xcd, 0xf2, 0x60, 0x02], &[0x00, 0x00, 0xff, 0xff]];
@@ -66,7 +67,7 @@ impl CdfFile {
             return Err(CdfError::NotCdf);
         };
         let description = Record::of_kind(&bytes, FIRST, kind::DESCRIPTION)?;
-        let order = ByteOrder::of_encoding(description.u32(28)?, FIRST + 28)?;
+        let order = order_of_encoding(description.u32(28)?, FIRST + 28)?;
         let flags = description.u32(32)?;
         // A bit of the flags: one file for everything.
         if flags & 2 == 0 {
@@ -109,7 +110,7 @@ impl CdfFile {
             let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
             return Err(CdfError::NoVariable { name: name.to_owned(), known });
         };
-        let kind = NumberKind::of_type(variable.data_type, variable.at + 20)?;
+        let kind = number_of_type(variable.data_type, variable.at + 20)?;
         if variable.elements != 1 {
             let reason = format!("values of {} elements each, they have one", variable.elements);
             return Err(CdfError::malformed(variable.at + 64, reason));

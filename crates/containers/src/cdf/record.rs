@@ -40,6 +40,7 @@ impl<'a> Record<'a> {
         };
         let [a, b, c, d, e, f, g, h, kind @ ..] = *head;
         let size = u64::from_be_bytes([a, b, c, d, e, f, g, h]);
+        // The size of a damaged record may reach beyond the file.
         let bytes = usize::try_from(size).ok().and_then(|size| rest.get(..size));
         match bytes.filter(|bytes| bytes.len() >= HEAD) {
             Some(bytes) => Ok(Self { at, kind: u32::from_be_bytes(kind), bytes }),

@@ -3,9 +3,9 @@
 use std::borrow::Cow;
 
 use crate::cdf::file::Variable;
-use crate::cdf::kind::NumberKind;
 use crate::cdf::record::{Record, kind};
 use crate::cdf::{CdfArray, CdfError, CdfFile, compression};
+use crate::number::{NumberKind, row_major};
 
 /// Maximal depth of nested indices; no program writes more.
 const MAX_INDEX_DEPTH: usize = 8;
@@ -14,12 +14,12 @@ const MAX_INDEX_DEPTH: usize = 8;
 pub(crate) fn decode(
     file: &CdfFile,
     variable: &Variable,
-    kind: NumberKind,
+    (kind, size): (NumberKind, usize),
 ) -> Result<CdfArray, CdfError> {
     if let Some(at) = variable.compression {
         compression::check(&file.bytes, at)?;
     }
-    let record_bytes = variable.values_per_record * kind.size() as u64;
+    let record_bytes = variable.values_per_record * size as u64;
     let mut records =
         StoredRecords { file: &file.bytes, variable, record_bytes, bytes: Vec::new(), next: 0 };
     if let Some(index) = variable.index.filter(|_| variable.records > 0) {
@@ -28,14 +28,15 @@ pub(crate) fn decode(
     if records.next != variable.records {
         return Err(records.missing(variable.at));
     }
-    let values =
-        records.bytes.chunks_exact(kind.size()).map(|bytes| kind.decode(bytes, file.order));
-    let mut values: Vec<f64> = values.collect();
+    let values = records.bytes.chunks_exact(size);
+    let mut values: Vec<f64> =
+        values.map(|bytes| kind.decode(bytes, file.order).as_f64()).collect();
+    let sizes: Vec<usize> = variable.sizes.iter().map(|&size| size as usize).collect();
     // Column-major values are reordered, so that callers know one order only.
     if !file.is_row_major {
-        values = row_major(&values, &variable.sizes, variable.values_per_record as usize);
+        let records = values.chunks_exact((variable.values_per_record as usize).max(1));
+        values = records.flat_map(|record| row_major(record, &sizes)).collect();
     }
-    let sizes = variable.sizes.iter().map(|&size| size as usize).collect();
     // The limit of a variable keeps the count within any machine's memory.
     Ok(CdfArray { records: variable.records as usize, sizes, values })
 }
@@ -123,26 +124,4 @@ impl StoredRecords<'_> {
         let reason = format!("record {} of the {records} of `{name}` is not there", self.next);
         CdfError::malformed(byte, reason)
     }
-}
-
-/// Reorders column-major records into row-major ones.
-fn row_major(values: &[f64], sizes: &[u32], values_per_record: usize) -> Vec<f64> {
-    let (mut strides, mut stride) = (Vec::with_capacity(sizes.len()), 1);
-    for &size in sizes {
-        strides.push(stride);
-        stride *= size as usize;
-    }
-    let place = |mut index: usize| {
-        let mut place = 0;
-        // The last dimension runs fastest here, the first one in the file.
-        for (&size, stride) in sizes.iter().zip(&strides).rev() {
-            place += index % size as usize * stride;
-            index /= size as usize;
-        }
-        place
-    };
-    let records = values.chunks_exact(values_per_record.max(1));
-    records
-        .flat_map(|record| (0..values_per_record).map(move |index| record[place(index)]))
-        .collect()
 }

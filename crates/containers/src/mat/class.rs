@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::number::{ByteOrder, Number, NumberKind};
+
 /// MATLAB's class of an array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MatClass {
@@ -95,22 +97,6 @@ impl fmt::Display for MatClass {
     }
 }
 
-/// Byte order of stored values.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum ByteOrder {
-    Little,
-    Big,
-}
-
-impl ByteOrder {
-    pub(crate) fn u32(self, bytes: [u8; 4]) -> u32 {
-        match self {
-            Self::Little => u32::from_le_bytes(bytes),
-            Self::Big => u32::from_be_bytes(bytes),
-        }
-    }
-}
-
 /// Data type in which values are stored; often narrower than their class.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Storage {
@@ -165,55 +151,11 @@ impl Storage {
 
     /// Decodes `bytes`, which are [`Self::size`] long.
     pub(crate) fn decode(self, bytes: &[u8], order: ByteOrder) -> Number {
-        let mut word = [0; 8];
-        // Little-endian at the low end, whatever the order of the file.
-        for (i, byte) in bytes.iter().enumerate().take(8) {
-            word[if order == ByteOrder::Little { i } else { bytes.len() - 1 - i }] = *byte;
-        }
-        // Shorter values leave zeros above, and casts below give them their sign.
-        let word = u64::from_le_bytes(word);
-        match self {
-            Self::I8 => Number::Integer(i128::from(word as u8 as i8)),
-            Self::I16 => Number::Integer(i128::from(word as u16 as i16)),
-            Self::I32 => Number::Integer(i128::from(word as u32 as i32)),
-            Self::I64 => Number::Integer(i128::from(word as i64)),
-            Self::F32 => Number::Real(f64::from(f32::from_bits(word as u32))),
-            Self::F64 => Number::Real(f64::from_bits(word)),
-            Self::U8
-            | Self::U16
-            | Self::U32
-            | Self::U64
-            | Self::Utf8
-            | Self::Utf16
-            | Self::Utf32 => Number::Integer(i128::from(word)),
-        }
-    }
-}
-
-/// A stored value before conversion.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Number {
-    Integer(i128),
-    Real(f64),
-}
-
-impl Number {
-    pub(crate) fn as_f64(self) -> f64 {
-        match self {
-            Self::Integer(value) => value as f64,
-            Self::Real(value) => value,
-        }
-    }
-
-    /// The value as an integer, if it has no fraction and fits.
-    pub(crate) fn as_i64(self) -> Option<i64> {
-        match self {
-            Self::Integer(value) => i64::try_from(value).ok(),
-            // From -2⁶³ up to but without 2⁶³, both of which are exact in double precision.
-            Self::Real(value) if value.fract() == 0.0 && value.abs() < 9.223_372_036_854_776e18 => {
-                Some(value as i64)
-            }
-            Self::Real(_) => None,
-        }
+        let kind = match self {
+            Self::F32 | Self::F64 => NumberKind::Float,
+            Self::I8 | Self::I16 | Self::I32 | Self::I64 => NumberKind::Signed,
+            _ => NumberKind::Unsigned,
+        };
+        kind.decode(bytes, order)
     }
 }

@@ -1,7 +1,7 @@
 //! Data elements: a type, a length and bytes.
 
-use crate::mat::class::ByteOrder;
 use crate::mat::{MatError, MatPosition};
+use crate::number::ByteOrder;
 
 /// Type of an array.
 pub(crate) const MATRIX: u32 = 14;

@@ -1,13 +1,13 @@
 //! Files: the header, and the variables one behind the other.
 
-use std::io::Read;
+use std::io::{self, Read};
 
 use flate2::read::ZlibDecoder;
 
-use crate::mat::class::ByteOrder;
 use crate::mat::element::{COMPRESSED, MATRIX, Origin, Reader};
 use crate::mat::tree::{Tree, read_tree};
 use crate::mat::{MatError, MatValue};
+use crate::number::ByteOrder;
 
 const HEADER_BYTES: usize = 128;
 /// Default limit of the inflated bytes of all variables, against archives that expand without end: a
@@ -60,8 +60,10 @@ impl MatFile {
                     Origin::File { start: element.tag },
                 ),
                 COMPRESSED => {
-                    let bytes = inflate(data, left)
-                        .map_err(|reason| reader.origin.malformed(element.tag, reason))?;
+                    let bytes = inflate(data, left).map_err(|error| {
+                        let reason = format!("cannot be decompressed: {error}");
+                        reader.origin.malformed(element.tag, reason)
+                    })?;
                     left = left
                         .checked_sub(bytes.len() as u64)
                         .ok_or(MatError::TooLarge { byte: element.tag, limit: inflated_limit })?;
@@ -139,10 +141,10 @@ fn is_version_4(bytes: &[u8]) -> bool {
 
 /// Inflates a compressed element; at most one byte more than `limit`, so that the caller sees an
 /// excess.
-fn inflate(data: &[u8], limit: u64) -> Result<Vec<u8>, String> {
+fn inflate(data: &[u8], limit: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let mut decoder = ZlibDecoder::new(data).take(limit.saturating_add(1));
-    decoder.read_to_end(&mut bytes).map_err(|error| format!("cannot be decompressed: {error}"))?;
+    decoder.read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 

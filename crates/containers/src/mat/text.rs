@@ -1,6 +1,7 @@
 //! Decoding of stored text.
 
-use crate::mat::class::{ByteOrder, Storage};
+use crate::mat::class::Storage;
+use crate::number::ByteOrder;
 
 /// Decodes text; none if the bytes are no valid Unicode.
 ///

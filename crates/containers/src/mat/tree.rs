@@ -319,9 +319,6 @@ fn names_of(bytes: &[u8], room: usize) -> Option<Vec<String>> {
 
 /// Whether values of a class may be stored as this type: integers are never stored as floats.
 fn fits(class: MatClass, storage: Storage) -> bool {
-    match class {
-        MatClass::Char => !matches!(storage, Storage::F32 | Storage::F64),
-        MatClass::F32 | MatClass::F64 => true,
-        _ => !matches!(storage, Storage::F32 | Storage::F64),
-    }
+    matches!(class, MatClass::F32 | MatClass::F64)
+        || !matches!(storage, Storage::F32 | Storage::F64)
 }

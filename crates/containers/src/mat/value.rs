@@ -2,11 +2,12 @@
 
 use std::fmt::Write;
 
-use crate::mat::class::{Number, Storage};
+use crate::mat::class::Storage;
 use crate::mat::file::Variable;
 use crate::mat::text::text_of;
 use crate::mat::tree::{Content, Node};
 use crate::mat::{MatClass, MatError};
+use crate::number::Number;
 
 /// A value of a MAT-file: an array, or one element of an array.
 ///
@@ -80,6 +81,7 @@ impl<'a> MatValue<'a> {
             let (path, length) = (self.path(), self.len());
             return Err(MatError::NoElement { path, position: index + 1, length });
         }
+        // The only element of an element is itself.
         let element = self.element.unwrap_or(index);
         Ok(match content {
             Content::Arrays { first, .. } if self.class() == MatClass::Cell => {
@@ -218,6 +220,7 @@ impl<'a> MatValue<'a> {
                 let element = |element: usize| &bytes[element * size..(element + 1) * size];
                 (storage, self.element.map_or(bytes, element))
             }
+            // Of an empty array nothing is stored.
             _ => (Storage::U8, &[]),
         };
         let order = self.variable.order;

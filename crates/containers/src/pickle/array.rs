@@ -6,6 +6,7 @@
 
 use std::borrow::Cow;
 
+use crate::number::row_major;
 use crate::pickle::{Element, Id, Pickle, PickleValue};
 
 /// Dimensions that numpy itself allows.
@@ -69,37 +70,11 @@ impl Array {
             return Err(ArrayError::Length { shape, expected, actual: bytes.len() });
         }
         let values = bytes.chunks_exact(element.size()).map(|bytes| element.decode(bytes));
-        let values: Vec<f64> = values.collect();
-        Ok(if is_column_major {
-            Self::from_columns(shape, &values)
-        } else {
-            Self { shape, values }
-        })
-    }
-
-    /// Reorders a column-major array.
-    fn from_columns(shape: Vec<usize>, stored: &[f64]) -> Self {
-        let mut strides = Vec::with_capacity(shape.len());
-        let mut stride = 1;
-        // Column-major: neighbours along the first dimension are next to each other.
-        for &length in &shape {
-            strides.push(stride);
-            stride *= length;
+        let mut values: Vec<f64> = values.collect();
+        if is_column_major {
+            values = row_major(&values, &shape);
         }
-        let mut values = Vec::with_capacity(stored.len());
-        let mut position = vec![0; shape.len()];
-        for _ in 0..stored.len() {
-            let at: usize = position.iter().zip(&strides).map(|(at, stride)| at * stride).sum();
-            values.push(stored[at]);
-            // The result is row-major: its last dimension runs fastest.
-            for (at, &length) in position.iter_mut().zip(&shape).rev() {
-                *at = (*at + 1) % length;
-                if *at != 0 {
-                    break;
-                }
-            }
-        }
-        Self { shape, values }
+        Ok(Self { shape, values })
     }
 
     /// Reads the numeric array at `id`: an array or scalar of numpy, a scalar, or a constant of
@@ -126,6 +101,7 @@ impl Array {
         let Some((module, name, arguments)) = pickle.call(id) else {
             return Err(ArrayError::Other(describe(pickle, id)));
         };
+        // The functions moved to `numpy._core` in version 2: any module counts.
         let is_numpy = module == "numpy" || module.starts_with("numpy.");
         match (is_numpy, name, arguments) {
             (true, "_reconstruct", _) => Self::restored(pickle, id),
@@ -207,6 +183,7 @@ fn bytes(pickle: &Pickle, id: Id) -> Option<Cow<'_, [u8]>> {
     match pickle.node(id) {
         PickleValue::Bytes(bytes) => Some(Cow::Borrowed(bytes)),
         PickleValue::Text(text) => latin(text),
+        // Protocols before 3 have no bytes: Python 3 writes how to make them.
         _ => match pickle.call(id)? {
             ("_codecs", "encode", &[text, encoding])
                 if matches!(pickle.text(encoding), Some("latin1" | "latin-1")) =>
@@ -221,6 +198,12 @@ fn bytes(pickle: &Pickle, id: Id) -> Option<Cow<'_, [u8]>> {
             _ => None,
         },
     }
+}
+
+/// A number as an index below `limit`, or the fault.
+pub(crate) fn index(value: f64, limit: usize, fault: &'static str) -> Result<usize, ArrayError> {
+    let fits = value.fract() == 0.0 && value >= 0.0 && value < limit as f64;
+    if fits { Ok(value as usize) } else { Err(ArrayError::Damaged(fault)) }
 }
 
 /// Describes the value at `id` for a message.

@@ -7,9 +7,10 @@
 //! # Source
 //! chumpy 0.70, `ch.py` and `reordering.py`.
 
-use crate::pickle::array::{Array, ArrayError, describe};
+use crate::pickle::array::{Array, ArrayError, describe, index};
 use crate::pickle::{Id, Pickle};
 
+const BEYOND: &str = "an index beyond its array";
 /// Maximal depth of nested selections. Files have one; more may be a loop.
 const MAX_LEVELS: usize = 8;
 
@@ -53,14 +54,14 @@ fn shape_of(pickle: &Pickle, id: Id) -> Result<Vec<usize>, ArrayError> {
         return Ok(shape);
     }
     let shape = Array::plain(pickle, id)?;
-    shape.values.iter().map(|&length| index(length, u32::MAX as usize)).collect()
+    shape.values.iter().map(|&length| index(length, u32::MAX as usize, BEYOND)).collect()
 }
 
 fn select(source: &Array, indices: Array, shape: Option<Vec<usize>>) -> Result<Array, ArrayError> {
     let values: Vec<f64> = indices
         .values
         .iter()
-        .map(|&at| Ok(source.values[index(at, source.values.len())?]))
+        .map(|&at| Ok(source.values[index(at, source.values.len(), BEYOND)?]))
         .collect::<Result<_, ArrayError>>()?;
     let shape = shape.unwrap_or(indices.shape);
     let count = shape.iter().try_fold(1usize, |count, &length| count.checked_mul(length));
@@ -68,10 +69,4 @@ fn select(source: &Array, indices: Array, shape: Option<Vec<usize>>) -> Result<A
         return Err(ArrayError::Damaged("a selection of another size than its shape"));
     }
     Ok(Array { shape, values })
-}
-
-/// A number as an index below `limit`.
-fn index(value: f64, limit: usize) -> Result<usize, ArrayError> {
-    let fits = value.fract() == 0.0 && value >= 0.0 && value < limit as f64;
-    if fits { Ok(value as usize) } else { Err(ArrayError::Damaged("an index beyond its array")) }
 }

@@ -1,49 +1,44 @@
 //! Storage of the values of an array.
 
+use crate::number::{ByteOrder, NumberKind};
+
 /// Numeric type and byte order of stored values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Element {
-    kind: Kind,
+    kind: NumberKind,
     /// Bytes of a value.
     bytes: usize,
-    is_big_endian: bool,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
-    Float,
-    Signed,
-    Unsigned,
+    order: ByteOrder,
 }
 
 impl Element {
     /// The element of a numpy type name such as `f8`, `<i4` or `>u2`; none for a type that is not
     /// numeric.
     pub fn parse(name: &str) -> Option<Self> {
-        let (is_big_endian, name) = match name.as_bytes().first()? {
-            b'>' => (true, &name[1..]),
-            b'<' | b'|' | b'=' => (false, &name[1..]),
-            _ => (false, name),
+        let (order, name) = match name.as_bytes().first()? {
+            b'>' => (ByteOrder::Big, &name[1..]),
+            b'<' | b'|' | b'=' => (ByteOrder::Little, &name[1..]),
+            _ => (ByteOrder::Little, name),
         };
         let (kind, bytes) = match name {
-            "f4" => (Kind::Float, 4),
-            "f8" => (Kind::Float, 8),
-            "i1" => (Kind::Signed, 1),
-            "i2" => (Kind::Signed, 2),
-            "i4" => (Kind::Signed, 4),
-            "i8" => (Kind::Signed, 8),
-            "u1" | "b1" => (Kind::Unsigned, 1),
-            "u2" => (Kind::Unsigned, 2),
-            "u4" => (Kind::Unsigned, 4),
-            "u8" => (Kind::Unsigned, 8),
+            "f4" => (NumberKind::Float, 4),
+            "f8" => (NumberKind::Float, 8),
+            "i1" => (NumberKind::Signed, 1),
+            "i2" => (NumberKind::Signed, 2),
+            "i4" => (NumberKind::Signed, 4),
+            "i8" => (NumberKind::Signed, 8),
+            "u1" | "b1" => (NumberKind::Unsigned, 1),
+            "u2" => (NumberKind::Unsigned, 2),
+            "u4" => (NumberKind::Unsigned, 4),
+            "u8" => (NumberKind::Unsigned, 8),
             _ => return None,
         };
-        Some(Self { kind, bytes, is_big_endian })
+        Some(Self { kind, bytes, order })
     }
 
     /// The same in the byte order `order`: `>` is the other one on the machines of today.
     pub fn with_order(self, order: &str) -> Self {
-        Self { is_big_endian: order == ">", ..self }
+        Self { order: if order == ">" { ByteOrder::Big } else { ByteOrder::Little }, ..self }
     }
 
     /// Bytes of a value.
@@ -53,21 +48,7 @@ impl Element {
 
     /// Decodes a value. Integers beyond 2^53 are rounded.
     pub(crate) fn decode(self, bytes: &[u8]) -> f64 {
-        let mut wide = [0; 8];
-        for (k, byte) in bytes.iter().enumerate().take(8) {
-            wide[if self.is_big_endian { bytes.len() - 1 - k } else { k }] = *byte;
-        }
-        let raw = u64::from_le_bytes(wide);
-        match self.kind {
-            Kind::Float if self.bytes == 4 => f32::from_bits(raw as u32).into(),
-            Kind::Float => f64::from_bits(raw),
-            Kind::Unsigned => raw as f64,
-            Kind::Signed => {
-                // The sign is the first bit of as many bytes as there are.
-                let unused = 64 - 8 * self.bytes as u32;
-                ((raw << unused) as i64 >> unused) as f64
-            }
-        }
+        self.kind.decode(bytes, self.order).as_f64()
     }
 }
 

@@ -5,7 +5,7 @@
 //! outside of the pickle and without the registry of extension codes.
 
 use crate::pickle::opcode as op;
-use crate::pickle::program::{Program, Step, utf8};
+use crate::pickle::program::{Program, Step, fault, utf8};
 use crate::pickle::text::{escaped, quoted};
 use crate::pickle::value::{Id, PickleValue};
 
@@ -50,7 +50,7 @@ impl<'a> Machine<'a> {
     pub(crate) fn step(&mut self) -> Step<Option<Id>> {
         // One byte can make a value, which takes many times its memory.
         if self.nodes.len().max(self.stack.len()) > MAX_VALUES {
-            return Err(format!("more than {MAX_VALUES} values"));
+            return Err(fault(format!("more than {MAX_VALUES} values")));
         }
         let opcode = self.program.byte()?;
         if opcode == op::STOP {
@@ -62,7 +62,7 @@ impl<'a> Machine<'a> {
             || self.container_opcode(opcode)?
             || self.object_opcode(opcode)?
             || self.memo_opcode(opcode)?;
-        if is_known { Ok(None) } else { Err(format!("unknown opcode 0x{opcode:02x}")) }
+        if is_known { Ok(None) } else { Err(fault(format!("unknown opcode 0x{opcode:02x}"))) }
     }
 
     /// Executes an opcode of the stack and of framing; false for one of another group.
@@ -106,7 +106,8 @@ impl<'a> Machine<'a> {
             op::LONG => self.decimal_long()?,
             op::FLOAT => {
                 let line = self.program.line()?;
-                let value = line.trim().parse().map_err(|_| format!("`{line}` is no number"))?;
+                let value =
+                    line.trim().parse().map_err(|_| fault(format!("`{line}` is no number")))?;
                 self.push(PickleValue::Float(value));
             }
             _ => return Ok(false),
@@ -219,7 +220,7 @@ impl<'a> Machine<'a> {
             op::OBJ => {
                 let mut group = self.pop_group()?;
                 if group.is_empty() {
-                    return Err("an instance without a class".to_owned());
+                    return Err(fault("an instance without a class"));
                 }
                 let class = group.remove(0);
                 let arguments = self.add(PickleValue::Tuple(group));
@@ -259,6 +260,7 @@ impl<'a> Machine<'a> {
                 self.recall(index)?;
             }
             op::MEMOIZE => {
+                // Its index is the count of those before it.
                 let top = self.top()?;
                 self.memo.push(Some(top));
             }
@@ -279,16 +281,12 @@ impl<'a> Machine<'a> {
     /// Pushes an integer in digits; two spellings are booleans.
     fn decimal(&mut self) -> Step<()> {
         let line = self.program.line()?;
-        match line.as_str() {
-            "00" => self.push(PickleValue::Bool(false)),
-            "01" => self.push(PickleValue::Bool(true)),
-            digits => {
-                let value = digits.trim().parse();
-                self.push(PickleValue::Int(
-                    value.map_err(|_| format!("`{digits}` is no integer"))?,
-                ));
-            }
-        }
+        let no_integer = |_| fault(format!("`{line}` is no integer"));
+        self.push(match line.as_str() {
+            "00" => PickleValue::Bool(false),
+            "01" => PickleValue::Bool(true),
+            digits => PickleValue::Int(digits.trim().parse().map_err(no_integer)?),
+        });
         Ok(())
     }
 
@@ -302,7 +300,7 @@ impl<'a> Machine<'a> {
         }
         // The unsigned 64 bits that are beyond the signed ones.
         let value: u64 =
-            digits.parse().map_err(|_| format!("`{line}` is no integer of 64 bits"))?;
+            digits.parse().map_err(|_| fault(format!("`{line}` is no integer of 64 bits")))?;
         let mut bytes = value.to_le_bytes().to_vec();
         bytes.push(0);
         self.push(PickleValue::LongInt(bytes));
@@ -363,7 +361,7 @@ impl<'a> Machine<'a> {
     fn top(&self) -> Step<Id> {
         match self.stack.last() {
             Some(Item::Value(id)) => Ok(*id),
-            _ => Err("a value was expected on the stack".to_owned()),
+            _ => Err(fault("a value was expected on the stack")),
         }
     }
 
@@ -380,18 +378,19 @@ impl<'a> Machine<'a> {
             PickleValue::Text(text) => {
                 self.copied += text.len();
                 if self.copied > MAX_COPIED {
-                    return Err(format!("more than {MAX_COPIED} bytes of names of classes"));
+                    return Err(fault(format!("more than {MAX_COPIED} bytes of names of classes")));
                 }
                 Ok(text.clone())
             }
-            _ => Err("a text was expected on the stack".to_owned()),
+            _ => Err(fault("a text was expected on the stack")),
         }
     }
 
     /// Pops the values above the last mark.
     fn pop_group(&mut self) -> Step<Vec<Id>> {
         let mark = self.stack.iter().rposition(|item| matches!(item, Item::Mark));
-        let group = self.stack.drain(mark.ok_or("a group was closed that was not opened")?..);
+        let mark = mark.ok_or_else(|| fault("a group was closed that was not opened"))?;
+        let group = self.stack.drain(mark..);
         let values = group.filter_map(|item| match item {
             Item::Value(id) => Some(id),
             Item::Mark => None,
@@ -405,7 +404,7 @@ impl<'a> Machine<'a> {
             PickleValue::List(items) => items.extend(values),
             // A subclass of list, whose items nothing here reads.
             PickleValue::Call { .. } => {}
-            _ => return Err("items for something that is no list".to_owned()),
+            _ => return Err(fault("items for something that is no list")),
         }
         Ok(())
     }
@@ -414,7 +413,7 @@ impl<'a> Machine<'a> {
         let dictionary = self.top()?;
         match &mut self.nodes[dictionary.0] {
             PickleValue::Dict(items) | PickleValue::Call { items, .. } => items.extend(entries),
-            _ => return Err("entries for something that is no dictionary".to_owned()),
+            _ => return Err(fault("entries for something that is no dictionary")),
         }
         Ok(())
     }
@@ -423,7 +422,7 @@ impl<'a> Machine<'a> {
         let top = self.top()?;
         // Writers count up; an index beyond the values made so far would only allocate.
         if index > self.nodes.len() {
-            return Err(format!("value {index} is remembered out of turn"));
+            return Err(fault(format!("value {index} is remembered out of turn")));
         }
         if index >= self.memo.len() {
             self.memo.resize(index + 1, None);
@@ -434,7 +433,8 @@ impl<'a> Machine<'a> {
 
     fn recall(&mut self, index: usize) -> Step<()> {
         let id = self.memo.get(index).copied().flatten();
-        self.stack.push(Item::Value(id.ok_or_else(|| format!("value {index} was never stored"))?));
+        let id = id.ok_or_else(|| fault(format!("value {index} was never stored")))?;
+        self.stack.push(Item::Value(id));
         Ok(())
     }
 }
@@ -442,6 +442,6 @@ impl<'a> Machine<'a> {
 fn pairs(values: &[Id]) -> Step<Vec<(Id, Id)>> {
     match values.as_chunks() {
         (pairs, []) => Ok(pairs.iter().map(|&[key, value]| (key, value)).collect()),
-        _ => Err("a key without a value".to_owned()),
+        _ => Err(fault("a key without a value")),
     }
 }

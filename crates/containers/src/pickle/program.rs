@@ -1,7 +1,14 @@
 //! The bytes of a program: opcodes and their arguments.
 
-/// Result of a step of a program, with the reason of a failure.
-pub(crate) type Step<T> = Result<T, String>;
+use crate::pickle::PickleError;
+
+/// Result of a step of a program.
+pub(crate) type Step<T> = Result<T, PickleError>;
+
+/// The failure of an instruction, whose place the caller fills in.
+pub(crate) fn fault(reason: impl Into<String>) -> PickleError {
+    PickleError { byte: 0, reason: reason.into() }
+}
 
 /// A program, and the position in it.
 pub(crate) struct Program<'a> {
@@ -17,7 +24,7 @@ impl<'a> Program<'a> {
 
     pub(crate) fn take(&mut self, count: usize) -> Step<&'a [u8]> {
         let rest = self.bytes.get(self.at..).unwrap_or_default();
-        let taken = rest.get(..count).ok_or("the file ends here")?;
+        let taken = rest.get(..count).ok_or_else(|| fault("the file ends here"))?;
         self.at += count;
         Ok(taken)
     }
@@ -32,13 +39,16 @@ impl<'a> Program<'a> {
     pub(crate) fn integer(&mut self, width: usize) -> Step<usize> {
         let mut bytes = [0; 8];
         bytes[..width].copy_from_slice(self.take(width)?);
-        usize::try_from(u64::from_le_bytes(bytes)).map_err(|_| "too large a number".to_owned())
+        usize::try_from(u64::from_le_bytes(bytes)).map_err(|_| fault("too large a number"))
     }
 
     /// Reads up to the end of the line, and skips that.
     pub(crate) fn raw_line(&mut self) -> Step<&'a [u8]> {
         let rest = self.bytes.get(self.at..).unwrap_or_default();
-        let length = rest.iter().position(|&b| b == b'\n').ok_or("the file ends in a line")?;
+        let length = rest
+            .iter()
+            .position(|&b| b == b'\n')
+            .ok_or_else(|| fault("the file ends in a line"))?;
         self.at += length + 1;
         // Written on Windows in text mode.
         Ok(rest[..length].strip_suffix(b"\r").unwrap_or(&rest[..length]))
@@ -51,10 +61,10 @@ impl<'a> Program<'a> {
     /// Reads the index of a memo entry, in digits.
     pub(crate) fn decimal_index(&mut self) -> Step<usize> {
         let line = self.line()?;
-        line.trim().parse().map_err(|_| format!("`{line}` is no place of a value"))
+        line.trim().parse().map_err(|_| fault(format!("`{line}` is no place of a value")))
     }
 }
 
 pub(crate) fn utf8(bytes: &[u8]) -> Step<String> {
-    String::from_utf8(bytes.to_vec()).map_err(|_| "a text that is not UTF-8".to_owned())
+    String::from_utf8(bytes.to_vec()).map_err(|_| fault("a text that is not UTF-8"))
 }

@@ -8,7 +8,7 @@
 //! # Source
 //! scipy's `sparse/_compressed.py` and `_coo.py`; attributes are the same since version 0.7.
 
-use crate::pickle::array::{Array, ArrayError, describe};
+use crate::pickle::array::{Array, ArrayError, describe, index};
 use crate::pickle::{Id, Pickle};
 
 /// A matrix of which most entries are zero.
@@ -51,6 +51,7 @@ impl Sparse {
         let mut entries = Vec::new();
         for (line, pair) in starts.windows(2).enumerate() {
             let (start, end) = (pair[0] as usize, pair[1] as usize);
+            // Casts saturate: starts that descend or have a fraction are refused by themselves.
             let is_range = pair[0] <= pair[1] && pair[1].fract() == 0.0;
             let part =
                 if is_range { indices.get(start..end).zip(data.get(start..end)) } else { None };
@@ -103,6 +104,5 @@ fn array_values(pickle: &Pickle, id: Id, name: &'static str) -> Result<Vec<f64>,
 }
 
 fn place(value: f64, limit: usize) -> Result<usize, ArrayError> {
-    let fits = value.fract() == 0.0 && value >= 0.0 && value < limit as f64;
-    if fits { Ok(value as usize) } else { Err(ArrayError::Damaged("an index beyond its matrix")) }
+    index(value, limit, "an index beyond its matrix")
 }

@@ -1,14 +1,16 @@
 //! The two ways in which protocol 0 writes texts into a line.
 
+use crate::pickle::program::{Step, fault};
+
 /// A byte string in quotes, with the escapes of Python's `repr`.
 ///
 /// # Errors
 /// If it is not in quotes, or an escape is cut off or none.
-pub(crate) fn quoted(line: &[u8]) -> Result<Vec<u8>, String> {
+pub(crate) fn quoted(line: &[u8]) -> Step<Vec<u8>> {
     let line = line.trim_ascii();
     let inner = match line {
         [b'\'', inner @ .., b'\''] | [b'"', inner @ .., b'"'] => inner,
-        _ => return Err("a text without its quotes".to_owned()),
+        _ => return Err(fault("a text without its quotes")),
     };
     let mut bytes = Vec::with_capacity(inner.len());
     let mut rest = inner;
@@ -18,7 +20,7 @@ pub(crate) fn quoted(line: &[u8]) -> Result<Vec<u8>, String> {
             bytes.push(*first);
             continue;
         }
-        let [escape, behind @ ..] = rest else { return Err("an escape is cut off".to_owned()) };
+        let [escape, behind @ ..] = rest else { return Err(fault("an escape is cut off")) };
         rest = behind;
         bytes.push(match escape {
             b'\\' | b'\'' | b'"' => *escape,
@@ -34,7 +36,7 @@ pub(crate) fn quoted(line: &[u8]) -> Result<Vec<u8>, String> {
                 rest = &rest[2..];
                 value as u8
             }
-            other => return Err(format!("unknown escape 0x{other:02x}")),
+            other => return Err(fault(format!("unknown escape 0x{other:02x}"))),
         });
     }
     Ok(bytes)
@@ -44,10 +46,11 @@ pub(crate) fn quoted(line: &[u8]) -> Result<Vec<u8>, String> {
 ///
 /// # Errors
 /// If an escape is cut off or means no character.
-pub(crate) fn escaped(line: &[u8]) -> Result<String, String> {
+pub(crate) fn escaped(line: &[u8]) -> Step<String> {
     let mut text = String::with_capacity(line.len());
     let mut rest = line;
     while let [first, behind @ ..] = rest {
+        // A backslash before any other letter stands for itself.
         let digits = match rest {
             [b'\\', b'u', ..] => 4,
             [b'\\', b'U', ..] => 8,
@@ -58,16 +61,17 @@ pub(crate) fn escaped(line: &[u8]) -> Result<String, String> {
             }
         };
         let value = hexadecimal(&rest[2..], digits)?;
-        text.push(char::from_u32(value).ok_or("an escape that is no character")?);
+        text.push(char::from_u32(value).ok_or_else(|| fault("an escape that is no character"))?);
         rest = &rest[2 + digits..];
     }
     Ok(text)
 }
 
-fn hexadecimal(bytes: &[u8], digits: usize) -> Result<u32, String> {
-    let digits = bytes.get(..digits).ok_or("an escape is cut off")?;
+fn hexadecimal(bytes: &[u8], digits: usize) -> Step<u32> {
+    let digits = bytes.get(..digits).ok_or_else(|| fault("an escape is cut off"))?;
     digits.iter().try_fold(0u32, |value, &digit| {
-        let digit = char::from(digit).to_digit(16).ok_or("an escape with a wrong digit")?;
+        let digit =
+            char::from(digit).to_digit(16).ok_or_else(|| fault("an escape with a wrong digit"))?;
         Ok(value << 4 | digit)
     })
 }

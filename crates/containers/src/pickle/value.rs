@@ -75,7 +75,7 @@ impl Pickle {
                 Ok(Some(root)) => {
                     return Ok(Self { nodes: machine.nodes, root, end: machine.program.at });
                 }
-                Err(reason) => return Err(PickleError { byte: offset, reason }),
+                Err(fault) => return Err(PickleError { byte: offset, ..fault }),
             }
         }
     }

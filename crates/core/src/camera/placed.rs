@@ -3,7 +3,7 @@
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
-use super::{Distortion, LensCamera};
+use super::{Distortion, LensCamera, LensError};
 
 /// A camera whose lens and place are known, as triangulation needs it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -123,17 +123,24 @@ impl From<PlacedCamera> for CameraFields {
     }
 }
 
-impl TryFrom<CameraFields> for PlacedCamera {
-    type Error = String;
+/// Fields that are those of no camera.
+#[derive(Debug, thiserror::Error)]
+enum FieldFault {
+    #[error("{}", .0.in_field(["focal_px", "principal_px", "distortion"]))]
+    Lens(LensError),
+    #[error("opencv_camera_from_world: no right-handed axes")]
+    Axes,
+}
 
-    fn try_from(fields: CameraFields) -> Result<Self, String> {
+impl TryFrom<CameraFields> for PlacedCamera {
+    type Error = FieldFault;
+
+    fn try_from(fields: CameraFields) -> Result<Self, FieldFault> {
         let CameraFields { focal_px, principal_px, distortion, .. } = &fields;
         let of_file =
             if fields.fisheye { LensCamera::fisheye_from_file } else { LensCamera::from_file };
-        let lens = of_file(*focal_px, *principal_px, distortion)
-            .map_err(|error| error.in_field(["focal_px", "principal_px", "distortion"]))?;
-        Self::from_opencv(lens, fields.opencv_camera_from_world)
-            .ok_or_else(|| "opencv_camera_from_world: no right-handed axes".to_owned())
+        let lens = of_file(*focal_px, *principal_px, distortion).map_err(FieldFault::Lens)?;
+        Self::from_opencv(lens, fields.opencv_camera_from_world).ok_or(FieldFault::Axes)
     }
 }
 

@@ -81,6 +81,7 @@ pub fn bootstrap(
     }
     let mut values: Vec<f64> = (0..config.resamples as u64)
         .map(|resample| {
+            // By number, so that a resample does not depend on how many are drawn before it.
             let mut rng = CounterRng::new(config.seed, "bootstrap", resample);
             drawn.fill_with(|| rng.below(sequences));
             statistic(&drawn)

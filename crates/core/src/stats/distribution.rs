@@ -29,6 +29,7 @@ pub fn normal_upper_tail(z: f64) -> f64 {
     ];
     let x = z.abs() / std::f64::consts::SQRT_2;
     let t = 1.0 / (1.0 + 0.5 * x);
+    // Horner's scheme, from the highest power.
     let sum = TERMS.iter().rev().fold(0.0, |sum, term| sum * t + term);
     let tail = 0.5 * t * (sum - x * x).exp();
     if z >= 0.0 { tail } else { 1.0 - tail }

@@ -3,7 +3,8 @@
 use evpose_pose::body::JOINT_NAMES;
 use glam::Vec2;
 
-use super::{JointSummary, LabelFault, LabelTrack};
+use super::{JointSummary, LabelFault, LabelTrack, TrackFrame};
+use crate::runs::runs;
 
 /// Counts every joint, and hands `report` the frame, the joints and what is wrong.
 pub(super) fn check(
@@ -42,14 +43,11 @@ fn is_outside(point: Vec2, size: Vec2) -> bool {
 
 fn missing(track: &LabelTrack, report: &mut impl FnMut(usize, Vec<&'static str>, LabelFault)) {
     for (joint, name) in JOINT_NAMES.into_iter().enumerate() {
-        let mut frame = 0;
-        while frame < track.frames.len() {
-            let rest = track.frames[frame..].iter();
-            let frames = rest.take_while(|body| body.joints[joint].is_none()).count();
-            if frames > 0 {
-                report(frame, vec![name], LabelFault::Missing { frames });
+        let is_missing = |body: &TrackFrame| body.joints[joint].is_none();
+        for run in runs(&track.frames, |a, b| is_missing(a) == is_missing(b)) {
+            if is_missing(&track.frames[run.start]) {
+                report(run.start, vec![name], LabelFault::Missing { frames: run.len() });
             }
-            frame += frames.max(1);
         }
     }
 }

@@ -9,6 +9,7 @@ use glam::Vec2;
 
 use super::CheckOptions;
 use crate::Annotation;
+use crate::runs::runs;
 
 /// A body at one time.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,6 +20,13 @@ pub struct TrackFrame {
     pub t_s: Option<f64>,
     /// Its joints, in pixels or in any other unit that is the same in both directions.
     pub joints: BodyPoints,
+}
+
+impl TrackFrame {
+    /// Position of a joint, if it is labelled and finite.
+    pub(super) fn joint(&self, joint: usize) -> Option<Vec2> {
+        self.joints[joint].filter(|point| point.is_finite())
+    }
 }
 
 /// A body through time.
@@ -46,6 +54,7 @@ pub fn tracks_of<'a>(
     let mut known = HashMap::new();
     for annotation in annotations {
         let name = sequence(annotation);
+        // Annotations of several recordings may be mixed in a file.
         let index = *known.entry(name).or_insert_with(|| {
             let (name, image_size) = (name.to_owned(), Some(image_size_px));
             tracks.push(LabelTrack { name, frames: Vec::new(), image_size });
@@ -64,7 +73,7 @@ pub fn tracks_of<'a>(
 impl LabelTrack {
     /// Position of a joint, if it is labelled and finite.
     pub(super) fn joint(&self, frame: usize, joint: usize) -> Option<Vec2> {
-        self.frames[frame].joints[joint].filter(|point| point.is_finite())
+        self.frames[frame].joint(joint)
     }
 
     /// Length of the torso around each frame: the median of those near it, which one wrong joint
@@ -85,21 +94,11 @@ impl LabelTrack {
 
     /// Parts of the track without a gap, in which one frame follows the other.
     pub(super) fn segments(&self, options: &CheckOptions) -> Vec<Range<usize>> {
-        let mut segments = Vec::new();
-        let mut start = 0;
-        for frame in 1..=self.frames.len() {
-            let is_end = frame == self.frames.len()
-                || match (self.frames[frame - 1].t_s, self.frames[frame].t_s) {
-                    // A step back in time begins another segment, too.
-                    (Some(before), Some(now)) => !(0.0..=options.gap_s).contains(&(now - before)),
-                    _ => false,
-                };
-            if is_end {
-                segments.push(start..frame);
-                start = frame;
-            }
-        }
-        segments
+        runs(&self.frames, |before, now| match (before.t_s, now.t_s) {
+            // A step back in time begins another segment, too.
+            (Some(before), Some(now)) => (0.0..=options.gap_s).contains(&(now - before)),
+            _ => true,
+        })
     }
 }
 

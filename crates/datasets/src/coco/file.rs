@@ -127,27 +127,28 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<CocoImage>, Dataset
             continue;
         }
         let names = annotation.category_id.and_then(|id| named.get(&id)).unwrap_or(&standard);
-        let keypoints =
-            labelled(&annotation.keypoints, names).map_err(|reason| fault("keypoints", reason))?;
+        let of_values = |reason| fault("keypoints", reason);
+        let keypoints = labelled(&annotation.keypoints, names, of_values)?;
         images[image].persons.push(CocoPerson { keypoints, is_crowd: annotation.iscrowd != 0 });
     }
     Ok(images)
 }
 
-/// The labelled keypoints of an annotation: those of visibility 0 are not.
+/// The labelled keypoints of an annotation: those of visibility 0 are not. `fault` names its place.
 fn labelled(
     values: &[f32],
     names: &[Option<NamedKeypoint>],
-) -> Result<Vec<(NamedKeypoint, Vec2, Visibility)>, String> {
+    fault: impl Fn(String) -> DatasetError,
+) -> Result<Vec<(NamedKeypoint, Vec2, Visibility)>, DatasetError> {
     let expected = 3 * names.len();
     if values.len() != expected {
-        return Err(format!(
-            "{} values, expected {expected}: x, y, visibility of each",
-            values.len()
-        ));
+        let count = values.len();
+        return Err(fault(format!(
+            "{count} values, expected {expected}: x, y, visibility of each"
+        )));
     }
     if let Some(value) = values.iter().find(|value| !value.is_finite()) {
-        return Err(format!("{value} is not a position"));
+        return Err(fault(format!("{value} is not a position")));
     }
     let triples = values.as_chunks::<3>().0.iter().zip(names);
     // COCO's codes: 0 is not labelled, 1 hidden, 2 visible.

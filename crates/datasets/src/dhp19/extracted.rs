@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use evpose_containers::mat::{MatError, MatValue};
 use evpose_core::{Event, EventStream, EventStreamBuilder, Micros, Polarity, TimeWindow};
 
 use super::{CAMERAS, Movement, SENSOR, Span, SpanOrigin};
@@ -33,12 +32,26 @@ pub fn read_extracted(path: &Path) -> Result<Movement, DatasetError> {
     let mut remarks = Vec::new();
     let mut streams = [(); CAMERAS].map(|()| EventStream::empty(SENSOR));
     for (number, dvs) in cameras.into_iter().enumerate() {
-        let columns = Columns::read(dvs).map_err(&mat)?;
-        if !columns.are_as_long() {
+        let column = |name| dvs.field(name).and_then(|column| column.integers()).map_err(&mat);
+        let (x, y, t, polarity) = (column("x")?, column("y")?, column("ts")?, column("pol")?);
+        if [&y, &t, &polarity].iter().any(|column| column.len() != x.len()) {
             let reason = "x, y, ts and pol are not of the same length";
             return Err(DatasetError::malformed(path, dvs.path(), reason));
         }
-        let (stream, rejected) = columns.stream(number, window.start);
+        let mut builder = EventStreamBuilder::new(SENSOR);
+        let first = 1 + i64::from(SENSOR.width) * number as i64;
+        // What no sensor reaches is rejected by the builder.
+        let pixel = |value: i64| u16::try_from(value).unwrap_or(u16::MAX);
+        for (i, &x) in x.iter().enumerate() {
+            builder.push(Event {
+                t: Micros(t[i].saturating_sub(window.start.0)),
+                x: pixel(x.saturating_sub(first)),
+                y: pixel(y[i].saturating_sub(1)),
+                polarity: Polarity::from_on(polarity[i] != 0),
+            });
+        }
+        let (stream, rejected) = builder.finish();
+        let rejected = rejected.total();
         if rejected > 0 {
             remarks.push(format!(
                 "camera {number}: {rejected} events are outside the sensor or out of order and left out"
@@ -48,41 +61,4 @@ pub fn read_extracted(path: &Path) -> Result<Movement, DatasetError> {
     }
     let span = Span { window, origin: SpanOrigin::Stated };
     Ok(Movement { cameras: streams, span, removed: None, remarks })
-}
-
-/// Events of a camera as the file has them.
-struct Columns {
-    x: Vec<i64>,
-    y: Vec<i64>,
-    t: Vec<i64>,
-    polarity: Vec<i64>,
-}
-
-impl Columns {
-    fn read(dvs: MatValue<'_>) -> Result<Self, MatError> {
-        let column = |name| dvs.field(name)?.integers();
-        Ok(Self { x: column("x")?, y: column("y")?, t: column("ts")?, polarity: column("pol")? })
-    }
-
-    fn are_as_long(&self) -> bool {
-        [&self.y, &self.t, &self.polarity].iter().all(|column| column.len() == self.x.len())
-    }
-
-    /// The events, their times from `start` on, and how many could not be taken.
-    fn stream(&self, camera: usize, start: Micros) -> (EventStream, usize) {
-        let mut builder = EventStreamBuilder::new(SENSOR);
-        let first = 1 + i64::from(SENSOR.width) * camera as i64;
-        // What no sensor reaches is rejected by the builder.
-        let pixel = |value: i64| u16::try_from(value).unwrap_or(u16::MAX);
-        for (i, &x) in self.x.iter().enumerate() {
-            builder.push(Event {
-                t: Micros(self.t[i].saturating_sub(start.0)),
-                x: pixel(x.saturating_sub(first)),
-                y: pixel(self.y[i].saturating_sub(1)),
-                polarity: Polarity::from_on(self.polarity[i] != 0),
-            });
-        }
-        let (stream, rejected) = builder.finish();
-        (stream, rejected.total())
-    }
 }

@@ -41,7 +41,7 @@ pub fn cut_movement(
         return Err(DatasetError::malformed(path, "events", "there are none"));
     };
     let span = movement_span(&movie.pulses, (first, last), poses)
-        .map_err(|reason| DatasetError::malformed(path, "special events", reason))?;
+        .map_err(|fault| DatasetError::malformed(path, "special events", fault.to_string()))?;
     let mut cameras = movie.cameras.each_ref().map(|camera| camera.slice(span.window));
     let removed = Some(filters.apply(&mut cameras));
     // Poses count from the beginning of the movement.

@@ -28,6 +28,11 @@ pub enum SpanOrigin {
     Stated,
 }
 
+/// More pulses than mark a movement.
+#[derive(Debug, Clone, Copy, thiserror::Error)]
+#[error("{0} pulses: up to five mark a movement")]
+pub(super) struct TooManyPulses(usize);
+
 /// The time of a movement with events from `first` to `last` and a count of `poses`.
 ///
 /// # Model
@@ -36,7 +41,7 @@ pub enum SpanOrigin {
 /// last event than to the first. None were seen in one recording.
 ///
 /// # Errors
-/// If there are more pulses, in words: such recordings are corrupted.
+/// If there are more pulses: such recordings are corrupted.
 ///
 /// # Source
 /// The published `Generate_DHP19.m`.
@@ -44,7 +49,7 @@ pub(super) fn movement_span(
     pulses: &[Micros],
     (first, last): (Micros, Micros),
     poses: usize,
-) -> Result<Span, String> {
+) -> Result<Span, TooManyPulses> {
     let duration = Micros(POSE_INTERVAL.0.saturating_mul(i64::try_from(poses).unwrap_or(i64::MAX)));
     let span =
         |start: Micros, end: Micros, origin| Ok(Span { window: TimeWindow { start, end }, origin });
@@ -57,7 +62,7 @@ pub(super) fn movement_span(
         [pulse] | [pulse, _] | [pulse, _, _, _] => {
             span(pulse, pulse + duration, SpanOrigin::Beginning)
         }
-        _ => Err(format!("{} pulses: up to five mark a movement", pulses.len())),
+        _ => Err(TooManyPulses(pulses.len())),
     }
 }
 
@@ -81,7 +86,12 @@ mod tests {
         assert_eq!(span(&[60_000, 60_000, 60_000, 60_001]), (30_000, 60_000, SpanOrigin::End));
         assert_eq!(span(&[]), (0, 100_001, SpanOrigin::Recording));
         let many = [Micros(0); 700];
-        assert!(movement_span(&many, (Micros(0), Micros(1)), 3).unwrap_err().contains("700"));
+        assert!(
+            movement_span(&many, (Micros(0), Micros(1)), 3)
+                .unwrap_err()
+                .to_string()
+                .contains("700")
+        );
     }
 
     /// The time stamps of S5/session4/mov2 and S12/session5/mov4, from the comments of the program.

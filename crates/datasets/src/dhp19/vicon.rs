@@ -46,6 +46,7 @@ pub fn read_vicon(path: &Path) -> Result<Vec<Pose>, DatasetError> {
     for name in FIELDS {
         let joint = all.field(name).map_err(DatasetError::mat(path))?;
         let positions = positions(joint).map_err(DatasetError::mat(path))?;
+        // A pose is one row of every joint.
         let rows = *rows.get_or_insert(positions.len());
         if positions.len() != rows {
             let reason = format!("{} poses, but `{}` has {rows}", positions.len(), FIELDS[0]);

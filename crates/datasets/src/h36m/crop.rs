@@ -62,6 +62,7 @@ impl Crop {
     ) -> Option<Self> {
         let mut joints_px = joints_px.into_iter();
         let first = joints_px.next()?;
+        // `min` and `max` pass over NaN: it is looked for by itself.
         let mut are_finite = first.is_finite();
         let (least, most) = joints_px.fold((first, first), |(least, most), joint| {
             are_finite &= joint.is_finite();

@@ -42,6 +42,7 @@ pub fn original_clips(root: &Path) -> Result<Vec<ClipName>, DatasetError> {
             let name = path.file_name().and_then(|name| name.to_str());
             let parts = name.and_then(|name| name.strip_suffix(".cdf")?.split_once('.'));
             let Some((action, serial)) = parts else { continue };
+            // Files of the original set name cameras by their serials.
             let camera =
                 SERIALS.iter().find(|(_, known)| *known == serial).map(|(camera, _)| *camera);
             let camera = camera.filter(|camera| FRONT_CAMERAS.contains(camera));

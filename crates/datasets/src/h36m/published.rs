@@ -2,17 +2,12 @@
 
 use std::path::Path;
 
-use evpose_io::yarp::{JOINTS, YarpSkeleton, read_skeletons};
+use evpose_io::yarp::{YarpSkeleton, read_skeletons};
 use evpose_io::{OpenOptions, open_as};
-use evpose_pose::body::network_from_file;
-use glam::Vec2;
 
 use super::{ClipName, SENSOR};
 use crate::DatasetError;
 use crate::recording::{LabelledRecording, TimedBody};
-
-/// Coordinates of an unknown joint.
-pub(super) const UNKNOWN: Vec2 = Vec2::NEG_ONE;
 
 /// A published clip, and what else there is to be known of its events.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,14 +37,9 @@ pub fn read_published(
     if events.outside > 0 {
         remarks.push(format!("{} events are outside {SENSOR} and left out", events.outside));
     }
+    let body =
+        |skeleton: &YarpSkeleton| TimedBody { t: skeleton.t, points_px: skeleton.points_px() };
     let bodies = skeletons.iter().map(body).collect();
     let recording = LabelledRecording { name: name.to_string(), events: events.stream, bodies };
     Ok(Clip { recording, remarks })
-}
-
-fn body(skeleton: &YarpSkeleton) -> TimedBody {
-    let point = |joint: [f32; 2]| Some(Vec2::from(joint)).filter(|at| *at != UNKNOWN);
-    // As many joints, in the order of files.
-    let joints: [Option<Vec2>; JOINTS] = skeleton.joints.map(point);
-    TimedBody { t: skeleton.t, points_px: network_from_file(&joints) }
 }

@@ -4,10 +4,10 @@ use std::io::Write;
 use std::path::Path;
 
 use evpose_core::{AtomicFile, EventStream, Micros, atomic_write};
+use evpose_io::yarp::{CoordinateFormat, YarpSkeleton, write_skeletons};
 use evpose_pose::body::{file_from_network, torso};
 use glam::Vec2;
 
-use super::published::UNKNOWN;
 use super::{ClipName, SENSOR};
 use crate::DatasetError;
 use crate::recording::{LabelledRecording, TimedBody};
@@ -42,25 +42,22 @@ pub fn write_published(
         let reason = format!("one is at {early}, before 0, where a log begins");
         return Err(DatasetError::malformed(clip, "events and bodies", reason));
     }
-    let log = |folder: &Path,
-               channel: &str,
-               write: &dyn Fn(&mut dyn Write) -> std::io::Result<()>| {
-        let path = folder.join("data.log");
-        let failed = |source| DatasetError::Io { path: path.clone(), action: "write it", source };
-        let info = format!("Type: Bottle;\n[0.0] /file/{channel}:o [connected]\n");
-        // The description first: a folder with data is complete.
-        atomic_write(folder.join("info.log"), info.as_bytes()).map_err(failed)?;
-        let mut file = AtomicFile::create(&path).map_err(failed)?;
-        write(&mut file).map_err(failed)?;
-        file.commit().map_err(failed)
-    };
+    let folder = ClipName::events_folder(&clip);
+    let path = folder.join("data.log");
+    let failed = |source| DatasetError::Io { path: path.clone(), action: "write it", source };
+    // The description first: a folder with data is complete.
+    let info = "Type: Bottle;\n[0.0] /file/ch0dvs:o [connected]\n";
+    atomic_write(folder.join("info.log"), info.as_bytes()).map_err(failed)?;
+    let mut file = AtomicFile::create(&path).map_err(failed)?;
+    write_events(&mut file, events).map_err(failed)?;
+    file.commit().map_err(failed)?;
+    let skeletons: Vec<YarpSkeleton> = bodies.iter().map(skeleton).collect();
     let labels = name.labels_channel();
-    log(&ClipName::events_folder(&clip), "ch0dvs", &|log| write_events(log, events))?;
-    log(&clip.join(&labels), &labels, &|log| write_bodies(log, bodies))
+    Ok(write_skeletons(clip.join(&labels), &labels, &skeletons, CoordinateFormat::Whole)?)
 }
 
 /// Lines such as `12 0.024000 AE (300000 4721 300012 8825)`: pairs of a tick and a word.
-fn write_events(log: &mut dyn Write, events: &EventStream) -> std::io::Result<()> {
+fn write_events(log: &mut impl Write, events: &EventStream) -> std::io::Result<()> {
     let (mut begin, mut bottle) = (0, 0_u64);
     while let Some(&first) = events.t().get(begin) {
         let length = events.t()[begin..].partition_point(|&t| t < first + BOTTLE);
@@ -78,18 +75,15 @@ fn write_events(log: &mut dyn Write, events: &EventStream) -> std::io::Result<()
     Ok(())
 }
 
-/// Lines such as `7 000.14 SKLT (26 values) -1.0 104.3`.
-fn write_bodies(log: &mut dyn Write, bodies: &[TimedBody]) -> std::io::Result<()> {
-    for (index, body) in bodies.iter().enumerate() {
-        let whole = |v: Vec2| Vec2::new(v.x.round_ties_even(), v.y.round_ties_even());
-        let points = body.points_px.map(|point| point.map(whole));
-        write!(log, "{index} {:06?} SKLT (", body.t.0 as f64 / 1e6)?;
-        for (joint, point) in file_from_network(&points).into_iter().enumerate() {
-            let [x, y] = point.unwrap_or(UNKNOWN).to_array().map(|v| v as i32);
-            write!(log, "{}{x} {y}", if joint == 0 { "" } else { " " })?;
-        }
-        let torso = torso(&points).unwrap_or(-1.0);
-        writeln!(log, ") -1.0 {torso:?}")?;
+/// As a log has it, on whole pixels.
+fn skeleton(body: &TimedBody) -> YarpSkeleton {
+    let whole = |v: Vec2| Vec2::new(v.x.round_ties_even(), v.y.round_ties_even());
+    let points = body.points_px.map(|point| point.map(whole));
+    YarpSkeleton {
+        t: body.t,
+        joints: file_from_network(&points).map(|point| point.unwrap_or(Vec2::NEG_ONE).to_array()),
+        confidences: None,
+        head_size_px: None,
+        torso_size_px: torso(&points),
     }
-    Ok(())
 }

@@ -5,6 +5,7 @@ use std::ops::Range;
 use evpose_core::{EventStream, Micros, TimeWindow};
 
 use crate::import::ImportError;
+use crate::runs::runs;
 use std::path::Path;
 
 /// Length of a frame of `.evc` files, to which recordings are cut.
@@ -14,15 +15,7 @@ const REST: Micros = Micros(1_000_000);
 
 /// Indices of labels without a gap longer than `max_gap` among them.
 pub(crate) fn stretches(times: &[Micros], max_gap: Micros) -> Vec<Range<usize>> {
-    let mut stretches = Vec::new();
-    let mut start = 0;
-    for k in 1..=times.len() {
-        if k == times.len() || times[k] - times[k - 1] > max_gap {
-            stretches.push(start..k);
-            start = k;
-        }
-    }
-    stretches
+    runs(times, |before, now| *now - *before <= max_gap)
 }
 
 /// The range of `times`, in order, that lie within a recording; `path` is the label file.

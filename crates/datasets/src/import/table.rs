@@ -151,6 +151,7 @@ impl Table {
                 count += 1;
             }
         }
+        // One coordinate that is missing is likelier a mistake than half a label.
         match columns.into_iter().find(|column| is_missing(&row.cells[*column])) {
             Some(empty) if count > 0 => {
                 Err(self.fault(row, empty, "missing, but not the others of this label"))

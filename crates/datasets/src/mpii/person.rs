@@ -116,6 +116,7 @@ impl Person {
             };
             Some(Joint { at: self.joint(joint)?, visibility })
         };
+        // The published program knows no head but that of the box.
         let head = if parity { self.head.map(|[a, b]| (a + b) / 2.0) } else { self.head_center() };
         let fault = match (head, self.center) {
             (None, _) => Some(SkipReason::NoHeadBox),

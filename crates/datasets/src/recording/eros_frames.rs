@@ -1,14 +1,13 @@
 //! EROS images of a recording, one for each instant at which joints are known.
 
-use std::io::Cursor;
 use std::num::NonZeroUsize;
 use std::path::Path;
 
-use evpose_core::{Micros, Plane, SensorSize, TimeWindow, atomic_write};
+use evpose_core::{Micros, Plane, SensorSize, TimeWindow};
 use evpose_repr::{BlurWork, Eros, ErosConfig, ErosFramer, GaussianKernel, Representation};
-use image::{GrayImage, ImageFormat};
 
 use super::{LabelledRecording, TorsoRule, body_label};
+use crate::stills::{CropFormat, write_image};
 use crate::{Annotation, DatasetError};
 
 /// Variant of the EROS, and its blur.
@@ -83,7 +82,7 @@ pub fn write_eros_frames(
             continue;
         }
         let image = format!("{name}_{index:05}.png");
-        write_png(&folder.join(&image), renderer.draw())?;
+        write_image(&folder.join(&image), renderer.draw(), CropFormat::Png)?;
         let label = body_label(&body.points_px, sensor, options.torso);
         annotations.push(Annotation { image, t_s: Some(body.t.as_seconds()), label });
     }
@@ -128,20 +127,6 @@ impl ErosRenderer {
         }
         &self.image
     }
-}
-
-fn write_png(path: &Path, image: &Plane<u8>) -> Result<(), DatasetError> {
-    // A sensor has at most 65,535 columns and rows.
-    let (width, height) = (image.width() as u32, image.height() as u32);
-    let pixels = GrayImage::from_raw(width, height, image.data().to_vec());
-    let mut bytes = Cursor::new(Vec::new());
-    pixels
-        .ok_or_else(|| std::io::Error::other("a plane of another size"))
-        .and_then(|image| {
-            image.write_to(&mut bytes, ImageFormat::Png).map_err(std::io::Error::other)
-        })
-        .and_then(|()| atomic_write(path, bytes.get_ref()))
-        .map_err(DatasetError::io(path, "write it"))
 }
 
 #[cfg(test)]

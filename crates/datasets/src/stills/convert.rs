@@ -59,7 +59,7 @@ pub(crate) fn convert(
     progress: &(dyn Fn(u64, u64) + Sync),
 ) -> Result<Converted, DatasetError> {
     let path = &options.annotations;
-    let bytes = std::fs::read(path).map_err(|source| file_error(path, "read it", source))?;
+    let bytes = std::fs::read(path).map_err(DatasetError::io(path, "read it"))?;
     let digest = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
     let set = read(path, &bytes)?;
     // COCO's annotations take hundreds of megabytes.
@@ -121,9 +121,9 @@ fn start(options: &StillOptions, annotations_sha256: String) -> Result<(), Datas
             Err(DatasetError::malformed(path, "settings", reason))
         }
         Err(error) if error.kind() == io::ErrorKind::NotFound => {
-            atomic_write(&path, &bytes).map_err(|source| file_error(&path, "write it", source))
+            atomic_write(&path, &bytes).map_err(DatasetError::io(&path, "write it"))
         }
-        Err(source) => Err(file_error(&path, "read it", source)),
+        Err(source) => Err(DatasetError::io(path, "read it")(source)),
     }
 }
 
@@ -228,6 +228,7 @@ fn labelled(
     if options.parity && others.clone().any(|(_, other)| other.is_err()) {
         return Err(SkipReason::IncompleteCompanion);
     }
+    // Whoever cannot be read is nobody's companion.
     let others: Vec<&Person> = others.filter_map(|(_, other)| other.as_ref().ok()).collect();
     let window = Window::around(person, size)?;
     let label = label(person, &others, &window, options.parity)?;
@@ -264,7 +265,7 @@ fn finish(
     }
     let path = options.output.join(REPORT);
     let bytes = json(&converted)?;
-    atomic_write(&path, &bytes).map_err(|source| file_error(&path, "write it", source))?;
+    atomic_write(&path, &bytes).map_err(DatasetError::io(&path, "write it"))?;
     // Last: a folder with labels is complete.
     write_annotations(&options.output.join(LABELS), &annotations)?;
     Ok(converted)
@@ -275,8 +276,4 @@ fn json(value: &impl Serialize) -> Result<Vec<u8>, DatasetError> {
         .map_err(|error| DatasetError::malformed(SETTINGS, "settings", error.to_string()))?;
     bytes.push(b'\n');
     Ok(bytes)
-}
-
-fn file_error(path: &Path, action: &'static str, source: io::Error) -> DatasetError {
-    DatasetError::Io { path: path.to_owned(), action, source }
 }

@@ -34,7 +34,7 @@ pub(super) fn size(path: &Path) -> Result<[usize; 2], ImageError> {
 }
 
 /// Writes an image; it appears when it is complete.
-pub(super) fn write(
+pub(crate) fn write(
     path: &Path,
     image: &Plane<u8>,
     format: CropFormat,

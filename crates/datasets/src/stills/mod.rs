@@ -14,6 +14,7 @@ mod sides;
 mod window;
 
 pub(crate) use convert::{StillSet, convert};
+pub(crate) use image_file::write as write_image;
 pub use options::{CropFormat, StillOptions, StillStyle};
 pub(crate) use person::{Joint, Person, PersonFault, Photograph};
 pub use report::{Converted, SkipReason, Skipped};

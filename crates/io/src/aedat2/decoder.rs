@@ -5,7 +5,7 @@ use evpose_core::{Micros, Polarity};
 use super::header::{Layout, Recorder};
 use super::special::SpecialEvent;
 use crate::time_stamp::{HalfPeriodFall, WraparoundCounter};
-use crate::{Columns, DecodeFault, Decoder};
+use crate::{Columns, DecodeResult, Decoder};
 
 /// Cameras that an address of 4 bits distinguishes.
 const CAMERAS: usize = 16;
@@ -155,12 +155,7 @@ fn camera(address: u32) -> u8 {
 }
 
 impl Decoder for Records {
-    fn decode(
-        &mut self,
-        bytes: &[u8],
-        _: bool,
-        columns: &mut Columns,
-    ) -> Result<usize, DecodeFault> {
+    fn decode(&mut self, bytes: &[u8], _: bool, columns: &mut Columns) -> DecodeResult {
         columns.reserve(bytes.len() / self.length());
         let length = self.each(bytes, |records, address, t| match records.word(address) {
             Word::Event { x, y, is_on } => {

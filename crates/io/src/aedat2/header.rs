@@ -1,7 +1,6 @@
 //! The lines before the first record, which describe the camera.
 
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
-use std::path::Path;
 
 use evpose_core::SensorSize;
 
@@ -76,11 +75,8 @@ impl Recorder {
             // What is no comment is data: the header ends before it, with or without its last line.
             let Some(text) = text_of(&line) else { break };
             if line.len() as u64 == MAX_LINE {
-                return Err(damage(
-                    &input.path,
-                    start,
-                    "a line longer than any of a header".into(),
-                ));
+                let reason = "a line longer than any of a header";
+                return Err(IoError::damaged(&input.path, start, reason));
             }
             if let Some(version) = text.strip_prefix("!AER-DAT") {
                 address = if version.starts_with('1') { 2 } else { 4 };
@@ -103,7 +99,7 @@ impl Recorder {
         let path = input.path.clone();
         let unknown = |name: &str| {
             let reason = format!("the sensor of the chip {name} is not known: give its size");
-            damage(&path, chip_at, reason)
+            IoError::damaged(&path, chip_at, reason)
         };
         let lower = chip.as_deref().map(str::to_ascii_lowercase);
         let known =
@@ -135,10 +131,6 @@ impl Recorder {
         facts.extend(self.date.clone().map(|date| ("recorded", date)));
         facts
     }
-}
-
-fn damage(path: &Path, byte: u64, reason: String) -> IoError {
-    IoError::Damaged { path: path.to_owned(), byte, reason: reason.into(), events: 0 }
 }
 
 /// Address layout of an unknown camera, by its sensor.

@@ -58,12 +58,9 @@ pub(super) fn read(mut input: Input, options: &OpenOptions) -> Result<Vec<Specia
         }
     }
     if !bytes.is_empty() && !options.salvage {
-        return Err(IoError::Damaged {
-            path: input.path,
-            byte: start,
-            reason: format!("the file ends {} bytes into a record", bytes.len()).into(),
-            events: events.len() as u64,
-        });
+        let reason = format!("the file ends {} bytes into a record", bytes.len());
+        let damage = IoError::damaged(&input.path, start, reason);
+        return Err(damage.behind(events.len() as u64));
     }
     Ok(events)
 }

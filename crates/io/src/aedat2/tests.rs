@@ -1,12 +1,11 @@
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 use std::fs;
 
-use evpose_core::{Event, Micros, Polarity, SensorSize};
+use evpose_core::{Micros, SensorSize};
 use proptest::prelude::*;
 
 use super::*;
 use crate::golden::check;
+use crate::sample::{event, read_all};
 use crate::{Columns, SensorOrigin, read_as};
 
 /// A file as jAER writes it.
@@ -41,20 +40,7 @@ fn source_of(bytes: &[u8], options: &OpenOptions) -> Box<dyn EventSource> {
 
 /// All events, remarks, and the fault that ended it.
 fn all_of(bytes: &[u8], options: &OpenOptions) -> (Columns, Vec<String>, Option<IoError>) {
-    let mut source = source_of(bytes, options);
-    let mut columns = Columns::new();
-    loop {
-        let before = columns.len();
-        match source.next(&mut columns) {
-            Ok(()) if columns.len() == before => return (columns, source.remarks(), None),
-            Ok(()) => {}
-            Err(fault) => return (columns, source.remarks(), Some(fault)),
-        }
-    }
-}
-
-fn event(t: i64, x: u16, y: u16, on: bool) -> Event {
-    Event { t: Micros(t), x, y, polarity: Polarity::from_on(on) }
+    read_all(&mut *source_of(bytes, options))
 }
 
 #[test]
@@ -199,31 +185,8 @@ fn earlier_stamps_are_passed_on_and_wrapped_ones_unwrapped() {
 /// See `tests/golden/aedat2`.
 #[test]
 fn files_of_v2e_hold_the_events_that_it_was_given() {
-    for (name, format, file, events, lines) in [
-        (
-            "aedat2/davis346.aedat",
-            "aedat2",
-            "dc6a10de7589444f750be36617b3ec170a25417278ac98c851c52de0199f4faa",
-            250,
-            "54348d9a24a0a9333430d511fe77ea5780ff5835d1abf336e7c225d0ac9415c7",
-        ),
-        (
-            "aedat2/davis240.aedat",
-            "aedat2",
-            "b3faf21f089878a5b94a6af926458a6e3cbc92f104c4a53ff1bea5c1ac17d3d5",
-            250,
-            "f4267dcf0697459acc1bf2b50f694e5d65db36c23a0cbc8da603d92cdd479018",
-        ),
-        (
-            "aedat2/dvs640.aedat",
-            "aedat2",
-            "f6e2356940e2a5c305d7e9a64933ebc3cde2f80a2bd43f320607d82aad44b37c",
-            250,
-            "fc444a58d75d0a77db79f40059501e89e198206642e9f1ad526c47ceccf98355",
-        ),
-    ] {
-        check(name, format, file, events, lines);
-    }
+    let files = ["davis346.aedat", "davis240.aedat", "dvs640.aedat"];
+    check("aedat2", &files.map(|name| (name, "aedat2")));
 }
 
 proptest! {

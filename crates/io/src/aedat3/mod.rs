@@ -21,7 +21,8 @@ use evpose_core::{Event, Micros, Polarity, SensorSize};
 
 use crate::open::{Format, no_labels};
 use crate::{
-    BlockSource, Columns, DecodeFault, Decoder, EventSource, Header, Input, IoError, OpenOptions,
+    BlockSource, Columns, DecodeFault, DecodeResult, Decoder, EventSource, Header, Input, IoError,
+    OpenOptions,
 };
 
 /// The registry's entry.
@@ -56,12 +57,7 @@ const SENSORS: [(&str, SensorSize); 4] = [
 
 fn open(mut input: Input, _: &OpenOptions) -> Result<Box<dyn EventSource>, IoError> {
     let head = input.head(MAX_HEADER)?;
-    let damaged = |reason: &'static str| IoError::Damaged {
-        path: input.path.clone(),
-        byte: 0,
-        reason: reason.into(),
-        events: 0,
-    };
+    let damaged = |reason: &'static str| IoError::damaged(&input.path, 0, reason);
     let end = head.windows(END.len()).position(|bytes| bytes == END);
     let end = end.ok_or_else(|| damaged("the header has no end"))?;
     let text = String::from_utf8_lossy(&head[..end]).into_owned();
@@ -98,6 +94,7 @@ impl Packets {
         let at =
             |k: usize| u32::from_le_bytes([header[k], header[k + 1], header[k + 2], header[k + 3]]);
         (self.size, self.left) = (at(4) as usize, at(20));
+        // Times of events have 31 bits; the header counts their overflows.
         self.offset_us = i64::from(at(12)) << 31;
         self.is_polarity = u16::from_le_bytes([header[0], header[1]]) == POLARITY;
         if self.is_polarity && self.size != EVENT {
@@ -116,12 +113,7 @@ impl Packets {
 }
 
 impl Decoder for Packets {
-    fn decode(
-        &mut self,
-        bytes: &[u8],
-        _: bool,
-        columns: &mut Columns,
-    ) -> Result<usize, DecodeFault> {
+    fn decode(&mut self, bytes: &[u8], _: bool, columns: &mut Columns) -> DecodeResult {
         let mut at = 0;
         loop {
             let rest = &bytes[at..];
@@ -148,6 +140,7 @@ impl Decoder for Packets {
             let Some(event) = rest.first_chunk::<EVENT>() else { return Ok(at) };
             let data = u32::from_le_bytes([event[0], event[1], event[2], event[3]]);
             let time = u32::from_le_bytes([event[4], event[5], event[6], event[7]]);
+            // Filters of cAER mark what they remove instead of taking it out.
             if data & 1 == 0 {
                 self.invalid += 1;
                 continue;
@@ -183,9 +176,9 @@ impl Decoder for Packets {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
     use crate::read_as;
+    use crate::sample::event;
 
     fn packet(kind: u16, overflows: u32, events: &[[u32; 2]]) -> Vec<u8> {
         let n = events.len() as u32;
@@ -216,7 +209,6 @@ mod tests {
             packet(1, 0, &[[word(3, 7, 1), 100], [word(127, 0, 0), 105], [word(9, 9, 1) - 1, 106]]);
         let second = packet(1, 1, &[[word(5, 6, 1), 7]]);
         let read = open(file(&[first, packet(2, 0, &[[1, 2]]), second])).unwrap();
-        let event = |t, x, y, on| Event { t: Micros(t), x, y, polarity: Polarity::from_on(on) };
         let want =
             [event(100, 3, 7, true), event(105, 127, 0, false), event((1 << 31) + 7, 5, 6, true)];
         assert_eq!(read.stream.iter().collect::<Vec<_>>(), want);

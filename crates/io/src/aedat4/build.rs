@@ -22,37 +22,21 @@ impl Field {
     fn bytes(self) -> ([u8; 8], usize, usize) {
         // One size for all, so that fields need no memory of their own.
         let mut eight = [0; 8];
-        let mut put = |bytes: &[u8]| eight[..bytes.len()].copy_from_slice(bytes);
-        let (size, align) = match self {
-            Self::Byte(value) => {
-                put(&value.to_le_bytes());
-                (1, 1)
-            }
-            Self::Short(value) => {
-                put(&value.to_le_bytes());
-                (2, 2)
-            }
-            Self::Int(value) => {
-                put(&value.to_le_bytes());
-                (4, 4)
-            }
-            Self::Long(value) => {
-                put(&value.to_le_bytes());
-                (8, 8)
-            }
-            Self::Float(value) => {
-                put(&value.to_le_bytes());
-                (4, 4)
-            }
-            // FlatBuffers align a struct as its widest member.
-            Self::Pair([a, b]) => {
-                // Two integers: aligned to four, though eight bytes long.
-                put(&a.to_le_bytes());
-                eight[4..].copy_from_slice(&b.to_le_bytes());
-                (8, 4)
-            }
-            Self::Next => (4, 4),
+        let mut put = |bytes: &[u8]| {
+            eight[..bytes.len()].copy_from_slice(bytes);
+            bytes.len()
         };
+        let size = match self {
+            Self::Byte(value) => put(&value.to_le_bytes()),
+            Self::Short(value) => put(&value.to_le_bytes()),
+            Self::Int(value) => put(&value.to_le_bytes()),
+            Self::Long(value) => put(&value.to_le_bytes()),
+            Self::Float(value) => put(&value.to_le_bytes()),
+            Self::Pair(pair) => put(pair.map(i32::to_le_bytes).as_flattened()),
+            Self::Next => size_of::<u32>(),
+        };
+        // FlatBuffers align a struct as its widest member: a pair to four, though eight bytes long.
+        let align = if let Self::Pair(_) = self { size_of::<i32>() } else { size };
         (eight, size, align)
     }
 }

@@ -10,7 +10,7 @@ use twox_hash::XxHash32;
 use super::build::{Builder, Field};
 use super::compression::Compression;
 use super::flat::{Broken, Table, identifier};
-use super::{MAGIC, damage, xml};
+use super::{MAGIC, xml};
 use crate::{Input, IoError};
 
 /// Content of the packets of a stream.
@@ -106,10 +106,10 @@ pub(super) fn read(input: &mut Input) -> Result<FileHeader, IoError> {
     input.bytes.rewind().map_err(failed)?;
     (&mut input.bytes).take(start).read_to_end(&mut magic).map_err(failed)?;
     if magic != MAGIC {
-        return Err(damage(&path, 0, "the first line is not `#!AER-DAT4.0`"));
+        return Err(IoError::damaged(&path, 0, "the first line is not `#!AER-DAT4.0`"));
     }
     (&mut input.bytes).take(4).read_to_end(&mut bytes).map_err(failed)?;
-    let cut = || damage(&path, start, "the header is cut");
+    let cut = || IoError::damaged(&path, start, "the header is cut");
     let size = u64::from(u32::from_le_bytes(*bytes.first_chunk().ok_or_else(cut)?));
     let end = start + 4 + size;
     // Checked before reading: a size out of a broken file may be four gigabytes.
@@ -125,22 +125,22 @@ pub(super) fn read(input: &mut Input) -> Result<FileHeader, IoError> {
 /// The header that a FlatBuffer is, behind its size, from byte `start` of a file on.
 pub(super) fn parse(path: &Path, start: u64, bytes: &[u8]) -> Result<FileHeader, IoError> {
     let broken = |Broken { at, reason }: Broken| {
-        damage(path, start + at as u64, format!("the header: {reason}"))
+        IoError::damaged(path, start + at as u64, format!("the header: {reason}"))
     };
     if identifier(bytes).map_err(broken)? != *IDENTIFIER {
-        return Err(damage(path, start + 8, "the header is none"));
+        return Err(IoError::damaged(path, start + 8, "the header is none"));
     }
     let table = Table::root(bytes).map_err(broken)?;
     let number = table.i32(0).map_err(broken)?;
     let known = usize::try_from(number).ok().and_then(|k| Compression::ALL.get(k));
-    let unknown = || damage(path, start, format!("compression {number} is not known"));
+    let unknown = || IoError::damaged(path, start, format!("compression {number} is not known"));
     let compression = *known.ok_or_else(unknown)?;
     // A recorder that was stopped has written -1: no data table.
     let place = table.i64(1).map_err(broken)?.unwrap_or(-1);
     let text = table.vector(2).map_err(broken)?.whole(1).map_err(broken)?;
     let text = String::from_utf8_lossy(text);
     if !has_its_sum(&text) {
-        return Err(damage(path, start, "the header: its checksum does not fit"));
+        return Err(IoError::damaged(path, start, "the header: its checksum does not fit"));
     }
     let streams = streams(&text);
     let end = start + bytes.len() as u64;
@@ -250,6 +250,7 @@ fn xml(compression: Compression, streams: &[Stream]) -> String {
             text += &attribute("sizeY", "int", &size.height.to_string());
         }
         text += &attribute("source", "string", source);
+        // It is the sum of all that stands before it, and so comes last.
         let sum = sum(&text);
         text += &format!("{SUM}{sum}/attr>\n</node>\n</node>\n");
     }

@@ -39,8 +39,6 @@ mod walk;
 mod writer;
 mod xml;
 
-use std::path::Path;
-
 pub use compression::Compression;
 pub(crate) use compression::Inflater;
 pub use header::{Stream, StreamKind};
@@ -51,7 +49,6 @@ pub use packets::Packets;
 pub use stream::{Aedat4Stream, SNIFF_BYTES, is_stream};
 pub use writer::Writer;
 
-use crate::IoError;
 use crate::open::{Format, no_labels};
 
 /// The version line.
@@ -72,11 +69,6 @@ pub(crate) const FORMAT: Format = Format {
 pub(crate) fn other_version(head: &[u8]) -> Option<&str> {
     let line = head.strip_prefix(b"#!AER-DAT")?.split(|b| b"\r\n".contains(b)).next()?;
     str::from_utf8(line).ok().filter(|version| (1..=8).contains(&version.len()))
-}
-
-/// The error for a fault at `byte` of a file.
-fn damage(path: &Path, byte: u64, reason: impl Into<std::borrow::Cow<'static, str>>) -> IoError {
-    IoError::Damaged { path: path.to_owned(), byte, reason: reason.into(), events: 0 }
 }
 
 #[cfg(test)]

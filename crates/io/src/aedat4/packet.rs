@@ -264,8 +264,8 @@ impl Content {
     /// Its FlatBuffer, behind its size.
     ///
     /// # Errors
-    /// What the format cannot hold.
-    pub(super) fn encode<'a>(&'a self, builder: &'a mut Builder) -> Result<&'a [u8], String> {
+    /// If it is a frame that the format cannot hold.
+    pub(super) fn encode<'a>(&'a self, builder: &'a mut Builder) -> Result<&'a [u8], FrameMisfit> {
         match self {
             Self::Events(Columns { t, x, y, polarity }) => {
                 Ok(events::encode(builder, (t, x, y, polarity)))
@@ -289,6 +289,17 @@ impl Content {
             Self::Other(_, bytes) => Ok(bytes),
         }
     }
+}
+
+/// A frame that the format cannot hold.
+#[derive(Debug, Clone, Copy, thiserror::Error)]
+pub(super) enum FrameMisfit {
+    #[error("a frame of {0} columns or rows")]
+    Size(u16),
+    #[error("a pixel of more than 4 channels, or of none")]
+    Channels,
+    #[error("a frame of {0}x{1} pixels with {2} bytes")]
+    Bytes(u16, u16, usize),
 }
 
 fn frame(table: &Table<'_>) -> Result<Frame, Broken> {
@@ -322,22 +333,15 @@ fn frame(table: &Table<'_>) -> Result<Frame, Broken> {
 }
 
 impl Frame {
-    fn encode<'a>(&self, builder: &'a mut Builder) -> Result<&'a [u8], String> {
-        let size = |pixels: u16| {
-            // Sizes are signed 16 bits in the schema.
-            i16::try_from(pixels).map_err(|_| format!("a frame of {pixels} columns or rows"))
-        };
+    fn encode<'a>(&self, builder: &'a mut Builder) -> Result<&'a [u8], FrameMisfit> {
+        // Sizes are signed 16 bits in the schema.
+        let size = |pixels: u16| i16::try_from(pixels).map_err(|_| FrameMisfit::Size(pixels));
         let (width, height) = (size(self.width)?, size(self.height)?);
-        let code = self.format.code().ok_or("a pixel of more than 4 channels, or of none")?;
-        if self.pixels.len()
-            != usize::from(self.width) * usize::from(self.height) * self.format.bytes()
-        {
-            return Err(format!(
-                "a frame of {}x{} pixels with {} bytes",
-                self.width,
-                self.height,
-                self.pixels.len()
-            ));
+        let code = self.format.code().ok_or(FrameMisfit::Channels)?;
+        let (bytes, pixels) =
+            (self.pixels.len(), usize::from(self.width) * usize::from(self.height));
+        if bytes != pixels * self.format.bytes() {
+            return Err(FrameMisfit::Bytes(self.width, self.height, bytes));
         }
         // The schema has the duration of the exposure besides its two ends.
         let lasts = self.exposure_end.0.saturating_sub(self.exposure_start.0);

@@ -16,7 +16,7 @@ use super::compression::{Inflater, MAX_BYTES, TOO_LONG};
 use super::flat::{identifier, is_whole};
 use super::header::{self, FileHeader, IDENTIFIER, StreamKind};
 use super::walk::HEAD;
-use super::{MAGIC, damage, events};
+use super::{MAGIC, events};
 use crate::fill::fill;
 use crate::open::believed;
 use crate::{Columns, IoError};
@@ -66,7 +66,7 @@ impl<R: Read> Aedat4Stream<R> {
             at += there as u64;
             match there == out.len() {
                 true => Ok(()),
-                false => Err(damage(&name, at, "the stream ends in its header")),
+                false => Err(IoError::damaged(&name, at, "the stream ends in its header")),
             }
         };
         let mut head = vec![0; 4];
@@ -77,7 +77,7 @@ impl<R: Read> Aedat4Stream<R> {
             let mut line = *MAGIC;
             read(&mut line[4..])?;
             if line != *MAGIC {
-                return Err(damage(&name, 0, "the first line is not `#!AER-DAT4.0`"));
+                return Err(IoError::damaged(&name, 0, "the first line is not `#!AER-DAT4.0`"));
             }
             read(&mut head)?;
             start = MAGIC.len() as u64;
@@ -85,7 +85,11 @@ impl<R: Read> Aedat4Stream<R> {
         let size = head.first_chunk().map_or(0, |size| u32::from_le_bytes(*size));
         // A connection that is of another protocol would name any size.
         if size > MAX_HEADER {
-            return Err(damage(&name, start, format!("a header of {size} bytes is none")));
+            return Err(IoError::damaged(
+                &name,
+                start,
+                format!("a header of {size} bytes is none"),
+            ));
         }
         head.resize(4 + size as usize, 0);
         read(&mut head[4..])?;
@@ -194,6 +198,6 @@ impl<R: Read> Aedat4Stream<R> {
     }
 
     fn damage(&self, byte: u64, reason: impl Into<Cow<'static, str>>) -> IoError {
-        damage(&self.name, byte, reason).behind(self.events)
+        IoError::damaged(&self.name, byte, reason).behind(self.events)
     }
 }

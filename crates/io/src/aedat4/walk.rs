@@ -4,7 +4,6 @@ use std::borrow::Cow;
 use std::io::{Seek, SeekFrom};
 
 use super::compression::{Compression, Inflater, Scratch, TOO_LONG};
-use super::damage;
 use super::flat::{Broken, is_whole};
 use super::header::{self, FileHeader};
 use super::table::{self, Entry};
@@ -119,7 +118,7 @@ impl Walk {
             reason = Some((at, "a FlatBuffer is cut".into()));
         }
         let path = &self.input.path;
-        let fault = reason.map(|(byte, reason)| damage(path, byte, reason));
+        let fault = reason.map(|(byte, reason)| IoError::damaged(path, byte, reason));
         Ok(Body { bytes, fault })
     }
 
@@ -164,7 +163,7 @@ impl Walk {
     }
 
     fn damage(&self, byte: u64, reason: impl Into<Cow<'static, str>>) -> IoError {
-        damage(&self.input.path, byte, reason)
+        IoError::damaged(&self.input.path, byte, reason)
     }
 
     /// Replaces the body by the `most` bytes from `at` on, or as many as there are.
@@ -178,7 +177,7 @@ impl Walk {
         self.body.clear();
         let length = usize::try_from(most).unwrap_or(usize::MAX);
         let Some((_, room)) = self.body.room(length) else {
-            return Err(damage(&self.input.path, at, TOO_LONG));
+            return Err(IoError::damaged(&self.input.path, at, TOO_LONG));
         };
         let filled = fill(&mut self.input.bytes, room).map_err(failed)?;
         self.body.add(filled);

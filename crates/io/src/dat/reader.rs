@@ -7,7 +7,9 @@ use crate::evt::SkippedRecords;
 use crate::evt::header::Lines;
 use crate::source::Shifted;
 use crate::time_stamp::WraparoundCounter;
-use crate::{BlockSource, Columns, DecodeFault, Decoder, EventSource, Input, IoError, OpenOptions};
+use crate::{
+    BlockSource, Columns, DecodeResult, Decoder, EventSource, Input, IoError, OpenOptions,
+};
 
 /// First line of most files, behind its key.
 const FIRST_LINE: &str = "file containing";
@@ -35,14 +37,12 @@ pub(super) fn open(mut input: Input, _: &OpenOptions) -> Result<Box<dyn EventSou
         [kind, size] => DatDecoder::new(kind, size, version),
         _ => None,
     };
-    let fault = || IoError::Damaged {
-        path: input.path.clone(),
-        byte: lines.length as u64,
-        reason: match *data {
-            [kind, size] => format!("events of type {kind} and {size} bytes are not read").into(),
-            _ => "the file ends before the type of its events".into(),
-        },
-        events: 0,
+    let fault = || {
+        let reason = match *data {
+            [kind, size] => format!("events of type {kind} and {size} bytes are not read"),
+            _ => "the file ends before the type of its events".to_owned(),
+        };
+        IoError::damaged(&input.path, lines.length as u64, reason)
     };
     let decoder = decoder.ok_or_else(fault)?;
     Ok(Box::new(BlockSource::new(
@@ -112,12 +112,7 @@ impl DatDecoder {
 }
 
 impl Decoder for DatDecoder {
-    fn decode(
-        &mut self,
-        bytes: &[u8],
-        _: bool,
-        columns: &mut Columns,
-    ) -> Result<usize, DecodeFault> {
+    fn decode(&mut self, bytes: &[u8], _: bool, columns: &mut Columns) -> DecodeResult {
         let (records, _) = bytes.as_chunks::<RECORD>();
         match self.layout {
             Layout::Event => self.events::<14, 14>(records, columns),

@@ -1,16 +1,11 @@
-#![allow(clippy::unwrap_used, reason = "tests")]
-
-use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
+use evpose_core::{EventStream, SensorSize};
 use proptest::prelude::*;
 
 use super::*;
+use crate::sample::event;
 use crate::{Columns, Decoder, Input, OpenOptions, SensorOrigin, open, read_as};
 
 const SENSOR: SensorSize = SensorSize { width: 640, height: 480 };
-
-fn event(t: i64, x: u16, y: u16, on: bool) -> Event {
-    Event { t: Micros(t), x, y, polarity: Polarity::from_on(on) }
-}
 
 fn file(header: &str, kind: u8, records: &[[u32; 2]]) -> Input {
     let mut bytes = header.as_bytes().to_vec();

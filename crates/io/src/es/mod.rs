@@ -21,7 +21,7 @@ use evpose_core::{Event, Micros, Polarity, SensorSize};
 
 use crate::open::{Format, no_labels};
 use crate::{
-    BlockSource, Columns, DecodeFault, Decoder, EventSource, Header, Input, IoError, OpenOptions,
+    BlockSource, Columns, DecodeResult, Decoder, EventSource, Header, Input, IoError, OpenOptions,
 };
 
 /// The registry's entry.
@@ -47,12 +47,7 @@ const EVENT: usize = 5;
 
 fn open(mut input: Input, _: &OpenOptions) -> Result<Box<dyn EventSource>, IoError> {
     let head = input.head(HEADER)?;
-    let fault = |byte: u64, reason: String| IoError::Damaged {
-        path: input.path.clone(),
-        byte,
-        reason: reason.into(),
-        events: 0,
-    };
+    let fault = |byte, reason: String| IoError::damaged(&input.path, byte, reason);
     let (version, kind) = (head.get(MAGIC.len()).copied(), head.get(MAGIC.len() + 3).copied());
     if let Some(version) = version.filter(|version| *version != VERSION) {
         return Err(fault(12, format!("Event Stream of version {version}, and 2 is read")));
@@ -115,12 +110,7 @@ impl Events {
 }
 
 impl Decoder for Events {
-    fn decode(
-        &mut self,
-        bytes: &[u8],
-        _: bool,
-        columns: &mut Columns,
-    ) -> Result<usize, DecodeFault> {
+    fn decode(&mut self, bytes: &[u8], _: bool, columns: &mut Columns) -> DecodeResult {
         let mut at = 0;
         while let Some(&first) = bytes.get(at) {
             // A cut event must not advance the time: it comes again, with more behind it.
@@ -157,18 +147,14 @@ impl Decoder for Events {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
     use crate::read_as;
+    use crate::sample::event;
 
     fn open(kind: u8, events: &[u8]) -> Result<crate::Recording, IoError> {
         let head = [MAGIC, &[2, 0, 0, kind, 0x40, 1, 240, 0]].concat();
         let input = Input::memory("x.es", [&head, events].concat());
         read_as(input, &OpenOptions::default())
-    }
-
-    fn event(t: i64, x: u16, y: u16, on: bool) -> Event {
-        Event { t: Micros(t), x, y, polarity: Polarity::from_on(on) }
     }
 
     #[test]

@@ -7,8 +7,8 @@ use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 use super::{EvcFault, EvcWriter, FRAME, NEW_FRAME, RECORD};
 use crate::open::{Format, Labels};
 use crate::{
-    BlockSource, Columns, DecodeFault, Decoder, EventSink, EventSource, Header, Input, IoError,
-    MetaReader, OpenOptions,
+    BlockSource, Columns, DecodeFault, DecodeResult, Decoder, EventSink, EventSource, Header,
+    Input, IoError, MetaReader, OpenOptions,
 };
 
 /// The registry's entry.
@@ -36,12 +36,7 @@ struct Records {
 }
 
 impl Decoder for Records {
-    fn decode(
-        &mut self,
-        bytes: &[u8],
-        _: bool,
-        columns: &mut Columns,
-    ) -> Result<usize, DecodeFault> {
+    fn decode(&mut self, bytes: &[u8], _: bool, columns: &mut Columns) -> DecodeResult {
         // Less than a record at the end is left for the next block.
         let records = bytes.as_chunks::<RECORD>().0;
         for (k, &[low, high, y, polarity]) in records.iter().enumerate() {

@@ -20,7 +20,6 @@
 //! # Source
 //! Rudnev et al., *EventHands*, ICCV 2021, supplement, Sec. 4.3.
 
-mod columns;
 mod format;
 mod reader;
 mod scan;

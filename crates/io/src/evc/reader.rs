@@ -3,13 +3,12 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use evpose_core::{CoreError, EventStream, Micros, SensorSize};
+use evpose_core::{EventStream, Micros, Polarity, SensorSize};
 
-use super::columns::Columns;
 use super::scan::{EvcFault, Tally, marker_offset, tally};
 use super::{EvcWindow, FRAME, NEW_FRAME, RECORD};
-use crate::IoError;
 use crate::positional::PositionalFile;
+use crate::{Columns, IoError};
 
 /// Frames between two entries of the index: 10 MB of index for a published sequence of 11 hours,
 /// and at most two such steps read beyond a window.
@@ -18,6 +17,8 @@ const INDEX_STEP: u64 = 32;
 const BLOCK: usize = 1 << 20;
 /// Frames read at once into a stream.
 const FRAMES_AT_ONCE: u64 = 256;
+/// Events after which columns are handed on, 13 bytes each: they stay in the first-level cache.
+const FULL: usize = 2048;
 /// Bytes checked at once: they stay in the first-level cache.
 const RUN: usize = 1 << 13;
 
@@ -258,11 +259,22 @@ impl EvcReader {
             while let [_, events @ ..] = records {
                 let count = events.iter().position(|r| r[3] == NEW_FRAME).unwrap_or(events.len());
                 let (events, rest) = events.split_at(count);
-                columns.decode(Micros(frame as i64 * FRAME.0), events);
+                let t = Micros(frame as i64 * FRAME.0);
+                columns.t.resize(columns.len() + count, t);
+                columns
+                    .x
+                    .extend(events.iter().map(|&[low, high, ..]| u16::from_le_bytes([low, high])));
+                columns.y.extend(events.iter().map(|&[_, _, y, _]| u16::from(y)));
+                columns.polarity.extend(events.iter().map(|&[.., p]| Polarity::from_on(p == 1)));
                 records = rest;
                 frame += 1;
-                if columns.is_full() || records.is_empty() {
-                    columns.move_to(stream).map_err(|fault| self.unfit(&fault))?;
+                if columns.len() >= FULL || records.is_empty() {
+                    let Columns { t, x, y, polarity } = &columns;
+                    stream.extend_columns(t, x, y, polarity).map_err(|fault| IoError::Stream {
+                        path: self.path.clone(),
+                        reason: fault.to_string(),
+                    })?;
+                    columns.clear();
                 }
             }
             if end >= frames.end {
@@ -270,10 +282,6 @@ impl EvcReader {
             }
             start = end;
         }
-    }
-
-    fn unfit(&self, fault: &CoreError) -> IoError {
-        IoError::Stream { path: self.path.clone(), reason: fault.to_string() }
     }
 
     /// Byte offset of an entry of the index; the end of the frames after the last.

@@ -1,24 +1,26 @@
 //! One pass over the records of an `.evc` file: is it valid, and where do its frames begin.
 
-use std::fmt;
-
 use evpose_core::SensorSize;
 
 use super::{NEW_FRAME, RECORD};
 
 /// A fault of a record.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum EvcFault {
     /// The file has no bytes.
+    #[error("the file is empty")]
     Empty,
     /// The first record is not a frame marker.
+    #[error("the first record is no frame marker: its polarity is {polarity}, not 255")]
     NoMarker {
         /// Its polarity byte.
         polarity: u8,
     },
     /// A polarity byte without a meaning.
+    #[error("polarity {0} is none of 0, 1, 255")]
     Polarity(u8),
     /// An event outside the sensor.
+    #[error("event at ({x}, {y}) lies outside the {sensor} sensor")]
     OutsideSensor {
         /// Column.
         x: u16,
@@ -28,32 +30,14 @@ pub enum EvcFault {
         sensor: SensorSize,
     },
     /// The file ends inside a record.
+    #[error("the file ends {bytes} bytes into a record")]
     Truncated {
         /// How many of the four bytes are there.
         bytes: usize,
     },
     /// The contents differ from what they were when the file was opened.
+    #[error("the file has changed since it was opened")]
     Changed,
-}
-
-impl fmt::Display for EvcFault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::Empty => f.write_str("the file is empty"),
-            Self::NoMarker { polarity } => {
-                write!(
-                    f,
-                    "the first record is no frame marker: its polarity is {polarity}, not 255"
-                )
-            }
-            Self::Polarity(p) => write!(f, "polarity {p} is none of 0, 1, 255"),
-            Self::OutsideSensor { x, y, sensor } => {
-                write!(f, "event at ({x}, {y}) lies outside the {sensor} sensor")
-            }
-            Self::Truncated { bytes } => write!(f, "the file ends {bytes} bytes into a record"),
-            Self::Changed => f.write_str("the file has changed since it was opened"),
-        }
-    }
 }
 
 /// Counts over a run of records.

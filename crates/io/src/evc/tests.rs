@@ -1,27 +1,17 @@
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 use std::fs::{self, File};
-use std::path::PathBuf;
 
 use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 use proptest::prelude::*;
-use tempfile::TempDir;
 
 use super::*;
 use crate::IoError;
+use crate::sample::file;
 
 const SENSOR: SensorSize = SensorSize { width: 300, height: 20 };
 type Frames = Vec<Vec<(u16, u16, Polarity)>>;
 
-fn file(bytes: &[u8]) -> (TempDir, PathBuf) {
-    let directory = tempfile::tempdir().unwrap();
-    let path = directory.path().join("hand.evc");
-    fs::write(&path, bytes).unwrap();
-    (directory, path)
-}
-
 fn written(frames: &Frames) -> Vec<u8> {
-    let (_directory, path) = file(&[]);
+    let (_directory, path) = file("hand.evc", []);
     let mut writer = EvcWriter::create(&path, SENSOR).unwrap();
     for frame in frames {
         writer.frame_of(frame.iter().copied()).unwrap();
@@ -75,7 +65,7 @@ fn a_file_has_the_published_bytes() {
 fn an_unknown_polarity_is_named_with_its_byte_and_what_is_readable_before_it() {
     let mut bytes = written(&vec![vec![(1, 1, Polarity::On)]; 60]);
     bytes[57 * 8 + 7] = 7;
-    let (_directory, path) = file(&bytes);
+    let (_directory, path) = file("hand.evc", &bytes);
     let message = EvcReader::open_with(&path, SENSOR).unwrap_err().to_string();
     assert_eq!(
         message,
@@ -91,7 +81,7 @@ fn an_unknown_polarity_is_named_with_its_byte_and_what_is_readable_before_it() {
 
 #[test]
 fn an_event_outside_the_sensor_is_refused_on_both_sides() {
-    let (_directory, path) = file(&written(&vec![vec![(250, 1, Polarity::On)]]));
+    let (_directory, path) = file("hand.evc", written(&vec![vec![(250, 1, Polarity::On)]]));
     let error = EvcReader::open(&path).unwrap_err();
     let want = EvcFault::OutsideSensor { x: 250, y: 1, sensor: SensorSize::DAVIS240C };
     assert!(matches!(error, IoError::Evc { byte: 4, fault, .. } if fault == want), "{error}");
@@ -106,7 +96,7 @@ fn an_event_outside_the_sensor_is_refused_on_both_sides() {
 
 #[test]
 fn a_file_that_does_not_begin_with_a_marker_is_refused() {
-    let (_directory, path) = file(&[1, 0, 1, 1, 0, 0, 0, 255]);
+    let (_directory, path) = file("hand.evc", [1, 0, 1, 1, 0, 0, 0, 255]);
     let error = EvcReader::open(&path).unwrap_err();
     assert!(
         matches!(error, IoError::Evc { byte: 0, fault: EvcFault::NoMarker { polarity: 1 }, .. }),
@@ -117,7 +107,7 @@ fn a_file_that_does_not_begin_with_a_marker_is_refused() {
 #[test]
 fn a_file_that_changes_under_the_reader_is_an_error() {
     let bytes = written(&vec![vec![(1, 1, Polarity::On)]; 100]);
-    let (_directory, path) = file(&bytes);
+    let (_directory, path) = file("hand.evc", &bytes);
     let reader = EvcReader::open_with(&path, SENSOR).unwrap();
     let mut window = EvcWindow::new();
     for faulty in [vec![7; bytes.len()], vec![0; bytes.len()], vec![255; bytes.len()], vec![]] {
@@ -132,7 +122,7 @@ fn a_stream_survives_the_file_up_to_the_millisecond_and_the_order_inside_it() {
     let event = |t, x, y| Event { t: Micros(t), x, y, polarity: Polarity::On };
     let events = [event(5_000, 1, 1), event(5_999, 2, 2), event(6_000, 3, 3), event(9_500, 4, 4)];
     let stream = EventStream::from_events(SENSOR, events).unwrap();
-    let (_directory, path) = file(&[]);
+    let (_directory, path) = file("hand.evc", []);
     let mut writer = EvcWriter::create(&path, SENSOR).unwrap();
     assert!(matches!(writer.stream(&stream, Micros(5_001)), Err(IoError::Unwritable { .. })));
     let since_1970 =
@@ -164,7 +154,7 @@ proptest! {
     fn any_window_holds_exactly_its_frames(
         frames in arbitrary_frames(150), a in 0usize..150, b in 0usize..150,
     ) {
-        let (_directory, path) = file(&written(&frames));
+        let (_directory, path) = file("hand.evc", written(&frames));
         let reader = EvcReader::open_with(&path, SENSOR).unwrap();
         prop_assert_eq!(reader.frames(), frames.len() as u64);
         let (a, b) = (a.min(frames.len()), b.min(frames.len()));
@@ -178,7 +168,7 @@ proptest! {
 
     #[test]
     fn frames_beyond_the_end_are_a_typed_error(frames in arbitrary_frames(40), beyond in 1u64..9) {
-        let (_directory, path) = file(&written(&frames));
+        let (_directory, path) = file("hand.evc", written(&frames));
         let reader = EvcReader::open_with(&path, SENSOR).unwrap();
         let end = reader.frames() + beyond;
         let refused = reader.read_frames(0..end, &mut EvcWindow::new());
@@ -192,7 +182,7 @@ proptest! {
     #[test]
     fn a_file_cut_at_any_byte_gives_an_error_or_the_exact_prefix(frames in arbitrary_frames(6)) {
         let bytes = written(&frames);
-        let (_directory, path) = file(&bytes);
+        let (_directory, path) = file("hand.evc", &bytes);
         let all = in_file_order(&frames);
         for cut in (0..bytes.len()).rev() {
             File::options().write(true).open(&path).unwrap().set_len(cut as u64).unwrap();
@@ -221,7 +211,7 @@ proptest! {
         let mut bytes = written(&frames);
         let at = at.index(bytes.len());
         bytes.splice(at.., noise);
-        let (_directory, path) = file(&bytes);
+        let (_directory, path) = file("hand.evc", &bytes);
         let (reader, _fault) = EvcReader::open_prefix(&path, SENSOR).unwrap();
         let mut window = EvcWindow::new();
         reader.read_frames(0..reader.frames(), &mut window).unwrap();

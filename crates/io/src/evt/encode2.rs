@@ -4,7 +4,7 @@ use evpose_core::{EventStream, SensorSize};
 
 use super::WordEncoder;
 use super::evt2::{LOW_BITS, TIME_HIGH};
-use super::time_high::TimeHigh;
+use super::time_high::{EncodeError, TimeHigh};
 
 /// Turns events into words of EVT 2.0.
 #[derive(Debug)]
@@ -16,10 +16,10 @@ impl WordEncoder for Evt2Encoder {
     const NAMES: (&'static str, &'static str) = ("2.0", "EVT2");
 
     fn new(_: SensorSize) -> Self {
-        Self { time_high: TimeHigh::new() }
+        Self { time_high: TimeHigh::default() }
     }
 
-    fn encode(&mut self, events: &EventStream, words: &mut Vec<u8>) -> Result<(), String> {
+    fn encode(&mut self, events: &EventStream, words: &mut Vec<u8>) -> Result<(), EncodeError> {
         for event in events.iter() {
             write_time_high(&mut self.time_high, event.t.0, |word| {
                 words.extend(word.to_le_bytes());
@@ -35,12 +35,11 @@ pub(super) fn write_time_high(
     time_high: &mut TimeHigh<28>,
     t: i64,
     mut word: impl FnMut(u32),
-) -> Result<(), String> {
+) -> Result<(), EncodeError> {
     if time_high.is_set() && time_high.value() == t >> LOW_BITS {
         return Ok(());
     }
-    let put = |value| word(TIME_HIGH << 28 | value as u32);
-    time_high.advance_to(t >> LOW_BITS, put).map_err(|reason| format!("event at {t} µs: {reason}"))
+    time_high.advance_to(t, LOW_BITS, |value| word(TIME_HIGH << 28 | value as u32))
 }
 
 /// The word of an event, or the upper half of one of EVT 2.1.

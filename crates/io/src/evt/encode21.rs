@@ -5,7 +5,7 @@ use evpose_core::{EventStream, SensorSize};
 use super::WordEncoder;
 use super::encode2::{head, write_time_high};
 use super::evt21::PIXELS;
-use super::time_high::TimeHigh;
+use super::time_high::{EncodeError, TimeHigh};
 
 /// Turns events into words of EVT 2.1: one for the events that follow each other within one of the
 /// blocks of 32 pixels, at one time, of one polarity and from left to right.
@@ -18,10 +18,10 @@ impl WordEncoder for Evt21Encoder {
     const NAMES: (&'static str, &'static str) = ("2.1", "EVT21;endianness=little");
 
     fn new(_: SensorSize) -> Self {
-        Self { time_high: TimeHigh::new() }
+        Self { time_high: TimeHigh::default() }
     }
 
-    fn encode(&mut self, events: &EventStream, words: &mut Vec<u8>) -> Result<(), String> {
+    fn encode(&mut self, events: &EventStream, words: &mut Vec<u8>) -> Result<(), EncodeError> {
         let mut word = |upper: u32, mask: u32| {
             words.extend((u64::from(upper) << 32 | u64::from(mask)).to_le_bytes());
         };

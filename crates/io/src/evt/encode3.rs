@@ -4,7 +4,7 @@ use evpose_core::{EventStream, Polarity, SensorSize};
 
 use super::WordEncoder;
 use super::evt3::{ADDR_X, ADDR_Y, TIME_HIGH, TIME_LOW, VECT_8, VECT_12, VECT_BASE_X};
-use super::time_high::TimeHigh;
+use super::time_high::{EncodeError, TimeHigh};
 
 /// Pixels of a vector: words of 12, 12 and 8, as cameras send them. Some decoders take no others.
 const PIXELS: u16 = 32;
@@ -63,7 +63,7 @@ impl WordEncoder for Evt3Encoder {
 
     fn new(sensor: SensorSize) -> Self {
         Self {
-            time_high: TimeHigh::new(),
+            time_high: TimeHigh::default(),
             low: None,
             row: None,
             base: None,
@@ -72,16 +72,14 @@ impl WordEncoder for Evt3Encoder {
         }
     }
 
-    fn encode(&mut self, events: &EventStream, words: &mut Vec<u8>) -> Result<(), String> {
+    fn encode(&mut self, events: &EventStream, words: &mut Vec<u8>) -> Result<(), EncodeError> {
         let mut word = |kind: u16, value: u16| words.extend((kind << 12 | value).to_le_bytes());
         let mut at = 0;
         while let Some(event) = events.get(at) {
             let t = event.t.0;
             // The first event, and any in another period of the low bits.
             if !self.time_high.is_set() || self.time_high.value() != t >> 12 {
-                let high = |value| word(TIME_HIGH, value as u16);
-                let advanced = self.time_high.advance_to(t >> 12, high);
-                advanced.map_err(|reason| format!("event at {t} µs: {reason}"))?;
+                self.time_high.advance_to(t, 12, |value| word(TIME_HIGH, value as u16))?;
                 // Readers may forget the low bits with a new high time.
                 self.low = None;
             }

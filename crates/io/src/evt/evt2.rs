@@ -14,7 +14,7 @@
 use super::SkippedRecords;
 use super::batch::Batch;
 use super::time_high::TimeHigh;
-use crate::{Columns, DecodeFault, Decoder};
+use crate::{Columns, DecodeResult, Decoder};
 
 /// Events are 0 (OFF) and 1 (ON).
 pub(super) const ON: u32 = 0x1;
@@ -27,37 +27,26 @@ pub(super) const CONTINUED: u32 = 0xF;
 pub(super) const LOW_BITS: u32 = 6;
 
 /// Turns the words of EVT 2.0 into events.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Evt2Decoder {
     time_high: TimeHigh<28>,
     skipped: SkippedRecords,
 }
 
-impl Default for Evt2Decoder {
-    fn default() -> Self {
-        Self { time_high: TimeHigh::new(), skipped: SkippedRecords::default() }
-    }
-}
-
-impl Evt2Decoder {
-    /// Takes a word that is no event.
+impl SkippedRecords {
+    /// Takes a word that is no event, of EVT 2.0 or the upper half of one of EVT 2.1.
     #[cold]
-    fn other(&mut self, word: u32) {
+    pub(super) fn add_word(&mut self, word: u32) {
         match word >> 28 {
-            EXT_TRIGGER => self.skipped.triggers += 1,
-            OTHERS | CONTINUED => self.skipped.monitoring += 1,
-            _ => self.skipped.unknown += 1,
+            EXT_TRIGGER => self.triggers += 1,
+            OTHERS | CONTINUED => self.monitoring += 1,
+            _ => self.unknown += 1,
         }
     }
 }
 
 impl Decoder for Evt2Decoder {
-    fn decode(
-        &mut self,
-        bytes: &[u8],
-        _: bool,
-        columns: &mut Columns,
-    ) -> Result<usize, DecodeFault> {
+    fn decode(&mut self, bytes: &[u8], _: bool, columns: &mut Columns) -> DecodeResult {
         let (words, _) = bytes.as_chunks::<4>();
         let mut rest = words;
         // Before the first high time no event has a time. A loop of its own keeps the main one free
@@ -69,7 +58,7 @@ impl Decoder for Evt2Decoder {
             match word >> 28 {
                 0 | ON => self.skipped.untimed += 1,
                 TIME_HIGH => _ = self.time_high.advance((word & 0x0FFF_FFFF).into()),
-                _ => self.other(word),
+                _ => self.skipped.add_word(word),
             }
             rest = behind;
         }
@@ -88,7 +77,7 @@ impl Decoder for Evt2Decoder {
                 } else if kind == TIME_HIGH {
                     high = self.time_high.advance((word & 0x0FFF_FFFF).into()) << LOW_BITS;
                 } else {
-                    self.other(word);
+                    self.skipped.add_word(word);
                 }
             }
             batch.flush(columns);

@@ -13,10 +13,10 @@
 use evpose_cpu::vectorize;
 
 use super::SkippedRecords;
-use super::evt2::{CONTINUED, EXT_TRIGGER, ON, OTHERS, TIME_HIGH};
+use super::evt2::{ON, TIME_HIGH};
 use super::time_high::TimeHigh;
 use super::words::Words;
-use crate::{Columns, DecodeFault, Decoder};
+use crate::{Columns, DecodeResult, Decoder};
 
 /// Pixels of a word.
 pub(super) const PIXELS: u16 = 32;
@@ -32,17 +32,7 @@ pub struct Evt21Decoder {
 impl Evt21Decoder {
     /// A decoder of words whose upper half comes first, if `is_legacy`, or else last.
     pub fn new(is_legacy: bool) -> Self {
-        Self { is_legacy, time_high: TimeHigh::new(), skipped: SkippedRecords::default() }
-    }
-
-    /// Takes a word that is no event.
-    #[cold]
-    fn other(&mut self, upper: u32) {
-        match upper >> 28 {
-            EXT_TRIGGER => self.skipped.triggers += 1,
-            OTHERS | CONTINUED => self.skipped.monitoring += 1,
-            _ => self.skipped.unknown += 1,
-        }
+        Self { is_legacy, time_high: TimeHigh::default(), skipped: SkippedRecords::default() }
     }
 }
 
@@ -55,12 +45,7 @@ pub(super) fn halves(word: [u8; 8], is_legacy: bool) -> (u32, u32) {
 }
 
 impl Decoder for Evt21Decoder {
-    fn decode(
-        &mut self,
-        bytes: &[u8],
-        _: bool,
-        columns: &mut Columns,
-    ) -> Result<usize, DecodeFault> {
+    fn decode(&mut self, bytes: &[u8], _: bool, columns: &mut Columns) -> DecodeResult {
         let (words, _) = bytes.as_chunks::<8>();
         let mut rest = words;
         // Before the first high time no event has a time. A loop of its own keeps the main one free
@@ -72,7 +57,7 @@ impl Decoder for Evt21Decoder {
             match upper >> 28 {
                 0 | ON => self.skipped.untimed += u64::from(mask.count_ones()),
                 TIME_HIGH => _ = self.time_high.advance((upper & 0x0FFF_FFFF).into()),
-                _ => self.other(upper),
+                _ => self.skipped.add_word(upper),
             }
             rest = behind;
         }
@@ -90,7 +75,7 @@ impl Decoder for Evt21Decoder {
                             let high = self.time_high.advance((upper & 0x0FFF_FFFF).into());
                             batch.set_high(high, columns);
                         }
-                        _ => self.other(upper),
+                        _ => self.skipped.add_word(upper),
                     }
                 }
                 batch.flush(columns);

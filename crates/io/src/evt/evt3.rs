@@ -25,7 +25,7 @@ use evpose_cpu::vectorize;
 use super::SkippedRecords;
 use super::states::{State, States};
 use super::time_high::TimeHigh;
-use crate::{Columns, DecodeFault, Decoder};
+use crate::{Columns, DecodeResult, Decoder};
 
 pub(super) const ADDR_Y: u16 = 0x0;
 /// The row of a measurement of light, on sensors of the first generation.
@@ -69,7 +69,7 @@ impl Evt3Decoder {
     /// row comes first.
     pub fn new(camera: Option<u8>) -> Self {
         Self {
-            time_high: TimeHigh::new(),
+            time_high: TimeHigh::default(),
             low: 0,
             row: None,
             camera: camera.map(|camera| if camera == 0 { 0 } else { FLAG }),
@@ -246,12 +246,7 @@ fn events_of_other_camera(words: &[[u8; 2]], mut row: u16, camera: u16) -> u64 {
 }
 
 impl Decoder for Evt3Decoder {
-    fn decode(
-        &mut self,
-        bytes: &[u8],
-        is_last: bool,
-        columns: &mut Columns,
-    ) -> Result<usize, DecodeFault> {
+    fn decode(&mut self, bytes: &[u8], is_last: bool, columns: &mut Columns) -> DecodeResult {
         let (words, _) = bytes.as_chunks::<2>();
         let mut rest = words;
         // Until a row is known, no event has a place.

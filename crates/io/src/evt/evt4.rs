@@ -15,7 +15,7 @@
 use super::SkippedRecords;
 use super::time_high::TimeHigh;
 use super::words::Words;
-use crate::{Columns, DecodeFault, Decoder};
+use crate::{Columns, DecodeResult, Decoder};
 
 const OTHERS: u32 = 0x6;
 const CONTINUED: u32 = 0x7;
@@ -28,25 +28,14 @@ const TIME_HIGH: u32 = 0xE;
 const PADDING: u32 = 0xF;
 
 /// Turns the words of EVT 4.0 into events.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Evt4Decoder {
     time_high: TimeHigh<28>,
     skipped: SkippedRecords,
 }
 
-impl Default for Evt4Decoder {
-    fn default() -> Self {
-        Self { time_high: TimeHigh::new(), skipped: SkippedRecords::default() }
-    }
-}
-
 impl Decoder for Evt4Decoder {
-    fn decode(
-        &mut self,
-        bytes: &[u8],
-        _: bool,
-        columns: &mut Columns,
-    ) -> Result<usize, DecodeFault> {
+    fn decode(&mut self, bytes: &[u8], _: bool, columns: &mut Columns) -> DecodeResult {
         let (words, _) = bytes.as_chunks::<4>();
         let (mut batch, mut at) = (Words::new(), 0);
         batch.set_high(self.time_high.value(), columns);
@@ -88,10 +77,7 @@ impl Decoder for Evt4Decoder {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
-    use evpose_core::{Event, Micros, Polarity};
-
+    use crate::sample::event;
     use crate::{Input, OpenOptions, read_as};
 
     fn words(words: &[u32]) -> Vec<u8> {
@@ -118,7 +104,6 @@ mod tests {
             0b10,
         ]);
         let read = read_as(Input::memory("a.raw", bytes.clone()), &OpenOptions::default()).unwrap();
-        let event = |t, x, y, on| Event { t: Micros(t), x, y, polarity: Polarity::from_on(on) };
         let want = [
             event(327, 300, 200, true),
             event(328, 64, 9, false),

@@ -63,14 +63,12 @@ fn begin(input: &mut Input) -> Result<(Header, Encoding, u64, i64), IoError> {
     let mut data = input.head(lines.length + SAMPLE)?;
     // Headers of old files do not name the encoding: the first words do.
     let encoding = Encoding::detect(&lines, &data.split_off(lines.length.min(data.len())));
-    let unknown = || IoError::Damaged {
-        path: input.path.clone(),
-        byte: lines.length as u64,
-        reason: match lines.get("format").or(lines.get("evt")) {
-            Some(format) => format!("words of the encoding `{format}` are not read").into(),
+    let unknown = || {
+        let reason = match lines.get("format").or(lines.get("evt")) {
+            Some(format) => format!("words of the encoding `{format}` are not read"),
             None => "neither header nor words say whether this is EVT 2.0, 2.1, 3.0 or 4.0".into(),
-        },
-        events: 0,
+        };
+        IoError::damaged(&input.path, lines.length as u64, reason)
     };
     let encoding = encoding.ok_or_else(unknown)?;
     Ok((lines.header(), encoding, lines.length as u64, lines.t0()))

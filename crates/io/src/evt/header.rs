@@ -74,12 +74,8 @@ impl Lines {
                 return Ok(lines);
             }
             if max >= MAX_HEADER {
-                return Err(IoError::Damaged {
-                    path: input.path.clone(),
-                    byte: lines.length as u64,
-                    reason: "a header of more than a mebibyte".into(),
-                    events: 0,
-                });
+                let reason = "a header of more than a mebibyte";
+                return Err(IoError::damaged(&input.path, lines.length as u64, reason));
             }
             // Most headers are short: more is read only where the end was not found.
             max *= 2;
@@ -95,8 +91,7 @@ impl Lines {
         if !self.is_open || input.length <= byte {
             return Ok(());
         }
-        let (path, reason) = (input.path.clone(), "the file ends within its header".into());
-        Err(IoError::Damaged { path, byte, reason, events: 0 })
+        Err(IoError::damaged(&input.path, byte, "the file ends within its header"))
     }
 
     /// Whether there are none.

@@ -38,6 +38,7 @@ pub use evt4::Evt4Decoder;
 pub use evt21::Evt21Decoder;
 pub(crate) use format::{EVT2, EVT3, EVT4, EVT21};
 pub(crate) use skipped::SkippedRecords;
+pub use time_high::EncodeError;
 pub use writer::WordEncoder;
 
 #[cfg(test)]

@@ -39,6 +39,7 @@ pub fn edges(events: usize) -> EventStream {
                 stretch = first..first + length;
                 continue;
             };
+            // Gaps decide whether vectors are worth their words.
             if draw.chance(2.0 / 3.0) {
                 return Some(Event { t: Micros(t), x, y: row, polarity: Polarity::from_on(on) });
             }

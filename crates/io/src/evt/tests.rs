@@ -1,21 +1,16 @@
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 use std::fs;
 
-use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize, TimeWindow};
+use evpose_core::{Event, EventStream, Micros, SensorSize, TimeWindow};
 use proptest::prelude::*;
 
 use super::*;
+use crate::sample::{event, read_all};
 use crate::{
     Columns, Decoder, Input, IoError, OpenOptions, Recording, SensorOrigin, Windows, open, read_as,
     source,
 };
 
 const SENSOR: SensorSize = SensorSize { width: 346, height: 260 };
-
-fn event(t: i64, x: u16, y: u16, on: bool) -> Event {
-    Event { t: Micros(t), x, y, polarity: Polarity::from_on(on) }
-}
 
 fn words16(words: &[u16]) -> Vec<u8> {
     words.iter().flat_map(|word| word.to_le_bytes()).collect()
@@ -34,15 +29,9 @@ fn read(input: Input) -> Recording {
 
 /// Events in the order of the file, and remarks.
 fn raw(input: Input, options: &OpenOptions) -> (Vec<Event>, Vec<String>) {
-    let mut source = open::unordered(input, options).unwrap().1;
-    let mut columns = Columns::new();
-    loop {
-        let before = columns.len();
-        source.next(&mut columns).unwrap();
-        if columns.len() == before {
-            return (columns.iter().collect(), source.remarks());
-        }
-    }
+    let (columns, remarks, fault) = read_all(&mut *open::unordered(input, options).unwrap().1);
+    assert!(fault.is_none(), "{fault:?}");
+    (columns.iter().collect(), remarks)
 }
 
 #[test]
@@ -368,21 +357,17 @@ fn recordings() -> impl Strategy<Value = EventStream> {
         6 => Just(0_i64), 3 => 0_i64..100, 1 => 0_i64..100_000, 1 => 0_i64..40_000_000
     ];
     let pixel = prop_oneof![2 => Just(None), 1 => (0_u16..346, 0_u16..260).prop_map(Some)];
-    let event = (step, pixel, 1_u16..4, prop::bool::weighted(0.9));
-    (0_i64..60_000_000, prop::collection::vec(event, 0..300)).prop_map(|(start, steps)| {
+    let steps = (step, pixel, 1_u16..4, prop::bool::weighted(0.9));
+    (0_i64..60_000_000, prop::collection::vec(steps, 0..300)).prop_map(|(start, steps)| {
         let (mut t, mut x, mut y, mut on) = (start, 0, 0, false);
         let events = steps.into_iter().map(|(step, pixel, right, same)| {
             t += step;
             (x, y) = pixel.unwrap_or(((x + right) % 346, y));
             on ^= !same;
-            event_at(t, x, y, on)
+            event(t, x, y, on)
         });
         EventStream::from_events(SENSOR, events).unwrap()
     })
-}
-
-fn event_at(t: i64, x: u16, y: u16, on: bool) -> Event {
-    event(t, x, y, on)
 }
 
 proptest! {

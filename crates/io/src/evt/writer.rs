@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use evpose_core::{AtomicFile, EventStream, SensorSize};
 
+use super::EncodeError;
 use crate::{EventSink, IoError};
 
 /// Sensors of the coordinates that words hold, 11 bits each.
@@ -22,8 +23,8 @@ pub trait WordEncoder: Sized {
     /// Appends the words of `events`, which go on from those before.
     ///
     /// # Errors
-    /// If an event has a time that the encoding does not hold, with a sentence that says so.
-    fn encode(&mut self, events: &EventStream, words: &mut Vec<u8>) -> Result<(), String>;
+    /// If an event has a time that the encoding does not hold.
+    fn encode(&mut self, events: &EventStream, words: &mut Vec<u8>) -> Result<(), EncodeError>;
 }
 
 struct WordSink<E> {
@@ -62,7 +63,7 @@ impl<E: WordEncoder> EventSink for WordSink<E> {
             return Err(IoError::unwritable(&self.path, reason));
         }
         let encoded = self.encoder.encode(events, &mut self.words);
-        encoded.map_err(|reason| IoError::unwritable(&self.path, reason))?;
+        encoded.map_err(|error| IoError::unwritable(&self.path, error.to_string()))?;
         self.put()
     }
 

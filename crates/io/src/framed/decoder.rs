@@ -3,7 +3,7 @@
 use evpose_core::Micros;
 
 use super::layout::{EVENT, HEAD, Head, MARKER, decode};
-use crate::{Columns, DecodeFault, Decoder};
+use crate::{Columns, DecodeFault, DecodeResult, Decoder};
 
 /// Turns what is behind the header of a framed stream into events.
 ///
@@ -78,15 +78,17 @@ impl FramedDecoder {
         let kept = if is_last { 0 } else { MARKER.len() - 1 };
         found.map_or(bytes.len().saturating_sub(kept).max(1), |k| k + 1)
     }
+
+    fn lose(&mut self, bytes: &[u8], at: usize, is_last: bool) -> DecodeResult {
+        match self.passes_over {
+            true => Ok(self.search(bytes, is_last)),
+            false => Err(DecodeFault { at, reason: "no packet begins here".into() }),
+        }
+    }
 }
 
 impl Decoder for FramedDecoder {
-    fn decode(
-        &mut self,
-        bytes: &[u8],
-        is_last: bool,
-        columns: &mut Columns,
-    ) -> Result<usize, DecodeFault> {
+    fn decode(&mut self, bytes: &[u8], is_last: bool, columns: &mut Columns) -> DecodeResult {
         let (mut at, before) = (0, columns.len());
         loop {
             let rest = &bytes[at..];
@@ -146,15 +148,6 @@ impl Decoder for FramedDecoder {
         match self.malformed {
             0 => Vec::new(),
             places => vec![format!("bytes that are no packet are passed over at {places} places")],
-        }
-    }
-}
-
-impl FramedDecoder {
-    fn lose(&mut self, bytes: &[u8], at: usize, is_last: bool) -> Result<usize, DecodeFault> {
-        match self.passes_over {
-            true => Ok(self.search(bytes, is_last)),
-            false => Err(DecodeFault { at, reason: "no packet begins here".into() }),
         }
     }
 }

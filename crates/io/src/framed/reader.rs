@@ -10,7 +10,7 @@ use super::decoder::FramedDecoder;
 use super::layout::{HEADER, sensor_of};
 use crate::fill::fill;
 use crate::open::believed;
-use crate::{Columns, Decoder, IoError};
+use crate::{Columns, DecodeFault, Decoder, IoError};
 
 /// Bytes that wait to be decoded, at most: 32,766 events, about what a second-level cache holds
 /// beside the columns they become.
@@ -49,12 +49,8 @@ impl<R: Read> FramedReader<R> {
     /// If it cannot be read, is none, or states a sensor larger than any.
     pub fn open(name: impl Into<PathBuf>, mut bytes: R) -> Result<Self, IoError> {
         let name = name.into();
-        let damage = |(byte, reason): (u64, Cow<'static, str>)| IoError::Damaged {
-            path: name.clone(),
-            byte,
-            reason,
-            events: 0,
-        };
+        let damage =
+            |(byte, reason): (u64, Cow<'static, str>)| IoError::damaged(&name, byte, reason);
         let mut header = [0; HEADER];
         let there = fill(&mut bytes, &mut header).map_err(|e| IoError::file(&name, "read", e))?;
         if there < HEADER {
@@ -102,11 +98,8 @@ impl<R: Read> FramedReader<R> {
             let had = columns.len();
             let took = self.decoder.decode(bytes, self.is_at_end, columns);
             self.events += (columns.len() - had) as u64;
-            let took = took.map_err(|fault| IoError::Damaged {
-                path: self.name.clone(),
-                byte: self.at + fault.at as u64,
-                reason: fault.reason,
-                events: self.events,
+            let took = took.map_err(|DecodeFault { at, reason }| {
+                IoError::damaged(&self.name, self.at + at as u64, reason).behind(self.events)
             })?;
             self.taken += took;
             self.at += took as u64;

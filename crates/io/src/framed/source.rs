@@ -14,16 +14,14 @@ pub(super) fn open(
     mut input: Input,
     options: &OpenOptions,
 ) -> Result<Box<dyn EventSource>, IoError> {
-    let damage = |path: &Path, byte, reason| {
-        let path = path.to_owned();
-        IoError::Damaged { path, byte, reason, events: 0 }
-    };
     let head = input.head(HEADER)?;
     let Some(head) = head.first_chunk() else {
-        return Err(damage(&input.path, head.len() as u64, "the header is cut".into()));
+        return Err(IoError::damaged(&input.path, head.len() as u64, "the header is cut"));
     };
-    let sensor = sensor_of(head).map_err(|(byte, reason)| damage(&input.path, byte, reason))?;
+    let damage = |(byte, reason)| IoError::damaged(&input.path, byte, reason);
+    let sensor = sensor_of(head).map_err(damage)?;
     let header = Header { sensor: Some(sensor), ..Header::default() };
+    // A damaged packet ends a file, unless the packets behind it are wanted.
     let decoder = match options.salvage {
         true => FramedDecoder::lenient(),
         false => FramedDecoder::strict(),

@@ -1,17 +1,12 @@
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
 use proptest::prelude::*;
 
 use super::*;
+use crate::sample::event;
 use crate::wire::Wire;
 use crate::{Columns, Input, IoError, OpenOptions, Recording, open, read_as};
 
 const SENSOR: SensorSize = SensorSize { width: 346, height: 260 };
-
-fn event(t: i64, x: u16, y: u16, on: bool) -> Event {
-    Event { t: Micros(t), x, y, polarity: Polarity::from_on(on) }
-}
 
 /// Event number `k`.
 fn nth(k: i64) -> Event {

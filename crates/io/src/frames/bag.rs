@@ -1,27 +1,24 @@
 //! The images of a recording of ROS, at the times of their headers on the clock of its events.
 
-use std::fmt;
 use std::path::Path;
 
-use evpose_core::{Micros, SensorSize};
+use evpose_core::SensorSize;
 
 use super::light::Light;
-use super::{FrameDepth, FrameFault};
+use super::{About, FrameDepth, FrameFault, Frames, Opened};
 use crate::aedat4::{Depth, Frame};
 use crate::ros::{self, Images};
 use crate::{IoError, OpenOptions, detect_format};
 
 /// The images of a bag that are still to come.
-pub(super) struct Bag {
+struct Bag {
     images: Images,
     /// Read when size and depth were learned from it.
     first: Option<Frame>,
     size: SensorSize,
     depth: FrameDepth,
-    start: Micros,
-    times_s: Vec<f64>,
-    /// Count of images that were read.
-    read: usize,
+    /// Count of the images that have a time: those before damage.
+    left: usize,
 }
 
 /// Whether a file or folder is a recording of ROS.
@@ -29,49 +26,32 @@ pub(super) fn is_bag(path: &Path) -> bool {
     detect_format(path).is_ok_and(|format| ros::NAMES.contains(&format.name))
 }
 
-impl Bag {
-    pub(super) fn open(path: &Path, options: &OpenOptions) -> Result<Self, IoError> {
-        let mut images = ros::images(path, options)?;
-        let (times, fault) = images.times();
-        if let Some(fault) = fault.filter(|fault| !(options.salvage && fault.is_damage())) {
-            return Err(fault);
-        }
-        let Some(first) = images.next().transpose()? else {
-            let reason = "its topic of images has none".to_owned();
-            return Err(IoError::Stream { path: path.to_owned(), reason });
-        };
-        let start = first.t;
-        let times_s = times.into_iter().map(|t| (t - start).as_seconds()).collect();
-        let (size, depth) = properties(&first);
-        Ok(Self { images, first: Some(first), size, depth, start, times_s, read: 0 })
+pub(super) fn open(path: &Path, options: &OpenOptions) -> Result<Opened, IoError> {
+    let mut images = ros::images(path, options)?;
+    let (times, fault) = images.times();
+    if let Some(fault) = fault.filter(|fault| !(options.salvage && fault.is_damage())) {
+        return Err(fault);
     }
+    // The first image shows size and depth, which messages state one by one.
+    let Some(first) = images.next().transpose()? else {
+        let reason = "its topic of images has none".to_owned();
+        return Err(IoError::Stream { path: path.to_owned(), reason });
+    };
+    let start = first.t;
+    let (size, depth) = properties(&first);
+    let left = times.len();
+    let times_s = times.into_iter().map(|t| (t - start).as_seconds()).collect();
+    let about = About {
+        times_s: Some(times_s),
+        start: Some(start),
+        ..About::new(size, depth, left as u64)
+    };
+    Ok((Box::new(Bag { images, first: Some(first), size, depth, left }), about))
+}
 
-    pub(super) fn size(&self) -> SensorSize {
-        self.size
-    }
-
-    pub(super) fn depth(&self) -> FrameDepth {
-        self.depth
-    }
-
-    /// Time of the first image on the clock of the events.
-    pub(super) fn start(&self) -> Micros {
-        self.start
-    }
-
-    /// Seconds of each image since the first.
-    pub(super) fn times_s(&self) -> &[f64] {
-        &self.times_s
-    }
-
-    pub(super) fn next_into(
-        &mut self,
-        path: &Path,
-        light: &Light,
-        out: &mut [f32],
-    ) -> Result<bool, IoError> {
-        // What is behind damage has no time.
-        if self.read == self.times_s.len() {
+impl Frames for Bag {
+    fn next_into(&mut self, path: &Path, light: &Light, out: &mut [f32]) -> Result<bool, IoError> {
+        if self.left == 0 {
             return Ok(false);
         }
         let first = self.first.take().map(Ok);
@@ -83,17 +63,11 @@ impl Bag {
             (_, got) if got != self.depth => FrameFault::Depth { got, first: self.depth },
             _ => {
                 convert(&image, light, out);
-                self.read += 1;
+                self.left -= 1;
                 return Ok(true);
             }
         };
         Err(IoError::frames(path, fault))
-    }
-}
-
-impl fmt::Debug for Bag {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Bag").field("size", &self.size).field("read", &self.read).finish()
     }
 }
 
@@ -129,8 +103,6 @@ fn convert(image: &Frame, light: &Light, out: &mut [f32]) {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use evpose_core::Plane;
 
     use super::super::{Encoding, FrameSource};

@@ -26,12 +26,14 @@ impl fmt::Display for FrameDepth {
 }
 
 /// A fault of an image sequence.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FrameFault {
     /// A folder without images.
+    #[error("no .png image in this folder, and no .jpg either")]
     NoImages,
     /// Images of two kinds that are not previews of each other.
+    #[error("{png} .png and {jpg} .jpg images in one folder: keep frames of one kind in it")]
     Mixed {
         /// Count of .png images.
         png: usize,
@@ -39,6 +41,10 @@ pub enum FrameFault {
         jpg: usize,
     },
     /// Images of kinds that are not read.
+    #[error(
+        "images that are not read, {count} in all, such as {first}: save all frames as PNG, or keep others \
+         elsewhere"
+    )]
     OtherImages {
         /// How many there are.
         count: usize,
@@ -46,20 +52,34 @@ pub enum FrameFault {
         first: String,
     },
     /// An image or a video that cannot be decoded.
+    #[error("cannot be decoded: {0}")]
     Undecodable(String),
     /// A video where there is no `ffmpeg`.
+    #[error(
+        "a video is decoded by the program ffmpeg, which is not on the path: install it, or write the \
+         frames as images elsewhere: ffmpeg -i VIDEO frames/%06d.png"
+    )]
     NoDecoder,
     /// An image whose pixels are neither codes of 8 nor of 16 bits.
+    #[error("pixels of type {0}, expected 8 or 16 bits")]
     Pixels(String),
     /// A file that is no `.npy` array, with the reason.
+    #[error("neither a folder, an .npy array, a video nor a recording of ROS: {0}")]
     NotAnArray(String),
     /// An array of another shape than frames, height, width, or without any of them.
+    #[error("an array of shape {0:?}, expected (frames, height, width)")]
     Shape(Vec<u64>),
     /// An array of values that are none of u1, u2, f2, f4, f8.
+    #[error("values of type {0}, expected u1, u2, f2, f4 or f8: save frames.astype('float32')")]
     Type(String),
     /// An array stored column by column.
+    #[error(
+        "stored column by column (fortran_order), expected row by row: save \
+         numpy.ascontiguousarray(frames)"
+    )]
     Columns,
     /// An array that ends before its shape does.
+    #[error("truncated: {whole} of its {of} frames are there, up to byte {byte}")]
     Truncated {
         /// Whole frames of the file.
         whole: u64,
@@ -69,10 +89,13 @@ pub enum FrameFault {
         byte: u64,
     },
     /// An array that goes on behind its shape.
+    #[error("{0} bytes more than its shape says")]
     Trailing(u64),
     /// More columns or rows than a sensor can have.
+    #[error("{0}x{1} pixels, more than 65535 in a row or column")]
     TooLarge(u64, u64),
     /// A frame that differs in size from the first.
+    #[error("{got} pixels, but the first frame has {first}")]
     Size {
         /// Its size.
         got: SensorSize,
@@ -80,6 +103,7 @@ pub enum FrameFault {
         first: SensorSize,
     },
     /// A frame that differs in depth from the first.
+    #[error("{got}, but the first frame is {first}")]
     Depth {
         /// Its depth.
         got: FrameDepth,
@@ -87,53 +111,8 @@ pub enum FrameFault {
         first: FrameDepth,
     },
     /// A level of white that is not a positive number.
+    #[error("the level of white must be a positive number")]
     White,
-}
-
-impl fmt::Display for FrameFault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NoImages => f.write_str("no .png image in this folder, and no .jpg either"),
-            Self::Mixed { png, jpg } => write!(
-                f,
-                "{png} .png and {jpg} .jpg images in one folder: keep frames of one kind in it"
-            ),
-            Self::OtherImages { count, first } => write!(
-                f,
-                "images that are not read, {count} in all, such as {first}: save all frames as PNG, or keep \
-                 others elsewhere"
-            ),
-            Self::Undecodable(why) => write!(f, "cannot be decoded: {why}"),
-            Self::NoDecoder => f.write_str(
-                "a video is decoded by the program ffmpeg, which is not on the path: install it, or \
-                 write the frames as images elsewhere: ffmpeg -i VIDEO frames/%06d.png",
-            ),
-            Self::Pixels(actual) => write!(f, "pixels of type {actual}, expected 8 or 16 bits"),
-            Self::NotAnArray(why) => write!(f, "neither a folder, an .npy array, a video nor a recording of ROS: {why}"),
-            Self::Shape(shape) => {
-                write!(f, "an array of shape {shape:?}, expected (frames, height, width)")
-            }
-            Self::Type(actual) => write!(
-                f,
-                "values of type {actual}, expected u1, u2, f2, f4 or f8: save \
-                 frames.astype('float32')"
-            ),
-            Self::Columns => f.write_str(
-                "stored column by column (fortran_order), expected row by row: save \
-                 numpy.ascontiguousarray(frames)",
-            ),
-            Self::Truncated { whole, of, byte } => {
-                write!(f, "truncated: {whole} of its {of} frames are there, up to byte {byte}")
-            }
-            Self::Trailing(bytes) => write!(f, "{bytes} bytes more than its shape says"),
-            Self::TooLarge(width, height) => {
-                write!(f, "{width}x{height} pixels, more than 65535 in a row or column")
-            }
-            Self::Size { got, first } => write!(f, "{got} pixels, but the first frame has {first}"),
-            Self::Depth { got, first } => write!(f, "{got}, but the first frame is {first}"),
-            Self::White => f.write_str("the level of white must be a positive number"),
-        }
-    }
 }
 
 /// Checks that a size is one that a sensor can have.

@@ -8,7 +8,7 @@ use image::{DynamicImage, ImageFormat, ImageReader};
 
 use super::fault::sensor_size;
 use super::light::Light;
-use super::{FrameDepth, FrameFault, natural};
+use super::{About, FrameDepth, FrameFault, Frames, Opened, natural};
 use crate::IoError;
 
 /// Endings of images that are frames elsewhere, but are not read here.
@@ -16,92 +16,74 @@ const OTHERS: [&str; 12] =
     ["bmp", "tif", "tiff", "webp", "exr", "hdr", "pgm", "ppm", "pnm", "avif", "heic", "jp2"];
 
 /// The images of a folder that are still to come.
-#[derive(Debug)]
-pub(super) struct Folder {
+struct Folder {
     images: Vec<PathBuf>,
     next: usize,
     size: SensorSize,
     depth: FrameDepth,
-    /// Images that are hidden.
-    hidden: Vec<String>,
 }
 
-impl Folder {
-    pub(super) fn open(path: &Path) -> Result<Self, IoError> {
-        let failed = |e| IoError::file(path, "list", e);
-        let (mut images, mut unread, mut hidden) = (Vec::new(), Vec::new(), Vec::new());
-        for entry in std::fs::read_dir(path).map_err(failed)? {
-            let image = entry.map_err(failed)?.path();
-            // Systems leave files of their own in folders, whose names begin with a dot.
-            let name = image.file_name().unwrap_or_default().to_string_lossy();
-            if name.starts_with('.') {
-                // What macOS puts beside a file has its name and ending behind these two.
-                if image_format(&image).is_some() && !name.starts_with("._") {
-                    hidden.push(name.into_owned());
-                }
-                continue;
+pub(super) fn open(path: &Path) -> Result<Opened, IoError> {
+    let failed = |e| IoError::file(path, "list", e);
+    let (mut images, mut unread, mut hidden) = (Vec::new(), Vec::new(), Vec::new());
+    for entry in std::fs::read_dir(path).map_err(failed)? {
+        let image = entry.map_err(failed)?.path();
+        // Systems leave files of their own in folders, whose names begin with a dot.
+        let name = image.file_name().unwrap_or_default().to_string_lossy();
+        if name.starts_with('.') {
+            // What macOS puts beside a file has its name and ending behind these two.
+            if image_format(&image).is_some() && !name.starts_with("._") {
+                hidden.push(name.into_owned());
             }
-            if image_format(&image).is_some() {
-                images.push(image);
-            } else if is_other_image(&image) {
-                unread.push(image);
-            }
+            continue;
         }
-        // Half of a sequence would be taken for all of it.
-        if let Some(first) = unread.iter().min() {
-            let first = first.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            let fault = FrameFault::OtherImages { count: unread.len(), first };
+        if image_format(&image).is_some() {
+            images.push(image);
+        } else if is_other_image(&image) {
+            unread.push(image);
+        }
+    }
+    // Half of a sequence would be taken for all of it.
+    if let Some(first) = unread.iter().min() {
+        let first = first.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let fault = FrameFault::OtherImages { count: unread.len(), first };
+        return Err(IoError::frames(path, fault));
+    }
+    let is_png = |image: &PathBuf| image_format(image) == Some(ImageFormat::Png);
+    let (lossless, others): (Vec<_>, Vec<_>) = images.iter().cloned().partition(is_png);
+    // A JPEG image beside every lossless frame is its preview.
+    let stem = |image: &PathBuf| {
+        image.file_stem().map(|stem| stem.to_string_lossy().to_lowercase()).unwrap_or_default()
+    };
+    let stems: HashSet<String> = lossless.iter().map(stem).collect();
+    let is_preview = |image: &PathBuf| stems.contains(&stem(image));
+    if !lossless.is_empty() {
+        if !others.iter().all(is_preview) {
+            let fault = FrameFault::Mixed { png: lossless.len(), jpg: others.len() };
             return Err(IoError::frames(path, fault));
         }
-        let is_png = |image: &PathBuf| image_format(image) == Some(ImageFormat::Png);
-        let (lossless, others): (Vec<_>, Vec<_>) = images.iter().cloned().partition(is_png);
-        // A JPEG image beside every lossless frame is its preview.
-        let stem = |image: &PathBuf| {
-            image.file_stem().map(|stem| stem.to_string_lossy().to_lowercase()).unwrap_or_default()
-        };
-        let stems: HashSet<String> = lossless.iter().map(stem).collect();
-        let is_preview = |image: &PathBuf| stems.contains(&stem(image));
-        if !lossless.is_empty() {
-            if !others.iter().all(is_preview) {
-                let fault = FrameFault::Mixed { png: lossless.len(), jpg: others.len() };
-                return Err(IoError::frames(path, fault));
-            }
-            images = lossless;
-        }
-        let name =
-            |path: &PathBuf| path.file_name().map(|name| name.to_string_lossy().into_owned());
-        images.sort_by(|a, b| {
-            natural::compare(&name(a).unwrap_or_default(), &name(b).unwrap_or_default())
-        });
-        let Some(first) = images.first() else {
-            return Err(IoError::frames(path, FrameFault::NoImages));
-        };
-        // The first image gives size and depth, which all must have.
-        let image = decode(first)?;
-        let (size, depth) = properties(&image).map_err(|fault| IoError::frames(first, fault))?;
-        Ok(Self { images, next: 0, size, depth, hidden })
+        images = lossless;
     }
+    let name = |path: &PathBuf| path.file_name().map(|name| name.to_string_lossy().into_owned());
+    images.sort_by(|a, b| {
+        natural::compare(&name(a).unwrap_or_default(), &name(b).unwrap_or_default())
+    });
+    let Some(first) = images.first() else {
+        return Err(IoError::frames(path, FrameFault::NoImages));
+    };
+    // The first image gives size and depth, which all must have.
+    let image = decode(first)?;
+    let (size, depth) = properties(&image).map_err(|fault| IoError::frames(first, fault))?;
+    let mut about = About::new(size, depth, images.len() as u64);
+    about.note = hidden.iter().min().map(|first| {
+        let (folder, count) = (path.display(), hidden.len());
+        format!("{folder}: hidden images are left out, {count} in all, such as {first}")
+    });
+    Ok((Box::new(Folder { images, next: 0, size, depth }), about))
+}
 
-    /// Remark on images that are left out.
-    pub(super) fn note(&self) -> Option<String> {
-        let first = self.hidden.iter().min()?;
-        let count = self.hidden.len();
-        Some(format!("hidden images are left out, {count} in all, such as {first}"))
-    }
-
-    pub(super) fn size(&self) -> SensorSize {
-        self.size
-    }
-
-    pub(super) fn depth(&self) -> FrameDepth {
-        self.depth
-    }
-
-    pub(super) fn frames(&self) -> u64 {
-        self.images.len() as u64
-    }
-
-    pub(super) fn next_into(&mut self, light: &Light, out: &mut [f32]) -> Result<bool, IoError> {
+impl Frames for Folder {
+    fn next_into(&mut self, _: &Path, light: &Light, out: &mut [f32]) -> Result<bool, IoError> {
         let Some(path) = self.images.get(self.next) else { return Ok(false) };
         let image = decode(path)?;
         let fault = match properties(&image) {

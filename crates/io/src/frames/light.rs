@@ -8,7 +8,6 @@ const WEIGHTS: [f32; 3] = [0.2126, 0.7152, 0.0722];
 /// Values to light. Codes go through a table.
 #[derive(Debug)]
 pub(super) struct Light {
-    depth: FrameDepth,
     encoding: Encoding,
     white: f64,
     table: Vec<f32>,
@@ -22,13 +21,9 @@ impl Light {
             FrameDepth::Float => (0, 1.0),
         };
         let white = white.unwrap_or(usual);
-        let mut light = Self { depth, encoding, white, table: Vec::new() };
+        let mut light = Self { encoding, white, table: Vec::new() };
         light.table = (0..codes).map(|code| light.value_to_light(f64::from(code))).collect();
         light
-    }
-
-    pub(super) fn depth(&self) -> FrameDepth {
-        self.depth
     }
 
     pub(super) fn white(&self) -> f64 {

@@ -32,11 +32,8 @@ use std::str::FromStr;
 use evpose_core::{Micros, Plane, SensorSize};
 
 use crate::{IoError, OpenOptions};
-use bag::Bag;
-use folder::Folder;
 use light::Light;
 use npy::NpyFrames;
-use video::Video;
 
 pub use fault::{FrameDepth, FrameFault};
 pub use npy::write_codes;
@@ -56,22 +53,42 @@ pub enum Encoding {
 }
 
 /// A sequence of frames, read one at a time.
-#[derive(Debug)]
 pub struct FrameSource {
     path: PathBuf,
-    kind: Kind,
+    frames: Box<dyn Frames>,
+    about: About,
     encoding: Encoding,
     light: Light,
+}
+
+/// The frames of a source that are still to come.
+trait Frames {
+    /// Reads the next frame of the source `path`; false, and nothing read, behind the last.
+    fn next_into(&mut self, path: &Path, light: &Light, out: &mut [f32]) -> Result<bool, IoError>;
+}
+
+/// What the first frame and the headers of a source say of all frames.
+#[derive(Debug)]
+struct About {
+    size: SensorSize,
+    depth: FrameDepth,
+    /// Count of frames, read or not.
+    frames: u64,
+    /// Seconds of each frame since the first, where the source states them.
+    times_s: Option<Vec<f64>>,
+    /// Time of the first frame on the clock of the events, where there are any.
+    start: Option<Micros>,
+    /// Remark on what was left out.
     note: Option<String>,
 }
 
-#[derive(Debug)]
-enum Kind {
-    Folder(Folder),
-    Npy(NpyFrames),
-    // Much larger than the others.
-    Video(Box<Video>),
-    Bag(Box<Bag>),
+/// The frames of a source, and what is known of all of them.
+type Opened = (Box<dyn Frames>, About);
+
+impl About {
+    fn new(size: SensorSize, depth: FrameDepth, frames: u64) -> Self {
+        Self { size, depth, frames, times_s: None, start: None, note: None }
+    }
 }
 
 impl FrameSource {
@@ -105,45 +122,37 @@ impl FrameSource {
         if white.is_some_and(|white| !(white > 0.0 && white.is_finite())) {
             return Err(IoError::frames(path, FrameFault::White));
         }
-        let mut kind = if bag::is_bag(path) {
-            Kind::Bag(Box::new(Bag::open(path, options)?))
+        let (mut white, mut brightest) = (white, None);
+        let (frames, mut about) = if bag::is_bag(path) {
+            bag::open(path, options)?
         } else if path.is_dir() {
-            Kind::Folder(Folder::open(path)?)
+            folder::open(path)?
         } else if video::is_video(path) {
-            Kind::Video(Box::new(Video::open(path)?))
+            video::open(path)?
         } else {
-            Kind::Npy(NpyFrames::open(path)?)
-        };
-        let depth = match &kind {
-            Kind::Folder(folder) => folder.depth(),
-            Kind::Npy(npy) => npy.depth(),
-            Kind::Video(_) => FrameDepth::Eight,
-            Kind::Bag(bag) => bag.depth(),
-        };
-        let (mut white, mut note) = (white, None);
-        if let Kind::Folder(folder) = &kind {
-            note = folder.note().map(|note| format!("{}: {note}", path.display()));
-        }
-        if let (Kind::Npy(npy), FrameDepth::Float, None) = (&mut kind, depth, white) {
-            let brightest = npy.brightest()?;
-            if brightest > BRIGHTEST_SHARE {
-                let level = brightest.max(WHITE_OF_BYTES);
-                white = Some(level);
-                note = Some(format!(
-                    "{}: the brightest light is {brightest:.1} and `white` is not stated: it is taken to be \
-                     {level}",
-                    path.display()
-                ));
+            let (mut npy, about) = NpyFrames::open(path)?;
+            if about.depth == FrameDepth::Float && white.is_none() {
+                brightest = Some(npy.brightest(path, &about)?);
             }
+            (Box::new(npy) as Box<dyn Frames>, about)
+        };
+        if let Some(brightest) = brightest.filter(|brightest| *brightest > BRIGHTEST_SHARE) {
+            let level = brightest.max(WHITE_OF_BYTES);
+            white = Some(level);
+            about.note = Some(format!(
+                "{}: the brightest light is {brightest:.1} and `white` is not stated: it is taken to be \
+                 {level}",
+                path.display()
+            ));
         }
         // The level of white depends on the depth, known from the first frame alone.
-        let light = Light::new(depth, encoding, white);
-        Ok(Self { path: path.to_owned(), kind, encoding, light, note })
+        let light = Light::new(about.depth, encoding, white);
+        Ok(Self { path: path.to_owned(), frames, about, encoding, light })
     }
 
     /// Remark on the values, or on what was left out, for the user.
     pub fn note(&self) -> Option<&str> {
-        self.note.as_deref()
+        self.about.note.as_deref()
     }
 
     /// The folder or file.
@@ -153,44 +162,27 @@ impl FrameSource {
 
     /// The size of every frame.
     pub fn size(&self) -> SensorSize {
-        match &self.kind {
-            Kind::Folder(folder) => folder.size(),
-            Kind::Npy(npy) => npy.size(),
-            Kind::Video(video) => video.size(),
-            Kind::Bag(bag) => bag.size(),
-        }
+        self.about.size
     }
 
     /// Count of frames, read or not.
     pub fn frames(&self) -> u64 {
-        match &self.kind {
-            Kind::Folder(folder) => folder.frames(),
-            Kind::Npy(npy) => npy.frames(),
-            Kind::Video(video) => video.times_s().len() as u64,
-            Kind::Bag(bag) => bag.times_s().len() as u64,
-        }
+        self.about.frames
     }
 
     /// Seconds of each frame since the first, where the source states them.
     pub fn times_s(&self) -> Option<&[f64]> {
-        match &self.kind {
-            Kind::Video(video) => Some(video.times_s()),
-            Kind::Bag(bag) => Some(bag.times_s()),
-            Kind::Folder(_) | Kind::Npy(_) => None,
-        }
+        self.about.times_s.as_deref()
     }
 
     /// Time of the first frame on the clock of the events that were recorded with it, if any were.
     pub fn start(&self) -> Option<Micros> {
-        match &self.kind {
-            Kind::Bag(bag) => Some(bag.start()),
-            Kind::Folder(_) | Kind::Npy(_) | Kind::Video(_) => None,
-        }
+        self.about.start
     }
 
     /// Type of the values.
     pub fn depth(&self) -> FrameDepth {
-        self.light.depth()
+        self.about.depth
     }
 
     /// Transfer curve of the values.
@@ -212,12 +204,14 @@ impl FrameSource {
         if (frame.width(), frame.height()) != (size.width.into(), size.height.into()) {
             *frame = Plane::for_sensor(size, 0.0);
         }
-        match &mut self.kind {
-            Kind::Folder(folder) => folder.next_into(&self.light, frame.data_mut()),
-            Kind::Npy(npy) => npy.next_into(&self.light, frame.data_mut()),
-            Kind::Video(video) => video.next_into(&self.path, &self.light, frame.data_mut()),
-            Kind::Bag(bag) => bag.next_into(&self.path, &self.light, frame.data_mut()),
-        }
+        self.frames.next_into(&self.path, &self.light, frame.data_mut())
+    }
+}
+
+impl fmt::Debug for FrameSource {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut source = f.debug_struct("FrameSource");
+        source.field("path", &self.path).field("about", &self.about).finish_non_exhaustive()
     }
 }
 

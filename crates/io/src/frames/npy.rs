@@ -2,24 +2,21 @@
 
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use evpose_core::{AtomicFile, SensorSize};
 use npyz::{Order, WriterBuilder};
 
 use super::fault::sensor_size;
 use super::light::Light;
-use super::{Encoding, FrameDepth, FrameFault};
+use super::{About, Encoding, FrameDepth, FrameFault, Frames};
 use crate::{IoError, npz};
 
 /// The frames of an array that are still to come.
-#[derive(Debug)]
 pub(super) struct NpyFrames {
-    path: PathBuf,
     reader: BufReader<File>,
     values: Values,
     is_big_endian: bool,
-    size: SensorSize,
     frames: u64,
     next: u64,
     /// Byte at which the first frame begins.
@@ -27,7 +24,7 @@ pub(super) struct NpyFrames {
     bytes: Vec<u8>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy)]
 enum Values {
     U8,
     U16,
@@ -45,16 +42,24 @@ impl Values {
             Self::F64 => 8,
         }
     }
+
+    fn depth(self) -> FrameDepth {
+        match self {
+            Self::U8 => FrameDepth::Eight,
+            Self::U16 => FrameDepth::Sixteen,
+            Self::F16 | Self::F32 | Self::F64 => FrameDepth::Float,
+        }
+    }
 }
 
 impl NpyFrames {
-    pub(super) fn open(path: &Path) -> Result<Self, IoError> {
+    pub(super) fn open(path: &Path) -> Result<(Self, About), IoError> {
         let file = File::open(path).map_err(|e| IoError::file(path, "open", e))?;
         let length = file.metadata().map_err(|e| IoError::file(path, "read", e))?.len();
-        Self::read_header(path, file, length).map_err(|fault| IoError::frames(path, fault))
+        Self::read_header(file, length).map_err(|fault| IoError::frames(path, fault))
     }
 
-    fn read_header(path: &Path, file: File, length: u64) -> Result<Self, FrameFault> {
+    fn read_header(file: File, length: u64) -> Result<(Self, About), FrameFault> {
         let not_an_array = |e: io::Error| FrameFault::NotAnArray(e.to_string());
         let mut reader = BufReader::with_capacity(1 << 16, file);
         let header = npz::header(&mut reader);
@@ -95,46 +100,33 @@ impl NpyFrames {
         }
         // Only now: a header may claim any size.
         let bytes = vec![0; frame as usize];
-        let (path, is_big_endian) = (path.to_owned(), order == ">");
-        Ok(Self { path, reader, values, is_big_endian, size, frames, next: 0, begin, bytes })
-    }
-
-    pub(super) fn size(&self) -> SensorSize {
-        self.size
-    }
-
-    pub(super) fn depth(&self) -> FrameDepth {
-        match self.values {
-            Values::U8 => FrameDepth::Eight,
-            Values::U16 => FrameDepth::Sixteen,
-            Values::F16 | Values::F32 | Values::F64 => FrameDepth::Float,
-        }
-    }
-
-    pub(super) fn frames(&self) -> u64 {
-        self.frames
+        let is_big_endian = order == ">";
+        let about = About::new(size, values.depth(), frames);
+        Ok((Self { reader, values, is_big_endian, frames, next: 0, begin, bytes }, about))
     }
 
     /// The largest value of all frames; the next frame is the first again.
-    pub(super) fn brightest(&mut self) -> Result<f64, IoError> {
-        let values = Light::new(self.depth(), Encoding::Linear, Some(1.0));
-        let (mut frame, mut brightest) = (vec![0.0; self.size.pixels()], 0f32);
-        while self.next_into(&values, &mut frame)? {
+    pub(super) fn brightest(&mut self, path: &Path, about: &About) -> Result<f64, IoError> {
+        let values = Light::new(about.depth, Encoding::Linear, Some(1.0));
+        let (mut frame, mut brightest) = (vec![0.0; about.size.pixels()], 0f32);
+        while self.next_into(path, &values, &mut frame)? {
             let finite = frame.iter().copied().filter(|value| value.is_finite());
             brightest = finite.fold(brightest, f32::max);
         }
         let rewound = self.reader.seek(SeekFrom::Start(self.begin));
-        rewound.map_err(|e| IoError::file(&self.path, "read", e))?;
+        rewound.map_err(|e| IoError::file(path, "read", e))?;
         self.next = 0;
         Ok(brightest.into())
     }
+}
 
-    pub(super) fn next_into(&mut self, light: &Light, out: &mut [f32]) -> Result<bool, IoError> {
+impl Frames for NpyFrames {
+    fn next_into(&mut self, path: &Path, light: &Light, out: &mut [f32]) -> Result<bool, IoError> {
         if self.next == self.frames {
             return Ok(false);
         }
         let read = self.reader.read_exact(&mut self.bytes);
-        read.map_err(|e| IoError::file(&self.path, "read", e))?;
+        read.map_err(|e| IoError::file(path, "read", e))?;
         self.next += 1;
         if self.is_big_endian {
             // Turned around in place: all types below are then little-endian.

@@ -1,5 +1,3 @@
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 use std::fs;
 
 use evpose_core::Plane;
@@ -7,18 +5,12 @@ use image::{DynamicImage, GrayImage, ImageBuffer, Luma, Rgb, RgbImage};
 use tempfile::TempDir;
 
 use super::*;
+use crate::sample::file;
 
 /// An array as NumPy writes it.
 fn array(descr: &str, order: &str, shape: &str, data: &[u8]) -> Vec<u8> {
     let header = format!("{{'descr': '{descr}', 'fortran_order': {order}, 'shape': {shape}, }}");
     [b"\x93NUMPY\x01\x00\x76\x00", format!("{header:<117}\n").as_bytes(), data].concat()
-}
-
-fn file(bytes: &[u8]) -> (TempDir, PathBuf) {
-    let directory = tempfile::tempdir().unwrap();
-    let path = directory.path().join("frames.npy");
-    fs::write(&path, bytes).unwrap();
-    (directory, path)
 }
 
 fn folder(images: &[(&str, DynamicImage)]) -> TempDir {
@@ -141,7 +133,7 @@ fn every_type_of_array_gives_the_same_light() {
         ("<f8", 4.0, [1.0f64, 4.0, 0.0, 2.0].map(f64::to_le_bytes).concat()),
         (">f8", 4.0, [1.0f64, 4.0, 0.0, 2.0].map(f64::to_be_bytes).concat()),
     ] {
-        let (_directory, path) = file(&array(descr, "False", "(2, 1, 2)", &data));
+        let (_directory, path) = file("frames.npy", array(descr, "False", "(2, 1, 2)", &data));
         let mut source = FrameSource::open(&path, Encoding::Linear, Some(white)).unwrap();
         assert_eq!((source.frames(), source.size().to_string()), (2, "2x1".to_owned()), "{descr}");
         assert_eq!(all(&mut source).unwrap(), expected, "{descr}");
@@ -152,12 +144,13 @@ fn every_type_of_array_gives_the_same_light() {
 fn floats_of_bytes_are_the_light_of_bytes_and_a_note_says_so() {
     let floats = |values: [f32; 4]| {
         let data = values.map(f32::to_le_bytes).concat();
-        let (_directory, path) = file(&array("<f4", "False", "(2, 1, 2)", &data));
+        let (_directory, path) = file("frames.npy", array("<f4", "False", "(2, 1, 2)", &data));
         let mut source = FrameSource::open(&path, Encoding::Srgb, None).unwrap();
         let note = source.note().map(str::to_owned);
         (all(&mut source).unwrap(), source.white(), note)
     };
-    let (_directory, path) = file(&array("|u1", "False", "(2, 1, 2)", &[0, 20, 51, 230]));
+    let (_directory, path) =
+        file("frames.npy", array("|u1", "False", "(2, 1, 2)", &[0, 20, 51, 230]));
     let mut codes = FrameSource::open(&path, Encoding::Srgb, None).unwrap();
     assert_eq!(codes.note(), None);
     let (light, white, note) = floats([0.0, 20.0, 51.0, 230.0]);
@@ -201,13 +194,13 @@ fn an_array_that_is_not_as_long_as_it_says_is_refused() {
         (whole.len() - 1, FrameFault::Truncated { whole: 2, of: 3, byte: 144 }),
         (whole.len() - 24, FrameFault::Truncated { whole: 0, of: 3, byte: 128 }),
     ] {
-        let (_directory, path) = file(&whole[..length]);
+        let (_directory, path) = file("frames.npy", &whole[..length]);
         assert_eq!(fault(linear(&path)).1, found);
     }
-    let (_directory, path) = file(&[whole.as_slice(), &[0]].concat());
+    let (_directory, path) = file("frames.npy", [whole.as_slice(), &[0]].concat());
     assert_eq!(fault(linear(&path)).1, FrameFault::Trailing(1));
     for cut in 0..128 {
-        let (_directory, path) = file(&whole[..cut]);
+        let (_directory, path) = file("frames.npy", &whole[..cut]);
         assert!(matches!(fault(linear(&path)).1, FrameFault::NotAnArray(_)), "{cut}");
     }
 }
@@ -215,7 +208,7 @@ fn an_array_that_is_not_as_long_as_it_says_is_refused() {
 #[test]
 fn arrays_of_other_shapes_types_and_orders_are_refused() {
     let found = |descr, order, shape| {
-        let (_directory, path) = file(&array(descr, order, shape, &[0; 16]));
+        let (_directory, path) = file("frames.npy", array(descr, order, shape, &[0; 16]));
         fault(linear(&path)).1
     };
     assert_eq!(found("|u1", "False", "(4, 4)"), FrameFault::Shape(vec![4, 4]));
@@ -247,7 +240,7 @@ fn codes_are_read_as_they_were_written() {
 
 #[test]
 fn white_is_a_positive_number() {
-    let (_directory, path) = file(&array("|u1", "False", "(1, 1, 1)", &[0]));
+    let (_directory, path) = file("frames.npy", array("|u1", "False", "(1, 1, 1)", &[0]));
     for white in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let opened = FrameSource::open(&path, Encoding::Linear, Some(white));
         assert!(matches!(opened, Err(IoError::Frames { fault: FrameFault::White, .. })));

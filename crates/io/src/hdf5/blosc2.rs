@@ -218,8 +218,6 @@ fn unpack_streams(
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use super::*;
 
     /// A frame of `unpacked` bytes by the format's description, around a chunk with `flags`.

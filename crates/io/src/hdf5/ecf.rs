@@ -19,7 +19,7 @@ use std::borrow::Cow;
 
 use evpose_core::{Micros, Polarity};
 
-use crate::{Columns, DecodeFault};
+use crate::{Columns, DecodeFault, DecodeResult};
 
 /// The most events of a chunk.
 const MAX_EVENTS: usize = 65_535;
@@ -27,7 +27,7 @@ const MAX_EVENTS: usize = 65_535;
 const SHORT: usize = 8;
 
 /// Appends the events of a chunk, all or none, and returns how many those are.
-pub(super) fn decode(bytes: &[u8], columns: &mut Columns) -> Result<usize, DecodeFault> {
+pub(super) fn decode(bytes: &[u8], columns: &mut Columns) -> DecodeResult {
     let before = columns.len();
     let mut packed = Packed { bytes, at: 0 };
     let events = packed.events(columns).and_then(|events| match bytes.len() - packed.at {

@@ -337,6 +337,7 @@ fn size_beside(
 ) -> Result<Option<SensorSize>, LayoutError> {
     let side = |name: &str| -> Result<Option<f64>, LayoutError> {
         let Some(Node::Dataset(side)) = at(group, name)? else { return Ok(None) };
+        // A column of this name is no size.
         let is_one = side.num_elements()? == 1;
         let number = Number::from_datatype(side.dtype(), 0).filter(|_| is_one);
         let Some(number) = number else { return Ok(None) };

@@ -35,8 +35,6 @@ mod filters;
 #[cfg(feature = "hdf5")]
 mod layout;
 #[cfg(feature = "hdf5")]
-mod lookup3;
-#[cfg(feature = "hdf5")]
 mod lzf;
 #[cfg(feature = "hdf5")]
 mod ms_index;

@@ -3,7 +3,7 @@
 //! # Source
 //! HDF5 File Format Specification 3.0, IV.A.1.b (object headers) and IV.A.2 (messages).
 
-use super::lookup3::checksum;
+use hdf5_reader::checksum::jenkins_lookup3 as checksum;
 
 /// The undefined address: nothing is stored.
 pub(super) const UNDEFINED: u64 = u64::MAX;

@@ -28,15 +28,11 @@ pub(super) fn open(input: Input, options: &OpenOptions) -> Result<Box<dyn EventS
     let bytes = Arc::new(Bytes::new(input));
     let failed = |error: LayoutError| match error {
         LayoutError::Structure(Error::Io(source)) => IoError::file(&path, "read", source),
-        LayoutError::Structure(error) => IoError::Damaged {
-            path: path.clone(),
-            byte: bytes.within(offset(&error).unwrap_or(bytes.last())),
-            reason: error.to_string().into(),
-            events: 0,
-        },
-        LayoutError::Rows(Damage { byte, reason }) => {
-            IoError::Damaged { path: path.clone(), byte, reason, events: 0 }
+        LayoutError::Structure(error) => {
+            let byte = bytes.within(offset(&error).unwrap_or(bytes.last()));
+            IoError::damaged(&path, byte, error.to_string())
         }
+        LayoutError::Rows(Damage { byte, reason }) => IoError::damaged(&path, byte, reason),
         LayoutError::Camera(reason) => IoError::Stream { path: path.clone(), reason },
     };
     // Chunks of events do not pass through the reader's cache.
@@ -149,7 +145,7 @@ impl Hdf5Source {
     }
 
     fn damaged(&self, Damage { byte, reason }: Damage) -> IoError {
-        IoError::Damaged { path: self.path.clone(), byte, reason, events: self.row }
+        IoError::damaged(&self.path, byte, reason).behind(self.row)
     }
 
     /// Appends the rows from here on whose chunks are loaded in all tables.

@@ -1,5 +1,3 @@
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 use std::fs;
 use std::path::PathBuf;
 
@@ -38,76 +36,24 @@ mod reading {
     use sha2::{Digest, Sha256};
 
     use super::{Input, OpenOptions, golden};
+    use crate::sample::read_all;
     use crate::{Columns, EventSource, IoError, SensorOrigin, read_as};
 
     /// Files, their events and the digest of those, as README.md there lists them.
-    const GOLDEN: &[(&str, usize, &str)] = &[
-        (
-            "prophesee-ecf.hdf5",
-            1000,
-            "17cabdf3074dfa9237029d9849165beb0a590af74a68183aef6fbca1cbea7518",
-        ),
-        (
-            "prophesee-ecf-filter.hdf5",
-            900,
-            "212dd49cb490b131163b4d858cad1f601e7df56ab24c3e961c93fc829258c559",
-        ),
-        (
-            "prophesee-gzip.hdf5",
-            900,
-            "212dd49cb490b131163b4d858cad1f601e7df56ab24c3e961c93fc829258c559",
-        ),
-        (
-            "prophesee-plain.hdf5",
-            200,
-            "b76035f77fe61343bcd9213910d9880889cb4ccf5d7ba4f5fab2573d90bbaaf0",
-        ),
-        ("dsec-zstd.h5", 900, "16ae7eecd8cec8dce0f6cbe4556ec4af85fbddb268114364f3aa546ab91c2337"),
-        (
-            "dsec-lz4-bits.h5",
-            600,
-            "9fa423af5ec104626c7f4ce7598d5a8c892e0da21a37bb35b395d70c89df3801",
-        ),
-        (
-            "dsec-blosclz.h5",
-            900,
-            "16ae7eecd8cec8dce0f6cbe4556ec4af85fbddb268114364f3aa546ab91c2337",
-        ),
-        ("dsec-zlib.h5", 600, "9fa423af5ec104626c7f4ce7598d5a8c892e0da21a37bb35b395d70c89df3801"),
-        ("dsec-stored.h5", 200, "1420a955254bd6d675eb39abf18aca0bda504320f2f3b18be182ecdcf5559631"),
-        ("dsec-blosc2.h5", 200, "1420a955254bd6d675eb39abf18aca0bda504320f2f3b18be182ecdcf5559631"),
-        (
-            "dsec-blosc2-codecs.h5",
-            1203,
-            "24e00c9a5c91aa3a67e7e1e1b3c2d87e5f96df9505a7c28f534ceeebf2683cf1",
-        ),
-        ("e2vid-lzf.h5", 300, "ca1c417dc3f092c18378c62e6faddced913c3a7e48dd36ccf4b5b6e4afc8eceb"),
-        ("e2vid-lz4.h5", 300, "ca1c417dc3f092c18378c62e6faddced913c3a7e48dd36ccf4b5b6e4afc8eceb"),
-        ("e2vid-zstd.h5", 300, "ca1c417dc3f092c18378c62e6faddced913c3a7e48dd36ccf4b5b6e4afc8eceb"),
-        (
-            "bitshuffle-none.h5",
-            1203,
-            "99ba23c90276e89131886cfdb119b6c8a8dad90196cb6baad1cc728d23306fc9",
-        ),
-        (
-            "bitshuffle-lz4.h5",
-            1203,
-            "99ba23c90276e89131886cfdb119b6c8a8dad90196cb6baad1cc728d23306fc9",
-        ),
-        (
-            "bitshuffle-zstd.h5",
-            1203,
-            "99ba23c90276e89131886cfdb119b6c8a8dad90196cb6baad1cc728d23306fc9",
-        ),
-        ("v2e.h5", 600, "294b9e4479794d020ea6d8595b74350f343b9cb2cf35e747b0291d15723e530c"),
-        ("v2e-blosc2.h5", 1200, "781533398430bdfdff29a1bda68ff7220f08ceb47cced16b23ebe35716f6ca6a"),
-        ("v2e-columns.h5", 400, "a9964e2f82b6dc2209cad31910153269c57327201d4da298340b8b3f48504fec"),
-        ("mvsec.h5", 300, "81bc1dd50aafa36e44c4b31db10125b796599f3daeb71ea2fda20e476f666df8"),
-        ("size-two.h5", 60, "c5d47f1c9e067134dae470352730132d7c30029f2b774bd27eb72ebf15ce7568"),
-        ("size-text.h5", 60, "c5d47f1c9e067134dae470352730132d7c30029f2b774bd27eb72ebf15ce7568"),
-        ("size-half.h5", 60, "c5d47f1c9e067134dae470352730132d7c30029f2b774bd27eb72ebf15ce7568"),
-        ("big-endian.h5", 100, "4c30f39c8c495996b01a6a39a6ac3748e9a1e753173450081b293ad75a28a293"),
-    ];
+    fn listed() -> Vec<(String, usize, String)> {
+        let readme = String::from_utf8(golden("README.md")).unwrap();
+        let of_entry = |entry: &str| {
+            let (names, rest) = entry.split_once(" (").unwrap();
+            let count: usize = rest.split_once(" events)").unwrap().0.parse().unwrap();
+            let digest = rest.trim_end().rsplit('`').nth(1).unwrap();
+            let names = names.split(", ").map(|name| name.trim_matches('*'));
+            names.map(|name| (name.to_owned(), count, digest.to_owned())).collect::<Vec<_>>()
+        };
+        let mut files: Vec<_> = readme.split("\n* ").skip(1).flat_map(of_entry).collect();
+        files.retain(|(name, ..)| name != "dsec-snappy.h5");
+        assert_eq!(files.len(), 25);
+        files
+    }
 
     fn source(name: &str, bytes: Vec<u8>) -> Result<Box<dyn EventSource>, IoError> {
         (crate::hdf5::FORMAT.open)(Input::memory(name, bytes), &OpenOptions::default())
@@ -115,15 +61,8 @@ mod reading {
 
     /// Everything to the end or to the first fault.
     fn events(source: &mut dyn EventSource) -> (Columns, Option<IoError>) {
-        let mut columns = Columns::new();
-        loop {
-            let before = columns.len();
-            match source.next(&mut columns) {
-                Ok(()) if columns.len() == before => return (columns, None),
-                Ok(()) => {}
-                Err(fault) => return (columns, Some(fault)),
-            }
-        }
+        let (columns, _, fault) = read_all(source);
+        (columns, fault)
     }
 
     fn whole(name: &str) -> Columns {
@@ -161,18 +100,17 @@ mod reading {
 
     #[test]
     fn files_of_other_libraries_hold_the_events_that_those_wrote() {
-        for (name, count, sum) in GOLDEN {
-            let columns = whole(name);
-            assert_eq!(columns.len(), *count, "{name}");
-            assert_eq!(digest(&columns), *sum, "{name}");
+        for (name, count, sum) in listed() {
+            let columns = whole(&name);
+            assert_eq!((columns.len(), digest(&columns)), (count, sum), "{name}");
         }
     }
 
     #[test]
     fn reading_goes_on_from_any_time() {
-        for (name, ..) in GOLDEN {
-            let all = whole(name);
-            let mut source = source(name, golden(name)).unwrap();
+        for (name, ..) in listed() {
+            let all = whole(&name);
+            let mut source = source(&name, golden(&name)).unwrap();
             let (first, last) = (all.t[0].0, all.t[all.len() - 1].0);
             for part in 0..=20 {
                 let t = Micros(first - 5 + (last - first + 10) * part / 20);

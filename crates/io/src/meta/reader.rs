@@ -56,6 +56,7 @@ impl MetaReader {
         let of = reader.record_bytes();
         let (records, bytes) = ((size - HEADER) / of, (size - HEADER) % of);
         reader.records = records;
+        // A file that is cut within a record keeps those before it.
         let fault = (bytes > 0).then(|| {
             reader.fault(reader.offset(records), records, MetaFault::Truncated { bytes, of })
         });

@@ -22,7 +22,7 @@ use evpose_core::{Micros, Polarity, SensorSize};
 use crate::open::{Format, no_labels};
 use crate::time_stamp::{HalfPeriodFall, WraparoundCounter};
 use crate::{
-    BlockSource, Columns, DecodeFault, Decoder, EventSource, Header, Input, IoError, OpenOptions,
+    BlockSource, Columns, DecodeResult, Decoder, EventSource, Header, Input, IoError, OpenOptions,
 };
 
 /// The registry's entry.
@@ -70,12 +70,7 @@ impl Default for Records {
 }
 
 impl Decoder for Records {
-    fn decode(
-        &mut self,
-        bytes: &[u8],
-        _: bool,
-        columns: &mut Columns,
-    ) -> Result<usize, DecodeFault> {
+    fn decode(&mut self, bytes: &[u8], _: bool, columns: &mut Columns) -> DecodeResult {
         let records = bytes.as_chunks::<RECORD>().0;
         columns.reserve(records.len());
         for &[x, y, high, middle, low] in records {

@@ -21,6 +21,9 @@ pub(super) struct Named {
     pub(super) unit: Option<TimeUnit>,
 }
 
+/// Events, and a remark on them.
+pub(super) type Read = (Columns, Option<String>);
+
 /// A fault and the number of values before it.
 type Fault = (NpzFault, usize);
 
@@ -55,7 +58,7 @@ impl Named {
     }
 
     /// A remark on times that were stored as floats of 32 bits, if these are coarser than 1 µs.
-    pub(super) fn coarse_times(&self) -> Option<String> {
+    fn coarse_times(&self) -> Option<String> {
         let column = &self.columns[0];
         if !matches!(column, Column::Real(_)) {
             return None;
@@ -74,11 +77,13 @@ impl Named {
         })
     }
 
-    /// The events. A fault comes with the place of its column and the number of values before it.
+    /// The events, and a remark on them. A fault comes with the place of its column and the number of
+    /// values before it.
     ///
     /// Times are microseconds if they are integers, or floats that all have no fraction; else
     /// seconds, unless that were days.
-    pub(super) fn events(self) -> Result<Columns, (usize, NpzFault, usize)> {
+    pub(super) fn events(self) -> Result<Read, (usize, NpzFault, usize)> {
+        let remark = self.coarse_times();
         let of = self.columns[0].len();
         for (what, column) in self.columns.iter().enumerate() {
             let got = column.len();
@@ -88,12 +93,13 @@ impl Named {
         }
         let [t, x, y, p] = self.columns;
         let of_column = |what| move |(fault, values): Fault| (what, fault, values);
-        Ok(Columns {
+        let columns = Columns {
             t: times(t, self.unit).map_err(of_column(0))?,
             x: coordinates(x).map_err(of_column(1))?,
             y: coordinates(y).map_err(of_column(2))?,
             polarity: polarities(p).map_err(of_column(3))?,
-        })
+        };
+        Ok((columns, remark))
     }
 }
 

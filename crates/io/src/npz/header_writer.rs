@@ -28,7 +28,6 @@ pub(crate) fn header_for(descr: &str, shape: &[u64], longest: &[u64]) -> Vec<u8>
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::header_for;
 
     #[test]

@@ -34,6 +34,7 @@ pub(crate) use events::REQUIRED;
 pub use fault::NpzFault;
 pub(crate) use header_writer::header_for;
 pub(crate) use reader::EVIMO;
+pub(crate) use writer::start_array;
 
 use crate::open::{Format, no_labels};
 

@@ -9,7 +9,7 @@ use zip::ZipArchive;
 use super::NpzFault;
 use super::array::{self, Array, Room};
 use super::column::Column;
-use super::events::{Named, REQUIRED};
+use super::events::{Named, REQUIRED, Read};
 use crate::names::{Places, places};
 use crate::source::CUT;
 use crate::{Columns, EventSource, Header, Input, IoError, MemorySource, OpenOptions, ReadSeek};
@@ -56,7 +56,10 @@ pub(super) fn open(input: Input, options: &OpenOptions) -> Result<Box<dyn EventS
     };
     let (columns, remark) = match (table, of_columns) {
         (None, Ok(found)) => archive.columns(&names, found, options)?,
-        (Some(name), _) => archive.table(name, options)?,
+        (Some(name), _) => {
+            let (table, byte) = archive.array(name)?;
+            of_table(table, options, |found| fault(&archive.path, name, byte, found))?
+        }
         (None, Err(_)) => (Columns::new(), None),
     };
     let header = Header { sensor, ..Header::default() };
@@ -75,6 +78,7 @@ pub(super) fn open_array(
     if let Some(which) = stem.and_then(|stem| EVIMO.iter().position(|name| *name == stem)) {
         let path = input.path.clone();
         let mut given = Some(input);
+        // The given file is open already; the other two lie beside it.
         let arrays = [0, 1, 2].map(|k| {
             let beside = path.with_file_name(format!("{}.npy", EVIMO[k]));
             let given = given.take_if(|_| k == which);
@@ -84,9 +88,12 @@ pub(super) fn open_array(
         });
         return of_evimo(&path, arrays, options);
     }
-    let (columns, remark) = of_array(input, options)?;
-    let remarks = remark.into_iter().collect();
-    Ok(Box::new(MemorySource::new(Header::default(), columns, remarks)))
+    let Input { path, bytes, length } = input;
+    let of_events = |found| fault(&path, EVENTS, 0, found);
+    let mut room = Room::of_file(length);
+    let table = array::read(bytes, &mut room).map_err(of_events)?;
+    let (columns, remark) = of_table(table, options, of_events)?;
+    Ok(Box::new(MemorySource::new(Header::default(), columns, remark.into_iter().collect())))
 }
 
 /// Events of which two arrays are columns and one has column and row.
@@ -103,10 +110,9 @@ fn of_evimo(
     };
     let columns = columns.try_into().map_err(|_| of_array((1, NpzFault::Shape, 0)))?;
     let named = Named { columns, unit: options.time_unit };
-    let remarks = named.coarse_times().into_iter().collect();
-    let columns = named.events().map_err(of_array)?;
+    let (columns, remark) = named.events().map_err(of_array)?;
     // Of the Samsung DVS, the Prophesee and the DAVIS346 of the rig, nothing says which.
-    Ok(Box::new(MemorySource::new(Header::default(), columns, remarks)))
+    Ok(Box::new(MemorySource::new(Header::default(), columns, remark.into_iter().collect())))
 }
 
 /// The name of the array that holds all events: the usual one, or that of the only array beside the
@@ -120,32 +126,29 @@ fn table(names: &[String]) -> Option<&str> {
     }
 }
 
-/// A file that is one array of events.
-fn of_array(input: Input, options: &OpenOptions) -> Result<Read, IoError> {
-    let Input { path, bytes, length } = input;
-    let of_events = |found| fault(&path, EVENTS, 0, found);
-    let mut room = Room::of_file(length);
-    let table = array::read(bytes, &mut room).map_err(of_events)?;
-    let columns = Named::of_table(table, options).map_err(|what| of_events((what, 0)))?;
-    let remark = columns.coarse_times();
-    let columns = columns.events().map_err(|(_, what, values)| of_events((what, values)))?;
-    Ok((columns, remark))
+/// Events that are the rows of one array.
+fn of_table(
+    table: Array,
+    options: &OpenOptions,
+    fault: impl Fn((NpzFault, usize)) -> IoError,
+) -> Result<Read, IoError> {
+    let columns = Named::of_table(table, options).map_err(|found| fault((found, 0)))?;
+    columns.events().map_err(|(_, found, values)| fault((found, values)))
 }
 
 /// The error of an array whose data begin at `byte`: damage where these cannot be unpacked or end early.
 fn fault(path: &Path, array: &str, byte: u64, (fault, values): (NpzFault, usize)) -> IoError {
-    let (path, array) = (path.to_owned(), array.to_owned());
     match fault {
         NpzFault::Unreadable(reason) => {
-            let reason = format!("array `{array}`, {values} values from there: {reason}").into();
-            IoError::Damaged { path, byte, reason, events: 0 }
+            let reason = format!("array `{array}`, {values} values from there: {reason}");
+            IoError::damaged(path, byte, reason)
         }
-        fault => IoError::Npz { path, array, byte, fault, values },
+        fault => {
+            let (path, array) = (path.to_owned(), array.to_owned());
+            IoError::Npz { path, array, byte, fault, values }
+        }
     }
 }
-
-/// Events, and a remark on them.
-type Read = (Columns, Option<String>);
 
 struct Archive {
     path: PathBuf,
@@ -158,13 +161,9 @@ struct Archive {
 impl Archive {
     fn open(input: Input) -> Result<Self, IoError> {
         let Input { path, length, bytes } = input;
-        let zip = ZipArchive::new(BufReader::new(bytes)).map_err(|e| IoError::Damaged {
-            path: path.clone(),
-            // Its directory is at its end.
-            byte: length,
-            reason: format!("zip: {e}: {CUT}").into(),
-            events: 0,
-        })?;
+        // The directory of an archive is at its end.
+        let damaged = |e| IoError::damaged(&path, length, format!("zip: {e}: {CUT}"));
+        let zip = ZipArchive::new(BufReader::new(bytes)).map_err(damaged)?;
         Ok(Self { path, length, room: Room::of_file(length), zip })
     }
 
@@ -202,28 +201,15 @@ impl Archive {
             let (array, begin) = self.array(name)?;
             byte[what] = begin;
             let mut found = array.columns;
+            // An array of several columns cannot be one of the four.
             columns[what] = match (found.pop(), found.is_empty()) {
                 (Some(column), true) => column,
                 _ => return Err(self.fault(name, begin, NpzFault::Shape, 0)),
             };
         }
-        let named = Named { columns, unit: options.time_unit.or(unit) };
-        let remark = named.coarse_times();
-        let columns = named
+        Named { columns, unit: options.time_unit.or(unit) }
             .events()
-            .map_err(|(what, fault, values)| self.fault(names[what], byte[what], fault, values))?;
-        Ok((columns, remark))
-    }
-
-    /// Events that are the rows of one array.
-    fn table(&mut self, name: &str, options: &OpenOptions) -> Result<Read, IoError> {
-        let (table, byte) = self.array(name)?;
-        let columns =
-            Named::of_table(table, options).map_err(|fault| self.fault(name, byte, fault, 0))?;
-        let remark = columns.coarse_times();
-        let columns =
-            columns.events().map_err(|(_, fault, values)| self.fault(name, byte, fault, values))?;
-        Ok((columns, remark))
+            .map_err(|(what, fault, values)| self.fault(names[what], byte[what], fault, values))
     }
 
     /// An array and where its data begin.

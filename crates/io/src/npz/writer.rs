@@ -15,7 +15,7 @@ struct NpzSink {
     events: EventStream,
 }
 
-/// Begins an archive, uncompressed as `numpy.savez` writes it.
+/// Begins an archive.
 pub(super) fn create(path: &Path, sensor: SensorSize) -> Result<Box<dyn EventSink>, IoError> {
     Ok(Box::new(NpzSink { path: path.to_owned(), events: EventStream::empty(sensor) }))
 }
@@ -47,17 +47,25 @@ fn write_arrays(file: &mut AtomicFile, events: &EventStream) -> io::Result<()> {
     zip.finish()?.flush()
 }
 
+/// Begins an array of an archive, uncompressed as `numpy.savez` writes it.
+pub(crate) fn start_array<W: Write + io::Seek>(
+    zip: &mut ZipWriter<W>,
+    name: &str,
+) -> io::Result<()> {
+    // Sizes are unknown when an entry begins, so each is written as if it passed 4 GiB.
+    let options = SimpleFileOptions::default()
+        .compression_method(zip::CompressionMethod::Stored)
+        .large_file(true);
+    Ok(zip.start_file(npyz::npz::file_name_from_array_name(name), options)?)
+}
+
 fn array<W: Write + io::Seek, T: AutoSerialize>(
     zip: &mut ZipWriter<W>,
     name: &str,
     shape: &[u64],
     values: impl IntoIterator<Item = T>,
 ) -> io::Result<()> {
-    // Sizes are unknown when an entry begins, so each is written as if it passed 4 GiB.
-    let options = SimpleFileOptions::default()
-        .compression_method(zip::CompressionMethod::Stored)
-        .large_file(true);
-    zip.start_file(npyz::npz::file_name_from_array_name(name), options)?;
+    start_array(zip, name)?;
     let buffered = io::BufWriter::with_capacity(1 << 16, zip);
     let mut npy = WriteOptions::new().default_dtype().shape(shape).writer(buffered).begin_nd()?;
     npy.extend(values)?;

@@ -7,7 +7,7 @@ use evpose_core::{Micros, SensorSize};
 
 use super::extent::Extent;
 use super::outside::OutsideCount;
-use super::whole::sensor_of;
+use super::whole::{read_past, sensor_of};
 use super::{Labels, SensorOrigin};
 use crate::{Columns, IoError, OpenOptions};
 
@@ -58,28 +58,14 @@ pub fn info(path: impl AsRef<Path>, options: &OpenOptions) -> Result<Info, IoErr
     let input = super::input(path.as_ref())?;
     let path = input.path.clone();
     let (format, mut source) = super::source(input, options)?;
-    let mut columns = Columns::new();
-    let mut survey = Survey::new(source.header().sensor.or(options.sensor));
-    let mut warnings = Vec::new();
-    loop {
-        columns.clear();
-        let read = source.next(&mut columns);
-        survey.add(&columns);
-        match read {
-            Ok(()) if columns.is_empty() => break,
-            Ok(()) => {}
-            Err(damage) if options.salvage && damage.is_damage() => {
-                warnings.push(format!("the rest is lost: {damage}"));
-                break;
-            }
-            Err(other) => return Err(other),
-        }
-    }
-    // Behind the loop: the extent of the events is known only now.
+    let sensor = source.header().sensor.or(options.sensor);
+    let mut survey = Survey { sensor, ..Survey::default() };
+    let lost = read_past(source.as_mut(), options, |columns| survey.add(columns))?;
+    // The extent of the events is known only now.
     let (sensor, sensor_origin) =
         sensor_of(&path, source.header(), options, || survey.extent.size())?;
-    // Remarks of the source come before the loss.
-    warnings.splice(0..0, source.remarks());
+    let mut warnings = source.remarks();
+    warnings.extend(lost.map(|damage| format!("the rest is lost: {damage}")));
     warnings.extend(sensor_warning(
         sensor_origin,
         survey.extent.size(),
@@ -130,7 +116,7 @@ fn sensor_warning(
 }
 
 /// Statistics over all events.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Survey {
     /// The sensor, where it is known beforehand.
     sensor: Option<SensorSize>,
@@ -143,13 +129,6 @@ struct Survey {
 }
 
 impl Survey {
-    fn new(sensor: Option<SensorSize>) -> Self {
-        let extent = Extent::default();
-        let latest = Micros(i64::MIN);
-        let outside = OutsideCount::default();
-        Self { sensor, events: 0, on: 0, latest, first: None, outside, extent }
-    }
-
     fn add(&mut self, columns: &Columns) {
         self.events += columns.len() as u64;
         self.on += columns.polarity.iter().filter(|p| p.is_on()).count() as u64;

@@ -104,6 +104,7 @@ pub fn source(
 ) -> Result<(&'static Format, Box<dyn EventSource>), IoError> {
     let path = input.path.clone();
     let (format, source) = unordered(input, options)?;
+    // A unit that the format itself states would be overruled in silence.
     let is_stated = options.time_unit.is_some() || options.columns != ColumnNames::default();
     if is_stated && !OF_COLUMNS.contains(&format.name) {
         let name = format.name;

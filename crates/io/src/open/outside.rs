@@ -60,8 +60,6 @@ impl OutsideCount {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use super::*;
     use crate::{OpenOptions, Windows, info, open_as};
 

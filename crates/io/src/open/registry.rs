@@ -73,11 +73,7 @@ impl Format {
 /// # Errors
 /// As [`format_for`], and if the file cannot be created.
 pub fn create(path: impl AsRef<Path>, sensor: SensorSize) -> Result<Box<dyn EventSink>, IoError> {
-    let path = path.as_ref();
-    match format_for(path)?.create {
-        Some(create) => create(path, sensor),
-        None => Err(IoError::unwritable(path, "a format that is only read".to_owned())),
-    }
+    format_for(&path)?.create(path.as_ref(), sensor)
 }
 
 /// The format in which to write a file of this name.
@@ -113,7 +109,7 @@ pub(super) fn detect(head: &[u8], path: &Path) -> Result<&'static Format, IoErro
     detected.ok_or_else(|| match (crate::aedat4::other_version(head), describe(head)) {
         (Some(version), _) => {
             let reason = format!("AEDAT {version} is not read: DV and jAER make AEDAT 4 of it");
-            IoError::Damaged { path: path.to_owned(), byte: 0, reason: reason.into(), events: 0 }
+            IoError::damaged(path, 0, reason)
         }
         (None, Some((what, advice))) => {
             IoError::NoRecording { path: path.to_owned(), what, advice }

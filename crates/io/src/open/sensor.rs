@@ -7,8 +7,8 @@ use evpose_core::SensorSize;
 use super::SensorOrigin;
 use super::extent::Extent;
 use super::outside::OutsideCount;
-use super::whole::sensor_of;
-use crate::{Columns, IoError, OpenOptions};
+use super::whole::{read_past, sensor_of};
+use crate::{IoError, OpenOptions};
 
 /// The size of the sensor of a recording and its origin. A file that does not state it is read
 /// once, without holding it.
@@ -31,21 +31,12 @@ pub fn find_sensor(
         };
     }
     let (mut extent, mut outside) = (Extent::default(), OutsideCount::default());
-    let mut columns = Columns::new();
-    loop {
-        columns.clear();
-        let read = source.next(&mut columns);
-        extent.add(&columns);
+    read_past(source.as_mut(), options, |columns| {
+        extent.add(columns);
         if let Some(given) = options.sensor {
-            outside.add(&columns, 0, given);
+            outside.add(columns, 0, given);
         }
-        match read {
-            Ok(()) if columns.is_empty() => break,
-            Ok(()) => {}
-            Err(damage) if options.salvage && damage.is_damage() => break,
-            Err(other) => return Err(other),
-        }
-    }
+    })?;
     if let Some(given) = options.sensor
         && !options.salvage
         && outside.is_more_than_a_tenth()
@@ -57,7 +48,6 @@ pub fn find_sensor(
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     #[test]

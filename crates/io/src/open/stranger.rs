@@ -94,6 +94,7 @@ pub(super) fn describe(head: &[u8]) -> Option<(&'static str, &'static str)> {
         head.get(*at..).is_some_and(|rest| rest.starts_with(mark))
             || (*at == 0 && mark.is_ascii() && begins_with(text, mark))
     };
+    // Special marks stand before those that they begin with.
     if let Some((_, _, what, advice)) = KINDS.iter().find(fits) {
         return Some((what, advice));
     }
@@ -114,7 +115,6 @@ fn begins_with(text: &[u8], mark: &[u8]) -> bool {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
     use crate::{Input, OpenOptions, read_as};
 

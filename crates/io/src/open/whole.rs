@@ -34,6 +34,28 @@ pub(super) fn read(
     Ok(Recording { format, stream, outside: outside.outside(), sensor_origin, remarks })
 }
 
+/// Hands every batch that `source` has left to `take`, without keeping it; returns the damage behind
+/// them where that is salvaged.
+pub(super) fn read_past(
+    source: &mut dyn EventSource,
+    options: &OpenOptions,
+    mut take: impl FnMut(&Columns),
+) -> Result<Option<IoError>, IoError> {
+    let mut columns = Columns::new();
+    loop {
+        columns.clear();
+        let read = source.next(&mut columns);
+        // What stands before a fault counts.
+        take(&columns);
+        match read {
+            Ok(()) if columns.is_empty() => return Ok(None),
+            Ok(()) => {}
+            Err(damage) if options.salvage && damage.is_damage() => return Ok(Some(damage)),
+            Err(other) => return Err(other),
+        }
+    }
+}
+
 /// The sensor of a file: as it states, as the caller says, as usual if that holds every event, else
 /// the smallest that does.
 ///
@@ -77,8 +99,6 @@ fn stream_of(sensor: SensorSize, columns: Columns) -> (EventStream, OutsideCount
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use super::*;
 
     #[test]

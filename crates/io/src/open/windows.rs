@@ -252,8 +252,6 @@ impl Windows {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use evpose_core::Event;
     use proptest::prelude::*;
 

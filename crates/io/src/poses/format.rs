@@ -52,6 +52,35 @@ pub(super) fn write_lines(path: &Path, lines: impl Iterator<Item = String>) -> R
     write().map_err(|source| IoError::file(path, "write", source))
 }
 
+/// A header or a row that is none of poses.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum RowFault {
+    #[error("column `{0}` occurs twice")]
+    Twice(String),
+    #[error("no columns of a pose, such as `head_u_px` or `wrist_u_px`")]
+    NoPose,
+    #[error("column `{name}`: no such joint of {}; there are {}", .kind.subject(), .kind.joint_names().join(", "))]
+    NoSuchJoint { name: String, kind: PoseKind },
+    #[error("no column `{0}`")]
+    NoColumn(String),
+    #[error("{found} columns where {expected} are expected")]
+    Columns { found: usize, expected: usize },
+    #[error("`{0}` is no time in microseconds")]
+    NoTime(String),
+    #[error("`{0}` is no number")]
+    NoNumber(String),
+    #[error("no `t_us` in whole microseconds")]
+    NoWholeTime,
+    #[error("no `joints`")]
+    NoJoints,
+    #[error("no joint `{0}` of {kind}", kind = .1.subject())]
+    NoJoint(String, PoseKind),
+    #[error("{0}: no object")]
+    NoObject(String),
+    #[error("params: no `{0}`")]
+    NoParameter(&'static str),
+}
+
 /// The fault of a line.
 pub(super) fn row_fault(path: &Path, line: u64, byte: u64, reason: String, rows: usize) -> IoError {
     IoError::Row { path: path.to_owned(), line, byte, reason, rows: rows as u64 }

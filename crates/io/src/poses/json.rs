@@ -12,7 +12,7 @@ use evpose_pose::{HandParams, JointFrame, PARAMETER_NAMES, PARAMETERS, PoseLayou
 use glam::{Vec2, Vec3};
 use serde_json::{Map, Value};
 
-use super::format::{PoseFormat, row_fault, write_lines};
+use super::format::{PoseFormat, RowFault, row_fault, write_lines};
 use super::{PoseJoint, PoseKind, PoseSequence, TimedPose};
 use crate::IoError;
 
@@ -137,7 +137,7 @@ fn read(path: &Path, bytes: &[u8]) -> Result<PoseSequence, IoError> {
         // A file is of persons or of hands, not of both.
         let kind = kind.filter(|kind| known.is_none_or(|known| known == *kind));
         let kind = kind.ok_or_else(|| fault("neither of a person nor of a hand".to_owned()))?;
-        let pose = pose_of(&value, kind).map_err(fault)?;
+        let pose = pose_of(&value, kind).map_err(|e| fault(e.to_string()))?;
         let sequence =
             sequence.get_or_insert_with(|| PoseSequence { frame: None, ..PoseSequence::new(kind) });
         let frame = value.get("frame").and_then(Value::as_str);
@@ -185,8 +185,8 @@ fn kind_of(line: &Map<String, Value>, known: Option<PoseKind>) -> Option<PoseKin
     }
 }
 
-fn pose_of(line: &Map<String, Value>, kind: PoseKind) -> Result<TimedPose, String> {
-    let t_us = line.get("t_us").and_then(Value::as_i64).ok_or("no `t_us` in whole microseconds")?;
+fn pose_of(line: &Map<String, Value>, kind: PoseKind) -> Result<TimedPose, RowFault> {
+    let t_us = line.get("t_us").and_then(Value::as_i64).ok_or(RowFault::NoWholeTime)?;
     let mut pose = TimedPose::empty(kind, Micros(t_us));
     let origin = line.get("origin").and_then(Value::as_str);
     pose.origin = PoseOrigin::ALL.into_iter().find(|known| Some(known.name()) == origin);
@@ -197,31 +197,31 @@ fn pose_of(line: &Map<String, Value>, kind: PoseKind) -> Result<TimedPose, Strin
         let number = |name: &&str| Some(values.get(name)?.as_f64()? as f32);
         pose.values = kind.value_names().iter().map(number).collect();
     }
-    let joints = line.get("joints").and_then(Value::as_object).ok_or("no `joints`")?;
+    let joints = line.get("joints").and_then(Value::as_object).ok_or(RowFault::NoJoints)?;
     for (name, value) in joints {
         let index = kind.joint_names().iter().position(|known| known == name);
-        let index = index.ok_or_else(|| format!("no joint `{name}` of {}", kind.subject()))?;
-        pose.joints[index] = joint_of(value).map_err(|reason| format!("{name}: {reason}"))?;
+        let index = index.ok_or_else(|| RowFault::NoJoint(name.clone(), kind))?;
+        pose.joints[index] = joint_of(value).ok_or_else(|| RowFault::NoObject(name.clone()))?;
     }
     Ok(pose)
 }
 
-fn joint_of(value: &Value) -> Result<PoseJoint, String> {
-    let value = value.as_object().ok_or("no object")?;
+fn joint_of(value: &Value) -> Option<PoseJoint> {
+    let value = value.as_object()?;
     let of = |name: &str| value.get(name).and_then(Value::as_f64).map(|value| value as f32);
     let position_m = of("x_m").zip(of("y_m")).zip(of("z_m"));
-    Ok(PoseJoint {
+    Some(PoseJoint {
         image_px: of("u_px").zip(of("v_px")).map(|(u, v)| Vec2::new(u, v)),
         score: of("score"),
         position_m: position_m.map(|((x, y), z)| Vec3::new(x, y, z)),
     })
 }
 
-fn params_of(value: &Value) -> Result<HandParams, String> {
+fn params_of(value: &Value) -> Result<HandParams, RowFault> {
     let mut values = [0.0; PARAMETERS];
     for (parameter, name) in values.iter_mut().zip(PARAMETER_NAMES) {
         let read = value.get(name).and_then(Value::as_f64);
-        *parameter = read.ok_or_else(|| format!("params: no `{name}`"))?;
+        *parameter = read.ok_or(RowFault::NoParameter(name))?;
     }
     Ok(HandParams::from_f64(values))
 }

@@ -95,6 +95,7 @@ mod columns {
         let mut writer =
             SerializedFileWriter::new(file, schema, Arc::new(WriterProperties::new()))?;
         let mut poses = poses.peekable();
+        // Group by group, so that memory does not grow with the recording.
         while poses.peek().is_some() {
             let mut lines = String::new();
             poses.by_ref().take(GROUP).for_each(|pose| columns.push_line(&mut lines, &pose));

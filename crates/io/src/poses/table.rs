@@ -10,7 +10,7 @@ use evpose_pose::{HandParams, JointFrame, PARAMETER_NAMES, PoseLayout, PoseOrigi
 use glam::{Vec2, Vec3};
 
 use super::columns::{METRES, PIXELS, SCORE};
-use super::format::{PoseFormat, row_fault};
+use super::format::{PoseFormat, RowFault, row_fault};
 use super::{PoseColumns, PoseJoint, PoseKind, PoseSequence, TimedPose};
 use crate::IoError;
 
@@ -60,22 +60,22 @@ struct JointColumns {
 }
 
 impl Columns {
-    fn of(names: &[&str]) -> Result<Self, String> {
+    fn of(names: &[&str]) -> Result<Self, RowFault> {
         // Of two columns with one name, the second would never be read.
         for (index, name) in names.iter().enumerate() {
             if names[..index].contains(name) {
-                return Err(format!("column `{name}` occurs twice"));
+                return Err(RowFault::Twice((*name).to_owned()));
             }
         }
         let at = |name: &str| names.iter().position(|known| *known == name);
         let kinds = [PoseKind::Body, PoseKind::Hand];
         let is_of = |kind: &PoseKind| names.iter().any(|name| joint_of(*kind, name).is_some());
-        let params = params_of(names)?;
+        let params = together(names, "", PARAMETER_NAMES)?;
         // A table of parameters alone is one of hands: bodies have none.
         let kind = kinds.into_iter().find(is_of).or(params.map(|_| PoseKind::Hand));
         let own = || PoseLayout::of_names(|name| names.contains(&name)).map(PoseKind::Values);
         let kind = kind.or_else(own);
-        let kind = kind.ok_or("no columns of a pose, such as `head_u_px` or `wrist_u_px`")?;
+        let kind = kind.ok_or(RowFault::NoPose)?;
         let coordinates = || PIXELS.iter().chain(&METRES);
         let is_coordinate = |name: &str| coordinates().any(|suffix| name.ends_with(suffix));
         let values = kind.value_names();
@@ -83,11 +83,7 @@ impl Columns {
         // A misspelt joint is an error; columns of other meanings are left alone.
         let mut unknown = names.iter().filter(|name| is_coordinate(name) && !is_value(name));
         if let Some(name) = unknown.find(|name| joint_of(kind, name).is_none()) {
-            return Err(format!(
-                "column `{name}`: no such joint of {}; there are {}",
-                kind.subject(),
-                kind.joint_names().join(", ")
-            ));
+            return Err(RowFault::NoSuchJoint { name: (*name).to_owned(), kind });
         }
         let joint = |joint: &&str| {
             Ok(JointColumns {
@@ -96,10 +92,10 @@ impl Columns {
                 position_m: together(names, joint, METRES)?,
             })
         };
-        let joints = kind.joint_names().iter().map(joint).collect::<Result<_, String>>()?;
+        let joints = kind.joint_names().iter().map(joint).collect::<Result<_, RowFault>>()?;
         Ok(Self {
             kind,
-            t: at("t_us").ok_or("no column `t_us`")?,
+            t: at("t_us").ok_or_else(|| RowFault::NoColumn("t_us".to_owned()))?,
             origin: at("origin"),
             latency_ms: at("latency_ms"),
             score: at("score"),
@@ -111,12 +107,12 @@ impl Columns {
         })
     }
 
-    fn pose(&self, cells: &[&str]) -> Result<TimedPose, String> {
+    fn pose(&self, cells: &[&str]) -> Result<TimedPose, RowFault> {
         if cells.len() != self.count {
-            return Err(format!("{} columns where {} are expected", cells.len(), self.count));
+            return Err(RowFault::Columns { found: cells.len(), expected: self.count });
         }
         let t = cells[self.t].parse();
-        let t = t.map_err(|_| format!("`{}` is no time in microseconds", cells[self.t]))?;
+        let t = t.map_err(|_| RowFault::NoTime(cells[self.t].to_owned()))?;
         let mut pose = TimedPose::empty(self.kind, Micros(t));
         let name = self.origin.map(|column| cells[column]);
         pose.origin = PoseOrigin::ALL.into_iter().find(|known| Some(known.name()) == name);
@@ -128,7 +124,7 @@ impl Columns {
         }
         if !self.values.is_empty() {
             let values = self.values.iter().map(|column| narrow(cells[*column]));
-            pose.values = values.collect::<Result<Option<_>, String>>()?;
+            pose.values = values.collect::<Result<Option<_>, RowFault>>()?;
         }
         for (joint, columns) in pose.joints.iter_mut().zip(&self.joints) {
             *joint = PoseJoint {
@@ -151,27 +147,12 @@ fn joint_of(kind: PoseKind, column: &str) -> Option<&str> {
     kind.joint_names().contains(&joint).then_some(joint)
 }
 
-/// Columns of the parameters, none of them or all.
-fn params_of(names: &[&str]) -> Result<Option<[usize; PARAMETER_NAMES.len()]>, String> {
-    let at = |name: &str| names.iter().position(|known| *known == name);
-    let columns = PARAMETER_NAMES.map(at);
-    if columns.iter().all(Option::is_none) {
-        return Ok(None);
-    }
-    let mut indices = [0; PARAMETER_NAMES.len()];
-    for ((index, column), name) in indices.iter_mut().zip(columns).zip(PARAMETER_NAMES) {
-        // Some without the others are more likely misspelt than left out.
-        *index = column.ok_or_else(|| format!("no column `{name}`"))?;
-    }
-    Ok(Some(indices))
-}
-
-/// Columns of a joint's coordinates, none of them or all.
+/// Columns of the parameters or of a joint's coordinates, none of them or all.
 fn together<const N: usize>(
     names: &[&str],
     joint: &str,
     suffixes: [&str; N],
-) -> Result<Option<[usize; N]>, String> {
+) -> Result<Option<[usize; N]>, RowFault> {
     let wanted = suffixes.map(|suffix| format!("{joint}{suffix}"));
     let at = |name: &String| names.iter().position(|known| known == name);
     if wanted.iter().all(|name| at(name).is_none()) {
@@ -179,27 +160,27 @@ fn together<const N: usize>(
     }
     let mut indices = [0; N];
     for (index, name) in indices.iter_mut().zip(&wanted) {
-        // As for parameters, some of them alone are a mistake.
-        *index = at(name).ok_or_else(|| format!("no column `{name}`"))?;
+        // Some without the others are more likely misspelt than left out.
+        *index = at(name).ok_or_else(|| RowFault::NoColumn(name.clone()))?;
     }
     Ok(Some(indices))
 }
 
 /// The value of a cell; none if it is missing: empty or `nan`.
-fn value(cell: &str) -> Result<Option<f64>, String> {
+fn value(cell: &str) -> Result<Option<f64>, RowFault> {
     if cell.is_empty() || cell.eq_ignore_ascii_case("nan") {
         return Ok(None);
     }
     let value = cell.parse::<f64>().ok().filter(|value| value.is_finite());
-    value.map(Some).ok_or_else(|| format!("`{cell}` is no number"))
+    value.map(Some).ok_or_else(|| RowFault::NoNumber(cell.to_owned()))
 }
 
-fn narrow(cell: &str) -> Result<Option<f32>, String> {
+fn narrow(cell: &str) -> Result<Option<f32>, RowFault> {
     Ok(value(cell)?.map(|value| value as f32))
 }
 
 /// The values of cells; none if one is missing.
-fn all<const N: usize>(cells: &[&str], columns: [usize; N]) -> Result<Option<[f32; N]>, String> {
+fn all<const N: usize>(cells: &[&str], columns: [usize; N]) -> Result<Option<[f32; N]>, RowFault> {
     let mut values = [0.0; N];
     let mut is_whole = true;
     for (out, column) in values.iter_mut().zip(columns) {
@@ -228,13 +209,13 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<PoseSequence, IoError> {
         let cells: Vec<&str> = cells.iter().map(String::as_str).collect();
         match &columns {
             None => {
-                let known = Columns::of(&cells).map_err(fault)?;
+                let known = Columns::of(&cells).map_err(|e| fault(e.to_string()))?;
                 sequence = PoseSequence { frame: None, ..PoseSequence::new(known.kind) };
                 columns = Some(known);
             }
             Some(_) if line.trim().is_empty() => {}
             Some(columns) => {
-                sequence.poses.push(columns.pose(&cells).map_err(fault)?);
+                sequence.poses.push(columns.pose(&cells).map_err(|e| fault(e.to_string()))?);
                 if let Some(column) = columns.frame {
                     let frame = JointFrame::ALL.into_iter().find(|f| f.name() == cells[column]);
                     let frame = frame.ok_or_else(|| {

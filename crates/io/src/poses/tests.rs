@@ -1,5 +1,4 @@
 //! Every layout of poses: written, read back, and read as others wrote it.
-#![allow(clippy::unwrap_used, reason = "tests")]
 
 use std::path::Path;
 

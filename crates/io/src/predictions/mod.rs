@@ -49,7 +49,7 @@ pub(crate) fn predictions_of(input: Input) -> Result<Vec<BodyPrediction>, IoErro
         match row(if line == 1 { bytes_without_bom(&text) } else { &text }) {
             Ok(row) => rows.extend(row),
             Err(reason) => {
-                let rows = rows.len() as u64;
+                let (reason, rows) = (reason.to_string(), rows.len() as u64);
                 return Err(IoError::Row { path: input.path, line, byte, reason, rows });
             }
         }
@@ -57,15 +57,28 @@ pub(crate) fn predictions_of(input: Input) -> Result<Vec<BodyPrediction>, IoErro
     }
 }
 
+/// A line that is no prediction.
+#[derive(Debug, thiserror::Error)]
+enum LineFault {
+    #[error("it is not text")]
+    NoText,
+    #[error("column {0} is {1:?}, no finite number")]
+    NoNumber(usize, String),
+    #[error("the file ends in it, perhaps within a number")]
+    NoEnd,
+    #[error("{COLUMNS} values were expected, {0} found")]
+    Values(usize),
+}
+
 /// Parses a line; none for an empty one.
-fn row(line: &[u8]) -> Result<Option<BodyPrediction>, String> {
-    let text = str::from_utf8(line).map_err(|_| "it is not text".to_owned())?;
+fn row(line: &[u8]) -> Result<Option<BodyPrediction>, LineFault> {
+    let text = str::from_utf8(line).map_err(|_| LineFault::NoText)?;
     // Comments are allowed anywhere in a line.
     let text = text.split('#').next().unwrap_or_default();
     let words = text.split(|c: char| c == ',' || c.is_whitespace()).filter(|word| !word.is_empty());
     let number = |(column, word): (usize, &str)| {
         let number = word.parse().ok().filter(|number: &f64| number.is_finite());
-        number.ok_or_else(|| format!("column {} is {word:?}, no finite number", column + 1))
+        number.ok_or_else(|| LineFault::NoNumber(column + 1, word.to_owned()))
     };
     let values = words.enumerate().map(number).collect::<Result<Vec<_>, _>>()?;
     if values.is_empty() {
@@ -73,20 +86,15 @@ fn row(line: &[u8]) -> Result<Option<BodyPrediction>, String> {
     }
     // A number that is cut is a number as well, and a wrong one.
     if !line.ends_with(b"\n") {
-        return Err("the file ends in it, perhaps within a number".to_owned());
+        return Err(LineFault::NoEnd);
     }
     // Two values stand before the positions: time and delay.
-    let [t_s, waited, positions @ ..] = values.as_slice() else {
-        return Err(format!("{COLUMNS} values were expected, {} found", values.len()));
+    let Ok([t_s, delay_s, positions @ ..]) = <[f64; COLUMNS]>::try_from(values.as_slice()) else {
+        return Err(LineFault::Values(values.len()));
     };
-    let joints: [[f64; 2]; BODY_JOINTS] = match positions.as_chunks() {
-        (joints, []) => joints.try_into().ok(),
-        _ => None,
-    }
-    .ok_or_else(|| format!("{COLUMNS} values were expected, {} found", values.len()))?;
-    let joints = joints.map(|joint| detected(joint.map(|number| number as f32)));
-    let joints_px = network_from_file(&joints);
-    Ok(Some(BodyPrediction { t_s: *t_s, delay_s: *waited, joints_px }))
+    let joint = |joint: usize| detected([0, 1].map(|axis| positions[2 * joint + axis] as f32));
+    let joints_px = network_from_file(&std::array::from_fn(joint));
+    Ok(Some(BodyPrediction { t_s, delay_s, joints_px }))
 }
 
 /// Position of a joint, unless the pair of values stands for a joint without a detection.

@@ -13,7 +13,9 @@ use std::collections::BTreeMap;
 use std::io::Read;
 
 use super::fields::{Reason, Serialisation};
-use super::file::{Bytes, Fault, MessageFile, MessageVisitor, Topic, add_topic, to_the_end};
+use super::file::{
+    Bytes, Fault, MessageFile, MessageVisitor, NextUnit, Topic, add_topic, to_the_end,
+};
 use crate::Input;
 use crate::aedat4::{Compression, Inflater};
 
@@ -56,7 +58,7 @@ impl Bag {
     }
 
     /// Visits the records of connections and messages of a unit; returns the place of the next.
-    fn records(&mut self, at: u64, visit: &mut RecordVisitor<'_>) -> Result<Option<u64>, Fault> {
+    fn records(&mut self, at: u64, visit: &mut RecordVisitor<'_>) -> NextUnit {
         let damage = |reason: Reason| Fault::damage(at, reason);
         let index = self.index()?.at;
         match index {
@@ -171,12 +173,7 @@ impl MessageFile for Bag {
         MAGIC.len() as u64
     }
 
-    fn unit(
-        &mut self,
-        at: u64,
-        ids: &[u32],
-        take: &mut MessageVisitor<'_>,
-    ) -> Result<Option<u64>, Fault> {
+    fn unit(&mut self, at: u64, ids: &[u32], take: &mut MessageVisitor<'_>) -> NextUnit {
         self.records(at, &mut |head, data| match head.connection() {
             Some(connection) if head.op == MESSAGE && ids.contains(&connection) => take(data),
             _ => Ok(()),
@@ -241,6 +238,7 @@ impl Connections {
                 self.topics.insert(connection, (head.text("topic"), kind));
             }
             (CHUNK_INFO, _) => {
+                // Counts by connection: an index spares reading the messages.
                 let (pairs, _) = data.as_chunks::<8>();
                 for pair in pairs {
                     let messages = self.counts.entry(u32_of(pair)).or_insert(0);

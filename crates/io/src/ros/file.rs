@@ -39,8 +39,7 @@ impl Fault {
         match self {
             Self::Read(error) => IoError::file(path, "read", error),
             Self::Damage { byte, reason } => {
-                let reason = format!("{kind}: {reason}").into();
-                IoError::Damaged { path: path.to_owned(), byte, reason, events }
+                IoError::damaged(path, byte, format!("{kind}: {reason}")).behind(events)
             }
             Self::Stranger(reason) => {
                 IoError::Stream { path: path.to_owned(), reason: reason.into_owned() }
@@ -48,6 +47,9 @@ impl Fault {
         }
     }
 }
+
+/// The place of the next unit, if there is one.
+pub(super) type NextUnit = Result<Option<u64>, Fault>;
 
 /// A topic of a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -62,10 +64,7 @@ pub(super) struct Topic {
 }
 
 /// Reads units one after the other from the place `at` on. Returns the fault that ends them before the file does.
-pub(super) fn to_the_end(
-    mut at: u64,
-    mut read: impl FnMut(u64) -> Result<Option<u64>, Fault>,
-) -> Option<Fault> {
+pub(super) fn to_the_end(mut at: u64, mut read: impl FnMut(u64) -> NextUnit) -> Option<Fault> {
     loop {
         match read(at) {
             Ok(Some(next)) => at = next,
@@ -102,12 +101,7 @@ pub(super) trait MessageFile: Send {
     fn begin(&self) -> u64;
 
     /// Hands over the messages of a unit that are of the topics `ids`; returns the place of the next.
-    fn unit(
-        &mut self,
-        at: u64,
-        ids: &[u32],
-        take: &mut MessageVisitor<'_>,
-    ) -> Result<Option<u64>, Fault>;
+    fn unit(&mut self, at: u64, ids: &[u32], take: &mut MessageVisitor<'_>) -> NextUnit;
 }
 
 /// A file of messages, and its name for errors.

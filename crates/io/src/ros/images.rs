@@ -81,6 +81,7 @@ fn of(files: Vec<NamedFile>, events: &RosSource, path: &Path) -> Result<Images, 
         let reason = format!("no topic of images; there are: {}", listed(&topics));
         return Err(refused(reason));
     }
+    // Drivers publish the images of a sensor beside its events.
     if candidates.len() > 1 {
         let folder = |topic: &str| topic.rsplit_once('/').map(|(folder, _)| folder.to_owned());
         candidates.retain(|topic| folder(&topic.name) == folder(&events.topic));
@@ -107,6 +108,7 @@ impl Images {
     /// Times of all images, up to a fault; the images are then read from where they were.
     pub(crate) fn times(&mut self) -> (Vec<Micros>, Option<IoError>) {
         let (serialisation, zero_us) = (self.serialisation, self.zero_us);
+        // Pixels are not decoded now: the place is set back for the images to come.
         let Place { file, at, taken, .. } = self.place;
         let mut times = Vec::new();
         let fault = loop {
@@ -205,6 +207,7 @@ fn plain(fields: &mut Fields<'_>) -> Result<Pixels, Reason> {
     if step < row || step.checked_mul(height as usize).is_none_or(|all| all > bytes.len()) {
         return Err("an image with fewer bytes than its size says".into());
     }
+    // Rows may be padded: `step` is their length in the message.
     let rows = bytes.chunks(step.max(1)).take(height as usize);
     let mut pixels: Vec<u8> = rows.flat_map(|bytes| &bytes[..row]).copied().collect();
     if is_reversed {

@@ -1,5 +1,4 @@
 //! Recordings made here: faults, and what no file of other programs has.
-#![allow(clippy::unwrap_used, reason = "tests")]
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -10,7 +10,9 @@
 use std::collections::BTreeMap;
 
 use super::fields::{Fields, Reason, Serialisation};
-use super::file::{Bytes, Fault, MessageFile, MessageVisitor, Topic, add_topic, to_the_end};
+use super::file::{
+    Bytes, Fault, MessageFile, MessageVisitor, NextUnit, Topic, add_topic, to_the_end,
+};
 use crate::Input;
 use crate::aedat4::{Compression, Inflater};
 
@@ -51,7 +53,7 @@ impl Mcap {
     }
 
     /// Visits the records of schemas, channels and messages of a unit; returns the place of the next.
-    fn records(&mut self, at: u64, visit: &mut RecordVisitor<'_>) -> Result<Option<u64>, Fault> {
+    fn records(&mut self, at: u64, visit: &mut RecordVisitor<'_>) -> NextUnit {
         let damage = |reason: Reason| Fault::damage(at, reason);
         if at >= self.bytes.length {
             return Err(damage("the file ends before the end of its data".into()));
@@ -134,12 +136,7 @@ impl MessageFile for Mcap {
         MAGIC.len() as u64
     }
 
-    fn unit(
-        &mut self,
-        at: u64,
-        ids: &[u32],
-        take: &mut MessageVisitor<'_>,
-    ) -> Result<Option<u64>, Fault> {
+    fn unit(&mut self, at: u64, ids: &[u32], take: &mut MessageVisitor<'_>) -> NextUnit {
         self.records(at, &mut |record| match record {
             Record::Message { channel, data } if ids.contains(&u32::from(channel)) => take(data),
             _ => Ok(()),

@@ -300,7 +300,6 @@ fn list(fields: &mut Fields<'_>, columns: &mut Columns) -> Result<(), Reason> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     fn events(columns: &Columns) -> Vec<(i64, u16, u16, bool)> {

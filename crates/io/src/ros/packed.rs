@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use super::file::{Fault, MessageFile, MessageVisitor, Topic};
+use super::file::{Fault, MessageFile, MessageVisitor, NextUnit, Topic};
 use crate::source::unpacked;
 use crate::{Input, IoError};
 
@@ -50,12 +50,7 @@ impl MessageFile for Packed {
         self.begin
     }
 
-    fn unit(
-        &mut self,
-        at: u64,
-        ids: &[u32],
-        take: &mut MessageVisitor<'_>,
-    ) -> Result<Option<u64>, Fault> {
+    fn unit(&mut self, at: u64, ids: &[u32], take: &mut MessageVisitor<'_>) -> NextUnit {
         let mut file = match self.file.take() {
             Some(file) => file,
             None => {
@@ -74,7 +69,6 @@ impl MessageFile for Packed {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use std::fs;
 
     use super::*;

@@ -87,9 +87,8 @@ impl Place {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::super::fields::Serialisation;
-    use super::super::file::{MessageFile, MessageVisitor};
+    use super::super::file::{MessageFile, MessageVisitor, NextUnit};
     use super::*;
 
     /// A file of one unit, which ends with a fault behind its messages.
@@ -108,12 +107,7 @@ mod tests {
             7
         }
 
-        fn unit(
-            &mut self,
-            at: u64,
-            _ids: &[u32],
-            take: &mut MessageVisitor<'_>,
-        ) -> Result<Option<u64>, Fault> {
+        fn unit(&mut self, at: u64, _ids: &[u32], take: &mut MessageVisitor<'_>) -> NextUnit {
             let damage = |reason| Fault::damage(at, reason);
             (1..=3).try_for_each(|message| take(&[message])).map_err(damage)?;
             Err(damage("the end".into()))

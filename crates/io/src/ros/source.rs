@@ -19,20 +19,29 @@ const MAX_LISTED: usize = 8;
 pub(super) const CALENDAR_US: i64 = 1_000_000_000_000_000;
 
 /// The topic of events that is wanted, or the only one.
-fn choose<'a>(topics: &'a [Topic], wanted: Option<&str>) -> Result<(&'a Topic, EventType), String> {
+fn choose<'a>(
+    path: &Path,
+    topics: &'a [Topic],
+    wanted: Option<&str>,
+) -> Result<(&'a Topic, EventType), IoError> {
+    let refused = |reason: String| IoError::Stream { path: path.to_owned(), reason };
     let of_events: Vec<(&Topic, EventType)> =
         topics.iter().filter_map(|topic| Some((topic, EventType::by_name(&topic.kind)?))).collect();
     let events = || listed(of_events.iter().map(|(topic, _)| *topic));
     match (wanted, &of_events[..]) {
-        (_, []) => Err(format!("no topic of events that are known; there are: {}", listed(topics))),
+        (_, []) => {
+            let known = listed(topics);
+            Err(refused(format!("no topic of events that are known; there are: {known}")))
+        }
         (None, [one]) => Ok(*one),
         (None, several) => {
             let count = several.len();
-            Err(format!("{count} topics of events, choose one with --topic: {}", events()))
+            let reason = format!("{count} topics of events, choose one with --topic: {}", events());
+            Err(refused(reason))
         }
         (Some(wanted), several) => {
             let found = several.iter().find(|(topic, _)| topic.name == wanted);
-            let none = || format!("no topic {wanted} of events; there are: {}", events());
+            let none = || refused(format!("no topic {wanted} of events; there are: {}", events()));
             found.copied().ok_or_else(none)
         }
     }
@@ -86,11 +95,11 @@ impl RosSource {
         options: &OpenOptions,
     ) -> Result<Self, IoError> {
         let (mut place, topics, fault) = Place::new(files);
-        let (topic, kind) = match (choose(&topics, options.topic.as_deref()), fault) {
+        let (topic, kind) = match (choose(path, &topics, options.topic.as_deref()), fault) {
             (Ok(chosen), _) => chosen,
             // What lies behind damage may hold the topic.
             (Err(_), Some(fault)) => return Err(fault),
-            (Err(reason), None) => return Err(IoError::Stream { path: path.to_owned(), reason }),
+            (Err(error), None) => return Err(error),
         };
         place.choose(topic);
         let mut source = Self {
@@ -152,6 +161,7 @@ impl RosSource {
             decoder.decode(message, columns)?;
             Ok(columns.len() - before >= EVENTS)
         });
+        // Events before a fault count: they are moved as well.
         for t in &mut columns.t[before..] {
             *t = Micros(t.0.saturating_sub(self.origin.0));
         }
@@ -218,7 +228,6 @@ impl EventSource for RosSource {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::super::fields::Serialisation;
     use super::*;
 
@@ -233,13 +242,15 @@ mod tests {
         let left = topic("/left", "event_camera_msgs/msg/EventPacket");
         let right = topic("/right", "dvs_msgs/EventArray");
         let one = [image.clone(), left.clone()];
+        let choose = |topics, wanted| choose(Path::new("robot.bag"), topics, wanted);
+        let refusal = |topics, wanted| choose(topics, wanted).unwrap_err().to_string();
         assert_eq!(choose(&one, None).unwrap(), (&left, EventType::Packet));
         let both = [image.clone(), left, right.clone()];
-        let error = choose(&both, None).unwrap_err();
+        let error = refusal(&both, None);
         assert!(error.contains("--topic") && error.contains("/right (dvs_msgs/EventArray, 3"));
         assert_eq!(choose(&both, Some("/right")).unwrap(), (&right, EventType::List));
-        let error = choose(&both, Some("/image")).unwrap_err();
+        let error = refusal(&both, Some("/image"));
         assert!(error.contains("/left") && !error.contains("/image ("), "{error}");
-        assert!(choose(&[image], None).unwrap_err().contains("sensor_msgs"));
+        assert!(refusal(&[image], None).contains("sensor_msgs"));
     }
 }

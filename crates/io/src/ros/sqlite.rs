@@ -8,7 +8,7 @@
 //! <https://www.sqlite.org/fileformat2.html>; <https://github.com/ros2/rosbag2>, `rosbag2_storage_sqlite3`
 
 use super::fields::{Reason, Serialisation};
-use super::file::{Bytes, Fault, MessageFile, MessageVisitor, Topic, add_topic};
+use super::file::{Bytes, Fault, MessageFile, MessageVisitor, NextUnit, Topic, add_topic};
 use crate::Input;
 
 /// How the files begin.
@@ -219,6 +219,7 @@ impl Sqlite {
 
     /// Appends what of a row stands in other pages.
     fn chain(&mut self, mut next: u32, length: u64, row: u64) -> Result<(), Fault> {
+        // Before memory is asked for.
         if length > self.bytes.length {
             return Err(Fault::damage(row, "a row longer than the file"));
         }
@@ -252,12 +253,7 @@ impl MessageFile for Sqlite {
         0
     }
 
-    fn unit(
-        &mut self,
-        at: u64,
-        ids: &[u32],
-        take: &mut MessageVisitor<'_>,
-    ) -> Result<Option<u64>, Fault> {
+    fn unit(&mut self, at: u64, ids: &[u32], take: &mut MessageVisitor<'_>) -> NextUnit {
         let Some(page) = self.leaves.get((at / APART) as usize).copied() else {
             return self.fault.as_ref().map_or(Ok(None), |fault| Err(fault.again()));
         };
@@ -302,6 +298,7 @@ fn values(row: &[u8], is_whole: bool) -> Option<Vec<Value<'_>>> {
             6 | 7 => 8,
             _ => usize::try_from(kind.checked_sub(12)? / 2).ok()?,
         };
+        // What a row lacks that is not read whole is in other pages.
         let Some(bytes) = body.split_off(..length) else {
             return (!is_whole).then_some(values);
         };

@@ -75,6 +75,7 @@ pub(super) fn create(path: &Path, sensor: SensorSize) -> Result<Box<dyn EventSin
         return Err(IoError::unwritable(path, reason));
     }
     let file = AtomicFile::create(path).map_err(|e| IoError::file(path, "create", e))?;
+    // Words of EVT 3.0 have 11 bits for a coordinate.
     let is_small = sensor.width <= MAX_EVT3 && sensor.height <= MAX_EVT3;
     let mut sink = McapSink {
         path: path.to_owned(),
@@ -207,7 +208,7 @@ impl McapSink {
                 let polarity = events.polarity()[range].to_vec();
                 let some = EventStream::from_columns(self.sensor, t, x, y, polarity);
                 let some = some.map_err(|_| unwritable("events out of order".to_owned()))?;
-                evt3.encode(&some, &mut encoded).map_err(unwritable)?;
+                evt3.encode(&some, &mut encoded).map_err(|e| unwritable(e.to_string()))?;
                 "evt3\0"
             }
             None => {

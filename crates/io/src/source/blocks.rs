@@ -24,12 +24,7 @@ pub trait Decoder: Clone + Send {
     ///
     /// # Errors
     /// At the first record that is none. The events before it have been appended.
-    fn decode(
-        &mut self,
-        bytes: &[u8],
-        is_last: bool,
-        columns: &mut Columns,
-    ) -> Result<usize, DecodeFault>;
+    fn decode(&mut self, bytes: &[u8], is_last: bool, columns: &mut Columns) -> DecodeResult;
 
     /// Says what the records so far promise and the end of the file leaves out, if there is such.
     fn missing(&self) -> Option<String> {
@@ -46,6 +41,9 @@ pub trait Decoder: Clone + Send {
         Vec::new()
     }
 }
+
+/// Bytes of the records that were decoded, or the first fault.
+pub type DecodeResult = Result<usize, DecodeFault>;
 
 /// A fault in some bytes.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -131,12 +129,8 @@ impl<D: Decoder> BlockSource<D> {
     }
 
     fn damage(&self, at: usize, reason: Cow<'static, str>) -> IoError {
-        IoError::Damaged {
-            path: self.input.path.clone(),
-            byte: self.now.byte + at as u64,
-            reason,
-            events: self.now.events,
-        }
+        let byte = self.now.byte + at as u64;
+        IoError::damaged(&self.input.path, byte, reason).behind(self.now.events)
     }
 }
 
@@ -221,7 +215,6 @@ impl<D: Decoder> BlockSource<D> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
     use crate::evt::{Evt3Decoder, Evt3Encoder, WordEncoder, synthetic};
 

@@ -13,7 +13,7 @@ mod unpacked;
 use evpose_core::{Micros, SensorSize};
 use serde::{Deserialize, Serialize};
 
-pub use blocks::{BlockSource, DecodeFault, Decoder};
+pub use blocks::{BlockSource, DecodeFault, DecodeResult, Decoder};
 pub use input::{Input, ReadSeek};
 pub use memory::MemorySource;
 pub(crate) use ordered::OrderedSource;

@@ -261,6 +261,7 @@ impl Order {
             self.newest = self.newest.max(Some(event.t));
             return;
         }
+        // What is given away cannot be put in order any more.
         if event.t < self.given_to {
             self.count_strays(&[event.t], self.read - 1);
             return;
@@ -310,6 +311,7 @@ impl Order {
         let other = std::mem::take(&mut self.other);
         let newest = self.newest.unwrap_or(self.other_newest);
         let first = other.t.iter().copied().min().unwrap_or(newest);
+        // A few events at the beginning do not decide which clock is that of the recording.
         if self.of_run <= FEW && self.part == 1 {
             self.early.append(&std::mem::take(&mut self.waiting));
             self.silence = span(newest.min(first), newest.max(first));
@@ -397,6 +399,7 @@ impl Order {
         self.decide_early();
         if let Some(newest) = self.newest.filter(|newest| self.other_newest > *newest) {
             let silence = span(newest, self.other.t.iter().copied().min().unwrap_or(newest));
+            // The last events of a file have none behind them that could show their clock.
             if !is_far(silence, span(self.oldest, newest), self.of_run) {
                 self.waiting.append(&std::mem::take(&mut self.other));
                 self.is_sorted = false;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use evpose_core::{Micros, SensorSize};
 
 use super::order::{ClockFault, Disorder, MAX_DELAY, Order, is_in_order};
-use super::time_check::TimeCheck;
+use super::time_check::{TimeCheck, TimeFault};
 use super::{EventSource, Header, MemorySource, OpenOptions, Restarts, read_batches};
 use crate::{Columns, IoError};
 
@@ -179,7 +179,7 @@ impl EventSource for OrderedSource {
             read = self.inner.next(columns);
             // In the order of the file, to stop before a crowd fills the memory.
             let checked = self.time_check.check_end(&columns.t[before..]);
-            checked.map_err(|reason| self.refused(reason))?;
+            checked.map_err(|fault| self.refused(fault))?;
         }
         self.time_check = TimeCheck::default();
         if !is_in_order(&columns.t) {
@@ -285,11 +285,11 @@ impl OrderedSource {
 
     /// Refuses times in order that no clock has, and crowds.
     fn check(&mut self, times: &[Micros]) -> Result<(), IoError> {
-        self.time_check.check(times).map_err(|reason| self.refused(reason))
+        self.time_check.check(times).map_err(|fault| self.refused(fault))
     }
 
-    fn refused(&self, reason: String) -> IoError {
-        IoError::Stream { path: self.path.clone(), reason }
+    fn refused(&self, fault: TimeFault) -> IoError {
+        IoError::Stream { path: self.path.clone(), reason: fault.to_string() }
     }
 
     /// Exchanges coordinates and moves times of the events from `begin` on, as asked.
@@ -326,6 +326,7 @@ impl OrderedSource {
         let rate_hz = events as f64 / seconds.max(1e-6);
         let doubt = match events {
             ..=MANY => None,
+            // A wrong unit makes rates a thousand times too low or too high.
             _ if rate_hz < 10.0 => Some("fewer than ten a second"),
             VERY_MANY.. if rate_hz < FEW_HZ => Some("few for so many"),
             VERY_MANY.. if rate_hz > MAX_HZ => Some("more than any camera sends"),

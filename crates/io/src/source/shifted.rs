@@ -2,7 +2,7 @@
 
 use evpose_core::Micros;
 
-use super::{DecodeFault, Decoder};
+use super::{DecodeResult, Decoder};
 use crate::Columns;
 
 /// A decoder whose times count from `t0`.
@@ -19,12 +19,7 @@ impl<D> Shifted<D> {
 }
 
 impl<D: Decoder> Decoder for Shifted<D> {
-    fn decode(
-        &mut self,
-        bytes: &[u8],
-        is_last: bool,
-        columns: &mut Columns,
-    ) -> Result<usize, DecodeFault> {
+    fn decode(&mut self, bytes: &[u8], is_last: bool, columns: &mut Columns) -> DecodeResult {
         let before = columns.len();
         let decoded = self.decoder.decode(bytes, is_last, columns);
         if self.t0 != 0 {
@@ -49,7 +44,6 @@ impl<D: Decoder> Decoder for Shifted<D> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use crate::{Input, OpenOptions, read_as};
 
     #[test]

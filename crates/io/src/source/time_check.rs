@@ -9,6 +9,18 @@ const MAX_AT_ONCE: usize = 1 << 22;
 /// that windows behind it have an end.
 const LATEST: Micros = Micros(i64::MAX - 1_000_000_000_000);
 
+/// Times that are refused.
+#[derive(Debug, Clone, Copy, thiserror::Error)]
+pub(super) enum TimeFault {
+    #[error("an event at {} µs, which no clock reaches: state its unit with --time-unit", .0.0)]
+    NoClock(Micros),
+    #[error(
+        "more than {MAX_AT_ONCE} events at {:.6} s: no sensor has as many pixels, or the clock is too coarse",
+        .0.as_seconds()
+    )]
+    Crowd(Micros),
+}
+
 /// A check of times, batch by batch. Files of a few megabytes hold hundreds of millions of events at
 /// one time.
 #[derive(Debug, Default)]
@@ -21,14 +33,11 @@ impl TimeCheck {
     /// Checks the times of a batch in order.
     ///
     /// # Errors
-    /// The reason, if one of them is impossible or too many events have it.
-    pub(super) fn check(&mut self, times: &[Micros]) -> Result<(), String> {
+    /// If one of them is impossible or too many events have it.
+    pub(super) fn check(&mut self, times: &[Micros]) -> Result<(), TimeFault> {
         let mut ends = times.first().into_iter().chain(times.last());
         if let Some(t) = ends.find(|t| t.0.unsigned_abs() > LATEST.0.unsigned_abs()) {
-            return Err(format!(
-                "an event at {} µs, which no clock reaches: state its unit with --time-unit",
-                t.0
-            ));
+            return Err(TimeFault::NoClock(*t));
         }
         // A crowd has two samples that are half of it apart: the times between are not read.
         let samples: Vec<&Micros> = times.iter().step_by(MAX_AT_ONCE / 2).collect();
@@ -44,8 +53,8 @@ impl TimeCheck {
     /// Checks the run of one time at the end of a batch in any order.
     ///
     /// # Errors
-    /// The reason, if it has too many events.
-    pub(super) fn check_end(&mut self, times: &[Micros]) -> Result<(), String> {
+    /// If it has too many events.
+    pub(super) fn check_end(&mut self, times: &[Micros]) -> Result<(), TimeFault> {
         let Some(last) = times.last() else { return Ok(()) };
         let same = times.iter().rev().take_while(|t| *t == last).count();
         let goes_on = same == times.len() && self.standing.0 == *last;
@@ -54,19 +63,12 @@ impl TimeCheck {
     }
 }
 
-fn refuse_crowd(t: Micros, events: usize) -> Result<(), String> {
-    if events <= MAX_AT_ONCE {
-        return Ok(());
-    }
-    Err(format!(
-        "more than {MAX_AT_ONCE} events at {:.6} s: no sensor has as many pixels, or the clock is too coarse",
-        t.as_seconds()
-    ))
+fn refuse_crowd(t: Micros, events: usize) -> Result<(), TimeFault> {
+    if events > MAX_AT_ONCE { Err(TimeFault::Crowd(t)) } else { Ok(()) }
 }
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
     use crate::{Input, OpenOptions, Windows, read_as, source};
 

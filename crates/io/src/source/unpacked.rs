@@ -1,7 +1,6 @@
 //! Recordings that gzip, Zstandard or zip packed as a whole, as archives of data sets have them.
 
 use std::io::{ErrorKind, Read, Seek};
-use std::path::Path;
 
 use zip::ZipArchive;
 use zrip::DecompressError;
@@ -41,9 +40,10 @@ pub(crate) fn unpacked(mut input: Input) -> Result<Input, IoError> {
     if head == ZIP {
         return of_archive(input, limit);
     }
-    let damaged = |reason| damaged(&input.path, 0, reason);
+    let damaged = |reason: String| IoError::damaged(&input.path, 0, reason);
     if head.starts_with(GZIP) {
         let unpacked = flate2::read::MultiGzDecoder::new(input.bytes);
+        // One more than the limit, to see whether there is more.
         unpacked.take(limit + 1).read_to_end(&mut bytes).map_err(|fault| match fault.kind() {
             ErrorKind::UnexpectedEof => damaged(format!("gzip: {CUT}")),
             _ => damaged(format!("gzip: {fault}")),
@@ -85,7 +85,9 @@ fn of_archive(mut input: Input, limit: u64) -> Result<Input, IoError> {
         let is_of_arrays = names.iter().any(|name| name.ends_with(".npy"));
         let stream = |reason| IoError::Stream { path: input.path.clone(), reason };
         // A broken list may name a place that no file of this length has.
-        let damaged = |byte: u64, reason| damaged(&input.path, byte.min(input.length), reason);
+        let damaged = |byte: u64, reason: String| {
+            IoError::damaged(&input.path, byte.min(input.length), reason)
+        };
         match names.as_slice() {
             [only] if !is_of_arrays => {
                 let entry =
@@ -113,13 +115,8 @@ fn of_archive(mut input: Input, limit: u64) -> Result<Input, IoError> {
     Ok(input)
 }
 
-fn damaged(path: &Path, byte: u64, reason: String) -> IoError {
-    IoError::Damaged { path: path.to_owned(), byte, reason: reason.into(), events: 0 }
-}
-
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use std::io::Write as _;
 
     use super::*;

@@ -53,16 +53,14 @@ impl TensorStack {
                 return Ok(Self { shape, values, ends: None });
             }
         };
-        let mut entry =
-            |name: &'static str| match zip.by_name(&npyz::npz::file_name_from_array_name(name)) {
-                Ok(mut entry) => {
-                    let mut bytes = Vec::new();
-                    let read = entry.read_to_end(&mut bytes);
-                    read.map_err(|e| fault(name, (NpzFault::Unreadable(e.to_string()), 0)))?;
-                    Ok(bytes)
-                }
-                Err(e) => Err(fault(name, (NpzFault::Unreadable(e.to_string()), 0))),
-            };
+        let mut entry = |name: &'static str| {
+            let unreadable = |reason| fault(name, (NpzFault::Unreadable(reason), 0));
+            let entry = zip.by_name(&npyz::npz::file_name_from_array_name(name));
+            let mut bytes = Vec::new();
+            let mut entry = entry.map_err(|e| unreadable(e.to_string()))?;
+            entry.read_to_end(&mut bytes).map_err(|e| unreadable(e.to_string()))?;
+            Ok(bytes)
+        };
         let (frames, times) = (entry(FRAMES)?, entry(TIMES)?);
         let (shape, values) = array(frames.as_slice(), VALUE_TYPE, f32::from_le_bytes)
             .map_err(|found| fault(FRAMES, found))?;

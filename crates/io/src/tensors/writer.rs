@@ -4,11 +4,11 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use evpose_core::{AtomicFile, Micros};
-use zip::write::{SimpleFileOptions, StreamWriter, ZipWriter};
+use zip::write::{StreamWriter, ZipWriter};
 
 use super::{FRAMES, StackShape, TIMES, VALUE_TYPE};
 use crate::IoError;
-use crate::npz::header_for;
+use crate::npz::{header_for, start_array};
 
 /// A stack that is being written. Its file appears when it is finished.
 pub struct TensorWriter {
@@ -44,7 +44,8 @@ impl TensorWriter {
             }
             Some("npz") => {
                 let mut zip = ZipWriter::new_stream(create()?);
-                start(&mut zip, FRAMES, &header).map_err(failed)?;
+                start_array(&mut zip, FRAMES).map_err(failed)?;
+                zip.write_all(&header).map_err(failed)?;
                 Target::Archive(Box::new(zip))
             }
             _ => return Err(IoError::UnknownEnding { path, known: ".npy, .npz".to_owned() }),
@@ -95,20 +96,11 @@ impl TensorWriter {
 
 fn finish_archive(mut zip: ZipWriter<StreamWriter<AtomicFile>>, ends: &[Micros]) -> io::Result<()> {
     let shape = [ends.len() as u64];
-    start(&mut zip, TIMES, &header_for("'<i8'", &shape, &shape))?;
+    start_array(&mut zip, TIMES)?;
+    zip.write_all(&header_for("'<i8'", &shape, &shape))?;
     let times: Vec<u8> = ends.iter().flat_map(|t| t.0.to_le_bytes()).collect();
     zip.write_all(&times)?;
     zip.finish()?.into_inner().commit()
-}
-
-/// Begins an array of an archive, uncompressed as `numpy.savez` writes it.
-fn start<W: Write + io::Seek>(zip: &mut ZipWriter<W>, name: &str, header: &[u8]) -> io::Result<()> {
-    // Sizes are unknown when an entry begins, so each is written as if it passed 4 GiB.
-    let options = SimpleFileOptions::default()
-        .compression_method(zip::CompressionMethod::Stored)
-        .large_file(true);
-    zip.start_file(npyz::npz::file_name_from_array_name(name), options)?;
-    zip.write_all(header)
 }
 
 /// Writes one window as a `.npy` file, `[channels, rows, columns]`.

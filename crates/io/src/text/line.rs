@@ -1,7 +1,5 @@
 //! Parsing of a line of a text recording.
 
-use std::fmt;
-
 use evpose_core::{Event, Micros, Polarity, SensorSize};
 
 use crate::names::{self, Places};
@@ -11,15 +9,19 @@ use crate::{ColumnNames, TimeUnit};
 const MAX_SECONDS: f64 = 9e9;
 
 /// A fault of a line.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub(super) enum TextFault {
     /// Longer than any line of events.
+    #[error("longer than any line of events")]
     TooLong,
     /// Not text.
+    #[error("not text")]
     NotText,
     /// An event has four fields.
+    #[error("{0} field{s} instead of t x y p", s = if *.0 == 1 { "" } else { "s" })]
     Fields(usize),
     /// A line has as many fields as there are names.
+    #[error("{got} fields instead of the {of} that are named")]
     Named {
         /// Fields of the line.
         got: usize,
@@ -27,6 +29,7 @@ pub(super) enum TextFault {
         of: usize,
     },
     /// A field that cannot be read.
+    #[error("`{text}` is no {name}")]
     Field {
         /// Its name.
         name: &'static str,
@@ -34,37 +37,22 @@ pub(super) enum TextFault {
         text: String,
     },
     /// A line of names without those of an event.
+    #[error(
+        "not all of t, x, y and p are among the names `{0}`: say which they are, as --columns \
+         t=NAME,x=NAME,y=NAME,p=NAME"
+    )]
     Names(String),
     /// The first column is not that of times.
+    #[error(
+        "the values of the first column go up and down as times do not: say where they are, as --columns \
+         t=2,x=0,y=1,p=3, or sort all events with --sort"
+    )]
     Order,
     /// The file ends in it, and perhaps within its last number.
+    #[error(
+        "the file ends in it, perhaps within a number: if it is whole, end it with a line break"
+    )]
     Open,
-}
-
-impl fmt::Display for TextFault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::TooLong => f.write_str("longer than any line of events"),
-            Self::NotText => f.write_str("not text"),
-            Self::Fields(1) => f.write_str("1 field instead of t x y p"),
-            Self::Fields(n) => write!(f, "{n} fields instead of t x y p"),
-            Self::Named { got, of } => write!(f, "{got} fields instead of the {of} that are named"),
-            Self::Field { name, text } => write!(f, "`{text}` is no {name}"),
-            Self::Names(names) => write!(
-                f,
-                "not all of t, x, y and p are among the names `{names}`: say which they are, as \
-                 --columns t=NAME,x=NAME,y=NAME,p=NAME"
-            ),
-            Self::Order => f.write_str(
-                "the values of the first column go up and down as times do not: say where they are, as \
-                 --columns t=2,x=0,y=1,p=3, or sort all events with --sort",
-            ),
-            Self::Open => f.write_str(
-                "the file ends in it, perhaps within a number: if it is whole, end it with a line \
-                 break",
-            ),
-        }
-    }
 }
 
 /// Detects the unit of a time; none for a zero, which is the same in all units.

@@ -7,8 +7,8 @@ use super::{TextFault, quick};
 use crate::first_line;
 use crate::sniff::{fitting_orders, is_time};
 use crate::{
-    BlockSource, ColumnNames, Columns, DecodeFault, Decoder, EventSource, Header, Input, IoError,
-    OpenOptions,
+    BlockSource, ColumnNames, Columns, DecodeFault, DecodeResult, Decoder, EventSource, Header,
+    Input, IoError, OpenOptions,
 };
 
 /// Ample for four values and a comment; a longer line is not text, or not events.
@@ -38,6 +38,7 @@ pub(super) fn open(
     lines.known.unit = options.time_unit;
     lines.known.is_unit_stated = options.time_unit.is_some();
     lines.known.columns = options.columns.clone();
+    // Columns that are stated need not be guessed by their values.
     if lines.known.columns == ColumnNames::default() {
         let head = input.head(SNIFFED)?;
         lines.known.order_by_values = order_by_values(&head[begin..]);
@@ -73,12 +74,7 @@ impl Default for Lines {
 }
 
 impl Decoder for Lines {
-    fn decode(
-        &mut self,
-        bytes: &[u8],
-        is_last: bool,
-        columns: &mut Columns,
-    ) -> Result<usize, DecodeFault> {
+    fn decode(&mut self, bytes: &[u8], is_last: bool, columns: &mut Columns) -> DecodeResult {
         let (mut at, before) = (0, columns.len());
         let is_beginning = self.known.is_first;
         while at < bytes.len() {

@@ -1,31 +1,15 @@
-#![allow(clippy::unwrap_used, reason = "tests")]
-
-use std::fs;
-use std::path::PathBuf;
-
-use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
+use evpose_core::{EventStream, Micros, SensorSize};
 use proptest::prelude::*;
-use tempfile::TempDir;
 
 use super::line::{Known, Line, parse};
 use super::*;
 use crate::golden::check;
+use crate::sample::{event, file, read_all};
 use crate::{
     Columns, Input, IoError, OpenOptions, SensorOrigin, TimeUnit, open, open_with, read_as,
 };
 
 const SENSOR: SensorSize = SensorSize { width: 240, height: 180 };
-
-fn file(text: impl AsRef<[u8]>) -> (TempDir, PathBuf) {
-    let directory = tempfile::tempdir().unwrap();
-    let path = directory.path().join("events.txt");
-    fs::write(&path, text).unwrap();
-    (directory, path)
-}
-
-fn event(t: i64, x: u16, y: u16, on: bool) -> Event {
-    Event { t: Micros(t), x, y, polarity: Polarity::from_on(on) }
-}
 
 #[test]
 fn seconds_and_microseconds_are_distinguished_by_the_first_event() {
@@ -39,18 +23,18 @@ fn seconds_and_microseconds_are_distinguished_by_the_first_event() {
         "# rpg\n\n240 180 # DAVIS\r\n3.811e-3 96 133 0\r\n4.0 1 2 1",
         "240 180\n3811 96 133 0\n4000000 1 2 1\n",
     ] {
-        let (_directory, path) = file(text);
+        let (_directory, path) = file("events.txt", text);
         let recording = open(&path).unwrap();
         assert_eq!(recording.stream, want, "{text}");
         assert_eq!(recording.sensor_origin, SensorOrigin::Stated);
     }
-    let (_directory, path) = file("240 180\n3811 96 133 0\n4.0 1 2 1\n");
+    let (_directory, path) = file("events.txt", "240 180\n3811 96 133 0\n4.0 1 2 1\n");
     assert!(matches!(open(&path), Err(IoError::Damaged { byte: 22, events: 1, .. })));
 }
 
 #[test]
 fn without_a_size_the_sensor_is_given_or_the_smallest_that_holds_the_events() {
-    let (_directory, path) = file("1 96 133 0\n2 97 12 1\n");
+    let (_directory, path) = file("events.txt", "1 96 133 0\n2 97 12 1\n");
     let recording = open(&path).unwrap();
     assert_eq!(recording.stream.sensor(), SensorSize { width: 98, height: 134 });
     assert_eq!(recording.sensor_origin, SensorOrigin::Inferred);
@@ -60,7 +44,8 @@ fn without_a_size_the_sensor_is_given_or_the_smallest_that_holds_the_events() {
 
 #[test]
 fn events_outside_the_sensor_are_counted_and_those_out_of_order_sorted() {
-    let (_directory, path) = file("240 180\n5 240 0 1\n6 1 1 1\n5 1 1 1\n7 -1 1 1\n7 1 99999 1\n");
+    let (_directory, path) =
+        file("events.txt", "240 180\n5 240 0 1\n6 1 1 1\n5 1 1 1\n7 -1 1 1\n7 1 99999 1\n");
     let recording = open(&path).unwrap();
     assert_eq!(recording.stream.t(), [Micros(5), Micros(6)]);
     assert_eq!(recording.outside, 3);
@@ -80,7 +65,7 @@ fn what_other_programs_write_is_read() {
         // Everything a floating-point number.
         "0.0e+00 9.6e+01 1.33e+02 0.0e+00\n2.0e-03 9.7e+01 1.2e+01 1.0\n2.5e-3 3.0 4.0 1.0\n",
     ] {
-        let (_directory, path) = file(text);
+        let (_directory, path) = file("events.txt", text);
         assert_eq!(open_with(&path, Some(SENSOR)).unwrap().stream, want, "{text}");
     }
     for text in [
@@ -88,7 +73,7 @@ fn what_other_programs_write_is_read() {
         "%geometry:240,180\n96,133,0,0\n97,12,1,2000\n3,4,1,2500\n",
         "%camera:davis\n%geometry:240,180\r\n96,133,0,0\r\n97,12,1,2000\r\n3,4,1,2500\r\n",
     ] {
-        let (_directory, path) = file(text);
+        let (_directory, path) = file("events.txt", text);
         let recording = open(&path).unwrap();
         assert_eq!((recording.format, &recording.stream), ("csv", &want), "{text}");
         assert_eq!(recording.sensor_origin, SensorOrigin::Stated);
@@ -100,12 +85,12 @@ fn what_other_programs_write_is_read() {
         "\"\",\"t\",\"x\",\"y\",\"p\"\n\"1\",0,96,133,0\n\"2\",2000,97,12,1\n\"3\",2500,3,4,1\n",
         "index;t;x;y;p;camera\n0;0;96;133;0;a\n1;2000;97;12;1;a\n2;2500;3;4;1;a\n",
     ] {
-        let (_directory, path) = file(text);
+        let (_directory, path) = file("events.txt", text);
         let recording = open_with(&path, Some(SENSOR)).unwrap();
         assert_eq!((recording.format, recording.stream), ("csv", want.clone()), "{text}");
     }
     // Prophesee's tables, without names.
-    let (_directory, path) = file("96,133,0,40\n97,12,1,2000\n");
+    let (_directory, path) = file("events.txt", "96,133,0,40\n97,12,1,2000\n");
     let stream = open_with(&path, Some(SENSOR)).unwrap().stream;
     let want = [event(40, 96, 133, false), event(2_000, 97, 12, true)];
     assert_eq!(stream, EventStream::from_events(SENSOR, want).unwrap());
@@ -114,14 +99,14 @@ fn what_other_programs_write_is_read() {
 #[test]
 fn columns_without_names_are_found_by_their_values_or_asked_for() {
     let lines = (0..300).map(|k| format!("{} {} {} {}\n", (37 * k) % 101, k % 90, 50 * k, k % 2));
-    let (_directory, path) = file(lines.clone().collect::<String>());
+    let (_directory, path) = file("events.txt", lines.clone().collect::<String>());
     let found = open_with(&path, Some(SENSOR)).unwrap();
-    let (_directory, named) = file(format!("x y t p\n{}", lines.collect::<String>()));
+    let (_directory, named) = file("events.txt", format!("x y t p\n{}", lines.collect::<String>()));
     assert_eq!(found.stream, open_with(&named, Some(SENSOR)).unwrap().stream);
     assert_eq!((found.stream.len(), found.outside), (300, 0));
     // A column more than an event has, in the place of time.
     let lines = (0..300).map(|k| format!("{} {} {} {}\n", (37 * k) % 101, k % 90, k % 2, k % 7));
-    let (_directory, path) = file(lines.collect::<String>());
+    let (_directory, path) = file("events.txt", lines.collect::<String>());
     let message = open_with(&path, Some(SENSOR)).unwrap_err().to_string();
     assert!(message.contains("polarity") || message.contains("--columns"), "{message}");
 }
@@ -180,7 +165,7 @@ fn a_faulty_line_is_named_with_its_byte() {
         ("9 1 2 1\n240 180\n", "byte 8: line 2: 2 fields instead of t x y p"),
     ];
     for (text, want) in cases {
-        let (_directory, path) = file(text);
+        let (_directory, path) = file("events.txt", text);
         let message = open(&path).unwrap_err().to_string();
         assert_eq!(message, format!("{}: {want} (1 events readable before it)", path.display()));
     }
@@ -192,14 +177,14 @@ fn a_faulty_line_is_named_with_its_byte() {
         "0 180\n",
         "99999999999999999999 1 2 1",
     ] {
-        let (_directory, path) = file(nonsense);
+        let (_directory, path) = file("events.txt", nonsense);
         assert!(matches!(open(&path), Err(IoError::Damaged { byte: 0, .. })), "{nonsense}");
     }
 }
 
 #[test]
 fn a_line_without_end_does_not_fill_the_memory() {
-    let (_directory, path) = file("1 ".repeat(100_000));
+    let (_directory, path) = file("events.txt", "1 ".repeat(100_000));
     let error = open(&path).unwrap_err();
     assert!(error.to_string().contains("line 1: longer than any line of events"), "{error}");
 }
@@ -216,7 +201,7 @@ fn a_number_that_may_be_cut_is_not_taken_for_one() {
         ("%geometry:240,18", Some(0)),
         (",p,x,y,t\n0,1,2,3,100\n1,1,2,3,10", Some(21)),
     ] {
-        let (_directory, path) = file(text);
+        let (_directory, path) = file("events.txt", text);
         let fault = open(&path).err().map(|error| {
             assert!(error.to_string().contains("the file ends in it"), "{error}");
             error.byte().unwrap()
@@ -235,7 +220,7 @@ proptest! {
         times.sort_unstable();
         let events = times.iter().map(|&t| event(t, seed.into(), 7, t % 3 == 0));
         let stream = EventStream::from_events(SensorSize { width: 256, height: 8 }, events)?;
-        let (_directory, path) = file("");
+        let (_directory, path) = file("events.txt", "");
         FORMAT.write(&path, &stream).unwrap();
         prop_assert_eq!(&open(&path).unwrap().stream, &stream);
         CSV.write(&path, &stream).unwrap();
@@ -263,16 +248,8 @@ fn line_by_line(text: &str) -> (Columns, bool) {
 fn all_of(text: &str) -> (Columns, bool) {
     let input = Input::memory("events.txt", text.into());
     let mut source = (FORMAT.open)(input, &OpenOptions::default()).unwrap();
-    let mut columns = Columns::new();
-    loop {
-        let before = columns.len();
-        if source.next(&mut columns).is_err() {
-            return (columns, false);
-        }
-        if columns.len() == before {
-            return (columns, true);
-        }
-    }
+    let (columns, _, fault) = read_all(&mut *source);
+    (columns, fault.is_none())
 }
 
 /// Times in seconds with up to twelve decimals, some of them near half a microsecond.
@@ -353,7 +330,7 @@ fn more_lines_than_are_gathered_at_once_are_read_in_order() {
 #[test]
 fn a_fault_behind_many_usual_lines_has_its_line_and_byte() {
     let text = format!("{}5 5 5\n", "1000 96 133 0\n".repeat(1000));
-    let (_directory, path) = file(&text);
+    let (_directory, path) = file("events.txt", &text);
     let message = open(&path).unwrap_err().to_string();
     assert!(message.contains("byte 14000: line 1001: 3 fields instead"), "{message}");
     assert!(message.ends_with("(1000 events readable before it)"), "{message}");
@@ -362,36 +339,11 @@ fn a_fault_behind_many_usual_lines_has_its_line_and_byte() {
 /// See `tests/golden/text`.
 #[test]
 fn files_that_numpy_and_pandas_wrote_hold_the_events_that_it_was_given() {
-    for (name, format, file, events, lines) in [
-        (
-            "text/seconds.txt",
-            "text",
-            "7e77c6bd37cd6befbb83a57a293e3fe3300f126fdd5b03787bde680db97f8de7",
-            200,
-            "45f52bbe846911de9f4b436129fd486c2dc7263070c56f46eec8a2b4aed4aa82",
-        ),
-        (
-            "text/nanoseconds.txt",
-            "text",
-            "55aa13b5d0fa5e06bb3d7a4a325bdbf78dc461dde995c6bef9a051fb8e5e2141",
-            200,
-            "45f52bbe846911de9f4b436129fd486c2dc7263070c56f46eec8a2b4aed4aa82",
-        ),
-        (
-            "text/named.csv",
-            "csv",
-            "f0118d49a56fbe501f8da45903a01cb130d3b7526bc87e9303ba39920c30600a",
-            200,
-            "45f52bbe846911de9f4b436129fd486c2dc7263070c56f46eec8a2b4aed4aa82",
-        ),
-        (
-            "text/pandas.csv",
-            "csv",
-            "d41c058ad79827938213c54e341da2787a6fdb5befb8396a7cfa63bd3ba49814",
-            200,
-            "45f52bbe846911de9f4b436129fd486c2dc7263070c56f46eec8a2b4aed4aa82",
-        ),
-    ] {
-        check(name, format, file, events, lines);
-    }
+    let files = [
+        ("seconds.txt", "text"),
+        ("nanoseconds.txt", "text"),
+        ("named.csv", "csv"),
+        ("pandas.csv", "csv"),
+    ];
+    check("text", &files);
 }

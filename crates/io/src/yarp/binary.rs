@@ -4,7 +4,7 @@ use super::ticks::{Tick, TickCounter};
 use super::word::{Codec, Words, channel};
 use crate::open::{Format, no_labels};
 use crate::{
-    BlockSource, Columns, DecodeFault, Decoder, EventSource, Header, Input, IoError, OpenOptions,
+    BlockSource, Columns, DecodeResult, Decoder, EventSource, Header, Input, IoError, OpenOptions,
 };
 
 /// The registry's entry.
@@ -51,12 +51,7 @@ struct Pairs {
 }
 
 impl Decoder for Pairs {
-    fn decode(
-        &mut self,
-        bytes: &[u8],
-        _: bool,
-        columns: &mut Columns,
-    ) -> Result<usize, DecodeFault> {
+    fn decode(&mut self, bytes: &[u8], _: bool, columns: &mut Columns) -> DecodeResult {
         columns.reserve(bytes.len() / RECORD);
         for (stored, word) in records(bytes) {
             self.words.take(Codec::Bits24, self.ticks.time(stored), word, columns);

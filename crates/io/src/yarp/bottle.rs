@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use evpose_core::Micros;
 
 use super::word::Codec;
-use crate::DecodeFault;
+use crate::{DecodeFault, DecodeResult};
 
 /// Ample for what comes before a bottle's contents.
 const MAX_HEAD: usize = 4096;
@@ -72,7 +72,7 @@ impl Bottles {
         bytes: &[u8],
         is_last: bool,
         mut each: impl FnMut(InBottle),
-    ) -> Result<usize, DecodeFault> {
+    ) -> DecodeResult {
         let mut at = 0;
         loop {
             let rest = &bytes[at..];
@@ -93,7 +93,7 @@ impl Bottles {
     }
 
     /// Reads what comes before a bottle's contents.
-    fn begin(&mut self, rest: &[u8], is_last: bool) -> Result<usize, DecodeFault> {
+    fn begin(&mut self, rest: &[u8], is_last: bool) -> DecodeResult {
         let blank = rest.len() - rest.trim_ascii_start().len();
         // Blank lines and line ends between bottles.
         if blank > 0 {
@@ -145,7 +145,7 @@ impl Bottles {
         rest: &[u8],
         count: usize,
         each: &mut impl FnMut(InBottle),
-    ) -> Result<usize, DecodeFault> {
+    ) -> DecodeResult {
         let mut done = 0;
         loop {
             let mut at = done;
@@ -185,11 +185,7 @@ impl Bottles {
     }
 
     /// Reads events in bytes.
-    fn packed(
-        &mut self,
-        rest: &[u8],
-        each: &mut impl FnMut(InBottle),
-    ) -> Result<usize, DecodeFault> {
+    fn packed(&mut self, rest: &[u8], each: &mut impl FnMut(InBottle)) -> DecodeResult {
         // Packed events are one or two words of 32 bits.
         let count = if self.has_ticks { 8 } else { 4 };
         let mut done = 0;

@@ -7,7 +7,7 @@ use super::ticks::{Tick, TickCounter};
 use super::word::{Codec, Words, channel};
 use crate::open::{Format, no_labels};
 use crate::{
-    BlockSource, Columns, DecodeFault, Decoder, EventSource, Header, Input, IoError, OpenOptions,
+    BlockSource, Columns, DecodeResult, Decoder, EventSource, Header, Input, IoError, OpenOptions,
 };
 
 /// The registry's entry.
@@ -40,12 +40,8 @@ const MIN_ELAPSED_S: f64 = 0.01;
 fn open(mut input: Input, options: &OpenOptions) -> Result<Box<dyn EventSource>, IoError> {
     let first = input.head(FIRST)?;
     let (length, first) = (first.len(), bytes_without_bom(&first));
-    let unclear = || IoError::Damaged {
-        path: input.path.clone(),
-        byte: length as u64,
-        reason: "the file ends before it is clear whether its words come with times".into(),
-        events: 0,
-    };
+    let unclear = "the file ends before it is clear whether its words come with times";
+    let unclear = || IoError::damaged(&input.path, length as u64, unclear);
     let has_ticks = has_ticks(first).ok_or_else(unclear)?;
     let (cameras, elapsed) = survey(first, has_ticks);
     let tick = Tick::new(options, elapsed);
@@ -120,12 +116,7 @@ struct Log {
 }
 
 impl Decoder for Log {
-    fn decode(
-        &mut self,
-        bytes: &[u8],
-        is_last: bool,
-        columns: &mut Columns,
-    ) -> Result<usize, DecodeFault> {
+    fn decode(&mut self, bytes: &[u8], is_last: bool, columns: &mut Columns) -> DecodeResult {
         let Self { bottles, ticks, words, without_ticks } = self;
         bottles.read(bytes, is_last, |event| {
             let t = match event.ticks {

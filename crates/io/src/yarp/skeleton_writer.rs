@@ -105,7 +105,6 @@ fn seconds(t: Micros) -> String {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use std::fs;
 
     use proptest::prelude::*;

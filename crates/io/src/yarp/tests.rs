@@ -1,18 +1,13 @@
-#![allow(clippy::unwrap_used, reason = "tests")]
-
 use std::fs;
 
-use evpose_core::{Event, Micros, Polarity};
+use evpose_core::{Event, Micros};
 use proptest::prelude::*;
 
 use super::*;
 use crate::golden::check;
 use crate::open::Format;
+use crate::sample::{event, read_all};
 use crate::{Columns, EventSource, Input, IoError, OpenOptions, open_as, read_as};
-
-fn event(t: i64, x: u16, y: u16, on: bool) -> Event {
-    Event { t: Micros(t), x, y, polarity: Polarity::from_on(on) }
-}
 
 /// A word of the 24-bit codec.
 fn word(x: u32, y: u32, on: bool, channel: u32) -> u32 {
@@ -25,18 +20,9 @@ fn source_of(format: Format, bytes: &[u8], options: &OpenOptions) -> Box<dyn Eve
 
 /// All events, remarks, and the fault that ended it.
 fn all_of(bytes: &[u8], options: &OpenOptions) -> (Columns, Vec<String>, Option<IoError>) {
-    let mut columns = Columns::new();
-    let mut source = match (LOG.open)(Input::memory("data.log", bytes.to_vec()), options) {
-        Ok(source) => source,
-        Err(fault) => return (columns, Vec::new(), Some(fault)),
-    };
-    loop {
-        let before = columns.len();
-        match source.next(&mut columns) {
-            Ok(()) if columns.len() == before => return (columns, source.remarks(), None),
-            Ok(()) => {}
-            Err(fault) => return (columns, source.remarks(), Some(fault)),
-        }
+    match (LOG.open)(Input::memory("data.log", bytes.to_vec()), options) {
+        Ok(mut source) => read_all(&mut *source),
+        Err(fault) => (Columns::new(), Vec::new(), Some(fault)),
     }
 }
 
@@ -333,38 +319,8 @@ fn skeletons_of_a_network_come_with_confidences() {
 /// See `tests/golden/yarp`.
 #[test]
 fn logs_of_bimvee_are_read_as_it_reads_them() {
-    for (name, format, file, events, lines) in [
-        (
-            "yarp/text-80ns.log",
-            "yarp",
-            "68d6938d2bb68e2ba85b3765ded8d9c6bd54f40fab9e4e00c9f554c1dd7f5d22",
-            250,
-            "9d3318f4190e3f8241a48c1d9e3170a57ffde329c827475364224bd66d4d8152",
-        ),
-        (
-            "yarp/text-1us.log",
-            "yarp",
-            "238bea9daabc6f620e9a701ab2dae9a5260c7b7ec26a8e01f975d0cfe0c89450",
-            250,
-            "9d3318f4190e3f8241a48c1d9e3170a57ffde329c827475364224bd66d4d8152",
-        ),
-        (
-            "yarp/packed-80ns.log",
-            "yarp",
-            "7bdf8b63c14eefc8c157f86f64b3dc2e75f93eda39da0e9ef98bd4c62b987ee5",
-            600,
-            "642a4817d4756605e766e1e68b242700233de3cda8a41532331932f575034975",
-        ),
-        (
-            "yarp/packed-without-times.log",
-            "yarp",
-            "7f0e431c1a0fb93a12ddb6f7f011f30f1720aefbf4c283f2bb7ce41958800836",
-            250,
-            "3e04093e0179631f9659b849ae522fdc88f561528e9b06c7a2d906572c177fc6",
-        ),
-    ] {
-        check(name, format, file, events, lines);
-    }
+    let files = ["text-80ns.log", "text-1us.log", "packed-80ns.log", "packed-without-times.log"];
+    check("yarp", &files.map(|name| (name, "yarp")));
 }
 
 proptest! {

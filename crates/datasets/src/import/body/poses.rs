@@ -60,9 +60,9 @@ impl LabelledPoses {
                 continue;
             };
             poses.several_persons += usize::from(image.persons.len() > 1);
-            let scale = poses
-                .scale(image, sensor)
-                .map_err(|reason| ImportError::malformed(path, format!("image {index}"), reason))?;
+            let scale = poses.scale(image, sensor, |reason| {
+                ImportError::malformed(path, format!("image {index}"), reason)
+            })?;
             let labelled = person.iter().flatten().count();
             let joints_px =
                 // A network cannot learn joints beyond the border.
@@ -77,17 +77,24 @@ impl LabelledPoses {
         Ok(poses)
     }
 
-    /// Pixels of the sensor for a pixel of an image, or why the image is not one of it.
-    fn scale(&mut self, image: &LabelledImage, sensor: SensorSize) -> Result<Vec2, String> {
+    /// Pixels of the sensor for a pixel of an image, or the fault of an image that is not one of it.
+    fn scale(
+        &mut self,
+        image: &LabelledImage,
+        sensor: SensorSize,
+        fault: impl Fn(String) -> ImportError,
+    ) -> Result<Vec2, ImportError> {
         let size = Vec2::new(f32::from(sensor.width), f32::from(sensor.height));
         let Some(size_px) = image.size_px.filter(|own| *own != size.to_array()) else {
             return Ok(Vec2::ONE);
         };
         let scale = size / Vec2::from(size_px);
+        // Labels of a cropped or stretched image lie elsewhere on the sensor.
         let is_same = (scale.x / scale.y - 1.0).abs() <= SAME_ASPECT;
         if !is_same {
             let [width, height] = size_px;
-            return Err(format!("labels on {width}x{height} pixels, but the sensor has {sensor}"));
+            let reason = format!("labels on {width}x{height} pixels, but the sensor has {sensor}");
+            return Err(fault(reason));
         }
         self.scaled_from = Some(size_px);
         Ok(scale)

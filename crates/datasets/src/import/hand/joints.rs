@@ -23,23 +23,20 @@ pub(super) static FORMAT: HandLabelFormat = HandLabelFormat {
     name: "joints",
     summary: "JOINT_x_m, JOINT_y_m, JOINT_z_m or JOINT_u_px, JOINT_v_px",
     detect: |columns| {
-        columns.iter().any(|name| joint_of(name, &METRES).or(joint_of(name, &PIXELS)).is_some())
+        columns.iter().any(|name| is_of_joint(name, &METRES) || is_of_joint(name, &PIXELS))
     },
     read,
 };
 
-/// The joint of a column and the index of its coordinate; none if the column is of no joint.
-fn joint_of<'a>(name: &'a str, suffixes: &[&str]) -> Option<(&'a str, usize)> {
-    let mut suffixes = suffixes.iter().enumerate();
-    let (joint, index) =
-        suffixes.find_map(|(index, suffix)| Some((name.strip_suffix(suffix)?, index)))?;
-    EVALUATION_JOINTS.contains(&joint).then_some((joint, index))
+/// Whether a column is of a joint.
+fn is_of_joint(name: &str, suffixes: &[&str]) -> bool {
+    let mut joints = suffixes.iter().filter_map(|suffix| name.strip_suffix(suffix));
+    joints.any(|joint| EVALUATION_JOINTS.contains(&joint))
 }
 
 fn read(table: &Table, choice: LabelChoice) -> Result<HandLabels, ImportError> {
     check_names(table)?;
-    let has =
-        |suffixes: &[&str]| table.columns().iter().any(|name| joint_of(name, suffixes).is_some());
+    let has = |suffixes: &[&str]| table.columns().iter().any(|name| is_of_joint(name, suffixes));
     // Positions in space say more: pixels are used if asked for, or if there is nothing else.
     let in_pixels = choice.on_image || !has(&METRES);
     if in_pixels && !has(&PIXELS) {
@@ -132,7 +129,7 @@ fn columns<const N: usize>(
 fn check_names(table: &Table) -> Result<(), ImportError> {
     for name in table.columns() {
         let is_coordinate = METRES.iter().chain(&PIXELS).any(|suffix| name.ends_with(suffix));
-        if is_coordinate && joint_of(name, &METRES).or(joint_of(name, &PIXELS)).is_none() {
+        if is_coordinate && !is_of_joint(name, &METRES) && !is_of_joint(name, &PIXELS) {
             let reason = format!(
                 "column `{name}`: no such joint; there are {}",
                 EVALUATION_JOINTS.join(", ")

@@ -98,6 +98,7 @@ fn derivative(
 ) -> Vec<f64> {
     let mut shifted = parameters.to_vec();
     let mut column = Vec::new();
+    // From both sides: the error falls with the square of the increment.
     shifted[k] = parameters[k] + increment;
     residuals(&shifted, &mut column);
     shifted[k] = parameters[k] - increment;

@@ -9,7 +9,7 @@ use std::process::{Child, ChildStdout, Command, Stdio};
 
 use evpose_core::SensorSize;
 
-use crate::IoError;
+use super::{OpenedVideo, VideoDecoder, undecodable};
 use crate::frames::fault::sensor_size;
 use crate::frames::light::Light;
 use crate::frames::{FrameFault, folder};
@@ -17,98 +17,68 @@ use crate::frames::{FrameFault, folder};
 const PROGRAM: &str = "ffmpeg";
 
 /// The frames of a video that are still to come.
-#[derive(Debug)]
-pub(in crate::frames) struct Ffmpeg {
+struct Ffmpeg {
     decoder: Child,
     pixels: BufReader<ChildStdout>,
-    size: SensorSize,
-    times_s: Vec<f64>,
-    next: usize,
+    frames: usize,
     /// One frame, 3 bytes a pixel.
     codes: Vec<u8>,
 }
 
-impl Ffmpeg {
-    pub(super) fn open(path: &Path) -> Result<Self, IoError> {
-        let fault = |fault| IoError::frames(path, fault);
-        let (size, times_s) = Self::look_through(path).map_err(fault)?;
-        // Numbered anew at a constant rate: none is repeated or left out to fill one.
-        let mut decoder = ffmpeg(path)
-            .args([
-                "-vf",
-                "setpts=N/(25*TB)",
-                "-r",
-                "25",
-                "-f",
-                "rawvideo",
-                "-pix_fmt",
-                "rgb24",
-                "-",
-            ])
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .map_err(|e| fault(FrameFault::Undecodable(e.to_string())))?;
-        let Some(pixels) = decoder.stdout.take() else {
-            return Err(fault(FrameFault::Undecodable("ffmpeg has no output".to_owned())));
-        };
-        let codes = vec![0; 3 * size.pixels()];
-        Ok(Self { decoder, pixels: BufReader::new(pixels), size, times_s, next: 0, codes })
-    }
+pub(super) fn open(path: &Path) -> Result<OpenedVideo, FrameFault> {
+    let (size, times_s) = look_through(path)?;
+    // Numbered anew at a constant rate: none is repeated or left out to fill one.
+    let mut decoder = ffmpeg(path)
+        .args(["-vf", "setpts=N/(25*TB)", "-r", "25", "-f", "rawvideo", "-pix_fmt", "rgb24", "-"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .map_err(undecodable)?;
+    let pixels = decoder.stdout.take().ok_or_else(|| undecodable("ffmpeg has no output"))?;
+    let (pixels, frames) = (BufReader::new(pixels), times_s.len());
+    let video = Ffmpeg { decoder, pixels, frames, codes: vec![0; 3 * size.pixels()] };
+    Ok((Box::new(video), size, times_s))
+}
 
-    /// Size, and times of all frames in seconds since the first.
-    fn look_through(path: &Path) -> Result<(SensorSize, Vec<f64>), FrameFault> {
-        let failed = |why: String| FrameFault::Undecodable(why);
-        let mut program = ffmpeg(path)
-            .args(["-vf", "showinfo", "-f", "null", "-"])
-            .stdout(Stdio::null())
-            .stderr(Stdio::piped())
-            .spawn()
-            .map_err(|e| match e.kind() {
-                std::io::ErrorKind::NotFound => FrameFault::NoDecoder,
-                _ => FrameFault::Undecodable(e.to_string()),
-            })?;
-        let (mut size, mut times, mut last) = (None, Vec::new(), String::new());
-        if let Some(said) = program.stderr.take() {
-            for line in BufReader::new(said).lines() {
-                let line = line.map_err(|e| failed(e.to_string()))?;
-                if let Some(time) = value(&line, "pts_time:") {
-                    times.push(time.parse().map_err(|_| failed(line.clone()))?);
-                    size = size.or_else(|| value(&line, " s:").map(str::to_owned));
-                } else if !line.contains("Parsed_showinfo") {
-                    last = line;
-                }
+/// Size, and times of all frames in seconds since the first.
+fn look_through(path: &Path) -> Result<(SensorSize, Vec<f64>), FrameFault> {
+    let mut program = ffmpeg(path)
+        .args(["-vf", "showinfo", "-f", "null", "-"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .map_err(|e| match e.kind() {
+            std::io::ErrorKind::NotFound => FrameFault::NoDecoder,
+            _ => undecodable(e),
+        })?;
+    let (mut size, mut times, mut last) = (None, Vec::new(), String::new());
+    if let Some(said) = program.stderr.take() {
+        for line in BufReader::new(said).lines() {
+            let line = line.map_err(undecodable)?;
+            if let Some(time) = value(&line, "pts_time:") {
+                times.push(time.parse().map_err(|_| undecodable(&line))?);
+                size = size.or_else(|| value(&line, " s:").map(str::to_owned));
+            } else if !line.contains("Parsed_showinfo") {
+                last = line;
             }
         }
-        // The last line of what it says is its reason.
-        let has_ended_well = program.wait().is_ok_and(|status| status.success());
-        let size = size.filter(|_| has_ended_well).ok_or_else(|| failed(last.clone()))?;
-        let sides = size.split_once('x').map(|(w, h)| (w.parse(), h.parse()));
-        let Some((Ok(width), Ok(height))) = sides else { return Err(failed(size)) };
-        let start = times.first().copied().unwrap_or(0.0);
-        let times = times.iter().map(|t: &f64| t - start).collect();
-        Ok((sensor_size(width, height)?, times))
     }
+    // The last line of what it says is its reason.
+    let has_ended_well = program.wait().is_ok_and(|status| status.success());
+    let size = size.filter(|_| has_ended_well).ok_or_else(|| undecodable(&last))?;
+    let sides = size.split_once('x').map(|(w, h)| (w.parse(), h.parse()));
+    let Some((Ok(width), Ok(height))) = sides else { return Err(undecodable(size)) };
+    let start = times.first().copied().unwrap_or(0.0);
+    let times = times.iter().map(|t: &f64| t - start).collect();
+    Ok((sensor_size(width, height)?, times))
+}
 
-    pub(super) fn size(&self) -> SensorSize {
-        self.size
-    }
-
-    /// Seconds of each frame since the first.
-    pub(super) fn times_s(&self) -> &[f64] {
-        &self.times_s
-    }
-
-    pub(super) fn next_into(&mut self, light: &Light, out: &mut [f32]) -> Result<bool, FrameFault> {
-        if self.next == self.times_s.len() {
-            return Ok(false);
-        }
-        self.pixels.read_exact(&mut self.codes).map_err(|e| {
-            FrameFault::Undecodable(format!("frame {} of {}: {e}", self.next, self.times_s.len()))
-        })?;
+impl VideoDecoder for Ffmpeg {
+    fn decode(&mut self, frame: usize, light: &Light, out: &mut [f32]) -> Result<(), FrameFault> {
+        let read = self.pixels.read_exact(&mut self.codes);
+        read.map_err(|e| undecodable(format!("frame {frame} of {}: {e}", self.frames)))?;
         folder::colour::<_, 3>(&self.codes, light, out);
-        self.next += 1;
-        Ok(true)
+        Ok(())
     }
 }
 

@@ -3,7 +3,6 @@
 //! It is decoded twice, for the times and for the frames, so that one frame is in memory at a time. Delays below 20 ms
 //! are 100 ms, as browsers and `ffmpeg` have it: old programs wrote 0 where they meant nothing.
 
-use std::fmt;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
@@ -12,7 +11,7 @@ use evpose_core::SensorSize;
 use image::codecs::gif::GifDecoder;
 use image::{AnimationDecoder, Frame, Frames, ImageDecoder as _};
 
-use super::undecodable;
+use super::{OpenedVideo, VideoDecoder, undecodable};
 use crate::frames::fault::sensor_size;
 use crate::frames::light::Light;
 use crate::frames::{FrameFault, folder};
@@ -24,53 +23,27 @@ const MIN_DELAY_S: f64 = 0.02;
 const USUAL_DELAY_S: f64 = 0.1;
 
 /// The frames of an animation that are still to come.
-pub(in crate::frames) struct Gif {
-    frames: Frames<'static>,
-    size: SensorSize,
-    times_s: Vec<f64>,
-    next: usize,
+struct Gif(Frames<'static>);
+
+pub(super) fn open(path: &Path) -> Result<OpenedVideo, FrameFault> {
+    let (size, frames) = begin(path)?;
+    let (mut times_s, mut time_s) = (Vec::new(), 0.0);
+    for frame in frames {
+        let frame = frame.map_err(|fault| at_frame(times_s.len(), &fault))?;
+        times_s.push(time_s);
+        time_s += delay_s(&frame);
+    }
+    let (_, frames) = begin(path)?;
+    Ok((Box::new(Gif(frames)), size, times_s))
 }
 
-impl Gif {
-    pub(super) fn open(path: &Path) -> Result<Self, FrameFault> {
-        let (size, frames) = begin(path)?;
-        let (mut times_s, mut time_s) = (Vec::new(), 0.0);
-        for frame in frames {
-            let frame = frame.map_err(|fault| at_frame(times_s.len(), &fault))?;
-            times_s.push(time_s);
-            time_s += delay_s(&frame);
-        }
-        let (_, frames) = begin(path)?;
-        Ok(Self { frames, size, times_s, next: 0 })
-    }
-
-    pub(super) fn size(&self) -> SensorSize {
-        self.size
-    }
-
-    pub(super) fn times_s(&self) -> &[f64] {
-        &self.times_s
-    }
-
-    pub(super) fn next_into(&mut self, light: &Light, out: &mut [f32]) -> Result<bool, FrameFault> {
-        if self.next == self.times_s.len() {
-            return Ok(false);
-        }
+impl VideoDecoder for Gif {
+    fn decode(&mut self, frame: usize, light: &Light, out: &mut [f32]) -> Result<(), FrameFault> {
         let missing = || undecodable("it became shorter while it was read");
-        let frame = self.frames.next().ok_or_else(missing)?;
-        let frame = frame.map_err(|fault| at_frame(self.next, &fault))?;
-        folder::colour::<_, 4>(frame.buffer(), light, out);
-        self.next += 1;
-        Ok(true)
-    }
-}
-
-impl fmt::Debug for Gif {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Gif")
-            .field("size", &self.size)
-            .field("next", &self.next)
-            .finish_non_exhaustive()
+        let image = self.0.next().ok_or_else(missing)?;
+        let image = image.map_err(|fault| at_frame(frame, &fault))?;
+        folder::colour::<_, 4>(image.buffer(), light, out);
+        Ok(())
     }
 }
 
@@ -94,7 +67,6 @@ fn delay_s(frame: &Frame) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_core::Plane;
     use image::codecs::gif::GifEncoder;
     use image::{Delay, Rgba, RgbaImage};

@@ -17,7 +17,7 @@ use std::io::{BufRead as _, BufReader, Read as _, Seek as _};
 
 use evpose_core::SensorSize;
 
-use super::undecodable;
+use super::{OpenedVideo, VideoDecoder, undecodable};
 use crate::frames::fault::sensor_size;
 use crate::frames::light::Light;
 use crate::frames::{FrameFault, folder};
@@ -28,14 +28,11 @@ pub(super) const MAGIC: &[u8] = b"YUV4MPEG2 ";
 const MAX_LINE: u64 = 4_096;
 
 /// The frames of a video that are still to come.
-#[derive(Debug)]
-pub(in crate::frames) struct Y4m {
+struct Y4m {
     file: BufReader<File>,
     size: SensorSize,
     chroma: Chroma,
     is_full_range: bool,
-    times_s: Vec<f64>,
-    next: usize,
     /// The planes of one frame.
     planes: Vec<u8>,
     /// Its red, green and blue.
@@ -49,77 +46,61 @@ enum Chroma {
     Shared(usize, usize),
 }
 
-impl Y4m {
-    /// Opens a video; none if its samples are others than those above.
-    pub(super) fn open(mut file: BufReader<File>) -> Result<Option<Self>, FrameFault> {
-        let length = file.get_ref().metadata().map_err(undecodable)?.len();
-        let header = line(&mut file)?.ok_or_else(|| undecodable("it ends in its first line"))?;
-        let field = |key: char| header.split(' ').skip(1).find_map(|field| field.strip_prefix(key));
-        let number = |key| {
-            let value = field(key).and_then(|value| value.parse::<u64>().ok()).filter(|n| *n > 0);
-            value.ok_or_else(|| undecodable(format!("its first line states no `{key}`")))
-        };
-        let size = sensor_size(number('W')?, number('H')?)?;
-        let chroma = match field('C') {
-            None | Some("420" | "420jpeg" | "420mpeg2" | "420paldv") => Chroma::Shared(2, 2),
-            Some("422") => Chroma::Shared(2, 1),
-            Some("444") => Chroma::Shared(1, 1),
-            Some("mono") => Chroma::None,
-            Some(_) => return Ok(None),
-        };
-        let rate = field('F').and_then(|rate| rate.split_once(':'));
-        let rate = rate.and_then(|(n, d)| Some(n.parse::<f64>().ok()? / d.parse::<f64>().ok()?));
-        let rate = rate.filter(|rate| *rate > 0.0 && rate.is_finite());
-        let rate =
-            rate.ok_or_else(|| undecodable("its first line states no rate, such as `F30:1`"))?;
-        let is_full_range = header.contains(" XCOLORRANGE=FULL") || matches!(chroma, Chroma::None);
-        let frame = frame_bytes(size, chroma);
-        let begin = file.stream_position().map_err(undecodable)?;
-        let mut frames = 0_u32;
-        while line(&mut file)?.is_some() {
-            let at = file.stream_position().map_err(undecodable)?;
-            if length.saturating_sub(at) < frame as u64 {
-                return Err(undecodable(format!("cut at byte {length}, in frame {frames}")));
-            }
-            file.seek_relative(frame as i64).map_err(undecodable)?;
-            frames += 1;
+/// Opens a video; none if its samples are others than those above.
+pub(super) fn open(mut file: BufReader<File>) -> Result<Option<OpenedVideo>, FrameFault> {
+    let length = file.get_ref().metadata().map_err(undecodable)?.len();
+    let header = line(&mut file)?.ok_or_else(|| undecodable("it ends in its first line"))?;
+    let field = |key: char| header.split(' ').skip(1).find_map(|field| field.strip_prefix(key));
+    let number = |key| {
+        let value = field(key).and_then(|value| value.parse::<u64>().ok()).filter(|n| *n > 0);
+        value.ok_or_else(|| undecodable(format!("its first line states no `{key}`")))
+    };
+    let size = sensor_size(number('W')?, number('H')?)?;
+    let chroma = match field('C') {
+        None | Some("420" | "420jpeg" | "420mpeg2" | "420paldv") => Chroma::Shared(2, 2),
+        Some("422") => Chroma::Shared(2, 1),
+        Some("444") => Chroma::Shared(1, 1),
+        Some("mono") => Chroma::None,
+        Some(_) => return Ok(None),
+    };
+    let rate = field('F').and_then(|rate| rate.split_once(':'));
+    let rate = rate.and_then(|(n, d)| Some(n.parse::<f64>().ok()? / d.parse::<f64>().ok()?));
+    let rate = rate.filter(|rate| *rate > 0.0 && rate.is_finite());
+    let rate = rate.ok_or_else(|| undecodable("its first line states no rate, such as `F30:1`"))?;
+    let is_full_range = header.contains(" XCOLORRANGE=FULL") || matches!(chroma, Chroma::None);
+    let frame = frame_bytes(size, chroma);
+    let begin = file.stream_position().map_err(undecodable)?;
+    // All times are known before the first frame is decoded, and a cut shows at once.
+    let mut frames = 0_u32;
+    while line(&mut file)?.is_some() {
+        let at = file.stream_position().map_err(undecodable)?;
+        if length.saturating_sub(at) < frame as u64 {
+            return Err(undecodable(format!("cut at byte {length}, in frame {frames}")));
         }
-        if frames == 0 {
-            return Err(undecodable("there is no frame behind its first line"));
-        }
-        file.seek(std::io::SeekFrom::Start(begin)).map_err(undecodable)?;
-        Ok(Some(Self {
-            file,
-            size,
-            chroma,
-            is_full_range,
-            times_s: (0..frames).map(|frame| f64::from(frame) / rate).collect(),
-            next: 0,
-            planes: vec![0; frame],
-            codes: vec![0; 3 * size.pixels()],
-        }))
+        file.seek_relative(frame as i64).map_err(undecodable)?;
+        frames += 1;
     }
-
-    pub(super) fn size(&self) -> SensorSize {
-        self.size
+    if frames == 0 {
+        return Err(undecodable("there is no frame behind its first line"));
     }
+    file.seek(std::io::SeekFrom::Start(begin)).map_err(undecodable)?;
+    let times_s = (0..frames).map(|frame| f64::from(frame) / rate).collect();
+    let (planes, codes) = (vec![0; frame], vec![0; 3 * size.pixels()]);
+    let video = Y4m { file, size, chroma, is_full_range, planes, codes };
+    Ok(Some((Box::new(video), size, times_s)))
+}
 
-    pub(super) fn times_s(&self) -> &[f64] {
-        &self.times_s
-    }
-
-    pub(super) fn next_into(&mut self, light: &Light, out: &mut [f32]) -> Result<bool, FrameFault> {
-        if self.next == self.times_s.len() {
-            return Ok(false);
-        }
+impl VideoDecoder for Y4m {
+    fn decode(&mut self, _: usize, light: &Light, out: &mut [f32]) -> Result<(), FrameFault> {
         line(&mut self.file)?;
         self.file.read_exact(&mut self.planes).map_err(undecodable)?;
         self.fill_rgb();
         folder::colour::<_, 3>(&self.codes, light, out);
-        self.next += 1;
-        Ok(true)
+        Ok(())
     }
+}
 
+impl Y4m {
     fn fill_rgb(&mut self) {
         let width = usize::from(self.size.width);
         let (luma, chroma) = self.planes.split_at(self.size.pixels());
@@ -168,7 +149,6 @@ fn line(file: &mut BufReader<File>) -> Result<Option<String>, FrameFault> {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
     use evpose_core::Plane;
 
     use crate::{Encoding, FrameSource, IoError};
