@@ -19,6 +19,7 @@ use evpose_core::SensorSize;
 use evpose_cpu::vectorize;
 
 use crate::Eros;
+use crate::eros_like::mirrored;
 
 /// Makes the images of a running EROS; holds memory for one.
 #[derive(Debug, Clone)]
@@ -130,22 +131,12 @@ fn taps(from: usize, to: usize) -> Vec<Tap> {
     (0..to).map(tap).collect()
 }
 
-/// The place of `i` on a line of `n` that is reflected at its ends.
-fn reflected(i: isize, n: usize) -> usize {
-    let (last, period) = (n as isize - 1, 2 * (n as isize - 1));
-    if period == 0 {
-        return 0;
-    }
-    let i = i.rem_euclid(period);
-    (if i > last { period - i } else { i }) as usize
-}
-
 /// Row `y` of the blurred image.
 fn blur_row(grey: &[u8], y: usize, upright: &mut [u16], out: &mut [u8]) {
     let width = out.len();
     let height = grey.len() / width;
     let [a, b, c, d, e] = from_fn(|k| {
-        let y = reflected(y as isize + k as isize - REACH as isize, height);
+        let y = mirrored(y as isize + k as isize - REACH as isize, height);
         &grey[y * width..][..width]
     });
     let sums = &mut upright[REACH..][..width];
@@ -160,7 +151,7 @@ fn blur_row(grey: &[u8], y: usize, upright: &mut [u16], out: &mut [u8]) {
     );
     // Edges are reflected, the last pixel not repeated, as OpenCV does.
     for k in 1..=REACH as isize {
-        let (left, right) = (reflected(-k, width), reflected(width as isize - 1 + k, width));
+        let (left, right) = (mirrored(-k, width), mirrored(width as isize - 1 + k, width));
         upright[REACH - k as usize] = upright[REACH + left];
         upright[REACH + width - 1 + k as usize] = upright[REACH + right];
     }

@@ -26,6 +26,7 @@ mod ring;
 mod speckle;
 mod suppress;
 
+pub(crate) use blur::mirrored;
 pub use blur::{BlurWork, GaussianKernel};
 pub use canny::{Canny, CannyWork};
 pub use convert::{ErosLike, ErosLikeWork};
