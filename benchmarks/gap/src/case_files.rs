@@ -19,7 +19,6 @@ pub(super) fn part(folder: &Path, i: usize) -> (PathBuf, PathBuf) {
     (dir.join("measured.npz"), dir)
 }
 
-/// Writes a case.
 pub(super) fn write(folder: &Path, case: &Case) -> Result<()> {
     for (i, (which, _)) in PARTS.into_iter().enumerate() {
         let (measured, dir) = part(folder, i);

@@ -37,7 +37,6 @@ pub(super) struct Group {
     pub(super) seconds: Option<Median>,
 }
 
-/// The groups that have cases.
 pub(super) fn groups(opened: &[Opened]) -> Vec<Group> {
     let of = |(name, kinds): &(&'static str, &[CaseKind])| {
         let cases: Vec<&Opened> =
@@ -48,7 +47,6 @@ pub(super) fn groups(opened: &[Opened]) -> Vec<Group> {
 }
 
 impl Group {
-    /// All cases.
     pub(super) fn of_all(opened: &[Opened]) -> Self {
         Self::new("all", &opened.iter().collect::<Vec<_>>())
     }

@@ -12,7 +12,6 @@ use super::own::{self, OwnRow};
 use super::part::Part;
 use super::row::Row;
 
-/// Rows of all directories.
 #[derive(Debug)]
 pub(super) struct Merged {
     /// In the order of the names of cases.

@@ -167,7 +167,6 @@ impl Seen {
         Ok(Self { aspect, events: seen.len(), seconds, effects })
     }
 
-    /// Whether it has the names of the whole recording.
     fn has_names_of(&self, whole: &Self) -> bool {
         self.effects.keys().eq(whole.effects.keys())
     }

@@ -29,7 +29,6 @@ const KEY: &str = "outside-key.md";
 const BEGIN: &str = "<!-- generated: ";
 const END: &str = "<!-- end -->";
 
-/// Folders of a pool, as its scores have them.
 #[derive(Deserialize)]
 struct Pool {
     folders: Vec<String>,
@@ -73,7 +72,6 @@ pub(super) fn cases(dirs: &[PathBuf]) -> Result<(Vec<Opened>, Vec<OwnRow>)> {
     Ok((opened, own))
 }
 
-/// Rows and labels as they are stored.
 pub(super) fn lines(opened: &[Opened]) -> Result<[(&'static str, String); 2]> {
     let row = |case: &Opened| Ok(format!("{}\n", serde_json::to_string(&case.row)?));
     let label = |case: &Opened| Ok(format!("{}\n", serde_json::to_string(&case.truth)?));

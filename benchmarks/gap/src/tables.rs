@@ -10,7 +10,6 @@ use super::score::Scores;
 use super::stats::Rate;
 use crate::files;
 
-/// Writes all tables into a directory.
 pub(super) fn write(dir: &Path, opened: &[Opened], scores: &Scores) -> Result<()> {
     for (name, table) in [
         ("groups.csv", groups(scores)),

@@ -18,10 +18,8 @@ const CLASSES: usize = 8;
 /// Stride of the sample of luminance values that the edges of classes are taken from.
 const SAMPLE_STRIDE: usize = 61;
 
-/// Brightness classes of a scene.
 pub(crate) struct Classes<'a> {
     frames: Frames<'a>,
-    /// Inner edges of the classes.
     edges: Vec<f32>,
 }
 

@@ -38,7 +38,6 @@ impl FreeParameter {
         trial.params.iter().map(|param| Self::Effect(trial.spec, param)).collect()
     }
 
-    /// Whether it is this parameter of the model.
     pub(crate) fn is_model(&self, parameter: ModelParameter) -> bool {
         matches!(self, Self::Model(own) if *own == parameter)
     }
@@ -112,7 +111,6 @@ impl FreeParameter {
         }
     }
 
-    /// The model with the parameter set to a value.
     pub(crate) fn with_value(self, model: &SensorConfig, value: f64) -> SensorConfig {
         let mut model = model.clone();
         match self {

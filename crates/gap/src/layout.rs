@@ -12,7 +12,6 @@ pub struct Layout {
     pub entries: Vec<Entry>,
 }
 
-/// Fraction of a count that is within tolerance.
 const COUNT_TOLERANCE: f64 = 0.01;
 
 /// Constant of the variance-stabilising transform of counts (Anscombe 1948).

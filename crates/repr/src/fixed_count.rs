@@ -56,7 +56,6 @@ struct FixedCount {
 }
 
 impl FixedCount {
-    /// An image without events.
     fn new(sensor: SensorSize, max_events: u32) -> Self {
         let (max_events, counts) = (max_events as usize, vec![0; sensor.pixels()]);
         Self { sensor, max_events, counts, last: VecDeque::new(), clock: StreamClock::default() }

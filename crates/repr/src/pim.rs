@@ -62,7 +62,6 @@ impl Pim {
         Self { sensor, rate_hz, sums, origin: None, clock: StreamClock::default() }
     }
 
-    /// How much an event counts.
     fn weight(&mut self, t: Micros) -> f64 {
         let origin = *self.origin.get_or_insert(t);
         let logarithm = self.fading(origin, t);

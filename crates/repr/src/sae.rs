@@ -44,7 +44,6 @@ struct Sae {
 const NEVER: Micros = Micros(i64::MIN);
 
 impl Sae {
-    /// An SAE without events.
     fn new(sensor: SensorSize) -> Self {
         let last = vec![NEVER; sensor.pixels()];
         Self { sensor, last, origin: None, clock: StreamClock::default() }

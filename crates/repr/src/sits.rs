@@ -66,7 +66,6 @@ struct Sits {
 }
 
 impl Sits {
-    /// A SITS without events.
     fn new(sensor: SensorSize, kernel_px: u32, ageing: Ageing) -> Self {
         assert!(kernel_px % 2 == 1, "an even kernel is not centred");
         let values = Neighbourhood::new(sensor, kernel_px, 0);

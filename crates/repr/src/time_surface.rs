@@ -40,7 +40,6 @@ pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
     fill: None,
 };
 
-/// The time surface of a stream.
 #[derive(Debug)]
 struct TimeSurface {
     last_times: LastTimes,

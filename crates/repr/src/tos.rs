@@ -54,7 +54,6 @@ struct Tos {
 const PEAK: u16 = 255;
 
 impl Tos {
-    /// A TOS without events.
     fn new(sensor: SensorSize, kernel_px: u32, line_px: u32) -> Self {
         assert!(kernel_px % 2 == 1, "an even kernel is not centred");
         let lines = kernel_px.saturating_mul(line_px);

@@ -50,7 +50,6 @@ pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
     fill: None,
 };
 
-/// The voxel grid of a stream.
 #[derive(Debug)]
 struct VoxelGrid {
     window: StreamWindow,
@@ -136,7 +135,6 @@ impl VoxelGrid {
         self.bins > 1 && self.events.len() > self.bins * self.window.sensor.pixels()
     }
 
-    /// Writes the planes, event by event.
     fn add_events(&self, out: &mut [f32]) {
         out.fill(0.0);
         let Some((&(first, _), &(last, _))) = self.events.front().zip(self.events.back()) else {

@@ -27,7 +27,6 @@ pub(crate) fn quantity(number: &NumberSpec, value: f64) -> String {
     format!("{} {}", short(value), number.unit).trim_end().to_owned()
 }
 
-/// An interval in words.
 pub(crate) fn interval((low, high): (f64, f64)) -> String {
     format!("{} to {}", short(low), short(high))
 }

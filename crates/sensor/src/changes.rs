@@ -155,7 +155,6 @@ pub(crate) fn take_front<'a, T>(rest: &mut &'a mut [T], len: usize) -> &'a mut [
     front
 }
 
-/// Whether any bit is another one.
 #[inline(always)]
 fn differ(a: &[f32], b: &[f32]) -> bool {
     let mut bits = 0;

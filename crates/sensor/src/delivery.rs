@@ -5,7 +5,6 @@ use evpose_core::{EventStream, Micros, Polarity, SensorSize};
 use crate::clock::stamp;
 use crate::{Origin, Request, SensorError};
 
-/// An event with its stamp.
 #[derive(Debug, Clone, Copy)]
 struct Stamped {
     t: Micros,

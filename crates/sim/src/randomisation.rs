@@ -64,7 +64,6 @@ pub struct Randomisation {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Variation {
-    /// Path of the field.
     field: String,
     /// The task whose configurations have it; none for all.
     task: Option<RandomisedTask>,
@@ -83,7 +82,6 @@ struct Variation {
     /// Whether the field is drawn only where the sensor has the effect: for its further parameters.
     #[serde(default)]
     only_if_listed: bool,
-    /// Source or reason of the range.
     reason: String,
 }
 
@@ -214,7 +212,6 @@ impl Variation {
     }
 }
 
-/// Effect and parameter of a path.
 fn effect_and_parameter(path: &str) -> Result<(&str, &str), String> {
     path.split_once('.').ok_or_else(|| format!("`{path}` is no EFFECT.PARAMETER"))
 }
@@ -238,7 +235,6 @@ fn set_effect(sensor: &mut SensorChoice, path: &str, value: &Value) -> Result<()
     Ok(())
 }
 
-/// The number at a path of a configuration.
 fn number_at<C: Randomised>(config: &mut C, path: &str) -> Result<f64, String> {
     if let Some(path) = path.strip_prefix(SENSOR).and_then(|rest| rest.strip_prefix('.')) {
         let (name, key) = effect_and_parameter(path)?;
@@ -258,7 +254,6 @@ fn number_at<C: Randomised>(config: &mut C, path: &str) -> Result<f64, String> {
         .ok_or_else(|| format!("`{path}` is no number"))
 }
 
-/// Sets a field at a path of a configuration.
 fn set_field<C: Randomised>(config: &mut C, path: &str, value: Value) -> Result<(), String> {
     let mut root = Value::try_from(&*config).map_err(|error| error.to_string())?;
     let mut at = &mut root;

@@ -19,7 +19,6 @@ pub struct Simulation {
     pub(crate) shared: Arc<Shared>,
 }
 
-/// State shared by all sequences.
 #[derive(Debug)]
 pub(crate) struct Shared {
     pub(crate) config: SimulationConfig,

@@ -32,7 +32,6 @@ pub struct Simulator {
     config: SimulationConfig,
     label_from_world: Option<Affine3A>,
     seed: u64,
-    /// Side of the hand.
     side: HandSide,
     /// Mirror before the camera, which a displaced one has at another place than the configured.
     mirror: Mirror,
@@ -42,7 +41,6 @@ pub struct Simulator {
     posed: PosedBody,
     sensor: SensorRun,
     surroundings: Surroundings,
-    /// Index of the next frame.
     next: u64,
     stopwatch: Stopwatch,
     time: RecordingTime,

@@ -33,7 +33,6 @@ fn fill(directory: &Path, part: &str) -> RecordedRun {
     record_shard(&simulation(), directory, shard(part), &|_| {}).unwrap()
 }
 
-/// Every file by its name.
 fn tree(directory: &Path) -> BTreeMap<String, Vec<u8>> {
     let files = fs::read_dir(directory).unwrap().map(|entry| entry.unwrap().path());
     files

@@ -156,7 +156,6 @@ impl Effect {
         }
     }
 
-    /// Lamp and lens.
     fn install_optics(
         self,
         pick: impl Fn([f64; STRENGTHS]) -> f64,
@@ -215,7 +214,6 @@ impl Effect {
         }
     }
 
-    /// Change detector and comparators.
     fn install_detector(self, pick: impl Fn([f64; STRENGTHS]) -> f64, circuit: &mut Circuit) {
         match self {
             Self::LeakOn => {

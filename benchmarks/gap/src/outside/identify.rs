@@ -20,7 +20,6 @@ use crate::{files, jsonl};
 const EVENTS: &str = "events.npz";
 const SCENE: &str = "scene.json";
 
-/// Folders of cases, by name.
 pub(super) fn cases(dir: &Path) -> Result<Vec<PathBuf>> {
     let entries = std::fs::read_dir(dir).with_context(|| format!("reading {}", dir.display()))?;
     let mut cases = Vec::new();

@@ -97,7 +97,6 @@ pub(super) fn read(dirs: &[PathBuf]) -> Result<Vec<Opened>> {
     Ok(opened)
 }
 
-/// Scores of folders together.
 #[cfg(test)]
 pub(super) fn scores(dirs: &[PathBuf]) -> Result<score::OutsideScores> {
     Ok(score::score_cases(&read(dirs)?, Vec::new()))

@@ -11,7 +11,6 @@ use crate::files::{self, SCORES, TABLE};
 use crate::table::{self, rate};
 use evpose_report::format::short;
 
-/// Further files of the scores.
 const GROUPS: &str = "groups.md";
 const CASES: &str = "cases.csv";
 
@@ -140,7 +139,6 @@ fn csv(opened: &[Opened]) -> String {
     text
 }
 
-/// Writes scores, tables and cases.
 pub(super) fn write(dir: &Path, opened: &[Opened], scores: &OutsideScores) -> Result<()> {
     for (name, text) in texts(opened, scores)? {
         files::write(dir, name, text.as_bytes())?;

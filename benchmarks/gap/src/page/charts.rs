@@ -20,7 +20,6 @@ const CHANCE: Colour = (190, 195, 204);
 const SMALL: (u32, u32) = (218, 178);
 const SQUARE: (u32, u32) = (430, 400);
 const WIDE: (u32, u32) = (560, 300);
-/// Bins of histograms.
 const BINS: usize = 24;
 
 fn series(label: &str, colour: Colour, mark: Mark, points: Vec<(f64, f64)>) -> Series {
@@ -38,7 +37,6 @@ fn shares(x: &[f64], rates: &[Rate]) -> [Series; 2] {
     ]
 }
 
-/// One chart for each effect.
 pub(super) fn power(power: &[Power]) -> Result<Vec<String>, DrawingError> {
     let of_effect = |of: &[Power]| {
         let x: Vec<f64> = of.iter().map(|power| power.strength as f64).collect();

@@ -12,7 +12,6 @@ const WRONG: Colour = (176, 32, 48);
 const MET: Colour = (10, 125, 86);
 const NEITHER: Colour = (96, 104, 120);
 const EMPTY: Colour = (243, 244, 246);
-/// Colours of counts.
 const WHITE: Colour = (255, 255, 255);
 const INK: Colour = (29, 36, 48);
 

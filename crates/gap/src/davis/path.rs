@@ -9,9 +9,7 @@
 pub(super) struct Gate {
     /// Time, in any unit.
     pub(super) t: f64,
-    /// Lower bound.
     pub(super) low: f64,
-    /// Upper bound.
     pub(super) high: f64,
 }
 

@@ -29,14 +29,12 @@ pub struct LoadedShots {
     pub recording: LoadedRecording,
 }
 
-/// Frames of a file.
 struct FileFrames {
     frames: Vec<Frame>,
     /// Number of frames that were computed from events.
     computed: usize,
     /// Whether the file declares a stream of frames.
     has_stream: bool,
-    /// End of the compared time.
     end: Micros,
 }
 
@@ -133,7 +131,6 @@ pub fn load_shots(
     Ok(LoadedShots { shots, recording })
 }
 
-/// Frames in the order of a file.
 type Frames = Box<dyn Iterator<Item = Result<Frame, IoError>>>;
 
 /// The frames of the first camera, and whether the file declares them.
@@ -253,7 +250,6 @@ fn described(path: &Path, shots: &Shots) -> String {
     )
 }
 
-/// Notes on frames for the user.
 fn notes_on(shots: &Shots) -> Vec<String> {
     let mut notes = Vec::new();
     let usual = shots.usual_exposure_us();

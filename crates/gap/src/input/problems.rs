@@ -7,7 +7,6 @@ use evpose_core::{EventStream, Micros, SensorSize};
 use super::symmetry::{self, Orientation};
 use super::{LoadedRecording, units};
 
-/// Tolerance of the length, as a fraction of the duration.
 const DURATION_TOLERANCE: f64 = 0.02;
 /// Minimum shift that is a mistake; smaller ones are clock offsets.
 const MIN_SHIFT_S: f64 = 0.05;

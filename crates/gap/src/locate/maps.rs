@@ -11,7 +11,6 @@ use super::arrows::{Arrow, arrows};
 use super::significance::discoveries;
 use crate::View;
 
-/// Maximum columns of a residual image.
 const IMAGE_COLUMNS: usize = 96;
 /// Number of parts of the window.
 const STRIP: usize = 100;

@@ -165,7 +165,6 @@ impl<'a> Differences<'a> {
         (0..self.difference.len()).map(z2).sum()
     }
 
-    /// The best fit, and its chi-square.
     fn best(&self) -> Option<(ResponseFit, f64)> {
         let n = self.difference.len() as f64;
         let forms: &[ResponseForm] = if self.bins.exposure_s.is_empty() {

@@ -56,7 +56,6 @@ impl Term {
         name.to_owned()
     }
 
-    /// Number of groups.
     pub(super) fn count(self) -> usize {
         match self {
             Self::Level => 1,
@@ -81,7 +80,6 @@ impl Term {
         }
     }
 
-    /// Group of a class.
     pub(super) fn level(self, key: u64) -> usize {
         let level = self.axis().level(key);
         match self {

@@ -52,7 +52,6 @@ impl Lags {
         }
     }
 
-    /// Shrinkage factor of the median.
     pub(super) fn shrinkage(&self) -> f64 {
         shrinkage(self.events)
     }

@@ -19,7 +19,6 @@ const STEP_BITS: u32 = 10;
 const CLOSE_US: i64 = 100;
 /// Prior count that shrinks fractions of few events towards zero.
 const SETTLED: f64 = 20.0;
-/// Tolerance of fractions and correlations.
 const TOLERANCE: f64 = 0.02;
 
 /// Resultant length of `n` unit vectors with sum `(x, y)`, corrected for its value by chance.

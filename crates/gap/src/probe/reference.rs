@@ -9,7 +9,6 @@ use crate::View;
 pub(super) struct List<'a> {
     /// Index of the pixel, row by row.
     pub(super) pixel: usize,
-    /// Polarity.
     pub(super) is_on: bool,
     /// Times in microseconds, in order.
     pub(super) t_us: &'a [i64],

@@ -26,7 +26,6 @@ const TILES: (usize, usize) = (6, 4);
 /// Prior count that shrinks fractions and dispersions of few events towards those of independent
 /// events.
 const SETTLED: f64 = 50.0;
-/// Tolerance of fractions and correlations.
 const TOLERANCE: f64 = 0.02;
 
 /// Part of a time: the first half, the second, or neither (2) close to their boundary, where a late
@@ -73,7 +72,6 @@ impl Maps {
     }
 }
 
-/// Sums of maps, pixel by pixel.
 fn sum(first: &[f32], others: &[&[f32]]) -> Vec<f32> {
     let mut sums = first.to_vec();
     for other in others {

@@ -73,19 +73,16 @@ pub(crate) fn tiny(width: u16, height: u16) -> ReferenceScene {
     }
 }
 
-/// Events in opposite corners of a sensor.
 pub(crate) fn corner_events(width: u16, height: u16) -> EventStream {
     let at = |t, x, y| Event { t: Micros(t), x, y, polarity: Polarity::On };
     let events = [at(0, 0, 0), at(700, width - 1, height - 1), at(700, 0, 0)];
     EventStream::from_events(SensorSize { width, height }, events).unwrap()
 }
 
-/// The window of the whole scene.
 pub(crate) fn whole() -> TimeWindow {
     TimeWindow { start: Micros(0), end: Micros(600_001) }
 }
 
-/// Sorts events by time into a stream.
 pub(crate) fn stream(events: impl IntoIterator<Item = Event>) -> EventStream {
     let mut events: Vec<Event> = events.into_iter().collect();
     events.sort_by_key(|event| event.t);

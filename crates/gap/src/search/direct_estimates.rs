@@ -20,14 +20,12 @@ const LAG_TURNS: [f64; 6] = [0.0, 0.04, 0.08, 0.12, 0.16, 0.2];
 /// hardly exceeds one threshold.
 const AMPLITUDES: [f64; 9] = [0.85, 1.0, 1.04, 1.09, 1.14, 1.2, 1.27, 1.36, 1.5];
 
-/// Direct estimates of a recording, at most one per effect.
 #[derive(Debug, Clone)]
 pub(super) struct DirectEstimates {
     estimates: Vec<Estimate>,
 }
 
 impl DirectEstimates {
-    /// Estimates from a recording.
     pub(super) fn from_recording(recording: &Recording<'_>) -> Self {
         Self { estimates: all_estimates(recording) }
     }

@@ -21,7 +21,6 @@ use crate::candidate::Trial;
 /// Rounds of the fit of an effect alone.
 const ROUNDS: usize = 2;
 
-/// Results of the search.
 pub(super) struct SearchResults {
     pub(super) before: ModelScore,
     pub(super) refitted: ModelScore,

@@ -26,7 +26,6 @@ struct Tested {
     selection: Selection,
     /// Evidence for each effect.
     dropped: Vec<Dropped>,
-    /// The changed parameters with the evidence for each.
     parameters: Vec<(ModelParameter, Worth)>,
 }
 

@@ -18,7 +18,6 @@ use crate::parameters::ModelParameter;
 /// is to be beaten above which it is.
 const STEPS_BEFORE_GIVING_UP: usize = 2;
 const FAR_ABOVE: f64 = 1.5;
-/// Effects that are added at most.
 const MAX_EFFECTS: usize = 10;
 /// Rounds of the fit of effects beside the parameters as given.
 const ROUNDS: usize = 2;

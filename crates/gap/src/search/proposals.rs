@@ -21,7 +21,6 @@ const ALONE: usize = 6;
 /// Variants of one candidate among them.
 const VARIANTS: usize = 2;
 
-/// The screened catalogue.
 #[derive(Debug)]
 pub(super) struct Proposals {
     screened: Vec<ScreenedTrial>,

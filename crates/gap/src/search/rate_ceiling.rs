@@ -11,7 +11,6 @@ const WINDOWS_US: [i64; 9] = [250, 500, 1_000, 2_000, 2_500, 4_000, 5_000, 10_00
 const PHASES: i64 = 20;
 /// Fewest events of a full window: smaller counts are equal by chance.
 const MIN_BUDGET: usize = 20;
-/// Fewest windows that are full.
 const MIN_FULL: usize = 8;
 /// Windows with more than this fraction of the budget that are not full are natural ones.
 const NEARLY_FULL: f64 = 0.9;

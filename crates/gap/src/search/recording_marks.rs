@@ -12,11 +12,9 @@ use crate::recording_mark::RecordingMark;
 use crate::search_spec::with_mark;
 use crate::{Expected, LightSequence};
 
-/// Parameters of one effect estimated from a recording.
 #[derive(Debug, Clone)]
 pub(super) struct Estimate {
     pub(super) spec: &'static StageSpec,
-    /// The mark from which its parameters are estimated.
     pub(super) mark: RecordingMark,
     pub(super) reading: Reading,
 }
@@ -38,7 +36,6 @@ impl Reading {
         Self { params: params.into_iter().collect(), consistent }
     }
 
-    /// The estimate of a parameter that is a number.
     pub(super) fn number(&self, key: &str) -> Option<f64> {
         self.params.iter().find(|(known, _)| *known == key).and_then(|(_, value)| match value {
             Value::Number(number) => Some(*number),
@@ -75,7 +72,6 @@ const READINGS: [(RecordingMark, Read); 8] = [
     }),
 ];
 
-/// All estimates of a recording.
 pub(super) fn all_estimates(recording: &Recording<'_>) -> Vec<Estimate> {
     let mut estimates = Vec::new();
     for (mark, read) in READINGS {

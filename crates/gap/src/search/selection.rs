@@ -20,16 +20,13 @@ pub(super) struct SelectedEffect {
     pub(super) is_proven: bool,
 }
 
-/// A model in the making.
 #[derive(Debug, Clone)]
 pub(super) struct Selection {
-    /// The model as given.
     pub(super) given: SensorConfig,
     /// The model, fitted to the training data.
     pub(super) model: SensorConfig,
     /// Its discrepancy there.
     pub(super) train_discrepancy: f64,
-    /// Its scores on held-out data.
     pub(super) held_out: ModelScore,
     /// Its effects, in the order in which they were selected.
     pub(super) effects: Vec<SelectedEffect>,

@@ -77,7 +77,6 @@ impl Background {
         (count(true) / self.pixel_s, count(false) / self.pixel_s)
     }
 
-    /// Number of events.
     pub(super) fn len(&self) -> usize {
         self.stretches.iter().map(|stretch| stretch.events.len()).sum()
     }

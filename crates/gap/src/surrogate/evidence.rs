@@ -17,7 +17,6 @@ const MIN_LINE: f64 = 12.0;
 const MIN_REGULARITY: f64 = 1.5;
 /// Regularity of Poisson noise.
 const POISSON: std::ops::Range<f64> = 0.8..1.25;
-/// Minimum events of a background.
 const MIN_BACKGROUND: usize = 50;
 /// Ratio of ON to OFF rates from which on a background is one of ON events.
 const ONE_SIDED: f64 = 2.0;

@@ -20,18 +20,15 @@ fn fraction(train: &Train, holds: impl Fn(&Mark, &Mark) -> bool) -> Option<f64> 
     (n > 0).then(|| count as f64 / n as f64)
 }
 
-/// Fraction of events with the stamp of the previous event.
 pub(super) fn same_stamp(train: &Train) -> Option<f64> {
     fraction(train, |a, b| a.t_us == b.t_us)
 }
 
-/// Fraction of events in the row of the previous event.
 pub(super) fn same_row(train: &Train) -> Option<f64> {
     let width = u32::from(train.size.width);
     fraction(train, |a, b| a.pixel / width == b.pixel / width)
 }
 
-/// Fraction of events in the column of the previous event.
 pub(super) fn same_column(train: &Train) -> Option<f64> {
     let width = u32::from(train.size.width);
     fraction(train, |a, b| a.pixel % width == b.pixel % width)
@@ -119,7 +116,6 @@ pub(super) fn ceiling_hz(train: &Train) -> Option<f64> {
     is_ceiling.then(|| top as f64 * 1e6 / CEILING_BIN_US as f64)
 }
 
-/// Events in the busiest millisecond.
 pub(super) fn busiest(train: &Train) -> usize {
     counts_per_bin(train).last().copied().unwrap_or(0)
 }

@@ -31,7 +31,6 @@ struct Listed {
     name: &'static str,
     /// Whether large values are significant, or small ones.
     is_upper: bool,
-    /// The mark that it shows.
     mark: Option<RecordingMark>,
     /// Whether it counts for the correction; else it repeats a test with another window, to show
     /// the time scale.

@@ -33,7 +33,6 @@ fn blob(x: f64, y: f64, t_s: f64) -> f64 {
     0.15 + 0.02 * (x + y).sin() + 0.6 * (-squared / 9.0).exp()
 }
 
-/// The events of the ideal sensor with these effects.
 fn recorded(effects: &[EffectConfig], seconds: f64) -> EventStream {
     let mut config = SensorConfig::default();
     // A readout of its own takes the place of the ideal one.

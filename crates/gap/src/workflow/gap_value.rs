@@ -14,7 +14,6 @@ use crate::{GapError, Objective, gap};
 
 /// Runs by which a model is scored, as many as in the search.
 pub(super) const RUNS: u64 = 4;
-/// Resamples.
 const RESAMPLES: u64 = 200;
 
 /// Gap of a model with its 90 % interval.

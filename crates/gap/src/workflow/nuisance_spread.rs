@@ -14,7 +14,6 @@ const MAX_MULTIPLE: f64 = 20.0;
 pub(super) struct NuisanceSpread {
     /// Sums of squares of the three data splits; infinite where a sample has no such statistic.
     squares: [Vec<f64>; 3],
-    /// Number of samples.
     samples: u64,
 }
 

@@ -70,7 +70,6 @@ pub fn findings_of_answer(
     Ok(all.into_iter().map(|evidenced| evidenced.finding).collect())
 }
 
-/// Findings of an answer with their evidence.
 fn evidence_of_answer(
     splits: &DataSplits<'_>,
     result: &Identification,

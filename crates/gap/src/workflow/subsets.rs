@@ -4,7 +4,6 @@ use evpose_core::Micros;
 
 use super::ComparisonCase;
 
-/// Length of the screening part.
 const SCREEN: Micros = Micros(400_000);
 /// The screening part is shortened to this many events, though not below the minimum length.
 const SCREEN_EVENTS: usize = 30_000;
@@ -26,13 +25,11 @@ const MIN_FITTED_PIXELS: usize = 100_000;
 const MIN_FITTED_LARGE: Micros = Micros(100_000);
 
 impl ComparisonCase {
-    /// The screening part.
     pub(super) fn screen(&self) -> Self {
         let short = self.time_of(SCREEN_EVENTS).clamp(MIN_SCREEN, SCREEN);
         self.first(short.max(self.time_of(MIN_EVENTS)))
     }
 
-    /// The training part.
     pub(super) fn training(self, is_quick: bool) -> Self {
         let size = self.scene.size();
         let frames = QUICK_PIXELS / size.pixels();

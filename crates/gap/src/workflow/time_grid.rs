@@ -19,7 +19,6 @@ const PHASES: f64 = 0.015;
 const ON_GRID: f64 = 0.8;
 /// Fraction of time stamps at one phase that is a grid as well: something delays the others.
 const AT_ONE_PHASE: f64 = 0.2;
-/// Fewest events that show a grid.
 const MIN_EVENTS: usize = 500;
 /// Factor by which the phases of single lines are more concentrated than those of all if a readout
 /// makes them.

@@ -41,7 +41,6 @@ struct Prefix {
 /// The sums of a stream's events.
 #[derive(Debug, Clone)]
 pub(super) struct PrefixSums {
-    /// Times count from here.
     origin: Micros,
     /// Number in the stream of the first event of the window.
     first: usize,
@@ -56,7 +55,6 @@ pub(super) struct PrefixSums {
 }
 
 impl PrefixSums {
-    /// No events.
     pub(super) fn new(pixels: usize) -> Self {
         Self {
             origin: Micros(0),
@@ -195,13 +193,11 @@ impl Prefix {
     }
 }
 
-/// A segment of the window.
 #[derive(Debug, Clone, Copy)]
 struct Segment<'a> {
     /// Sums up to its beginning and up to its end.
     before: &'a [i64],
     after: &'a [i64],
-    /// Weight of an event in the middle of the segment.
     weight: i64,
     /// Its share of the next bin.
     share: f64,

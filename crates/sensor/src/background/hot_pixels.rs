@@ -81,7 +81,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// Pixels that never rest.
 #[derive(Debug)]
 struct HotPixels {
     fraction: f32,

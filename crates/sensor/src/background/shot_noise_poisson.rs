@@ -76,7 +76,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// Rates per pixel.
 #[derive(Debug)]
 struct ShotNoisePoisson {
     rate_hz: f64,
@@ -96,7 +95,6 @@ const SEQUENCES: usize = 3;
 /// below.
 const LOWEST_HZ: f64 = 1.0 / 256.0;
 
-/// Rates from one to another.
 #[derive(Debug, Clone, Copy)]
 struct Layer {
     index: usize,

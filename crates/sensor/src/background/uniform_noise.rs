@@ -69,7 +69,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// Rates per pixel.
 #[derive(Debug)]
 struct UniformNoise {
     on_hz: f64,

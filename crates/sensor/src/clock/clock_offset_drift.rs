@@ -61,7 +61,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// A line.
 #[derive(Debug)]
 struct ClockOffsetDrift {
     offset_s: f64,

@@ -40,7 +40,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     build: |settings| Ok(Stage::Clock(Box::new(FrameGrid { pull: settings.number(&PULL) }))),
 };
 
-/// A pull to the end of the step.
 #[derive(Debug)]
 struct FrameGrid {
     pull: f64,

@@ -44,7 +44,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// A constant.
 #[derive(Debug)]
 struct PixelLatency {
     delay_s: f64,

@@ -69,7 +69,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
 /// earlier ones have come.
 const REACH: f64 = 4.0;
 
-/// Normal scatter.
 #[derive(Debug)]
 struct TimestampJitter {
     sigma_s: f64,

@@ -53,7 +53,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// Rounding to counts.
 #[derive(Debug)]
 struct TimestampQuantisation {
     period_us: f64,

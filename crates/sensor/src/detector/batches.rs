@@ -40,7 +40,6 @@ struct Lanes {
 /// The same pixels at its end.
 #[derive(Debug, Default)]
 struct Crossed {
-    /// Times of the first events.
     t_s: [[f64; LANES]; MAX_EVENTS],
     /// Event count; [`ALONE`] for pixels that have to go alone.
     count: [u64; LANES],

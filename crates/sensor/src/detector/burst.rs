@@ -9,7 +9,6 @@ use super::resolve::Step;
 use crate::{Origin, Request};
 
 impl Band<'_> {
-    /// Takes a pixel through the step.
     #[inline(always)]
     pub(super) fn resolve_burst(&mut self, step: Step<'_>, pixel: usize, out: &mut Vec<Request>) {
         let pixel_step = self.step_of(step, pixel);

@@ -94,7 +94,6 @@ pub(super) fn later(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
-/// The earlier of two times.
 #[inline(always)]
 pub(super) fn sooner(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }

@@ -44,7 +44,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// A mask.
 #[derive(Debug)]
 struct DeadPixels {
     fraction: f32,

@@ -44,7 +44,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// One larger threshold.
 #[derive(Debug)]
 struct Hysteresis {
     factor: f32,

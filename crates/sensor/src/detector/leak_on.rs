@@ -94,7 +94,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
 /// An interval is at least this part of the mean one.
 const SHORTEST: f32 = 0.05;
 
-/// A leak per pixel.
 #[derive(Debug)]
 struct LeakOn {
     rate_hz: f32,

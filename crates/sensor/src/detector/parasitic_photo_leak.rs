@@ -45,7 +45,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// A leak in proportion to light.
 #[derive(Debug)]
 struct ParasiticPhotoLeak {
     hz_per_white: f32,

@@ -25,7 +25,6 @@ pub struct PixelTraits {
 }
 
 impl PixelTraits {
-    /// A pixel like all others.
     pub(crate) fn alike(threshold_on: f32, threshold_off: f32) -> Self {
         Self { threshold_on, threshold_off, leak_hz: 0.0, photo_leak_hz: 0.0, is_dead: false }
     }
@@ -42,7 +41,6 @@ impl PixelTraits {
 pub(crate) struct Cell {
     /// The level compared with, as it was at the array's anchor time.
     pub(crate) memory: f32,
-    /// Thresholds in force.
     pub(crate) threshold_on: f32,
     pub(crate) threshold_off: f32,
     /// Events so far, which number the draws of this pixel.
@@ -56,7 +54,6 @@ impl Cell {
         cell
     }
 
-    /// Thresholds as these traits have them.
     pub(crate) fn set_thresholds(&mut self, traits: &PixelTraits) {
         let dead = |threshold| if traits.is_dead { f32::INFINITY } else { threshold };
         self.threshold_on = dead(traits.threshold_on);

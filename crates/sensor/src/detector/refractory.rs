@@ -56,7 +56,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// A refractory period.
 #[derive(Debug)]
 struct Refractory {
     period_s: f64,

@@ -67,7 +67,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// A memory that misses its level.
 #[derive(Debug)]
 struct ResetOvershoot {
     delay_s: f64,

@@ -15,7 +15,6 @@ use crate::plan::PixelPath;
 use crate::tick::Tick;
 use crate::{Origin, Request};
 
-/// Inputs of one step.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Step<'a> {
     pub(crate) chain: &'a Chain,
@@ -25,7 +24,6 @@ pub(crate) struct Step<'a> {
     pub(crate) after: Voltages<'a>,
     /// One over the length of the step.
     pub(crate) per_s: f64,
-    /// Noise of the detector.
     pub(crate) noise: StageNoise,
 }
 
@@ -58,7 +56,6 @@ pub(super) struct PixelState {
     pub(super) leak: f64,
 }
 
-/// An event that the pixel is about to make.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PendingEvent {
     pub(super) t_s: f64,

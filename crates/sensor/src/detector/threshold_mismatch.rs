@@ -15,7 +15,6 @@ use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, Traits};
 
-/// The least threshold that a pixel can have.
 pub(super) const MIN_THRESHOLD: f32 = 0.01;
 
 const SIGMA: Parameter = Parameter::Number(NumberSpec {
@@ -59,7 +58,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// A fixed pattern of thresholds.
 #[derive(Debug)]
 struct ThresholdMismatch {
     sigma: f32,

@@ -61,7 +61,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
 /// Beyond every normal value that is drawn: those of uniform values of 24 bits end at 5.8.
 const MAX_NORMAL: f32 = 6.0;
 
-/// Fresh thresholds for every event, or for every exposure.
 #[derive(Debug)]
 struct ThresholdTemporalNoise {
     sigma: f32,

@@ -97,7 +97,6 @@ const PARTS_OF_PERIOD: f64 = 32.0;
 /// as long as a threshold and no more, which may cross it or not.
 const REMEMBERED: f64 = -0.9;
 
-/// A periodic factor.
 #[derive(Debug)]
 struct LampFlicker {
     frequency_hz: f64,

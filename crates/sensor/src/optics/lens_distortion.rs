@@ -73,7 +73,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
 /// Iterations of the inverse: the correction shrinks by the distortion itself each time.
 const ITERATIONS: usize = 30;
 
-/// A fixed warp.
 #[derive(Debug)]
 struct LensDistortion {
     k1: f64,

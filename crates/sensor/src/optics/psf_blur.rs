@@ -48,7 +48,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// Convolution with a Gaussian.
 #[derive(Debug)]
 struct PsfBlur {
     spread: Gaussian,

@@ -47,7 +47,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// An even veil.
 #[derive(Debug)]
 struct VeilingGlare {
     fraction: f32,

@@ -45,7 +45,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// A constant.
 #[derive(Debug)]
 struct DarkCurrent {
     current: f32,

@@ -72,7 +72,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// A difference from the surround.
 #[derive(Debug)]
 struct LateralCoupling {
     coupling: f32,

@@ -95,7 +95,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// A pole that moves with light.
 #[derive(Debug)]
 struct PhotoreceptorLowpass {
     cutoff_hz: f64,
@@ -112,7 +111,6 @@ fn reciprocal(x: f32) -> f32 {
 }
 
 impl PhotoreceptorLowpass {
-    /// Whether the whole circuit is simulated.
     fn follows_circuit(&self) -> bool {
         self.is_large && self.depends_on_light && !self.is_euler
     }

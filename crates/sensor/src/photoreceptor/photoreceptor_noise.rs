@@ -71,7 +71,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// Coloured noise.
 #[derive(Debug)]
 struct PhotoreceptorNoise {
     sigma: f32,

@@ -41,7 +41,6 @@ pub(crate) const WAITING: Parameter = Parameter::Word(WordSpec {
 });
 
 impl Waiting {
-    /// The one that was chosen.
     pub(crate) fn from_settings(settings: &Settings) -> Self {
         match settings.word(&WAITING) {
             Some("kept") => Self::Kept,
@@ -101,7 +100,6 @@ pub(crate) struct Service<'a> {
     memory: &'a mut ReadoutMemory,
 }
 
-/// State of a readout.
 #[derive(Debug)]
 pub(crate) struct ReadoutMemory {
     state: Vec<f64>,

@@ -36,7 +36,6 @@ pub(super) struct BackgroundPlane {
     image: LuminanceImage,
     /// Lower left corner of the image on the plane, in metres.
     corner_m: Vec2,
-    /// Size of the image on the plane, in metres.
     size_m: Vec2,
     distractors: Vec<Distractor>,
     /// Bounding rectangle of the distractors in the last frame.

@@ -23,14 +23,12 @@ pub(super) struct MemberStreams {
     pub(super) capture: CounterRng,
 }
 
-/// How a person moves.
 #[derive(Debug)]
 enum Movement {
     Activity(Box<Performance>),
     Captured(Capture),
 }
 
-/// A person with an activity at a place.
 #[derive(Debug)]
 pub(super) struct CastMember {
     body: BodyChoice,
@@ -168,7 +166,6 @@ impl CastMember {
     }
 }
 
-/// The whole image.
 pub(super) fn whole_image(sensor: SensorSize) -> PixelRect {
     let (right, bottom) = (usize::from(sensor.width), usize::from(sensor.height));
     PixelRect { left: 0, top: 0, right, bottom }

@@ -33,7 +33,6 @@ pub(super) struct Shared {
     pub(super) randomisation: Option<Randomisation>,
 }
 
-/// A body with its outfits.
 #[derive(Debug)]
 pub(super) struct DressedBody {
     pub(super) model: BodyModel,

@@ -14,7 +14,6 @@ use super::scene_instance::SceneInstance;
 use super::shared::{Shared, sensor_model};
 use crate::{RecordingTime, SimError};
 
-/// Key of the random streams of sequences.
 pub(super) const SEQUENCE_STREAM: &str = "people sequence";
 
 /// Simulator of one sequence of a person, advanced one step at a time.

@@ -15,7 +15,6 @@ use super::noise::fractal_noise;
 /// Texels along the body and around it.
 const SIZE: (usize, usize) = (512, 256);
 
-/// Pattern of a fabric.
 #[derive(Debug, Clone, Copy)]
 enum Pattern {
     Plain,
@@ -85,7 +84,6 @@ struct Outfit {
     trousers_from: f32,
     /// Depth of the neckline, as u.
     neckline: f32,
-    /// Colour of a print on the chest.
     print: Option<Vec3A>,
     /// Colour under an open jacket.
     inner: Option<Vec3A>,

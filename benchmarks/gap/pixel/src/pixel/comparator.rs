@@ -13,7 +13,6 @@ use crate::physics::{FEMTO, REFERENCE_TEMPERATURE_K};
 /// A noisy threshold never falls below this share of its mean.
 const SMALLEST_SHARE: f64 = 0.05;
 
-/// Memory and comparators of one pixel.
 #[derive(Debug, Clone)]
 pub(crate) struct Comparators {
     base_on: f64,

@@ -24,7 +24,6 @@ const STRAIGHT_LN: f64 = 4e-3;
 /// Width in seconds to which the instant of an event is narrowed.
 const INSTANT_S: f64 = 1e-8;
 
-/// Light at one instant.
 #[derive(Debug, Clone, Copy)]
 struct LightSample {
     tick: u64,

@@ -16,7 +16,6 @@ const NOMINAL_NOISE_HZ: [(f64, f64); 3] = [(0.0, 0.0), (0.02, 0.005), (0.06, 0.0
 /// Keeps the draws of plans with conventions apart from those of plans without.
 const HOME_KEY: u64 = 0x686f_6d65;
 
-/// Collects the cases of a plan.
 pub(super) struct Builder {
     seed: u64,
     tier: Tier,

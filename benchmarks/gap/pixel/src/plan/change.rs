@@ -6,9 +6,7 @@ use crate::effect::{EFFECTS, Effect, STRENGTHS};
 use crate::oddity::{Oddity, install_oddity};
 use crate::slot::Slot;
 
-/// A change of a circuit.
 pub(super) struct CircuitChange {
-    /// Slots that it occupies.
     pub(super) slots: Vec<Slot>,
     apply: Box<dyn Fn(&mut Circuit)>,
 }
@@ -36,7 +34,6 @@ pub(super) fn install_uncatalogued(oddity: Oddity, round: usize) -> CircuitChang
     CircuitChange::new(&[oddity.slot()], move |circuit| install_oddity(oddity, round, circuit))
 }
 
-/// Any effect.
 pub(super) fn any_effect(draws: &mut Sequence) -> Effect {
     EFFECTS[draws.below(EFFECTS.len())]
 }

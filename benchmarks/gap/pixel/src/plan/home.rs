@@ -26,7 +26,6 @@ use crate::oddity::Oddity;
 use crate::slot::Slot;
 use crate::tier::Tier;
 
-/// Scenes of each single effect.
 const SCENES_OF_SINGLES: usize = 2;
 const NULLS: usize = 100;
 const PARAMETERS: usize = 60;
@@ -50,7 +49,6 @@ pub const UNCATALOGUED: [Oddity; 7] = [
     Oddity::ChargeInjection,
 ];
 
-/// All cases of a seed.
 pub(super) fn cases(seed: u64) -> Vec<Case> {
     let mut builder = Builder::new(seed, Tier::Home);
     for (e, effect) in EFFECTS.into_iter().enumerate() {

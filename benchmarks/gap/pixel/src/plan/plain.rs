@@ -14,7 +14,6 @@ use crate::effect::{EFFECTS, STRENGTHS};
 use crate::oddity::ODDITIES;
 use crate::tier::Tier;
 
-/// Scenes of each single effect.
 const SCENES_OF_SINGLES: usize = 3;
 const NULLS: usize = 200;
 const PARAMETERS: usize = 60;
@@ -22,7 +21,6 @@ const PAIRS: usize = 60;
 const LEFT_OUT: usize = 22;
 const NEVER_CATALOGUED: usize = 18;
 
-/// All cases of a seed.
 pub(super) fn cases(seed: u64) -> Vec<Case> {
     let mut builder = Builder::new(seed, Tier::Plain);
     for (e, effect) in EFFECTS.into_iter().enumerate() {
