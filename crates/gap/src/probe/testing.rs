@@ -107,11 +107,11 @@ pub(crate) fn noise(count: usize, seed: u64) -> Vec<Event> {
 }
 
 /// One statistic of a probe, before any transform.
-pub(crate) fn value(probe: &dyn StatisticProbe, events: &EventStream, name: &str) -> f64 {
-    let entries = probe.entries();
+pub(crate) fn value(probe: &StatisticProbe, events: &EventStream, name: &str) -> f64 {
+    let entries = (probe.entries)();
     let place = entries.iter().position(|entry| entry.name == name);
     let mut values = Vec::new();
-    probe.measure(&View::new(reference_scene(), events, whole()), &mut values);
+    (probe.measure)(&View::new(reference_scene(), events, whole()), &mut values);
     assert_eq!(values.len(), entries.len());
     values[place.unwrap_or_else(|| panic!("no entry `{name}`"))]
 }
