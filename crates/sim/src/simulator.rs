@@ -16,7 +16,7 @@ use crate::config::SimulationConfig;
 use crate::episode::starts_episode;
 use crate::raster::{Camera, Mesh};
 use crate::scene::{Backdrop, Renderer, Scene};
-use crate::simulation::{Shared, Simulation, sensor_model};
+use crate::simulation::{Shared, Simulation};
 use crate::stopwatch::{SimulationPart, Stopwatch};
 use crate::{Episode, RecordingTime, SimError};
 
@@ -104,7 +104,9 @@ impl Simulator {
             body.pose_joints(shaped, &pose, &mut posed);
             posed.joints[body.wrist].translation.into()
         });
-        let sensor = sensor_model(&config, surroundings.episode.threshold_offset)?
+        let sensor = config
+            .sensor
+            .model(surroundings.episode.threshold_offset)?
             .start(camera.sensor(), seed_for(seed, "sensor", 0));
         Ok(Self {
             shared,
@@ -157,7 +159,7 @@ impl Simulator {
                 Surroundings::new(&self.shared, config, self.side, self.seed, next)?;
             let offset = self.surroundings.episode.threshold_offset;
             // Pixels keep their reference levels from episode to episode, as those of a camera do.
-            self.sensor.retune(&sensor_model(config, offset)?)?;
+            self.sensor.retune(&config.sensor.model(offset)?)?;
         }
         let (actor, mirror) = (&self.shared.actor, &self.mirror);
         let (side, watch) = (self.side, &mut self.stopwatch);

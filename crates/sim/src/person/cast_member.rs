@@ -3,7 +3,7 @@
 use evpose_body::activity::{Activity, Performance};
 use evpose_body::mocap::Capture;
 use evpose_body::{PosedBody, ShapedBody};
-use evpose_core::{CounterRng, Plane, SensorSize};
+use evpose_core::{CounterRng, Plane};
 use glam::{Vec3, Vec3A};
 
 use super::config::PeopleConfig;
@@ -164,9 +164,4 @@ impl CastMember {
     pub(super) fn joints_m(&self) -> BodyJoints3 {
         joints_m(&self.posed)
     }
-}
-
-pub(super) fn whole_image(sensor: SensorSize) -> PixelRect {
-    let (right, bottom) = (usize::from(sensor.width), usize::from(sensor.height));
-    PixelRect { left: 0, top: 0, right, bottom }
 }

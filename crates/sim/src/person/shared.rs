@@ -3,13 +3,11 @@
 use evpose_body::mocap::MotionLibrary;
 use evpose_body::{BodyModel, MakeHuman, ShapedBody};
 use evpose_core::CounterRng;
-use evpose_sensor::SensorModel;
 use glam::Vec2;
 
 use super::config::PeopleConfig;
 use super::luminance_image::LuminancePool;
 use crate::SimError;
-use crate::config::with_threshold_offset;
 use crate::randomisation::Randomisation;
 use crate::raster::is_closed;
 use crate::texture::metres_per_texture;
@@ -110,9 +108,4 @@ impl Shared {
         let (low, high) = heights.fold((f32::MAX, f32::MIN), |(l, h), y| (l.min(y), h.max(y)));
         high - low
     }
-}
-
-/// The sensor of a configuration with `offset` added to every contrast threshold.
-pub(super) fn sensor_model(config: &PeopleConfig, offset: f64) -> Result<SensorModel, SimError> {
-    Ok(with_threshold_offset(&config.sensor.resolve()?, offset)?)
 }

@@ -11,7 +11,7 @@ use glam::Vec3;
 use super::config::PeopleConfig;
 use super::joints::BodyJoints3;
 use super::scene_instance::SceneInstance;
-use super::shared::{Shared, sensor_model};
+use super::shared::Shared;
 use crate::{RecordingTime, SimError};
 
 pub(super) const SEQUENCE_STREAM: &str = "people sequence";
@@ -57,7 +57,9 @@ impl PersonSimulator {
         let scene = SceneInstance::draw(&shared, &config, seed, scene_and_camera, seconds)?;
         let normal = CounterRng::new(seed, "person threshold", index).normal();
         let threshold_offset = config.threshold_sd * f64::from(normal);
-        let sensor = sensor_model(&config, threshold_offset)?
+        let sensor = config
+            .sensor
+            .model(threshold_offset)?
             .start(config.sensor_size, seed_for(seed, "person sensor", index));
         let luminance = Plane::for_sensor(config.sensor_size, 0.0);
         let time = RecordingTime::default();
