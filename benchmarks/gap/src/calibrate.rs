@@ -224,7 +224,6 @@ fn of_plan(opened: &[Opened]) -> Folder {
     }
 }
 
-/// All effects that were named, and whether each is there.
 fn names(opened: &[Opened]) -> Vec<(FindingEvidence, bool)> {
     let of = |case: &Opened| -> Vec<(FindingEvidence, bool)> {
         let named = case.row.named();

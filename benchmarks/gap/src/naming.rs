@@ -23,7 +23,6 @@ pub(super) const REPORTS: &str = "reports";
 /// Seconds a case takes before any was timed.
 const SECONDS: f64 = 20.0;
 
-/// Names in every case that has no row yet.
 pub(super) fn run(args: &RunArgs, program: &Program, plan: PlanId, cases: &[Case]) -> Result<()> {
     Part::new(plan, cases).claim(&args.out, args.resume).context(BadInput)?;
     let path = args.out.join(RESULTS);

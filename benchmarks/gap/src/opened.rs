@@ -11,7 +11,6 @@ use super::row::Row;
 use super::truth::Truth;
 use crate::terminal::bar;
 
-/// A case with its answer and its ground truth.
 #[derive(Debug)]
 pub(super) struct Opened {
     pub(super) truth: Truth,
@@ -156,7 +155,6 @@ impl Opened {
         found.parameters.get(key)
     }
 
-    /// The hidden effects, in words of the label.
     pub(super) fn hidden(&self) -> String {
         self.truth.hidden.join(" + ")
     }

@@ -37,7 +37,6 @@ const REPLICATES: usize = 199;
 /// Probabilities up to this are called significant.
 const LEVEL: f64 = 0.05;
 
-/// One recording of our own model.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct OwnRow {
     pub(super) set: usize,

@@ -112,12 +112,10 @@ pub(super) fn shard(text: &str) -> Result<(usize, usize)> {
         .with_context(|| format!("--shard {text}: expected I/N, for example 1/4"))
 }
 
-/// Whether there is but one part.
 pub(super) fn is_whole(text: &str) -> bool {
     shard(text).is_ok_and(|(_, parts)| parts == 1)
 }
 
-/// The seed that was typed, or that of a file.
 fn seed(plan: &str) -> Result<u64> {
     if let Ok(seed) = plan.parse() {
         return Ok(seed);

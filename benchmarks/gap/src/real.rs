@@ -133,7 +133,6 @@ struct Seen {
     effects: BTreeMap<String, BTreeMap<String, (f64, String)>>,
 }
 
-/// A recording with all ways of looking at it.
 #[derive(Debug, Serialize)]
 struct Recording {
     file: String,

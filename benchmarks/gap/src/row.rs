@@ -62,7 +62,6 @@ impl Row {
         self.seconds() * self.threads as f64 / 2.0
     }
 
-    /// The effects that were named, in their order.
     pub(super) fn named(&self) -> impl Iterator<Item = &Finding> {
         self.effects.iter().filter(|effect| effect.kind == FindingKind::Effect)
     }

@@ -107,13 +107,11 @@ impl Estimate {
         (self.truth != 0.0).then(|| (self.estimate.value / self.truth - 1.0).abs())
     }
 
-    /// Whether the interval holds the truth.
     pub(super) fn is_covered(&self) -> bool {
         (self.estimate.lo90..=self.estimate.hi90).contains(&self.truth)
     }
 }
 
-/// Scores cases of one tier.
 pub(super) fn score_cases(
     opened: &[Opened],
     own: Option<OwnSummary>,

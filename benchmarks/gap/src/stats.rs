@@ -83,7 +83,6 @@ impl Stated {
     }
 }
 
-/// How far probabilities are from uniform.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub(super) struct Uniformity {
     /// The largest difference of distribution functions.

@@ -112,7 +112,6 @@ pub(super) fn sources(root: &Path) -> Result<[Vec<PathBuf>; 2]> {
     Ok([plans, others])
 }
 
-/// Every derived file of a directory, with its text.
 pub(super) fn derived(root: &Path) -> Result<BTreeMap<PathBuf, String>> {
     let mut all = BTreeMap::new();
     for (dir, of) in folders(root)? {

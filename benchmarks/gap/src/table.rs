@@ -88,7 +88,6 @@ pub(super) fn rate(rate: &Rate) -> String {
     })
 }
 
-/// A share in percent, with a decimal.
 pub(super) fn percent(share: f64) -> String {
     spaced(&figure(Unit::Share, share))
 }

@@ -43,7 +43,6 @@ fn header(names: &str) -> Table {
     vec![names.split(',').map(str::to_owned).collect()]
 }
 
-/// Share and interval, as cells.
 fn rate(rate: &Rate) -> [String; 3] {
     let share = rate.share.map_or_else(String::new, |share| format!("{share:.4}"));
     [share, format!("{:.4}", rate.lo95), format!("{:.4}", rate.hi95)]

@@ -179,7 +179,6 @@ mod tests {
     use super::*;
     use crate::example;
 
-    /// The truth of a single low-pass of this strength.
     fn lowpass(strength: usize) -> Truth {
         let all = example::opened();
         let is_it = |opened: &&crate::opened::Opened| {

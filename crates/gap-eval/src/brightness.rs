@@ -39,7 +39,6 @@ impl<'a> Classes<'a> {
         Ok(Self { frames, edges })
     }
 
-    /// Relative difference of the counts of classes.
     pub(crate) fn distance(&self, a: &EventStream, b: &EventStream) -> f64 {
         relative_difference(&self.counts(a), &self.counts(b))
     }

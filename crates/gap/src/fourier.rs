@@ -50,7 +50,6 @@ impl Fourier {
         self.re.len()
     }
 
-    /// Sets all values to zero.
     pub(crate) fn clear(&mut self) {
         self.re.fill(0.0);
         self.im.fill(0.0);

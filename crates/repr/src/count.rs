@@ -61,7 +61,6 @@ fn counting(is_parity: bool) -> Counting {
     if is_parity { Counting::OncePerFrame } else { Counting::EveryEvent }
 }
 
-/// Contribution of an event to a count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Counting {
     /// Every event counts 1: the definition.

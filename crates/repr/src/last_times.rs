@@ -32,7 +32,6 @@ impl LastTimes {
         Self { window, last_us, origin: None, clock: StreamClock::default() }
     }
 
-    /// The length of the window, in microseconds.
     pub(crate) fn length_us(&self) -> i32 {
         self.window.length_us
     }

@@ -197,7 +197,6 @@ impl Square {
     }
 }
 
-/// All bits or none.
 fn mask(is_set: bool) -> u16 {
     if is_set { u16::MAX } else { 0 }
 }

@@ -56,7 +56,6 @@ struct Pim {
 const HEAVIEST: f64 = 300.0;
 
 impl Pim {
-    /// An image without events.
     fn new(sensor: SensorSize, rate_hz: f64) -> Self {
         let sums = vec![0.0; sensor.pixels()];
         Self { sensor, rate_hz, sums, origin: None, clock: StreamClock::default() }

@@ -30,7 +30,6 @@ pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
     fill: None,
 };
 
-/// The SAE of a stream. It has no window.
 #[derive(Debug)]
 struct Sae {
     sensor: SensorSize,

@@ -48,7 +48,6 @@ pub(crate) static HPE_CORE: RepresentationSpec = RepresentationSpec {
     fill: None,
 };
 
-/// Values that an event decrements.
 #[derive(Debug, Clone, Copy)]
 enum Ageing {
     /// Those that are at least that of its pixel: the definition.

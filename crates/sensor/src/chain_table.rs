@@ -22,7 +22,6 @@ pub struct ChainRow {
     pub is_active: bool,
 }
 
-/// A value with the unit of its parameter.
 pub(crate) fn quantity(number: &NumberSpec, value: f64) -> String {
     format!("{} {}", short(value), number.unit).trim_end().to_owned()
 }

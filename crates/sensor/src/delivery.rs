@@ -22,7 +22,6 @@ struct Columns {
     polarity: Vec<Polarity>,
 }
 
-/// Events on their way out.
 #[derive(Debug)]
 pub(crate) struct Delivery {
     /// Events stamped later than the exposure that caused them, and room to sort in.

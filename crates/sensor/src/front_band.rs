@@ -52,7 +52,6 @@ impl<'a> StageBand<'a> {
     }
 }
 
-/// Observers of a step's signals.
 #[derive(Debug)]
 pub(crate) struct Observers<'a, 'b> {
     pub(crate) array: &'a mut Band<'b>,

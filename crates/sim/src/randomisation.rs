@@ -60,7 +60,6 @@ pub struct Randomisation {
     variations: Vec<Variation>,
 }
 
-/// One field and its range.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Variation {

@@ -253,7 +253,6 @@ impl Surroundings {
     }
 }
 
-/// A pose of a hand that a rigid motion has moved.
 fn moved(hand: &HandParams, motion: &Affine3A) -> HandParams {
     let turned = Mat3::from(motion.matrix3) * matrix_from_axis_angle(hand.rotation);
     HandParams {

@@ -102,7 +102,6 @@ pub(super) fn scores(dirs: &[PathBuf]) -> Result<score::OutsideScores> {
     Ok(score::score_cases(&read(dirs)?, Vec::new()))
 }
 
-/// Derived files of a folder or of a pool.
 pub(super) fn derived(dirs: &[PathBuf], names: Vec<String>) -> Result<Vec<(&'static str, String)>> {
     let opened = read(dirs)?;
     tables::texts(&opened, &score::score_cases(&opened, names))

@@ -25,7 +25,6 @@ pub(crate) struct Row {
     pub(crate) commit: String,
 }
 
-/// An effect or a parameter of a verdict.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct NamedFinding {
     pub(super) name: String,

@@ -54,7 +54,6 @@ pub(super) fn lines(scores: &OutsideScores) -> Vec<String> {
     lines
 }
 
-/// Derived files of a folder.
 pub(super) fn texts(
     opened: &[Opened],
     scores: &OutsideScores,
@@ -104,7 +103,6 @@ fn markdown(scores: &OutsideScores) -> String {
     text
 }
 
-/// A line a case.
 fn csv(opened: &[Opened]) -> String {
     let mut text =
         "case,generator,scene,hidden,verdict,named,exact,wrong,gap_before,gap_after,seconds\n"

@@ -12,7 +12,6 @@ pub(super) const FOLDS: usize = 5;
 /// Minimum tiles whose labels are permuted as a whole; fewer allow too few permutations.
 const MIN_TILES: usize = 8;
 
-/// A measured and a simulated patch of one place and time.
 pub(super) struct Pair {
     pub(super) features: [Features; 2],
     /// Group of pairs whose labels are swapped together.

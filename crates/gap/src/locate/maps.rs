@@ -165,7 +165,6 @@ pub(super) fn maps(measured: &View<'_>, runs: &[View<'_>]) -> Maps {
     }
 }
 
-/// Residuals of pixels minus the mean of their neighbours.
 fn minus_neighbours(z: &[f64], width: usize) -> Vec<f64> {
     let height = z.len() / width;
     let alone = |p: usize| {

@@ -122,7 +122,6 @@ impl ResponseShape {
     }
 }
 
-/// Differences of one polarity along one property.
 struct Differences<'a> {
     bins: &'a Bins,
     difference: Vec<f64>,

@@ -98,7 +98,6 @@ struct ScoredBox {
     worth: f64,
 }
 
-/// Search for the best box of one sample.
 struct Search<'a> {
     keys: &'a [u64],
     sample: &'a Sample,

@@ -3,7 +3,6 @@
 use super::axis::{Axis, TILES, TIMES};
 use super::table::tile;
 
-/// A grouping of classes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Term {
     /// One group: measured events are more or fewer everywhere.

@@ -63,7 +63,6 @@ fn images(view: &View<'_>) -> Vec<[Image; 2]> {
     images
 }
 
-/// Displacements of a view's images, tile by tile.
 pub(crate) fn displacements(view: &View<'_>) -> Vec<Option<(f64, f64)>> {
     let mut displacement = Displacement::default();
     for [measured, expected] in images(view) {

@@ -4,7 +4,6 @@ use evpose_core::TimeWindow;
 
 use crate::View;
 
-/// Reference events of one pixel and polarity.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct List<'a> {
     /// Index of the pixel, row by row.

@@ -17,7 +17,6 @@ const SETTLED: f64 = 0.004;
 pub(super) struct Residuals(Vec<f32>);
 
 impl Residuals {
-    /// Residuals of measured against expected counts per pixel.
     pub(super) fn from_counts(measured: &[f32], expected: &[f32]) -> Self {
         let (mut n, mut e) = (0.0, 0.0);
         for (measured, expected) in measured.iter().zip(expected).filter(|(_, e)| **e > 0.0) {

@@ -103,7 +103,6 @@ impl Forward<'_> {
         Ok(())
     }
 
-    /// Whether a selection explains a part only.
     pub(super) fn is_partial(&self, selection: &Selection) -> bool {
         let left = (selection.held_out.discrepancy - self.chance) / self.excess.max(1e-9);
         is_partial(&selection.held_out, left)

@@ -42,7 +42,6 @@ impl Proposals {
         Ok(Self { screened })
     }
 
-    /// Number of effects that were screened.
     pub(super) fn len(&self) -> usize {
         let mut names: Vec<&str> = self.screened.iter().map(|one| one.name).collect();
         names.sort_unstable();

@@ -19,7 +19,6 @@ pub(super) struct Estimate {
     pub(super) reading: Reading,
 }
 
-/// Parameters read from a mark.
 #[derive(Debug, Clone)]
 pub(super) struct Reading {
     /// Estimates of parameters and choices, by their keys.

@@ -35,7 +35,6 @@ const VARIANTS: usize = 3;
 /// Steps up to which the effect of the model's parameters is taken to be linear.
 pub(super) const MAX_LINEAR_STEPS: f64 = 2.0;
 
-/// A strength of a trial that was simulated.
 #[derive(Debug, Clone)]
 pub(super) struct TriedStrength {
     pub(super) trial: Trial,

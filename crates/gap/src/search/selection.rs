@@ -58,13 +58,11 @@ impl Selection {
         self.train_discrepancy + self.held_out.discrepancy
     }
 
-    /// Names of the effects, for progress.
     pub(super) fn names(&self) -> String {
         let names: Vec<&str> = self.effects.iter().map(|effect| effect.candidate.name).collect();
         if names.is_empty() { "the model".to_owned() } else { names.join(" + ") }
     }
 
-    /// Whether an effect is among those selected.
     pub(super) fn has(&self, name: &str) -> bool {
         self.effects.iter().any(|effect| effect.candidate.name == name)
     }

@@ -68,7 +68,6 @@ impl Background {
         redrawn
     }
 
-    /// Rates of ON and OFF events of a pixel, Hz.
     pub(super) fn rates_hz(&self) -> (f64, f64) {
         let count = |is_on: bool| {
             let events = self.stretches.iter().flat_map(|stretch| &stretch.events);

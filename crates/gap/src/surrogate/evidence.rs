@@ -203,7 +203,6 @@ impl Parts {
         )
     }
 
-    /// The effect that explains the background, if one does.
     fn background_effect(&self) -> Option<SceneFreeEffect> {
         let [early, late] = &self.half_backgrounds;
         let (whole, halves) = (self.background.as_ref()?, [early.as_ref()?, late.as_ref()?]);

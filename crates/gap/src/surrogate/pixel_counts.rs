@@ -104,7 +104,6 @@ impl Counts {
         (self.counts[pixel as usize], self.means[pixel as usize])
     }
 
-    /// Lower quartile of a pixel's neighbours.
     pub(super) fn quartile(&self, pixel: u32) -> f64 {
         self.quartiles[pixel as usize]
     }

@@ -43,7 +43,6 @@ pub fn gap_value(
     Ok(GapValue { value, lo: at(0.05).min(value), hi: at(0.95).max(value) })
 }
 
-/// Deviations of the recording from a model.
 pub(super) fn deviations(
     objective: &Objective<'_>,
     model: &SensorConfig,

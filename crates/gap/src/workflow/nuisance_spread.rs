@@ -18,7 +18,6 @@ pub(super) struct NuisanceSpread {
 }
 
 impl NuisanceSpread {
-    /// An empty spread of this many samples.
     pub(super) fn new(layout: &Layout, samples: u64) -> Self {
         Self { squares: [0, 1, 2].map(|_| vec![0.0; layout.entries.len()]), samples }
     }

@@ -121,7 +121,6 @@ fn sector_of(gx: i16, gy: i16) -> u8 {
     if y <= level { sector::LEVEL } else { steep }
 }
 
-/// Memory of a gradient, to be used again.
 #[derive(Debug, Clone, Default)]
 pub(super) struct GradientWork {
     /// A row and the border pixels that go on.

@@ -38,7 +38,6 @@ struct Prefix {
     sums: Vec<i64>,
 }
 
-/// The sums of a stream's events.
 #[derive(Debug, Clone)]
 pub(super) struct PrefixSums {
     origin: Micros,

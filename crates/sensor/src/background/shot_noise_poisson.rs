@@ -175,7 +175,6 @@ impl PixelTerm for ShotNoisePoisson {
 }
 
 impl ShotNoisePoisson {
-    /// The events of a layer of rates that are below the own.
     fn layer_events(
         &self,
         tick: &Tick,

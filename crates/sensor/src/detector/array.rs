@@ -203,7 +203,6 @@ impl PixelArray {
         self.anchor_s = now_s;
     }
 
-    /// Draws the noise events of the pixels in this exposure.
     pub(crate) fn draw_noise_events(
         &mut self,
         chain: &Chain,

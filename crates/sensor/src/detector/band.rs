@@ -57,7 +57,6 @@ impl<'a, T> Span<'a, T> {
         self.values.get_mut(range).unwrap_or_default()
     }
 
-    /// Asks for the cache line of a pixel.
     #[inline(always)]
     pub(super) fn prefetch(&self, pixel: usize) {
         prefetch(self.values, pixel - self.first);
@@ -80,7 +79,6 @@ impl<T> IndexMut<usize> for Span<'_, T> {
     }
 }
 
-/// Results of a band's scan.
 #[derive(Debug, Default)]
 pub(super) struct Scanned {
     pub(super) awake: Vec<u32>,

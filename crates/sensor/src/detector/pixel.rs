@@ -29,7 +29,6 @@ impl PixelTraits {
         Self { threshold_on, threshold_off, leak_hz: 0.0, photo_leak_hz: 0.0, is_dead: false }
     }
 
-    /// The steady leak in ln per second.
     pub(crate) fn leak_per_s(&self) -> f32 {
         self.leak_hz * self.threshold_on
     }

@@ -124,7 +124,6 @@ impl Band<'_> {
 }
 
 impl Queued<'_, '_> {
-    /// Queues what is known at the start of the step.
     fn begin(&mut self, step: Step<'_>, awake: &[u32], accepted: &[NoiseEvent]) {
         self.queue.due.clear();
         self.queue.entries.clear();

@@ -40,7 +40,6 @@ impl Voltages<'_> {
         self.values[pixel - self.first]
     }
 
-    /// Asks for the cache line of a pixel.
     #[inline(always)]
     pub(super) fn prefetch(&self, pixel: usize) {
         prefetch(self.values, pixel.wrapping_sub(self.first));

@@ -20,7 +20,6 @@ impl Divider {
         Self { steps: chain.steps, before: Vec::new(), light: Vec::new() }
     }
 
-    /// Goes on with the parameters of another chain.
     pub(crate) fn retune(&mut self, chain: &Chain) {
         self.steps = chain.steps;
     }

@@ -50,7 +50,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// A fixed pattern of factors.
 #[derive(Debug)]
 struct Vignetting {
     corner_tan: f64,

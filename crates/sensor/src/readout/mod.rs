@@ -69,7 +69,6 @@ pub trait Readout: Send + Sync + Debug {
         Traits::default()
     }
 
-    /// Behaviour of pixels that wait.
     fn waiting(&self) -> Waiting {
         Waiting::Reset
     }
@@ -91,7 +90,6 @@ pub trait Readout: Send + Sync + Debug {
     fn acknowledge(&self, request: &Request, size: SensorSize, state: &mut [f64]) -> Option<f64>;
 }
 
-/// A readout at work.
 #[derive(Debug)]
 pub(crate) struct Service<'a> {
     readout: &'a dyn Readout,
@@ -131,7 +129,6 @@ impl<'a> Service<'a> {
         self.readout.acknowledge(request, self.size, &mut self.memory.state)
     }
 
-    /// Whether requests wait for the turn of their row.
     pub(crate) fn reads_rows(&self) -> bool {
         self.row_times.is_some()
     }

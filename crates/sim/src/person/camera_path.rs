@@ -68,7 +68,6 @@ impl CameraPath {
         (Self { at_rest, amplitudes, phases }, pinhole)
     }
 
-    /// Camera pose without shake.
     pub(super) fn at_rest(&self) -> &LookAt {
         &self.at_rest
     }
@@ -105,7 +104,6 @@ impl CameraPath {
     }
 }
 
-/// How a person is placed on the image.
 struct View {
     /// Height of the whole person in pixels.
     person_px: f32,

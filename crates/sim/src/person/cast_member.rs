@@ -14,7 +14,6 @@ use crate::raster::{Camera, Mesh, PixelRect};
 use crate::scene::{Backdrop, FrameResponse, Lighting, Renderer, Scene};
 use crate::texture::paint_clothes;
 
-/// The streams of a person's random draws.
 pub(super) struct MemberStreams {
     pub(super) shape: CounterRng,
     pub(super) activity: CounterRng,
@@ -89,7 +88,6 @@ impl CastMember {
         })
     }
 
-    /// Name of the captured motion, if it is one.
     pub(super) fn captured(&self) -> Option<&str> {
         match &self.movement {
             Movement::Captured(capture) => Some(capture.name()),

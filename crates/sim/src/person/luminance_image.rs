@@ -66,7 +66,6 @@ pub(super) struct LuminanceImage {
 }
 
 impl LuminanceImage {
-    /// One value everywhere.
     pub(super) fn uniform(value: f32) -> Self {
         Self { values: Arc::new(Plane::filled(1, 1, value)), level: 1.0 }
     }

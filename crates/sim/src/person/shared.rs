@@ -41,7 +41,6 @@ pub(super) struct DressedBody {
     pub(super) metres_per_texture: Vec2,
 }
 
-/// A body of a run, in one of its outfits.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct BodyChoice {
     /// Place among the bodies; none for MakeHuman's.
@@ -96,7 +95,6 @@ impl Shared {
         BodyChoice { body: None, outfit: usize::from(has_hair) + 2 * usize::from(has_skirt) }
     }
 
-    /// The body that was drawn.
     pub(super) fn body(&self, choice: BodyChoice) -> &DressedBody {
         let own = choice.body.map(|body| &self.bodies[body]).or(self.makehuman.as_ref());
         own.unwrap_or(&self.bodies[0])

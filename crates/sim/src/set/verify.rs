@@ -77,7 +77,6 @@ pub fn verify(directory: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Verif
     })
 }
 
-/// Compares one file with its digest.
 fn fault(
     directory: &Path,
     expected: &FileDigest,

@@ -69,7 +69,6 @@ impl Fabric {
     }
 }
 
-/// Clothes, skin and hair of a person.
 #[derive(Debug, Clone, Copy)]
 struct Outfit {
     skin: Vec3A,

@@ -21,7 +21,6 @@ impl CircuitChange {
     }
 }
 
-/// An effect at one of its strengths.
 pub(super) fn install(effect: Effect, strength: usize, draws: &mut Sequence) -> CircuitChange {
     let key = draws.bits();
     CircuitChange::new(&[effect.slot()], move |circuit| {
@@ -29,7 +28,6 @@ pub(super) fn install(effect: Effect, strength: usize, draws: &mut Sequence) -> 
     })
 }
 
-/// An effect that no catalogue has.
 pub(super) fn install_uncatalogued(oddity: Oddity, round: usize) -> CircuitChange {
     CircuitChange::new(&[oddity.slot()], move |circuit| install_oddity(oddity, round, circuit))
 }
