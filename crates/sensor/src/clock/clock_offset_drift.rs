@@ -6,13 +6,10 @@
 //! # Source
 //! Two free-running quartz clocks differ by tens of parts per million (Allan 1987).
 
-use evpose_core::StageNoise;
-
 use super::ClockStage;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::tick::Tick;
-use crate::{Citation, Domain, NumberSpec, Parameter, Request, StageSpec};
+use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec};
 
 const OFFSET: Parameter = Parameter::Number(NumberSpec {
     name: "offset_us",
@@ -69,18 +66,10 @@ struct ClockOffsetDrift {
 
 impl ClockStage for ClockOffsetDrift {
     fn earliest_shown(&self, t_s: f64) -> f64 {
-        t_s + t_s * self.drift + self.offset_s
+        self.shown(t_s)
     }
 
-    fn step(
-        &self,
-        _tick: &Tick,
-        events: &mut Vec<Request>,
-        _state: &mut [f64],
-        _noise: StageNoise,
-    ) {
-        for event in events {
-            event.t_s = self.earliest_shown(event.t_s);
-        }
+    fn shown(&self, t_s: f64) -> f64 {
+        t_s + t_s * self.drift + self.offset_s
     }
 }

@@ -7,13 +7,10 @@
 //! # Source
 //! Lichtsteiner et al. 2008: 15 us at 1 klux.
 
-use evpose_core::StageNoise;
-
 use super::ClockStage;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::tick::Tick;
-use crate::{Citation, Domain, NumberSpec, Parameter, Request, StageSpec};
+use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec};
 
 const DELAY: Parameter = Parameter::Number(NumberSpec {
     name: "delay_us",
@@ -50,15 +47,7 @@ struct PixelLatency {
 }
 
 impl ClockStage for PixelLatency {
-    fn step(
-        &self,
-        _tick: &Tick,
-        events: &mut Vec<Request>,
-        _state: &mut [f64],
-        _noise: StageNoise,
-    ) {
-        for event in events {
-            event.t_s += self.delay_s;
-        }
+    fn shown(&self, t_s: f64) -> f64 {
+        t_s + self.delay_s
     }
 }

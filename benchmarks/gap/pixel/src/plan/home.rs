@@ -15,13 +15,11 @@
 //! keep theirs.
 
 use super::builder::Builder;
-use super::change::{
-    CircuitChange, any_effect, high_strength, install, install_uncatalogued, parameter,
-};
+use super::change::{CircuitChange, any_effect, high_strength, install, install_uncatalogued};
 use crate::case::{Case, CaseKind};
 use crate::convention::{CONVENTIONS_PER_CAMERA, free_kinds};
 use crate::draw::Sequence;
-use crate::effect::{EFFECTS, Effect, STRENGTHS};
+use crate::effect::{EFFECTS, Effect};
 use crate::oddity::Oddity;
 use crate::slot::Slot;
 use crate::tier::Tier;
@@ -51,23 +49,8 @@ pub const UNCATALOGUED: [Oddity; 7] = [
 
 pub(super) fn cases(seed: u64) -> Vec<Case> {
     let mut builder = Builder::new(seed, Tier::Home);
-    for (e, effect) in EFFECTS.into_iter().enumerate() {
-        for scene in 0..SCENES_OF_SINGLES {
-            // One camera and scene for the four strengths.
-            let number = e * SCENES_OF_SINGLES + scene;
-            for strength in 0..STRENGTHS {
-                builder.push(CaseKind::Single, number, Some(strength), None, |draws| {
-                    vec![install(effect, strength, draws)]
-                });
-            }
-        }
-    }
-    for i in 0..NULLS {
-        builder.push(CaseKind::Null, i, None, None, |_| Vec::new());
-    }
-    for i in 0..PARAMETERS {
-        builder.push(CaseKind::Parameter, i, None, None, |draws| vec![parameter(draws, i)]);
-    }
+    builder.push_singles(SCENES_OF_SINGLES);
+    builder.push_nulls_and_parameters(NULLS, PARAMETERS);
     for i in 0..PAIRS {
         builder.push(CaseKind::Pair, i, None, None, |draws| effects(2, 1, draws));
     }
