@@ -241,6 +241,7 @@ fn markdown(all: &[Recording]) -> String {
                     | --- | --- | --- | --- | --- | --- | --- |\n"
         .to_owned();
     for Recording { file, aspects } in all {
+        // The recording itself comes first; all other ways of looking are compared with it.
         let Some(whole) = aspects.first() else { continue };
         for one in aspects {
             let names: Vec<&str> = one.effects.keys().map(String::as_str).collect();

@@ -112,6 +112,7 @@ fn rings_and_tiles(view: &View<'_>, [off, on]: &[Vec<f32>; 2], out: &mut Vec<f64
     let mut rings = [0.0; RINGS];
     let mut tiles = [0.0; TILES.0 * TILES.1 * 2];
     let off_centre = |i: usize, n: usize| (i as f32 + 0.5 - 0.5 * n as f32).powi(2);
+    // Tile and distance of a column are the same in every row: they are computed once.
     let columns: Vec<(usize, f32)> =
         (0..width).map(|x| (x * TILES.0 / width, off_centre(x, width))).collect();
     let corner = 0.25 * (width * width + height * height) as f32;

@@ -147,6 +147,7 @@ impl CastMember {
         let body = shared.body(self.body);
         let renderer = self.renderer.as_mut().expect("dressed before it is rendered");
         renderer.set_camera(camera);
+        // Before a background at rest nothing is to be painted, which is most of the time.
         if !rect.is_empty() {
             renderer.repaint(rect, paint);
         }

@@ -55,6 +55,7 @@ impl PersonSimulator {
         let config = shared.config_of(seed, scene_and_camera.0)?;
         let seconds = config.seconds as f32;
         let scene = SceneInstance::draw(&shared, &config, seed, scene_and_camera, seconds)?;
+        // By sequence, not by scene: cameras of one scene differ as two of one make do.
         let normal = CounterRng::new(seed, "person threshold", index).normal();
         let threshold_offset = config.threshold_sd * f64::from(normal);
         let sensor = config

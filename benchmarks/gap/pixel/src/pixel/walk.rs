@@ -47,6 +47,7 @@ pub(super) struct Walker<F> {
 impl<F: Fn(f64) -> f64> Walker<F> {
     pub(super) fn new(circuit: &Circuit, seeds: Seeds, pixel: u32, log_light: F) -> Self {
         let front = Front::new(circuit);
+        // The camera has been looking at the scene for long: nothing fires as it begins.
         let state = front.settled(front.log_current(log_light(0.0)));
         let noise = NodeNoiseModel::new(circuit, seeds.run, pixel);
         let noise_now = noise.map_or(0.0, |noise| noise.settled());
@@ -93,6 +94,7 @@ impl<F: Fn(f64) -> f64> Walker<F> {
         }
         let middle = self.sample((from.tick + to.tick) / 2);
         let bent = (middle.log - 0.5 * (from.log + to.log)).abs() > STRAIGHT_LN;
+        // Noise is drawn once a span: one that is long against its memory would be too smooth.
         let half_s = middle.t_s - from.t_s;
         if bent || self.noise.is_some_and(|noise| noise.is_coarse(middle.log, half_s)) {
             self.refine(from, middle);

@@ -49,6 +49,7 @@ pub(super) fn parameter(draws: &mut Sequence, number: usize) -> CircuitChange {
                 let amount = draws.between(0.05, 0.4);
                 1.0 + draws.sign() * amount
             };
+            // Both are drawn in any case: what follows does not depend on the side.
             let (on, off) = (factor(), factor());
             CircuitChange::new(&[Slot::Thresholds], move |circuit| {
                 if side != 1 {
