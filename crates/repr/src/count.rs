@@ -7,7 +7,7 @@
 //! # Source
 //! Rudnev et al., *EventHands*, ICCV 2021, supplement, Eq. 2 and 3.
 
-use crate::counts::Counts;
+use crate::counts::{Counting, Counts};
 use crate::drawn::Drawn;
 use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::{FrameEvent, FrameWindow, Grey};
@@ -59,24 +59,6 @@ fn channels(is_s: bool, is_parity: bool) -> usize {
 
 fn counting(is_parity: bool) -> Counting {
     if is_parity { Counting::OncePerFrame } else { Counting::EveryEvent }
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Counting {
-    /// Every event counts 1: the definition.
-    EveryEvent,
-    /// As the published program: a pixel and polarity counts at most once per frame of 1 ms, and
-    /// counts 0.01 whatever the length of the window; ECI-S comes as two equal channels.
-    OncePerFrame,
-}
-
-impl Counting {
-    fn weight(self) -> f32 {
-        match self {
-            Self::EveryEvent => 1.0,
-            Self::OncePerFrame => 0.01,
-        }
-    }
 }
 
 fn draw_per_polarity(counts: &Counts, out: &mut [f32]) {

@@ -6,9 +6,26 @@ use evpose_core::{EventStream, Micros};
 
 use crate::StreamWindow;
 use crate::clock::StreamClock;
-use crate::count::Counting;
 use crate::drawn::PixelState;
 use crate::sliding::{Placed, expire, first_shown};
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Counting {
+    /// Every event counts 1: the definition.
+    EveryEvent,
+    /// As the published program: a pixel and polarity counts at most once per frame of 1 ms, and
+    /// counts 0.01 whatever the length of the window; ECI-S comes as two equal channels.
+    OncePerFrame,
+}
+
+impl Counting {
+    pub(crate) fn weight(self) -> f32 {
+        match self {
+            Self::EveryEvent => 1.0,
+            Self::OncePerFrame => 0.01,
+        }
+    }
+}
 
 /// Events of a sliding window, counted per pixel and polarity.
 #[derive(Debug)]

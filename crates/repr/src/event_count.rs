@@ -12,8 +12,7 @@
 //! columns are taken for rows; neither is imitated.
 
 use crate::Grey;
-use crate::count::Counting;
-use crate::counts::Counts;
+use crate::counts::{Counting, Counts};
 use crate::drawn::Drawn;
 use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::three_sigma::{three_sigma_scale, write_scaled};

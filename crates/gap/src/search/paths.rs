@@ -12,7 +12,7 @@ use super::selection::Selection;
 use super::stepwise::Forward;
 use crate::GapError;
 use crate::candidate::without_effect;
-use crate::parameters::ModelParameter;
+use crate::parameters::{ModelParameter, with_given_parameters};
 
 /// Effects that another path may add before it is given up, and the multiple of the discrepancy that
 /// is to be beaten above which it is.
@@ -144,9 +144,7 @@ impl Forward<'_> {
     /// rates are fitted: noise of the light would stand for both rates otherwise.
     fn reset(&self, selection: &Selection) -> Result<Selection, GapError> {
         let mut other = selection.clone();
-        for parameter in ModelParameter::ALL {
-            parameter.set(&mut other.model, parameter.value(&selection.given));
-        }
+        other.model = with_given_parameters(&selection.model, &selection.given);
         other.fitted = vec![ModelParameter::NoiseOn, ModelParameter::NoiseOff];
         other.fit_together(self.splits, ROUNDS)?;
         Ok(other)
