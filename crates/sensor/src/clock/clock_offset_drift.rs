@@ -9,17 +9,16 @@
 use super::ClockStage;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec};
+use crate::{Citation, Domain, LINEAR_OFF_AT_ZERO, NumberSpec, Parameter, StageSpec};
 
 const OFFSET: Parameter = Parameter::Number(NumberSpec {
     name: "offset_us",
     unit: "us",
     range: (-1e6, 1e6),
     typical: Some((-1e4, 1e4)),
-    default: Some(0.0),
     acts_alone: true,
     doc: "what the clock shows at time zero",
-    ..NumberSpec::LINEAR
+    ..LINEAR_OFF_AT_ZERO
 });
 
 const DRIFT: Parameter = Parameter::Number(NumberSpec {
@@ -27,9 +26,8 @@ const DRIFT: Parameter = Parameter::Number(NumberSpec {
     unit: "ppm",
     range: (-1e5, 1e5),
     typical: Some((-100.0, 100.0)),
-    default: Some(0.0),
     doc: "how much too fast the clock runs, in millionths",
-    ..NumberSpec::LINEAR
+    ..LINEAR_OFF_AT_ZERO
 });
 
 pub(crate) static SPEC: StageSpec = StageSpec {

@@ -10,16 +10,15 @@
 use super::ClockStage;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec};
+use crate::{Citation, Domain, LOG_OFF_AT_ZERO, NumberSpec, Parameter, StageSpec};
 
 const DELAY: Parameter = Parameter::Number(NumberSpec {
     name: "delay_us",
     unit: "us",
     range: (1.0, 1e6),
     typical: Some((10.0, 5000.0)),
-    default: Some(0.0),
     doc: "time from an event to its stamp",
-    ..NumberSpec::LOG
+    ..LOG_OFF_AT_ZERO
 });
 
 pub(crate) static SPEC: StageSpec = StageSpec {

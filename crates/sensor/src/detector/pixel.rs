@@ -115,6 +115,29 @@ pub struct PixelStep {
     pub is_single: bool,
 }
 
+#[cfg(test)]
+impl PixelStep {
+    /// A step of a second from its beginning to its end, of pixel 0.
+    pub(crate) fn of_test(memory: f64, [from, to]: [f64; 2], [on, off]: [f64; 2]) -> Self {
+        let (threshold_on, threshold_off) = (on, off);
+        let (start_s, end_s, per_s) = (0.0, 1.0, 1.0);
+        let (pixel, count, is_single) = (0, 0, false);
+        Self {
+            start_s,
+            end_s,
+            from,
+            to,
+            memory,
+            threshold_on,
+            threshold_off,
+            pixel,
+            count,
+            per_s,
+            is_single,
+        }
+    }
+}
+
 impl PixelStep {
     /// The compared quantity at a time within the step.
     pub fn at(&self, t_s: f64) -> f64 {
