@@ -111,7 +111,7 @@ fn measure(view: &View<'_>, out: &mut Vec<f64>) {
 
 #[cfg(test)]
 mod tests {
-    use evpose_core::{Event, Micros, Polarity};
+    use evpose_core::{Event, Micros};
 
     use super::*;
     use crate::probe::testing;
@@ -151,12 +151,7 @@ mod tests {
 
     #[test]
     fn a_burst_is_the_maximum_of_the_load() {
-        let burst = (0..500).map(|i| Event {
-            t: Micros(300_000 + i % 100),
-            x: 90,
-            y: 10,
-            polarity: Polarity::On,
-        });
+        let burst = (0..500).map(|i| testing::on(300_000 + i % 100, 90, 10));
         let burst = testing::stream(burst.chain(testing::events().iter()));
         let log = testing::value(&PROBE, &burst, "log maximum of events per 100 us");
         assert!((501_f64.ln()..560_f64.ln()).contains(&log), "{log}");
@@ -164,12 +159,8 @@ mod tests {
 
     #[test]
     fn the_shortest_intervals_are_those_between_events_of_the_whole_sensor() {
-        let regular = testing::stream((0..1_000).map(|i| Event {
-            t: Micros(50 * i),
-            x: (i % 90) as u16,
-            y: (i % 70) as u16,
-            polarity: Polarity::On,
-        }));
+        let event = |i: i64| testing::on(50 * i, (i % 90) as u16, (i % 70) as u16);
+        let regular = testing::stream((0..1_000).map(event));
         let log = testing::value(&PROBE, &regular, "log10 of quantile 0.5 of intervals of all");
         assert!((log - 51_f64.log10()).abs() < 1e-9, "{log}");
     }

@@ -195,7 +195,7 @@ fn measure(view: &View<'_>, out: &mut Vec<f64>) {
 
 #[cfg(test)]
 mod tests {
-    use evpose_core::{Event, EventStream, Micros, Polarity, StageNoise};
+    use evpose_core::{Event, EventStream, Micros, StageNoise};
 
     use super::*;
     use crate::probe::testing;
@@ -216,12 +216,8 @@ mod tests {
 
     #[test]
     fn hot_pixels_raise_the_shares_of_the_busiest() {
-        let hot = (0..600).map(|i| Event {
-            t: Micros(1_000 * i64::from(i)),
-            x: testing::REST_FROM + 10 + (i % 3),
-            y: 30,
-            polarity: Polarity::On,
-        });
+        let x = |i: u16| testing::REST_FROM + 10 + (i % 3);
+        let hot = (0..600).map(|i| testing::on(1_000 * i64::from(i), x(i), 30));
         let noise = testing::noise(2_000, 1);
         let even = testing::stream(testing::events().iter().chain(noise.clone()));
         let spiked = testing::stream(testing::events().iter().chain(noise).chain(hot));

@@ -74,13 +74,17 @@ pub(crate) fn tiny(width: u16, height: u16) -> ReferenceScene {
 }
 
 pub(crate) fn corner_events(width: u16, height: u16) -> EventStream {
-    let at = |t, x, y| Event { t: Micros(t), x, y, polarity: Polarity::On };
-    let events = [at(0, 0, 0), at(700, width - 1, height - 1), at(700, 0, 0)];
+    let events = [on(0, 0, 0), on(700, width - 1, height - 1), on(700, 0, 0)];
     EventStream::from_events(SensorSize { width, height }, events).unwrap()
 }
 
 pub(crate) fn whole() -> TimeWindow {
     TimeWindow { start: Micros(0), end: Micros(600_001) }
+}
+
+/// An ON event.
+pub(crate) fn on(t_us: i64, x: u16, y: u16) -> Event {
+    Event { t: Micros(t_us), x, y, polarity: Polarity::On }
 }
 
 pub(crate) fn stream(events: impl IntoIterator<Item = Event>) -> EventStream {

@@ -77,9 +77,10 @@ fn full(t_us: &[i64], length_us: i64, phase_us: i64) -> Option<usize> {
 
 #[cfg(test)]
 mod tests {
-    use evpose_core::{Event, Micros, Polarity, SensorSize};
+    use evpose_core::SensorSize;
 
     use super::*;
+    use crate::probe::testing::on;
 
     /// Events at a varying rate; `budget` of them pass in each window of `length_us`.
     fn controlled(length_us: i64, phase_us: i64, budget: usize, step_us: i64) -> EventStream {
@@ -93,8 +94,7 @@ mod tests {
             let here = (stamp - phase_us).div_euclid(length_us);
             (window, passed) = if here == window { (window, passed + 1) } else { (here, 1) };
             if passed <= budget {
-                let polarity = Polarity::On;
-                kept.push(Event { t: Micros(stamp), x: 3, y: 4, polarity });
+                kept.push(on(stamp, 3, 4));
             }
         }
         EventStream::from_events(size, kept).unwrap()

@@ -295,18 +295,14 @@ fn bus(events: &EventStream) -> Option<Reading> {
 
 #[cfg(test)]
 mod tests {
-    use evpose_core::{Event, Micros, Polarity, SensorSize};
+    use evpose_core::SensorSize;
 
     use super::*;
+    use crate::probe::testing::on;
 
     fn stream(events: impl IntoIterator<Item = (f64, u16, u16)>) -> EventStream {
         let size = SensorSize { width: 20, height: 30 };
-        let event = |(t_us, x, y): (f64, u16, u16)| Event {
-            t: Micros(t_us as i64),
-            x,
-            y,
-            polarity: Polarity::On,
-        };
+        let event = |(t_us, x, y): (f64, u16, u16)| on(t_us as i64, x, y);
         EventStream::from_events(size, events.into_iter().map(event)).unwrap()
     }
 
