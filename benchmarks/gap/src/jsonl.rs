@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::Write as _;
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -40,8 +40,20 @@ pub(super) fn begin<R: DeserializeOwned>(
 
 /// Appends a result in one piece, so that a run that is cut off leaves whole lines.
 pub(super) fn append(file: &mut File, row: &impl Serialize) -> Result<()> {
-    let line = format!("{}\n", serde_json::to_string(row)?);
-    file.write_all(line.as_bytes()).context("writing results.jsonl")
+    file.write_all(line(row)?.as_bytes()).context("writing results.jsonl")
+}
+
+pub(super) fn line(row: &impl Serialize) -> Result<String> {
+    Ok(format!("{}\n", serde_json::to_string(row)?))
+}
+
+/// Sorts cases by their names; two of one name are refused.
+pub(super) fn sort<R>(rows: &mut [R], id: impl Fn(&R) -> &str) -> Result<()> {
+    rows.sort_by(|a, b| id(a).cmp(id(b)));
+    for pair in rows.windows(2) {
+        ensure!(id(&pair[0]) != id(&pair[1]), "case {} is there twice", id(&pair[0]));
+    }
+    Ok(())
 }
 
 /// Reads results; a last line that was cut off is skipped.

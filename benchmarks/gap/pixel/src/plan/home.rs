@@ -20,7 +20,7 @@ use crate::case::{Case, CaseKind};
 use crate::convention::{CONVENTIONS_PER_CAMERA, free_kinds};
 use crate::draw::Sequence;
 use crate::effect::{EFFECTS, Effect};
-use crate::oddity::Oddity;
+use crate::oddity::{ODDITIES, Oddity};
 use crate::slot::Slot;
 use crate::tier::Tier;
 
@@ -37,15 +37,9 @@ const ROUNDS_OF_UNCATALOGUED: usize = 2;
 const MAX_OF_STAGE: usize = 2;
 
 /// Effects outside the catalogue: all of [`crate::oddity`] but hysteresis, which it has.
-pub const UNCATALOGUED: [Oddity; 7] = [
-    Oddity::EventEcho,
-    Oddity::OneSidedRefractory,
-    Oddity::SmoothThresholds,
-    Oddity::LightDependentMismatch,
-    Oddity::CorrelatedLoss,
-    Oddity::NeighbourCopy,
-    Oddity::ChargeInjection,
-];
+pub fn uncatalogued() -> Vec<Oddity> {
+    ODDITIES.into_iter().filter(|oddity| *oddity != Oddity::Hysteresis).collect()
+}
 
 pub(super) fn cases(seed: u64) -> Vec<Case> {
     let mut builder = Builder::new(seed, Tier::Home);
@@ -64,8 +58,9 @@ pub(super) fn cases(seed: u64) -> Vec<Case> {
             vec![install(effect, strength, draws)]
         });
     }
-    for i in 0..ROUNDS_OF_UNCATALOGUED * UNCATALOGUED.len() {
-        let (oddity, round) = (UNCATALOGUED[i % UNCATALOGUED.len()], i / UNCATALOGUED.len());
+    let uncatalogued = uncatalogued();
+    for i in 0..ROUNDS_OF_UNCATALOGUED * uncatalogued.len() {
+        let (oddity, round) = (uncatalogued[i % uncatalogued.len()], i / uncatalogued.len());
         builder.push(CaseKind::NeverCatalogued, i, None, None, |_| {
             vec![install_uncatalogued(oddity, round)]
         });
