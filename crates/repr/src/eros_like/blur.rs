@@ -90,7 +90,7 @@ pub(super) fn fit(out: &mut Plane<u8>, width: usize, height: usize) {
 }
 
 /// The place of `n` where the mirror images of places outside are, however far.
-pub(crate) fn mirrored(place: isize, n: usize) -> usize {
+fn mirrored(place: isize, n: usize) -> usize {
     let period = (2 * (n as isize - 1)).max(1);
     let folded = place.rem_euclid(period);
     folded.min(period - folded).min(n as isize - 1) as usize

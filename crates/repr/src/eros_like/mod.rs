@@ -26,7 +26,6 @@ mod ring;
 mod speckle;
 mod suppress;
 
-pub(crate) use blur::mirrored;
 pub use blur::{BlurWork, GaussianKernel};
 pub use canny::{Canny, CannyWork};
 pub use convert::{ErosLike, ErosLikeWork};
