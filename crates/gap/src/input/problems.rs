@@ -60,7 +60,7 @@ pub enum Problem {
         scene_s: f64,
     },
     /// Columns, rows or polarities are swapped or inverted.
-    #[error("{0}")]
+    #[error("{}", fit(.0))]
     Orientation(Orientation),
 }
 
@@ -209,16 +209,14 @@ fn is_other_length(events: &EventStream, reference: &EventStream, duration_s: f6
     missing as f64 > (DURATION_TOLERANCE * reference.len() as f64).max(20.0)
 }
 
-impl fmt::Display for Orientation {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "the recording fits the scene with {}: ", self.best)?;
-        write!(f, "agreement {:.2}", self.score)?;
-        match self.as_it_is {
-            Some(score) => write!(f, ", against {score:.2} as it is")?,
-            None => write!(f, ", and not at all as it is")?,
-        }
-        self.as_good.iter().try_for_each(|other| write!(f, "; {other} fits as well"))
-    }
+fn fit(orientation: &Orientation) -> String {
+    let Orientation { best, score, as_it_is, as_good, .. } = orientation;
+    let as_it_is = as_it_is.map_or_else(
+        || ", and not at all as it is".to_owned(),
+        |score| format!(", against {score:.2} as it is"),
+    );
+    let as_good: String = as_good.iter().map(|other| format!("; {other} fits as well")).collect();
+    format!("the recording fits the scene with {best}: agreement {score:.2}{as_it_is}{as_good}")
 }
 
 impl fmt::Display for Problems {
