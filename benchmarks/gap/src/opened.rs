@@ -67,14 +67,11 @@ impl Opened {
         self.truth.effects.iter().all(|truth| self.truth.is_named_leniently(truth, &names))
     }
 
-    pub(super) fn has_all_visible(&self) -> bool {
-        let names = self.names();
-        self.truth.visible.iter().all(|truth| self.truth.is_named(truth, &names))
-    }
-
     /// All visible effects are named, and none that is not there.
     pub(super) fn is_exact(&self) -> bool {
-        self.has_all_visible() && !self.is_wrong()
+        let names = self.names();
+        let mut visible = self.truth.visible.iter();
+        visible.all(|truth| self.truth.is_named(truth, &names)) && !self.is_wrong()
     }
 
     /// All hidden parameters of the model are called so, and no effect is named that is not there.

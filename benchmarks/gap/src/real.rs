@@ -166,10 +166,6 @@ impl Seen {
         Ok(Self { aspect, events: seen.len(), seconds, effects })
     }
 
-    fn has_names_of(&self, whole: &Self) -> bool {
-        self.effects.keys().eq(whole.effects.keys())
-    }
-
     /// Parameters that are not those of the whole recording, of names that both have.
     fn moved(&self, whole: &Self) -> Vec<String> {
         let mut moved = Vec::new();
@@ -252,7 +248,7 @@ fn markdown(all: &[Recording]) -> String {
                 one.events.to_string(),
                 format!("{:.3}", one.seconds),
                 if names.is_empty() { "none".to_owned() } else { names.join(", ") },
-                if one.has_names_of(whole) { "yes" } else { "no" }.to_owned(),
+                if one.effects.keys().eq(whole.effects.keys()) { "yes" } else { "no" }.to_owned(),
                 if moved.is_empty() { "agree".to_owned() } else { moved.join("; ") },
             ];
             text += &format!("| {} |\n", cells.join(" | "));

@@ -165,7 +165,7 @@ pub(super) fn score_cases(
         commits,
         folders,
         headlines: Vec::new(),
-        all: Group::of_all(opened),
+        all: Group::new("all", &opened.iter().collect::<Vec<_>>()),
         groups: groups(opened),
         exact_sets: Rate::from_outcomes(
             opened

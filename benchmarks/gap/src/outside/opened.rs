@@ -102,10 +102,6 @@ impl Opened {
         self.truth.effects.iter().any(|effect| right_names(effect).is_empty())
     }
 
-    pub(super) fn is_null(&self) -> bool {
-        self.truth.effects.is_empty()
-    }
-
     /// Whether exactly the visible effects are named: all of them, and nothing that is not there.
     /// Conventions are neither missing nor in excess.
     pub(super) fn is_exact(&self) -> bool {

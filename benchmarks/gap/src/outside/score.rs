@@ -92,7 +92,7 @@ impl Group {
             ),
             wrong_names: Rate::from_outcomes(all().map(Opened::has_wrong_name)),
             nulls_named: Rate::from_outcomes(
-                all().filter(|case| case.is_null()).map(Opened::is_named),
+                all().filter(|case| case.truth.effects.is_empty()).map(Opened::is_named),
             ),
             outside_open: Rate::from_outcomes(
                 all().filter(|case| case.is_outside_catalogue()).map(Opened::is_open),

@@ -127,7 +127,8 @@ impl Parts {
             (_, false) => "columns, forward",
             (_, true) => "columns, backward",
         };
-        Some(effect(RecordingMark::Scan, vec![period]).with_variant(variant))
+        let scan = effect(RecordingMark::Scan, vec![period]);
+        Some(SceneFreeEffect { variant: Some(variant), ..scan })
     }
 
     fn count(&self) -> Option<SceneFreeEffect> {

@@ -162,12 +162,7 @@ impl Comparators {
         self.reset(on, level, t_s);
     }
 
-    /// An event without a crossing: the amplifier is balanced at its input.
-    pub(crate) fn fire_spontaneously(&mut self, on: bool, input: f64, t_s: f64) {
-        self.reset(on, input, t_s);
-    }
-
-    fn reset(&mut self, on: bool, level: f64, t_s: f64) {
+    pub(crate) fn reset(&mut self, on: bool, level: f64, t_s: f64) {
         self.fired += 1;
         self.last = Some(on);
         let hold_s = if on { self.hold_on_s } else { self.hold_off_s };

@@ -132,7 +132,8 @@ impl<F: Fn(f64) -> f64> Walker<F> {
         }
         while let Some(photons) = self.photons.as_mut().filter(|photons| photons.next_s <= t_s) {
             if let Some(on) = photons.take(log).filter(|_| self.comparators.release_s().is_none()) {
-                self.comparators.fire_spontaneously(on, input, t_s);
+                // An event without a crossing: the amplifier is balanced at its input.
+                self.comparators.reset(on, input, t_s);
                 self.record(on, t_s);
             }
         }
