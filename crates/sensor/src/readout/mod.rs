@@ -69,6 +69,7 @@ pub trait Readout: Send + Sync + Debug {
         Traits::default()
     }
 
+    /// Behaviour of pixels that wait.
     fn waiting(&self) -> Waiting {
         Waiting::Reset
     }
