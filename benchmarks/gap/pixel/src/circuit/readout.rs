@@ -58,6 +58,7 @@ pub enum ReadoutOddity {
     Echo {
         /// Share of the events that come back.
         share: f64,
+        /// Delay, s.
         delay_s: f64,
     },
     /// Events get lost in bursts (a two-state process over the whole sensor).
