@@ -7,7 +7,6 @@ use gapbench_pixel::Tier;
 
 use crate::program::ProgramArgs;
 
-/// Parses the composition of a plan.
 fn tier() -> impl TypedValueParser<Value = Tier> {
     let names = PossibleValuesParser::new(["home", "plain"]);
     names.map(|name| if name == "plain" { Tier::Plain } else { Tier::Home })

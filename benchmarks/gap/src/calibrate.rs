@@ -51,7 +51,6 @@ pub(super) struct Fit {
 }
 
 impl Fit {
-    /// The fit to all folders of a directory.
     pub(super) fn of_stored(root: &Path) -> Result<Self> {
         let folders = folders(root)?;
         let all: Vec<&Folder> = folders.iter().collect();
@@ -178,7 +177,6 @@ fn coverages(calibration: &Calibration, folder: &Folder) -> Vec<bool> {
     of_effect.into_iter().chain(of(&folder.of_model, calibration.of_model)).collect()
 }
 
-/// All folders of a directory, by their names.
 fn folders(root: &Path) -> Result<Vec<Folder>> {
     let path = root.join(STATED_BY);
     let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
@@ -226,7 +224,6 @@ fn of_plan(opened: &[Opened]) -> Folder {
     }
 }
 
-/// All effects that were named, and whether each is there.
 fn names(opened: &[Opened]) -> Vec<(FindingEvidence, bool)> {
     let of = |case: &Opened| -> Vec<(FindingEvidence, bool)> {
         let named = case.row.named();

@@ -13,13 +13,11 @@ pub(super) const FOLDER: &str = "cases";
 /// The two recordings of a case, and their folders.
 const PARTS: [(Which, &str); 2] = [(Which::Train, "train"), (Which::Validation, "validation")];
 
-/// Paths of a part's recording and of its scene directory.
 pub(super) fn part(folder: &Path, i: usize) -> (PathBuf, PathBuf) {
     let dir = folder.join(PARTS[i].1);
     (dir.join("measured.npz"), dir)
 }
 
-/// Writes a case.
 pub(super) fn write(folder: &Path, case: &Case) -> Result<()> {
     for (i, (which, _)) in PARTS.into_iter().enumerate() {
         let (measured, dir) = part(folder, i);

@@ -6,7 +6,6 @@ use gapbench_pixel::{CaseKind, EFFECTS};
 
 use super::opened::Opened;
 
-/// Cases of one kind with one answer.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Cell {
     pub(super) n: usize,

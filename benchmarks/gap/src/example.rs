@@ -36,7 +36,6 @@ pub(super) fn label(case: &Case) -> Label {
     case.label_of(truth)
 }
 
-/// All cases of the plain plan, in its order.
 pub(super) fn opened() -> Vec<Opened> {
     of_plan(PLAN)
 }

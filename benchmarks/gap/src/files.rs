@@ -10,7 +10,6 @@ use serde::Serialize;
 pub(crate) const SCORES: &str = "scores.json";
 pub(crate) const TABLE: &str = "table.md";
 
-/// Makes a directory, if it is not there.
 pub(crate) fn create(dir: &Path) -> Result<()> {
     std::fs::create_dir_all(dir).with_context(|| format!("creating {}", dir.display()))
 }

@@ -37,7 +37,6 @@ pub(super) struct Group {
     pub(super) seconds: Option<Median>,
 }
 
-/// The groups that have cases.
 pub(super) fn groups(opened: &[Opened]) -> Vec<Group> {
     let of = |(name, kinds): &(&'static str, &[CaseKind])| {
         let cases: Vec<&Opened> =
@@ -48,12 +47,7 @@ pub(super) fn groups(opened: &[Opened]) -> Vec<Group> {
 }
 
 impl Group {
-    /// All cases.
-    pub(super) fn of_all(opened: &[Opened]) -> Self {
-        Self::new("all", &opened.iter().collect::<Vec<_>>())
-    }
-
-    fn new(name: &'static str, cases: &[&Opened]) -> Self {
+    pub(super) fn new(name: &'static str, cases: &[&Opened]) -> Self {
         let names = || cases.iter().flat_map(|case| case.names().into_iter().map(|n| (*case, n)));
         let is_right = |(case, name): (&Opened, &str)| case.truth.holds(name);
         // Names that only a convention makes right would flatter precision.

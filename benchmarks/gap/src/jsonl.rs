@@ -1,9 +1,14 @@
 //! Results as lines of JSON, one a case, that a run which was cut off leaves readable.
 
+use std::fs::File;
+use std::io::Write as _;
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
+use serde::Serialize;
 use serde::de::DeserializeOwned;
+
+use crate::files;
 
 /// Reads results to go on behind them: a last line that was cut off is removed.
 pub(super) fn resume<R: DeserializeOwned>(path: &Path) -> Result<Vec<R>> {
@@ -16,6 +21,39 @@ pub(super) fn resume<R: DeserializeOwned>(path: &Path) -> Result<Vec<R>> {
         evpose_core::atomic_write(path, whole.as_bytes())?;
     }
     parse(whole, path)
+}
+
+/// Begins or goes on with a file of results: those that it holds, and where others are appended.
+pub(super) fn begin<R: DeserializeOwned>(
+    dir: &Path,
+    name: &str,
+    is_resumed: bool,
+) -> Result<(Vec<R>, File)> {
+    let path = dir.join(name);
+    let known: Vec<R> = if is_resumed { resume(&path)? } else { Vec::new() };
+    if known.is_empty() {
+        files::write(dir, name, b"")?;
+    }
+    let file = File::options().append(true).open(&path);
+    Ok((known, file.with_context(|| format!("opening {}", path.display()))?))
+}
+
+/// Appends a result in one piece, so that a run that is cut off leaves whole lines.
+pub(super) fn append(file: &mut File, row: &impl Serialize) -> Result<()> {
+    file.write_all(line(row)?.as_bytes()).context("writing results.jsonl")
+}
+
+pub(super) fn line(row: &impl Serialize) -> Result<String> {
+    Ok(format!("{}\n", serde_json::to_string(row)?))
+}
+
+/// Sorts cases by their names; two of one name are refused.
+pub(super) fn sort<R>(rows: &mut [R], id: impl Fn(&R) -> &str) -> Result<()> {
+    rows.sort_by(|a, b| id(a).cmp(id(b)));
+    for pair in rows.windows(2) {
+        ensure!(id(&pair[0]) != id(&pair[1]), "case {} is there twice", id(&pair[0]));
+    }
+    Ok(())
 }
 
 /// Reads results; a last line that was cut off is skipped.

@@ -12,7 +12,6 @@ use super::own::{self, OwnRow};
 use super::part::Part;
 use super::row::Row;
 
-/// Rows of all directories.
 #[derive(Debug)]
 pub(super) struct Merged {
     /// In the order of the names of cases.
@@ -86,6 +85,7 @@ fn all_done(dir: &Path, results: &Path) -> Result<()> {
     };
     let rows: Vec<Row> = jsonl::read(results)?;
     let done: HashSet<&str> = rows.iter().map(|row| row.id.as_str()).collect();
+    // Of the cases that the directory claimed, not of the plan: shards are complete one by one.
     let open = part.cases.iter().filter(|id| !done.contains(id.as_str())).count();
     ensure!(
         open == 0,

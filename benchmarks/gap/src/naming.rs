@@ -1,7 +1,6 @@
 //! The naming of cases, a row each: nothing here knows a label.
 
 use std::collections::HashSet;
-use std::io::Write as _;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
@@ -23,14 +22,9 @@ pub(super) const REPORTS: &str = "reports";
 /// Seconds a case takes before any was timed.
 const SECONDS: f64 = 20.0;
 
-/// Names in every case that has no row yet.
 pub(super) fn run(args: &RunArgs, program: &Program, plan: PlanId, cases: &[Case]) -> Result<()> {
     Part::new(plan, cases).claim(&args.out, args.resume).context(BadInput)?;
-    let path = args.out.join(RESULTS);
-    let known: Vec<Row> = if args.resume { jsonl::resume(&path)? } else { Vec::new() };
-    if known.is_empty() {
-        files::write(&args.out, RESULTS, b"")?;
-    }
+    let (known, mut results): (Vec<Row>, _) = jsonl::begin(&args.out, RESULTS, args.resume)?;
     let done: HashSet<&str> = known.iter().map(|row| row.id.as_str()).collect();
     let open: Vec<&Case> = cases.iter().filter(|case| !done.contains(case.id.as_str())).collect();
     let each_s = match known.len() {
@@ -43,10 +37,6 @@ pub(super) fn run(args: &RunArgs, program: &Program, plan: PlanId, cases: &[Case
         cases.len(),
         open.len() as f64 * each_s / 60.0
     ));
-    let mut results = std::fs::OpenOptions::new()
-        .append(true)
-        .open(&path)
-        .with_context(|| format!("opening {}", path.display()))?;
     let progress = bar("naming in", open.len() as u64, "cases");
     for (i, case) in open.iter().enumerate() {
         let begin = Instant::now();
@@ -54,9 +44,7 @@ pub(super) fn run(args: &RunArgs, program: &Program, plan: PlanId, cases: &[Case
         let report = args.out.join(REPORTS).join(&case.id);
         case_files::write(&folder, case)?;
         let row = row::name(program, &folder, case, &report, begin.elapsed().as_secs_f64())?;
-        // In one piece, so that a run that is cut off leaves whole lines.
-        let line = format!("{}\n", serde_json::to_string(&row)?);
-        results.write_all(line.as_bytes()).context("writing results.jsonl")?;
+        jsonl::append(&mut results, &row)?;
         say_above(&progress, format!("{:>4} {row}", i + 1));
         progress.inc(1);
         if !args.keep {

@@ -11,7 +11,6 @@ use super::row::Row;
 use super::truth::Truth;
 use crate::terminal::bar;
 
-/// A case with its answer and its ground truth.
 #[derive(Debug)]
 pub(super) struct Opened {
     pub(super) truth: Truth,
@@ -42,7 +41,6 @@ pub(super) fn open(
 }
 
 impl Opened {
-    /// The effects that were named.
     pub(super) fn names(&self) -> Vec<&str> {
         self.row.named().map(|effect| effect.name.as_str()).collect()
     }
@@ -51,7 +49,6 @@ impl Opened {
         self.row.named().next().is_some()
     }
 
-    /// An effect is named that is not there.
     pub(super) fn is_wrong(&self) -> bool {
         self.row.named().any(|effect| !self.truth.holds(&effect.name))
     }
@@ -70,15 +67,11 @@ impl Opened {
         self.truth.effects.iter().all(|truth| self.truth.is_named_leniently(truth, &names))
     }
 
-    /// All visible effects are named.
-    pub(super) fn has_all_visible(&self) -> bool {
-        let names = self.names();
-        self.truth.visible.iter().all(|truth| self.truth.is_named(truth, &names))
-    }
-
     /// All visible effects are named, and none that is not there.
     pub(super) fn is_exact(&self) -> bool {
-        self.has_all_visible() && !self.is_wrong()
+        let names = self.names();
+        let mut visible = self.truth.visible.iter();
+        visible.all(|truth| self.truth.is_named(truth, &names)) && !self.is_wrong()
     }
 
     /// All hidden parameters of the model are called so, and no effect is named that is not there.
@@ -119,7 +112,6 @@ impl Opened {
         has_nothing || !(is_explained || self.row.verdict == Answer::NoGap || self.is_wrong())
     }
 
-    /// The answer is the expected one.
     pub(super) fn is_met(&self) -> bool {
         match self.truth.kind {
             CaseKind::Single | CaseKind::Pair | CaseKind::Several if self.is_home() => {
@@ -155,13 +147,11 @@ impl Opened {
         self.is_wrong() || !(self.is_met() || is_hidden)
     }
 
-    /// The estimate of a parameter of a finding.
     pub(super) fn estimate(&self, finding: &str, key: &str) -> Option<&Quantity> {
         let found = self.row.effects.iter().find(|effect| effect.name == finding)?;
         found.parameters.get(key)
     }
 
-    /// The hidden effects, in words of the label.
     pub(super) fn hidden(&self) -> String {
         self.truth.hidden.join(" + ")
     }

@@ -37,7 +37,6 @@ const REPLICATES: usize = 199;
 /// Probabilities up to this are called significant.
 const LEVEL: f64 = 0.05;
 
-/// One recording of our own model.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct OwnRow {
     pub(super) set: usize,
@@ -48,12 +47,10 @@ pub(super) struct OwnRow {
     pub(super) seconds: f64,
 }
 
-/// All of them.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub(super) struct OwnSummary {
     /// Recordings that would be called significant at 5 %.
     pub(super) significant: Rate,
-    /// Whether probabilities are uniform.
     pub(super) uniformity: Uniformity,
     pub(super) replicates: usize,
 }
@@ -111,7 +108,6 @@ pub(super) fn run(args: &OwnArgs) -> Result<()> {
     Ok(())
 }
 
-/// The light of the first recording of a case.
 fn scene(case: &Case) -> Result<LightSequence> {
     let scene = case.scene(Which::Train);
     let (width, height) = (gapbench_pixel::event::WIDTH, gapbench_pixel::event::HEIGHT);
@@ -136,7 +132,6 @@ fn line(row: &OwnRow) -> String {
     format!("{},{},{},{},{:.3}\n", row.set, row.case, row.p, row.events, row.seconds)
 }
 
-/// Recordings as a file.
 pub(super) fn text(rows: &[OwnRow]) -> String {
     let lines: String = rows.iter().map(line).collect();
     format!("{HEADER}\n{lines}")
@@ -170,7 +165,6 @@ pub(super) fn summary(rows: &[OwnRow]) -> Option<OwnSummary> {
     Some(OwnSummary { significant, uniformity, replicates: REPLICATES })
 }
 
-/// The same in words.
 fn lines(summary: &OwnSummary) -> Vec<String> {
     let OwnSummary { significant, uniformity, .. } = summary;
     vec![

@@ -15,7 +15,6 @@ const NAME: &str = "bench.json";
 /// A plan, by what it is made from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct PlanId {
-    /// Its seed.
     pub(super) seed: u64,
     /// Its composition; files from before there were two are of plain plans.
     #[serde(default = "plain")]
@@ -27,7 +26,6 @@ fn plain() -> Tier {
 }
 
 impl PlanId {
-    /// The plan of arguments.
     pub(super) fn new(args: &PlanArgs) -> Result<Self> {
         Self::of_seed(&args.plan, args.tier)
     }
@@ -37,18 +35,15 @@ impl PlanId {
         Ok(Self { seed: seed(plan)?, tier })
     }
 
-    /// Its cases.
     pub(super) fn cases(self) -> Vec<Case> {
         Plan::from_seed(self.seed, self.tier)
     }
 
-    /// Its composition in one word.
     pub(super) fn tier_name(self) -> &'static str {
         tier_name(self.tier)
     }
 }
 
-/// A composition in one word.
 pub(super) fn tier_name(tier: Tier) -> &'static str {
     match tier {
         Tier::Home => "home",
@@ -56,10 +51,8 @@ pub(super) fn tier_name(tier: Tier) -> &'static str {
     }
 }
 
-/// Part of a plan.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Part {
-    /// The plan.
     #[serde(flatten)]
     pub(super) plan: PlanId,
     /// Cases, by their names that say nothing.
@@ -98,7 +91,6 @@ impl Part {
     }
 }
 
-/// The cases that were asked for.
 pub(super) fn cases(args: &ChosenCases, plan: PlanId) -> Result<Vec<Case>> {
     let (part, parts) = shard(&args.plan.shard)?;
     let kind = |case: &Case| serde_json::to_value(case.kind).unwrap_or_default();
@@ -120,12 +112,10 @@ pub(super) fn shard(text: &str) -> Result<(usize, usize)> {
         .with_context(|| format!("--shard {text}: expected I/N, for example 1/4"))
 }
 
-/// Whether there is but one part.
 pub(super) fn is_whole(text: &str) -> bool {
     shard(text).is_ok_and(|(_, parts)| parts == 1)
 }
 
-/// The seed that was typed, or that of a file.
 fn seed(plan: &str) -> Result<u64> {
     if let Ok(seed) = plan.parse() {
         return Ok(seed);

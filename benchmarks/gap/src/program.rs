@@ -30,7 +30,6 @@ pub(crate) struct ProgramArgs {
     pub(crate) threads: Option<usize>,
 }
 
-/// A program that can be started.
 #[derive(Debug)]
 pub(crate) struct Program {
     path: PathBuf,
@@ -39,7 +38,6 @@ pub(crate) struct Program {
     pub(crate) commit: String,
 }
 
-/// A run that has ended.
 #[derive(Debug)]
 pub(crate) struct EndedRun {
     /// Seconds from start to exit, as users wait for it.
@@ -76,7 +74,6 @@ impl Program {
         Ok(Self { path, threads, commit })
     }
 
-    /// Threads that each run has.
     pub(crate) fn threads(&self) -> usize {
         self.threads.unwrap_or_else(rayon::current_num_threads)
     }

@@ -133,7 +133,6 @@ struct Seen {
     effects: BTreeMap<String, BTreeMap<String, (f64, String)>>,
 }
 
-/// A recording with all ways of looking at it.
 #[derive(Debug, Serialize)]
 struct Recording {
     file: String,
@@ -165,11 +164,6 @@ impl Seen {
         };
         let effects = effects.iter().map(parameters).collect();
         Ok(Self { aspect, events: seen.len(), seconds, effects })
-    }
-
-    /// Whether it has the names of the whole recording.
-    fn has_names_of(&self, whole: &Self) -> bool {
-        self.effects.keys().eq(whole.effects.keys())
     }
 
     /// Parameters that are not those of the whole recording, of names that both have.
@@ -243,6 +237,7 @@ fn markdown(all: &[Recording]) -> String {
                     | --- | --- | --- | --- | --- | --- | --- |\n"
         .to_owned();
     for Recording { file, aspects } in all {
+        // The recording itself comes first; all other ways of looking are compared with it.
         let Some(whole) = aspects.first() else { continue };
         for one in aspects {
             let names: Vec<&str> = one.effects.keys().map(String::as_str).collect();
@@ -253,7 +248,7 @@ fn markdown(all: &[Recording]) -> String {
                 one.events.to_string(),
                 format!("{:.3}", one.seconds),
                 if names.is_empty() { "none".to_owned() } else { names.join(", ") },
-                if one.has_names_of(whole) { "yes" } else { "no" }.to_owned(),
+                if one.effects.keys().eq(whole.effects.keys()) { "yes" } else { "no" }.to_owned(),
                 if moved.is_empty() { "agree".to_owned() } else { moved.join("; ") },
             ];
             text += &format!("| {} |\n", cells.join(" | "));

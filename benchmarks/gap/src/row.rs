@@ -25,18 +25,14 @@ fn one() -> usize {
 /// One case: nothing in it comes from the label.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Row {
-    /// The case.
     pub(super) id: String,
-    /// The answer in one word.
     pub(super) verdict: Answer,
-    /// Identified effects and parameters.
     pub(super) effects: Vec<Finding>,
     /// Gap of the model as given, on the second recording, and of the corrected one.
     pub(super) gap_before: f64,
     pub(super) gap_after: f64,
     /// The share of it that is gone.
     pub(super) grr: f64,
-    /// Evidence of the identified effects.
     #[serde(default)]
     pub(super) evidence: BTreeMap<String, FindingEvidence>,
     /// Uncertainty of the estimates of findings, before calibration.
@@ -46,20 +42,16 @@ pub(super) struct Row {
     pub(super) tried: Vec<Vec<(String, f64)>>,
     /// Events of the first recording.
     pub(super) events: usize,
-    /// Threads that it ran on.
     #[serde(default = "one")]
     pub(super) threads: usize,
-    /// Seconds to make the files.
     pub(super) make_s: f64,
     /// Seconds to name from them: those of the whole run of the program with its report, in rows of commits
     /// before `gapbench` of the search alone.
     pub(super) name_s: f64,
-    /// The program.
     pub(super) commit: String,
 }
 
 impl Row {
-    /// All that it took.
     pub(super) fn seconds(&self) -> f64 {
         self.make_s + self.name_s
     }
@@ -70,7 +62,6 @@ impl Row {
         self.seconds() * self.threads as f64 / 2.0
     }
 
-    /// The effects that were named, in their order.
     pub(super) fn named(&self) -> impl Iterator<Item = &Finding> {
         self.effects.iter().filter(|effect| effect.kind == FindingKind::Effect)
     }

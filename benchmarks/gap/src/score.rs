@@ -15,16 +15,12 @@ use super::targets::{Headline, headlines};
 /// The score of a part of the plan. Figures are strict: see [`Lenient`].
 #[derive(Debug, Clone, Serialize)]
 pub(super) struct Scores {
-    /// Seeds of the plans.
     pub(super) plans: Vec<u64>,
-    /// Its composition.
     pub(super) tier: Tier,
     pub(super) cases: usize,
-    /// Programs that results are of.
     pub(super) commits: Vec<String>,
     /// Stored folders that they are in; none of one that is scored by itself.
     pub(super) folders: Vec<String>,
-    /// Targets, and whether they are reached.
     pub(super) headlines: Vec<Headline>,
     /// Recall and precision of all cases, and by the count of hidden effects.
     pub(super) all: Group,
@@ -33,7 +29,6 @@ pub(super) struct Scores {
     pub(super) exact_sets: Rate,
     /// Visible singles with their effect named, and nothing that is not there.
     pub(super) singles_right: Rate,
-    /// Cases with a name that is not there.
     pub(super) wrong_names: Rate,
     /// Nulls in which an effect is named, and in which anything is said.
     pub(super) nulls_named: Rate,
@@ -62,7 +57,6 @@ pub(super) struct Scores {
     pub(super) seconds_mean: f64,
     pub(super) seconds_median: Option<f64>,
     pub(super) seconds_most: f64,
-    /// Visible singles by strength.
     pub(super) by_strength: BTreeMap<usize, Rate>,
     /// Singles by effect and strength, seen or not.
     pub(super) power: Vec<Power>,
@@ -93,7 +87,6 @@ pub(super) struct Lenient {
 pub(super) struct Power {
     pub(super) effect: &'static str,
     pub(super) strength: usize,
-    /// Cases in which it is visible.
     pub(super) visible: usize,
     pub(super) right: Rate,
 }
@@ -114,13 +107,11 @@ impl Estimate {
         (self.truth != 0.0).then(|| (self.estimate.value / self.truth - 1.0).abs())
     }
 
-    /// Whether the interval holds the truth.
     pub(super) fn is_covered(&self) -> bool {
         (self.estimate.lo90..=self.estimate.hi90).contains(&self.truth)
     }
 }
 
-/// Scores cases of one tier.
 pub(super) fn score_cases(
     opened: &[Opened],
     own: Option<OwnSummary>,
@@ -174,7 +165,7 @@ pub(super) fn score_cases(
         commits,
         folders,
         headlines: Vec::new(),
-        all: Group::of_all(opened),
+        all: Group::new("all", &opened.iter().collect::<Vec<_>>()),
         groups: groups(opened),
         exact_sets: Rate::from_outcomes(
             opened

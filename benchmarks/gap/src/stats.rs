@@ -35,9 +35,7 @@ impl Rate {
 pub(super) struct Bin {
     pub(super) from: f64,
     pub(super) to: f64,
-    /// The mean of what was stated.
     pub(super) stated: f64,
-    /// How many were right.
     pub(super) right: Rate,
 }
 
@@ -85,7 +83,6 @@ impl Stated {
     }
 }
 
-/// How far probabilities are from uniform.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub(super) struct Uniformity {
     /// The largest difference of distribution functions.

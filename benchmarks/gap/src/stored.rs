@@ -29,7 +29,6 @@ const KEY: &str = "outside-key.md";
 const BEGIN: &str = "<!-- generated: ";
 const END: &str = "<!-- end -->";
 
-/// Folders of a pool, as its scores have them.
 #[derive(Deserialize)]
 struct Pool {
     folders: Vec<String>,
@@ -63,22 +62,16 @@ pub(super) fn cases(dirs: &[PathBuf]) -> Result<(Vec<Opened>, Vec<OwnRow>)> {
             own.extend(own::read(&dir.join(own::NAME))?);
         }
     }
-    opened.sort_by(|a, b| a.row.id.cmp(&b.row.id));
-    for pair in opened.windows(2) {
-        ensure!(pair[0].row.id != pair[1].row.id, "case {} is there twice", pair[0].row.id);
-    }
+    jsonl::sort(&mut opened, |case| &case.row.id)?;
     let tier = opened.first().map(|case| case.truth.plan.tier);
     // Tiers have targets of their own.
     ensure!(opened.iter().all(|case| Some(case.truth.plan.tier) == tier), "plans of two tiers");
     Ok((opened, own))
 }
 
-/// Rows and labels as they are stored.
 pub(super) fn lines(opened: &[Opened]) -> Result<[(&'static str, String); 2]> {
-    let row = |case: &Opened| Ok(format!("{}\n", serde_json::to_string(&case.row)?));
-    let label = |case: &Opened| Ok(format!("{}\n", serde_json::to_string(&case.truth)?));
-    let rows: Result<String> = opened.iter().map(row).collect();
-    let labels: Result<String> = opened.iter().map(label).collect();
+    let rows: Result<String> = opened.iter().map(|case| jsonl::line(&case.row)).collect();
+    let labels: Result<String> = opened.iter().map(|case| jsonl::line(&case.truth)).collect();
     Ok([(RESULTS, rows?), (LABELS, labels?)])
 }
 
@@ -114,7 +107,6 @@ pub(super) fn sources(root: &Path) -> Result<[Vec<PathBuf>; 2]> {
     Ok([plans, others])
 }
 
-/// Every derived file of a directory, with its text.
 pub(super) fn derived(root: &Path) -> Result<BTreeMap<PathBuf, String>> {
     let mut all = BTreeMap::new();
     for (dir, of) in folders(root)? {

@@ -7,7 +7,6 @@ use super::stats::Rate;
 use super::targets::{Headline, Reached, Target, Unit};
 use evpose_report::format::short;
 
-/// The table, line by line.
 pub(super) fn lines(scores: &Scores) -> Vec<String> {
     let mut lines = vec![format!(
         "{:<46}{:>9}{:>8}  {:<17}{:>10}{:>10}  ",
@@ -24,7 +23,6 @@ pub(super) fn lines(scores: &Scores) -> Vec<String> {
     lines
 }
 
-/// The cases in words.
 pub(super) fn cases(scores: &Scores) -> String {
     let plans: Vec<String> = scores.plans.iter().map(u64::to_string).collect();
     let word = if plans.len() == 1 { "plan" } else { "plans" };
@@ -45,7 +43,6 @@ pub(super) fn markdown(scores: &Scores) -> String {
     text + &format!("\n{}; programs {}.\n", cases(scores), scores.commits.join(", "))
 }
 
-/// Headlines as a table in Markdown.
 pub(super) fn rows(headlines: &[Headline]) -> String {
     let row = |headline: &Headline| {
         let measured = match headline.value {
@@ -91,7 +88,6 @@ pub(super) fn rate(rate: &Rate) -> String {
     })
 }
 
-/// A share in percent, with a decimal.
 pub(super) fn percent(share: f64) -> String {
     spaced(&figure(Unit::Share, share))
 }
@@ -143,7 +139,6 @@ fn line(headline: &Headline) -> String {
     line.trim_end().to_owned()
 }
 
-/// A figure in its unit.
 pub(super) fn figure(unit: Unit, value: f64) -> String {
     match unit {
         // Targets of one in a hundred want a decimal.
@@ -159,7 +154,6 @@ pub(super) fn interval(headline: &Headline) -> String {
     format!("{} to {}", figure(headline.unit, low), figure(headline.unit, high))
 }
 
-/// A target in the unit of its figure.
 pub(super) fn target(unit: Unit, target: Target) -> String {
     match target {
         Target::AtLeast(least) => format!(">= {}", figure(unit, least)),
@@ -170,7 +164,6 @@ pub(super) fn target(unit: Unit, target: Target) -> String {
     }
 }
 
-/// Whether a target is reached, in a word or two.
 pub(super) fn word(reached: Reached) -> &'static str {
     match reached {
         Reached::Goal => "goal met",

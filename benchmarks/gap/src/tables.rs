@@ -10,7 +10,6 @@ use super::score::Scores;
 use super::stats::Rate;
 use crate::files;
 
-/// Writes all tables into a directory.
 pub(super) fn write(dir: &Path, opened: &[Opened], scores: &Scores) -> Result<()> {
     for (name, table) in [
         ("groups.csv", groups(scores)),
@@ -44,7 +43,6 @@ fn header(names: &str) -> Table {
     vec![names.split(',').map(str::to_owned).collect()]
 }
 
-/// Share and interval, as cells.
 fn rate(rate: &Rate) -> [String; 3] {
     let share = rate.share.map_or_else(String::new, |share| format!("{share:.4}"));
     [share, format!("{:.4}", rate.lo95), format!("{:.4}", rate.hi95)]

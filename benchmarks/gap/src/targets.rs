@@ -28,7 +28,6 @@ impl Target {
     }
 }
 
-/// How a figure is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Unit {
@@ -52,17 +51,14 @@ pub(super) struct Headline {
     /// None where nothing is required.
     pub(super) required: Option<Target>,
     pub(super) goal: Option<Target>,
-    /// A remark.
     pub(super) note: String,
 }
 
-/// Whether a target is reached.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Reached {
     Goal,
     Required,
     Missed,
-    /// There is no figure.
     Unknown,
 }
 

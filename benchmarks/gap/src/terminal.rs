@@ -32,7 +32,6 @@ pub(crate) fn say_above(bar: &ProgressBar, line: impl Display) {
     }
 }
 
-/// Prints an error.
 pub(crate) fn report_error(message: impl Display) {
     let _ = writeln!(std::io::stderr(), "gapbench: {message}");
 }

@@ -47,17 +47,13 @@ const FOLLOWER_CORNER: &str = "second_pole";
 /// Ground truth of a case: what of its label is scored. Opened labels are stored as lines of these.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Truth {
-    /// The case.
     pub(super) id: String,
-    /// Its plan.
     #[serde(flatten)]
     pub(super) plan: PlanId,
     pub(super) kind: CaseKind,
     /// Strength from 0 to 3, of singles.
     pub(super) strength: Option<usize>,
-    /// Scene of the first recording.
     pub(super) scene: String,
-    /// Whether all that is hidden is visible.
     pub(super) is_visible: bool,
     /// Whether it is not in the catalogue that it is looked up in.
     pub(super) is_outside: bool,
@@ -137,7 +133,6 @@ impl Truth {
         self.hides(name) || self.is_convention(name)
     }
 
-    /// Whether a name is right for a convention of the camera.
     pub(super) fn is_convention(&self, name: &str) -> bool {
         self.conventions.iter().flatten().any(|right| right == name)
     }
@@ -156,7 +151,6 @@ impl Truth {
         self.holds(name) || (self.has(LOWPASS) && name == FOLLOWER)
     }
 
-    /// Whether an effect that is there was named.
     pub(super) fn is_named(&self, truth: &str, names: &[&str]) -> bool {
         names.contains(&truth)
             || (self.has_follower && truth == LOWPASS && names.contains(&FOLLOWER))
@@ -185,7 +179,6 @@ mod tests {
     use super::*;
     use crate::example;
 
-    /// The truth of a single low-pass of this strength.
     fn lowpass(strength: usize) -> Truth {
         let all = example::opened();
         let is_it = |opened: &&crate::opened::Opened| {

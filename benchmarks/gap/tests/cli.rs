@@ -11,7 +11,6 @@ fn gapbench(dir: &Path, line: &str) -> Output {
     command.current_dir(dir).args(line.split_whitespace()).output().unwrap()
 }
 
-/// Both streams of an output.
 fn text(output: &Output) -> String {
     [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes)).concat()
 }

@@ -18,10 +18,8 @@ const CLASSES: usize = 8;
 /// Stride of the sample of luminance values that the edges of classes are taken from.
 const SAMPLE_STRIDE: usize = 61;
 
-/// Brightness classes of a scene.
 pub(crate) struct Classes<'a> {
     frames: Frames<'a>,
-    /// Inner edges of the classes.
     edges: Vec<f32>,
 }
 
@@ -41,7 +39,6 @@ impl<'a> Classes<'a> {
         Ok(Self { frames, edges })
     }
 
-    /// Relative difference of the counts of classes.
     pub(crate) fn distance(&self, a: &EventStream, b: &EventStream) -> f64 {
         relative_difference(&self.counts(a), &self.counts(b))
     }

@@ -4,7 +4,6 @@ use evpose_core::EventStream;
 
 use crate::relative_difference;
 
-/// Relative difference of the total counts of a polarity.
 pub(crate) fn total(a: &EventStream, b: &EventStream, is_on: bool) -> f64 {
     let count = |events: &EventStream| {
         events.polarity().iter().filter(|polarity| polarity.is_on() == is_on).count() as f64

@@ -7,7 +7,6 @@ use crate::relative_difference;
 /// Side of a block, pixels.
 const BLOCK: usize = 8;
 
-/// Relative difference of the counts of blocks.
 pub(crate) fn distance(a: &EventStream, b: &EventStream) -> f64 {
     relative_difference(&blocks(a), &blocks(b))
 }

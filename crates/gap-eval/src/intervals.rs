@@ -2,7 +2,6 @@
 
 use evpose_core::EventStream;
 
-/// Bins per decade.
 const PER_DECADE: f64 = 5.0;
 /// Bins: one for equal time stamps, then from 1 us to 10 s.
 const BINS: usize = 37;

@@ -75,6 +75,7 @@ pub fn evaluate(
 ) -> Result<Evaluation, EvalError> {
     let sensor = measured.sensor();
     for (runs, when) in [(before, "before"), (after, "after")] {
+        // One run alone would say nothing of how much runs differ by chance.
         if runs.len() < 2 {
             return Err(EvalError::Runs(runs.len(), when));
         }
@@ -94,6 +95,7 @@ pub fn evaluate(
         ("lag of the rate", "ms", Box::new(rate::lag_ms)),
         ("rate", "", Box::new(rate::distance)),
     ];
+    // Classes are those of the frames, not of either recording: both are counted in the same ones.
     if let Some(frames) = frames {
         let classes = brightness::Classes::new(frames, sensor)?;
         let distance = move |a: &_, b: &_| classes.distance(a, b);

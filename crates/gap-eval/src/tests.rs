@@ -6,7 +6,6 @@ use super::*;
 
 const SIZE: SensorSize = SensorSize { width: 24, height: 16 };
 
-/// Effects of a simulator.
 #[derive(Clone, Copy, Default)]
 struct Effects {
     delay_us: i64,

@@ -34,7 +34,6 @@ pub struct Expectation {
     pub mean: Vec<f64>,
     /// Variance of every statistic from run to run, without tolerance.
     pub variance: Vec<f64>,
-    /// Total number of events.
     events: f64,
 }
 

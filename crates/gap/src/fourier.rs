@@ -9,7 +9,6 @@ use std::sync::OnceLock;
 
 /// Logarithm to base two of the longest transform.
 const MAX_BITS: u32 = 18;
-/// Length of the longest transform.
 const MAX_LENGTH: usize = 1 << MAX_BITS;
 
 /// Twiddle factors: real and imaginary parts of `exp(-2 pi i j / 2h)` for `j < h`, for every `h =
@@ -35,9 +34,7 @@ impl Roots {
 /// A complex signal and, after [`Fourier::transform`], its spectrum.
 #[derive(Debug, Clone)]
 pub(crate) struct Fourier {
-    /// Real parts.
     pub(crate) re: Vec<f32>,
-    /// Imaginary parts.
     pub(crate) im: Vec<f32>,
 }
 
@@ -53,7 +50,6 @@ impl Fourier {
         self.re.len()
     }
 
-    /// Sets all values to zero.
     pub(crate) fn clear(&mut self) {
         self.re.fill(0.0);
         self.im.fill(0.0);

@@ -25,12 +25,8 @@ impl FreeParameter {
     /// The model parameters that every fit may change. The offset of the clock is not among them,
     /// because beside an effect it would take the place of a latency.
     pub fn of_model() -> Vec<Self> {
-        let is_free = |parameter: &&ModelParameter| **parameter != ModelParameter::ClockOffset;
-        ModelParameter::ALL
-            .iter()
-            .filter(is_free)
-            .map(|parameter| Self::Model(*parameter))
-            .collect()
+        let all = ModelParameter::ALL.into_iter();
+        all.filter(|parameter| *parameter != ModelParameter::ClockOffset).map(Self::Model).collect()
     }
 
     /// The fitted parameters of a trial, the strength first.
@@ -38,7 +34,6 @@ impl FreeParameter {
         trial.params.iter().map(|param| Self::Effect(trial.spec, param)).collect()
     }
 
-    /// Whether it is this parameter of the model.
     pub(crate) fn is_model(&self, parameter: ModelParameter) -> bool {
         matches!(self, Self::Model(own) if *own == parameter)
     }
@@ -80,12 +75,9 @@ impl FreeParameter {
 
     /// The model with the parameter changed by some steps.
     pub fn stepped(self, model: &SensorConfig, steps: f64) -> SensorConfig {
-        let mut stepped = model.clone();
         let value = self.value(model);
-        match self {
-            Self::Model(parameter) => {
-                parameter.set(&mut stepped, parameter.stepped(value, steps));
-            }
+        let stepped = match self {
+            Self::Model(parameter) => parameter.stepped(value, steps),
             Self::Effect(spec, param) => {
                 let (low, high) = limits(spec, param);
                 let value = match param.scale {
@@ -93,10 +85,10 @@ impl FreeParameter {
                     Scale::Log => value.max(low) * LOG_STEP_RATIO.powf(steps),
                     Scale::Linear => value + linear_step(spec, param) * steps,
                 };
-                return self.with_value(model, value.clamp(low, high));
+                value.clamp(low, high)
             }
-        }
-        stepped
+        };
+        self.with_value(model, stepped)
     }
 
     /// `count` values across the range of a parameter of an effect whose estimate is rough; none of
@@ -112,7 +104,6 @@ impl FreeParameter {
         }
     }
 
-    /// The model with the parameter set to a value.
     pub(crate) fn with_value(self, model: &SensorConfig, value: f64) -> SensorConfig {
         let mut model = model.clone();
         match self {

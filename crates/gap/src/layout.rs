@@ -12,7 +12,6 @@ pub struct Layout {
     pub entries: Vec<Entry>,
 }
 
-/// Fraction of a count that is within tolerance.
 const COUNT_TOLERANCE: f64 = 0.01;
 
 /// Constant of the variance-stabilising transform of counts (Anscombe 1948).
@@ -21,7 +20,7 @@ const ANSCOMBE: f64 = 0.375;
 impl Layout {
     /// Entries of all probes.
     pub fn of_all_probes() -> Self {
-        Self { entries: PROBES.iter().flat_map(|probe| probe.entries()).collect() }
+        Self { entries: PROBES.iter().flat_map(|probe| (probe.entries)()).collect() }
     }
 
     /// Entries of all probes, of which only those of some blocks are compared.
@@ -38,8 +37,8 @@ impl Layout {
     /// Computes the summary of a view, each statistic on the scale on which it is compared.
     pub fn summarise(&self, view: &View<'_>) -> Vec<f64> {
         let mut values = Vec::with_capacity(self.entries.len());
-        for probe in PROBES {
-            probe.measure(view, &mut values);
+        for probe in &PROBES {
+            (probe.measure)(view, &mut values);
         }
         debug_assert_eq!(values.len(), self.entries.len());
         for (value, entry) in values.iter_mut().zip(&self.entries) {

@@ -9,12 +9,10 @@ use evpose_sensor::{LinearOptics, SensorConfig};
 
 use crate::{GapError, LightSequence};
 
-/// Sequences that are kept.
 const KEPT: usize = 4;
 /// Largest sequence that is kept, bytes: all together take a gigabyte at most.
 const MAX_BYTES: usize = 256 << 20;
 
-/// Planes that several runs share.
 type SharedPlanes = Arc<Vec<Plane<f32>>>;
 
 /// Light behind optics, the last used at the end: the effects of the optics as TOML, and the planes.
@@ -23,11 +21,8 @@ pub(crate) struct LightBehindOptics {
     entries: Mutex<Vec<(String, SharedPlanes)>>,
 }
 
-/// A model divided at its optics.
 pub(crate) struct DividedModel {
-    /// Light of the scene behind the linear optics.
     pub(crate) light: SharedPlanes,
-    /// The rest of the model.
     pub(crate) rest: SensorConfig,
 }
 

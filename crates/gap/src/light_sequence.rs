@@ -59,7 +59,6 @@ impl LightSequence {
         &self.masked
     }
 
-    /// Whether the pixel of an event is compared.
     pub(crate) fn is_compared(&self, event: &Event) -> bool {
         let pixel = usize::from(event.y) * usize::from(self.size.width) + usize::from(event.x);
         !self.masked.get(pixel).copied().unwrap_or(false)

@@ -63,7 +63,6 @@ impl Expected {
         &self.t_us[self.starts[list]..self.starts[list + 1]]
     }
 
-    /// A cursor at the beginning of every list.
     fn cursors(&self) -> Cursors {
         Cursors(self.starts[..self.starts.len().saturating_sub(1)].to_vec())
     }
@@ -115,7 +114,6 @@ pub struct EventFeatures {
     was_on: bool,
 }
 
-/// An undefined time.
 const NONE: i32 = i32::MIN;
 
 /// Clips a time to 32 bits, about half an hour.
@@ -142,7 +140,6 @@ pub struct View<'a> {
     pub reference_scene: &'a ReferenceScene,
     /// Time window of the compared events.
     pub window: TimeWindow,
-    /// All events of the recording.
     events: Vec<EventFeatures>,
     range: Range<usize>,
 }

@@ -16,6 +16,7 @@
 
 use evpose_core::{EventStream, Micros};
 
+use crate::drawn::PixelState;
 use crate::last_times::LastTimes;
 use crate::spec::{Memory, PolarityUse, RepresentationSpec};
 use crate::{FrameEvent, FrameWindow, Grey, Representation, StreamWindow};
@@ -29,7 +30,7 @@ pub(crate) static SPEC: RepresentationSpec = RepresentationSpec {
     any_order_at_once: true,
     channels: |_| 2,
     start: |window, _| Box::new(Lnes::new(window)),
-    fill: Some(|window, events, out| fill_lnes(window, events.iter().copied(), out)),
+    fill: Some(fill_lnes),
 };
 
 /// The LNES of a stream, in continuous time.
@@ -101,14 +102,10 @@ fn fuses() -> bool {
 ///
 /// # Panics
 /// If `out` has another length or an event lies outside the sensor.
-pub fn fill_lnes(
-    window: &FrameWindow,
-    events: impl IntoIterator<Item = FrameEvent>,
-    out: &mut [f32],
-) {
+fn fill_lnes(window: &FrameWindow, events: &[FrameEvent], out: &mut [f32]) {
     let planes = window.planes::<2>(out);
     let frames = window.frames as f32;
-    for event in events {
+    for &event in events {
         if window.shows(event.frame) {
             // Later frames overwrite earlier ones: the last event wins.
             planes.values[planes.index(event)] = event.frame as f32 / frames;

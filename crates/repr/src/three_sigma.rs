@@ -53,7 +53,6 @@ pub(crate) fn write_scaled(
     );
 }
 
-/// A count as a grey value.
 #[inline(always)]
 fn scaled(count: u32, scale: f64) -> f64 {
     (f64::from(count) * scale).min(255.0)

@@ -8,7 +8,6 @@ use evpose_core::SensorSize;
 
 use evpose_cpu::vectorize;
 
-/// A Gaussian.
 #[derive(Debug)]
 pub(crate) struct Gaussian {
     /// Weights at distances 0, 1, 2, … pixels; both sides together sum to one.

@@ -35,7 +35,6 @@ pub(crate) struct Link<S> {
     pub(crate) stage: S,
 }
 
-/// A stage that acts on the signals of pixels.
 #[derive(Debug)]
 pub(crate) enum FrontStage {
     Pixel(Box<dyn PixelStage>),
@@ -44,7 +43,6 @@ pub(crate) enum FrontStage {
 }
 
 impl FrontStage {
-    /// Whether the stage needs all pixels at once.
     pub(crate) fn is_plane(&self) -> bool {
         matches!(self, Self::Plane(_))
     }

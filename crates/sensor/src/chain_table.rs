@@ -22,12 +22,10 @@ pub struct ChainRow {
     pub is_active: bool,
 }
 
-/// A value with the unit of its parameter.
 pub(crate) fn quantity(number: &NumberSpec, value: f64) -> String {
     format!("{} {}", short(value), number.unit).trim_end().to_owned()
 }
 
-/// An interval in words.
 pub(crate) fn interval((low, high): (f64, f64)) -> String {
     format!("{} to {}", short(low), short(high))
 }

@@ -13,7 +13,6 @@ use evpose_cpu::vectorize;
 /// Pixels that are passed over together.
 pub(crate) const STRIP: usize = 64;
 
-/// Work of a step on a range of pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Task {
     /// Their light is not that of the last step.
@@ -22,7 +21,6 @@ pub(crate) enum Task {
     Scan,
 }
 
-/// State of a strip of pixels.
 #[derive(Debug, Clone, Copy)]
 struct Strip {
     /// Whether its voltage at the step before is not that of two steps before.
@@ -155,7 +153,6 @@ pub(crate) fn take_front<'a, T>(rest: &mut &'a mut [T], len: usize) -> &'a mut [
     front
 }
 
-/// Whether any bit is another one.
 #[inline(always)]
 fn differ(a: &[f32], b: &[f32]) -> bool {
     let mut bits = 0;

@@ -5,7 +5,6 @@ use evpose_core::{EventStream, Micros, Polarity, SensorSize};
 use crate::clock::stamp;
 use crate::{Origin, Request, SensorError};
 
-/// An event with its stamp.
 #[derive(Debug, Clone, Copy)]
 struct Stamped {
     t: Micros,
@@ -23,7 +22,6 @@ struct Columns {
     polarity: Vec<Polarity>,
 }
 
-/// Events on their way out.
 #[derive(Debug)]
 pub(crate) struct Delivery {
     /// Events stamped later than the exposure that caused them, and room to sort in.

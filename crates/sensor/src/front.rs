@@ -10,7 +10,6 @@ use crate::chain::Chain;
 use crate::changes::{Changes, STRIP, Task, take_front};
 use crate::front_band::{FrontBand, StageBand};
 
-/// State of the stages of one run.
 #[derive(Debug)]
 pub(crate) struct Front {
     size: SensorSize,
@@ -24,20 +23,17 @@ pub(crate) struct Front {
     before: Vec<f32>,
     memory: Vec<StageMemory>,
     changes: Changes,
-    /// Room to work in, of every band.
     room: Vec<Room>,
     /// Cleared by tests that look at every pixel in every step.
     pub(crate) may_skip_unchanged: bool,
 }
 
-/// State of one stage.
 #[derive(Debug)]
 struct StageMemory {
     planes: Vec<Vec<f32>>,
     noise_key: u64,
 }
 
-/// Room for a band to work in.
 #[derive(Debug, Default)]
 pub(crate) struct Room {
     /// Light of the block in work; of all pixels where a stage needs the whole plane.

@@ -38,7 +38,6 @@ pub(crate) struct FrontBand<'a> {
     pub(crate) room: &'a mut Room,
 }
 
-/// State of one stage.
 #[derive(Debug)]
 pub(crate) struct StageBand<'a> {
     pub(crate) planes: SmallVec<[&'a mut [f32]; COMMON_PLANES]>,
@@ -53,7 +52,6 @@ impl<'a> StageBand<'a> {
     }
 }
 
-/// Observers of a step's signals.
 #[derive(Debug)]
 pub(crate) struct Observers<'a, 'b> {
     pub(crate) array: &'a mut Band<'b>,
@@ -67,7 +65,6 @@ pub(crate) struct Observers<'a, 'b> {
 pub(crate) struct Resolution<'a> {
     /// One over the length of the step.
     pub(crate) per_s: f64,
-    /// Noise of the detector.
     pub(crate) noise: StageNoise,
     pub(crate) requests: &'a mut Vec<Request>,
 }

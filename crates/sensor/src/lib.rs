@@ -73,6 +73,8 @@ mod spec;
 mod stage;
 mod strength_level;
 mod tap;
+#[cfg(test)]
+mod testing;
 mod tick;
 mod traits;
 
@@ -98,6 +100,7 @@ pub use request::{Origin, Request};
 pub use run::SensorRun;
 pub use signature::{Probe, Signature, Strength};
 pub use spec::{Citation, Domain, StageSpec};
+pub(crate) use spec::{LINEAR_OFF_AT_ZERO, LOG_OFF_AT_ZERO};
 pub use stage::{Block, PixelStage, PlaneStage, Stage, State};
 pub use strength_level::StrengthLevel;
 pub use tap::Tap;

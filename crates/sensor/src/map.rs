@@ -1,6 +1,5 @@
 //! One number per pixel, from an `.npy` file of shape (height, width).
 
-use std::fmt;
 use std::fs::File;
 use std::io::{self, BufReader};
 use std::path::Path;
@@ -16,31 +15,24 @@ pub(crate) struct PixelMap {
 }
 
 /// Why a file is no map of pixels.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MapFault {
     /// It cannot be read, or is no `.npy` file, or is shorter than its shape says.
+    #[error("cannot be read: {0}")]
     Unreadable(String),
     /// Its shape is not (height, width) of a sensor.
+    #[error("of shape {0:?}, expected (height, width)")]
     Shape(Vec<u64>),
     /// Its values are of another type than `f4` or `f8`, or stored column by column.
+    #[error("of type {0}, expected f4 or f8, row by row")]
     Type(String),
     /// The value at this column and row is out of range.
+    #[error("the value of pixel ({0}, {1}) is out of range")]
     Value(u16, u16),
     /// Its size is not that of the effect's other maps.
+    #[error("is for a {0} sensor, unlike the maps before it")]
     OtherSize(SensorSize),
-}
-
-impl fmt::Display for MapFault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Unreadable(why) => write!(f, "cannot be read: {why}"),
-            Self::Shape(shape) => write!(f, "of shape {shape:?}, expected (height, width)"),
-            Self::Type(found) => write!(f, "of type {found}, expected f4 or f8, row by row"),
-            Self::Value(x, y) => write!(f, "the value of pixel ({x}, {y}) is out of range"),
-            Self::OtherSize(size) => write!(f, "is for a {size} sensor, unlike the maps before it"),
-        }
-    }
 }
 
 impl PixelMap {

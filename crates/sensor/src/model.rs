@@ -34,7 +34,6 @@ pub(crate) struct Layout {
 /// from one stage to the next.
 const BLOCK_PIXELS: usize = 2048;
 
-/// An effect of the configuration with its stage.
 struct Built {
     spec: &'static StageSpec,
     settings: Settings,

@@ -42,7 +42,6 @@ pub struct SensorRun {
     last: Option<(u64, Micros)>,
     requests: Vec<Request>,
     thread_pool: ThreadPool,
-    /// Requests of every band.
     band_requests: Vec<Vec<Request>>,
     background: Vec<Request>,
     taps: Vec<Tap>,

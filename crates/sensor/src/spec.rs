@@ -123,6 +123,12 @@ impl fmt::Debug for StageSpec {
     }
 }
 
+/// A quantity on a logarithmic scale that has no effect at zero, its default.
+pub(crate) const LOG_OFF_AT_ZERO: NumberSpec = NumberSpec { default: Some(0.0), ..NumberSpec::LOG };
+/// A quantity on a linear scale that has no effect at zero, its default.
+pub(crate) const LINEAR_OFF_AT_ZERO: NumberSpec =
+    NumberSpec { default: Some(0.0), ..NumberSpec::LINEAR };
+
 /// A publication.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Citation {

@@ -45,7 +45,6 @@ pub struct State<'a> {
 pub(crate) const COMMON_PLANES: usize = 4;
 
 impl<'a> State<'a> {
-    /// A range of some planes.
     pub(crate) fn new(planes: &'a mut [&mut [f32]], range: Range<usize>) -> Self {
         Self { planes: planes.iter_mut().map(|plane| &mut plane[range.clone()]).collect() }
     }
@@ -134,7 +133,6 @@ pub enum Stage {
 }
 
 impl Stage {
-    /// Properties of the stage, in its place.
     pub(crate) fn traits(&self, domain: Domain) -> Traits {
         let in_light = domain < Domain::Photoreceptor;
         let at_rest = Traits { is_static: true, ..Traits::default() };

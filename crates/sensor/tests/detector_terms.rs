@@ -8,11 +8,9 @@ use evpose_core::Polarity;
 use evpose_sensor::Origin;
 use support::*;
 
-const ONE: (u16, u16) = (1, 1);
-
 /// Events of one pixel on a ramp of log voltage that stops after `ramp_s`.
 fn ramp(effects: &[evpose_sensor::EffectConfig], per_s: f64, ramp_s: f64, steps: i64) -> Vec<f64> {
-    let mut run = sensor(effects, size(ONE.0, ONE.1), 1);
+    let mut run = sensor(effects, size(1, 1), 1);
     let events = record(&mut run, steps, 1_000, |_, _, t| light(-3.0 + per_s * t.min(ramp_s)));
     events.iter().map(|e| e.t.as_seconds()).collect()
 }
@@ -128,39 +126,26 @@ fn pixels_do_not_leak_in_step() {
 }
 
 #[test]
-fn a_dead_time_that_holds_loses_what_changes_in_it() {
-    let hold = effect("refractory").with("period_us", 3_300.0);
-    // 20 ln/s: a threshold in 10 ms, then 3.3 ms of refractory period.
-    let times = ramp(&[hold], 20.0, 1.0, 300);
-    assert!(times.len() > 20);
-    assert_spaced(&times, 0.01 + 0.0033);
-}
-
-#[test]
-fn a_dead_time_that_defers_is_late_and_loses_nothing() {
-    let defer = effect("refractory").with("period_us", 3_000.0).with("mode", "defer");
-    // 100 ln/s for 40 ms: twenty events, 2 ms apart without the dead time.
-    let times = ramp(&[defer], 100.0, 0.0401, 300);
-    assert_eq!(times.len(), 20);
-    assert_near(times[0], 0.002, 2e-6);
-    assert_spaced(&times, 0.003);
-}
-
-#[test]
-fn a_dead_time_that_drops_goes_on_stepping() {
-    let drop = effect("refractory").with("period_us", 3_000.0).with("mode", "drop");
-    // 2 ms apart: every second one comes through.
-    let times = ramp(&[drop], 100.0, 0.0401, 300);
-    assert_eq!(times.len(), 10);
-    assert_spaced(&times, 0.004);
-}
-
-#[test]
-fn a_slow_reset_and_a_wide_one_change_the_distance_of_events() {
-    let slow = effect("reset_overshoot").with("delay_us", 500.0);
-    assert_spaced(&ramp(&[slow], 20.0, 1.0, 300), 0.0105);
-    let short = effect("reset_overshoot").with("fraction", 0.25);
-    assert_spaced(&ramp(&[short], 20.0, 1.0, 300), 0.0075);
+fn dead_times_and_resets_change_the_distance_of_events() {
+    // 20 ln/s: a threshold in 10 ms, then the dead time, or a reset that is late or short.
+    for (term, interval_s) in [
+        (effect("refractory").with("period_us", 3_300.0), 0.01 + 0.0033),
+        (effect("reset_overshoot").with("delay_us", 500.0), 0.0105),
+        (effect("reset_overshoot").with("fraction", 0.25), 0.0075),
+    ] {
+        let times = ramp(&[term], 20.0, 1.0, 300);
+        assert!(times.len() > 20);
+        assert_spaced(&times, interval_s);
+    }
+    // 100 ln/s for 40 ms: twenty events, 2 ms apart without the dead time. Deferred ones are late,
+    // and of those that are dropped every second one comes through.
+    for (mode, count, interval_s) in [("defer", 20, 0.003), ("drop", 10, 0.004)] {
+        let dead_time = effect("refractory").with("period_us", 3_000.0).with("mode", mode);
+        let times = ramp(&[dead_time], 100.0, 0.0401, 300);
+        assert_eq!(times.len(), count, "{mode}");
+        assert_near(times[0], 0.002, 2e-6);
+        assert_spaced(&times, interval_s);
+    }
 }
 
 #[test]

@@ -102,40 +102,22 @@ fn leak(rate_hz: f64) -> EffectConfig {
 }
 
 #[test]
-fn thresholds_alone_count_as_published() {
-    assert_eq!(counts(&[]), (115_549, 115_357, 0xe12c_8331_bd6f_7f33));
-}
-
-#[test]
-fn the_lowpass_counts_as_published() {
-    assert_eq!(counts(&[lowpass()]), (57_327, 56_209, 0xf6fc_2260_27a0_cd1b));
-}
-
-/// Half a millisecond at 1000 frames per second: ties that rounding decides.
-#[test]
-fn the_refractory_period_counts_as_published() {
-    assert_eq!(counts(&[refractory()]), (99_666, 99_730, 0x580b_b213_ef1d_4c33));
-}
-
-/// Without the low-pass, v2e keeps its memory in single precision: rounding makes the smaller leak
-/// up to a hundredth larger or smaller.
-#[test]
-fn the_leak_counts_as_published() {
-    assert_eq!(counts(&[leak(2.0)]), (116_232, 114_783, 0xfc2e_61d5_7e8b_aca2));
-    assert_eq!(counts(&[leak(0.1)]), (115_575, 115_324, 0x1390_1b61_687c_9cfe));
-}
-
-/// Bursts of which a part is lost leave the memory in single precision as well.
-#[test]
-fn the_leak_beside_a_refractory_period_counts_as_published() {
-    let both = counts(&[leak(2.0), refractory()]);
-    assert_eq!(both, (100_483, 99_275, 0xa9dd_465a_ebc6_0ad5));
-}
-
-#[test]
-fn all_of_them_count_as_published() {
-    let all = counts(&[lowpass(), refractory(), leak(2.0)]);
-    assert_eq!(all, (57_787, 55_621, 0xf0ef_ba59_3c9d_c215));
+fn counts_are_those_published() {
+    for (effects, expected) in [
+        (vec![], (115_549, 115_357, 0xe12c_8331_bd6f_7f33)),
+        (vec![lowpass()], (57_327, 56_209, 0xf6fc_2260_27a0_cd1b)),
+        // Half a millisecond at 1000 frames per second: ties that rounding decides.
+        (vec![refractory()], (99_666, 99_730, 0x580b_b213_ef1d_4c33)),
+        // Without the low-pass, v2e keeps its memory in single precision: rounding makes the smaller
+        // leak up to a hundredth larger or smaller.
+        (vec![leak(2.0)], (116_232, 114_783, 0xfc2e_61d5_7e8b_aca2)),
+        (vec![leak(0.1)], (115_575, 115_324, 0x1390_1b61_687c_9cfe)),
+        // Bursts of which a part is lost leave the memory in single precision as well.
+        (vec![leak(2.0), refractory()], (100_483, 99_275, 0xa9dd_465a_ebc6_0ad5)),
+        (vec![lowpass(), refractory(), leak(2.0)], (57_787, 55_621, 0xf0ef_ba59_3c9d_c215)),
+    ] {
+        assert_eq!(counts(&effects), expected, "{effects:?}");
+    }
 }
 
 /// v2e has neither intervals that scatter nor a leak by light; they go the same way.

@@ -68,16 +68,18 @@ fn a_bus_serves_one_change_of_many_or_all_in_turn() {
     assert_times(&rise_of_four(bus("rows", "free")), &[0.0, 10.1, 20.1, 30.1].map(|l| first + l));
 }
 
+/// Times of the events of 6 by 5 pixels while a wave passes, until 45 ms.
+fn times_of_wave(effects: &[EffectConfig]) -> Vec<Vec<f64>> {
+    let mut run = sensor(effects, size(6, 5), 1);
+    let wave = |x: usize, t: f64| 0.9 * (t * 300.0 + x as f64).sin();
+    let events = record(&mut run, 100, 500, |x, _, t| light(-2.0 + wave(x, t.min(0.045))));
+    times_by_pixel(&events, size(6, 5))
+}
+
 #[test]
 fn a_pixel_that_goes_on_has_every_event_at_the_next_visit() {
     let scan = effect("scanned_readout").with("period_us", 2_000.0).with("waiting", "free");
-    let record_with = |effects: &[EffectConfig]| {
-        let mut run = sensor(effects, size(6, 5), 1);
-        let wave = |x: usize, t: f64| 0.9 * (t * 300.0 + x as f64).sin();
-        let events = record(&mut run, 100, 500, |x, _, t| light(-2.0 + wave(x, t.min(0.045))));
-        times_by_pixel(&events, size(6, 5))
-    };
-    let (ideal, scanned) = (record_with(&[]), record_with(&[scan]));
+    let (ideal, scanned) = (times_of_wave(&[]), times_of_wave(&[scan]));
     for (pixel, (ideal, scanned)) in ideal.iter().zip(&scanned).enumerate() {
         assert!(ideal.len() > 20 && ideal.len() == scanned.len(), "{pixel}");
         let phase = ((pixel / 6) as f64 + 0.5) / 5.0;
@@ -90,14 +92,9 @@ fn a_pixel_that_goes_on_has_every_event_at_the_next_visit() {
 
 #[test]
 fn a_latch_keeps_the_first_event_of_every_visit() {
-    let record_with = |waiting| {
-        let scan = effect("scanned_readout").with("period_us", 9_000.0).with("waiting", waiting);
-        let mut run = sensor(&[scan], size(6, 5), 1);
-        let wave = |x: usize, t: f64| 0.9 * (t * 300.0 + x as f64).sin();
-        let events = record(&mut run, 100, 500, |x, _, t| light(-2.0 + wave(x, t.min(0.045))));
-        times_by_pixel(&events, size(6, 5))
-    };
-    let (free, latched) = (record_with("free"), record_with("latched"));
+    let scan = effect("scanned_readout").with("period_us", 9_000.0);
+    let [free, latched] =
+        ["free", "latched"].map(|waiting| times_of_wave(&[scan.clone().with("waiting", waiting)]));
     for (mut free, latched) in free.into_iter().zip(latched) {
         let all = free.len();
         free.dedup();

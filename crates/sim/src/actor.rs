@@ -31,7 +31,6 @@ pub type HandPoints3 = [Vec3; EVALUATION_JOINTS.len()];
 #[derive(Debug, Clone)]
 pub struct Actor {
     body: BodyModel,
-    /// Side of the model's own hand.
     native_side: HandSide,
     /// Arm that moves a model without one, and its neutral shape.
     carrier: Option<(BodyModel, ShapedBody)>,

@@ -18,7 +18,7 @@
 use std::path::{Path, PathBuf};
 
 use evpose_core::{CounterRng, seed_for};
-use evpose_sensor::EffectConfig;
+use evpose_sensor::{EffectConfig, SensorError};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
@@ -60,11 +60,9 @@ pub struct Randomisation {
     variations: Vec<Variation>,
 }
 
-/// One field and its range.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Variation {
-    /// Path of the field.
     field: String,
     /// The task whose configurations have it; none for all.
     task: Option<RandomisedTask>,
@@ -83,7 +81,6 @@ struct Variation {
     /// Whether the field is drawn only where the sensor has the effect: for its further parameters.
     #[serde(default)]
     only_if_listed: bool,
-    /// Source or reason of the range.
     reason: String,
 }
 
@@ -97,6 +94,37 @@ enum VariationScale {
 
 fn always() -> f32 {
     1.0
+}
+
+/// Defect of an entry, or of its place in a configuration.
+#[derive(Debug, thiserror::Error)]
+enum VariationError {
+    #[error("[{0}, {1}] is no range on its scale")]
+    Range(f64, f64),
+    #[error("`range` or a list `one_of` is expected, not both")]
+    Choice,
+    #[error("a probability of {0}")]
+    Probability(f32),
+    #[error("a range needs its reason")]
+    Reason,
+    #[error("only a number can be a multiple")]
+    Multiple,
+    #[error("`{0}` is no EFFECT.PARAMETER")]
+    EffectPath(String),
+    #[error("{0} is no parameter of a sensor")]
+    SensorValue(Value),
+    #[error("`{0}` is no number of this sensor")]
+    SensorNumber(String),
+    #[error("there is no `{0}`")]
+    NoField(String),
+    #[error("`{0}` is no number")]
+    NoNumber(String),
+    #[error(transparent)]
+    Sensor(#[from] SensorError),
+    #[error(transparent)]
+    Write(#[from] toml::ser::Error),
+    #[error("{}", .0.message())]
+    Read(#[from] toml::de::Error),
 }
 
 impl Randomisation {
@@ -159,23 +187,23 @@ impl Randomisation {
 }
 
 impl Variation {
-    fn check(&self) -> Result<(), String> {
+    fn check(&self) -> Result<(), VariationError> {
         match (&self.range, &self.one_of) {
             (Some([low, high]), None) => {
                 let is_range = low.is_finite() && high.is_finite() && low <= high;
                 if !is_range || (self.scale == VariationScale::Log && *low <= 0.0) {
-                    return Err(format!("[{low}, {high}] is no range on its scale"));
+                    return Err(VariationError::Range(*low, *high));
                 }
             }
             (None, Some(values)) if !values.is_empty() => {}
-            _ => return Err("`range` or a list `one_of` is expected, not both".to_owned()),
+            _ => return Err(VariationError::Choice),
         }
         if !(0.0..=1.0).contains(&self.probability) {
-            return Err(format!("a probability of {}", self.probability));
+            return Err(VariationError::Probability(self.probability));
         }
         // A range without its source could not be distinguished from an invented one.
         if self.reason.trim().is_empty() {
-            return Err("a range needs its reason".to_owned());
+            return Err(VariationError::Reason);
         }
         Ok(())
     }
@@ -200,11 +228,15 @@ impl Variation {
         })
     }
 
-    fn apply<C: Randomised>(&self, config: &mut C, rng: &mut CounterRng) -> Result<(), String> {
+    fn apply<C: Randomised>(
+        &self,
+        config: &mut C,
+        rng: &mut CounterRng,
+    ) -> Result<(), VariationError> {
         let mut value = self.value(rng);
         if let Some(other) = &self.times {
             let factor = number_at(config, other)?;
-            let own = value.as_float().ok_or("only a number can be a multiple")?;
+            let own = value.as_float().ok_or(VariationError::Multiple)?;
             value = Value::Float(own * factor);
         }
         match self.field.strip_prefix(SENSOR).map(|rest| rest.strip_prefix('.')) {
@@ -214,15 +246,14 @@ impl Variation {
     }
 }
 
-/// Effect and parameter of a path.
-fn effect_and_parameter(path: &str) -> Result<(&str, &str), String> {
-    path.split_once('.').ok_or_else(|| format!("`{path}` is no EFFECT.PARAMETER"))
+fn effect_and_parameter(path: &str) -> Result<(&str, &str), VariationError> {
+    path.split_once('.').ok_or_else(|| VariationError::EffectPath(path.to_owned()))
 }
 
 /// Sets a parameter of a sensor's effect, which is added if there is none.
-fn set_effect(sensor: &mut SensorChoice, path: &str, value: &Value) -> Result<(), String> {
+fn set_effect(sensor: &mut SensorChoice, path: &str, value: &Value) -> Result<(), VariationError> {
     let (name, key) = effect_and_parameter(path)?;
-    let mut chain = sensor.resolve().map_err(|error| error.to_string())?;
+    let mut chain = sensor.resolve()?;
     // The new effect has its neutral values but for the parameter that is set.
     if chain.effect(name).is_none() {
         chain.effects.push(EffectConfig::new(name));
@@ -231,50 +262,51 @@ fn set_effect(sensor: &mut SensorChoice, path: &str, value: &Value) -> Result<()
         Value::String(word) => chain.set(name, key, word.as_str()),
         Value::Float(number) => chain.set(name, key, *number),
         Value::Integer(number) => chain.set(name, key, *number as f64),
-        other => return Err(format!("{other} is no parameter of a sensor")),
-    }
-    .map_err(|error| error.to_string())?;
+        other => return Err(VariationError::SensorValue(other.clone())),
+    }?;
     *sensor = SensorChoice::Chain(chain);
     Ok(())
 }
 
-/// The number at a path of a configuration.
-fn number_at<C: Randomised>(config: &mut C, path: &str) -> Result<f64, String> {
+fn number_at<C: Randomised>(config: &mut C, path: &str) -> Result<f64, VariationError> {
     if let Some(path) = path.strip_prefix(SENSOR).and_then(|rest| rest.strip_prefix('.')) {
         let (name, key) = effect_and_parameter(path)?;
-        let chain = config.sensor_mut().resolve().map_err(|error| error.to_string())?;
+        let chain = config.sensor_mut().resolve()?;
         let known = chain.effect(name).and_then(|effect| effect.number(key));
-        return known.ok_or_else(|| format!("`{path}` is no number of this sensor"));
+        return known.ok_or_else(|| VariationError::SensorNumber(path.to_owned()));
     }
     // Through TOML, so that paths are those that users write, for any configuration.
-    let table = Table::try_from(&*config).map_err(|error| error.to_string())?;
+    let table = Table::try_from(&*config)?;
     let mut value = &Value::Table(table);
     for key in path.split('.') {
-        value = value.get(key).ok_or_else(|| format!("there is no `{path}`"))?;
+        value = value.get(key).ok_or_else(|| VariationError::NoField(path.to_owned()))?;
     }
     value
         .as_float()
         .or_else(|| value.as_integer().map(|whole| whole as f64))
-        .ok_or_else(|| format!("`{path}` is no number"))
+        .ok_or_else(|| VariationError::NoNumber(path.to_owned()))
 }
 
-/// Sets a field at a path of a configuration.
-fn set_field<C: Randomised>(config: &mut C, path: &str, value: Value) -> Result<(), String> {
-    let mut root = Value::try_from(&*config).map_err(|error| error.to_string())?;
+fn set_field<C: Randomised>(
+    config: &mut C,
+    path: &str,
+    value: Value,
+) -> Result<(), VariationError> {
+    let mut root = Value::try_from(&*config)?;
     let mut at = &mut root;
     for key in path.split('.') {
         at = match key.parse::<usize>() {
             Ok(index) => at.get_mut(index),
             Err(_) => at.get_mut(key),
         }
-        .ok_or_else(|| format!("there is no `{path}`"))?;
+        .ok_or_else(|| VariationError::NoField(path.to_owned()))?;
     }
     *at = match (&*at, value) {
         // Ranges are drawn as fractions; a count stays one.
         (Value::Integer(_), Value::Float(number)) => Value::Integer(number.round() as i64),
         (_, value) => value,
     };
-    *config = root.try_into().map_err(|error: toml::de::Error| error.message().to_owned())?;
+    *config = root.try_into()?;
     Ok(())
 }
 

@@ -2,13 +2,13 @@
 //! the sensor and the parameters of each episode.
 
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use evpose_core::{SensorSize, atomic_write};
 use evpose_pose::HandSide;
 use serde::{Deserialize, Serialize};
 
-use crate::SimError;
+use crate::{SimError, with_ending};
 
 /// Frames per episode of EventHands' own sequences: 50 s.
 const PUBLISHED_EPISODE_FRAMES: u64 = 50_000;
@@ -51,18 +51,12 @@ impl SequenceInfo {
         Self { sensor, hand: HandSide::Right, episodes }
     }
 
-    fn path(stem: &Path) -> PathBuf {
-        let mut name = stem.as_os_str().to_os_string();
-        name.push(".toml");
-        PathBuf::from(name)
-    }
-
     /// Reads `STEM.toml`, if there is one.
     ///
     /// # Errors
     /// If the file exists and cannot be read.
     pub fn beside(stem: &Path) -> Result<Option<Self>, SimError> {
-        let path = Self::path(stem);
+        let path = with_ending(stem, "toml");
         match std::fs::read_to_string(&path) {
             Ok(text) => toml::from_str(&text)
                 .map(Some)
@@ -77,7 +71,7 @@ impl SequenceInfo {
     /// # Errors
     /// If it cannot be written.
     pub fn write(&self, stem: &Path) -> Result<(), SimError> {
-        let path = Self::path(stem);
+        let path = with_ending(stem, "toml");
         let failed = |reason: String| SimError::SequenceInfo { path: path.clone(), reason };
         let text = toml::to_string(self).map_err(|error| failed(error.to_string()))?;
         atomic_write(&path, text.as_bytes()).map_err(|error| failed(error.to_string()))
@@ -121,7 +115,7 @@ mod tests {
         let info = SequenceInfo::foreign(SensorSize::DAVIS240C, 60_000);
         info.write(&stem).unwrap();
         assert_eq!(SequenceInfo::beside(&stem).unwrap(), Some(info));
-        std::fs::write(SequenceInfo::path(&stem), "sensor = 3").unwrap();
+        std::fs::write(with_ending(&stem, "toml"), "sensor = 3").unwrap();
         let message = SequenceInfo::beside(&stem).unwrap_err().to_string();
         assert!(message.contains("0.5-hand.toml"), "{message}");
     }

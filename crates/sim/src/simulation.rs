@@ -5,10 +5,9 @@ use std::sync::Arc;
 use evpose_body::BodyModel;
 use evpose_core::seed_for;
 use evpose_pose::HandSide;
-use evpose_sensor::SensorModel;
 
 use crate::actor::Actor;
-use crate::config::{SimulationConfig, with_threshold_offset};
+use crate::config::SimulationConfig;
 use crate::randomisation::Randomisation;
 use crate::texture::{ImagePool, Skins};
 use crate::{SimError, Simulator};
@@ -19,7 +18,6 @@ pub struct Simulation {
     pub(crate) shared: Arc<Shared>,
 }
 
-/// State shared by all sequences.
 #[derive(Debug)]
 pub(crate) struct Shared {
     pub(crate) config: SimulationConfig,
@@ -97,12 +95,4 @@ impl Shared {
         config.validate()?;
         Ok(config)
     }
-}
-
-/// The sensor of a configuration with `offset` added to every contrast threshold.
-pub(crate) fn sensor_model(
-    config: &SimulationConfig,
-    offset: f64,
-) -> Result<SensorModel, SimError> {
-    Ok(with_threshold_offset(&config.sensor.resolve()?, offset)?)
 }

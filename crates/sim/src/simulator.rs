@@ -16,7 +16,7 @@ use crate::config::SimulationConfig;
 use crate::episode::starts_episode;
 use crate::raster::{Camera, Mesh};
 use crate::scene::{Backdrop, Renderer, Scene};
-use crate::simulation::{Shared, Simulation, sensor_model};
+use crate::simulation::{Shared, Simulation};
 use crate::stopwatch::{SimulationPart, Stopwatch};
 use crate::{Episode, RecordingTime, SimError};
 
@@ -32,7 +32,6 @@ pub struct Simulator {
     config: SimulationConfig,
     label_from_world: Option<Affine3A>,
     seed: u64,
-    /// Side of the hand.
     side: HandSide,
     /// Mirror before the camera, which a displaced one has at another place than the configured.
     mirror: Mirror,
@@ -42,7 +41,6 @@ pub struct Simulator {
     posed: PosedBody,
     sensor: SensorRun,
     surroundings: Surroundings,
-    /// Index of the next frame.
     next: u64,
     stopwatch: Stopwatch,
     time: RecordingTime,
@@ -106,7 +104,9 @@ impl Simulator {
             body.pose_joints(shaped, &pose, &mut posed);
             posed.joints[body.wrist].translation.into()
         });
-        let sensor = sensor_model(&config, surroundings.episode.threshold_offset)?
+        let sensor = config
+            .sensor
+            .model(surroundings.episode.threshold_offset)?
             .start(camera.sensor(), seed_for(seed, "sensor", 0));
         Ok(Self {
             shared,
@@ -159,7 +159,7 @@ impl Simulator {
                 Surroundings::new(&self.shared, config, self.side, self.seed, next)?;
             let offset = self.surroundings.episode.threshold_offset;
             // Pixels keep their reference levels from episode to episode, as those of a camera do.
-            self.sensor.retune(&sensor_model(config, offset)?)?;
+            self.sensor.retune(&config.sensor.model(offset)?)?;
         }
         let (actor, mirror) = (&self.shared.actor, &self.mirror);
         let (side, watch) = (self.side, &mut self.stopwatch);
@@ -253,7 +253,6 @@ impl Surroundings {
     }
 }
 
-/// A pose of a hand that a rigid motion has moved.
 fn moved(hand: &HandParams, motion: &Affine3A) -> HandParams {
     let turned = Mat3::from(motion.matrix3) * matrix_from_axis_angle(hand.rotation);
     HandParams {

@@ -47,12 +47,10 @@ pub struct Stopwatch {
 const COVERAGE_PERIOD: u64 = 64;
 
 impl Stopwatch {
-    /// An enabled stopwatch.
     pub(crate) fn running() -> Self {
         Self { last: Some(Instant::now()), ..Self::default() }
     }
 
-    /// Starts a step.
     pub(crate) fn begin(&mut self) {
         if let Some(last) = &mut self.last {
             *last = Instant::now();

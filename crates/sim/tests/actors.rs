@@ -53,17 +53,19 @@ fn a_left_hand_is_seen_where_a_mirror_shows_the_right_one() {
 }
 
 #[test]
-fn parameters_of_a_left_hand_reproduce_its_points() {
-    let simulation = Simulation::new(&small(Hands::Left), 4).unwrap();
-    let mut sequence = simulation.sequence(0).unwrap();
-    let mut posed = Default::default();
-    for _ in 0..50 {
-        let step = sequence.advance().unwrap();
-        let actor = simulation.actor();
-        let shaped = actor.body().shaped(&step.episode.betas);
-        let points_m = actor.points_of(HandSide::Left, &step.label, &shaped, &mut posed);
-        for (got, want) in points_m.iter().zip(step.points_m) {
-            assert!(got.distance(want) < 1e-4, "{got} for {want}");
+fn parameters_of_a_hand_reproduce_its_points() {
+    for (hands, side) in [(Hands::Right, HandSide::Right), (Hands::Left, HandSide::Left)] {
+        let simulation = Simulation::new(&small(hands), 4).unwrap();
+        let mut sequence = simulation.sequence(0).unwrap();
+        let mut posed = Default::default();
+        for _ in 0..50 {
+            let step = sequence.advance().unwrap();
+            let actor = simulation.actor();
+            let shaped = actor.body().shaped(&step.episode.betas);
+            let points_m = actor.points_of(side, &step.label, &shaped, &mut posed);
+            for (got, want) in points_m.iter().zip(step.points_m) {
+                assert!(got.distance(want) < 1e-4, "{got} for {want}");
+            }
         }
     }
 }

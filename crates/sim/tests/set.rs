@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
+mod support;
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -11,6 +13,7 @@ use evpose_sim::{
     RecordedRun, SequenceSet, Shard, SimError, Simulation, SimulationConfig, record_all,
     record_shard,
 };
+use support::tree;
 
 const SEQUENCES: usize = 5;
 
@@ -31,16 +34,6 @@ fn shard(text: &str) -> Shard {
 
 fn fill(directory: &Path, part: &str) -> RecordedRun {
     record_shard(&simulation(), directory, shard(part), &|_| {}).unwrap()
-}
-
-/// Every file by its name.
-fn tree(directory: &Path) -> BTreeMap<String, Vec<u8>> {
-    let files = fs::read_dir(directory).unwrap().map(|entry| entry.unwrap().path());
-    files
-        .map(|path| {
-            (path.file_name().unwrap().to_string_lossy().into_owned(), fs::read(&path).unwrap())
-        })
-        .collect()
 }
 
 /// An undisturbed run of all sequences.

@@ -2,16 +2,16 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use std::path::Path;
+mod support;
+
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use evpose_body::PosedBody;
 use evpose_core::{EventStream, Micros, SensorSize};
 use evpose_io::{EvcReader, MetaReader};
-use evpose_pose::HandSide;
 use evpose_sensor::SensorConfig;
 use evpose_sim::config::SensorChoice;
 use evpose_sim::{Simulation, SimulationConfig, Simulator, record, record_all};
+use support::tree;
 
 /// A small image, so that tests are quick.
 fn small() -> SimulationConfig {
@@ -28,18 +28,6 @@ fn without_noise(mut config: SimulationConfig) -> SimulationConfig {
     config
 }
 
-fn bytes_of(directory: &Path) -> Vec<(String, Vec<u8>)> {
-    let mut files: Vec<_> = std::fs::read_dir(directory)
-        .unwrap()
-        .map(|entry| entry.unwrap().path())
-        .map(|path| {
-            (path.file_name().unwrap().to_string_lossy().into_owned(), std::fs::read(path).unwrap())
-        })
-        .collect();
-    files.sort();
-    files
-}
-
 #[test]
 fn the_bytes_do_not_depend_on_the_number_of_threads() {
     let config = SimulationConfig { sequences: 3, seconds: 0.15, ..small() };
@@ -53,14 +41,12 @@ fn the_bytes_do_not_depend_on_the_number_of_threads() {
         };
         pool.install(|| record_all(&simulation, directory.path(), &count)).unwrap();
         assert_eq!(progress.into_inner(), 3 * 150);
-        bytes_of(directory.path())
+        tree(directory.path())
     });
     assert!(runs[0] == runs[1]);
     for ending in ["evc", "meta"] {
-        let [a, b] = ["0000", "0002"].map(|name| {
-            runs[0].iter().find(|(file, _)| *file == format!("{name}.{ending}")).unwrap()
-        });
-        assert_ne!(a.1, b.1, "sequences differ");
+        let [a, b] = ["0000", "0002"].map(|name| &runs[0][&format!("{name}.{ending}")]);
+        assert_ne!(a, b, "sequences differ");
     }
 }
 
@@ -118,25 +104,6 @@ fn sensors_of_more_than_256_rows_are_recorded_with_the_time_stamps_of_their_even
         };
         assert!(sorted(&read.stream) == sorted(&written), "{file}");
         assert_eq!(run.sequences[0].events, written.len() as u64);
-    }
-}
-
-#[test]
-fn the_label_puts_the_hand_where_it_was_seen() {
-    let simulation = Simulation::new(&small(), 11).unwrap();
-    let mut simulator = simulation.sequence(0).unwrap();
-    let actor = simulation.actor();
-    let mut predicted = PosedBody::default();
-    for _ in 0..300 {
-        let step = simulator.advance().unwrap();
-        if step.frame.is_multiple_of(100) {
-            let shaped = actor.body().shaped(&step.episode.betas);
-            let side = HandSide::Right;
-            let points_m = actor.points_of(side, &step.label, &shaped, &mut predicted);
-            for (got, want) in points_m.iter().zip(step.points_m) {
-                assert!(got.distance(want) < 1e-4, "{got} for {want}");
-            }
-        }
     }
 }
 
@@ -262,5 +229,5 @@ fn steps_that_the_file_format_does_not_have_are_refused() {
     let refused = record(&mut simulator, 5, directory.path().join("fast"), &|_| {});
     let message = refused.unwrap_err().to_string();
     assert_eq!(message, "simulation.step_hz = 2000: recordings of hands have 1000 steps a second");
-    assert!(bytes_of(directory.path()).is_empty());
+    assert!(tree(directory.path()).is_empty());
 }

@@ -208,13 +208,7 @@ impl Case {
         let nominal = nominal_circuit(&self.nominal, self.circuit.noise_address);
         let without = self.record_with(&nominal, Which::Train);
         let of = |circuit: &Circuit| {
-            let with = self.record_with(circuit, Which::Train);
-            let terms = terms(circuit, &self.nominal).into_iter();
-            let truth = |term: Term| {
-                let evidence = compare(&without, &with, term.stage);
-                Truth { term, evidence }
-            };
-            terms.map(truth).collect::<Vec<_>>()
+            self.truths(circuit, &without, &self.record_with(circuit, Which::Train))
         };
         self.alone.iter().flat_map(of).collect()
     }
@@ -240,14 +234,18 @@ impl Case {
                     (record(without), record(&self.circuit))
                 }
             };
-            let terms = terms(alone, &self.nominal).into_iter();
-            let truth = |term: Term| {
-                let evidence = compare(&pair.0, &pair.1, term.stage);
-                Truth { term, evidence }
-            };
-            terms.map(truth).collect::<Vec<_>>()
+            self.truths(alone, &pair.0, &pair.1)
         };
         self.alone.iter().zip(&self.without).flat_map(of).collect()
+    }
+
+    /// The hidden things of a circuit, as visible as two recordings differ.
+    fn truths(&self, circuit: &Circuit, without: &Recording, with: &Recording) -> Vec<Truth> {
+        let truth = |term: Term| {
+            let evidence = compare(without, with, term.stage);
+            Truth { term, evidence }
+        };
+        terms(circuit, &self.nominal).into_iter().map(truth).collect()
     }
 
     fn take(&self, which: Which) -> RecordingSetup {

@@ -47,7 +47,6 @@ pub fn stamp(
     events
 }
 
-/// Delay of the pixel of a spike.
 fn latency_us(clock: &Clock, camera_seed: u64, spike: &Spike) -> f64 {
     if clock.latency_spread_ln == 0.0 {
         return clock.latency_us;

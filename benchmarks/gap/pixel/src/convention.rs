@@ -47,7 +47,6 @@ pub const CONVENTION_KINDS: [ConventionKind; 6] = [
     ConventionKind::Reset,
 ];
 
-/// Form of a convention.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Form {
     Grid,

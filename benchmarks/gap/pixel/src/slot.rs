@@ -5,7 +5,6 @@
 //! pixels and the zero of the clock; dark current, scattered light and a bias current, all of which
 //! add a constant to the photocurrent).
 
-use crate::effect::Effect;
 use crate::oddity::Oddity;
 
 /// A part or a quantity that one thing of a camera occupies.
@@ -51,30 +50,6 @@ pub enum Slot {
     Counter,
     /// Constant delay and zero of the clock.
     Delay,
-}
-
-impl Effect {
-    /// The slot that the effect occupies.
-    pub fn slot(self) -> Slot {
-        match self {
-            Self::LampFlicker => Slot::Lamp,
-            Self::PsfBlur => Slot::Lens,
-            Self::VeilingGlare | Self::DarkCurrent => Slot::AddedCurrent,
-            Self::PhotoreceptorLowpass => Slot::Node,
-            Self::PhotoreceptorNoise => Slot::NodeNoise,
-            Self::AdaptiveHighpass => Slot::Feedback,
-            Self::ThresholdMismatch => Slot::Offsets,
-            Self::ThresholdTemporalNoise => Slot::ComparatorNoise,
-            Self::Refractory => Slot::Reset,
-            Self::LeakOn => Slot::Leak,
-            Self::ShotNoisePoisson => Slot::PhotonEvents,
-            Self::HotPixels => Slot::HotPixels,
-            Self::Arbiter | Self::ScannedReadout => Slot::Access,
-            Self::TimestampJitter => Slot::Jitter,
-            Self::TimestampQuantisation => Slot::Counter,
-            Self::PixelLatency => Slot::Delay,
-        }
-    }
 }
 
 impl Oddity {

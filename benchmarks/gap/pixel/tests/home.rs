@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use gapbench_pixel::catalogue::terms;
 use gapbench_pixel::convention::{CONVENTION_KINDS, CONVENTIONS_PER_CAMERA};
-use gapbench_pixel::plan::UNCATALOGUED;
+use gapbench_pixel::plan::uncatalogued;
 use gapbench_pixel::{
     Case, CaseKind, Convention, ConventionKind, EFFECTS, Plan, Slot, TermKind, Tier, Which,
 };
@@ -45,7 +45,7 @@ fn the_plan_has_its_counts_of_cases_and_of_hidden_effects() {
     assert!(of_kind(&cases, CaseKind::Parameter).all(is_parameter));
     let odd: HashSet<&str> =
         of_kind(&cases, CaseKind::NeverCatalogued).map(|case| case.terms()[0].name).collect();
-    assert_eq!(odd.len(), UNCATALOGUED.len());
+    assert_eq!(odd.len(), uncatalogued().len());
     assert!(!odd.contains("hysteresis"));
 }
 

@@ -49,7 +49,6 @@ pub(super) fn case(
     }
 }
 
-/// One case of every kind.
 pub(super) fn opened() -> Vec<Opened> {
     vec![
         // Named beside a convention: exact.

@@ -3,7 +3,6 @@
 
 use std::collections::HashSet;
 use std::ffi::OsStr;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
@@ -20,7 +19,6 @@ use crate::{files, jsonl};
 const EVENTS: &str = "events.npz";
 const SCENE: &str = "scene.json";
 
-/// Folders of cases, by name.
 pub(super) fn cases(dir: &Path) -> Result<Vec<PathBuf>> {
     let entries = std::fs::read_dir(dir).with_context(|| format!("reading {}", dir.display()))?;
     let mut cases = Vec::new();
@@ -48,25 +46,15 @@ pub(super) fn id(case: &Path) -> String {
 /// Runs every case that has no line yet.
 pub(super) fn run(args: &OutsideArgs, cases: &[PathBuf]) -> Result<()> {
     let program = Program::find(&args.program)?;
-    let path = args.out.join(RESULTS);
-    let known: Vec<Row> = if args.resume { jsonl::resume(&path)? } else { Vec::new() };
-    if known.is_empty() {
-        files::write(&args.out, RESULTS, b"")?;
-    }
+    let (known, mut results): (Vec<Row>, _) = jsonl::begin(&args.out, RESULTS, args.resume)?;
     let done: HashSet<&str> = known.iter().map(|row| row.id.as_str()).collect();
     let open: Vec<&PathBuf> =
         cases.iter().filter(|case| !done.contains(id(case).as_str())).collect();
-    let mut results = std::fs::OpenOptions::new()
-        .append(true)
-        .open(&path)
-        .with_context(|| format!("opening {}", path.display()))?;
     let progress = bar("identifying in", open.len() as u64, "cases");
     for case in open {
         let report = args.out.join(REPORTS).join(id(case));
         let row = identify(args, &program, case, &report)?;
-        // In one piece, so that a run that is cut off leaves whole lines.
-        let line = format!("{}\n", serde_json::to_string(&row)?);
-        results.write_all(line.as_bytes()).context("writing results.jsonl")?;
+        jsonl::append(&mut results, &row)?;
         say_above(&progress, &row);
         progress.inc(1);
         if !args.keep && row.verdict != FAILED {

@@ -76,11 +76,9 @@ pub(super) fn run(args: &OutsideArgs) -> Result<()> {
 /// Writes the rows of all shards as one file, and their truths as another: the data that the scores
 /// are of.
 fn write_merged(out: &Path, opened: &[Opened]) -> Result<()> {
-    let line = |case: &Opened| Ok(format!("{}\n", serde_json::to_string(&case.row)?));
-    let text: Result<String> = opened.iter().map(line).collect();
+    let text: Result<String> = opened.iter().map(|case| jsonl::line(&case.row)).collect();
     files::write(out, RESULTS, text?.as_bytes())?;
-    let line = |case: &Opened| Ok(format!("{}\n", serde_json::to_string(&case.stored())?));
-    let text: Result<String> = opened.iter().map(line).collect();
+    let text: Result<String> = opened.iter().map(|case| jsonl::line(&case.stored())).collect();
     files::write(out, opened::TRUTHS, text?.as_bytes())
 }
 
@@ -90,20 +88,15 @@ pub(super) fn read(dirs: &[PathBuf]) -> Result<Vec<Opened>> {
     for dir in dirs {
         opened.extend(opened::read(dir)?);
     }
-    opened.sort_by(|a, b| a.row.id.cmp(&b.row.id));
-    for pair in opened.windows(2) {
-        ensure!(pair[0].row.id != pair[1].row.id, "case {} is there twice", pair[0].row.id);
-    }
+    jsonl::sort(&mut opened, |case| &case.row.id)?;
     Ok(opened)
 }
 
-/// Scores of folders together.
 #[cfg(test)]
 pub(super) fn scores(dirs: &[PathBuf]) -> Result<score::OutsideScores> {
     Ok(score::score_cases(&read(dirs)?, Vec::new()))
 }
 
-/// Derived files of a folder or of a pool.
 pub(super) fn derived(dirs: &[PathBuf], names: Vec<String>) -> Result<Vec<(&'static str, String)>> {
     let opened = read(dirs)?;
     tables::texts(&opened, &score::score_cases(&opened, names))
@@ -116,10 +109,7 @@ fn merge(dirs: &[PathBuf], cases: &[PathBuf], is_partial: bool) -> Result<Vec<Ro
     for dir in dirs {
         rows.extend(jsonl::read::<Row>(&dir.join(RESULTS))?);
     }
-    rows.sort_by(|a, b| a.id.cmp(&b.id));
-    for pair in rows.windows(2) {
-        ensure!(pair[0].id != pair[1].id, "case {} is there twice", pair[0].id);
-    }
+    jsonl::sort(&mut rows, |row| &row.id)?;
     // Rows of other cases would count for rates of these.
     if let Some(row) = rows.iter().find(|row| !known.contains(&row.id)) {
         anyhow::bail!("case {} is not among these cases", row.id);

@@ -6,7 +6,6 @@
 use super::row::NamedFinding;
 use super::truth::{Generator, SCALED_THRESHOLDS, Truth};
 
-/// Names of an effect that is hidden on purpose.
 #[derive(Debug)]
 pub(super) struct Hidden {
     /// Names in `truth.json`.
@@ -22,7 +21,6 @@ const fn hidden(names: &'static [&'static str], right: &'static [&'static str]) 
 /// Background of any kind that a model can have.
 const BACKGROUND: &[&str] = &["shot_noise_poisson", "uniform_noise", "noise_on_hz", "noise_off_hz"];
 
-/// Every hidden effect of the recipe.
 pub(super) const HIDDEN: &[Hidden] = &[
     // Light, before the generator.
     hidden(&["psf_blur"], &["psf_blur"]),
@@ -92,7 +90,6 @@ pub(super) const HIDDEN: &[Hidden] = &[
     hidden(&["echo", "crosstalk", "flip", "gaps", "columns", "rolling", "ghost"], &[]),
 ];
 
-/// The entry of a hidden effect.
 pub(super) fn entry(name: &str) -> Option<&'static Hidden> {
     HIDDEN.iter().find(|hidden| hidden.names.contains(&name))
 }
@@ -102,13 +99,11 @@ pub(super) fn entry(name: &str) -> Option<&'static Hidden> {
 pub(super) struct Convention {
     pub(super) generator: Generator,
     pub(super) name: &'static str,
-    /// Circumstances in which it is right.
     pub(super) applies: Applies,
     /// The reason, for the documentation of a table.
     pub(super) reason: &'static str,
 }
 
-/// Circumstances in which a convention holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Applies {
     Always,
@@ -121,7 +116,6 @@ pub(super) enum Applies {
 }
 
 impl Applies {
-    /// The circumstances in words.
     pub(super) fn words(self) -> &'static str {
         match self {
             Always => "always",
@@ -144,7 +138,6 @@ const fn convention(
 use Applies::{Always, BelowNominal, Redrawn, SmallOffset};
 use Generator::{Esim, Iebcs, V2e, Volt};
 
-/// Conventions of all generators.
 pub(super) const CONVENTIONS: &[Convention] = &[
     convention(V2e, "frame_grid", Always, "events are stamped on the grid of the frames"),
     convention(V2e, "timestamp_quantisation", Always, "or on simple fractions of it"),

@@ -27,7 +27,6 @@ pub(super) struct StoredTruth {
     nominal_spread: f64,
 }
 
-/// A case with its verdict and its truth.
 #[derive(Debug, Clone)]
 pub(crate) struct Opened {
     pub(crate) row: Row,
@@ -56,7 +55,6 @@ impl Opened {
         Ok(Self { row, truth, nominal_spread: nominal_spread.unwrap_or(0.0) })
     }
 
-    /// The truth as it is stored.
     pub(super) fn stored(&self) -> StoredTruth {
         let Self { row, truth, nominal_spread } = self;
         StoredTruth { id: row.id.clone(), truth: truth.clone(), nominal_spread: *nominal_spread }
@@ -67,7 +65,6 @@ impl Opened {
         self.row.effects.iter().filter(|finding| finding.kind == FindingKind::Effect)
     }
 
-    /// Parameters of the verdict.
     pub(super) fn parameters(&self) -> impl Iterator<Item = &NamedFinding> {
         self.row.effects.iter().filter(|finding| finding.kind == FindingKind::Parameter)
     }
@@ -77,23 +74,19 @@ impl Opened {
         self.truth.effects.iter().any(|effect| right_names(effect).contains(&finding.name.as_str()))
     }
 
-    /// Whether a finding is a convention of the generator.
     pub(super) fn is_convention(&self, finding: &NamedFinding) -> bool {
         let holds = |c: &names::Convention| c.holds(&self.truth, finding, self.nominal_spread);
         CONVENTIONS.iter().any(holds)
     }
 
-    /// Whether a name is right.
     pub(super) fn is_right(&self, finding: &NamedFinding) -> bool {
         self.is_hidden(finding) || self.is_convention(finding)
     }
 
-    /// Whether any name is wrong.
     pub(super) fn has_wrong_name(&self) -> bool {
         self.named().any(|finding| !self.is_right(finding))
     }
 
-    /// Whether a hidden effect is among the findings.
     pub(super) fn has(&self, effect: &HiddenEffect) -> bool {
         let right = right_names(effect);
         self.row.effects.iter().any(|finding| right.contains(&finding.name.as_str()))
@@ -105,13 +98,8 @@ impl Opened {
         effects.filter(|effect| effect.is_visible && !right_names(effect).is_empty())
     }
 
-    /// Whether something hidden is not in the catalogue.
     pub(super) fn is_outside_catalogue(&self) -> bool {
         self.truth.effects.iter().any(|effect| right_names(effect).is_empty())
-    }
-
-    pub(super) fn is_null(&self) -> bool {
-        self.truth.effects.is_empty()
     }
 
     /// Whether exactly the visible effects are named: all of them, and nothing that is not there.
@@ -174,7 +162,6 @@ pub(super) fn read(dir: &Path) -> Result<Vec<Opened>> {
     jsonl::read::<Row>(&dir.join(RESULTS))?.into_iter().map(open).collect()
 }
 
-/// Opens the truth of every row.
 pub(super) fn open(rows: Vec<Row>, cases: &Path, truths: &Path) -> Result<Vec<Opened>> {
     rows.into_iter()
         .map(|row| {

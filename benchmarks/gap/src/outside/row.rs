@@ -20,25 +20,18 @@ pub(crate) struct Row {
     pub(crate) gap_after: Option<f64>,
     /// Seconds from start to report.
     pub(super) seconds: f64,
-    /// Threads that it ran on.
     pub(super) threads: usize,
-    /// Further options of the run.
     pub(super) options: Vec<String>,
-    /// The program.
     pub(crate) commit: String,
 }
 
-/// An effect or a parameter of a verdict.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct NamedFinding {
-    /// Name in the catalogue.
     pub(super) name: String,
-    /// Effect or parameter.
     pub(super) kind: FindingKind,
     /// Stated probability; none where there is none.
     #[serde(default)]
     pub(super) probability: Option<f64>,
-    /// Values of its parameters.
     #[serde(default)]
     pub(super) parameters: BTreeMap<String, Value>,
 }
@@ -58,7 +51,6 @@ pub(super) struct ScoredVerdict {
     pub(super) gap_after: Gap,
 }
 
-/// A gap of a verdict.
 #[derive(Debug, Deserialize)]
 pub(super) struct Gap {
     pub(super) value: Option<f64>,

@@ -12,11 +12,9 @@ use crate::targets::Target::{AtLeast, AtMost, Within};
 use crate::targets::{Headline, Unit, gap_closed, probabilities};
 use evpose_report::format::short;
 
-/// Scores of all cases and of parts of them.
 #[derive(Debug, Clone, Serialize)]
 pub(crate) struct OutsideScores {
     pub(super) cases: usize,
-    /// Programs that results are of.
     pub(super) commits: Vec<String>,
     /// Stored folders that they are in; none of one that is scored by itself.
     pub(super) folders: Vec<String>,
@@ -31,7 +29,6 @@ pub(crate) struct OutsideScores {
     pub(super) strengths: Vec<(String, Rate)>,
 }
 
-/// Scores of some of the cases.
 #[derive(Debug, Clone, Serialize)]
 pub(crate) struct Group {
     pub(super) title: String,
@@ -44,19 +41,16 @@ pub(crate) struct Group {
     pub(crate) strict_precision: Rate,
     /// Cases with something visible of the catalogue in which exactly that is named.
     pub(super) exact_sets: Rate,
-    /// Cases in which any name is wrong.
     pub(super) wrong_names: Rate,
     /// Cases with nothing hidden in which an effect is named that is no convention.
     pub(crate) nulls_named: Rate,
     /// Cases with something outside the catalogue whose verdict leaves something open.
     pub(crate) outside_open: Rate,
-    /// Parameters of the verdict that are right.
     pub(super) parameters: Rate,
     /// Seconds from start to report.
     pub(super) seconds: Option<Seconds>,
 }
 
-/// Times of some cases.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub(super) struct Seconds {
     pub(super) median: f64,
@@ -98,7 +92,7 @@ impl Group {
             ),
             wrong_names: Rate::from_outcomes(all().map(Opened::has_wrong_name)),
             nulls_named: Rate::from_outcomes(
-                all().filter(|case| case.is_null()).map(Opened::is_named),
+                all().filter(|case| case.truth.effects.is_empty()).map(Opened::is_named),
             ),
             outside_open: Rate::from_outcomes(
                 all().filter(|case| case.is_outside_catalogue()).map(Opened::is_open),
@@ -111,7 +105,6 @@ impl Group {
     }
 }
 
-/// Scores cases.
 pub(super) fn score_cases(opened: &[Opened], folders: Vec<String>) -> OutsideScores {
     let of = |title: &str, is_in: &dyn Fn(&Opened) -> bool| {
         Group::new(title, &opened.iter().filter(|case| is_in(case)).collect::<Vec<_>>())

@@ -11,7 +11,6 @@ use crate::files::{self, SCORES, TABLE};
 use crate::table::{self, rate};
 use evpose_report::format::short;
 
-/// Further files of the scores.
 const GROUPS: &str = "groups.md";
 const CASES: &str = "cases.csv";
 
@@ -55,7 +54,6 @@ pub(super) fn lines(scores: &OutsideScores) -> Vec<String> {
     lines
 }
 
-/// Derived files of a folder.
 pub(super) fn texts(
     opened: &[Opened],
     scores: &OutsideScores,
@@ -105,7 +103,6 @@ fn markdown(scores: &OutsideScores) -> String {
     text
 }
 
-/// A line a case.
 fn csv(opened: &[Opened]) -> String {
     let mut text =
         "case,generator,scene,hidden,verdict,named,exact,wrong,gap_before,gap_after,seconds\n"
@@ -140,7 +137,6 @@ fn csv(opened: &[Opened]) -> String {
     text
 }
 
-/// Writes scores, tables and cases.
 pub(super) fn write(dir: &Path, opened: &[Opened], scores: &OutsideScores) -> Result<()> {
     for (name, text) in texts(opened, scores)? {
         files::write(dir, name, text.as_bytes())?;

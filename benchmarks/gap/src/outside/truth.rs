@@ -6,7 +6,6 @@ use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-/// Program that made a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Generator {
@@ -31,16 +30,13 @@ impl Generator {
     }
 }
 
-/// Ground truth of a case.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Truth {
     pub(super) generator: Generator,
-    /// Kind of scene.
     pub(super) scene: String,
     /// Hidden effects, in no order.
     #[serde(deserialize_with = "without_nothing")]
     pub(super) effects: Vec<HiddenEffect>,
-    /// Parameters of the generator.
     #[serde(default)]
     pub(super) parameters: Map<String, Value>,
 }
@@ -56,7 +52,6 @@ pub(super) struct HiddenEffect {
     pub(super) is_visible: bool,
 }
 
-/// A hidden effect as files have it.
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum Written {
@@ -106,14 +101,12 @@ fn without_nothing<'a, D: serde::Deserializer<'a>>(from: D) -> Result<Vec<Hidden
 }
 
 impl Truth {
-    /// Reads the truth of a case.
     pub(super) fn read(path: &Path) -> Result<Self> {
         let text =
             std::fs::read_to_string(path).with_context(|| format!("reading {}", path.display()))?;
         serde_json::from_str(&text).with_context(|| path.display().to_string())
     }
 
-    /// A parameter of the generator.
     pub(super) fn parameter(&self, key: &str) -> Option<f64> {
         self.parameters.get(key).and_then(Value::as_f64)
     }

@@ -20,14 +20,12 @@ const CHANCE: Colour = (190, 195, 204);
 const SMALL: (u32, u32) = (218, 178);
 const SQUARE: (u32, u32) = (430, 400);
 const WIDE: (u32, u32) = (560, 300);
-/// Bins of histograms.
 const BINS: usize = 24;
 
 fn series(label: &str, colour: Colour, mark: Mark, points: Vec<(f64, f64)>) -> Series {
     Series { label: label.to_owned(), colour, mark, points }
 }
 
-/// A curve of shares with the band of its intervals.
 fn shares(x: &[f64], rates: &[Rate]) -> [Series; 2] {
     let low = x.iter().zip(rates).map(|(x, rate)| (*x, rate.lo95));
     let high = x.iter().zip(rates).rev().map(|(x, rate)| (*x, rate.hi95));
@@ -38,7 +36,6 @@ fn shares(x: &[f64], rates: &[Rate]) -> [Series; 2] {
     ]
 }
 
-/// One chart for each effect.
 pub(super) fn power(power: &[Power]) -> Result<Vec<String>, DrawingError> {
     let of_effect = |of: &[Power]| {
         let x: Vec<f64> = of.iter().map(|power| power.strength as f64).collect();
@@ -58,7 +55,6 @@ pub(super) fn power(power: &[Power]) -> Result<Vec<String>, DrawingError> {
     power.chunk_by(|a, b| a.effect == b.effect).map(of_effect).collect()
 }
 
-/// Stated probabilities and shares.
 pub(super) fn reliability(bins: &[Bin]) -> Result<String, DrawingError> {
     // On the diagonal, stated probabilities hold.
     let mut all = vec![series("", AIM, Mark::Line, vec![(0.0, 0.0), (1.0, 1.0)])];
@@ -134,7 +130,6 @@ pub(super) fn errors(estimates: &[Estimate]) -> Result<String, DrawingError> {
     chart::svg(&chart, (430, 300))
 }
 
-/// Seconds a case.
 pub(super) fn times(opened: &[Opened]) -> Result<String, DrawingError> {
     let times =
         |seconds: &dyn Fn(&Opened) -> f64| -> Vec<f64> { opened.iter().map(seconds).collect() };

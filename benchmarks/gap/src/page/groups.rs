@@ -7,7 +7,6 @@ use crate::table::figure;
 use crate::targets::Unit;
 use evpose_report::html::HtmlPage;
 
-/// Adds the table of the groups.
 pub(super) fn section(page: &mut HtmlPage, scores: &Scores) {
     page.section(
         "By the count of hidden effects",

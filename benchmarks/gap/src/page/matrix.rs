@@ -12,7 +12,6 @@ const WRONG: Colour = (176, 32, 48);
 const MET: Colour = (10, 125, 86);
 const NEITHER: Colour = (96, 104, 120);
 const EMPTY: Colour = (243, 244, 246);
-/// Colours of counts.
 const WHITE: Colour = (255, 255, 255);
 const INK: Colour = (29, 36, 48);
 
@@ -36,7 +35,7 @@ fn drawn(cell: &Cell, all: usize) -> HeatmapCell {
     HeatmapCell {
         fill: colour(cell, all),
         text: if cell.n > 0 { cell.n.to_string() } else { String::new() },
-        ink: if is_dark(cell, all) { WHITE } else { INK },
+        ink: if strength(cell, all) > 0.7 { WHITE } else { INK },
         tooltip: String::new(),
     }
 }
@@ -44,10 +43,6 @@ fn drawn(cell: &Cell, all: usize) -> HeatmapCell {
 /// How strong a colour is: by the share of the row, so that few are still seen.
 fn strength(cell: &Cell, all: usize) -> f64 {
     0.25 + 0.75 * cell.n as f64 / all.max(1) as f64
-}
-
-fn is_dark(cell: &Cell, all: usize) -> bool {
-    strength(cell, all) > 0.7
 }
 
 /// Green for what is to be said, red for wrong names, grey for neither, pale for nothing.

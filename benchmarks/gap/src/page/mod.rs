@@ -14,7 +14,6 @@ use super::table::{cases, figure, interval, target, word};
 use super::targets::{Headline, Reached};
 use evpose_report::html::{HtmlPage, escape};
 
-/// Name of the page.
 pub(super) const NAME: &str = "index.html";
 
 const STYLE: &str = "<style>
@@ -27,7 +26,6 @@ td:last-child,th:last-child{text-align:left}
 .wide{overflow-x:auto}.wrap td{white-space:normal;text-align:left}.wrap th{text-align:left}
 </style>";
 
-/// The whole page.
 pub(super) fn page(opened: &[Opened], scores: &Scores, own: &[OwnRow]) -> Result<String> {
     let mut page = HtmlPage::new(
         "Hidden effects: what is found and what is not",

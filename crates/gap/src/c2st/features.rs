@@ -11,7 +11,6 @@ pub(super) const SIDE_PX: usize = 32;
 pub(super) const LENGTH_US: i64 = 20_000;
 /// Number of features.
 pub(super) const COUNT: usize = 43;
-/// The features of one patch.
 pub(super) type Features = [f64; COUNT];
 
 /// Periods of clocks and readouts whose phase locking is measured, microseconds.
@@ -23,12 +22,10 @@ const BINS_US: [i64; 2] = [1_000, 5_000];
 /// Side of the blocks whose dispersion is measured, pixels.
 const CROWD_PX: usize = 4;
 
-/// An event in a patch.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Local {
     /// Time since the start of the patch.
     pub(super) t_us: i64,
-    /// Time stamp in the recording.
     pub(super) stamp_us: i64,
     pub(super) x: usize,
     pub(super) y: usize,

@@ -6,16 +6,13 @@ use super::features::{Features, LENGTH_US, Local, SIDE_PX, patch_features};
 
 /// Minimum events of a patch, on average over measured and simulated.
 const MIN_EVENTS: usize = 6;
-/// Maximum number of pairs.
 const MAX_PAIRS: usize = 1_500;
 /// Cross-validation folds.
 pub(super) const FOLDS: usize = 5;
 /// Minimum tiles whose labels are permuted as a whole; fewer allow too few permutations.
 const MIN_TILES: usize = 8;
 
-/// A measured and a simulated patch of one place and time.
 pub(super) struct Pair {
-    /// Features of the measured and of the simulated patch.
     pub(super) features: [Features; 2],
     /// Group of pairs whose labels are swapped together.
     pub(super) group: usize,
@@ -23,7 +20,6 @@ pub(super) struct Pair {
     pub(super) fold: usize,
 }
 
-/// Events of a stream, sorted by patch.
 struct Sorted {
     starts: Vec<usize>,
     events: Vec<Local>,

@@ -134,7 +134,6 @@ impl Shots {
         Ok(self.light(Interpolation::Linear)?.with_mask(self.masked()))
     }
 
-    /// Fraction of excluded pixels.
     fn masked_fraction(&self) -> f64 {
         let masked = self.masked();
         masked.iter().filter(|masked| **masked).count() as f64 / masked.len() as f64

@@ -4,14 +4,11 @@
 //! that they do not force: luminance at rest stays constant although its codes flicker by one, and
 //! drifts are uniform.
 
-/// Bounds of a path at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Gate {
     /// Time, in any unit.
     pub(super) t: f64,
-    /// Lower bound.
     pub(super) low: f64,
-    /// Upper bound.
     pub(super) high: f64,
 }
 

@@ -29,14 +29,12 @@ pub struct LoadedShots {
     pub recording: LoadedRecording,
 }
 
-/// Frames of a file.
 struct FileFrames {
     frames: Vec<Frame>,
     /// Number of frames that were computed from events.
     computed: usize,
     /// Whether the file declares a stream of frames.
     has_stream: bool,
-    /// End of the compared time.
     end: Micros,
 }
 
@@ -86,13 +84,13 @@ pub fn load_shots(
     if read.computed > 0 {
         notes.push(format!("{} frames that were computed from events are left out", read.computed));
     }
-    let mut all = read.frames.iter().map(|frame| shot(frame, size)).collect::<Result<Vec<_>, _>>();
-    let all = all.as_mut().map_err(|problem| fault(std::mem::take(problem)))?;
+    let shots = read.frames.iter().map(|frame| shot(frame, size, fault));
+    let mut all = shots.collect::<Result<Vec<_>, _>>()?;
     all.sort_by_key(|shot| (shot.start, shot.end));
     // Some recorders write a frame twice; light at one time must be one.
     all.dedup_by(|b, a| b.middle_us() <= a.middle_us());
     let whole = all.len();
-    let mut chosen = bracketing(all, first, read.end);
+    let mut chosen = bracketing(&all, first, read.end);
     if chosen.len() < MIN_SHOTS {
         return Err(fault(format!(
             "{} of its {whole} frames lie one after the other beside events, and at least \
@@ -133,7 +131,6 @@ pub fn load_shots(
     Ok(LoadedShots { shots, recording })
 }
 
-/// Frames in the order of a file.
 type Frames = Box<dyn Iterator<Item = Result<Frame, IoError>>>;
 
 /// The frames of the first camera, and whether the file declares them.
@@ -188,11 +185,15 @@ fn max_code(depth: Depth) -> u16 {
     if depth == Depth::U8 { u16::from(u8::MAX) } else { u16::MAX }
 }
 
-fn shot(frame: &Frame, size: SensorSize) -> Result<Shot, String> {
+fn shot(
+    frame: &Frame,
+    size: SensorSize,
+    fault: impl Fn(String) -> GapError,
+) -> Result<Shot, GapError> {
     let of_frame = SensorSize { width: frame.width, height: frame.height };
     // A part of the image would have to be placed, which no camera of this kind writes.
     if of_frame != size || frame.position != (0, 0) {
-        return Err(format!("a frame of {of_frame} beside events of a sensor of {size}"));
+        return Err(fault(format!("a frame of {of_frame} beside events of a sensor of {size}")));
     }
     let codes = match (frame.format.depth, frame.format.channels) {
         (Depth::U8, 1) => frame.pixels.iter().copied().map(u16::from).collect(),
@@ -201,11 +202,9 @@ fn shot(frame: &Frame, size: SensorSize) -> Result<Shot, String> {
             codes.iter().map(|bytes| u16::from_le_bytes(*bytes)).collect()
         }
         _ => {
-            return Err(
-                "its frames are not grey of 8 or 16 bits: pixels behind filters of colours see \
-                 other light than their neighbours"
-                    .to_owned(),
-            );
+            let problem = "its frames are not grey of 8 or 16 bits: pixels behind filters of \
+                           colours see other light than their neighbours";
+            return Err(fault(problem.to_owned()));
         }
     };
     // Files without exposure times: the frame is of an instant.
@@ -253,7 +252,6 @@ fn described(path: &Path, shots: &Shots) -> String {
     )
 }
 
-/// Notes on frames for the user.
 fn notes_on(shots: &Shots) -> Vec<String> {
     let mut notes = Vec::new();
     let usual = shots.usual_exposure_us();

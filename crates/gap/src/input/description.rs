@@ -56,7 +56,6 @@ pub struct Nominal {
 const KNOWN: [&str; 6] = ["width", "height", "fps", "duration_s", "white", "nominal"];
 const NOMINAL: [&str; 5] = ["C_on", "C_off", "sigma_C", "noise_on_hz", "noise_off_hz"];
 
-/// Allowed range of a value.
 #[derive(Clone, Copy)]
 enum Range {
     Positive,

@@ -7,7 +7,6 @@ use evpose_core::{EventStream, Micros, SensorSize};
 use super::symmetry::{self, Orientation};
 use super::{LoadedRecording, units};
 
-/// Tolerance of the length, as a fraction of the duration.
 const DURATION_TOLERANCE: f64 = 0.02;
 /// Minimum shift that is a mistake; smaller ones are clock offsets.
 const MIN_SHIFT_S: f64 = 0.05;
@@ -21,12 +20,14 @@ const MIN_AGREEMENT: f64 = 0.3;
 const MIN_GAIN: f64 = 0.1;
 
 /// A mismatch.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Problem {
     /// Count of events of the file outside the sensor.
+    #[error("{0} events outside the sensor are left out")]
     Outside(usize),
     /// The recording is of another sensor.
+    #[error("the recording is of a sensor of {recording}, the scene of one of {scene}")]
     Size {
         /// Sensor size of the recording.
         recording: SensorSize,
@@ -34,11 +35,16 @@ pub enum Problem {
         scene: SensorSize,
     },
     /// Time stamps are not microseconds.
+    #[error(
+        "the recording is {too_long_by} times as long as the scene: stamps seem to be {}",
+        units::words(*too_long_by)
+    )]
     Unit {
         /// Factor by which the recording is too long.
         too_long_by: f64,
     },
     /// Time zero of the recording is not that of the scene.
+    #[error("the recording begins at {first_s:.6} s; {shift_s:+.6} s would lay it on the scene")]
     Start {
         /// Time of the first event.
         first_s: f64,
@@ -46,6 +52,7 @@ pub enum Problem {
         shift_s: f64,
     },
     /// The recording is longer or shorter than the scene.
+    #[error("the recording ends at {recording_s:.4} s, the scene at {scene_s:.4} s")]
     Duration {
         /// Time of the last event, with the start corrected.
         recording_s: f64,
@@ -53,6 +60,7 @@ pub enum Problem {
         scene_s: f64,
     },
     /// Columns, rows or polarities are swapped or inverted.
+    #[error("{}", fit(.0))]
     Orientation(Orientation),
 }
 
@@ -201,44 +209,14 @@ fn is_other_length(events: &EventStream, reference: &EventStream, duration_s: f6
     missing as f64 > (DURATION_TOLERANCE * reference.len() as f64).max(20.0)
 }
 
-impl fmt::Display for Problem {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Outside(outside) => {
-                write!(f, "{outside} events outside the sensor are left out")
-            }
-            Self::Size { recording, scene } => {
-                write!(
-                    f,
-                    "the recording is of a sensor of {recording}, the scene of one of {scene}"
-                )
-            }
-            Self::Unit { too_long_by } => write!(
-                f,
-                "the recording is {too_long_by} times as long as the scene: stamps seem to be {}",
-                units::words(*too_long_by)
-            ),
-            Self::Start { first_s, shift_s } => write!(
-                f,
-                "the recording begins at {first_s:.6} s; {shift_s:+.6} s would lay it on the scene"
-            ),
-            Self::Duration { recording_s, scene_s } => {
-                write!(f, "the recording ends at {recording_s:.4} s, the scene at {scene_s:.4} s")
-            }
-            Self::Orientation(orientation) => {
-                write!(f, "the recording fits the scene with {}: ", orientation.best)?;
-                write!(f, "agreement {:.2}", orientation.score)?;
-                match orientation.as_it_is {
-                    Some(score) => write!(f, ", against {score:.2} as it is")?,
-                    None => write!(f, ", and not at all as it is")?,
-                }
-                for other in &orientation.as_good {
-                    write!(f, "; {other} fits as well")?;
-                }
-                Ok(())
-            }
-        }
-    }
+fn fit(orientation: &Orientation) -> String {
+    let Orientation { best, score, as_it_is, as_good, .. } = orientation;
+    let as_it_is = as_it_is.map_or_else(
+        || ", and not at all as it is".to_owned(),
+        |score| format!(", against {score:.2} as it is"),
+    );
+    let as_good: String = as_good.iter().map(|other| format!("; {other} fits as well")).collect();
+    format!("the recording fits the scene with {best}: agreement {score:.2}{as_it_is}{as_good}")
 }
 
 impl fmt::Display for Problems {

@@ -133,6 +133,7 @@ fn read_all(
     let (mut repaired, mut brightest) = (0usize, 0f32);
     while planes.len() < most && source.next_into(&mut frame)? {
         for light in frame.data_mut() {
+            // What follows takes logarithms of light.
             if !(light.is_finite() && *light >= 0.0) {
                 *light = 0.0;
                 repaired += 1;
@@ -149,6 +150,7 @@ fn read_all(
     if brightest <= 0.0 {
         return Err(GapError::Scene(format!("{path}: there is no light in any frame")));
     }
+    // Codes without a stated white come out hundreds of times too bright, or too dark.
     if !(0.02..=4.0).contains(&brightest) {
         notes.push(format!(
             "{path}: the brightest light is {brightest:.3} of white ({}); is `white` right?",

@@ -4,11 +4,9 @@ use evpose_core::{Event, EventStream, Micros};
 
 use super::recording::on;
 
-/// Minimum events for the detection of the unit.
 const MIN_EVENTS: usize = 100;
 /// Range of the ratio of the span of events to the expected one, in the right unit.
 const FITS: std::ops::Range<f64> = 0.5..1.1;
-/// Ratios of the units that may be confused.
 const RATIOS: [f64; 4] = [1e-6, 1e-3, 1e3, 1e6];
 
 /// Factor by which a recording is too long in a wrong unit, if it is; `expected_s` is the expected

@@ -52,7 +52,6 @@ impl Axis {
         Self::Interval,
     ];
 
-    /// Number of levels.
     pub(super) const fn count(self) -> usize {
         match self {
             Self::Brightness => 5,
@@ -97,7 +96,6 @@ impl Axis {
         ranges.map(|(from, to)| (1 << to) - (1 << from)).collect()
     }
 
-    /// Level of an event.
     pub(super) fn level_of(self, event: &EventFeatures, view: &View<'_>) -> usize {
         let size = view.size();
         let (width, height) = (usize::from(size.width), usize::from(size.height));

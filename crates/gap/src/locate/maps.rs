@@ -11,7 +11,6 @@ use super::arrows::{Arrow, arrows};
 use super::significance::discoveries;
 use crate::View;
 
-/// Maximum columns of a residual image.
 const IMAGE_COLUMNS: usize = 96;
 /// Number of parts of the window.
 const STRIP: usize = 100;
@@ -166,7 +165,6 @@ pub(super) fn maps(measured: &View<'_>, runs: &[View<'_>]) -> Maps {
     }
 }
 
-/// Residuals of pixels minus the mean of their neighbours.
 fn minus_neighbours(z: &[f64], width: usize) -> Vec<f64> {
     let height = z.len() / width;
     let alone = |p: usize| {

@@ -88,11 +88,9 @@ impl Property {
     }
 }
 
-/// Ranges of a property.
 #[derive(Debug, Clone)]
 pub(super) struct Bins {
     pub(super) property: Property,
-    /// Edges between the ranges.
     pub(super) edges: Vec<f64>,
     /// A value within each range.
     pub(super) x: Vec<f64>,
@@ -102,7 +100,6 @@ pub(super) struct Bins {
 }
 
 impl Bins {
-    /// Ranges of a property for the scene and window of a view.
     pub(super) fn of_scene(property: Property, view: &View<'_>) -> Self {
         let (size, seconds) = (view.size(), view.seconds());
         let parts = |length: f64| -> Vec<f64> {

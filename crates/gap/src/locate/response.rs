@@ -122,7 +122,6 @@ impl ResponseShape {
     }
 }
 
-/// Differences of one polarity along one property.
 struct Differences<'a> {
     bins: &'a Bins,
     difference: Vec<f64>,
@@ -165,7 +164,6 @@ impl<'a> Differences<'a> {
         (0..self.difference.len()).map(z2).sum()
     }
 
-    /// The best fit, and its chi-square.
     fn best(&self) -> Option<(ResponseFit, f64)> {
         let n = self.difference.len() as f64;
         let forms: &[ResponseForm] = if self.bins.exposure_s.is_empty() {

@@ -26,9 +26,7 @@ const GAIN: f64 = 3.0;
 /// The fraction for the inter-event interval: lost or added events change the intervals of others,
 /// so that a range of intervals is reported only where it explains far more than the scene does.
 const INTERVAL_SHARE: f64 = 0.6;
-/// Maximum number of regions.
 const REGIONS: usize = 3;
-/// Significance level of regions.
 const LEVEL: f64 = 0.01;
 /// Tolerance of the logarithm of a ratio.
 const MIN_LOG_RATIO: f64 = 0.02;
@@ -91,7 +89,6 @@ pub(super) fn scan(table: &Table, samples: &[Sample], measured: &View<'_>) -> Sc
     Scan { sentence, regions, null_scores }
 }
 
-/// A box with its score.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct ScoredBox {
     /// Levels of all axes.
@@ -101,7 +98,6 @@ struct ScoredBox {
     worth: f64,
 }
 
-/// Search for the best box of one sample.
 struct Search<'a> {
     keys: &'a [u64],
     sample: &'a Sample,

@@ -3,7 +3,6 @@
 use evpose_core::stats::distribution::normal_upper_tail;
 use evpose_core::stats::moments::mean_and_deviation;
 
-/// False discovery rate.
 const FALSE_DISCOVERY_RATE: f64 = 0.05;
 
 /// Marks the deviations that are significant at a false discovery rate of 5 %, two-sided.

@@ -18,11 +18,9 @@ pub(super) struct Table {
 /// One stream against runs: the recording against all runs, or a run against the others.
 #[derive(Debug, Clone)]
 pub(super) struct Sample {
-    /// Events of the stream in each class.
     pub(super) events: Vec<f64>,
     /// Sums of counts over the runs that it is compared with.
     pub(super) sums: Vec<f64>,
-    /// Number of these runs.
     pub(super) runs: f64,
 }
 
@@ -61,7 +59,6 @@ impl Table {
         Self { keys, counts, sums }
     }
 
-    /// Number of runs of the model.
     pub(super) fn runs(&self) -> usize {
         self.counts.len() - 1
     }
@@ -78,7 +75,6 @@ impl Table {
     }
 }
 
-/// Tile of a class.
 pub(super) fn tile(key: u64) -> usize {
     Axis::Row.level(key) * TILES.0 + Axis::Column.level(key)
 }

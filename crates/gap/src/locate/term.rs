@@ -3,7 +3,6 @@
 use super::axis::{Axis, TILES, TIMES};
 use super::table::tile;
 
-/// A grouping of classes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Term {
     /// One group: measured events are more or fewer everywhere.
@@ -56,7 +55,6 @@ impl Term {
         name.to_owned()
     }
 
-    /// Number of groups.
     pub(super) fn count(self) -> usize {
         match self {
             Self::Level => 1,
@@ -81,7 +79,6 @@ impl Term {
         }
     }
 
-    /// Group of a class.
     pub(super) fn level(self, key: u64) -> usize {
         let level = self.axis().level(key);
         match self {

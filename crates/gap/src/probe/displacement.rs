@@ -61,7 +61,6 @@ pub(super) struct Displacement {
 }
 
 impl Displacement {
-    /// Adds a pair of images.
     pub(super) fn add(&mut self, measured: &Image, expected: &Image) {
         let (width, height) = (expected.width, expected.height());
         for y in BORDER..height.saturating_sub(BORDER) {

@@ -12,8 +12,7 @@ use crate::probe::reference;
 use crate::{Entry, StatisticBlock, View};
 
 /// Terms of the displacement field, its residual, and correlations of images.
-#[derive(Debug)]
-pub(super) struct Geometry;
+pub(super) static PROBE: StatisticProbe = StatisticProbe { name: "geometry", entries, measure };
 
 const SLICE_US: i64 = 20_000;
 const MAX_SLICES: usize = 8;
@@ -64,7 +63,6 @@ fn images(view: &View<'_>) -> Vec<[Image; 2]> {
     images
 }
 
-/// Displacements of a view's images, tile by tile.
 pub(crate) fn displacements(view: &View<'_>) -> Vec<Option<(f64, f64)>> {
     let mut displacement = Displacement::default();
     for [measured, expected] in images(view) {
@@ -74,54 +72,51 @@ pub(crate) fn displacements(view: &View<'_>) -> Vec<Option<(f64, f64)>> {
     displacement.of_tiles()
 }
 
-impl StatisticProbe for Geometry {
-    fn entries(&self) -> Vec<Entry> {
-        let terms = [
-            "shift in x",
-            "shift in y",
-            "scale, at the corner",
-            "rotation, at the corner",
-            "cube of the radius, at the corner",
-            "rest of displacement",
-        ];
-        let terms = terms.map(|name| {
-            Entry::value(StatisticBlock::Geometry, format!("{name}, px"), TOLERANCE_PX)
-        });
-        let likeness = [0, 1, 2].map(|blur| {
-            let name = format!("correlation of images, blur {blur} px");
-            Entry::value(StatisticBlock::Geometry, name, TOLERANCE)
-        });
-        terms.into_iter().chain(likeness).collect()
-    }
+fn entries() -> Vec<Entry> {
+    let terms = [
+        "shift in x",
+        "shift in y",
+        "scale, at the corner",
+        "rotation, at the corner",
+        "cube of the radius, at the corner",
+        "rest of displacement",
+    ];
+    let terms = terms
+        .map(|name| Entry::value(StatisticBlock::Geometry, format!("{name}, px"), TOLERANCE_PX));
+    let likeness = [0, 1, 2].map(|blur| {
+        let name = format!("correlation of images, blur {blur} px");
+        Entry::value(StatisticBlock::Geometry, name, TOLERANCE)
+    });
+    terms.into_iter().chain(likeness).collect()
+}
 
-    fn measure(&self, view: &View<'_>, out: &mut Vec<f64>) {
-        let mut displacement = Displacement::default();
-        // Scalar products: measured with expected, measured with measured, expected with expected.
-        let mut products = [[0.0; 3]; 3];
-        for [mut measured, mut expected] in images(view) {
-            for (blur, products) in products.iter_mut().enumerate() {
-                if blur > 0 {
-                    // The second blur is applied to the result of the first.
-                    measured = measured.smoothed(blur);
-                    expected = expected.smoothed(blur);
-                }
-                products[0] += dot(&measured.data, &expected.data);
-                products[1] += dot(&measured.data, &measured.data);
-                products[2] += dot(&expected.data, &expected.data);
+fn measure(view: &View<'_>, out: &mut Vec<f64>) {
+    let mut displacement = Displacement::default();
+    // Scalar products: measured with expected, measured with measured, expected with expected.
+    let mut products = [[0.0; 3]; 3];
+    for [mut measured, mut expected] in images(view) {
+        for (blur, products) in products.iter_mut().enumerate() {
+            if blur > 0 {
+                // The second blur is applied to the result of the first.
+                measured = measured.smoothed(blur);
+                expected = expected.smoothed(blur);
             }
-            // At the coarsest blur, whose gradients reach over a shift of some pixels.
-            displacement.add(&measured, &expected);
+            products[0] += dot(&measured.data, &expected.data);
+            products[1] += dot(&measured.data, &measured.data);
+            products[2] += dot(&expected.data, &expected.data);
         }
-        let size = view.size();
-        let aspect = f64::from(size.height) / f64::from(size.width);
-        let (terms, rest) = displacement.field(aspect);
-        out.extend(terms);
-        out.push(rest);
-        out.extend(products.map(|[both, measured, expected]| {
-            let scale = (measured * expected).sqrt();
-            if scale > 0.0 { both / scale } else { 0.0 }
-        }));
+        // At the coarsest blur, whose gradients reach over a shift of some pixels.
+        displacement.add(&measured, &expected);
     }
+    let size = view.size();
+    let aspect = f64::from(size.height) / f64::from(size.width);
+    let (terms, rest) = displacement.field(aspect);
+    out.extend(terms);
+    out.push(rest);
+    out.extend(products.map(|[both, measured, expected]| {
+        let scale = (measured * expected).sqrt();
+        if scale > 0.0 { both / scale } else { 0.0 }
+    }));
 }
 
 #[cfg(test)]
@@ -141,12 +136,12 @@ mod tests {
     }
 
     fn value(events: &EventStream, name: &str) -> f64 {
-        testing::value(&Geometry, events, name)
+        testing::value(&PROBE, events, name)
     }
 
     #[test]
     fn events_in_their_place_are_not_displaced() {
-        for entry in Geometry.entries() {
+        for entry in entries() {
             let value = value(testing::events(), &entry.name);
             let expected = if entry.name.starts_with("correlation") { 1.0 } else { 0.0 };
             assert!((value - expected).abs() < 1e-3, "{}: {value}", entry.name);

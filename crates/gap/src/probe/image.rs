@@ -11,12 +11,10 @@ pub(super) struct Image {
 }
 
 impl Image {
-    /// An image of zeros.
     pub(super) fn zeros(width: usize, height: usize) -> Self {
         Self { width, data: vec![0.0; width * height] }
     }
 
-    /// Number of rows.
     pub(super) fn height(&self) -> usize {
         self.data.len() / self.width
     }

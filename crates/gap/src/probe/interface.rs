@@ -1,16 +1,22 @@
 //! The interface of probes, and the strata that several of them use.
 
+use evpose_core::registry_entry;
+
 use crate::{Cell, Entry, View};
 
 /// A pure function from events and scene to summary statistics.
-pub trait StatisticProbe: Sync {
+#[derive(Debug)]
+pub struct StatisticProbe {
+    /// Unique name.
+    pub name: &'static str,
     /// Entries of the statistics, the same for all views.
-    fn entries(&self) -> Vec<Entry>;
-
+    pub entries: fn() -> Vec<Entry>,
     /// Appends the statistics of a view, one per entry. An undefined statistic is NaN, which counts
     /// as a deviation if the other side has a value.
-    fn measure(&self, view: &View<'_>, out: &mut Vec<f64>);
+    pub measure: fn(&View<'_>, &mut Vec<f64>),
 }
+
+registry_entry!(StatisticProbe, "probe");
 
 /// Dark, middle and bright: two, one and two of the five brightness classes.
 pub(super) fn brightness_third(cell: Cell) -> usize {

@@ -8,8 +8,7 @@ use crate::{Entry, StatisticBlock, View};
 
 /// Quantiles of load, lag and counts while the reference is busy, and the shortest intervals of the
 /// whole sensor.
-#[derive(Debug)]
-pub(super) struct Load;
+pub(super) static PROBE: StatisticProbe = StatisticProbe { name: "load", entries, measure };
 
 /// Finest bins, and the widths of all bins as multiples.
 const BIN_US: i64 = 100;
@@ -57,64 +56,62 @@ fn busy(view: &View<'_>, milliseconds: usize) -> (Vec<bool>, [f64; 2]) {
     (is_busy, events)
 }
 
-impl StatisticProbe for Load {
-    fn entries(&self) -> Vec<Entry> {
-        let value = |name: String, tolerance| Entry::value(StatisticBlock::Load, name, tolerance);
-        let loads = WIDTHS.iter().flat_map(|width| {
-            let name = ["quantile 0.5", "quantile 0.9", "quantile 0.99", "maximum"];
-            name.map(|name| {
-                let us = width * BIN_US as usize;
-                value(format!("log {name} of events per {us} us"), 0.02)
-            })
-        });
-        let others = [
-            ("lag in busy less that in calm milliseconds, in steps", 0.05),
-            ("log of events against expected, calm milliseconds", 0.01),
-            ("log of events against expected, busy milliseconds", 0.01),
-        ];
-        let others = others.map(|(name, tolerance)| value(name.to_owned(), tolerance));
-        let intervals = INTERVALS
-            .map(|share| value(format!("log10 of quantile {share} of intervals of all"), 0.02));
-        loads.chain(others).chain(intervals).collect()
-    }
+fn entries() -> Vec<Entry> {
+    let value = |name: String, tolerance| Entry::value(StatisticBlock::Load, name, tolerance);
+    let loads = WIDTHS.iter().flat_map(|width| {
+        let name = ["quantile 0.5", "quantile 0.9", "quantile 0.99", "maximum"];
+        name.map(|name| {
+            let us = width * BIN_US as usize;
+            value(format!("log {name} of events per {us} us"), 0.02)
+        })
+    });
+    let others = [
+        ("lag in busy less that in calm milliseconds, in steps", 0.05),
+        ("log of events against expected, calm milliseconds", 0.01),
+        ("log of events against expected, busy milliseconds", 0.01),
+    ];
+    let others = others.map(|(name, tolerance)| value(name.to_owned(), tolerance));
+    let intervals = INTERVALS
+        .map(|share| value(format!("log10 of quantile {share} of intervals of all"), 0.02));
+    loads.chain(others).chain(intervals).collect()
+}
 
-    fn measure(&self, view: &View<'_>, out: &mut Vec<f64>) {
-        let length_us = view.window.length().0.max(1) as usize;
-        let mut bins = vec![0_u32; length_us.div_ceil(BIN_US as usize)];
-        let milliseconds = length_us.div_ceil(1_000);
-        let (is_busy, expected) = busy(view, milliseconds);
-        let mut lags = [Lags::below(NEAR_US), Lags::below(NEAR_US)];
-        let mut events = [0.0; 2];
-        for event in view.events() {
-            let since_us = view.since_start_us(event.t_us);
-            bins[(since_us / BIN_US) as usize] += 1;
-            let busy = usize::from(is_busy[(since_us / 1_000) as usize]);
-            events[busy] += 1.0;
-            if let Some(lag_us) = event.lag_us() {
-                lags[busy].add(lag_us);
-            }
+fn measure(view: &View<'_>, out: &mut Vec<f64>) {
+    let length_us = view.window.length().0.max(1) as usize;
+    let mut bins = vec![0_u32; length_us.div_ceil(BIN_US as usize)];
+    let milliseconds = length_us.div_ceil(1_000);
+    let (is_busy, expected) = busy(view, milliseconds);
+    let mut lags = [Lags::below(NEAR_US), Lags::below(NEAR_US)];
+    let mut events = [0.0; 2];
+    for event in view.events() {
+        let since_us = view.since_start_us(event.t_us);
+        bins[(since_us / BIN_US) as usize] += 1;
+        let busy = usize::from(is_busy[(since_us / 1_000) as usize]);
+        events[busy] += 1.0;
+        if let Some(lag_us) = event.lag_us() {
+            lags[busy].add(lag_us);
         }
-        out.extend(WIDTHS.iter().flat_map(|width| loads(&bins, *width)));
-        let [calm, busy] = &lags;
-        // Few events on either side shrink the difference towards none.
-        let lag_us = calm.shrinkage().min(busy.shrinkage()) * (busy.median_us() - calm.median_us());
-        out.push(1e-6 * lag_us * view.reference_scene.scene.fps());
-        out.extend([0, 1].map(|i| ((events[i] + SETTLED) / (expected[i] + SETTLED)).ln()));
-
-        // Gaps between events of all pixels, as a shared bus makes them.
-        let mut intervals = vec![0_u32; MAX_INTERVAL_US + 1];
-        for pair in view.events().windows(2) {
-            intervals[((pair[1].t_us - pair[0].t_us) as usize).min(MAX_INTERVAL_US)] += 1;
-        }
-        // One more, since stamps can be equal.
-        let log = |share| (quantile::of_histogram(&intervals, share) + 1.0).log10();
-        out.extend(INTERVALS.map(log));
     }
+    out.extend(WIDTHS.iter().flat_map(|width| loads(&bins, *width)));
+    let [calm, busy] = &lags;
+    // Few events on either side shrink the difference towards none.
+    let lag_us = calm.shrinkage().min(busy.shrinkage()) * (busy.median_us() - calm.median_us());
+    out.push(1e-6 * lag_us * view.reference_scene.scene.fps());
+    out.extend([0, 1].map(|i| ((events[i] + SETTLED) / (expected[i] + SETTLED)).ln()));
+
+    // Gaps between events of all pixels, as a shared bus makes them.
+    let mut intervals = vec![0_u32; MAX_INTERVAL_US + 1];
+    for pair in view.events().windows(2) {
+        intervals[((pair[1].t_us - pair[0].t_us) as usize).min(MAX_INTERVAL_US)] += 1;
+    }
+    // One more, since stamps can be equal.
+    let log = |share| (quantile::of_histogram(&intervals, share) + 1.0).log10();
+    out.extend(INTERVALS.map(log));
 }
 
 #[cfg(test)]
 mod tests {
-    use evpose_core::{Event, Micros, Polarity};
+    use evpose_core::{Event, Micros};
 
     use super::*;
     use crate::probe::testing;
@@ -132,8 +129,8 @@ mod tests {
             Some(Event { t: event.t + Micros(if waits { 100 } else { 0 }), ..event })
         });
         let name = "lag in busy less that in calm milliseconds, in steps";
-        assert_eq!(testing::value(&Load, testing::events(), name), 0.0);
-        assert!((testing::value(&Load, &late, name) - 0.1).abs() < 1e-9);
+        assert_eq!(testing::value(&PROBE, testing::events(), name), 0.0);
+        assert!((testing::value(&PROBE, &late, name) - 0.1).abs() < 1e-9);
     }
 
     #[test]
@@ -146,7 +143,7 @@ mod tests {
         });
         let log_ratio = |kind| {
             let name = format!("log of events against expected, {kind} milliseconds");
-            testing::value(&Load, &lossy, &name)
+            testing::value(&PROBE, &lossy, &name)
         };
         assert_eq!(log_ratio("calm"), 0.0);
         assert!((log_ratio("busy") + 2_f64.ln()).abs() < 0.05, "{}", log_ratio("busy"));
@@ -154,26 +151,17 @@ mod tests {
 
     #[test]
     fn a_burst_is_the_maximum_of_the_load() {
-        let burst = (0..500).map(|i| Event {
-            t: Micros(300_000 + i % 100),
-            x: 90,
-            y: 10,
-            polarity: Polarity::On,
-        });
+        let burst = (0..500).map(|i| testing::on(300_000 + i % 100, 90, 10));
         let burst = testing::stream(burst.chain(testing::events().iter()));
-        let log = testing::value(&Load, &burst, "log maximum of events per 100 us");
+        let log = testing::value(&PROBE, &burst, "log maximum of events per 100 us");
         assert!((501_f64.ln()..560_f64.ln()).contains(&log), "{log}");
     }
 
     #[test]
     fn the_shortest_intervals_are_those_between_events_of_the_whole_sensor() {
-        let regular = testing::stream((0..1_000).map(|i| Event {
-            t: Micros(50 * i),
-            x: (i % 90) as u16,
-            y: (i % 70) as u16,
-            polarity: Polarity::On,
-        }));
-        let log = testing::value(&Load, &regular, "log10 of quantile 0.5 of intervals of all");
+        let event = |i: i64| testing::on(50 * i, (i % 90) as u16, (i % 70) as u16);
+        let regular = testing::stream((0..1_000).map(event));
+        let log = testing::value(&PROBE, &regular, "log10 of quantile 0.5 of intervals of all");
         assert!((log - 51_f64.log10()).abs() < 1e-9, "{log}");
     }
 }

@@ -3,6 +3,8 @@
 //! # A new probe
 //! is one file with its entries and its formula, and one line in [`PROBES`].
 
+use evpose_core::Registry;
+
 mod crossing;
 mod displacement;
 mod geometry;
@@ -33,23 +35,24 @@ const MAX_BINS: usize = 1 << 15;
 /// Number of leading entries that together count every event once.
 pub(crate) const ALL_EVENTS: usize = crossing::BY_SPEED;
 
-/// All probes, in the order of their entries in a summary.
-pub static PROBES: &[&dyn StatisticProbe] = &[
-    &crossing::Crossing,
-    &interval::Interval,
-    &timing::Timing,
-    &log_intensity_step::LogIntensityStep,
-    &spatial::Spatial,
-    &spectrum::Spectrum,
-    &readout::Readout,
-    &load::Load,
-    &geometry::Geometry,
-];
+/// All probes, in the order of their entries in a summary; those of other crates come last.
+pub static PROBES: Registry<StatisticProbe> = Registry::new(&[
+    &crossing::PROBE,
+    &interval::PROBE,
+    &timing::PROBE,
+    &log_intensity_step::PROBE,
+    &spatial::PROBE,
+    &spectrum::PROBE,
+    &readout::PROBE,
+    &load::PROBE,
+    &geometry::PROBE,
+]);
 
 #[cfg(test)]
 mod tests {
     use evpose_core::{EventStream, Micros, TimeWindow};
 
+    use super::PROBES;
     use crate::probe::testing;
     use crate::{Layout, View};
 
@@ -100,7 +103,11 @@ mod tests {
     }
 
     #[test]
-    fn entries_have_names_of_their_own() {
+    fn probes_and_entries_have_names_of_their_own() {
+        let mut probes = PROBES.names();
+        probes.sort_unstable();
+        probes.dedup();
+        assert_eq!(probes.len(), PROBES.len());
         let layout = Layout::of_all_probes();
         let mut names: Vec<_> = layout.entries.iter().map(|e| (e.block, &e.name)).collect();
         names.sort();

@@ -43,7 +43,6 @@ impl Lags {
         Self { counts: vec![0; 2 * limit_us as usize - 1], events: 0 }
     }
 
-    /// Counts a lag if it is below the limit.
     pub(super) fn add(&mut self, lag_us: i64) {
         let middle = self.counts.len() as i64 / 2;
         if let Some(count) = self.counts.get_mut((lag_us + middle) as usize) {
@@ -52,7 +51,6 @@ impl Lags {
         }
     }
 
-    /// Shrinkage factor of the median.
     pub(super) fn shrinkage(&self) -> f64 {
         shrinkage(self.events)
     }

@@ -7,8 +7,7 @@ use crate::probe::scan::{self, Spot};
 use crate::{Entry, StatisticBlock, View};
 
 /// Phases of time stamps, shared stamps, successive events, and scans.
-#[derive(Debug)]
-pub(super) struct Readout;
+pub(super) static PROBE: StatisticProbe = StatisticProbe { name: "readout", entries, measure };
 
 /// Periods of stamps whose phases are tested. All divide [`COMMON_US`].
 const PERIODS_US: [usize; 13] = [2, 5, 10, 20, 50, 100, 125, 200, 250, 500, 1_000, 2_000, 5_000];
@@ -19,7 +18,6 @@ const STEP_BITS: u32 = 10;
 const CLOSE_US: i64 = 100;
 /// Prior count that shrinks fractions of few events towards zero.
 const SETTLED: f64 = 20.0;
-/// Tolerance of fractions and correlations.
 const TOLERANCE: f64 = 0.02;
 
 /// Resultant length of `n` unit vectors with sum `(x, y)`, corrected for its value by chance.
@@ -150,34 +148,32 @@ fn sign(difference: f32) -> f64 {
     f64::from(u8::from(difference > 0.0)) - f64::from(u8::from(difference < 0.0))
 }
 
-impl StatisticProbe for Readout {
-    fn entries(&self) -> Vec<Entry> {
-        let value = |name: String| Entry::value(StatisticBlock::Readout, name, TOLERANCE);
-        let residues = PERIODS_US.iter().map(|us| value(format!("stamps modulo {us} us")));
-        let others = [
-            "stamps modulo the step of the scene",
-            "share of events that share their stamp",
-            "mean log number of events with one stamp",
-            "share of events with one stamp that share their row",
-            "share of events with one stamp that share their column",
-            "share of stamps in the row of the stamp before",
-            "share of stamps in the column of the stamp before",
-            "rows go up between close stamps",
-            "columns go up between close stamps",
-        ];
-        let scans = scan::AXES.iter().flat_map(|axis| {
-            (0..scan::BANDS).map(move |band| value(format!("clock locked to {axis}, band {band}")))
-        });
-        residues.chain(others.map(|name| value(name.to_owned()))).chain(scans).collect()
-    }
+fn entries() -> Vec<Entry> {
+    let value = |name: String| Entry::value(StatisticBlock::Readout, name, TOLERANCE);
+    let residues = PERIODS_US.iter().map(|us| value(format!("stamps modulo {us} us")));
+    let others = [
+        "stamps modulo the step of the scene",
+        "share of events that share their stamp",
+        "mean log number of events with one stamp",
+        "share of events with one stamp that share their row",
+        "share of events with one stamp that share their column",
+        "share of stamps in the row of the stamp before",
+        "share of stamps in the column of the stamp before",
+        "rows go up between close stamps",
+        "columns go up between close stamps",
+    ];
+    let scans = scan::AXES.iter().flat_map(|axis| {
+        (0..scan::BANDS).map(move |band| value(format!("clock locked to {axis}, band {band}")))
+    });
+    residues.chain(others.map(|name| value(name.to_owned()))).chain(scans).collect()
+}
 
-    fn measure(&self, view: &View<'_>, out: &mut Vec<f64>) {
-        residues(view, out);
-        let spots = Spot::from_view(view);
-        shared(view, &spots, out);
-        succession(&spots, out);
-        out.extend(scan::resultants(view, &spots));
-    }
+fn measure(view: &View<'_>, out: &mut Vec<f64>) {
+    residues(view, out);
+    let spots = Spot::from_view(view);
+    shared(view, &spots, out);
+    succession(&spots, out);
+    out.extend(scan::resultants(view, &spots));
 }
 
 #[cfg(test)]
@@ -194,14 +190,14 @@ mod tests {
     #[test]
     fn quantised_stamps_keep_to_one_phase_of_the_period_and_its_parts() {
         let quantised = stamped(|t| t.div_euclid(250) * 250);
-        let locking = |us| testing::value(&Readout, &quantised, &format!("stamps modulo {us} us"));
+        let locking = |us| testing::value(&PROBE, &quantised, &format!("stamps modulo {us} us"));
         for us in [2, 5, 10, 50, 125, 250] {
             assert!((locking(us) - 1.0).abs() < 1e-9, "{us}: {}", locking(us));
         }
         // Four phases of a millisecond.
         assert!(locking(1_000) < 0.1, "{}", locking(1_000));
         let free = stamped(|t| t);
-        assert!(testing::value(&Readout, &free, "stamps modulo 250 us") < 0.1);
+        assert!(testing::value(&PROBE, &free, "stamps modulo 250 us") < 0.1);
     }
 
     #[test]
@@ -213,14 +209,14 @@ mod tests {
             events
         });
         assert_ne!(quantised, backward);
-        for entry in Readout.entries() {
+        for entry in entries() {
             let [a, b] =
-                [&quantised, &backward].map(|events| testing::value(&Readout, events, &entry.name));
+                [&quantised, &backward].map(|events| testing::value(&PROBE, events, &entry.name));
             // Sums of waves are rounded in another order.
             assert!((a - b).abs() < 1e-6, "{}: {a} {b}", entry.name);
         }
         let share = "share of events that share their stamp";
-        assert!(testing::value(&Readout, &quantised, share) > 0.9);
+        assert!(testing::value(&PROBE, &quantised, share) > 0.9);
     }
 
     #[test]
@@ -230,7 +226,7 @@ mod tests {
             let t = event.t.0.div_euclid(1_000) * 1_000 + i64::from(event.y) * 5;
             Some(Event { t: Micros(t), ..event })
         });
-        assert!(testing::value(&Readout, &sorted, name) > 0.9);
-        assert!(testing::value(&Readout, testing::events(), name).abs() < 0.2);
+        assert!(testing::value(&PROBE, &sorted, name) > 0.9);
+        assert!(testing::value(&PROBE, testing::events(), name).abs() < 0.2);
     }
 }

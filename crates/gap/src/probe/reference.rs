@@ -4,12 +4,10 @@ use evpose_core::TimeWindow;
 
 use crate::View;
 
-/// Reference events of one pixel and polarity.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct List<'a> {
     /// Index of the pixel, row by row.
     pub(super) pixel: usize,
-    /// Polarity.
     pub(super) is_on: bool,
     /// Times in microseconds, in order.
     pub(super) t_us: &'a [i64],

@@ -13,12 +13,10 @@ const ENOUGH_PIXELS: usize = 50;
 /// in every sixth pixel, by which two simulators differ where light returns to its former level.
 const SETTLED: f64 = 0.004;
 
-/// Residuals, row by row.
 #[derive(Debug)]
 pub(super) struct Residuals(Vec<f32>);
 
 impl Residuals {
-    /// Residuals of measured against expected counts per pixel.
     pub(super) fn from_counts(measured: &[f32], expected: &[f32]) -> Self {
         let (mut n, mut e) = (0.0, 0.0);
         for (measured, expected) in measured.iter().zip(expected).filter(|(_, e)| **e > 0.0) {
@@ -42,7 +40,6 @@ impl Residuals {
         squares / n.max(ENOUGH_PIXELS) as f64
     }
 
-    /// Subtracts the mean.
     pub(super) fn centre(&mut self) {
         let mean = self.0.iter().map(|d| f64::from(*d)).sum::<f64>() / self.0.len() as f64;
         self.0.iter_mut().for_each(|d| *d -= mean as f32);

@@ -37,19 +37,15 @@ fn band(index: usize) -> std::ops::Range<usize> {
     cycles(longest_us).max(AROUND)..highest
 }
 
-/// Time and position of an event.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Spot {
     /// Microseconds.
     pub(super) t_us: i64,
-    /// Column.
     pub(super) x: u16,
-    /// Row.
     pub(super) y: u16,
 }
 
 impl Spot {
-    /// Spots of all events of a view.
     pub(super) fn from_view(view: &View<'_>) -> Vec<Self> {
         let width = u32::from(view.size().width);
         let spot = |event: &EventFeatures| {

@@ -9,8 +9,7 @@ use crate::probe::residual::{Residuals, correlation};
 use crate::{Entry, StatisticBlock, View};
 
 /// Fractions of events of the busiest pixels, silent pixels, and statistics of residuals.
-#[derive(Debug)]
-pub(super) struct Spatial;
+pub(super) static PROBE: StatisticProbe = StatisticProbe { name: "spatial", entries, measure };
 
 /// Length of the alternating parts of the two halves, and the margin that is left out at either
 /// end.
@@ -26,7 +25,6 @@ const TILES: (usize, usize) = (6, 4);
 /// Prior count that shrinks fractions and dispersions of few events towards those of independent
 /// events.
 const SETTLED: f64 = 50.0;
-/// Tolerance of fractions and correlations.
 const TOLERANCE: f64 = 0.02;
 
 /// Part of a time: the first half, the second, or neither (2) close to their boundary, where a late
@@ -73,7 +71,6 @@ impl Maps {
     }
 }
 
-/// Sums of maps, pixel by pixel.
 fn sum(first: &[f32], others: &[&[f32]]) -> Vec<f32> {
     let mut sums = first.to_vec();
     for other in others {
@@ -115,6 +112,7 @@ fn rings_and_tiles(view: &View<'_>, [off, on]: &[Vec<f32>; 2], out: &mut Vec<f64
     let mut rings = [0.0; RINGS];
     let mut tiles = [0.0; TILES.0 * TILES.1 * 2];
     let off_centre = |i: usize, n: usize| (i as f32 + 0.5 - 0.5 * n as f32).powi(2);
+    // Tile and distance of a column are the same in every row: they are computed once.
     let columns: Vec<(usize, f32)> =
         (0..width).map(|x| (x * TILES.0 / width, off_centre(x, width))).collect();
     let corner = 0.25 * (width * width + height * height) as f32;
@@ -132,77 +130,72 @@ fn rings_and_tiles(view: &View<'_>, [off, on]: &[Vec<f32>; 2], out: &mut Vec<f64
     out.extend(rings.iter().chain(&tiles));
 }
 
-impl StatisticProbe for Spatial {
-    fn entries(&self) -> Vec<Entry> {
-        let value =
-            |name: String, tolerance| Entry::value(StatisticBlock::Spatial, name, tolerance);
-        let percent = |share: &f64| 100.0 * share;
-        let quiet = SHARES.iter().map(|share| {
-            let name =
-                format!("share at rest of the {} % busiest in the other half", percent(share));
-            value(name, TOLERANCE)
-        });
-        let all = SHARES.iter().map(|share| {
-            value(format!("share of the {} % busiest pixels", percent(share)), TOLERANCE)
-        });
-        let silent = Entry::count(StatisticBlock::Spatial, "silent pixels");
-        let others = [
-            ("log variance over mean at rest", 0.05),
-            ("correlation of residuals of halves, all pixels", TOLERANCE),
-            ("correlation of residuals of halves, pixels active in both", TOLERANCE),
-            ("variance of residuals of active pixels", 0.01),
-            ("correlation of residuals of ON and OFF", TOLERANCE),
-            ("log dispersion of rows", 0.1),
-            ("log dispersion of columns", 0.1),
-        ];
-        let others = others.map(|(name, tolerance)| value(name.to_owned(), tolerance));
-        let morans =
-            DISTANCES.map(|d| value(format!("likeness of residuals {d} pixels apart"), TOLERANCE));
-        let count = |name| Entry::count(StatisticBlock::Spatial, name);
-        let rings = (0..RINGS).map(|ring| count(format!("events of ring {ring}")));
-        let tiles = (0..TILES.0 * TILES.1 * 2)
-            .map(|i| count(format!("{} events of tile {}", ["OFF", "ON"][i % 2], i / 2)));
-        let shares = quiet.chain(all).chain([silent]);
-        shares.chain(others).chain(morans).chain(rings).chain(tiles).collect()
-    }
+fn entries() -> Vec<Entry> {
+    let value = |name: String, tolerance| Entry::value(StatisticBlock::Spatial, name, tolerance);
+    let percent = |share: &f64| 100.0 * share;
+    let quiet = SHARES.iter().map(|share| {
+        let name = format!("share at rest of the {} % busiest in the other half", percent(share));
+        value(name, TOLERANCE)
+    });
+    let all = SHARES
+        .iter()
+        .map(|share| value(format!("share of the {} % busiest pixels", percent(share)), TOLERANCE));
+    let silent = Entry::count(StatisticBlock::Spatial, "silent pixels");
+    let others = [
+        ("log variance over mean at rest", 0.05),
+        ("correlation of residuals of halves, all pixels", TOLERANCE),
+        ("correlation of residuals of halves, pixels active in both", TOLERANCE),
+        ("variance of residuals of active pixels", 0.01),
+        ("correlation of residuals of ON and OFF", TOLERANCE),
+        ("log dispersion of rows", 0.1),
+        ("log dispersion of columns", 0.1),
+    ];
+    let others = others.map(|(name, tolerance)| value(name.to_owned(), tolerance));
+    let morans =
+        DISTANCES.map(|d| value(format!("likeness of residuals {d} pixels apart"), TOLERANCE));
+    let count = |name| Entry::count(StatisticBlock::Spatial, name);
+    let rings = (0..RINGS).map(|ring| count(format!("events of ring {ring}")));
+    let tiles = (0..TILES.0 * TILES.1 * 2)
+        .map(|i| count(format!("{} events of tile {}", ["OFF", "ON"][i % 2], i / 2)));
+    let shares = quiet.chain(all).chain([silent]);
+    shares.chain(others).chain(morans).chain(rings).chain(tiles).collect()
+}
 
-    fn measure(&self, view: &View<'_>, out: &mut Vec<f64>) {
-        let Maps { measured, expected, quiet } = Maps::from_view(view);
-        // Chosen in one part of time and counted in another: chance is not chosen twice.
-        let forth = top_shares(&quiet[0], &quiet[1]);
-        let back = top_shares(&quiet[1], &quiet[0]);
-        out.extend(forth.iter().zip(back).map(|(a, b)| 0.5 * (a + b)));
+fn measure(view: &View<'_>, out: &mut Vec<f64>) {
+    let Maps { measured, expected, quiet } = Maps::from_view(view);
+    // Chosen in one part of time and counted in another: chance is not chosen twice.
+    let forth = top_shares(&quiet[0], &quiet[1]);
+    let back = top_shares(&quiet[1], &quiet[0]);
+    out.extend(forth.iter().zip(back).map(|(a, b)| 0.5 * (a + b)));
 
-        let halves = |m: &[Vec<f32>; 6]| [sum(&m[0], &[&m[1]]), sum(&m[2], &[&m[3]])];
-        let signs = |m: &[Vec<f32>; 6]| [0, 1].map(|p| sum(&m[p], &[&m[2 + p], &m[4 + p]]));
-        let (n_half, e_half) = (halves(&measured), halves(&expected));
-        let (n_sign, e_sign) = (signs(&measured), signs(&expected));
-        let (n, e) = (sum(&n_sign[0], &[&n_sign[1]]), sum(&e_sign[0], &[&e_sign[1]]));
-        out.extend(top_shares(&n, &n));
-        out.push(n.iter().zip(&e).filter(|(n, e)| **n == 0.0 && **e >= MIN_SILENT).count() as f64);
+    let halves = |m: &[Vec<f32>; 6]| [sum(&m[0], &[&m[1]]), sum(&m[2], &[&m[3]])];
+    let signs = |m: &[Vec<f32>; 6]| [0, 1].map(|p| sum(&m[p], &[&m[2 + p], &m[4 + p]]));
+    let (n_half, e_half) = (halves(&measured), halves(&expected));
+    let (n_sign, e_sign) = (signs(&measured), signs(&expected));
+    let (n, e) = (sum(&n_sign[0], &[&n_sign[1]]), sum(&e_sign[0], &[&e_sign[1]]));
+    out.extend(top_shares(&n, &n));
+    out.push(n.iter().zip(&e).filter(|(n, e)| **n == 0.0 && **e >= MIN_SILENT).count() as f64);
 
-        out.push(log_fano(&sum(&quiet[0], &[&quiet[1], &quiet[2]])));
-        let [first, second] =
-            [0, 1].map(|half| Residuals::from_counts(&n_half[half], &e_half[half]));
-        out.push(correlation(&first, &second, |_| true));
-        out.push(correlation(&first, &second, |p| e_half[0][p] > 0.0 && e_half[1][p] > 0.0));
-        let mut whole = Residuals::from_counts(&n, &e);
-        out.push(whole.mean_square(|p| e[p] > 0.0));
-        let [off, on] = [0, 1].map(|sign| Residuals::from_counts(&n_sign[sign], &e_sign[sign]));
-        out.push(correlation(&off, &on, |p| e_sign[0][p] > 0.0 && e_sign[1][p] > 0.0));
+    out.push(log_fano(&sum(&quiet[0], &[&quiet[1], &quiet[2]])));
+    let [first, second] = [0, 1].map(|half| Residuals::from_counts(&n_half[half], &e_half[half]));
+    out.push(correlation(&first, &second, |_| true));
+    out.push(correlation(&first, &second, |p| e_half[0][p] > 0.0 && e_half[1][p] > 0.0));
+    let mut whole = Residuals::from_counts(&n, &e);
+    out.push(whole.mean_square(|p| e[p] > 0.0));
+    let [off, on] = [0, 1].map(|sign| Residuals::from_counts(&n_sign[sign], &e_sign[sign]));
+    out.push(correlation(&off, &on, |p| e_sign[0][p] > 0.0 && e_sign[1][p] > 0.0));
 
-        // Without the mean: a wrong overall rate is no pattern.
-        whole.centre();
-        let width = usize::from(view.size().width);
-        out.extend(whole.line_dispersions(width));
-        out.extend(DISTANCES.map(|distance| whole.moran(width, distance)));
-        rings_and_tiles(view, &n_sign, out);
-    }
+    // Without the mean: a wrong overall rate is no pattern.
+    whole.centre();
+    let width = usize::from(view.size().width);
+    out.extend(whole.line_dispersions(width));
+    out.extend(DISTANCES.map(|distance| whole.moran(width, distance)));
+    rings_and_tiles(view, &n_sign, out);
 }
 
 #[cfg(test)]
 mod tests {
-    use evpose_core::{Event, EventStream, Micros, Polarity, StageNoise};
+    use evpose_core::{Event, EventStream, Micros, StageNoise};
 
     use super::*;
     use crate::probe::testing;
@@ -218,17 +211,13 @@ mod tests {
     }
 
     fn value(events: &EventStream, name: &str) -> f64 {
-        testing::value(&Spatial, events, name)
+        testing::value(&PROBE, events, name)
     }
 
     #[test]
     fn hot_pixels_raise_the_shares_of_the_busiest() {
-        let hot = (0..600).map(|i| Event {
-            t: Micros(1_000 * i64::from(i)),
-            x: testing::REST_FROM + 10 + (i % 3),
-            y: 30,
-            polarity: Polarity::On,
-        });
+        let x = |i: u16| testing::REST_FROM + 10 + (i % 3);
+        let hot = (0..600).map(|i| testing::on(1_000 * i64::from(i), x(i), 30));
         let noise = testing::noise(2_000, 1);
         let even = testing::stream(testing::events().iter().chain(noise.clone()));
         let spiked = testing::stream(testing::events().iter().chain(noise).chain(hot));

@@ -13,8 +13,7 @@ use crate::{Entry, StatisticBlock, View};
 
 /// Power in bands, the strongest line and the agreement of its polarities, for all pixels and for
 /// those at rest.
-#[derive(Debug)]
-pub(super) struct Spectrum;
+pub(super) static PROBE: StatisticProbe = StatisticProbe { name: "spectrum", entries, measure };
 
 const BIN_US: i64 = 500;
 const BANDS: usize = 12;
@@ -96,36 +95,34 @@ impl Rates {
     }
 }
 
-impl StatisticProbe for Spectrum {
-    fn entries(&self) -> Vec<Entry> {
-        let value = |name, tolerance| Entry::value(StatisticBlock::Spectrum, name, tolerance);
-        let group = |group: &'static str| {
-            let bands = (0..BANDS)
-                .map(move |band| value(format!("log10 power of {group}, band {band}"), 0.1));
-            let line = value(format!("strongest line of {group}"), 0.02);
-            let phase = value(format!("agreement of ON and OFF in the line of {group}"), 0.02);
-            bands.chain([line, phase])
-        };
-        GROUPS.iter().flat_map(|name| group(name)).collect()
-    }
+fn entries() -> Vec<Entry> {
+    let value = |name, tolerance| Entry::value(StatisticBlock::Spectrum, name, tolerance);
+    let group = |group: &'static str| {
+        let bands =
+            (0..BANDS).map(move |band| value(format!("log10 power of {group}, band {band}"), 0.1));
+        let line = value(format!("strongest line of {group}"), 0.02);
+        let phase = value(format!("agreement of ON and OFF in the line of {group}"), 0.02);
+        bands.chain([line, phase])
+    };
+    GROUPS.iter().flat_map(|name| group(name)).collect()
+}
 
-    fn measure(&self, view: &View<'_>, out: &mut Vec<f64>) {
-        let bins = (view.window.length().0 / BIN_US).clamp(1, MAX_BINS as i64) as usize;
-        let (mut all, mut quiet) = (Rates::new(bins), Rates::new(bins));
-        for event in view.events() {
-            let bin = (view.since_start_us(event.t_us) / BIN_US) as usize;
-            if bin >= bins {
-                // An incomplete last bin, or beyond the longest transform.
-                break;
-            }
-            all.add(bin, event.is_on);
-            if event.cell.is_quiet() {
-                quiet.add(bin, event.is_on);
-            }
+fn measure(view: &View<'_>, out: &mut Vec<f64>) {
+    let bins = (view.window.length().0 / BIN_US).clamp(1, MAX_BINS as i64) as usize;
+    let (mut all, mut quiet) = (Rates::new(bins), Rates::new(bins));
+    for event in view.events() {
+        let bin = (view.since_start_us(event.t_us) / BIN_US) as usize;
+        if bin >= bins {
+            // An incomplete last bin, or beyond the longest transform.
+            break;
         }
-        all.measure(out);
-        quiet.measure(out);
+        all.add(bin, event.is_on);
+        if event.cell.is_quiet() {
+            quiet.add(bin, event.is_on);
+        }
     }
+    all.measure(out);
+    quiet.measure(out);
 }
 
 #[cfg(test)]
@@ -151,7 +148,7 @@ mod tests {
     fn flicker_is_a_line_with_on_and_off_in_antiphase() {
         let even = testing::noise(2_000, 3).into_iter().chain(testing::events().iter());
         let even = testing::stream(even);
-        let value = |events: &EventStream, name: &str| testing::value(&Spectrum, events, name);
+        let value = |events: &EventStream, name: &str| testing::value(&PROBE, events, name);
         let line = "strongest line of pixels at rest";
         let phase = "agreement of ON and OFF in the line of pixels at rest";
         assert!(value(&even, line) < 0.05, "{}", value(&even, line));

@@ -73,19 +73,20 @@ pub(crate) fn tiny(width: u16, height: u16) -> ReferenceScene {
     }
 }
 
-/// Events in opposite corners of a sensor.
 pub(crate) fn corner_events(width: u16, height: u16) -> EventStream {
-    let at = |t, x, y| Event { t: Micros(t), x, y, polarity: Polarity::On };
-    let events = [at(0, 0, 0), at(700, width - 1, height - 1), at(700, 0, 0)];
+    let events = [on(0, 0, 0), on(700, width - 1, height - 1), on(700, 0, 0)];
     EventStream::from_events(SensorSize { width, height }, events).unwrap()
 }
 
-/// The window of the whole scene.
 pub(crate) fn whole() -> TimeWindow {
     TimeWindow { start: Micros(0), end: Micros(600_001) }
 }
 
-/// Sorts events by time into a stream.
+/// An ON event.
+pub(crate) fn on(t_us: i64, x: u16, y: u16) -> Event {
+    Event { t: Micros(t_us), x, y, polarity: Polarity::On }
+}
+
 pub(crate) fn stream(events: impl IntoIterator<Item = Event>) -> EventStream {
     let mut events: Vec<Event> = events.into_iter().collect();
     events.sort_by_key(|event| event.t);
@@ -110,11 +111,11 @@ pub(crate) fn noise(count: usize, seed: u64) -> Vec<Event> {
 }
 
 /// One statistic of a probe, before any transform.
-pub(crate) fn value(probe: &dyn StatisticProbe, events: &EventStream, name: &str) -> f64 {
-    let entries = probe.entries();
+pub(crate) fn value(probe: &StatisticProbe, events: &EventStream, name: &str) -> f64 {
+    let entries = (probe.entries)();
     let place = entries.iter().position(|entry| entry.name == name);
     let mut values = Vec::new();
-    probe.measure(&View::new(reference_scene(), events, whole()), &mut values);
+    (probe.measure)(&View::new(reference_scene(), events, whole()), &mut values);
     assert_eq!(values.len(), entries.len());
     values[place.unwrap_or_else(|| panic!("no entry `{name}`"))]
 }

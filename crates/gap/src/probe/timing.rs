@@ -9,8 +9,7 @@ use crate::{Cell, Entry, StatisticBlock, StatisticKind, View};
 
 /// Histograms and medians of the lag behind the nearest reference event of the same pixel and
 /// polarity, and counts of missing events.
-#[derive(Debug)]
-pub(super) struct Timing;
+pub(super) static PROBE: StatisticProbe = StatisticProbe { name: "timing", entries, measure };
 
 /// Edges of the size of a lag, microseconds.
 const EDGES_US: [i64; 9] = [30, 100, 200, 400, 800, 1_600, 3_200, 6_400, 15_000];
@@ -141,51 +140,46 @@ fn missing(view: &View<'_>) -> [f64; CLASSES] {
     missing
 }
 
-impl StatisticProbe for Timing {
-    fn entries(&self) -> Vec<Entry> {
-        let lag = |name| Entry::value(StatisticBlock::Timing, name, TOLERANCE_STEPS);
-        let histogram = (0..HISTOGRAMS * BINS).map(|i| {
-            let (bin, is_on, third) = (i % BINS, i / BINS % 2, i / BINS / 2);
-            let name =
-                format!("lag of {} events, brightness third {third}, bin {bin}", sign(is_on));
-            Entry { block: StatisticBlock::Timing, name, kind: StatisticKind::Count(BIN_TOLERANCE) }
-        });
-        let by_class = (0..CLASSES).map(|i| {
-            lag(format!("median lag in steps, {} events, brightness {}", sign(i % 2), i / 2))
-        });
-        let by_third = (0..THIRDS).map(|i| lag(format!("median lag in steps, third {i} of time")));
-        let missing = (0..CLASSES).map(|i| {
-            let name =
-                format!("expected {} events that never come, brightness {}", sign(i % 2), i / 2);
-            Entry { block: StatisticBlock::Timing, name, kind: StatisticKind::Count(ROUNDED) }
-        });
-        histogram.chain(by_class).chain(by_third).chain(missing).collect()
-    }
+fn entries() -> Vec<Entry> {
+    let lag = |name| Entry::value(StatisticBlock::Timing, name, TOLERANCE_STEPS);
+    let histogram = (0..HISTOGRAMS * BINS).map(|i| {
+        let (bin, is_on, third) = (i % BINS, i / BINS % 2, i / BINS / 2);
+        let name = format!("lag of {} events, brightness third {third}, bin {bin}", sign(is_on));
+        Entry { block: StatisticBlock::Timing, name, kind: StatisticKind::Count(BIN_TOLERANCE) }
+    });
+    let by_class = (0..CLASSES)
+        .map(|i| lag(format!("median lag in steps, {} events, brightness {}", sign(i % 2), i / 2)));
+    let by_third = (0..THIRDS).map(|i| lag(format!("median lag in steps, third {i} of time")));
+    let missing = (0..CLASSES).map(|i| {
+        let name = format!("expected {} events that never come, brightness {}", sign(i % 2), i / 2);
+        Entry { block: StatisticBlock::Timing, name, kind: StatisticKind::Count(ROUNDED) }
+    });
+    histogram.chain(by_class).chain(by_third).chain(missing).collect()
+}
 
-    fn measure(&self, view: &View<'_>, out: &mut Vec<f64>) {
-        let mut histogram = [0.0; HISTOGRAMS * BINS];
-        let mut by_class = vec![Lags::below(NEAR_US); CLASSES];
-        let mut by_third = vec![Lags::below(NEAR_US); THIRDS];
-        let length_us = view.window.length().0.max(1);
-        // Lags within a fraction of a frame depend on how light is interpolated, not on the camera.
-        let grain_us = (1e6 * GRAIN_STEPS * view.reference_scene.scene.step_s()).round() as i64;
-        let spread = Spread::new(grain_us);
-        for event in view.events().iter().filter(|event| is_moving(event.cell)) {
-            let is_on = usize::from(event.is_on);
-            let group = 2 * brightness_third(event.cell) + is_on;
-            spread.add(event.lag_us(), &mut histogram[group * BINS..(group + 1) * BINS]);
-            if let Some(lag_us) = event.lag_us() {
-                let third = view.since_start_us(event.t_us) * THIRDS as i64 / length_us;
-                by_class[2 * event.cell.brightness() + is_on].add(lag_us);
-                by_third[third as usize].add(lag_us);
-            }
+fn measure(view: &View<'_>, out: &mut Vec<f64>) {
+    let mut histogram = [0.0; HISTOGRAMS * BINS];
+    let mut by_class = vec![Lags::below(NEAR_US); CLASSES];
+    let mut by_third = vec![Lags::below(NEAR_US); THIRDS];
+    let length_us = view.window.length().0.max(1);
+    // Lags within a fraction of a frame depend on how light is interpolated, not on the camera.
+    let grain_us = (1e6 * GRAIN_STEPS * view.reference_scene.scene.step_s()).round() as i64;
+    let spread = Spread::new(grain_us);
+    for event in view.events().iter().filter(|event| is_moving(event.cell)) {
+        let is_on = usize::from(event.is_on);
+        let group = 2 * brightness_third(event.cell) + is_on;
+        spread.add(event.lag_us(), &mut histogram[group * BINS..(group + 1) * BINS]);
+        if let Some(lag_us) = event.lag_us() {
+            let third = view.since_start_us(event.t_us) * THIRDS as i64 / length_us;
+            by_class[2 * event.cell.brightness() + is_on].add(lag_us);
+            by_third[third as usize].add(lag_us);
         }
-        out.extend(histogram);
-        let steps_per_us = 1e-6 / view.reference_scene.scene.step_s();
-        let lags = by_class.iter().chain(&by_third);
-        out.extend(lags.map(|lags| steps_per_us * lags.median_us()));
-        out.extend(missing(view));
     }
+    out.extend(histogram);
+    let steps_per_us = 1e-6 / view.reference_scene.scene.step_s();
+    let lags = by_class.iter().chain(&by_third);
+    out.extend(lags.map(|lags| steps_per_us * lags.median_us()));
+    out.extend(missing(view));
 }
 
 #[cfg(test)]
@@ -210,9 +204,9 @@ mod tests {
     fn a_shift_of_all_stamps_is_the_median_lag_of_every_class() {
         // Steps are a millisecond.
         let late = later(|_| 100);
-        for name in Timing.entries().iter().filter(|entry| entry.name.starts_with("median lag")) {
-            assert_eq!(testing::value(&Timing, testing::events(), &name.name), 0.0);
-            let lag = testing::value(&Timing, &late, &name.name);
+        for name in entries().iter().filter(|entry| entry.name.starts_with("median lag")) {
+            assert_eq!(testing::value(&PROBE, testing::events(), &name.name), 0.0);
+            let lag = testing::value(&PROBE, &late, &name.name);
             assert!((lag - 0.1).abs() < 1e-9, "{}: {lag}", name.name);
         }
     }
@@ -222,7 +216,7 @@ mod tests {
         let fast = later(|t| t.0 / 1_000);
         for (third, lag) in [0.1, 0.3, 0.5].into_iter().enumerate() {
             let name = format!("median lag in steps, third {third} of time");
-            let value = testing::value(&Timing, &fast, &name);
+            let value = testing::value(&PROBE, &fast, &name);
             assert!((value - lag).abs() < 0.02, "{third}: {value}");
         }
     }

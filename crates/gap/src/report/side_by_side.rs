@@ -3,7 +3,6 @@
 use evpose_core::{EventStream, Micros, TimeWindow};
 use serde::{Deserialize, Serialize};
 
-/// Maximum columns of an event image.
 const COLUMNS: usize = 120;
 
 /// Event images of several streams at the same times.

@@ -52,7 +52,6 @@ const MAX_CONFUSABLE: usize = 2;
 pub(super) struct Worth {
     /// Against the model without it.
     pub(super) difference: Difference,
-    /// Discrepancy without it.
     pub(super) without: f64,
     /// Discrepancy of the model as given, beyond that of its own runs.
     pub(super) excess: f64,

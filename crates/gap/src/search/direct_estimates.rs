@@ -20,14 +20,12 @@ const LAG_TURNS: [f64; 6] = [0.0, 0.04, 0.08, 0.12, 0.16, 0.2];
 /// hardly exceeds one threshold.
 const AMPLITUDES: [f64; 9] = [0.85, 1.0, 1.04, 1.09, 1.14, 1.2, 1.27, 1.36, 1.5];
 
-/// Direct estimates of a recording, at most one per effect.
 #[derive(Debug, Clone)]
 pub(super) struct DirectEstimates {
     estimates: Vec<Estimate>,
 }
 
 impl DirectEstimates {
-    /// Estimates from a recording.
     pub(super) fn from_recording(recording: &Recording<'_>) -> Self {
         Self { estimates: all_estimates(recording) }
     }
@@ -126,22 +124,18 @@ impl DirectEstimates {
 
 #[cfg(test)]
 mod tests {
-    use evpose_core::{Event, EventStream, Micros, Polarity, SensorSize};
+    use evpose_core::{EventStream, SensorSize};
 
     use super::*;
     use crate::Expected;
+    use crate::probe::testing::on;
 
     #[test]
     fn no_more_pixels_are_dead_than_silent() {
         let size = SensorSize { width: 20, height: 30 };
         let events = |from: u16| {
             let all = (0..6_000_u16).filter(move |k| u32::from(*k) * 233 % 600 >= u32::from(from));
-            let event = |k: u16| Event {
-                t: Micros(100 * i64::from(k)),
-                x: k % 600 % 20,
-                y: k % 600 / 20,
-                polarity: Polarity::On,
-            };
+            let event = |k: u16| on(100 * i64::from(k), k % 600 % 20, k % 600 / 20);
             EventStream::from_events(size, all.map(event)).unwrap()
         };
         let expected = Expected::from_events(&events(0));
@@ -160,12 +154,9 @@ mod tests {
         // ON events of a lamp of 100 Hz, for four of ten milliseconds, a sixth of a turn behind its
         // steepest rise on the whole.
         let pulse = |k: i32| (-4..=4).map(move |i| (1e4 * (f64::from(k) + 1.0 / 6.0), i));
-        let events = (1..100).flat_map(pulse).map(|(t_us, i)| Event {
-            t: Micros((t_us + 500.0 * f64::from(i)) as i64),
-            x: 3,
-            y: 4,
-            polarity: Polarity::On,
-        });
+        let events = (1..100)
+            .flat_map(pulse)
+            .map(|(t_us, i)| on((t_us + 500.0 * f64::from(i)) as i64, 3, 4));
         let size = SensorSize { width: 20, height: 30 };
         let recording = Recording {
             events: &EventStream::from_events(size, events).unwrap(),

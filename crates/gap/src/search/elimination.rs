@@ -21,7 +21,6 @@ const MIN_STEPS: f64 = 0.3;
 /// A selection without one of its parts, scored on held-out data.
 #[derive(Debug, Clone)]
 pub(super) struct Dropped {
-    /// The selection without it.
     pub(super) rest: Selection,
     /// Evidence for the part beside the others.
     pub(super) worth: Worth,

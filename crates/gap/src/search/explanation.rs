@@ -1,6 +1,6 @@
 //! The explanation: what each effect and parameter explains, and what is left.
 
-use super::decision::{decide, fraction_left};
+use super::decision::{Worth, decide, fraction_left};
 use super::elimination::Dropped;
 use super::identification::{
     AddedEffect, ChangedParameter, Contender, DataSplits, ExplainedFraction, FittedCandidate,
@@ -10,48 +10,43 @@ use super::selection::Selection;
 use super::significance::unexplained;
 use super::swap_move::Compared;
 use crate::GapError;
+use crate::candidate::Trial;
 use crate::fit::{Fit, descend};
 use crate::free_parameter::FreeParameter;
 use crate::parameters::ModelParameter;
 use crate::verdict::Answer;
 
-use super::decision::Worth;
-use crate::candidate::Trial;
-
 /// Rounds of the fit of an effect alone.
 const ROUNDS: usize = 2;
 
-/// Results of the search.
-pub(super) struct SearchResults {
-    pub(super) before: ModelScore,
-    pub(super) refitted: ModelScore,
+/// A selection whose effects are all significant.
+pub(super) struct Tested {
     pub(super) selection: Selection,
+    /// Evidence for each effect.
     pub(super) dropped: Vec<Dropped>,
-    pub(super) compared: Vec<Compared>,
     pub(super) parameters: Vec<(ModelParameter, Worth)>,
-    pub(super) excess: f64,
-    /// Whether the search ended because its time was over.
-    pub(super) is_cut: bool,
 }
 
-/// Turns the result of the search into an identification.
+/// Turns the result of the search into an identification; `is_cut` where its time was over.
 ///
 /// # Errors
 /// A model that cannot be built or shown the scene.
 pub(super) fn explain(
     splits: &DataSplits<'_>,
-    results: SearchResults,
+    tested: Tested,
+    before: ModelScore,
+    refitted: ModelScore,
+    compared: Vec<Compared>,
+    excess: f64,
+    is_cut: bool,
 ) -> Result<Identification, GapError> {
-    let SearchResults {
-        before,
-        refitted,
-        selection,
-        dropped,
-        compared,
-        parameters,
-        excess,
-        is_cut,
-    } = results;
+    let Tested { selection, dropped, parameters } = tested;
+    let explained = |alone: &ModelScore, worth: &Worth| ExplainedFraction {
+        alone: (before.discrepancy - alone.discrepancy) / excess.max(1e-9),
+        beside_others: worth.fraction(),
+        p: worth.difference.p,
+        worsened: worth.difference.worsened,
+    };
     let after = selection.held_out.clone();
     let mut added_effects = Vec::new();
     for ((effect, dropped), compared) in selection.effects.iter().zip(dropped).zip(compared) {
@@ -67,12 +62,6 @@ pub(super) fn explain(
         let alone = trial.added_to(&before.model);
         let alone = descend(&splits.train, &alone, &free, None, 1, ROUNDS)?;
         let alone = splits.score(&alone.model)?;
-        let explained = ExplainedFraction {
-            alone: (before.discrepancy - alone.discrepancy) / excess.max(1e-9),
-            beside_others: dropped.worth.fraction(),
-            p: dropped.worth.difference.p,
-            worsened: dropped.worth.difference.worsened,
-        };
         let fit = Fit { model: selection.model.clone(), discrepancy: selection.train_discrepancy };
         let candidate = FittedCandidate { name: effect.candidate.name, fit, trial };
         let mut contenders = vec![Contender { candidate, held_out: after.clone() }];
@@ -81,7 +70,7 @@ pub(super) fn explain(
             contenders,
             confusable: compared.confusable,
             discrepancy_without: dropped.rest.held_out.discrepancy,
-            explained,
+            explained: explained(&alone, &dropped.worth),
         });
     }
     added_effects.sort_by(|a, b| b.explained.beside_others.total_cmp(&a.explained.beside_others));
@@ -90,15 +79,8 @@ pub(super) fn explain(
         let mut alone = before.model.clone();
         parameter.set(&mut alone, parameter.value(&after.model));
         let alone = splits.score(&alone)?;
-        changed_parameters.push(ChangedParameter {
-            parameter,
-            explained: ExplainedFraction {
-                alone: (before.discrepancy - alone.discrepancy) / excess.max(1e-9),
-                beside_others: worth.fraction(),
-                p: worth.difference.p,
-                worsened: worth.difference.worsened,
-            },
-        });
+        let explained = explained(&alone, &worth);
+        changed_parameters.push(ChangedParameter { parameter, explained });
     }
     // The part that is left is relative to chance: replicates of a perfect model have a discrepancy
     // too.

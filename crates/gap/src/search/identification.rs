@@ -40,7 +40,6 @@ impl DataSplits<'_> {
         })
     }
 
-    /// Scores a model on the held-out data.
     pub(super) fn score(&self, model: &SensorConfig) -> Result<ModelScore, GapError> {
         let (discrepancy, gap) = self.held_out.score(model, SCORE_RUNS)?;
         Ok(ModelScore { model: model.clone(), discrepancy, gap })

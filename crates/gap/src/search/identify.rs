@@ -3,10 +3,10 @@
 use evpose_sensor::{Domain, SensorConfig};
 
 use super::StageCallback;
-use super::decision::{Worth, is_within_tolerance};
+use super::decision::is_within_tolerance;
 use super::direct_estimates::DirectEstimates;
-use super::elimination::{Dropped, changed_parameters, eliminate};
-use super::explanation::{SearchResults, explain};
+use super::elimination::{changed_parameters, eliminate};
+use super::explanation::{Tested, explain};
 use super::identification::{DataSplits, FittedCandidate, Identification, ModelScore, SCORE_RUNS};
 use super::proposals::Proposals;
 use super::recording_marks::Recording;
@@ -20,15 +20,6 @@ use crate::GapError;
 use crate::fit::Fit;
 use crate::free_parameter::FreeParameter;
 use crate::parameters::ModelParameter;
-
-/// A selection whose effects are all significant.
-struct Tested {
-    selection: Selection,
-    /// Evidence for each effect.
-    dropped: Vec<Dropped>,
-    /// The changed parameters with the evidence for each.
-    parameters: Vec<(ModelParameter, Worth)>,
-}
 
 /// Rounds of the joint fit of the final model.
 const FINAL_ROUNDS: usize = 4;
@@ -124,21 +115,8 @@ impl DataSplits<'_> {
             tested = test(&tested.selection)?;
             compared = swap(self, &mut tested.selection)?.1;
         }
-        let Tested { selection, dropped, parameters } = tested;
         progress("what each effect explains");
-        explain(
-            self,
-            SearchResults {
-                before,
-                refitted,
-                selection,
-                dropped,
-                compared,
-                parameters,
-                excess,
-                is_cut,
-            },
-        )
+        explain(self, tested, before, refitted, compared, excess, is_cut)
     }
 
     /// Drops from a selection what is not worth its name. Parameters of the model come first: one

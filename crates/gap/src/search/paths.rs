@@ -12,13 +12,12 @@ use super::selection::Selection;
 use super::stepwise::Forward;
 use crate::GapError;
 use crate::candidate::without_effect;
-use crate::parameters::ModelParameter;
+use crate::parameters::{ModelParameter, with_given_parameters};
 
 /// Effects that another path may add before it is given up, and the multiple of the discrepancy that
 /// is to be beaten above which it is.
 const STEPS_BEFORE_GIVING_UP: usize = 2;
 const FAR_ABOVE: f64 = 1.5;
-/// Effects that are added at most.
 const MAX_EFFECTS: usize = 10;
 /// Rounds of the fit of effects beside the parameters as given.
 const ROUNDS: usize = 2;
@@ -104,7 +103,6 @@ impl Forward<'_> {
         Ok(())
     }
 
-    /// Whether a selection explains a part only.
     pub(super) fn is_partial(&self, selection: &Selection) -> bool {
         let left = (selection.held_out.discrepancy - self.chance) / self.excess.max(1e-9);
         is_partial(&selection.held_out, left)
@@ -146,9 +144,7 @@ impl Forward<'_> {
     /// rates are fitted: noise of the light would stand for both rates otherwise.
     fn reset(&self, selection: &Selection) -> Result<Selection, GapError> {
         let mut other = selection.clone();
-        for parameter in ModelParameter::ALL {
-            parameter.set(&mut other.model, parameter.value(&selection.given));
-        }
+        other.model = with_given_parameters(&selection.model, &selection.given);
         other.fitted = vec![ModelParameter::NoiseOn, ModelParameter::NoiseOff];
         other.fit_together(self.splits, ROUNDS)?;
         Ok(other)

@@ -21,7 +21,6 @@ const ALONE: usize = 6;
 /// Variants of one candidate among them.
 const VARIANTS: usize = 2;
 
-/// The screened catalogue.
 #[derive(Debug)]
 pub(super) struct Proposals {
     screened: Vec<ScreenedTrial>,
@@ -43,7 +42,6 @@ impl Proposals {
         Ok(Self { screened })
     }
 
-    /// Number of effects that were screened.
     pub(super) fn len(&self) -> usize {
         let mut names: Vec<&str> = self.screened.iter().map(|one| one.name).collect();
         names.sort_unstable();

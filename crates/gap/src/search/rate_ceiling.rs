@@ -11,7 +11,6 @@ const WINDOWS_US: [i64; 9] = [250, 500, 1_000, 2_000, 2_500, 4_000, 5_000, 10_00
 const PHASES: i64 = 20;
 /// Fewest events of a full window: smaller counts are equal by chance.
 const MIN_BUDGET: usize = 20;
-/// Fewest windows that are full.
 const MIN_FULL: usize = 8;
 /// Windows with more than this fraction of the budget that are not full are natural ones.
 const NEARLY_FULL: f64 = 0.9;
@@ -78,9 +77,10 @@ fn full(t_us: &[i64], length_us: i64, phase_us: i64) -> Option<usize> {
 
 #[cfg(test)]
 mod tests {
-    use evpose_core::{Event, Micros, Polarity, SensorSize};
+    use evpose_core::SensorSize;
 
     use super::*;
+    use crate::probe::testing::on;
 
     /// Events at a varying rate; `budget` of them pass in each window of `length_us`.
     fn controlled(length_us: i64, phase_us: i64, budget: usize, step_us: i64) -> EventStream {
@@ -94,8 +94,7 @@ mod tests {
             let here = (stamp - phase_us).div_euclid(length_us);
             (window, passed) = if here == window { (window, passed + 1) } else { (here, 1) };
             if passed <= budget {
-                let polarity = Polarity::On;
-                kept.push(Event { t: Micros(stamp), x: 3, y: 4, polarity });
+                kept.push(on(stamp, 3, 4));
             }
         }
         EventStream::from_events(size, kept).unwrap()

@@ -12,16 +12,13 @@ use crate::recording_mark::RecordingMark;
 use crate::search_spec::with_mark;
 use crate::{Expected, LightSequence};
 
-/// Parameters of one effect estimated from a recording.
 #[derive(Debug, Clone)]
 pub(super) struct Estimate {
     pub(super) spec: &'static StageSpec,
-    /// The mark from which its parameters are estimated.
     pub(super) mark: RecordingMark,
     pub(super) reading: Reading,
 }
 
-/// Parameters read from a mark.
 #[derive(Debug, Clone)]
 pub(super) struct Reading {
     /// Estimates of parameters and choices, by their keys.
@@ -38,7 +35,6 @@ impl Reading {
         Self { params: params.into_iter().collect(), consistent }
     }
 
-    /// The estimate of a parameter that is a number.
     pub(super) fn number(&self, key: &str) -> Option<f64> {
         self.params.iter().find(|(known, _)| *known == key).and_then(|(_, value)| match value {
             Value::Number(number) => Some(*number),
@@ -75,7 +71,6 @@ const READINGS: [(RecordingMark, Read); 8] = [
     }),
 ];
 
-/// All estimates of a recording.
 pub(super) fn all_estimates(recording: &Recording<'_>) -> Vec<Estimate> {
     let mut estimates = Vec::new();
     for (mark, read) in READINGS {
@@ -300,18 +295,14 @@ fn bus(events: &EventStream) -> Option<Reading> {
 
 #[cfg(test)]
 mod tests {
-    use evpose_core::{Event, Micros, Polarity, SensorSize};
+    use evpose_core::SensorSize;
 
     use super::*;
+    use crate::probe::testing::on;
 
     fn stream(events: impl IntoIterator<Item = (f64, u16, u16)>) -> EventStream {
         let size = SensorSize { width: 20, height: 30 };
-        let event = |(t_us, x, y): (f64, u16, u16)| Event {
-            t: Micros(t_us as i64),
-            x,
-            y,
-            polarity: Polarity::On,
-        };
+        let event = |(t_us, x, y): (f64, u16, u16)| on(t_us as i64, x, y);
         EventStream::from_events(size, events.into_iter().map(event)).unwrap()
     }
 

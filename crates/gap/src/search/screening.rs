@@ -35,10 +35,8 @@ const VARIANTS: usize = 3;
 /// Steps up to which the effect of the model's parameters is taken to be linear.
 pub(super) const MAX_LINEAR_STEPS: f64 = 2.0;
 
-/// A strength of a trial that was simulated.
 #[derive(Debug, Clone)]
 pub(super) struct TriedStrength {
-    /// The effect with this strength.
     pub(super) trial: Trial,
     /// Change of the summary of the base model.
     pub(super) change: Arc<Vec<f64>>,
@@ -47,11 +45,8 @@ pub(super) struct TriedStrength {
 /// A variant of a candidate added to a base model, with its discrepancy.
 #[derive(Debug, Clone)]
 pub(super) struct ScreenedTrial {
-    /// Name of the effect in the catalogue.
     pub(super) name: &'static str,
-    /// The effect with its strength.
     pub(super) trial: Trial,
-    /// Discrepancy on the screen.
     pub(super) discrepancy: f64,
     /// All strengths that were simulated.
     pub(super) tried: Vec<TriedStrength>,
@@ -84,12 +79,10 @@ pub(super) struct ScreeningBase<'a> {
     objective: &'a Objective<'a>,
     estimates: &'a DirectEstimates,
     model: &'a SensorConfig,
-    /// Summary of a run of the model.
     pub(super) summary: Arc<Vec<f64>>,
     /// Parameters that follow linearly, and their slopes.
     nuisance: Vec<FreeParameter>,
     slopes: Slopes,
-    /// Discrepancy without any added effect.
     pub(super) discrepancy_without: f64,
 }
 
@@ -304,7 +297,6 @@ pub(super) fn sort(screened: &mut [ScreenedTrial]) {
     screened.sort_by(|a, b| a.discrepancy.total_cmp(&b.discrepancy));
 }
 
-/// Keeps the best variants of each candidate.
 fn keep_best_variants(screened: &mut Vec<ScreenedTrial>) {
     let mut seen = Vec::new();
     screened.retain(|trial| {

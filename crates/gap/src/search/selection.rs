@@ -20,16 +20,13 @@ pub(super) struct SelectedEffect {
     pub(super) is_proven: bool,
 }
 
-/// A model in the making.
 #[derive(Debug, Clone)]
 pub(super) struct Selection {
-    /// The model as given.
     pub(super) given: SensorConfig,
     /// The model, fitted to the training data.
     pub(super) model: SensorConfig,
     /// Its discrepancy there.
     pub(super) train_discrepancy: f64,
-    /// Its scores on held-out data.
     pub(super) held_out: ModelScore,
     /// Its effects, in the order in which they were selected.
     pub(super) effects: Vec<SelectedEffect>,
@@ -61,13 +58,11 @@ impl Selection {
         self.train_discrepancy + self.held_out.discrepancy
     }
 
-    /// Names of the effects, for progress.
     pub(super) fn names(&self) -> String {
         let names: Vec<&str> = self.effects.iter().map(|effect| effect.candidate.name).collect();
         if names.is_empty() { "the model".to_owned() } else { names.join(" + ") }
     }
 
-    /// Whether an effect is among those selected.
     pub(super) fn has(&self, name: &str) -> bool {
         self.effects.iter().any(|effect| effect.candidate.name == name)
     }

@@ -64,12 +64,7 @@ pub(super) fn difference(
         discrepancy(&expected.deviations(layout, summary))
     };
     let gain_of = |summary: &[f64]| of(&expected[0], summary) - of(&expected[1], summary);
-    // Further runs: the first ones are those of the expectations.
-    let replicates = (SCORE_RUNS..SCORE_RUNS + REPLICATES)
-        .into_par_iter()
-        .map(|run| Ok(gain_of(&objective.run(first, run)?)))
-        .collect::<Result<Vec<f64>, GapError>>()?;
-    let (mean, deviation) = mean_and_deviation(&replicates);
+    let (mean, deviation) = of_replicates(objective, first, gain_of)?;
     let deviation = deviation.max(MIN_DEVIATION);
     let gain = gain_of(&objective.measured);
     let compared = expected[1].mean.iter().filter(|mean| mean.is_finite()).count().max(1) as f64;
@@ -92,14 +87,25 @@ pub(super) fn difference_with_losses(
     // Also under the second model some losses rise by chance: its own runs say by how much.
     let difference = difference(objective, first, second)?;
     let expected = [objective.expect(first, SCORE_RUNS)?, objective.expect(second, SCORE_RUNS)?];
-    let of_second = (SCORE_RUNS..SCORE_RUNS + REPLICATES)
-        .into_par_iter()
-        .map(|run| Ok(increase(objective.layout, &expected, &objective.run(second, run)?)))
-        .collect::<Result<Vec<f64>, GapError>>()?;
-    let (by_chance, _) = mean_and_deviation(&of_second);
-    let increase = increase(objective.layout, &expected, &objective.measured);
+    let increase_of = |summary: &[f64]| increase(objective.layout, &expected, summary);
+    let (by_chance, _) = of_replicates(objective, second, increase_of)?;
+    let increase = increase_of(&objective.measured);
     let decrease = (difference.gain + increase).max(1e-9);
     Ok(Difference { worsened: (increase - by_chance).max(0.0) / decrease, ..difference })
+}
+
+/// Mean and deviation of a value over the summaries of runs of a model.
+fn of_replicates(
+    objective: &Objective<'_>,
+    model: &SensorConfig,
+    value: impl Fn(&[f64]) -> f64 + Sync,
+) -> Result<(f64, f64), GapError> {
+    // Further runs: the first ones are those of the expectations.
+    let values = (SCORE_RUNS..SCORE_RUNS + REPLICATES)
+        .into_par_iter()
+        .map(|run| Ok(value(&objective.run(model, run)?)))
+        .collect::<Result<Vec<f64>, GapError>>()?;
+    Ok(mean_and_deviation(&values))
 }
 
 /// Sum of the losses of a summary that are larger by the second expectation than by the first.
@@ -131,11 +137,7 @@ pub(super) fn unexplained(
 ) -> Result<Unexplained, GapError> {
     let expected = objective.expect(model, SCORE_RUNS)?;
     let of = |summary: &[f64]| discrepancy(&expected.deviations(objective.layout, summary));
-    let replicates = (SCORE_RUNS..SCORE_RUNS + REPLICATES)
-        .into_par_iter()
-        .map(|run| Ok(of(&objective.run(model, run)?)))
-        .collect::<Result<Vec<f64>, GapError>>()?;
-    let (chance, deviation) = mean_and_deviation(&replicates);
+    let (chance, deviation) = of_replicates(objective, model, of)?;
     let z = (of(&objective.measured) - chance) / deviation.max(MIN_DEVIATION);
     Ok(Unexplained { chance, p: normal_upper_tail(z * student_factor(z)) })
 }

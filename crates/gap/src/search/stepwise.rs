@@ -22,7 +22,6 @@ const ROUNDS: usize = 2;
 /// Models that candidates are fitted beside.
 const BASES: usize = 2;
 
-/// Inputs of a forward step.
 pub(super) struct Forward<'a> {
     pub(super) splits: &'a DataSplits<'a>,
     pub(super) proposals: &'a Proposals,

@@ -15,7 +15,6 @@ const ROUNDS: usize = 3;
 /// Level at which the recording distinguishes an effect from a rival.
 const LEVEL: f64 = 0.05;
 
-/// An effect against its rivals.
 #[derive(Debug, Clone)]
 pub(super) struct Compared {
     /// The rivals with their scores, the best first.

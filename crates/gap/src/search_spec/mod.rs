@@ -15,7 +15,6 @@ use effects::EFFECTS;
 pub(crate) struct SearchSpec {
     /// Name of the effect; empty for all that are not listed.
     pub(crate) effect: &'static str,
-    /// Role of the stage in a model.
     pub(crate) role: StageRole,
     /// Those of its parameters that every model has a value of, with their keys.
     pub(crate) common: &'static [(CommonParameter, &'static str)],
@@ -86,10 +85,8 @@ impl SearchSpec {
     }
 }
 
-/// Role of a stage in a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum StageRole {
-    /// The event camera.
     Camera,
     /// Part of every model: its parameters are refitted before effects are tried.
     EveryModel,
@@ -100,7 +97,6 @@ pub(crate) enum StageRole {
 /// A second parameter that makes an effect strong on its own. The first then has its typical value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct SecondStrength {
-    /// Key of the parameter.
     pub(crate) param: &'static str,
     /// Choices without which the parameter has no meaning: keys and words.
     pub(crate) needs: &'static [(&'static str, &'static str)],
@@ -140,7 +136,6 @@ pub enum SceneSource {
 
 /// An effect with a part in the search.
 pub(crate) trait Searched {
-    /// Its properties for the search.
     fn search(&self) -> &'static SearchSpec;
 }
 

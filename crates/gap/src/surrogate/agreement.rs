@@ -61,11 +61,6 @@ pub(super) fn effect(mark: RecordingMark, parameters: Vec<SceneFreeParameter>) -
 }
 
 impl SceneFreeEffect {
-    pub(super) fn with_variant(mut self, variant: &'static str) -> Self {
-        self.variant = Some(variant);
-        self
-    }
-
     pub(super) fn with_pixels(mut self, train: &Train, pixels: &[u32]) -> Self {
         let width = u32::from(train.size.width);
         self.pixels = pixels.iter().map(|p| ((p % width) as u16, (p / width) as u16)).collect();

@@ -68,7 +68,6 @@ impl Background {
         redrawn
     }
 
-    /// Rates of ON and OFF events of a pixel, Hz.
     pub(super) fn rates_hz(&self) -> (f64, f64) {
         let count = |is_on: bool| {
             let events = self.stretches.iter().flat_map(|stretch| &stretch.events);
@@ -77,7 +76,6 @@ impl Background {
         (count(true) / self.pixel_s, count(false) / self.pixel_s)
     }
 
-    /// Number of events.
     pub(super) fn len(&self) -> usize {
         self.stretches.iter().map(|stretch| stretch.events.len()).sum()
     }

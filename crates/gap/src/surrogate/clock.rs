@@ -16,11 +16,8 @@ use crate::fourier::Fourier;
 const MIN_LINE_EVENTS: usize = 50;
 /// Time step of the transform; the shortest period is 4 us.
 const STEP_US: i64 = 2;
-/// Steps of one stretch.
 const STEPS: usize = 1 << 15;
-/// Length of one stretch.
 const STRETCH_US: i64 = STEP_US * STEPS as i64;
-/// Maximum number of stretches.
 const MAX_STRETCHES: i64 = 16;
 /// Minimum turns of a period in a stretch.
 const MIN_TURNS: usize = 3;
@@ -57,7 +54,6 @@ pub(super) enum Axis {
 impl Axis {
     pub(super) const ALL: [Self; 3] = [Self::None, Self::Rows, Self::Columns];
 
-    /// Phase of a pixel in turns, below one.
     fn phase(self, train: &Train, pixel: u32) -> f64 {
         let (width, height) = (u32::from(train.size.width), u32::from(train.size.height));
         match self {
@@ -68,7 +64,6 @@ impl Axis {
     }
 }
 
-/// Spectral lines of one axis.
 #[derive(Debug, Clone)]
 pub(super) struct SpectralLines {
     /// Power of the strongest relative to neighbouring frequencies.

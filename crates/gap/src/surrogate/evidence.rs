@@ -17,7 +17,6 @@ const MIN_LINE: f64 = 12.0;
 const MIN_REGULARITY: f64 = 1.5;
 /// Regularity of Poisson noise.
 const POISSON: std::ops::Range<f64> = 0.8..1.25;
-/// Minimum events of a background.
 const MIN_BACKGROUND: usize = 50;
 /// Ratio of ON to OFF rates from which on a background is one of ON events.
 const ONE_SIDED: f64 = 2.0;
@@ -128,7 +127,8 @@ impl Parts {
             (_, false) => "columns, forward",
             (_, true) => "columns, backward",
         };
-        Some(effect(RecordingMark::Scan, vec![period]).with_variant(variant))
+        let scan = effect(RecordingMark::Scan, vec![period]);
+        Some(SceneFreeEffect { variant: Some(variant), ..scan })
     }
 
     fn count(&self) -> Option<SceneFreeEffect> {
@@ -204,7 +204,6 @@ impl Parts {
         )
     }
 
-    /// The effect that explains the background, if one does.
     fn background_effect(&self) -> Option<SceneFreeEffect> {
         let [early, late] = &self.half_backgrounds;
         let (whole, halves) = (self.background.as_ref()?, [early.as_ref()?, late.as_ref()?]);

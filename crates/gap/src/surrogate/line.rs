@@ -14,7 +14,6 @@ const NEIGHBOURS: usize = 16;
 /// Minimum contrast of a prominent line, relative to the largest.
 const AS_STRONG: f64 = 0.1;
 
-/// The strongest line in antiphase.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LampLine {
     /// Power in antiphase relative to neighbouring frequencies.

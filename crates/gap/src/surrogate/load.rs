@@ -13,28 +13,11 @@ pub(super) const MIN_CEILING: usize = 50;
 const MIN_PAIRS: f64 = 50.0;
 
 /// Fraction of successive events for which a condition holds.
-fn fraction(train: &Train, holds: impl Fn(&Mark, &Mark) -> bool) -> Option<f64> {
+pub(super) fn fraction(train: &Train, holds: impl Fn(&Mark, &Mark) -> bool) -> Option<f64> {
     let pairs = train.marks.windows(2);
     let n = pairs.len();
     let count = pairs.filter(|pair| holds(&pair[0], &pair[1])).count();
     (n > 0).then(|| count as f64 / n as f64)
-}
-
-/// Fraction of events with the stamp of the previous event.
-pub(super) fn same_stamp(train: &Train) -> Option<f64> {
-    fraction(train, |a, b| a.t_us == b.t_us)
-}
-
-/// Fraction of events in the row of the previous event.
-pub(super) fn same_row(train: &Train) -> Option<f64> {
-    let width = u32::from(train.size.width);
-    fraction(train, |a, b| a.pixel / width == b.pixel / width)
-}
-
-/// Fraction of events in the column of the previous event.
-pub(super) fn same_column(train: &Train) -> Option<f64> {
-    let width = u32::from(train.size.width);
-    fraction(train, |a, b| a.pixel % width == b.pixel % width)
 }
 
 /// Logarithm of the 1 % quantile of the intervals between events of the sensor.
@@ -119,7 +102,6 @@ pub(super) fn ceiling_hz(train: &Train) -> Option<f64> {
     is_ceiling.then(|| top as f64 * 1e6 / CEILING_BIN_US as f64)
 }
 
-/// Events in the busiest millisecond.
 pub(super) fn busiest(train: &Train) -> usize {
     counts_per_bin(train).last().copied().unwrap_or(0)
 }

@@ -8,7 +8,6 @@
 
 use evpose_core::stats::moments::mean_and_deviation;
 
-/// Properties of a test.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Test {
     /// Whether large values are significant, or small ones.
@@ -17,7 +16,6 @@ pub(super) struct Test {
     pub(super) counts: bool,
 }
 
-/// Result of a test.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Tested {
     pub(super) mean: f64,

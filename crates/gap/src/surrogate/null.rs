@@ -31,7 +31,6 @@ struct Listed {
     name: &'static str,
     /// Whether large values are significant, or small ones.
     is_upper: bool,
-    /// The mark that it shows.
     mark: Option<RecordingMark>,
     /// Whether it counts for the correction; else it repeats a test with another window, to show
     /// the time scale.
@@ -123,12 +122,13 @@ impl Null {
 
 fn of_window(train: &Train, window_us: i64) -> Vec<Option<f64>> {
     let intervals = interval::intervals(train, window_us);
+    let width = u32::from(train.size.width);
     let mut values = vec![
         interval::lower_edge(&intervals),
         interval::alternation(&intervals),
-        load::same_stamp(train),
-        load::same_row(train),
-        load::same_column(train),
+        load::fraction(train, |a, b| a.t_us == b.t_us),
+        load::fraction(train, |a, b| a.pixel / width == b.pixel / width),
+        load::fraction(train, |a, b| a.pixel % width == b.pixel % width),
         load::lower_gap(train),
         load::unevenness(train, window_us),
     ];

@@ -15,7 +15,6 @@ use super::train::Train;
 const RADIUS: usize = 2;
 /// Busiest neighbours that are left out, because they may be hot themselves.
 const TRIMMED: usize = 3;
-/// False discovery rate.
 const FALSE_DISCOVERY_RATE: f64 = 0.01;
 /// Minimum ratio of a hot pixel's count to the expected one.
 const MIN_RATIO: f64 = 4.0;
@@ -34,7 +33,6 @@ pub(super) struct Counts {
     quartiles: Vec<f64>,
 }
 
-/// Outlier pixels.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Outliers {
     pub(super) hot: Vec<u32>,
@@ -106,7 +104,6 @@ impl Counts {
         (self.counts[pixel as usize], self.means[pixel as usize])
     }
 
-    /// Lower quartile of a pixel's neighbours.
     pub(super) fn quartile(&self, pixel: u32) -> f64 {
         self.quartiles[pixel as usize]
     }

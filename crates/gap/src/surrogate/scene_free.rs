@@ -27,7 +27,6 @@ use super::train::Train;
 const LEVEL: f64 = 0.05;
 /// Maximum events; of longer recordings the middle is tested.
 const MAX_EVENTS: usize = 300_000;
-/// Minimum events of a test.
 const MIN_EVENTS: usize = 100;
 
 /// Tests a recording with `replicates` surrogates of each kind: 199 for p-values down to 0.005, and

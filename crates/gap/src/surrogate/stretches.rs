@@ -23,9 +23,7 @@ const MAX_EXCESS: f64 = 2.0;
 pub(super) struct Stretch {
     /// Index of the pixel, row by row.
     pub(super) pixel: u32,
-    /// Start of the stretch.
     pub(super) from_us: i64,
-    /// End of the stretch.
     pub(super) to_us: i64,
     /// Time and polarity (ON is true) of its events, in order of time.
     pub(super) events: Vec<(i64, bool)>,

@@ -33,7 +33,6 @@ fn blob(x: f64, y: f64, t_s: f64) -> f64 {
     0.15 + 0.02 * (x + y).sin() + 0.6 * (-squared / 9.0).exp()
 }
 
-/// The events of the ideal sensor with these effects.
 fn recorded(effects: &[EffectConfig], seconds: f64) -> EventStream {
     let mut config = SensorConfig::default();
     // A readout of its own takes the place of the ideal one.
@@ -182,14 +181,6 @@ fn nothing_is_found_in_scenes_seen_by_the_ideal_sensor() {
 }
 
 #[test]
-fn a_refractory_period_is_found() {
-    let dead = EffectConfig::new("refractory").with("period_us", 3_000.0);
-    let noise = EffectConfig::new("shot_noise_poisson").with("rate_hz", 60.0);
-    let findings = test_recording(&recorded(&[dead, noise], 1.0), REPLICATES, 1);
-    assert_parameter(effect(&findings, "refractory"), "period_us", 3_000.0, 0.02);
-}
-
-#[test]
 fn hot_pixels_are_found_at_their_places() {
     let events = recorded(&[background()], 1.5);
     let mut all: Vec<Event> = events.iter().collect();
@@ -219,24 +210,34 @@ fn dead_pixels_are_found_at_their_places() {
     assert_eq!(effect(&findings, "dead_pixels").pixels, places);
 }
 
+/// With its parameters, beside another that is there, and without one that it might be taken for.
 #[test]
-fn a_leak_is_found_as_regular_on_events() {
-    let leak = EffectConfig::new("leak_on").with("rate_hz", 4.0).with("jitter", 0.1);
-    let findings = test_recording(&recorded(&[leak], 4.0), REPLICATES, 1);
-    let leak = effect(&findings, "leak_on");
-    assert_parameter(leak, "rate_hz", 4.0, 0.05);
-    assert_parameter(leak, "jitter", 0.1, 0.4);
-    assert!(!names(&findings).contains(&"uniform_noise"));
-}
-
-#[test]
-fn poisson_noise_is_measured_and_no_leak() {
-    let noise = EffectConfig::new("uniform_noise").with("on_hz", 3.0).with("off_hz", 0.5);
-    let findings = test_recording(&recorded(&[noise], 2.0), REPLICATES, 1);
-    let noise = effect(&findings, "uniform_noise");
-    assert_parameter(noise, "on_hz", 3.0, 0.1);
-    assert_parameter(noise, "off_hz", 0.5, 0.2);
-    assert!(!names(&findings).contains(&"leak_on"));
+fn an_effect_that_leaves_a_mark_is_found_and_no_other() {
+    let effect_of = |name: &str, params: &[(&str, f64)]| {
+        params.iter().fold(EffectConfig::new(name), |effect, (key, value)| effect.with(key, *value))
+    };
+    let shot_noise = |rate_hz: f64| effect_of("shot_noise_poisson", &[("rate_hz", rate_hz)]);
+    // Of each parameter also the relative tolerance.
+    for (name, params, beside, seconds, other) in [
+        ("refractory", &[("period_us", 3_000.0, 0.02)][..], Some(shot_noise(60.0)), 1.0, None),
+        (
+            "leak_on",
+            &[("rate_hz", 4.0, 0.05), ("jitter", 0.1, 0.4)],
+            None,
+            4.0,
+            Some("uniform_noise"),
+        ),
+        ("uniform_noise", &[("on_hz", 3.0, 0.1), ("off_hz", 0.5, 0.2)], None, 2.0, Some("leak_on")),
+        ("arbiter", &[("rate_hz", 1e5, 0.03)], Some(shot_noise(40.0)), 1.5, None),
+    ] {
+        let given: Vec<_> = params.iter().map(|(key, value, _)| (*key, *value)).collect();
+        let effects: Vec<_> = [effect_of(name, &given)].into_iter().chain(beside).collect();
+        let findings = test_recording(&recorded(&effects, seconds), REPLICATES, 1);
+        for (key, value, relative) in params {
+            assert_parameter(effect(&findings, name), key, *value, *relative);
+        }
+        assert!(other.is_none_or(|other| !names(&findings).contains(&other)), "{findings}");
+    }
 }
 
 #[test]
@@ -245,6 +246,14 @@ fn noise_of_the_photoreceptor_alternates() {
         EffectConfig::new("photoreceptor_noise").with("sigma", 0.07).with("cutoff_hz", 60.0);
     let findings = test_recording(&recorded(&[noise], 2.0), REPLICATES, 1);
     effect(&findings, "photoreceptor_noise");
+}
+
+#[test]
+fn a_lamp_is_found_by_its_frequency() {
+    let lamp = EffectConfig::new("lamp_flicker").with("frequency_hz", 100.0).with("depth", 0.25);
+    let findings = test_recording(&recorded(&[lamp, background()], 1.5), REPLICATES, 1);
+    assert_parameter(effect(&findings, "lamp_flicker"), "frequency_hz", 100.0, 0.01);
+    assert!(!names(&findings).contains(&"refractory"), "{findings}");
 }
 
 #[test]
@@ -274,22 +283,6 @@ fn a_coarse_clock_is_found_whole_or_not() {
         assert_parameter(clock, "period_us", period_us, 1e-3);
         assert!(!names(&findings).contains(&"scanned_readout"));
     }
-}
-
-#[test]
-fn a_lamp_is_found_by_its_frequency() {
-    let lamp = EffectConfig::new("lamp_flicker").with("frequency_hz", 100.0).with("depth", 0.25);
-    let findings = test_recording(&recorded(&[lamp, background()], 1.5), REPLICATES, 1);
-    assert_parameter(effect(&findings, "lamp_flicker"), "frequency_hz", 100.0, 0.01);
-    assert!(!names(&findings).contains(&"refractory"), "{findings}");
-}
-
-#[test]
-fn a_bus_is_found_by_the_time_that_an_event_takes() {
-    let bus = EffectConfig::new("arbiter").with("rate_hz", 1e5);
-    let noise = EffectConfig::new("shot_noise_poisson").with("rate_hz", 40.0);
-    let findings = test_recording(&recorded(&[bus, noise], 1.5), REPLICATES, 1);
-    assert_parameter(effect(&findings, "arbiter"), "rate_hz", 1e5, 0.03);
 }
 
 #[test]

@@ -7,7 +7,6 @@ use evpose_core::{
 /// Side of the blocks within which surrogates displace events, pixels.
 const BLOCK: usize = 4;
 
-/// An event of a train.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Mark {
     pub(super) t_us: i64,

@@ -13,7 +13,6 @@ use rayon::prelude::*;
 
 use crate::{GapError, Objective};
 
-/// Runs of the expectation.
 const EXPECTED_RUNS: u64 = 8;
 
 /// Probability that a run of `model` deviates from it as much in some statistic as the recording of

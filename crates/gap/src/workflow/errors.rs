@@ -17,7 +17,6 @@ use crate::fit::Slopes;
 use crate::free_parameter::FreeParameter;
 use crate::{GapError, Objective, StatisticBlock};
 
-/// Runs of the derivatives.
 const SLOPE_RUNS: u64 = 2;
 /// Runs of the corrected model in the bootstrap.
 const RUNS: u64 = 6;

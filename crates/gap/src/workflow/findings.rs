@@ -26,7 +26,6 @@ pub(super) const SIDE: f64 = 1.645;
 /// Temperature: statistics are correlated, so that this much discrepancy counts as one.
 const TEMPERATURE: f64 = 10.0;
 
-/// A finding with its evidence.
 #[derive(Debug, Clone)]
 pub(super) struct EvidencedFinding {
     pub(super) finding: Finding,
@@ -159,7 +158,6 @@ fn kind(free: FreeParameter) -> ParameterOwner {
     }
 }
 
-/// Evidence for an added effect.
 fn evidence(
     splits: &DataSplits<'_>,
     result: &Identification,

@@ -14,7 +14,6 @@ use crate::{GapError, Objective, gap};
 
 /// Runs by which a model is scored, as many as in the search.
 pub(super) const RUNS: u64 = 4;
-/// Resamples.
 const RESAMPLES: u64 = 200;
 
 /// Gap of a model with its 90 % interval.
@@ -44,7 +43,6 @@ pub fn gap_value(
     Ok(GapValue { value, lo: at(0.05).min(value), hi: at(0.95).max(value) })
 }
 
-/// Deviations of the recording from a model.
 pub(super) fn deviations(
     objective: &Objective<'_>,
     model: &SensorConfig,

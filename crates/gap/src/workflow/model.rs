@@ -95,6 +95,7 @@ pub fn prepared(model: &SensorConfig, nominal: Option<&Nominal>) -> Model {
 fn replaces(model: &SensorConfig, parameter: CommonParameter) -> bool {
     let (owner, _) = parameter.place();
     let is_other = |spec: &&'static StageSpec| {
+        // Asked of the stage itself, so that stages that other crates register count as well.
         let Ok(stage) = spec.typical_stage() else { return false };
         spec.name != owner.name
             && match owner.domain {

@@ -21,7 +21,6 @@ use crate::search_spec::Searched;
 use crate::verdict::{Answer, FindingKind, Verdict};
 use crate::{GapError, Layout, LightSequence, StatisticBlock, View};
 
-/// Samples of the nuisance parameters.
 const SAMPLES: u64 = 8;
 /// Range of the thresholds of samples, as a logarithm to either side.
 const THRESHOLD_SPREAD: f64 = 0.2;

@@ -14,12 +14,10 @@ const MAX_MULTIPLE: f64 = 20.0;
 pub(super) struct NuisanceSpread {
     /// Sums of squares of the three data splits; infinite where a sample has no such statistic.
     squares: [Vec<f64>; 3],
-    /// Number of samples.
     samples: u64,
 }
 
 impl NuisanceSpread {
-    /// An empty spread of this many samples.
     pub(super) fn new(layout: &Layout, samples: u64) -> Self {
         Self { squares: [0, 1, 2].map(|_| vec![0.0; layout.entries.len()]), samples }
     }

@@ -70,7 +70,6 @@ pub fn findings_of_answer(
     Ok(all.into_iter().map(|evidenced| evidenced.finding).collect())
 }
 
-/// Findings of an answer with their evidence.
 fn evidence_of_answer(
     splits: &DataSplits<'_>,
     result: &Identification,
@@ -214,6 +213,7 @@ fn unexplained(
     Unexplained {
         fraction: result.left.fraction,
         p: result.left.p,
+        // A large recording makes differences significant that no use of it would notice.
         is_significant: result.left.p < LEVEL && !is_within_tolerance(answer_score(result)),
         nearest_stage: nearest.map_or_else(String::new, |(name, _)| name.clone()),
         sentence: location.sentence,

@@ -103,6 +103,7 @@ fn notes(results: &SceneFreeFindings) -> Vec<String> {
     if !results.absent.is_empty() {
         notes.push(format!("tested and not significant: {}", results.absent.join(", ")));
     }
+    // What was measured without a test must not read as a finding.
     for effect in results.effects.iter().filter(|effect| effect.p.is_none()) {
         let estimates =
             effect.parameters.iter().map(|p| format!("{} {:.4} {}", p.name, p.value, p.unit));

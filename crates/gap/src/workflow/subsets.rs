@@ -4,7 +4,6 @@ use evpose_core::Micros;
 
 use super::ComparisonCase;
 
-/// Length of the screening part.
 const SCREEN: Micros = Micros(400_000);
 /// The screening part is shortened to this many events, though not below the minimum length.
 const SCREEN_EVENTS: usize = 30_000;
@@ -26,13 +25,11 @@ const MIN_FITTED_PIXELS: usize = 100_000;
 const MIN_FITTED_LARGE: Micros = Micros(100_000);
 
 impl ComparisonCase {
-    /// The screening part.
     pub(super) fn screen(&self) -> Self {
         let short = self.time_of(SCREEN_EVENTS).clamp(MIN_SCREEN, SCREEN);
         self.first(short.max(self.time_of(MIN_EVENTS)))
     }
 
-    /// The training part.
     pub(super) fn training(self, is_quick: bool) -> Self {
         let size = self.scene.size();
         let frames = QUICK_PIXELS / size.pixels();
@@ -73,10 +70,11 @@ impl ComparisonCase {
 
 #[cfg(test)]
 mod tests {
-    use evpose_core::{Event, EventStream, Plane, Polarity, SensorSize};
+    use evpose_core::{EventStream, Plane, SensorSize};
 
     use super::*;
     use crate::LightSequence;
+    use crate::probe::testing::on;
 
     /// Events at an even rate over `seconds` of a scene of 1000 frames per second.
     fn case(size: SensorSize, seconds: f64, events: usize) -> ComparisonCase {
@@ -84,12 +82,7 @@ mod tests {
         let plane = Plane::filled(usize::from(size.width), usize::from(size.height), 0.5_f32);
         let scene = LightSequence::new(1_000.0, vec![plane; frames]).unwrap();
         let step_us = 1e6 * seconds / events as f64;
-        let event = |k: usize| Event {
-            t: Micros((step_us * k as f64) as i64),
-            x: 0,
-            y: 0,
-            polarity: Polarity::On,
-        };
+        let event = |k: usize| on((step_us * k as f64) as i64, 0, 0);
         let events = EventStream::from_events(size, (0..events).map(event)).unwrap();
         ComparisonCase::new(&events, scene).unwrap()
     }

@@ -19,7 +19,6 @@ const PHASES: f64 = 0.015;
 const ON_GRID: f64 = 0.8;
 /// Fraction of time stamps at one phase that is a grid as well: something delays the others.
 const AT_ONE_PHASE: f64 = 0.2;
-/// Fewest events that show a grid.
 const MIN_EVENTS: usize = 500;
 /// Factor by which the phases of single lines are more concentrated than those of all if a readout
 /// makes them.
@@ -142,23 +141,26 @@ fn lags_us(
 
 #[cfg(test)]
 mod tests {
-    use evpose_core::{Plane, Polarity, SensorSize};
+    use evpose_core::{Plane, SensorSize};
     use evpose_sensor::SensorConfig;
 
     use super::*;
     use crate::LightSequence;
+    use crate::probe::testing::on;
 
     const STEP: Micros = Micros(1_000);
     const SIZE: SensorSize = SensorSize { width: 4, height: 3 };
 
     fn stream(times_us: impl Iterator<Item = i64>) -> EventStream {
-        let event = |(k, t_us): (usize, i64)| Event {
-            t: Micros(t_us),
-            x: (k % 4) as u16,
-            y: (k % 3) as u16,
-            polarity: Polarity::On,
-        };
+        let event = |(k, t_us): (usize, i64)| on(t_us, (k % 4) as u16, (k % 3) as u16);
         EventStream::from_events(SIZE, times_us.enumerate().map(event)).unwrap()
+    }
+
+    /// All pixels gain the same light from frame to frame.
+    fn brightening(by: f32) -> ReferenceScene {
+        let plane = |k: u8| Plane::filled(4, 3, 0.2 + by * f32::from(k));
+        let scene = LightSequence::new(1_000.0, (0..9).map(plane).collect()).unwrap();
+        ReferenceScene::new(scene, &SensorConfig::default()).unwrap()
     }
 
     #[test]
@@ -189,20 +191,15 @@ mod tests {
     /// Half of the stamps at the frames and half just behind them are of the same frames.
     #[test]
     fn stamps_just_behind_a_frame_move_to_it() {
-        let plane = |k: u8| Plane::filled(4, 3, 0.2 + 0.1 * f32::from(k));
-        let scene = LightSequence::new(1_000.0, (0..9).map(plane).collect()).unwrap();
-        let reference = ReferenceScene::new(scene, &SensorConfig::default()).unwrap();
+        let reference = brightening(0.1);
         let at_frames = |pixel: usize| {
             let times = reference.expected.times(pixel, true).iter();
             times.map(|t_us| -(-t_us).div_euclid(1_000) * 1_000).collect::<Vec<i64>>()
         };
         let events = (0..12).flat_map(|pixel| {
-            at_frames(pixel).into_iter().map(move |t_us| Event {
-                t: Micros(t_us + i64::from(pixel % 2 == 1)),
-                x: (pixel % 4) as u16,
-                y: (pixel / 4) as u16,
-                polarity: Polarity::On,
-            })
+            let late_us = i64::from(pixel % 2 == 1);
+            let event = move |t_us| on(t_us + late_us, (pixel % 4) as u16, (pixel / 4) as u16);
+            at_frames(pixel).into_iter().map(event)
         });
         let mut events: Vec<Event> = events.collect();
         events.sort_by_key(|event| event.t);
@@ -218,9 +215,7 @@ mod tests {
 
     #[test]
     fn stamps_move_to_the_end_of_their_frame() {
-        let plane = |k: u8| Plane::filled(4, 3, 0.2 + 0.01 * f32::from(k));
-        let scene = LightSequence::new(1_000.0, (0..9).map(plane).collect()).unwrap();
-        let reference = ReferenceScene::new(scene, &SensorConfig::default()).unwrap();
+        let reference = brightening(0.01);
         let moved = moved_to_frames(&stream([333, 1_000, 1_500].into_iter()), &reference, STEP);
         let times: Vec<i64> = moved.unwrap().t().iter().map(|t| t.0).collect();
         assert_eq!(times, [1_000, 1_000, 2_000]);

@@ -53,7 +53,6 @@ fn speckle(image: &mut Plane<u8>, noise: StageNoise, black_below: u32, white_fro
     );
 }
 
-/// The draws of a block of pixels.
 #[inline(always)]
 fn fill(noise: StageNoise, block: usize, draws: &mut [u32; BLOCK]) {
     let (first, second) = draws.split_at_mut(BLOCK / 2);

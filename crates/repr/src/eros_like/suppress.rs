@@ -71,7 +71,6 @@ pub(super) fn pack(classes: &[u8], candidates: &mut [u64], strong: &mut [u64]) {
     }
 }
 
-/// One bit of each byte.
 #[inline(always)]
 fn gather<const BIT: u8>(bytes: &[u8; 64]) -> [u8; 8] {
     let (eights, _) = bytes.as_chunks::<8>();

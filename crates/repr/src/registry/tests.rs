@@ -11,7 +11,6 @@ use crate::{
 
 const SENSOR: SensorSize = SensorSize { width: 4, height: 3 };
 
-/// Every representation as it comes, and some with parameters.
 fn choices() -> impl Iterator<Item = RepresentationChoice> {
     let others = [
         "eros:kernel=3,decay=0.9",

@@ -2,7 +2,6 @@
 
 use evpose_core::{CounterRng, Plane};
 
-/// An image and its name.
 pub(crate) type Named = (&'static str, Plane<u8>);
 
 /// All images: noise, ramps, patterns, shapes, something like nature, and very small ones.

@@ -16,15 +16,14 @@ use crate::detector::{NoiseEvent, PixelTerm, PixelTraits, TermTable};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
-use crate::{Citation, Domain, NumberSpec, Origin, Parameter, StageSpec};
+use crate::{Citation, Domain, LOG_OFF_AT_ZERO, NumberSpec, Origin, Parameter, StageSpec};
 
 const FRACTION: Parameter = Parameter::Number(NumberSpec {
     name: "fraction",
     range: (1e-6, 0.5),
     typical: Some((1e-4, 1e-2)),
-    default: Some(0.0),
     doc: "part of the pixels that are hot",
-    ..NumberSpec::LOG
+    ..LOG_OFF_AT_ZERO
 });
 
 const MEDIAN: Parameter = Parameter::Number(NumberSpec {
@@ -41,9 +40,8 @@ const SPREAD: Parameter = Parameter::Number(NumberSpec {
     unit: "decades",
     range: (0.01, 1.0),
     typical: Some((0.2, 1.0)),
-    default: Some(0.0),
     doc: "standard deviation of the logarithm of the rate over hot pixels",
-    ..NumberSpec::LOG
+    ..LOG_OFF_AT_ZERO
 });
 
 const ON_SHARE: Parameter = Parameter::Number(NumberSpec {
@@ -81,7 +79,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// Pixels that never rest.
 #[derive(Debug)]
 struct HotPixels {
     fraction: f32,

@@ -23,7 +23,6 @@ pub(crate) fn uniform(noise: StageNoise, sequence: usize, draw: u32) -> f64 {
     ((noise.bits(sequence, draw) >> 11) + 1) as f64 / (1u64 << 53) as f64
 }
 
-/// Exponential with mean one.
 pub(crate) fn exponential(noise: StageNoise, sequence: usize, draw: u32) -> f64 {
     -uniform(noise, sequence, draw).ln()
 }

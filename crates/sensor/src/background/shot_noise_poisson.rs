@@ -23,16 +23,18 @@ use crate::detector::{NoiseEvent, PixelTerm, PixelTraits, TermTable};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
-use crate::{Citation, Domain, NumberSpec, Origin, Parameter, StageSpec, WordSpec};
+use crate::{
+    Citation, Domain, LINEAR_OFF_AT_ZERO, LOG_OFF_AT_ZERO, NumberSpec, Origin, Parameter,
+    StageSpec, WordSpec,
+};
 
 const RATE: Parameter = Parameter::Number(NumberSpec {
     name: "rate_hz",
     unit: "Hz",
     range: (1e-5, 1e3),
     typical: Some((0.01, 10.0)),
-    default: Some(0.0),
     doc: "noise events of a dark pixel per second, both polarities together",
-    ..NumberSpec::LOG
+    ..LOG_OFF_AT_ZERO
 });
 
 const LIGHT_SLOPE: Parameter = Parameter::Number(NumberSpec {
@@ -40,9 +42,8 @@ const LIGHT_SLOPE: Parameter = Parameter::Number(NumberSpec {
     unit: "/white",
     range: (0.01, 1.0),
     typical: Some((0.5, 0.9)),
-    default: Some(0.0),
     doc: "part of the rate that the light of white takes away",
-    ..NumberSpec::LINEAR
+    ..LINEAR_OFF_AT_ZERO
 });
 
 const THRESHOLD: Parameter = Parameter::Word(WordSpec {
@@ -76,7 +77,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// Rates per pixel.
 #[derive(Debug)]
 struct ShotNoisePoisson {
     rate_hz: f64,
@@ -96,7 +96,6 @@ const SEQUENCES: usize = 3;
 /// below.
 const LOWEST_HZ: f64 = 1.0 / 256.0;
 
-/// Rates from one to another.
 #[derive(Debug, Clone, Copy)]
 struct Layer {
     index: usize,
@@ -177,7 +176,6 @@ impl PixelTerm for ShotNoisePoisson {
 }
 
 impl ShotNoisePoisson {
-    /// The events of a layer of rates that are below the own.
     fn layer_events(
         &self,
         tick: &Tick,

@@ -21,16 +21,17 @@ use super::{BackgroundStage, exponential, uniform};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
-use crate::{Citation, Domain, NumberSpec, Origin, Parameter, Request, StageSpec, WordSpec};
+use crate::{
+    Citation, Domain, LOG_OFF_AT_ZERO, NumberSpec, Origin, Parameter, Request, StageSpec, WordSpec,
+};
 
 const RATE: NumberSpec = NumberSpec {
     name: "on_hz",
     unit: "Hz",
     range: (1e-5, 1e3),
     typical: Some((1e-3, 10.0)),
-    default: Some(0.0),
     doc: "ON noise events of one pixel per second",
-    ..NumberSpec::LOG
+    ..LOG_OFF_AT_ZERO
 };
 
 const ON: Parameter = Parameter::Number(RATE);
@@ -69,7 +70,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// Rates per pixel.
 #[derive(Debug)]
 struct UniformNoise {
     on_hz: f64,

@@ -6,23 +6,19 @@
 //! # Source
 //! Two free-running quartz clocks differ by tens of parts per million (Allan 1987).
 
-use evpose_core::StageNoise;
-
 use super::ClockStage;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::tick::Tick;
-use crate::{Citation, Domain, NumberSpec, Parameter, Request, StageSpec};
+use crate::{Citation, Domain, LINEAR_OFF_AT_ZERO, NumberSpec, Parameter, StageSpec};
 
 const OFFSET: Parameter = Parameter::Number(NumberSpec {
     name: "offset_us",
     unit: "us",
     range: (-1e6, 1e6),
     typical: Some((-1e4, 1e4)),
-    default: Some(0.0),
     acts_alone: true,
     doc: "what the clock shows at time zero",
-    ..NumberSpec::LINEAR
+    ..LINEAR_OFF_AT_ZERO
 });
 
 const DRIFT: Parameter = Parameter::Number(NumberSpec {
@@ -30,9 +26,8 @@ const DRIFT: Parameter = Parameter::Number(NumberSpec {
     unit: "ppm",
     range: (-1e5, 1e5),
     typical: Some((-100.0, 100.0)),
-    default: Some(0.0),
     doc: "how much too fast the clock runs, in millionths",
-    ..NumberSpec::LINEAR
+    ..LINEAR_OFF_AT_ZERO
 });
 
 pub(crate) static SPEC: StageSpec = StageSpec {
@@ -61,7 +56,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// A line.
 #[derive(Debug)]
 struct ClockOffsetDrift {
     offset_s: f64,
@@ -70,18 +64,10 @@ struct ClockOffsetDrift {
 
 impl ClockStage for ClockOffsetDrift {
     fn earliest_shown(&self, t_s: f64) -> f64 {
-        t_s + t_s * self.drift + self.offset_s
+        self.shown(t_s)
     }
 
-    fn step(
-        &self,
-        _tick: &Tick,
-        events: &mut Vec<Request>,
-        _state: &mut [f64],
-        _noise: StageNoise,
-    ) {
-        for event in events {
-            event.t_s = self.earliest_shown(event.t_s);
-        }
+    fn shown(&self, t_s: f64) -> f64 {
+        t_s + t_s * self.drift + self.offset_s
     }
 }

@@ -13,14 +13,13 @@ use super::ClockStage;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
-use crate::{Citation, Domain, NumberSpec, Parameter, Request, StageSpec};
+use crate::{Citation, Domain, LINEAR_OFF_AT_ZERO, NumberSpec, Parameter, Request, StageSpec};
 
 const PULL: Parameter = Parameter::Number(NumberSpec {
     name: "pull",
     range: (0.0, 1.0),
-    default: Some(0.0),
     doc: "how far events move to the exposure: 1 puts all of them there",
-    ..NumberSpec::LINEAR
+    ..LINEAR_OFF_AT_ZERO
 });
 
 pub(crate) static SPEC: StageSpec = StageSpec {
@@ -40,7 +39,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     build: |settings| Ok(Stage::Clock(Box::new(FrameGrid { pull: settings.number(&PULL) }))),
 };
 
-/// A pull to the end of the step.
 #[derive(Debug)]
 struct FrameGrid {
     pull: f64,

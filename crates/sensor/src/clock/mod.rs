@@ -32,10 +32,19 @@ pub trait ClockStage: Send + Sync + Debug {
         t_s
     }
 
+    /// The time that the clock shows of what happens at `t_s`, where that is all it depends on.
+    fn shown(&self, t_s: f64) -> f64 {
+        t_s
+    }
+
     /// Changes the times of the events served in `tick`, or takes some away. Those moved behind
     /// `tick.end_s` are delivered with the exposure that they precede; none is stamped before what
     /// the clock showed at the start of the tick.
-    fn step(&self, tick: &Tick, events: &mut Vec<Request>, state: &mut [f64], noise: StageNoise);
+    fn step(&self, _: &Tick, events: &mut Vec<Request>, _state: &mut [f64], _: StageNoise) {
+        for event in events {
+            event.t_s = self.shown(event.t_s);
+        }
+    }
 }
 
 /// A billionth of a second that `f64` seconds may be off without reaching the next count.

@@ -7,22 +7,18 @@
 //! # Source
 //! Lichtsteiner et al. 2008: 15 us at 1 klux.
 
-use evpose_core::StageNoise;
-
 use super::ClockStage;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::tick::Tick;
-use crate::{Citation, Domain, NumberSpec, Parameter, Request, StageSpec};
+use crate::{Citation, Domain, LOG_OFF_AT_ZERO, NumberSpec, Parameter, StageSpec};
 
 const DELAY: Parameter = Parameter::Number(NumberSpec {
     name: "delay_us",
     unit: "us",
     range: (1.0, 1e6),
     typical: Some((10.0, 5000.0)),
-    default: Some(0.0),
     doc: "time from an event to its stamp",
-    ..NumberSpec::LOG
+    ..LOG_OFF_AT_ZERO
 });
 
 pub(crate) static SPEC: StageSpec = StageSpec {
@@ -44,22 +40,13 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// A constant.
 #[derive(Debug)]
 struct PixelLatency {
     delay_s: f64,
 }
 
 impl ClockStage for PixelLatency {
-    fn step(
-        &self,
-        _tick: &Tick,
-        events: &mut Vec<Request>,
-        _state: &mut [f64],
-        _noise: StageNoise,
-    ) {
-        for event in events {
-            event.t_s += self.delay_s;
-        }
+    fn shown(&self, t_s: f64) -> f64 {
+        t_s + self.delay_s
     }
 }

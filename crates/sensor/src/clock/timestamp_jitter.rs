@@ -14,16 +14,17 @@ use super::ClockStage;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
-use crate::{Citation, Domain, NumberSpec, Parameter, Request, StageSpec, WordSpec};
+use crate::{
+    Citation, Domain, LOG_OFF_AT_ZERO, NumberSpec, Parameter, Request, StageSpec, WordSpec,
+};
 
 const SIGMA: Parameter = Parameter::Number(NumberSpec {
     name: "sigma_us",
     unit: "us",
     range: (0.1, 1e5),
     typical: Some((1.0, 500.0)),
-    default: Some(0.0),
     doc: "standard deviation of stamps",
-    ..NumberSpec::LOG
+    ..LOG_OFF_AT_ZERO
 });
 
 const MEAN: Parameter = Parameter::Number(NumberSpec {
@@ -31,9 +32,8 @@ const MEAN: Parameter = Parameter::Number(NumberSpec {
     unit: "us",
     range: (0.1, 1e5),
     typical: Some((10.0, 1e3)),
-    default: Some(0.0),
     doc: "mean of the latency where stamps are late, before it is clipped at zero",
-    ..NumberSpec::LOG
+    ..LOG_OFF_AT_ZERO
 });
 
 const SIDE: Parameter = Parameter::Word(WordSpec {
@@ -69,7 +69,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
 /// earlier ones have come.
 const REACH: f64 = 4.0;
 
-/// Normal scatter.
 #[derive(Debug)]
 struct TimestampJitter {
     sigma_s: f64,

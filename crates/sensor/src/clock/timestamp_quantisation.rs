@@ -6,13 +6,10 @@
 //! # Source
 //! Lichtsteiner et al. 2008: events are stamped by a counter off the chip.
 
-use evpose_core::StageNoise;
-
 use super::{ClockStage, GRACE_US, next_count_us};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::tick::Tick;
-use crate::{Citation, Domain, NumberSpec, Parameter, Request, StageSpec, WordSpec};
+use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, WordSpec};
 
 const PERIOD: Parameter = Parameter::Number(NumberSpec {
     name: "period_us",
@@ -53,48 +50,34 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// Rounding to counts.
 #[derive(Debug)]
 struct TimestampQuantisation {
     period_us: f64,
     is_up: bool,
 }
 
-impl TimestampQuantisation {
-    fn stamp_s(&self, t_s: f64) -> f64 {
+impl ClockStage for TimestampQuantisation {
+    fn shown(&self, t_s: f64) -> f64 {
         let next_us = next_count_us(t_s, self.period_us);
         let is_between = next_us > t_s * 1e6 + GRACE_US;
         let down_us = if is_between { self.period_us } else { 0.0 };
         1e-6 * if self.is_up { next_us } else { next_us - down_us }
     }
-}
-
-impl ClockStage for TimestampQuantisation {
-    fn step(
-        &self,
-        _tick: &Tick,
-        events: &mut Vec<Request>,
-        _state: &mut [f64],
-        _noise: StageNoise,
-    ) {
-        for event in events {
-            event.t_s = self.stamp_s(event.t_s);
-        }
-    }
 
     fn earliest_shown(&self, t_s: f64) -> f64 {
         // What comes right behind may carry the count that has begun.
-        if self.is_up { t_s } else { self.stamp_s(t_s) - 1e-6 }
+        if self.is_up { t_s } else { self.shown(t_s) - 1e-6 }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use evpose_core::Polarity;
+    use evpose_core::{Polarity, StageNoise};
 
     use super::*;
-    use crate::Origin;
     use crate::clock::stamp;
+    use crate::tick::Tick;
+    use crate::{Origin, Request};
 
     #[test]
     fn times_wait_for_the_next_count_or_carry_the_last() {

@@ -34,7 +34,6 @@ const ANCHOR_S: f64 = 1.0;
 pub(super) const PATTERN_TICK: u64 = 0;
 pub(super) const RENEWAL_TICK: u64 = u64::MAX;
 
-/// The pixels of one run.
 #[derive(Debug)]
 pub(crate) struct PixelArray {
     pub(super) size: SensorSize,
@@ -204,7 +203,6 @@ impl PixelArray {
         self.anchor_s = now_s;
     }
 
-    /// Draws the noise events of the pixels in this exposure.
     pub(crate) fn draw_noise_events(
         &mut self,
         chain: &Chain,

@@ -57,7 +57,6 @@ impl<'a, T> Span<'a, T> {
         self.values.get_mut(range).unwrap_or_default()
     }
 
-    /// Asks for the cache line of a pixel.
     #[inline(always)]
     pub(super) fn prefetch(&self, pixel: usize) {
         prefetch(self.values, pixel - self.first);
@@ -80,14 +79,11 @@ impl<T> IndexMut<usize> for Span<'_, T> {
     }
 }
 
-/// Results of a band's scan.
 #[derive(Debug, Default)]
 pub(super) struct Scanned {
-    /// Pixels to visit.
     pub(super) awake: Vec<u32>,
     /// Noise events that take place.
     pub(super) accepted: Vec<NoiseEvent>,
-    /// Index of the next noise event to be looked at.
     pub(super) next_noise_event: usize,
     /// How many of both have been taken through the step.
     pub(super) resolved: Resolved,
@@ -130,7 +126,6 @@ pub(crate) struct Band<'a> {
 }
 
 impl PixelArray {
-    /// All pixels.
     pub(crate) fn whole(&mut self) -> Band<'_> {
         let all = 0..self.size.pixels();
         // One range has one band.
@@ -235,7 +230,6 @@ impl Band<'_> {
         self.wake_off[pixel] = off;
     }
 
-    /// The least that a threshold may be in an exposure.
     #[inline(always)]
     pub(super) fn least(&self, threshold: f32) -> f32 {
         if self.deviation > 0.0 {
@@ -245,7 +239,6 @@ impl Band<'_> {
         }
     }
 
-    /// A pixel as the detector sees it in a step.
     #[inline(always)]
     pub(super) fn step_of(&self, step: Step<'_>, pixel: usize) -> PixelStep {
         let Step { tick, per_s, .. } = step;

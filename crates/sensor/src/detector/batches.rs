@@ -40,7 +40,6 @@ struct Lanes {
 /// The same pixels at its end.
 #[derive(Debug, Default)]
 struct Crossed {
-    /// Times of the first events.
     t_s: [[f64; LANES]; MAX_EVENTS],
     /// Event count; [`ALONE`] for pixels that have to go alone.
     count: [u64; LANES],
@@ -313,7 +312,6 @@ fn cross<const RECOVERS: bool>(lanes: &Lanes, common: Common) -> Crossed {
     Crossed { t_s, count, change, is_leak, memory, free_s, follows_until_s, wake_on, wake_off }
 }
 
-/// All bits set, or none.
 #[inline(always)]
 fn mask(is_set: bool) -> u64 {
     u64::from(is_set).wrapping_neg()
@@ -331,7 +329,6 @@ fn select32(mask: u32, a: f32, b: f32) -> f32 {
     f32::from_bits((a.to_bits() & mask) | (b.to_bits() & !mask))
 }
 
-/// A time of recovery, or one that is always over.
 fn time_or_never(s: f64) -> f64 {
     if s > 0.0 { s } else { f64::NEG_INFINITY }
 }

@@ -97,10 +97,8 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// Largest number of draws of one passage.
 const DRAWS: u32 = 64;
 
-/// First passage of a noisy voltage.
 #[derive(Debug)]
 struct BrownianPassage {
     k: [f64; 6],
@@ -184,7 +182,6 @@ fn passage_time(way: f64, drift: f64, spread: f64, draws: &mut Draws) -> f64 {
     if time.is_finite() { time.abs() } else { f64::MAX }
 }
 
-/// Random draws of one passage.
 struct Draws {
     noise: StageNoise,
     pixel: usize,

@@ -9,7 +9,6 @@ use super::resolve::Step;
 use crate::{Origin, Request};
 
 impl Band<'_> {
-    /// Takes a pixel through the step.
     #[inline(always)]
     pub(super) fn resolve_burst(&mut self, step: Step<'_>, pixel: usize, out: &mut Vec<Request>) {
         let pixel_step = self.step_of(step, pixel);
@@ -39,31 +38,22 @@ impl Band<'_> {
 
 #[cfg(test)]
 mod tests {
-    use evpose_core::{Event, Micros, Plane, SensorSize};
+    use evpose_core::{Event, Micros, Plane};
     use proptest::prelude::*;
 
     use crate::plan::PixelPath;
+    use crate::testing::{SIZE, events_of_waves};
     use crate::{EffectConfig, SensorConfig, SensorModel};
 
-    const SIZE: SensorSize = SensorSize { width: 40, height: 5 };
-
-    fn events(config: &SensorConfig, speed: f32, is_short: bool) -> (Vec<Event>, bool) {
-        let mut run = SensorModel::from_config(config).unwrap().start(SIZE, 3);
-        run.array_mut().may_take_short_paths = is_short;
-        let mut all = Vec::new();
-        for step in 0..30 {
-            let mut plane = Plane::for_sensor(SIZE, 0.0);
-            for (i, y) in plane.data_mut().iter_mut().enumerate() {
-                *y = 0.02 + 0.4 * (1.0 + (i as f32 * 0.21 + speed * step as f32).sin());
-            }
+    fn events(config: &SensorConfig, speed: f32, is_short: bool) -> Vec<Event> {
+        let mut other = config.clone();
+        other.set("frame_difference", "threshold_on", 0.3).unwrap();
+        let other = SensorModel::from_config(&other).unwrap();
+        events_of_waves(config, speed, is_short, |step, run| {
             if step == 17 {
-                let mut other = config.clone();
-                other.set("frame_difference", "threshold_on", 0.3).unwrap();
-                run.retune(&SensorModel::from_config(&other).unwrap()).unwrap();
+                run.retune(&other).unwrap();
             }
-            all.extend(run.expose(&plane, Micros(step * 1_000)).unwrap().iter());
-        }
-        (all, SensorModel::from_config(config).unwrap().chain().plan.path == PixelPath::Bursts)
+        })
     }
 
     #[test]
@@ -99,10 +89,11 @@ mod tests {
                 effects.push(EffectConfig::new("uniform_noise").with("on_hz", 20.0));
             }
             let config = SensorConfig { effects };
-            let (short, is_short) = events(&config, speed, true);
-            prop_assert!(is_short);
+            let model = SensorModel::from_config(&config).unwrap();
+            prop_assert_eq!(model.chain().plan.path, PixelPath::Bursts);
+            let short = events(&config, speed, true);
             prop_assert!(short.len() > 10 || speed.abs() < 0.2);
-            prop_assert_eq!(short, events(&config, speed, false).0);
+            prop_assert_eq!(short, events(&config, speed, false));
         }
     }
 }

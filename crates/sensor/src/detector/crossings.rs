@@ -94,7 +94,6 @@ pub(super) fn later(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
-/// The earlier of two times.
 #[inline(always)]
 pub(super) fn sooner(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
@@ -102,27 +101,10 @@ pub(super) fn sooner(a: f64, b: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use evpose_core::{Event, Micros, Plane, SensorSize};
     use proptest::prelude::*;
 
-    use crate::{EffectConfig, SensorConfig, SensorModel};
-
-    const SIZE: SensorSize = SensorSize { width: 40, height: 5 };
-
-    fn events(effects: &[EffectConfig], speed: f32, is_short: bool) -> Vec<Event> {
-        let config = SensorConfig { effects: effects.to_vec() };
-        let mut run = SensorModel::from_config(&config).unwrap().start(SIZE, 3);
-        run.array_mut().may_take_short_paths = is_short;
-        let mut all = Vec::new();
-        for step in 0..30 {
-            let mut plane = Plane::for_sensor(SIZE, 0.0);
-            for (i, y) in plane.data_mut().iter_mut().enumerate() {
-                *y = 0.02 + 0.4 * (1.0 + (i as f32 * 0.21 + speed * step as f32).sin());
-            }
-            all.extend(run.expose(&plane, Micros(step * 1_000)).unwrap().iter());
-        }
-        all
-    }
+    use crate::testing::events_of_waves;
+    use crate::{EffectConfig, SensorConfig};
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(48))]
@@ -149,9 +131,11 @@ mod tests {
             } else if period_us > 500 {
                 effects.push(EffectConfig::new("reset_overshoot").with("fraction", fraction));
             }
-            let short = events(&effects, speed, true);
+            let config = SensorConfig { effects };
+            let events = |is_short| events_of_waves(&config, speed, is_short, |_, _| {});
+            let short = events(true);
             prop_assert!(short.len() > 10 || speed.abs() < 0.1);
-            prop_assert_eq!(short, events(&effects, speed, false));
+            prop_assert_eq!(short, events(false));
         }
     }
 }

@@ -11,15 +11,14 @@ use evpose_core::StageNoise;
 use super::{PixelTerm, PixelTraits};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, Traits};
+use crate::{Citation, Domain, LOG_OFF_AT_ZERO, NumberSpec, Parameter, StageSpec, Traits};
 
 const FRACTION: Parameter = Parameter::Number(NumberSpec {
     name: "fraction",
     range: (1e-6, 0.5),
     typical: Some((1e-5, 1e-3)),
-    default: Some(0.0),
     doc: "part of the pixels that are dead",
-    ..NumberSpec::LOG
+    ..LOG_OFF_AT_ZERO
 });
 
 pub(crate) static SPEC: StageSpec = StageSpec {
@@ -44,7 +43,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// A mask.
 #[derive(Debug)]
 struct DeadPixels {
     fraction: f32,

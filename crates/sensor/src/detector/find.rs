@@ -34,7 +34,6 @@ pub(super) struct Find<'a> {
 impl Kernel8 for Find<'_> {
     type Output = ();
 
-    /// Appends the pixels, in order.
     #[inline(always)]
     fn run<L: Lanes8>(self, l: L) {
         match self.leak {

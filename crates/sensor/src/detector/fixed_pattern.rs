@@ -57,7 +57,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     build: |settings| Ok(Stage::Term(Box::new(FixedPattern::read(settings)?))),
 };
 
-/// Maps of one size.
 #[derive(Debug)]
 struct FixedPattern {
     size: Option<SensorSize>,

@@ -54,7 +54,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// Thresholds in units of ln, and how it rounds.
 #[derive(Debug)]
 struct FrameCount {
     thresholds: [f32; 2],

@@ -108,21 +108,9 @@ mod tests {
     /// Count, polarity and new memory of one pixel that remembers `memory` and sees `voltage`.
     fn seen(threshold: f64, memory: f64, voltage: f64) -> Option<(u32, Polarity, f64)> {
         let detector = FrameDifference { thresholds: [threshold as f32; 2], starts_cold: false };
-        let step = PixelStep {
-            start_s: 0.002,
-            end_s: 0.003,
-            from: memory,
-            to: voltage,
-            memory,
-            threshold_on: threshold,
-            threshold_off: threshold,
-            pixel: 0,
-            count: 0,
-            per_s: 1e3,
-            is_single: false,
-        };
-        let change = detector.next(&step, 0.002, StageNoise::new(0, SPEC.name, 3))?;
-        assert_eq!(change.t_s, 0.003);
+        let step = PixelStep::of_test(memory, [memory, voltage], [threshold; 2]);
+        let change = detector.next(&step, 0.0, StageNoise::new(0, SPEC.name, 3))?;
+        assert_eq!(change.t_s, 1.0);
         Some((change.count, change.polarity, change.memory))
     }
 
@@ -137,19 +125,8 @@ mod tests {
                 // The next representable values above or below.
                 let further = |v: f32| if steps > 0 { v.next_up() } else { v.next_down() };
                 let voltage = (0..steps.abs()).fold(from, |v, _| further(v));
-                let step = PixelStep {
-                    start_s: 0.0,
-                    end_s: 1.0,
-                    from: 0.0,
-                    to: f64::from(voltage),
-                    memory: f64::from(memory),
-                    threshold_on: f64::from(on),
-                    threshold_off: f64::from(off),
-                    pixel: 0,
-                    count: 0,
-                    per_s: 1.0,
-                    is_single: false,
-                };
+                let step =
+                    PixelStep::of_test(memory.into(), [0.0, voltage.into()], [on, off].map(f64::from));
                 let has_event = if is_up { voltage >= up } else { voltage <= down };
                 let change = detector.next(&step, 0.0, StageNoise::new(0, SPEC.name, 1));
                 prop_assert_eq!(change.is_some(), has_event);

@@ -13,15 +13,14 @@ use evpose_core::{Polarity, StageNoise};
 use super::{PixelTerm, PixelTraits};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, Traits};
+use crate::{Citation, Domain, LOG_OFF_AT_ZERO, NumberSpec, Parameter, StageSpec, Traits};
 
 const FRACTION: Parameter = Parameter::Number(NumberSpec {
     name: "fraction",
     range: (0.001, 5.0),
     typical: Some((0.01, 0.5)),
-    default: Some(0.0),
     doc: "how much larger the threshold of the other sign is, as a part of it",
-    ..NumberSpec::LOG
+    ..LOG_OFF_AT_ZERO
 });
 
 pub(crate) static SPEC: StageSpec = StageSpec {
@@ -44,7 +43,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// One larger threshold.
 #[derive(Debug)]
 struct Hysteresis {
     factor: f32,

@@ -19,7 +19,9 @@ use crate::gaussian::{PIECE, fill_normal};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
-use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, Traits, WordSpec};
+use crate::{
+    Citation, Domain, LOG_OFF_AT_ZERO, NumberSpec, Parameter, StageSpec, Traits, WordSpec,
+};
 use evpose_cpu::vectorize;
 
 const RATE: Parameter = Parameter::Number(NumberSpec {
@@ -27,9 +29,8 @@ const RATE: Parameter = Parameter::Number(NumberSpec {
     unit: "Hz",
     range: (1e-4, 1e3),
     typical: Some((0.01, 1.0)),
-    default: Some(0.0),
     doc: "ON events of a resting pixel per second",
-    ..NumberSpec::LOG
+    ..LOG_OFF_AT_ZERO
 });
 
 pub(crate) const SPREAD: Parameter = Parameter::Number(NumberSpec {
@@ -37,26 +38,23 @@ pub(crate) const SPREAD: Parameter = Parameter::Number(NumberSpec {
     unit: "decades",
     range: (0.001, 1.0),
     typical: Some((0.1, 0.25)),
-    default: Some(0.0),
     doc: "standard deviation of the logarithm of the rate over the pixels",
-    ..NumberSpec::LOG
+    ..LOG_OFF_AT_ZERO
 });
 
 const JITTER: Parameter = Parameter::Number(NumberSpec {
     name: "jitter",
     range: (0.001, 0.5),
     typical: Some((0.1, 0.3)),
-    default: Some(0.0),
     doc: "standard deviation of the intervals of one pixel, as a part of their mean",
-    ..NumberSpec::LOG
+    ..LOG_OFF_AT_ZERO
 });
 
 const FRAME_JITTER: Parameter = Parameter::Number(NumberSpec {
     name: "frame_jitter",
     range: (0.001, 10.0),
-    default: Some(0.0),
     doc: "standard deviation of what leaks in one step, as a part of its mean",
-    ..NumberSpec::LOG
+    ..LOG_OFF_AT_ZERO
 });
 
 pub(super) const PHASE: Parameter = Parameter::Word(WordSpec {
@@ -94,7 +92,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
 /// An interval is at least this part of the mean one.
 const SHORTEST: f32 = 0.05;
 
-/// A leak per pixel.
 #[derive(Debug)]
 struct LeakOn {
     rate_hz: f32,

@@ -103,22 +103,10 @@ pub(super) fn next_level_through(pixel: &PixelStep, from_s: f64) -> Option<Chang
 mod tests {
     use super::*;
 
-    /// Events of one pixel whose voltage goes in a line in 2 s, and its memory behind them.
+    /// Events of one pixel whose voltage goes in a line in 1 s, and its memory behind them.
     fn seen(memory: f64, from: f64, to: f64) -> (Vec<(f64, Polarity)>, f64) {
         let detector = LevelCrossing { thresholds: [0.25, 0.5] };
-        let mut step = PixelStep {
-            start_s: 1.0,
-            end_s: 3.0,
-            from,
-            to,
-            memory,
-            threshold_on: 0.25,
-            threshold_off: 0.5,
-            pixel: 0,
-            count: 0,
-            per_s: 0.5,
-            is_single: false,
-        };
+        let mut step = PixelStep::of_test(memory, [from, to], [0.25, 0.5]);
         let (mut events, mut now) = (Vec::new(), step.start_s);
         while let Some(change) = detector.next(&step, now, StageNoise::new(0, SPEC.name, 1)) {
             events.push((change.t_s, change.polarity));
@@ -129,18 +117,18 @@ mod tests {
 
     #[test]
     fn a_rise_crosses_every_level_at_its_time() {
-        // From 0 to 1 in 2 s: levels 0.25, 0.5, 0.75 and 1 at 1.5, 2, 2.5 and 3 s.
+        // From 0 to 1 in 1 s: each level at the time of the same number.
         let (events, memory) = seen(0.0, 0.0, 1.0);
-        assert_eq!(events, [1.5, 2.0, 2.5, 3.0].map(|t| (t, Polarity::On)));
+        assert_eq!(events, [0.25, 0.5, 0.75, 1.0].map(|t| (t, Polarity::On)));
         assert_eq!(memory, 1.0);
     }
 
     #[test]
     fn a_fall_has_its_own_threshold() {
-        // From 0.2 down to -0.8 in 2 s, memory 0: only -0.5 is crossed, after 0.7 of the way.
+        // From 0.2 down to -0.8 in 1 s, memory 0: only -0.5 is crossed, after 0.7 of the way.
         let (events, memory) = seen(0.0, 0.2, -0.8);
         assert_eq!(events.len(), 1);
-        assert!((events[0].0 - 2.4).abs() < 1e-12 && events[0].1 == Polarity::Off);
+        assert!((events[0].0 - 0.7).abs() < 1e-12 && events[0].1 == Polarity::Off);
         assert_eq!(memory, -0.5);
     }
 
@@ -152,6 +140,6 @@ mod tests {
 
     #[test]
     fn a_level_already_behind_is_answered_at_once() {
-        assert_eq!(seen(0.0, 0.3, 0.3), (vec![(1.0, Polarity::On)], 0.25));
+        assert_eq!(seen(0.0, 0.3, 0.3), (vec![(0.0, Polarity::On)], 0.25));
     }
 }

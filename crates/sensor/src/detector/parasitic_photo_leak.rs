@@ -13,16 +13,15 @@ use super::leak_on::PHASE;
 use super::{PixelTerm, PixelTraits};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec};
+use crate::{Citation, Domain, LOG_OFF_AT_ZERO, NumberSpec, Parameter, StageSpec};
 
 const RATE: Parameter = Parameter::Number(NumberSpec {
     name: "hz_per_white",
     unit: "Hz",
     range: (1e-4, 1e3),
     typical: Some((0.01, 1.0)),
-    default: Some(0.0),
     doc: "ON events of a resting pixel per second at the light of white",
-    ..NumberSpec::LOG
+    ..LOG_OFF_AT_ZERO
 });
 
 pub(crate) static SPEC: StageSpec = StageSpec {
@@ -45,7 +44,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// A leak in proportion to light.
 #[derive(Debug)]
 struct ParasiticPhotoLeak {
     hz_per_white: f32,

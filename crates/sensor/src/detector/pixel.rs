@@ -25,12 +25,10 @@ pub struct PixelTraits {
 }
 
 impl PixelTraits {
-    /// A pixel like all others.
     pub(crate) fn alike(threshold_on: f32, threshold_off: f32) -> Self {
         Self { threshold_on, threshold_off, leak_hz: 0.0, photo_leak_hz: 0.0, is_dead: false }
     }
 
-    /// The steady leak in ln per second.
     pub(crate) fn leak_per_s(&self) -> f32 {
         self.leak_hz * self.threshold_on
     }
@@ -42,7 +40,6 @@ impl PixelTraits {
 pub(crate) struct Cell {
     /// The level compared with, as it was at the array's anchor time.
     pub(crate) memory: f32,
-    /// Thresholds in force.
     pub(crate) threshold_on: f32,
     pub(crate) threshold_off: f32,
     /// Events so far, which number the draws of this pixel.
@@ -56,7 +53,6 @@ impl Cell {
         cell
     }
 
-    /// Thresholds as these traits have them.
     pub(crate) fn set_thresholds(&mut self, traits: &PixelTraits) {
         let dead = |threshold| if traits.is_dead { f32::INFINITY } else { threshold };
         self.threshold_on = dead(traits.threshold_on);
@@ -117,6 +113,29 @@ pub struct PixelStep {
     /// Whether voltage and memory are kept in single precision, as published: the leak is then off
     /// the memory already, and operations on it are rounded one by one.
     pub is_single: bool,
+}
+
+#[cfg(test)]
+impl PixelStep {
+    /// A step of a second from its beginning to its end, of pixel 0.
+    pub(crate) fn of_test(memory: f64, [from, to]: [f64; 2], [on, off]: [f64; 2]) -> Self {
+        let (threshold_on, threshold_off) = (on, off);
+        let (start_s, end_s, per_s) = (0.0, 1.0, 1.0);
+        let (pixel, count, is_single) = (0, 0, false);
+        Self {
+            start_s,
+            end_s,
+            from,
+            to,
+            memory,
+            threshold_on,
+            threshold_off,
+            pixel,
+            count,
+            per_s,
+            is_single,
+        }
+    }
 }
 
 impl PixelStep {

@@ -38,8 +38,10 @@ struct Due {
 #[derive(Debug, Clone, Copy)]
 enum Entry {
     /// A pixel reaches a threshold, unless it has had another event since it had `count`.
-    Change { pending: PendingEvent, count: u32 },
-    /// A noise event of a pixel.
+    Change {
+        pending: PendingEvent,
+        count: u32,
+    },
     NoiseEvent(NoiseEvent),
     /// A request that no pixel knows of.
     Background(Request),
@@ -122,7 +124,6 @@ impl Band<'_> {
 }
 
 impl Queued<'_, '_> {
-    /// Queues what is known at the start of the step.
     fn begin(&mut self, step: Step<'_>, awake: &[u32], accepted: &[NoiseEvent]) {
         self.queue.due.clear();
         self.queue.entries.clear();
@@ -281,12 +282,10 @@ impl Queued<'_, '_> {
         self.expect_selection(step, service);
     }
 
-    /// Whether a request of this pixel is with the readout.
     fn waits(&self, pixel: usize) -> bool {
         self.band.refractory_states[pixel].free_s == f64::INFINITY
     }
 
-    /// A pixel is served in this step or in a later one.
     fn serve_or_wait(&mut self, step: Step<'_>, served: Served) {
         let Request { t_s, pixel, .. } = served.request;
         if t_s <= step.tick.end_s {

@@ -14,16 +14,17 @@
 use super::{PixelTerm, Recovery};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, Traits, WordSpec};
+use crate::{
+    Citation, Domain, LOG_OFF_AT_ZERO, NumberSpec, Parameter, StageSpec, Traits, WordSpec,
+};
 
 const PERIOD: Parameter = Parameter::Number(NumberSpec {
     name: "period_us",
     unit: "us",
     range: (1.0, 1e6),
     typical: Some((10.0, 4e4)),
-    default: Some(0.0),
     doc: "the shortest time between two events of a pixel",
-    ..NumberSpec::LOG
+    ..LOG_OFF_AT_ZERO
 });
 
 const MODE: Parameter = Parameter::Word(WordSpec {
@@ -56,7 +57,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// A refractory period.
 #[derive(Debug)]
 struct Refractory {
     period_s: f64,

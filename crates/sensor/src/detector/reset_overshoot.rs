@@ -14,34 +14,33 @@
 use super::{PixelTerm, Recovery};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, Traits};
+use crate::{
+    Citation, Domain, LINEAR_OFF_AT_ZERO, LOG_OFF_AT_ZERO, NumberSpec, Parameter, StageSpec, Traits,
+};
 
 const DELAY: Parameter = Parameter::Number(NumberSpec {
     name: "delay_us",
     unit: "us",
     range: (0.1, 1e4),
     typical: Some((1.0, 100.0)),
-    default: Some(0.0),
     doc: "how long the reset switch stays closed",
-    ..NumberSpec::LOG
+    ..LOG_OFF_AT_ZERO
 });
 
 const FRACTION: Parameter = Parameter::Number(NumberSpec {
     name: "fraction",
     range: (-0.9, 0.9),
     typical: Some((-0.2, 0.2)),
-    default: Some(0.0),
     doc: "part of the step that the reset takes back",
-    ..NumberSpec::LINEAR
+    ..LINEAR_OFF_AT_ZERO
 });
 
 const TO_EXPOSURE: Parameter = Parameter::Number(NumberSpec {
     name: "to_exposure",
     range: (0.0, 1.0),
     typical: Some((0.0, 1.0)),
-    default: Some(0.0),
     doc: "fraction of the time to the next exposure for which the switch stays closed",
-    ..NumberSpec::LINEAR
+    ..LINEAR_OFF_AT_ZERO
 });
 
 pub(crate) static SPEC: StageSpec = StageSpec {
@@ -67,7 +66,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// A memory that misses its level.
 #[derive(Debug)]
 struct ResetOvershoot {
     delay_s: f64,

@@ -15,7 +15,6 @@ use crate::plan::PixelPath;
 use crate::tick::Tick;
 use crate::{Origin, Request};
 
-/// Inputs of one step.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Step<'a> {
     pub(crate) chain: &'a Chain,
@@ -25,7 +24,6 @@ pub(crate) struct Step<'a> {
     pub(crate) after: Voltages<'a>,
     /// One over the length of the step.
     pub(crate) per_s: f64,
-    /// Noise of the detector.
     pub(crate) noise: StageNoise,
 }
 
@@ -42,7 +40,6 @@ impl Voltages<'_> {
         self.values[pixel - self.first]
     }
 
-    /// Asks for the cache line of a pixel.
     #[inline(always)]
     pub(super) fn prefetch(&self, pixel: usize) {
         prefetch(self.values, pixel.wrapping_sub(self.first));
@@ -58,7 +55,6 @@ pub(super) struct PixelState {
     pub(super) leak: f64,
 }
 
-/// An event that the pixel is about to make.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PendingEvent {
     pub(super) t_s: f64,

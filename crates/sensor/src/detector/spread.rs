@@ -12,7 +12,6 @@
 use super::pixel::RefractoryState;
 use crate::tick::Tick;
 
-/// The times of one step.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Spread {
     start_s: f64,

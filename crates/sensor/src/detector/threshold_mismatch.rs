@@ -13,9 +13,10 @@ use evpose_core::StageNoise;
 use super::{PixelTerm, PixelTraits};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, Traits};
+use crate::{
+    Citation, Domain, LINEAR_OFF_AT_ZERO, LOG_OFF_AT_ZERO, NumberSpec, Parameter, StageSpec, Traits,
+};
 
-/// The least threshold that a pixel can have.
 pub(super) const MIN_THRESHOLD: f32 = 0.01;
 
 const SIGMA: Parameter = Parameter::Number(NumberSpec {
@@ -23,18 +24,16 @@ const SIGMA: Parameter = Parameter::Number(NumberSpec {
     unit: "ln",
     range: (1e-4, 1.0),
     typical: Some((0.004, 0.06)),
-    default: Some(0.0),
     doc: "standard deviation of thresholds over the pixels",
-    ..NumberSpec::LOG
+    ..LOG_OFF_AT_ZERO
 });
 
 const CORRELATION: Parameter = Parameter::Number(NumberSpec {
     name: "correlation",
     range: (-1.0, 1.0),
     typical: Some((-0.5, 0.5)),
-    default: Some(0.0),
     doc: "correlation between the ON and the OFF threshold of a pixel",
-    ..NumberSpec::LINEAR
+    ..LINEAR_OFF_AT_ZERO
 });
 
 pub(crate) static SPEC: StageSpec = StageSpec {
@@ -59,7 +58,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// A fixed pattern of thresholds.
 #[derive(Debug)]
 struct ThresholdMismatch {
     sigma: f32,

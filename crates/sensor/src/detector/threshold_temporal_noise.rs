@@ -18,16 +18,17 @@ use super::threshold_mismatch::MIN_THRESHOLD;
 use super::{PixelTerm, PixelTraits};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, Traits, WordSpec};
+use crate::{
+    Citation, Domain, LOG_OFF_AT_ZERO, NumberSpec, Parameter, StageSpec, Traits, WordSpec,
+};
 
 const SIGMA: Parameter = Parameter::Number(NumberSpec {
     name: "sigma",
     unit: "ln",
     range: (1e-4, 1.0),
     typical: Some((0.01, 0.1)),
-    default: Some(0.0),
     doc: "standard deviation of a threshold from event to event",
-    ..NumberSpec::LOG
+    ..LOG_OFF_AT_ZERO
 });
 
 const REDRAW: Parameter = Parameter::Word(WordSpec {
@@ -61,7 +62,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
 /// Beyond every normal value that is drawn: those of uniform values of 24 bits end at 5.8.
 const MAX_NORMAL: f32 = 6.0;
 
-/// Fresh thresholds for every event, or for every exposure.
 #[derive(Debug)]
 struct ThresholdTemporalNoise {
     sigma: f32,

@@ -7,7 +7,6 @@ use crate::natural_log::ln;
 use crate::tick::Tick;
 use evpose_cpu::vectorize;
 
-/// Divides the steps of one run.
 #[derive(Debug)]
 pub(crate) struct Divider {
     steps: Option<AdaptiveSteps>,
@@ -21,12 +20,10 @@ impl Divider {
         Self { steps: chain.steps, before: Vec::new(), light: Vec::new() }
     }
 
-    /// Goes on with the parameters of another chain.
     pub(crate) fn retune(&mut self, chain: &Chain) {
         self.steps = chain.steps;
     }
 
-    /// How many parts a step has.
     pub(crate) fn parts(&self, chain: &Chain, tick: &Tick, luminance: &[f32]) -> u32 {
         let Some(steps) = self.steps else { return 1 };
         // The first exposure has no light before it that could be divided.

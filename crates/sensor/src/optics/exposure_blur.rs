@@ -15,16 +15,15 @@ use evpose_core::StageNoise;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
-use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec};
+use crate::{Citation, Domain, LINEAR_OFF_AT_ZERO, NumberSpec, Parameter, StageSpec};
 use evpose_cpu::vectorize;
 
 const FRACTION: Parameter = Parameter::Number(NumberSpec {
     name: "fraction",
     range: (0.001, 1.0),
     typical: Some((0.1, 1.0)),
-    default: Some(0.0),
     doc: "part of the time between frames in which the shutter is open",
-    ..NumberSpec::LINEAR
+    ..LINEAR_OFF_AT_ZERO
 });
 
 pub(crate) static SPEC: StageSpec = StageSpec {

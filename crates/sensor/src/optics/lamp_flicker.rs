@@ -16,7 +16,10 @@ use evpose_core::StageNoise;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
-use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, WordSpec};
+use crate::{
+    Citation, Domain, LINEAR_OFF_AT_ZERO, LOG_OFF_AT_ZERO, NumberSpec, Parameter, StageSpec,
+    WordSpec,
+};
 use evpose_cpu::vectorize;
 
 const FREQUENCY: Parameter = Parameter::Number(NumberSpec {
@@ -32,18 +35,16 @@ const DEPTH: Parameter = Parameter::Number(NumberSpec {
     name: "depth",
     range: (0.001, 1.0),
     typical: Some((0.02, 0.5)),
-    default: Some(0.0),
     doc: "amplitude as a part of the mean",
-    ..NumberSpec::LOG
+    ..LOG_OFF_AT_ZERO
 });
 
 const PHASE: Parameter = Parameter::Number(NumberSpec {
     name: "phase_turns",
     unit: "turns",
     range: (0.0, 1.0),
-    default: Some(0.0),
     doc: "where in its period the lamp is at time zero",
-    ..NumberSpec::LINEAR
+    ..LINEAR_OFF_AT_ZERO
 });
 
 const WAVE: Parameter = Parameter::Word(WordSpec {
@@ -97,7 +98,6 @@ const PARTS_OF_PERIOD: f64 = 32.0;
 /// as long as a threshold and no more, which may cross it or not.
 const REMEMBERED: f64 = -0.9;
 
-/// A periodic factor.
 #[derive(Debug)]
 struct LampFlicker {
     frequency_hz: f64,

@@ -13,15 +13,14 @@ use evpose_core::{SensorSize, StageNoise};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PlaneStage, Stage};
 use crate::tick::Tick;
-use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, Traits};
+use crate::{Citation, Domain, LINEAR_OFF_AT_ZERO, NumberSpec, Parameter, StageSpec, Traits};
 
 const K: NumberSpec = NumberSpec {
     name: "k1",
     range: (-6.0, 6.0),
     typical: Some((-0.3, 0.1)),
-    default: Some(0.0),
     doc: "coefficient of r squared; negative for a barrel",
-    ..NumberSpec::LINEAR
+    ..LINEAR_OFF_AT_ZERO
 };
 
 const K1: Parameter = Parameter::Number(K);
@@ -73,7 +72,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
 /// Iterations of the inverse: the correction shrinks by the distortion itself each time.
 const ITERATIONS: usize = 30;
 
-/// A fixed warp.
 #[derive(Debug)]
 struct LensDistortion {
     k1: f64,

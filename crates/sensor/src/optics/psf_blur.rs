@@ -14,16 +14,15 @@ use crate::blur::Gaussian;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PlaneStage, Stage};
 use crate::tick::Tick;
-use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, Traits};
+use crate::{Citation, Domain, LOG_OFF_AT_ZERO, NumberSpec, Parameter, StageSpec, Traits};
 
 const SIGMA: Parameter = Parameter::Number(NumberSpec {
     name: "sigma_px",
     unit: "px",
     range: (0.1, 10.0),
     typical: Some((0.3, 2.0)),
-    default: Some(0.0),
     doc: "standard deviation of the point spread function",
-    ..NumberSpec::LOG
+    ..LOG_OFF_AT_ZERO
 });
 
 pub(crate) static SPEC: StageSpec = StageSpec {
@@ -48,7 +47,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// Convolution with a Gaussian.
 #[derive(Debug)]
 struct PsfBlur {
     spread: Gaussian,

@@ -11,16 +11,15 @@ use evpose_core::{SensorSize, StageNoise};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PlaneStage, Stage};
 use crate::tick::Tick;
-use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, Traits};
+use crate::{Citation, Domain, LOG_OFF_AT_ZERO, NumberSpec, Parameter, StageSpec, Traits};
 use evpose_cpu::vectorize;
 
 const FRACTION: Parameter = Parameter::Number(NumberSpec {
     name: "fraction",
     range: (1e-4, 1.0),
     typical: Some((0.01, 0.1)),
-    default: Some(0.0),
     doc: "part of the light that goes everywhere",
-    ..NumberSpec::LOG
+    ..LOG_OFF_AT_ZERO
 });
 
 pub(crate) static SPEC: StageSpec = StageSpec {
@@ -47,7 +46,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// An even veil.
 #[derive(Debug)]
 struct VeilingGlare {
     fraction: f32,

@@ -13,7 +13,7 @@ use evpose_core::{SensorSize, StageNoise};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PlaneStage, Stage};
 use crate::tick::Tick;
-use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, Traits};
+use crate::{Citation, Domain, LOG_OFF_AT_ZERO, NumberSpec, Parameter, StageSpec, Traits};
 use evpose_cpu::vectorize;
 
 const CORNER: Parameter = Parameter::Number(NumberSpec {
@@ -21,9 +21,8 @@ const CORNER: Parameter = Parameter::Number(NumberSpec {
     unit: "deg",
     range: (0.1, 80.0),
     typical: Some((5.0, 40.0)),
-    default: Some(0.0),
     doc: "angle between the optical axis and the ray to a corner",
-    ..NumberSpec::LOG
+    ..LOG_OFF_AT_ZERO
 });
 
 pub(crate) static SPEC: StageSpec = StageSpec {
@@ -50,7 +49,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// A fixed pattern of factors.
 #[derive(Debug)]
 struct Vignetting {
     corner_tan: f64,

@@ -12,7 +12,7 @@ use evpose_core::StageNoise;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
-use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec};
+use crate::{Citation, Domain, LOG_OFF_AT_ZERO, NumberSpec, Parameter, StageSpec};
 use evpose_cpu::vectorize;
 
 const CURRENT: Parameter = Parameter::Number(NumberSpec {
@@ -20,9 +20,8 @@ const CURRENT: Parameter = Parameter::Number(NumberSpec {
     unit: "white",
     range: (1e-7, 1.0),
     typical: Some((1e-4, 1e-2)),
-    default: Some(0.0),
     doc: "current without light, relative to the photocurrent of white",
-    ..NumberSpec::LOG
+    ..LOG_OFF_AT_ZERO
 });
 
 pub(crate) static SPEC: StageSpec = StageSpec {
@@ -45,7 +44,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// A constant.
 #[derive(Debug)]
 struct DarkCurrent {
     current: f32,

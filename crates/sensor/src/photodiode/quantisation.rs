@@ -47,7 +47,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
 /// processor can do on vectors.
 const ROUNDER: f32 = 12_582_912.0;
 
-/// Rounding to equal steps.
 #[derive(Debug)]
 struct Quantisation {
     levels: f32,

@@ -67,7 +67,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
 /// Slope of the argument of the hyperbolic sine, from v2e.
 const STEEPNESS: f32 = 0.7;
 
-/// A memory that fades.
 #[derive(Debug)]
 struct AdaptiveHighpass {
     tau_s: f64,

@@ -15,16 +15,15 @@ use crate::blur::Gaussian;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PlaneStage, Stage};
 use crate::tick::Tick;
-use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec};
+use crate::{Citation, Domain, LINEAR_OFF_AT_ZERO, NumberSpec, Parameter, StageSpec};
 use evpose_cpu::vectorize;
 
 const COUPLING: Parameter = Parameter::Number(NumberSpec {
     name: "coupling",
     range: (-2.0, 1.0),
     typical: Some((-0.5, 0.5)),
-    default: Some(0.0),
     doc: "part of the difference from the surround that is taken away; negative adds to it",
-    ..NumberSpec::LINEAR
+    ..LINEAR_OFF_AT_ZERO
 });
 
 const RADIUS: Parameter = Parameter::Number(NumberSpec {
@@ -40,9 +39,8 @@ const SURROUND: Parameter = Parameter::Number(NumberSpec {
     name: "surround",
     range: (0.0, 1.0),
     typical: Some((0.0, 1.0)),
-    default: Some(0.0),
     doc: "part of the surround that is subtracted",
-    ..NumberSpec::LINEAR
+    ..LINEAR_OFF_AT_ZERO
 });
 
 pub(crate) static SPEC: StageSpec = StageSpec {
@@ -72,7 +70,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// A difference from the surround.
 #[derive(Debug)]
 struct LateralCoupling {
     coupling: f32,

@@ -44,10 +44,8 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// Code value of white.
 const WHITE_CODE: f32 = 255.0;
 
-/// A line and a logarithm.
 #[derive(Debug)]
 struct LinLog {
     knee: f32,

@@ -25,7 +25,7 @@ use crate::natural_log::ln;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
-use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, WordSpec};
+use crate::{Citation, Domain, LOG_OFF_AT_ZERO, NumberSpec, Parameter, StageSpec, WordSpec};
 use evpose_cpu::vectorize;
 
 const CUTOFF: Parameter = Parameter::Number(NumberSpec {
@@ -43,9 +43,8 @@ pub(super) const DARK_LIGHT: Parameter = Parameter::Number(NumberSpec {
     unit: "white",
     range: (1e-6, 1.0),
     typical: Some((1e-3, 0.1)),
-    default: Some(0.0),
     doc: "light that the bandwidth in the dark amounts to",
-    ..NumberSpec::LOG
+    ..LOG_OFF_AT_ZERO
 });
 
 const LIGHT: Parameter = Parameter::Word(WordSpec {
@@ -95,7 +94,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// A pole that moves with light.
 #[derive(Debug)]
 struct PhotoreceptorLowpass {
     cutoff_hz: f64,
@@ -112,7 +110,6 @@ fn reciprocal(x: f32) -> f32 {
 }
 
 impl PhotoreceptorLowpass {
-    /// Whether the whole circuit is simulated.
     fn follows_circuit(&self) -> bool {
         self.is_large && self.depends_on_light && !self.is_euler
     }

@@ -18,7 +18,7 @@ use crate::gaussian::{PIECE, fill_normal};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::{Block, PixelStage, Stage};
 use crate::tick::Tick;
-use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec};
+use crate::{Citation, Domain, LOG_OFF_AT_ZERO, NumberSpec, Parameter, StageSpec};
 use evpose_cpu::vectorize;
 
 const SIGMA: Parameter = Parameter::Number(NumberSpec {
@@ -26,9 +26,8 @@ const SIGMA: Parameter = Parameter::Number(NumberSpec {
     unit: "ln",
     range: (1e-4, 2.0),
     typical: Some((0.02, 0.2)),
-    default: Some(0.0),
     doc: "standard deviation of the voltage",
-    ..NumberSpec::LOG
+    ..LOG_OFF_AT_ZERO
 });
 
 const CUTOFF: Parameter = Parameter::Number(NumberSpec {
@@ -71,7 +70,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// Coloured noise.
 #[derive(Debug)]
 struct PhotoreceptorNoise {
     sigma: f32,

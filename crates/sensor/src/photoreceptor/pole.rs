@@ -7,7 +7,6 @@
 
 use crate::exponential::decay;
 
-/// Coefficients of a pole for one step.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Pole {
     /// `e^-a`.

@@ -48,7 +48,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     },
 };
 
-/// A fixed pole.
 #[derive(Debug)]
 struct SourceFollower {
     cutoff_hz: f64,

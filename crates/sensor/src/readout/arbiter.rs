@@ -17,7 +17,9 @@ use evpose_core::SensorSize;
 use super::{Readout, RowTimes, WAITING, Waiting};
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
-use crate::{Citation, Domain, NumberSpec, Parameter, Request, StageSpec, WordSpec};
+use crate::{
+    Citation, Domain, LOG_OFF_AT_ZERO, NumberSpec, Parameter, Request, StageSpec, WordSpec,
+};
 
 const RATE: Parameter = Parameter::Number(NumberSpec {
     name: "rate_hz",
@@ -33,9 +35,8 @@ const ROW: Parameter = Parameter::Number(NumberSpec {
     unit: "ns",
     range: (1.0, 1e5),
     typical: Some((10.0, 500.0)),
-    default: Some(0.0),
     doc: "time to go over to another row, or to select one",
-    ..NumberSpec::LOG
+    ..LOG_OFF_AT_ZERO
 });
 
 const MAX_WAIT: Parameter = Parameter::Number(NumberSpec {

@@ -16,7 +16,9 @@ use crate::clock::ClockStage;
 use crate::signature::{Probe, Signature, Strength};
 use crate::stage::Stage;
 use crate::tick::Tick;
-use crate::{Citation, Domain, NumberSpec, Parameter, StageSpec, Traits, WordSpec};
+use crate::{
+    Citation, Domain, LINEAR_OFF_AT_ZERO, NumberSpec, Parameter, StageSpec, Traits, WordSpec,
+};
 
 const RATE: Parameter = Parameter::Number(NumberSpec {
     name: "rate_hz",
@@ -41,9 +43,8 @@ const PHASE: Parameter = Parameter::Number(NumberSpec {
     name: "phase_us",
     unit: "us",
     range: (0.0, 1e6),
-    default: Some(0.0),
     doc: "time at which the first window begins",
-    ..NumberSpec::LINEAR
+    ..LINEAR_OFF_AT_ZERO
 });
 
 const DROP: Parameter = Parameter::Word(WordSpec {

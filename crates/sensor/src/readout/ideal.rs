@@ -34,7 +34,6 @@ pub(crate) static SPEC: StageSpec = StageSpec {
     build: |_| Ok(Stage::Readout(Box::new(Ideal))),
 };
 
-/// No queue.
 #[derive(Debug)]
 pub(crate) struct Ideal;
 

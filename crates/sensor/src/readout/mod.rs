@@ -41,7 +41,6 @@ pub(crate) const WAITING: Parameter = Parameter::Word(WordSpec {
 });
 
 impl Waiting {
-    /// The one that was chosen.
     pub(crate) fn from_settings(settings: &Settings) -> Self {
         match settings.word(&WAITING) {
             Some("kept") => Self::Kept,
@@ -92,7 +91,6 @@ pub trait Readout: Send + Sync + Debug {
     fn acknowledge(&self, request: &Request, size: SensorSize, state: &mut [f64]) -> Option<f64>;
 }
 
-/// A readout at work.
 #[derive(Debug)]
 pub(crate) struct Service<'a> {
     readout: &'a dyn Readout,
@@ -101,7 +99,6 @@ pub(crate) struct Service<'a> {
     memory: &'a mut ReadoutMemory,
 }
 
-/// State of a readout.
 #[derive(Debug)]
 pub(crate) struct ReadoutMemory {
     state: Vec<f64>,
@@ -133,7 +130,6 @@ impl<'a> Service<'a> {
         self.readout.acknowledge(request, self.size, &mut self.memory.state)
     }
 
-    /// Whether requests wait for the turn of their row.
     pub(crate) fn reads_rows(&self) -> bool {
         self.row_times.is_some()
     }

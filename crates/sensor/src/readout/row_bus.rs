@@ -43,7 +43,6 @@ pub(crate) enum Turn {
 pub(crate) struct RowBus<T> {
     /// As of the last request.
     times: RowTimes,
-    /// Rows in which requests wait.
     rows: BTreeMap<u32, Vec<(Request, T)>>,
     /// When a row is selected next; nothing where the bus is free.
     selects_s: Option<f64>,
@@ -52,7 +51,6 @@ pub(crate) struct RowBus<T> {
 }
 
 impl<T> RowBus<T> {
-    /// A free bus.
     pub(crate) fn new() -> Self {
         let times = RowTimes { row_s: 0.0, event_s: 0.0, max_wait_s: f64::INFINITY };
         Self { times, rows: BTreeMap::new(), selects_s: None, row: None }

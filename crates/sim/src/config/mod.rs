@@ -13,7 +13,6 @@ use serde::{Deserialize, Serialize};
 pub use appearance::{BackgroundConfig, BackgroundSource, LightConfig, SkinConfig, SkinSource};
 pub use body::{BodySource, HandModelConfig, Hands, MotionSource};
 pub use sensor::SensorChoice;
-pub(crate) use sensor::with_threshold_offset;
 
 use crate::SimError;
 use crate::randomisation::{Randomised, RandomisedTask};

@@ -30,22 +30,19 @@ impl SensorChoice {
             Self::Chain(config) => Ok(config.clone()),
         }
     }
-}
 
-/// Builds the sensor with `offset` added to every contrast threshold, in natural-log intensity.
-pub(crate) fn with_threshold_offset(
-    sensor: &SensorConfig,
-    offset: f64,
-) -> Result<SensorModel, SensorError> {
-    let mut config = sensor.clone();
-    for effect in &mut config.effects {
-        for (key, value) in &mut effect.params {
-            if let ("threshold_on" | "threshold_off", Value::Number(threshold)) =
-                (key.as_str(), value)
-            {
-                *threshold += offset;
+    /// The sensor with `offset` added to every contrast threshold, in natural-log intensity.
+    pub(crate) fn model(&self, offset: f64) -> Result<SensorModel, SensorError> {
+        let mut config = self.resolve()?;
+        for effect in &mut config.effects {
+            for (key, value) in &mut effect.params {
+                if let ("threshold_on" | "threshold_off", Value::Number(threshold)) =
+                    (key.as_str(), value)
+                {
+                    *threshold += offset;
+                }
             }
         }
+        SensorModel::from_config(&config)
     }
-    SensorModel::from_config(&config)
 }

@@ -130,7 +130,6 @@ impl SimulationConfig {
 }
 
 impl LightConfig {
-    /// Checks every field.
     pub(crate) fn validate(&self) -> Result<(), SimError> {
         for (field, colour) in [
             ("lights.first", self.first),

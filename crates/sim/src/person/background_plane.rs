@@ -36,7 +36,6 @@ pub(super) struct BackgroundPlane {
     image: LuminanceImage,
     /// Lower left corner of the image on the plane, in metres.
     corner_m: Vec2,
-    /// Size of the image on the plane, in metres.
     size_m: Vec2,
     distractors: Vec<Distractor>,
     /// Bounding rectangle of the distractors in the last frame.
@@ -127,9 +126,8 @@ impl BackgroundPlane {
         t_s: f32,
         placement: &LookAt,
         pinhole: &Pinhole,
-        size_px: [usize; 2],
+        whole: PixelRect,
     ) -> PixelRect {
-        let whole = PixelRect { left: 0, top: 0, right: size_px[0], bottom: size_px[1] };
         let has_moved = self.last_placement != Some(*placement);
         self.last_placement = Some(*placement);
         let Some(bounds) = self.distractor_bounds(t_s, placement, pinhole, whole) else {
@@ -182,22 +180,12 @@ impl BackgroundPlane {
         rect: PixelRect,
         frame: &mut Plane<f32>,
     ) {
-        let rays = Rays::new(self.z_m, placement, pinhole);
-        let distractors: Vec<(&Distractor, Vec2)> =
-            self.distractors.iter().map(|one| (one, one.centre_m(t_s))).collect();
-        for y in rect.top..rect.bottom {
-            let row = &mut frame.row_mut(y)[rect.left..rect.right];
-            for (x, pixel) in (rect.left..).zip(row) {
-                let point_m = rays.point_m(Vec2::new(x as f32 + 0.5, y as f32 + 0.5));
-                // The first distractor of the list is the nearest one.
-                let covering =
-                    distractors.iter().find_map(|(one, centre_m)| one.sample(point_m, *centre_m));
-                *pixel = covering.unwrap_or_else(|| {
-                    let uv = (point_m - self.corner_m) / self.size_m;
-                    self.image.sample(Vec2::new(uv.x, 1.0 - uv.y))
-                });
-            }
-        }
+        self.paint_pixels(t_s, placement, pinhole, rect, frame, |point_m, covering, _| {
+            covering.unwrap_or_else(|| {
+                let uv = (point_m - self.corner_m) / self.size_m;
+                self.image.sample(Vec2::new(uv.x, 1.0 - uv.y))
+            })
+        });
     }
 
     /// Paints the objects of the plane over a frame.
@@ -206,22 +194,38 @@ impl BackgroundPlane {
         t_s: f32,
         placement: &LookAt,
         pinhole: &Pinhole,
+        whole: PixelRect,
         frame: &mut Plane<f32>,
     ) {
-        let whole = PixelRect { left: 0, top: 0, right: frame.width(), bottom: frame.height() };
+        let rect = self.distractor_bounds(t_s, placement, pinhole, whole).unwrap_or(whole);
+        self.paint_pixels(t_s, placement, pinhole, rect, frame, |_, covering, behind| {
+            covering.unwrap_or(behind)
+        });
+    }
+
+    /// Paints `colour` of the point of the plane, of what covers it, and of what was there.
+    fn paint_pixels(
+        &self,
+        t_s: f32,
+        placement: &LookAt,
+        pinhole: &Pinhole,
+        rect: PixelRect,
+        frame: &mut Plane<f32>,
+        colour: impl Fn(Vec2, Option<f32>, f32) -> f32,
+    ) {
         // What the rays of a frame share is computed once.
         let rays = Rays::new(self.z_m, placement, pinhole);
-        let rect = self.distractor_bounds(t_s, placement, pinhole, whole).unwrap_or(whole);
+        let distractors: Vec<(&Distractor, Vec2)> =
+            self.distractors.iter().map(|one| (one, one.centre_m(t_s))).collect();
         for y in rect.top..rect.bottom {
             let row = &mut frame.row_mut(y)[rect.left..rect.right];
             for (x, pixel) in (rect.left..).zip(row) {
                 // Centres of pixels lie at halves.
                 let point_m = rays.point_m(Vec2::new(x as f32 + 0.5, y as f32 + 0.5));
+                // The first distractor of the list is the nearest one.
                 let covering =
-                    self.distractors.iter().find_map(|one| one.sample(point_m, one.centre_m(t_s)));
-                if let Some(value) = covering {
-                    *pixel = value;
-                }
+                    distractors.iter().find_map(|(one, centre_m)| one.sample(point_m, *centre_m));
+                *pixel = colour(point_m, covering, *pixel);
             }
         }
     }

@@ -10,7 +10,6 @@ const SHAKE_HZ: [f32; 3] = [0.31, 0.83, 1.9];
 /// Translation per radian of rotation, in metres: the length of an arm.
 const ASIDE_M: f32 = 0.6;
 
-/// Trajectory of a camera.
 #[derive(Debug, Clone)]
 pub(super) struct CameraPath {
     at_rest: LookAt,
@@ -69,12 +68,10 @@ impl CameraPath {
         (Self { at_rest, amplitudes, phases }, pinhole)
     }
 
-    /// Camera pose without shake.
     pub(super) fn at_rest(&self) -> &LookAt {
         &self.at_rest
     }
 
-    /// Whether the camera stands still.
     pub(super) fn is_at_rest(&self) -> bool {
         self.amplitudes == [0.0; 3]
     }
@@ -107,7 +104,6 @@ impl CameraPath {
     }
 }
 
-/// How a person is placed on the image.
 struct View {
     /// Height of the whole person in pixels.
     person_px: f32,

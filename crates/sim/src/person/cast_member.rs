@@ -3,7 +3,7 @@
 use evpose_body::activity::{Activity, Performance};
 use evpose_body::mocap::Capture;
 use evpose_body::{PosedBody, ShapedBody};
-use evpose_core::{CounterRng, Plane, SensorSize};
+use evpose_core::{CounterRng, Plane};
 use glam::{Vec3, Vec3A};
 
 use super::config::PeopleConfig;
@@ -14,7 +14,6 @@ use crate::raster::{Camera, Mesh, PixelRect};
 use crate::scene::{Backdrop, FrameResponse, Lighting, Renderer, Scene};
 use crate::texture::paint_clothes;
 
-/// The streams of a person's random draws.
 pub(super) struct MemberStreams {
     pub(super) shape: CounterRng,
     pub(super) activity: CounterRng,
@@ -23,14 +22,12 @@ pub(super) struct MemberStreams {
     pub(super) capture: CounterRng,
 }
 
-/// How a person moves.
 #[derive(Debug)]
 enum Movement {
     Activity(Box<Performance>),
     Captured(Capture),
 }
 
-/// A person with an activity at a place.
 #[derive(Debug)]
 pub(super) struct CastMember {
     body: BodyChoice,
@@ -91,7 +88,6 @@ impl CastMember {
         })
     }
 
-    /// Name of the captured motion, if it is one.
     pub(super) fn captured(&self) -> Option<&str> {
         match &self.movement {
             Movement::Captured(capture) => Some(capture.name()),
@@ -151,6 +147,7 @@ impl CastMember {
         let body = shared.body(self.body);
         let renderer = self.renderer.as_mut().expect("dressed before it is rendered");
         renderer.set_camera(camera);
+        // Before a background at rest nothing is to be painted, which is most of the time.
         if !rect.is_empty() {
             renderer.repaint(rect, paint);
         }
@@ -166,10 +163,4 @@ impl CastMember {
     pub(super) fn joints_m(&self) -> BodyJoints3 {
         joints_m(&self.posed)
     }
-}
-
-/// The whole image.
-pub(super) fn whole_image(sensor: SensorSize) -> PixelRect {
-    let (right, bottom) = (usize::from(sensor.width), usize::from(sensor.height));
-    PixelRect { left: 0, top: 0, right, bottom }
 }

@@ -27,7 +27,6 @@ const CROP: [f32; 2] = [0.2, 0.6];
 /// Probability that an object before people does not move, as furniture.
 const AT_REST: f32 = 0.6;
 
-/// An object that moves before the background plane.
 #[derive(Debug, Clone)]
 pub(super) struct Distractor {
     image: LuminanceImage,

@@ -16,7 +16,6 @@ const SMPL: [usize; BODY_JOINTS] = [15, 16, 17, 18, 19, 20, 21, 1, 2, 4, 5, 7, 8
 /// a box around the head.
 const HEAD_M: Vec3 = Vec3::new(0.0, 0.085, 0.03);
 
-/// The joints of a posed body.
 pub(super) fn joints_m(posed: &PosedBody) -> BodyJoints3 {
     let mut joints_m = SMPL.map(|joint| Vec3::from(posed.joints[joint].translation));
     joints_m[0] = posed.joints[SMPL[0]].transform_point3(HEAD_M);

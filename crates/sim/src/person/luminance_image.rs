@@ -25,7 +25,6 @@ impl LuminancePool {
         Self { pool, gamma, planes }
     }
 
-    /// A uniformly drawn image.
     pub(super) fn draw(&self, rng: &mut CounterRng) -> Arc<Plane<f32>> {
         Arc::clone(self.image(rng.below(self.planes.len())))
     }
@@ -63,12 +62,10 @@ pub(super) fn encoded(luminance: f32, gamma: f32) -> u8 {
 #[derive(Debug, Clone)]
 pub(super) struct LuminanceImage {
     pub(super) values: Arc<Plane<f32>>,
-    /// Factor on all values.
     pub(super) level: f32,
 }
 
 impl LuminanceImage {
-    /// One value everywhere.
     pub(super) fn uniform(value: f32) -> Self {
         Self { values: Arc::new(Plane::filled(1, 1, value)), level: 1.0 }
     }

@@ -38,7 +38,6 @@ pub struct PoseTable {
 const COLUMNS: [&str; 5] = ["u_px", "v_px", "x_m", "y_m", "z_m"];
 
 impl PoseTable {
-    /// Header line.
     fn header() -> String {
         let joints =
             JOINT_NAMES.iter().flat_map(|name| COLUMNS.map(|column| format!(",{name}_{column}")));

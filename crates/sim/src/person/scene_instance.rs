@@ -9,12 +9,12 @@ use glam::{Affine3A, DAffine3, DVec2, Vec2, Vec3};
 
 use super::background_plane::BackgroundPlane;
 use super::camera_path::CameraPath;
-use super::cast_member::{CastMember, MemberStreams, whole_image};
+use super::cast_member::{CastMember, MemberStreams};
 use super::config::{Framing, PeopleConfig};
 use super::joints::{BodyJoints3, joints_px};
 use super::shared::Shared;
 use crate::SimError;
-use crate::raster::Camera;
+use crate::raster::{Camera, PixelRect};
 
 /// Distance of the near plane in metres; no camera is drawn that close to a person.
 const NEAR_M: f32 = 0.1;
@@ -143,8 +143,8 @@ impl SceneInstance {
         let placement: LookAt = self.path.at(t_s);
         let sensor = self.camera.sensor();
         self.camera = Camera::new(sensor, self.pinhole, &placement, NEAR_M);
-        let size_px = [usize::from(sensor.width), usize::from(sensor.height)];
-        let changed = self.background.dirty_rect(t_s, &placement, &self.pinhole, size_px);
+        let whole = PixelRect::whole(sensor);
+        let changed = self.background.dirty_rect(t_s, &placement, &self.pinhole, whole);
         let (background, pinhole, camera) = (&self.background, &self.pinhole, self.camera);
         let mut cast: Vec<&mut CastMember> = self.companions.iter_mut().collect();
         for one in &mut cast {
@@ -163,7 +163,7 @@ impl SceneInstance {
                 }),
                 Some(behind) => {
                     let copy = |frame: &mut Plane<f32>| frame.clone_from(behind);
-                    one.render(shared, camera, whole_image(sensor), copy)
+                    one.render(shared, camera, whole, copy)
                 }
             });
         }
@@ -172,13 +172,12 @@ impl SceneInstance {
             (Some(seen), Some(_)) => self.luminance.clone_from(seen),
             (None, _) => {
                 // Nobody was rendered: no frame holds the background of the step before.
-                let all = whole_image(sensor);
-                background.paint(t_s, &placement, pinhole, all, &mut self.luminance);
+                background.paint(t_s, &placement, pinhole, whole, &mut self.luminance);
             }
         }
         if let Some(foreground) = &self.foreground {
             // Nearest of all, so that it comes last.
-            foreground.cover(t_s, &placement, pinhole, &mut self.luminance);
+            foreground.cover(t_s, &placement, pinhole, whole, &mut self.luminance);
         }
         &self.luminance
     }

@@ -3,13 +3,11 @@
 use evpose_body::mocap::MotionLibrary;
 use evpose_body::{BodyModel, MakeHuman, ShapedBody};
 use evpose_core::CounterRng;
-use evpose_sensor::SensorModel;
 use glam::Vec2;
 
 use super::config::PeopleConfig;
 use super::luminance_image::LuminancePool;
 use crate::SimError;
-use crate::config::with_threshold_offset;
 use crate::randomisation::Randomisation;
 use crate::raster::is_closed;
 use crate::texture::metres_per_texture;
@@ -33,7 +31,6 @@ pub(super) struct Shared {
     pub(super) randomisation: Option<Randomisation>,
 }
 
-/// A body with its outfits.
 #[derive(Debug)]
 pub(super) struct DressedBody {
     pub(super) model: BodyModel,
@@ -44,7 +41,6 @@ pub(super) struct DressedBody {
     pub(super) metres_per_texture: Vec2,
 }
 
-/// A body of a run, in one of its outfits.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct BodyChoice {
     /// Place among the bodies; none for MakeHuman's.
@@ -99,7 +95,6 @@ impl Shared {
         BodyChoice { body: None, outfit: usize::from(has_hair) + 2 * usize::from(has_skirt) }
     }
 
-    /// The body that was drawn.
     pub(super) fn body(&self, choice: BodyChoice) -> &DressedBody {
         let own = choice.body.map(|body| &self.bodies[body]).or(self.makehuman.as_ref());
         own.unwrap_or(&self.bodies[0])
@@ -111,9 +106,4 @@ impl Shared {
         let (low, high) = heights.fold((f32::MAX, f32::MIN), |(l, h), y| (l.min(y), h.max(y)));
         high - low
     }
-}
-
-/// The sensor of a configuration with `offset` added to every contrast threshold.
-pub(super) fn sensor_model(config: &PeopleConfig, offset: f64) -> Result<SensorModel, SimError> {
-    Ok(with_threshold_offset(&config.sensor.resolve()?, offset)?)
 }

@@ -11,10 +11,9 @@ use glam::Vec3;
 use super::config::PeopleConfig;
 use super::joints::BodyJoints3;
 use super::scene_instance::SceneInstance;
-use super::shared::{Shared, sensor_model};
+use super::shared::Shared;
 use crate::{RecordingTime, SimError};
 
-/// Key of the random streams of sequences.
 pub(super) const SEQUENCE_STREAM: &str = "people sequence";
 
 /// Simulator of one sequence of a person, advanced one step at a time.
@@ -56,9 +55,12 @@ impl PersonSimulator {
         let config = shared.config_of(seed, scene_and_camera.0)?;
         let seconds = config.seconds as f32;
         let scene = SceneInstance::draw(&shared, &config, seed, scene_and_camera, seconds)?;
+        // By sequence, not by scene: cameras of one scene differ as two of one make do.
         let normal = CounterRng::new(seed, "person threshold", index).normal();
         let threshold_offset = config.threshold_sd * f64::from(normal);
-        let sensor = sensor_model(&config, threshold_offset)?
+        let sensor = config
+            .sensor
+            .model(threshold_offset)?
             .start(config.sensor_size, seed_for(seed, "person sensor", index));
         let luminance = Plane::for_sensor(config.sensor_size, 0.0);
         let time = RecordingTime::default();

@@ -5,7 +5,6 @@ use evpose_cpu::{Kernel8, LANES_8, Lanes8, dispatch};
 use super::Raster;
 use super::triangle::pack_xy;
 
-/// Pixels covered by a face.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct CoveredPixels {
     /// Packed positions; allocated for the whole image, so that they never grow.
@@ -28,7 +27,6 @@ impl CoveredPixels {
         self.triangles[behind].fill(0);
     }
 
-    /// Number of covered pixels.
     pub(crate) fn count(&self) -> usize {
         self.count
     }

@@ -36,7 +36,6 @@ pub(super) struct Eight {
 /// Corners of eight triangles on screen.
 pub(super) type EightCorners<'a> = [&'a [i32; 4]; LANES_8];
 
-/// Corners of eight triangles.
 #[derive(Clone, Copy)]
 struct Corner<L: Lanes8> {
     x: L::I,

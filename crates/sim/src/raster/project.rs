@@ -62,7 +62,6 @@ impl ScreenVertex {
     }
 }
 
-/// Image extent of a projected mesh.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Extent {
     /// Pixels whose centres the mesh can cover.

@@ -223,7 +223,6 @@ impl Kernel8 for DrawFaces<'_> {
     }
 }
 
-/// One corner of each of eight faces.
 #[inline(always)]
 fn corners<'a>(
     screen: &'a [ScreenVertex],

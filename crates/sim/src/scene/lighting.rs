@@ -74,7 +74,6 @@ impl DirectionalLight {
     }
 }
 
-/// One channel of the sum of both lights and the ambient light.
 #[inline(always)]
 fn sum<L: Lanes8>(l: L, shares: [L::F; 2], colours: [f32; 2], ambient: f32) -> L::F {
     let of_first = l.mul(shares[0], l.splat(colours[0]));

@@ -32,7 +32,6 @@ pub struct Renderer {
     scene: Scene,
     /// Whether the meshes are closed, see [`is_closed`](crate::raster::is_closed).
     closed: bool,
-    /// Factor on all luminance.
     light_level: f32,
     raster: Raster,
     shader: Shader,

@@ -35,6 +35,7 @@ impl FileDigest {
         let path = directory.join(name);
         let failed = |source| SimError::file(&path, "read", source);
         let mut file = File::open(&path).map_err(failed)?;
+        // Chunk by chunk: a recording of an hour does not fit into memory.
         let (mut hasher, mut chunk) = (Sha256::new(), vec![0; CHUNK]);
         loop {
             match file.read(&mut chunk).map_err(failed)? {

@@ -40,6 +40,7 @@ impl SequenceSet {
 pub(super) fn read(path: &Path) -> Result<Vec<FileDigest>, SimError> {
     let text =
         std::fs::read_to_string(path).map_err(|source| SimError::file(path, "read", source))?;
+    // A name that is cut short could be that of another file.
     if !text.is_empty() && !text.ends_with('\n') {
         let (path, line) = (path.to_owned(), text.lines().count());
         return Err(SimError::Manifest { path, line, reason: "cut off: no line feed at its end" });

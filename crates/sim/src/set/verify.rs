@@ -69,15 +69,15 @@ pub fn verify(directory: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Verif
         let directory = directory.to_owned();
         return Err(SimError::Damaged { directory, files: expected.len(), faults });
     }
+    let size = |digest: &FileDigest| Some(directory.join(&digest.name).metadata().ok()?.len());
     Ok(Verified {
         files: expected.len(),
-        bytes: bytes_of(directory, expected.iter().map(|digest| digest.name.as_str())),
+        bytes: expected.iter().filter_map(size).sum(),
         finished,
         leftovers: names.iter().filter(|name| temporary_target(name).is_some()).count(),
     })
 }
 
-/// Compares one file with its digest.
 fn fault(
     directory: &Path,
     expected: &FileDigest,
@@ -89,11 +89,6 @@ fn fault(
     }
     let actual = FileDigest::compute(directory, &expected.name, progress)?;
     Ok((actual != *expected).then_some(DigestMismatch { path, kind: MismatchKind::Changed }))
-}
-
-/// Total size of the files that exist.
-fn bytes_of<'a>(directory: &Path, names: impl Iterator<Item = &'a str>) -> u64 {
-    names.filter_map(|name| Some(directory.join(name).metadata().ok()?.len())).sum()
 }
 
 /// Whether a file is one of a sequence, `0007.evc`: a set's own files, as `config.toml`, are not listed.

@@ -15,7 +15,6 @@ use super::noise::fractal_noise;
 /// Texels along the body and around it.
 const SIZE: (usize, usize) = (512, 256);
 
-/// Pattern of a fabric.
 #[derive(Debug, Clone, Copy)]
 enum Pattern {
     Plain,
@@ -70,7 +69,6 @@ impl Fabric {
     }
 }
 
-/// Clothes, skin and hair of a person.
 #[derive(Debug, Clone, Copy)]
 struct Outfit {
     skin: Vec3A,
@@ -85,7 +83,6 @@ struct Outfit {
     trousers_from: f32,
     /// Depth of the neckline, as u.
     neckline: f32,
-    /// Colour of a print on the chest.
     print: Option<Vec3A>,
     /// Colour under an open jacket.
     inner: Option<Vec3A>,

@@ -10,7 +10,6 @@ use super::canvas::random_colour;
 use super::noise::fractal_noise;
 use crate::config::SkinConfig;
 
-/// A band around the limb.
 #[derive(Debug, Clone, Copy)]
 struct Band {
     /// Both ends, along the limb.

@@ -18,7 +18,6 @@ use evpose_core::CounterRng;
 use super::Texture;
 use crate::SimError;
 
-/// Texels along each side.
 const TEXELS: usize = 1024;
 /// Values of a texture: three channels per texel.
 const VALUES: usize = 3 * TEXELS * TEXELS;

@@ -53,7 +53,6 @@ impl ImagePool {
     }
 }
 
-/// Paths of the image files of a folder, sorted by name.
 fn image_files(folder: &Path) -> Result<Vec<PathBuf>, SimError> {
     let unreadable = |source| SimError::Folder { path: folder.to_owned(), source };
     let mut paths = Vec::new();

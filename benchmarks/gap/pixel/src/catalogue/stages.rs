@@ -11,6 +11,10 @@ fn effect(name: &'static str, stage: CameraStage, parameters: Vec<Parameter>) ->
     Term { name, kind: TermKind::Effect, stage, parameters }
 }
 
+fn parameter(name: &'static str, stage: CameraStage, parameters: Vec<Parameter>) -> Term {
+    Term { name, kind: TermKind::Parameter, stage, parameters }
+}
+
 fn value(name: &'static str, value: f64, unit: &'static str) -> Parameter {
     Parameter { name, value, unit }
 }
@@ -126,12 +130,8 @@ pub(super) fn detector(circuit: &Circuit, nominal: &Nominal, terms: &mut Vec<Ter
         None => {}
     }
     if differ(on, nominal.c_on) || differ(off, nominal.c_off) {
-        terms.push(Term {
-            name: "threshold_offset",
-            kind: TermKind::Parameter,
-            stage: CameraStage::Detector,
-            parameters: vec![value("C_on", on, "ln"), value("C_off", off, "ln")],
-        });
+        let parameters = vec![value("C_on", on, "ln"), value("C_off", off, "ln")];
+        terms.push(parameter("threshold_offset", CameraStage::Detector, parameters));
     }
 }
 
@@ -147,15 +147,11 @@ pub(super) fn background(circuit: &Circuit, nominal: &Nominal, terms: &mut Vec<T
     if differ(background.on_hz, nominal.noise_on_hz)
         || differ(background.off_hz, nominal.noise_off_hz)
     {
-        terms.push(Term {
-            name: "uniform_noise",
-            kind: TermKind::Parameter,
-            stage: CameraStage::Background,
-            parameters: vec![
-                value("rate_on", background.on_hz, "Hz"),
-                value("rate_off", background.off_hz, "Hz"),
-            ],
-        });
+        let parameters = vec![
+            value("rate_on", background.on_hz, "Hz"),
+            value("rate_off", background.off_hz, "Hz"),
+        ];
+        terms.push(parameter("uniform_noise", CameraStage::Background, parameters));
     }
 }
 
@@ -203,12 +199,8 @@ pub(super) fn clock(circuit: &Circuit, terms: &mut Vec<Term>) {
         }
     }
     if clock.offset_us != 0.0 {
-        terms.push(Term {
-            name: "clock_offset",
-            kind: TermKind::Parameter,
-            stage: CameraStage::Clock,
-            parameters: vec![value("offset", clock.offset_us * 1e-6, "s")],
-        });
+        let parameters = vec![value("offset", clock.offset_us * 1e-6, "s")];
+        terms.push(parameter("clock_offset", CameraStage::Clock, parameters));
     }
 }
 

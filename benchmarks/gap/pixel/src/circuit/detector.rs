@@ -1,7 +1,7 @@
 //! Change amplifier, comparators and reset in circuit units.
 
 /// Change amplifier, comparators, reset.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Detector {
     /// Gain `C1 / C2`.
     pub gain: f64,

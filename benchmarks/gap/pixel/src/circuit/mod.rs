@@ -51,38 +51,17 @@ impl Circuit {
         Self {
             temperature_k,
             optics: Optics::default(),
-            photoreceptor: Photoreceptor {
-                white_current_a: 10e-12,
-                dark_current_fa: 0.0,
-                added_share: 0.0,
-                bend: None,
-                node_ff: None,
-                follower: None,
-                highpass: None,
-                noise: None,
-            },
+            photoreceptor: Photoreceptor { white_current_a: 10e-12, ..Photoreceptor::default() },
             detector: Detector {
                 gain,
                 feedback_ff: 5.0,
                 threshold_on_mv: threshold_mv,
                 threshold_off_mv: threshold_mv,
-                offset_sigma_ln: 0.0,
-                comparator_noise_mv: 0.0,
-                unsettled_share: 0.0,
-                leak: None,
-                refractory: None,
-                photon_noise: None,
-                oddity: None,
+                ..Detector::default()
             },
             background: Background::default(),
             readout: Readout::default(),
-            clock: Clock {
-                period_us: 1.0,
-                jitter_us: 0.0,
-                latency_us: 0.0,
-                latency_spread_ln: 0.0,
-                offset_us: 0.0,
-            },
+            clock: Clock { period_us: 1.0, ..Clock::default() },
             noise_address: NoiseAddress::default(),
         }
     }

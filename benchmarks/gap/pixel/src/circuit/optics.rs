@@ -25,7 +25,7 @@ pub struct Lamp {
 }
 
 /// Photodiode and logarithmic photoreceptor.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Photoreceptor {
     /// Photocurrent at white (luminance 1), A.
     pub white_current_a: f64,

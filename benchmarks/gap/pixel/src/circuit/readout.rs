@@ -80,7 +80,7 @@ pub enum ReadoutOddity {
 }
 
 /// The time-stamper.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Clock {
     /// Period of the counter, us; 1 is the unit of the stamps.
     pub period_us: f64,

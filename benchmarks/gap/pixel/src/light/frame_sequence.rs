@@ -11,7 +11,6 @@ use super::log_scene;
 use crate::event::{DURATION_S, HEIGHT, WIDTH};
 use crate::scene::Scene;
 
-/// Frames per second.
 const RATE_HZ: f64 = 1024.0;
 
 /// The blurred light of one recording, `ln I` frame by frame.

@@ -9,7 +9,6 @@ const RATE_HZ: f64 = 1000.0;
 /// Every how many pixels the mean is taken.
 const STRIDE_PX: usize = 3;
 
-/// The veil of one recording.
 #[derive(Debug)]
 pub(super) struct Veil {
     share: f64,

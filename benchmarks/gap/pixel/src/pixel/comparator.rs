@@ -13,7 +13,6 @@ use crate::physics::{FEMTO, REFERENCE_TEMPERATURE_K};
 /// A noisy threshold never falls below this share of its mean.
 const SMALLEST_SHARE: f64 = 0.05;
 
-/// Memory and comparators of one pixel.
 #[derive(Debug, Clone)]
 pub(crate) struct Comparators {
     base_on: f64,
@@ -163,12 +162,7 @@ impl Comparators {
         self.reset(on, level, t_s);
     }
 
-    /// An event without a crossing: the amplifier is balanced at its input.
-    pub(crate) fn fire_spontaneously(&mut self, on: bool, input: f64, t_s: f64) {
-        self.reset(on, input, t_s);
-    }
-
-    fn reset(&mut self, on: bool, level: f64, t_s: f64) {
+    pub(crate) fn reset(&mut self, on: bool, level: f64, t_s: f64) {
         self.fired += 1;
         self.last = Some(on);
         let hold_s = if on { self.hold_on_s } else { self.hold_off_s };

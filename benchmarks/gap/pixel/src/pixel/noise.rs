@@ -15,7 +15,6 @@ const LONGEST_STEP: f64 = 1.0;
 /// Paths this unlikely to touch a threshold (natural logarithm) are not looked at closer.
 const NEGLIGIBLE_LN: f64 = 16.0;
 
-/// The noise of one pixel.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct NodeNoiseModel {
     variance: f64,

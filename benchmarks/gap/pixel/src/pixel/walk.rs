@@ -24,7 +24,6 @@ const STRAIGHT_LN: f64 = 4e-3;
 /// Width in seconds to which the instant of an event is narrowed.
 const INSTANT_S: f64 = 1e-8;
 
-/// Light at one instant.
 #[derive(Debug, Clone, Copy)]
 struct LightSample {
     tick: u64,
@@ -48,6 +47,7 @@ pub(super) struct Walker<F> {
 impl<F: Fn(f64) -> f64> Walker<F> {
     pub(super) fn new(circuit: &Circuit, seeds: Seeds, pixel: u32, log_light: F) -> Self {
         let front = Front::new(circuit);
+        // The camera has been looking at the scene for long: nothing fires as it begins.
         let state = front.settled(front.log_current(log_light(0.0)));
         let noise = NodeNoiseModel::new(circuit, seeds.run, pixel);
         let noise_now = noise.map_or(0.0, |noise| noise.settled());
@@ -94,6 +94,7 @@ impl<F: Fn(f64) -> f64> Walker<F> {
         }
         let middle = self.sample((from.tick + to.tick) / 2);
         let bent = (middle.log - 0.5 * (from.log + to.log)).abs() > STRAIGHT_LN;
+        // Noise is drawn once a span: one that is long against its memory would be too smooth.
         let half_s = middle.t_s - from.t_s;
         if bent || self.noise.is_some_and(|noise| noise.is_coarse(middle.log, half_s)) {
             self.refine(from, middle);
@@ -131,7 +132,8 @@ impl<F: Fn(f64) -> f64> Walker<F> {
         }
         while let Some(photons) = self.photons.as_mut().filter(|photons| photons.next_s <= t_s) {
             if let Some(on) = photons.take(log).filter(|_| self.comparators.release_s().is_none()) {
-                self.comparators.fire_spontaneously(on, input, t_s);
+                // An event without a crossing: the amplifier is balanced at its input.
+                self.comparators.reset(on, input, t_s);
                 self.record(on, t_s);
             }
         }

@@ -1,11 +1,12 @@
 //! Cases from draws: scenes, seeds, nominal values, and circuits with and without each change.
 
-use super::change::CircuitChange;
+use super::change::{CircuitChange, install, parameter};
 use crate::case::{Case, CaseKind, RecordingSetup, nominal_circuit};
 use crate::catalogue::Nominal;
 use crate::circuit::{Circuit, NOMINAL_THRESHOLD_LN, NoiseAddress};
 use crate::convention::{Convention, draw_conventions};
 use crate::draw::{Purpose, Sequence, mix};
+use crate::effect::{EFFECTS, STRENGTHS};
 use crate::scene::SCENE_KINDS;
 use crate::slot::Slot;
 use crate::tier::Tier;
@@ -16,7 +17,6 @@ const NOMINAL_NOISE_HZ: [(f64, f64); 3] = [(0.0, 0.0), (0.02, 0.005), (0.06, 0.0
 /// Keeps the draws of plans with conventions apart from those of plans without.
 const HOME_KEY: u64 = 0x686f_6d65;
 
-/// Collects the cases of a plan.
 pub(super) struct Builder {
     seed: u64,
     tier: Tier,
@@ -26,6 +26,30 @@ pub(super) struct Builder {
 impl Builder {
     pub(super) fn new(seed: u64, tier: Tier) -> Self {
         Self { seed, tier, cases: Vec::new() }
+    }
+
+    /// Adds every effect alone at every strength, on this many scenes.
+    pub(super) fn push_singles(&mut self, scenes: usize) {
+        for (e, effect) in EFFECTS.into_iter().enumerate() {
+            for scene in 0..scenes {
+                // One camera and scene for the four strengths.
+                let number = e * scenes + scene;
+                for strength in 0..STRENGTHS {
+                    self.push(CaseKind::Single, number, Some(strength), None, |draws| {
+                        vec![install(effect, strength, draws)]
+                    });
+                }
+            }
+        }
+    }
+
+    pub(super) fn push_nulls_and_parameters(&mut self, nulls: usize, parameters: usize) {
+        for i in 0..nulls {
+            self.push(CaseKind::Null, i, None, None, |_| Vec::new());
+        }
+        for i in 0..parameters {
+            self.push(CaseKind::Parameter, i, None, None, |draws| vec![parameter(draws, i)]);
+        }
     }
 
     /// Adds a case. Cases of one kind and number have camera, scenes and conventions in common,

@@ -6,9 +6,7 @@ use crate::effect::{EFFECTS, Effect, STRENGTHS};
 use crate::oddity::{Oddity, install_oddity};
 use crate::slot::Slot;
 
-/// A change of a circuit.
 pub(super) struct CircuitChange {
-    /// Slots that it occupies.
     pub(super) slots: Vec<Slot>,
     apply: Box<dyn Fn(&mut Circuit)>,
 }
@@ -23,7 +21,6 @@ impl CircuitChange {
     }
 }
 
-/// An effect at one of its strengths.
 pub(super) fn install(effect: Effect, strength: usize, draws: &mut Sequence) -> CircuitChange {
     let key = draws.bits();
     CircuitChange::new(&[effect.slot()], move |circuit| {
@@ -31,12 +28,10 @@ pub(super) fn install(effect: Effect, strength: usize, draws: &mut Sequence) -> 
     })
 }
 
-/// An effect that no catalogue has.
 pub(super) fn install_uncatalogued(oddity: Oddity, round: usize) -> CircuitChange {
     CircuitChange::new(&[oddity.slot()], move |circuit| install_oddity(oddity, round, circuit))
 }
 
-/// Any effect.
 pub(super) fn any_effect(draws: &mut Sequence) -> Effect {
     EFFECTS[draws.below(EFFECTS.len())]
 }
@@ -54,6 +49,7 @@ pub(super) fn parameter(draws: &mut Sequence, number: usize) -> CircuitChange {
                 let amount = draws.between(0.05, 0.4);
                 1.0 + draws.sign() * amount
             };
+            // Both are drawn in any case: what follows does not depend on the side.
             let (on, off) = (factor(), factor());
             CircuitChange::new(&[Slot::Thresholds], move |circuit| {
                 if side != 1 {

@@ -15,18 +15,15 @@
 //! keep theirs.
 
 use super::builder::Builder;
-use super::change::{
-    CircuitChange, any_effect, high_strength, install, install_uncatalogued, parameter,
-};
+use super::change::{CircuitChange, any_effect, high_strength, install, install_uncatalogued};
 use crate::case::{Case, CaseKind};
 use crate::convention::{CONVENTIONS_PER_CAMERA, free_kinds};
 use crate::draw::Sequence;
-use crate::effect::{EFFECTS, Effect, STRENGTHS};
-use crate::oddity::Oddity;
+use crate::effect::{EFFECTS, Effect};
+use crate::oddity::{ODDITIES, Oddity};
 use crate::slot::Slot;
 use crate::tier::Tier;
 
-/// Scenes of each single effect.
 const SCENES_OF_SINGLES: usize = 2;
 const NULLS: usize = 100;
 const PARAMETERS: usize = 60;
@@ -40,36 +37,14 @@ const ROUNDS_OF_UNCATALOGUED: usize = 2;
 const MAX_OF_STAGE: usize = 2;
 
 /// Effects outside the catalogue: all of [`crate::oddity`] but hysteresis, which it has.
-pub const UNCATALOGUED: [Oddity; 7] = [
-    Oddity::EventEcho,
-    Oddity::OneSidedRefractory,
-    Oddity::SmoothThresholds,
-    Oddity::LightDependentMismatch,
-    Oddity::CorrelatedLoss,
-    Oddity::NeighbourCopy,
-    Oddity::ChargeInjection,
-];
+pub fn uncatalogued() -> Vec<Oddity> {
+    ODDITIES.into_iter().filter(|oddity| *oddity != Oddity::Hysteresis).collect()
+}
 
-/// All cases of a seed.
 pub(super) fn cases(seed: u64) -> Vec<Case> {
     let mut builder = Builder::new(seed, Tier::Home);
-    for (e, effect) in EFFECTS.into_iter().enumerate() {
-        for scene in 0..SCENES_OF_SINGLES {
-            // One camera and scene for the four strengths.
-            let number = e * SCENES_OF_SINGLES + scene;
-            for strength in 0..STRENGTHS {
-                builder.push(CaseKind::Single, number, Some(strength), None, |draws| {
-                    vec![install(effect, strength, draws)]
-                });
-            }
-        }
-    }
-    for i in 0..NULLS {
-        builder.push(CaseKind::Null, i, None, None, |_| Vec::new());
-    }
-    for i in 0..PARAMETERS {
-        builder.push(CaseKind::Parameter, i, None, None, |draws| vec![parameter(draws, i)]);
-    }
+    builder.push_singles(SCENES_OF_SINGLES);
+    builder.push_nulls_and_parameters(NULLS, PARAMETERS);
     for i in 0..PAIRS {
         builder.push(CaseKind::Pair, i, None, None, |draws| effects(2, 1, draws));
     }
@@ -83,8 +58,9 @@ pub(super) fn cases(seed: u64) -> Vec<Case> {
             vec![install(effect, strength, draws)]
         });
     }
-    for i in 0..ROUNDS_OF_UNCATALOGUED * UNCATALOGUED.len() {
-        let (oddity, round) = (UNCATALOGUED[i % UNCATALOGUED.len()], i / UNCATALOGUED.len());
+    let uncatalogued = uncatalogued();
+    for i in 0..ROUNDS_OF_UNCATALOGUED * uncatalogued.len() {
+        let (oddity, round) = (uncatalogued[i % uncatalogued.len()], i / uncatalogued.len());
         builder.push(CaseKind::NeverCatalogued, i, None, None, |_| {
             vec![install_uncatalogued(oddity, round)]
         });

@@ -13,7 +13,7 @@ mod plain;
 use crate::case::Case;
 use crate::tier::Tier;
 
-pub use home::UNCATALOGUED;
+pub use home::uncatalogued;
 
 /// Makes the plan.
 #[derive(Debug, Clone, Copy)]

@@ -5,16 +5,13 @@
 //! and 18 that no catalogue has.
 
 use super::builder::Builder;
-use super::change::{
-    CircuitChange, any_effect, high_strength, install, install_uncatalogued, parameter,
-};
+use super::change::{CircuitChange, any_effect, high_strength, install, install_uncatalogued};
 use crate::case::{Case, CaseKind};
 use crate::draw::Sequence;
-use crate::effect::{EFFECTS, STRENGTHS};
+use crate::effect::EFFECTS;
 use crate::oddity::ODDITIES;
 use crate::tier::Tier;
 
-/// Scenes of each single effect.
 const SCENES_OF_SINGLES: usize = 3;
 const NULLS: usize = 200;
 const PARAMETERS: usize = 60;
@@ -22,26 +19,10 @@ const PAIRS: usize = 60;
 const LEFT_OUT: usize = 22;
 const NEVER_CATALOGUED: usize = 18;
 
-/// All cases of a seed.
 pub(super) fn cases(seed: u64) -> Vec<Case> {
     let mut builder = Builder::new(seed, Tier::Plain);
-    for (e, effect) in EFFECTS.into_iter().enumerate() {
-        for scene in 0..SCENES_OF_SINGLES {
-            // One camera and scene for the four strengths.
-            let number = e * SCENES_OF_SINGLES + scene;
-            for strength in 0..STRENGTHS {
-                builder.push(CaseKind::Single, number, Some(strength), None, |draws| {
-                    vec![install(effect, strength, draws)]
-                });
-            }
-        }
-    }
-    for i in 0..NULLS {
-        builder.push(CaseKind::Null, i, None, None, |_| Vec::new());
-    }
-    for i in 0..PARAMETERS {
-        builder.push(CaseKind::Parameter, i, None, None, |draws| vec![parameter(draws, i)]);
-    }
+    builder.push_singles(SCENES_OF_SINGLES);
+    builder.push_nulls_and_parameters(NULLS, PARAMETERS);
     for i in 0..PAIRS {
         builder.push(CaseKind::Pair, i, None, None, pair);
     }

@@ -32,6 +32,7 @@ fn add(
     share: f64,
     copy: impl Fn(&Spike) -> Option<Spike>,
 ) -> Vec<Spike> {
+    // Of the spikes as they are: a copy is not copied again.
     let copies: Vec<Spike> = spikes
         .iter()
         .zip(0..)

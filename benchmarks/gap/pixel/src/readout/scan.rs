@@ -5,7 +5,6 @@
 
 use crate::event::{HEIGHT, Spike, WIDTH};
 
-/// Reads time-ordered requests.
 pub(super) fn visit(requests: &[Spike], column_s: f64) -> Vec<Spike> {
     let period_s = column_s * WIDTH as f64;
     let mut next_visit_s = vec![f64::NEG_INFINITY; WIDTH * HEIGHT];

@@ -16,7 +16,6 @@ enum Band {
     Still([f64; 6]),
 }
 
-/// The bands.
 #[derive(Debug, Clone)]
 pub(super) struct Bars {
     bands: [Band; BANDS],

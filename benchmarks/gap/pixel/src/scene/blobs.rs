@@ -16,7 +16,6 @@ struct Blob {
     level_ln: f64,
 }
 
-/// Tiles and blobs.
 #[derive(Debug, Clone)]
 pub(super) struct Blobs {
     ground: Tiles<2, 3>,

@@ -11,7 +11,6 @@ use crate::draw::Sequence;
 /// Half of the range in `ln I`.
 const HALF_RANGE_LN: f64 = 0.09;
 
-/// The shade.
 #[derive(Debug, Clone)]
 pub(super) struct Cloud {
     waves_per_px: [f64; 2],

@@ -4,7 +4,6 @@ use super::disc::Disc;
 use crate::draw::Sequence;
 use crate::event::{HEIGHT, WIDTH};
 
-/// The ground and its discs.
 #[derive(Debug, Clone)]
 pub(super) struct Discs {
     middle_ln: f64,

@@ -107,6 +107,7 @@ impl Scene {
 
     /// Natural logarithm of the luminance at `(x, y)` in pixels (centres are integers) at `t_s`.
     pub fn log_luminance(&self, x_px: f64, y_px: f64, t_s: f64) -> f64 {
+        // The strip lies before the world, and no shade falls on it: its levels are known exactly.
         let (cover, level) = self.strip.at(x_px, y_px);
         if cover >= 1.0 {
             return level;

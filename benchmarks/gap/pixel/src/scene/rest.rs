@@ -5,7 +5,6 @@ use super::disc::Disc;
 use super::steps::Tiles;
 use crate::draw::Sequence;
 
-/// The patches and their visitors.
 #[derive(Debug, Clone)]
 pub(super) struct Rest {
     tiles: Tiles<3, 4>,

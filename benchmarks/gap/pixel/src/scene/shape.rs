@@ -32,7 +32,6 @@ pub(crate) fn bump(radius_squared: f64) -> f64 {
     left * left
 }
 
-/// Linear blend.
 #[inline]
 pub(crate) fn blend(from: f64, to: f64, share: f64) -> f64 {
     from + (to - from) * share

@@ -5,7 +5,6 @@ use super::shape::{SOFTEST_PX, blend, edge};
 use crate::draw::Sequence;
 use crate::event::{HEIGHT, WIDTH};
 
-/// Levels of the strip.
 const LEVELS: usize = 8;
 
 /// Eight still patches from .02 to 1 along one side of the image.

@@ -63,6 +63,7 @@ impl Waves {
             let dy = y_px - window.centre_px[1];
             most.max(edge(window.radius_px - dx.hypot(dy), 6.0))
         });
+        // Most of the image is ground: sines are computed in the windows alone.
         if seen <= 0.0 {
             return ground;
         }

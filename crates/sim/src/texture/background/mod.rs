@@ -59,7 +59,6 @@ pub fn paint_background(seed: u64, index: usize) -> Texture {
     )
 }
 
-/// Paints one image of a kind.
 fn paint(kind: BackgroundKind, rng: &mut CounterRng) -> Texture {
     let mut canvas = match kind {
         BackgroundKind::Room => room::paint(SIZE, rng),
