@@ -388,7 +388,6 @@ impl Experiment for BodyConfig {
 }
 
 impl BodyDataConfig {
-    /// Checks the data of a network of `joints` joints.
     pub(crate) fn validate(&self, joints: usize) -> Result<(), TaskError> {
         let is_noise_valid = self.noise_history.is_none_or(|noise| {
             let [low, high] = noise.events_per_pixel;
