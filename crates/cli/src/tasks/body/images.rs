@@ -111,7 +111,6 @@ pub(super) fn run(
     write_json(args.json.as_deref(), &report)
 }
 
-/// The images of a clip as one sequence.
 fn as_one(images: &BodyEvaluation) -> BodySequence {
     let mut one = BodySequence::default();
     for image in &images.sequences {
@@ -185,7 +184,6 @@ fn evaluate(
     Ok((frames.len(), [network, filtered, mean_pose, placed]))
 }
 
-/// The scores of the joints of each image.
 fn of_points(frames: &BodyFrames, joints_px: &[BodyPoints]) -> Result<BodyEvaluation> {
     let of_frame = |(): &mut (), frame: &BodyFrame| {
         let joints_px = joints_px[frame.sequence as usize];
