@@ -16,7 +16,6 @@ use crate::study::{StudyReport, StudyTable, Verdict, strings};
 /// Size of the chart of differences, pixels.
 const DIFFERENCES: (u32, u32) = (560, 300);
 
-/// The tables of a study; `details` are its models and its config.
 pub(crate) fn report(payoff: &Payoff, details: Vec<(String, String)>) -> Result<StudyReport> {
     let mut tables = vec![accuracy(payoff)?];
     if let Some(row) = payoff.table.rows.first() {
@@ -46,7 +45,6 @@ fn accuracy(payoff: &Payoff) -> Result<StudyTable> {
     Ok(table)
 }
 
-/// Cells of a metric's row.
 fn cells(payoff: &Payoff, row: &MetricRow) -> Vec<String> {
     let value = |interval: Option<Interval>, digits: usize| {
         let (estimate, bounds) = cell(interval, digits);
