@@ -135,7 +135,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn statements_have_the_published_figures_of_rows() {
+    fn names_are_one_of_a_kind_and_statements_have_the_published_figures_of_rows() {
+        for row in &ROWS {
+            assert_eq!(selected(&ROWS, &[row.name.to_owned()]).len(), 1, "{}", row.name);
+        }
         let statement = |index: usize| ABLATION.orderings[index].finding(&ROWS).published;
         assert_eq!(statement(3), "pim worse than full: PCK@0.4 0.46 and 0.89 on eH3.6M");
         assert_eq!(statement(4), "fixed-count-moving worse than full");

@@ -370,6 +370,7 @@ mod tests {
         let base: HandConfig = configs::load("ablation", &[])?;
         for (i, one) in ROWS.iter().enumerate() {
             for other in &ROWS[..i] {
+                assert_ne!(one.name, other.name);
                 let same = one.config(&base) == other.config(&base);
                 let trained_once = one.trained_as() == other.trained_as();
                 assert_eq!(same, trained_once, "{} and {}", one.name, other.name);
