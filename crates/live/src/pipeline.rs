@@ -170,6 +170,7 @@ impl<'a, F: StreamFrontend> Follower<'a, F> {
         sinks: &'a mut Sinks,
         (options, control): (&'a LiveOptions, &'a Control),
     ) -> Self {
+        // Steps that round to 0 µs would never pass the next event.
         let step = (options.propagate_hz > 0.0)
             .then(|| Micros(((1e6 / options.propagate_hz).round() as i64).max(1)));
         Self {

@@ -36,6 +36,7 @@ impl QuantizationRanges {
         inputs: impl IntoIterator<Item = Result<Vec<f32>, E>>,
         progress: &mut dyn FnMut(),
     ) -> Result<Self, E> {
+        // Chained layers keep their values to themselves.
         let options =
             EngineOptions::default().layer_by_layer().with_threads(rayon::current_num_threads());
         let mut engine = Engine::compile(graph, shape, options).map_err(TaskError::from)?;

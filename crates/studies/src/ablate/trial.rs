@@ -185,6 +185,7 @@ impl TrialRun {
         let mut runner = Runner::usual(&checkpoint.network, input, device)?;
         let times_ms = latency::sorted_ms(&mut runner, input, TIMED, config.seed);
         drop(runner);
+        // Published counts are of full width, at which few are trained here.
         let published = HandRegressorConfig { width: 1.0, ..config.network.clone() };
         let [filtered, unfiltered, mean_pose] = self.evaluate(&checkpoint, device)?;
         Ok(Trial {

@@ -227,6 +227,7 @@ fn rows_of(args: &CompareClipsArgs, config: &BodyConfig, device: &Device) -> Res
             path = path.join(BEST);
         }
         let config = BodyConfig { start_from: Some(path.clone()), ..config.clone() };
+        // Made in vain: a start that does not fit is told before hours of training.
         first_network(&config, device).with_context(|| format!("--start {}", start.display()))?;
         let digest = sha256(&path)?;
         let name = start.file_name().unwrap_or_default().to_string_lossy();
@@ -234,6 +235,7 @@ fn rows_of(args: &CompareClipsArgs, config: &BodyConfig, device: &Device) -> Res
         rows.push(row(name, Some(&path), &digest, false));
         rows.push(row(&format!("{name}, fine-tuned"), Some(&path), &digest, true));
     }
+    // Rows of one directory would take each other's trials for their own.
     let mut names: Vec<String> = rows.iter().map(Row::directory).collect();
     names.sort();
     names.dedup();
@@ -266,6 +268,7 @@ impl Clip {
             paths.push(entry.with_context(in_folder)?.path());
         }
         paths.retain(|path| holds_annotations(path));
+        // Folders list their entries in an order of their own.
         paths.sort();
         ensure!(
             paths.len() > 1,
@@ -335,6 +338,7 @@ fn clip_scores(
     evaluation: &BodyEvaluation,
     learning_curve: Vec<(u64, f64)>,
 ) -> Result<ClipScores> {
+    // Only estimates are kept, so that resampling would be in vain.
     let no_interval = BootstrapConfig { resamples: 0, seed: 0 };
     let scores = evaluation.summary(&PERCENTS, &no_interval)?.raw;
     let value = |interval: Option<evpose_core::stats::interval::Interval>| {

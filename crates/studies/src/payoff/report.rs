@@ -113,6 +113,7 @@ fn score_bars(payoff: &Payoff, row: &MetricRow) -> Result<String> {
     let bars: Vec<Bar> = payoff.models.iter().enumerate().filter_map(bar).collect();
     let ends = bars.iter().map(|bar| bar.interval.map_or(bar.value, |interval| interval.1));
     let largest = ends.fold(0.0, f64::max);
+    // An axis needs a length, also where all scores are 0.
     let range = (0.0, if largest > 0.0 { 1.05 * largest } else { 1.0 });
     let along = Along { name: row.metric.heading, range, notes: 30.0, ..Along::shares() };
     Ok(bars::svg(&bars, &along)?)

@@ -84,6 +84,7 @@ impl StudyDirectory {
         if !path.exists() {
             self.write(name, text)?;
         }
+        // Read back even if it was just written: another process may have been the last.
         let there = std::fs::read_to_string(&path)
             .with_context(|| format!("reading {}", path.display()))?;
         if there != text {

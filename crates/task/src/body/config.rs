@@ -419,6 +419,7 @@ impl BodyConfig {
     #[must_use]
     pub fn held_out(&self) -> Self {
         let mut config = self.clone();
+        // Without the highest bit: whole numbers of TOML have a sign.
         config.seed = evpose_core::seed_for(self.seed, "held-out people", 0) >> 1;
         config.simulation.sequences = self.evaluation.sequences;
         config.simulation.seconds = self.evaluation.seconds;
