@@ -205,6 +205,7 @@ fn evaluate_fusion(
     ));
     print("last pose", &fusion.last_detection.raw);
     print("propagated", &fusion.propagated.raw);
+    // Means over joints that only one of them has cannot be compared.
     say("on the joints that both predict:");
     print("last pose", &fusion.last_detection_on_common_joints.raw);
     print("propagated", &fusion.propagated_on_common_joints.raw);

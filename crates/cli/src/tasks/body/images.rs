@@ -82,6 +82,7 @@ pub(super) fn run(
             continue;
         }
         for (all, clip) in all.iter_mut().zip(&evaluations) {
+            // Intervals are over clips, since images of one clip look alike; a single clip has only images.
             all.sequences.push(as_one(clip));
         }
         recordings.push(RecordingScores {
