@@ -227,7 +227,7 @@ fn rows_of(args: &CompareClipsArgs, config: &BodyConfig, device: &Device) -> Res
             path = path.join(BEST);
         }
         let config = BodyConfig { start_from: Some(path.clone()), ..config.clone() };
-        // Made in vain: a start that does not fit is told before hours of training.
+        // Made in vain: a start that does not fit is refused before hours of training.
         first_network(&config, device).with_context(|| format!("--start {}", start.display()))?;
         let digest = sha256(&path)?;
         let name = start.file_name().unwrap_or_default().to_string_lossy();
