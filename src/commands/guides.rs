@@ -149,7 +149,6 @@ fn a_page_is_read_as_a_shell_reads_it() {
     assert_eq!(words(2), "evpose|info|b#0");
 }
 
-/// Every command with its name.
 fn all_commands(command: &Command, name: &str, visit: &mut impl FnMut(&str, &Command)) {
     visit(name, command);
     for inner in command.get_subcommands() {

@@ -43,7 +43,6 @@ fn parse(command: &str, values: &[(&str, &str)]) -> Result<Command, String> {
     Ok(args.command)
 }
 
-/// The number that stands behind `key`.
 fn number_behind(text: &str, key: &str) -> Option<u64> {
     let digits = text.split_once(key)?.1;
     digits.split(|c: char| !c.is_ascii_digit()).next()?.parse().ok()

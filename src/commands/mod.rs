@@ -8,7 +8,7 @@ mod guides;
 mod job_files;
 mod man;
 
-use std::process::ExitCode;
+use std::process::{ExitCode, Termination};
 
 use anyhow::Result;
 use clap::Subcommand;
@@ -18,23 +18,6 @@ use evpose_cli::commands::{
 };
 use evpose_cli::tasks::args as tasks;
 use evpose_studies::{ablate, compare, tune};
-
-/// Exit code of a successful command: 0, except for the codes of `gap` and `check-labels`.
-trait IntoExitCode {
-    fn into_exit_code(self) -> ExitCode;
-}
-
-impl IntoExitCode for () {
-    fn into_exit_code(self) -> ExitCode {
-        ExitCode::SUCCESS
-    }
-}
-
-impl IntoExitCode for ExitCode {
-    fn into_exit_code(self) -> ExitCode {
-        self
-    }
-}
 
 /// Declares the subcommands: help text, name, arguments and the function that runs them.
 macro_rules! commands {
@@ -48,7 +31,8 @@ macro_rules! commands {
         /// Runs a subcommand.
         pub(crate) fn run(command: &Command) -> Result<ExitCode> {
             match command {
-                $(Command::$name(args) => $run(args).map(IntoExitCode::into_exit_code),)*
+                // Some commands end with codes of their own, such as `gap` and `check-labels`.
+                $(Command::$name(args) => $run(args).map(Termination::report),)*
             }
         }
     };

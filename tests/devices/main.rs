@@ -94,8 +94,7 @@ fn poses_of_hands_and_bodies_are_those_of_the_cpu() {
 }
 
 fn a_training_goes_on_from_device_to_device() {
-    let sandbox = Sandbox::new();
-    sandbox.ok(&tiny(&["simulate", "quick", "--out", "data"]));
+    let sandbox = Sandbox::with_hands();
     let train = |out: &'static str| {
         let args = tiny(&["train", "quick", "--data", "data", "--out", out, "--plain"]);
         [&args[..], &["--set", "training.steps=24"]].concat()

@@ -19,7 +19,6 @@ use crate::scene;
 /// A prepared kernel.
 pub(crate) type Run = Box<dyn FnMut()>;
 
-/// A kernel with its input.
 pub(crate) struct CountedKernel {
     pub(crate) name: &'static str,
     pub(crate) prepare: fn() -> Result<Run>,

@@ -17,7 +17,6 @@ pub(crate) struct Conditions {
     pub(crate) system: String,
 }
 
-/// Counts by kernel.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct StoredCounts {
     pub(crate) conditions: Conditions,

@@ -1,7 +1,7 @@
 //! The ablation, small.
 
 use std::process::Stdio;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use crate::harness::{Sandbox, bytes, stderr, tiny};
 
@@ -50,9 +50,9 @@ fn an_ablation_ends_with_a_table_curves_and_verdicts_and_survives_being_killed()
     assert!(rows[2]["per_seed"] != rows[0]["per_seed"], "the filter does something");
 
     assert!(said.contains("| no-filter") && said.contains("| mean-pose"), "{said}");
-    let markdown = String::from_utf8(bytes(&sandbox.path("whole/ablation.md"))).unwrap();
+    let markdown = sandbox.text("whole/ablation.md");
     assert!(markdown.contains("| worse than lnes-100 |"), "{markdown}");
-    let page = String::from_utf8(bytes(&sandbox.path("whole/ablation.html"))).unwrap();
+    let page = sandbox.text("whole/ablation.html");
     assert!(page.contains("<svg") && page.contains("</html>"));
     assert!(!page.contains("<script src") && !page.contains("<link"), "self-contained");
     for file in ["config.toml", "run.toml", "data/seed-1/train/0000.evc", "data/seed-2/held-out"] {
@@ -60,15 +60,8 @@ fn an_ablation_ends_with_a_table_curves_and_verdicts_and_survives_being_killed()
     }
 
     // Killed in the middle of the second row, whose first training has begun.
-    let mut child = sandbox.start(&ablate("killed", &[]));
     let begun = sandbox.path("killed/rows/eoi/seed-1/metrics.jsonl");
-    let deadline = Instant::now() + Duration::from_secs(300);
-    while !begun.exists() && child.try_wait().unwrap().is_none() {
-        assert!(Instant::now() < deadline, "no progress");
-        std::thread::sleep(Duration::from_millis(1));
-    }
-    child.kill().unwrap();
-    child.wait().unwrap();
+    sandbox.kill(&ablate("killed", &[]), || begun.exists(), Duration::ZERO);
     let unjudged = sandbox.path("killed/rows/eoi/seed-1/trial.json");
     assert!(!unjudged.exists(), "the kill came too late to test anything");
     let kept = bytes(&sandbox.path("killed/rows/lnes-100/seed-2/trial.json"));

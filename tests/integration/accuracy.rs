@@ -35,7 +35,6 @@ impl Stored {
         Self(serde_json::from_slice(&text).unwrap())
     }
 
-    /// The record of a network.
     fn network(&self, name: &str) -> &Value {
         let networks = self.0["networks"].as_array().unwrap();
         networks.iter().find(|network| network["name"] == name).unwrap()
@@ -73,7 +72,7 @@ fn differences(
         ["--checkpoint", file.to_str().unwrap(), "--json", "result.json"].map(str::to_owned),
     );
     sandbox.ok(&words.iter().map(String::as_str).collect::<Vec<_>>());
-    let result: Value = serde_json::from_slice(&bytes(&sandbox.path("result.json"))).unwrap();
+    let result = sandbox.json("result.json");
     let (now, network) = (by_recording(&result), stored.network(name));
     let before = by_recording(&network["result"]);
     let figures = if network["task"] == "body" { OF_BODIES } else { OF_HANDS };
@@ -105,8 +104,7 @@ fn differences(
 fn hold(sandbox: &Sandbox, stored: &Stored, names: &[&str], set: &Path) {
     let wrong = names.iter().flat_map(|name| {
         let file = root(&format!("checkpoints/{name}.bpk"));
-        let digest: String =
-            Sha256::digest(bytes(&file)).iter().map(|byte| format!("{byte:02x}")).collect();
+        let digest = format!("{:x}", Sha256::digest(bytes(&file)));
         let is_stored = stored.network(name)["sha256"] == digest;
         let of_another =
             format!("{name} is not the network whose accuracy is stored: `evpose bench accuracy`");
@@ -132,8 +130,7 @@ fn home(sandbox: &Sandbox, stored: &Stored, task: &str, shard: &str) -> PathBuf 
         let (stored, name) = line.split_once("  ").unwrap();
         // Only files of this shard were made.
         let Ok(content) = fs::read(directory.join(name)) else { continue };
-        let digest: String =
-            Sha256::digest(content).iter().map(|byte| format!("{byte:02x}")).collect();
+        let digest = format!("{:x}", Sha256::digest(content));
         assert_eq!(digest, stored, "{name} is not the recording whose accuracy is stored");
     }
     directory

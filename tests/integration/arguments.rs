@@ -116,7 +116,7 @@ fn inputs(sandbox: &Sandbox) {
     for k in 0..300 {
         text += &format!("{} {} {} {}\n", 1_000 + 200 * k, k % 40, k % 30, k % 2);
     }
-    std::fs::write(sandbox.path("dot.txt"), text).unwrap();
+    sandbox.write("dot.txt", text);
     std::fs::create_dir(sandbox.path("frames")).unwrap();
     for k in 0..3_u8 {
         let image =
@@ -131,7 +131,7 @@ fn shared() -> Sandbox {
     let sandbox = Sandbox::new();
     reading::beside(&sandbox);
     let times: Vec<i64> = (0..4_000).map(|k| 150 * k).collect();
-    std::fs::write(sandbox.path("bar.txt"), reading::recording(&times)).unwrap();
+    sandbox.write("bar.txt", reading::recording(&times));
     sandbox.run("prepare people bar.txt --labels people.csv --out own", &[]);
     let gap = "gap run --measured rec.npz --scene scene --quick --budget 0 --out gap";
     sandbox.evpose(&gap.split(' ').collect::<Vec<_>>()).output().unwrap();
@@ -143,7 +143,7 @@ fn shared() -> Sandbox {
     sandbox.ok(&tiny(&["simulate", "quick", "--out", "data"]));
     sandbox.ok(&tiny(&["train", "quick", "--data", "data", "--out", "run", "--plain"]));
     let over = "[training]\nlearning_rate = { log_uniform = [1e-4, 1e-2] }\n";
-    std::fs::write(sandbox.path("over.toml"), over).unwrap();
+    sandbox.write("over.toml", over);
     prepare::mpii_in(&sandbox);
     prepare::dhp19_in(&sandbox);
     prepare::lsp_and_coco_in(&sandbox);
@@ -169,7 +169,6 @@ fn commands() -> Vec<(String, Command)> {
     found
 }
 
-/// The flags of a command that take a value.
 fn flags(command: &Command) -> impl Iterator<Item = &Arg> {
     command
         .get_arguments()

@@ -24,7 +24,7 @@ fn a_baseline_is_trained_scored_inferred_and_live() {
     let still = ["--set", "simulation.moving_cameras=0"];
     sandbox.ok(&[&tiny_body(&["simulate", "finetune", "--out", "data"])[..], &still].concat());
     for (kind, shape) in BASELINES {
-        std::fs::write(sandbox.path("baseline.toml"), baseline_config(kind, shape)).unwrap();
+        sandbox.write("baseline.toml", baseline_config(kind, shape));
         let said =
             sandbox.run(&format!("train baseline.toml --data data --out {kind} --plain"), &[]);
         assert!(said.contains("16 images in"), "{said}");
@@ -32,14 +32,14 @@ fn a_baseline_is_trained_scored_inferred_and_live() {
         assert!(said.contains(&format!("{kind}: 13 joints")), "{said}");
         let said = sandbox.run(&format!("eval --checkpoint {kind} --data data --json s.json"), &[]);
         assert!(said.contains("PCK@0.4"), "{said}");
-        let scores = std::fs::read_to_string(sandbox.path("s.json")).unwrap();
+        let scores = sandbox.text("s.json");
         assert!(scores.contains("\"network\""), "{scores}");
         let of_recording = format!("infer --checkpoint {kind} --events data/0000.raw --out p.csv");
         sandbox.run(&of_recording, &["--stride-ms", "50"]);
         assert!(read_poses(&sandbox.path("p.csv")).unwrap().poses.len() > 5);
         let live = format!("live --checkpoint {kind} --source data/0000.raw --speed max");
         sandbox.run(&live, &["--stride-ms", "50", "--json", "p.jsonl"]);
-        assert!(!std::fs::read_to_string(sandbox.path("p.jsonl")).unwrap().is_empty());
+        assert!(!sandbox.text("p.jsonl").is_empty());
         let words: Vec<&str> = of_recording.split(' ').chain(["--min-score", "0.5"]).collect();
         let refused = sandbox.evpose(&words).output().unwrap();
         assert_eq!(refused.status.code(), Some(2));

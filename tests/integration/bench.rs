@@ -1,10 +1,6 @@
 //! Benchmarks beside the programs of others, on work that is small.
 
-use crate::harness::{Sandbox, bytes, stderr};
-
-fn json(sandbox: &Sandbox, name: &str) -> serde_json::Value {
-    serde_json::from_slice(&bytes(&sandbox.path(name))).unwrap()
-}
+use crate::harness::{Sandbox, stderr};
 
 /// A peer that finds the file it is to read, and says what it took.
 #[cfg(unix)]
@@ -12,17 +8,16 @@ fn json(sandbox: &Sandbox, name: &str) -> serde_json::Value {
 fn readers_are_timed_beside_a_peer_that_finds_their_files() {
     let sandbox = Sandbox::new();
     // A peer that fails if it cannot find the file: its answer shows that it could.
-    std::fs::write(
-        sandbox.path("peer.sh"),
+    sandbox.write(
+        "peer.sh",
         "test -s $EVPOSE_BENCH/edges.dat && echo 'edges.dat: 0.5' && echo 'mine.dat: 1'\n",
-    )
-    .unwrap();
+    );
     let small = ["bench", "io", "--events", "3000", "--passes", "2", "--only", "DAT"];
     let with = ["--only", "edges", "--peer", "other=sh peer.sh", "--json", "io.json"];
     let said = sandbox.ok(&[small.as_slice(), &with].concat());
     // A case that only the peer has is skipped with a warning.
     assert!(said.contains("other: there is no case `mine.dat`"), "{said}");
-    let cases = json(&sandbox, "io.json")["cases"].clone();
+    let cases = sandbox.json("io.json")["cases"].clone();
     let named = |name: &str| {
         let cases = cases.as_array().unwrap();
         cases.iter().find(|case| case["case"] == name).unwrap().clone()
@@ -45,7 +40,7 @@ fn representations_are_timed_by_their_names() {
     let small = ["bench", "repr", "--events", "3000", "--passes", "1"];
     let with = ["--only", "lnes", "--only", "240x180", "--json", "repr.json"];
     sandbox.ok(&[small.as_slice(), &with].concat());
-    let report = json(&sandbox, "repr.json");
+    let report = sandbox.json("repr.json");
     let names: Vec<&str> = report["cases"]
         .as_array()
         .unwrap()
@@ -65,34 +60,33 @@ fn all_benchmarks_make_a_page_and_figures_that_a_later_run_is_compared_with() {
     let sandbox = Sandbox::new();
     let sensor = ["bench", "all", "--quick", "--only", "sensor", "--html", "bench.html"];
     sandbox.ok(&[sensor.as_slice(), &["--json", "before.json"]].concat());
-    let mut before = json(&sandbox, "before.json");
+    let mut before = sandbox.json("before.json");
     let figures = before["figures"].as_array().unwrap();
     let works = figures.iter().map(|figure| figure["work"].as_str().unwrap());
     // Machines of several cores have further ones.
     let works: Vec<_> = works.filter(|work| !work.ends_with("threads")).collect();
     assert_eq!(works, ["thresholds", "all"]);
     assert!(before["limits"][0]["peak_gflop_per_s"].as_f64().unwrap() > 0.0);
-    let page = std::fs::read_to_string(sandbox.path("bench.html")).unwrap();
+    let page = sandbox.text("bench.html");
     assert!(page.contains("Limits of the machine") && page.contains("ns/pixel/step"));
 
     // A machine that was a hundred times as fast.
     let slower = before["figures"][1]["value"].as_f64().unwrap() / 100.0;
     before["figures"][1]["value"] = slower.into();
-    std::fs::write(sandbox.path("before.json"), before.to_string()).unwrap();
+    sandbox.write("before.json", before.to_string());
     let said = sandbox.ok(&[sensor.as_slice(), &["--before", "before.json"]].concat());
     assert!(said.contains("slower"), "{said}");
-    std::fs::write(sandbox.path("before.json"), "{}").unwrap();
+    sandbox.write("before.json", "{}");
     let message = sandbox.fails(&[sensor.as_slice(), &["--before", "before.json"]].concat());
     assert!(message.contains("before.json: not the figures"), "{message}");
 }
 
-/// Images and networks small enough for a test.
 const SMALL: &str = "task = \"hand\"\n[simulation]\nimage_scale = 0.3\n[network]\nwidth = 0.0625\n";
 
 #[test]
 fn every_network_is_timed_on_every_number_of_threads() {
     let sandbox = Sandbox::new();
-    std::fs::write(sandbox.path("small.toml"), SMALL).unwrap();
+    sandbox.write("small.toml", SMALL);
     let small = ["bench", "infer", "--config", "small.toml", "--runs", "3"];
     let with = ["--network", "all", "--threads", "1,2", "--layers", "--json", "infer.json"];
     let output = sandbox.evpose(&[small.as_slice(), &with].concat()).output().unwrap();
@@ -100,7 +94,7 @@ fn every_network_is_timed_on_every_number_of_threads() {
     assert!(output.status.success(), "{noted}");
     let said = String::from_utf8(output.stdout).unwrap();
     assert!(said.contains("GFLOP/s") && said.contains("winograd"), "{said}");
-    let report = json(&sandbox, "infer.json");
+    let report = sandbox.json("infer.json");
     let peaks = report["peaks"].as_array().unwrap();
     assert_eq!(peaks.iter().map(|peak| &peak["threads"]).collect::<Vec<_>>(), [1, 2]);
     let cases = report["cases"].as_array().unwrap();
@@ -129,7 +123,7 @@ fn every_network_is_timed_on_every_number_of_threads() {
 #[test]
 fn what_cannot_be_measured_says_what_to_do() {
     let sandbox = Sandbox::new();
-    std::fs::write(sandbox.path("small.toml"), SMALL).unwrap();
+    sandbox.write("small.toml", SMALL);
     let fails = |with: &[&str]| {
         let small = ["bench", "infer", "--config", "small.toml", "--runs", "1"];
         sandbox.fails(&[small.as_slice(), with].concat())
@@ -156,12 +150,12 @@ fn what_cannot_be_measured_says_what_to_do() {
 #[test]
 fn another_runtime_is_timed_interleaved_with_ours() {
     let sandbox = Sandbox::new();
-    std::fs::write(sandbox.path("small.toml"), SMALL).unwrap();
+    sandbox.write("small.toml", SMALL);
     let small = ["bench", "infer", "--config", "small.toml", "--runs", "3", "--threads", "1"];
     let with = ["--against", "tract", "--pairs", "20", "--json", "infer.json"];
     let said = sandbox.ok(&[small.as_slice(), &with].concat());
     assert!(said.contains("against tract") && said.contains("times ours ["), "{said}");
-    let tract = json(&sandbox, "infer.json")["cases"][0]["against"][0].clone();
+    let tract = sandbox.json("infer.json")["cases"][0]["against"][0].clone();
     assert_eq!((&tract["pairs"], &tract["peer"]), (&20.into(), &"tract".into()));
     let ratio = &tract["ratio"];
     let [low, estimate, high] =

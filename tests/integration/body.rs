@@ -1,40 +1,24 @@
 //! Bodies from simulation to poses, in small.
 
-use std::time::{Duration, Instant};
-
 use evpose_io::poses::{TimedPose, read_poses};
 use evpose_pose::PoseOrigin;
 use evpose_pose::body::BodyPoints;
 
-use crate::harness::{Sandbox, bytes, stderr, tiny_body};
+use crate::harness::{Sandbox, bytes, shipped, tiny_body};
 
 #[test]
 fn two_stages_of_training_then_poses_of_a_recording() {
     let sandbox = Sandbox::new();
     sandbox.ok(&tiny_body(&["train", "pretrain", "--out", "pre", "--plain"]));
     assert!(sandbox.path("pre/best.bpk").exists() && sandbox.path("pre/run.toml").exists());
-    let output = sandbox.ok(&tiny_body(&[
-        "train",
-        "finetune",
-        "--out",
-        "fine",
-        "--start-from",
-        "pre",
-        "--plain",
-    ]));
+    let finetune = ["train", "finetune", "--out", "fine", "--start-from", "pre", "--plain"];
+    let output = sandbox.ok(&tiny_body(&finetune));
     assert!(output.contains("checkpoint: fine"), "{output}");
     assert!(sandbox.path("fine/data/manifest.sha256").exists());
 
-    sandbox.ok(&tiny_body(&[
-        "simulate",
-        "finetune",
-        "--held-out",
-        // Recordings that the training has not seen.
-        "--out",
-        "held",
-        "--preview",
-        "held.png",
-    ]));
+    // Recordings that the training has not seen.
+    let simulate = ["simulate", "finetune", "--held-out", "--out", "held", "--preview", "held.png"];
+    sandbox.ok(&tiny_body(&simulate));
     let about = sandbox.ok(&["info", "held", "--verify"]);
     assert!(about.contains("2 of 2 complete") && about.contains("kicking"), "{about}");
     evaluate_recordings(&sandbox);
@@ -43,7 +27,6 @@ fn two_stages_of_training_then_poses_of_a_recording() {
     assert!(about.contains("bodies: 13 joints from eros") && about.contains("SHA-256"), "{about}");
 }
 
-/// Evaluates the checkpoint `fine` on the recordings in `held`.
 fn evaluate_recordings(sandbox: &Sandbox) {
     let evaluated = sandbox.run(
         "eval --checkpoint fine --data held --json metrics.json --fusion --preview \
@@ -54,8 +37,7 @@ fn evaluate_recordings(sandbox: &Sandbox) {
     {
         assert!(evaluated.contains(row), "{row}: {evaluated}");
     }
-    let report: serde_json::Value =
-        serde_json::from_slice(&bytes(&sandbox.path("metrics.json"))).unwrap();
+    let report = sandbox.json("metrics.json");
     assert_eq!(report["network"]["sequences"], 2);
     assert_eq!(report["network"]["raw"]["curve"].as_array().unwrap().len(), 100);
     // An empty figure is smaller.
@@ -98,7 +80,6 @@ fn infer_without_filter(sandbox: &Sandbox) {
     assert!(jitter_px(&filtered) < 0.8 * jitter_px(&raw));
 }
 
-/// Infers the poses of a recording and draws them.
 fn infer_recording(sandbox: &Sandbox) {
     sandbox.run(
         "infer --checkpoint fine/best.bpk --events held/0000.raw --out poses.csv --stride-ms 20 \
@@ -106,7 +87,7 @@ fn infer_recording(sandbox: &Sandbox) {
         &[],
     );
     infer_in_batches(sandbox);
-    let text = String::from_utf8(bytes(&sandbox.path("poses.csv"))).unwrap();
+    let text = sandbox.text("poses.csv");
     assert!(text.starts_with("t_us,origin,latency_ms,score,head_u_px,head_v_px,head_score,"));
     // Four columns of the row, three of each joint.
     assert!(text.lines().all(|line| line.split(',').count() == 4 + 3 * 13), "{text}");
@@ -115,7 +96,7 @@ fn infer_recording(sandbox: &Sandbox) {
     assert!(poses.iter().all(|pose| pose.score.is_some() || pose.is_nobody()));
     assert!(poses.iter().all(|pose| pose.latency_ms.is_none()));
     assert!(poses.windows(2).all(|pair| (pair[1].t - pair[0].t).0 == 20_000));
-    let log = String::from_utf8(bytes(&sandbox.path("skeletons/data.log"))).unwrap();
+    let log = sandbox.text("skeletons/data.log");
     assert_eq!(log.lines().count(), poses.len());
     infer_without_filter(sandbox);
     let infer = ["infer", "--checkpoint", "fine/best.bpk", "--events", "held/0000.raw"];
@@ -158,42 +139,11 @@ fn infer_recording(sandbox: &Sandbox) {
 }
 
 #[test]
-fn a_killed_run_resumes_to_the_bit() {
-    let sandbox = Sandbox::new();
-    let train = |out: &'static str| tiny_body(&["train", "pretrain", "--out", out, "--plain"]);
-    sandbox.ok(&train("whole"));
-    let lines = || {
-        let path = sandbox.path("killed").join("metrics.jsonl");
-        std::fs::read_to_string(path).map_or(0, |text| text.lines().count())
-    };
-    let arguments = [&train("killed")[..], &["--resume"]].concat();
-    // Killed twice, after the first line that is new.
-    for kill in 0..2 {
-        let before = lines();
-        let mut child = sandbox.start(&arguments);
-        let deadline = Instant::now() + Duration::from_secs(120);
-        while lines() <= before && child.try_wait().unwrap().is_none() {
-            assert!(Instant::now() < deadline, "no progress in run {kill}");
-            std::thread::sleep(Duration::from_millis(1));
-        }
-        child.kill().unwrap();
-        child.wait().unwrap();
-    }
-    assert!(!sandbox.path("killed/last.bpk").exists(), "the kills came too late to test anything");
-    sandbox.ok(&arguments);
-    // To the last bit, states of the optimizer included.
-    for file in ["metrics.jsonl", "last.bpk", "best.bpk", "checkpoint/optimizer-4.bpk"] {
-        let (whole, killed) = (sandbox.path("whole").join(file), sandbox.path("killed").join(file));
-        assert!(bytes(&whole) == bytes(&killed), "{file} differs after resuming");
-    }
-}
-
-#[test]
 fn what_is_for_hands_is_refused_for_bodies_and_the_other_way_round() {
     let sandbox = Sandbox::new();
     let message = sandbox.fails(&["train", "quick", "--plain"]);
     assert!(message.contains("--data") && message.contains("--out"), "{message}");
-    let hand = concat!(env!("CARGO_MANIFEST_DIR"), "/checkpoints/hand-quick.bpk");
+    let hand = &shipped("hand-quick.bpk");
     for (line, task) in [
         ("simulate finetune --out x --condition dark", "hand"),
         ("train quick --data a --data b --out x", "body"),
@@ -204,21 +154,12 @@ fn what_is_for_hands_is_refused_for_bodies_and_the_other_way_round() {
         // While arguments are parsed: no file is missing yet.
         let words: Vec<&str> =
             line.split(' ').map(|word| if word == "HAND" { hand } else { word }).collect();
-        let output = sandbox.evpose(&words).output().unwrap();
-        let message = stderr(&output);
-        assert_eq!(output.status.code(), Some(2), "{line}: {message}");
+        let (code, message) = sandbox.ends(&words);
+        assert_eq!(code, Some(2), "{line}: {message}");
         assert!(message.contains(&format!("`{task}`")), "{line}: {message}");
     }
-    let message = sandbox.fails(&[
-        "train",
-        "finetune",
-        "--out",
-        "x",
-        "--start-from",
-        "nowhere",
-        "--data",
-        "nothing",
-    ]);
+    let train = ["train", "finetune", "--out", "x", "--start-from", "nowhere", "--data", "nothing"];
+    let message = sandbox.fails(&train);
     assert!(message.contains("nothing"), "{message}");
     let message = sandbox.fails(&["train", "pretrain", "--set", "image.side_px=100"]);
     assert!(message.contains("image.side_px"), "{message}");
@@ -230,8 +171,7 @@ fn an_ablation_trains_what_its_rows_share_once_and_keeps_it() {
     let args = ["ablate", "body", "--steps", "2", "--seeds", "2", "--jobs", "2", "--out", "abl"];
     let output = sandbox.ok(&tiny_body(&args));
     assert!(output.contains("14 networks to train, 2 at once"), "{output}");
-    let outcome: serde_json::Value =
-        serde_json::from_slice(&bytes(&sandbox.path("abl/ablation.json"))).expect("JSON");
+    let outcome = sandbox.json("abl/ablation.json");
     let rows = outcome["rows"].as_array().expect("rows");
     let names: Vec<&str> = rows.iter().filter_map(|row| row["name"].as_str()).collect();
     assert_eq!((names.len(), names[9]), (10, "mean-pose"), "{names:?}");
@@ -242,7 +182,7 @@ fn an_ablation_trains_what_its_rows_share_once_and_keeps_it() {
     // The same network before another sensor has other scores.
     let of = |name: &str| &rows[names.iter().position(|n| *n == name).expect("a row")]["means"]["mpjpe_px"];
     assert_ne!(of("full"), of("vga"));
-    let page = String::from_utf8(bytes(&sandbox.path("abl/ablation.html"))).expect("text");
+    let page = sandbox.text("abl/ablation.html");
     assert!(page.contains("<svg") && page.contains("wo-pretrain"));
 
     let (refused, again) = (sandbox.fails(&tiny_body(&args)), args.iter().chain(&["--resume"]));

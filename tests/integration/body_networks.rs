@@ -37,8 +37,7 @@ fn a_body_is_exported_quantized_evaluated_and_used() {
     let quantize = ["quantize", "--checkpoint", "run", "--data", "data", "--windows", "6"];
     let evaluate = ["--evaluate", "data", "--stride-ms", "50", "--json", "quantized.json"];
     let said = sandbox.ok(&[&quantize[..], &evaluate].concat());
-    let report: serde_json::Value =
-        serde_json::from_slice(&bytes(&sandbox.path("quantized.json"))).unwrap();
+    let report = sandbox.json("quantized.json");
     for (row, name) in ["f32", "bf16", "int8"].into_iter().enumerate() {
         assert_eq!(report["precisions"][row]["precision"], name);
         assert!(said.lines().any(|line| line.starts_with(name)), "{said}");
@@ -62,14 +61,13 @@ fn a_body_that_cannot_be_read_is_refused_as_a_body() {
     let at = file.windows(field.len()).position(|part| part == field).unwrap();
     // A field of a later version: as long, so that no length in the file changes.
     file[at..at + field.len()].copy_from_slice(b"side_py");
-    std::fs::write(sandbox.path("newer.bpk"), &file).unwrap();
+    sandbox.write("newer.bpk", &file);
     std::fs::create_dir(sandbox.path("run")).unwrap();
-    std::fs::write(sandbox.path("run/best.bpk"), &file).unwrap();
+    sandbox.write("run/best.bpk", &file);
     // The bytes are said to be intact.
-    let digest: String = Sha256::digest(&file).iter().map(|byte| format!("{byte:02x}")).collect();
+    let digest = Sha256::digest(&file);
     for (folder, name) in [("", "newer.bpk"), ("run/", "best.bpk")] {
-        let list = sandbox.path(&format!("{folder}SHA256SUMS"));
-        std::fs::write(list, format!("{digest}  {name}\n")).unwrap();
+        sandbox.write(&format!("{folder}SHA256SUMS"), format!("{digest:x}  {name}\n"));
     }
     std::fs::create_dir(sandbox.path("data")).unwrap();
     // A file and a directory: both find the task in the file.

@@ -2,7 +2,7 @@
 
 use evpose_core::EventStream;
 
-use crate::harness::{Sandbox, bytes};
+use crate::harness::Sandbox;
 
 const WIDTH: usize = 32;
 const HEIGHT: usize = 24;
@@ -96,8 +96,8 @@ fn bag(events: &EventStream, frames: &[u8], topics_of_images: &[&str]) -> Vec<u8
 
 /// Events of a camera with these effects.
 fn recorded(sandbox: &Sandbox, frames: &[u8], fps: &str, effects: &str) {
-    std::fs::write(sandbox.path("frames.npy"), frames).unwrap();
-    std::fs::write(sandbox.path("camera.toml"), effects).unwrap();
+    sandbox.write("frames.npy", frames);
+    sandbox.write("camera.toml", effects);
     let to = ["events", "--frames", "frames.npy", "--fps", fps, "--out", "rec.npz"];
     sandbox.ok(&[&to[..], &["--sensor", "camera.toml"]].concat());
 }
@@ -136,8 +136,8 @@ fn frames_of_a_video_are_at_the_times_that_it_states() {
         video.extend_from_slice(b"FRAME\n");
         video.extend_from_slice(frame);
     }
-    std::fs::write(sandbox.path("clip.y4m"), video).unwrap();
-    std::fs::write(sandbox.path("camera.toml"), PIXEL).unwrap();
+    sandbox.write("clip.y4m", video);
+    sandbox.write("camera.toml", PIXEL);
     let events = ["events", "--frames", "clip.y4m", "--sensor", "camera.toml", "--out", "rec.npz"];
     sandbox.ok(&events);
     let args = ["calibrate", "threshold", "--events", "rec.npz", "--frames", "clip.y4m"];
@@ -154,7 +154,7 @@ fn images_of_a_bag_are_at_the_times_of_its_events() {
     recorded(&sandbox, &array("|u1", &codes), "1000", PIXEL);
     let events = evpose_io::open(sandbox.path("rec.npz")).unwrap().stream;
     let write = |name: &str, topics: &[&str]| {
-        std::fs::write(sandbox.path(name), bag(&events, &codes, topics)).unwrap();
+        sandbox.write(name, bag(&events, &codes, topics));
     };
     write("cam.mcap", &["/cam/image"]);
     let given = "calibrate threshold --events rec.npz --frames frames.npy --fps 1000";
@@ -196,7 +196,7 @@ fn rates_come_back_and_hot_pixels_are_listed() {
     let said = sandbox.ok(&args);
     let on = number(&said, "ON  ", "ON");
     assert!((on / 8.0 - 1.0).abs() < 0.05, "{said}");
-    let table = String::from_utf8(bytes(&sandbox.path("hot.csv"))).unwrap();
+    let table = sandbox.text("hot.csv");
     assert!(table.starts_with("x,y,on_hz,off_hz\n") && table.lines().count() > 1, "{table}");
     assert!(sandbox.ok(&["sensor", "show", "n.toml"]).contains("uniform_noise"));
     let skip = |seconds| ["calibrate", "noise", "--events", "rec.npz", "--skip", seconds];

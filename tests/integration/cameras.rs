@@ -1,18 +1,11 @@
 //! Shipped networks before cameras that they were not trained for.
 
-use std::path::Path;
-
 use evpose_io::MetaReader;
 use evpose_io::poses::read_poses;
 use evpose_pose::JointFrame;
 use glam::Vec2;
 
-use crate::harness::{Sandbox, stderr};
-
-fn shipped(name: &str) -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("checkpoints").join(name);
-    path.to_str().expect("a path of text").to_owned()
-}
+use crate::harness::{Sandbox, shipped, stderr};
 
 /// Mean distance of the predicted wrist from the true one, in metres, when the same hand is
 /// recorded at `scale` of 240x180 pixels, which are `size`.
@@ -60,14 +53,12 @@ fn positions_come_back_in_the_pixels_of_the_sensor_and_guesses_are_said() {
         let t_s = 1e-4 * f64::from(k);
         text += &format!("{t_s:.6} {} {} 1\n", 300 + k % 40, 200 + (k / 40) % 60);
     }
-    std::fs::write(sandbox.path("rec.txt"), text).unwrap();
+    sandbox.write("rec.txt", text);
     sandbox.ok(&["convert", "rec.txt", "rec.npz", "--sensor", "640x480"]);
     let network = shipped("hand-quick.bpk");
     let infer = ["infer", "--checkpoint", &network, "--events", "rec.npz", "--out", "poses.csv"];
-    let output = sandbox.evpose(&[&infer[..], &["--joints", "j.csv"]].concat()).output().unwrap();
-    let said = [output.stdout, output.stderr].concat();
-    let said = String::from_utf8_lossy(&said);
-    assert!(output.status.success() && said.contains("45 degrees is assumed"), "{said}");
+    let (code, said) = sandbox.ends(&[&infer[..], &["--joints", "j.csv"]].concat());
+    assert!(code == Some(0) && said.contains("45 degrees is assumed"), "{said}");
     let joints = read_poses(&sandbox.path("j.csv")).unwrap();
     let pose = joints.poses.last().unwrap();
     // Far beyond the 60x45 pixels of the network.
@@ -131,8 +122,8 @@ fn recordings_without_a_pose_are_errors_that_say_how_long_they_must_be() {
     let mut text = String::from("60 45\n");
     // Ten milliseconds: shorter than the window of the hand and the stride of the body.
     (0..100).for_each(|k| text += &format!("{:.6} {} 7 1\n", 1e-4 * f64::from(k), k % 60));
-    std::fs::write(sandbox.path("short.txt"), text).unwrap();
-    std::fs::write(sandbox.path("none.txt"), "60 45\n").unwrap();
+    sandbox.write("short.txt", text);
+    sandbox.write("none.txt", "60 45\n");
     let [hand, body] = ["hand-quick.bpk", "body-quick.bpk"].map(shipped);
     let infer = |network: &str, events: &str| {
         let infer = ["infer", "--checkpoint", network, "--events", events, "--out", "poses.csv"];

@@ -1,24 +1,17 @@
 //! The networks that ship, as files. How accurate they are is tested in `accuracy.rs`.
 
-use std::path::{Path, PathBuf};
-
 use sha2::{Digest, Sha256};
 
-use crate::harness::{Sandbox, bytes, stderr};
-
-fn shipped(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("checkpoints").join(name)
-}
+use crate::harness::{BODY_TINY, Sandbox, bytes, shipped, stderr};
 
 #[test]
 fn what_ships_is_what_its_sums_say() {
-    let sums = String::from_utf8(bytes(&shipped("SHA256SUMS"))).expect("text");
+    let sums = std::fs::read_to_string(shipped("SHA256SUMS")).expect("text");
     assert_eq!(sums.lines().count(), 4);
     for line in sums.lines() {
         let (sum, name) = line.split_once("  ").expect("as sha256sum writes them");
-        let digest = Sha256::digest(bytes(&shipped(name)));
-        let hex: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
-        assert_eq!(hex, sum, "{name}");
+        let digest = Sha256::digest(bytes(shipped(name).as_ref()));
+        assert_eq!(format!("{digest:x}"), sum, "{name}");
     }
 }
 
@@ -27,10 +20,9 @@ fn what_ships_is_what_its_sums_say() {
 fn no_flipped_bit_of_a_checkpoint_gives_poses() {
     let sandbox = Sandbox::new();
     sandbox.ok(&["average", "hand-quick", "hand-quick", "--out", "own.bpk"]);
-    std::fs::write(sandbox.path("a.txt"), "240 180\n0.0 3 7 1\n0.3 9 8 0\n0.6 9 8 0\n")
-        .expect("events");
+    sandbox.write("a.txt", "240 180\n0.0 3 7 1\n0.3 9 8 0\n0.6 9 8 0\n");
     let infer = ["infer", "--checkpoint", "x.bpk", "--events", "a.txt", "--out", "poses.csv"];
-    for path in [shipped("hand-quick.bpk"), sandbox.path("own.bpk")] {
+    for path in [shipped("hand-quick.bpk").into(), sandbox.path("own.bpk")] {
         let whole = bytes(&path);
         let size = whole.len();
         let spread = (1..16).map(|k| k * size / 16 + k);
@@ -42,7 +34,7 @@ fn no_flipped_bit_of_a_checkpoint_gives_poses() {
         for (count, byte) in flipped.enumerate() {
             let mut damaged = whole.clone();
             damaged[byte] ^= 1 << (count % 8);
-            std::fs::write(sandbox.path("x.bpk"), damaged).expect("a flipped copy");
+            sandbox.write("x.bpk", damaged);
             let said = sandbox.fails(&infer);
             assert!(
                 said.contains("x.bpk: damaged: ") && !said.contains("panicked"),
@@ -50,7 +42,7 @@ fn no_flipped_bit_of_a_checkpoint_gives_poses() {
             );
             assert!(!sandbox.path("poses.csv").exists(), "{byte}");
         }
-        std::fs::write(sandbox.path("x.bpk"), whole).expect("a copy");
+        sandbox.write("x.bpk", whole);
         sandbox.ok(&["info", "x.bpk"]);
     }
 }
@@ -72,7 +64,8 @@ fn an_installed_program_has_its_networks() {
         assert!(output.status.success(), "{name}: {}", stderr(&output));
         let unpacked = format!("data/{}/checkpoints/{name}.bpk", env!("CARGO_PKG_VERSION"));
         // Unpacked once, byte for byte.
-        assert!(bytes(&sandbox.path(&unpacked)) == bytes(&shipped(&format!("{name}.bpk"))));
+        let shipped = shipped(&format!("{name}.bpk"));
+        assert!(bytes(&sandbox.path(&unpacked)) == bytes(shipped.as_ref()));
         let info = String::from_utf8(run(&["info", name]).stdout).expect("text");
         let (_, card) = info.split_once(&format!("# `{name}`\n")).expect("a card");
         assert!(["**Terms**", "AUC", "**Limits**"].iter().all(|part| card.contains(part)));
@@ -106,48 +99,15 @@ fn the_mean_of_a_network_and_itself_is_that_network_and_other_shapes_have_none()
 #[test]
 fn a_training_starts_from_a_shipped_network_by_its_name() {
     let sandbox = Sandbox::new();
-    let changes = [
-        "simulation.sequences=2",
-        "simulation.seconds=0.6",
-        "simulation.step_hz=250",
-        "simulation.label_hz=50",
-        "simulation.sensor_size={ width = 96, height = 72 }",
-        "simulation.surroundings.source={ procedural = 3 }",
-        "data.first_ms=100",
-        "data.min_joints=4",
-        "data.validation_share=0.5",
-        "training.batch_size=2",
-        "training.steps=1",
-        "training.steps_per_validation=1",
-        "training.validation_samples=2",
-    ];
     let train = ["train", "finetune", "--plain", "--out", "run", "--start-from", "body-quick"];
-    let set: Vec<&str> = changes.iter().flat_map(|change| ["--set", change]).collect();
+    let short = ["training.steps=1", "training.steps_per_validation=1"];
+    // The network and its images are those that ship.
+    let is_of_shipped =
+        |change: &&&str| !["image.", "network."].iter().any(|of| change.starts_with(of));
+    let changes = BODY_TINY.iter().filter(is_of_shipped).chain(&short);
+    let set: Vec<&str> = changes.flat_map(|change| ["--set", change]).collect();
     let said = sandbox.ok(&[&train[..], &set].concat());
     assert!(said.contains("checkpoint: run"), "{said}");
-}
-
-#[test]
-#[ignore = "compiles the program once more: minutes"]
-fn an_installed_program_finds_its_networks() {
-    let sandbox = Sandbox::new();
-    let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".to_owned());
-    let mut install = std::process::Command::new(cargo);
-    install.args(["install", "--locked", "--offline", "--path", env!("CARGO_MANIFEST_DIR")]);
-    // In the profile of the tests, whose crates are compiled already.
-    install.args(cfg!(debug_assertions).then_some("--debug"));
-    let output = install.arg("--root").arg(sandbox.path("installed")).output().unwrap();
-    assert!(output.status.success(), "{}", stderr(&output));
-    std::fs::create_dir(sandbox.path("elsewhere")).unwrap();
-    for network in ["hand", "body"] {
-        let output = std::process::Command::new(sandbox.path("installed/bin/evpose"))
-            .args(["export", "--checkpoint", network, "--onnx", "network.onnx"])
-            .current_dir(sandbox.path("elsewhere"))
-            .env("EVPOSE_DATA", sandbox.path("data-directory"))
-            .output()
-            .unwrap();
-        assert!(output.status.success(), "{network}: {}", stderr(&output));
-    }
 }
 
 #[test]
@@ -160,15 +120,14 @@ fn joints_of_images_are_also_evaluated_as_their_labels_put_them() {
     let keypoints: Vec<f64> = places.collect();
     let pose = serde_json::json!([{ "img_name": "0.png", "keypoints": keypoints,
         "center": [0.5, 0.5], "head_size": 0.1, "torso_size": 0.3 }]);
-    std::fs::write(sandbox.path("clip/poses.json"), pose.to_string()).expect("labels");
+    sandbox.write("clip/poses.json", pose.to_string());
     let network = shipped("body-quick.bpk");
-    let eval = ["eval", "--checkpoint", network.to_str().expect("text"), "--data", "clip"];
+    let eval = ["eval", "--checkpoint", &network, "--data", "clip"];
     let said = sandbox.ok(&eval);
     assert!(said.contains("filtered") && !said.contains("as labels"), "{said}");
     let said = sandbox.ok(&[&eval[..], &["--joints", "dhp19", "--json", "eval.json"]].concat());
     assert!(said.contains("as labels"), "{said}");
-    let json: serde_json::Value =
-        serde_json::from_slice(&bytes(&sandbox.path("eval.json"))).expect("JSON");
+    let json = sandbox.json("eval.json");
     assert!(json["placed"]["raw"]["pck"].is_array(), "{json}");
     // A convention that is not known is named with those that are.
     assert!(sandbox.fails(&[&eval[..], &["--joints", "mpii"]].concat()).contains("dhp19"));

@@ -68,9 +68,9 @@ fn systems_are_trained_evaluated_and_compared_and_kept() {
             .is_some_and(|verdict| verdict.is_string())
     );
     assert!(verdict("move-enet worse than openpose-grey").is_some_and(|verdict| verdict.is_null()));
-    let page = String::from_utf8(bytes(&sandbox.path("cmp/comparison.html"))).expect("text");
+    let page = sandbox.text("cmp/comparison.html");
     assert!(page.contains("<svg") && page.contains("lift-mono worse than move-enet"));
-    let markdown = String::from_utf8(bytes(&sandbox.path("cmp/comparison.md"))).expect("text");
+    let markdown = sandbox.text("cmp/comparison.md");
     let row = |line: &str| line.starts_with("| dhp19-cnn ") && line.contains(" 7500 events |");
     assert!(markdown.lines().any(row), "{markdown}");
 
@@ -113,8 +113,7 @@ fn networks_of_others_run_from_their_files() {
     use evpose_pose::body::OpenPoseModel;
 
     let sandbox = Sandbox::new();
-    let file =
-        |name: &str, bytes: &[u8]| std::fs::write(sandbox.path(name), bytes).expect("written");
+    let file = |name: &str, bytes: &[u8]| sandbox.write(name, bytes);
     file("movenet.onnx", &onnx::movenet(16, true));
     file("openpose.onnx", &onnx::openpose(OpenPoseModel::Coco18, onnx::Maps::Apart, 0.5));
     let systems = "openpose-grey,openpose-pim,movenet-grey";
@@ -193,7 +192,7 @@ fn every_clip_is_left_out_once_and_evaluated_with_and_without_fine_tuning() {
         assert_eq!(steps.collect::<Vec<_>>(), wanted, "{row}");
     }
     assert!(outcome["published"].to_string().contains("0.97"), "{outcome}");
-    let page = String::from_utf8(bytes(&sandbox.path("study/clips.html"))).expect("text");
+    let page = sandbox.text("study/clips.html");
     assert!(page.contains("from nothing") && page.contains("<svg"));
 
     assert!(sandbox.fails(&clips(&in_study)).contains("--resume"));

@@ -4,8 +4,7 @@ use crate::harness::{Sandbox, bytes, tiny};
 
 /// A network that has seen 12 batches: it need not be good.
 fn trained() -> Sandbox {
-    let sandbox = Sandbox::new();
-    sandbox.ok(&tiny(&["simulate", "quick", "--out", "data"]));
+    let sandbox = Sandbox::with_hands();
     sandbox.ok(&tiny(&["train", "quick", "--data", "data", "--out", "run", "--plain"]));
     sandbox
 }
@@ -13,11 +12,8 @@ fn trained() -> Sandbox {
 #[test]
 fn a_checkpoint_is_evaluated_under_conditions_of_the_program_and_of_the_user() {
     let sandbox = trained();
-    std::fs::write(
-        sandbox.path("dusk.toml"),
-        "# A tenth of the light.\n[simulation]\nlight_level = 0.1\n[slow_motion]\nbatch_inputs = 4\n",
-    )
-    .unwrap();
+    sandbox.write("dusk.toml", "# A tenth of the light.\n[simulation]\nlight_level = 0.1\n[slow_motion]\nbatch_inputs = 4\n",
+    );
     let few = ["--sequences", "2", "--seconds", "0.4", "--stride-ms", "10"];
     let eval = ["eval", "--checkpoint", "run", "--conditions", "slow,dark,dusk.toml"];
     let said =
@@ -64,7 +60,7 @@ fn a_recording_is_inferred_in_slow_motion() {
     let infer = ["infer", "--checkpoint", "run", "--events", "slow/0000.evc", "--out", "poses.csv"];
     let said = sandbox.ok(&[&infer[..], &["--mode", "slow-motion"]].concat());
     assert!(said.contains("slow motion"), "{said}");
-    let poses = String::from_utf8(bytes(&sandbox.path("poses.csv"))).unwrap();
+    let poses = sandbox.text("poses.csv");
     let times: Vec<i64> = poses
         .lines()
         // The header has no time.

@@ -53,7 +53,6 @@ fn places(value: &Value, at: &[String]) -> Vec<Vec<String>> {
     }
 }
 
-/// The value at a place.
 fn at<'a>(value: &'a mut Value, place: &[String]) -> &'a mut Value {
     place.iter().fold(value, |value, key| match value {
         Value::Array(values) => &mut values[key.parse::<usize>().unwrap()],
@@ -153,7 +152,7 @@ fn what_made_labels_without_a_number_is_refused_by_name() {
 fn an_error_in_a_line_of_a_megabyte_is_short() {
     let sandbox = Sandbox::new();
     let line = format!("task = \"hand\"\ntraining = {{ steps = {}x }}\n", "1".repeat(1 << 20));
-    std::fs::write(sandbox.path("long.toml"), line).unwrap();
+    sandbox.write("long.toml", line);
     let message = sandbox.fails(&["simulate", "long.toml", "--out", "data"]);
     assert!(message.len() < 2_000 && message.contains("long.toml"), "{} bytes", message.len());
 }

@@ -63,8 +63,7 @@ fn the_demo_ends_with_metrics_and_a_report_and_its_checkpoint_can_be_used() {
     let next = output.trim_end().lines().last().unwrap();
     assert!(next.starts_with("next:    evpose infer --checkpoint demo/train"), "{output}");
 
-    let metrics: Value =
-        serde_json::from_slice(&bytes(&sandbox.path("demo/metrics.json"))).unwrap();
+    let metrics = sandbox.json("demo/metrics.json");
     for method in ["mean_pose", "untrained", "trained", "trained_kalman"] {
         for number in ["translation_mm", "rotation_deg", "articulation", "auc_3d", "auc_2d"] {
             let interval = &metrics["held_out"][method][number];
@@ -73,7 +72,7 @@ fn the_demo_ends_with_metrics_and_a_report_and_its_checkpoint_can_be_used() {
             assert!(low <= estimate && estimate <= high, "{method}.{number}: {interval}");
         }
     }
-    let report = String::from_utf8(bytes(&sandbox.path("demo/report.html"))).unwrap();
+    let report = sandbox.text("demo/report.html");
     // Two of correct points, and the learning curves.
     assert!(report.matches("<svg").count() > 2 && report.ends_with("</html>\n"));
     for image in ["data:image/gif;base64,R0lGOD", "data:image/png;base64,iVBORw0KGgo"] {
@@ -105,8 +104,8 @@ fn the_demo_ends_with_metrics_and_a_report_and_its_checkpoint_can_be_used() {
         "--joints",
         "joints.csv",
     ]);
-    let poses = String::from_utf8(bytes(&sandbox.path("poses.csv"))).unwrap();
-    let joints = String::from_utf8(bytes(&sandbox.path("joints.csv"))).unwrap();
+    let poses = sandbox.text("poses.csv");
+    let joints = sandbox.text("joints.csv");
     let columns = |text: &str| text.lines().map(|l| l.split(',').count()).collect::<Vec<_>>();
     assert!(columns(&poses).iter().all(|&n| n == 5 + 12 + 21 * 5), "12 parameters, 21 joints");
     assert!(columns(&joints).iter().all(|&n| n == 5 + 21 * 5), "21 joints");
@@ -144,8 +143,8 @@ fn a_demo_of_a_minute_shows_the_network_that_ships() {
     for file in ["config.toml", "run.toml", "frames.png"] {
         assert!(sandbox.path("shown").join(file).exists(), "{file} is missing");
     }
-    let report = String::from_utf8(bytes(&sandbox.path("shown/report.html"))).unwrap();
-    let metrics = serde_json::from_slice(&bytes(&sandbox.path("shown/metrics.json"))).unwrap();
+    let report = sandbox.text("shown/report.html");
+    let metrics = sandbox.json("shown/metrics.json");
     is_of_its_metrics(&report, &metrics);
     // No section without content.
     assert!(report.contains("Nothing was trained") && !report.contains("Learning curves"));

@@ -1,17 +1,10 @@
 //! Nobody is reported where nobody is: pure noise, next to no events, and a person.
 
-use std::path::Path;
-
 use evpose_core::{CounterRng, Event, EventStream, Micros, Polarity};
 use evpose_io::poses::{TimedPose, read_poses};
 use evpose_pose::PoseOrigin;
 
-use crate::harness::{Sandbox, stderr};
-
-fn shipped(name: &str) -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("checkpoints").join(name);
-    path.to_str().expect("a path of text").to_owned()
-}
+use crate::harness::{Sandbox, shipped, stderr};
 
 /// Writes a second of `count` events anywhere on 346x260 pixels.
 fn noise(sandbox: &Sandbox, name: &str, count: u64) {
@@ -26,7 +19,7 @@ fn noise(sandbox: &Sandbox, name: &str, count: u64) {
         let t_s = k as f64 / count as f64;
         text += &format!("{t_s:.6} {} {} {}\n", below(346), below(260), below(2));
     }
-    std::fs::write(sandbox.path(name), text).unwrap();
+    sandbox.write(name, text);
 }
 
 /// The rows of a network of bodies, and the notes of the command, which fails if all of them are of nobody.
@@ -82,7 +75,7 @@ fn nothing_is_said_before_there_was_something_to_see() {
         let network = shipped(network);
         let live = ["live", "--source", "empty.txt", "--checkpoint", &network, "--speed", "max"];
         sandbox.ok(&[&live[..], &["--json", "poses.jsonl"]].concat());
-        let poses = std::fs::read_to_string(sandbox.path("poses.jsonl")).unwrap();
+        let poses = sandbox.text("poses.jsonl");
         assert!(poses.is_empty(), "{network}: {poses}");
     }
     let hand = shipped("hand.bpk");
@@ -119,17 +112,8 @@ fn a_person_is_found_and_thresholds_leave_out_what_scores_lower() {
             assert!(joint.image_px.is_none() || (score >= 0.6 && strict.score >= Some(0.6)));
         }
     }
-    let refused = sandbox.fails(&[
-        "infer",
-        "--min-score",
-        "2",
-        "--checkpoint",
-        "x",
-        "--events",
-        "y",
-        "--out",
-        "z",
-    ]);
+    let beyond = ["--checkpoint", "x", "--events", "y", "--out", "z", "--min-score", "2"];
+    let refused = sandbox.fails(&[&["infer"], &beyond[..]].concat());
     assert!(refused.contains("0 to 1"), "{refused}");
     let network = shipped("body.bpk");
     let eval = ["eval", "--checkpoint", &network, "--stride-ms", "100", "--data"];

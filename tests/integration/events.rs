@@ -34,7 +34,7 @@ fn sandbox() -> Sandbox {
         all.extend_from_slice(frame(index).as_raw());
     }
     let shape = format!("({FRAMES}, {HEIGHT}, {WIDTH})");
-    std::fs::write(sandbox.path("frames.npy"), npy("|u1", &shape, &all)).unwrap();
+    sandbox.write("frames.npy", npy("|u1", &shape, &all));
     sandbox
 }
 
@@ -58,7 +58,7 @@ fn images_and_arrays_of_the_same_frames_give_the_same_bytes() {
     assert!(bytes(&sandbox.path("a.npz")) != bytes(&sandbox.path("c.npz")));
     let info = sandbox.ok(&["info", "a.npz"]);
     assert!(info.contains("24x16"), "{info}");
-    let how = String::from_utf8(bytes(&sandbox.path("a.npz.toml"))).unwrap();
+    let how = sandbox.text("a.npz.toml");
     let how: toml::Table = how.parse().unwrap();
     assert_eq!(how["frames"]["fps"].as_float(), Some(500.0));
     assert_eq!(how["sensor"]["effect"][0]["name"].as_str(), Some("lin_log"));
@@ -85,7 +85,7 @@ fn a_map_of_thresholds_takes_the_place_of_those_of_the_sensor() {
     let sandbox = sandbox();
     let map: Vec<u8> = (0..WIDTH * HEIGHT).flat_map(|_| 3f32.to_le_bytes()).collect();
     let shape = format!("({HEIGHT}, {WIDTH})");
-    std::fs::write(sandbox.path("high.npy"), npy("<f4", &shape, &map)).unwrap();
+    sandbox.write("high.npy", npy("<f4", &shape, &map));
     let clean = |out, more: &[&str]| {
         let usual = ["events", "--frames", "images", "--fps", "500", "--sensor", "v2e-clean"];
         sandbox.ok(&[&usual[..], &["--out", out], more].concat())
@@ -94,7 +94,7 @@ fn a_map_of_thresholds_takes_the_place_of_those_of_the_sensor() {
     // No contrast of the scene is an e-fold of three.
     let said = clean("b.npz", &["--threshold-map", "high.npy"]);
     assert!(said.contains("events    0:"), "{said}");
-    std::fs::write(sandbox.path("low.npy"), npy("<f4", "(1, 1)", &0.2f32.to_le_bytes())).unwrap();
+    sandbox.write("low.npy", npy("<f4", "(1, 1)", &0.2f32.to_le_bytes()));
     let wrong = args("images", "c.npz", &["--threshold-map", "low.npy"]);
     let message = sandbox.fails(&wrong);
     assert!(message.contains("1x1") && message.contains("24x16"), "{message}");
@@ -107,7 +107,7 @@ fn steps_between_frames_make_events_between_frames() {
         let sensor = ["--sensor", "eventhands"];
         let usual = ["events", "--frames", "images", "--fps", "100", "--out", out];
         sandbox.ok(&[&usual[..], &sensor, more].concat());
-        let text = String::from_utf8(bytes(&sandbox.path(out))).unwrap();
+        let text = sandbox.text(out);
         let times = text.lines().skip(1).map(|line| line.split(' ').next().unwrap().to_owned());
         times.map(|t| t.parse::<i64>().unwrap()).collect::<Vec<_>>()
     };
@@ -123,7 +123,7 @@ fn what_is_wrong_is_said_before_anything_is_written() {
     assert!(message(&args("images", "a.jpg", &[])).contains(".npz"));
     assert!(message(&args("nowhere", "a.npz", &[])).contains("nowhere"));
     // The config that a run writes beside its events is no sensor of the same run.
-    std::fs::write(sandbox.path("a.npz.toml"), "").unwrap();
+    sandbox.write("a.npz.toml", "");
     let again = ["events", "--frames", "images", "--fps", "100", "--sensor", "a.npz.toml"];
     let again = message(&[&again[..], &["--out", "a.npz"]].concat());
     assert!(again.contains("a.npz.toml: is read, and written"), "{again}");
@@ -132,7 +132,7 @@ fn what_is_wrong_is_said_before_anything_is_written() {
     assert!(message(&args("empty", "a.npz", &[])).contains("no .png"));
     // One byte short: the last frame is cut.
     let cut = bytes(&sandbox.path("frames.npy"));
-    std::fs::write(sandbox.path("cut.npy"), &cut[..cut.len() - 1]).unwrap();
+    sandbox.write("cut.npy", &cut[..cut.len() - 1]);
     assert!(message(&args("cut.npy", "a.npz", &[])).contains("11 of its 12 frames"));
     // An image of another size among the frames.
     GrayImage::new(3, 3).save(sandbox.path("images/3.png")).unwrap();
@@ -147,23 +147,12 @@ fn what_is_wrong_is_said_before_anything_is_written() {
 #[test]
 fn the_sensor_bench_times_peers_on_its_frames() {
     let sandbox = Sandbox::new();
-    std::fs::write(sandbox.path("peer.sh"), "test -s $1 && echo measuring $3 && echo $2\n")
-        .unwrap();
+    sandbox.write("peer.sh", "test -s $1 && echo measuring $3 && echo $2\n");
     let peer = "other=sh peer.sh {frames} {fps} {setting}";
-    let said = sandbox.ok(&[
-        "bench",
-        "sensor",
-        "--seconds",
-        "0.05",
-        "--peer",
-        peer,
-        "--json",
-        "sensor.json",
-    ]);
+    let said = sandbox.run("bench sensor --seconds 0.05 --json sensor.json", &["--peer", peer]);
     // The peer answers 1000, the rate of its frames, in place of a time.
     assert!(said.contains("other") && said.contains("1000.00 ns"), "{said}");
-    let report: serde_json::Value =
-        serde_json::from_slice(&bytes(&sandbox.path("sensor.json"))).unwrap();
+    let report = sandbox.json("sensor.json");
     for (index, setting) in ["thresholds", "all"].into_iter().enumerate() {
         let measured = &report["settings"][index];
         assert_eq!(measured["setting"], setting);
@@ -179,13 +168,13 @@ fn floats_of_bytes_and_videos_give_the_events_of_their_images() {
     let codes: Vec<u8> = (0..FRAMES).flat_map(|index| frame(index).into_raw()).collect();
     let floats: Vec<u8> = codes.iter().flat_map(|code| f32::from(*code).to_le_bytes()).collect();
     let shape = format!("({FRAMES}, {HEIGHT}, {WIDTH})");
-    std::fs::write(sandbox.path("floats.npy"), npy("<f4", &shape, &floats)).unwrap();
+    sandbox.write("floats.npy", npy("<f4", &shape, &floats));
     let mut video = format!("YUV4MPEG2 W{WIDTH} H{HEIGHT} F500:1 Cmono\n").into_bytes();
     for planes in codes.chunks((WIDTH * HEIGHT) as usize) {
         video.extend_from_slice(b"FRAME\n");
         video.extend_from_slice(planes);
     }
-    std::fs::write(sandbox.path("clip.y4m"), video).unwrap();
+    sandbox.write("clip.y4m", video);
     let file = std::fs::File::create(sandbox.path("clip.gif")).unwrap();
     let mut encoder = image::codecs::gif::GifEncoder::new(file);
     for index in 0..FRAMES {
@@ -232,9 +221,9 @@ fn frames_of_a_video_have_the_times_that_it_states() {
         );
         pixels.extend(frame(index).as_raw().iter().flat_map(|code| [*code; 3]));
     }
-    std::fs::write(sandbox.path("said"), said).unwrap();
-    std::fs::write(sandbox.path("pixels"), pixels).unwrap();
-    std::fs::write(sandbox.path("clip.avi"), "a video").unwrap();
+    sandbox.write("said", said);
+    sandbox.write("pixels", pixels);
+    sandbox.write("clip.avi", "a video");
     let script =
         "#!/bin/sh\ncase \"$*\" in *showinfo*) /bin/cat said >&2 ;; *) /bin/cat pixels ;; esac\n";
     let program = programs.join("ffmpeg");
@@ -248,7 +237,7 @@ fn frames_of_a_video_have_the_times_that_it_states() {
     let output = run(&programs, &[]);
     assert!(output.status.success(), "{}", stderr(&output));
     let times = |name: &str| {
-        let text = String::from_utf8(bytes(&sandbox.path(name))).unwrap();
+        let text = sandbox.text(name);
         let times = text.lines().skip(1).map(|line| line.split(' ').next().unwrap().to_owned());
         let mut times: Vec<i64> = times.map(|t| t.parse().unwrap()).collect();
         times.dedup();
@@ -270,7 +259,7 @@ fn frames_of_a_video_have_the_times_that_it_states() {
         "{}",
         stderr(&output)
     );
-    std::fs::write(sandbox.path("pixels"), "too few").unwrap();
+    sandbox.write("pixels", "too few");
     let output = run(&programs, &[]);
     assert!(stderr(&output).contains("frame 0 of 12"), "{}", stderr(&output));
     std::fs::write(&program, "#!/bin/sh\necho 'clip.avi: Invalid data found' >&2\nexit 1\n")

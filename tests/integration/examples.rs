@@ -3,7 +3,6 @@
 use std::path::Path;
 use std::process::Command;
 
-/// Standard output of an example.
 fn output_of(example: &str) -> String {
     let programs = Path::new(env!("CARGO_BIN_EXE_evpose")).parent().unwrap();
     let path = programs.join("examples").join(example);

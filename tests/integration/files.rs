@@ -10,7 +10,7 @@ fn sandbox() -> Sandbox {
         let (t, x) = (1_000_000 + 1000 * k, (k / 16) % 32);
         text += &format!("{t} {} {} 1\n{t} {} {} 0\n", x + 4, 10 + k % 7, x, 10 + k % 7);
     }
-    std::fs::write(sandbox.path("dot.txt"), text).unwrap();
+    sandbox.write("dot.txt", text);
     sandbox
 }
 
@@ -31,8 +31,8 @@ fn a_recording_comes_back_from_every_format_that_can_be_written() {
             sandbox.ok(&["convert", "dot.txt", &file, "--format", format.name, "--zero-time"]);
         assert!(said.contains("1000 events of a 40x30 sensor"), "{said}");
         sandbox.ok(&["convert", &file, "back.txt", "--sensor", "40x30"]);
-        let back = String::from_utf8(bytes(&sandbox.path("back.txt"))).unwrap();
-        let want = String::from_utf8(bytes(&sandbox.path("dot.txt"))).unwrap();
+        let back = sandbox.text("back.txt");
+        let want = sandbox.text("dot.txt");
         let sorted = |text: &str, shift: i64| {
             let mut events: Vec<(i64, String)> = text
                 .lines()
@@ -52,7 +52,7 @@ fn a_recording_comes_back_from_every_format_that_can_be_written() {
 fn a_part_is_cut_out_by_the_time_since_the_first_event() {
     let sandbox = sandbox();
     sandbox.ok(&["convert", "dot.txt", "part.txt", "--from", "0.1", "--to", "0.2"]);
-    let part = String::from_utf8(bytes(&sandbox.path("part.txt"))).unwrap();
+    let part = sandbox.text("part.txt");
     let lines: Vec<&str> = part.lines().collect();
     assert_eq!((lines[0], lines[1], lines.len()), ("40 30", "1100000 10 12 1", 201));
     let message = sandbox.fails(&["convert", "dot.txt", "no.txt", "--from", "2", "--to", "1"]);
@@ -63,7 +63,7 @@ fn a_part_is_cut_out_by_the_time_since_the_first_event() {
 #[test]
 fn events_out_of_order_and_outside_the_sensor_are_said() {
     let sandbox = sandbox();
-    std::fs::write(sandbox.path("odd.txt"), "4 3\n90000 1 1 1\n5 1 1 1\n90001 4 1 1\n").unwrap();
+    sandbox.write("odd.txt", "4 3\n90000 1 1 1\n5 1 1 1\n90001 4 1 1\n");
     let said = sandbox.ok(&["convert", "odd.txt", "out.npz"]);
     assert!(said.contains("1 events outside the sensor: skipped"), "{said}");
     assert!(said.contains("1 events stood up to 89.995 ms behind later ones: sorted"), "{said}");
@@ -72,7 +72,7 @@ fn events_out_of_order_and_outside_the_sensor_are_said() {
 #[test]
 fn what_is_readable_of_a_damaged_file_is_saved_only_when_asked() {
     let sandbox = sandbox();
-    std::fs::write(sandbox.path("cut.txt"), "4 3\n1 1 1 1\n2 1 1 1\n3 1").unwrap();
+    sandbox.write("cut.txt", "4 3\n1 1 1 1\n2 1 1 1\n3 1");
     let message = sandbox.fails(&["convert", "cut.txt", "out.txt"]);
     assert!(message.contains("byte 20") && message.contains("2 events readable"), "{message}");
     assert!(!sandbox.path("out.txt").exists());
@@ -85,7 +85,7 @@ fn a_recording_is_seen_as_a_page_a_sheet_and_an_animation() {
     let sandbox = sandbox();
     let said = sandbox.ok(&["view", "dot.txt", "--out", "view.html", "--frames", "10"]);
     assert!(said.contains("10 frames, one every 49.900 ms up to 0.499 s"), "{said}");
-    let page = String::from_utf8(bytes(&sandbox.path("view.html"))).unwrap();
+    let page = sandbox.text("view.html");
     assert_eq!(page.matches("iVBORw0KGgo").count(), 11, "every frame, and the one to begin with");
     assert!(page.contains("40x30") && !page.contains("http"), "a page on its own");
     // What its script looks for is there: a name that is not ends the script at the first frame.
@@ -126,10 +126,10 @@ fn a_page_begins_where_most_happens() {
     for _ in 0..9 {
         text += "700 2 2 1\n";
     }
-    std::fs::write(sandbox.path("burst.txt"), text + "999 1 1 1\n").unwrap();
+    sandbox.write("burst.txt", text + "999 1 1 1\n");
     let of_a_frame = ["--frames", "10", "--window-ms", "0.1"];
     sandbox.ok(&[["view", "burst.txt", "--out", "burst.html"], of_a_frame].concat());
-    let page = String::from_utf8(bytes(&sandbox.path("burst.html"))).unwrap();
+    let page = sandbox.text("burst.html");
     assert!(
         page.contains("0.001 s, 9 events") && page.contains("value=\"7\""),
         "the eighth of ten"
@@ -200,7 +200,7 @@ fn wandering() -> String {
 #[test]
 fn a_noisy_recording_is_cleaned_and_its_mask_serves_again() {
     let sandbox = Sandbox::new();
-    std::fs::write(sandbox.path("noisy.txt"), noisy()).unwrap();
+    sandbox.write("noisy.txt", noisy());
     // First without any filter: `clean` alone only looks.
     let checked = sandbox.ok(&["clean", "noisy.txt"]);
     assert!(checked.contains("check     10008 events"), "{checked}");
@@ -209,7 +209,7 @@ fn a_noisy_recording_is_cleaned_and_its_mask_serves_again() {
     let said = sandbox.ok(&[&["clean", "noisy.txt", "clean.txt"][..], &with].concat());
     assert!(said.contains("hot       removed 2000 of 10008 events"), "{said}");
     assert!(said.contains("1 hot pixels"), "{said}");
-    let left = String::from_utf8(bytes(&sandbox.path("clean.txt"))).unwrap();
+    let left = sandbox.text("clean.txt");
     // Neither the hot pixel nor the isolated one is left.
     assert!(!left.contains(" 39 29 "), "{said}");
     assert!(!left.contains(" 38 3 "), "{said}");
@@ -235,8 +235,8 @@ fn mirrored_columns_are_detected_by_events_of_the_same_scene_and_corrected() {
             _ => format!("{line}\n"),
         })
         .collect();
-    std::fs::write(sandbox.path("right.txt"), &right).unwrap();
-    std::fs::write(sandbox.path("mirrored.txt"), mirrored).unwrap();
+    sandbox.write("right.txt", &right);
+    sandbox.write("mirrored.txt", mirrored);
     let said = sandbox.ok(&["clean", "mirrored.txt", "back.txt", "--reference", "right.txt"]);
     assert!(said.contains("axes      columns mirrored"), "{said}");
     assert!(bytes(&sandbox.path("back.txt")) == right.into_bytes());
@@ -265,17 +265,16 @@ fn an_animation_is_a_gif_where_that_is_asked() {
 
 /// Exit code and the command that `evpose check` says to go on with.
 fn checked(sandbox: &Sandbox, file: &str, text: &str) -> (Option<i32>, String) {
-    std::fs::write(sandbox.path(file), text).unwrap();
-    let output = sandbox.evpose(&["check", file]).output().unwrap();
-    let said = String::from_utf8(output.stdout).unwrap();
+    sandbox.write(file, text);
+    let (code, said) = sandbox.ends(&["check", file]);
     let next = said.lines().find_map(|line| line.trim_start().strip_prefix("next"));
-    (output.status.code(), next.unwrap_or_else(|| panic!("{said}")).trim().to_owned())
+    (code, next.unwrap_or_else(|| panic!("{said}")).trim().to_owned())
 }
 
 #[test]
 fn check_says_whether_a_recording_can_be_used_and_what_comes_next() {
     let sandbox = sandbox();
-    let dot = String::from_utf8(bytes(&sandbox.path("dot.txt"))).unwrap();
+    let dot = sandbox.text("dot.txt");
     let infer = "evpose infer --checkpoint body --events a.txt --out poses.csv";
     assert_eq!(checked(&sandbox, "a.txt", &dot), (Some(0), infer.to_owned()));
     // Three pixels that have an event every 100 us.

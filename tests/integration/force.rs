@@ -1,34 +1,29 @@
 //! Outputs that are inputs, pipes, full disks, signals.
 
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
-use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::harness::{Sandbox, bytes, stderr};
-
-fn network() -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("checkpoints/body-quick.bpk");
-    path.to_str().unwrap().to_owned()
-}
+use crate::harness::{Sandbox, bytes, shipped, stderr};
 
 /// A recording of a second: a dot that runs along the rows.
-fn recorded(sandbox: &Sandbox) {
+fn recorded() -> Sandbox {
+    let sandbox = Sandbox::new();
     let mut text = "96 72\n".to_owned();
     for k in 0..2_000 {
         text += &format!("{} {} {} {}\n", 500 * k, k / 7 % 96, k / 11 % 72, k % 2);
     }
-    std::fs::write(sandbox.path("in.txt"), text).unwrap();
+    sandbox.write("in.txt", text);
     sandbox.ok(&["convert", "in.txt", "in.evs"]);
+    sandbox
 }
 
 #[test]
 fn an_output_that_is_an_input_is_refused_and_nothing_is_lost() {
-    let sandbox = Sandbox::new();
-    recorded(&sandbox);
+    let sandbox = recorded();
     let before = bytes(&sandbox.path("in.evs"));
     std::fs::hard_link(sandbox.path("in.evs"), sandbox.path("other.evs")).unwrap();
-    let network = network();
+    let network = shipped("body-quick.bpk");
     let live = ["live", "--source", "in.evs", "--checkpoint", &network];
     let infer = ["infer", "--events", "in.evs", "--checkpoint", &network];
     let refused: [(&[&str], &[&str], [&str; 2]); 6] = [
@@ -40,9 +35,8 @@ fn an_output_that_is_an_input_is_refused_and_nothing_is_lost() {
         (&["view", "in.evs"], &["--out", "in.evs"], ["--out", "INPUT"]),
     ];
     for (line, more, flags) in refused {
-        let output = sandbox.evpose(&[line, more].concat()).output().unwrap();
-        let said = stderr(&output);
-        assert_eq!(output.status.code(), Some(2), "{said}");
+        let (code, said) = sandbox.ends(&[line, more].concat());
+        assert_eq!(code, Some(2), "{said}");
         assert!(said.contains("are one file"), "{said}");
         assert!(flags.iter().all(|flag| said.contains(flag)), "{said}");
         assert!(bytes(&sandbox.path("in.evs")) == before);
@@ -53,8 +47,7 @@ fn an_output_that_is_an_input_is_refused_and_nothing_is_lost() {
 #[cfg(unix)]
 #[test]
 fn links_are_followed_and_pipes_are_written_through() {
-    let sandbox = Sandbox::new();
-    recorded(&sandbox);
+    let sandbox = recorded();
     let at = |name: &str| sandbox.path(name);
     sandbox.ok(&["convert", "in.txt", "plain.csv"]);
     let made = Command::new("mkfifo").arg(at("pipe.csv")).status().unwrap();
@@ -76,8 +69,7 @@ fn links_are_followed_and_pipes_are_written_through() {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_standard_output_is_said() {
-    let sandbox = Sandbox::new();
-    recorded(&sandbox);
+    let sandbox = recorded();
     for line in
         [&["info", "in.evs"][..], &["--help"], &["completions", "bash"], &["sensor", "list"]]
     {
@@ -91,16 +83,15 @@ fn a_full_standard_output_is_said() {
 
 /// Times of the poses in a file of lines, in microseconds.
 fn times(sandbox: &Sandbox, name: &str) -> Vec<i64> {
-    let text = String::from_utf8(bytes(&sandbox.path(name))).unwrap();
+    let text = sandbox.text(name);
     let of = |line: &str| serde_json::from_str::<serde_json::Value>(line).unwrap()["t_us"].as_i64();
     text.lines().map(|line| of(line).unwrap()).collect()
 }
 
 #[test]
 fn the_clock_of_a_replay_ends_with_the_recording_and_seconds_are_its_own() {
-    let sandbox = Sandbox::new();
-    recorded(&sandbox);
-    let network = network();
+    let sandbox = recorded();
+    let network = shipped("body-quick.bpk");
     let live = ["live", "--source", "in.evs", "--checkpoint", &network, "--json", "p.jsonl"];
     let live = [&live[..], &["--stride-ms", "50"]].concat();
     for speed in ["100", "1000", "max"] {
@@ -111,8 +102,7 @@ fn the_clock_of_a_replay_ends_with_the_recording_and_seconds_are_its_own() {
     }
     sandbox
         .ok(&[&live[..], &["--speed", "max", "--seconds", "0.25", "--report", "r.json"]].concat());
-    let report: serde_json::Value =
-        serde_json::from_slice(&bytes(&sandbox.path("r.json"))).unwrap();
+    let report = sandbox.json("r.json");
     // One event in 500 us.
     assert_eq!(report["events"], 500);
     assert!(times(&sandbox, "p.jsonl").iter().all(|t| *t < 250_000));
@@ -136,9 +126,8 @@ fn kill(child: &Child, signal: &str) {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_hangup_that_was_ignored_when_it_began_does_not_end_a_live_run() {
-    let sandbox = Sandbox::new();
-    recorded(&sandbox);
-    let network = network();
+    let sandbox = recorded();
+    let network = shipped("body-quick.bpk");
     // As `nohup` starts it.
     let mut child = Command::new("sh")
         .args(["-c", "trap '' HUP; exec \"$@\"", "sh", env!("CARGO_BIN_EXE_evpose")])
@@ -163,8 +152,7 @@ fn a_hangup_that_was_ignored_when_it_began_does_not_end_a_live_run() {
 #[cfg(unix)]
 #[test]
 fn signals_end_a_live_run_with_its_report_and_its_poses() {
-    let sandbox = Sandbox::new();
-    recorded(&sandbox);
+    let sandbox = recorded();
     // Where these tests were started by `nohup`, so was the program.
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
@@ -174,7 +162,7 @@ fn signals_end_a_live_run_with_its_report_and_its_poses() {
         if is_hup_ignored { &["-INT", "-TERM"] } else { &["-INT", "-TERM", "-HUP"] };
     for &signal in signals {
         let (poses, report) = (format!("p{signal}.jsonl"), format!("r{signal}.json"));
-        let network = network();
+        let network = shipped("body-quick.bpk");
         let live = ["live", "--source", "in.evs", "--times", "100000", "--checkpoint", &network];
         let outputs = ["--json", &poses, "--report", &report];
         let mut child = sandbox
@@ -190,8 +178,7 @@ fn signals_end_a_live_run_with_its_report_and_its_poses() {
         assert!(status.success(), "{signal}: {status}");
         assert!(began.elapsed() < Duration::from_secs(20), "{signal}");
         rest.join().unwrap();
-        let report: serde_json::Value =
-            serde_json::from_slice(&bytes(&sandbox.path(&report))).unwrap();
+        let report = sandbox.json(&report);
         let written = report["network"]["poses"].as_u64().unwrap();
         let written = written + report["propagated"]["poses"].as_u64().unwrap();
         assert!(written > 0);
@@ -203,7 +190,6 @@ fn signals_end_a_live_run_with_its_report_and_its_poses() {
 /// it said.
 #[cfg(target_os = "linux")]
 fn on_a_terminal(sandbox: &Sandbox, keys: &[&[u8]]) -> (i32, String) {
-    use crate::harness::tiny;
     let mut train = tiny(&["train", "quick", "--data", "data", "--out", "run"]);
     // The last word counts: long enough that keys come before its end.
     train.extend(["--set", "training.steps=100000"]);
@@ -260,9 +246,7 @@ fn on_a_terminal(sandbox: &Sandbox, keys: &[&[u8]]) -> (i32, String) {
 #[cfg(target_os = "linux")]
 #[test]
 fn keys_and_signals_end_a_training_on_the_dashboard_and_it_says_so() {
-    use crate::harness::tiny;
-    let sandbox = Sandbox::new();
-    sandbox.ok(&tiny(&["simulate", "quick", "--out", "data"]));
+    let sandbox = Sandbox::with_hands();
     for (keys, reason) in [
         (&[b"\x03".as_slice()][..], "interrupted"),
         (&[b"q", b"s"], "stopped"),

@@ -33,8 +33,7 @@ fn the_foreign_set_is_what_was_sealed() {
     for line in sums.lines() {
         let (sum, name) = line.split_once("  ").expect("as sha256sum writes them");
         let digest = Sha256::digest(bytes(&set().join(name)));
-        let hex: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
-        assert_eq!(hex, sum, "{name}");
+        assert_eq!(format!("{digest:x}"), sum, "{name}");
         assert!(summed.insert(name.to_owned()), "{name} is summed twice");
     }
     let mut there = BTreeSet::new();

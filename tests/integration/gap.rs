@@ -1,10 +1,8 @@
 //! The gap workflow as a user runs it, on recordings whose hidden effect is known.
 
-use std::path::Path;
-
 use evpose_sensor::STAGES;
 
-use crate::harness::{Sandbox, bytes, stderr};
+use crate::harness::{Sandbox, bytes};
 
 pub(crate) const WIDTH: usize = 48;
 pub(crate) const HEIGHT: usize = 36;
@@ -50,7 +48,7 @@ pub(crate) fn recorded_part(sandbox: &Sandbox, effects: &str, step: usize, frame
         "[[effect]]\nname = \"logarithmic\"\ndark_offset = 1e-5\n[[effect]]\n\
          name = \"level_crossing\"\nthreshold_on = 0.2\nthreshold_off = 0.2\n{effects}"
     );
-    std::fs::write(sandbox.path("camera.toml"), sensor).unwrap();
+    sandbox.write("camera.toml", sensor);
     let camera = ["--sensor", "camera.toml", "--out", "rec.npz", "--seed", "5"];
     let frames = ["events", "--frames", "scene/frames.npy", "--fps", "1000"];
     sandbox.ok(&[&frames[..], &camera].concat());
@@ -58,32 +56,21 @@ pub(crate) fn recorded_part(sandbox: &Sandbox, effects: &str, step: usize, frame
 
 const RUN: [&str; 6] = ["gap", "run", "--measured", "rec.npz", "--scene", "scene"];
 
-/// Exit code of a run, with its output.
-fn code(sandbox: &Sandbox, args: &[&str]) -> (Option<i32>, String) {
-    let output = sandbox.evpose(args).output().unwrap();
-    let said = String::from_utf8_lossy(&output.stdout).into_owned() + &stderr(&output);
-    (output.status.code(), said)
-}
-
-fn json(path: &Path) -> serde_json::Value {
-    serde_json::from_slice(&bytes(path)).unwrap()
-}
-
 #[test]
 fn a_hidden_leak_is_identified_added_and_verified() {
     let sandbox = Sandbox::new();
     let leak = "rate_hz = 6.0\nspread_decades = 0.1\njitter = 0.1\n";
     recorded(&sandbox, &format!("[[effect]]\nname = \"leak_on\"\n{leak}"));
-    let (exit, said) = code(&sandbox, &[&RUN[..], &["--quick", "--out", "gap"]].concat());
+    let (exit, said) = sandbox.ends(&[&RUN[..], &["--quick", "--out", "gap"]].concat());
     assert_eq!(exit, Some(11), "{said}");
     assert!(said.lines().count() < 45, "{said}");
-    let verdict = json(&sandbox.path("gap/verdict.json"));
+    let verdict = sandbox.json("gap/verdict.json");
     assert_eq!(verdict["verdict"], "effects", "{said}");
     assert_eq!(verdict["effects"][0]["name"], "leak_on", "{said}");
     let rate = verdict["effects"][0]["parameters"]["rate_hz"]["value"].as_f64().unwrap();
     assert!((rate / 6.0 - 1.0).abs() < 0.15, "{rate}");
     assert!(verdict["grr"].as_f64().unwrap() > 0.8, "{said}");
-    let evidence = json(&sandbox.path("gap/evidence.json"));
+    let evidence = sandbox.json("gap/evidence.json");
     let log_odds = evidence["effects"]["leak_on"]["log_odds"].as_f64();
     assert!(log_odds > Some(0.0), "{evidence}");
     assert_eq!(evidence["contenders"][0][0][0], "leak_on", "{evidence}");
@@ -91,7 +78,7 @@ fn a_hidden_leak_is_identified_added_and_verified() {
         assert!(sandbox.path(&format!("gap/{name}")).is_file(), "{name}");
     }
     let evaluated = sandbox.ok(&["gap", "verify", "gap"]);
-    let verify = || json(&sandbox.path("gap/verify.json"));
+    let verify = || sandbox.json("gap/verify.json");
     assert_eq!(verify()["verdict"], "closer", "{evaluated}");
     let came_closer = |name: &str| {
         let rows = verify()["rows"].as_array().unwrap().clone();
@@ -106,7 +93,7 @@ fn a_hidden_leak_is_identified_added_and_verified() {
     std::fs::copy(sandbox.path("gap/model.toml"), sandbox.path("gap/corrected.toml")).unwrap();
     let evaluated = sandbox.ok(&["gap", "verify", "gap"]);
     assert_eq!(verify()["verdict"], "not_closer", "{evaluated}");
-    std::fs::write(sandbox.path("gap/corrected.toml"), corrected).unwrap();
+    sandbox.write("gap/corrected.toml", corrected);
     let page = bytes(&sandbox.path("gap/report.html"));
     std::fs::remove_file(sandbox.path("gap/report.html")).unwrap();
     sandbox.ok(&["gap", "report", "gap"]);
@@ -122,7 +109,7 @@ fn the_same_inputs_give_the_same_bytes_on_any_number_of_threads() {
     recorded(&sandbox, "");
     for (threads, out) in [("1", "a"), ("2", "b")] {
         let more = ["--quick", "--threads", threads, "--out", out];
-        let (exit, said) = code(&sandbox, &[&RUN[..], &more].concat());
+        let (exit, said) = sandbox.ends(&[&RUN[..], &more].concat());
         // An ideal camera has no gap: code 0.
         assert_eq!(exit, Some(0), "{said}");
     }
@@ -152,12 +139,12 @@ fn without_a_scene_noise_shows_nothing_and_motion_is_no_effect() {
     // By time first, as a recording is.
     noise.sort_unstable();
     let lines = noise.iter().map(|[t, x, y, p]| format!("{t} {x} {y} {p}\n"));
-    std::fs::write(sandbox.path("noise.txt"), lines.collect::<String>()).unwrap();
+    sandbox.write("noise.txt", lines.collect::<String>());
     for (measured, expected, answer) in [("noise.txt", 0, "no_gap"), ("rec.npz", 13, "undecided")] {
         let args = ["gap", "run", "--measured", measured, "--scene", "none", "--quick"];
-        let (exit, said) = code(&sandbox, &[&args[..], &["--out", answer]].concat());
+        let (exit, said) = sandbox.ends(&[&args[..], &["--out", answer]].concat());
         assert_eq!(exit, Some(expected), "{said}");
-        let verdict = json(&sandbox.path(&format!("{answer}/verdict.json")));
+        let verdict = sandbox.json(&format!("{answer}/verdict.json"));
         assert_eq!(verdict["verdict"], answer, "{said}");
         // Neither of both is an effect of the sensor.
         assert_eq!(verdict["effects"], serde_json::json!([]), "{said}");
@@ -172,7 +159,7 @@ fn inputs_that_cannot_be_used_end_with_two_and_say_why() {
     recorded(&sandbox, "");
     // Code 2 is for inputs, 1 for other errors; the rest are verdicts.
     let refused = |args: &[&str], part: &str| {
-        let (exit, said) = code(&sandbox, args);
+        let (exit, said) = sandbox.ends(args);
         assert_eq!(exit, Some(2), "{args:?}: {said}");
         assert!(said.contains(part), "{args:?}: {said}");
     };
@@ -209,7 +196,7 @@ fn config(sandbox: &Sandbox, name: &str, effects: &str) {
          threshold_sd = 0.0\nsensor = {{ effect = [ {{ name = \"logarithmic\", dark_offset = 1e-5 \
          }}, {{ name = \"level_crossing\", threshold_on = 0.2, threshold_off = 0.2 }}{effects} ] }}\n"
     );
-    std::fs::write(sandbox.path(&format!("{name}.toml")), text).unwrap();
+    sandbox.write(&format!("{name}.toml"), text);
     sandbox.ok(&["simulate", &format!("{name}.toml"), "--out", name]);
 }
 
@@ -220,16 +207,16 @@ fn a_scene_config_is_the_scene_of_what_it_simulates() {
     config(&sandbox, "leaky", ", { name = \"leak_on\", rate_hz = 5.0 }");
     let run = |measured: &str, scene: &str, more: &[&str]| {
         let args = ["gap", "run", "--quick", "--measured", measured, "--scene", scene];
-        code(&sandbox, &[&args[..], more].concat())
+        sandbox.ends(&[&args[..], more].concat())
     };
     // By config, and by the directory that was simulated.
     let (exit, said) = run("plain/0000.evc", "plain.toml", &["--out", "a"]);
     assert_eq!(exit, Some(0), "{said}");
-    assert!(json(&sandbox.path("a/verdict.json"))["gap_before"]["value"].as_f64() < Some(0.1));
+    assert!(sandbox.json("a/verdict.json")["gap_before"]["value"].as_f64() < Some(0.1));
     let second = ["--validate", "leaky/0001.evc", "--validate-scene", "leaky#1", "--out", "b"];
     let (exit, said) = run("leaky/0000.evc", "leaky#0", &second);
     assert_eq!(exit, Some(11), "{said}");
-    assert_eq!(json(&sandbox.path("b/verdict.json"))["effects"][0]["name"], "leak_on", "{said}");
+    assert_eq!(sandbox.json("b/verdict.json")["effects"][0]["name"], "leak_on", "{said}");
     sandbox.ok(&["gap", "verify", "b"]);
     sandbox.ok(&["gap", "power", "--scene", "plain.toml#1", "--seconds", "0.2"]);
     // Another person in front of the camera is no scene of this recording.
@@ -258,9 +245,9 @@ fn with_poses_alone_an_effect_is_named_and_a_texture_is_not() {
         let (measured, poses) = (format!("{name}/0000.evc"), format!("{name}/0000.meta"));
         let args = ["gap", "run", "--quick", "--measured", &measured, "--scene", name];
         let more = ["--poses", &poses, "--out", "gap"];
-        let (exit, said) = code(&sandbox, &[&args[..], &more].concat());
+        let (exit, said) = sandbox.ends(&[&args[..], &more].concat());
         assert_eq!(exit, Some(expected), "{said}");
-        let found = json(&sandbox.path("gap/verdict.json"));
+        let found = sandbox.json("gap/verdict.json");
         assert_eq!(found["verdict"], verdict, "{said}");
         assert!(found["notes"][0].as_str().unwrap().starts_with("mode B"), "{said}");
         // Without the light the texture's contrast is unknown.
@@ -279,7 +266,7 @@ fn steps_end_as_a_run_does_and_write_what_they_say() {
     recorded(&sandbox, &format!("[[effect]]\nname = \"leak_on\"\n{leak}"));
     let step = |step: &str, more: &[&str]| {
         let args = ["gap", step, "--measured", "rec.npz", "--scene", "scene"];
-        code(&sandbox, &[&args[..], more].concat())
+        sandbox.ends(&[&args[..], more].concat())
     };
     let (exit, said) = step("name", &[]);
     assert!(exit == Some(11) && said.contains("leak_on: "), "{said}");
@@ -290,7 +277,7 @@ fn steps_end_as_a_run_does_and_write_what_they_say() {
     }
     let (exit, said) = step("correct", &["--out", "corrected.toml"]);
     assert!(exit == Some(11) && said.contains("the model with the identified effects"), "{said}");
-    let corrected = std::fs::read_to_string(sandbox.path("corrected.toml")).unwrap();
+    let corrected = sandbox.text("corrected.toml");
     assert!(corrected.contains("leak_on"), "{corrected}");
     // The corrected model lacks nothing; one with another threshold has a wrong parameter.
     let (exit, said) = step("name", &["--model", "corrected.toml"]);
@@ -299,7 +286,7 @@ fn steps_end_as_a_run_does_and_write_what_they_say() {
     let is_on = |line: &&str| line.starts_with("threshold_on");
     let on = corrected.lines().find(is_on).unwrap();
     let off = corrected.replace(on, "threshold_on = 0.25");
-    std::fs::write(sandbox.path("off.toml"), off).unwrap();
+    sandbox.write("off.toml", off);
     let (exit, said) = step("name", &["--model", "off.toml"]);
     assert!(exit == Some(10) && said.contains("threshold_on"), "{said}");
     // Excluded effects are not identified, and no other effect in their place: a parameter may
@@ -309,7 +296,7 @@ fn steps_end_as_a_run_does_and_write_what_they_say() {
     assert!(exit != Some(14) || said.contains("unexplained: "), "{said}");
     assert!(!STAGES.iter().any(|stage| said.contains(&format!("\n  {}: ", stage.name))), "{said}");
     let alone = ["gap", "name", "--measured", "rec.npz", "--scene", "none"];
-    let (exit, said) = code(&sandbox, &alone);
+    let (exit, said) = sandbox.ends(&alone);
     assert!(exit == Some(2) && said.contains("steps need a scene"), "{said}");
 }
 
@@ -321,7 +308,7 @@ fn a_recording_in_the_manner_of_another_program_is_corrected() {
     let camera = ["--sensor", "camera.toml", "--out", "rec.txt", "--seed", "5"];
     sandbox
         .ok(&[&["events", "--frames", "scene/frames.npy", "--fps", "1000"][..], &camera].concat());
-    let text = std::fs::read_to_string(sandbox.path("rec.txt")).unwrap();
+    let text = sandbox.text("rec.txt");
     let lines: Vec<String> = text
         .lines()
         .skip(1)
@@ -331,9 +318,9 @@ fn a_recording_in_the_manner_of_another_program_is_corrected() {
             format!("{x},{y},{},{}", 2 * p - 1, 1000 * t)
         })
         .collect();
-    std::fs::write(sandbox.path("other.csv"), format!("x,y,p,t\n{}\n", lines.join("\n"))).unwrap();
+    sandbox.write("other.csv", format!("x,y,p,t\n{}\n", lines.join("\n")));
     let args = ["gap", "name", "--measured", "other.csv", "--scene", "scene"];
-    let (exit, said) = code(&sandbox, &args);
+    let (exit, said) = sandbox.ends(&args);
     assert_eq!(exit, Some(0), "{said}");
     assert!(said.contains("corrected") && said.contains("nanoseconds"), "{said}");
 }
@@ -348,7 +335,7 @@ fn blind_cases_get_their_names_and_nulls_get_none() {
     // All is done already: nothing is named again.
     let again = sandbox.gapbench(&format!("{line} --resume"));
     assert!(again.contains("0 of 4 cases to do"), "{again}");
-    assert_eq!(json(&sandbox.path("bench/scores.json")), scores);
+    assert_eq!(sandbox.json("bench/scores.json"), scores);
 }
 
 #[test]
@@ -360,7 +347,6 @@ fn twelve_blind_cases_get_their_names_and_eight_nulls_get_none() {
     assert!(counts(&scores, "singles_right").1 > 0);
 }
 
-/// A benchmark of a plan of development.
 const BENCH: &str = "run --plan 7 --tier plain";
 
 /// How many of how many a rate of the scores is of.
@@ -370,7 +356,7 @@ fn counts(scores: &serde_json::Value, rate: &str) -> (u64, u64) {
 
 fn nulls_are_nulls(sandbox: &Sandbox, count: u64) {
     let said = sandbox.gapbench(&format!("{BENCH} --only null --limit {count} --out nulls"));
-    let scores = json(&sandbox.path("nulls/scores.json"));
+    let scores = sandbox.json("nulls/scores.json");
     assert_eq!(counts(&scores, "nulls_named"), (0, count), "{said}");
     assert_eq!(counts(&scores, "nulls_not_closed"), (0, count), "{said}");
 }
@@ -380,7 +366,7 @@ fn nulls_are_nulls(sandbox: &Sandbox, count: u64) {
 fn names_are_right(sandbox: &Sandbox, cases: &str) -> (String, serde_json::Value) {
     let line = format!("{BENCH} {cases} --out bench");
     let said = sandbox.gapbench(&line);
-    let scores = json(&sandbox.path("bench/scores.json"));
+    let scores = sandbox.json("bench/scores.json");
     let (right, visible) = counts(&scores, "singles_right");
     assert!(visible > 0 && right == visible, "{said}");
     let (unnamed, outside) = counts(&scores, "outside_unnamed");

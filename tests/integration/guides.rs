@@ -39,7 +39,6 @@ struct Small {
 }
 
 impl Small {
-    /// Whether it is the command of the page, whose output the page prints.
     fn is_unchanged(&self, command: &PageCommand) -> bool {
         self.skipped.is_none() && self.text == command.text
     }
@@ -101,7 +100,6 @@ fn script(page: &str, text: &str) -> String {
     script
 }
 
-/// The first block of a page in a language.
 fn first_block<'a>(text: &'a str, language: &str) -> &'a str {
     let start = format!("```{language}\n");
     let behind = text.split_once(&start).map(|(_, behind)| behind).unwrap();

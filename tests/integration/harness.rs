@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::LazyLock;
+use std::time::{Duration, Instant};
 
 /// Changes that make the quick config small enough for a test: seconds instead of minutes.
 pub(crate) const TINY: &[&str] = &[
@@ -60,6 +61,11 @@ pub(crate) static GAPBENCH: LazyLock<PathBuf> = LazyLock::new(|| {
     built.join(format!("gapbench{}", std::env::consts::EXE_SUFFIX))
 });
 
+/// The path of a file in the directory of networks that ship.
+pub(crate) fn shipped(name: &str) -> String {
+    format!("{}/checkpoints/{name}", env!("CARGO_MANIFEST_DIR"))
+}
+
 /// A directory that is gone when the test ends.
 pub(crate) struct Sandbox {
     dir: tempfile::TempDir,
@@ -70,8 +76,27 @@ impl Sandbox {
         Self { dir: tempfile::tempdir().unwrap() }
     }
 
+    /// One with small recordings of hands in `data`.
+    pub(crate) fn with_hands() -> Self {
+        let sandbox = Self::new();
+        sandbox.ok(&tiny(&["simulate", "quick", "--out", "data"]));
+        sandbox
+    }
+
     pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.dir.path().join(name)
+    }
+
+    pub(crate) fn text(&self, name: &str) -> String {
+        String::from_utf8(bytes(&self.path(name))).unwrap()
+    }
+
+    pub(crate) fn json(&self, name: &str) -> serde_json::Value {
+        serde_json::from_slice(&bytes(&self.path(name))).unwrap()
+    }
+
+    pub(crate) fn write(&self, name: &str, content: impl AsRef<[u8]>) {
+        std::fs::write(self.path(name), content).unwrap();
     }
 
     /// `evpose` with these arguments, not yet started.
@@ -106,8 +131,29 @@ impl Sandbox {
         stderr(&output)
     }
 
+    /// Runs to the end. Returns the exit code, and what was said on both outputs.
+    pub(crate) fn ends(&self, args: &[&str]) -> (Option<i32>, String) {
+        let output = self.evpose(args).output().unwrap();
+        let said = String::from_utf8_lossy(&output.stdout).into_owned() + &stderr(&output);
+        (output.status.code(), said)
+    }
+
     pub(crate) fn start(&self, args: &[&str]) -> Child {
         self.evpose(args).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
+    }
+
+    /// Kills the command `later` than something has `begun`. Who calls it sees by what is missing whether that was too
+    /// late.
+    pub(crate) fn kill(&self, args: &[&str], begun: impl Fn() -> bool, later: Duration) {
+        let mut child = self.start(args);
+        let deadline = Instant::now() + Duration::from_secs(300);
+        while !begun() && child.try_wait().unwrap().is_none() {
+            assert!(Instant::now() < deadline, "no progress of evpose {}", args.join(" "));
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        std::thread::sleep(later);
+        child.kill().unwrap();
+        child.wait().unwrap();
     }
 }
 
@@ -136,7 +182,6 @@ pub(crate) fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// The bytes of a file.
 pub(crate) fn bytes(path: &Path) -> Vec<u8> {
     std::fs::read(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }

@@ -85,6 +85,7 @@ fn kill_at_every_write(sandbox: &Sandbox, command: &[&str], resumed: &[&str]) ->
         std::fs::remove_dir_all(&out).unwrap();
         let mut killed = sandbox.evpose(command);
         let output = killed.env("EVPOSE_ABORT_AT_WRITE", (kills + 1).to_string()).output().unwrap();
+        // A run that ends before its kill has no write left to be killed at.
         if output.status.success() {
             assert!(contents(&out) == whole, "not the same twice");
             return kills;
@@ -117,8 +118,7 @@ fn simulate() {
 
 #[test]
 fn train() {
-    let sandbox = Sandbox::new();
-    sandbox.ok(&tiny(&["simulate", "quick", "--out", "data"]));
+    let sandbox = Sandbox::with_hands();
     let train = tiny(&["train", "quick", "--data", "data", "--out", "out", "--plain"]);
     let filter = ["--set", "training.estimate_filter=true"];
     let kills =
@@ -137,10 +137,8 @@ fn train_bodies() {
 #[test]
 #[ignore = "a quarter of an hour: two runs for each write"]
 fn tune() {
-    let sandbox = Sandbox::new();
-    sandbox.ok(&tiny(&["simulate", "quick", "--out", "data"]));
-    std::fs::write(sandbox.path("over.toml"), "training.learning_rate = { choose = [1e-3] }\n")
-        .unwrap();
+    let sandbox = Sandbox::with_hands();
+    sandbox.write("over.toml", "training.learning_rate = { choose = [1e-3] }\n");
     let tune =
         ["tune", "quick", "--over", "over.toml", "--data", "data", "--out", "out", "--trials", "2"];
     let filter = ["--set", "training.estimate_filter=true"];
@@ -165,19 +163,8 @@ fn payoff() {
 #[test]
 #[ignore = "a quarter of an hour: two runs for each write"]
 fn ablate() {
-    let ablate = [
-        "ablate",
-        "hand",
-        "--rows",
-        "no-filter",
-        "--seeds",
-        "1",
-        "--out",
-        "out",
-        "--stride-ms",
-        "10",
-    ];
-    let longer = ["--set", "evaluation.seconds=0.5"];
+    let ablate = ["ablate", "hand", "--rows", "no-filter", "--seeds", "1", "--out", "out"];
+    let longer = ["--stride-ms", "10", "--set", "evaluation.seconds=0.5"];
     let command = [&tiny(&ablate)[..], SHORT, &longer].concat();
     let kills = kill_at_every_write(&Sandbox::new(), &command, &["--resume"]);
     assert!(kills >= 2 * 11 + 12, "{kills}");
@@ -186,19 +173,10 @@ fn ablate() {
 #[test]
 #[ignore = "a quarter of an hour: two runs for each write"]
 fn compare_body() {
-    let compare = [
-        "compare",
-        "body",
-        "--systems",
-        "move-enet,mean-pose",
-        "--steps",
-        "2",
-        "--seeds",
-        "1",
-        "--out",
-        "out",
-    ];
-    let kills = kill_at_every_write(&Sandbox::new(), &tiny_body(&compare), &["--resume"]);
+    let compare = ["compare", "body", "--systems", "move-enet,mean-pose", "--out", "out"];
+    let short = ["--steps", "2", "--seeds", "1"];
+    let command = [&tiny_body(&compare)[..], &short].concat();
+    let kills = kill_at_every_write(&Sandbox::new(), &command, &["--resume"]);
     assert!(kills >= 20, "{kills}");
 }
 

@@ -2,35 +2,29 @@
 
 use std::io::{Read, Write};
 use std::net::TcpListener;
-use std::path::Path;
 use std::time::Duration;
 
-use crate::harness::{Sandbox, bytes};
+use crate::harness::{Sandbox, bytes, shipped};
 
-fn shipped(name: &str) -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("checkpoints").join(name);
-    path.to_str().expect("a path of text").to_owned()
-}
-
-/// Somebody who waves, before a small camera.
-fn recorded(sandbox: &Sandbox) {
+/// Somebody who waves, before a small camera, and a network for it.
+fn recorded() -> (Sandbox, String) {
+    let sandbox = Sandbox::new();
     sandbox.run(
         "simulate finetune --held-out --out held --sequences 2 --seconds 1 --set \
          simulation.step_hz=250 --set simulation.label_hz=50",
         &[],
     );
+    (sandbox, shipped("body-quick.bpk"))
 }
 
 fn lines(sandbox: &Sandbox, name: &str) -> Vec<serde_json::Value> {
-    let text = String::from_utf8(bytes(&sandbox.path(name))).expect("text");
+    let text = sandbox.text(name);
     text.lines().map(|line| serde_json::from_str(line).expect("a line of JSON")).collect()
 }
 
 #[test]
 fn a_recording_becomes_poses_with_their_latency_and_a_report() {
-    let sandbox = Sandbox::new();
-    recorded(&sandbox);
-    let network = shipped("body-quick.bpk");
+    let (sandbox, network) = recorded();
     sandbox.run(
         "live --source held/0001.raw --json poses.jsonl --csv poses.csv \
          --report report.json",
@@ -49,11 +43,10 @@ fn a_recording_becomes_poses_with_their_latency_and_a_report() {
     for name in ["u_px", "v_px", "score"] {
         assert!(found["joints"]["shoulder_l"][name].is_number(), "{name}: {found}");
     }
-    let report: serde_json::Value =
-        serde_json::from_slice(&bytes(&sandbox.path("report.json"))).expect("JSON");
+    let report = sandbox.json("report.json");
     assert_eq!(report["network"]["poses"], by_network);
     assert_eq!(report["propagated"]["poses"], propagated);
-    let table = String::from_utf8(bytes(&sandbox.path("poses.csv"))).expect("text");
+    let table = sandbox.text("poses.csv");
     assert_eq!(table.lines().count() as u64, 1 + by_network + propagated);
     assert!(table.lines().all(|line| line.split(',').count() == 4 + 3 * 13));
     // Both have the same poses under the same names.
@@ -69,9 +62,7 @@ fn a_recording_becomes_poses_with_their_latency_and_a_report() {
 
 #[test]
 fn batches_of_bodies_have_the_poses_of_single_images() {
-    let sandbox = Sandbox::new();
-    recorded(&sandbox);
-    let network = shipped("body-quick.bpk");
+    let (sandbox, network) = recorded();
     let [single, batched] = ["1", "4"].map(|batch| {
         let live = ["live", "--source", "held/0001.raw", "--speed", "max", "--stride-ms", "20"];
         let to = ["--checkpoint", &network, "--batch", batch, "--json", "poses.jsonl"];
@@ -88,15 +79,13 @@ fn batches_of_bodies_have_the_poses_of_single_images() {
 
 #[test]
 fn events_come_over_a_socket_and_poses_leave_over_another() {
-    let sandbox = Sandbox::new();
-    recorded(&sandbox);
+    let (sandbox, network) = recorded();
     sandbox.ok(&["convert", "held/0000.raw", "held/0000.evs"]);
     let events = bytes(&sandbox.path("held/0000.evs"));
     let (camera, robot) = (listener(), listener());
     let address =
         |listener: &TcpListener| format!("tcp://{}", listener.local_addr().expect("bound"));
     let (source, sink) = (address(&camera), address(&robot));
-    let network = shipped("body-quick.bpk");
     let mut program =
         sandbox.start(&["live", "--source", &source, "--checkpoint", &network, "--json", &sink]);
     let sent = std::thread::spawn(move || {
@@ -126,14 +115,10 @@ fn listener() -> TcpListener {
 
 #[test]
 fn every_loop_has_the_poses_of_the_first_and_no_event_is_lost() {
-    let sandbox = Sandbox::new();
-    recorded(&sandbox);
-    let network = shipped("body-quick.bpk");
+    let (sandbox, network) = recorded();
     let live = ["live", "--checkpoint", &network, "--stride-ms", "40", "--propagate-hz", "50"];
     let output = ["--json", "poses.jsonl", "--report", "report.json"];
-    let report = || -> serde_json::Value {
-        serde_json::from_slice(&bytes(&sandbox.path("report.json"))).expect("JSON")
-    };
+    let report = || -> serde_json::Value { sandbox.json("report.json") };
     let loops = ["--source", "held/0001.raw", "--speed", "max", "--times", "3"];
     sandbox.ok(&[&live[..], &loops, &output].concat());
     let looped = report();
@@ -170,11 +155,9 @@ fn every_loop_has_the_poses_of_the_first_and_no_event_is_lost() {
 
 #[test]
 fn what_cannot_be_followed_is_said_before_anything_begins() {
-    let sandbox = Sandbox::new();
-    let network = shipped("body-quick.bpk");
+    let (sandbox, network) = recorded();
     let error = sandbox.fails(&["live", "--source", "nothing.raw", "--checkpoint", &network]);
     assert!(error.contains("nothing.raw"), "{error}");
-    recorded(&sandbox);
     let hands = ["--task", "hand", "--checkpoint", &network];
     let error = sandbox.fails(&[&["live", "--source", "held/0000.raw"], &hands[..]].concat());
     assert!(error.contains("`body`, not `hand`"), "{error}");
@@ -186,17 +169,14 @@ fn what_cannot_be_followed_is_said_before_anything_begins() {
 
 #[test]
 fn a_benchmark_of_it_says_how_much_came_through() {
-    let sandbox = Sandbox::new();
-    recorded(&sandbox);
-    let network = shipped("body-quick.bpk");
+    let (sandbox, network) = recorded();
     let output = sandbox.run(
         "bench live --source held/0001.raw --speeds 1,4 --input 2 \
          --seconds 0.5 --json live.json",
         &["--checkpoint", &network],
     );
     assert!(output.contains("input alone") && output.contains("whole pipeline, 4x"), "{output}");
-    let measured: serde_json::Value =
-        serde_json::from_slice(&bytes(&sandbox.path("live.json"))).expect("JSON");
+    let measured = sandbox.json("live.json");
     let rows = measured["rows"].as_array().expect("rows");
     assert_eq!(rows.len(), 3);
     assert!(rows[1]["report"]["network"]["poses"].as_u64().is_some_and(|poses| poses > 0));
@@ -206,9 +186,7 @@ fn a_benchmark_of_it_says_how_much_came_through() {
 #[cfg(not(feature = "rerun"))]
 #[test]
 fn a_build_without_rerun_says_so_before_anything_begins() {
-    let sandbox = Sandbox::new();
-    recorded(&sandbox);
-    let network = shipped("body-quick.bpk");
+    let (sandbox, network) = recorded();
     let live = ["live", "--source", "held/0001.raw", "--checkpoint", &network];
     let error = sandbox.fails(&[&live[..], &["--rerun=live.rrd"]].concat());
     assert!(error.contains("--features rerun") && error.contains("--serve"), "{error}");
@@ -217,9 +195,7 @@ fn a_build_without_rerun_says_so_before_anything_begins() {
 #[cfg(feature = "rerun")]
 #[test]
 fn poses_go_to_a_file_of_rerun_or_it_says_that_no_viewer_answers() {
-    let sandbox = Sandbox::new();
-    recorded(&sandbox);
-    let network = shipped("body-quick.bpk");
+    let (sandbox, network) = recorded();
     let live = ["live", "--source", "held/0001.raw", "--checkpoint", &network];
     sandbox.ok(&[&live[..], &["--rerun=live.rrd"]].concat());
     // Events of a second, 30 times.

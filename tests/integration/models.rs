@@ -57,9 +57,9 @@ fn array(out: &mut Vec<u8>, name: &str, shape: &[usize], kind: &str, content: &[
 #[test]
 fn info_describes_a_model_of_a_hand_and_says_where_a_cut_one_ends() {
     let sandbox = Sandbox::new();
-    std::fs::write(sandbox.path("hand.pkl"), hand()).unwrap();
+    sandbox.write("hand.pkl", hand());
     insta::assert_snapshot!("info_hand", sandbox.ok(&["info", "hand.pkl"]));
-    std::fs::write(sandbox.path("cut.pkl"), &hand()[..20_000]).unwrap();
+    sandbox.write("cut.pkl", &hand()[..20_000]);
     let message = sandbox.fails(&["info", "cut.pkl"]);
     assert!(message.contains("cut.pkl") && message.contains("20000 bytes"), "{message}");
     assert!(message.contains("pickle, byte"), "{message}");

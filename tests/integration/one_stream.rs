@@ -17,15 +17,10 @@ use evpose_train::body::{BodyRecordings, evaluate_body};
 use evpose_train::{HandDataset, HandPoseTrack, Method, evaluate, evaluate_slow_motion};
 
 use crate::baselines::{BASELINES, baseline_config};
-use crate::harness::{Sandbox, tiny_body};
+use crate::harness::{Sandbox, shipped, tiny_body};
 
 /// A silence that parts a recording.
 const GAP: Micros = Micros(12_000_000);
-
-fn shipped(name: &str) -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("checkpoints").join(name);
-    path.to_str().expect("a path of text").to_owned()
-}
 
 /// A change of a recording: which events stay, and how much later an event or a label is.
 type Change = (&'static str, fn(Micros) -> bool, fn(Micros) -> Micros);
@@ -218,7 +213,7 @@ fn baselines_are_scored_by_the_poses_that_are_written() {
     sandbox.ok(&[&tiny_body(&["simulate", "finetune", "--out", "data"])[..], &still].concat());
     let labels = PoseTable::read(&sandbox.path("data/0000.poses.csv")).unwrap();
     for (kind, shape) in BASELINES {
-        std::fs::write(sandbox.path("baseline.toml"), baseline_config(kind, shape)).unwrap();
+        sandbox.write("baseline.toml", baseline_config(kind, shape));
         let train = format!("train baseline.toml --data data --out {kind} --plain");
         // So short a training leaves no joint above the usual threshold.
         sandbox.run(&train, &["--set", "decoding.confidence=0"]);

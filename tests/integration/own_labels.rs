@@ -11,12 +11,7 @@ use evpose_sim::person::PoseTable;
 use evpose_task::Experiment as _;
 use evpose_task::hand::{HandConfig, HandView};
 
-use crate::harness::Sandbox;
-
-fn shipped(name: &str) -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("checkpoints").join(name);
-    path.to_str().expect("a path of text").to_owned()
-}
+use crate::harness::{Sandbox, shipped};
 
 /// A simulated person in `sim`, exported to `foreign`.
 pub(crate) fn person() -> Sandbox {
@@ -67,8 +62,7 @@ fn people_come_back_as_they_were_exported() {
     assert!(imported.len() > simulated.len() * 9 / 10 && imported.sensor() == simulated.sensor());
 
     // Both commands take the imported files without further arguments.
-    let output = sandbox.evpose(&["check-labels", "coco/0000.poses.csv"]).output().unwrap();
-    let said = String::from_utf8(output.stdout).unwrap();
+    let (_, said) = sandbox.ends(&["check-labels", "coco/0000.poses.csv"]);
     assert!(said.contains("1 track"), "{said}");
     let network = shipped("body-quick.bpk");
     let said = sandbox.ok(&["eval", "--checkpoint", &network, "--data", "csv"]);
@@ -81,9 +75,9 @@ fn people_come_back_as_they_were_exported() {
 #[test]
 fn faults_of_labels_are_reported_before_anything_is_written() {
     let sandbox = person();
-    let csv = std::fs::read_to_string(sandbox.path("foreign/0000.csv")).unwrap();
+    let csv = sandbox.text("foreign/0000.csv");
     let late: String = csv.lines().take(1).chain(["9,1,1"]).collect::<Vec<_>>().join("\n");
-    let coco = std::fs::read_to_string(sandbox.path("foreign/0000.coco.json")).unwrap();
+    let coco = sandbox.text("foreign/0000.coco.json");
     let wrong = "labels.csv: line 3: ankle_r_v_px: `x` is not a finite value";
     let mut lines: Vec<String> = csv.lines().map(str::to_owned).collect();
     lines[2] = lines[2].splitn(3, ',').enumerate().fold(String::new(), |line, (k, cell)| {
@@ -102,7 +96,7 @@ fn faults_of_labels_are_reported_before_anything_is_written() {
         ("labels.json", coco[..coco.len() / 2].to_owned(), "labels.json: line 1 column"),
         ("labels.xml", csv.clone(), "labels of no known format: expected csv"),
     ] {
-        std::fs::write(sandbox.path(name), text).unwrap();
+        sandbox.write(name, text);
         let prepare = ["prepare", "people", "foreign/0000.npz", "--labels", name, "--out", "own"];
         let said = sandbox.fails(&prepare);
         assert!(said.contains(want), "{name}: {said}");
@@ -174,7 +168,7 @@ fn parameters_come_back_and_left_hands_are_mirrored() {
     sandbox.ok(&[&prepare[..], &["right"]].concat());
     let said = sandbox.ok(&[&prepare[..], &["left", "--side", "left"]].concat());
     assert!(said.contains("mirror image"), "{said}");
-    let text = std::fs::read_to_string(sandbox.path("p.csv")).unwrap();
+    let text = sandbox.text("p.csv");
     let read = |out: &str| {
         MetaReader::open(sandbox.path(&format!("{out}/rec.meta"))).unwrap().read_hand(10).unwrap()
     };
@@ -187,7 +181,7 @@ fn parameters_come_back_and_left_hands_are_mirrored() {
     let back = HandView::new(&config).unwrap().mirrored(&left);
     assert!(back.translation_m.distance(right.translation_m) < 1e-5);
 
-    std::fs::write(sandbox.path("q.csv"), text.replace("rotation_z_rad", "rz")).unwrap();
+    sandbox.write("q.csv", text.replace("rotation_z_rad", "rz"));
     let prepare = ["prepare", "hands", "rec.npz", "--labels", "q.csv", "--for", "quick"];
     let said = sandbox.fails(&[&prepare[..], &["--out", "bad"]].concat());
     assert!(said.contains("q.csv: line 1: no column `rotation_z_rad`"), "{said}");

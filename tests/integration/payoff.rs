@@ -1,29 +1,6 @@
 //! `evpose gap payoff`, with tiny settings.
 
-use crate::harness::{Sandbox, TINY, bytes, stderr};
-
-/// Changes that make the body's quick config small enough for a test.
-const TINY_BODY: &[&str] = &[
-    "simulation.sequences=3",
-    "simulation.seconds=0.5",
-    "simulation.step_hz=250",
-    "simulation.label_hz=50",
-    "simulation.sensor_size={ width = 96, height = 72 }",
-    "simulation.surroundings.source={ procedural = 3 }",
-    "data.first_ms=100",
-    "data.min_joints=4",
-    "data.validation_share=0.3",
-    "image.side_px=32",
-    "network.width=0.25",
-    "network.expansion=2",
-    "training.batch_size=4",
-    "training.steps=4",
-    "training.steps_per_validation=2",
-    "training.validation_samples=4",
-    "evaluation.sequences=2",
-    "evaluation.seconds=0.5",
-    "evaluation.bootstrap.resamples=50",
-];
+use crate::harness::{BODY_TINY, Sandbox, TINY, bytes};
 
 /// An ideal pixel with these effects beside.
 fn sensor(effects: &str) -> String {
@@ -44,7 +21,7 @@ pub(crate) fn gap_run(sandbox: &Sandbox) {
         ("gap/corrected.toml", leak(19.0)),
         ("camera.toml", leak(20.0)),
     ] {
-        std::fs::write(sandbox.path(name), text).unwrap();
+        sandbox.write(name, text);
     }
 }
 
@@ -53,10 +30,6 @@ fn payoff<'a>(changes: &[&'a str], more: &[&'a str]) -> Vec<&'a str> {
     args.extend(changes.iter().flat_map(|change| ["--set", change]));
     args.extend(more);
     args
-}
-
-fn result(sandbox: &Sandbox) -> serde_json::Value {
-    serde_json::from_slice(&bytes(&sandbox.path("payoff/payoff.json"))).unwrap()
 }
 
 #[test]
@@ -69,7 +42,7 @@ fn a_correction_is_worth_the_difference_of_two_networks_and_a_study_resumes() {
     for part in ["AUC 2D", "MPJPE mm", "corrected - given", "AUC 2D by seed: seed 1", "leak_on"] {
         assert!(said.contains(part), "{part} is missing in\n{said}");
     }
-    let found = result(&sandbox);
+    let found = sandbox.json("payoff/payoff.json");
     assert_eq!(found["models"], serde_json::json!(["given", "corrected", "camera"]));
     assert_eq!((&found["recordings"], &found["task"]), (&2.into(), &"hand".into()));
     // The area under the 3D curve: so short a training hits no point in the image.
@@ -80,7 +53,7 @@ fn a_correction_is_worth_the_difference_of_two_networks_and_a_study_resumes() {
     assert!((row["difference"]["estimate"].as_f64().unwrap() - difference).abs() < 1e-12, "{row}");
     // Other data, another network.
     assert_ne!(value("corrected"), value("given"), "{row}");
-    let page = String::from_utf8(bytes(&sandbox.path("payoff/report.html"))).unwrap();
+    let page = sandbox.text("payoff/report.html");
     assert!(page.contains("<svg") && page.contains("leak_on") && page.contains("</html>"));
     for name in ["config.toml", "run.toml", "models/given.toml", "models/camera.toml"] {
         assert!(sandbox.path("payoff").join(name).is_file(), "{name}");
@@ -102,7 +75,7 @@ fn a_correction_is_worth_the_difference_of_two_networks_and_a_study_resumes() {
     std::fs::remove_file(&given).unwrap();
     let again = ["--data", "payoff/held-out", "--stride-ms", "20", "--seeds", "2", "--resume"];
     sandbox.ok(&payoff(TINY, &again));
-    let on_directory = result(&sandbox);
+    let on_directory = sandbox.json("payoff/payoff.json");
     assert_eq!(on_directory["rows"][1]["difference"], row["difference"]);
     assert_eq!(on_directory["rows"][1]["difference_by_seed"], row["difference_by_seed"]);
     assert_eq!(std::fs::metadata(&network).unwrap().modified().unwrap(), written);
@@ -116,9 +89,10 @@ fn a_correction_is_worth_the_difference_of_two_networks_and_a_study_resumes() {
 fn bodies_are_compared_by_the_same_command() {
     let sandbox = Sandbox::new();
     gap_run(&sandbox);
-    let said = sandbox.ok(&payoff(TINY_BODY, &["--camera", "camera.toml", "--task", "body"]));
+    let bodies = ["--camera", "camera.toml", "--task", "body", "--set", "training.steps=4"];
+    let said = sandbox.ok(&payoff(BODY_TINY, &bodies));
     assert!(said.contains("PCK@0.4") && said.contains("MPJPE px"), "{said}");
-    let found = result(&sandbox);
+    let found = sandbox.json("payoff/payoff.json");
     assert_eq!((&found["task"], &found["recordings"]), (&"body".into(), &2.into()));
     assert_eq!(found["rows"][0]["key"], "auc");
 }
@@ -128,9 +102,8 @@ fn inputs_of_a_payoff_that_cannot_be_used_are_named() {
     let sandbox = Sandbox::new();
     gap_run(&sandbox);
     let refused = |args: &[&str], part: &str| {
-        let output = sandbox.evpose(args).output().unwrap();
-        let said = stderr(&output);
-        assert!(!output.status.success() && said.contains(part), "{args:?}: {said}");
+        let said = sandbox.fails(args);
+        assert!(said.contains(part), "{args:?}: {said}");
     };
     refused(&payoff(&[], &[]), "--camera");
     refused(&payoff(&[], &["--camera", "nowhere.toml"]), "nowhere.toml");

@@ -1,17 +1,10 @@
 //! People in the world: several simulated cameras, triangulation, tables of joints in metres.
 
-use std::path::Path;
-
 use evpose_io::poses::read_poses;
 use evpose_pose::JointFrame;
 use evpose_sim::person::{PoseTable, RecordingPlace};
 
-use crate::harness::{Sandbox, stderr};
-
-fn shipped_body() -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("checkpoints/body-quick.bpk");
-    path.to_str().expect("a path of text").to_owned()
-}
+use crate::harness::{Sandbox, shipped, stderr};
 
 /// One scene before two cameras.
 fn studio(sandbox: &Sandbox) {
@@ -24,7 +17,7 @@ fn studio(sandbox: &Sandbox) {
 fn two_cameras_give_joints_in_metres_near_the_true_ones() {
     let sandbox = Sandbox::new();
     studio(&sandbox);
-    let network = shipped_body();
+    let network = shipped("body-quick.bpk");
     let infer = ["infer", "--checkpoint", &network, "--events", "room/0000.raw", "room/0001.raw"];
     let said = sandbox.ok(&[&infer[..], &["--stride-ms", "100", "--out", "people.csv"]].concat());
     assert!(said.contains("2 cameras") && said.contains("reprojection error"), "{said}");
@@ -51,7 +44,7 @@ fn two_cameras_give_joints_in_metres_near_the_true_ones() {
         rig += "[[camera]]\n";
         rig += &toml::to_string(&info.camera.unwrap()).unwrap();
     }
-    std::fs::write(sandbox.path("rig.toml"), rig).unwrap();
+    sandbox.write("rig.toml", rig);
     let again = ["--stride-ms", "100", "--cameras", "rig.toml", "--out", "again.csv"];
     sandbox.ok(&[&infer[..], &again].concat());
     let again = read_poses(&sandbox.path("again.csv")).unwrap();
@@ -72,19 +65,17 @@ fn cameras_that_are_missing_or_too_few_are_errors() {
     studio(&sandbox);
     // A recording without its sidecar has no camera.
     std::fs::copy(sandbox.path("room/0001.raw"), sandbox.path("other.raw")).unwrap();
-    let network = shipped_body();
+    let network = shipped("body-quick.bpk");
     let fails = |args: &[&str]| {
         let infer = ["infer", "--checkpoint", &network, "--out", "people.csv", "--events"];
-        let output = sandbox.evpose(&[&infer[..], args].concat()).output().unwrap();
-        assert!(!output.status.success());
-        stderr(&output)
+        sandbox.fails(&[&infer[..], args].concat())
     };
     let said = fails(&["room/0000.raw", "other.raw"]);
     assert!(said.contains("other.toml") && said.contains("--cameras"), "{said}");
     // One camera, where two recordings need two.
     let rig = "[[camera]]\nprojection = [[300.0, 0.0, -173.0, 519.0], [0.0, -300.0, -130.0, 690.0], \
                [0.0, 0.0, -1.0, 3.0]]\n";
-    std::fs::write(sandbox.path("rig.toml"), rig).unwrap();
+    sandbox.write("rig.toml", rig);
     let said = fails(&["room/0000.raw", "other.raw", "--cameras", "rig.toml"]);
     assert!(said.contains("1 cameras for 2 recordings"), "{said}");
     let said = fails(&["room/0000.raw", "other.raw", "--fused", "fused.csv"]);

@@ -17,10 +17,6 @@ fn annotations(sandbox: &Sandbox, name: &str) -> Vec<Annotation> {
     read_annotations(&sandbox.path(name)).unwrap()
 }
 
-fn text(sandbox: &Sandbox, name: &str) -> String {
-    String::from_utf8(bytes(&sandbox.path(name))).unwrap()
-}
-
 fn copy(from: &Path, to: &Path) {
     std::fs::create_dir_all(to.parent().unwrap()).unwrap();
     std::fs::copy(from, to).unwrap();
@@ -127,7 +123,7 @@ fn mpii_becomes_persons_and_the_rest_is_reported() {
     let first = annotations(&sandbox, "data/poses.json");
     assert_eq!(first.len(), 7);
     assert!(first.iter().all(|a| sandbox.path("data/images").join(&a.image).is_file()));
-    let run = text(&sandbox, "data/run.toml");
+    let run = sandbox.text("data/run.toml");
     assert!(run.contains("prepare mpii MPII --out data") && run.contains("commit"), "{run}");
 
     // On with what was interrupted, and not with other settings.
@@ -141,8 +137,7 @@ fn mpii_becomes_persons_and_the_rest_is_reported() {
     assert!(message.contains("settings.json") && message.contains("take another"), "{message}");
 
     // A photograph's persons are one sequence each: nothing is missing before or behind them.
-    let output = sandbox.evpose(&["check-labels", "data"]).output().unwrap();
-    let said = String::from_utf8(output.stdout).unwrap();
+    let (_, said) = sandbox.ends(&["check-labels", "data"]);
     assert!(said.starts_with("7 frames of 7 tracks"), "{said}");
     assert!(!said.contains("\nmissing:"), "{said}");
 }
@@ -216,7 +211,7 @@ fn dhp19_becomes_frames_of_the_cameras_that_are_asked_for() {
     assert!(test.len() == 20 && test.iter().all(|a| a.image.starts_with("S13_2_5_ch")));
     let size = image::image_dimensions(sandbox.path("data/eros").join(&train[0].image)).unwrap();
     assert_eq!(size, (346, 260));
-    let report = text(&sandbox, "data/conversion.json");
+    let report = sandbox.text("data/conversion.json");
     assert!(report.contains("\"frames_to_train\": 20"), "{report}");
     assert!(report.contains("camera 1: 1 events are outside"), "{report}");
 
@@ -400,14 +395,14 @@ fn labels_are_checked_and_the_exit_code_reports_faults() {
     for (name, exchanged) in [("0000", 0..0), ("0001", 20..30)] {
         table(exchanged).write(&sandbox.path(&format!("{name}.poses.csv"))).unwrap();
         let toml = toml::to_string(&info).unwrap();
-        std::fs::write(sandbox.path(&format!("{name}.toml")), toml).unwrap();
+        sandbox.write(&format!("{name}.toml"), toml);
     }
     let said = sandbox.ok(&["check-labels", "0000.poses.csv"]);
     assert!(said.starts_with("60 frames of 1 tracks, 0 findings"), "{said}");
 
     let code = |args: &[&str]| sandbox.evpose(args).output().unwrap().status.code();
     assert_eq!(code(&["check-labels", ".", "--json", "found.json"]), Some(2));
-    let found: serde_json::Value = serde_json::from_str(&text(&sandbox, "found.json")).unwrap();
+    let found: serde_json::Value = serde_json::from_str(&sandbox.text("found.json")).unwrap();
     let findings = found["findings"].as_array().unwrap();
     assert!(!findings.is_empty(), "{found}");
     assert!(findings.iter().all(|finding| finding["track"].as_str().unwrap().contains("0001")));
@@ -425,15 +420,13 @@ fn labels_are_checked_and_the_exit_code_reports_faults() {
 fn skeletons_and_annotations_are_checked() {
     let sandbox = Sandbox::new();
     let clip = golden("h36m/yarp/cam2_S9_Walking_1");
-    let output = sandbox.evpose(&["check-labels", clip.to_str().unwrap()]).output().unwrap();
-    let said = String::from_utf8(output.stdout).unwrap();
+    let (_, said) = sandbox.ends(&["check-labels", clip.to_str().unwrap()]);
     assert!(said.starts_with("5 frames of 1 tracks"), "{said}");
 
     // Of settings and reports beside annotations, none is taken for labels.
     let folder = golden("h36m/yarp").display().to_string();
     sandbox.ok(&["prepare", "eh36m", &folder, "--out", "data"]);
-    let output = sandbox.evpose(&["check-labels", "data"]).output().unwrap();
-    let said = String::from_utf8(output.stdout).unwrap();
+    let (_, said) = sandbox.ends(&["check-labels", "data"]);
     assert!(said.starts_with("3 frames of 1 tracks"), "{said}");
 
     std::fs::remove_dir_all(sandbox.path("data/eros")).unwrap();

@@ -6,8 +6,7 @@ use crate::harness::{Sandbox, bytes, tiny};
 
 #[test]
 fn a_network_is_quantized_evaluated_and_used() {
-    let sandbox = Sandbox::new();
-    sandbox.ok(&tiny(&["simulate", "quick", "--out", "data"]));
+    let sandbox = Sandbox::with_hands();
     sandbox.ok(&tiny(&["train", "quick", "--data", "data", "--out", "run", "--plain"]));
     let infer = |precision: &str, out: &str| {
         let mut args = vec!["infer", "--checkpoint", "run", "--events", "data/0000.evc"];
@@ -22,8 +21,7 @@ fn a_network_is_quantized_evaluated_and_used() {
     let quantize = ["quantize", "--checkpoint", "run", "--data", "data", "--windows", "32"];
     let evaluate = ["--evaluate", "data", "--json", "quantized.json"];
     let said = sandbox.ok(&[quantize.as_slice(), &evaluate].concat());
-    let report: serde_json::Value =
-        serde_json::from_slice(&bytes(&sandbox.path("quantized.json"))).unwrap();
+    let report = sandbox.json("quantized.json");
     let error = |line: usize| {
         report["precisions"][line]["held_out"]["translation_mm"]["estimate"].as_f64().unwrap()
     };

@@ -3,7 +3,7 @@
 use evpose_pose::PARAMETER_NAMES;
 
 use crate::gap;
-use crate::harness::{Sandbox, stderr};
+use crate::harness::Sandbox;
 
 /// Times of events, each with its index among those in order.
 type Events = Vec<(i64, usize)>;
@@ -106,11 +106,11 @@ pub(crate) fn beside(sandbox: &Sandbox) {
     let times_us = (1..10).map(|k| 50_000 * k);
     let people: String = times_us.clone().map(|t| format!("{t},40,20,44,50\n")).collect();
     let columns = "t_us,head_u_px,head_v_px,hip_l_u_px,hip_l_v_px";
-    std::fs::write(sandbox.path("people.csv"), format!("{columns}\n{people}")).unwrap();
+    sandbox.write("people.csv", format!("{columns}\n{people}"));
     let pose = ",0,0,0,0,0,0,0,0,-0.4,0,0,0";
     let hands: String = times_us.map(|t| format!("{t}{pose}\n")).collect();
     let columns = format!("t_us,{}\n", PARAMETER_NAMES.join(","));
-    std::fs::write(sandbox.path("hands.csv"), columns + &hands).unwrap();
+    sandbox.write("hands.csv", columns + &hands);
     let camera = |x_m: f64| {
         format!(
             "[[camera]]\nfocal_px = [100.0, 100.0]\nprincipal_px = [48.0, 36.0]\ndistortion = [0.0, 0.0, \
@@ -118,14 +118,14 @@ pub(crate) fn beside(sandbox: &Sandbox) {
              [0.0, 0.0, -1.0, 3.0]]\n"
         )
     };
-    std::fs::write(sandbox.path("rig.toml"), camera(0.0) + &camera(0.5)).unwrap();
+    sandbox.write("rig.toml", camera(0.0) + &camera(0.5));
     gap::recorded_part(sandbox, "", 2, 201);
 }
 
 /// The recording of the scene in disorder. It begins at a second, with four events more: that is the begin of the scene,
 /// before anything moves.
 fn scene_recording(sandbox: &Sandbox, of: fn(Events) -> Events) -> String {
-    let text = std::fs::read_to_string(sandbox.path("rec.txt")).unwrap();
+    let text = sandbox.text("rec.txt");
     let (size, lines) = text.split_once('\n').unwrap();
     let begin = ["0 0 0 1"; 4];
     let lines = begin.into_iter().chain(lines.lines()).filter_map(|line| line.split_once(' '));
@@ -140,14 +140,13 @@ fn scene_recording(sandbox: &Sandbox, of: fn(Events) -> Events) -> String {
 fn answers(sandbox: &Sandbox, kind: &Disorder, command: &str, file: &str, number: usize) {
     let out = format!("{}-{number}", kind.name);
     let line = command.replace("FILE", file).replace("OUT", &out);
-    let output = sandbox.evpose(&line.split_whitespace().collect::<Vec<_>>()).output().unwrap();
-    let said = String::from_utf8_lossy(&output.stdout).into_owned() + &stderr(&output);
+    let (code, said) = sandbox.ends(&line.split_whitespace().collect::<Vec<_>>());
     assert!(said.contains(kind.says), "{line}: {said}");
     let ways = ["--part", "--join", "--sort"];
     let is_advice = |said: &str| ways.iter().all(|way| said.contains(way));
     assert!(kind.name != "restarted" || is_advice(&said), "{line}: {said}");
     // 3: nobody is in view. What `gap` finds has codes of its own, and so has what `check` advises.
-    let is_good = match output.status.code() {
+    let is_good = match code {
         Some(0 | 3) => true,
         Some(10) => command.starts_with("check") || command.starts_with("gap"),
         Some(11..=14) => command.starts_with("gap"),
@@ -167,7 +166,6 @@ pub(crate) fn recording(times: &[i64]) -> String {
     bar(&times.iter().copied().zip(0..).collect::<Events>())
 }
 
-/// Events in order.
 fn in_order() -> Events {
     (0..4_000).map(|k| (1_000_000 + 150 * k as i64, k)).collect()
 }
@@ -177,24 +175,23 @@ fn every_command_answers_every_disorder_alike() {
     let sandbox = Sandbox::new();
     beside(&sandbox);
     sandbox.ok(&["convert", "rec.npz", "rec.txt"]);
-    std::fs::write(sandbox.path(SCENE_RECORDING), scene_recording(&sandbox, |times| times))
-        .unwrap();
+    sandbox.write(SCENE_RECORDING, scene_recording(&sandbox, |times| times));
     let run = OF_A_SCENE[1].replace("FILE", SCENE_RECORDING).replace("OUT", "verified");
     sandbox.evpose(&run.split(' ').collect::<Vec<_>>()).output().unwrap();
     for kind in KINDS {
         let file = format!("{}.txt", kind.name);
-        std::fs::write(sandbox.path(&file), bar(&(kind.of)(in_order()))).unwrap();
+        sandbox.write(&file, bar(&(kind.of)(in_order())));
         for (number, command) in COMMANDS.iter().enumerate() {
             answers(&sandbox, &kind, command, &file, number);
         }
         let of_scene = scene_recording(&sandbox, kind.of);
-        std::fs::write(sandbox.path(SCENE_RECORDING), of_scene).unwrap();
+        sandbox.write(SCENE_RECORDING, of_scene);
         for (number, command) in (COMMANDS.len()..).zip(OF_A_SCENE.iter().chain([&VERIFY])) {
             answers(&sandbox, &kind, command, SCENE_RECORDING, number);
         }
     }
     // What is sorted is what it would have been in order.
-    std::fs::write(sandbox.path("ordered.txt"), bar(&in_order())).unwrap();
+    sandbox.write("ordered.txt", bar(&in_order()));
     for command in &COMMANDS[2..9] {
         let Some((_, out)) = command.split_once("OUT") else { continue };
         let ending = out.split(' ').next().unwrap();
@@ -219,9 +216,9 @@ fn every_command_answers_every_disorder_alike() {
 fn units_and_axes_that_were_stated_are_those_of_every_command() {
     let sandbox = Sandbox::new();
     let times: Vec<i64> = (0..2_000).map(|k| 1_000_000 + 2_000 * k).collect();
-    std::fs::write(sandbox.path("us.txt"), recording(&times)).unwrap();
+    sandbox.write("us.txt", recording(&times));
     let ns: Vec<i64> = times.iter().map(|t| 1_000 * t).collect();
-    std::fs::write(sandbox.path("ns.txt"), recording(&ns)).unwrap();
+    sandbox.write("ns.txt", recording(&ns));
     for command in ["convert FILE OUT.txt", "represent FILE --of lnes --out OUT.npy"] {
         let run = |file: &str, more: &str| {
             let line = command.replace("FILE", file).replace("OUT", "out") + more;
@@ -233,20 +230,19 @@ fn units_and_axes_that_were_stated_are_those_of_every_command() {
     }
     // Without the unit, minutes of so few events are doubted.
     let few: Vec<i64> = (0..110).map(|k| 1_500_000 * k).collect();
-    std::fs::write(sandbox.path("few.txt"), recording(&few)).unwrap();
+    sandbox.write("few.txt", recording(&few));
     beside(&sandbox);
     for (number, command) in COMMANDS.iter().chain(&OF_A_SCENE).enumerate() {
         let out = format!("doubted-{number}");
         let line = command.replace("FILE", "few.txt").replace("OUT", &out);
-        let output = sandbox.evpose(&line.split(' ').collect::<Vec<_>>()).output().unwrap();
-        let said = String::from_utf8_lossy(&output.stdout).into_owned() + &stderr(&output);
+        let (_, said) = sandbox.ends(&line.split(' ').collect::<Vec<_>>());
         assert!(said.contains("fewer than ten a second"), "{line}: {said}");
     }
     let said = sandbox.run("info us.txt --swap-xy", &[]);
     assert!(said.contains("72x96"), "{said}");
     let message = sandbox.fails(&["info", "us.txt", "--sensor", "40x30"]);
     assert!(message.contains("96x72"), "{message}");
-    std::fs::write(sandbox.path("huge.txt"), "65535 65535\n1 1 1 1\n").unwrap();
+    sandbox.write("huge.txt", "65535 65535\n1 1 1 1\n");
     for command in
         ["info huge.txt", "represent huge.txt --of lnes --out o.npy", "view huge.txt --out v.png"]
     {
@@ -263,9 +259,8 @@ fn every_command_wants_one_topic_of_a_recording_of_ros() {
     beside(&sandbox);
     for command in COMMANDS.iter().chain(&OF_A_SCENE) {
         let line = command.replace("FILE", "two.mcap").replace("OUT", "out");
-        let output = sandbox.evpose(&line.split(' ').collect::<Vec<_>>()).output().unwrap();
-        assert!(!output.status.success(), "{line}");
-        let message = String::from_utf8_lossy(&output.stdout).into_owned() + &stderr(&output);
+        let (code, message) = sandbox.ends(&line.split(' ').collect::<Vec<_>>());
+        assert_ne!(code, Some(0), "{line}");
         let is_listed =
             message.contains("choose one with --topic") && message.contains("/caer/events");
         assert!(is_listed, "{line}: {message}");

@@ -8,7 +8,7 @@ use evpose_io::tensors::TensorStack;
 use evpose_repr::{ChannelOrder, StreamWindow, representation_by_name};
 use evpose_task::hand::HandCheckpoint;
 
-use crate::harness::{Sandbox, bytes, stderr};
+use crate::harness::{Sandbox, bytes, shipped, stderr};
 
 const SENSOR: SensorSize = SensorSize { width: 40, height: 30 };
 
@@ -87,7 +87,7 @@ fn a_directory_holds_an_image_or_an_array_per_window() {
     assert_eq!(first.dimensions(), (320, 240));
     // Blue is ON, as in views.
     assert!(first.pixels().any(|pixel| pixel.0 == [30, 100, 200]));
-    let table = String::from_utf8(bytes(&sandbox.path("images/windows.csv"))).unwrap();
+    let table = sandbox.text("images/windows.csv");
     assert!(table.starts_with("file,t_us\n000000.png,1100000\n"), "{table}");
     assert_eq!(table.lines().count(), 6);
 
@@ -150,12 +150,12 @@ fn what_cannot_be_represented_says_why() {
         assert!(message.contains(want), "{args:?}: {message}");
     }
     assert!(!sandbox.path("a.npy").exists());
-    std::fs::write(sandbox.path("long.txt"), "4 3\n0 1 1 1\n9000000000000000 1 1 1\n").unwrap();
+    sandbox.write("long.txt", "4 3\n0 1 1 1\n9000000000000000 1 1 1\n");
     let message = sandbox.fails(&["represent", "long.txt", "--out", "a.npy"]);
     assert!(message.contains("choose a part with --from and --to"), "{message}");
     assert!(!sandbox.path("a.npy").exists());
     // Of a damaged recording, no stack is left.
-    std::fs::write(sandbox.path("cut.txt"), "4 3\n1 1 1 1\n2 1 1 1\n3 1").unwrap();
+    sandbox.write("cut.txt", "4 3\n1 1 1 1\n2 1 1 1\n3 1");
     let message = sandbox.fails(&["represent", "cut.txt", "--out", "a.npy"]);
     assert!(message.contains("byte 20"), "{message}");
     assert!(!sandbox.path("a.npy").exists());
@@ -165,11 +165,6 @@ fn what_cannot_be_represented_says_why() {
 fn help_lists_representations_and_examples() {
     let sandbox = Sandbox::new();
     insta::assert_snapshot!("represent_help", sandbox.ok(&["represent", "--help"]));
-}
-
-fn shipped(name: &str) -> String {
-    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("checkpoints").join(name);
-    path.to_str().expect("a path of text").to_owned()
 }
 
 /// The inputs of `evpose represent --checkpoint` and the graph that `evpose export` writes give the poses of

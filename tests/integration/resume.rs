@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use crate::harness::{Sandbox, bytes, stderr, tiny, tiny_body};
+use crate::harness::{Sandbox, bytes, tiny, tiny_body};
 
 /// Lines of `metrics.jsonl`, 0 while there is none.
 fn lines(sandbox: &Sandbox, run: &str) -> usize {
@@ -12,8 +12,7 @@ fn lines(sandbox: &Sandbox, run: &str) -> usize {
 
 #[test]
 fn a_killed_run_resumes_to_the_bit() {
-    let sandbox = Sandbox::new();
-    sandbox.ok(&tiny(&["simulate", "quick", "--out", "data"]));
+    let sandbox = Sandbox::with_hands();
     let train = |out: &'static str| tiny(&["train", "quick", "--data", "data", "--out", out]);
     let threads = ["--threads", "2"];
     sandbox.ok(&[&train("whole")[..], &threads].concat());
@@ -22,15 +21,8 @@ fn a_killed_run_resumes_to_the_bit() {
     let arguments = [&train("killed")[..], &["--resume"], &threads].concat();
     for kill in 0..3 {
         let before = lines(&sandbox, "killed");
-        let mut child = sandbox.start(&arguments);
-        let deadline = Instant::now() + Duration::from_secs(120);
-        while lines(&sandbox, "killed") <= before && child.try_wait().unwrap().is_none() {
-            assert!(Instant::now() < deadline, "no progress in run {kill}");
-            std::thread::sleep(Duration::from_millis(1));
-        }
-        std::thread::sleep(Duration::from_millis(7 * kill));
-        child.kill().unwrap();
-        child.wait().unwrap();
+        let progressed = || lines(&sandbox, "killed") > before;
+        sandbox.kill(&arguments, progressed, Duration::from_millis(7 * kill));
     }
     assert!(!sandbox.path("killed/last.bpk").exists(), "the kills came too late to test anything");
     sandbox.ok(&arguments);
@@ -49,8 +41,7 @@ fn a_killed_run_resumes_to_the_bit() {
 
 #[test]
 fn a_loss_that_is_no_number_stops_the_run_and_keeps_the_checkpoint() {
-    let sandbox = Sandbox::new();
-    sandbox.ok(&tiny(&["simulate", "quick", "--out", "data"]));
+    let sandbox = Sandbox::with_hands();
     let mut arguments = tiny(&["train", "quick", "--data", "data", "--out", "run"]);
     arguments.extend(["--set", "training.learning_rate=1e30"]);
     let message = sandbox.fails(&arguments);
@@ -73,8 +64,7 @@ fn a_validation_loss_that_is_no_number_is_an_error_that_says_the_step() {
 
 #[test]
 fn damaged_checkpoints_are_passed_over_and_named() {
-    let sandbox = Sandbox::new();
-    sandbox.ok(&tiny(&["simulate", "quick", "--out", "data"]));
+    let sandbox = Sandbox::with_hands();
     let train = tiny(&["train", "quick", "--data", "data", "--out", "run", "--plain"]);
     sandbox.ok(&train);
     let path = |name: &str| sandbox.path("run").join(name);
@@ -102,9 +92,8 @@ fn damaged_checkpoints_are_passed_over_and_named() {
         ("schedule-4", &empty),
     ] {
         damage(part, how);
-        let output = sandbox.evpose(&resume).output().unwrap();
-        let said = stderr(&output);
-        assert!(output.status.success(), "{part}: {said}");
+        let (code, said) = sandbox.ends(&resume);
+        assert_eq!(code, Some(0), "{part}: {said}");
         assert!(said.contains(&format!("{part}.bpk: damaged")), "{part}: {said}");
         assert!(said.contains("from the checkpoint before, of validation 3"), "{said}");
         for (name, whole) in results.iter().zip(&whole) {
@@ -116,12 +105,8 @@ fn damaged_checkpoints_are_passed_over_and_named() {
     let losses = evpose_train::validation_losses(&history);
     let (best, _) = losses.iter().min_by(|a, b| a.1.total_cmp(b.1)).unwrap();
     damage(&format!("model-{best}"), &flip);
-    let output = sandbox.evpose(&resume).output().unwrap();
-    let said = stderr(&output);
-    assert!(
-        output.status.success() && said.contains(&format!("model-{best}.bpk: damaged")),
-        "{said}"
-    );
+    let (code, said) = sandbox.ends(&resume);
+    assert!(code == Some(0) && said.contains(&format!("model-{best}.bpk: damaged")), "{said}");
     // Without an undamaged one, nothing is trained.
     damage("optimizer-3", &flip);
     damage("model-4", &cut);
@@ -131,8 +116,7 @@ fn damaged_checkpoints_are_passed_over_and_named() {
 
 #[test]
 fn two_trainings_do_not_share_a_directory() {
-    let sandbox = Sandbox::new();
-    sandbox.ok(&tiny(&["simulate", "quick", "--out", "data"]));
+    let sandbox = Sandbox::with_hands();
     let train = tiny(&["train", "quick", "--data", "data", "--out", "run", "--plain"]);
     let long = ["--set", "training.steps=100000", "--set", "training.steps_per_validation=50000"];
     let mut first = sandbox.start(&[&train[..], &long].concat());
@@ -156,8 +140,7 @@ fn two_trainings_do_not_share_a_directory() {
 
 #[test]
 fn a_run_directory_is_not_overwritten() {
-    let sandbox = Sandbox::new();
-    sandbox.ok(&tiny(&["simulate", "quick", "--out", "data"]));
+    let sandbox = Sandbox::with_hands();
     let arguments = tiny(&["train", "quick", "--data", "data", "--out", "run"]);
     sandbox.ok(&arguments);
     let message = sandbox.fails(&arguments);
@@ -175,8 +158,7 @@ fn a_run_directory_is_not_overwritten() {
 
 #[test]
 fn two_devices_train_on_the_same_windows_and_resume_to_the_bit() {
-    let sandbox = Sandbox::new();
-    sandbox.ok(&tiny(&["simulate", "quick", "--out", "data"]));
+    let sandbox = Sandbox::with_hands();
     let train = |out: &'static str| tiny(&["train", "quick", "--data", "data", "--out", out]);
     let two = ["--set", "training.devices=2", "--set", "training.strategy=main-device"];
     sandbox.ok(&[&train("whole")[..], &two].concat());
@@ -184,14 +166,8 @@ fn two_devices_train_on_the_same_windows_and_resume_to_the_bit() {
     assert_eq!(lines(&sandbox, "whole"), 12 * 2 + 4 * 2);
 
     let arguments = [&train("killed")[..], &two, &["--resume"]].concat();
-    let mut child = sandbox.start(&arguments);
-    let deadline = Instant::now() + Duration::from_secs(120);
-    while !sandbox.path("killed/checkpoint/schedule-2.bpk").exists() {
-        assert!(Instant::now() < deadline && child.try_wait().unwrap().is_none());
-        std::thread::sleep(Duration::from_millis(1));
-    }
-    child.kill().unwrap();
-    child.wait().unwrap();
+    let second = sandbox.path("killed/checkpoint/schedule-2.bpk");
+    sandbox.kill(&arguments, || second.exists(), Duration::ZERO);
     assert!(!sandbox.path("killed/last.bpk").exists(), "the kill came too late to test anything");
     sandbox.ok(&arguments);
     for file in ["last.bpk", "checkpoint/model-4.bpk", "checkpoint/optimizer-4.bpk"] {
@@ -202,8 +178,7 @@ fn two_devices_train_on_the_same_windows_and_resume_to_the_bit() {
 
 #[test]
 fn devices_that_cannot_work_together_are_refused_before_anything_is_written() {
-    let sandbox = Sandbox::new();
-    sandbox.ok(&tiny(&["simulate", "quick", "--out", "data"]));
+    let sandbox = Sandbox::with_hands();
     let train = tiny(&["train", "quick", "--data", "data", "--out", "run"]);
     for (change, why) in [
         ("training.devices=2", "main-device"),

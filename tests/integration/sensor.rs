@@ -38,7 +38,7 @@ fn a_slip_names_what_was_meant() {
     assert!(message.contains("did you mean davis346"), "{message}");
     let message = sandbox.fails(&["sensor", "tap", "leak_on", "--pixel", "1,2"]);
     assert!(message.contains("`leak_on` is an effect, not a sensor"), "{message}");
-    std::fs::write(sandbox.path("mine.toml"), "[[effect]]\nname = \"leek_on\"\n").unwrap();
+    sandbox.write("mine.toml", "[[effect]]\nname = \"leek_on\"\n");
     let message = sandbox.fails(&["sensor", "show", "mine.toml"]);
     assert!(message.contains("mine.toml") && message.contains("did you mean leak_on"), "{message}");
     let message = sandbox.fails(&["sensor", "tap", "ideal", "--pixel", "500,2"]);
@@ -50,7 +50,7 @@ fn a_slip_names_what_was_meant() {
 fn a_tapped_step_has_the_events_it_is_worth() {
     let sandbox = Sandbox::new();
     sandbox.ok(&["sensor", "tap", "ideal", "--pixel", "20,30", "--out", "tap.csv"]);
-    let csv = std::fs::read_to_string(sandbox.path("tap.csv")).unwrap();
+    let csv = sandbox.text("tap.csv");
     let events: Vec<(f64, f64)> = csv
         .lines()
         .filter_map(|line| line.split_once(",event:signal,"))
@@ -71,7 +71,7 @@ fn a_gallery_is_one_page_that_holds_everything() {
     let sandbox = Sandbox::new();
     let only = "ideal,leak_on,timestamp_quantisation";
     sandbox.ok(&["sensor", "gallery", "--out", "g.html", "--only", only, "--scale", "0.2"]);
-    let page = std::fs::read_to_string(sandbox.path("g.html")).unwrap();
+    let page = sandbox.text("g.html");
     for text in
         ["leak_on", "rate_hz = 0.1 Hz", "Nozaki", "without", "data:image/png;base64,", "<svg"]
     {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use evpose_io::EvcReader;
 
@@ -52,7 +52,7 @@ fn shards_in_one_directory_are_the_whole_run_to_the_byte() {
 
     let info = sandbox.ok(&["info", "--verify", "parts"]);
     assert!(info.contains("6 of 6 complete") && info.contains("18 files"), "{info}");
-    std::fs::write(sandbox.path("parts/0004.meta"), "changed").unwrap();
+    sandbox.write("parts/0004.meta", "changed");
     let message = sandbox.fails(&["info", "--verify", "parts"]);
     assert!(
         message.contains("files not as recorded: 1 (18 have") && message.contains("0004.meta"),
@@ -98,7 +98,7 @@ fn a_directory_is_resumed_by_its_own_config_only() {
 
     // Sequences of unknown origin are not taken over.
     std::fs::create_dir(sandbox.path("foreign")).unwrap();
-    std::fs::write(sandbox.path("foreign/0000.evc"), "whose?").unwrap();
+    sandbox.write("foreign/0000.evc", "whose?");
     let message = sandbox.fails(&simulate("foreign", "0.4", &["--resume"]));
     assert!(message.contains("no config.toml"), "{message}");
 }
@@ -112,7 +112,6 @@ fn a_killed_recording_leaves_nothing_half_and_resumes_to_the_byte() {
     let arguments = simulate("killed", "4", &["--resume", "--threads", "1"]);
     for kill in 0..4 {
         let started = std::time::SystemTime::now();
-        let mut child = sandbox.start(&arguments);
         let recording = || {
             let mut files = std::fs::read_dir(&directory).into_iter().flatten().flatten();
             // Newer than what the kill before has left.
@@ -124,14 +123,7 @@ fn a_killed_recording_leaves_nothing_half_and_resumes_to_the_byte() {
                 name.contains(".evc.") && name.ends_with(".tmp") && is_new(&file)
             })
         };
-        let deadline = Instant::now() + Duration::from_secs(120);
-        while !recording() && child.try_wait().unwrap().is_none() {
-            assert!(Instant::now() < deadline, "nothing recorded in run {kill}");
-            std::thread::sleep(Duration::from_millis(1));
-        }
-        std::thread::sleep(Duration::from_millis(11 * kill));
-        child.kill().unwrap();
-        child.wait().unwrap();
+        sandbox.kill(&arguments, recording, Duration::from_millis(11 * kill));
         // What has its name is whole; the rest has names that no reader opens.
         let found = tree(&directory);
         for stray in strays(&found, &expected) {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Stdio;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use crate::harness::{Sandbox, bytes, stderr, tiny, tiny_body};
 
@@ -13,11 +13,10 @@ const OVER: &str = "[training]\nlearning_rate = { log_uniform = [1e-4, 1e-2] }\n
 /// A sandbox with recordings and a file of ranges.
 fn sandbox(over: &str) -> Sandbox {
     let sandbox = Sandbox::new();
-    std::fs::write(sandbox.path("over.toml"), over).unwrap();
+    sandbox.write("over.toml", over);
     sandbox
 }
 
-/// A search of hands into `out`.
 fn hands<'a>(out: &'a str, more: &[&'a str]) -> Vec<&'a str> {
     let mut args = tiny(&["tune", "quick", "--over", "over.toml", "--data", "data", "--out", out]);
     if !more.contains(&"--trials") {
@@ -28,7 +27,6 @@ fn hands<'a>(out: &'a str, more: &[&'a str]) -> Vec<&'a str> {
     args
 }
 
-/// A search of bodies into `out`.
 fn bodies<'a>(out: &'a str, more: &[&'a str]) -> Vec<&'a str> {
     let mut args = tiny_body(&["tune", "pretrain", "--over", "over.toml", "--out", out]);
     args.extend(["--trials", "4", "--method", "halving", "--eta", "2", "--rank", "accuracy"]);
@@ -91,16 +89,16 @@ fn a_search_of_hands_is_the_same_in_one_process_in_shards_and_after_a_kill() {
     // Trial 0 is the config as it is, and the best config is that of the best run.
     let base = trials.iter().find(|trial| trial["trial"] == 0).unwrap();
     assert_eq!(base["values"]["training.learning_rate"], 0.001);
-    let config = String::from_utf8(bytes(&sandbox.path("whole/best.toml"))).unwrap();
-    let of_run = String::from_utf8(bytes(&sandbox.path(&run).join("config.toml"))).unwrap();
+    let config = sandbox.text("whole/best.toml");
+    let of_run = sandbox.text(&format!("{run}/config.toml"));
     assert!(config.starts_with("# Trial ") && config.ends_with(&of_run), "{config}");
-    let page = String::from_utf8(bytes(&sandbox.path("whole/tune.html"))).unwrap();
+    let page = sandbox.text("whole/tune.html");
     assert_eq!(page.matches("<svg").count(), 3, "two parameters and one rung");
     assert!(
         !sandbox.path(&run).join("checkpoint").exists()
             && sandbox.path(&run).join("best.bpk").exists()
     );
-    let table = String::from_utf8(bytes(&sandbox.path("whole/trials.csv"))).unwrap();
+    let table = sandbox.text("whole/trials.csv");
     assert_eq!(table.lines().count(), 4);
 
     // Trained as a config of its own, it is the same network.
@@ -120,15 +118,8 @@ fn a_search_of_hands_is_the_same_in_one_process_in_shards_and_after_a_kill() {
     assert_eq!(differences(&sandbox, "whole", "parts"), Vec::<String>::new());
 
     // Killed in its second trial.
-    let mut child = sandbox.start(&hands("killed", &[]));
     let begun = sandbox.path("killed/trials/0001/run/checkpoint/schedule-1.bpk");
-    let deadline = Instant::now() + Duration::from_secs(300);
-    while !begun.exists() && child.try_wait().unwrap().is_none() {
-        assert!(Instant::now() < deadline, "no progress");
-        std::thread::sleep(Duration::from_millis(1));
-    }
-    child.kill().unwrap();
-    child.wait().unwrap();
+    sandbox.kill(&hands("killed", &[]), || begun.exists(), Duration::ZERO);
     assert!(!sandbox.path("killed/trials/0001/rung-1.json").exists(), "the kill came too late");
     assert_eq!(outcome(&sandbox, "killed")["is_complete"], false);
     assert!(sandbox.fails(&hands("killed", &[])).contains("--resume"));
@@ -154,7 +145,7 @@ fn bodies_are_halved_and_shards_meet_at_the_end_of_each_rung() {
     // Those that ended at the first rung were no better there than those that went on.
     let first = |trial: u64| -> serde_json::Value {
         let path = format!("whole/trials/{trial:04}/rung-1.json");
-        serde_json::from_slice(&bytes(&sandbox.path(&path))).unwrap()
+        sandbox.json(&path)
     };
     let accuracy = |index: usize| {
         let result = first(trials[index]["trial"].as_u64().unwrap());

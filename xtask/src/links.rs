@@ -70,7 +70,6 @@ fn links(text: &str) -> impl Iterator<Item = (usize, &str)> {
     })
 }
 
-/// The file that a link of a page leads to, from the root on.
 fn file_of(page: &str, target: &str) -> String {
     let path = target.split('#').next().unwrap_or_default();
     if let Some(path) = ADDRESSES.iter().find_map(|address| path.strip_prefix(address)) {

@@ -32,6 +32,7 @@ impl Need {
                 let is_there = cargo.status().is_ok_and(|status| status.success());
                 let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
                 let home = home.or_else(|| Some(std::env::home_dir()?.join(".cargo")));
+                // The step runs offline, with what was fetched before.
                 let has_advisories = home.is_some_and(|home| home.join("advisory-dbs").is_dir());
                 let how = "`cargo install cargo-deny`, then `cargo deny fetch`";
                 (is_there && has_advisories, format!("licences and known faults: {how}"))

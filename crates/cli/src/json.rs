@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use evpose_core::atomic_write;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+
+use crate::outputs::write_file;
 
 /// Writes `report` to `path`, if the user gave one.
 ///
@@ -21,7 +22,7 @@ pub fn write_json(path: Option<&Path>, report: &impl Serialize) -> Result<()> {
 /// If the file cannot be written.
 pub fn write_result(path: &Path, result: &impl Serialize) -> Result<()> {
     let text = serde_json::to_string_pretty(result)? + "\n";
-    atomic_write(path, text.as_bytes()).with_context(|| format!("writing {}", path.display()))
+    write_file(path, text)
 }
 
 /// Reads a result of a study; none where it is absent.

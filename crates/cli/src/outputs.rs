@@ -7,10 +7,11 @@ use std::ffi::OsString;
 use std::ops::Deref;
 use std::path::{Path, PathBuf};
 
+use anyhow::Context as _;
 use clap::builder::ValueParser;
 use clap::error::ErrorKind;
 use clap::{ArgMatches, Command, value_parser};
-use evpose_core::is_same_file;
+use evpose_core::{atomic_write, is_same_file};
 
 /// Path of a file that a command writes; `-` and addresses are no files.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -46,6 +47,14 @@ impl AsRef<Path> for OutputFile {
     fn as_ref(&self) -> &Path {
         &self.0
     }
+}
+
+/// Writes a file through a temporary name, so that an aborted command leaves none that looks whole.
+///
+/// # Errors
+/// If it cannot be written; the message names it.
+pub fn write_file(path: &Path, content: impl AsRef<[u8]>) -> anyhow::Result<()> {
+    atomic_write(path, content.as_ref()).with_context(|| format!("writing {}", path.display()))
 }
 
 /// A path among the arguments.

@@ -1,10 +1,13 @@
-//! Ranges of numeric arguments: a value that no command could work with is refused before anything begins.
+//! Ranges of numeric arguments, and choices of others: a value that no command could work with is refused before anything
+//! begins.
 //!
 //! Bounds are far beyond use and well within what integers of microseconds, durations and memory hold.
 
 use std::fmt::Display;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
+
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 /// Longest time in seconds: eleven days.
 pub const MAX_SECONDS: f64 = 1e6;
@@ -58,6 +61,20 @@ where
 /// A share or score from 0 to 1.
 pub fn share() -> impl Fn(&str) -> Result<f32, String> + Clone + Send + Sync + 'static {
     within(0.0..=1.0)
+}
+
+/// One of these values by its name, which help lists with what it means.
+pub(crate) fn choices<T, const N: usize>(
+    choices: [(&'static str, &'static str, T); N],
+) -> impl TypedValueParser<Value = T>
+where
+    T: Copy + Send + Sync + 'static,
+{
+    let names = choices.map(|(name, help, _)| PossibleValue::new(name).help(help));
+    PossibleValuesParser::new(names).map(move |name| {
+        let chosen = choices.iter().find(|choice| choice.0 == name);
+        chosen.unwrap_or_else(|| unreachable!("`{name}` is none of the possible values")).2
+    })
 }
 
 /// A thread count from 1 to [`MAX_THREADS`].

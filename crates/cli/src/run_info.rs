@@ -3,10 +3,11 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use evpose_core::atomic_write;
 use evpose_task::Experiment;
 use evpose_task::hand::HandConfig;
 use evpose_train::TrainError;
+
+use crate::outputs::write_file;
 
 /// File of the program, the seed and, mostly, the command.
 const RUN: &str = "run.toml";
@@ -35,9 +36,9 @@ pub fn table(seed: u64) -> Result<toml::Table> {
 
 /// Writes `run.toml` (command, seed, commit, version) and, where given, `config.toml`.
 pub fn write(dir: &Path, seed: u64, config: Option<&HandConfig>) -> Result<()> {
-    write_file(&dir.join(RUN), &table(seed)?.to_string())?;
+    write_file(&dir.join(RUN), table(seed)?.to_string())?;
     match config {
-        Some(config) => write_file(&dir.join(CONFIG), &config.to_toml()?),
+        Some(config) => write_file(&dir.join(CONFIG), config.to_toml()?),
         None => Ok(()),
     }
 }
@@ -49,7 +50,7 @@ pub fn write(dir: &Path, seed: u64, config: Option<&HandConfig>) -> Result<()> {
 /// If the file is of another build, or cannot be read or written.
 pub fn claim_origin(dir: &Path, seed: u64) -> Result<()> {
     if !dir.join(RUN).exists() {
-        write_file(&dir.join(RUN), &origin(seed)?.to_string())?;
+        write_file(&dir.join(RUN), origin(seed)?.to_string())?;
     }
     check_origin(dir, seed)
 }
@@ -57,8 +58,8 @@ pub fn claim_origin(dir: &Path, seed: u64) -> Result<()> {
 /// As [`write()`], for a directory that several processes share: without the command, which differs
 /// between them. `config.toml` is written last, so that its existence implies that of `run.toml`.
 pub fn write_shared(dir: &Path, config: &impl Experiment) -> Result<()> {
-    write_file(&dir.join(RUN), &origin(config.seed())?.to_string())?;
-    write_file(&dir.join(CONFIG), &config.to_toml()?)
+    write_file(&dir.join(RUN), origin(config.seed())?.to_string())?;
+    write_file(&dir.join(CONFIG), config.to_toml()?)
 }
 
 /// Refuses a directory of another config, or of another build of the program, whose random draws
@@ -89,8 +90,4 @@ fn check_origin(dir: &Path, seed: u64) -> Result<()> {
         }
     }
     Ok(())
-}
-
-fn write_file(path: &Path, text: &str) -> Result<()> {
-    atomic_write(path, text.as_bytes()).with_context(|| format!("writing {}", path.display()))
 }

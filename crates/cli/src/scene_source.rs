@@ -38,13 +38,11 @@ pub(crate) struct SceneSource {
     pub(crate) path: PathBuf,
     /// Labels of what was seen; then light and texture are not those of the recording.
     pub(crate) poses: Option<PathBuf>,
-    /// Seconds that are rendered.
     pub(crate) seconds: Option<f64>,
     /// How the frames of a recording are read.
     pub(crate) response: Option<Response>,
 }
 
-/// A sequence of a config.
 struct Sequence {
     simulation: Simulation,
     index: u64,
@@ -172,7 +170,6 @@ impl SceneSource {
         Ok(Some(Sequence { simulation, index, frames, rendered }))
     }
 
-    /// Frames that are rendered.
     fn frames(
         &self,
         config: &evpose_sim::SimulationConfig,

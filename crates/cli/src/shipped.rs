@@ -64,9 +64,16 @@ pub fn checkpoint_path(given: &Path) -> Result<PathBuf> {
 /// # Errors
 /// If there is none, or it cannot be read.
 pub fn checkpoint_sha256(given: &Path) -> Result<String> {
-    let file = network_file(&checkpoint_path(given)?)?;
-    let bytes = fs::read(&file).with_context(|| format!("reading {}", file.display()))?;
-    Ok(Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect())
+    sha256(&network_file(&checkpoint_path(given)?)?)
+}
+
+/// SHA-256 of a file, as `sha256sum` prints it.
+///
+/// # Errors
+/// If it cannot be read.
+pub fn sha256(file: &Path) -> Result<String> {
+    let bytes = fs::read(file).with_context(|| format!("reading {}", file.display()))?;
+    Ok(format!("{:x}", Sha256::digest(bytes)))
 }
 
 /// Message for a checkpoint that is neither a file, nor a run directory, nor a shipped network.

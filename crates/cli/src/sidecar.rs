@@ -12,7 +12,6 @@ struct EventsInfo {
     frames: FrameSize,
 }
 
-/// Size of the frames.
 #[derive(Deserialize)]
 struct FrameSize {
     width: u16,

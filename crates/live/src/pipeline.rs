@@ -20,9 +20,7 @@ use crate::sink::Sinks;
 use crate::source::Source;
 use crate::{LiveError, LivePose, Meter, Packet, PacketQueue, PoseOrigin, Report};
 use clock::Clock;
-use evpose_pose::stream::InferenceWorker;
-use evpose_pose::stream::PoseStream;
-use evpose_pose::stream::StreamFrontend;
+use evpose_pose::stream::{InferenceWorker, PoseStream, StreamFrontend};
 use feeder::Feeder;
 use inference::{InferenceHandle, InferenceJob, Inferred};
 
@@ -154,7 +152,6 @@ struct Follower<'a, F: StreamFrontend> {
     step: Option<Micros>,
     next_propagated: Option<Micros>,
     next_image: Option<Micros>,
-    /// Memory of an earlier input.
     memory: Option<F::Input>,
     /// Index of the recording: outputs for an earlier one are dropped.
     recording: u64,
@@ -173,6 +170,7 @@ impl<'a, F: StreamFrontend> Follower<'a, F> {
         sinks: &'a mut Sinks,
         (options, control): (&'a LiveOptions, &'a Control),
     ) -> Self {
+        // Steps that round to 0 µs would never pass the next event.
         let step = (options.propagate_hz > 0.0)
             .then(|| Micros(((1e6 / options.propagate_hz).round() as i64).max(1)));
         Self {

@@ -23,7 +23,6 @@ pub struct PacketQueue {
 #[derive(Debug, Default)]
 struct State {
     packets: VecDeque<Packet>,
-    /// Events in `packets`.
     events: usize,
     /// Buffers of consumed packets.
     spare: Vec<EventStream>,

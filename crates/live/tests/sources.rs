@@ -60,7 +60,6 @@ fn gather(source: &mut dyn Source) -> Columns {
     columns
 }
 
-/// The bytes of a file of a format.
 fn file_of(format: &str, events: &EventStream) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("recording");

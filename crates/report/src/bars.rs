@@ -191,7 +191,7 @@ fn draw_bar(area: &Area<'_>, along: &Along<'_>, bar: &Bar, y: f64) -> Result<(),
 
 /// Text of a chart of bars.
 pub(crate) fn text(text: &str, anchor: HPos, colour: Colour) -> Words<'_> {
-    Words { text, size: TEXT_PX, colour, anchor, is_bold: false, is_upright: false }
+    Words::new(text, TEXT_PX, colour, anchor)
 }
 
 #[cfg(test)]

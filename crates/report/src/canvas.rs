@@ -74,6 +74,7 @@ impl Canvas {
         {
             self.line(head, 0.5 * (a + b), radius, colour);
         }
+        // Last, since limbs would hide them.
         for joint in joints_px.iter().flatten() {
             self.line(*joint, *joint, 2.2 * radius, colour);
         }

@@ -260,7 +260,6 @@ fn draw(chart: &Chart, area: &Area<'_>) -> Result<(), DrawingError> {
     }
 }
 
-/// Ticks of a logarithmic axis.
 fn log_ticks_of(axis: &ChartAxis, range: &Range<f64>) -> Option<Vec<f64>> {
     axis.is_log.then(|| log_ticks(range.start, range.end))
 }
@@ -337,7 +336,6 @@ fn stairs(points: impl Iterator<Item = (f64, f64)>) -> impl Iterator<Item = (f64
     })
 }
 
-/// A number on an axis.
 fn label(value: f64) -> String {
     let size = value.abs();
     if size < 1e-12 {

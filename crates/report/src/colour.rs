@@ -7,11 +7,9 @@ pub type Colour = (u8, u8, u8);
 pub const ON: Colour = (30, 100, 200);
 /// Colour of OFF events.
 pub const OFF: Colour = (200, 50, 60);
-/// Colour of text.
 pub(crate) const INK: Colour = (29, 36, 48);
 /// Colour of text of less weight.
 pub(crate) const SOFT_INK: Colour = (93, 102, 117);
-/// Colour of grid lines.
 pub(crate) const GRID: Colour = (232, 232, 236);
 
 /// Colours of curves, distinguishable by colour-blind readers.

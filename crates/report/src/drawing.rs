@@ -39,7 +39,6 @@ pub(crate) fn document(
     Ok(svg)
 }
 
-/// A colour of `plotters`.
 pub(crate) fn rgb((r, g, b): Colour) -> RGBColor {
     RGBColor(r, g, b)
 }
@@ -56,7 +55,12 @@ pub(crate) struct Words<'a> {
     pub(crate) is_upright: bool,
 }
 
-impl Words<'_> {
+impl<'a> Words<'a> {
+    /// Text of usual weight from left to right.
+    pub(crate) fn new(text: &'a str, size: f64, colour: Colour, anchor: HPos) -> Self {
+        Self { text, size, colour, anchor, is_bold: false, is_upright: false }
+    }
+
     /// Draws it, vertically centred at `y`.
     pub(crate) fn draw(&self, area: &Area<'_>, (x, y): (f64, f64)) -> Result<(), DrawingError> {
         // The backend divides font sizes by 1.24, the ratio of the em box to its font metrics.
@@ -68,7 +72,6 @@ impl Words<'_> {
     }
 }
 
-/// The nearest pixel.
 pub(crate) fn pixel(x: f64, y: f64) -> (i32, i32) {
     (x.round() as i32, y.round() as i32)
 }

@@ -90,14 +90,7 @@ impl Heatmap {
                 let (x, y) = (left + j as f64 * width, top + i as f64 * height);
                 fill(area, (x, y), (x + width - 1.0, y + height - 1.0), cell.fill)?;
                 if !cell.text.is_empty() {
-                    let text = Words {
-                        text: &cell.text,
-                        size: CELL_PX,
-                        colour: cell.ink,
-                        anchor: HPos::Center,
-                        is_bold: false,
-                        is_upright: false,
-                    };
+                    let text = Words::new(&cell.text, CELL_PX, cell.ink, HPos::Center);
                     text.draw(area, (x + 0.5 * (width - 1.0), y + 0.5 * (height - 1.0)))?;
                 }
             }
@@ -137,14 +130,7 @@ fn names_px(names: &[Name]) -> f64 {
 }
 
 fn words(name: &Name, anchor: HPos, is_upright: bool) -> Words<'_> {
-    Words {
-        text: &name.text,
-        size: NAME_PX,
-        colour: INK,
-        anchor,
-        is_bold: name.is_bold,
-        is_upright,
-    }
+    Words { is_bold: name.is_bold, is_upright, ..Words::new(&name.text, NAME_PX, INK, anchor) }
 }
 
 #[cfg(test)]

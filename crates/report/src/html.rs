@@ -62,16 +62,6 @@ impl HtmlPage {
         self.body += "</table></div>\n";
     }
 
-    /// A table of plain text.
-    pub fn text_table<R: AsRef<[String]>>(
-        &mut self,
-        header: &[&str],
-        rows: impl IntoIterator<Item = R>,
-    ) {
-        let escaped = |row: R| row.as_ref().iter().map(|cell| escape(cell)).collect();
-        self.table(header, &rows.into_iter().map(escaped).collect::<Vec<_>>());
-    }
-
     /// Plots side by side.
     pub fn plots(&mut self, svgs: &[String]) {
         self.body += &format!("<div class=\"plots\">{}</div>\n", svgs.join("\n"));

@@ -71,8 +71,9 @@ impl<'a> ChartHead<'a> {
     pub(crate) fn draw(&self, area: &Area<'_>) -> Result<(), DrawingError> {
         let mut y = MARGIN_PX;
         if !self.title.is_empty() {
-            let words = Words { is_bold: true, ..label(self.title, TITLE_SIZE, HPos::Center) };
-            words.draw(area, (0.5 * self.width_px, y + 0.5 * TITLE_PX))?;
+            let title = Words::new(self.title, TITLE_SIZE, INK, HPos::Center);
+            let at = (0.5 * self.width_px, y + 0.5 * TITLE_PX);
+            Words { is_bold: true, ..title }.draw(area, at)?;
             y += TITLE_PX;
         }
         for row in &self.rows {
@@ -82,7 +83,7 @@ impl<'a> ChartHead<'a> {
             for entry in row {
                 let stroke = [(x, middle - 1.5), (x + STROKE_PX, middle + 1.5)];
                 fill(area, stroke[0], stroke[1], entry.colour)?;
-                let words = label(entry.label, LABEL_SIZE, HPos::Left);
+                let words = Words::new(entry.label, LABEL_SIZE, INK, HPos::Left);
                 words.draw(area, (x + STROKE_PX + STROKE_GAP_PX, middle))?;
                 x += entry.width_px();
             }
@@ -90,10 +91,6 @@ impl<'a> ChartHead<'a> {
         }
         Ok(())
     }
-}
-
-fn label(text: &str, size: f64, anchor: HPos) -> Words<'_> {
-    Words { text, size, colour: INK, anchor, is_bold: false, is_upright: false }
 }
 
 #[cfg(test)]

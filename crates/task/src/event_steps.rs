@@ -3,7 +3,6 @@
 use evpose_camera::ViewAdaptor;
 use evpose_pose::stream::RemainingEvents;
 
-/// The events that an adaptor has left.
 pub(crate) fn pooled(adaptor: &ViewAdaptor, events: u64) -> RemainingEvents {
     let (sensor, view) = (adaptor.sensor(), adaptor.view().sensor);
     RemainingEvents {

@@ -70,7 +70,7 @@ pub trait Experiment: Serialize + DeserializeOwned {
     fn unchecked(text: &str, overrides: &[String]) -> Result<Self, TaskError> {
         let mut table: toml::Table = toml::from_str(text).map_err(|e| problem(&e))?;
         for assignment in overrides {
-            set(&mut table, assignment).map_err(|e| problem(&e))?;
+            set(&mut table, assignment)?;
         }
         let task = table.get("task");
         if task.and_then(toml::Value::as_str) != Some(Self::TASK) {
@@ -164,11 +164,12 @@ fn problem(error: &impl ToString) -> TaskError {
 }
 
 /// Applies `dotted.key=value` to a table; the value is TOML, or else a bare string.
-fn set(table: &mut toml::Table, assignment: &str) -> Result<(), String> {
+fn set(table: &mut toml::Table, assignment: &str) -> Result<(), TaskError> {
     let (key, value) = assignment
         .split_once('=')
-        .ok_or_else(|| format!("--set {assignment}: write it as key=value"))?;
+        .ok_or_else(|| problem(&format!("--set {assignment}: write it as key=value")))?;
     let value = value.trim();
+    // What is no TOML is a string: the shell has taken the quotes off.
     let parsed: toml::Value = toml::from_str::<toml::Table>(&format!("value = {value}"))
         .ok()
         .and_then(|mut t| t.remove("value"))
@@ -180,7 +181,7 @@ fn set(table: &mut toml::Table, assignment: &str) -> Result<(), String> {
             .entry(part)
             .or_insert_with(|| toml::Value::Table(toml::Table::new()))
             .as_table_mut()
-            .ok_or_else(|| format!("--set {assignment}: `{part}` is not a section"))?;
+            .ok_or_else(|| problem(&format!("--set {assignment}: `{part}` is not a section")))?;
     }
     inner.insert(last.to_owned(), parsed);
     Ok(())

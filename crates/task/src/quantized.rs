@@ -36,6 +36,7 @@ impl QuantizationRanges {
         inputs: impl IntoIterator<Item = Result<Vec<f32>, E>>,
         progress: &mut dyn FnMut(),
     ) -> Result<Self, E> {
+        // Chained layers keep their values to themselves.
         let options =
             EngineOptions::default().layer_by_layer().with_threads(rayon::current_num_threads());
         let mut engine = Engine::compile(graph, shape, options).map_err(TaskError::from)?;
@@ -139,7 +140,7 @@ fn digest(graph: &Graph) -> String {
             hash.update(value.to_le_bytes());
         }
     }
-    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    format!("{:x}", hash.finalize())
 }
 
 #[cfg(test)]

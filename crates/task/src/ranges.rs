@@ -13,7 +13,6 @@ const USUAL: [f64; 2] = [-1e6, 1e6];
 const POSITIVE: [f64; 2] = [1e-30, 1e30];
 const NOT_NEGATIVE: [f64; 2] = [0.0, 1e6];
 const SHARE: [f64; 2] = [0.0, 1.0];
-/// Optimiser steps.
 const STEPS: [f64; 2] = [1.0, 1e9];
 /// A sensor checks its own parameters.
 const SENSOR: &str = "simulation.sensor";

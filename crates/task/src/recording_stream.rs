@@ -260,7 +260,6 @@ where
 pub(crate) struct ForwardEvents {
     pub(crate) windows: Windows,
     chunk: EventStream,
-    /// Events of the chunk that were taken.
     taken: usize,
     piece: EventStream,
     read_to: Micros,

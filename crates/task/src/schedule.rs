@@ -93,7 +93,6 @@ pub struct ScheduledRate {
     pub next: u64,
 }
 
-/// Key of the next step in a record.
 const NEXT: &str = "next_step";
 
 impl LrScheduler for ScheduledRate {

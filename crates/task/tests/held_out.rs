@@ -13,7 +13,6 @@ use evpose_task::hand::HandConfig;
 /// Sequences of each set that are compared with all of every other set.
 const SEQUENCES: u64 = 6;
 
-/// Every embedded config of a folder.
 fn embedded<C: Experiment>(folder: &str) -> Vec<(&'static str, C)> {
     let files = evpose_configs::FILES.iter().filter(|(path, _)| path.starts_with(folder));
     files.map(|(path, text)| (*path, C::unchecked(text, &[]).unwrap())).collect()

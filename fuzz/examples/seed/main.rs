@@ -48,7 +48,6 @@ fn main() -> Result<()> {
     models::write(&folder)
 }
 
-/// The file `FOLDER/TARGET/NAME`.
 fn put(folder: &Path, target: &str, name: &str, bytes: &[u8]) -> Result<PathBuf> {
     let folder = folder.join(target);
     fs::create_dir_all(&folder)?;

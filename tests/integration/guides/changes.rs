@@ -18,13 +18,11 @@ pub(crate) enum Change {
 pub(crate) struct Rule {
     /// End of the page's name, or nothing for all pages.
     pub(crate) page: &'static str,
-    /// Text in the command.
     pub(crate) command: &'static str,
     pub(crate) change: Change,
 }
 
 impl Rule {
-    /// Whether the rule is about this command.
     pub(crate) fn is_of(&self, page: &str, command: &str) -> bool {
         page.ends_with(self.page) && command.contains(self.command)
     }

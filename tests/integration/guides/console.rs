@@ -4,10 +4,8 @@
 use std::fs;
 use std::path::Path;
 
-/// A command as a page has it.
 #[derive(Debug, Clone)]
 pub(crate) struct PageCommand {
-    /// Line of the page, from 1.
     pub(crate) line: usize,
     /// Number of its block in the page, from 1.
     pub(crate) block: usize,
@@ -26,7 +24,6 @@ pub(crate) struct PageOutput {
 }
 
 impl PageCommand {
-    /// Adds a line of the page to the output.
     fn print(&mut self, line: usize, text: &str) {
         match self.output.last_mut() {
             Some(output) if output.line + output.lines.len() == line => {
@@ -56,7 +53,6 @@ pub(crate) fn pages() -> Vec<(String, String)> {
     names.into_iter().map(read).collect()
 }
 
-/// The commands of a page, in its order.
 pub(crate) fn commands(page: &str) -> Vec<PageCommand> {
     let mut commands: Vec<PageCommand> = Vec::new();
     let mut lines = page.lines().enumerate();

@@ -27,7 +27,6 @@ const GROUPS: [Group; 4] = [
     (&["people", "person"], people),
 ];
 
-/// Networks and images small enough for a test.
 const SMALL: &str = "task = \"hand\"\n[simulation]\nimage_scale = 0.3\n[network]\nwidth = 0.0625\n";
 
 /// A camera that the hands of the guide to the gap are recorded with.
@@ -63,7 +62,6 @@ impl Inputs {
         Self { sandbox }
     }
 
-    /// Puts the inputs of a page into its directory, as copies.
     pub(crate) fn put(&self, page: &str, directory: &Path) {
         let root = Path::new(env!("CARGO_MANIFEST_DIR"));
         for name in ["configs", "checkpoints"] {

@@ -17,7 +17,6 @@ use serde_json::{Value, json};
 
 /// COCO's keypoints after the face, by index in the order of networks.
 const COCO_BODY: [usize; 12] = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12];
-/// Points of the face in COCO.
 const COCO_FACE: usize = 5;
 /// Frames between labels of hands.
 const HAND_STEP: u64 = 10;

@@ -15,7 +15,6 @@ pub(super) type Path = Vec<String>;
 /// A module, in a file of its own or inside one.
 #[derive(Debug, Default)]
 pub(super) struct Module {
-    /// Items it defines.
     pub(super) items: BTreeSet<String>,
     /// Names brought in or offered again, and what they stand for.
     pub(super) uses: BTreeMap<String, Path>,

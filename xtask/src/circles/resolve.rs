@@ -112,7 +112,6 @@ impl CrateFiles {
         Some(at)
     }
 
-    /// Resolves a name in a module.
     fn member(&self, module: &Path, name: &str, depth: usize) -> Option<Target> {
         let child = [&module[..], &[name.to_owned()]].concat();
         if self.modules.contains_key(&child) {

@@ -1,6 +1,5 @@
 //! Where a refused word is the right one.
 
-/// An exception.
 pub(super) struct Exception {
     /// The word's name in the list.
     pub(super) word: &'static str,
@@ -8,7 +7,6 @@ pub(super) struct Exception {
     pub(super) path: &'static str,
     /// A part of the lines it holds for; empty for all.
     pub(super) line: &'static str,
-    /// The reason.
     #[expect(dead_code, reason = "for the reader")]
     reason: &'static str,
 }

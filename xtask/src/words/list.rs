@@ -1,6 +1,5 @@
 //! The refused words, and the field's words for them: `docs/glossary.md` as patterns.
 
-/// A refused word.
 pub(super) struct Word {
     /// Key of the exceptions.
     pub(super) name: &'static str,
@@ -12,11 +11,9 @@ pub(super) struct Word {
     pub(super) except: &'static str,
     /// Beginnings of the paths that it is refused in; empty for all.
     pub(super) paths: &'static [&'static str],
-    /// The standard word.
     pub(super) instead: &'static str,
 }
 
-/// Form of a line.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Form {
     /// In lower case, with identifiers split into words: names and prose alike.

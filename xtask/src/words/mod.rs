@@ -34,6 +34,7 @@ pub(crate) fn run(args: &[String], say: fn(&str)) -> Result<()> {
         if is_chosen(&path) {
             findings.extend(scanner.scan(&path, &text));
         }
+        // Of every file: the other place of a name may lie outside of those chosen.
         for (index, line) in text.lines().enumerate() {
             if let Some(name) = scanner.single_name(line) {
                 definitions.entry(name.to_owned()).or_default().push((path.clone(), index + 1));

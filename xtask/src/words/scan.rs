@@ -97,7 +97,6 @@ fn hits<'t>(
     })
 }
 
-/// Text of a doc comment's line.
 fn doc_text(line: &str) -> Option<&str> {
     let line = line.trim_start();
     let text = line.strip_prefix("///").or_else(|| line.strip_prefix("//!"))?;

@@ -3,11 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
+use evpose_cli::shipped::sha256;
 use sha2::{Digest as _, Sha256};
 
 /// SHA-256 in hexadecimal digits.
 pub(super) fn of_bytes(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+    format!("{:x}", Sha256::digest(bytes))
 }
 
 /// The digest of a file, or of the lines that `sha256sum` writes for all files of a directory, in the order of
@@ -17,8 +18,7 @@ pub(super) fn of_bytes(bytes: &[u8]) -> String {
 /// If a file cannot be read.
 pub(super) fn of_path(path: &Path) -> Result<String> {
     if path.is_file() {
-        let bytes = std::fs::read(path).with_context(|| format!("reading {}", path.display()))?;
-        return Ok(of_bytes(&bytes));
+        return sha256(path);
     }
     let mut files = Vec::new();
     list(path, &mut files)?;

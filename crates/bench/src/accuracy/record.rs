@@ -18,7 +18,6 @@ pub(super) struct Record {
     pub(super) networks: Vec<NetworkRecord>,
 }
 
-/// Recordings of a task that were simulated for an evaluation.
 #[derive(Debug, Serialize)]
 pub(super) struct Simulated {
     pub(super) task: &'static str,
@@ -27,12 +26,10 @@ pub(super) struct Simulated {
     pub(super) manifest: Vec<String>,
 }
 
-/// The accuracy of a network.
 #[derive(Debug, Serialize)]
 pub(super) struct NetworkRecord {
     pub(super) name: String,
     pub(super) task: &'static str,
-    /// SHA-256 of the checkpoint.
     pub(super) sha256: String,
     /// The command, without the checkpoint.
     pub(super) evaluation: String,

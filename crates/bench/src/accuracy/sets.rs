@@ -83,7 +83,6 @@ impl SetName {
     }
 }
 
-/// Simulates the home set of every task.
 fn home(scratch: &Path) -> Result<Prepared> {
     let (mut simulated, mut data, mut manifests) = (Vec::new(), Vec::new(), String::new());
     for (task, command) in HOME {

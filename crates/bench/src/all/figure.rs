@@ -9,9 +9,7 @@ pub(crate) struct Figure {
     pub(crate) benchmark: String,
     /// The work that was measured.
     pub(crate) work: String,
-    /// Unit of the values.
     pub(crate) unit: String,
-    /// Whether a lower value is better.
     pub(crate) lower_is_better: bool,
     /// Ours.
     pub(crate) value: f64,
@@ -22,7 +20,6 @@ pub(crate) struct Figure {
     pub(crate) peers: Vec<PeerFigure>,
 }
 
-/// The figure of a peer.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct PeerFigure {
     pub(crate) name: String,

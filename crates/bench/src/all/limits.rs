@@ -26,7 +26,6 @@ pub(crate) struct MachineLimits {
 }
 
 impl MachineLimits {
-    /// Measures both.
     pub(crate) fn measure(threads: usize) -> Self {
         let limits = Self {
             threads,

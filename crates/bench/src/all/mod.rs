@@ -7,13 +7,12 @@ mod stored;
 
 use std::path::PathBuf;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use clap::ValueEnum as _;
 use evpose_cli::args::DeviceArgs;
 use evpose_cli::json::write_json;
 use evpose_cli::progress::say;
 use evpose_cli::provenance::Provenance;
-use evpose_core::atomic_write;
 use evpose_infer::Precision;
 use evpose_nn::{DeviceKind, MOVE_ENET};
 
@@ -26,7 +25,7 @@ use crate::repr::BenchReprArgs;
 use crate::sensor::BenchSensorArgs;
 use crate::sim::BenchSimArgs;
 use crate::train::BenchTrainArgs;
-use evpose_cli::outputs::OutputFile;
+use evpose_cli::outputs::{OutputFile, write_file};
 use limits::MachineLimits;
 use stored::StoredRun;
 
@@ -142,8 +141,7 @@ pub(crate) fn run(args: &BenchAllArgs) -> Result<()> {
     // Before the page: an error of drawing does not cost the figures.
     write_json(args.json.as_deref(), &run)?;
     let page = page::html(&run, &layers, before.as_ref())?;
-    atomic_write(&args.html, page.as_bytes())
-        .with_context(|| format!("writing {}", args.html.display()))?;
+    write_file(&args.html, page)?;
     say(format!("page      {}", args.html.display()));
     if let Some(before) = &before {
         stored::changes(&run, before).iter().for_each(say);

@@ -11,7 +11,6 @@ use super::limits::MachineLimits;
 use super::stored::StoredRun;
 use crate::infer::MeasuredLayers;
 
-/// Colour of bars where ours is slower.
 const SLOWER: Colour = (190, 194, 203);
 /// Size of a roofline, pixels.
 const ROOFLINE: (u32, u32) = (550, 380);

@@ -71,13 +71,13 @@ struct Report {
 }
 
 /// Scenes of a task before any sensor.
-trait Scenes {
+struct Scenes {
     /// Name of the metric in the table.
-    fn metric(&self) -> &'static str;
+    metric: &'static str,
     /// The sensor that the network expects.
-    fn native(&self) -> SensorSize;
+    native: SensorSize,
     /// The accuracy before a sensor.
-    fn score(&self, sensor: SensorSize) -> Result<f64>;
+    score: Box<dyn Fn(SensorSize) -> Result<f64>>,
 }
 
 /// Evaluates a network before all sensors and prints a table.
@@ -92,18 +92,18 @@ pub(super) fn run(args: &BenchCamerasArgs) -> Result<()> {
     let path = checkpoint_path(&args.checkpoint)?;
     let device = Device::flex();
     // Hands first; what is no checkpoint of either fails with the second error.
-    let scenes: Box<dyn Scenes> = match HandCheckpoint::load(&path, &device) {
-        Ok(checkpoint) => Box::new(hand::HandScenes::new(checkpoint, args)?),
-        Err(_) => Box::new(body::BodyScenes::new(BodyCheckpoint::load(&path, &device)?, args)?),
+    let Scenes { metric, native, score } = match HandCheckpoint::load(&path, &device) {
+        Ok(checkpoint) => hand::scenes(checkpoint, args)?,
+        Err(_) => body::scenes(BodyCheckpoint::load(&path, &device)?, args)?,
     };
     let provenance = Provenance::this();
     say(format!("machine: {}", provenance.machine));
     let measure = |sensor: SensorSize| -> Result<CameraScore> {
-        Ok(CameraScore { sensor, score: scenes.score(sensor)? })
+        Ok(CameraScore { sensor, score: score(sensor)? })
     };
     // The sensor of its training is what the others are compared with.
-    let native = measure(scenes.native())?;
-    say(format!("{:<12}{:>14}{:>10}", "sensor", scenes.metric(), "relative"));
+    let native = measure(native)?;
+    say(format!("{:<12}{metric:>14}{:>10}", "sensor", "relative"));
     say(format!("{:<12}{:>14.3}{:>10}", native.sensor.to_string(), native.score, "native"));
     let mut cameras = Vec::new();
     for [width, height] in SENSORS {
@@ -119,7 +119,7 @@ pub(super) fn run(args: &BenchCamerasArgs) -> Result<()> {
     let report = Report {
         provenance,
         checkpoint: path.display().to_string(),
-        metric: scenes.metric(),
+        metric,
         native,
         cameras,
         worst_over_native,

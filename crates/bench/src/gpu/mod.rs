@@ -27,7 +27,6 @@ use evpose_cli::ranges::within;
 use plan::{Plan, Step};
 use step::Finished;
 
-/// File of the results.
 const RESULTS: &str = "gpu.json";
 /// Folder of what the steps write.
 const PARTS: &str = "parts";

@@ -6,7 +6,6 @@ use serde_json::{Map, Value, json};
 
 use super::step::Finished;
 
-/// A step.
 #[derive(Debug, Default)]
 pub(super) struct Step {
     pub(super) name: &'static str,
@@ -16,7 +15,6 @@ pub(super) struct Step {
     pub(super) limit_s: f64,
     pub(super) arguments: Vec<String>,
     pub(super) environment: Vec<(&'static str, &'static str)>,
-    /// Files that it writes.
     pub(super) files: Vec<String>,
     /// Lines of its output to keep, if more than usual.
     pub(super) lines: usize,
@@ -75,6 +73,7 @@ impl Step {
 impl Plan<'_> {
     /// The steps, the worthiest first.
     pub(super) fn steps(&self) -> Vec<Step> {
+        // Agreement first: times of wrong results would say nothing.
         let mut steps: Vec<Step> =
             self.devices.iter().map(|device| self.agreement(device, OURS)).collect();
         for device in self.devices {
@@ -116,30 +115,28 @@ impl Plan<'_> {
     fn inference(&self, device: &str, way: &'static str, limit_s: f64) -> Step {
         let (config, runs) = (self.config(), if self.small { 2 } else { 30 });
         let batches: &[usize] = if self.small { &[1, 4] } else { &[16, 1, 64, 256] };
-        let line = |network: &str, batch: &usize| {
+        let lines = self.of_networks(batches, |network, batch| {
             format!(
                 "infer --config {config} {network}--device {device} --batch {batch} --runs {runs}"
             )
-        };
-        let hands = batches.iter().map(|batch| line("", batch));
-        let bodies = batches.iter().map(|batch| line("--network move_enet ", batch));
-        let lines: Vec<String> =
-            if self.small { hands.collect() } else { hands.chain(bodies).collect() };
+        });
         Step::series(INFERENCE, device, way, limit_s, &lines)
+    }
+
+    /// Lines of the hand's network and of the body's, which is large: none of it in a small plan.
+    fn of_networks(&self, batches: &[usize], line: impl Fn(&str, usize) -> String) -> Vec<String> {
+        let networks: &[&str] = if self.small { &[""] } else { &["", "--network move_enet "] };
+        networks.iter().flat_map(|network| batches.iter().map(|b| line(network, *b))).collect()
     }
 
     fn training_step(&self, device: &str, way: &'static str, limit_s: f64) -> Step {
         let (config, steps) = (self.config(), if self.small { 1 } else { 15 });
         let batches: &[usize] = if self.small { &[4] } else { &[16, 64] };
-        let line = |network: &str, batch: &usize| {
+        let lines = self.of_networks(batches, |network, batch| {
             format!(
                 "train --config {config} {network}--device {device} --batch {batch} --steps {steps}"
             )
-        };
-        let hands = batches.iter().map(|batch| line("", batch));
-        let bodies = batches.iter().map(|batch| line("--network move_enet ", batch));
-        let lines: Vec<String> =
-            if self.small { hands.collect() } else { hands.chain(bodies).collect() };
+        });
         Step::series(TRAINING_STEP, device, way, limit_s, &lines)
     }
 

@@ -22,7 +22,6 @@ const LONGEST_LINE: usize = 400;
 #[derive(Debug, Serialize)]
 pub(super) struct Finished {
     pub(super) name: &'static str,
-    /// The device that it measured.
     pub(super) device: String,
     /// The way of convolutions on GPUs.
     pub(super) way: &'static str,

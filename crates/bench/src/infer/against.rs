@@ -30,7 +30,6 @@ const WARM_UP_TIME: Duration = Duration::from_millis(30);
 /// Pause before a burst, after which spinning threads of the other program are asleep.
 const IDLE_TIME: Duration = Duration::from_millis(100);
 
-/// Result of a comparison.
 #[derive(Debug, Serialize)]
 pub(super) struct Comparison {
     peer: String,
@@ -51,7 +50,6 @@ pub(super) struct Comparison {
 }
 
 impl Comparison {
-    /// The peer's figure.
     pub(super) fn figure(&self) -> PeerFigure {
         PeerFigure { name: self.peer.clone(), value: self.theirs_ms, ratio: self.ratio.estimate }
     }
@@ -196,7 +194,6 @@ fn word(name: PeerName) -> String {
 }
 
 impl Comparison {
-    /// Prints the comparison.
     pub(super) fn say(&self) {
         say(format!("  against {} {}", self.peer, self.version));
         say(format!("    {}; outputs differ by {:.0e}", self.settings, self.difference));

@@ -4,13 +4,12 @@ use anyhow::Result;
 use evpose_infer::{Engine, EngineOptions, Level, Precision};
 use serde::Serialize;
 
-use super::BenchInferArgs;
-use super::Peak;
 use super::against::{Comparison, PeerBenchmark};
 use super::layers::{self, LayerTime};
 use super::networks::Network;
 use super::noise::Noise;
 use super::start::StartTime;
+use super::{BenchInferArgs, Peak};
 use crate::all::{Figure, threads};
 use evpose_cli::latency::{self, Runner};
 use evpose_cli::progress::say;
@@ -49,7 +48,6 @@ pub(super) struct Case {
     against: Vec<Comparison>,
 }
 
-/// The layers of a case.
 pub(crate) struct MeasuredLayers {
     pub(crate) network: String,
     pub(crate) threads: usize,
@@ -64,7 +62,6 @@ pub(super) struct Setting<'a> {
 }
 
 impl Setting<'_> {
-    /// Measures Burn.
     pub(super) fn burn(&self, mut runner: Runner<'_>, threads: usize) -> Case {
         let case = self.timed(&mut runner, Precision::F32, threads);
         case.say();
@@ -114,6 +111,7 @@ impl Setting<'_> {
         let [channels, height, width] = self.network.input;
         let input = [self.args.batch, channels, height, width];
         let times_ms = latency::times_ms(runner, input, self.args.runs.max(1), self.seed);
+        // A copy is sorted: the drift is seen in the order of the runs alone.
         let mut sorted_ms = times_ms.clone();
         sorted_ms.sort_by(f64::total_cmp);
         let mean_ms = times_ms.iter().sum::<f64>() / times_ms.len() as f64;

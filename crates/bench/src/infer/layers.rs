@@ -9,7 +9,6 @@ use evpose_core::stats::quantile::nearest_rank;
 /// Runs per layer, for a median.
 const RUNS: usize = 25;
 
-/// A layer and its median time.
 #[derive(Debug, Serialize)]
 pub(crate) struct LayerTime {
     name: String,
@@ -58,7 +57,6 @@ pub(super) fn timed(
     layers.collect()
 }
 
-/// The layers as lines of a table.
 pub(super) fn table(layers: &[LayerTime]) -> Vec<String> {
     if layers.is_empty() {
         return Vec::new();

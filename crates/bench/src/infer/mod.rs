@@ -11,7 +11,7 @@ mod start;
 
 use anyhow::{Result, ensure};
 use burn::tensor::Device;
-use evpose_infer::{EngineOptions, Level};
+use evpose_infer::{EngineOptions, Level, Precision};
 use evpose_kernels::blocked::{ThreadPool, peak_gflop_per_s};
 use serde::Serialize;
 
@@ -25,7 +25,6 @@ use evpose_cli::progress::say;
 use evpose_cli::provenance::Provenance;
 use evpose_cli::ranges::{count, threads, within};
 use evpose_cli::threads::use_threads;
-use evpose_infer::Precision;
 use evpose_nn::{DeviceKind, adapter_name};
 use evpose_task::hand::HandConfig;
 use peers::PeerName;
@@ -181,7 +180,6 @@ fn measure(args: &BenchInferArgs) -> Result<Report> {
 }
 
 impl Peak {
-    /// Measures the peak.
     fn measure(threads: usize, level: Level) -> Self {
         let gflop_per_s = peak_gflop_per_s(&ThreadPool::new(threads), level);
         say(format!("peak      {gflop_per_s:.1} GFLOP/s in f32 by {level}, {threads} threads"));

@@ -31,7 +31,6 @@ pub(super) struct Network {
 }
 
 impl Network {
-    /// A runner of the Burn module on `device`.
     pub(super) fn burn<'a>(&'a self, device: &'a Device) -> Runner<'a> {
         // Reading values back waits for the computation.
         let forward = |images| drop(std::hint::black_box(self.module.outputs(images)));
@@ -46,7 +45,6 @@ impl Network {
         StartTime::measure(&self.module, self.input, options)
     }
 
-    /// A random image.
     pub(super) fn image(&self, seed: u64) -> Vec<f32> {
         let [channels, height, width] = self.input;
         let mut image = latency::windows([1, channels, height, width], seed);

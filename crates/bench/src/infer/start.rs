@@ -21,9 +21,7 @@ const MAP_STRIDE: usize = 4;
 /// Median start-up times.
 #[derive(Debug, Serialize)]
 pub(super) struct StartTime {
-    /// Reading the weights.
     weights_ms: f64,
-    /// Compiling the network in f32.
     compile_ms: f64,
     /// First inference, decoding included.
     first_ms: f64,

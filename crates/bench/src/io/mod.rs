@@ -66,7 +66,6 @@ pub(crate) fn run(args: &BenchIoArgs) -> Result<()> {
     write_json(args.json.as_deref(), &measure(args)?)
 }
 
-/// Figures of the cases.
 pub(crate) fn figures(args: &BenchIoArgs) -> Result<Vec<Figure>> {
     Ok(measure(args)?.cases.iter().map(|case| case.figure("io")).collect())
 }

@@ -9,11 +9,9 @@ pub(super) struct Memory {
     pub(super) settled_mib: f64,
     /// Maximum from then on.
     pub(super) max_mib: f64,
-    /// At its end.
     pub(super) end_mib: f64,
 }
 
-/// Samples of the resident memory.
 #[derive(Debug, Default)]
 pub(super) struct MemorySamples {
     /// Events so far, and MiB.

@@ -42,7 +42,6 @@ struct Measured {
     rows: Vec<Row>,
 }
 
-/// A measurement: a row of the table.
 #[derive(Debug, Serialize)]
 struct Row {
     name: String,

@@ -69,7 +69,6 @@ pub(crate) fn is_named(name: &str, words: &[String]) -> bool {
     words.iter().all(|word| name.contains(&word.to_lowercase()))
 }
 
-/// Unit of a result.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Unit {
     /// Millions of events per second, for so many events per pass.
@@ -102,7 +101,6 @@ impl Unit {
     }
 }
 
-/// Result of a case.
 #[derive(Debug, Serialize)]
 pub(crate) struct CaseResult {
     case: String,
@@ -116,7 +114,6 @@ pub(crate) struct CaseResult {
     kind: Unit,
 }
 
-/// Result of a peer in the same run.
 #[derive(Debug, Serialize)]
 struct Peer {
     name: String,
@@ -169,6 +166,7 @@ pub(crate) fn run_peers(
 ) -> Result<()> {
     for peer in peers {
         for (case, value) in peer.results(folder)? {
+            // A peer may measure more than was asked for, which is no error.
             match lines.iter_mut().find(|line| line.case == case) {
                 Some(line) => {
                     say(format!("{:46} {:9.1} {}", line.case, line.value, line.unit));
@@ -189,7 +187,6 @@ pub(crate) fn warn_under_load(lines: &[CaseResult]) {
 }
 
 impl CaseResult {
-    /// The result as a figure of `benchmark`.
     pub(crate) fn figure(&self, benchmark: &str) -> Figure {
         let figure = match self.kind {
             Unit::Events(_) => Figure::rate(benchmark, &self.case, self.unit, self.value),
@@ -198,12 +195,10 @@ impl CaseResult {
         self.peers.iter().fold(figure, |figure, peer| figure.beside(&peer.name, peer.value))
     }
 
-    /// Whether this is the result of a case.
     pub(crate) fn is_of(&self, case: &str) -> bool {
         self.case == case
     }
 
-    /// Passes per second.
     pub(crate) fn passes_per_second(&self) -> f64 {
         match self.kind {
             Unit::Events(events) => self.value * 1e6 / events as f64,

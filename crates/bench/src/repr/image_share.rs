@@ -31,7 +31,6 @@ pub(super) struct ImageShare {
     image_percent: f64,
 }
 
-/// Whether any is named by `words`.
 pub(super) fn are_named(words: &[String]) -> bool {
     names().any(|(name, sensor)| is_named(&case(name, sensor), words))
 }

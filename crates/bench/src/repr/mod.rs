@@ -6,7 +6,7 @@ mod photograph;
 mod plain;
 
 use std::hint::black_box;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use evpose_core::{EventStream, Micros, Plane, SensorSize};
@@ -30,7 +30,6 @@ use evpose_cli::outputs::OutputFile;
 use evpose_cli::progress::say;
 use evpose_cli::provenance::Provenance;
 use evpose_cli::ranges::{count, within};
-use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = format!("Examples:\n  evpose bench repr\n  \
@@ -78,7 +77,6 @@ pub(crate) fn run(args: &BenchReprArgs) -> Result<()> {
     write_json(args.json.as_deref(), &report)
 }
 
-/// Figures of the cases.
 pub(crate) fn figures(args: &BenchReprArgs) -> Result<Vec<Figure>> {
     Ok(measure(args)?.cases.iter().map(|case| case.figure("repr")).collect())
 }

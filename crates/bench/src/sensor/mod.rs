@@ -96,7 +96,6 @@ pub(crate) fn run(args: &BenchSensorArgs) -> Result<()> {
     write_json(args.json.as_deref(), &measure_all(args)?)
 }
 
-/// Figures of the settings.
 pub(crate) fn figures(args: &BenchSensorArgs) -> Result<Vec<Figure>> {
     let figures_of = |measured: &Measured| {
         let of = |work: &str, ns| Figure::time("sensor", work, "ns/pixel/step", ns);

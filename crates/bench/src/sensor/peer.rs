@@ -8,7 +8,6 @@ use anyhow::{Context, Result, ensure};
 /// A program that times itself.
 #[derive(Debug, Clone)]
 pub(crate) struct Peer {
-    /// The name in tables.
     pub(crate) name: String,
     /// Program and arguments, with placeholders.
     words: Vec<String>,

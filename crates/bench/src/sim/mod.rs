@@ -3,7 +3,7 @@
 mod mesh;
 mod raster;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result};
@@ -23,7 +23,6 @@ use evpose_cli::threads::use_threads;
 use evpose_core::stats::quantile::{nearest_rank, outlier_count};
 use evpose_task::hand::HandConfig;
 use raster::RasterTime;
-use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  evpose bench sim\n  evpose bench sim --quick\n  \
@@ -104,7 +103,6 @@ pub(crate) fn run(args: &BenchSimArgs) -> Result<()> {
     write_json(args.json.as_deref(), &measure_all(args)?)
 }
 
-/// Figures of the meshes.
 pub(crate) fn figures(args: &BenchSimArgs) -> Result<Vec<Figure>> {
     let report = measure_all(args)?;
     let figure = |measured: &Measured| {

@@ -116,7 +116,6 @@ pub(crate) fn run(args: &BenchTrainArgs) -> Result<()> {
     write_json(args.json.as_deref(), &measure(args)?)
 }
 
-/// The figure of a step.
 pub(crate) fn figure(args: &BenchTrainArgs) -> Result<Figure> {
     let report = measure(args)?;
     let [batch, ..] = report.input;
@@ -174,7 +173,6 @@ fn of_body(args: &BenchTrainArgs, config: &HandConfig, device: &Device) -> Resul
     }))
 }
 
-/// Random images.
 fn images(size: [usize; 4], seed: u64, brightest: f32, device: &Device) -> Tensor<4> {
     Tensor::from_data(TensorData::new(latency::windows(size, seed), size), device) * brightest
 }

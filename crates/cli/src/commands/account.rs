@@ -34,7 +34,6 @@ impl Account {
         }
     }
 
-    /// Prints the warnings.
     pub(super) fn print(&self) {
         for remark in &self.remarks {
             say(format!("warning   {remark}"));

@@ -37,16 +37,17 @@ pub struct CheckArgs {
 }
 
 /// Whether a recording can be used.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Debug, Default, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum Usable {
     AsItIs,
     WithChanges,
+    #[default]
     No,
 }
 
 /// Results, as written to JSON.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Default, Serialize)]
 struct Report {
     usable: Usable,
     format: Option<&'static str>,
@@ -115,20 +116,7 @@ fn unreadable(named: &str, error: &anyhow::Error) -> Report {
     );
     Report {
         usable: if is_settled { Usable::WithChanges } else { Usable::No },
-        format: None,
-        sensor: None,
-        duration_s: None,
-        events: 0,
-        rate_hz: None,
-        span_s: None,
-        is_in_order: None,
-        step_us: None,
-        columns: None,
-        rows: None,
-        on_share: None,
-        rates: RateFindings::default(),
         changes: vec![format!("{error:#}")],
-        remarks: Vec::new(),
         next: match error.downcast_ref() {
             Some(IoError::Outside { is_turned: true, .. }) => {
                 format!("evpose check {named} --swap-xy")
@@ -136,6 +124,7 @@ fn unreadable(named: &str, error: &anyhow::Error) -> Report {
             _ if is_settled => format!("evpose check {named} with one of these options"),
             _ => "evpose convert --help lists what is read".to_owned(),
         },
+        ..Report::default()
     }
 }
 
@@ -167,14 +156,14 @@ fn report(path: &Path, info: &Info, options: OpenOptions, named: &str) -> Result
             hz * 1e-6
         ));
     }
-    let usable = match changes.first() {
-        None => Usable::AsItIs,
-        Some(Change { next: Some(_), .. }) => Usable::WithChanges,
-        Some(Change { next: None, .. }) => Usable::No,
-    };
-    let next = match changes.first() {
-        None => format!("evpose infer --checkpoint body --events {named} --out poses.csv"),
-        Some(first) => first.next.clone().unwrap_or(format!("evpose info {named}")),
+    // Faults that no command mends come first, so that the first one decides.
+    let (usable, next) = match changes.first().map(|first| first.next.clone()) {
+        None => {
+            let next = format!("evpose infer --checkpoint body --events {named} --out poses.csv");
+            (Usable::AsItIs, next)
+        }
+        Some(Some(next)) => (Usable::WithChanges, next),
+        Some(None) => (Usable::No, format!("evpose info {named}")),
     };
     Ok(Report {
         usable,
@@ -263,13 +252,11 @@ fn print(path: &Path, report: &Report) {
     }
     report.remarks.iter().for_each(|remark| line("note", remark.clone()));
     report.changes.iter().for_each(|change| line("change", change.clone()));
-    line(
-        "usable",
-        match report.usable {
-            Usable::AsItIs => "as it is".to_owned(),
-            Usable::WithChanges => "with these changes".to_owned(),
-            Usable::No => "no".to_owned(),
-        },
-    );
+    let usable = match report.usable {
+        Usable::AsItIs => "as it is",
+        Usable::WithChanges => "with these changes",
+        Usable::No => "no",
+    };
+    line("usable", usable.to_owned());
     line("next", report.next.clone());
 }

@@ -6,7 +6,6 @@ use crate::args::DeviceArgs;
 use anyhow::Result;
 use evpose_nn::DeviceKind;
 
-/// Extension of checkpoints.
 const EXTENSION: &str = "bpk";
 
 /// Whether a file is a checkpoint, by its extension.

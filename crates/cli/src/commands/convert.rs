@@ -64,7 +64,6 @@ pub fn run(args: &ConvertArgs) -> Result<()> {
     Ok(())
 }
 
-/// The format to write.
 pub(super) fn format(out: &Path, name: Option<&str>) -> Result<&'static Format> {
     let Some(name) = name else { return Ok(format_for(out)?) };
     FORMATS.find(name).with_context(|| {
@@ -87,7 +86,6 @@ pub(crate) fn formats() -> String {
     text
 }
 
-/// Counts of a conversion.
 struct Done {
     events: u64,
     account: Account,
@@ -167,7 +165,6 @@ fn windows(args: &ConvertArgs, format: &Format, options: &OpenOptions) -> Result
     Ok(Some(Done { events: written, account: Account::from_windows(&windows) }))
 }
 
-/// Converts a recording that is read whole.
 fn whole(args: &ConvertArgs, format: &Format, options: &OpenOptions) -> Result<Done> {
     let read = open_as(&args.recording.input, options)?;
     let mut sink = format.create(&args.out, read.stream.sensor())?;

@@ -6,12 +6,12 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
-use evpose_core::{EventStream, Micros, Plane, Polarity, atomic_write, is_same_file};
+use evpose_core::{EventStream, Micros, Plane, Polarity, is_same_file};
 use evpose_io::{FrameSource, OpenOptions, format_for};
 use evpose_sensor::{EffectConfig, SensorConfig, SensorModel, SensorRun};
 
 use super::opening::FrameArgs;
-use crate::outputs::OutputFile;
+use crate::outputs::{OutputFile, write_file};
 use crate::progress::{bar, say};
 use crate::ranges::{threads, within};
 use crate::run_info;
@@ -86,8 +86,7 @@ pub fn run(args: &EventsArgs) -> Result<()> {
     let mut run = model.start(source.size(), args.seed);
     let events = convert(&mut source, &clock, &mut run)?;
     format.write(&args.out, &events.stream)?;
-    atomic_write(&beside, provenance(args, &source, &sensor)?.as_bytes())
-        .with_context(|| format!("writing {}", beside.display()))?;
+    write_file(&beside, provenance(args, &source, &sensor)?)?;
     events.report(&source, &clock, run.repaired_pixels());
     say(format!("written to {}, its config to {}", args.out.display(), beside.display()));
     Ok(())

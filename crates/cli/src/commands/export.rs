@@ -3,13 +3,12 @@
 use std::path::PathBuf;
 
 use crate::args::{ConfigArgs, DeviceArgs};
-use crate::outputs::OutputFile;
+use crate::outputs::{OutputFile, write_file};
 use crate::progress::say;
 use crate::shipped::checkpoint_sha256;
 use crate::tasks::{open, task_of_config};
 use anyhow::{Context, Result};
 use burn::tensor::Device;
-use evpose_core::atomic_write;
 use evpose_infer::onnx::{BATCH, Message as _, OPSET, model_with};
 use evpose_nn::DeviceKind;
 
@@ -62,7 +61,7 @@ pub fn run(args: &ExportArgs) -> Result<()> {
     let model = model_with(&network.graph(), [channels, height, width], &interface)?;
     let bytes = model.encode_to_vec();
     // Whole or not at all, so that an aborted export leaves no file that looks like a network.
-    atomic_write(&args.onnx, &bytes).with_context(|| format!("writing {}", args.onnx.display()))?;
+    write_file(&args.onnx, &bytes)?;
     let nodes = model.graph.map_or(0, |graph| graph.node.len());
     say(format!(
         "{}: {}, input {BATCH}x{channels}x{height}x{width}, {nodes} operators of opset {OPSET}, {:.1} MB",

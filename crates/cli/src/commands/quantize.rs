@@ -121,7 +121,6 @@ impl Report {
     }
 }
 
-/// Prints a row per precision.
 fn print(scores: &[PrecisionScores]) {
     let Some(first) = scores.first() else { return };
     let mut heading = format!("{:<10}{:>12}", "precision", "ms/pose");

@@ -10,11 +10,12 @@ use std::path::Path;
 use anyhow::{Context, Result, bail};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use evpose_core::{Micros, Plane, atomic_write};
+use evpose_core::{Micros, Plane};
 use evpose_sensor::{PRESETS, Preset, STAGES, SensorConfig, SensorModel, StageSpec};
 use rayon::prelude::*;
 
 use self::bench::{Shown, Variant};
+use crate::outputs::write_file;
 use crate::pages::hand_scene;
 use crate::progress::{bar, say};
 use crate::sensor_source;
@@ -86,8 +87,7 @@ pub fn write(args: &GalleryOptions<'_>) -> Result<()> {
         .collect::<Result<Vec<String>>>()?;
     progress.finish_and_clear();
     let html = page(&entries, &rows);
-    atomic_write(args.out, html.as_bytes())
-        .with_context(|| format!("writing {}", args.out.display()))?;
+    write_file(args.out, &html)?;
     say(format!(
         "{} rows in {:.0} s, {:.1} MB; written to {}",
         entries.len(),

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use evpose_core::{Plane, atomic_write};
+use evpose_core::Plane;
 use evpose_pose::HandParams;
 use evpose_pose::metric::Pck;
 use evpose_task::Experiment as _;
@@ -11,8 +11,9 @@ use evpose_task::hand::{HandConfig, HandView};
 use evpose_train::{HandDataset, HandPoseTrack, HandSequence, HistoryLine, MethodResults};
 use image::{Rgb, RgbImage};
 
+use crate::outputs::write_file;
 use crate::pages::findings;
-use crate::pages::held_out::{self, HeldOutEvaluation};
+use crate::pages::held_out::{HeldOutEvaluation, header, rows};
 use crate::pages::learning;
 use evpose_report::canvas::{Canvas, PREDICTION, TRUTH, contact_sheet};
 use evpose_report::chart::{self, Series};
@@ -21,7 +22,6 @@ use evpose_report::html::{HtmlPage, escape};
 use evpose_report::png::png;
 use evpose_train::training::TrainingSpan;
 
-/// Frames in the strip.
 const STRIP: usize = 12;
 /// Frames per second of the animation, and its length.
 const ANIMATION_HZ: u64 = 20;
@@ -29,28 +29,22 @@ const ANIMATION_S: u64 = 3;
 /// Width a frame is enlarged to, at least.
 const FRAME_PX: u32 = 270;
 
-/// Material of a report.
-pub struct Material<'a> {
-    /// Experiment that the network was trained in.
-    pub config: &'a HandConfig,
-    /// Sequences of the evaluation.
-    pub held_out: &'a HandDataset,
-    /// Scores and tracks of all methods.
-    pub evaluation: &'a HeldOutEvaluation,
-    /// Losses of the training.
-    pub history: &'a [HistoryLine],
-    /// Lines about what was measured: sizes, speeds, machine.
-    pub facts: &'a [String],
-}
-
 /// Writes `report.html`, and its strip of frames also as `frames.png`, into `dir`.
-pub fn write(dir: &Path, material: &Material<'_>) -> Result<()> {
-    let hands = [(shown(material.evaluation)?, PREDICTION)];
-    let strip = png(&strip(material.config, material.held_out, &hands)?)?;
-    save(&dir.join("frames.png"), &strip)?;
-    let animation = animation(material)?;
+///
+/// `history` has the losses of the training, `facts` lines about what was measured: sizes, speeds, machine.
+pub fn write(
+    dir: &Path,
+    config: &HandConfig,
+    held_out: &HandDataset,
+    evaluation: &HeldOutEvaluation,
+    (history, facts): (&[HistoryLine], &[String]),
+) -> Result<()> {
+    let hands = [(shown(evaluation)?, PREDICTION)];
+    let strip = png(&strip(config, held_out, &hands)?)?;
+    write_file(&dir.join("frames.png"), &strip)?;
+    let animation = animation(config, held_out, hands[0].0)?;
 
-    let is_trained = !material.history.is_empty();
+    let is_trained = !history.is_empty();
     let made = if is_trained {
         "Simulated, trained, evaluated and drawn by evpose on this machine."
     } else {
@@ -63,7 +57,7 @@ pub fn write(dir: &Path, material: &Material<'_>) -> Result<()> {
         "On people, motions and backgrounds that the training did not show. An error of 1 is that of the \
          mean pose, which uses no events; brackets are 95% intervals over sequences.",
     );
-    let sentences = findings::sentences(&material.evaluation.metrics);
+    let sentences = findings::sentences(&evaluation.metrics);
     let items = sentences.iter().map(|sentence| format!("<li>{}</li>", escape(sentence)));
     page.markup(&format!("<ul>{}</ul>", items.collect::<String>()));
     page.section(
@@ -72,11 +66,11 @@ pub fn write(dir: &Path, material: &Material<'_>) -> Result<()> {
          predicts the average training pose; untrained is the network before its first step. \
          AUC: larger is better; everything else: smaller.",
     );
-    let rows: Vec<Vec<String>> = held_out::rows(material.config, material.evaluation)
+    let rows: Vec<Vec<String>> = rows(config, evaluation)
         .into_iter()
         .map(|row| row.into_iter().map(|(n, i)| format!("{n} <small>{i}</small>")).collect())
         .collect();
-    page.table(&held_out::header(), &rows);
+    page.table(&header(), &rows);
 
     page.section(
         "Input of the network, and its predictions",
@@ -96,23 +90,19 @@ pub fn write(dir: &Path, material: &Material<'_>) -> Result<()> {
         "Share of points whose error is below a threshold (PCK). 3D: 20 points relative to the \
          wrist. 2D: 7 points, in percent of the palm's length in the image.",
     );
-    page.plots(&pck_plots(&material.evaluation.methods)?);
+    page.plots(&pck_plots(&evaluation.methods)?);
     if is_trained {
         page.section(
             "Learning curves",
             "Each interval ends with a validation on held-back seconds.",
         );
-        page.plots(&learning_curves(material)?);
+        page.plots(&learning_curves(config, history)?);
     }
 
     page.section("How it was made", "");
-    page.details("Measured", &material.facts.join("\n"));
-    page.details("Resolved config", &material.config.to_toml()?);
-    save(&dir.join("report.html"), page.finish().as_bytes())
-}
-
-fn save(path: &Path, bytes: &[u8]) -> Result<()> {
-    atomic_write(path, bytes).with_context(|| format!("writing {}", path.display()))
+    page.details("Measured", &facts.join("\n"));
+    page.details("Resolved config", &config.to_toml()?);
+    write_file(&dir.join("report.html"), page.finish())
 }
 
 fn css(colour: Rgb<u8>) -> String {
@@ -141,9 +131,8 @@ fn pck_plots(methods: &[MethodResults]) -> Result<Vec<String>> {
 }
 
 /// Loss and the errors it is made of, over training samples.
-fn learning_curves(material: &Material<'_>) -> Result<Vec<String>> {
-    let length = TrainingSpan::from(&material.config.training);
-    let charts = learning::charts(material.history, length);
+fn learning_curves(config: &HandConfig, history: &[HistoryLine]) -> Result<Vec<String>> {
+    let charts = learning::charts(history, TrainingSpan::from(&config.training));
     Ok(charts.iter().map(chart::curves).collect::<Result<_, _>>()?)
 }
 
@@ -188,12 +177,11 @@ fn median_sequence(shown: &MethodResults) -> usize {
 }
 
 /// The start of a held-out sequence of median error, at half speed.
-fn animation(material: &Material<'_>) -> Result<Vec<u8>> {
+fn animation(config: &HandConfig, data: &HandDataset, shown: &MethodResults) -> Result<Vec<u8>> {
     use image::codecs::gif::{GifEncoder, Repeat};
-    let view = HandView::new(material.config)?;
-    let shown = shown(material.evaluation)?;
+    let view = HandView::new(config)?;
     let index = median_sequence(shown);
-    let sequence = &material.held_out.sequences()[index];
+    let sequence = &data.sequences()[index];
     let track = &shown.tracks[index];
     let mut gif = Vec::new();
     {
@@ -210,8 +198,7 @@ fn animation(material: &Material<'_>) -> Result<Vec<u8>> {
             }
             next = frame + step_ms;
             let hands = [(*pose, PREDICTION)];
-            let image =
-                overlay(material.config, material.held_out, &view, sequence, frame, &hands)?;
+            let image = overlay(config, data, &view, sequence, frame, &hands)?;
             let image = image::DynamicImage::ImageRgb8(image).into_rgba8();
             let delay = image::Delay::from_numer_denom_ms(2 * step_ms as u32, 1);
             encoder.encode_frame(image::Frame::from_parts(image, 0, 0, delay))?;

@@ -1,10 +1,7 @@
 //! Evaluation of a network on held-out sequences, beside its baselines.
 
-use std::path::Path;
-
 use anyhow::{Context, Result};
 use burn::tensor::Device;
-use evpose_core::atomic_write;
 use evpose_core::stats::interval::Interval;
 use evpose_pose::HandParams;
 use evpose_pose::metric::{HandEvaluation, HandRatios, HandSummary};
@@ -116,14 +113,6 @@ impl HeldOutEvaluation {
         }
         self.methods.extend(methods);
         Ok(())
-    }
-}
-
-impl Metrics {
-    /// Writes the JSON file.
-    pub fn write(&self, path: &Path) -> Result<()> {
-        let text = serde_json::to_string_pretty(self)? + "\n";
-        atomic_write(path, text.as_bytes()).with_context(|| format!("writing {}", path.display()))
     }
 }
 

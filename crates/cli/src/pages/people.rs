@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use evpose_core::{Micros, Plane, SensorSize, atomic_write};
+use evpose_core::{Micros, Plane, SensorSize};
 use evpose_pose::body::BodyPoints;
 use evpose_sim::person::{People, PersonStep};
 use evpose_task::body::{BodyCheckpoint, BodyPredictor, RepresentationReader};
@@ -12,16 +12,15 @@ use glam::Vec2;
 use image::RgbImage;
 use rayon::prelude::*;
 
+use crate::outputs::write_file;
 use crate::pages::recent_events::RecentEvents;
 use crate::progress::say;
 use evpose_report::canvas::{Canvas, PREDICTION, TRUTH, contact_sheet};
 use evpose_report::png::png;
 
-/// Sequences on a sheet.
 const SEQUENCES: usize = 12;
 /// Images in a row.
 const COLUMNS: usize = 4;
-/// Gamma of photographs.
 const GAMMA: f32 = 2.2;
 /// Over how long events are shown.
 const SHOWN: Micros = Micros(30_000);
@@ -148,7 +147,7 @@ pub fn of_frames(predictor: &BodyPredictor, frames: &BodyFrames, path: &Path) ->
 }
 
 fn write(sheet: &RgbImage, path: &Path) -> Result<()> {
-    atomic_write(path, &png(sheet)?).with_context(|| format!("writing {}", path.display()))?;
+    write_file(path, &png(sheet)?)?;
     say(format!("figure: {}", path.display()));
     Ok(())
 }

@@ -15,13 +15,11 @@ pub(crate) struct RecentEvents {
 }
 
 impl RecentEvents {
-    /// No event yet.
     pub(crate) fn new(sensor: SensorSize, window: Micros) -> Self {
         let newest = [(); 2].map(|()| Plane::for_sensor(sensor, None));
         Self { sensor, newest, window }
     }
 
-    /// Adds events.
     pub(crate) fn push(&mut self, events: &EventStream) {
         for event in events.iter() {
             let plane = &mut self.newest[usize::from(event.polarity.is_on())];

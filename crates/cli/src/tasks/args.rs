@@ -264,7 +264,6 @@ pub struct OneRecordingArgs {
 /// Formats of people alone.
 const OF_BODIES: [&str; 2] = ["hpe-core", "yarp"];
 
-/// Parses the name of a format of poses that can be written.
 pub(crate) fn written_format(name: &str) -> Result<&'static PoseFormat, String> {
     POSE_FORMATS.find(name).filter(|format| format.is_written()).ok_or_else(|| {
         let written = POSE_FORMATS.iter().filter(|format| format.is_written());

@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::outputs::write_file;
 use crate::pages::learning;
 use crate::progress::say;
 use crate::run_info;
-use anyhow::{Context, Result};
+use anyhow::Result;
 use evpose_train::training::TrainingSpan;
 use evpose_train::{TrainError, TrainSummary, read_history};
 
@@ -69,7 +70,6 @@ fn write_curves<T>(
     }
     let path = run.join(CURVES);
     let image = learning::image(&history, span)?;
-    evpose_core::atomic_write(&path, image.as_bytes())
-        .with_context(|| format!("writing {}", path.display()))?;
+    write_file(&path, image)?;
     Ok(Some(path))
 }

@@ -110,6 +110,7 @@ impl OpeningArgs {
             zero_time: self.zero_time,
             topic: self.topic.clone(),
         };
+        // For its errors alone: the recording may state another sensor.
         if self.sensor.is_some() && recording.exists() {
             find_sensor(recording, &options)?;
         }

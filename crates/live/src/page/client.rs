@@ -45,7 +45,6 @@ struct Slot {
 }
 
 impl Mailbox {
-    /// Replaces a frame that was not fetched.
     fn replace(&self, frame: Frame) {
         lock(&self.slot).frame = Some(frame);
         self.changed.notify_one();

@@ -62,7 +62,6 @@ pub(super) struct EventCounts {
     row: Vec<u32>,
     /// OFF and ON of every cell, row by row.
     counts: Vec<u8>,
-    /// Time of the newest event.
     newest: Option<Micros>,
 }
 

@@ -13,13 +13,11 @@ const EVENT_BRIGHTNESS: u16 = 64;
 /// Maximum of the 16 levels.
 const MAX_LEVEL: u32 = 15;
 
-/// Level of a cell of mean brightness.
 const MEAN_LEVEL: u32 = 9;
 
 /// Weight of a new frame in the moving average of the brightness.
 const MEAN_UPDATE: f32 = 0.1;
 
-/// An event image.
 pub(super) struct EventImage {
     cells: Cells,
     /// OFF and ON of every cell.

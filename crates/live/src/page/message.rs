@@ -2,7 +2,7 @@
 
 use evpose_core::{Micros, SensorSize};
 use evpose_pose::body::{JOINT_NAMES, LIMBS};
-use evpose_pose::{EVALUATION_JOINTS, HAND_BONES};
+use evpose_pose::{EVALUATION_JOINTS, HAND_BONES, PoseEstimate};
 use glam::Vec2;
 use serde::{Serialize, Serializer};
 
@@ -11,7 +11,6 @@ use super::poses::OriginPoses;
 use super::rates::{Point, Rates, State};
 use super::{HandMesh, PageInfo, Skeleton};
 use crate::Report;
-use evpose_pose::PoseEstimate;
 
 /// First message to every client: a description of the stream.
 #[derive(Serialize)]
@@ -66,7 +65,6 @@ impl About {
     }
 }
 
-/// Text message of a frame.
 #[derive(Serialize)]
 pub(super) struct FrameMessage<'a> {
     pub(super) kind: &'static str,
@@ -89,7 +87,6 @@ pub(super) struct Figures {
     pub(super) report: Report,
 }
 
-/// A pose as it is drawn.
 #[derive(Serialize)]
 pub(super) struct PoseMessage {
     t_us: i64,
@@ -107,7 +104,6 @@ pub(super) struct PoseMessage {
 }
 
 impl PoseMessage {
-    /// The newest pose of an origin.
     pub(super) fn newest(poses: &OriginPoses) -> Option<(Self, PoseEstimate)> {
         let (pose, came) = poses.pose.as_ref()?;
         let Micros(t_us) = pose.t;
@@ -159,7 +155,6 @@ impl Serialize for Tenth {
     }
 }
 
-/// A message as JSON.
 pub(super) fn to_json(message: &impl Serialize) -> String {
     // Serialising structs with string keys cannot fail.
     serde_json::to_string(message).unwrap_or_default()

@@ -95,7 +95,6 @@ pub struct Page {
     painter: Option<JoinHandle<()>>,
 }
 
-/// State shared by the threads of a page.
 struct Shared {
     /// First message to every client, without the history.
     about: message::About,

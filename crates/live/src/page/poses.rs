@@ -13,7 +13,6 @@ use crate::meter::MAX_LATENCY_US;
 use crate::sink::Sink;
 use crate::{LatencySummary, LivePose, PoseOrigin};
 
-/// Slots of the sliding window of one second.
 const SLOTS: usize = super::rates::PER_SECOND;
 
 /// Sink of the poses that a page shows.
@@ -44,7 +43,6 @@ impl Sink for PageSink {
     }
 }
 
-/// The newest poses.
 pub(super) struct NewestPoses {
     pub(super) network: OriginPoses,
     pub(super) propagated: OriginPoses,
@@ -68,7 +66,6 @@ impl NewestPoses {
     }
 }
 
-/// Poses of one origin.
 pub(super) struct OriginPoses {
     /// The newest pose and its time of arrival.
     pub(super) pose: Option<(LivePose, Instant)>,

@@ -7,10 +7,8 @@ use serde::Serialize;
 
 use crate::{LatencySummary, Report};
 
-/// Measurements per second.
 pub(super) const PER_SECOND: usize = 10;
 
-/// Interval of measurements.
 pub(super) const INTERVAL: Duration = Duration::from_millis(1_000 / PER_SECOND as u64);
 
 /// Length of the history in seconds, as the plot shows it.
@@ -19,7 +17,6 @@ const HISTORY_S: usize = 10;
 /// Time without events after which the page shows a stall.
 const STALL: Duration = Duration::from_millis(500);
 
-/// State of a pipeline.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum State {

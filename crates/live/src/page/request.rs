@@ -28,7 +28,6 @@ const PAGE: &str = concat!(
     "</script>\n",
 );
 
-/// Status of a response.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Status {
     Page,

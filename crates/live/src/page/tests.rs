@@ -19,21 +19,23 @@ use evpose_pose::PoseEstimate;
 const SENSOR: SensorSize = SensorSize { width: 640, height: 480 };
 const LONG: Duration = Duration::from_secs(20);
 
-fn page() -> (Page, Arc<Meter>) {
-    let info = PageInfo {
+fn info(hosts: Vec<String>) -> PageInfo {
+    PageInfo {
         title: "A <test>".to_owned(),
         source: "events made up".to_owned(),
         sensor: SENSOR,
         skeleton: Skeleton::Body,
-        hosts: Vec::new(),
+        hosts,
         hand_mesh: None,
-    };
-    let meter = Arc::new(Meter::new());
-    let address = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
-    (Page::serve(address, info, meter.clone()).unwrap(), meter)
+    }
 }
 
-/// Noise that fills event images.
+fn page() -> (Page, Arc<Meter>) {
+    let meter = Arc::new(Meter::new());
+    let address = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
+    (Page::serve(address, info(Vec::new()), meter.clone()).unwrap(), meter)
+}
+
 fn noise(index: u64) -> EventStream {
     let mut rng = CounterRng::new(1, "noise", index);
     let event = |_| Event {
@@ -53,9 +55,8 @@ fn pose(origin: PoseOrigin, x: f32) -> LivePose {
     LivePose { t: Micros(77), latency: Duration::from_millis(12), origin, pose: estimate }
 }
 
-/// The response to a request.
-fn asked(page: &Page, request: &str) -> String {
-    let mut stream = TcpStream::connect(page.local_addr()).unwrap();
+fn asked(address: SocketAddr, request: &str) -> String {
+    let mut stream = TcpStream::connect(address).unwrap();
     stream.set_read_timeout(Some(LONG)).unwrap();
     stream.write_all(request.as_bytes()).unwrap();
     let mut answer = String::new();
@@ -103,7 +104,7 @@ fn wait_until(name: &str, mut is_so: impl FnMut() -> bool) {
 #[test]
 fn the_page_is_one_document_without_anything_from_elsewhere() {
     let (page, _) = page();
-    let answer = asked(&page, "GET / HTTP/1.1\r\nHost: localhost:1\r\n\r\n");
+    let answer = asked(page.local_addr(), "GET / HTTP/1.1\r\nHost: localhost:1\r\n\r\n");
     assert!(answer.starts_with("HTTP/1.1 200 OK\r\n"), "{answer}");
     let (head, body) = answer.split_once("\r\n\r\n").unwrap();
     assert!(head.contains(&format!("Content-Length: {}", body.len())));
@@ -117,7 +118,7 @@ fn the_page_is_one_document_without_anything_from_elsewhere() {
 #[test]
 fn what_is_no_request_for_the_page_is_refused() {
     let (page, _) = page();
-    let status = |request: &str| asked(&page, request)[9..12].to_owned();
+    let status = |request: &str| asked(page.local_addr(), request)[9..12].to_owned();
     assert_eq!(status("GET /favicon.ico HTTP/1.1\r\nHost: localhost\r\n\r\n"), "404");
     assert_eq!(status("GET /../etc/passwd HTTP/1.1\r\nHost: localhost\r\n\r\n"), "404");
     assert_eq!(status("POST / HTTP/1.1\r\nHost: localhost\r\n\r\n"), "405");
@@ -149,24 +150,12 @@ fn pages_of_other_sites_may_not_watch() {
 
 #[test]
 fn a_page_for_other_machines_answers_to_stated_names_alone() {
-    let info = PageInfo {
-        title: String::new(),
-        source: String::new(),
-        sensor: SENSOR,
-        skeleton: Skeleton::Body,
-        hosts: vec!["camera.local".to_owned()],
-        hand_mesh: None,
-    };
     let any = SocketAddr::from((Ipv4Addr::UNSPECIFIED, 0));
-    let page = Page::serve(any, info, Arc::default()).unwrap();
+    let page = Page::serve(any, info(vec!["camera.local".to_owned()]), Arc::default()).unwrap();
+    let to = SocketAddr::from((Ipv4Addr::LOCALHOST, page.local_addr().port()));
     let status = |host: &str| {
-        let to = SocketAddr::from((Ipv4Addr::LOCALHOST, page.local_addr().port()));
-        let mut stream = TcpStream::connect(to).unwrap();
         let head = format!("GET / HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\n\r\n");
-        stream.write_all(head.as_bytes()).unwrap();
-        let mut answer = String::new();
-        stream.read_to_string(&mut answer).unwrap();
-        answer[9..12].to_owned()
+        asked(to, &head)[9..12].to_owned()
     };
     // A name that its owner points at this address would make its pages ours.
     assert_eq!(status("evil.com:8765"), "403");
@@ -274,17 +263,6 @@ fn a_client_that_sends_too_much_is_left() {
 }
 
 #[test]
-fn there_is_room_for_eight_and_for_another_when_one_goes() {
-    let (page, _) = page();
-    let host = page.local_addr().to_string();
-    let mut all: Vec<_> = (0..MAX_WATCHERS).map(|_| watch(&page)).collect();
-    assert_eq!(upgrade(&page, &host, None).err(), Some(503));
-    all.pop();
-    wait_until("room", || page.watchers() < MAX_WATCHERS);
-    assert!(upgrade(&page, &host, None).is_ok());
-}
-
-#[test]
 fn a_storm_of_viewers_takes_no_more_places_than_there_are_and_gives_them_back() {
     let (page, _) = page();
     let host = page.local_addr().to_string();
@@ -316,7 +294,7 @@ fn slow_requests_hold_up_nobody() {
         })
         .collect();
     let before = Instant::now();
-    let answer = asked(&page, "GET / HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    let answer = asked(page.local_addr(), "GET / HTTP/1.1\r\nHost: localhost\r\n\r\n");
     assert!(answer.starts_with("HTTP/1.1 200 OK\r\n"), "{answer}");
     // Two rounds of them have half a second each; one round of whole deadlines would be five.
     assert!(before.elapsed() < Duration::from_secs(4), "{:?}", before.elapsed());
@@ -340,15 +318,7 @@ fn a_page_that_is_dropped_ends_whatever_its_clients_do() {
 #[test]
 fn an_address_in_use_is_an_error() {
     let (page, _) = page();
-    let info = PageInfo {
-        title: String::new(),
-        source: String::new(),
-        sensor: SENSOR,
-        skeleton: Skeleton::Hand,
-        hosts: Vec::new(),
-        hand_mesh: None,
-    };
-    let error = Page::serve(page.local_addr(), info, Arc::default()).err().unwrap();
+    let error = Page::serve(page.local_addr(), info(Vec::new()), Arc::default()).err().unwrap();
     assert!(error.to_string().starts_with(&format!("http://{}: ", page.local_addr())), "{error}");
 }
 

@@ -9,7 +9,6 @@ use evpose_core::Micros;
 const MIN_WAIT: Duration = Duration::from_millis(2);
 /// Upper bound of the same: packets that are further apart are no continuous stream.
 const MAX_WAIT: Duration = Duration::from_millis(50);
-/// Packets of the moving average of the interval.
 const AVERAGED_PACKETS: u32 = 16;
 
 /// Map from event time to host time, updated with the last event of every packet.
@@ -21,7 +20,6 @@ pub(super) struct Clock {
     stall: Duration,
     /// Event time and host time of the newest event.
     newest: Option<(Micros, Instant)>,
-    /// Host time of the last packet, or of the start.
     last_packet: Instant,
     /// Moving average of the interval of packets.
     interval: Duration,

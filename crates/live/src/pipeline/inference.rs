@@ -9,7 +9,6 @@ use evpose_pose::stream::InferenceWorker;
 use super::clock::Clock;
 use crate::{LiveError, PacketQueue};
 
-/// An input to infer.
 pub(super) struct InferenceJob<I> {
     pub(super) input: I,
     /// Time stamp of the input.
@@ -20,7 +19,6 @@ pub(super) struct InferenceJob<I> {
     pub(super) recording: u64,
 }
 
-/// An inferred input.
 pub(super) struct Inferred<I, O> {
     pub(super) job: InferenceJob<I>,
     pub(super) output: O,
@@ -59,7 +57,6 @@ impl<I, O> InferenceHandle<I, O> {
         self.is_busy = self.jobs.send(job).is_ok();
     }
 
-    /// The inference that has finished meanwhile.
     pub(super) fn try_finished(&mut self) -> Result<Option<Inferred<I, O>>, LiveError> {
         match self.inferred.try_recv() {
             Ok(inferred) => {

@@ -102,8 +102,10 @@ impl CallLog {
         self.0.lock().unwrap().clone()
     }
 
-    fn filter_map<T>(&self, choose: impl Fn(&Call) -> Option<T>) -> Vec<T> {
-        self.read().iter().filter_map(choose).collect()
+    /// Times of the propagated poses.
+    fn ticks(&self) -> Vec<i64> {
+        let tick = |call: Call| if let Call::Propagate(t) = call { Some(t) } else { None };
+        self.read().into_iter().filter_map(tick).collect()
     }
 }
 
@@ -182,7 +184,6 @@ impl InferenceWorker for ImmediateWorker {
     }
 }
 
-/// A sink that collects poses.
 struct CollectingSink(Arc<Mutex<Vec<LivePose>>>);
 
 impl Sink for CollectingSink {
@@ -217,10 +218,7 @@ fn propagated_poses_are_evenly_spaced_and_follow_exactly_the_events_before_them(
     let packets =
         vec![vec![0, 400, 900], vec![1_000, 1_500, 1_899, 1_900], vec![1_901, 3_000, 4_950]];
     let (diary, report, poses) = play(packets.clone(), 1_000.0);
-    let ticks = diary.filter_map(|asked| match asked {
-        Call::Propagate(t) => Some(*t),
-        _ => None,
-    });
+    let ticks = diary.ticks();
     assert_eq!(ticks, [1_900, 2_900, 3_900, 4_900]);
     let mut seen: Vec<i64> = Vec::new();
     for asked in diary.read() {
@@ -241,20 +239,14 @@ fn poses_are_propagated_through_times_without_events() {
     // Ticks fall between packets, and into quiet times.
     let packets = vec![vec![0, 999], vec![1_001, 1_998], vec![2_003, 2_500], vec![9_500, 9_999]];
     let (diary, ..) = play(packets, 1_000.0);
-    let ticks = diary.filter_map(|asked| match asked {
-        Call::Propagate(t) => Some(*t),
-        _ => None,
-    });
+    let ticks = diary.ticks();
     assert_eq!(ticks, (1..=9).map(|k| 999 + 1_000 * k).filter(|t| *t <= 9_999).collect::<Vec<_>>());
 }
 
 #[test]
 fn behind_a_gap_poses_go_on_without_those_of_the_gap() {
     let (diary, ..) = play(vec![vec![0, 100], vec![5_000_050, 5_004_000]], 1_000.0);
-    let ticks = diary.filter_map(|asked| match asked {
-        Call::Propagate(t) => Some(*t),
-        _ => None,
-    });
+    let ticks = diary.ticks();
     assert_eq!(ticks, [5_000_100, 5_001_100, 5_002_100, 5_003_100]);
 }
 
@@ -330,10 +322,7 @@ fn poses_go_on_by_the_clock_while_nothing_happens_until_the_source_has_stalled()
         running.join().unwrap().unwrap()
     });
     sinks.finish().unwrap();
-    let ticks = diary.filter_map(|asked| match asked {
-        Call::Propagate(t) => Some(*t),
-        _ => None,
-    });
+    let ticks = diary.ticks();
     // From 10 ms behind the first packet to the stall half a second later, and none before events
     // come again.
     let silent = ticks.len() - 1;
@@ -367,10 +356,7 @@ fn the_clock_of_a_recording_ends_where_the_recording_does() {
         drop(come);
         running.join().unwrap().unwrap()
     });
-    let ticks = diary.filter_map(|asked| match asked {
-        Call::Propagate(t) => Some(*t),
-        _ => None,
-    });
+    let ticks = diary.ticks();
     assert_eq!(ticks, [10_999, 20_999, 30_999, 40_999]);
 }
 
@@ -398,11 +384,8 @@ fn a_source_that_waits_loses_nothing_and_every_stride_is_inferred() {
     assert_eq!((report.events, report.followed), (events.len() as u64, events.len() as u64));
     assert_eq!((report.dropped_events, report.skipped_strides), (0, 0));
     assert_eq!((report.images, report.network.poses), (400, 400), "one each millisecond");
-    let pushed = diary.filter_map(|asked| match asked {
-        Call::Push(times) => Some(times.clone()),
-        _ => None,
-    });
-    assert_eq!(pushed.concat(), events);
+    let pushed = |call: Call| if let Call::Push(times) = call { times } else { Vec::new() };
+    assert_eq!(diary.read().into_iter().flat_map(pushed).collect::<Vec<_>>(), events);
 }
 
 #[test]

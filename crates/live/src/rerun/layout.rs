@@ -21,7 +21,6 @@ const POSES: &str = "poses";
 /// Height of the 2D and 3D views, relative to that of the plots.
 const VIEW_SHARE: f32 = 3.0;
 
-/// Entity paths of a polarity.
 pub(crate) struct PolarityPaths {
     pub(crate) polarity: Polarity,
     pub(crate) events: &'static str,
@@ -82,7 +81,6 @@ fn blueprint(above: ContainerLike, below: ContainerLike) -> Blueprint {
         .with_auto_views(false)
 }
 
-/// Entity paths of the poses of an origin.
 pub(crate) struct OriginPaths {
     pub(crate) bones: &'static str,
     pub(crate) latency: &'static str,

@@ -50,7 +50,6 @@ impl RrdFile {
         file.commit().map_err(|source| RerunError::File { path: path(), source })
     }
 
-    /// The error for a failed flush.
     pub(crate) fn failed(&self, error: &SinkFlushError) -> RerunError {
         RerunError::File { path: self.path.clone(), source: io::Error::other(error.to_string()) }
     }

@@ -74,7 +74,6 @@ struct RunningSink {
     name: String,
     poses: SyncSender<Arc<LivePose>>,
     thread: JoinHandle<io::Result<()>>,
-    /// Poses written.
     written: Arc<AtomicU64>,
     /// Disconnects when the thread ends.
     ended: Receiver<()>,

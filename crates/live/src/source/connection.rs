@@ -8,18 +8,15 @@ use crate::LiveError;
 
 /// A byte stream.
 pub(super) struct Connection {
-    /// Name in messages.
     pub(super) name: String,
     pub(super) bytes: Box<dyn Read + Send>,
     pub(super) shutdown: ShutdownHandle,
 }
 
-/// Handle that unblocks a reader of the connection.
 #[derive(Default)]
 pub(super) struct ShutdownHandle(Option<TcpStream>);
 
 impl Connection {
-    /// Standard input.
     pub(super) fn standard_input() -> Self {
         let bytes = Box::new(io::stdin());
         Self { name: "standard input".to_owned(), bytes, shutdown: ShutdownHandle(None) }

@@ -44,7 +44,6 @@ pub(crate) struct Chromium {
 }
 
 impl Chromium {
-    /// Starts Chromium, if it is installed.
     pub(crate) fn start() -> Option<Self> {
         let named = std::env::var("EVPOSE_CHROMIUM").ok();
         let names = named.as_deref().into_iter().chain(NAMES);
@@ -101,7 +100,6 @@ impl Chromium {
         self.call("Runtime.evaluate", &question)["result"]["value"].take()
     }
 
-    /// A screenshot as PNG.
     pub(crate) fn screenshot(&mut self) -> Vec<u8> {
         let taken = self.call("Page.captureScreenshot", &json!({ "format": "png" }));
         STANDARD.decode(taken["data"].as_str().unwrap()).unwrap()

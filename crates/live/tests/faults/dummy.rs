@@ -12,10 +12,7 @@ use evpose_live::source::{Source, StreamSource};
 use evpose_live::{Control, LiveOptions, LivePose, Meter, PoseOrigin};
 use evpose_pose::PoseEstimate;
 use evpose_pose::body::BODY_JOINTS;
-use evpose_pose::stream::InferenceWorker;
-use evpose_pose::stream::PoseStream;
-use evpose_pose::stream::StreamError;
-use evpose_pose::stream::StreamFrontend;
+use evpose_pose::stream::{InferenceWorker, PoseStream, StreamError, StreamFrontend};
 
 pub(crate) const SENSOR: SensorSize = SensorSize { width: 64, height: 48 };
 
@@ -46,19 +43,16 @@ pub(crate) fn events(first: i64, step: i64, count: i64) -> EventStream {
     EventStream::from_events(SENSOR, (0..count).map(event)).unwrap()
 }
 
-/// A framed stream of these packets.
 pub(crate) fn stream(packets: impl IntoIterator<Item = EventStream>) -> Vec<u8> {
     let mut writer = FramedWriter::begin("test", Vec::new(), SENSOR).unwrap();
     packets.into_iter().for_each(|packet| writer.push(&packet).unwrap());
     writer.into_inner()
 }
 
-/// A source of the bytes of a stream.
 pub(crate) fn framed(bytes: Vec<u8>) -> Box<dyn Source> {
     Box::new(StreamSource::framed("the stream", io::Cursor::new(bytes), None).unwrap())
 }
 
-/// A reader of byte pieces from a channel.
 pub(crate) struct ChannelReader {
     pieces: Receiver<Vec<u8>>,
     piece: io::Cursor<Vec<u8>>,
@@ -114,7 +108,6 @@ impl Read for EndlessStream {
     }
 }
 
-/// Counts of a front end.
 #[derive(Debug, Default, Clone, PartialEq)]
 pub(crate) struct FrontendCounts {
     pub events: u64,
@@ -226,7 +219,6 @@ pub(crate) fn options() -> LiveOptions {
     LiveOptions { propagate_hz: 100.0, max_packets: 10_000, ..LiveOptions::default() }
 }
 
-/// A sink that collects time stamps.
 #[derive(Clone, Default)]
 pub(crate) struct CollectingSink(Arc<Mutex<Vec<(i64, PoseOrigin)>>>);
 

@@ -5,6 +5,7 @@
 //! cameras.
 
 use anyhow::Result;
+use evpose_core::Registry;
 
 use crate::compare::args::{BodyStudyArgs, NetworkFiles, names};
 use crate::compare::data::Data;
@@ -24,7 +25,7 @@ use crate::study::Relation;
     trained once. The full method always runs, since every row is held against it.")]
 pub struct AblateBodyArgs {
     /// Rows to run, comma-separated [default: all]
-    #[arg(long, value_delimiter = ',', value_parser = names(ROWS))]
+    #[arg(long, value_delimiter = ',', value_parser = names(&ROWS))]
     rows: Vec<String>,
     #[command(flatten)]
     body: BodyStudyArgs,
@@ -63,70 +64,69 @@ const fn row(
     system(name, about, (images, Weights::MoveEnet(network), test), published)
 }
 
-/// The registry of rows.
-const ROWS: &[System] = &[
-    row(
+static ROWS: Registry<System> = Registry::new(&[
+    &row(
         FULL,
         "EROS, pre-trained on stills that look like one, fine-tuned on recordings",
         (Images::Eros, Network::Full, Test::HeldOut),
         &[eh36m("pck_40", 0.89), eh36m("pck_80", 0.93)],
     ),
-    row(
+    &row(
         "fixed-count",
         "frames of 7500 events instead of an EROS, from scratch, labelled at their mean time",
         (Images::FixedCount, Network::FixedCount, Test::HeldOut),
         &[eh36m("pck_40", 0.87), eh36m("pck_80", 0.93)],
     ),
-    row(
+    &row(
         "wo-finetune",
         "pre-trained only",
         (Images::Eros, Network::Pretrained, Test::HeldOut),
         &[eh36m("pck_40", 0.30), eh36m("pck_80", 0.52)],
     ),
-    row(
+    &row(
         "wo-pretrain",
         "recordings only, from scratch",
         (Images::Eros, Network::Scratch, Test::HeldOut),
         &[eh36m("pck_40", 0.59), eh36m("pck_80", 0.81)],
     ),
-    row(
+    &row(
         "grey",
         "photographs instead of events, in both stages: no blind spots, no noise of events",
         (Images::Grey, Network::Grey, Test::HeldOut),
         &[eh36m("pck_40", 0.84), eh36m("pck_80", 0.91)],
     ),
-    row(
+    &row(
         "pim",
         "integrated polarities instead of an EROS, from scratch",
         (Images::Pim, Network::Pim, Test::HeldOut),
         &[eh36m("pck_40", 0.46), eh36m("pck_80", 0.54)],
     ),
-    row(
+    &row(
         "vga",
         "the full method, trained at 346x260, evaluated at 640x480",
         (Images::Eros, Network::Full, Test::Vga),
         &[],
     ),
-    row(
+    &row(
         "moving",
         "the full method before cameras held by hand",
         (Images::Eros, Network::Full, Test::Moving),
         &[],
     ),
-    row(
+    &row(
         "fixed-count-moving",
         "frames of 7500 events before cameras held by hand",
         (Images::FixedCount, Network::FixedCount, Test::Moving),
         &[],
     ),
-    MEAN_POSE,
-];
+    &MEAN_POSE,
+]);
 
-/// Runs the ablation.
 pub(super) fn run(args: &AblateBodyArgs) -> Result<()> {
-    let full = FULL.to_owned();
-    let names: Vec<String> = args.rows.iter().cloned().chain([full]).collect();
-    let chosen = selected(ROWS, if args.rows.is_empty() { &[] } else { &names });
+    let mut names = args.rows.clone();
+    // No names select all rows, the full method among them.
+    names.extend((!names.is_empty()).then(|| FULL.to_owned()));
+    let chosen = selected(&ROWS, &names);
     study::run(&ABLATION, &args.body, chosen, Data::Simulated, &NetworkFiles::default())
 }
 
@@ -135,17 +135,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_are_one_of_a_kind_and_orderings_of_rows() {
-        for row in ROWS {
-            assert_eq!(ROWS.iter().filter(|other| other.name == row.name).count(), 1);
+    fn names_are_one_of_a_kind_and_statements_have_the_published_figures_of_rows() {
+        for row in &ROWS {
+            assert_eq!(selected(&ROWS, &[row.name.to_owned()]).len(), 1, "{}", row.name);
         }
-        let systems: Vec<&System> = ROWS.iter().collect();
-        let statements: Vec<String> = ABLATION
-            .orderings
-            .iter()
-            .map(|ordering| ordering.finding(&systems).published)
-            .collect();
-        assert_eq!(statements[3], "pim worse than full: PCK@0.4 0.46 and 0.89 on eH3.6M");
-        assert_eq!(statements[4], "fixed-count-moving worse than full");
+        let statement = |index: usize| ABLATION.orderings[index].finding(&ROWS).published;
+        assert_eq!(statement(3), "pim worse than full: PCK@0.4 0.46 and 0.89 on eH3.6M");
+        assert_eq!(statement(4), "fixed-count-moving worse than full");
     }
 }

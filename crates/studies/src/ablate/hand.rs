@@ -223,7 +223,6 @@ fn outcome(rows: &[&'static Row], seeds: &[u64], trials: &Trials<Trial>) -> Opti
     Some(Outcome::new(seeds, "held-out sequences".to_owned(), all, findings))
 }
 
-/// Charts: group, heading and text.
 const CHARTS: [(Group, &str, &str); 3] = [
     (
         Group::Input,
@@ -304,8 +303,7 @@ mod tests {
     }
 
     fn of(trials: &Trials<Trial>) -> HandOutcome {
-        let rows: Vec<&Row> = ROWS.iter().collect();
-        outcome(&rows, &[1, 2, 3], trials).expect("the full method")
+        outcome(&ROWS, &[1, 2, 3], trials).expect("the full method")
     }
 
     #[test]

@@ -7,6 +7,7 @@
 //! rows for it would change two things.
 
 use anyhow::{Result, bail};
+use evpose_core::{Registry, registry_entry};
 use evpose_nn::backbone_by_name;
 use evpose_repr::WindowAugmentation;
 use evpose_task::hand::HandConfig;
@@ -18,7 +19,6 @@ use crate::study::{Relation, StudyRow};
 pub(super) const FULL: &str = "lnes-100";
 const UNFILTERED: &str = "no-filter";
 
-/// A row of the study.
 #[derive(Debug, Serialize)]
 pub(super) struct Row {
     pub(super) name: &'static str,
@@ -31,6 +31,8 @@ pub(super) struct Row {
     #[serde(skip)]
     pub(super) published: &'static [Published],
 }
+
+registry_entry!(Row, "row");
 
 /// A published statement: the order of a row and another one.
 #[derive(Debug, Clone, Copy)]
@@ -45,9 +47,7 @@ pub(super) struct Published {
 /// Group of rows that one chart shows with the full method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Group {
-    /// The full method.
     Full,
-    /// Input of the network.
     Input,
     /// Training and filtering around the network.
     Method,
@@ -63,7 +63,6 @@ pub(super) enum Change {
     Nothing,
     /// A window of another length, in milliseconds.
     Window(u32),
-    /// Another representation.
     Representation(&'static str),
     /// Training windows of one length, with no channels swapped.
     NoAugmentation,
@@ -109,50 +108,50 @@ const fn network(
 }
 
 /// Every row. A new one is a line here.
-pub(super) const ROWS: &[Row] = &[
-    row(
+pub(super) static ROWS: Registry<Row> = Registry::new(&[
+    &row(
         FULL,
         "the full method: LNES of 100 ms, augmentation, ResNet-18, Kalman filter",
         Group::Full,
         Change::Nothing,
         &[],
     ),
-    row(
+    &row(
         "lnes-33",
         "windows of 33 ms instead of 100; in training a third of the length, too",
         Group::Input,
         Change::Window(33),
         &[Published { words: "LNES of 100 ms beats 33 ms", ..WORSE }],
     ),
-    row(
+    &row(
         "lnes-300",
         "windows of 300 ms instead of 100; in training three times the length, too",
         Group::Input,
         Change::Window(300),
         &[Published { words: "LNES of 100 ms beats 300 ms", ..WORSE }],
     ),
-    row(
+    &row(
         "eoi",
         "whether a pixel fired, instead of how recently",
         Group::Input,
         Change::Representation("eoi"),
         &[Published { words: "LNES beats EOI at 100 ms", ..WORSE }],
     ),
-    row(
+    &row(
         "eci",
         "how often a pixel fired, instead of how recently",
         Group::Input,
         Change::Representation("eci"),
         &[Published { words: "LNES beats ECI at 100 ms", ..WORSE }],
     ),
-    row(
+    &row(
         "eci-s",
         "how often a pixel fired, whatever the polarity",
         Group::Input,
         Change::Representation("eci-s"),
         &[Published { words: "LNES beats ECI-S at 100 ms", ..WORSE }],
     ),
-    row(
+    &row(
         "no-augmentation",
         "training windows of one length, no channels swapped",
         Group::Method,
@@ -166,23 +165,23 @@ pub(super) const ROWS: &[Row] = &[
             },
         ],
     ),
-    row(
+    &row(
         UNFILTERED,
         "the network's poses as they are, without the Kalman filter",
         Group::Method,
         Change::Unfiltered,
         &[Published { words: "removing the filter costs a little", ..WORSE }],
     ),
-    network("resnet34", "ResNet-34 instead of ResNet-18", "resnet34", COMPARABLE_AND_SLOWER),
-    network("mobilenet-v2", "MobileNetV2 instead of ResNet-18", "mobilenet_v2", COMPARABLE),
-    network("vgg11-bn", VGG_11, "vgg11_bn", COMPARABLE_AND_SLOWER),
-    network("vgg13-bn", VGG_13, "vgg13_bn", COMPARABLE),
-    network("vgg16-bn", VGG_16, "vgg16_bn", COMPARABLE),
-    network("vgg19-bn", VGG_19, "vgg19_bn", COMPARABLE),
-    network("shufflenet-v2", "ShuffleNetV2 instead of ResNet-18", "shufflenet_v2", NOT_COMPARABLE),
-    network("mnasnet", "MnasNet instead of ResNet-18", "mnasnet", NOT_COMPARABLE),
-    network("inception-v3", INCEPTION, "inception_v3", NOT_COMPARABLE),
-];
+    &network("resnet34", "ResNet-34 instead of ResNet-18", "resnet34", COMPARABLE_AND_SLOWER),
+    &network("mobilenet-v2", "MobileNetV2 instead of ResNet-18", "mobilenet_v2", COMPARABLE),
+    &network("vgg11-bn", VGG_11, "vgg11_bn", COMPARABLE_AND_SLOWER),
+    &network("vgg13-bn", VGG_13, "vgg13_bn", COMPARABLE),
+    &network("vgg16-bn", VGG_16, "vgg16_bn", COMPARABLE),
+    &network("vgg19-bn", VGG_19, "vgg19_bn", COMPARABLE),
+    &network("shufflenet-v2", "ShuffleNetV2 instead of ResNet-18", "shufflenet_v2", NOT_COMPARABLE),
+    &network("mnasnet", "MnasNet instead of ResNet-18", "mnasnet", NOT_COMPARABLE),
+    &network("inception-v3", INCEPTION, "inception_v3", NOT_COMPARABLE),
+]);
 
 const VGG_11: &str = "VGG-11 with batch normalisation instead of ResNet-18";
 const VGG_13: &str = "VGG-13 with batch normalisation instead of ResNet-18";
@@ -294,7 +293,7 @@ pub(super) fn selected(
         let of_backbones = row.group == Group::Backbone && names.iter().any(|n| n == BACKBONES);
         names.is_empty() || of_backbones
     };
-    let asked = ROWS.iter().filter(|row| is_named(row) || is_in_group(row));
+    let asked = ROWS.iter().copied().filter(|row| is_named(row) || is_in_group(row));
     asked.partition(|row| is_named(row) || fits(row, base))
 }
 
@@ -385,7 +384,7 @@ mod tests {
     fn all_rows_are_evaluated_on_the_same_sequences_from_the_first_full_window_on() -> Result<()> {
         let base: HandConfig = configs::load("ablation", &[])?;
         assert_eq!(longest_window_ms(&base), base.evaluation.first_ms);
-        for row in ROWS {
+        for row in &ROWS {
             let config = row.config(&base);
             assert_eq!((config.seed, &config.simulation), (base.seed, &base.simulation));
             assert_eq!(config.evaluation, base.evaluation, "{}", row.name);
@@ -396,7 +395,7 @@ mod tests {
     #[test]
     fn findings_speak_of_rows_there_are_in_words() {
         for finding in ROWS.iter().flat_map(|row| row.published) {
-            assert!(ROWS.iter().any(|row| row.name == finding.than), "{}", finding.than);
+            assert!(ROWS.find(finding.than).is_some(), "{}", finding.than);
             assert!(!finding.words.is_empty());
         }
         let silent: Vec<_> = ROWS.iter().filter(|row| row.published.is_empty()).collect();

@@ -24,13 +24,11 @@ use evpose_cli::progress::{bar, training_bar};
 use evpose_cli::run_info::{COMMIT, CONFIG};
 use evpose_core::stats::quantile::nearest_rank;
 
-/// Timed inferences.
 const TIMED: usize = 100;
 /// Stride of the stored thresholds of a curve: every tenth of a thousand is a whole millimetre or
 /// percent.
 pub(super) const CURVE_STRIDE: usize = 10;
 
-/// Results of a trial.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Trial {
     row: String,
@@ -44,7 +42,6 @@ pub(super) struct Trial {
     pub(super) parameters_as_published: usize,
     /// None where the training was resumed after its last step.
     pub(super) training_s: Option<f64>,
-    /// Lowest validation loss of the training.
     pub(super) validation_loss: Option<f64>,
     /// Throughput of the network alone, at batch size 1.
     pub(super) poses_per_s: f64,
@@ -109,7 +106,6 @@ pub(super) struct RowTrial {
 }
 
 impl RowTrial {
-    /// A trial with some of its scores.
     pub(super) fn new(scores: &Scores, trial: Option<&Trial>) -> Self {
         let Scores { figures, pck_2d, pck_3d } = scores.clone();
         Self { figures, pck_2d, pck_3d, trial: trial.cloned() }
@@ -147,13 +143,11 @@ impl Measured for RowTrial {
     }
 }
 
-/// A trial and its directories.
 pub(super) struct TrialRun {
     pub(super) row: &'static str,
     pub(super) config: HandConfig,
     /// Directory of the training.
     pub(super) run: PathBuf,
-    /// Sequences to train on.
     pub(super) train: PathBuf,
     /// Sequences of the test set.
     pub(super) held_out: PathBuf,
@@ -191,6 +185,7 @@ impl TrialRun {
         let mut runner = Runner::usual(&checkpoint.network, input, device)?;
         let times_ms = latency::sorted_ms(&mut runner, input, TIMED, config.seed);
         drop(runner);
+        // Published counts are of full width, at which few are trained here.
         let published = HandRegressorConfig { width: 1.0, ..config.network.clone() };
         let [filtered, unfiltered, mean_pose] = self.evaluate(&checkpoint, device)?;
         Ok(Trial {
@@ -233,7 +228,6 @@ impl TrialRun {
     }
 }
 
-/// The validation loss of the checkpoint that the training in `run` kept.
 fn lowest_validation_loss(run: &Path) -> Result<Option<f64>> {
     let losses = validation_losses(&read_history(&run.join("metrics.jsonl"))?);
     Ok(losses.into_values().filter(|loss| loss.is_finite()).reduce(f64::min))

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::builder::{PossibleValue, PossibleValuesParser};
+use evpose_core::Registry;
 
 use crate::compare::stages::StageArgs;
 use crate::compare::system::{FileKind, SYSTEMS, System, Weights};
@@ -23,7 +24,6 @@ pub(crate) struct BodyStudyArgs {
     pub(crate) study: StudyArgs,
 }
 
-/// ONNX files of networks of others.
 #[derive(Debug, Default, clap::Args)]
 pub(crate) struct NetworkFiles {
     /// A network of OpenPose (COCO, BODY_25) or of lightweight OpenPose
@@ -67,7 +67,7 @@ pub enum CompareCommand {
     one. docs/guide/compare.md describes the systems and the protocol.")]
 pub struct CompareBodyArgs {
     /// Systems to compare, comma-separated [default: all]
-    #[arg(long, value_delimiter = ',', value_parser = names(SYSTEMS))]
+    #[arg(long, value_delimiter = ',', value_parser = names(&SYSTEMS))]
     pub(crate) systems: Vec<String>,
     /// Recordings with tables of poses, or images with annotations, to evaluate on [default: simulated
     /// people]
@@ -82,8 +82,6 @@ pub struct CompareBodyArgs {
     pub(crate) body: BodyStudyArgs,
 }
 
-/// Names of systems for the command line.
-pub(crate) fn names(systems: &'static [System]) -> PossibleValuesParser {
-    let value = |system: &System| PossibleValue::new(system.name).help(system.about);
-    PossibleValuesParser::new(systems.iter().map(value))
+pub(crate) fn names(systems: &Registry<System>) -> PossibleValuesParser {
+    systems.iter().map(|system| PossibleValue::new(system.name).help(system.about)).into()
 }

@@ -14,7 +14,7 @@ use evpose_cli::progress::{bar, say, training_bar};
 use evpose_cli::provenance::Provenance;
 use evpose_cli::recorded;
 use evpose_cli::run_info::CONFIG;
-use evpose_cli::shipped::checkpoint_path;
+use evpose_cli::shipped::{checkpoint_path, sha256};
 use evpose_core::Micros;
 use evpose_core::stats::bootstrap::BootstrapConfig;
 use evpose_pose::metric::body::BodyEvaluation;
@@ -29,7 +29,7 @@ use evpose_train::{read_history, validation_means};
 use serde::{Deserialize, Serialize};
 
 use super::system::{DataSet, MOVE_ENET, SYSTEMS};
-use super::trial::{Trial, digest_of};
+use super::trial::Trial;
 use crate::study::{
     self, Study, StudyArgs, StudyPlan, StudyReport, StudyTable, TrialIndex, Trials, Written,
     metric, strings,
@@ -84,13 +84,11 @@ struct Row {
 }
 
 impl Row {
-    /// Name of its directory.
     fn directory(&self) -> String {
         self.name.replace([' ', ','], "-")
     }
 }
 
-/// Scores on a clip.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct ClipScores {
     clip: String,
@@ -229,13 +227,15 @@ fn rows_of(args: &CompareClipsArgs, config: &BodyConfig, device: &Device) -> Res
             path = path.join(BEST);
         }
         let config = BodyConfig { start_from: Some(path.clone()), ..config.clone() };
+        // Made in vain: a start that does not fit is refused before hours of training.
         first_network(&config, device).with_context(|| format!("--start {}", start.display()))?;
-        let digest = digest_of(&path)?;
+        let digest = sha256(&path)?;
         let name = start.file_name().unwrap_or_default().to_string_lossy();
         let name = name.trim_end_matches(".bpk");
         rows.push(row(name, Some(&path), &digest, false));
         rows.push(row(&format!("{name}, fine-tuned"), Some(&path), &digest, true));
     }
+    // Rows of one directory would take each other's trials for their own.
     let mut names: Vec<String> = rows.iter().map(Row::directory).collect();
     names.sort();
     names.dedup();
@@ -254,7 +254,6 @@ fn inputs(rows: &[Row], clips: &[Clip]) -> String {
     starts.chain(clips).collect()
 }
 
-/// The images of a clip.
 struct Clip {
     name: String,
     frames: BodyFrames,
@@ -269,6 +268,7 @@ impl Clip {
             paths.push(entry.with_context(in_folder)?.path());
         }
         paths.retain(|path| holds_annotations(path));
+        // Folders list their entries in an order of their own.
         paths.sort();
         ensure!(
             paths.len() > 1,
@@ -338,6 +338,7 @@ fn clip_scores(
     evaluation: &BodyEvaluation,
     learning_curve: Vec<(u64, f64)>,
 ) -> Result<ClipScores> {
+    // Only estimates are kept, so that resampling would be in vain.
     let no_interval = BootstrapConfig { resamples: 0, seed: 0 };
     let scores = evaluation.summary(&PERCENTS, &no_interval)?.raw;
     let value = |interval: Option<evpose_core::stats::interval::Interval>| {
@@ -356,8 +357,7 @@ fn clip_scores(
 
 /// Figures of DHP19 in MoveEnet's paper.
 fn published() -> Vec<(&'static str, f64)> {
-    let systems = SYSTEMS.iter().filter(|system| system.name == MOVE_ENET);
-    let figures = systems.flat_map(|system| system.published);
+    let figures = SYSTEMS.find(MOVE_ENET).into_iter().flat_map(|system| system.published);
     let figures = figures.filter(|figure| figure.data_set == DataSet::Dhp19);
     let named = |key| metric::<Trial>(key).map_or(key, |metric| metric.heading);
     figures.map(|figure| (named(figure.measure), figure.value)).collect()

@@ -21,7 +21,6 @@ pub(crate) enum Data {
     Simulated,
     /// Directories of the user.
     Given {
-        /// To train on.
         train: PathBuf,
         /// To evaluate on.
         test: PathBuf,
@@ -45,7 +44,6 @@ impl Data {
         Ok(Self::Given { train: train.clone(), test: test.clone(), has_images: of_test })
     }
 
-    /// The stages, trained on these data.
     pub(crate) fn stages(&self, mut stages: Stages) -> Stages {
         if let Self::Given { has_images: true, .. } = self {
             stages.finetune.data.source = BodySourceKind::Annotations;
@@ -87,7 +85,6 @@ impl Data {
         }
     }
 
-    /// In words.
     pub(crate) fn words(&self) -> String {
         match self {
             Self::Simulated => "simulated people that are in no training set".to_owned(),

@@ -51,7 +51,7 @@ pub fn run(command: &CompareCommand) -> Result<()> {
     match command {
         CompareCommand::Body(args) => {
             let data = Data::new(args.train.as_ref(), args.data.as_ref())?;
-            let chosen = system::selected(system::SYSTEMS, &args.systems);
+            let chosen = system::selected(&system::SYSTEMS, &args.systems);
             study::run(&COMPARISON, &args.body, chosen, data, &args.files)
         }
         CompareCommand::Clips(args) => clips::run(args),

@@ -21,7 +21,6 @@ use crate::study::{StudyDirectory, Training, exclusively};
 use evpose_cli::progress::{bar, say};
 use evpose_cli::recorded;
 
-/// Recordings to train on.
 pub(crate) const TRAIN: &str = "train";
 
 /// A chain of trainings: a network, and those that start from it.
@@ -33,7 +32,6 @@ struct TrainingQueue<'a> {
     /// Data to train on, instead of that of a seed.
     given: Option<&'a Path>,
     device: DeviceKind,
-    /// Progress in images over all trainings.
     progress: ProgressBar,
     queue: Mutex<VecDeque<Chain<'a>>>,
 }
@@ -159,7 +157,6 @@ impl TrainingQueue<'_> {
         Ok(())
     }
 
-    /// A callback that advances the bar by the samples of one training.
     fn progress_callback(&self) -> ProgressCallback {
         let (bar, counted) = (self.progress.clone(), Mutex::new(0));
         ProgressCallback::new(move |progress| {
@@ -170,7 +167,6 @@ impl TrainingQueue<'_> {
     }
 }
 
-/// Directory of a network's run.
 pub(crate) fn directory(study: &StudyDirectory, network: &str, seed: u64) -> PathBuf {
     study.path(&format!("networks/{network}/seed-{seed}"))
 }
@@ -180,7 +176,6 @@ pub(crate) fn simulate(config: &BodyConfig, data: &Path) -> Result<()> {
     exclusively(data, || recorded::prepare(config, data))
 }
 
-/// Samples of a whole training.
 fn samples(config: &BodyConfig) -> u64 {
     config.training.steps * config.training.batch_size as u64
 }
@@ -188,12 +183,12 @@ fn samples(config: &BodyConfig) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compare::system::{SYSTEMS, System};
+    use crate::compare::system::SYSTEMS;
 
     #[test]
     fn every_network_is_trained_once_and_after_the_one_it_starts_from() {
         let stages = Stages { pretrain: BodyConfig::default(), finetune: BodyConfig::default() };
-        let networks: Vec<Network> = SYSTEMS.iter().filter_map(System::network).collect();
+        let networks: Vec<Network> = SYSTEMS.iter().filter_map(|system| system.network()).collect();
         let directory = StudyDirectory::new(Path::new("nowhere"));
         let queue = queue(&directory, networks.iter().map(|network| (*network, &stages)));
         let mut before: Vec<Network> = Vec::new();

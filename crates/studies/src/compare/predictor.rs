@@ -18,7 +18,6 @@ use glam::{Vec2, Vec3};
 
 use crate::compare::system::FileKind;
 
-/// A pose that a system predicted.
 pub(crate) struct SystemPose {
     pub(crate) prediction: BodyPrediction,
     /// Joints in the camera, in metres; none of systems that know no depth.
@@ -37,7 +36,6 @@ impl ReadySystem {
         (self.0)()
     }
 
-    /// A network of MoveEnet, of its run directory.
     pub(crate) fn move_enet(run: &Path) -> Result<Self> {
         let checkpoint = BodyCheckpoint::load(run, &Device::flex())?;
         let predictor = BodyPredictor::new(&checkpoint, BodyPredictorOptions::default(), None)?;

@@ -62,7 +62,6 @@ impl Stages {
     }
 }
 
-/// Events of a frame of fixed count.
 const FIXED_COUNT: usize = 7_500;
 
 /// A network of MoveEnet and how it is trained.
@@ -85,7 +84,6 @@ pub(crate) enum Network {
 }
 
 impl Network {
-    /// Name of its directory.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Pretrained => "pretrained",
@@ -98,7 +96,6 @@ impl Network {
         }
     }
 
-    /// The network that it starts from.
     pub(crate) fn starts_from(self) -> Option<Self> {
         match self {
             Self::Full => Some(Self::Pretrained),
@@ -107,7 +104,6 @@ impl Network {
         }
     }
 
-    /// The config of its training.
     pub(crate) fn config(self, stages: &Stages) -> BodyConfig {
         let mut config = match self {
             Self::Pretrained | Self::GreyPretrained => stages.pretrain.clone(),

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use anyhow::{Result, bail};
 use evpose_cli::progress::say;
+use evpose_cli::shipped::sha256;
 use evpose_nn::DeviceKind;
 use serde::Serialize;
 
@@ -13,7 +14,7 @@ use crate::compare::ordering::Ordering;
 use crate::compare::predictor::ReadySystem;
 use crate::compare::stages::Stages;
 use crate::compare::system::{DataSet, Figure, System, Weights};
-use crate::compare::trial::{self, Candidate, Trial, digest_of};
+use crate::compare::trial::{self, Candidate, Trial};
 use crate::compare::{baselines, networks};
 use crate::study::{
     self, Outcome, Study, StudyPlan, StudyReport, StudyRow, TrialIndex, Trials, VERDICTS, Written,
@@ -58,7 +59,7 @@ pub(crate) fn run(
     }
     let systems: Vec<&System> =
         chosen.iter().copied().filter(|system| !missing.contains_key(system.name)).collect();
-    let digests = systems.iter().map(|system| files.of(system).map(digest_of).transpose());
+    let digests = systems.iter().map(|system| files.of(system).map(sha256).transpose());
     let plan = StudyPlan {
         args: &args.study,
         seed: stages.finetune.seed,
@@ -95,7 +96,6 @@ struct SystemStudy<'a> {
     weights: Vec<Option<String>>,
     missing: Missing,
     seeds: Vec<u64>,
-    /// Both stages under each seed.
     by_seed: Vec<Stages>,
     configs: String,
 }

@@ -4,7 +4,7 @@
 //! Goyal et al.: *MoveEnet: Online High-Frequency Human Pose Estimation with an Event Camera*, CVPRW
 //! 2023, Tables 1 and 2 (Figures 5 and 6 are their curves), section 6 for speeds.
 
-use evpose_core::SensorSize;
+use evpose_core::{Registry, SensorSize, registry_entry};
 use evpose_task::body::BodyConfig;
 use serde::Serialize;
 
@@ -16,12 +16,13 @@ pub(crate) struct System {
     pub(crate) name: &'static str,
     /// Description in one line.
     pub(crate) about: &'static str,
-    /// Images that it takes.
     pub(crate) images: Images,
     pub(crate) weights: Weights,
     pub(crate) test: Test,
     pub(crate) published: &'static [Figure],
 }
+
+registry_entry!(System, "system");
 
 /// Source of a published figure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -60,7 +61,6 @@ pub(crate) enum Test {
 }
 
 impl Test {
-    /// Name of its directory.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::HeldOut => "held-out",
@@ -81,16 +81,13 @@ impl Test {
     }
 }
 
-/// A published figure.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub(crate) struct Figure {
-    /// Key of the measure.
     pub(crate) measure: &'static str,
     pub(crate) data_set: DataSet,
     pub(crate) value: f64,
 }
 
-/// Images of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Images {
     Eros,
@@ -105,7 +102,6 @@ pub(crate) enum Images {
 /// Origin of a system's weights.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Weights {
-    /// A network of MoveEnet, trained here.
     MoveEnet(Network),
     /// A network of others, trained here.
     Baseline(BaselineKind),
@@ -142,7 +138,6 @@ const fn online(value: f64) -> Figure {
     Figure { measure: "poses_per_s", data_set: DataSet::Online, value }
 }
 
-/// Name of MoveEnet, with which most are compared.
 pub(crate) const MOVE_ENET: &str = "move-enet";
 
 /// A system of the registry, of its images, weights and test set.
@@ -163,10 +158,9 @@ pub(crate) const MEAN_POSE: System = system(
     &[],
 );
 
-/// The registry.
 #[allow(clippy::approx_constant, reason = "6.28 is a published error in pixels")]
-pub(crate) const SYSTEMS: &[System] = &[
-    system(
+pub(crate) static SYSTEMS: Registry<System> = Registry::new(&[
+    &system(
         MOVE_ENET,
         "EROS, pre-trained on stills that look like one, fine-tuned on recordings",
         (Images::Eros, Weights::MoveEnet(Network::Full), Test::HeldOut),
@@ -179,62 +173,62 @@ pub(crate) const SYSTEMS: &[System] = &[
             online(100.0),
         ],
     ),
-    system(
+    &system(
         "move-enet-fixed-count",
         "the same network on frames of 7500 events, from scratch",
         (Images::FixedCount, Weights::MoveEnet(Network::FixedCount), Test::HeldOut),
         &[eh36m("pck_40", 0.87), eh36m("pck_80", 0.93)],
     ),
-    system(
+    &system(
         "move-enet-wo-finetune",
         "the same network on EROS, pre-trained only",
         (Images::Eros, Weights::MoveEnet(Network::Pretrained), Test::HeldOut),
         &[eh36m("pck_40", 0.30), eh36m("pck_80", 0.52)],
     ),
-    system(
+    &system(
         "move-enet-wo-pretrain",
         "the same network on EROS, recordings only, from scratch",
         (Images::Eros, Weights::MoveEnet(Network::Scratch), Test::HeldOut),
         &[eh36m("pck_40", 0.59), eh36m("pck_80", 0.81)],
     ),
-    system(
+    &system(
         "dhp19-cnn",
         "the network of DHP19 on frames of 7500 events: a heatmap for each joint",
         (Images::FixedCount, Weights::Baseline(BaselineKind::Dhp19Cnn), Test::HeldOut),
         &[dhp19("mpjpe_px", 7.03)],
     ),
-    system(
+    &system(
         "lift-mono",
         "LiftMono-HPE on frames of 7500 events: heatmaps on three planes, joints in space",
         (Images::FixedCount, Weights::Baseline(BaselineKind::LiftMono), Test::HeldOut),
         &[dhp19("pck_40", 0.28), dhp19("pck_60", 0.51), dhp19("mpjpe_px", 26.79), online(2.0)],
     ),
-    system(
+    &system(
         "openpose-grey",
         "OpenPose on grey frames, from an ONNX file",
         (Images::Grey, Weights::File(FileKind::OpenPose), Test::HeldOut),
         &[eh36m("pck_40", 0.91), eh36m("pck_80", 0.92), online(10.0)],
     ),
-    system(
+    &system(
         "openpose-pim",
         "OpenPose on integrated polarities, from an ONNX file",
         (Images::Pim, Weights::File(FileKind::OpenPose), Test::HeldOut),
         &[eh36m("pck_40", 0.46), eh36m("pck_80", 0.54)],
     ),
-    system(
+    &system(
         "movenet-grey",
         "Google's MoveNet on grey frames, from an ONNX file",
         (Images::Grey, Weights::File(FileKind::MoveNet), Test::HeldOut),
         &[eh36m("pck_40", 0.84), eh36m("pck_80", 0.91)],
     ),
-    MEAN_POSE,
-];
+    &MEAN_POSE,
+]);
 
 /// The systems of a registry of these names, in its order, or all.
-pub(crate) fn selected(registry: &'static [System], names: &[String]) -> Vec<&'static System> {
+pub(crate) fn selected(registry: &Registry<System>, names: &[String]) -> Vec<&'static System> {
     let is_chosen =
         |system: &&System| names.is_empty() || names.iter().any(|name| name == system.name);
-    registry.iter().filter(is_chosen).collect()
+    registry.iter().copied().filter(is_chosen).collect()
 }
 
 impl System {
@@ -262,7 +256,6 @@ impl System {
         config
     }
 
-    /// The published figure of a measure.
     pub(crate) fn figure(&self, measure: &str, data_set: DataSet) -> Option<f64> {
         let mut figures = self.published.iter();
         let is_it = |figure: &&Figure| figure.measure == measure && figure.data_set == data_set;
@@ -303,8 +296,8 @@ mod tests {
 
     #[test]
     fn names_are_one_of_a_kind_and_figures_are_given_once() {
-        for system in SYSTEMS {
-            assert_eq!(SYSTEMS.iter().filter(|other| other.name == system.name).count(), 1);
+        for system in &SYSTEMS {
+            assert_eq!(selected(&SYSTEMS, &[system.name.to_owned()]).len(), 1, "{}", system.name);
             for figure in system.published {
                 let same = |other: &&Figure| {
                     other.measure == figure.measure && other.data_set == figure.data_set
@@ -312,7 +305,6 @@ mod tests {
                 assert_eq!(system.published.iter().filter(same).count(), 1, "{}", system.name);
             }
         }
-        assert_eq!(selected(SYSTEMS, &["openpose-pim".to_owned()])[0].name, "openpose-pim");
-        assert_eq!(selected(SYSTEMS, &[]).len(), SYSTEMS.len());
+        assert_eq!(selected(&SYSTEMS, &[]).len(), SYSTEMS.len());
     }
 }

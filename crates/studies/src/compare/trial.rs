@@ -14,7 +14,6 @@ use evpose_train::body::{
     BodyFrame, BodyFrames, BodyRecordings, evaluate_frames_with, mean_pose_of_recordings,
 };
 use serde::{Deserialize, Serialize};
-use sha2::{Digest as _, Sha256};
 
 use crate::compare::data::Data;
 use crate::compare::networks;
@@ -163,7 +162,6 @@ fn directory(candidate: &Candidate<'_>) -> Option<PathBuf> {
     }
 }
 
-/// The experiment whose images a system is evaluated on.
 fn experiment(system: &System, stages: &Stages) -> BodyConfig {
     match system.weights {
         Weights::Baseline(kind) => kind.config(stages).body(),
@@ -234,12 +232,6 @@ fn poses_per_s(ready: &ReadySystem, frames: &BodyFrames) -> Result<f64> {
         Ok(1.0 / median.max(f64::MIN_POSITIVE))
     };
     rayon::ThreadPoolBuilder::new().num_threads(1).build()?.install(time)
-}
-
-/// SHA-256 of a file.
-pub(crate) fn digest_of(path: &Path) -> Result<String> {
-    let bytes = std::fs::read(path).with_context(|| format!("reading {}", path.display()))?;
-    Ok(Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect())
 }
 
 #[cfg(test)]

@@ -3,14 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use anyhow::{Error, Result, anyhow};
+use anyhow::{Error, Result, anyhow, bail, ensure};
 use tract_onnx::prelude::{
     DatumType, Framework, InferenceFact, InferenceModel, InferenceModelExt, IntoRunnable,
     SymbolValues, Tensor, TractResult, TypedRunnableModel, onnx, tvec,
 };
 use tract_onnx::tract_hir::infer::{DimFact, Factoid as _};
 
-/// Channels of an image.
 const CHANNELS: usize = 3;
 
 /// A network with one image as its input, ready to run.
@@ -22,7 +21,6 @@ pub(crate) struct OnnxModel {
     output_shapes: Vec<Vec<usize>>,
 }
 
-/// Shape of an image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct InputShape {
     height_px: usize,
@@ -57,12 +55,10 @@ impl OnnxModel {
         [self.input.width_px, self.input.height_px]
     }
 
-    /// Shapes of the outputs.
     pub(crate) fn output_shapes(&self) -> &[Vec<usize>] {
         &self.output_shapes
     }
 
-    /// The error of a network that outputs something else than `needed`.
     pub(crate) fn other_outputs(&self, system: &'static str, needed: &'static str) -> Error {
         let shapes: Vec<String> =
             self.output_shapes.iter().map(|shape| format!("{shape:?}")).collect();
@@ -106,17 +102,15 @@ impl InputShape {
     }
 }
 
-/// Shape and element type of a model's input, or it in words if it is no image.
+/// Shape and element type of a model's input; the error is the input in words if it is no image.
 fn input_of(
     model: &InferenceModel,
     [open_width, open_height]: [usize; 2],
-) -> Result<(InputShape, DatumType), String> {
+) -> Result<(InputShape, DatumType)> {
     // One image goes in: models of more are not known here.
-    let inputs = model.input_outlets().map_err(|error| error.to_string())?;
-    if inputs.len() != 1 {
-        return Err(format!("{} tensors", inputs.len()));
-    }
-    let fact = model.input_fact(0).map_err(|error| error.to_string())?;
+    let inputs = model.input_outlets()?;
+    ensure!(inputs.len() == 1, "{} tensors", inputs.len());
+    let fact = model.input_fact(0)?;
     let dims: Vec<Option<usize>> = fact.shape.dims().map(size_of).collect();
     let (height, width, is_channels_last) = match dims[..] {
         // An open batch size is taken as 1.
@@ -127,7 +121,7 @@ fn input_of(
                 .iter()
                 .map(|dim| dim.map_or_else(|| "?".to_owned(), |size| size.to_string()))
                 .collect();
-            return Err(format!("[{}]", dims.join(", ")));
+            bail!("[{}]", dims.join(", "));
         }
     };
     let input = InputShape {

@@ -13,7 +13,6 @@ use crate::payoff::args::PayoffArgs;
 
 /// Name of the model as given.
 pub(crate) const GIVEN: &str = "given";
-/// Name of the corrected model.
 pub(crate) const CORRECTED_MODEL: &str = "corrected";
 /// Name of the measured camera's own model.
 pub(crate) const CAMERA: &str = "camera";
@@ -25,23 +24,19 @@ pub(crate) struct NamedModel {
     pub(crate) sensor: SensorConfig,
 }
 
-/// The models of a study.
 pub(crate) struct Models {
     /// Those that networks are trained on: as given, corrected, and, for an upper bound, the
     /// camera.
     pub(crate) trained: Vec<NamedModel>,
     /// The measured camera, where its effects are known.
     pub(crate) camera: Option<SensorConfig>,
-    /// Findings of the run.
     pub(crate) findings: Findings,
 }
 
 /// The answer of a gap run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct Findings {
-    /// Directory of the run.
     pub(crate) run: String,
-    /// Its verdict.
     pub(crate) verdict: String,
     /// Effects and parameters that the correction holds.
     pub(crate) effects: Vec<String>,

@@ -16,7 +16,6 @@ use crate::study::{StudyReport, StudyTable, Verdict, strings};
 /// Size of the chart of differences, pixels.
 const DIFFERENCES: (u32, u32) = (560, 300);
 
-/// The tables of a study; `details` are its models and its config.
 pub(crate) fn report(payoff: &Payoff, details: Vec<(String, String)>) -> Result<StudyReport> {
     let mut tables = vec![accuracy(payoff)?];
     if let Some(row) = payoff.table.rows.first() {
@@ -46,7 +45,6 @@ fn accuracy(payoff: &Payoff) -> Result<StudyTable> {
     Ok(table)
 }
 
-/// Cells of a metric's row.
 fn cells(payoff: &Payoff, row: &MetricRow) -> Vec<String> {
     let value = |interval: Option<Interval>, digits: usize| {
         let (estimate, bounds) = cell(interval, digits);
@@ -115,6 +113,7 @@ fn score_bars(payoff: &Payoff, row: &MetricRow) -> Result<String> {
     let bars: Vec<Bar> = payoff.models.iter().enumerate().filter_map(bar).collect();
     let ends = bars.iter().map(|bar| bar.interval.map_or(bar.value, |interval| interval.1));
     let largest = ends.fold(0.0, f64::max);
+    // An axis needs a length, also where all scores are 0.
     let range = (0.0, if largest > 0.0 { 1.05 * largest } else { 1.0 });
     let along = Along { name: row.metric.heading, range, notes: 30.0, ..Along::shares() };
     Ok(bars::svg(&bars, &along)?)

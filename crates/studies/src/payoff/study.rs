@@ -25,7 +25,6 @@ const SCHEMA: u32 = 1;
 #[derive(Debug, Clone, Serialize)]
 pub(crate) struct Payoff {
     schema: u32,
-    /// The gap run.
     gap: Findings,
     /// Task, network and length of the training.
     task: &'static str,
@@ -113,7 +112,6 @@ struct PayoffStudy<'a> {
     started: Instant,
 }
 
-/// A trained network.
 #[derive(Debug, Serialize, Deserialize)]
 struct Trained {
     /// Duration of the training in the process that ended it.
@@ -121,7 +119,6 @@ struct Trained {
 }
 
 impl PayoffStudy<'_> {
-    /// Directory of a model under a seed.
     fn trial(&self, (model, seed): TrialIndex) -> PathBuf {
         let model = self.models.trained[model].name;
         self.directory.path(&format!("seed-{}/{model}", self.seeds[seed]))
@@ -133,7 +130,6 @@ impl PayoffStudy<'_> {
         self.args.data.clone().unwrap_or_else(|| self.directory.path("held-out"))
     }
 
-    /// Scores of the networks of a model under all seeds.
     fn scores(&self, model: usize) -> Result<ModelScores> {
         let (name, recordings) = (self.models.trained[model].name, self.recordings());
         let device = self.args.study.device.device.resolve()?;
@@ -218,7 +214,6 @@ impl Study for PayoffStudy<'_> {
     }
 }
 
-/// The task and the experiment of the arguments.
 fn experiment_of(args: &PayoffArgs) -> Result<(&'static dyn PoseTask, Box<dyn PoseExperiment>)> {
     /// The task without --task and --config.
     const USUAL: &str = "hand";

@@ -22,7 +22,6 @@ use crate::study::{Relation, Verdict, verdict};
 /// Scores of the networks that were trained on one model, one for each seed.
 #[derive(Debug, Clone)]
 pub(crate) struct ModelScores {
-    /// Name of the model.
     pub(crate) model: &'static str,
     /// Scores under each seed, in the order of the seeds.
     pub(crate) by_seed: Vec<EvaluationScores>,
@@ -31,16 +30,13 @@ pub(crate) struct ModelScores {
 /// The table of a study: a row for each metric.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct PairedTable {
-    /// Number of recordings.
     pub(crate) recordings: usize,
     /// Metrics, the main one first.
     pub(crate) rows: Vec<MetricRow>,
 }
 
-/// One metric.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct MetricRow {
-    /// The metric.
     #[serde(flatten)]
     pub(crate) metric: Metric,
     /// Score of each model by its name. None where nothing was measured.

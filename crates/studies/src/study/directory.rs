@@ -8,8 +8,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use evpose_cli::json::read_result;
+use evpose_cli::outputs::write_file;
 use evpose_cli::run_info::claim_origin;
-use evpose_core::{atomic_write, temporary_target};
+use evpose_core::temporary_target;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -20,12 +21,10 @@ const ORIGIN: &str = "run.toml";
 /// Recordings of a study.
 const DATA: &str = "data";
 
-/// Directory of a study.
 #[derive(Debug, Clone)]
 pub(crate) struct StudyDirectory(PathBuf);
 
 impl StudyDirectory {
-    /// The directory `out`.
     pub(crate) fn new(out: &Path) -> Self {
         Self(out.to_owned())
     }
@@ -85,6 +84,7 @@ impl StudyDirectory {
         if !path.exists() {
             self.write(name, text)?;
         }
+        // Read back even if it was just written: another process may have been the last.
         let there = std::fs::read_to_string(&path)
             .with_context(|| format!("reading {}", path.display()))?;
         if there != text {
@@ -98,12 +98,10 @@ impl StudyDirectory {
         Ok(())
     }
 
-    /// The directory itself.
     pub(crate) fn root(&self) -> &Path {
         &self.0
     }
 
-    /// Path of a file or a directory in it.
     pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.0.join(name)
     }
@@ -129,7 +127,7 @@ impl StudyDirectory {
         if let Some(parent) = path.parent() {
             create_dir_all(parent).with_context(|| format!("creating {}", parent.display()))?;
         }
-        atomic_write(&path, text.as_bytes()).with_context(|| format!("writing {}", path.display()))
+        write_file(&path, text)
     }
 }
 
@@ -159,7 +157,6 @@ pub(crate) mod tests {
 
     use super::*;
 
-    /// Arguments of a study in `out`.
     pub(crate) fn args(out: &Path, shard: &str, resume: bool) -> StudyArgs {
         let device = DeviceArgs { device: DeviceKind::Flex, threads: None };
         let (out, shard) = (out.to_owned(), shard.parse().unwrap());

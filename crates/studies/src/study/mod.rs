@@ -63,7 +63,6 @@ impl StudyArgs {
         self.device.open()
     }
 
-    /// The directory of the study.
     pub(crate) fn directory(&self) -> StudyDirectory {
         StudyDirectory::new(&self.out)
     }

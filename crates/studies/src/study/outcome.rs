@@ -58,11 +58,9 @@ pub(crate) trait StudyRow: Serialize {
 /// gives no number; this one is ours.
 const COMPARABLE_AUC: f64 = 0.02;
 
-/// Published relation of a row to another one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Relation {
-    /// Its poses are worse.
     Worse,
     /// Its poses are about as good.
     Comparable,
@@ -80,7 +78,6 @@ pub(crate) enum Verdict {
     WithinNoise,
     /// The whole interval contradicts the statement.
     Reversed,
-    /// One seed has no interval.
     OneSeed,
     /// The two were timed on different machines or devices.
     OtherMachines,
@@ -135,13 +132,11 @@ pub(crate) struct Finding {
     pub(crate) row: &'static str,
     pub(crate) relation: Relation,
     pub(crate) than: &'static str,
-    /// Key of the measure.
     pub(crate) measure: &'static str,
     /// The statement, in full.
     pub(crate) published: String,
 }
 
-/// A finding, tested.
 #[derive(Debug, Serialize)]
 pub(crate) struct TestedFinding {
     #[serde(flatten)]
@@ -217,7 +212,6 @@ impl<R: StudyRow, T: Measured> Outcome<R, T> {
         StudyTable::new("Rows that did not run", ["row", "reason"], rows, note)
     }
 
-    /// The table of published findings and their tests.
     pub(crate) fn all_findings(&self, note: &str) -> StudyTable {
         let has_run = |name: &str| {
             self.rows.iter().any(|row| row.row.name() == name && !row.per_seed.is_empty())
@@ -267,7 +261,6 @@ fn cell(mean: Option<&Interval>, digits: usize) -> String {
     count.unwrap_or_else(|| with_interval_or_dash(mean, digits))
 }
 
-/// The metric of a key.
 pub(crate) fn metric<T: Measured>(key: &str) -> Option<Metric> {
     T::MEASURES.iter().map(|measure| measure.metric).find(|metric| metric.key == key)
 }

@@ -21,7 +21,6 @@ pub(crate) struct StudyTable {
 }
 
 impl StudyTable {
-    /// A table and a note on it.
     pub(crate) fn new(
         title: &str,
         columns: impl IntoIterator<Item = impl AsRef<str>>,
@@ -32,14 +31,12 @@ impl StudyTable {
         Self { columns, rows, ..Self::charts(title, note, Vec::new()) }
     }
 
-    /// Charts and a note on them.
     pub(crate) fn charts(title: &str, note: &str, curves: Vec<String>) -> Self {
         let notes = strings(Some(note).filter(|note| !note.is_empty()));
         Self { title: title.to_owned(), notes, curves, ..Self::default() }
     }
 }
 
-/// The tables of a study, the main one first.
 #[derive(Debug)]
 pub(crate) struct StudyReport {
     pub(crate) title: String,
@@ -59,7 +56,6 @@ impl StudyReport {
         format!("# {}\n\n{}\n", self.title, self.about) + &tables.collect::<String>()
     }
 
-    /// As one HTML document.
     pub(crate) fn html(&self) -> String {
         let mut page = HtmlPage::new(&self.title, &self.about);
         let cell = |cell: &String| match cell.chars().count() > LINE {
@@ -89,7 +85,6 @@ impl StudyReport {
     }
 }
 
-/// Rows as Markdown whose columns are aligned.
 fn align(columns: &[String], rows: &[Vec<String>]) -> String {
     // In characters, not bytes: cells hold `±`.
     let width = |column: usize| {

@@ -23,12 +23,10 @@ struct Trained {
 pub(crate) struct Training<'a> {
     pub(crate) run: &'a Path,
     pub(crate) device: DeviceKind,
-    /// Training samples of all its steps.
     pub(crate) samples: u64,
 }
 
 impl Training<'_> {
-    /// Whether the network in a run directory is finished.
     pub(crate) fn is_finished(run: &Path) -> bool {
         run.join(TRAINED).exists()
     }

@@ -18,12 +18,10 @@ pub(crate) type TrialIndex = (usize, usize);
 
 /// A study: rows, each under every seed, or over whatever else it is repeated.
 pub(crate) trait Study {
-    /// Result of a trial.
     type Trial: Serialize + DeserializeOwned;
     /// Content of the JSON file of the study.
     type Outcome: Serialize;
 
-    /// Path of the result of a trial in the directory of the study.
     fn path(&self, trial: TrialIndex) -> String;
 
     /// Whether a stored result is of these arguments.

@@ -1,9 +1,9 @@
 //! How one parameter is drawn.
 
+use anyhow::{Result, bail, ensure};
 use evpose_core::CounterRng;
 use toml::Value;
 
-/// The distribution of a parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Distribution {
     /// Its logarithm is uniform between those of two positive bounds.
@@ -20,25 +20,21 @@ pub(crate) enum Distribution {
 const DIGITS: i32 = 4;
 
 impl Distribution {
-    /// Names of the distributions in files.
     pub(crate) const NAMES: [&str; 4] = ["log_uniform", "uniform", "integer", "choose"];
 
-    /// Reads the distribution called `name` from its array.
-    pub(crate) fn read(name: &str, array: &[Value]) -> Result<Self, String> {
+    pub(crate) fn read(name: &str, array: &[Value]) -> Result<Self> {
         if name == "choose" {
-            return match array {
-                [] => Err("`choose` needs at least one value".to_owned()),
-                values => Ok(Self::Choose(values.to_vec())),
-            };
+            ensure!(!array.is_empty(), "`choose` needs at least one value");
+            return Ok(Self::Choose(array.to_vec()));
         }
-        let [low, high] = array else { return Err(format!("`{name}` takes [low, high]")) };
+        let [low, high] = array else { bail!("`{name}` takes [low, high]") };
         if name == "integer" {
             return match (low.as_integer(), high.as_integer()) {
                 // The span has to fit into 64 bits as well.
                 (Some(low), Some(high)) if low <= high && high.checked_sub(low).is_some() => {
                     Ok(Self::Integer(low, high))
                 }
-                _ => Err("`integer` takes two whole numbers, the lower first".to_owned()),
+                _ => bail!("`integer` takes two whole numbers, the lower first"),
             };
         }
         let real = |value: &Value| value.as_float().or(value.as_integer().map(|v| v as f64));
@@ -46,14 +42,14 @@ impl Distribution {
             (Some(low), Some(high)) if low < high && low.is_finite() && high.is_finite() => {
                 (low, high)
             }
-            _ => return Err(format!("`{name}` takes two finite values, the lower first")),
+            _ => bail!("`{name}` takes two finite values, the lower first"),
         };
         match name {
             "uniform" => Ok(Self::Uniform(low, high)),
             // A logarithm has no value at zero.
             "log_uniform" if low > 0.0 => Ok(Self::LogUniform(low, high)),
-            "log_uniform" => Err("`log_uniform` takes positive values".to_owned()),
-            _ => Err(format!("no such distribution; there are {}", Self::NAMES.join(", "))),
+            "log_uniform" => bail!("`log_uniform` takes positive values"),
+            _ => bail!("no such distribution; there are {}", Self::NAMES.join(", ")),
         }
     }
 
@@ -112,7 +108,7 @@ mod tests {
         array
     }
 
-    fn read(name: &str, text: &str) -> Result<Distribution, String> {
+    fn read(name: &str, text: &str) -> Result<Distribution> {
         Distribution::read(name, &array(text))
     }
 
@@ -158,7 +154,7 @@ mod tests {
             ("choose", "[]", "at least one"),
             ("normal", "[0, 1]", "log_uniform, uniform, integer, choose"),
         ] {
-            let message = read(name, text).unwrap_err();
+            let message = read(name, text).unwrap_err().to_string();
             assert!(message.contains(part), "{name} = {text}: {message}");
         }
     }

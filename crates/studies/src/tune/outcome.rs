@@ -102,7 +102,6 @@ impl SearchOutcome {
         self.trials = trials;
     }
 
-    /// The best trial, if one has a score.
     pub(crate) fn best(&self) -> Option<&TrialOutcome> {
         self.trials.first().filter(|trial| trial.score.is_some())
     }
@@ -114,7 +113,6 @@ impl SearchOutcome {
         std::iter::once("trial").chain(fields).chain(ends).chain(self.logged.clone()).collect()
     }
 
-    /// Cells of the row of a trial.
     pub(crate) fn row(&self, trial: &TrialOutcome) -> Vec<String> {
         let mut cells = vec![trial.trial.to_string()];
         cells.extend(self.parameters.iter().map(|field| trial.value(field)));

@@ -13,7 +13,6 @@ use serde::Serialize;
 /// A rung of successive halving: the number of trials, and the step until which they are trained.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub(crate) struct Rung {
-    /// Trials that are trained.
     pub(crate) trials: u64,
     /// Optimiser steps from the start of the training at which they pause, a whole number of
     /// validation intervals; none trains to the end.
@@ -29,7 +28,6 @@ pub(crate) struct TrialPlan {
 }
 
 impl TrialPlan {
-    /// All trials to the end.
     pub(crate) fn random(trials: u64, length: TrainingSpan) -> Self {
         Self { rungs: vec![Rung { trials, pause_after: None }], steps: length.steps }
     }
@@ -77,22 +75,18 @@ impl TrialPlan {
         Ok(Self { rungs: (0..count).map(rung).collect(), steps: length.steps })
     }
 
-    /// The rungs.
     pub(crate) fn rungs(&self) -> &[Rung] {
         &self.rungs
     }
 
-    /// Steps at the end of a rung.
     pub(crate) fn steps_of(&self, rung: usize) -> u64 {
         self.rungs[rung].pause_after.unwrap_or(self.steps).min(self.steps)
     }
 
-    /// Steps that a rung adds to each of its trials.
     pub(crate) fn added_steps(&self, rung: usize) -> u64 {
         self.steps_of(rung) - if rung == 0 { 0 } else { self.steps_of(rung - 1) }
     }
 
-    /// The work of the whole plan, in steps of all trials.
     pub(crate) fn total_steps(&self) -> u64 {
         (0..self.rungs.len()).map(|rung| self.rungs[rung].trials * self.added_steps(rung)).sum()
     }

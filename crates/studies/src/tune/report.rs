@@ -142,7 +142,6 @@ fn scatter(outcome: &SearchOutcome, parameter: &Parameter) -> Result<String> {
     Ok(chart::svg(&chart, SCATTER)?)
 }
 
-/// The axis of a parameter's values.
 fn axis(parameter: &Parameter) -> ChartAxis {
     match &parameter.distribution {
         Distribution::Choose(values) => {

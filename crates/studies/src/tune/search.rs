@@ -63,15 +63,12 @@ pub fn run(args: &TuneArgs) -> Result<()> {
     Search { args, space, configs, directory, plan, higher_is_better, data }.run()
 }
 
-/// The config of the best trial.
 const BEST_CONFIG: &str = "best.toml";
 
-/// Directory of a trial.
 fn trial_path(trial: u64) -> String {
     format!("trials/{trial:04}")
 }
 
-/// The plan as TOML.
 fn settings(args: &TuneArgs, plan: &TrialPlan) -> String {
     let mut text = format!("trials = {}\nrank = \"{}\"\n", args.trials, args.rank);
     for (index, rung) in plan.rungs().iter().enumerate() {
@@ -81,7 +78,6 @@ fn settings(args: &TuneArgs, plan: &TrialPlan) -> String {
     text
 }
 
-/// A search in this process.
 struct Search<'a> {
     args: &'a TuneArgs,
     space: &'a SearchSpace,
@@ -116,7 +112,6 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// The training run of a trial.
     fn run_of(&self, trial: u64) -> PathBuf {
         self.directory.path(&trial_path(trial)).join("run")
     }
@@ -194,7 +189,6 @@ impl Search<'_> {
     }
 }
 
-/// The trials of a rung.
 struct RungStudy<'a> {
     search: &'a Search<'a>,
     rung: usize,
@@ -243,7 +237,6 @@ impl Study for RungStudy<'_> {
         Ok((result, line))
     }
 
-    /// The outcome of all rungs, and the files that only a search has.
     fn outcome(&self, _: &Trials<RungResult>) -> Result<Written<SearchOutcome>> {
         let search = self.search;
         let outcome = search.outcome()?;
@@ -257,7 +250,6 @@ impl Study for RungStudy<'_> {
     }
 }
 
-/// The result of a trial at the end of a rung.
 fn result_path(trial: u64, rung: usize) -> String {
     format!("{}/rung-{}.json", trial_path(trial), rung + 1)
 }

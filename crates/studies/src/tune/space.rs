@@ -53,7 +53,6 @@ impl SearchSpace {
         Self::parse(path, &text)
     }
 
-    /// Reads the text of the file `path`.
     pub(crate) fn parse(path: &Path, text: &str) -> Result<Self> {
         let name = path.display();
         let syntax = |error: toml::de::Error| anyhow!("{name}: {error}");
@@ -83,7 +82,6 @@ impl SearchSpace {
         &self.text
     }
 
-    /// An error of one of its parameters.
     pub(crate) fn refuse(&self, parameter: &Parameter, message: &str) -> Error {
         self.error(parameter.line, &parameter.field, message)
     }
@@ -111,10 +109,10 @@ impl SearchSpace {
             }
             let distribution = match table.iter().collect::<Vec<_>>()[..] {
                 [(name, Value::Array(array))] => Distribution::read(name, array),
-                _ => Err(HOW.to_owned()),
+                _ => Err(anyhow!(HOW)),
             };
             let distribution =
-                distribution.map_err(|message| self.error(line, &field, &message))?;
+                distribution.map_err(|error| self.error(line, &field, &error.to_string()))?;
             self.parameters.push(Parameter { field, line, distribution });
         }
         Ok(())

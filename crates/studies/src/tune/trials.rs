@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use evpose_cli::args::ConfigArgs;
 use evpose_cli::shipped::checkpoint_path;
 use evpose_cli::tasks::{PoseExperiment, PoseTask, StartWeights, experiment};
@@ -29,7 +29,6 @@ const VALIDATION: &str = "trials are compared on the same validation data";
 /// Sections whose fields scale the loss.
 const SCALES: [&str; 2] = ["loss", "targets"];
 
-/// Whether `field` is `section` or inside it.
 fn is_in(field: &str, section: &str) -> bool {
     field.strip_prefix(section).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
 }
@@ -108,7 +107,6 @@ impl<'a> TrialConfigs<'a> {
         self.space.parameters().iter().map(value).collect()
     }
 
-    /// The values of trial `trial` in words.
     pub(crate) fn description(&self, trial: u64) -> String {
         if trial == 0 {
             return "the config as it is".to_owned();
@@ -125,7 +123,6 @@ impl<'a> TrialConfigs<'a> {
         parameters.filter_map(change).collect()
     }
 
-    /// The experiment of trial `trial`.
     pub(crate) fn trial(&self, trial: u64) -> Result<Box<dyn PoseExperiment>> {
         let changes = if trial == 0 { Vec::new() } else { self.changes(trial) };
         self.experiment(changes).with_context(|| {
@@ -136,17 +133,12 @@ impl<'a> TrialConfigs<'a> {
     /// Checks the value that trials are ranked by; returns whether more of it is better.
     pub(crate) fn rank(&self, name: &str) -> Result<bool> {
         let values = self.base.logged_values();
-        match values.iter().find(|value| value.name == name) {
-            Some(value) => Ok(value.higher_is_better),
-            None => {
-                let known: Vec<&str> = values.iter().map(|value| value.name).collect();
-                bail!(
-                    "--rank {name}: trainings of the task `{}` log {}",
-                    self.task.name(),
-                    known.join(", ")
-                )
-            }
-        }
+        let value = values.iter().find(|value| value.name == name).with_context(|| {
+            let known: Vec<&str> = values.iter().map(|value| value.name).collect();
+            let (task, known) = (self.task.name(), known.join(", "));
+            format!("--rank {name}: trainings of the task `{task}` log {known}")
+        })?;
+        Ok(value.higher_is_better)
     }
 }
 
@@ -155,7 +147,6 @@ fn start_of(run: Option<&Path>) -> StartWeights<'_> {
     run.map_or(StartWeights::OfConfig, StartWeights::Run)
 }
 
-/// The value of a dotted field of a table.
 fn value_of(table: &toml::Table, field: &str) -> Option<Value> {
     match field.split_once('.') {
         None => table.get(field).cloned(),

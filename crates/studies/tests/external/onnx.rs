@@ -8,7 +8,6 @@ use evpose_infer::onnx::proto::{
 };
 use evpose_pose::body::{MOVENET_VALUES, OpenPoseModel};
 
-/// `INT32` of the standard.
 const INT32: i32 = 6;
 const FLOAT: i32 = DataType::Float as i32;
 const OPSET: i64 = 13;
@@ -120,7 +119,6 @@ pub(crate) fn movenet(side: usize, has_integers: bool) -> Vec<u8> {
     })
 }
 
-/// Rows and columns of maps.
 const ROWS: usize = 12;
 const COLUMNS: usize = 16;
 const CELLS: usize = ROWS * COLUMNS;

@@ -39,7 +39,6 @@ impl CanonicalEvents {
         Self { sensor, adaptor, denoise, events: EventStream::empty(size), in_view: 0, filtered: 0 }
     }
 
-    /// Size of the images.
     pub(crate) fn size(&self) -> SensorSize {
         self.adaptor.as_ref().map_or(self.sensor, |map| map.view().sensor)
     }
@@ -88,7 +87,6 @@ impl CanonicalEvents {
         self.adaptor.as_ref().is_some_and(ViewAdaptor::has_lost_polarities)
     }
 
-    /// Forgets all events.
     pub(crate) fn reset(&mut self) {
         if let Some(map) = &mut self.adaptor {
             map.reset();

@@ -388,7 +388,6 @@ impl Experiment for BodyConfig {
 }
 
 impl BodyDataConfig {
-    /// Checks the data of a network of `joints` joints.
     pub(crate) fn validate(&self, joints: usize) -> Result<(), TaskError> {
         let is_noise_valid = self.noise_history.is_none_or(|noise| {
             let [low, high] = noise.events_per_pixel;
@@ -420,6 +419,7 @@ impl BodyConfig {
     #[must_use]
     pub fn held_out(&self) -> Self {
         let mut config = self.clone();
+        // Without the highest bit: whole numbers of TOML have a sign.
         config.seed = evpose_core::seed_for(self.seed, "held-out people", 0) >> 1;
         config.simulation.sequences = self.evaluation.sequences;
         config.simulation.seconds = self.evaluation.seconds;

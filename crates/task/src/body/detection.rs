@@ -30,7 +30,6 @@ impl Default for BodyDetectionConfig {
 }
 
 impl BodyDetectionConfig {
-    /// Whether it is the default.
     pub(super) fn is_default(&self) -> bool {
         *self == Self::default()
     }

@@ -22,7 +22,6 @@ use super::recent_events::RecentEvents;
 use crate::TaskError;
 use evpose_camera::Calibration;
 
-/// Window of representations that have one.
 const WINDOW: Micros = Micros(100_000);
 
 /// The representation of a config, for events of `sensor`.
@@ -50,7 +49,6 @@ impl Blur {
         Self { kernel, work: BlurWork::default(), blurred: Vec::new() }
     }
 
-    /// The images, blurred.
     pub(super) fn apply<'a>(&'a mut self, images: &'a [Plane<u8>]) -> Vec<&'a Plane<u8>> {
         let Some(kernel) = self.kernel else { return images.iter().collect() };
         let count = self.blurred.len().max(images.len());

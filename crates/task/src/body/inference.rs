@@ -42,7 +42,6 @@ impl BodyInference {
         Ok(Self::Burn(Box::new(network.clone()), device))
     }
 
-    /// Another of the same network, for another thread.
     pub(super) fn another(&self) -> Self {
         match self {
             Self::Engine(engine) => Self::Engine(Box::new(engine.another())),

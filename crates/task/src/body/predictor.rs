@@ -183,6 +183,7 @@ impl BodyPredictor {
         let mut crops: Vec<Option<DAffine2>> =
             joints.iter().map(|joints| crop_about(joints, second)).collect();
         self.infer_crops(images, &crops, false, &mut joints);
+        // Before the consensus, which looks around the crop that has won.
         self.infer_recent(images, extents, second, (&mut crops, &mut joints));
         if second.consensus {
             self.infer_again(images, &crops, &mut joints);
@@ -209,6 +210,7 @@ impl BodyPredictor {
         if cropped.is_empty() {
             return;
         }
+        // Inputs without a crop are inferred in vain: another count would be compiled first, for seconds.
         let count = if self.inference.compiles_by_count() { images.len() } else { cropped.len() };
         self.inputs.resize(count * self.size(), 0.0);
         for (input, (index, crop)) in cropped.iter().enumerate() {

@@ -46,6 +46,7 @@ impl Interpolation {
         let rest = at - 0.5 - before;
         let before = before as isize;
         match self {
+            // From beyond the line's ends an area may reach into it; the others ask for its middle alone.
             Self::Area => area(at - 0.5 * width, at + 0.5 * width, n, weights),
             _ if !(0.0..=n as f64).contains(&at) => 0,
             Self::Nearest => {

@@ -200,6 +200,7 @@ impl HandConfig {
     #[must_use]
     pub fn held_out(&self) -> Self {
         let mut config = self.clone();
+        // Without the highest bit: whole numbers of TOML have a sign.
         config.seed = evpose_core::seed_for(self.seed, "held out", 0) >> 1;
         config.simulation.sequences = self.evaluation.sequences;
         config.simulation.seconds = self.evaluation.seconds;

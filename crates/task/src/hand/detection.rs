@@ -28,7 +28,6 @@ impl Default for HandDetectionConfig {
 }
 
 impl HandDetectionConfig {
-    /// Whether it is the default.
     pub(super) fn is_default(&self) -> bool {
         *self == Self::default()
     }

@@ -114,7 +114,6 @@ impl HandEstimator {
         })
     }
 
-    /// Takes events.
     pub(super) fn push(&mut self, events: &EventStream) {
         let Some(denoise) = &mut self.denoise else { return self.representation.push(events) };
         self.filtered.clone_from(events);

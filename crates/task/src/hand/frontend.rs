@@ -104,12 +104,10 @@ pub struct HandFrontend {
     schedule: InferenceSchedule,
     window: Micros,
     adaptor: ViewAdaptor,
-    /// The events of the canonical view.
     view_events: EventStream,
     events_in_view: u64,
     estimator: HandEstimator,
     trigger: RepresentationTrigger,
-    /// Time of the first event of the view.
     first_event: Option<Micros>,
     is_due: bool,
     /// Poses of the last batch, of a scene at rest.
@@ -270,7 +268,6 @@ fn frame_end(t: Micros) -> Micros {
     Micros((t.0.div_euclid(FRAME.0) + 1) * FRAME.0)
 }
 
-/// The events of the mirror image.
 fn mirrored(events: &EventStream) -> EventStream {
     let last = events.sensor().width - 1;
     let mut out = EventStream::empty(events.sensor());

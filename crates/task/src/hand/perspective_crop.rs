@@ -129,7 +129,6 @@ impl PerspectiveCrop {
     }
 }
 
-/// The middle of the box around points.
 fn middle_of(points_m: &[Vec3; 21]) -> Vec3 {
     let low = points_m.iter().fold(Vec3::INFINITY, |low, &point| low.min(point));
     let high = points_m.iter().fold(Vec3::NEG_INFINITY, |high, &point| high.max(point));

@@ -150,6 +150,7 @@ impl Predictor for NetworkPredictor {
         inputs: &[f32],
         image_size: (usize, usize),
     ) -> Result<Vec<HandParams>, TaskError> {
+        // Taken out while the network runs, which borrows the predictor as a whole.
         let Some(two_pass) = self.two_pass.take() else { return self.infer(inputs, image_size) };
         let whole = vec![PerspectiveCrop::WHOLE; inputs.len() / (2 * image_size.0 * image_size.1)];
         let poses = self.infer_crops(&two_pass, inputs, &whole).and_then(|first| {

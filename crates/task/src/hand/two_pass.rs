@@ -136,9 +136,11 @@ impl TwoPass {
         let CropErrors { direction, zoom, roll_deg } = self.config.errors;
         let crop = self.about(pose);
         let mut error = |largest: f32| largest * rng.uniform(-1.0, 1.0);
+        // As likely too near as too far by the same factor; the whole view is a zoom of 1.
         let zoom = (crop.zoom() * error(zoom).exp()).max(1.0);
         let half_px = 0.5 * f32::from(self.view_size().height);
         let fov_rad = 2.0 * (half_px / (zoom * self.camera.pinhole().focal_px)).atan();
+        // A direction is wrong by a share of what the crop sees, near or far.
         let (pan, tilt) = (fov_rad * error(direction), fov_rad * error(direction));
         let roll = error(roll_deg).to_radians();
         let error =

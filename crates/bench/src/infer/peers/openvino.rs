@@ -24,7 +24,6 @@ pub(super) struct OpenVino {
     version: String,
     settings: String,
     is_f32: bool,
-    /// Number of outputs.
     outputs: usize,
     request: InferRequest,
     // Dropped after the request that needs them.
@@ -78,7 +77,6 @@ impl OpenVino {
     }
 }
 
-/// The effective settings of a compiled model.
 fn settings(model: &CompiledModel) -> Result<String> {
     let keys = [
         RwPropertyKey::HintPerformanceMode,

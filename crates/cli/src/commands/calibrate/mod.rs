@@ -6,15 +6,16 @@ mod threshold;
 
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use evpose_core::stats::interval::Interval;
-use evpose_core::{EventStream, SensorSize, atomic_write};
+use evpose_core::{EventStream, SensorSize};
 use evpose_gap::input::load_recording;
 use evpose_io::OpenOptions;
 use evpose_sensor::{EffectConfig, SensorConfig};
 
 pub use args::CalibrateCommand;
 
+use crate::outputs::write_file;
 use crate::progress::say;
 
 /// Runs `evpose calibrate`.
@@ -37,7 +38,6 @@ fn read(path: &Path, sensor: SensorSize, options: &OpenOptions) -> Result<EventS
     Ok(read.events)
 }
 
-/// An estimate with its interval.
 fn interval_text(interval: Interval, unit: &str) -> String {
     match (interval.low, interval.high) {
         (Some(low), Some(high)) => {
@@ -47,10 +47,9 @@ fn interval_text(interval: Interval, unit: &str) -> String {
     }
 }
 
-/// Writes effects as the TOML file of a sensor.
 fn write(path: &Path, head: &str, effects: Vec<EffectConfig>) -> Result<()> {
     let mut config = SensorConfig::from_toml("")?;
     config.effects = effects;
     let text = format!("# {head}\n\n{}", config.to_toml());
-    atomic_write(path, text.as_bytes()).with_context(|| format!("writing {}", path.display()))
+    write_file(path, text)
 }

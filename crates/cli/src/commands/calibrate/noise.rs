@@ -4,12 +4,13 @@ use std::fmt::Write as _;
 
 use anyhow::{Context, Result};
 use evpose_camera::calibrate::noise::{HOT, HotPixelRate, Motion, noise};
-use evpose_core::{Micros, TimeWindow, atomic_write};
+use evpose_core::{Micros, TimeWindow};
 use evpose_sensor::EffectConfig;
 
 use super::args::NoiseArgs;
 use super::{interval_text, write};
 use crate::commands::account::Account;
+use crate::outputs::write_file;
 use crate::progress::say;
 
 /// Number of printed hot pixels.
@@ -55,8 +56,7 @@ pub(super) fn run(args: &NoiseArgs) -> Result<()> {
         for HotPixelRate { x, y, on_hz, off_hz } in &found.hot {
             writeln!(table, "{x},{y},{on_hz:.4},{off_hz:.4}")?;
         }
-        atomic_write(path, table.as_bytes())
-            .with_context(|| format!("writing {}", path.display()))?;
+        write_file(path, table)?;
     }
     let size = events.sensor();
     say(format!(

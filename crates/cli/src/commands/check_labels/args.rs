@@ -74,25 +74,15 @@ pub(crate) struct ThresholdArgs {
 
 impl ThresholdArgs {
     pub(super) fn options(&self) -> CheckOptions {
-        let &Self {
-            outlier_spreads,
-            min_spread,
-            torso_frames,
-            swap_ratio,
-            swap_gain,
-            frozen_frames,
-            frozen_motion,
-            gap: gap_s,
-        } = self;
         CheckOptions {
-            outlier_spreads,
-            min_spread,
-            torso_frames,
-            swap_ratio,
-            swap_gain,
-            frozen_frames,
-            frozen_motion,
-            gap_s,
+            outlier_spreads: self.outlier_spreads,
+            min_spread: self.min_spread,
+            torso_frames: self.torso_frames,
+            swap_ratio: self.swap_ratio,
+            swap_gain: self.swap_gain,
+            frozen_frames: self.frozen_frames,
+            frozen_motion: self.frozen_motion,
+            gap_s: self.gap,
             ..CheckOptions::default()
         }
     }

@@ -10,7 +10,6 @@ use glam::Vec2;
 /// Usual folders of images beside annotations.
 const FOLDERS: [&str; 2] = ["images", "eros"];
 
-/// Image sizes, from the arguments or from the files.
 pub(super) enum ImageSizes {
     Given(Vec2),
     Beside { annotations: PathBuf, folders: Vec<PathBuf> },

@@ -55,7 +55,6 @@ pub(super) fn find(
     Ok(Some(found.best))
 }
 
-/// Times since `origin`.
 fn since(events: &EventStream, origin: Micros) -> Result<EventStream> {
     let shifted = events.iter().map(|event| Event { t: event.t - origin, ..event });
     Ok(EventStream::from_events(events.sensor(), shifted)?)

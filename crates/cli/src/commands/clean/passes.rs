@@ -14,7 +14,6 @@ const STEP: Micros = Micros(20_000);
 
 /// Source of events.
 pub(in crate::commands) enum Passes<'a> {
-    /// The file, window by window.
     Windows(&'a Path, OpenOptions),
     /// In memory: the size of its sensor is inferred from all events.
     Whole(Box<Recording>),

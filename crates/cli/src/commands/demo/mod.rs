@@ -14,8 +14,9 @@ use serde_json::{Map, Value, json};
 
 use crate::args::DeviceArgs;
 use crate::configs;
+use crate::json::write_result;
 use crate::machine::Machine;
-use crate::pages::hand::{self as report, Material};
+use crate::pages::hand as report;
 use crate::pages::held_out;
 use crate::progress::say;
 use crate::ranges::{count, within};
@@ -51,7 +52,6 @@ pub struct DemoArgs {
     pub(crate) device: DeviceArgs,
 }
 
-/// Minutes below which nothing is trained.
 const MIN_TRAINING_MINUTES: f64 = 3.0;
 /// Sequences that the shipped network is shown on, at most.
 const SHOWN_SEQUENCES: usize = 6;
@@ -114,17 +114,10 @@ pub fn run(args: &DemoArgs) -> Result<()> {
     facts.extend(experiment_facts(&config, args, &sets, &summary));
     facts.push(format!("time until this report: {:.0} s", started.elapsed().as_secs_f64()));
     let history = read_history(&run.join("metrics.jsonl"))?;
-    let material = Material {
-        config: &config,
-        held_out: &data,
-        evaluation: &evaluation,
-        history: &history,
-        facts: &facts,
-    };
-    report::write(&out, &material)?;
+    report::write(&out, &config, &data, &evaluation, (&history, &facts))?;
     let total_s = started.elapsed().as_secs_f64();
     evaluation.metrics.measured.insert("demo_s".to_owned(), json!(total_s));
-    evaluation.metrics.write(&out.join("metrics.json"))?;
+    write_result(&out.join("metrics.json"), &evaluation.metrics)?;
 
     say("");
     held_out::print(&config, &evaluation);
@@ -193,15 +186,8 @@ fn show_shipped(
         format!("checkpoint: {}", shipped.path.display()),
         format!("held-out data: {held_out}"),
     ];
-    let material = Material {
-        config: own,
-        held_out: &data,
-        evaluation: &evaluation,
-        history: &[],
-        facts: &facts,
-    };
-    report::write(out, &material)?;
-    evaluation.metrics.write(&out.join("metrics.json"))?;
+    report::write(out, own, &data, &evaluation, (&[], &facts))?;
+    write_result(&out.join("metrics.json"), &evaluation.metrics)?;
     say("");
     held_out::print(own, &evaluation);
     say("");
@@ -216,7 +202,6 @@ fn show_shipped(
     Ok(())
 }
 
-/// Says where the results are.
 fn say_results(out: &Path) {
     say(format!("metrics: {}", out.join("metrics.json").display()));
     say(format!("frames:  {}", out.join("frames.png").display()));

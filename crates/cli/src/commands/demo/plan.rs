@@ -30,7 +30,6 @@ const MIN_STEPS: u64 = 100;
 pub(super) struct Speeds {
     /// Simulated steps of 1 ms per second.
     pub(super) simulated_steps_hz: f64,
-    /// Training samples per second.
     pub(super) trained_samples_hz: f64,
     /// Evaluated poses of a network per second.
     pub(super) evaluated_poses_hz: f64,

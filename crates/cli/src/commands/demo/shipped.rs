@@ -15,7 +15,6 @@ const NAME: &str = "hand";
 const METHOD: &str = "shipped";
 pub(super) const FILTERED: &str = "shipped_kalman";
 
-/// The shipped network.
 pub(super) struct Shipped {
     pub(super) path: PathBuf,
     pub(super) checkpoint: HandCheckpoint,

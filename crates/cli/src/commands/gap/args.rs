@@ -9,7 +9,6 @@ use evpose_gap::davis::Response;
 
 use crate::tasks::opening::OpeningArgs;
 
-/// Exit codes of the identification.
 const EXIT_CODES: &str = "Exit codes: 0 no gap, 10 a parameter differs, 11 effects are missing, 12 no known \
                           effect explains the gap, 13 undecided, 14 a part of the gap is explained, \
                           2 invalid input, 1 any other error.";

@@ -49,7 +49,7 @@ pub(super) fn load(
         problems.list.extend(all.into_iter().filter(|p| matches!(p, Problem::Orientation(_))));
     }
     let properties = read.recording.notes.iter().cloned();
-    let mut notes: Vec<InputNote> = properties.map(InputNote::Property).collect();
+    let mut notes: Vec<InputNote> = properties.map(InputNote::property).collect();
     // Nothing else is repaired here, since nothing else is searched for.
     let is_repaired = |problem: &Problem| matches!(problem, Problem::Orientation(_));
     notes.extend(problems.list.iter().map(|one| InputNote::of(one, is_repaired(one))));

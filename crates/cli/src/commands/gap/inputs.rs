@@ -74,7 +74,7 @@ fn load_all(
         cut(&mut recording, &scene)?;
     }
     let properties = scene.notes.iter().chain(&recording.notes).cloned();
-    let mut notes: Vec<InputNote> = properties.map(InputNote::Property).collect();
+    let mut notes: Vec<InputNote> = properties.map(InputNote::property).collect();
     let reference = prepared(model, scene.nominal.as_ref()).reference;
     let reference = scene.scene.events(&reference, 0)?;
     let problems = Problems::find(&recording, duration_s, &reference);
@@ -101,7 +101,7 @@ fn load_all(
     }
     let events = if repaired { problems.repair(&recording.events) } else { recording.events };
     if let Some(note) = outside(&events, scene.scene.duration()) {
-        let note = InputNote::Property(note);
+        let note = InputNote::property(note);
         say(note.on_terminal());
         notes.push(note);
     }

@@ -25,8 +25,9 @@ use crate::progress::say;
 /// Runs `evpose gap`.
 pub fn run(command: &GapCommand) -> Result<ExitCode> {
     let done = |result: Result<()>| result.map(|()| ExitCode::SUCCESS);
+    let exit = |answer: Answer| ExitCode::from(answer.exit_code());
     match command {
-        GapCommand::Run(args) => run::run(args).map(|answer| ExitCode::from(answer.exit_code())),
+        GapCommand::Run(args) => run::run(args).map(exit),
         GapCommand::Probe(args) => done(steps::probe(args)),
         GapCommand::Locate(args) => done(steps::locate(args)),
         GapCommand::Name(args) => steps::name(args).map(exit),
@@ -36,10 +37,6 @@ pub fn run(command: &GapCommand) -> Result<ExitCode> {
         GapCommand::Report(args) => done(again(args)),
         GapCommand::Verify(args) => done(verify::run(args)),
     }
-}
-
-fn exit(answer: Answer) -> ExitCode {
-    ExitCode::from(answer.exit_code())
 }
 
 /// `evpose gap report`: renders the page again.

@@ -2,36 +2,31 @@
 
 use evpose_gap::input::Problem;
 
-/// A note on an input.
-pub(super) enum InputNote {
-    /// A property of the input, or an assumption.
-    Property(String),
-    /// A problem, and whether it is corrected.
-    Problem(String, bool),
+pub(super) struct InputNote {
+    /// None of a property of the input, or of an assumption.
+    label: Option<&'static str>,
+    text: String,
 }
 
 impl InputNote {
-    /// A note on a problem.
+    /// A note on a property of the input, or an assumption.
+    pub(super) fn property(text: String) -> Self {
+        Self { label: None, text }
+    }
+
     pub(super) fn of(problem: &Problem, is_corrected: bool) -> Self {
-        Self::Problem(problem.to_string(), is_corrected)
+        let label = Some(if is_corrected { "corrected" } else { "problem" });
+        Self { label, text: problem.to_string() }
     }
 
     /// The line on the terminal, behind a label.
     pub(super) fn on_terminal(&self) -> String {
-        match self {
-            Self::Property(text) => format!("note      {text}"),
-            Self::Problem(text, true) => format!("corrected {text}"),
-            Self::Problem(text, false) => format!("problem   {text}"),
-        }
+        format!("{:<10}{}", self.label.unwrap_or("note"), self.text)
     }
 
     /// The line of the verdict, among its notes.
     pub(super) fn in_verdict(self) -> String {
-        match self {
-            Self::Property(text) => text,
-            Self::Problem(text, true) => format!("corrected: {text}"),
-            Self::Problem(text, false) => format!("problem: {text}"),
-        }
+        self.label.map(|label| format!("{label}: {}", self.text)).unwrap_or(self.text)
     }
 }
 
@@ -41,10 +36,10 @@ mod tests {
 
     #[test]
     fn a_note_is_not_called_a_note_among_notes() {
-        let note = InputNote::Property("stamps are whole microseconds".to_owned());
+        let note = InputNote::property("stamps are whole microseconds".to_owned());
         assert_eq!(note.on_terminal(), "note      stamps are whole microseconds");
         assert_eq!(note.in_verdict(), "stamps are whole microseconds");
-        let problem = InputNote::Problem("swapped axes".to_owned(), true);
+        let problem = InputNote { label: Some("corrected"), text: "swapped axes".to_owned() };
         assert_eq!(problem.on_terminal(), "corrected swapped axes");
         assert_eq!(problem.in_verdict(), "corrected: swapped axes");
     }

@@ -14,6 +14,8 @@ use evpose_gap::workflow::{AnswerEvidence, outcome, scene_free_verdict, with_sta
 use super::args::{InputArgs, RunArgs};
 use super::inputs;
 use crate::bad_input::BadInput;
+use crate::json::write_result;
+use crate::outputs::write_file;
 use crate::pages::gap as report;
 use crate::pages::gap::files::{self, RunInfo, whole};
 use crate::pages::gap::terminal;
@@ -123,10 +125,10 @@ fn alone(args: &InputArgs) -> Result<Written> {
 fn write(args: &RunArgs, written: &Written) -> Result<()> {
     let dir = &args.out;
     std::fs::create_dir_all(dir).with_context(|| format!("creating {}", dir.display()))?;
-    files::write(dir, files::MODEL, written.before.as_bytes())?;
-    files::write(dir, files::CORRECTED, written.after.as_bytes())?;
-    files::write_json(dir, files::VERDICT, &written.report.verdict)?;
-    files::write_json(dir, files::EVIDENCE, &written.evidence)?;
+    write_file(&dir.join(files::MODEL), &written.before)?;
+    write_file(&dir.join(files::CORRECTED), &written.after)?;
+    write_result(&dir.join(files::VERDICT), &written.report.verdict)?;
+    write_result(&dir.join(files::EVIDENCE), &written.evidence)?;
     let inputs = &args.inputs;
     let is_alone = inputs.scene == Path::new(NONE);
     // Absolute paths: `verify` is run from anywhere.
@@ -156,11 +158,11 @@ fn write(args: &RunArgs, written: &Written) -> Result<()> {
         seconds: written.seconds.clone(),
         finished_unix_s: now,
     };
-    files::write_json(dir, files::RUN, &info)?;
+    write_result(&dir.join(files::RUN), &info)?;
     let mut report = written.report.clone();
     report.provenance = provenance(&info);
     let json = report.to_json(&dir.join(files::REPORT))?;
-    files::write(dir, files::REPORT, json.as_bytes())?;
+    write_file(&dir.join(files::REPORT), json)?;
     report::write(dir, &report)?;
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! The steps of `evpose gap run` one by one.
 
 use anyhow::{Context, Result};
-use evpose_core::{Micros, TimeWindow, atomic_write, seed_for};
+use evpose_core::{Micros, TimeWindow, seed_for};
 use evpose_gap::search::{DataSplits, Identification};
 use evpose_gap::verdict::Answer;
 use evpose_gap::workflow::{
@@ -14,6 +14,7 @@ use evpose_gap::{
 use super::args::{CorrectArgs, InputArgs, PowerArgs};
 use super::inputs;
 use crate::bad_input::BadInput;
+use crate::outputs::write_file;
 use crate::pages::gap::words;
 use crate::progress::{say, spinner};
 use crate::scene_source::SceneSource;
@@ -22,7 +23,6 @@ use evpose_report::format::{percent, short};
 
 /// Runs that a model is compared by.
 const RUNS: u64 = 8;
-/// Statistics that are listed.
 const LISTED: usize = 20;
 /// Effects that are this much alike are listed.
 const ALIKE: f64 = 0.9;
@@ -111,8 +111,7 @@ pub(super) fn name(args: &InputArgs) -> Result<Answer> {
 pub(super) fn correct(args: &CorrectArgs) -> Result<Answer> {
     use_threads(args.inputs.threads)?;
     with_name(&args.inputs, |_, _, result| {
-        atomic_write(&args.out, answer_score(result).model.to_toml().as_bytes())
-            .with_context(|| format!("writing {}", args.out.display()))?;
+        write_file(&args.out, answer_score(result).model.to_toml())?;
         let what = match result.answer {
             Answer::Effects => "the model with the identified effects",
             Answer::Partial => "the model with what explains a part of the gap",

@@ -1,6 +1,6 @@
 //! `evpose gap verify`: independent evaluation of a run, from its files alone.
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use evpose_core::{EventStream, Micros, TimeWindow, seed_for};
 use evpose_gap_eval::{Frames, evaluate};
 use evpose_sensor::SensorConfig;
@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use super::args::VerifyArgs;
 use super::inputs;
 use crate::bad_input::BadInput;
+use crate::json::write_result;
 use crate::pages::gap::files;
 use crate::progress::say;
 use crate::scene_source::SceneSource;
@@ -27,9 +28,8 @@ pub(super) fn run(args: &VerifyArgs) -> Result<()> {
         (Some(recording), Some(scene), _) => (recording, scene, &info.validate_poses),
         (_, _, Some(scene)) => (&info.measured, scene, &info.poses),
         _ => {
-            let problem =
-                anyhow::anyhow!("a run without a scene has nothing that can be evaluated");
-            return Err(problem.context(BadInput));
+            return Err(anyhow!("a run without a scene has nothing that can be evaluated"))
+                .context(BadInput);
         }
     };
     let source = SceneSource {
@@ -62,5 +62,5 @@ pub(super) fn run(args: &VerifyArgs) -> Result<()> {
     ));
     let evaluation = evaluate(&held_out, &simulated(&before)?, &simulated(&after)?, Some(frames))?;
     say(&evaluation);
-    files::write_json(&args.dir, "verify.json", &evaluation)
+    write_result(&args.dir.join("verify.json"), &evaluation)
 }

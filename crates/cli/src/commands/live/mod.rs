@@ -130,7 +130,6 @@ fn play(source: Box<dyn Source>, stream: Box<dyn OnlineStream>, args: &LiveArgs)
     Ok(())
 }
 
-/// Stops the pipeline after `time`.
 fn stop_after(time: Duration, control: &Control) {
     let control = control.clone();
     std::thread::spawn(move || {

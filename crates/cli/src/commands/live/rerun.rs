@@ -18,7 +18,6 @@ pub(super) use missing::Viewer;
 pub(super) struct Pipeline<'a> {
     pub(super) name: &'a str,
     pub(super) sensor: SensorSize,
-    /// Mesh of hands.
     pub(super) mesh: Option<HandMesh>,
     pub(super) meter: Arc<Meter>,
     pub(super) observers: &'a mut Vec<Observer>,
@@ -40,9 +39,8 @@ mod sdk {
     use evpose_live::rerun::{PoseFrame, PoseLayout, PoseRecording, PoseStatus, RerunError};
     use evpose_live::sink::Sink;
     use evpose_live::{LatencyBaseline, LivePose, Meter, Observer, PoseOrigin};
-    use evpose_pose::HAND_BONES;
-    use evpose_pose::PoseEstimate;
     use evpose_pose::body::LIMBS;
+    use evpose_pose::{HAND_BONES, PoseEstimate};
 
     use super::Pipeline;
 
@@ -127,7 +125,6 @@ mod sdk {
         }
     }
 
-    /// An observer that buffers the events.
     fn event_observer(shared: Arc<Shared>) -> Observer {
         Arc::new(move |events: &EventStream| {
             let mut input = shared.input();
@@ -214,7 +211,6 @@ mod sdk {
             })
         }
 
-        /// Vertices of the mesh of the newest pose.
         fn mesh_vertices(&mut self, frame: &FrameInput) -> Option<Vec<[f32; 3]>> {
             let newest = frame.poses[1].as_ref().or(frame.poses[0].as_ref())?;
             let PoseEstimate::Hand { params, .. } = &newest.pose else { return None };

@@ -3,12 +3,13 @@
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-use clap::{Subcommand, ValueEnum};
+use clap::Subcommand;
+use clap::builder::TypedValueParser;
 use evpose_datasets::ErosFrameOptions;
 use evpose_datasets::dhp19::CameraChoice;
 
 use super::own_args::{HandsArgs, PeopleArgs};
-use crate::ranges::{threads, within};
+use crate::ranges::{choices, threads, within};
 
 /// Beyond the poses of any recording.
 const MAX_EVERY: NonZeroUsize = NonZeroUsize::MIN.saturating_add(999_999);
@@ -144,25 +145,12 @@ impl FrameSetArgs {
     }
 }
 
-/// Cameras of DHP19.
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub(crate) enum Cameras {
-    /// 2 and 3, before the person: those of published results
-    Front,
-    /// 0 and 1, beside the person
-    Side,
-    /// All four
-    All,
-}
-
-impl From<Cameras> for CameraChoice {
-    fn from(cameras: Cameras) -> Self {
-        match cameras {
-            Cameras::Front => Self::Front,
-            Cameras::Side => Self::Side,
-            Cameras::All => Self::All,
-        }
-    }
+fn cameras() -> impl TypedValueParser<Value = CameraChoice> {
+    choices([
+        ("front", "2 and 3, before the person: those of published results", CameraChoice::Front),
+        ("side", "0 and 1, beside the person", CameraChoice::Side),
+        ("all", "All four", CameraChoice::All),
+    ])
 }
 
 #[derive(Debug, clap::Args)]
@@ -182,8 +170,8 @@ pub struct Dhp19Args {
     #[arg(long, value_name = "DIR")]
     pub(crate) extracted: Option<PathBuf>,
     /// Cameras
-    #[arg(long, value_enum, default_value_t = Cameras::Front)]
-    pub(crate) cameras: Cameras,
+    #[arg(long, value_parser = cameras(), default_value = "front")]
+    pub(crate) cameras: CameraChoice,
     /// Read the intact parts of damaged movies, and report what is lost
     #[arg(long, conflicts_with = "extracted")]
     pub(crate) salvage: bool,

@@ -5,9 +5,8 @@ use std::path::PathBuf;
 
 use anyhow::{Result, bail};
 use evpose_datasets::dhp19::{
-    BackgroundFilter, CAMERAS, CameraChoice, Dhp19Filters, Dhp19Name, Movement, NeighbourRule,
-    PixelRule, Pose, Projection, SUBJECTS, SpanOrigin, cut_movement, read_extracted, read_movie,
-    read_vicon,
+    BackgroundFilter, CAMERAS, Dhp19Filters, Dhp19Name, Movement, NeighbourRule, PixelRule, Pose,
+    Projection, SUBJECTS, SpanOrigin, cut_movement, read_extracted, read_movie, read_vicon,
 };
 use evpose_datasets::{DatasetError, LabelledRecording};
 
@@ -45,7 +44,6 @@ pub(super) fn run(args: &Dhp19Args) -> Result<()> {
     prepare(&args.frames, &job, |name| Ok(read(args, &projections, *name)))
 }
 
-/// Path of a movement's events.
 fn events(args: &Dhp19Args, name: Dhp19Name) -> PathBuf {
     match &args.extracted {
         Some(folder) => folder.join(format!("{name}.mat")),
@@ -53,14 +51,13 @@ fn events(args: &Dhp19Args, name: Dhp19Name) -> PathBuf {
     }
 }
 
-/// Projections of the selected cameras.
 struct Projections([Option<Projection>; CAMERAS]);
 
 impl Projections {
     fn read(args: &Dhp19Args) -> Result<Self> {
         let folder = args.projections.clone().unwrap_or_else(|| args.data.join("P_matrices"));
         let mut projections = [None; CAMERAS];
-        for &camera in CameraChoice::from(args.cameras).indices() {
+        for &camera in args.cameras.indices() {
             projections[camera] = Some(Projection::of_camera(camera, &folder)?);
         }
         Ok(Self(projections))

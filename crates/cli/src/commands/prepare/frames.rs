@@ -15,10 +15,9 @@ use crate::progress::{bar, say};
 use crate::run_info;
 use crate::threads::use_threads;
 
-/// Result of reading a recording.
-pub(super) enum Reading {
-    /// Streams of its cameras, and remarks in whole sentences.
-    Seen { recordings: Vec<LabelledRecording>, remarks: Vec<String> },
+pub(super) enum Reading<T = LabelledRecording> {
+    /// Streams of its cameras, or their frames, and remarks in whole sentences.
+    Seen { recordings: Vec<T>, remarks: Vec<String> },
     /// Reason why it is skipped.
     LeftOut(String),
 }
@@ -36,7 +35,6 @@ pub(super) struct Job<'a, T> {
 /// Report of the made frames.
 #[derive(Debug, Default, Serialize)]
 struct Prepared {
-    /// Converted recordings.
     recordings: usize,
     frames_to_train: usize,
     frames_to_test: usize,
@@ -57,9 +55,6 @@ impl Note {
     }
 }
 
-/// Frames of a recording and remarks, or the reason why it is skipped.
-type Drawn = Result<(Vec<Annotation>, Vec<String>), String>;
-
 /// Writes a set of frames into the folder of `args`, and prints a report. Recordings that `read`
 /// skips are listed; an error of `read` ends the conversion.
 pub(super) fn prepare<T: Display + Sync>(
@@ -69,7 +64,13 @@ pub(super) fn prepare<T: Display + Sync>(
 ) -> Result<()> {
     use_threads(args.threads)?;
     // Before anything is read: a set of hours must not be overwritten.
-    refuse_complete(&args.out)?;
+    let complete = ["train.json", "test.json"].map(|name| args.out.join(name));
+    if let Some(path) = complete.iter().find(|path| path.exists()) {
+        bail!(
+            "{}: a set is there already: choose another --out, or remove that one",
+            path.display()
+        );
+    }
     let mut set = FrameSet::new(&args.out, job.options);
     let progress = bar("drawing", job.recordings.len() as u64, job.unit);
     let drawn = job.recordings.par_iter().map(|recording| {
@@ -78,19 +79,19 @@ pub(super) fn prepare<T: Display + Sync>(
         Ok(drawn)
     });
     // In the order of recordings, whichever thread was first: the set is the same on any machine.
-    let drawn = drawn.collect::<Result<Vec<Drawn>>>()?;
+    let drawn = drawn.collect::<Result<Vec<_>>>()?;
     progress.finish_and_clear();
     let mut prepared = Prepared::default();
     for (recording, drawn) in job.recordings.iter().zip(drawn) {
         let note = |note| Note { recording: recording.to_string(), note };
         match drawn {
-            Ok((frames, remarks)) => {
+            Reading::Seen { recordings: frames, remarks } => {
                 set.add(frames, (job.is_test)(recording));
                 prepared.recordings += 1;
                 prepared.remarks.extend(remarks.into_iter().map(note));
             }
             // A broken recording is a note, not the end: others of hundreds are good.
-            Err(reason) => prepared.left_out.push(note(reason)),
+            Reading::LeftOut(reason) => prepared.left_out.push(note(reason)),
         }
     }
     if prepared.recordings == 0 {
@@ -104,22 +105,10 @@ pub(super) fn prepare<T: Display + Sync>(
     Ok(())
 }
 
-/// Refuses to overwrite a complete set.
-fn refuse_complete(out: &Path) -> Result<()> {
-    let complete = ["train.json", "test.json"].map(|name| out.join(name));
-    match complete.iter().find(|path| path.exists()) {
-        Some(path) => bail!(
-            "{}: a set is there already: choose another --out, or remove that one",
-            path.display()
-        ),
-        None => Ok(()),
-    }
-}
-
-fn draw(set: &FrameSet, reading: Reading) -> Result<Drawn> {
+fn draw(set: &FrameSet, reading: Reading) -> Result<Reading<Annotation>> {
     let (recordings, mut remarks) = match reading {
         Reading::Seen { recordings, remarks } => (recordings, remarks),
-        Reading::LeftOut(reason) => return Ok(Err(reason)),
+        Reading::LeftOut(reason) => return Ok(Reading::LeftOut(reason)),
     };
     let mut frames = Vec::new();
     for recording in &recordings {
@@ -129,7 +118,7 @@ fn draw(set: &FrameSet, reading: Reading) -> Result<Drawn> {
         }
         frames.extend(drawn);
     }
-    Ok(Ok((frames, remarks)))
+    Ok(Reading::Seen { recordings: frames, remarks })
 }
 
 fn print(prepared: &Prepared, unit: &str, out: &Path) {

@@ -4,13 +4,13 @@ use std::num::NonZeroUsize;
 use std::path::Path;
 
 use crate::threads::sensor_threads;
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use evpose_core::seed_for;
+use evpose_datasets::LabelledRecording;
 use evpose_datasets::h36m::{
     ClipName, Crop, CropRule, FPS, SENSOR, Synthesis, bodies_of_poses, events_of_frames,
     original_clips, published_clips, read_poses, read_published, write_published,
 };
-use evpose_datasets::{DatasetError, LabelledRecording};
 use evpose_io::{Encoding, FrameSource};
 use glam::IVec2;
 
@@ -20,7 +20,6 @@ use super::frames::{Job, Reading, prepare};
 /// Folder of clips in the published layout.
 const YARP: &str = "yarp";
 
-/// `evpose prepare eh36m`.
 pub(super) fn published(args: &Eh36mArgs) -> Result<()> {
     let clips = wanted(published_clips(&args.data)?, &args.frames);
     if clips.is_empty() {
@@ -38,7 +37,6 @@ pub(super) fn published(args: &Eh36mArgs) -> Result<()> {
     })
 }
 
-/// `evpose prepare h36m`.
 pub(super) fn original(args: &H36mArgs) -> Result<()> {
     let clips = wanted(original_clips(&args.data)?, &args.frames);
     if clips.is_empty() {
@@ -52,7 +50,7 @@ pub(super) fn original(args: &H36mArgs) -> Result<()> {
     prepare(&args.frames, &job(&clips, &args.frames, args.seed), |name| {
         let (recording, remarks) = match synthesize(args, name) {
             Ok(clip) => clip,
-            Err(reason) => return Ok(Reading::LeftOut(reason)),
+            Err(reason) => return Ok(Reading::LeftOut(reason.to_string())),
         };
         if let Some(folder) = &yarp {
             write_published(folder, name, &recording)?;
@@ -71,12 +69,8 @@ fn job<'a>(clips: &'a [ClipName], args: &FrameSetArgs, seed: u64) -> Job<'a, Cli
 }
 
 /// Events and joints of a clip with remarks, or the reason why it is skipped.
-fn synthesize(
-    args: &H36mArgs,
-    name: &ClipName,
-) -> Result<(LabelledRecording, Vec<String>), String> {
-    let message = |error: DatasetError| error.to_string();
-    let mut poses = read_poses(&name.poses(&args.data)).map_err(message)?;
+fn synthesize(args: &H36mArgs, name: &ClipName) -> Result<(LabelledRecording, Vec<String>)> {
+    let mut poses = read_poses(&name.poses(&args.data))?;
     let folder = name.frames(args.videos.as_deref().unwrap_or(&args.data));
     let mut source = open(&folder)?;
     let mut remarks = Vec::new();
@@ -88,21 +82,17 @@ fn synthesize(
     let rule = if args.frames.parity { CropRule::Published } else { CropRule::Paper };
     let frame_px = IVec2::new(source.size().width.into(), source.size().height.into());
     let crop = Crop::around(poses.iter().flatten().copied(), frame_px, rule)
-        .ok_or("there is no pose, or a joint of one is no number")?;
+        .context("there is no pose, or a joint of one is no number")?;
     let seed = seed_for(args.seed, &name.to_string(), 0);
     // Clips come one by one.
-    let threads = sensor_threads(SENSOR);
-    let published = Synthesis::published(seed).map_err(|error| error.to_string())?;
-    let how = Synthesis { threads, ..published };
-    let events = events_of_frames(&mut source, &crop, &how).map_err(message)?;
+    let how = Synthesis { threads: sensor_threads(SENSOR), ..Synthesis::published(seed)? };
+    let events = events_of_frames(&mut source, &crop, &how)?;
     let bodies = bodies_of_poses(&poses, &crop, frame_px, rule, FPS);
     Ok((LabelledRecording { name: name.to_string(), events, bodies }, remarks))
 }
 
 /// Opens the frames of a video. The sensor treats code values as light, as published.
-fn open(folder: &Path) -> Result<FrameSource, String> {
-    if !folder.is_dir() {
-        return Err(format!("{}: there is no such folder of frames", folder.display()));
-    }
-    FrameSource::open(folder, Encoding::Linear, None).map_err(|error| error.to_string())
+fn open(folder: &Path) -> Result<FrameSource> {
+    ensure!(folder.is_dir(), "{}: there is no such folder of frames", folder.display());
+    Ok(FrameSource::open(folder, Encoding::Linear, None)?)
 }

@@ -18,7 +18,7 @@ use super::{SHOWN, say_sequences};
 
 pub(super) fn run(args: &HandsArgs) -> Result<()> {
     let config = config(&args.target)?;
-    let choice = LabelChoice { on_image: args.on_image, frame: args.frame.map(Into::into) };
+    let choice = LabelChoice { on_image: args.on_image, frame: args.frame };
     let pairs = args.own.pairs()?;
     // Labels are small: all faults in them are found before anything is written.
     let labels = pairs.iter().map(|(_, path, _)| read_hand_labels(path, choice));
@@ -85,7 +85,7 @@ fn options(args: &HandsArgs) -> HandOptions {
     HandOptions {
         start: Micros(args.own.start_us),
         max_gap: args.own.max_gap(),
-        side: args.side.into(),
+        side: args.side,
         fit_scale: args.scale == HandScale::Fitted,
         fit: FitOptions { scale, ..FitOptions::default() },
         ..HandOptions::default()

@@ -38,7 +38,6 @@ const SHOWN: usize = 10;
 /// Name of the report beside the labels.
 const REPORT: &str = "conversion.json";
 
-/// Prints the first entries of a list under a heading.
 fn list(heading: &str, entries: &[String]) {
     if entries.is_empty() {
         return;
@@ -56,7 +55,6 @@ fn say_next(config: &str, out: &Path) {
     say(format!("next: evpose train {config} --set data.source=annotations --data {out}"));
 }
 
-/// Prints the sequences that a recording became.
 fn say_sequences(recording: &str, sequences: &[WrittenSequence]) {
     if sequences.len() > 1 {
         say(format!("{recording}: {} sequences, cut at gaps between labels", sequences.len()));

@@ -2,14 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::ranges::{hertz, within};
+use crate::outputs::write_file;
+use crate::ranges::{choices, hertz, within};
 use crate::tasks::opening::OpeningArgs;
 use anyhow::{Context, Result, bail};
-use clap::ValueEnum;
-use evpose_core::{Micros, atomic_write, temporary_target};
+use clap::builder::TypedValueParser;
+use evpose_core::{Micros, temporary_target};
 use evpose_datasets::import::{FrameCount, LabelClock};
-use evpose_pose::HandSide;
-use evpose_pose::JointFrame;
+use evpose_pose::{HandSide, JointFrame};
 
 /// Names of files beside sequences, which a sequence cannot have.
 const RESERVED: [&str; 2] = ["run", "config"];
@@ -42,7 +42,6 @@ pub(crate) struct OwnRecordingArgs {
     pub(crate) max_gap_ms: u32,
 }
 
-/// An import that goes on.
 pub(super) struct Import {
     /// Whether sequences that are there are those of an import that was killed, so that they are written again.
     pub(super) replaces: bool,
@@ -98,7 +97,6 @@ impl OwnRecordingArgs {
         Ok(pairs)
     }
 
-    /// Begins an import.
     pub(super) fn begin(&self) -> Result<Import> {
         let mark = self.out.join(UNFINISHED);
         let words: Vec<_> = std::env::args_os().skip(1).collect();
@@ -107,8 +105,7 @@ impl OwnRecordingArgs {
             self.out.read_dir().into_iter().flatten().flatten().map(|entry| entry.file_name());
         // Of a directory with recordings, nothing is written over.
         if names.all(|name| name.to_str().and_then(temporary_target).is_some()) {
-            atomic_write(&mark, command.as_bytes())
-                .with_context(|| format!("writing {}", mark.display()))?;
+            write_file(&mark, &command)?;
         }
         // Another command is another import, whose sequences may have the same names.
         let replaces = std::fs::read(&mark).is_ok_and(|before| before == command.as_bytes());
@@ -121,13 +118,11 @@ impl OwnRecordingArgs {
     }
 }
 
-/// Order by which images are counted.
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub(crate) enum CountBy {
-    /// The last digits of each file_name
-    Name,
-    /// The order of the file
-    Order,
+fn counts() -> impl TypedValueParser<Value = FrameCount> {
+    choices([
+        ("name", "The last digits of each file_name", FrameCount::Name),
+        ("order", "The order of the file", FrameCount::Order),
+    ])
 }
 
 #[derive(Debug, clap::Args)]
@@ -155,64 +150,35 @@ pub struct PeopleArgs {
     pub(crate) fps: Option<f64>,
     /// Count of images without time stamps [default: by name where every name has digits, else in
     /// order]
-    #[arg(long, value_enum, requires = "fps")]
-    pub(crate) count_by: Option<CountBy>,
+    #[arg(long, value_parser = counts(), requires = "fps")]
+    pub(crate) count_by: Option<FrameCount>,
     #[command(flatten)]
     pub(crate) opening: OpeningArgs,
 }
 
 impl PeopleArgs {
-    /// Times of the labels.
     pub(super) fn clock(&self) -> LabelClock {
-        let count = match self.count_by {
-            None => FrameCount::Automatic,
-            Some(CountBy::Name) => FrameCount::Name,
-            Some(CountBy::Order) => FrameCount::Order,
-        };
+        let count = self.count_by.unwrap_or_default();
         LabelClock { start: Micros(self.own.start_us), fps: self.fps, count }
     }
 }
 
-/// Frames of coordinates.
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub(crate) enum Frame {
-    /// Of the camera, as OpenCV has it: x right, y down, z forwards
-    Camera,
-    /// Of the simulation's world
-    World,
+fn frames() -> impl TypedValueParser<Value = JointFrame> {
+    let camera = "Of the camera, as OpenCV has it: x right, y down, z forwards";
+    let world = "Of the simulation's world";
+    choices([("camera", camera, JointFrame::Camera), ("world", world, JointFrame::World)])
 }
 
-impl From<Frame> for JointFrame {
-    fn from(frame: Frame) -> Self {
-        match frame {
-            Frame::Camera => Self::Camera,
-            Frame::World => Self::World,
-        }
-    }
-}
-
-/// Sides of a hand.
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub(crate) enum Side {
-    /// The right hand
-    Right,
-    /// The left hand
-    Left,
-}
-
-impl From<Side> for HandSide {
-    fn from(side: Side) -> Self {
-        match side {
-            Side::Right => Self::Right,
-            Side::Left => Self::Left,
-        }
-    }
+fn sides() -> impl TypedValueParser<Value = HandSide> {
+    choices([
+        ("right", "The right hand", HandSide::Right),
+        ("left", "The left hand", HandSide::Left),
+    ])
 }
 
 /// Size of a hand relative to the neutral one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum HandScale {
-    /// As given.
     Given(f64),
     /// From the joints.
     Fitted,
@@ -242,11 +208,11 @@ pub struct HandsArgs {
     #[arg(long)]
     pub(crate) camera: Option<String>,
     /// Side of the hand; a network of the other hand is shown the mirror image
-    #[arg(long, value_enum, default_value_t = Side::Right)]
-    pub(crate) side: Side,
+    #[arg(long, value_parser = sides(), default_value = "right")]
+    pub(crate) side: HandSide,
     /// Frame of joints in metres, of tables without a column `frame` [default: camera]
-    #[arg(long, value_enum)]
-    pub(crate) frame: Option<Frame>,
+    #[arg(long, value_parser = frames())]
+    pub(crate) frame: Option<JointFrame>,
     /// Fit to joints in pixels, even if the file has some in metres
     #[arg(long = "2d")]
     pub(crate) on_image: bool,

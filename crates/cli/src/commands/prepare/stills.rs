@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result};
 use evpose_datasets::stills::{Converted, CropFormat, StillOptions, StillStyle};
 use evpose_datasets::{DatasetError, coco, lsp, mpii};
 
@@ -56,15 +56,14 @@ fn options(data: &Path, places: &[&str], images: &str, args: &StillArgs) -> Resu
 
 fn annotations(data: &Path, places: &[&str]) -> Result<PathBuf> {
     let mut paths = places.iter().map(|place| data.join(place));
-    match paths.find(|path| path.is_file()) {
-        Some(path) => Ok(path),
-        None => bail!(
+    paths.find(|path| path.is_file()).with_context(|| {
+        format!(
             "{}: no {} is there: --annotations says where it is, and datasets/README.md where it is \
              to be had",
             data.display(),
             places.join(" nor ")
-        ),
-    }
+        )
+    })
 }
 
 fn run(options: &StillOptions, threads: Option<usize>, convert: Convert) -> Result<()> {

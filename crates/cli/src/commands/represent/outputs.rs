@@ -6,13 +6,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
-use evpose_core::{Micros, atomic_write, remove_abandoned_files, temporary_target};
+use evpose_core::{Micros, remove_abandoned_files, temporary_target};
 use evpose_io::tensors::{TensorWriter, write_window};
 use evpose_report::png::png;
 
 use super::RepresentArgs;
 use super::windows::WindowReader;
 use crate::commands::view::Palette;
+use crate::outputs::write_file;
 
 /// Names the files of a directory and the ends of their windows.
 const TABLE: &str = "windows.csv";
@@ -111,8 +112,7 @@ impl Output {
             Self::Stack(writer) => Ok(writer.finish()?),
             Self::Directory(directory) => {
                 let path = directory.path.join(TABLE);
-                atomic_write(&path, directory.table.as_bytes())
-                    .with_context(|| format!("writing {}", path.display()))
+                write_file(&path, directory.table)
             }
         }
     }
@@ -121,7 +121,6 @@ impl Output {
 /// A directory with a file per window.
 pub(super) struct WindowDirectory {
     path: PathBuf,
-    /// Digits of the names.
     digits: usize,
     /// Of images; without it, windows are arrays.
     palette: Option<Palette>,
@@ -135,8 +134,7 @@ impl WindowDirectory {
         let name = format!("{k:0digits$}.{ending}", digits = self.digits);
         let path = self.path.join(&name);
         match &self.palette {
-            Some(palette) => atomic_write(&path, &png(&palette.draw(planes))?)
-                .with_context(|| format!("writing {}", path.display()))?,
+            Some(palette) => write_file(&path, &png(&palette.draw(planes))?)?,
             None => write_window(&path, self.shape, planes)?,
         }
         // Writing to a string does not fail.

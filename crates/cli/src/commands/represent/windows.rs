@@ -42,7 +42,6 @@ impl Schedule {
         Self { count, length, every, start, end }
     }
 
-    /// End of window `k`.
     fn end_of(&self, k: u64) -> Micros {
         Micros(self.start.0 + self.length.0 + k as i64 * self.every.0)
     }
@@ -52,7 +51,6 @@ impl Schedule {
 pub(super) struct WindowReader {
     pub(super) schedule: Schedule,
     pub(super) choice: RepresentationChoice,
-    /// Size of the planes.
     pub(super) size: SensorSize,
     windows: Windows,
     /// Time stamp of the first event that the planes depend on.

@@ -57,7 +57,6 @@ fn catalogue() -> Value {
     })
 }
 
-/// One effect, without values.
 pub(super) fn effect(spec: &StageSpec) -> Value {
     let choices =
         spec.params.iter().filter_map(Parameter::as_word).map(

@@ -36,7 +36,6 @@ pub(super) fn run(args: &ShowArgs) -> Result<()> {
     Ok(())
 }
 
-/// The chain with values.
 fn json(sensor: &NamedSensor) -> Result<Value> {
     let model = sensor.model()?;
     let stages = model.describe().rows.iter().map(stage);

@@ -2,12 +2,13 @@
 
 use std::fmt::Write as _;
 
-use anyhow::{Context, Result, bail};
-use evpose_core::{SensorSize, atomic_write};
+use anyhow::{Result, bail};
+use evpose_core::SensorSize;
 use evpose_sensor::{ChainRow, Domain, Origin, SensorModel, Stage};
 
 use super::args::{Input, TapArgs};
 use super::input;
+use crate::outputs::write_file;
 use crate::pages::hand_scene;
 use crate::progress::say;
 use crate::sensor_source as source;
@@ -30,7 +31,6 @@ struct Signal {
     points: Vec<(f64, f64)>,
 }
 
-/// Signals of one pixel.
 struct Trace {
     /// Input light: time in seconds, relative to white.
     light: Vec<(f64, f64)>,
@@ -54,8 +54,7 @@ pub(super) fn run(args: &TapArgs) -> Result<()> {
         Some("csv") => csv(&trace),
         _ => plot(&trace, &format!("{}, pixel {},{}", sensor.name, args.pixel.0, args.pixel.1))?,
     };
-    atomic_write(&args.out, text.as_bytes())
-        .with_context(|| format!("writing {}", args.out.display()))?;
+    write_file(&args.out, text)?;
     let on = trace.events.iter().filter(|event| event.is_on).count();
     say(format!(
         "{} stages, {on} ON and {} OFF events; written to {}",

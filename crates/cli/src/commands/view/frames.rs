@@ -23,7 +23,6 @@ const JOINTS_WIDTH_PX: u32 = 640;
 pub(super) struct FrameReader {
     pub(super) name: String,
     pub(super) sensor: SensorSize,
-    /// From one frame to the next.
     pub(super) every: Micros,
     /// The time of the first event, as the file counts.
     pub(super) origin: Micros,
@@ -41,7 +40,6 @@ pub(super) struct FrameReader {
 pub(super) struct FrameData<'a> {
     /// After the first event of the recording.
     pub(super) t: Micros,
-    /// Events since the frame before.
     pub(super) events: &'a EventStream,
     /// The representation, for [`Palette`].
     pub(super) planes: &'a [f32],
@@ -132,11 +130,9 @@ impl FrameReader {
     }
 }
 
-/// One frame.
 pub(super) struct RenderedFrame {
     /// End of the frame's window, after the first event of the recording.
     pub(super) t: Micros,
-    /// Events since the frame before.
     pub(super) events: usize,
     pub(super) image: RgbImage,
 }

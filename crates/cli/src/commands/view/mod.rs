@@ -12,7 +12,7 @@ mod rerun;
 
 use std::path::Path;
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result};
 use evpose_core::atomic_write;
 
 pub use args::ViewArgs;
@@ -53,10 +53,9 @@ pub fn run(args: &ViewArgs) -> Result<()> {
 
 fn target(out: &Path) -> Result<&'static Target> {
     let ending = out.extension().unwrap_or_default();
-    match TARGETS.iter().find(|target| ending == target.ending) {
-        Some(target) => Ok(target),
-        None => bail!("{}: the name should end in .html, .png, .apng, .gif or .rrd", out.display()),
-    }
+    TARGETS.iter().find(|target| ending == target.ending).with_context(|| {
+        format!("{}: the name should end in .html, .png, .apng, .gif or .rrd", out.display())
+    })
 }
 
 /// Prints a summary and warnings.

@@ -22,7 +22,6 @@ pub(super) struct Overlay {
     tracks: Vec<(Rgb<u8>, Track)>,
 }
 
-/// Joints of a person with their scores.
 type ScoredPoints = (BodyPoints, [Option<f32>; BODY_JOINTS]);
 
 /// Joints over time.
@@ -97,7 +96,6 @@ impl Overlay {
     }
 }
 
-/// The last sample up to `t`.
 fn last<T>(track: &[(Micros, T)], t: Micros) -> Option<&T> {
     let seen = track.partition_point(|(at, _)| *at <= t);
     seen.checked_sub(1).and_then(|last| track.get(last)).map(|(_, joints)| joints)

@@ -28,7 +28,6 @@ const THUMB_PX: u32 = 8;
 /// Labels of the time axis.
 const MAX_TICKS: f64 = 10.0;
 
-/// The whole page.
 pub(super) fn page(frames: &RenderedFrames, args: &ViewArgs) -> Result<Vec<u8>> {
     let subtitle = format!(
         "{} of a {} sensor: {}. The first event is at {:.6} s of the file's clock.",

@@ -26,7 +26,6 @@ mod sdk {
     /// Default number of frames: they are small, and the viewer scrubs through them smoothly.
     const FRAMES: u32 = 300;
 
-    /// Writes the file `out`.
     pub(in super::super) fn write(args: &ViewArgs, out: &Path) -> Result<()> {
         let place = out.display().to_string();
         show(args, &place, |name, sensor| RerunRecording::create(out, name, sensor))

@@ -12,7 +12,6 @@ use evpose_report::html::escape;
 pub(super) struct Variant {
     /// In a word.
     pub(super) label: &'static str,
-    /// Values of the parameters.
     pub(super) values: String,
     pub(super) model: SensorModel,
     pub(super) colour: (u8, u8, u8),
@@ -23,9 +22,7 @@ pub(super) enum Shown {
     Nothing,
     /// An image a variant, and its description.
     Images(String, Vec<RgbImage>),
-    /// Charts with all variants in each.
     Together(Vec<Chart>),
-    /// A chart a variant.
     Each(Vec<Chart>),
 }
 
@@ -101,7 +98,6 @@ impl<L: Fn(usize, usize, f64) -> f64> Scene<L> {
         plane
     }
 
-    /// All events.
     pub(super) fn show(&self, model: &SensorModel, seed: u64) -> Result<Vec<Event>> {
         Ok(self.run(model, seed, usize::MAX, |t_s| Some(self.plane(t_s)))?.0)
     }
@@ -135,7 +131,6 @@ impl<L: Fn(usize, usize, f64) -> f64> Scene<L> {
     }
 }
 
-/// Events of each pixel, row by row.
 pub(super) fn by_pixel(events: &[Event], size: SensorSize) -> Vec<Vec<Event>> {
     let mut pixels = vec![Vec::new(); size.pixels()];
     for event in events {

@@ -27,7 +27,6 @@ pub(crate) fn jointly(verdict: &Verdict) -> f64 {
     if joint.abs() < MENTIONED { 0.0 } else { joint }
 }
 
-/// All parts in one line.
 pub(crate) fn line(verdict: &Verdict) -> String {
     let part = |finding: &Finding| format!("{} {}", finding.name, percent(beside_others(finding)));
     let parts: Vec<String> = verdict.effects.iter().map(part).collect();

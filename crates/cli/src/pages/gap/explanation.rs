@@ -128,7 +128,6 @@ fn joint_in_words(joint: f64, findings: usize) -> Option<&'static str> {
     }
 }
 
-/// The table of all findings.
 fn table(page: &mut HtmlPage, verdict: &Verdict) {
     let row = |finding: &Finding| {
         let explained = finding.explained;

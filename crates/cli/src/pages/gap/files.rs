@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use evpose_core::atomic_write;
 pub use evpose_gap::run_files::{CORRECTED, EVIDENCE, MODEL, REPORT, RUN, VERDICT};
 use evpose_io::OpenOptions;
 use serde::{Deserialize, Serialize};
@@ -61,18 +60,6 @@ pub struct RunInfo {
     pub seconds: BTreeMap<String, f64>,
     /// When it was done, seconds since 1970.
     pub finished_unix_s: u64,
-}
-
-/// Writes a file of a directory through a temporary name.
-pub fn write(dir: &Path, name: &str, bytes: &[u8]) -> Result<()> {
-    let path = dir.join(name);
-    atomic_write(&path, bytes).with_context(|| format!("writing {}", path.display()))
-}
-
-/// The same for data, as JSON that people can read.
-pub fn write_json(dir: &Path, name: &str, data: &impl Serialize) -> Result<()> {
-    let text = format!("{}\n", serde_json::to_string_pretty(data)?);
-    write(dir, name, text.as_bytes())
 }
 
 /// A path from the root, so that it holds wherever it is read.

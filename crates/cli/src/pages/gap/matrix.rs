@@ -12,7 +12,6 @@ const CELL_PX: f64 = 19.0;
 pub(crate) const ALIKE: f64 = 0.95;
 /// Cosine from which they are hard to distinguish.
 const NEAR: f64 = 0.8;
-/// Colour of the diagonal.
 const DIAGONAL: Colour = (236, 238, 242);
 /// Colours of cosines 0, about 0.7, and 1.
 const STOPS: [Colour; 3] = [(252, 252, 253), (240, 160, 80), (128, 16, 40)];

@@ -23,14 +23,15 @@ mod wrapped;
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
-use evpose_core::atomic_write;
+use anyhow::Result;
 use evpose_gap::report::ReportData;
 use evpose_gap::verdict::Answer;
 
 use evpose_report::colour::{Colour, css};
 use evpose_report::format::percent;
 use evpose_report::html::{HtmlPage, escape};
+
+use crate::outputs::write_file;
 
 /// Colours of what was measured, of the model as given, and of the corrected model.
 const MEASURED: Colour = (29, 36, 48);
@@ -72,12 +73,10 @@ r.sort((a,b)=>words?a.cells[i].textContent.localeCompare(b.cells[i].textContent)
 /// Draws `DIR/report.html`.
 pub fn write(dir: &Path, data: &ReportData) -> Result<PathBuf> {
     let path = dir.join("report.html");
-    atomic_write(&path, page(data)?.as_bytes())
-        .with_context(|| format!("writing {}", path.display()))?;
+    write_file(&path, page(data)?)?;
     Ok(path)
 }
 
-/// The whole page.
 fn page(data: &ReportData) -> Result<String> {
     let (title, about) = match data.verdict.is_scene_free() {
         true => (

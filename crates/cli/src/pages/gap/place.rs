@@ -10,7 +10,6 @@ use evpose_report::bars::{self, Along, Bar};
 use evpose_report::format::{percent, short};
 use evpose_report::html::{HtmlPage, escape};
 
-/// Pixels that are listed.
 const PIXELS: usize = 12;
 
 /// Section on the location of the disagreement.

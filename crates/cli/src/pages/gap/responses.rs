@@ -9,7 +9,6 @@ use evpose_report::html::{HtmlPage, escape};
 
 /// Size of a chart, pixels.
 const PLOT: (u32, u32) = (366, 245);
-/// Colour of differences, and of the law.
 const DIFFERENCE: Colour = (20, 20, 20);
 const LAW: Colour = (163, 38, 46);
 

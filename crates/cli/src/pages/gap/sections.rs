@@ -26,6 +26,7 @@ pub(crate) fn alternatives(page: &mut HtmlPage, data: &ReportData) -> Result<(),
              at a few strengths only, because others did better.",
         );
         let largest = data.candidates.iter().map(|c| c.discrepancy).fold(0.0, f64::max);
+        // The mark of no effect is on the axis, also where every effect does better.
         let largest = data.discrepancy_without.unwrap_or(0.0).max(largest);
         let bar = |candidate: &Ranked| Bar {
             label: candidate.name.clone(),

@@ -21,7 +21,6 @@ const FRAME_S: f64 = 0.12;
 const PAPER: [f64; 3] = [252.0, 252.0, 253.0];
 const BETWEEN: Rgb<u8> = Rgb([226, 228, 234]);
 
-/// Section with the animation.
 pub(crate) fn section(page: &mut HtmlPage, data: &ReportData) -> Result<()> {
     let Some(side_by_side) =
         data.side_by_side.as_ref().filter(|side_by_side| is_whole(side_by_side))

@@ -8,7 +8,6 @@ use crate::pages::gap::words::{self, gap, probability};
 use crate::pages::gap::wrapped::wrapped;
 use evpose_report::format::{percent, short};
 
-/// Lines at most.
 const LINES: usize = 25;
 /// Column of the text behind a label.
 const INDENT: usize = 8;

@@ -11,7 +11,6 @@ use evpose_report::drawing::DrawingError;
 use evpose_report::format::percent;
 use evpose_report::html::{HtmlPage, escape};
 
-/// Colour of what is left.
 const LEFT: Colour = (163, 38, 46);
 
 /// Section on what is left.

@@ -124,11 +124,11 @@ pub fn alternatives(verdict: &Verdict) -> Option<String> {
     (!alike.is_empty()).then(|| alike.join("; "))
 }
 
-/// Why a recording alone has no gap, and what it was compared with.
+/// What intervals and probabilities mean.
 pub const FITTED: &str = "Intervals are meant to hold the true value in nine of ten cases, and \
                           probabilities to be the fraction of names that are right. Both are fitted to \
                           cases whose truth is known; how often they hold is in benches/gap.";
-/// The sentence of a report without a scene.
+/// Why a recording alone has no gap, and what it was compared with.
 pub const NO_GAP: &str = "Without a scene there is nothing to simulate, and so no gap: the \
                                  recording was compared with copies of itself in which times are \
                                  redrawn inside short windows.";

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
+use evpose_core::Micros;
 use evpose_core::stats::bootstrap::BootstrapConfig;
 use evpose_core::stats::interval::Interval;
-use evpose_core::{Micros, atomic_write};
 use evpose_pose::filter::BodyFilterConfig;
 use evpose_pose::metric::body::{BodyEvaluation, BodyScores, BodySummary};
 use evpose_task::body::{BodyCheckpoint, BodyPredictor, BodyPredictorOptions, PropagationConfig};
@@ -19,6 +19,7 @@ use super::args::BodyEvalArgs;
 use super::world::{self, WorldScores};
 use super::{BodyNetwork, images};
 use crate::json::write_json;
+use crate::outputs::write_file;
 use crate::pages::people;
 use crate::progress::{bar, say};
 use crate::provenance::Provenance;
@@ -41,7 +42,6 @@ struct Report {
     filter: BodyFilterConfig,
     #[serde(skip_serializing_if = "Option::is_none")]
     estimated_filter: Option<BodyFilterConfig>,
-    /// The network's scores on each recording.
     recordings: Vec<RecordingScores>,
     mean_pose: BodySummary,
     /// Whether somebody is reported where somebody is.
@@ -64,7 +64,6 @@ struct Fusion {
     propagated_on_common_joints: BodySummary,
 }
 
-/// Scores of one recording.
 #[derive(Debug, Serialize)]
 pub(super) struct RecordingScores {
     pub(super) file: String,
@@ -120,10 +119,7 @@ fn evaluate(
     let predictor = model.predictor(options)?;
     let recordings = BodyRecordings::open(data)?;
     // Weights of others come without the mean of their training.
-    let mean = match checkpoint.mean_pose {
-        Some(mean) => mean,
-        None => mean_pose_of_recordings(&recordings)?,
-    };
+    let mean = checkpoint.mean_pose.map_or_else(|| mean_pose_of_recordings(&recordings), Ok)?;
     let every_ms = args.stride_ms.unwrap_or(checkpoint.config.evaluation.every_ms);
     let every = Micros(1_000 * i64::from(every_ms));
     let progress = bar("evaluating", recordings.files.len() as u64, "recordings");
@@ -209,6 +205,7 @@ fn evaluate_fusion(
     ));
     print("last pose", &fusion.last_detection.raw);
     print("propagated", &fusion.propagated.raw);
+    // Means over joints that only one of them has cannot be compared.
     say("on the joints that both predict:");
     print("last pose", &fusion.last_detection_on_common_joints.raw);
     print("propagated", &fusion.propagated_on_common_joints.raw);
@@ -326,7 +323,7 @@ fn draw(path: &Path, report: &Report) -> Result<()> {
     let both = [("network", &report.network), ("mean pose", &report.mean_pose)];
     let all = both.into_iter().zip(PALETTE).map(|(both, colour)| curve(both, colour)).collect();
     let svg = chart::pck("Correct joints", "threshold, fraction of the torso's diagonal", all)?;
-    atomic_write(path, svg.as_bytes()).with_context(|| format!("writing {}", path.display()))?;
+    write_file(path, svg)?;
     say(format!("curves: {}", path.display()));
     Ok(())
 }
@@ -349,7 +346,6 @@ fn by_recording(
     evaluated.recordings.iter().map(scores_of).collect()
 }
 
-/// Prints the recordings with the lowest PCK@0.4.
 fn print_lowest(recordings: &[RecordingScores]) {
     let share = |recording: &RecordingScores| {
         let at = PERCENTS.iter().position(|percent| *percent == 40)?;

@@ -105,10 +105,7 @@ pub(super) fn scores(
     let checkpoint = &model.checkpoint;
     let predictor = model.predictor(BodyPredictorOptions::default())?;
     let recordings = BodyRecordings::open(data)?;
-    let mean = match checkpoint.mean_pose {
-        Some(mean) => mean,
-        None => mean_pose_of_recordings(&recordings)?,
-    };
+    let mean = checkpoint.mean_pose.map_or_else(|| mean_pose_of_recordings(&recordings), Ok)?;
     let every_ms = stride_ms.unwrap_or(checkpoint.config.evaluation.every_ms);
     let every = Micros(1_000 * i64::from(every_ms));
     let progress = bar("evaluating", recordings.files.len() as u64, "recordings");

@@ -82,6 +82,7 @@ pub(super) fn run(
             continue;
         }
         for (all, clip) in all.iter_mut().zip(&evaluations) {
+            // Intervals are over clips, since images of one clip look alike; a single clip has only images.
             all.sequences.push(as_one(clip));
         }
         recordings.push(RecordingScores {
@@ -111,7 +112,6 @@ pub(super) fn run(
     write_json(args.json.as_deref(), &report)
 }
 
-/// The images of a clip as one sequence.
 fn as_one(images: &BodyEvaluation) -> BodySequence {
     let mut one = BodySequence::default();
     for image in &images.sequences {
@@ -185,7 +185,6 @@ fn evaluate(
     Ok((frames.len(), [network, filtered, mean_pose, placed]))
 }
 
-/// The scores of the joints of each image.
 fn of_points(frames: &BodyFrames, joints_px: &[BodyPoints]) -> Result<BodyEvaluation> {
     let of_frame = |(): &mut (), frame: &BodyFrame| {
         let joints_px = joints_px[frame.sequence as usize];

@@ -24,7 +24,6 @@ use crate::progress::say;
 use crate::tasks::args::{InferArgs, format_of};
 use crate::tasks::{PoseScores, infer_all, online};
 
-/// A recording of a person.
 type BodyRecording = RecordingStream<BodyFrontend, BodyWorker>;
 
 pub(super) fn run(model: &BodyNetwork, args: &InferArgs, own: &BodyInferArgs) -> Result<()> {
@@ -118,7 +117,6 @@ pub(super) fn run(model: &BodyNetwork, args: &InferArgs, own: &BodyInferArgs) ->
     counts.check([events, &args.out], nobody, Some(scores))
 }
 
-/// The format of `--skeletons`.
 fn skeletons_format() -> Result<&'static PoseFormat> {
     POSE_FORMATS.find("yarp").context("no format of skeletons")
 }

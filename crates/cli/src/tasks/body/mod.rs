@@ -134,12 +134,10 @@ impl StudiedTask for Body {
     }
 }
 
-/// A body network with the experiment it came from.
 pub(crate) struct BodyNetwork {
     checkpoint: BodyCheckpoint,
     /// The checkpoint; none for weights that were not read.
     path: Option<PathBuf>,
-    /// The device of the weights.
     device: Device,
 }
 

@@ -22,10 +22,7 @@ pub(super) fn evaluate(
     stride_ms: u32,
 ) -> Result<Vec<PrecisionScores>> {
     let recordings = BodyRecordings::open(data)?;
-    let mean = match checkpoint.mean_pose {
-        Some(mean) => mean,
-        None => mean_pose_of_recordings(&recordings)?,
-    };
+    let mean = checkpoint.mean_pose.map_or_else(|| mean_pose_of_recordings(&recordings), Ok)?;
     let stride = Micros(1_000 * i64::from(stride_ms.max(1)));
     let all = (Precision::ALL.len() * recordings.files.len()) as u64;
     let progress = bar("evaluating", all, "recordings");

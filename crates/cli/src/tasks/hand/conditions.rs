@@ -4,10 +4,9 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use evpose_core::atomic_write;
 use evpose_core::stats::interval::Interval;
 use evpose_pose::HandParams;
-use evpose_pose::metric::{HandRatios, HandSummary, MeanPose};
+use evpose_pose::metric::{HandRatios, HandSummary};
 use evpose_task::Experiment as _;
 use evpose_task::hand::{ConstantPose, HandConfig, NetworkPredictor};
 use evpose_train::{
@@ -19,7 +18,9 @@ use serde_json::{Map, Value};
 
 use super::HandNetwork;
 use super::args::HandEvalArgs;
+use crate::json::write_result;
 use crate::machine::Machine;
+use crate::outputs::write_file;
 use crate::pages::hand as report;
 use crate::pages::held_out::{cell, find};
 use crate::progress::{bar, say};
@@ -42,7 +43,6 @@ struct Report {
     machine: Machine,
 }
 
-/// Entry of a condition.
 #[derive(Debug, Serialize)]
 struct Entry<'a> {
     about: String,
@@ -55,7 +55,6 @@ struct Entry<'a> {
     config: String,
 }
 
-/// Evaluation of a condition.
 struct ConditionEvaluation {
     condition: Condition,
     config: HandConfig,
@@ -101,8 +100,7 @@ pub(super) fn run(model: &HandNetwork, args: &EvalArgs, own: &HandEvalArgs) -> R
         let dir = out.join(&*condition.name);
         say(format!("    {}", recorded::record(&config, &dir, &condition.name)?));
         let data = HandDataset::open(&dir, &config)?;
-        let network = model.predictor(own.own.precision)?;
-        let mean = checkpoint.mean_pose;
+        let (network, mean) = (model.predictor(own.own.precision)?, model.mean_pose(&data)?);
         let (methods, usage) =
             evaluate_methods(&config, &data, network, mean, args.stride_ms.unwrap_or(1))?;
         if own.out.is_some() {
@@ -110,22 +108,19 @@ pub(super) fn run(model: &HandNetwork, args: &EvalArgs, own: &HandEvalArgs) -> R
             let slow = find(&methods, "slow_motion")?;
             let sheet = report::strip(&config, &data, &[(plain, PREDICTION), (slow, SLOW_MOTION)])?;
             let path = figure_path(out, &condition);
-            atomic_write(&path, &png(&sheet)?)
-                .with_context(|| format!("writing {}", path.display()))?;
+            write_file(&path, &png(&sheet)?)?;
         }
         all.push(ConditionEvaluation { condition, config, methods, usage });
     }
 
     let report = report_of(&all, args, own)?;
-    let text = serde_json::to_string_pretty(&report)? + "\n";
     let mut files: Vec<PathBuf> = args.json.iter().map(|path| path.to_path_buf()).collect();
     if own.out.is_some() {
         run_info::write(out, checkpoint.config.seed, Some(&checkpoint.config))?;
         files.push(out.join("conditions.json"));
     }
     for path in &files {
-        atomic_write(path, text.as_bytes())
-            .with_context(|| format!("writing {}", path.display()))?;
+        write_result(path, &report)?;
     }
     say("");
     print_scores(&all);
@@ -151,18 +146,9 @@ fn evaluate_methods(
     config: &HandConfig,
     data: &HandDataset,
     mut network: NetworkPredictor,
-    mean: Option<HandParams>,
+    mean: HandParams,
     stride_ms: u32,
 ) -> Result<(Vec<MethodResults>, SlowMotionUsage)> {
-    let mean = match mean {
-        Some(mean) => mean,
-        // Imported weights carry no mean pose of their training data.
-        None => {
-            let mut mean = MeanPose::default();
-            data.poses(100_000)?.iter().for_each(|pose| mean.push(pose));
-            mean.mean().context("no poses to average")?
-        }
-    };
     let mut constant = ConstantPose(mean);
     let mut methods = [
         Method { name: "mean_pose", predictor: &mut constant, filtered: None },

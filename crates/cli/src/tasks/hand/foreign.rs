@@ -21,7 +21,6 @@ pub(super) struct ForeignReport {
     network: HandSummary,
     filtered: HandSummary,
     mean_pose: HandSummary,
-    /// The network's scores on each recording.
     recordings: Vec<RecordingScores>,
 }
 

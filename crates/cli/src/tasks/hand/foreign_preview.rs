@@ -3,17 +3,18 @@
 
 use std::path::Path;
 
-use anyhow::{Context, Result};
-use evpose_core::{Plane, Polarity, atomic_write};
+use anyhow::Result;
+use evpose_core::{Plane, Polarity};
 use evpose_report::canvas::{Canvas, PREDICTION, TRUTH, contact_sheet};
 use evpose_report::png::png;
 use evpose_task::hand::{HandConfig, Predictor};
 use evpose_train::foreign::{ForeignHand, ForeignHandView, foreign_hand_views};
 use image::RgbImage;
 
+use crate::outputs::write_file;
+
 /// Recordings of each kind: worst, median, best.
 const EACH: usize = 3;
-/// Views of each.
 const VIEWS: usize = 4;
 /// Width of each view, at least.
 const WIDTH_PX: u32 = 380;
@@ -46,7 +47,7 @@ pub(super) fn write(
         names.push(recording.name.clone());
     }
     let sheet = contact_sheet(&images, VIEWS);
-    atomic_write(path, &png(&sheet)?).with_context(|| format!("writing {}", path.display()))?;
+    write_file(path, &png(&sheet)?)?;
     Ok(names)
 }
 

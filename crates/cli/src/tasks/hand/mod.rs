@@ -18,7 +18,7 @@ use self::args::{HandEvalArgs, HandInferArgs, HandLiveArgs, HandSimulateArgs, Ha
 use crate::args::ConfigArgs;
 use crate::configs;
 use crate::json::write_json;
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 use burn::module::Module;
 use burn::tensor::Device;
 use clap::Args as _;
@@ -32,6 +32,7 @@ use evpose_nn::HandRegressorConfig;
 use evpose_nn::graph::Graph;
 use evpose_nn::weights::average;
 use evpose_pose::HandParams;
+use evpose_pose::metric::MeanPose;
 use evpose_pose::stream::InferenceSchedule;
 use evpose_sim::SequenceSet;
 use evpose_task::hand::{HandCheckpoint, HandConfig, HandView, NetworkPredictor, hand_stream};
@@ -133,7 +134,6 @@ impl StudiedTask for Hand {
     }
 }
 
-/// A hand network with the experiment it came from.
 pub(crate) struct HandNetwork {
     pub(crate) checkpoint: HandCheckpoint,
     /// The checkpoint; none for weights that were not read.
@@ -155,6 +155,17 @@ impl HandNetwork {
         let graph = || network.graph();
         let ranges = QuantizationRanges::needed(precision, self.path.as_deref(), graph)?;
         Ok(NetworkPredictor::compiled(config, network, precision, ranges)?)
+    }
+
+    /// The mean pose of its training data, or else of `data`, which is a stronger baseline.
+    fn mean_pose(&self, data: &HandDataset) -> Result<HandParams> {
+        // Imported weights carry no mean pose of their training data.
+        if let Some(mean) = self.checkpoint.mean_pose {
+            return Ok(mean);
+        }
+        let mut mean = MeanPose::default();
+        data.poses(100_000)?.iter().for_each(|pose| mean.push(pose));
+        mean.mean().context("no poses to average")
     }
 }
 
@@ -188,6 +199,7 @@ impl PoseModel for HandNetwork {
         }
         if let Some(foreign) = &own.own.foreign {
             let report = foreign::run(self, &own, &foreign.join("hands"))?;
+            // There is one file, which is that of the data where both are asked for.
             if args.data.is_none() {
                 write_json(args.json.as_deref(), &report)?;
             }
@@ -284,7 +296,6 @@ impl NetworkModel for HandNetwork {
     }
 }
 
-/// The mesh of the hand of `config`, for a page.
 fn hand_mesh(config: &HandConfig) -> Result<HandMesh> {
     let (view, side) = (HandView::new(config)?, config.simulation.hands.side(0));
     let faces = view.faces(side).to_vec();

@@ -1,11 +1,11 @@
 //! `evpose simulate` of hands.
 
 use crate::configs;
+use crate::outputs::write_file;
 use crate::pages::camera_views;
 use crate::progress::say;
 use crate::recorded::{claim, record_shard_of};
-use anyhow::{Context, Result};
-use evpose_core::atomic_write;
+use anyhow::Result;
 use evpose_report::png::png;
 use evpose_sim::set::MANIFEST;
 use evpose_sim::{SequenceSet, Shard, Simulation};
@@ -49,7 +49,7 @@ pub(super) fn run(args: &SimulateArgs) -> Result<()> {
     });
     if let Some(path) = &recording.preview {
         let sheet = camera_views::sheet(&Simulation::new(&config.simulation, config.seed)?)?;
-        atomic_write(path, &png(&sheet)?).with_context(|| format!("writing {}", path.display()))?;
+        write_file(path, &png(&sheet)?)?;
         say(format!("preview: {}", path.display()));
     }
     Ok(())

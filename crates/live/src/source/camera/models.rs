@@ -8,7 +8,6 @@ use neuromorphic_drivers::{
 
 /// A type of camera.
 pub(super) struct Model {
-    /// Name for users.
     pub(super) name: &'static str,
     pub(super) sensor: SensorSize,
     /// Default biases and settings of the driver.

@@ -4,7 +4,6 @@ use evpose_core::{LensCamera, SensorSize};
 use evpose_pose::body::{BODY_JOINTS, BodyPoints, number};
 use glam::{DVec2, Vec3};
 
-/// Steps of the inverse of a lens.
 const LENS_STEPS: u32 = 20;
 
 /// The depths of joints in a camera as LiftMono-HPE has them.

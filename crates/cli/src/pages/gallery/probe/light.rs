@@ -7,7 +7,6 @@ use super::{GREY, Shown, Variant, series};
 use crate::pages::gallery::bench::Scene;
 use evpose_report::chart::{Chart, ChartAxis, Mark};
 
-/// Events of each column.
 fn by_column(events: &[Event], columns: usize, keep: impl Fn(&Event) -> bool) -> Vec<f64> {
     let mut counts = vec![0.0; columns];
     for event in events.iter().filter(|event| keep(event)) {

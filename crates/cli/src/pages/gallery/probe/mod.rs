@@ -17,7 +17,6 @@ use evpose_report::colour::{OFF, ON};
 /// Light of scenes at rest, relative to white.
 const GREY: f64 = 0.2;
 
-/// Measures all variants in one way.
 pub(super) fn measure(probe: Probe, variants: &[Variant], seed: u64) -> Result<Shown> {
     match probe {
         Probe::EventImage => Ok(Shown::Nothing),
@@ -83,7 +82,6 @@ fn rates(events: &[Event], end_s: f64, bin_s: f64, unit: f64, pixels: usize) -> 
     vec![series(&counts[1], 1.0, ON), series(&counts[0], -1.0, OFF)]
 }
 
-/// A series in the colour of its variant.
 fn series(variant: &Variant, mark: Mark, points: Vec<(f64, f64)>) -> Series {
     let label = format!("{}: {}", variant.label, variant.values);
     Series { label, colour: variant.colour, mark, points }

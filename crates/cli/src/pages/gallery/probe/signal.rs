@@ -8,7 +8,6 @@ use super::{GREY, Shown, Variant, series};
 use evpose_report::chart::{Chart, ChartAxis, Mark, Series};
 use evpose_report::colour::{OFF, ON};
 
-/// The last stage whose signal is voltage.
 fn last_voltage(model: &SensorModel) -> Result<&'static str> {
     let mut last = "logarithmic";
     for row in model.describe().rows.iter().filter(|row| row.is_active) {

@@ -8,7 +8,6 @@ use crate::pages::gallery::bench::{Scene, by_pixel};
 use evpose_report::chart::{Chart, ChartAxis, Mark, Series};
 use evpose_report::colour::{OFF, ON};
 
-/// Dots of a chart.
 const DOTS: usize = 900;
 
 /// A scene whose own light is steady.
