@@ -92,6 +92,11 @@ impl Lanes8 for Avx2 {
     }
 
     #[inline(always)]
+    fn shift_right_signed<const BITS: i32>(self, a: __m256i) -> __m256i {
+        self.0.avx2._mm256_srai_epi32::<BITS>(a)
+    }
+
+    #[inline(always)]
     fn gather_columns(self, [a, b, c, d, e, f, g, h]: [&[i32; 4]; LANES_8]) -> [__m256i; 4] {
         // Two rows a register, so that what follows need not cross its halves.
         let (a, b) = (self.join(a, e), self.join(b, f));

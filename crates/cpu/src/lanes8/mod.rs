@@ -103,6 +103,8 @@ pub trait Lanes8: Copy + Debug {
     fn sign_mask(self, a: Self::I) -> Self::I;
     /// Logical shift: zeros come in from the left.
     fn shift_right<const BITS: i32>(self, a: Self::I) -> Self::I;
+    /// Arithmetic shift: the sign comes in from the left.
+    fn shift_right_signed<const BITS: i32>(self, a: Self::I) -> Self::I;
     /// The sign bits of a mask: bit `k` is lane `k`.
     fn to_bitmask(self, mask: Self::I) -> u32;
     /// Gathers 8 rows of 4 from any addresses and transposes them: column `i`, lane `k` is row `k`,

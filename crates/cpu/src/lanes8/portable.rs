@@ -77,6 +77,11 @@ impl Lanes8 for Portable {
     }
 
     #[inline(always)]
+    fn shift_right_signed<const BITS: i32>(self, a: Self::I) -> Self::I {
+        a.map(|a| a >> BITS)
+    }
+
+    #[inline(always)]
     fn to_bitmask(self, mask: Self::I) -> u32 {
         (0..LANES_8).fold(0, |bits, k| bits | (u32::from(mask[k] < 0) << k))
     }

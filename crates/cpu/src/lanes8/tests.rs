@@ -44,6 +44,7 @@ impl Kernel8 for All {
             l.and_not(i, j),
             l.sign_mask(i),
             l.shift_right::<8>(i),
+            l.shift_right_signed::<8>(i),
             l.splat_i(l.to_bitmask(l.gt_i(i, j)) as i32),
             l.select(l.lt(a, b), i, j),
             l.splat_i(self.b[5] as i32),

@@ -16,6 +16,7 @@ use crate::parameters::{Slot, fill_with_data, slots};
 pub(super) struct TensorError(String);
 
 impl TensorError {
+    #[allow(clippy::needless_pass_by_value, reason = "errors come by value")]
     pub(super) fn of(reason: impl ToString) -> Self {
         Self(reason.to_string())
     }
