@@ -98,7 +98,7 @@ pub(super) fn run(model: &HandNetwork, args: &EvalArgs, own: &HandEvalArgs) -> R
     let mut all = Vec::new();
     for (condition, config) in conditions {
         say(format!("{}: {}", condition.name, condition.about()));
-        let dir = out.join(&*condition.name);
+        let dir = out.join(&condition.name);
         say(format!("    {}", recorded::record(&config, &dir, &condition.name)?));
         let data = HandDataset::open(&dir, &config)?;
         let network = model.predictor(own.own.precision)?;
@@ -201,7 +201,7 @@ fn report_of(all: &[ConditionEvaluation], args: &EvalArgs, own: &HandEvalArgs) -
             usage,
             config: config.to_toml()?,
         };
-        conditions.insert(condition.name.clone().into_owned(), serde_json::to_value(entry)?);
+        conditions.insert(condition.name.clone(), serde_json::to_value(entry)?);
     }
     Ok(Report {
         conditions,
