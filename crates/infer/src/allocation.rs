@@ -14,7 +14,6 @@ pub(crate) struct AllocatedStep {
     pub(crate) step: Step,
     pub(crate) inputs: Vec<Slot>,
     pub(crate) output: Slot,
-    /// Storage type of the output.
     pub(crate) storage: StorageType,
     /// Node whose values the step computes.
     pub(crate) node: NodeId,
@@ -64,6 +63,7 @@ impl Planner<'_> {
             let input_slots = inputs.iter().map(|input| slots[*input]).collect();
             let output = slots[output];
             steps.push(AllocatedStep { step, inputs: input_slots, output, storage, node });
+            // A sum of a value with itself would release its buffer twice, hence without repeats.
             let mut dead = inputs;
             dead.retain(|input| self.values[*input].last_use == now);
             dead.dedup();

@@ -60,7 +60,6 @@ impl Buffer {
         }
     }
 
-    /// As [`view`](Self::view), to write.
     pub(crate) fn view_mut(&mut self) -> TensorViewMut<'_> {
         match self {
             Self::F32(image) => TensorViewMut::F32(image),
@@ -77,7 +76,6 @@ impl Buffer {
         }
     }
 
-    /// As [`f32`](Self::f32), to write.
     pub(crate) fn f32_mut(&mut self) -> &mut Image {
         match self {
             Self::F32(image) => image,
@@ -93,7 +91,6 @@ impl Buffer {
         }
     }
 
-    /// As [`low_precision`](Self::low_precision), to write.
     pub(crate) fn low_precision_mut(&mut self) -> &mut LowPrecisionImage {
         match self {
             Self::LowPrecision(image) => image,

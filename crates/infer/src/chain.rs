@@ -34,6 +34,7 @@ impl Planner<'_> {
     /// Whether the step at `next` is fused with the one before it.
     fn is_fused_with_previous(&self, all: &[Option<PlannedStep>], next: usize) -> bool {
         let (Some(one), Some(other)) = (&all[next - 1], &all[next]) else { return false };
+        // A chain keeps no value between its steps: nobody else may read it.
         let value = &self.values[one.output];
         let uses = all.iter().flatten().flat_map(|step| &step.inputs);
         let is_used_once = uses.filter(|input| **input == one.output).count() == 1

@@ -186,6 +186,7 @@ impl Engine {
     /// and layer by layer.
     pub fn observe(&mut self, input: &[f32], ranges: &mut CalibrationRanges) {
         self.copy_input(input);
+        // The input is no step's output, but int8 needs its range as well.
         let range = self.buffers[self.input.0].min_max();
         ranges.observe(self.first, range);
         for step in 0..self.steps.len() {
@@ -241,7 +242,6 @@ impl Engine {
         }
     }
 
-    /// Runs one step.
     fn run_step(&mut self, step: usize) {
         let AllocatedStep { step, inputs, output, storage, .. } = &self.steps[step];
         // Taken out for the borrow checker; an output is never one of its inputs.

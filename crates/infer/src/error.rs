@@ -28,6 +28,9 @@ pub enum InferError {
         /// The requested level.
         level: String,
     },
+    /// A word that is no name of a precision.
+    #[error("`{0}` is none of f32, bf16, int8")]
+    UnknownPrecision(String),
     /// Int8 inference of a layer without a calibration range.
     #[error(
         "layer `{layer}`: its values were not measured for 8 bits; `evpose quantize` does that with a data set"

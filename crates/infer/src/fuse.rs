@@ -9,7 +9,6 @@ pub(crate) enum FusedOp {
     Unfused,
     /// A convolution with its epilogue.
     Conv {
-        /// Node of the convolution.
         conv: NodeId,
         /// Node that is added to the sums.
         residual: Option<NodeId>,
@@ -30,6 +29,7 @@ pub(crate) enum FusedOp {
 /// Operation of each node after fusion. A convolution absorbs the sum and the activation that are
 /// its only users, and runs at the node of the last of them.
 pub(crate) fn fuse(graph: &Graph) -> Vec<FusedOp> {
+    // What a second node or the caller reads has to be written: it is not absorbed.
     let mut uses = vec![0; graph.nodes.len()];
     graph.nodes.iter().flat_map(|node| &node.inputs).for_each(|id| uses[*id] += 1);
     graph.outputs.iter().for_each(|id| uses[*id] += 1);

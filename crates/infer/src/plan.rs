@@ -87,6 +87,7 @@ impl<'a> Planner<'a> {
     /// The node whose values the input buffer holds: the input, or the affine operation that is its
     /// only user, which is then applied while the image is copied.
     fn input_node(&self) -> NodeId {
+        // Another user, or an output, needs the image as it was before the operation.
         let nodes = self.graph.nodes.iter().enumerate();
         let users: Vec<_> = nodes.filter(|(_, node)| node.inputs.contains(&0)).collect();
         match users.as_slice() {
@@ -174,7 +175,6 @@ impl<'a> Planner<'a> {
         self.steps.push(PlannedStep { step, inputs, output, layer });
     }
 
-    /// Adds a value of a node.
     fn add_value(&mut self, node: NodeId, storage: StorageType) -> ValueId {
         self.values.push(Value { node, storage, is_nchw: false, border: 0, last_use: 0 });
         self.values_of_node[node].push(self.values.len() - 1);
@@ -194,7 +194,6 @@ impl<'a> Planner<'a> {
         self.storage_at_precision(id)
     }
 
-    /// Storage type of a node at the precision of the engine.
     fn storage_at_precision(&self, id: NodeId) -> Result<StorageType, InferError> {
         match (self.precision, self.ranges) {
             (Precision::F32, _) => Ok(StorageType::F32),
@@ -325,16 +324,13 @@ impl<'a> Planner<'a> {
         });
         let node = named.unwrap_or(&self.graph.nodes[id]);
         let pixels = (output[1] * output[2]) as u64;
-        let macs = match &node.operation {
-            Operation::Conv(conv) if step.is_conv() => conv.weight.len() as u64 * pixels,
-            Operation::Linear(linear) if step.is_conv() => linear.weight.len() as u64,
-            _ => 0,
+        let (weight, bias) = match &node.operation {
+            Operation::Conv(conv) if step.is_conv() => (conv.weight.len(), conv.bias.len()),
+            Operation::Linear(linear) if step.is_conv() => (linear.weight.len(), linear.bias.len()),
+            _ => (0, 0),
         };
-        let weights = match &node.operation {
-            Operation::Conv(conv) if step.is_conv() => conv.weight.len() + conv.bias.len(),
-            Operation::Linear(linear) if step.is_conv() => linear.weight.len() + linear.bias.len(),
-            _ => 0,
-        } as u64;
+        // A fully connected layer has one pixel: each of its weights counts once.
+        let (macs, weights) = (weight as u64 * pixels, (weight + bias) as u64);
         let values = inputs.iter().map(|input| self.values[*input].node).chain([id]);
         let values: usize = values.map(|id| self.shapes[id].iter().product::<usize>()).sum();
         let bytes = size_of::<f32>() as u64 * (weights + values as u64);

@@ -39,13 +39,11 @@ impl fmt::Display for Precision {
 }
 
 impl FromStr for Precision {
-    type Err = String;
+    type Err = InferError;
 
-    fn from_str(word: &str) -> Result<Self, String> {
-        let all = Self::ALL.into_iter();
-        all.into_iter()
-            .find(|precision| precision.to_string() == word)
-            .ok_or_else(|| format!("`{word}` is none of f32, bf16, int8"))
+    fn from_str(word: &str) -> Result<Self, InferError> {
+        let named = Self::ALL.into_iter().find(|precision| precision.to_string() == word);
+        named.ok_or_else(|| InferError::UnknownPrecision(word.to_owned()))
     }
 }
 
@@ -56,7 +54,6 @@ pub struct CalibrationRanges {
     nodes: Vec<NodeRange>,
 }
 
-/// Observed range of one node.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct NodeRange {
     name: String,

@@ -6,7 +6,7 @@ use std::collections::{HashMap, HashSet};
 
 use burn::tensor::Device;
 use evpose_infer::onnx::proto::{DimensionValue, ModelProto, TensorProto, ValueInfoProto};
-use evpose_infer::onnx::{BATCH, Interface, Message, OPSET, OnnxError, encoded, model, model_with};
+use evpose_infer::onnx::{BATCH, Interface, Message, OPSET, OnnxError, encoded, model};
 use evpose_nn::graph::{Graph, Operation};
 use evpose_nn::{MOVE_ENET, Network, backbone_by_name};
 
@@ -38,7 +38,7 @@ fn a_file_is_read_back_with_every_weight_and_shape() {
     for name in Network::names() {
         let (graph, input) = (graph(name), network(name).input());
         let read = ModelProto::decode(&*encoded(&graph, input).unwrap()).unwrap();
-        assert_eq!(read, model(&graph, input).unwrap());
+        assert_eq!(read, model(&graph, input, None).unwrap());
         assert_eq!(read.opset_import[0].version, OPSET);
         let file = read.graph.unwrap();
         let image = input.map(|side| side as i64);
@@ -77,7 +77,8 @@ fn every_tensor_is_made_once_before_it_is_taken() {
         let smallest_px = backbone_by_name(network).map_or(0, |backbone| backbone.smallest_px);
         let size = if network == MOVE_ENET { [64, 96] } else { [61, 83] };
         let size = size.map(|side: usize| side.max(smallest_px));
-        let file = model(&graph(network), [channels, size[0], size[1]]).unwrap().graph.unwrap();
+        let file =
+            model(&graph(network), [channels, size[0], size[1]], None).unwrap().graph.unwrap();
         let mut known: HashSet<&str> = HashSet::new();
         let outside = file.initializer.iter().map(|tensor| tensor.name.as_str());
         known.extend(outside.chain(file.input.iter().map(|info| info.name.as_str())));
@@ -99,9 +100,9 @@ fn every_tensor_is_made_once_before_it_is_taken() {
 
 #[test]
 fn images_that_a_layer_cannot_take_are_refused_by_its_name() {
-    let error = model(&graph("resnet18"), [3, 45, 60]).unwrap_err();
+    let error = model(&graph("resnet18"), [3, 45, 60], None).unwrap_err();
     assert_eq!(error.to_string(), "layer `input`: 3 channels instead of 2");
-    let error = model(&graph("vgg11_bn"), [2, 20, 20]).unwrap_err();
+    let error = model(&graph("vgg11_bn"), [2, 20, 20], None).unwrap_err();
     assert!(matches!(&error, OnnxError::Shape(_)), "{error}");
 }
 
@@ -125,7 +126,7 @@ fn an_interface_names_tensors_and_leaves_the_batch_open() {
                 .collect(),
             metadata: vec![("task".to_owned(), "a test".to_owned())],
         };
-        let file = model_with(&graph, input, &interface).unwrap();
+        let file = model(&graph, input, Some(&interface)).unwrap();
         assert_eq!(file.metadata_props[0].key, "task");
         assert_eq!(file.metadata_props[0].value, "a test");
         let file = file.graph.unwrap();

@@ -1,4 +1,6 @@
-//! Channel counts of networks of another width.
+//! Channel counts of networks of another width, and the checks of their shapes.
+
+use crate::NnError;
 
 /// `published` channels, `width` times as many, at least one.
 pub fn scaled(published: usize, width: f32) -> usize {
@@ -10,6 +12,27 @@ pub fn scaled(published: usize, width: f32) -> usize {
 pub fn multiple_of_eight(channels: f32) -> usize {
     let nearest = (((channels + 4.0) / 8.0).floor() * 8.0).max(8.0);
     if nearest < 0.9 * channels { nearest as usize + 8 } else { nearest as usize }
+}
+
+/// The largest relative width: 64 times the published work, beyond what memory holds.
+const MAX_WIDTH: f32 = 8.0;
+
+/// # Errors
+/// [`NnError::Width`] outside of `narrowest` to [`MAX_WIDTH`].
+pub(crate) fn check_width(width: f32, narrowest: f32) -> Result<(), NnError> {
+    match (narrowest..=MAX_WIDTH).contains(&width) {
+        true => Ok(()),
+        false => Err(NnError::Width { width }),
+    }
+}
+
+/// # Errors
+/// [`NnError::TooFew`] for the first count that is zero.
+pub(crate) fn check_counts(counts: &[(&'static str, usize)]) -> Result<(), NnError> {
+    match counts.iter().find(|(_, count)| *count == 0) {
+        Some((field, _)) => Err(NnError::TooFew { field }),
+        None => Ok(()),
+    }
 }
 
 #[cfg(test)]

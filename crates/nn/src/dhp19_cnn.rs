@@ -14,15 +14,14 @@ use burn::tensor::{Device, Tensor};
 use serde::{Deserialize, Serialize};
 
 use crate::NnError;
-use crate::channels::scaled;
+use crate::channels::{check_counts, check_width, scaled};
 use crate::initializer::{Initializer, seeded};
 use crate::joint_order::{JointAxes, reordered};
-use crate::parameters::trained_count;
 
 /// Channels of the three resolutions as published, the finest first.
 const CHANNELS: [usize; 3] = [16, 32, 64];
-/// Relative widths that can be built; the narrowest has 1 channel in the finest layers.
-const WIDTHS: std::ops::RangeInclusive<f32> = 0.0625..=8.0;
+/// The smallest relative width, which has 1 channel in the finest layers.
+const NARROWEST: f32 = 0.0625;
 
 /// Shape of a [`Dhp19Cnn`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -79,22 +78,10 @@ impl Dhp19CnnConfig {
         Ok(seeded(self.zeros(device)?, seed, |slot| Initializer::xavier_uniform(&slot.shape)))
     }
 
-    /// The number of trainable parameters.
-    ///
-    /// # Errors
-    /// As [`init`](Self::init).
-    pub fn parameter_count(&self) -> Result<usize, NnError> {
-        Ok(trained_count(&self.zeros(&Device::flex())?))
-    }
-
     /// The network with all weights zero.
     pub(crate) fn zeros(&self, device: &Device) -> Result<Dhp19Cnn, NnError> {
-        if !WIDTHS.contains(&self.width) {
-            return Err(NnError::Width { width: self.width });
-        }
-        if self.joints == 0 {
-            return Err(NnError::TooFew { field: "joints" });
-        }
+        check_width(self.width, NARROWEST)?;
+        check_counts(&[("joints", self.joints)])?;
         // Names of layers are those of the published Keras model, whose weights are found by them.
         let [fine, middle, coarse] = CHANNELS.map(|channels| scaled(channels, self.width));
         // Padding as wide as the dilation: the side stays.
@@ -185,7 +172,8 @@ mod tests {
 
     #[test]
     fn the_published_network_has_as_many_parameters_as_the_distributed_one() {
-        assert_eq!(Dhp19CnnConfig::default().parameter_count().unwrap(), 218_592);
+        let network = Dhp19CnnConfig::default().zeros(&Device::flex()).unwrap();
+        assert_eq!(crate::parameters::trained_count(&network), 218_592);
     }
 
     #[test]

@@ -146,11 +146,6 @@ mod tests {
         }
     }
 
-    #[test]
-    fn the_published_network_has_11_182_725_parameters() {
-        assert_eq!(HandRegressorConfig::default().parameter_count().unwrap(), 11_182_725);
-    }
-
     /// A section per backbone: `[name] count parameters`, then `name shape` of every tensor.
     const TORCHVISION: &str = include_str!("../tests/data/torchvision_names.txt");
 
@@ -262,18 +257,6 @@ mod tests {
     }
 
     #[test]
-    fn every_backbone_gives_twelve_finite_values_at_odd_sizes() {
-        let device = Device::flex();
-        for entry in &BACKBONES {
-            let network = config(entry.name, 0.1).init(1, &device).unwrap();
-            let [height, width] = [45, 63].map(|side: usize| side.max(entry.smallest_px));
-            let output = network.forward(Tensor::ones([2, 2, height, width], &device));
-            assert_eq!(output.dims(), [2, 12]);
-            assert!(output.into_data().iter::<f32>().all(f32::is_finite), "{}", entry.name);
-        }
-    }
-
-    #[test]
     fn every_backbone_trains_at_odd_sizes_and_narrow_widths() {
         let device = Device::flex().autodiff();
         for entry in &BACKBONES {
@@ -283,6 +266,7 @@ mod tests {
             let shape = [3, 2, side, side + 2];
             let input = Tensor::<4>::random(shape, Distribution::Uniform(0.0, 1.0), &device);
             let output = network.forward(input);
+            assert_eq!(output.dims(), [3, 12]);
             let gradients = output.powi_scalar(2).mean().backward();
             let gradient = network.conv1.weight.grad(&gradients).unwrap();
             let values: Vec<f32> = gradient.into_data().iter().collect();

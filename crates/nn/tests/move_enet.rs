@@ -4,21 +4,16 @@
 
 mod golden;
 
-use std::io::Read;
-use std::path::Path;
-
 use burn::module::Module;
 use burn::optim::GradientsParams;
-use burn::tensor::{Device, Tensor, TensorData};
-use evpose_nn::parameters::{Slot, fill, read, slots};
+use burn::tensor::Device;
+use evpose_nn::parameters::{fill, read, slots};
 use evpose_nn::weights::load_move_enet;
 use evpose_nn::{MoveEnet, MoveEnetConfig, NnError};
-use golden::{data, hashed, values, worst};
+use golden::{bright_images, closed_form, data, sampled, unpacked, values, worst};
 use serde::Deserialize;
 
 const TOLERANCE: f32 = 1e-4;
-/// Pixels between sampled values, modulo all values of an output.
-const STRIDE: usize = 7919;
 
 /// `move_enet.json`.
 #[derive(Deserialize)]
@@ -56,13 +51,6 @@ fn golden() -> Golden {
     serde_json::from_slice(&std::fs::read(data("move_enet.json")).unwrap()).unwrap()
 }
 
-/// Half of the values zero, the others between 127.5 and 255.
-fn images(shape: [usize; 4], device: &Device) -> Tensor<4> {
-    let values = hashed(shape.iter().product(), 1000).into_iter();
-    let values = values.map(|u| if u > 0.5 { (255.0 * u) as f32 } else { 0.0 }).collect();
-    Tensor::from_data(TensorData::new(values, shape), device)
-}
-
 /// A network whose weights are closed forms of their position among all names of PyTorch, sorted.
 fn formula(config: &MoveEnetConfig, device: &Device) -> MoveEnet {
     let network = config.init(0, device).unwrap();
@@ -74,28 +62,13 @@ fn formula(config: &MoveEnetConfig, device: &Device) -> MoveEnet {
     fill(network, |slot| closed_form(slot, positions.next().unwrap()))
 }
 
-fn closed_form(slot: &Slot, position: usize) -> Vec<f32> {
-    let centred = hashed(slot.shape.iter().product(), position).into_iter().map(|u| u - 0.5);
-    let (offset, scale) = match (slot.name(), slot.shape.as_slice()) {
-        ("weight", &[_, channels, ky, kx]) => {
-            (0.0, 12f64.sqrt() * (2.0 / (channels * ky * kx) as f64).sqrt())
-        }
-        ("running_var", _) => (1.0, 0.5),
-        ("gamma", _) => (0.6, 0.5),
-        _ => (0.0, 0.2),
-    };
-    centred.map(|u| (offset + scale * u) as f32).collect()
-}
-
 /// Compares the four maps of `network` with those of PyTorch.
 fn assert_maps(network: &MoveEnet, shape: [usize; 4], expected: &[Map], what: &str) {
-    let maps = network.forward(images(shape, &Device::flex())).into_array();
+    let maps = network.forward(bright_images(shape, &Device::flex())).into_array();
     assert_eq!(expected.len(), maps.len());
     for (map, expected) in maps.into_iter().zip(expected) {
         let ours = values(map);
-        let sampled: Vec<f32> =
-            (0..expected.sampled.len()).map(|k| ours[k * STRIDE % ours.len()]).collect();
-        let worst = worst(&sampled, &expected.sampled);
+        let worst = worst(&sampled(&ours, expected.sampled.len()), &expected.sampled);
         assert!(worst < TOLERANCE, "{what}: {worst}");
         let sum: f64 = ours.iter().map(|value| f64::from(value.abs())).sum();
         let difference = (sum / ours.len() as f64 - expected.mean).abs();
@@ -120,7 +93,7 @@ fn training_has_the_gradient_and_the_statistics_of_pytorch() {
     let device = Device::flex().autodiff();
     let expected = golden().training;
     let network = formula(&MoveEnetConfig { width: 0.1, ..MoveEnetConfig::default() }, &device);
-    let maps = network.forward(images([4, 3, 96, 96], &device)).into_array();
+    let maps = network.forward(bright_images([4, 3, 96, 96], &device)).into_array();
     let losses = maps.into_iter().map(|map| map.powi_scalar(2).mean());
     let loss = losses.reduce(|sum, loss| sum + loss).unwrap();
     let difference = (loss.clone().into_scalar::<f32>() - expected.loss).abs();
@@ -143,23 +116,15 @@ fn tiny() -> MoveEnetConfig {
     MoveEnetConfig { joints: 2, width: 0.01, expansion: 1 }
 }
 
+/// The archive of the committed checkpoints.
+const CHECKPOINTS: &str = "move_enet_tiny.zip";
+/// The containers of `torch.save` in it.
 const CONTAINERS: [&str; 2] = ["zip.pth", "legacy.pth"];
-
-/// Unpacks the checkpoint in one of the containers of `torch.save`.
-fn unpacked(name: &str, folder: &Path) -> std::path::PathBuf {
-    let file = std::fs::File::open(data("move_enet_tiny.zip")).unwrap();
-    let mut archive = zip::ZipArchive::new(file).unwrap();
-    let mut content = Vec::new();
-    archive.by_name(name).unwrap().read_to_end(&mut content).unwrap();
-    std::fs::write(folder.join(name), content).unwrap();
-    folder.join(name)
-}
 
 #[test]
 fn both_containers_of_pytorch_are_read() {
-    let folder = tempfile::tempdir().unwrap();
     let read_one = |name| {
-        let path = unpacked(name, folder.path());
+        let (_folder, path) = unpacked(CHECKPOINTS, name);
         let network = load_move_enet(&path, &tiny(), &Device::flex()).unwrap();
         assert_maps(&network, [1, 3, 64, 32], &golden().checkpoint, name);
         read(&network)
@@ -170,8 +135,7 @@ fn both_containers_of_pytorch_are_read() {
 
 #[test]
 fn weights_of_another_network_are_named() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = unpacked("zip.pth", folder.path());
+    let (_folder, path) = unpacked(CHECKPOINTS, "zip.pth");
     let error = |config| load_move_enet(&path, &config, &Device::flex()).map(|_| ()).unwrap_err();
     let more = error(MoveEnetConfig { joints: 3, ..tiny() });
     let NnError::Mismatch { mismatch, .. } = &more else { panic!("{more}") };
@@ -179,7 +143,7 @@ fn weights_of_another_network_are_named() {
     assert!(mismatch.reshaped.contains(&heatmaps), "{more}");
     assert_eq!(mismatch.reshaped.len(), 6, "{more}");
     // Names are the same bytes in the pickle, which has no checksum when it lies bare.
-    let path = unpacked("legacy.pth", folder.path());
+    let (_folder, path) = unpacked(CHECKPOINTS, "legacy.pth");
     let mut bytes = std::fs::read(&path).unwrap();
     let name = b"backbone.features4.2.conv2.3.weight";
     let at = bytes.windows(name.len()).position(|window| window == name).unwrap();

@@ -7,10 +7,10 @@ mod golden;
 use burn::module::Module;
 use burn::optim::{AdamConfig, GradientsParams};
 use burn::tensor::{Device, Tensor};
-use evpose_nn::parameters::{Slot, fill, read};
+use evpose_nn::parameters::{fill, read};
 use evpose_nn::weights::load_pytorch;
 use evpose_nn::{BACKBONES, HandLoss, HandRegressor, HandRegressorConfig, NnError};
-use golden::{data, first_id, golden, hashed, images, small, targets, values, worst};
+use golden::{closed_form, data, first_id, golden, images, small, targets, values, worst};
 
 const TOLERANCE: f32 = 1e-4;
 
@@ -137,27 +137,6 @@ fn every_backbone_has_the_gradient_of_torchvision() {
         let largest = golden.iter().fold(0.0f32, |a, b| a.max(b.abs()));
         let error = worst(&gradient, golden) / largest;
         assert!(error < error_below, "{backbone}: {error}");
-    }
-}
-
-/// The values of the tensor at `position` in PyTorch's order of tensors.
-fn closed_form(slot: &Slot, position: usize) -> Vec<f32> {
-    let count = slot.shape.iter().product();
-    let centred = hashed(count, position).into_iter().map(|u| u - 0.5);
-    let affine = |offset: f64, scale: f64| {
-        centred.clone().map(|u| (offset + scale * u) as f32).collect::<Vec<_>>()
-    };
-    match (slot.name(), slot.shape.as_slice()) {
-        ("weight", &[_, channels, ky, kx]) => {
-            affine(0.0, 12f64.sqrt() * (2.0 / (channels * ky * kx) as f64).sqrt())
-        }
-        ("weight", &[inputs, outputs]) => {
-            let rows = affine(0.0, 0.2);
-            (0..count).map(|i| rows[i % outputs * inputs + i / outputs]).collect()
-        }
-        ("running_var", _) => affine(1.0, 0.5),
-        ("gamma", _) => affine(0.6, 0.5),
-        _ => affine(0.0, 0.2),
     }
 }
 

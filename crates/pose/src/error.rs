@@ -33,3 +33,16 @@ pub enum PoseError {
     #[error("the sequence has no labels")]
     NoLabels,
 }
+
+impl PoseError {
+    /// [`Self::OutOfRange`] unless the value is allowed.
+    pub(crate) fn unless(
+        is_allowed: bool,
+        field: &'static str,
+        value: impl Into<f64>,
+        rule: &'static str,
+    ) -> Result<(), Self> {
+        // Asked for what is allowed, not for what is refused: NaN compares as neither.
+        if is_allowed { Ok(()) } else { Err(Self::OutOfRange { field, value: value.into(), rule }) }
+    }
+}

@@ -33,7 +33,6 @@ impl Guard {
         Self { interrupter, divergence: Arc::default(), step: Arc::default() }
     }
 
-    /// Checks the loss of an optimiser step.
     pub(crate) fn check(&self, loss: f64, step: u64) {
         self.step.fetch_max(step, Ordering::Relaxed);
         self.check_divergence(Divergence { loss, step, is_validation: false });

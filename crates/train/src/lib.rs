@@ -55,6 +55,7 @@ mod error;
 mod guard;
 mod hand;
 mod history;
+mod listing;
 mod metric;
 mod order;
 mod passes;
@@ -68,8 +69,8 @@ mod waiting;
 pub use checkpoint::newest_checkpoint;
 pub use error::TrainError;
 pub use hand::{
-    CONDITIONS, Condition, HAND_VALUES, HandDataset, HandLabelTrack, HandPoseTrack, HandSequence,
-    Method, MethodResults, Sample, SlowMotionResults, SlowMotionUsage, evaluate,
+    CONDITIONS, Condition, ConditionEntry, HAND_VALUES, HandDataset, HandLabelTrack, HandPoseTrack,
+    HandSequence, Method, MethodResults, Sample, SlowMotionResults, SlowMotionUsage, evaluate,
     evaluate_slow_motion, evaluated_pose_count, foreign, train_hand, untrained,
 };
 pub use history::{HistoryLine, HistorySplit, read_history, validation_losses, validation_means};

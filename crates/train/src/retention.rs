@@ -8,15 +8,7 @@ use burn_train::metric::store::EventStoreClient;
 use crate::history::History;
 
 /// Saves after every interval and deletes what is neither recent nor best.
-pub(crate) struct LastTwoAndBest {
-    history: History,
-}
-
-impl LastTwoAndBest {
-    pub(crate) fn new(history: History) -> Self {
-        Self { history }
-    }
-}
+pub(crate) struct LastTwoAndBest(pub(crate) History);
 
 /// The interval with the lowest validation loss, the earliest of equals.
 pub(crate) fn best_interval(losses: &BTreeMap<usize, f64>) -> Option<usize> {
@@ -40,7 +32,7 @@ fn superseded(losses: &BTreeMap<usize, f64>, interval: usize) -> Vec<usize> {
 
 impl CheckpointingStrategy for LastTwoAndBest {
     fn checkpointing(&mut self, interval: usize, _: &EventStoreClient) -> Vec<CheckpointingAction> {
-        let gone = superseded(&self.history.losses_of_networks(), interval);
+        let gone = superseded(&self.0.losses_of_networks(), interval);
         let mut actions = vec![CheckpointingAction::Save];
         actions.extend(gone.into_iter().map(CheckpointingAction::Delete));
         actions

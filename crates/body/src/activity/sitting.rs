@@ -26,12 +26,8 @@ fn course(t_s: f32, [down_s, low_s, up_s, high_s]: [f32; 4], begin: f32) -> (f32
 }
 
 fn sit(rng: &mut CounterRng) -> Motion {
-    let times_s = [
-        rng.uniform(0.7, 1.3),
-        rng.uniform(0.5, 1.8),
-        rng.uniform(0.7, 1.3),
-        rng.uniform(0.3, 1.2),
-    ];
+    let ranges_s = [(0.7, 1.3), (0.5, 1.8), (0.7, 1.3), (0.3, 1.2)];
+    let times_s = ranges_s.map(|(low, high)| rng.uniform(low, high));
     let begin = rng.unit();
     let deep = rng.uniform(1.25, 1.6);
     let apart = rng.uniform(0.05, 0.3);
@@ -71,12 +67,8 @@ fn sit(rng: &mut CounterRng) -> Motion {
 }
 
 fn squat(rng: &mut CounterRng) -> Motion {
-    let times_s = [
-        rng.uniform(0.6, 1.2),
-        rng.uniform(0.1, 0.6),
-        rng.uniform(0.6, 1.2),
-        rng.uniform(0.3, 1.0),
-    ];
+    let ranges_s = [(0.6, 1.2), (0.1, 0.6), (0.6, 1.2), (0.3, 1.0)];
+    let times_s = ranges_s.map(|(low, high)| rng.uniform(low, high));
     let begin = rng.unit();
     let depth = rng.uniform(0.6, 1.0);
     let stoop = rng.uniform(0.2, 0.6);

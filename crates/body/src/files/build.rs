@@ -11,14 +11,12 @@ use crate::skeleton::{HAND_JOINTS, JOINTS, LEFT_HAND, RIGHT_HAND, RIGHT_WRIST, p
 use crate::texture_layout::coordinates;
 use crate::{BodyModel, HandBasis, ShapeSpace};
 
-/// Joints of a hand and its wrist.
 const HAND_AND_WRIST: usize = 1 + HAND_JOINTS;
 const HAND_VERTICES: usize = 778;
 const BODY_VERTICES: usize = 6890;
 /// Thumb, index, middle, ring, pinky.
 const HAND_TIPS: [u32; 5] = [744, 320, 443, 554, 671];
 const BODY_TIPS: [u32; 5] = [6207, 5782, 5906, 6017, 6134];
-/// Angles of a hand.
 const ANGLES: usize = 3 * HAND_JOINTS;
 /// Components of which the 12 parameters of a hand have coefficients.
 const MIN_COMPONENTS: usize = 6;

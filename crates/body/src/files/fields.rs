@@ -28,10 +28,10 @@ impl Fields {
     pub(super) fn open(path: &Path, bytes: Vec<u8>) -> Result<Self, ModelFileError> {
         let length = bytes.len();
         let source = if ZIP.iter().any(|begin| bytes.starts_with(begin)) {
-            let archive = Archive::open(bytes).map_err(|reason| ModelFileError::Archive {
+            let archive = Archive::open(bytes).map_err(|error| ModelFileError::Archive {
                 path: path.to_owned(),
                 byte: length as u64,
-                reason,
+                reason: error.to_string(),
             })?;
             Source::Archive(archive)
         } else {

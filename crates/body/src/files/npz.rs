@@ -8,6 +8,7 @@ use std::io::{Cursor, Read};
 
 use evpose_containers::pickle::{Array, ArrayError, Element, Pickle, Sparse};
 use zip::ZipArchive;
+use zip::result::ZipError;
 
 const MAGIC: &[u8] = b"\x93NUMPY";
 /// NumPy writes 128 bytes.
@@ -30,9 +31,8 @@ struct Header {
 impl Archive {
     /// # Errors
     /// If the archive has no directory.
-    pub(super) fn open(bytes: Vec<u8>) -> Result<Self, String> {
-        let zip = ZipArchive::new(Cursor::new(bytes)).map_err(|error| error.to_string())?;
-        Ok(Self { zip })
+    pub(super) fn open(bytes: Vec<u8>) -> Result<Self, ZipError> {
+        Ok(Self { zip: ZipArchive::new(Cursor::new(bytes))? })
     }
 
     /// Names of its arrays, in order.
@@ -86,7 +86,6 @@ impl Archive {
     }
 }
 
-/// The header and the bytes behind it.
 fn header(bytes: &[u8]) -> Result<(Header, &[u8]), ArrayError> {
     const NONE: ArrayError = ArrayError::Damaged("no header of a NumPy array");
     let rest = bytes.strip_prefix(MAGIC).ok_or(NONE)?;

@@ -45,7 +45,6 @@ const LEFT: [(usize, [f32; 3], [f32; 3], f32); 8] = [
     (20, [0.70, 0.22, -0.045], [0.85, 0.212, -0.04], 0.030),
 ];
 
-/// All bones.
 pub(super) fn bones() -> Vec<Bone> {
     let middle = MIDDLE.map(|(joint, start, end, radius_m)| Bone {
         joint,

@@ -43,7 +43,6 @@ struct BoneEnd {
     cube_name: String,
 }
 
-/// Weights of the vertices of one bone.
 type BoneWeights = Vec<(u32, f32)>;
 
 #[derive(Deserialize)]

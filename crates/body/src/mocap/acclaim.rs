@@ -117,7 +117,6 @@ impl Skeleton {
         Ok(Self { bones })
     }
 
-    /// Place of the bone of a name.
     pub(super) fn bone(&self, name: &str) -> Option<usize> {
         self.bones.iter().position(|bone| bone.name == name)
     }

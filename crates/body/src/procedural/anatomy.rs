@@ -54,7 +54,6 @@ impl Anatomy {
         smooth_min(self.arm.distance(point_m), self.palm.distance(point_m), FOREARM_INTO_PALM_M)
     }
 
-    /// Signed distance to one digit.
     pub(super) fn digit_distance(&self, digit: usize, point_m: Vec3) -> f32 {
         self.digits[digit].distance(point_m)
     }

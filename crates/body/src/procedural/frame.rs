@@ -58,7 +58,6 @@ fn mirrored(point_m: Vec3) -> Vec3 {
     Vec3::new(-point_m.x, point_m.y, point_m.z)
 }
 
-/// All joints at rest.
 pub(super) fn rest_joints(digits: &[Digit; DIGITS]) -> [Vec3; JOINTS] {
     std::array::from_fn(|joint| {
         let finger = |k: usize| digits[k / 3].points_m[k % 3];

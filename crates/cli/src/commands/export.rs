@@ -9,7 +9,7 @@ use crate::shipped::checkpoint_sha256;
 use crate::tasks::{open, task_of_config};
 use anyhow::{Context, Result};
 use burn::tensor::Device;
-use evpose_infer::onnx::{BATCH, Message as _, OPSET, model_with};
+use evpose_infer::onnx::{BATCH, Message as _, OPSET, model};
 use evpose_nn::DeviceKind;
 
 /// Arguments of `evpose export`.
@@ -58,7 +58,7 @@ pub fn run(args: &ExportArgs) -> Result<()> {
         ("config", pose_model.config_toml()?),
     ];
     interface.metadata.extend(known.map(|(key, value)| (key.to_owned(), value)));
-    let model = model_with(&network.graph(), [channels, height, width], &interface)?;
+    let model = model(&network.graph(), [channels, height, width], Some(&interface))?;
     let bytes = model.encode_to_vec();
     // Whole or not at all, so that an aborted export leaves no file that looks like a network.
     write_file(&args.onnx, &bytes)?;

@@ -12,7 +12,6 @@ pub(crate) struct AmxFeatures {
     pub(crate) bf16: bool,
 }
 
-/// Leaf of `CPUID` with the extensions.
 const EXTENSIONS_LEAF: u32 = 7;
 /// Bits of `EDX` in that leaf.
 const AMX_BF16: u32 = 1 << 22;

@@ -3,7 +3,6 @@
 use super::unit::{TILE_ROW_BYTES, TILE_ROWS, TILES, TileConfig, TileShape, TileUnit};
 use crate::reduced::{Bf16, ReducedPrecision as _};
 
-/// Rows of a tile.
 type Tile = [[u8; TILE_ROW_BYTES]; TILE_ROWS];
 
 const ZERO: Tile = [[0; TILE_ROW_BYTES]; TILE_ROWS];
@@ -107,7 +106,6 @@ impl EmulatedTiles {
     }
 }
 
-/// The words of a row.
 fn words(row: &[u8; TILE_ROW_BYTES], shape: TileShape) -> &[[u8; 4]] {
     row[..shape.row_bytes].as_chunks().0
 }

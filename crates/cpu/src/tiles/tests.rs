@@ -10,7 +10,6 @@ mod instructions;
 const SUM: usize = 3;
 const A: usize = 0;
 const B: usize = 7;
-/// Bytes of a whole tile.
 const TILE_BYTES: usize = TILE_ROWS * TILE_ROW_BYTES;
 
 /// Rows of sums, words of a row of A (rows of B), and columns of sums.

@@ -62,7 +62,6 @@ impl TileConfig {
         config
     }
 
-    /// Shape of a tile.
     pub(super) fn shape(&self, tile: usize) -> TileShape {
         TileShape { rows: self.rows[tile].into(), row_bytes: self.row_bytes[tile].into() }
     }

@@ -1,10 +1,9 @@
 //! Export of networks to ONNX, for other runtimes.
 //!
-//! [`model`] exports a [`Graph`](evpose_nn::graph::Graph) for images of one size and batch size 1, [`model_with`]
-//! for any batch size, with names and metadata for others, with batch normalisations folded into convolutions
-//! as in the graph. It uses operators of opset
-//! 13 of the default domain, which runtimes support since 2021. Nodes and tensors are named by the
-//! paths of layers.
+//! [`model`] exports a [`Graph`](evpose_nn::graph::Graph) for images of one size and batch size 1, or, with an
+//! [`Interface`], for any batch size, with names and metadata for others. Batch normalisations are folded into
+//! convolutions as in the graph. It uses operators of opset 13 of the default domain, which runtimes support
+//! since 2021. Nodes and tensors are named by the paths of layers.
 //!
 //! ```
 //! use evpose_nn::graph::{Graph, Node, Operation};
@@ -39,4 +38,4 @@ mod writer;
 
 pub use error::OnnxError;
 pub use prost::{DecodeError, Message};
-pub use writer::{BATCH, Interface, OPSET, encoded, model, model_with};
+pub use writer::{BATCH, Interface, OPSET, encoded, model};

@@ -137,6 +137,7 @@ fn avg_pool(
         let attributes = vec![ints("kernel_shape", &window), ints("strides", &window)];
         return writer.operator("AveragePool", inputs, name, attributes);
     }
+    // Means over rectangles separate: two small products do for one of all pixels.
     let row_weights = averaging_matrix(height, fields[0]);
     let rows = writer.floats(format!("{name}.rows"), &[fields[0], height], &row_weights);
     let column_weights = transposed(&averaging_matrix(width, fields[1]), width);

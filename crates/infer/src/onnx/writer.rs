@@ -35,30 +35,13 @@ pub struct Interface {
 }
 
 /// Exports a network as an ONNX model with the input `[1, channels, height, width]`, its tensors named by their
-/// layers.
+/// layers. With an interface the input is `[batch, channels, height, width]`, where `batch` is any number, and the
+/// names and the metadata are those of the interface; outputs without a name there are named by their layers.
 ///
 /// # Errors
 /// [`OnnxError::Unsupported`] for an operation without a translation, [`OnnxError::Shape`] for a
 /// size that a layer cannot take.
-pub fn model(graph: &Graph, input: [usize; 3]) -> Result<ModelProto, OnnxError> {
-    write(graph, input, None)
-}
-
-/// Exports a network as an ONNX model with the input `[batch, channels, height, width]`, where `batch` is any
-/// number, and with the names and the metadata of an interface. Outputs without a name there are named by
-/// their layers.
-///
-/// # Errors
-/// As [`model`].
-pub fn model_with(
-    graph: &Graph,
-    input: [usize; 3],
-    interface: &Interface,
-) -> Result<ModelProto, OnnxError> {
-    write(graph, input, Some(interface))
-}
-
-fn write(
+pub fn model(
     graph: &Graph,
     input: [usize; 3],
     interface: Option<&Interface>,
@@ -90,22 +73,18 @@ fn write(
         opset_import: vec![OperatorSetIdProto { domain: String::new(), version: OPSET }],
         metadata_props: interface
             .into_iter()
-            .flat_map(|known| known.metadata.iter())
-            .map(entry)
+            .flat_map(|known| known.metadata.iter().cloned())
+            .map(|(key, value)| StringStringEntryProto { key, value })
             .collect(),
     })
 }
 
-fn entry((key, value): &(String, String)) -> StringStringEntryProto {
-    StringStringEntryProto { key: key.clone(), value: value.clone() }
-}
-
-/// [`model`], encoded as the bytes of a file.
+/// [`model`] without an interface, encoded as the bytes of a file.
 ///
 /// # Errors
 /// As [`model`].
 pub fn encoded(graph: &Graph, input: [usize; 3]) -> Result<Vec<u8>, OnnxError> {
-    Ok(model(graph, input)?.encode_to_vec())
+    Ok(model(graph, input, None)?.encode_to_vec())
 }
 
 /// Unique names of the nodes: those of an interface, and of nodes with one name (layers that share weights, or
@@ -139,7 +118,6 @@ pub(crate) struct Writer<'a> {
 }
 
 impl<'a> Writer<'a> {
-    /// The node `id` of the graph.
     pub(crate) fn node(&self, id: NodeId) -> &'a Node {
         &self.graph.nodes[id]
     }
@@ -231,21 +209,18 @@ fn is_vector(graph: &Graph, id: NodeId) -> bool {
     }
 }
 
-/// Attribute of type INT.
 pub(crate) fn int(name: &str, value: usize) -> AttributeProto {
     let i = value as i64;
     let kind = AttributeType::Int.into();
     AttributeProto { name: name.to_owned(), i, r#type: kind, ..AttributeProto::default() }
 }
 
-/// Attribute of type INTS.
 pub(crate) fn ints(name: &str, values: &[usize]) -> AttributeProto {
     let kind = AttributeType::Ints.into();
     let (name, ints) = (name.to_owned(), signed(values));
     AttributeProto { name, ints, r#type: kind, ..AttributeProto::default() }
 }
 
-/// Attribute of type STRING.
 pub(crate) fn string(name: &str, value: &str) -> AttributeProto {
     let kind = AttributeType::String.into();
     let (name, s) = (name.to_owned(), value.as_bytes().to_vec());

@@ -35,7 +35,6 @@ pub(super) fn winograd_tile(shape: ConvShape, output: Shape) -> Option<TileSize>
     (cost < direct_cost(shape, output)).then_some(size)
 }
 
-/// Cost of a direct convolution.
 fn direct_cost(shape: ConvShape, [_, height, width]: Shape) -> usize {
     let products = TAPS * shape.channels_in * shape.channels_out.div_ceil(LANES);
     height * products * row_cost(width) / 2

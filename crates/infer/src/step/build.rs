@@ -146,6 +146,7 @@ impl Step {
     ) -> Option<Self> {
         let [channels_out, channels_in, kernel, kernel_x] = conv.shape;
         let shape = ConvShape::square(channels_in, channels_out, kernel, conv.stride[0]);
+        // Kernels that read nchw pad by half a kernel and know neither groups nor dilation.
         let is_plain = kernel == kernel_x
             && conv.stride[0] == conv.stride[1]
             && conv.groups == 1

@@ -86,7 +86,6 @@ impl Step {
         matches!(self, Self::LowPrecisionConv(conv, ..) if conv.uses_amx())
     }
 
-    /// Whether it is a convolution.
     pub(crate) fn is_conv(&self) -> bool {
         matches!(
             self,
@@ -99,7 +98,6 @@ impl Step {
         )
     }
 
-    /// Whether it can write low precision.
     pub(crate) fn writes_low_precision(&self) -> bool {
         matches!(
             self,

@@ -20,7 +20,6 @@ pub(crate) struct StepContext<'a> {
 }
 
 impl Step {
-    /// Runs the step.
     pub(crate) fn run(&self, context: StepContext<'_>) {
         let StepContext { thread_pool, level, inputs, output, scratch } = context;
         let other = inputs.get(1).copied();

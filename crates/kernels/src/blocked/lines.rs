@@ -44,7 +44,6 @@ struct OpenChunk {
 static OPEN: Mutex<Option<OpenChunk>> = Mutex::new(None);
 
 impl Lines {
-    /// `count` lines of zeros.
     pub(crate) fn zeros(count: usize) -> Self {
         let mut lines = Self::unspecified(count);
         lines.fill(Line::ZERO);

@@ -68,4 +68,4 @@ pub use upsample::upsample;
 pub use winograd::{Scratch, TileSize, Winograd};
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

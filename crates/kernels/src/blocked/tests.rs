@@ -9,7 +9,7 @@ mod chain;
 mod unary;
 
 /// Pseudo-random values between -1 and 1.
-pub(super) fn random_values(seed: u64, count: usize) -> Vec<f32> {
+pub(crate) fn random_values(seed: u64, count: usize) -> Vec<f32> {
     let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
     let mut next = || {
         state ^= state << 13;
@@ -32,7 +32,7 @@ pub(super) fn planes(image: &Image) -> Vec<f32> {
     planes
 }
 
-fn activated(value: f64, activation: Activation) -> f64 {
+pub(crate) fn activated(value: f64, activation: Activation) -> f64 {
     match activation {
         Activation::Identity => value,
         Activation::Relu => value.max(0.0),
@@ -107,14 +107,13 @@ pub(super) fn magnitude(shape: ConvShape, input: &[f32], size: [usize; 2], weigh
     reference_conv(shape, &input, size, &weight).into_iter().fold(1.0, f64::max)
 }
 
-/// Largest absolute difference.
 pub(super) fn max_abs_difference(ours: &[f32], expected: &[f64]) -> f64 {
     assert_eq!(ours.len(), expected.len());
     let pairs = ours.iter().zip(expected);
     pairs.map(|(ours, expected)| (f64::from(*ours) - expected).abs()).fold(0.0, f64::max)
 }
 
-pub(super) fn activations() -> impl Strategy<Value = Activation> {
+pub(crate) fn activations() -> impl Strategy<Value = Activation> {
     prop_oneof![Just(Activation::Identity), Just(Activation::Relu), Just(Activation::Relu6)]
 }
 

@@ -30,12 +30,10 @@ impl Pitches {
         Self { row, block, image: block * shape.blocks(), border }
     }
 
-    /// Lines of a block of one image.
     pub(super) fn block_lines(&self) -> usize {
         self.block / LANES
     }
 
-    /// Lines of `images` images.
     pub(super) fn lines(&self, images: usize) -> usize {
         images * self.image / LANES
     }

@@ -23,7 +23,6 @@ use crate::linear::linear;
 use crate::net_ops::{NetOps, VectorOps};
 use crate::parameters::Slot;
 
-/// Inception v3 of torchvision.
 pub(super) const INCEPTION_V3: BackboneSpec<InceptionV3> = BackboneSpec {
     name: "inception_v3",
     about: "Inception v3 (Szegedy et al. 2016): branches of rows and columns, twice the parameters",

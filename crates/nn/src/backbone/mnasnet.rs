@@ -49,23 +49,13 @@ const STACKS: [Stack; 6] = [
     Stack { channels: 320.0, kernel: 3, stride: 1, expansion: 6, blocks: 1 },
 ];
 
-/// MnasNet-B1.
 pub(super) const MNASNET: BackboneSpec<MnasNet> = BackboneSpec {
     name: "mnasnet",
     about: "MnasNet-B1 (Tan et al. 2019): a quarter of the parameters",
     smallest_px: 1,
     narrowest: 0.01,
-    build: |width, outputs, device| MnasNetConfig::new(width, outputs).init(device),
+    build: MnasNet::new,
 };
-
-/// Shape of a MnasNet.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct MnasNetConfig {
-    /// Multiplier of all channel counts but the last, 1 as published.
-    width: f32,
-    /// Values of the output vector.
-    outputs: usize,
-}
 
 /// A network of inverted residuals with kernels of two sizes.
 #[derive(Module, Debug)]
@@ -94,19 +84,15 @@ struct InvertedResidual {
     residual: bool,
 }
 
-impl MnasNetConfig {
-    fn new(width: f32, outputs: usize) -> Self {
-        Self { width, outputs }
-    }
-
+impl MnasNet {
     /// The network with all weights zero.
-    fn init(self, device: &Device) -> MnasNet {
+    fn new(width: f32, outputs: usize, device: &Device) -> Self {
         let [stem, mut channels] =
-            STEM_CHANNELS.map(|channels| multiple_of_eight(channels * self.width));
+            STEM_CHANNELS.map(|channels| multiple_of_eight(channels * width));
         let separable = Separable::new(stem, channels, 3, 1, device);
         let mut stacks = Vec::new();
         for stack in &STACKS {
-            let output = multiple_of_eight(stack.channels * self.width);
+            let output = multiple_of_eight(stack.channels * width);
             let blocks = (0..stack.blocks).map(|block| {
                 // Only the first block of a stack halves, and changes the number of channels.
                 let input = std::mem::replace(&mut channels, output);
@@ -126,13 +112,13 @@ impl MnasNetConfig {
             });
             stacks.push(blocks.collect());
         }
-        MnasNet {
+        Self {
             stem: ConvNormConfig::new(3, stem, 3).with_stride(2).init(device),
             separable,
             stacks,
             last: ConvNormConfig::new(channels, HEAD_CHANNELS, 1).init(device),
             mean: AdaptiveAvgPool2dConfig::new([1, 1]).init(),
-            head: linear(HEAD_CHANNELS, self.outputs, device),
+            head: linear(HEAD_CHANNELS, outputs, device),
         }
     }
 }
@@ -158,8 +144,35 @@ impl BackboneNet for MnasNet {
         }
     }
 
+    /// `stacks.1.0.separable.project.conv.x` is `layers.9.0.layers.6.x`: layers are counted
+    /// through, a convolution, its normalisation and its ReLU as three, a stack as one.
     fn torchvision_path(&self, path: &str) -> String {
-        torchvision_path(path)
+        // Where torchvision's one list of layers has each part.
+        const STEM: usize = 0;
+        const SEPARABLE: usize = 3;
+        const FIRST_STACK: usize = 8;
+        const LAST: usize = FIRST_STACK + STACKS.len();
+        let parts: Vec<&str> = path.split('.').collect();
+        let inner = |kind: &str| usize::from(kind == "norm");
+        // A convolution, its normalisation and its ReLU come before the projection.
+        let half = |half: &str| if half == "depthwise" { 0 } else { 3 };
+        match *parts.as_slice() {
+            ["stem", kind, name] => format!("layers.{}.{name}", STEM + inner(kind)),
+            ["separable", part, kind, name] => {
+                format!("layers.{}.{name}", SEPARABLE + half(part) + inner(kind))
+            }
+            ["last", kind, name] => format!("layers.{}.{name}", LAST + inner(kind)),
+            ["head", name] => format!("classifier.1.{name}"),
+            ["stacks", stack, block, ref part @ .., kind, name] => {
+                let stack = stack.parse::<usize>().map_or(0, |index| index + FIRST_STACK);
+                let layer = match part {
+                    ["separable", part] => 3 + half(part),
+                    _ => 0,
+                };
+                format!("layers.{stack}.{block}.layers.{}.{name}", layer + inner(kind))
+            }
+            _ => path.to_owned(),
+        }
     }
 }
 
@@ -192,54 +205,5 @@ impl InvertedResidual {
     fn forward<N: NetOps>(&self, input: N) -> N {
         let x = self.separable.forward(self.expand.forward_relu(input.clone()));
         if self.residual { x.add(input) } else { x }
-    }
-}
-
-/// `stacks.1.0.separable.project.conv.x` is `layers.9.0.layers.6.x`: layers are counted
-/// through, a convolution, its normalisation and its ReLU as three, a stack as one.
-fn torchvision_path(path: &str) -> String {
-    // Where torchvision's one list of layers has each part.
-    const STEM: usize = 0;
-    const SEPARABLE: usize = 3;
-    const FIRST_STACK: usize = 8;
-    const LAST: usize = FIRST_STACK + STACKS.len();
-    let parts: Vec<&str> = path.split('.').collect();
-    let inner = |kind: &str| usize::from(kind == "norm");
-    // A convolution, its normalisation and its ReLU come before the projection.
-    let half = |half: &str| if half == "depthwise" { 0 } else { 3 };
-    match *parts.as_slice() {
-        ["stem", kind, name] => format!("layers.{}.{name}", STEM + inner(kind)),
-        ["separable", part, kind, name] => {
-            format!("layers.{}.{name}", SEPARABLE + half(part) + inner(kind))
-        }
-        ["last", kind, name] => format!("layers.{}.{name}", LAST + inner(kind)),
-        ["head", name] => format!("classifier.1.{name}"),
-        ["stacks", stack, block, ref part @ .., kind, name] => {
-            let stack = stack.parse::<usize>().map_or(0, |index| index + FIRST_STACK);
-            let layer = match part {
-                ["separable", part] => 3 + half(part),
-                _ => 0,
-            };
-            format!("layers.{stack}.{block}.layers.{}.{name}", layer + inner(kind))
-        }
-        _ => path.to_owned(),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn parts_of_a_block_stand_where_torchvision_puts_them() {
-        let name = torchvision_path;
-        assert_eq!(name("separable.project.norm.gamma"), "layers.7.gamma");
-        assert_eq!(name("stacks.0.0.expand.norm.beta"), "layers.8.0.layers.1.beta");
-        assert_eq!(
-            name("stacks.5.0.separable.depthwise.conv.weight"),
-            "layers.13.0.layers.3.weight"
-        );
-        assert_eq!(name("stacks.1.0.separable.project.conv.weight"), "layers.9.0.layers.6.weight");
-        assert_eq!(name("last.conv.weight"), "layers.14.weight");
     }
 }

@@ -35,23 +35,13 @@ const STEM_CHANNELS: f32 = 32.0;
 /// Channels of the last convolution, which narrower networks keep.
 const HEAD_CHANNELS: f32 = 1280.0;
 
-/// MobileNetV2.
 pub(super) const MOBILENET_V2: BackboneSpec<MobileNetV2> = BackboneSpec {
     name: "mobilenet_v2",
     about: "MobileNetV2 (Sandler et al. 2018): a fifth of the parameters",
     smallest_px: 1,
     narrowest: 0.01,
-    build: |width, outputs, device| MobileNetV2Config::new(width, outputs).init(device),
+    build: MobileNetV2::new,
 };
-
-/// Shape of a MobileNetV2.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct MobileNetV2Config {
-    /// Multiplier of all channel counts, 1 as published.
-    width: f32,
-    /// Values of the output vector.
-    outputs: usize,
-}
 
 /// A network of inverted residuals.
 #[derive(Module, Debug)]
@@ -74,32 +64,28 @@ struct InvertedResidual {
     residual: bool,
 }
 
-impl MobileNetV2Config {
-    fn new(width: f32, outputs: usize) -> Self {
-        Self { width, outputs }
-    }
-
+impl MobileNetV2 {
     /// The network with all weights zero.
-    fn init(self, device: &Device) -> MobileNetV2 {
-        let stem = multiple_of_eight(STEM_CHANNELS * self.width);
+    fn new(width: f32, outputs: usize, device: &Device) -> Self {
+        let stem = multiple_of_eight(STEM_CHANNELS * width);
         // As published: a narrower network keeps the width of its head.
-        let last = multiple_of_eight(HEAD_CHANNELS * self.width.max(1.0));
+        let last = multiple_of_eight(HEAD_CHANNELS * width.max(1.0));
         let mut blocks = Vec::new();
         let mut channels = stem;
         for (expansion, base, count, stride) in STAGES {
-            let output = multiple_of_eight(base * self.width);
+            let output = multiple_of_eight(base * width);
             for block in 0..count {
                 let stride = if block == 0 { stride } else { 1 };
                 blocks.push(InvertedResidual::new(channels, output, stride, expansion, device));
                 channels = output;
             }
         }
-        MobileNetV2 {
+        Self {
             stem: ConvNormConfig::new(3, stem, 3).with_stride(2).init(device),
             blocks,
             last: ConvNormConfig::new(channels, last, 1).init(device),
             mean: AdaptiveAvgPool2dConfig::new([1, 1]).init(),
-            head: linear(last, self.outputs, device),
+            head: linear(last, outputs, device),
         }
     }
 }
@@ -124,8 +110,27 @@ impl BackboneNet for MobileNetV2 {
         }
     }
 
+    /// `blocks.3.depthwise.conv.x` is `features.4.conv.1.0.x`.
     fn torchvision_path(&self, path: &str) -> String {
-        torchvision_path(path)
+        let parts: Vec<&str> = path.split('.').collect();
+        let inner = |kind: &str| if kind == "conv" { 0 } else { 1 };
+        match *parts.as_slice() {
+            ["stem", kind, name] => format!("features.0.{}.{name}", inner(kind)),
+            ["last", kind, name] => format!("features.18.{}.{name}", inner(kind)),
+            ["head", name] => format!("classifier.1.{name}"),
+            ["blocks", index, part, kind, name] => {
+                let feature = index.parse::<usize>().map_or(0, |index| index + 1);
+                // The first block does not expand: its parts stand one position earlier.
+                let expanded = usize::from(feature > 1);
+                let part = match part {
+                    "expand" => format!("0.{}", inner(kind)),
+                    "depthwise" => format!("{expanded}.{}", inner(kind)),
+                    _ => format!("{}", 1 + expanded + inner(kind)),
+                };
+                format!("features.{feature}.conv.{part}.{name}")
+            }
+            _ => path.to_owned(),
+        }
     }
 }
 
@@ -161,42 +166,5 @@ impl InvertedResidual {
         };
         let x = self.project.forward(self.depthwise.forward_relu6(x));
         if self.residual { x.add(input) } else { x }
-    }
-}
-
-/// `blocks.3.depthwise.conv.x` is `features.4.conv.1.0.x`.
-fn torchvision_path(path: &str) -> String {
-    let parts: Vec<&str> = path.split('.').collect();
-    let inner = |kind: &str| if kind == "conv" { 0 } else { 1 };
-    match *parts.as_slice() {
-        ["stem", kind, name] => format!("features.0.{}.{name}", inner(kind)),
-        ["last", kind, name] => format!("features.18.{}.{name}", inner(kind)),
-        ["head", name] => format!("classifier.1.{name}"),
-        ["blocks", index, part, kind, name] => {
-            let feature = index.parse::<usize>().map_or(0, |index| index + 1);
-            // The first block does not expand: its parts stand one position earlier.
-            let expanded = usize::from(feature > 1);
-            let part = match part {
-                "expand" => format!("0.{}", inner(kind)),
-                "depthwise" => format!("{expanded}.{}", inner(kind)),
-                _ => format!("{}", 1 + expanded + inner(kind)),
-            };
-            format!("features.{feature}.conv.{part}.{name}")
-        }
-        _ => path.to_owned(),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn parts_of_a_block_stand_where_torchvision_puts_them() {
-        let name = |path| torchvision_path(path);
-        assert_eq!(name("blocks.0.depthwise.conv.weight"), "features.1.conv.0.0.weight");
-        assert_eq!(name("blocks.0.project.norm.gamma"), "features.1.conv.2.gamma");
-        assert_eq!(name("blocks.16.expand.norm.beta"), "features.17.conv.0.1.beta");
-        assert_eq!(name("blocks.16.project.conv.weight"), "features.17.conv.2.weight");
     }
 }

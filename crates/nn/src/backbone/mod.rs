@@ -19,6 +19,7 @@ use burn::tensor::Device;
 use evpose_core::{Registry, registry_entry};
 
 use crate::NnError;
+use crate::channels::check_width;
 
 pub use crate::channels::{multiple_of_eight, scaled};
 pub use crate::conv_norm::{ConvNorm, ConvNormConfig};
@@ -81,7 +82,7 @@ impl Backbone {
         device: &Device,
     ) -> Result<Self, NnError> {
         let entry = backbone_by_name(name)?;
-        spec::check_width(width, entry.narrowest)?;
+        check_width(width, entry.narrowest)?;
         Ok(match entry.build {
             Build::BuiltIn(build) => build(width, outputs, device),
             Build::External(spec) => spec.build(width, outputs, device),

@@ -25,28 +25,16 @@ pub(super) const RESNET18: BackboneSpec<ResNet> = BackboneSpec {
     about: "ResNet-18 (He et al. 2016), the network of EventHands",
     smallest_px: 1,
     narrowest: 1.0 / 64.0,
-    build: |width, outputs, device| ResNetConfig::new([2, 2, 2, 2], width, outputs).init(device),
+    build: |width, outputs, device| ResNet::new([2, 2, 2, 2], width, outputs, device),
 };
 
-/// ResNet-34.
 pub(super) const RESNET34: BackboneSpec<ResNet> = BackboneSpec {
     name: "resnet34",
     about: "ResNet-34 (He et al. 2016): as accurate, twice the work",
     smallest_px: 1,
     narrowest: 1.0 / 64.0,
-    build: |width, outputs, device| ResNetConfig::new([3, 4, 6, 3], width, outputs).init(device),
+    build: |width, outputs, device| ResNet::new([3, 4, 6, 3], width, outputs, device),
 };
-
-/// Shape of a residual network.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct ResNetConfig {
-    /// Basic blocks in each of the four stages.
-    blocks: [usize; 4],
-    /// Channels of the first stage; the others have 2, 4 and 8 times as many.
-    channels: usize,
-    /// Values of the output vector.
-    outputs: usize,
-}
 
 /// A residual network of basic blocks.
 #[derive(Module, Debug)]
@@ -67,22 +55,18 @@ pub(crate) struct BasicBlock {
     shortcut: Option<ConvNorm>,
 }
 
-impl ResNetConfig {
-    /// A network `width` times as wide as published.
-    fn new(blocks: [usize; 4], width: f32, outputs: usize) -> Self {
-        Self { blocks, channels: scaled(PUBLISHED_CHANNELS, width), outputs }
-    }
-
-    /// The network with all weights zero.
-    fn init(self, device: &Device) -> ResNet {
-        let stage =
-            |index: usize| stage(self.channels << index, self.blocks[index], index > 0, device);
-        ResNet {
-            stem: ConvNormConfig::new(3, self.channels, 7).with_stride(2).init(device),
+impl ResNet {
+    /// The network with all weights zero, of `blocks` basic blocks in each stage.
+    fn new(blocks: [usize; 4], width: f32, outputs: usize, device: &Device) -> Self {
+        let channels = scaled(PUBLISHED_CHANNELS, width);
+        // Each stage has twice the channels of the one before, at half of its sides.
+        let stage = |index: usize| stage(channels << index, blocks[index], index > 0, device);
+        Self {
+            stem: ConvNormConfig::new(3, channels, 7).with_stride(2).init(device),
             pool: stem_pool(),
             stages: (0..4).map(stage).collect(),
             mean: AdaptiveAvgPool2dConfig::new([1, 1]).init(),
-            head: linear(self.channels * 8, self.outputs, device),
+            head: linear(channels * 8, outputs, device),
         }
     }
 }

@@ -6,10 +6,11 @@
 //! 2018, Table 5.
 
 use burn::module::Module;
-use burn::nn::pool::{AdaptiveAvgPool2d, AdaptiveAvgPool2dConfig, MaxPool2d, MaxPool2dConfig};
-use burn::nn::{Linear, PaddingConfig2d};
+use burn::nn::Linear;
+use burn::nn::pool::{AdaptiveAvgPool2d, AdaptiveAvgPool2dConfig, MaxPool2d};
 use burn::tensor::Device;
 
+use super::resnet::stem_pool;
 use super::spec::{BackboneNet, BackboneSpec};
 use crate::channels::scaled;
 use crate::conv_norm::{ConvNorm, ConvNormConfig};
@@ -33,18 +34,8 @@ pub(super) const SHUFFLENET_V2: BackboneSpec<ShuffleNetV2> = BackboneSpec {
     about: "ShuffleNetV2 (Ma et al. 2018): a ninth of the parameters",
     smallest_px: 1,
     narrowest: 1.0 / 58.0,
-    build: |width, outputs, device| ShuffleNetV2Config::new(width, outputs).init(device),
+    build: ShuffleNetV2::new,
 };
-
-/// Shape of a ShuffleNetV2.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct ShuffleNetV2Config {
-    /// Multiplier of the channels of the stages, 1 for the published "1x". Those published as 0.5x,
-    /// 1.5x and 2x follow no formula and are not among these.
-    width: f32,
-    /// Values of the output vector.
-    outputs: usize,
-}
 
 /// A network of shuffled units.
 #[derive(Module, Debug)]
@@ -75,35 +66,29 @@ struct Halving {
     project: ConvNorm,
 }
 
-impl ShuffleNetV2Config {
-    fn new(width: f32, outputs: usize) -> Self {
-        Self { width, outputs }
-    }
-
-    /// The network with all weights zero.
-    fn init(self, device: &Device) -> ShuffleNetV2 {
+impl ShuffleNetV2 {
+    /// The network with all weights zero. `width` multiplies the channels of the stages and is 1 for the
+    /// published "1x"; those published as 0.5x, 1.5x and 2x follow no formula and are not among these.
+    fn new(width: f32, outputs: usize, device: &Device) -> Self {
         let mut channels = STEM_CHANNELS;
         let mut stages = Vec::new();
         for (index, units) in UNITS.into_iter().enumerate() {
             // Each stage doubles the channels as it halves the sides.
-            let branch = scaled(BRANCH_CHANNELS << index, self.width);
-            let first = Unit::halving(channels, branch, device);
-            let rest = (1..units).map(|_| Unit::new(branch, device));
+            let branch = scaled(BRANCH_CHANNELS << index, width);
+            let first = Unit::new(true, channels, branch, device);
+            let rest = (1..units).map(|_| Unit::new(false, branch, branch, device));
             stages.push(std::iter::once(first).chain(rest).collect());
             channels = 2 * branch;
         }
         // As published: a narrower network keeps the width of its head.
-        let last = scaled(HEAD_CHANNELS, self.width.max(1.0));
-        ShuffleNetV2 {
+        let last = scaled(HEAD_CHANNELS, width.max(1.0));
+        Self {
             stem: ConvNormConfig::new(3, STEM_CHANNELS, 3).with_stride(2).init(device),
-            pool: MaxPool2dConfig::new([3, 3])
-                .with_strides([2, 2])
-                .with_padding(PaddingConfig2d::Explicit(1, 1, 1, 1))
-                .init(),
+            pool: stem_pool(),
             stages,
             last: ConvNormConfig::new(channels, last, 1).init(device),
             mean: AdaptiveAvgPool2dConfig::new([1, 1]).init(),
-            head: linear(last, self.outputs, device),
+            head: linear(last, outputs, device),
         }
     }
 }
@@ -127,35 +112,41 @@ impl BackboneNet for ShuffleNetV2 {
         }
     }
 
+    /// `stages.0.3.expand.conv.x` is `stage2.3.branch2.0.x`.
     fn torchvision_path(&self, path: &str) -> String {
-        torchvision_path(path)
+        let parts: Vec<&str> = path.split('.').collect();
+        let inner = |kind: &str| usize::from(kind == "norm");
+        match *parts.as_slice() {
+            ["stem", kind, name] => format!("conv1.{}.{name}", inner(kind)),
+            ["last", kind, name] => format!("conv5.{}.{name}", inner(kind)),
+            ["head", name] => format!("fc.{name}"),
+            ["stages", stage, unit, ref part @ .., kind, name] => {
+                // torchvision's stages begin at 2.
+                let stage = stage.parse::<usize>().map_or(0, |index| index + 2);
+                // ReLUs count among the layers of a branch.
+                let (branch, layer) = match part {
+                    ["halving", "depthwise"] => (1, 0),
+                    ["halving", _] => (1, 2),
+                    ["expand"] => (2, 0),
+                    ["depthwise"] => (2, 3),
+                    _ => (2, 5),
+                };
+                format!("stage{stage}.{unit}.branch{branch}.{}.{name}", layer + inner(kind))
+            }
+            _ => path.to_owned(),
+        }
     }
 }
 
 impl Unit {
-    /// A unit of `branch` channels a branch that keeps the size of the image.
-    fn new(branch: usize, device: &Device) -> Self {
-        Self::with_branches(None, branch, branch, 1, device)
-    }
-
-    /// A unit that halves the image and has `branch` channels a branch.
-    fn halving(channels_in: usize, branch: usize, device: &Device) -> Self {
-        let halving = Halving {
-            depthwise: depthwise(channels_in, 2, device),
-            project: ConvNormConfig::new(channels_in, branch, 1).init(device),
-        };
-        Self::with_branches(Some(halving), channels_in, branch, 2, device)
-    }
-
-    fn with_branches(
-        halving: Option<Halving>,
-        channels_in: usize,
-        branch: usize,
-        stride: usize,
-        device: &Device,
-    ) -> Self {
+    /// A unit of `branch` channels a branch; it halves the image if `halves`.
+    fn new(halves: bool, channels_in: usize, branch: usize, device: &Device) -> Self {
+        let stride = if halves { 2 } else { 1 };
         Self {
-            halving,
+            halving: halves.then(|| Halving {
+                depthwise: depthwise(channels_in, 2, device),
+                project: ConvNormConfig::new(channels_in, branch, 1).init(device),
+            }),
             expand: ConvNormConfig::new(channels_in, branch, 1).init(device),
             depthwise: depthwise(branch, stride, device),
             project: ConvNormConfig::new(branch, branch, 1).init(device),
@@ -193,31 +184,6 @@ fn depthwise(channels: usize, stride: usize, device: &Device) -> ConvNorm {
         .init(device)
 }
 
-/// `stages.0.3.expand.conv.x` is `stage2.3.branch2.0.x`.
-fn torchvision_path(path: &str) -> String {
-    let parts: Vec<&str> = path.split('.').collect();
-    let inner = |kind: &str| usize::from(kind == "norm");
-    match *parts.as_slice() {
-        ["stem", kind, name] => format!("conv1.{}.{name}", inner(kind)),
-        ["last", kind, name] => format!("conv5.{}.{name}", inner(kind)),
-        ["head", name] => format!("fc.{name}"),
-        ["stages", stage, unit, ref part @ .., kind, name] => {
-            // torchvision's stages begin at 2.
-            let stage = stage.parse::<usize>().map_or(0, |index| index + 2);
-            // ReLUs count among the layers of a branch.
-            let (branch, layer) = match part {
-                ["halving", "depthwise"] => (1, 0),
-                ["halving", _] => (1, 2),
-                ["expand"] => (2, 0),
-                ["depthwise"] => (2, 3),
-                _ => (2, 5),
-            };
-            format!("stage{stage}.{unit}.branch{branch}.{}.{name}", layer + inner(kind))
-        }
-        _ => path.to_owned(),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -230,13 +196,5 @@ mod tests {
         let other = Tensor::<1>::from_floats([4., 5., 6.], &device).reshape([1, 3, 1, 1]);
         let values: Vec<f32> = one.interleave(other).into_data().iter().collect();
         assert_eq!(values, [1., 4., 2., 5., 3., 6.]);
-    }
-
-    #[test]
-    fn parts_of_a_unit_stand_where_torchvision_puts_them() {
-        let name = torchvision_path;
-        assert_eq!(name("stages.2.0.halving.project.norm.gamma"), "stage4.0.branch1.3.gamma");
-        assert_eq!(name("stages.0.3.depthwise.conv.weight"), "stage2.3.branch2.3.weight");
-        assert_eq!(name("stages.1.7.project.norm.beta"), "stage3.7.branch2.6.beta");
     }
 }

@@ -4,6 +4,7 @@ use burn::module::Module;
 use burn::tensor::Device;
 
 use crate::NnError;
+use crate::channels::check_width;
 use crate::graph::Graph;
 use crate::initializer::{Initializer, seeded};
 use crate::net_ops::NetOps;
@@ -11,8 +12,6 @@ use crate::parameters::Slot;
 
 /// Channels of the images that backbones take.
 pub(crate) const IMAGE_CHANNELS: usize = 3;
-/// The largest relative width: 64 times the published work, beyond what memory holds.
-const MAX_WIDTH: f32 = 8.0;
 
 /// A network from images to a vector.
 ///
@@ -72,14 +71,5 @@ impl<N: BackboneNet> BackboneSpec<N> {
         // `seeded` consumes the network, which its initializers describe.
         let layout = network.clone();
         Ok(seeded(network, seed, |slot| layout.initializer(slot)))
-    }
-}
-
-/// # Errors
-/// [`NnError::Width`] outside of `narrowest` to [`MAX_WIDTH`].
-pub(super) fn check_width(width: f32, narrowest: f32) -> Result<(), NnError> {
-    match (narrowest..=MAX_WIDTH).contains(&width) {
-        true => Ok(()),
-        false => Err(NnError::Width { width }),
     }
 }

@@ -36,28 +36,28 @@ const SMALLEST_PX: usize = 1 << STAGE_CHANNELS.len();
 pub(super) const VGG11_BN: BackboneSpec<Vgg> = spec(
     "vgg11_bn",
     "VGG-11 with batch normalisation (Simonyan and Zisserman 2015): eleven times the parameters",
-    |width, outputs, device| VggConfig::new([1, 1, 2, 2, 2], width, outputs).init(device),
+    |width, outputs, device| Vgg::new([1, 1, 2, 2, 2], width, outputs, device),
 );
 
 /// VGG-13 with batch normalisation, configuration B.
 pub(super) const VGG13_BN: BackboneSpec<Vgg> = spec(
     "vgg13_bn",
     "VGG-13 with batch normalisation: two convolutions in every stage",
-    |width, outputs, device| VggConfig::new([2; 5], width, outputs).init(device),
+    |width, outputs, device| Vgg::new([2; 5], width, outputs, device),
 );
 
 /// VGG-16 with batch normalisation, configuration D.
 pub(super) const VGG16_BN: BackboneSpec<Vgg> = spec(
     "vgg16_bn",
     "VGG-16 with batch normalisation: three convolutions in each of the last three stages",
-    |width, outputs, device| VggConfig::new([2, 2, 3, 3, 3], width, outputs).init(device),
+    |width, outputs, device| Vgg::new([2, 2, 3, 3, 3], width, outputs, device),
 );
 
 /// VGG-19 with batch normalisation, configuration E.
 pub(super) const VGG19_BN: BackboneSpec<Vgg> = spec(
     "vgg19_bn",
     "VGG-19 with batch normalisation: four convolutions in each of the last three stages",
-    |width, outputs, device| VggConfig::new([2, 2, 4, 4, 4], width, outputs).init(device),
+    |width, outputs, device| Vgg::new([2, 2, 4, 4, 4], width, outputs, device),
 );
 
 const fn spec(
@@ -66,17 +66,6 @@ const fn spec(
     build: fn(f32, usize, &Device) -> Vgg,
 ) -> BackboneSpec<Vgg> {
     BackboneSpec { name, about, smallest_px: SMALLEST_PX, narrowest: 1.0 / 64.0, build }
-}
-
-/// Shape of a VGG.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct VggConfig {
-    /// Convolutions in each of the five stages.
-    convolutions: [usize; 5],
-    /// Multiplier of all channel counts and hidden outputs, 1 as published.
-    width: f32,
-    /// Values of the output vector.
-    outputs: usize,
 }
 
 /// Stages of convolutions, then fully connected layers.
@@ -89,16 +78,12 @@ pub(crate) struct Vgg {
     head: Linear,
 }
 
-impl VggConfig {
-    fn new(convolutions: [usize; 5], width: f32, outputs: usize) -> Self {
-        Self { convolutions, width, outputs }
-    }
-
-    /// The network with all weights zero.
-    fn init(self, device: &Device) -> Vgg {
+impl Vgg {
+    /// The network with all weights zero, of `convolutions` in each stage.
+    fn new(convolutions: [usize; 5], width: f32, outputs: usize, device: &Device) -> Self {
         let mut channels = 3;
-        let stages = STAGE_CHANNELS.iter().zip(self.convolutions).map(|(&published, count)| {
-            let output = scaled(published, self.width);
+        let stages = STAGE_CHANNELS.iter().zip(convolutions).map(|(&published, count)| {
+            let output = scaled(published, width);
             let stage = (0..count).map(|_| {
                 // With a bias although a normalisation follows: torchvision's weights have one.
                 let input = std::mem::replace(&mut channels, output);
@@ -108,8 +93,8 @@ impl VggConfig {
         });
         // Collected here: the iterator borrows `channels`, which is read below.
         let stages = stages.collect();
-        let hidden = scaled(HIDDEN, self.width);
-        Vgg {
+        let hidden = scaled(HIDDEN, width);
+        Self {
             stages,
             pool: MaxPool2dConfig::new([2, 2]).init(),
             mean: AdaptiveAvgPool2dConfig::new([FIELDS, FIELDS]).init(),
@@ -118,7 +103,7 @@ impl VggConfig {
                 linear(channels * FIELDS * FIELDS, hidden, device),
                 linear(hidden, hidden, device),
             ],
-            head: linear(hidden, self.outputs, device),
+            head: linear(hidden, outputs, device),
         }
     }
 }

@@ -27,14 +27,14 @@ use serde::{Deserialize, Serialize};
 
 use crate::NnError;
 use crate::backbone::resnet::{BasicBlock, stage, stem_pool};
-use crate::channels::scaled;
+use crate::channels::{check_counts, check_width, scaled};
 use crate::conv_norm::{ConvNorm, ConvNormConfig};
 use crate::initializer::{Initializer, seeded};
 use crate::joint_order::{JointAxes, reordered};
 use crate::net_ops::NetOps;
-use crate::parameters::{Slot, trained_count};
+use crate::parameters::Slot;
 use blocks::ResidualBlock;
-use plane::{PlaneChannels, PlaneNet};
+use plane::PlaneNet;
 
 pub use maps::MarginalMaps;
 pub(crate) use maps::cell_centres;
@@ -46,8 +46,8 @@ const CHANNELS: usize = 64;
 const BLOCKS: [usize; 2] = [3, 4];
 /// Planes of a stage.
 const PLANES: usize = 3;
-/// Relative widths that can be built; the narrowest has 1 channel.
-const WIDTHS: std::ops::RangeInclusive<f32> = 0.015_625..=8.0;
+/// The smallest relative width, which has 1 channel.
+const NARROWEST: f32 = 0.015_625;
 
 /// Shape of a [`LiftMono`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -102,29 +102,14 @@ impl LiftMonoConfig {
         }))
     }
 
-    /// The number of trainable parameters.
-    ///
-    /// # Errors
-    /// As [`init`](Self::init).
-    pub fn parameter_count(&self) -> Result<usize, NnError> {
-        Ok(trained_count(&self.zeros(&Device::flex())?))
-    }
-
     /// The network with all weights zero.
     pub(crate) fn zeros(&self, device: &Device) -> Result<LiftMono, NnError> {
-        if !WIDTHS.contains(&self.width) {
-            return Err(NnError::Width { width: self.width });
-        }
-        for (field, count) in [("joints", self.joints), ("stages", self.stages)] {
-            if count == 0 {
-                return Err(NnError::TooFew { field });
-            }
-        }
+        check_width(self.width, NARROWEST)?;
+        check_counts(&[("joints", self.joints), ("stages", self.stages)])?;
         let fine = scaled(CHANNELS, self.width);
         let coarse = 2 * fine;
-        let channels = PlaneChannels { features: coarse, fine, coarse, joints: self.joints };
-        let planes =
-            || (0..self.stages).map(|_| PlaneNet::new(channels, device)).collect::<Vec<_>>();
+        let plane = |_| PlaneNet::new(fine, coarse, self.joints, device);
+        let planes = || (0..self.stages).map(plane).collect::<Vec<_>>();
         let combiner = |_| ResidualBlock::new(PLANES * self.joints, coarse, 1, device);
         let [first, second] = BLOCKS;
         Ok(LiftMono {

@@ -14,26 +14,13 @@ pub(super) struct PlaneNet {
     up: Vec<ResidualBlock>,
 }
 
-/// Channels of a [`PlaneNet`].
-#[derive(Debug, Clone, Copy)]
-pub(super) struct PlaneChannels {
-    /// Of the features.
-    pub(super) features: usize,
-    /// At the size of the features.
-    pub(super) fine: usize,
-    /// At half of it.
-    pub(super) coarse: usize,
-    /// Of the scores: joints.
-    pub(super) joints: usize,
-}
-
 impl PlaneNet {
-    pub(super) fn new(channels: PlaneChannels, device: &Device) -> Self {
-        let PlaneChannels { features, fine, coarse, joints } = channels;
+    /// `fine` channels at the size of the features, `coarse` ones at half of it and of the features.
+    pub(super) fn new(fine: usize, coarse: usize, joints: usize, device: &Device) -> Self {
         let block = |from, to, stride| ResidualBlock::new(from, to, stride, device);
         Self {
             down: vec![
-                block(features, fine, 1),
+                block(coarse, fine, 1),
                 block(fine, fine, 1),
                 block(fine, coarse, 2),
                 block(coarse, coarse, 1),

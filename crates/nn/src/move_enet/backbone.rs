@@ -4,7 +4,7 @@ use burn::module::Module;
 use burn::nn::conv::Conv2d;
 use burn::tensor::Device;
 
-use super::blocks::{InvertedResidual, InvertedResidualConfig, Separable, Upsampling, pointwise};
+use super::blocks::{InvertedResidual, Separable, Upsampling, pointwise};
 use super::{IMAGE_CHANNELS, MoveEnetConfig};
 use crate::channels::multiple_of_eight;
 use crate::conv_norm::{ConvNorm, ConvNormConfig};
@@ -46,12 +46,9 @@ impl Pyramid {
         let [first, second] = STEM.map(wide);
         let mut channels_in = second;
         let stage = |(published, stride, repetitions)| {
-            let hidden = config.expansion * channels_in;
-            let channels_out = wide(published);
-            let config =
-                InvertedResidualConfig { channels_in, channels_out, hidden, stride, repetitions };
-            channels_in = channels_out;
-            InvertedResidual::new(config, device)
+            let channels = [channels_in, config.expansion * channels_in, wide(published)];
+            channels_in = channels[2];
+            InvertedResidual::new(channels, stride, repetitions, device)
         };
         let stages: Vec<_> = STAGES.into_iter().map(stage).collect();
         let levels: Vec<usize> = STAGES[..LEVELS].iter().map(|stage| wide(stage.0)).collect();

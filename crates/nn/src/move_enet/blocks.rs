@@ -49,17 +49,6 @@ impl Bottleneck {
     }
 }
 
-/// Shape of an [`InvertedResidual`].
-#[derive(Debug, Clone, Copy)]
-pub(super) struct InvertedResidualConfig {
-    pub(super) channels_in: usize,
-    pub(super) channels_out: usize,
-    /// Of both bottlenecks.
-    pub(super) hidden: usize,
-    pub(super) stride: usize,
-    pub(super) repetitions: usize,
-}
-
 /// A bottleneck that changes the shape, then one that is added to its own input again and again,
 /// with the same weights each time.
 ///
@@ -73,9 +62,13 @@ pub(super) struct InvertedResidual {
 }
 
 impl InvertedResidual {
-    pub(super) fn new(config: InvertedResidualConfig, device: &Device) -> Self {
-        let InvertedResidualConfig { channels_in, channels_out, hidden, stride, repetitions } =
-            config;
+    /// `channels` of the input, of both bottlenecks' insides and of the output.
+    pub(super) fn new(
+        [channels_in, hidden, channels_out]: [usize; 3],
+        stride: usize,
+        repetitions: usize,
+        device: &Device,
+    ) -> Self {
         let first = Bottleneck {
             expand: ConvNormConfig::new(channels_in, hidden, 1).init(device),
             // The published network has this bias, which the normalisation takes out again.
@@ -142,7 +135,6 @@ pub(super) fn pointwise(
         .init(device)
 }
 
-/// A 3x3 depthwise convolution.
 fn depthwise(channels: usize, stride: usize) -> ConvNormConfig {
     ConvNormConfig::new(channels, channels, 3).with_stride(stride).with_groups(channels)
 }

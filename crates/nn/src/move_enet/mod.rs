@@ -22,11 +22,12 @@ use evpose_pose::body::BodyMaps;
 use serde::{Deserialize, Serialize};
 
 use crate::NnError;
+use crate::channels::{check_counts, check_width};
 use crate::graph::Graph;
 use crate::initializer::{Initializer, seeded};
 use crate::net_ops::NetOps;
 use crate::ops::{self, Blocked};
-use crate::parameters::{Slot, trained_count};
+use crate::parameters::Slot;
 use backbone::Pyramid;
 use heads::Heads;
 
@@ -34,8 +35,8 @@ use heads::Heads;
 pub(crate) const IMAGE_CHANNELS: usize = 3;
 /// Factor and offset from the values 0 to 255 to -1 to 1.
 const SCALING: [f32; 2] = [1.0 / 127.5, -1.0];
-/// Relative widths that can be built; the narrowest has 8 channels everywhere.
-const WIDTHS: std::ops::RangeInclusive<f32> = 0.01..=8.0;
+/// The smallest relative width, which has 8 channels everywhere.
+const NARROWEST: f32 = 0.01;
 
 /// Shape of a [`MoveEnet`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -79,24 +80,10 @@ impl MoveEnetConfig {
         }))
     }
 
-    /// The number of trainable parameters.
-    ///
-    /// # Errors
-    /// As [`init`](Self::init).
-    pub fn parameter_count(&self) -> Result<usize, NnError> {
-        Ok(trained_count(&self.zeros(&Device::flex())?))
-    }
-
     /// The network with all weights zero.
     pub(crate) fn zeros(&self, device: &Device) -> Result<MoveEnet, NnError> {
-        if !WIDTHS.contains(&self.width) {
-            return Err(NnError::Width { width: self.width });
-        }
-        for (field, count) in [("joints", self.joints), ("expansion", self.expansion)] {
-            if count == 0 {
-                return Err(NnError::TooFew { field });
-            }
-        }
+        check_width(self.width, NARROWEST)?;
+        check_counts(&[("joints", self.joints), ("expansion", self.expansion)])?;
         let backbone = Pyramid::new(self, device);
         let header = Heads::new(self, device);
         Ok(MoveEnet { backbone, header, config: self.clone() })

@@ -28,39 +28,18 @@ pub(super) trait TrainingOps: Backend {
         channels: usize,
     ) -> (FloatTensor<Self>, FloatTensor<Self>);
 
-    /// A convolution. `bias` is `[channels_out]`, or any tensor where the settings have none.
+    /// One of the [operations](BlockedOp); what it does not take of `first` and `second` may be any
+    /// tensor.
     #[allow(clippy::too_many_arguments, reason = "tensors have to be arguments")]
-    fn blocked_conv(
+    fn blocked_op(
         input: FloatTensor<Self>,
         gamma: FloatTensor<Self>,
         beta: FloatTensor<Self>,
         mean: FloatTensor<Self>,
         variance: FloatTensor<Self>,
-        weight: FloatTensor<Self>,
-        bias: FloatTensor<Self>,
-        settings: ConvSettings,
-    ) -> FloatTensor<Self>;
-
-    /// An operation of one input.
-    fn blocked_unary(
-        input: FloatTensor<Self>,
-        gamma: FloatTensor<Self>,
-        beta: FloatTensor<Self>,
-        mean: FloatTensor<Self>,
-        variance: FloatTensor<Self>,
-        settings: UnarySettings,
-    ) -> FloatTensor<Self>;
-
-    /// The sum of the input and another batch, then the activation.
-    #[allow(clippy::too_many_arguments, reason = "tensors have to be arguments")]
-    fn blocked_add(
-        input: FloatTensor<Self>,
-        gamma: FloatTensor<Self>,
-        beta: FloatTensor<Self>,
-        mean: FloatTensor<Self>,
-        variance: FloatTensor<Self>,
-        other: FloatTensor<Self>,
-        settings: AddSettings,
+        first: FloatTensor<Self>,
+        second: FloatTensor<Self>,
+        settings: OpSettings,
     ) -> FloatTensor<Self>;
 }
 
@@ -71,30 +50,24 @@ pub(super) struct NormSettings {
     pub(super) activation: Activation,
 }
 
-/// Settings of [`TrainingOps::blocked_conv`].
+/// Settings of [`TrainingOps::blocked_op`].
 #[derive(Debug, Clone, Copy)]
-pub(super) struct ConvSettings {
+pub(super) struct OpSettings {
     pub(super) norm: Option<NormSettings>,
-    pub(super) layer: ConvLayer,
-    pub(super) has_bias: bool,
-}
-
-/// Settings of [`TrainingOps::blocked_unary`].
-#[derive(Debug, Clone, Copy)]
-pub(super) struct UnarySettings {
-    pub(super) norm: Option<NormSettings>,
-    pub(super) op: UnaryOp,
     /// Channels of the input.
     pub(super) channels: usize,
+    pub(super) op: BlockedOp,
 }
 
-/// Settings of [`TrainingOps::blocked_add`].
+/// An operation on a batch, which it normalises while it reads.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct AddSettings {
-    pub(super) norm: Option<NormSettings>,
-    pub(super) activation: Activation,
-    /// Channels of both inputs.
-    pub(super) channels: usize,
+pub(super) enum BlockedOp {
+    /// A convolution with the weight `first` and, if it has one, the bias `second`, `[channels_out]`.
+    Conv { layer: ConvLayer, has_bias: bool },
+    /// An operation of one input.
+    Unary(UnaryOp),
+    /// The sum of the input and the batch `first`, then the activation.
+    Add(Activation),
 }
 
 impl TrainingOps for Flex {
@@ -113,43 +86,18 @@ impl TrainingOps for Flex {
         statistics(&blocks, channels)
     }
 
-    fn blocked_conv(
+    fn blocked_op(
         input: FloatTensor<Self>,
         gamma: FloatTensor<Self>,
         beta: FloatTensor<Self>,
         mean: FloatTensor<Self>,
         variance: FloatTensor<Self>,
-        weight: FloatTensor<Self>,
-        bias: FloatTensor<Self>,
-        settings: ConvSettings,
+        first: FloatTensor<Self>,
+        second: FloatTensor<Self>,
+        settings: OpSettings,
     ) -> FloatTensor<Self> {
         let norm = norm([&gamma, &beta, &mean, &variance], settings.norm);
-        convolution(&input.to_contiguous(), norm.as_ref(), &weight, &bias, settings)
-    }
-
-    fn blocked_unary(
-        input: FloatTensor<Self>,
-        gamma: FloatTensor<Self>,
-        beta: FloatTensor<Self>,
-        mean: FloatTensor<Self>,
-        variance: FloatTensor<Self>,
-        settings: UnarySettings,
-    ) -> FloatTensor<Self> {
-        let norm = norm([&gamma, &beta, &mean, &variance], settings.norm);
-        unary(&input.to_contiguous(), norm.as_ref(), settings).0
-    }
-
-    fn blocked_add(
-        input: FloatTensor<Self>,
-        gamma: FloatTensor<Self>,
-        beta: FloatTensor<Self>,
-        mean: FloatTensor<Self>,
-        variance: FloatTensor<Self>,
-        other: FloatTensor<Self>,
-        settings: AddSettings,
-    ) -> FloatTensor<Self> {
-        let norm = norm([&gamma, &beta, &mean, &variance], settings.norm);
-        sum(&input.to_contiguous(), norm.as_ref(), &other, settings)
+        applied(&input.to_contiguous(), norm.as_ref(), [&first, &second], settings).0
     }
 }
 
@@ -210,42 +158,30 @@ pub(super) fn statistics(
     (tensor(mean, Shape::from([channels])), tensor(variance, Shape::from([channels])))
 }
 
-/// `input` is contiguous, here and below.
-pub(super) fn convolution(
+/// The output, and for a max-pooling the index of the largest value in every window. `input` is
+/// contiguous.
+pub(super) fn applied(
     input: &FloatTensor<Flex>,
     norm: Option<&Norm>,
-    weight: &FloatTensor<Flex>,
-    bias: &FloatTensor<Flex>,
-    settings: ConvSettings,
-) -> FloatTensor<Flex> {
-    let ConvSettings { layer, has_bias, .. } = settings;
-    let (weight, bias) = (weight.to_contiguous(), bias.to_contiguous());
-    let bias = has_bias.then(|| values(&bias));
-    let output =
-        layer.forward(NormalizedInput { values: values(input), norm }, values(&weight), bias);
-    blocked(output, &layer.output())
-}
-
-/// The output, and for a max-pooling the index of the largest value in every window.
-pub(super) fn unary(
-    input: &FloatTensor<Flex>,
-    norm: Option<&Norm>,
-    settings: UnarySettings,
+    [first, second]: [&FloatTensor<Flex>; 2],
+    settings: OpSettings,
 ) -> (FloatTensor<Flex>, Vec<u8>) {
     let shape = blocks(input, settings.channels);
-    let (output, out, taps) =
-        settings.op.forward(shape, NormalizedInput { values: values(input), norm });
-    (blocked(output, &out), taps)
-}
-
-pub(super) fn sum(
-    input: &FloatTensor<Flex>,
-    norm: Option<&Norm>,
-    other: &FloatTensor<Flex>,
-    settings: AddSettings,
-) -> FloatTensor<Flex> {
-    let shape = blocks(input, settings.channels);
-    let other = other.to_contiguous();
     let input = NormalizedInput { values: values(input), norm };
-    blocked(input.add(&shape, values(&other).into(), settings.activation), &shape)
+    match settings.op {
+        BlockedOp::Conv { layer, has_bias } => {
+            // Weights may be views of other tensors; kernels read plain slices.
+            let (weight, bias) = (first.to_contiguous(), second.to_contiguous());
+            let bias = has_bias.then(|| values(&bias));
+            (blocked(layer.forward(input, values(&weight), bias), &layer.output()), Vec::new())
+        }
+        BlockedOp::Unary(op) => {
+            let (output, out, taps) = op.forward(shape, input);
+            (blocked(output, &out), taps)
+        }
+        BlockedOp::Add(activation) => {
+            let other = first.to_contiguous();
+            (blocked(input.add(&shape, values(&other).into(), activation), &shape), Vec::new())
+        }
+    }
 }

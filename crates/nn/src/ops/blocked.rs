@@ -8,6 +8,7 @@ use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
 use burn::backend::Dispatch;
+use burn::backend::tensor::FloatTensor;
 use burn::nn::PaddingConfig2d;
 use burn::nn::conv::Conv2d;
 use burn::nn::pool::{AdaptiveAvgPool2d, MaxPool2d};
@@ -15,7 +16,7 @@ use burn::tensor::Tensor;
 use burn::tensor::activation::relu;
 use evpose_kernels::training::{Blocks, MaxPool, Upsample};
 
-use super::backend::{AddSettings, ConvSettings, NormSettings, TrainingOps, UnarySettings};
+use super::backend::{BlockedOp, NormSettings, OpSettings, TrainingOps};
 use super::layer::ConvLayer;
 use super::unary::UnaryOp;
 use super::{Activation, update_running};
@@ -82,19 +83,39 @@ impl From<Tensor<5>> for Operand {
     }
 }
 
-impl LazySum {
-    fn with(self, activation: Activation, channels: usize) -> Tensor<5> {
-        let Operand { values, norm, settings } = self.normalized.into();
-        let [gamma, beta, mean, variance] = norm.map(Tensor::into_dispatch);
-        Tensor::from_dispatch(Dispatch::blocked_add(
-            values.into_dispatch(),
+impl Operand {
+    fn applied(
+        self,
+        op: BlockedOp,
+        channels: usize,
+        taken: [Option<FloatTensor<Dispatch>>; 2],
+    ) -> Tensor<5> {
+        // Operations of Burn take a fixed number of tensors: one value stands for those not taken.
+        let unused = || Tensor::<1>::zeros([1], &self.values.device()).into_dispatch();
+        let [first, second] = taken.map(|tensor| tensor.unwrap_or_else(unused));
+        let [gamma, beta, mean, variance] = self.norm.map(Tensor::into_dispatch);
+        let settings = OpSettings { norm: self.settings, channels, op };
+        Tensor::from_dispatch(Dispatch::blocked_op(
+            self.values.into_dispatch(),
             gamma,
             beta,
             mean,
             variance,
-            self.other.into_dispatch(),
-            AddSettings { norm: settings, activation, channels },
+            first,
+            second,
+            settings,
         ))
+    }
+
+    fn unary(self, op: UnaryOp, channels: usize) -> Tensor<5> {
+        self.applied(BlockedOp::Unary(op), channels, [None, None])
+    }
+}
+
+impl LazySum {
+    fn with(self, activation: Activation, channels: usize) -> Tensor<5> {
+        let other = [Some(self.other.into_dispatch()), None];
+        Operand::from(self.normalized).applied(BlockedOp::Add(activation), channels, other)
     }
 }
 
@@ -125,7 +146,7 @@ impl Blocked {
             }
             LazyValues::Blocks(values) => values,
             LazyValues::Normalized(normalized) => {
-                unary(normalized.into(), UnaryOp::Materialize, channels)
+                Operand::from(normalized).unary(UnaryOp::Materialize, channels)
             }
             LazyValues::Sum(sum) => {
                 // Computed once, however many layers read the sum before its activation is known.
@@ -148,36 +169,12 @@ impl Blocked {
     }
 
     fn convolved(self, layer: &Conv2d, shape: ConvLayer) -> Tensor<5> {
-        let Operand { values, norm, settings } = self.into_operand();
-        let bias = layer.bias.as_ref().map(|bias| bias.val());
-        let has_bias = bias.is_some();
-        // Operations of Burn take a fixed number of tensors: one value stands for no bias.
-        let bias = bias.unwrap_or_else(|| Tensor::zeros([1], &values.device()));
-        let [gamma, beta, mean, variance] = norm.map(Tensor::into_dispatch);
-        Tensor::from_dispatch(Dispatch::blocked_conv(
-            values.into_dispatch(),
-            gamma,
-            beta,
-            mean,
-            variance,
-            layer.weight.val().into_dispatch(),
-            bias.into_dispatch(),
-            ConvSettings { norm: settings, layer: shape, has_bias },
-        ))
+        let channels = self.shape.channels;
+        let bias = layer.bias.as_ref().map(|bias| bias.val().into_dispatch());
+        let op = BlockedOp::Conv { layer: shape, has_bias: bias.is_some() };
+        let weight = layer.weight.val().into_dispatch();
+        self.into_operand().applied(op, channels, [Some(weight), bias])
     }
-}
-
-fn unary(operand: Operand, op: UnaryOp, channels: usize) -> Tensor<5> {
-    let Operand { values, norm, settings } = operand;
-    let [gamma, beta, mean, variance] = norm.map(Tensor::into_dispatch);
-    Tensor::from_dispatch(Dispatch::blocked_unary(
-        values.into_dispatch(),
-        gamma,
-        beta,
-        mean,
-        variance,
-        UnarySettings { norm: settings, op, channels },
-    ))
 }
 
 /// The shape of a max-pooling of stride 2 over 2x2 or 3x3 pixels; none for others.
@@ -248,7 +245,7 @@ impl NetOps for Blocked {
         let Some(pool) = max_pool(layer, input) else {
             return self.through_planes(|planes| planes.max_pool(layer));
         };
-        let values = unary(self.into_operand(), UnaryOp::MaxPool(pool), input.channels);
+        let values = self.into_operand().unary(UnaryOp::MaxPool(pool), input.channels);
         Self { shape: pool.output(), values: LazyValues::Blocks(values) }
     }
 
@@ -299,7 +296,7 @@ impl NetOps for Blocked {
     fn upsample(self) -> Self {
         let upsample = Upsample { input: self.shape };
         let channels = self.shape.channels;
-        let values = unary(self.into_operand(), UnaryOp::Upsample(upsample), channels);
+        let values = self.into_operand().unary(UnaryOp::Upsample(upsample), channels);
         Self { shape: upsample.output(), values: LazyValues::Blocks(values) }
     }
 

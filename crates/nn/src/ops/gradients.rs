@@ -13,12 +13,16 @@ use burn::backend::autodiff::ops::{Backward, Ops, OpsKind};
 use burn::backend::tensor::FloatTensor;
 use burn::backend::{Autodiff, Flex, TensorMetadata};
 use burn::tensor::Shape;
-use evpose_kernels::training::{Blocks, Norm, NormalizedInput, activation_backward, backward_bias};
+use evpose_kernels::training::{
+    Activation, Blocks, Norm, NormalizedInput, activation_backward, backward_bias,
+};
 
 use super::backend::{
-    AddSettings, ConvSettings, NormSettings, TrainingOps, UnarySettings, blocked, blocks,
-    convolution, from_planes, norm, statistics, sum, tensor, to_planes, unary, values,
+    BlockedOp, NormSettings, OpSettings, TrainingOps, applied, blocked, blocks, from_planes, norm,
+    statistics, tensor, to_planes, values,
 };
+use super::layer::ConvLayer;
+use super::unary::UnaryOp;
 
 type Values = FloatTensor<Flex>;
 
@@ -99,65 +103,32 @@ impl<C: CheckpointStrategy> TrainingOps for Autodiff<Flex, C> {
         (FloatTensor::<Self>::new(mean), FloatTensor::<Self>::new(variance))
     }
 
-    fn blocked_conv(
+    fn blocked_op(
         input: FloatTensor<Self>,
         gamma: FloatTensor<Self>,
         beta: FloatTensor<Self>,
         mean: FloatTensor<Self>,
         variance: FloatTensor<Self>,
-        weight: FloatTensor<Self>,
-        bias: FloatTensor<Self>,
-        settings: ConvSettings,
+        first: FloatTensor<Self>,
+        second: FloatTensor<Self>,
+        settings: OpSettings,
     ) -> FloatTensor<Self> {
         let tensors = [&gamma, &beta, &mean, &variance].map(FloatTensor::<Self>::primitive);
-        let channels = settings.layer.input().channels;
-        let stored = StoredInput::new(input.primitive(), tensors, settings.norm, channels);
-        let [w, b] = [&weight, &bias].map(FloatTensor::<Self>::primitive);
-        let output = convolution(&stored.values, stored.norm.as_deref(), w, b, settings);
-        let nodes = [input.node(), gamma.node(), beta.node(), weight.node(), bias.node()];
+        let OpSettings { norm, channels, op } = settings;
+        let stored = StoredInput::new(input.primitive(), tensors, norm, channels);
+        let taken = [&first, &second].map(FloatTensor::<Self>::primitive);
+        let (output, taps) = applied(&stored.values, stored.norm.as_deref(), taken, settings);
+        let nodes = [input.node(), gamma.node(), beta.node(), first.node(), second.node()];
         // Without a tracked input nothing is kept: inference needs no memory for a backward pass.
-        match Convolution.prepare::<C>(nodes).compute_bound().stateful() {
-            OpsKind::Tracked(prep) => prep.finish((stored, w.to_contiguous(), settings), output),
-            OpsKind::UnTracked(prep) => prep.finish(output),
-        }
-    }
-
-    fn blocked_unary(
-        input: FloatTensor<Self>,
-        gamma: FloatTensor<Self>,
-        beta: FloatTensor<Self>,
-        mean: FloatTensor<Self>,
-        variance: FloatTensor<Self>,
-        settings: UnarySettings,
-    ) -> FloatTensor<Self> {
-        let tensors = [&gamma, &beta, &mean, &variance].map(FloatTensor::<Self>::primitive);
-        let (channels, by) = (settings.channels, settings.norm);
-        let stored = StoredInput::new(input.primitive(), tensors, by, channels);
-        let (output, taps) = unary(&stored.values, stored.norm.as_deref(), settings);
-        let nodes = [input.node(), gamma.node(), beta.node()];
-        match Unary.prepare::<C>(nodes).compute_bound().stateful() {
-            OpsKind::Tracked(prep) => prep.finish((stored, Arc::new(taps), settings), output),
-            OpsKind::UnTracked(prep) => prep.finish(output),
-        }
-    }
-
-    fn blocked_add(
-        input: FloatTensor<Self>,
-        gamma: FloatTensor<Self>,
-        beta: FloatTensor<Self>,
-        mean: FloatTensor<Self>,
-        variance: FloatTensor<Self>,
-        other: FloatTensor<Self>,
-        settings: AddSettings,
-    ) -> FloatTensor<Self> {
-        let tensors = [&gamma, &beta, &mean, &variance].map(FloatTensor::<Self>::primitive);
-        let (channels, by) = (settings.channels, settings.norm);
-        let stored = StoredInput::new(input.primitive(), tensors, by, channels);
-        let norm = stored.norm.as_deref();
-        let output = sum(&stored.values, norm, other.primitive(), settings);
-        let nodes = [input.node(), gamma.node(), beta.node(), other.node()];
-        match Sum.prepare::<C>(nodes).compute_bound().stateful() {
-            OpsKind::Tracked(prep) => prep.finish((stored, output.clone(), settings), output),
+        match Operation.prepare::<C>(nodes).compute_bound().stateful() {
+            OpsKind::Tracked(prep) => {
+                let saved = match op {
+                    BlockedOp::Conv { layer, .. } => Saved::Conv(layer, taken[0].to_contiguous()),
+                    BlockedOp::Unary(op) => Saved::Unary(op, Arc::new(taps)),
+                    BlockedOp::Add(activation) => Saved::Sum(activation, output.clone()),
+                };
+                prep.finish((stored, saved), output)
+            }
             OpsKind::UnTracked(prep) => prep.finish(output),
         }
     }
@@ -192,67 +163,54 @@ impl Backward<Flex, 1> for ToPlanes {
     }
 }
 
-#[derive(Debug)]
-struct Convolution;
+/// What the backward pass of an operation needs besides its input.
+#[derive(Debug, Clone)]
+enum Saved {
+    /// With the weight.
+    Conv(ConvLayer, Values),
+    /// With the indices of the largest values.
+    Unary(UnaryOp, Arc<Vec<u8>>),
+    /// With the output.
+    Sum(Activation, Values),
+}
 
-impl Backward<Flex, 5> for Convolution {
-    /// Input, weight and settings.
-    type State = (StoredInput, Values, ConvSettings);
+#[derive(Debug)]
+struct Operation;
+
+impl Backward<Flex, 5> for Operation {
+    type State = (StoredInput, Saved);
 
     fn backward(self, ops: Ops<Self::State, 5>, grads: &mut Gradients, _: &mut Checkpointer) {
         let dy = gradient(&ops, grads);
-        let (stored, weight, ConvSettings { layer, .. }) = &ops.state;
+        let (stored, saved) = &ops.state;
         let parents = tracked(&ops);
-        if let Some(parent) = parents[3] {
-            let by_weight = layer.backward_weight(stored.input(), values(&dy));
-            grads.register::<Flex>(parent, tensor(by_weight, weight.shape()));
-        }
-        if let Some(parent) = parents[4] {
-            let out = layer.output();
-            let by_bias = backward_bias(&out, values(&dy));
-            grads.register::<Flex>(parent, tensor(by_bias, Shape::from([out.channels])));
-        }
-        // Images need no gradient: the first layer of a network skips the largest pass.
-        if parents[..3].iter().any(Option::is_some) {
-            let by_input = layer.backward_input(values(weight), values(&dy));
-            // As large as an activation, and of no further use.
-            drop(dy);
-            stored.register(&parents[..3], by_input, grads);
-        }
-    }
-}
-
-#[derive(Debug)]
-struct Unary;
-
-impl Backward<Flex, 3> for Unary {
-    /// Input, indices of the largest values, and settings.
-    type State = (StoredInput, Arc<Vec<u8>>, UnarySettings);
-
-    fn backward(self, ops: Ops<Self::State, 3>, grads: &mut Gradients, _: &mut Checkpointer) {
-        let dy = gradient(&ops, grads);
-        let (stored, taps, settings) = &ops.state;
-        let by_input = settings.op.backward(values(&dy), taps);
-        stored.register(&tracked(&ops), by_input, grads);
-    }
-}
-
-#[derive(Debug)]
-struct Sum;
-
-impl Backward<Flex, 4> for Sum {
-    /// Input, output and settings.
-    type State = (StoredInput, Values, AddSettings);
-
-    fn backward(self, ops: Ops<Self::State, 4>, grads: &mut Gradients, _: &mut Checkpointer) {
-        let dy = gradient(&ops, grads);
-        let (stored, output, settings) = &ops.state;
-        let by_sum = activation_backward(settings.activation, values(output), values(&dy));
+        let by_input = match saved {
+            Saved::Conv(layer, weight) => {
+                if let Some(parent) = parents[3] {
+                    let by_weight = layer.backward_weight(stored.input(), values(&dy));
+                    grads.register::<Flex>(parent, tensor(by_weight, weight.shape()));
+                }
+                if let Some(parent) = parents[4] {
+                    let out = layer.output();
+                    let by_bias = backward_bias(&out, values(&dy));
+                    grads.register::<Flex>(parent, tensor(by_bias, Shape::from([out.channels])));
+                }
+                // Images need no gradient: the first layer of a network skips the largest pass.
+                if parents[..3].iter().all(Option::is_none) {
+                    return;
+                }
+                layer.backward_input(values(weight), values(&dy))
+            }
+            Saved::Unary(op, taps) => op.backward(values(&dy), taps),
+            Saved::Sum(activation, output) => {
+                activation_backward(*activation, values(output), values(&dy))
+            }
+        };
+        // As large as an activation, and of no further use.
         drop(dy);
-        let parents = tracked(&ops);
-        if let Some(parent) = parents[3] {
-            grads.register::<Flex>(parent, blocked(by_sum.clone(), &stored.shape));
+        if let (Saved::Sum(..), Some(parent)) = (saved, parents[3]) {
+            grads.register::<Flex>(parent, blocked(by_input.clone(), &stored.shape));
         }
-        stored.register(&parents[..3], by_sum, grads);
+        stored.register(&parents[..3], by_input, grads);
     }
 }

@@ -42,13 +42,6 @@ impl ConvLayer {
         }
     }
 
-    pub(super) fn input(&self) -> Blocks {
-        match self {
-            Self::Full(conv) => conv.input,
-            Self::Depthwise(conv) => conv.input,
-        }
-    }
-
     pub(super) fn output(&self) -> Blocks {
         match self {
             Self::Full(conv) => conv.output(),

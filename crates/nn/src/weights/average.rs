@@ -1,7 +1,8 @@
 //! The mean of two networks.
 
-use burn::module::{Module, ModuleMapper, ModuleVisitor, Param};
-use burn::tensor::{Tensor, TensorData};
+use burn::module::Module;
+
+use crate::parameters::{fill, read};
 
 /// The network whose weights, and statistics of normalisation, are halfway between those of two of one
 /// shape. Of a network and one that was trained further from it, on other data, it often does as well
@@ -13,30 +14,12 @@ use burn::tensor::{Tensor, TensorData};
 /// # Source
 /// Wortsman et al., *Robust fine-tuning of zero-shot models*, CVPR 2022.
 pub fn average<M: Module>(first: &M, second: M) -> M {
-    let mut weights = Weights::default();
-    first.visit(&mut weights);
-    weights.0.reverse();
-    second.map(&mut weights)
-}
-
-/// Weights in the order of a network, the next one last once they are mapped.
-#[derive(Default)]
-struct Weights(Vec<TensorData>);
-
-impl ModuleVisitor for Weights {
-    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
-        self.0.push(param.val().into_data());
-    }
-}
-
-impl ModuleMapper for Weights {
-    fn map_float<const D: usize>(&mut self, param: Param<Tensor<D>>) -> Param<Tensor<D>> {
-        let other = self.0.pop().expect("as many weights");
-        param.map(|weights| {
-            let other = Tensor::from_data(other, &weights.device());
-            weights.mul_scalar(0.5).add(other.mul_scalar(0.5))
-        })
-    }
+    let mut pairs = read(first).into_iter().zip(read(&second));
+    fill(second, |_| {
+        let ((one, first), (other, second)) = pairs.next().expect("as many weights");
+        assert_eq!(one, other, "weights of one shape");
+        first.iter().zip(second).map(|(first, second)| 0.5 * first + 0.5 * second).collect()
+    })
 }
 
 #[cfg(test)]
@@ -47,9 +30,7 @@ mod tests {
     use crate::{HandRegressor, HandRegressorConfig};
 
     fn weights(network: &HandRegressor) -> Vec<f32> {
-        let mut weights = Weights::default();
-        network.visit(&mut weights);
-        weights.0.iter().flat_map(|data| data.iter::<f32>().collect::<Vec<_>>()).collect()
+        read(network).into_iter().flat_map(|(_, values)| values).collect()
     }
 
     #[test]

@@ -14,7 +14,7 @@ use serde::de::DeserializeOwned;
 
 use super::digest::{read_checked, with_digest};
 use super::mapped::map;
-use super::strict::{Layout, Stored, fill_strictly};
+use super::strict::{Layout, Stored, TensorError, fill_strictly};
 use super::{BaselineCard, BodyCard, ModelCard};
 use crate::parameters::read;
 use crate::{BaselineNetwork, HandRegressor, MoveEnet, NnError};
@@ -93,7 +93,19 @@ impl StoredNetwork for BaselineNetwork {
 /// # Errors
 /// [`NnError::Io`] if the file cannot be written.
 pub fn save<N: StoredNetwork>(path: &Path, network: &N, card: &N::Card) -> Result<(), NnError> {
-    write(path, network, N::KEY, &network.described(card))
+    let card = toml::to_string(&network.described(card))
+        .map_err(|error| NnError::Card { path: path.to_owned(), reason: error.to_string() })?;
+    let tensors = read(network).into_iter().map(|(slot, values)| {
+        let bytes = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+        PackTensor::new(slot.path, DType::F32, slot.shape, None, Bytes::from_bytes_vec(bytes))
+    });
+    let bytes = Writer::new(tensors.collect())
+        .with_metadata(N::KEY, &card)
+        .into_bytes()
+        .map_err(|error| unreadable(path, &error))?;
+    // Whole or not at all: a crash leaves the file before in its place.
+    atomic_write(path, &with_digest(&bytes))
+        .map_err(|source| NnError::Io { path: path.to_owned(), source })
 }
 
 /// Reads a network and its card from `path`.
@@ -102,9 +114,16 @@ pub fn save<N: StoredNetwork>(path: &Path, network: &N, card: &N::Card) -> Resul
 /// [`NnError::Io`], [`NnError::Damaged`] if its digest is another, [`NnError::Unreadable`] if it is no container,
 /// [`NnError::Card`] for a container without a card, [`NnError::Mismatch`] for weights of another network than the card says.
 pub fn load<N: StoredNetwork>(path: &Path, device: &Device) -> Result<(N, N::Card), NnError> {
-    let (reader, card) = open::<N::Card>(path, N::KEY)?;
+    let unreadable = |error| unreadable(path, &error);
+    let reader = Reader::from_bytes(read_checked(path)?).map_err(unreadable)?;
+    let without_card = |reason: String| NnError::Card { path: path.to_owned(), reason };
+    let card = reader.metadata().get(N::KEY);
+    let card = card.ok_or_else(|| without_card(format!("no `{}` entry", N::KEY)))?;
+    let card: N::Card = toml::from_str(card).map_err(|error| without_card(error.to_string()))?;
     let network = N::of_card(&card, device)?;
-    Ok((filled(path, reader, network)?, card))
+    let tensors = reader.into_tensors().map_err(unreadable)?;
+    let file = tensors.into_iter().map(|tensor| (tensor.name.clone(), stored(tensor))).collect();
+    Ok((fill_strictly(network, &Native, file, path, FORMAT)?, card))
 }
 
 /// The task of a weight file, `hand`, `body`, `baseline` or that of another crate, by the key of its
@@ -116,44 +135,6 @@ pub fn task_of(path: &Path) -> Option<String> {
     Some(task.to_owned())
 }
 
-fn write<M: Module>(
-    path: &Path,
-    network: &M,
-    key: &str,
-    card: &impl Serialize,
-) -> Result<(), NnError> {
-    let card = toml::to_string(card)
-        .map_err(|error| NnError::Card { path: path.to_owned(), reason: error.to_string() })?;
-    let tensors = read(network).into_iter().map(|(slot, values)| {
-        let bytes = values.iter().flat_map(|value| value.to_le_bytes()).collect();
-        PackTensor::new(slot.path, DType::F32, slot.shape, None, Bytes::from_bytes_vec(bytes))
-    });
-    let bytes = Writer::new(tensors.collect())
-        .with_metadata(key, &card)
-        .into_bytes()
-        .map_err(|error| unreadable(path, &error))?;
-    // Whole or not at all: a crash leaves the file before in its place.
-    atomic_write(path, &with_digest(&bytes))
-        .map_err(|source| NnError::Io { path: path.to_owned(), source })
-}
-
-/// A container and the card inside.
-fn open<C: DeserializeOwned>(path: &Path, key: &str) -> Result<(Reader, C), NnError> {
-    let reader =
-        Reader::from_bytes(read_checked(path)?).map_err(|error| unreadable(path, &error))?;
-    let without_card = |reason: String| NnError::Card { path: path.to_owned(), reason };
-    let card = reader.metadata().get(key);
-    let card = card.ok_or_else(|| without_card(format!("no `{key}` entry")))?;
-    let card = toml::from_str(card).map_err(|error| without_card(error.to_string()))?;
-    Ok((reader, card))
-}
-
-fn filled<M: Module>(path: &Path, reader: Reader, network: M) -> Result<M, NnError> {
-    let tensors = reader.into_tensors().map_err(|error| unreadable(path, &error))?;
-    let file = tensors.into_iter().map(|tensor| (tensor.name.clone(), stored(tensor))).collect();
-    fill_strictly(network, &Native, file, path, FORMAT)
-}
-
 /// Names, shapes and order as in memory.
 struct Native;
 
@@ -162,9 +143,9 @@ impl Layout for Native {}
 fn stored(tensor: PackTensor) -> Stored {
     let shape = tensor.shape.to_vec();
     let read = move || {
-        let (_, dtype, shape, _, bytes) = tensor.into_parts().map_err(|error| error.to_string())?;
+        let (_, dtype, shape, _, bytes) = tensor.into_parts().map_err(TensorError::of)?;
         if dtype != DType::F32 {
-            return Err(format!("{dtype:?} values where F32 are written"));
+            return Err(TensorError::of(format!("{dtype:?} values where F32 are written")));
         }
         Ok(TensorData::from_bytes(bytes, shape, dtype))
     };

@@ -15,7 +15,6 @@ use crate::NnError;
 
 /// Text before the digits.
 const TAG: &[u8] = b"\nsha256 ";
-/// Length of tag and digits.
 const LENGTH: usize = TAG.len() + 64;
 /// Lists of digests, as `sha256sum` writes them, of files that carry none.
 const SUMS: &str = "SHA256SUMS";

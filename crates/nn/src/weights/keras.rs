@@ -41,7 +41,7 @@ mod imp {
     use super::FORMAT;
     use crate::joint_order::NETWORK_FROM_DHP19;
     use crate::parameters::Slot;
-    use crate::weights::strict::{Layout, Stored, fill_strictly};
+    use crate::weights::strict::{Layout, Stored, TensorError, fill_strictly};
     use crate::{Dhp19Cnn, NnError};
 
     const WEIGHTS: &str = "model_weights";
@@ -58,13 +58,9 @@ mod imp {
             reason: error.to_string(),
         })?;
         let network = fill_strictly(network, &Keras, file, path, FORMAT)?;
-        Ok(match network.config().joints {
-            // Published weights have the joints of DHP19 in its own order, the network has ours.
-            joints if joints == NETWORK_FROM_DHP19.len() => {
-                network.with_joint_order(&NETWORK_FROM_DHP19)
-            }
-            _ => network,
-        })
+        // Published weights have the joints of DHP19 in its own order, the network has ours.
+        let is_dhp19s = network.config().joints == NETWORK_FROM_DHP19.len();
+        Ok(if is_dhp19s { network.with_joint_order(&NETWORK_FROM_DHP19) } else { network })
     }
 
     /// The kernels of all layers that have one, by layer.
@@ -81,7 +77,7 @@ mod imp {
             let kernel = layer.group(&name)?.dataset(KERNEL)?;
             let shape: Vec<usize> = kernel.shape().iter().map(|&side| side as usize).collect();
             let read = move || {
-                let values = kernel.read_array::<f32>().map_err(|error| error.to_string())?;
+                let values = kernel.read_array::<f32>().map_err(TensorError::of)?;
                 Ok(values.iter().copied().collect())
             };
             tensors.insert(name, Stored::new(shape, read));

@@ -10,19 +10,37 @@ use crate::NnError;
 use crate::error::Mismatch;
 use crate::parameters::{Slot, fill_with_data, slots};
 
+/// What a weight file or a tensor in it lacks, or the message of a reader of its container.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub(super) struct TensorError(String);
+
+impl TensorError {
+    #[allow(clippy::needless_pass_by_value, reason = "errors come by value")]
+    pub(super) fn of(reason: impl ToString) -> Self {
+        Self(reason.to_string())
+    }
+}
+
+impl From<&str> for TensorError {
+    fn from(reason: &str) -> Self {
+        Self::of(reason)
+    }
+}
+
 /// A tensor of a file, its values not yet read.
 pub(super) struct Stored {
     /// Its shape in the file.
     pub(super) shape: Vec<usize>,
     /// Reads its values, `f32` in row-major order; the error is the reason.
-    pub(super) read: Box<dyn FnOnce() -> Result<TensorData, String>>,
+    pub(super) read: Box<dyn FnOnce() -> Result<TensorData, TensorError>>,
 }
 
 impl Stored {
     /// A tensor whose values `read` brings into memory.
     pub(super) fn new(
         shape: Vec<usize>,
-        read: impl FnOnce() -> Result<Vec<f32>, String> + 'static,
+        read: impl FnOnce() -> Result<Vec<f32>, TensorError> + 'static,
     ) -> Self {
         let read = move || {
             let values = read()?;
@@ -92,9 +110,10 @@ pub(super) fn fill_strictly<M: Module>(
             let length = data.num_elements();
             // Checked again: the shape is what the file says, the values are what it has.
             if length != count {
-                return Err(format!("{length} values for {count}"));
+                return Err(TensorError(format!("{length} values for {count}")));
             }
-            let values = data.as_slice::<f32>().map_err(|error| format!("{error:?}"))?;
+            let values =
+                data.as_slice::<f32>().map_err(|error| TensorError(format!("{error:?}")))?;
             // PyTorch stores linear weights transposed, Keras kernels with their channels last.
             Ok(match layout.reordered(&slot, values) {
                 Some(values) => TensorData::new(values, slot.shape.clone()),

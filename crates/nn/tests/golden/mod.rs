@@ -3,11 +3,13 @@
 #![allow(clippy::unwrap_used, dead_code, reason = "tests, each of which uses a part")]
 
 use std::collections::BTreeMap;
+use std::io::Read;
 use std::path::PathBuf;
 
 use burn::module::{Module, ModuleVisitor, Param, ParamId};
 use burn::tensor::{Device, Tensor, TensorData};
 use evpose_nn::HandRegressorConfig;
+use evpose_nn::parameters::Slot;
 use serde::Deserialize;
 
 /// `golden.json`.
@@ -61,6 +63,17 @@ pub(crate) fn data(name: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)
 }
 
+/// A file of a zip archive, unpacked into a directory that lives as long as the result.
+pub(crate) fn unpacked(archive: &str, name: &str) -> (tempfile::TempDir, PathBuf) {
+    let archive = std::fs::File::open(data(archive)).unwrap();
+    let mut bytes = Vec::new();
+    zip::ZipArchive::new(archive).unwrap().by_name(name).unwrap().read_to_end(&mut bytes).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
+    std::fs::write(&path, bytes).unwrap();
+    (folder, path)
+}
+
 /// The network of the committed checkpoints.
 pub(crate) fn small() -> HandRegressorConfig {
     HandRegressorConfig {
@@ -82,6 +95,39 @@ pub(crate) fn images(batch: usize, height: usize, width: usize, device: &Device)
     let values = hashed(shape.iter().product(), 1000).into_iter();
     let values = values.map(|u| if u > 0.5 { u as f32 } else { 0.0 }).collect();
     Tensor::from_data(TensorData::new(values, shape), device)
+}
+
+/// Half of the values zero, the others between 127.5 and 255.
+pub(crate) fn bright_images(shape: [usize; 4], device: &Device) -> Tensor<4> {
+    let values = hashed(shape.iter().product(), 1000).into_iter();
+    let values = values.map(|u| if u > 0.5 { (255.0 * u) as f32 } else { 0.0 }).collect();
+    Tensor::from_data(TensorData::new(values, shape), device)
+}
+
+/// The values of the tensor at `position` in PyTorch's order of tensors.
+pub(crate) fn closed_form(slot: &Slot, position: usize) -> Vec<f32> {
+    let count = slot.shape.iter().product();
+    let centred = hashed(count, position).into_iter().map(|u| u - 0.5);
+    let affine = |offset: f64, scale: f64| {
+        centred.clone().map(|u| (offset + scale * u) as f32).collect::<Vec<_>>()
+    };
+    match (slot.name(), slot.shape.as_slice()) {
+        ("weight", &[_, channels, ky, kx]) => {
+            affine(0.0, 12f64.sqrt() * (2.0 / (channels * ky * kx) as f64).sqrt())
+        }
+        ("weight", &[inputs, outputs]) => {
+            let rows = affine(0.0, 0.2);
+            (0..count).map(|i| rows[i % outputs * inputs + i / outputs]).collect()
+        }
+        ("running_var", _) => affine(1.0, 0.5),
+        ("gamma", _) => affine(0.6, 0.5),
+        _ => affine(0.0, 0.2),
+    }
+}
+
+/// Values of a map at every 7919th pixel, modulo all of them.
+pub(crate) fn sampled(map: &[f32], count: usize) -> Vec<f32> {
+    (0..count).map(|k| map[k * 7919 % map.len()]).collect()
 }
 
 /// Uniform within 0.5, translations within 0.05.

@@ -75,10 +75,8 @@ impl AdaptiveHandFilter {
     /// If a variance is not positive and finite, or the limit negative or no number.
     pub fn new(config: &AdaptiveFilterConfig) -> Result<Self, PoseError> {
         let AdaptiveFilterConfig { innovation_limit, unwrap_rotation, .. } = *config;
-        if !(innovation_limit >= 0.0 && innovation_limit.is_finite()) {
-            let (field, rule) = ("innovation_limit", "a number from 0");
-            return Err(PoseError::OutOfRange { field, value: innovation_limit, rule });
-        }
+        let is_limit = innovation_limit >= 0.0 && innovation_limit.is_finite();
+        PoseError::unless(is_limit, "innovation_limit", innovation_limit, "a number from 0")?;
         config.fast.validate()?;
         let filter = |kalman| HandFilter::new(&HandFilterConfig { kalman, unwrap_rotation });
         let (detector, main) = (filter(config.detector)?, filter(config.slow)?);

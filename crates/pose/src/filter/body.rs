@@ -13,7 +13,7 @@ use evpose_core::Micros;
 use glam::Vec2;
 use serde::{Deserialize, Serialize};
 
-use super::{ConstantVelocityKalman, KalmanConfig, NoiseVariances, TemporalFilter as _};
+use super::{ConstantVelocityKalman, KalmanConfig, NoiseVariances};
 use crate::PoseError;
 use crate::body::fusion::ScoredPoints;
 use crate::body::{BODY_JOINTS, BodyPoints};
@@ -83,10 +83,8 @@ impl BodyFilter {
             ("score_exponent", config.score_exponent, 16.0),
             ("max_gap_s", config.max_gap_s, 60.0),
         ] {
-            if !(0.0..=most).contains(&value) {
-                let rule = "from 0, and not beyond any sense";
-                return Err(PoseError::OutOfRange { field, value, rule });
-            }
+            let is_sensible = (0.0..=most).contains(&value);
+            PoseError::unless(is_sensible, field, value, "from 0, and not beyond any sense")?;
         }
         let kalman = ConstantVelocityKalman::new(config.kalman(1.0), 2)?;
         Ok(Self { config, tracks: vec![JointTrack { kalman, measured: None }; BODY_JOINTS] })

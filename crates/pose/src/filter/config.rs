@@ -171,17 +171,16 @@ impl KalmanConfig {
 
     /// A setting number for number as in the published programs, offline or live by its name.
     pub fn parity(setting: NoiseSetting) -> Self {
-        let (acceleration_variance, measurement_variance) = setting.published();
+        let (acceleration_variance, _) = setting.published();
         let initial_state = match setting {
             NoiseSetting::Regular | NoiseSetting::Fast => InitialState::Concatenated,
             NoiseSetting::LiveFast | NoiseSetting::LiveSlow => InitialState::Zero,
         };
         Self {
             acceleration_variance,
-            measurement_variance,
             time_step: TimeStep::PublishedFrame,
             initial_state,
-            hand: None,
+            ..Self::new(setting)
         }
     }
 
@@ -200,12 +199,7 @@ impl KalmanConfig {
 
     /// Refuses variances that are not positive and finite.
     pub(super) fn validate(&self) -> Result<(), PoseError> {
-        for (field, value) in [
-            ("acceleration_variance", self.acceleration_variance),
-            ("measurement_variance", self.measurement_variance),
-        ]
-        .into_iter()
-        .chain(self.hand.iter().flat_map(|noise| {
+        let hand = self.hand.iter().flat_map(|noise| {
             let [a, t, r] = noise.parts().map(|(_, part)| part);
             [
                 ("hand.articulation.acceleration", a.acceleration),
@@ -215,10 +209,14 @@ impl KalmanConfig {
                 ("hand.rotation.acceleration", r.acceleration),
                 ("hand.rotation.measurement", r.measurement),
             ]
-        })) {
-            if !(value > 0.0 && value.is_finite()) {
-                return Err(PoseError::OutOfRange { field, value, rule: "positive and finite" });
-            }
+        });
+        let all = [
+            ("acceleration_variance", self.acceleration_variance),
+            ("measurement_variance", self.measurement_variance),
+        ];
+        for (field, value) in all.into_iter().chain(hand) {
+            let is_variance = value > 0.0 && value.is_finite();
+            PoseError::unless(is_variance, field, value, "positive and finite")?;
         }
         Ok(())
     }

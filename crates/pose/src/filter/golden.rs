@@ -7,7 +7,6 @@ use evpose_core::Micros;
 
 use super::{
     AdaptiveFilterConfig, AdaptiveHandFilter, ConstantVelocityKalman, KalmanConfig, NoiseSetting,
-    TemporalFilter,
 };
 use crate::HandParams;
 

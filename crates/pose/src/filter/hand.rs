@@ -19,7 +19,7 @@ use evpose_core::Micros;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use super::{ConstantVelocityKalman, KalmanConfig, NoiseSetting, TemporalFilter};
+use super::{ConstantVelocityKalman, KalmanConfig, NoiseSetting};
 use crate::rotation::{canonical_axis_angle, nearest_axis_angle};
 use crate::{HandParams, PARAMETERS, PoseError};
 

@@ -25,7 +25,7 @@ use std::ops::Range;
 use evpose_core::Micros;
 
 use super::config::PUBLISHED_STEP_S;
-use super::{InitialState, KalmanConfig, NoiseVariances, TemporalFilter, TimeStep};
+use super::{InitialState, KalmanConfig, NoiseVariances, TimeStep};
 use crate::{PARAMETERS, PoseError};
 
 /// Position and velocity of one value.
@@ -130,6 +130,49 @@ impl ConstantVelocityKalman {
         let groups = groups_of(&config, values);
         let tracks = vec![Track::default(); values];
         Ok(Self { config, tracks, groups, last: None, largest_innovation: 0.0 })
+    }
+
+    /// Takes the measurement `z` of time `t` and writes the estimate for the same time to `out`.
+    ///
+    /// A measurement that is not finite counts as missing: the estimate is then the prediction, or
+    /// the measurement itself where there was none before.
+    ///
+    /// # Panics
+    /// If `z` or `out` has another length than the filter was made for.
+    pub fn update(&mut self, t: Micros, z: &[f32], out: &mut [f32]) {
+        assert_eq!(z.len(), self.tracks.len(), "the filter was made for another length");
+        assert_eq!(out.len(), self.tracks.len(), "the filter was made for another length");
+        // A measurement is taken whole or not at all.
+        let measured = z.iter().all(|v| v.is_finite());
+        self.largest_innovation = 0.0;
+        // Time goes back: another recording has begun.
+        if self.last.is_some_and(|last| t < last) {
+            self.reset();
+        }
+        let Some(last) = self.last else {
+            // Without a state there is nothing to filter.
+            out.copy_from_slice(z);
+            if measured {
+                self.start(t, z, out);
+                self.last = Some(t);
+            }
+            return;
+        };
+        // Without a measurement the prediction stands.
+        self.predict(last, t);
+        if measured {
+            self.correct(z);
+        }
+        self.last = Some(t);
+        self.write(out);
+    }
+
+    /// Forgets every measurement.
+    pub fn reset(&mut self) {
+        self.tracks.fill(Track::default());
+        self.groups = groups_of(&self.config, self.tracks.len());
+        self.last = None;
+        self.largest_innovation = 0.0;
     }
 
     /// The estimated values, in full precision.
@@ -241,43 +284,6 @@ impl ConstantVelocityKalman {
         for (out, track) in out.iter_mut().zip(&self.tracks) {
             *out = track.position as f32;
         }
-    }
-}
-
-impl TemporalFilter for ConstantVelocityKalman {
-    fn update(&mut self, t: Micros, z: &[f32], out: &mut [f32]) {
-        assert_eq!(z.len(), self.tracks.len(), "the filter was made for another length");
-        assert_eq!(out.len(), self.tracks.len(), "the filter was made for another length");
-        // A measurement is taken whole or not at all.
-        let measured = z.iter().all(|v| v.is_finite());
-        self.largest_innovation = 0.0;
-        // Time goes back: another recording has begun.
-        if self.last.is_some_and(|last| t < last) {
-            self.reset();
-        }
-        let Some(last) = self.last else {
-            // Without a state there is nothing to filter.
-            out.copy_from_slice(z);
-            if measured {
-                self.start(t, z, out);
-                self.last = Some(t);
-            }
-            return;
-        };
-        // Without a measurement the prediction stands.
-        self.predict(last, t);
-        if measured {
-            self.correct(z);
-        }
-        self.last = Some(t);
-        self.write(out);
-    }
-
-    fn reset(&mut self) {
-        self.tracks.fill(Track::default());
-        self.groups = groups_of(&self.config, self.tracks.len());
-        self.last = None;
-        self.largest_innovation = 0.0;
     }
 }
 

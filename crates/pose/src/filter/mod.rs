@@ -22,21 +22,4 @@ pub use config::{HandNoise, InitialState, KalmanConfig, NoiseSetting, NoiseVaria
 pub use hand::{HandFilter, HandFilterConfig};
 pub use hold::HoldAtRest;
 pub use kalman::ConstantVelocityKalman;
-pub use stillness::{Gated, StillnessConfig, StillnessGate};
-
-use evpose_core::Micros;
-
-/// A causal filter over vectors of a fixed length.
-pub trait TemporalFilter {
-    /// Takes the measurement `z` of time `t` and writes the estimate for the same time to `out`.
-    ///
-    /// A measurement that is not finite counts as missing: the estimate is then the prediction, or
-    /// the measurement itself where there was none before.
-    ///
-    /// # Panics
-    /// If `z` or `out` has another length than the filter was made for.
-    fn update(&mut self, t: Micros, z: &[f32], out: &mut [f32]);
-
-    /// Forgets every measurement.
-    fn reset(&mut self);
-}
+pub use stillness::{StillnessConfig, StillnessGate};

@@ -48,10 +48,8 @@ impl StillnessConfig {
     /// The same, checked.
     pub(super) fn valid_rest_sum_of(&self, sensor: SensorSize) -> Result<f64, PoseError> {
         let rest_sum = self.rest_sum;
-        if !(rest_sum >= 0.0 && rest_sum.is_finite()) {
-            let rule = "a number from 0";
-            return Err(PoseError::OutOfRange { field: "rest_sum", value: rest_sum, rule });
-        }
+        let is_sum = rest_sum >= 0.0 && rest_sum.is_finite();
+        PoseError::unless(is_sum, "rest_sum", rest_sum, "a number from 0")?;
         Ok(self.rest_sum_of(sensor))
     }
 }
@@ -63,15 +61,6 @@ pub struct StillnessGate {
     previous: Vec<HandParams>,
 }
 
-/// The poses of a batch.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Gated<'a> {
-    /// One for each representation.
-    pub poses: &'a [HandParams],
-    /// Whether they are those of an earlier batch.
-    pub repeated: bool,
-}
-
 impl StillnessGate {
     /// A gate for representations of `sensor`, without predictions yet.
     ///
@@ -79,25 +68,6 @@ impl StillnessGate {
     /// If the sum is negative or no number.
     pub fn new(config: &StillnessConfig, sensor: SensorSize) -> Result<Self, PoseError> {
         Ok(Self { rest_sum: config.valid_rest_sum_of(sensor)?, previous: Vec::new() })
-    }
-
-    /// The poses of a batch of `count` representations, contiguous: those of `predict`, which
-    /// returns one for each, or the previous ones. A batch longer than the one before repeats its
-    /// last pose further.
-    ///
-    /// # Errors
-    /// Those of `predict`; the gate is then as before.
-    pub fn pass<E>(
-        &mut self,
-        representations: &[f32],
-        count: usize,
-        predict: impl FnOnce() -> Result<Vec<HandParams>, E>,
-    ) -> Result<Gated<'_>, E> {
-        if self.is_at_rest(representations, count) {
-            return Ok(Gated { poses: self.repeat(count), repeated: true });
-        }
-        self.predicted(predict()?);
-        Ok(Gated { poses: &self.previous[..count.min(self.previous.len())], repeated: false })
     }
 
     /// Whether a batch of `count` contiguous representations shows a scene at rest of which poses
@@ -129,8 +99,6 @@ impl StillnessGate {
 
 #[cfg(test)]
 mod tests {
-    use std::convert::Infallible;
-
     use super::*;
 
     const SENSOR: SensorSize = SensorSize { width: 24, height: 18 };
@@ -155,9 +123,11 @@ mod tests {
     /// Poses of a batch that would be predicted as `number`, `number + 1`, …, and whether they are
     /// repeated.
     fn pass(gate: &mut StillnessGate, count: usize, sum: f32, number: f32) -> (Vec<f32>, bool) {
-        let predict = || Ok::<_, Infallible>((0..count).map(|i| pose(number + i as f32)).collect());
-        let Ok(gated) = gate.pass(&representations(count, sum), count, predict);
-        (gated.poses.iter().map(|pose| pose.articulation[0]).collect(), gated.repeated)
+        let is_repeated = gate.is_at_rest(&representations(count, sum), count);
+        if !is_repeated {
+            gate.predicted((0..count).map(|i| pose(number + i as f32)).collect());
+        }
+        (gate.repeat(count).iter().map(|pose| pose.articulation[0]).collect(), is_repeated)
     }
 
     /// A hundredth of the published pixels: 3 instead of 300.
@@ -185,14 +155,6 @@ mod tests {
         let sum =
             |width, height| StillnessConfig::default().rest_sum_of(SensorSize { width, height });
         assert_eq!([sum(240, 180), sum(120, 90), sum(60, 45)], [300.0, 75.0, 18.75]);
-    }
-
-    #[test]
-    fn a_failed_prediction_leaves_the_gate_as_it_was() {
-        let mut gate = gate();
-        pass(&mut gate, 1, 9.0, 4.0);
-        assert_eq!(gate.pass(&representations(1, 9.0), 1, || Err("broken")), Err("broken"));
-        assert_eq!(pass(&mut gate, 1, 0.0, 5.0), (vec![4.0], true));
     }
 
     #[test]

@@ -52,7 +52,6 @@ enum Kind {
     Marginals,
 }
 
-/// A sample in the memory of the host.
 struct HostSample {
     image: Vec<f32>,
     joints_px: BodyPoints,

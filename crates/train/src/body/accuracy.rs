@@ -90,19 +90,7 @@ impl BodyAccuracy {
         detections: &[BodyJoint],
         label: &BodyLabel,
     ) {
-        let truth =
-            label.keypoints.iter().map(|joint| joint.is_labelled().then_some(joint.position));
-        self.count(config, detections, truth, label);
-    }
-
-    fn count(
-        &mut self,
-        config: BodyAccuracyConfig,
-        detections: &[BodyJoint],
-        truth: impl ExactSizeIterator<Item = Option<Vec2>>,
-        label: &BodyLabel,
-    ) {
-        let joints = self.correct.len();
+        let (joints, truth) = (self.correct.len(), &label.keypoints);
         assert_eq!([detections.len(), truth.len()], [joints; 2], "as many joints everywhere");
         // Without its measure, an error has no unit.
         let Some(measure) = config.measure.length(label) else {
@@ -111,9 +99,12 @@ impl BodyAccuracy {
         };
         let max_error = config.threshold * measure;
         for (joint, (detection, truth)) in detections.iter().zip(truth).enumerate() {
-            let Some(truth) = truth else { continue };
+            if !truth.is_labelled() {
+                continue;
+            }
+            let is_near = |at: Vec2| at.distance(truth.position) <= max_error;
             // A joint that was not detected is wrong.
-            let is_correct = detection.position.is_some_and(|at| at.distance(truth) <= max_error);
+            let is_correct = detection.position.is_some_and(is_near);
             self.correct[joint] += u64::from(is_correct);
             self.labelled[joint] += 1;
         }

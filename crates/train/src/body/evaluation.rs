@@ -190,6 +190,7 @@ pub fn evaluate_frames(
         Ok::<_, TrainError>(BodyPrediction { t_s, delay_s, joints_px })
     };
     let network = evaluate_frames_with(frames, || predictor.another(), predict)?;
+    // The mean pose is known beforehand: it has no delay.
     let constant = |frame: &BodyFrame| {
         let size_px = frame.size_px();
         let joints_px = mean_pose.map(|joint| joint.map(|at| at * size_px));

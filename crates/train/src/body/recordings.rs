@@ -11,6 +11,7 @@ use rayon::prelude::*;
 
 use super::frames::{BodyFrame, BodyFrames, CameraJoints, label_of, size_of};
 use crate::TrainError;
+use crate::listing::{events_of, file_names};
 use evpose_task::Experiment as _;
 use evpose_task::body::RepresentationReader;
 use evpose_task::body::{BodyConfig, LabelTime, NoiseHistory};
@@ -32,23 +33,10 @@ impl BodyRecordings {
     /// # Errors
     /// If it cannot be read, or holds none.
     pub fn open(directory: &Path) -> Result<Self, TrainError> {
-        let failed = |source| TrainError::Io { path: directory.to_owned(), source };
-        let mut names = Vec::new();
-        for entry in std::fs::read_dir(directory).map_err(failed)? {
-            names.extend(entry.map_err(failed)?.file_name().into_string());
-        }
-        // Sequences are numbered in this order.
-        names.sort();
+        let names = file_names(directory)?;
         let mut files = Vec::new();
         for stem in names.iter().filter_map(|name| name.strip_suffix(POSES)) {
-            // With a further dot, as in `0000.poses.csv`, it is another file than the recording.
-            let is_events = |name: &&String| {
-                let ending = name.strip_prefix(stem).and_then(|rest| rest.strip_prefix('.'));
-                ending.is_some_and(|ending| {
-                    evpose_io::format_for(Path::new(name)).is_ok() && !ending.contains('.')
-                })
-            };
-            if let Some(events) = names.iter().find(is_events) {
+            if let Some(events) = events_of(&names, stem) {
                 files.push((directory.join(events), directory.join(format!("{stem}{POSES}"))));
             }
         }
@@ -73,18 +61,24 @@ impl BodyRecordings {
         config: &BodyConfig,
         progress: &(dyn Fn(u64) + Sync),
     ) -> Result<BodyFrames, TrainError> {
+        self.collected(progress, |sequence, files| frames_of(config, files, sequence))
+    }
+
+    /// The images that `frames_of` makes of each recording, by its number and its files.
+    fn collected(
+        &self,
+        progress: &(dyn Fn(u64) + Sync),
+        frames_of: impl Fn(u64, &(PathBuf, PathBuf)) -> Result<Vec<BodyFrame>, TrainError> + Sync,
+    ) -> Result<BodyFrames, TrainError> {
         let of = |(sequence, files): (usize, &(PathBuf, PathBuf))| {
-            let frames = frames_of(config, files, sequence as u64);
-            progress(1);
-            frames
+            frames_of(sequence as u64, files).inspect(|_| progress(1))
         };
+        // In the order of names, whichever thread ends first: a training depends on the order.
         let frames: Vec<Vec<BodyFrame>> =
             self.files.par_iter().enumerate().map(of).collect::<Result<_, TrainError>>()?;
         Ok(BodyFrames { frames: frames.concat() })
     }
-}
 
-impl BodyRecordings {
     /// Photographs at the sample times of [`Self::frames`], simulated again: the directory must be
     /// one of `evpose simulate`, with its config.
     ///
@@ -98,25 +92,20 @@ impl BodyRecordings {
     ) -> Result<BodyFrames, TrainError> {
         let made_with = BodyConfig::read(&directory.join("config.toml"))?;
         let people = People::new(&made_with.simulation, made_with.seed)?;
-        let of = |(sequence, (_, poses)): (usize, &(PathBuf, PathBuf))| {
+        self.collected(progress, |sequence, (_, poses)| {
             let track = PoseTrack(PoseTable::read(poses)?);
             let (first, step) = sample_times(config);
             let times: Vec<Micros> = (0..)
                 .map(|k| first + Micros(k * step.0))
                 .take_while(|t| *t <= track.end())
                 .collect();
-            let images = people.photographs(sequence as u64, &times)?;
+            let images = people.photographs(sequence, &times)?;
             let frames = times.into_iter().zip(images).filter_map(|(t, image)| {
                 let label = label_of(&track.at(t)?, size_of(&image));
-                Some(BodyFrame { image, label, sequence: sequence as u64, t, camera: None })
+                Some(BodyFrame { image, label, sequence, t, camera: None })
             });
-            let frames: Vec<BodyFrame> = frames.collect();
-            progress(1);
-            Ok(frames)
-        };
-        let frames: Vec<Vec<BodyFrame>> =
-            self.files.par_iter().enumerate().map(of).collect::<Result<_, TrainError>>()?;
-        Ok(BodyFrames { frames: frames.concat() })
+            Ok(frames.collect())
+        })
     }
 }
 

@@ -14,7 +14,6 @@ use evpose_sim::raster::Camera;
 use evpose_task::hand::CameraTurnConfig;
 use glam::{Affine3A, Mat3, Vec2, Vec3};
 
-/// A turn of a camera.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct CameraTurn<'a> {
     camera: &'a Camera,

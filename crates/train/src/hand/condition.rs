@@ -7,10 +7,10 @@
 //! A new condition is a file in `configs/condition` and a line in [`CONDITIONS`]; a file of the
 //! user's works the same way.
 
-use std::borrow::Cow;
 use std::path::Path;
 
 use crate::TrainError;
+use evpose_core::{Registry, registry_entry};
 use evpose_task::Experiment as _;
 use evpose_task::hand::HandConfig;
 
@@ -23,29 +23,38 @@ const WHOLE: [&str; 2] = ["sensor", "source"];
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Condition {
     /// Name in tables and directories.
-    pub name: Cow<'static, str>,
+    pub name: String,
     /// The changes, with a comment at the head that says what they make.
-    pub toml: Cow<'static, str>,
+    pub toml: String,
 }
+
+/// A condition that no file of the user's holds.
+#[derive(Debug)]
+pub struct ConditionEntry {
+    /// See [`Condition::name`].
+    pub name: &'static str,
+    /// See [`Condition::toml`].
+    pub toml: &'static str,
+}
+
+registry_entry!(ConditionEntry, "condition");
 
 macro_rules! condition {
-    ($name:literal) => {
-        Condition {
-            name: Cow::Borrowed($name),
-            toml: Cow::Borrowed(evpose_configs::text(concat!("condition/", $name, ".toml"))),
-        }
-    };
+    ($name:literal) => {{
+        const TOML: &str = evpose_configs::text(concat!("condition/", $name, ".toml"));
+        &ConditionEntry { name: $name, toml: TOML }
+    }};
 }
 
-/// The conditions that come with the program.
-pub static CONDITIONS: &[Condition] = &[
+/// The conditions that come with the program, then those that other crates register.
+pub static CONDITIONS: Registry<ConditionEntry> = Registry::new(&[
     condition!("normal"),
     condition!("slow"),
     condition!("lit"),
     condition!("dark"),
     condition!("night"),
     condition!("dark-noisy"),
-];
+]);
 
 impl Condition {
     /// The condition called `source`, or else the TOML file of that path, named after it.
@@ -53,18 +62,18 @@ impl Condition {
     /// # Errors
     /// If it is neither; the message lists the names there are.
     pub fn load(source: &str) -> Result<Self, TrainError> {
-        if let Some(known) = CONDITIONS.iter().find(|condition| condition.name == source) {
-            return Ok(known.clone());
+        if let Some(known) = CONDITIONS.find(source) {
+            return Ok(Self { name: known.name.to_owned(), toml: known.toml.to_owned() });
         }
         let path = Path::new(source);
         match std::fs::read_to_string(path) {
             Ok(toml) => {
                 let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-                Ok(Self { name: Cow::Owned(stem.into_owned()), toml: Cow::Owned(toml) })
+                Ok(Self { name: stem.into_owned(), toml })
             }
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-                let names: Vec<&str> = CONDITIONS.iter().map(|known| &*known.name).collect();
-                let message = format!("no such condition (there are {}) or file", names.join(", "));
+                let names = CONDITIONS.names().join(", ");
+                let message = format!("no such condition (there are {names}) or file");
                 Err(TrainError::Config { path: path.to_path_buf(), message })
             }
             Err(source) => Err(TrainError::Io { path: path.to_path_buf(), source }),
@@ -100,6 +109,7 @@ impl Condition {
         merge(&mut table, changes);
         let changed: HandConfig =
             table.try_into().map_err(|error: toml::de::Error| problem(error.to_string()))?;
+        // After the merge, since values may contradict those that the condition leaves.
         changed.validate_simulation()?;
         let [before, after] = [config, &changed].map(|config| config.simulation.image_size());
         if before != after {
@@ -143,8 +153,9 @@ mod tests {
 
     #[test]
     fn every_condition_says_what_it_is_and_makes_a_valid_experiment() {
-        for condition in CONDITIONS {
-            assert!(condition.about().ends_with('.'), "{}: {}", condition.name, condition.about());
+        for name in CONDITIONS.names() {
+            let condition = Condition::load(name).unwrap();
+            assert!(condition.about().ends_with('.'), "{name}: {}", condition.about());
             condition.apply(&HandConfig::default()).unwrap();
         }
         assert_eq!(under("normal"), HandConfig::default());

@@ -86,17 +86,20 @@ pub(crate) fn estimate_filters(
     };
     // What filters must improve on.
     let unfiltered = errors(&|track| Ok(track.clone()))?;
-    let mut best = [Best::default(); 3];
+    let mut best = [(f64::INFINITY, HIGHEST_HZ); 3];
     for k in 0..CUTOFFS {
         let share = f64::from(k) / f64::from(CUTOFFS - 1);
         let cutoff_hz = LOWEST_HZ * (HIGHEST_HZ / LOWEST_HZ).powf(share);
         let config = with_noise(residuals.noise(cutoff_hz));
         let errors = errors(&|track| filtered(&config, track))?;
         for ((best, errors), without) in best.iter_mut().zip(&errors).zip(&unfiltered) {
-            best.offer(cutoff_hz, errors.worst_over(without));
+            let error = errors.worst_over(without);
+            if error < best.0 {
+                *best = (error, cutoff_hz);
+            }
         }
     }
-    let [all, slow, fast] = best.map(|best| with_noise(residuals.noise(best.cutoff_hz)));
+    let [all, slow, fast] = best.map(|(_, cutoff_hz)| with_noise(residuals.noise(cutoff_hz)));
     let adaptive = AdaptiveFilterConfig {
         // Below this the slow filter is used, above it the fast one.
         innovation_limit: innovation_limit(tracks, &speeds, median, &slow)?,
@@ -243,27 +246,6 @@ impl Errors {
     fn worst_over(&self, others: &Self) -> f64 {
         let ratios = self.0.iter().zip(&others.0).map(|(error, other)| error / other);
         ratios.fold(0.0, f64::max)
-    }
-}
-
-/// The cutoff of the smallest error so far.
-#[derive(Debug, Clone, Copy)]
-struct Best {
-    error: f64,
-    cutoff_hz: f64,
-}
-
-impl Default for Best {
-    fn default() -> Self {
-        Self { error: f64::INFINITY, cutoff_hz: HIGHEST_HZ }
-    }
-}
-
-impl Best {
-    fn offer(&mut self, cutoff_hz: f64, error: f64) {
-        if error < self.error {
-            *self = Self { error, cutoff_hz };
-        }
     }
 }
 

@@ -63,6 +63,7 @@ pub fn train_hand(
     let training = &config.training;
     let devices = DeviceGroup::new(options.device, training)?;
     let span = TrainingSpan::from(training);
+    // Before the data, which take long to read: a directory that cannot be used is refused at once.
     let run = Run::open(run, config, span, options)?;
     let HandSplit { train, valid, filter } = HandDataset::open(data, config)?.split(config)?;
     let (mean_pose, device) = (mean_pose(&train)?, devices.main());
@@ -156,22 +157,14 @@ mod tests {
     use evpose_sim::{Simulation, record_all};
 
     use super::*;
+    use crate::hand::small_config;
     use crate::{Method, evaluate};
 
     /// Of a size that no `.evc` file holds: the network sees them pooled to its own view.
     #[test]
     fn networks_train_and_are_evaluated_before_sensors_of_more_than_256_rows() {
-        let mut config = HandConfig::default();
-        config.simulation.image_scale = 0.15;
-        config.simulation.sequences = 1;
-        config.simulation.seconds = 0.4;
-        config.simulation.skin.texels = 64;
-        config.network.width = 0.0625;
-        config.training.batch_size = 4;
-        config.training.steps = 2;
-        config.training.steps_per_validation = 2;
-        config.training.validation_s = 0.15;
-        config.training.validation_samples = 4;
+        let mut config = small_config(0.15, 0.4);
+        (config.training.batch_size, config.training.steps) = (4, 2);
         config.evaluation.first_ms = 200;
         let mut simulation = config.simulation.clone();
         simulation.sensor_size = SensorSize { width: 346, height: 260 };
@@ -194,17 +187,8 @@ mod tests {
 
     #[test]
     fn a_run_that_was_paused_ends_with_the_bytes_of_one_that_was_not() {
-        let mut config = HandConfig::default();
-        config.simulation.image_scale = 0.15;
-        config.simulation.sequences = 1;
-        config.simulation.seconds = 0.4;
-        config.simulation.skin.texels = 64;
-        config.network.width = 0.0625;
-        config.training.batch_size = 2;
-        config.training.steps = 6;
-        config.training.steps_per_validation = 2;
-        config.training.validation_s = 0.15;
-        config.training.validation_samples = 4;
+        let mut config = small_config(0.15, 0.4);
+        (config.training.batch_size, config.training.steps) = (2, 6);
         // The rate at each step is that of the whole run.
         config.training.schedule.cosine = true;
         let directory = tempfile::tempdir().unwrap();

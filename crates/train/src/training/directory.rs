@@ -47,6 +47,7 @@ impl RunDirectory<'_> {
     ) -> Result<(RunLock, usize), TrainError> {
         fs::create_dir_all(self.checkpoints())
             .map_err(|source| TrainError::Io { path: self.checkpoints(), source })?;
+        // Locked before anything is read, which another process could change.
         let lock = RunLock::acquire(self.0)?;
         let holds_training =
             newest_checkpoint(&self.checkpoints())?.is_some() || self.0.join(BEST).exists();
@@ -66,6 +67,7 @@ impl RunDirectory<'_> {
                 "{damaged}\ntraining goes on from the checkpoint before, of validation {newest}"
             );
         }
+        // Last: a refused start leaves the config of the run that is there.
         evpose_core::atomic_write(self.config(), config.to_toml()?.as_bytes())
             .map_err(|source| TrainError::Io { path: self.config(), source })?;
         Ok((lock, newest.unwrap_or(0)))
@@ -83,6 +85,7 @@ impl RunDirectory<'_> {
                 history.lose_network(interval);
             }
         }
+        // From the best on, until one is intact: reading all networks would take long.
         while let Some(best) = best_interval(&history.losses_of_networks()) {
             match read_checked(&path(best)) {
                 Ok(_) => break,

@@ -286,7 +286,7 @@ impl<'a> Run<'a> {
                 .num_epochs(self.last_interval())
                 .with_interrupter(self.interrupter.clone())
                 .with_metric_logger(history.clone())
-                .with_checkpointing_strategy(LastTwoAndBest::new(history.clone()))
+                .with_checkpointing_strategy(LastTwoAndBest(history.clone()))
                 .with_custom_checkpointers(weights, optimizer, schedule)
                 .with_application_logger(None)
                 .renderer(self.renderer());
@@ -359,14 +359,10 @@ impl<'a> Run<'a> {
     ) -> Result<T::Network, TrainError> {
         let guard = Guard::new(Interrupter::new());
         let learner = Learner::new(task.untrained(device)?, task.loss(), guard);
-        Ok(learner.load_record(self.record(interval)?).network)
-    }
-
-    /// The weights of the checkpoint of validation interval `interval`.
-    fn record(&self, interval: usize) -> Result<ModuleRecord, TrainError> {
         let path = weights_path(&self.directory.checkpoints(), interval);
-        ModuleRecord::from_bytes(read_checked(&path)?)
-            .map_err(|error| TrainError::Stopped(format!("{}: {error}", path.display())))
+        let record = ModuleRecord::from_bytes(read_checked(&path)?)
+            .map_err(|error| TrainError::Stopped(format!("{}: {error}", path.display())))?;
+        Ok(learner.load_record(record).network)
     }
 }
 

@@ -72,7 +72,7 @@ impl Peer for Tract {
 
 #[cfg(test)]
 mod tests {
-    use evpose_infer::onnx::{Interface, Message as _, model_with};
+    use evpose_infer::onnx::{Interface, Message as _, model};
     use evpose_infer::{Engine, EngineOptions};
     use evpose_nn::Network;
     use tract_onnx::prelude::{DatumType, InferenceFact};
@@ -87,7 +87,7 @@ mod tests {
             let network = Network::untrained(name, 0.25, 7, &burn::tensor::Device::flex()).unwrap();
             let (graph, shape) = (network.graph(), network.input());
             let interface = Interface { input: "events".to_owned(), ..Interface::default() };
-            let bytes = model_with(&graph, shape, &interface).unwrap().encode_to_vec();
+            let bytes = model(&graph, shape, Some(&interface)).unwrap().encode_to_vec();
             let mut engine = Engine::compile(&graph, shape, EngineOptions::default()).unwrap();
             let [channels, height, width] = shape;
             let size = channels * height * width;

@@ -97,7 +97,7 @@ pub(super) fn run(model: &HandNetwork, args: &EvalArgs, own: &HandEvalArgs) -> R
     let mut all = Vec::new();
     for (condition, config) in conditions {
         say(format!("{}: {}", condition.name, condition.about()));
-        let dir = out.join(&*condition.name);
+        let dir = out.join(&condition.name);
         say(format!("    {}", recorded::record(&config, &dir, &condition.name)?));
         let data = HandDataset::open(&dir, &config)?;
         let (network, mean) = (model.predictor(own.own.precision)?, model.mean_pose(&data)?);
@@ -187,7 +187,7 @@ fn report_of(all: &[ConditionEvaluation], args: &EvalArgs, own: &HandEvalArgs) -
             usage,
             config: config.to_toml()?,
         };
-        conditions.insert(condition.name.clone().into_owned(), serde_json::to_value(entry)?);
+        conditions.insert(condition.name.clone(), serde_json::to_value(entry)?);
     }
     Ok(Report {
         conditions,

@@ -24,7 +24,6 @@ impl BandMemory {
     }
 }
 
-/// Execution of a chain on some rows.
 pub(super) struct ChainExec<'a> {
     pub(super) chain: &'a Chain,
     pub(super) input: ChainInput<'a>,

@@ -22,7 +22,6 @@ const PIXELS_PER_ROW: usize = 4;
 pub struct LowPrecisionDepthwise {
     shape: DepthwiseShape,
     level: Level,
-    /// Element type of the input.
     input: LowPrecisionType,
     /// `[block][ky][kx][16]`; quantised weights as integers in f32.
     weights: Vec<Line>,

@@ -96,7 +96,6 @@ impl TensorViewMut<'_> {
     }
 }
 
-/// Element type of a view.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum ElementType {
     F32,

@@ -30,7 +30,6 @@ pub(super) struct WinogradWeights {
     lines: Lines,
     /// Whether they are transformed where they are used.
     is_on_the_fly: bool,
-    /// Blocks of output channels per group.
     blocks_per_group: usize,
     shape: ConvShape,
     /// Points of a tile in the Winograd domain.

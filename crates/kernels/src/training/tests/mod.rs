@@ -6,21 +6,8 @@ mod norm;
 mod resample;
 mod threads;
 
-use proptest::prelude::*;
-
 use super::*;
-
-/// Values between -1 and 1.
-fn noise(seed: u64, count: usize) -> Vec<f32> {
-    let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
-    let mut next = || {
-        state ^= state << 13;
-        state ^= state >> 7;
-        state ^= state << 17;
-        (state >> 40) as f32 / (1 << 23) as f32 - 1.0
-    };
-    (0..count).map(|_| next()).collect()
-}
+use crate::blocked::tests::{activated, activations, random_values as noise};
 
 fn double(values: &[f32]) -> Vec<f64> {
     values.iter().map(|value| f64::from(*value)).collect()
@@ -36,18 +23,6 @@ fn relative_error(ours: &[f32], truth: &[f64], magnitude: &[f64]) -> f64 {
     let pairs = ours.iter().zip(truth);
     let error = pairs.map(|(ours, truth)| (f64::from(*ours) - truth).abs()).fold(0.0, f64::max);
     error / magnitude.iter().fold(1e-3, |a, b| f64::max(a, *b))
-}
-
-fn activations() -> impl Strategy<Value = Activation> {
-    prop_oneof![Just(Activation::Identity), Just(Activation::Relu), Just(Activation::Relu6)]
-}
-
-fn activated(value: f64, activation: Activation) -> f64 {
-    match activation {
-        Activation::Identity => value,
-        Activation::Relu => value.max(0.0),
-        Activation::Relu6 => value.clamp(0.0, 6.0),
-    }
 }
 
 /// Statistics and parameters of a normalisation.

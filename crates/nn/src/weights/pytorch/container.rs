@@ -2,12 +2,14 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::fmt::Display;
 use std::io::{Cursor, Read};
 
 use evpose_containers::pickle::{Pickle, PickleValue};
 use zip::ZipArchive;
 
 use super::view::element_sizes;
+use crate::weights::strict::TensorError;
 
 /// Begins a zip archive.
 const ZIP_MAGIC: &[u8] = b"PK\x03\x04";
@@ -29,27 +31,28 @@ impl Container {
     ///
     /// # Errors
     /// A description of the damage.
-    pub(super) fn read(bytes: Vec<u8>) -> Result<Self, String> {
+    pub(super) fn read(bytes: Vec<u8>) -> Result<Self, TensorError> {
         if bytes.starts_with(ZIP_MAGIC) { Self::zip(bytes) } else { Self::legacy(&bytes) }
     }
 
     /// `NAME/data.pkl` and, for each storage, `NAME/data/KEY`.
-    fn zip(bytes: Vec<u8>) -> Result<Self, String> {
+    fn zip(bytes: Vec<u8>) -> Result<Self, TensorError> {
         // torch.save does not compress: entries larger than their archive are a bomb.
         // Shared by all entries, as many small bombs are one large.
         let mut budget = bytes.len() as u64;
-        let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|error| error.to_string())?;
+        let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(TensorError::of)?;
         let names = archive.file_names().map(|name| name.map(Cow::into_owned));
-        let names: Vec<String> =
-            names.collect::<Result<_, _>>().map_err(|error| error.to_string())?;
-        let mut read = |name: &str| -> Result<Vec<u8>, String> {
-            let entry = archive.by_name(name).map_err(|error| format!("{name}: {error}"))?;
+        let names: Vec<String> = names.collect::<Result<_, _>>().map_err(TensorError::of)?;
+        let mut read = |name: &str| -> Result<Vec<u8>, TensorError> {
+            let damaged = |error: &dyn Display| TensorError::of(format!("{name}: {error}"));
+            let entry = archive.by_name(name).map_err(|error| damaged(&error))?;
             let mut content = Vec::new();
             // One byte more than allowed shows that there was more.
             let read = entry.take(budget + 1).read_to_end(&mut content);
-            let read = read.map_err(|error| format!("{name}: {error}"))? as u64;
+            let read = read.map_err(|error| damaged(&error))? as u64;
             let rest = budget.checked_sub(read);
-            budget = rest.ok_or_else(|| format!("{name} unpacks to more than the archive"))?;
+            let bomb = || TensorError::of(format!("{name} unpacks to more than the archive"));
+            budget = rest.ok_or_else(bomb)?;
             Ok(content)
         };
         // The root folder may have any name.
@@ -58,7 +61,7 @@ impl Container {
         // Archives of older PyTorch versions do not state the byte order.
         let order = format!("{root}byteorder");
         if names.contains(&order) && read(&order)? != b"little" {
-            return Err(BIG_ENDIAN.to_owned());
+            return Err(BIG_ENDIAN.into());
         }
         let pickle = pickle(&read(&format!("{root}data.pkl"))?, 0)?;
         let prefix = format!("{root}data/");
@@ -73,18 +76,19 @@ impl Container {
 
     /// Five pickles (a magic number, the protocol, the machine, the object, the storage keys), then
     /// for each key the count of elements and the elements.
-    fn legacy(bytes: &[u8]) -> Result<Self, String> {
-        let magic = Pickle::read(bytes, 0).map_err(|error| format!("no PyTorch file: {error}"))?;
+    fn legacy(bytes: &[u8]) -> Result<Self, TensorError> {
+        let magic = Pickle::read(bytes, 0)
+            .map_err(|error| TensorError::of(format!("no PyTorch file: {error}")))?;
         if !matches!(magic.node(magic.root()), PickleValue::LongInt(magic) if *magic == LEGACY_MAGIC)
         {
-            return Err("a pickle that torch.save did not write".to_owned());
+            return Err("a pickle that torch.save did not write".into());
         }
         let protocol = pickle(bytes, magic.end())?;
         let machine = pickle(bytes, protocol.end())?;
         // Elements are read as they are stored, so the byte order has to be that of this reader.
         let order = machine.get(machine.root(), "little_endian");
         if order.is_some_and(|order| *machine.node(order) != PickleValue::Bool(true)) {
-            return Err(BIG_ENDIAN.to_owned());
+            return Err(BIG_ENDIAN.into());
         }
         let saved = pickle(bytes, machine.end())?;
         let keys = pickle(bytes, saved.end())?;
@@ -94,8 +98,11 @@ impl Container {
         let mut at = keys.end();
         for &key in keys.sequence(keys.root()).ok_or("no list of storages")? {
             let key = keys.text(key).ok_or("a storage without a name")?;
-            let size = sizes.get(key).ok_or_else(|| format!("storage {key} of unknown type"))?;
-            let cut = || format!("the file ends at byte {} in storage {key}", bytes.len());
+            let size = sizes.get(key);
+            let size =
+                size.ok_or_else(|| TensorError::of(format!("storage {key} of unknown type")))?;
+            let end = bytes.len();
+            let cut = || TensorError::of(format!("the file ends at byte {end} in storage {key}"));
             let (head, rest) = bytes[at..].split_first_chunk().ok_or_else(cut)?;
             let length = usize::try_from(i64::from_le_bytes(*head)).ok();
             let length = length.and_then(|count| count.checked_mul(*size)).ok_or_else(cut)?;
@@ -112,7 +119,6 @@ impl Container {
     }
 }
 
-/// The pickle that begins at byte `start`.
-fn pickle(bytes: &[u8], start: usize) -> Result<Pickle, String> {
-    Pickle::read(bytes, start).map_err(|error| error.to_string())
+fn pickle(bytes: &[u8], start: usize) -> Result<Pickle, TensorError> {
+    Pickle::read(bytes, start).map_err(TensorError::of)
 }

@@ -41,7 +41,7 @@ pub fn load_pytorch(
     config: &HandRegressorConfig,
     device: &Device,
 ) -> Result<HandRegressor, NnError> {
-    read(path, config.zeros(device)?)
+    read(path, config.zeros(device)?, HandRegressor::pytorch_name)
 }
 
 /// Reads the weights of a network of shape `config` from a PyTorch file, in the form of the
@@ -54,7 +54,7 @@ pub fn load_move_enet(
     config: &MoveEnetConfig,
     device: &Device,
 ) -> Result<MoveEnet, NnError> {
-    read(path, config.zeros(device)?)
+    read(path, config.zeros(device)?, MoveEnet::pytorch_name)
 }
 
 /// Reads the weights of a network of shape `config` from a PyTorch file as LiftMono-HPE's published
@@ -68,47 +68,19 @@ pub fn load_lift_mono(
     config: &LiftMonoConfig,
     device: &Device,
 ) -> Result<LiftMono, NnError> {
-    let network = read(path, config.zeros(device)?)?;
-    Ok(match config.joints {
-        joints if joints == NETWORK_FROM_DHP19.len() => {
-            network.with_joint_order(&NETWORK_FROM_DHP19)
-        }
-        _ => network,
-    })
+    let network = read(path, config.zeros(device)?, LiftMono::pytorch_name)?;
+    let is_dhp19s = config.joints == NETWORK_FROM_DHP19.len();
+    Ok(if is_dhp19s { network.with_joint_order(&NETWORK_FROM_DHP19) } else { network })
 }
 
-/// A network whose tensors have names in PyTorch.
-pub(super) trait PyTorchNames: Module {
-    /// The name of the tensor in `slot` in the published checkpoints.
-    fn pytorch_name(&self, slot: &Slot) -> String;
-}
-
-impl PyTorchNames for HandRegressor {
-    fn pytorch_name(&self, slot: &Slot) -> String {
-        Self::pytorch_name(self, slot)
-    }
-}
-
-impl PyTorchNames for MoveEnet {
-    fn pytorch_name(&self, slot: &Slot) -> String {
-        Self::pytorch_name(self, slot)
-    }
-}
-
-impl PyTorchNames for LiftMono {
-    fn pytorch_name(&self, slot: &Slot) -> String {
-        Self::pytorch_name(self, slot)
-    }
-}
-
-fn read<M: PyTorchNames>(path: &Path, network: M) -> Result<M, NnError> {
-    let layout = PyTorch { network: network.clone() };
+fn read<M: Module>(path: &Path, network: M, name: fn(&M, &Slot) -> String) -> Result<M, NnError> {
+    let layout = PyTorch { network: network.clone(), name };
     let bytes =
         std::fs::read(path).map_err(|source| NnError::Io { path: path.to_owned(), source })?;
-    let container = Container::read(bytes).map_err(|reason| NnError::Unreadable {
+    let container = Container::read(bytes).map_err(|error| NnError::Unreadable {
         path: path.to_owned(),
         format: FORMAT,
-        reason,
+        reason: error.to_string(),
     })?;
     fill_strictly(network, &layout, state_dict(container), path, FORMAT)
 }
@@ -132,11 +104,13 @@ fn state_dict(container: Container) -> BTreeMap<String, Stored> {
 /// PyTorch's names; weights of fully connected layers as `[outputs, inputs]`.
 struct PyTorch<M> {
     network: M,
+    /// The name of a tensor in the published checkpoints.
+    name: fn(&M, &Slot) -> String,
 }
 
-impl<M: PyTorchNames> Layout for PyTorch<M> {
+impl<M: Module> Layout for PyTorch<M> {
     fn name(&self, slot: &Slot) -> String {
-        self.network.pytorch_name(slot)
+        (self.name)(&self.network, slot)
     }
 
     fn shape(&self, slot: &Slot) -> Vec<usize> {

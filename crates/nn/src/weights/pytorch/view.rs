@@ -6,6 +6,7 @@ use burn::tensor::{Bytes, DType, TensorData};
 use evpose_containers::pickle::{Id, Pickle, PickleValue};
 
 use super::container::Container;
+use crate::weights::strict::TensorError;
 
 /// The storage classes of `torch`: bytes of an element, and its type where a weight can have it.
 const STORAGES: [(&str, usize, Option<DType>); 12] = [
@@ -72,12 +73,14 @@ impl View {
     ///
     /// # Errors
     /// If they are no floats, or lie outside of their storage.
-    pub(super) fn values(&self, container: &Container) -> Result<Vec<f32>, String> {
+    pub(super) fn values(&self, container: &Container) -> Result<Vec<f32>, TensorError> {
         let dtype = self.dtype.ok_or("its values are no floats")?;
         let storage = container.storage(&self.storage);
-        let storage = storage.ok_or_else(|| format!("storage {} is missing", self.storage))?;
+        let missing = || TensorError::of(format!("storage {} is missing", self.storage));
+        let storage = storage.ok_or_else(missing)?;
         let bytes = if self.is_contiguous() { self.slice(storage) } else { self.gather(storage) };
-        let bytes = bytes.ok_or_else(|| format!("it lies outside of storage {}", self.storage))?;
+        let outside = || TensorError::of(format!("it lies outside of storage {}", self.storage));
+        let bytes = bytes.ok_or_else(outside)?;
         let data = TensorData::from_bytes(Bytes::from_bytes_vec(bytes), self.shape.clone(), dtype);
         Ok(data.iter::<f32>().collect())
     }

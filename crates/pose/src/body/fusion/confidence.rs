@@ -49,36 +49,20 @@ impl Default for ConfidenceTest {
 }
 
 impl ConfidenceTest {
-    /// Whether a joint of this score is accepted.
-    pub fn believes_joint(&self, score: f32) -> bool {
-        score > self.joint
-    }
-
-    /// Whether a pose of these scores is accepted.
-    pub fn believes_pose(&self, scores: &[f32; BODY_JOINTS]) -> bool {
-        let [a, b, c] = [number::HEAD, number::SHOULDER_R, number::SHOULDER_L].map(|k| scores[k]);
-        (a + b + c) / 3.0 > self.pose
-    }
-
     /// The accepted joints: none of a rejected pose, nor any whose position is not finite.
     pub fn believed(&self, pose: &ScoredPoints) -> BodyPoints {
-        let mut points = [None; BODY_JOINTS];
-        if self.believes_pose(&pose.scores) {
-            for (believed, (point, &score)) in
-                points.iter_mut().zip(pose.points.iter().zip(&pose.scores))
-            {
-                *believed = point.filter(|at| self.believes_joint(score) && at.is_finite());
-            }
-        }
-        points
+        let [a, b, c] =
+            [number::HEAD, number::SHOULDER_R, number::SHOULDER_L].map(|k| pose.scores[k]);
+        let is_pose_believed = (a + b + c) / 3.0 > self.pose;
+        std::array::from_fn(|k| {
+            let is_believed = is_pose_believed && pose.scores[k] > self.joint;
+            pose.points[k].filter(|at| is_believed && at.is_finite())
+        })
     }
 
     pub(super) fn validate(&self) -> Result<(), PoseError> {
         for (field, value) in [("confidence.joint", self.joint), ("confidence.pose", self.pose)] {
-            if !(0.0..1.0).contains(&value) {
-                let rule = "from 0 to below 1";
-                return Err(PoseError::OutOfRange { field, value: value.into(), rule });
-            }
+            PoseError::unless((0.0..1.0).contains(&value), field, value, "from 0 to below 1")?;
         }
         Ok(())
     }

@@ -132,24 +132,18 @@ impl FusionConfig {
             ("position_noise_px2_per_s", self.position_noise_px2_per_s),
             ("velocity_noise_px2_per_s3", self.velocity_noise_px2_per_s3),
         ] {
-            // Negated, so that NaN is refused as well.
-            if !(value > 0.0 && value.is_finite()) {
-                return Err(PoseError::OutOfRange { field, value, rule: "positive and finite" });
-            }
+            let is_variance = value > 0.0 && value.is_finite();
+            PoseError::unless(is_variance, field, value, "positive and finite")?;
         }
         for (field, value) in
             [("history_s", self.history_s), ("extrapolation_limit_s", self.extrapolation_limit_s)]
         {
-            if !(0.0..=60.0).contains(&value) {
-                return Err(PoseError::OutOfRange { field, value, rule: "from 0 to 60 seconds" });
-            }
+            let is_time = (0.0..=60.0).contains(&value);
+            PoseError::unless(is_time, field, value, "from 0 to 60 seconds")?;
         }
         // Infinity is allowed: joints are then never lost.
-        if self.lost_after_s.is_nan() || self.lost_after_s <= 0.0 {
-            let (field, value) = ("lost_after_s", self.lost_after_s);
-            return Err(PoseError::OutOfRange { field, value, rule: "positive" });
-        }
-        Ok(())
+        let value = self.lost_after_s;
+        PoseError::unless(value > 0.0, "lost_after_s", value, "positive")
     }
 }
 

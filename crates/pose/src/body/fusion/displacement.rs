@@ -4,7 +4,7 @@ use evpose_core::Micros;
 use glam::DVec2;
 
 use super::constant_position::ConstantPosition;
-use super::filter::{BodyEstimator, JointFilter, Measured, pixels, seconds};
+use super::filter::{BodyEstimator, JointFilter as _, Measured, Track, pixels};
 use super::{FusionConfig, FusionError};
 use crate::body::{BODY_JOINTS, BodyPoints};
 
@@ -29,18 +29,8 @@ const SLOT_US: i64 = 1_000;
 #[derive(Debug)]
 pub(super) struct Displacement {
     config: FusionConfig,
-    joints: [Option<Followed>; BODY_JOINTS],
+    joints: [Option<Track<ConstantPosition>>; BODY_JOINTS],
     ways: [Way; BODY_JOINTS],
-}
-
-/// A joint at its last detection.
-#[derive(Debug, Clone, Copy)]
-struct Followed {
-    filter: ConstantPosition,
-    /// The time of the state.
-    at: Micros,
-    /// The time of the last detection, which may be before.
-    detected: Micros,
 }
 
 impl Displacement {
@@ -50,16 +40,10 @@ impl Displacement {
     }
 }
 
-impl Followed {
-    fn advance(&mut self, to: Micros, way: &Way, config: &FusionConfig) {
-        self.filter.shift(way.between(self.at, to));
-        self.filter.advance(seconds(self.at, to), config);
-        self.at = to;
-    }
-
-    fn is_followed(&self, t: Micros, config: &FusionConfig) -> bool {
-        seconds(self.detected, t) <= config.lost_after_s
-    }
+/// Moves a joint along its way, then lets the time pass.
+fn advance(joint: &mut Track<ConstantPosition>, to: Micros, way: &Way, config: &FusionConfig) {
+    joint.filter.shift(way.between(joint.at, to));
+    joint.advance(to, config);
 }
 
 impl BodyEstimator for Displacement {
@@ -81,15 +65,11 @@ impl BodyEstimator for Displacement {
             let Some(position_px) = position_px else { continue };
             match joint {
                 Some(joint) if joint.is_followed(t, &self.config) => {
-                    joint.advance(t, way, &self.config);
-                    joint.filter.detect(position_px, &self.config);
-                    joint.detected = t;
+                    advance(joint, t, way, &self.config);
+                    joint.detect(position_px, &self.config);
                 }
                 // Never seen, or lost too long ago to be continued.
-                _ => {
-                    let filter = ConstantPosition::start(position_px, &self.config);
-                    *joint = Some(Followed { filter, at: t, detected: t });
-                }
+                _ => *joint = Some(Track::start(t, position_px, &self.config)),
             }
         }
         Ok(())
@@ -107,7 +87,7 @@ impl BodyEstimator for Displacement {
                 && let forgotten = way.oldest_with(t)
                 && joint.at < forgotten
             {
-                joint.advance(forgotten, way, &self.config);
+                advance(joint, forgotten, way, &self.config);
             }
             way.add(t, px_per_s);
         }

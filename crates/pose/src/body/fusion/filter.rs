@@ -49,6 +49,42 @@ pub(super) trait JointFilter: fmt::Debug + Copy + Send + 'static {
     fn position_px(&self, ahead_s: f64) -> DVec2;
 }
 
+/// A joint that is followed.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Track<F> {
+    pub(super) filter: F,
+    /// The time of the state.
+    pub(super) at: Micros,
+    /// The time of the last detection, which may be before.
+    pub(super) detected: Micros,
+}
+
+impl<F: JointFilter> Track<F> {
+    /// At the first detection.
+    pub(super) fn start(t: Micros, position_px: DVec2, config: &FusionConfig) -> Self {
+        Self { filter: F::start(position_px, config), at: t, detected: t }
+    }
+
+    /// Whether the last detection is recent enough.
+    pub(super) fn is_followed(&self, t: Micros, config: &FusionConfig) -> bool {
+        seconds(self.detected, t) <= config.lost_after_s
+    }
+
+    /// To a later time; says how much later, seconds.
+    pub(super) fn advance(&mut self, to: Micros, config: &FusionConfig) -> f64 {
+        let dt_s = seconds(self.at, to);
+        self.filter.advance(dt_s, config);
+        self.at = to;
+        dt_s
+    }
+
+    /// Moves the joint to where it is detected at the time of the state.
+    pub(super) fn detect(&mut self, position_px: DVec2, config: &FusionConfig) {
+        self.filter.detect(position_px, config);
+        self.detected = self.at;
+    }
+}
+
 /// Duration from one time to another, in seconds.
 pub(super) fn seconds(from: Micros, to: Micros) -> f64 {
     to.0.saturating_sub(from.0) as f64 * 1e-6

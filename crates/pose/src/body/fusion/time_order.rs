@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use evpose_core::Micros;
 
-use super::filter::{BodyEstimator, JointFilter, Measured, pixels, seconds};
+use super::filter::{BodyEstimator, JointFilter, Measured, Track, pixels, seconds};
 use super::{FusionConfig, FusionError};
 use crate::body::{BODY_JOINTS, BodyPoints};
 
@@ -24,16 +24,6 @@ pub(super) struct TimeOrder<F> {
 }
 
 type Tracks<F> = [Option<Track<F>>; BODY_JOINTS];
-
-/// A joint that is followed.
-#[derive(Debug, Clone, Copy)]
-struct Track<F> {
-    filter: F,
-    /// The time of the state.
-    at: Micros,
-    /// The time of the last detection.
-    detected: Micros,
-}
 
 #[derive(Debug)]
 struct Entry<F> {
@@ -98,14 +88,10 @@ impl<F: JointFilter> Entry<F> {
             match (self.kind, &mut *track) {
                 (Kind::Detection, Some(track)) if track.is_followed(self.t, config) => {
                     track.advance(self.t, config);
-                    track.filter.detect(measured, config);
-                    track.detected = self.t;
+                    track.detect(measured, config);
                 }
                 // Never seen, or lost too long ago to be continued.
-                (Kind::Detection, track) => {
-                    let filter = F::start(measured, config);
-                    *track = Some(Track { filter, at: self.t, detected: self.t });
-                }
+                (Kind::Detection, track) => *track = Some(Track::start(self.t, measured, config)),
                 (Kind::Velocity, Some(track)) => {
                     let dt_s = track.advance(self.t, config);
                     track.filter.measure_velocity(measured, dt_s, config);
@@ -114,21 +100,6 @@ impl<F: JointFilter> Entry<F> {
                 (Kind::Velocity, None) => {}
             }
         }
-    }
-}
-
-impl<F: JointFilter> Track<F> {
-    /// Whether the last detection is recent enough.
-    fn is_followed(&self, t: Micros, config: &FusionConfig) -> bool {
-        seconds(self.detected, t) <= config.lost_after_s
-    }
-
-    /// To a later time; says how much later, seconds.
-    fn advance(&mut self, to: Micros, config: &FusionConfig) -> f64 {
-        let dt_s = seconds(self.at, to);
-        self.filter.advance(dt_s, config);
-        self.at = to;
-        dt_s
     }
 }
 

@@ -8,7 +8,6 @@ pub(super) const NEVER: i64 = i64::MIN / 4;
 /// Time stamps are clamped between this and its negative: a hundred thousand years.
 const MAX_US: i64 = i64::MAX / 4;
 
-/// The surface of active events.
 #[derive(Debug, Clone)]
 pub(super) struct ActiveSurface {
     sensor: SensorSize,

@@ -54,23 +54,16 @@ impl TripletVelocityConfig {
 
     /// Checks the ranges of all settings.
     pub(super) fn validate(&self) -> Result<(), PoseError> {
-        if !(2..=LARGEST_RADIUS_PX).contains(&self.radius_px) {
-            let value = f64::from(self.radius_px);
-            return Err(PoseError::OutOfRange {
-                field: "radius_px",
-                value,
-                rule: "from 2, a square of 5 pixels, to 4096",
-            });
-        }
-        if !(0.0..1.0).contains(&self.tolerance) {
-            let (field, value) = ("tolerance", self.tolerance);
-            return Err(PoseError::OutOfRange { field, value, rule: "from 0 to below 1" });
-        }
-        if !(self.gain > 0.0 && self.gain.is_finite()) {
-            let (field, value) = ("gain", self.gain);
-            return Err(PoseError::OutOfRange { field, value, rule: "positive and finite" });
-        }
-        Ok(())
+        let Self { radius_px, tolerance, gain, .. } = *self;
+        PoseError::unless(
+            (2..=LARGEST_RADIUS_PX).contains(&radius_px),
+            "radius_px",
+            radius_px,
+            "from 2, a square of 5 pixels, to 4096",
+        )?;
+        let is_tolerance = (0.0..1.0).contains(&tolerance);
+        PoseError::unless(is_tolerance, "tolerance", tolerance, "from 0 to below 1")?;
+        PoseError::unless(gain > 0.0 && gain.is_finite(), "gain", gain, "positive and finite")
     }
 }
 

@@ -71,23 +71,19 @@ impl BodyProtocol {
         &self,
         end_s: f64,
     ) -> Result<impl Iterator<Item = f64> + use<>, PoseError> {
-        let out_of = |field, value, rule| Err(PoseError::OutOfRange { field, value, rule });
-        if !(self.rate_hz > 0.0 && self.rate_hz.is_finite()) {
-            return out_of("rate_hz", self.rate_hz, "above 0");
-        }
-        if !(0.0..1.0).contains(&self.skipped_share) {
-            return out_of("skipped_share", self.skipped_share, "from 0 to below 1");
-        }
+        let (rate_hz, share) = (self.rate_hz, self.skipped_share);
+        PoseError::unless(rate_hz > 0.0 && rate_hz.is_finite(), "rate_hz", rate_hz, "above 0")?;
+        let is_share = (0.0..1.0).contains(&share);
+        PoseError::unless(is_share, "skipped_share", share, "from 0 to below 1")?;
         // As NumPy's `arange`, rounding included.
         let step_s = 1.0 / self.rate_hz;
         let count = (end_s / step_s).ceil();
-        if !(0.0..=MAX_INSTANTS).contains(&count) {
-            return out_of(
-                "end of the sequence in seconds",
-                end_s,
-                "that of nine hours at 1 kHz at most",
-            );
-        }
+        PoseError::unless(
+            (0.0..=MAX_INSTANTS).contains(&count),
+            "end of the sequence in seconds",
+            end_s,
+            "that of nine hours at 1 kHz at most",
+        )?;
         Ok((0..count as u64).map(move |i| i as f64 * step_s))
     }
 }

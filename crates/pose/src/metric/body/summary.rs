@@ -26,9 +26,9 @@ impl BodyEvaluation {
         percents: &[usize],
         config: &BootstrapConfig,
     ) -> Result<BodySummary, PoseError> {
-        if let Some(percent) = percents.iter().find(|p| !(1..=BODY_THRESHOLDS).contains(*p)) {
-            let (field, value) = ("threshold in percent", *percent as f64);
-            return Err(PoseError::OutOfRange { field, value, rule: "from 1 to 100" });
+        for percent in percents {
+            let is_one = (1..=BODY_THRESHOLDS).contains(percent);
+            PoseError::unless(is_one, "threshold in percent", *percent as f64, "from 1 to 100")?;
         }
         let scores = |of: fn(&BodySequence) -> &BodyErrors| {
             BodyScores::new(&self.sequences.iter().map(of).collect::<Vec<_>>(), percents, config)
@@ -36,6 +36,7 @@ impl BodyEvaluation {
         let delays: Vec<_> = self.sequences.iter().map(|s| s.delay_s).collect();
         let gaps: Vec<_> = self.sequences.iter().map(|s| s.gap_s).collect();
         let jitter: Vec<_> = self.sequences.iter().map(|s| s.acceleration_px_s2).collect();
+        // A bootstrap draw of sequences without two poses has no gaps, and so no rate.
         let rate = |gaps: &Totals| (gaps.sum > 0.0).then(|| gaps.count as f64 / gaps.sum);
         Ok(BodySummary {
             sequences: self.sequences.len(),

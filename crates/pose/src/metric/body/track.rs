@@ -36,12 +36,11 @@ impl Tracks {
         let truth = Track::of_truth(truth, protocol.missing)?;
         let predicted = Track::of_predictions(predicted, protocol.missing)?;
         let (last_s, _) = truth.poses.last().ok_or(PoseError::NoLabels)?;
-        if *last_s < 0.0 {
-            let field = "time of the last label in seconds";
-            return Err(PoseError::OutOfRange { field, value: *last_s, rule: "0 or later" });
-        }
+        let field = "time of the last label in seconds";
+        PoseError::unless(*last_s >= 0.0, field, *last_s, "0 or later")?;
         let end_s = last_s + AFTER_LAST_S;
         let mut tracks = Self { truth, predicted, begin_s: protocol.skipped_share * end_s, end_s };
+        // Predictions are dropped last: which of them count depends on the end, which the labels set.
         let mut poses = std::mem::take(&mut tracks.predicted.poses);
         poses.retain(|(t_s, _)| tracks.counts(*t_s));
         tracks.predicted.poses = poses;

@@ -52,7 +52,6 @@ pub(super) fn draw_person_crop(
     Some(DAffine2::from_scale_angle_translation(DVec2::splat(scale), 0.0, -start * scale))
 }
 
-/// The corners of the labelled joints' bounding box.
 pub(super) fn bounding_box(label: &BodyLabel) -> Option<(Vec2, Vec2)> {
     let labelled = label.keypoints.iter().filter(|keypoint| keypoint.is_labelled());
     labelled

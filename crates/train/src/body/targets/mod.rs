@@ -70,12 +70,10 @@ pub struct BodyTargetSlices<'a> {
 /// Column and row.
 type Cell = [usize; 2];
 
-/// The targets of one joint.
 #[derive(Debug, Clone, Copy)]
 struct JointTarget {
     /// The cell it is in; none if it is not known, or outside of the image.
     cell: Option<Cell>,
-    /// The cell of its offset.
     offset_cell: Cell,
     offset: [f32; 2],
     is_known: bool,

@@ -4,13 +4,13 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use crate::TrainError;
+use crate::listing::file_names;
 
 /// Ending of labels, with the dot.
 const LABELS: &str = ".meta";
 /// Ending of the events of EventHands, with the dot.
 const EVC: &str = ".evc";
 
-/// The files of a sequence.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct SequenceFiles {
     /// Path without an ending.
@@ -28,12 +28,7 @@ pub(super) struct SequenceFiles {
 /// If the directory cannot be read or has no labels, or labels have no events or several files of
 /// them.
 pub(super) fn sequence_files(directory: &Path) -> Result<Vec<SequenceFiles>, TrainError> {
-    let failed = |source| TrainError::Io { path: directory.to_owned(), source };
-    let mut names = Vec::new();
-    for entry in std::fs::read_dir(directory).map_err(failed)? {
-        names.extend(entry.map_err(failed)?.file_name().into_string());
-    }
-    names.sort();
+    let names = file_names(directory)?;
     // Events without labels are an error where their format has no other use than to be labelled.
     let stem = |name: &String| {
         let stem = name.strip_suffix(LABELS).or_else(|| name.strip_suffix(EVC))?;
@@ -73,10 +68,10 @@ pub(super) fn sequence_files(directory: &Path) -> Result<Vec<SequenceFiles>, Tra
 mod tests {
     use super::*;
 
-    fn events_of(names: &[&str]) -> Result<Vec<String>, String> {
+    fn events_of(names: &[&str]) -> Result<Vec<String>, TrainError> {
         let directory = tempfile::tempdir().unwrap();
         names.iter().for_each(|name| std::fs::write(directory.path().join(name), "").unwrap());
-        let files = sequence_files(directory.path()).map_err(|error| error.to_string())?;
+        let files = sequence_files(directory.path())?;
         let name = |files: SequenceFiles| files.events.file_name().unwrap().to_owned();
         Ok(files.into_iter().map(|files| name(files).into_string().unwrap()).collect())
     }
@@ -96,7 +91,7 @@ mod tests {
             (&["0.meta", "0.toml"], "0.meta: no recording beside it, such as 0.evc"),
             (&["0.meta", "0.h5", "0.raw"], "keep one of 0.h5, 0.raw"),
         ] {
-            let message = events_of(names).unwrap_err();
+            let message = events_of(names).unwrap_err().to_string();
             assert!(message.contains(want), "{message}");
         }
     }

@@ -185,7 +185,6 @@ impl HandSequence {
     }
 }
 
-/// Name of the files of a stem.
 fn name_of(stem: &Path) -> String {
     stem.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
@@ -197,13 +196,11 @@ mod tests {
 
     use super::*;
     use crate::HandDataset;
+    use crate::hand::small_config;
 
     fn small() -> HandConfig {
-        let mut config = HandConfig::default();
-        config.simulation.image_scale = 0.2;
-        config.simulation.skin.texels = 64;
+        let mut config = small_config(0.2, 0.3);
         config.simulation.sequences = 2;
-        config.simulation.seconds = 0.3;
         config
     }
 

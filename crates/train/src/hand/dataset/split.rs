@@ -84,6 +84,7 @@ impl HandDataset {
                         measured.push(frame, estimate.measured);
                     }
                 }
+                // Nothing after the part is needed, and inference is what takes the time here.
                 if frame_before(inferred.t) >= part.end {
                     break;
                 }

@@ -10,6 +10,7 @@ use serde::Deserialize;
 
 use super::HandJointTable;
 use crate::TrainError;
+use crate::listing::{events_of, file_names};
 
 /// Ending of the labels.
 const JOINTS: &str = ".joints.csv";
@@ -73,12 +74,7 @@ fn right() -> String {
 /// # Errors
 /// If a file is missing, cannot be read, or contradicts another.
 pub fn foreign_hands(directory: &Path) -> Result<Vec<ForeignHand>, TrainError> {
-    let failed = |source| TrainError::Io { path: directory.to_owned(), source };
-    let mut names = Vec::new();
-    for entry in std::fs::read_dir(directory).map_err(failed)? {
-        names.extend(entry.map_err(failed)?.file_name().into_string());
-    }
-    names.sort();
+    let names = file_names(directory)?;
     let stems: Vec<&str> = names.iter().filter_map(|name| name.strip_suffix(JOINTS)).collect();
     if stems.is_empty() {
         let message = format!("no recording with a table of joints (00{JOINTS})");
@@ -94,17 +90,10 @@ fn read(directory: &Path, stem: &str, names: &[String]) -> Result<ForeignHand, T
     let text = std::fs::read_to_string(&info_path)
         .map_err(|source| TrainError::Io { path: info_path.clone(), source })?;
     let info: Info = toml::from_str(&text).map_err(|error| wrong(error.to_string()))?;
-    let is_events = |name: &&String| {
-        let ending = name.strip_prefix(stem).and_then(|rest| rest.strip_prefix('.'));
-        ending.is_some_and(|ending| {
-            !ending.contains('.') && evpose_io::format_for(Path::new(name)).is_ok()
-        })
-    };
-    let events = names
-        .iter()
-        .find(is_events)
+    let events = events_of(names, stem)
         .ok_or_else(|| wrong(format!("no events beside it, such as {stem}.npz or {stem}.raw")))?;
     let recording = directory.join(events);
+    // Camera parameters are in pixels: they hold for the sensor that they were measured with.
     let own = windows(&recording, info.sensor)?.sensor();
     if own != info.sensor {
         return Err(wrong(format!("sensor: {}, but {events} is of {own}", info.sensor)));

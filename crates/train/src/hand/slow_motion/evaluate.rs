@@ -123,6 +123,7 @@ fn track(
     }
     progress(sequence.frames() - done);
     usage.events += stream.events();
+    // A new scene sends a burst of events that no camera would see: it is no work to be counted.
     for frame in (0..sequence.frames()).filter(|&frame| sequence.is_redrawn(frame..frame + 1)) {
         usage.events -= (sequence.events(frame..frame + 1)?.len() as u64).min(usage.events);
     }
@@ -137,19 +138,9 @@ mod tests {
     use evpose_pose::HandParams;
 
     use super::*;
+    use crate::hand::small_config;
     use crate::{Condition, Method, evaluate};
     use evpose_task::hand::ConstantPose;
-
-    /// A small image; the rest is as published.
-    fn small(seconds: f64) -> HandConfig {
-        let mut config = HandConfig::default();
-        config.simulation.image_scale = 0.2;
-        config.simulation.skin.texels = 64;
-        config.simulation.sequences = 1;
-        config.simulation.seconds = seconds;
-        config.training.validation_s = 0.2;
-        config
-    }
 
     /// Both evaluations of a pose that is always the same.
     fn results(config: &HandConfig) -> (Vec<MethodResults>, SlowMotionResults) {
@@ -170,7 +161,7 @@ mod tests {
 
     #[test]
     fn a_constant_pose_scores_the_same_in_every_mode() {
-        let (plain, slow) = results(&small(0.6));
+        let (plain, slow) = results(&small_config(0.2, 0.6));
         let plain = &plain[0].tracks[0];
         for method in &slow.methods {
             let HandPoseTrack { frames, poses } = &method.tracks[0];
@@ -184,7 +175,7 @@ mod tests {
     /// Long enough for a whole movement and the rest after it, wherever the sequence begins.
     #[test]
     fn slow_hands_need_fewer_inputs_and_rests_repeat_predictions() {
-        let normal = small(12.0);
+        let normal = small_config(0.2, 12.0);
         let slow = Condition::load("slow").unwrap().apply(&normal).unwrap();
         let [normal, slow] = [normal, slow].map(|config| results(&config).1.usage);
         assert_eq!((normal.seconds, slow.seconds), (12.0, 12.0));

@@ -36,7 +36,6 @@ use vectors::GroupKernel;
 pub struct LowPrecisionConv {
     shape: ConvShape,
     level: Level,
-    /// Element type of the input.
     input: LowPrecisionType,
     /// Blocks of output channels per group, which are computed at once: 2 or 1. An odd last block
     /// is a group of its own.
@@ -149,7 +148,6 @@ impl LowPrecisionConv {
     }
 }
 
-/// Execution of a convolution on an image.
 struct ConvExec<'a> {
     conv: &'a LowPrecisionConv,
     input: &'a LowPrecisionImage,

@@ -17,7 +17,6 @@ pub(super) struct PackedStep {
     channel: usize,
 }
 
-/// Packed weights of a convolution.
 #[derive(Debug, Clone)]
 pub(super) struct PackedWeights {
     /// `[group][step][block][16][channel]`, by the steps of the arithmetic; the innermost channels
