@@ -33,8 +33,9 @@ fn output_shape(node: &Node, inputs: &[Shape], image: Shape) -> Result<Shape, In
         }
         Operation::Conv(conv) => {
             let [channels_out, channels_per_group, ..] = conv.shape;
-            if channels_per_group * conv.groups != channels {
-                return Err(fault(format!("{channels} channels instead of {channels_per_group}")));
+            let expected = channels_per_group * conv.groups;
+            if channels != expected {
+                return Err(fault(format!("{channels} channels instead of {expected}")));
             }
             let [rows, columns] = conv_size(conv, [height, width]);
             [channels_out, rows, columns]

@@ -36,6 +36,8 @@ pub(super) fn write(
         .chain(middle..(middle + EACH).min(count))
         .chain(count.saturating_sub(EACH)..count)
         .collect();
+    // Of few recordings the three parts overlap.
+    rows.sort_unstable();
     rows.dedup();
     let (mut images, mut names) = (Vec::new(), Vec::new());
     for row in rows {
