@@ -58,5 +58,6 @@ fn agreement(
             agreeing += 1;
         }
     }
+    // A line that crosses the limb of somebody else agrees with its field in parts only.
     (agreeing as f32 > options.min_agreement * samples as f32).then(|| sum / agreeing as f32)
 }
