@@ -122,6 +122,7 @@ fn ray(seen: &Observation<'_>) -> Option<(DVec3, DVec3)> {
     // The lens has y down and z forwards, the camera y up and z backwards.
     let in_camera = DVec3::new(viewing.direction.x, -viewing.direction.y, -1.0);
     let direction = world_from_camera.transform_vector3(in_camera).try_normalize()?;
+    // No ray leads to a pixel beyond the rim of a fisheye lens.
     viewing.error_px.is_finite().then_some((world_from_camera.translation, direction))
 }
 

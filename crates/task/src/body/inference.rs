@@ -80,6 +80,7 @@ impl BodyInference {
                 let maps: [Vec<f32>; 4] = maps.map(|map| map.into_data().iter().collect());
                 for k in 0..count {
                     let of_image = maps.each_ref().map(|map| {
+                        // Maps differ in their counts of channels, and so in their lengths.
                         let length = map.len() / count;
                         &map[k * length..][..length]
                     });

@@ -195,6 +195,7 @@ impl Compiled {
     /// The outputs for windows of a shape, one after another; the same bits on any number of
     /// threads.
     fn values(&mut self, windows: &[f32], shape: [usize; 3]) -> Result<Vec<f32>, TaskError> {
+        // An engine is compiled for images of one size.
         if shape != self.shape {
             (self.shape, self.single) = (shape, None);
             self.parallel.clear();
