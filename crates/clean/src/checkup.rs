@@ -119,6 +119,7 @@ impl Checkup {
             step_us: (self.step_us > 0).then_some(self.step_us),
             remarks: Vec::new(),
         };
+        // Remarks compare the finished values, and so come last.
         findings.remarks = self.remarks(&findings);
         findings
     }

@@ -74,6 +74,7 @@ mod tests {
             .collect();
         for step in 0..50 {
             for y in 15..45 {
+                // The bar rests 20 ms in each column, and its rows fire one after the other.
                 events.push((20_000 * step + 100 * i64::from(y), 10 + step as u16, y, true));
             }
         }

@@ -59,7 +59,7 @@ impl StageNoise {
 
     /// 64 random bits for a pixel and a draw number.
     pub fn bits(self, pixel: usize, draw: u32) -> u64 {
-        // Neighbouring pixels differ in one bit: mixing twice makes their draws unrelated.
+        // Neighbouring pixels differ in a few bits: mixing twice makes their draws unrelated.
         mix(self.key ^ mix(((pixel as u64) << 32) | u64::from(draw)))
     }
 

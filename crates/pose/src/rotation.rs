@@ -123,6 +123,7 @@ mod tests {
         let skew = (r - r.transpose()) * 0.5;
         let vee = DVec3::new(skew.y_axis.z, skew.z_axis.x, skew.x_axis.y);
         let Some(axis) = vee.try_normalize() else { return DVec3::ZERO };
+        // Rounding may leave a sine above 1, whose arcsine would be NaN.
         let theta = vee.length().min(1.0).asin();
         let frobenius = |m: DMat3| m.to_cols_array().iter().map(|v| v * v).sum::<f64>();
         [theta, std::f64::consts::PI - theta]

@@ -103,7 +103,7 @@ pub trait Experiment: Serialize + DeserializeOwned {
         let text = std::fs::read_to_string(path)
             .map_err(|source| TaskError::Io { path: path.to_path_buf(), source })?;
         Self::unchecked(&text, &[]).map_err(|error| match error {
-            // Text knows no file: its errors get the path here.
+            // The text has no path, so that its errors get that of the file here.
             TaskError::Config { message, .. } => {
                 TaskError::Config { path: path.to_path_buf(), message }
             }

@@ -121,6 +121,7 @@ impl QuantizationRanges {
         };
         let read: Self = serde_json::from_str(&text)
             .map_err(|error| config(format!("damaged: {error}; {advice} again")))?;
+        // Ranges of other weights would clip values without any error.
         if read.weights != digest(graph) {
             return Err(config(format!("made for other weights than these; {advice} again")));
         }

@@ -165,6 +165,7 @@ fn time_without_events_costs_nothing_and_what_follows_is_another_recording() {
     let part = events(3..260, 20);
     for (gap, schedule) in [
         (TEN_DAYS, EVERY_MS),
+        // The silence is shorter than this shift by the 256 ms that the part lasts.
         (MAX_SILENCE + Micros(300_000), EVERY_MS),
         (TEN_DAYS, InferenceSchedule::Triggered),
     ] {

@@ -221,6 +221,7 @@ impl LensCamera {
         if !focal_px.iter().all(|focal| *focal > 0.0 && focal.is_finite()) {
             return Err(LensError::FocalLength(focal_px));
         }
+        // It may lie outside of the image, as it does where a sensor was cropped.
         if !principal_px.iter().all(|at| at.is_finite()) {
             return Err(LensError::PrincipalPoint(principal_px));
         }

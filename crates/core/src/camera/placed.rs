@@ -108,7 +108,7 @@ impl From<PlacedCamera> for CameraFields {
     fn from(camera: PlacedCamera) -> Self {
         let fisheye = camera.lens.distortion.fisheye;
         let mut distortion = camera.lens.distortion.to_opencv().to_vec();
-        // Trailing zeros say nothing, and most programs read short lists only.
+        // Trailing zeros say nothing: most lenses have four or five coefficients.
         while distortion.last() == Some(&0.0) {
             distortion.pop();
         }

@@ -336,6 +336,7 @@ mod tests {
             let alpha = ((lambda + 4.0) * root - lambda2 - 8.0 * lambda) / 8.0;
             let mut kalman = filter(config, 1);
             let mut t = Micros(0);
+            // Even at 0.1 ms a step, these are 2 s and many time constants.
             for _ in 0..20_000 {
                 kalman.update(t, &[0.0], &mut [0.0]);
                 t = t + Micros(dt_us);

@@ -128,6 +128,7 @@ impl BaselineConfig {
             data: self.data.clone(),
             image: BodyImageConfig {
                 representation: representation.clone(),
+                // The blur belongs to the EROS of MoveEnet, not to frames of fixed count.
                 blur: None,
                 interpolation: *interpolation,
                 view: *view,

@@ -363,7 +363,7 @@ impl Experiment for BodyConfig {
 
     fn validate_own(&self) -> Result<(), TaskError> {
         self.simulation.validate()?;
-        // Held-out recordings come after the training, which must not end in an error there.
+        // Held-out recordings are simulated later, but their faults must be reported now.
         self.held_out().simulation.validate()?;
         self.augmentation.validate(self.network.joints)?;
         BodyFilter::new(self.filter)?;

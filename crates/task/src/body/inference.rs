@@ -36,6 +36,7 @@ impl BodyInference {
             let engine = Engine::compile_with(&network.graph(), shape, options, ranges)?;
             return Ok(Self::Engine(Box::new(engine)));
         }
+        // Burn computes in f32 whatever is asked for, which must not pass unnoticed.
         if precision != Precision::F32 {
             return Err(TaskError::Precision { precision });
         }

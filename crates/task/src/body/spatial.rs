@@ -147,6 +147,7 @@ impl SpatialRecordings {
         let inferred: Vec<InferredPoses<BodyPose>> =
             self.recordings.par_iter_mut().map(one).collect::<Result<_, TaskError>>()?;
         let delay_s = inferred.iter().map(|inferred| inferred.delay_s).sum();
+        // Inputs are not batched here, so that each camera has one pose at most.
         let seen: Vec<Option<BodyPose>> =
             inferred.iter().map(|one| one.poses.first().map(|(_, pose)| *pose)).collect();
         let points = self.points(&seen);

@@ -197,6 +197,7 @@ impl HandEstimator {
         poses: &[HandParams],
         is_repeated: bool,
     ) -> Vec<HandEstimate> {
+        // All poses of a batch become known with its last input.
         let Some(&known) = times.last() else { return Vec::new() };
         let pairs = times.iter().zip(poses);
         let estimates = pairs.map(|(&t, measured)| {

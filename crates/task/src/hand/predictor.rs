@@ -114,6 +114,7 @@ impl NetworkPredictor {
                 output.into_data().iter().collect()
             }
         };
+        // Poses of hands have no score, so that nothing else would reveal a diverged network.
         if let Some(value) = values.iter().find(|value| !value.is_finite()) {
             return Err(TaskError::NotFinite { value: *value });
         }

@@ -247,6 +247,7 @@ mod tests {
         let second = at(&two_pass.about(&first));
 
         let mut twice = NetworkPredictor::new(&config, network, device).unwrap();
+        // Two windows take the way of batches, and one alone that of single windows.
         let both = [values.clone(), values.clone()].concat();
         let poses = twice.predict(&both, sides(view)).unwrap();
         assert_eq!(poses, [second, second]);

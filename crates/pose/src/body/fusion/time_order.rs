@@ -75,8 +75,7 @@ impl<F: JointFilter> TimeOrder<F> {
         while let Some(entry) = self.entries.front()
             && seconds(entry.t, newest) > self.config.history_s
         {
-            // Its state contains all measurements before
-            // it, so that nothing is lost but their order.
+            // Its state contains all measurements before it, which can no longer be reordered.
             (self.base, self.base_t) = (entry.after, Some(entry.t));
             self.entries.pop_front();
         }

@@ -25,6 +25,7 @@ pub(super) fn connections(
 ) -> Vec<Connection> {
     let [from, to] = limb.parts.map(|part| &peaks[part]);
     let mut all = Vec::new();
+    // Any two may be one person's: the assembly chooses among all that agree with the field.
     for (a, start) in from.iter().enumerate() {
         for (b, end) in to.iter().enumerate() {
             if let Some(score) = agreement(start, end, field, options) {
