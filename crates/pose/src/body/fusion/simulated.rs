@@ -115,7 +115,7 @@ fn uniform(t_s: f64) -> (DVec2, DVec2) {
 
 /// 100 px to the sides and 60 px up and down, up to 628 px/s.
 fn swing(t_s: f64) -> (DVec2, DVec2) {
-    // Different rates along both axes reach all directions and speeds.
+    // Unequal rates along both axes give motion in many directions and speeds.
     let (x, y) = (TAU * t_s, TAU * 0.7 * t_s + 1.0);
     let at = DVec2::new(320.0 + 100.0 * x.sin(), 240.0 + 60.0 * y.sin());
     (at, DVec2::new(100.0 * TAU * x.cos(), 60.0 * TAU * 0.7 * y.cos()))
